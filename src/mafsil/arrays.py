@@ -40,6 +40,10 @@ class Shape:
 
 Floats: TypeAlias = NDArray[np.float64]
 """A float64 array of any shape; the docstring says which, `*batch` being any leading dimensions."""
+Integers: TypeAlias = NDArray[np.integer[Any]]
+"""An array of whole numbers: places in others, or counts."""
+Booleans: TypeAlias = NDArray[np.bool_]
+"""An array of yes and no, of any shape."""
 Scalar: TypeAlias = Annotated[Floats, Shape("*batch")]
 """(*batch) one number each; without batch a NumPy number or an array of no dimensions."""
 Truth: TypeAlias = Annotated[NDArray[np.bool_], Shape("*batch")]

@@ -97,6 +97,18 @@ def test_a_corner_is_rounded_within_its_distance_and_without_a_stop(blend):
     assert np.abs(p[second, 0] - CORNER[0]).max() < 1e-6
 
 
+@pytest.mark.parametrize("moves", [ARC, SCREW, SPLINE, corner(0.05)], ids=["arc", "screw", "spline", "corner"])
+def test_jerk_is_limited_on_every_path(moves):
+    _, quick, _, _ = moved(moves.replace('path = "', 'profile = "time_optimal"\npath = "'))
+    smooth = moves.replace('path = "', 'profile = "jerk_limited"\npath = "')
+    robot, plan, _, t = moved(smooth)
+    limits, _ = driving_limits(parse(PANDA + START + smooth), robot)
+    motion = plan.legs[1].trajectory
+    assert (np.abs(motion.jerk(t)) / limits.jerk).max() <= 1 + 1e-6
+    assert (np.abs(np.diff(motion.at(t).a, axis=0)) / (limits.jerk * t[1])).max() <= 1 + 1e-4
+    assert motion.duration > quick.legs[1].trajectory.duration * (1 + 1e-4)
+
+
 def test_a_move_that_goes_nowhere_has_no_corner():
     again = '[[move]]\npose = { position = [0.4, -0.2, 0.4] }\npath = "line"\nblend = 0.01\n'
     _, plan, T, _ = moved(again + '[[move]]\npose = { position = [0.5, -0.2, 0.4] }\npath = "line"\n')
@@ -110,7 +122,6 @@ def test_a_move_that_goes_nowhere_has_no_corner():
         (ARC.replace("via = [{ position = [0.55, 0.0, 0.4] }]\n", ""), "job.arc_via"),
         (ARC.replace("}]", "}, { position = [0.5, 0.1, 0.4] }]"), "job.arc_via"),
         (ARC.replace("[{ position = [0.55, 0.0, 0.4] }]", "[[0, 0, 0, 0, 0, 0, 0]]"), "job.via_pose"),
-        (ARC + 'profile = "jerk_limited"\n', "job.line_jerk"),
         (SPLINE + 'profile = "quintic"\n', "job.via_profile"),
         ('[[move]]\npose = { position = [0.4, 0.2, 0.4] }\npath = "spline"\n', "job.spline_via"),
         (SCREW + "via = [{ position = [0.4, 0.1, 0.3] }]\n", "job.line_via"),

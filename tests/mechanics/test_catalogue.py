@@ -101,8 +101,10 @@ def test_rows_are_read_without_expressions() -> None:
 def test_a_row_is_sound(row: Quantity) -> None:
     size = ArmSize.of(mf.load("panda").mechanism)
     core = tuple({"n": 7, "L": len(mf.load("panda").mechanism.links)}.get(x, x) for x in row.shape)
-    found = row.size(size)
-    assert np.broadcast_shapes(found.shape, core) == core
+    found = np.asarray(row.size(size))
+    assert np.broadcast_shapes(np.shape(found), core) == core, (
+        "size has the shape of the quantity, or one for all of it"
+    )
     assert (found > 0).all()
     assert say(row.second.key, language="ar") != say(row.second.key, language="en")
     assert row.home.startswith(f"{PACKAGE}.")

@@ -438,3 +438,29 @@ def test_a_changed_table_draws_its_arm(browser: Browser, pages: Path) -> None:
     assert shown > 0.1
     browser.click("#dh-back")
     assert browser.ask("mafsil.stage.items().length") == before
+
+
+def test_a_grasp_is_drawn_and_judged(browser: Browser, pages: Path) -> None:
+    """Friction slides it from held to not held, with the wrench that proves it; a finger is dragged and led by keys."""
+    browser.load(pages / "ur5e.html")
+    browser.ask("document.getElementById('view-grasp').open = true")
+    code = "document.getElementById('grasp-code').textContent"
+    browser.wait(code)
+    assert browser.ask("document.querySelector('.verdict').textContent").startswith("force closure")
+    assert browser.ask("document.querySelectorAll('.grasp .wrench *').length") == 0
+    enter(browser, "#friction", 0, 0)
+    browser.wait("document.querySelector('.verdict.open')")
+    assert browser.ask("document.querySelectorAll('.grasp .wrench *').length") == 2
+    scope: dict[str, Any] = {}
+    exec(browser.ask(code), scope)
+    assert not scope["grasp"].closure()
+    before = browser.ask("mafsil.grasp.fingers[0]")
+    left, top, width, height = browser.box(".grasp circle")
+    x, y = left + width / 2, top + height / 2
+    browser.drag((x, y), (x + 40, y + 6))
+    assert browser.ask("mafsil.grasp.fingers[0]") > before + 0.1
+    dragged = browser.ask("mafsil.grasp.fingers[0]")
+    browser.key("ArrowRight")
+    assert browser.ask("mafsil.grasp.fingers[0]") == pytest.approx(dragged + 0.02)
+    browser.click("[data-do=finger_more]")
+    browser.wait("document.querySelectorAll('.grasp circle').length === 3")

@@ -40,6 +40,16 @@ import { dhChain, dhPython } from "./page/core/dh.js";
 const found = JSON.parse(fs.readFileSync("io.json")).map(({ table, q }) => [dhChain(table, q).at(-1), dhPython(table)]);
 process.stdout.write(JSON.stringify(found));
 """
+GRASPS = """
+import fs from "node:fs";
+import { coneWrenches, fingerAt, graspPython, lengthNear, planarClosure } from "./page/core/planar_grasp.js";
+const found = JSON.parse(fs.readFileSync("io.json")).map(({ corners, lengths, mu }) => {
+  const fingers = lengths.map((length) => fingerAt(corners, length));
+  const back = fingers.map(({ point }) => fingerAt(corners, lengthNear(corners, point)).point);
+  return { fingers, back, text: graspPython(fingers, mu), ...planarClosure(coneWrenches(fingers, mu)) };
+});
+process.stdout.write(JSON.stringify(found));
+"""
 HEAD = "from mafsil.page import Session\n\narm = Session('panda')\n"
 HISTORY = """
 import { History } from "./page/core/history.js";
@@ -139,3 +149,33 @@ def test_edited_tables_are_the_arms_that_their_python_makes(tmp_path: Path) -> N
 def _drawn(asked: list[dict[str, Any]], folder: Path) -> list[tuple[Any, str]]:
     (folder / "io.json").write_text(json.dumps(asked))
     return [(np.reshape(T, (4, 4)), text) for T, text in json.loads(run_module(TABLES, folder))]
+
+
+def test_grasps_are_judged_as_by_mafsil(tmp_path: Path) -> None:
+    """Verdict and epsilon quality of random fingers, and of symmetric ones on the boundary; a no is proved."""
+    rng = np.random.default_rng(11)
+    bodies = [[[-1, -0.6], [1, -0.6], [1, 0.6], [-1, 0.6]], [[-1, -0.6], [1, -0.6], [0, 1]]]
+    asked: list[dict[str, Any]] = [
+        {"corners": bodies[k % 2], "lengths": rng.uniform(0, 6, 1 + k % 6).tolist(), "mu": [0.0, 0.2, 0.6, 1.0][k % 4]}
+        for k in range(120)
+    ]
+    asked += [{"corners": bodies[0], "lengths": [1, 2.6, 4.2, 5.8], "mu": mu} for mu in (0.0, 1e-6, 0.3)]
+    asked += [{"corners": bodies[0], "lengths": [1, 4.2], "mu": mu} for mu in (0.0, 0.3)]
+    (tmp_path / "io.json").write_text(json.dumps(asked))
+    verdicts: set[bool] = set()
+    for found in json.loads(run_module(GRASPS, tmp_path)):
+        scope: dict[str, Any] = {}
+        exec(found["text"].replace("print(", "found = ("), scope)
+        grasp = scope["grasp"]
+        closure = grasp.closure()
+        verdicts.add(found["closed"])
+        assert found["closed"] == bool(closure), found["text"]
+        assert np.allclose(found["back"], [finger["point"] for finger in found["fingers"]], atol=2e-6)
+        if closure:
+            assert np.isclose(found["margin"], closure.margin, rtol=1e-6, atol=1e-9)
+            continue
+        y = np.array(found["unresisted"])
+        assert abs(np.linalg.norm(y) - 1.0) < 1e-9
+        assert (y @ closure.columns >= -1e-8).all()
+        assert not grasp.resist(y).holds
+    assert verdicts == {True, False}

@@ -142,6 +142,7 @@ def test_a_job_is_written_run_replayed_and_compared(studio: Studio, windows: tup
     tapes = [Recording.load(studio.jobs.results / f"job-{k}" / "recording") for k in (1, 2)]
     # 4. The last one is replayed from its card; then both, the second as a ghost: the arm is where the recording says.
     first.ask("document.getElementById('view-recordings').open = false")
+    first.wait("document.querySelector('#job-outcome button')")
     first.ask("document.querySelector('#job-outcome button').click()")
     first.wait("mafsil.store.shown.replay?.first.number === 2")
     first.ask("mafsil.store.show({ chosen: [1, 2] })")

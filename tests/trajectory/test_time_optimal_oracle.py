@@ -1,4 +1,4 @@
-"""Shortest times along paths beside TOPP-RA: as short as on its own fine grid, and limits kept that it breaks."""
+"""Shortest times along paths beside TOPP-RA on its own fine grid, and beside a nonlinear program."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from mafsil.trajectory import JointPath, MotionLimits, check, time_optimal
+from tests.trajectory.nonlinear_program import shortest_time
 
 toppra = pytest.importorskip("toppra")
 PLACES = 2000
@@ -38,3 +39,16 @@ def test_durations_agree_to_a_thousandth_and_limits_are_kept(seed):
     assert found
     assert check(found.trajectory, limits, tolerance=1e-6)
     assert found.duration == pytest.approx(theirs(path, velocity, acceleration), rel=1e-3)
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("jerk", [np.inf, 10.0])
+def test_durations_are_those_of_a_nonlinear_program(seed, jerk):
+    """IPOPT keeps limits on its grid only and holds its control over each interval: near from both sides."""
+    rng = np.random.default_rng(seed)
+    path = JointPath.through(rng.uniform(-1, 1, (4, 3)))
+    limits = MotionLimits.of(3, velocity=1.0, acceleration=2.0, jerk=jerk)
+    found = time_optimal(path, limits).duration
+    reference = shortest_time(path, limits, found, intervals=100)
+    assert found == pytest.approx(reference, rel=2e-3 if np.isfinite(jerk) else 5e-3)
+    assert np.isfinite(jerk) or found < reference * (1 + 1e-4)

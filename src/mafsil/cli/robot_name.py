@@ -3,8 +3,14 @@
 from __future__ import annotations
 
 import os
+from typing import TYPE_CHECKING
 
-from mafsil.model import library
+from mafsil.lazy_module import lazily
+
+if TYPE_CHECKING:
+    import mafsil.model.library as library
+else:
+    library = lazily("mafsil.model.library")
 
 
 def known_name(robot: str) -> str:

@@ -117,7 +117,7 @@ def continued_branches(robot: RobotLike, T_sd: ArrayLike) -> Continuation:
     solution, moved = np.full(len(ideal), -1), np.full(len(ideal), np.nan)
     ends = [_continued(robot, ideal[row], T) for row in rows]
     order = np.argsort([way for _, way in ends])
-    for i in order:
+    for i in map(int, order):
         if not len(answer) or not np.isfinite(ends[i][0]).all():
             continue
         away = _apart(answer.q, ends[i][0], shared.revolute)

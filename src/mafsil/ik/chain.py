@@ -149,7 +149,7 @@ def common_point(axes: Floats, points: Floats) -> tuple[Vector3, float]:
     total = P.sum(axis=0)
     if np.linalg.cond(total) > 1e8:
         return np.full(3, np.nan), float("inf")
-    place = np.linalg.solve(total, (P @ points[:, :, None]).sum(axis=0)[:, 0])
+    place = np.asarray(np.linalg.solve(total, (P @ points[:, :, None]).sum(axis=0)[:, 0]), dtype=np.float64)
     return place, float(np.linalg.norm((P @ (place - points)[:, :, None])[:, :, 0], axis=1).max())
 
 

@@ -145,7 +145,10 @@ def newton_ik(
     if residual not in ("twist", "euler"):
         raise InputError("input.choice", name="residual", value=residual, known="twist, euler")
     error, jacobian = (pose.error, robot.jacobian_body) if form == "body" else (pose.space_error, robot.jacobian_space)
-    iterates, twists, differences, ranks = [], [], [], []
+    iterates: list[JointVector] = []
+    twists: list[Floats] = []
+    differences: list[float] = []
+    ranks: list[int] = []
     converged = False
     while True:
         T = robot.forward_kinematics(q)

@@ -312,7 +312,8 @@ def _by_quartic(arm: Chain, backwards: bool, start: Vector3, *, carried: bool = 
         return
     sine, cosine = _sine(w1, w2), abs(float(w1 @ w2))
     if one and two:
-        conditioning = sine if carried or three or _sine(np.cross(w1, w2), w3) > WELL_POSED else 0.0
+        normal = np.asarray(np.cross(w1, w2), dtype=np.float64)
+        conditioning = sine if carried or three or _sine(normal, w3) > WELL_POSED else 0.0
         conditioning *= 1.0 if carried or not three or abs(np.linalg.det(arm.axes)) > WELL_POSED else 0.0
     elif one or two:
         conditioning = cosine
@@ -391,9 +392,11 @@ def _sixth(chain: Chain) -> Iterator[Chain]:
         return
     if not chain.prismatic[3] and _sine(w4, w5) > WELL_POSED:
         place, _ = meeting_point(w4, chain.points[3], w5, chain.points[4])
-        yield chain.with_joint(np.cross(w4, w5), place)
+        across = np.asarray(np.cross(w4, w5), dtype=np.float64)
+        yield chain.with_joint(across, place)
     if _sine(chain.axes[1], w5) > WELL_POSED:
-        yield chain.with_joint(np.cross(chain.axes[1], w5), chain.points[4] + 0.37 * chain.size * w5)
+        across = np.asarray(np.cross(chain.axes[1], w5), dtype=np.float64)
+        yield chain.with_joint(across, chain.points[4] + 0.37 * chain.size * w5)
 
 
 def _three_joints(chain: Chain) -> Iterator[Chain]:

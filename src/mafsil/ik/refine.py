@@ -144,7 +144,8 @@ def least_squares(
         normal = J.transpose(0, 2, 1) @ J
         scale = np.maximum(np.trace(normal, axis1=1, axis2=2), SMALLEST)
         normal = normal + (damping[moving] * scale)[:, None, None] * unit
-        step = np.linalg.solve(normal, J.transpose(0, 2, 1) @ error[moving, :, None])[:, :, 0]
+        downhill = J.transpose(0, 2, 1) @ error[moving, :, None]
+        step = np.asarray(np.linalg.solve(normal, downhill)[:, :, 0], dtype=np.float64)
         length = np.abs(step).max(axis=1, keepdims=True)
         trial = q[moving] + step * np.minimum(1.0, 0.5 / np.maximum(length, SMALLEST))
         trial_error = pose_errors(robot, trial, T_sd[moving], mask, None)
@@ -168,7 +169,7 @@ def distinct(q: JointVector, revolute: NDArray[np.bool_], tolerance: float = SAM
     """
     kept: list[int] = []
     for i in range(len(q)):
-        d = q[kept] - q[i]
+        d: Floats = q[kept] - q[i]
         d = np.where(revolute, (d + np.pi) % (2 * np.pi) - np.pi, d)
         if not len(kept) or np.abs(d).max(axis=1).min() > tolerance:
             kept.append(i)

@@ -13,6 +13,8 @@ NotNegative: TypeAlias = Annotated[float, msgspec.Meta(ge=0)]
 Share: TypeAlias = Annotated[float, msgspec.Meta(ge=1e-6, le=1)]
 Profile: TypeAlias = LawName | Literal["time_optimal", "jerk_limited"]
 """How a move spends its time: a law, or the shortest time along its path, or with limited jerk."""
+QUICKEST = ("time_optimal", "jerk_limited")
+"""The profiles of the shortest time: they pass points on the way and round corners."""
 PathKind: TypeAlias = Literal["joint", "line", "arc", "spline", "screw"]
 TIP_PATHS: tuple[PathKind, ...] = ("line", "arc", "spline", "screw")
 """Paths of the tip: their goal is a pose."""
@@ -90,7 +92,7 @@ class Move(Part, frozen=True, kw_only=True):
         blend: how far from the goal the tip may pass when it goes on to the next path of the tip without a stop [m];
             0 stops there.
         profile: law of motion in time, quintic if None; `time_optimal`: the shortest time along the path;
-            `jerk_limited`: the shortest time of a joint move whose jerk is limited.
+            `jerk_limited`: the same with limited jerk.
         duration: [s]; the shortest within the limits if left out.
         speed: share of the limits for this move.
         pick: take something: the tool closes, its mass hangs on the tip from then on.

@@ -257,7 +257,10 @@ class _Planner:
         key = (q.tobytes(), *(target.tobytes() for target in targets), *(_asked(move) for move in moves))
         if key not in self.lines:
             slowest = min(moves, key=lambda move: move.speed)
-            asked, where = msgspec.structs.replace(moves[-1], speed=slowest.speed), self.where(last)
+            smooth = any(move.profile == "jerk_limited" for move in moves)
+            profile = "jerk_limited" if smooth else moves[-1].profile
+            asked = msgspec.structs.replace(moves[-1], speed=slowest.speed, profile=profile)
+            where = self.where(last)
             start = np.asarray(self.robot.forward_kinematics(q))
             try:
                 path = path_or_refusal(start, moves, targets, self.degrees, where)

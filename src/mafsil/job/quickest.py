@@ -93,6 +93,7 @@ def along_line(
         acceleration=np.append(
             own.acceleration[1], move.speed**2 * np.array([bounds.tip_acceleration, turn_acceleration])
         ),
+        jerk=np.append(own.jerk[1], [np.inf, np.inf]),
     )
     return _timed(JointPath(_with_tip(joints, tip)), limits_of_all, joints, where)
 
@@ -147,8 +148,9 @@ def with_limited_jerk(
 
 
 def _of_joints(limits: JointLimits) -> MotionLimits:
-    """Velocity and acceleration alone: positions are judged where the path is made, and jerk is not kept."""
-    return MotionLimits.of(len(limits.lower), velocity=limits.velocity, acceleration=limits.acceleration)
+    """Of the rates alone: positions are judged where the path is made."""
+    rates = {"velocity": limits.velocity, "acceleration": limits.acceleration, "jerk": limits.jerk}
+    return MotionLimits.of(len(limits.lower), **rates)
 
 
 def _timed(path: JointPath, limits: MotionLimits, joints: PiecewisePolynomial, where: object) -> Quickest:

@@ -15,7 +15,7 @@ import msgspec
 
 from mafsil.errors import FileError, JobError
 from mafsil.job import lines
-from mafsil.job.description import TIP_PATHS, Goal, Job, Move, Part, Pose
+from mafsil.job.description import QUICKEST, TIP_PATHS, Goal, Job, Move, Part, Pose
 from mafsil.job.syntax import syntax_error
 from mafsil.messages import say
 from mafsil.messages.visible import visible
@@ -31,8 +31,6 @@ TIP_TOLERANCES = ("position", "orientation")
 GAINS = {"computed_torque": ("frequency", "damping"), "pd_gravity": ("stiffness", "rate_gain")}
 """Gains of each law; those of another one have no effect and are refused."""
 _ALL = ("name", "tolerance")
-QUICKEST = ("time_optimal", "jerk_limited")
-"""Profiles that pass points on the way."""
 _TRAVEL = (*_ALL, "path", "via", "profile", "duration", "speed")
 EFFECTIVE = {
     "joints": _TRAVEL,
@@ -202,9 +200,7 @@ class _Reader:
         of_tip = move.path in TIP_PATHS
         if of_tip and move.pose is None:
             raise self.error("job.line_pose", ("move", k, "path"), kind=move.path)
-        if of_tip and move.profile == "jerk_limited":
-            raise self.error("job.line_jerk", ("move", k, "profile"))
-        passing = () if move.path == "arc" else QUICKEST[:1] if of_tip else QUICKEST
+        passing = () if move.path == "arc" else QUICKEST
         if passing and move.via and move.profile not in (None, *passing):
             raise self.error("job.via_profile", ("move", k, "profile"), known=", ".join(passing))
         least, most = POINTS_ON_THE_WAY[move.path]
@@ -227,7 +223,7 @@ class _Reader:
         if move.path not in TIP_PATHS or then is None or then.path not in TIP_PATHS or then.pose is None:
             raise self.error("job.blend_next", ("move", k, "blend"), known=", ".join(TIP_PATHS))
         for index, one in ((k, move), (k + 1, then)):
-            if one.profile not in (None, "time_optimal"):
+            if one.profile not in (None, *QUICKEST):
                 raise self.error("job.blend_profile", ("move", index, "profile"))
             if one.duration is not None:
                 raise self.error("job.blend_duration", ("move", index, "duration"))

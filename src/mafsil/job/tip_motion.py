@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mafsil.arrays import JointVector
-from mafsil.job.description import Bounds, Move
+from mafsil.job.description import QUICKEST, Bounds, Move
 from mafsil.job.quickest import Share, along_curve, along_line
 from mafsil.job.remark import Refused
 from mafsil.model import JointLimits
@@ -91,7 +91,7 @@ def tip_motion(
     if joints.value is None or not joints.succeeded:
         raise Refused("job.no_path", move=where, reason=joints)
     rate, growth = _tip_bounds(path, bounds, move)
-    if move.profile == "time_optimal" or isinstance(path, JoinedPath) or move.path == "spline":
+    if move.profile in QUICKEST or isinstance(path, JoinedPath) or move.path == "spline":
         return _quickest(robot, joints.value, path, bounds, move, limits, where)
     brisk = PathMotion(joints.value, _time_law(rate, growth, move))
     uniform = brisk.stretched(max(brisk.stretch_needed(limits) * (1 + 1e-9), 1.0))

@@ -202,7 +202,12 @@ unnamed.few:
 
 
 def _named(signature: Signature) -> str:
-    """Step 2: keywords to their places; every place must be taken once."""
+    """Step 2: keywords to their places; every place must be taken once.
+
+    1. The arguments by position in their places.
+    2. Of each keyword: `out` is kept apart, threads=1 needs nothing, any other is searched among the names.
+    3. Every place is taken.
+    """
     count = len(signature.inputs)
     last = f"copy.leave{count - 1}"
     full = "\n".join(
@@ -212,12 +217,12 @@ def _named(signature: Signature) -> str:
         for k in range(count)
     )
     return f"""
-given.copy:                                                  ; step 2: given[k] = k < nargs ? args[k] : null
+given.copy:                                                  ; 2.1: given[k] = k < nargs ? args[k] : null
   %kw.count = phi i64 [ %kw.size, %twin.first ], [ 0, %unnamed.few ]
   %kw.list = phi ptr [ %kw.items, %twin.first ], [ null, %unnamed.few ]
 {_copied(count)}
   br label %keyword.loop
-keyword.loop:                                                ; for k in 0 ... keywords: sort one into its place
+keyword.loop:                                                ; 2.2: for k in 0 ... keywords: sort one into its place
   %k = phi i64 [ 0, %{last} ], [ %k.next, %keyword.next ]
   %out = phi ptr [ null, %{last} ], [ %out.next, %keyword.next ]
   %k.more = icmp slt i64 %k, %kw.count
@@ -262,7 +267,7 @@ search.take:
 keyword.next:
   %out.next = phi ptr [ %value, %keyword ], [ %out, %threads ], [ %out, %search.take ]
   br label %keyword.loop
-full0:
+full0:                                                       ; 2.3
 {full}
   br label %out.none"""
 

@@ -111,9 +111,11 @@ def _walker(width: int, inward: bool) -> str:
     void (char *rows, int64 step, count of rows, elements, rank, int64 *shape, *steps, double *cells).
     Inward, the cells are a tile, and lanes beyond the count repeat the last row; outward, they are contiguous rows, of
     which `count` are copied.
+
+    1. For every element e of the core:
+    2. its offset from the quotients and remainders of e by the core's sizes, innermost axis first (mixed radix);
+    3. for every lane l: the copy between rows + min(l, count - 1) step + offset and the cell.
     """
-    # For every element e: its offset in the core from the quotients and remainders of e by the core's sizes, innermost
-    # axis first (a number of mixed radix); then for every lane l: source = rows + min(l, count-1) step + offset.
     copy = (
         "%number = load double, ptr %source, align 8\n  store double %number, ptr %cell, align 8"
         if inward
@@ -128,10 +130,10 @@ entry:
   %lastrow = sub i64 %count, 1
   %innermost = sub i64 %rank, 1
   br label %element
-element:
+element:                                                     ; 1.
   %e = phi i64 [ 0, %entry ], [ %e.next, %element.end ]
   br label %axis
-axis:
+axis:                                                        ; 2.
   %d = phi i64 [ %innermost, %element ], [ %d.next, %axis.body ]
   %rest = phi i64 [ %e, %element ], [ %rest.next, %axis.body ]
   %offset = phi i64 [ 0, %element ], [ %offset.next, %axis.body ]
@@ -149,7 +151,7 @@ axis.body:
   %offset.next = add i64 %offset, %shift
   %d.next = sub i64 %d, 1
   br label %axis
-lane:
+lane:                                                        ; 3.
   %l = phi i64 [ 0, %axis ], [ %l.next, %lane ]
   %beyond = icmp sgt i64 %l, %lastrow
   %row = select i1 %beyond, i64 %lastrow, i64 %l

@@ -63,7 +63,7 @@ def stage_size(port: Port, width: int) -> int:
 
 
 def functions() -> str:
-    """LLVM IR of STREAM and REST."""
+    """LLVM IR of STREAM (steps 2 to 4 of this module) and REST (step 5)."""
     return f"""
 declare void @llvm.x86.sse.sfence()
 !1 = !{{i32 1}}

@@ -101,6 +101,9 @@ def walked(
 def rank_of_rows(A: Floats, size: Floats, tolerance: float) -> tuple[int, float]:
     """Step 3: rank of A (m, n), which is destroyed, and how near the decision was: the ratio to the tolerance, >= 1.
 
+    1. The longest row that is left; if it is below the tolerance, the rank is what was taken before.
+    2. It becomes a unit vector, and what the others have of it is removed from them.
+
     Args:
         A: rows.
         size: (m,) room for squares of lengths.
@@ -114,6 +117,7 @@ def rank_of_rows(A: Floats, size: Floats, tolerance: float) -> tuple[int, float]
         size[i] = total
     largest, last, rank = 0.0, 1.0, 0
     while rank < m:
+        # 1.
         best, pivot = 0.0, -1
         for i in range(m):
             if size[i] > best:
@@ -124,6 +128,7 @@ def rank_of_rows(A: Floats, size: Floats, tolerance: float) -> tuple[int, float]
             left = sqrt(best / largest) if largest > 0.0 else 0.0
             below = tolerance / left if left > 0.0 else np.inf
             return rank, min(below, last / tolerance)
+        # 2.
         last = sqrt(best / largest)
         scale = 1.0 / sqrt(best)
         size[pivot] = -1.0

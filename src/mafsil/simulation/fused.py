@@ -81,7 +81,12 @@ def can_fuse(scenario: Scenario) -> bool:
     law, plant = law_terms(scenario.law), scenario.true_plant
     same_width = plant.robot.n == scenario.robot.n
     stepper = Stepper(plant, scenario.chosen_integrator, scenario.step)
-    return law is not None and same_width and stepper.evaluations() * scenario.substeps <= MOST_EVALUATIONS
+    return (
+        law is not None
+        and plant.environment is None
+        and same_width
+        and stepper.evaluations() * scenario.substeps <= MOST_EVALUATIONS
+    )
 
 
 class FusedLoop:

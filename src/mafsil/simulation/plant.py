@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, Vector6, real_array
+from mafsil.control.environment import Environment, tip_wrench_of
 from mafsil.errors import InputError
 from mafsil.mechanics.friction import FrictionLaw, friction_law
 from mafsil.model import Inertial
@@ -21,10 +22,12 @@ class Plant:
     Attributes:
         robot: the true arm; its model in the controller may differ.
         friction: whether the joints' friction acts.
+        environment: what the tip touches, or None.
     """
 
     robot: Robot
     friction: bool = True
+    environment: Environment | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "robot", as_robot(self.robot))
@@ -39,9 +42,17 @@ class Plant:
         """
         if self.has_friction:
             tau = tau - self.robot.friction_torque(qd)
+        push = self.tip_push(q, qd, push)
         if push is None:
             return self.robot.forward_dynamics(q, qd, tau)
         return self.robot.forward_dynamics(q, qd, tau, -push)
+
+    def tip_push(self, q: JointVector, qd: JointVector, push: Vector6 | None) -> Vector6 | None:
+        """(*batch, 6) wrench on the tip, in the tip frame: the push and what the environment adds; None if nothing."""
+        if self.environment is None:
+            return push
+        touch = tip_wrench_of(self.robot, self.environment, q, qd)
+        return touch if push is None else push + touch
 
     @property
     def has_friction(self) -> bool:

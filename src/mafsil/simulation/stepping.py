@@ -136,7 +136,7 @@ def damped_acceleration(
         push: (*batch, 6) of the world on the tip, in the tip frame, or None.
         h: length of the step [s].
     """
-    robot = plant.robot
+    robot, push = plant.robot, plant.tip_push(q, qd, push)
     if push is None:
         load = effort - robot.inverse_dynamics(q, qd, np.zeros(robot.n))
     else:

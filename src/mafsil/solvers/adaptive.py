@@ -144,16 +144,18 @@ class _Adaptive:
         events: Sequence[Event],
     ) -> None:
         self.pair, self.field, self.tolerance, self.budget, self.events = pair, field, tolerance, budget, events
-        self.t, self.y = interval[0], np.array(start, dtype=np.float64)
+        self.t: float = interval[0]
+        self.y: Floats = np.array(start, dtype=np.float64)
         self.span = interval[1] - interval[0]
         self.stages = np.empty((len(pair.c), *self.y.shape))
         self.flat = self.stages.reshape(len(pair.c), -1)
         self.builder = SolutionBuilder(self.t, self.y)
         self.watch = Watch(events, self.t, self.y)
         self.tried, self.resets, self.close = 0, 0, 0
-        self.last_reset = -inf
+        self.last_reset: float = -inf
         self.error = self.previous = 1.0
-        self.h, self.edge = 0.0, inf
+        self.h: float = 0.0
+        self.edge: float = inf
         self.deadline = perf_counter() + budget.seconds
 
     def until(self, end: float) -> IntegrationStatus:

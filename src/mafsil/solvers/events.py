@@ -73,10 +73,11 @@ def require_events(events: object) -> None:
     Raises:
         InputError: it is none.
     """
+    kind = type(events).__name__
     if not isinstance(events, Sequence) or not all(
         isinstance(event, Event) for event in cast("Sequence[object]", events)
     ):
-        raise InputError("input.kind", name="events", expected="list of mafsil.Event", got=type(events).__name__)
+        raise InputError("input.kind", name="events", expected="list of mafsil.Event", got=kind)
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,14 +17,11 @@ Products and sums may be contracted to one rounding. Nothing is reordered: the s
 result, whatever stands beside them.
 """
 
-# pyright: reportMissingParameterType=false, reportUnknownVariableType=false, reportUnknownParameterType=false
-# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportMissingTypeStubs=false
-# pyright: reportUntypedClassDecorator=false, reportUntypedFunctionDecorator=false, reportUnusedFunction=false
-# pyright: reportPrivateImportUsage=false
 from __future__ import annotations
 
 import operator
-from typing import Any, ClassVar
+from collections.abc import Callable
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 from numba.core import cgutils, types
@@ -32,6 +29,7 @@ from numba.core.datamodel import models
 from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
 from numba.extending import intrinsic, lower_builtin, register_model
 
+from mafsil.arrays import Floats
 from mafsil.solvers.loops import compiled, reordered
 
 ir = cgutils.ir
@@ -39,6 +37,9 @@ ir = cgutils.ir
 
 WIDTH = 8
 """Lanes."""
+
+Generate: TypeAlias = Callable[[Any, Any, Any, Any], Any]
+"""What writes an operation: numba's context, the builder, types and values of the arguments; gives the result."""
 
 _VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
 _BITS = ir.VectorType(ir.IntType(1), WIDTH)
@@ -66,9 +67,9 @@ LANES, MASK, BUFFER = _LanesType(), _MaskType(), _BufferType()
 NUMBER = types.float64
 
 
-def _model(kind, backend):
+def _model(kind: Any, backend: Any) -> None:
     class Model(models.PrimitiveModel):
-        def __init__(self, dmm, fe_type) -> None:
+        def __init__(self, dmm: Any, fe_type: Any) -> None:
             super().__init__(dmm, fe_type, backend)
 
     register_model(kind)(Model)
@@ -79,17 +80,17 @@ _model(_MaskType, _BITS)
 _model(_BufferType, _VECTOR.as_pointer())
 
 
-def _broadcast(builder, value):
+def _broadcast(builder: Any, value: Any) -> Any:
     first = builder.insert_element(ir.Constant(_VECTOR, ir.Undefined), value, _INT(0))
     zeros = ir.Constant(ir.VectorType(_INT, WIDTH), None)
     return builder.shuffle_vector(first, ir.Constant(_VECTOR, ir.Undefined), zeros)
 
 
-def _wide(builder, kind, value):
+def _wide(builder: Any, kind: Any, value: Any) -> Any:
     return value if kind is LANES else _broadcast(builder, value)
 
 
-def _pairs(function, result, emit):
+def _pairs(function: Any, result: Any, emit: Callable[[Any, Any, Any], Any]) -> None:
     """One operator on lanes, and on lanes and numbers in either order."""
     pairs = ((LANES, LANES), (LANES, NUMBER), (NUMBER, LANES))
 
@@ -98,59 +99,64 @@ def _pairs(function, result, emit):
 
     _resolved(function)(Template)
 
-    def lowered(_context, builder, sig, args):
+    def lowered(_context: Any, builder: Any, sig: Any, args: Any) -> Any:
         return emit(builder, *(_wide(builder, kind, value) for kind, value in zip(sig.args, args, strict=True)))
 
     for pair in pairs:
         lower_builtin(function, *pair)(lowered)
 
 
-def _arithmetic(name):
+def _arithmetic(name: str) -> Callable[[Any, Any, Any], Any]:
     return lambda builder, a, b: getattr(builder, name)(a, b, flags=_FLAGS)
 
 
-def _comparison(sign):
+def _comparison(sign: str) -> Callable[[Any, Any, Any], Any]:
     return lambda builder, a, b: builder.fcmp_ordered(sign, a, b)
 
 
+_of: Any = operator
 for _plain, _inplace, _name in (
-    (operator.add, operator.iadd, "fadd"),
-    (operator.sub, operator.isub, "fsub"),
-    (operator.mul, operator.imul, "fmul"),
-    (operator.truediv, operator.itruediv, "fdiv"),
+    (_of.add, _of.iadd, "fadd"),
+    (_of.sub, _of.isub, "fsub"),
+    (_of.mul, _of.imul, "fmul"),
+    (_of.truediv, _of.itruediv, "fdiv"),
 ):
     _pairs(_plain, LANES, _arithmetic(_name))
     _pairs(_inplace, LANES, _arithmetic(_name))
-for _plain, _sign in ((operator.lt, "<"), (operator.gt, ">"), (operator.le, "<="), (operator.ge, ">=")):
+for _plain, _sign in ((_of.lt, "<"), (_of.gt, ">"), (_of.le, "<="), (_of.ge, ">=")):
     _pairs(_plain, MASK, _comparison(_sign))
-_pairs(operator.eq, MASK, _comparison("=="))
+_pairs(_of.eq, MASK, _comparison("=="))
 
 
-def _single(function, sig, emit):
+def _single(function: Any, sig: Any, emit: Callable[[Any, Any], Any]) -> None:
     class Template(ConcreteTemplate):
         cases: ClassVar[list[Any]] = [sig]
 
     _resolved(function)(Template)
-    lower_builtin(function, *sig.args)(lambda _context, builder, _sig, args: emit(builder, *args))
+
+    def lowered(_context: Any, builder: Any, _sig: Any, args: Any) -> Any:
+        return emit(builder, args)
+
+    lower_builtin(function, *sig.args)(lowered)
 
 
-_single(operator.neg, signature(LANES, LANES), lambda builder, a: builder.fneg(a))
-_single(operator.invert, signature(MASK, MASK), lambda builder, a: builder.not_(a))
-_single(operator.and_, signature(MASK, MASK, MASK), lambda builder, a, b: builder.and_(a, b))
-_single(operator.or_, signature(MASK, MASK, MASK), lambda builder, a, b: builder.or_(a, b))
+_single(_of.neg, signature(LANES, LANES), lambda builder, args: builder.fneg(args[0]))
+_single(_of.invert, signature(MASK, MASK), lambda builder, args: builder.not_(args[0]))
+_single(_of.and_, signature(MASK, MASK, MASK), lambda builder, args: builder.and_(args[0], args[1]))
+_single(_of.or_, signature(MASK, MASK, MASK), lambda builder, args: builder.or_(args[0], args[1]))
 
 
-def _place(builder, place, index):
+def _place(builder: Any, place: Any, index: Any) -> Any:
     return builder.gep(place, [index])
 
 
-def _load(builder, place, index):
+def _load(builder: Any, place: Any, index: Any) -> Any:
     value = builder.load(_place(builder, place, index))
     value.align = 8
     return value
 
 
-def _store(builder, place, index, value):
+def _store(builder: Any, place: Any, index: Any, value: Any) -> None:
     builder.store(value, _place(builder, place, index), align=8)
 
 
@@ -167,24 +173,24 @@ _resolved(operator.setitem)(_SetItem)
 
 
 @lower_builtin(operator.getitem, BUFFER, types.intp)
-def _getitem(_context, builder, _sig, args):
+def _getitem(_context: Any, builder: Any, _sig: Any, args: Any) -> Any:
     return _load(builder, args[0], args[1])
 
 
 @lower_builtin(operator.setitem, BUFFER, types.intp, LANES)
 @lower_builtin(operator.setitem, BUFFER, types.intp, NUMBER)
-def _setitem(context, builder, sig, args):
+def _setitem(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     _store(builder, args[0], args[1], _wide(builder, sig.args[2], args[2]))
     return context.get_dummy_value()
 
 
 @_emitted
-def lanes(_typing, _number):
+def lanes(_typing: Any, _number: Any) -> tuple[Any, Generate]:
     """A number in all lanes."""
     return LANES(NUMBER), lambda _context, builder, _sig, args: _broadcast(builder, args[0])
 
 
-def _called(builder, name, value):
+def _called(builder: Any, name: str, value: Any) -> Any:
     function = cgutils.get_or_insert_function(
         builder.module, ir.FunctionType(_VECTOR, [_VECTOR]), f"llvm.{name}.v{WIDTH}f64"
     )
@@ -192,23 +198,23 @@ def _called(builder, name, value):
 
 
 @_emitted
-def square_root(_typing, x):
+def square_root(_typing: Any, x: Any) -> tuple[Any, Generate]:
     """The root of each lane, and of a number."""
     return LANES(LANES), lambda _context, builder, _sig, args: _called(builder, "sqrt", args[0])
 
 
 @_emitted
-def magnitude(_typing, x):
+def magnitude(_typing: Any, x: Any) -> tuple[Any, Generate]:
     """The absolute value of each lane."""
     return LANES(LANES), lambda _context, builder, _sig, args: _called(builder, "fabs", args[0])
 
 
 @_emitted
-def where(_typing, mask, a, b):
+def where(_typing: Any, mask: Any, a: Any, b: Any) -> tuple[Any, Generate]:
     """Lanes of a where the mask is set, else of b; either may be a number."""
     sig = LANES(MASK, *(LANES if kind is LANES else NUMBER for kind in (a, b)))
 
-    def generate(_context, builder, sig, args):
+    def generate(_context: Any, builder: Any, sig: Any, args: Any) -> Any:
         a, b = (_wide(builder, kind, value) for kind, value in zip(sig.args[1:], args[1:], strict=True))
         return builder.select(args[0], a, b)
 
@@ -216,20 +222,20 @@ def where(_typing, mask, a, b):
 
 
 @_emitted
-def lane_bits(_typing, mask):
+def lane_bits(_typing: Any, mask: Any) -> tuple[Any, Generate]:
     """Bit l for lane l."""
 
-    def generate(_context, builder, _sig, args):
+    def generate(_context: Any, builder: Any, _sig: Any, args: Any) -> Any:
         return builder.zext(builder.bitcast(args[0], ir.IntType(WIDTH)), ir.IntType(64))
 
     return types.int64(MASK), generate
 
 
 @_emitted
-def any_lane(_typing, mask):
+def any_lane(_typing: Any, mask: Any) -> tuple[Any, Generate]:
     """Whether a lane of the mask is set."""
 
-    def generate(_context, builder, _sig, args):
+    def generate(_context: Any, builder: Any, _sig: Any, args: Any) -> Any:
         bits = builder.bitcast(args[0], ir.IntType(WIDTH))
         return builder.icmp_unsigned("!=", bits, bits.type(0))
 
@@ -237,13 +243,13 @@ def any_lane(_typing, mask):
 
 
 @_emitted
-def buffer(_typing, count):
+def buffer(_typing: Any, count: Any) -> tuple[Any, Generate] | None:
     """Lanes on the stack, as many as a literal says; they hold nothing yet."""
     if not isinstance(count, types.IntegerLiteral):
         return None
     size = count.literal_value
 
-    def generate(_context, builder, _sig, _args):
+    def generate(_context: Any, builder: Any, _sig: Any, _args: Any) -> Any:
         with builder.goto_entry_block():
             place = builder.alloca(ir.ArrayType(_VECTOR, size))
             place.align = 64
@@ -253,31 +259,31 @@ def buffer(_typing, count):
 
 
 @_emitted
-def part(_typing, place, index):
+def part(_typing: Any, place: Any, index: Any) -> tuple[Any, Generate]:
     """The buffer that begins at a place of another."""
     return BUFFER(BUFFER, types.intp), lambda _context, builder, _sig, args: _place(builder, args[0], args[1])
 
 
-def _numbers(context, builder, kind, value):
+def _numbers(context: Any, builder: Any, kind: Any, value: Any) -> Any:
     array = context.make_array(kind)(context, builder, value)
     return array.data
 
 
 @_emitted
-def seen(_typing, array):
+def seen(_typing: Any, array: Any) -> tuple[Any, Generate]:
     """A float64 array whose rows are in order, as a buffer."""
 
-    def generate(context, builder, sig, args):
+    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         return builder.bitcast(_numbers(context, builder, sig.args[0], args[0]), _VECTOR.as_pointer())
 
     return BUFFER(array), generate
 
 
 @_emitted
-def put(_typing, place, index, lane, value):
+def put(_typing: Any, place: Any, index: Any, lane: Any, value: Any) -> tuple[Any, Generate]:
     """One lane of a place set."""
 
-    def generate(context, builder, _sig, args):
+    def generate(context: Any, builder: Any, _sig: Any, args: Any) -> Any:
         begin = builder.bitcast(_place(builder, args[0], args[1]), ir.DoubleType().as_pointer())
         builder.store(args[3], builder.gep(begin, [args[2]]))
         return context.get_dummy_value()
@@ -286,10 +292,10 @@ def put(_typing, place, index, lane, value):
 
 
 @_emitted
-def get(_typing, place, index, lane):
+def get(_typing: Any, place: Any, index: Any, lane: Any) -> tuple[Any, Generate]:
     """One lane of a place."""
 
-    def generate(_context, builder, _sig, args):
+    def generate(_context: Any, builder: Any, _sig: Any, args: Any) -> Any:
         begin = builder.bitcast(_place(builder, args[0], args[1]), ir.DoubleType().as_pointer())
         return builder.load(builder.gep(begin, [args[2]]))
 
@@ -297,10 +303,10 @@ def get(_typing, place, index, lane):
 
 
 @_emitted
-def spread(_typing, array, begin, stride, x):
+def spread(_typing: Any, array: Any, begin: Any, stride: Any, x: Any) -> tuple[Any, Generate]:
     """Lane l to the array, seen as flat, at begin + l stride."""
 
-    def generate(context, builder, sig, args):
+    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         data = _numbers(context, builder, sig.args[0], args[0])
         for lane in range(WIDTH):
             at = builder.add(args[1], builder.mul(args[2], args[2].type(lane)))
@@ -311,7 +317,7 @@ def spread(_typing, array, begin, stride, x):
 
 
 @compiled
-def in_lanes(count):
+def in_lanes(count: int) -> Floats:
     """An array for so many lanes that begins with a cache line: keep it as long as what is `seen` of it."""
     numbers = np.empty((count + 1) * WIDTH)
     beyond = (numbers.ctypes.data // 8) % WIDTH
@@ -319,7 +325,7 @@ def in_lanes(count):
 
 
 @reordered
-def angle_of(cosine, sine):
+def angle_of(cosine: Any, sine: Any) -> Any:
     """The angle in (-pi, pi] of cosine and sine up to a factor, in each lane, within 2 ulp.
 
     1. Of the larger over the smaller component only tan x <= 1 is left, and beyond tan (pi / 8) it is turned by pi / 4.

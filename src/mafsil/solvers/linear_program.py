@@ -95,7 +95,8 @@ def nonnegative_solution(A: Floats, b: Floats, c: Floats | None = None, toleranc
     Reference:
         J. Farkas, Theorie der einfachen Ungleichungen, J. reine angew. Math. 124, 1902.
     """
-    m, n = A.shape
+    m: int = A.shape[0]
+    n: int = A.shape[1]
     slack = np.hstack([A, np.eye(m), -np.eye(m)])
     nearest = minimise(np.concatenate([np.zeros(n), np.ones(2 * m)]), slack, b)
     assert nearest is not None, "slack variables reach every right side"

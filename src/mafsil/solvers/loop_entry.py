@@ -62,6 +62,10 @@ def read(payload: bytes, arguments: tuple[Any, ...], target_context: Any) -> Any
     details = json.loads(payload[at : at + head])
     library = (details["library"], "object", (payload[at + head : at + head + code], payload[at + head + code :]))
     result = _type(details["result"])
+
+    def mangled(*_args: object, **_named: object) -> str:
+        return details["mangled_name"]
+
     function = PythonFunctionDescriptor(
         native=True,
         doc="",
@@ -70,7 +74,7 @@ def read(payload: bytes, arguments: tuple[Any, ...], target_context: Any) -> Any
         calltypes=None,
         args=tuple(details["args"]),
         kws=(),
-        mangler=lambda *_args, **_named: details["mangled_name"],
+        mangler=mangled,
         argtypes=arguments,
         **{name: details[name] for name in _NAMES if name != "mangled_name"},
     )

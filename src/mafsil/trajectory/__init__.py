@@ -70,6 +70,8 @@ from mafsil.trajectory.motion import Trajectory as Trajectory
 from mafsil.trajectory.motion_limits import MotionLimits as MotionLimits
 from mafsil.trajectory.path import JointPath as JointPath
 from mafsil.trajectory.path_following import follow as follow
+from mafsil.trajectory.path_following_rates import JointMotion as JointMotion
+from mafsil.trajectory.path_following_rates import joint_motion as joint_motion
 from mafsil.trajectory.path_motion import PathMotion as PathMotion
 from mafsil.trajectory.path_points import PathPoint as PathPoint
 from mafsil.trajectory.path_points import PathPoints as PathPoints

@@ -230,6 +230,10 @@ def eight_of(grids, asked, first, memory):
 def capped(grids, eight, choose):
     """Step 2: controls, shares and lengths of every interval, and the caps of velocity at its ends.
 
+    1. The intervals of the eight paths into lanes; the polynomial only where a path comes to its next piece.
+    2. The slopes' Bernstein coefficients there, and by them the caps at both ends.
+    3. At a corner the cap is zero; in lanes beyond their end nothing changes.
+
     Args:
         grids: of all paths.
         eight: of `eight_of`.
@@ -239,6 +243,7 @@ def capped(grids, eight, choose):
     before, edge, memory = np.full(LANES, -1), buffer(3), in_lanes(own + n + (m + 1) * (m + 1))
     slopes, factors, weights = seen(memory), part(seen(memory), own), part(seen(memory), own + n)
     for i in range(eight.most):
+        # 1.
         place, controls, changed = part(eight.places, PLACE * i), part(eight.D, i * own), False
         for lane in range(LANES):
             b, at = min(eight.first + lane, paths - 1), eight.here[lane] + min(i, eight.last[lane] - 1)
@@ -250,6 +255,7 @@ def capped(grids, eight, choose):
                 taken(grids.coefficients[grids.firsts[b] + k], slopes, lane)
                 put(edge, 2, lane, 1.0)
                 changed, before[lane] = True, k
+        # 2.
         h = edge[0]
         place[LENGTH] = h
         part_weights(edge[1], h, choose, m, weights)
@@ -257,6 +263,7 @@ def capped(grids, eight, choose):
         shares = part(eight.shares, i * (m + 1))
         velocity_shares(controls, m, n, eight.slowness, factors, shares)
         begin, finish = velocity_caps(shares, m, h, choose)
+        # 3.
         if changed and i:
             ending = part(eight.D, (i - 1) * own + m * n)
             corner = turned(ending, part(place, -PLACE)[LENGTH], controls, h, n) & (edge[2] > 0.0)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,10 @@ from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.status import LimitStatus
 from mafsil.trajectory.tolerances import GIVEN
 
-SAMPLES_PER_PIECE = 128
+SAMPLES_PER_PIECE, LEAST_PER_PIECE = 128, 16
+"""Times in a piece that is no polynomial: less in motions of many pieces, which are the simpler."""
+MOST_SAMPLES = 8192
+"""In all pieces, where there are not too many of them."""
 
 QUANTITIES = (("lower", "upper"), ("velocity", "velocity"), ("acceleration", "acceleration"), ("jerk", "jerk"))
 """What the lower and upper bounds of each derivative are called."""
@@ -145,7 +147,8 @@ def extreme_times(trajectory: Trajectory, order: int) -> Floats:
     sides = np.concatenate([breaks, np.nextafter(breaks[1:], 0.0)])
     if isinstance(trajectory, PiecewisePolynomial):
         return np.unique(np.concatenate([sides, trajectory.stationary_times(order)]))
-    moments = np.unique(np.concatenate([sides, *(_between(a, b) for a, b in pairwise(breaks))]))
+    samples = max(MOST_SAMPLES // max(len(breaks) - 1, 1), LEAST_PER_PIECE)
+    moments = np.unique(np.concatenate([sides, _within(breaks, min(samples, SAMPLES_PER_PIECE))]))
     for _ in range(2):
         values = derivative(trajectory, moments, order)
         peaks = np.unique([values.argmax(axis=0), values.argmin(axis=0)])
@@ -153,6 +156,11 @@ def extreme_times(trajectory: Trajectory, order: int) -> Floats:
         near = [_between(float(moments[max(k - 1, 0)]), float(moments[min(k + 1, last)])) for k in peaks]
         moments = np.unique(np.concatenate([moments, *near]))
     return moments
+
+
+def _within(breaks: Floats, samples: int) -> Floats:
+    """Evenly spaced times in every piece."""
+    return (breaks[:-1, None] + np.arange(samples) / samples * np.diff(breaks)[:, None]).ravel()
 
 
 def _between(begin: float, end: float) -> Floats:

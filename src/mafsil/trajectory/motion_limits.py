@@ -97,6 +97,17 @@ def motion_limits(limits: Limits, n: int) -> MotionLimits:
     return bounds
 
 
+def share_of(value: Floats, bound: Floats) -> Floats:
+    """(k, n) of the bound in the direction of each value; zero where that bound is zero.
+
+    Args:
+        value: (k, n).
+        bound: (2, n) lower and upper ones.
+    """
+    size: Floats = np.where(value >= 0.0, bound[1:2], -bound[0:1]).astype(np.float64)
+    return np.divide(np.abs(value), size, out=np.zeros_like(value), where=size > 0.0)
+
+
 def _bounds(name: str, bound: Bound, n: int, *, rest: bool) -> Floats:
     """(2, n) lower and upper bounds; with `rest`, zero lies between them."""
     if isinstance(bound, tuple) and len(bound) == 2:

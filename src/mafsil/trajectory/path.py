@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, called, frozen, real_array, require_finite, require_kind
 from mafsil.errors import InputError
@@ -130,15 +130,33 @@ class JointPath:
 
     def corners(self) -> Floats:
         """(k,) path parameters inside the path where its direction jumps: no motion passes them without a stop."""
+        return self.curve.knots[1:-1][self._jumps(1)]
+
+    def stops(self) -> Floats:
+        """(k,) path parameters inside the path where its direction or its curvature jumps: with finite jerk, stops."""
+        return self.curve.knots[1:-1][self._jumps(1) | self._jumps(2)]
+
+    def between(self, begin: float, end: float) -> JointPath:
+        """The part between two of its breaks, as a path of its own.
+
+        Args:
+            begin, end: two of `breaks()`.
+        """
+        first, last = (int(np.searchsorted(self.curve.knots, s)) for s in (begin, end))
+        knots = self.curve.knots[first : last + 1] - self.curve.knots[first]
+        return JointPath(PiecewisePolynomial(frozen(knots), frozen(self.curve.coefficients[first:last])))
+
+    def _jumps(self, order: int) -> NDArray[np.bool_]:
+        """Of each knot inside, whether a derivative jumps there; curvatures against the largest of the path."""
+        if self.curve.degree < order or len(self.curve.knots) < 3:
+            return np.zeros(max(len(self.curve.knots) - 2, 0), dtype=np.bool_)
         inner = self.curve.knots[1:-1]
-        if self.curve.degree < 1 or not len(inner):
-            return np.zeros(0)
-        rows, h = self.curve.coefficients[:-1], np.diff(self.curve.knots)[:-1, None]
-        powers = np.arange(1.0, rows.shape[1])
-        before = (powers[:, None] * rows[:, 1:] * np.power(h[:, None], powers[:, None] - 1)).sum(axis=1)
-        after = self.curve.coefficients[1:, 1]
+        before = self.curve.derivative(inner, order, within=np.nextafter(inner, 0.0))
+        after = self.curve.derivative(inner, order)
         size = np.maximum(np.abs(before).max(axis=1), np.abs(after).max(axis=1))
-        return inner[np.abs(after - before).max(axis=1) > CORNER * size]
+        if order > 1:
+            size = np.full_like(size, size.max())
+        return np.asarray(np.abs(after - before).max(axis=1) > CORNER * size, dtype=np.bool_)
 
     def at(self, s: ArrayLike) -> PathPoint:
         """Position, slope and curvature at the path parameters `s` (*places); beyond its ends the path goes on nowhere.

@@ -11,6 +11,7 @@ from mafsil.arrays import Floats
 from mafsil.model import JointLimits
 from mafsil.trajectory.limit_check import derivative, extreme_times
 from mafsil.trajectory.motion import Motion, Stretchable, times
+from mafsil.trajectory.motion_limits import MotionLimits, motion_limits, share_of
 from mafsil.trajectory.overview import Printed
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 
@@ -64,16 +65,16 @@ class PathMotion(Printed):
         """The same path, `factor` times as slow."""
         return replace(self, law=self.law.stretched(factor))
 
-    def stretch_needed(self, limits: JointLimits) -> float:
+    def stretch_needed(self, limits: JointLimits | MotionLimits) -> float:
         """The factor of time at which velocity, acceleration and jerk just keep their limits; 0 if none is finite.
 
         Derivative k shrinks with the k-th power of the factor.
         """
-        needed = [0.0]
-        for order, limit in ((1, limits.velocity), (2, limits.acceleration), (3, limits.jerk)):
-            if np.isfinite(limit).any():
-                size = np.abs(derivative(self, extreme_times(self, order), order)).max(axis=0)
-                needed.append(float((size / limit).max() ** (1.0 / order)))
+        bounds, needed = motion_limits(limits, self.n), [0.0]
+        for order, sides in ((1, bounds.velocity), (2, bounds.acceleration), (3, bounds.jerk)):
+            if np.isfinite(sides).any():
+                shares = share_of(derivative(self, extreme_times(self, order), order), sides)
+                needed.append(float(shares.max()) ** (1.0 / order))
         return max(needed)
 
     def _places(self, t: ArrayLike, s: Floats) -> Floats:

@@ -17,7 +17,7 @@ from mafsil.trajectory.path import JointPath
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.sampled_limits import EffortLimit, SampledLimit, TipLimit
 from mafsil.trajectory.sampled_timing import ALLOWED, MOST_ROUNDS, timed_within
-from mafsil.trajectory.timing_answer import TimeOptimal, TimeOptimalBatch
+from mafsil.trajectory.timing_answer import TimeOptimal, TimeOptimalBatch, with_jerk
 from mafsil.trajectory.timing_problem import FREE, Timing, TimingProblem, Timings, limits_of_each, solved
 from mafsil.trajectory.timing_status import TimingStatus
 from mafsil.trajectory.tolerances import GIVEN
@@ -70,7 +70,7 @@ def time_optimal(
     frame: str | None = None,
     intervals: int | None = None,
 ) -> TimeOptimal | TimeOptimalBatch:
-    """The shortest time in which joints follow a path within limits of velocity, acceleration, effort and of the tip.
+    """The shortest time in which joints follow a path within limits of velocity, acceleration, jerk, effort and tip.
 
     The square of the path velocity is linear between the places of a grid, and the limits hold everywhere between them:
     the joints' velocities and accelerations there are polynomials, whose Bernstein coefficients keep the limits.
@@ -80,11 +80,15 @@ def time_optimal(
     are imposed at both ends and in the middle of each interval, measured at nine places of it, and where they exceed a
     limit there it is lowered and the timing repeated; `excess` is then what was measured.
 
+    With a finite limit of jerk the motion begins and ends at rest and stops where direction or curvature of the path
+    jump; it is a local optimum of a finite spline (`jerk_timing`), and the limits are measured along it.
+
     Args:
         path: geometry over s, or many such paths of equally many coordinates.
-        limits: of the coordinates: position is looked at, velocity, acceleration and effort are kept. Acceleration or
-            effort must be finite somewhere. Jerk is not kept, and the answer says so.
-        start_velocity, end_velocity: ds/dt at the ends, not negative, a number or one for each path.
+        limits: of the coordinates: position is looked at, velocity, acceleration, jerk and effort are kept.
+            Acceleration or effort must be finite somewhere.
+        start_velocity, end_velocity: ds/dt at the ends, not negative, a number or one for each path; zero with limits
+            of jerk.
         robot: whose dynamics the efforts and whose tip the limits of the tip mean; `limits` itself if it is a robot.
         tip_speed, tip_acceleration: of the origin of the tip frame, or of `frame` [m/s, m/s^2].
         tip_turn_rate: of its axes [rad/s].
@@ -96,8 +100,8 @@ def time_optimal(
         paths a `TimeOptimalBatch` of them.
 
     Raises:
-        InputError: wrong shapes, negative velocities, no finite limit of acceleration or effort, or limits of effort or
-            of the tip without a robot.
+        InputError: wrong shapes, negative velocities, velocities at the ends and limits of jerk, no finite limit of
+            acceleration or effort, or limits of effort or of the tip without a robot.
         ModelError: limits of effort of a robot without masses.
 
     Reference: Pham and Pham, A New Approach to Time-Optimal Path Parameterization Based on Reachability Analysis, IEEE
@@ -119,6 +123,9 @@ def time_optimal(
         _velocity(name, v, len(paths))
         for name, v in (("start_velocity", start_velocity), ("end_velocity", end_velocity))
     ]
+    smooth = bool(np.isfinite(bounds.jerk).any())
+    if smooth and max(float(v.max()) for v in ends) > 0.0:
+        raise InputError("trajectory.jerk_from_rest")
     count = None if intervals is None else whole("intervals", intervals, least=1)
     problem = TimingProblem(paths, *limits_of_each(bounds, len(paths)), ends[0], ends[1], count)
     timings = _each_within(problem, sampled) if sampled else solved(problem)
@@ -127,11 +134,12 @@ def time_optimal(
 
     def answer(b: int) -> TimeOptimal:
         worst = _position_beyond(paths[b], bounds) if bounded and _hull_leaves(paths[b], bounds) else None
-        return _answer(paths[b], bounds, timings[b], (float(ends[0][b]), float(ends[1][b])), sampled, worst)
+        found = _answer(paths[b], bounds, timings[b], (float(ends[0][b]), float(ends[1][b])), sampled, worst)
+        return with_jerk(found) if smooth and found else found
 
     if single:
         return answer(0)
-    known = None if bounded or isinstance(timings, list) else _durations(timings)
+    known = None if bounded or smooth or isinstance(timings, list) else _durations(timings)
     return TimeOptimalBatch(len(paths), answer, known)
 
 

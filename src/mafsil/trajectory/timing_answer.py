@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -14,13 +14,14 @@ from mafsil.answer import Answer, SingleAnswer
 from mafsil.arrays import Floats, frozen
 from mafsil.messages import say
 from mafsil.messages.tables import number, table
-from mafsil.trajectory.motion_limits import MotionLimits
+from mafsil.trajectory.jerk_timing import JerkTiming, timed_with_jerk
+from mafsil.trajectory.motion_limits import MotionLimits, share_of
 from mafsil.trajectory.path import JointPath
 from mafsil.trajectory.path_motion import PathMotion
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.sampled_limits import SampledLimit
-from mafsil.trajectory.sampled_timing import timed_within
-from mafsil.trajectory.timing_problem import Timing, TimingProblem, solved
+from mafsil.trajectory.sampled_timing import ALLOWED, MOST_ROUNDS, timed_within
+from mafsil.trajectory.timing_problem import Timing, TimingProblem, limits_of_each, solved
 from mafsil.trajectory.timing_status import TimingStatus
 
 LOOKS = (1e-6, 0.5, 1.0 - 1e-6)
@@ -33,7 +34,7 @@ class Binding(NamedTuple):
     Attributes:
         begin, end: [s].
         joint: index of the joint; -1 for limits of the tip.
-        quantity: `velocity`, `acceleration`, `effort`, `tip_speed`, `tip_turn_rate` or `tip_acceleration`.
+        quantity: `velocity`, `acceleration`, `jerk`, `effort`, `tip_speed`, `tip_turn_rate` or `tip_acceleration`.
         share: the largest share of the limit that is used there.
     """
 
@@ -70,6 +71,7 @@ class TimeOptimal(SingleAnswer):
         details: what the sentence of the status mentions.
         sampled: limits of effort and of the tip that were kept too.
         velocities_at_ends: ds/dt that was asked for at the start and at the end.
+        smooth: the motion if the jerk is limited; `timing` is then the one without limits of jerk.
     """
 
     status: TimingStatus
@@ -79,20 +81,29 @@ class TimeOptimal(SingleAnswer):
     details: Mapping[str, object] = field(default_factory=dict[str, object])
     sampled: tuple[SampledLimit, ...] = ()
     velocities_at_ends: tuple[float, float] = (0.0, 0.0)
+    smooth: JerkTiming | None = None
 
     @property
     def duration(self) -> float:
         """[s]; infinite where there is no timing."""
-        return self.timing.duration if self else np.inf
+        if not self:
+            return np.inf
+        return self.smooth.motion.duration if self.smooth else self.timing.duration
 
     @property
     def excess(self) -> float:
         """The largest excess over any limit at any time, as share of the limit, rounding included."""
-        return self.timing.excess
+        return self.smooth.excess if self.smooth else self.timing.excess
 
     @property
     def velocities(self) -> Floats:
-        """(places, 2) path parameter s and path velocity ds/dt on the grid; between its places (ds/dt)^2 is linear."""
+        """(places, 2) path parameter s and path velocity ds/dt on the grid.
+
+        Between its places (ds/dt)^2 is linear in s; with limited jerk s is a quintic in time.
+        """
+        if self.smooth:
+            s, rate, _ = self.smooth.motion.law.at(self.smooth.motion.law.breaks())
+            return np.concatenate([s, rate], axis=1)
         return np.stack([self.timing.s, np.sqrt(np.maximum(self.timing.x, 0.0))], axis=1)
 
     @property
@@ -103,6 +114,8 @@ class TimeOptimal(SingleAnswer):
     @cached_property
     def trajectory(self) -> PathMotion | None:
         """The motion; None where there is none."""
+        if self.smooth:
+            return self.smooth.motion
         return motion_on(self.path, self.timing) if self else None
 
     @cached_property
@@ -120,12 +133,7 @@ class TimeOptimal(SingleAnswer):
 
     def explain(self, language: str | None = None) -> str:
         """The sentence of the status; with a motion, a table of what limits it."""
-        first = self.status.sentence(language, **self.details)
-        lines = (
-            [first]
-            if not np.isfinite(self.limits.jerk).any()
-            else [first, say("trajectory.jerk_ignored", language=language)]
-        )
+        lines = [self.status.sentence(language, **self.details)]
         if not self.bindings:
             return "\n".join(lines)
         head = [
@@ -223,22 +231,82 @@ def motion_on(path: JointPath, timing: Timing) -> PathMotion:
     return PathMotion(path.curve, law, frozen(timing.s))
 
 
+def with_jerk(answer: TimeOptimal) -> TimeOptimal:
+    """The answer when the jerk is limited, too.
+
+    Args:
+        answer: without limits of jerk, true.
+    """
+    if answer.timing.duration == 0.0:
+        return answer
+    standing = _without_jerk(answer.path, answer.limits)
+    if standing is not None:
+        return replace(answer, status=TimingStatus.NO_MOTION, details={"place": 0.0, "joint": standing})
+    found = timed_with_jerk(answer.path, answer.limits, answer.sampled)
+    if found is None:
+        return replace(answer, status=TimingStatus.BLOCKED, details={"place": 0.0})
+    pieces = len(found.motion.law.breaks()) - 1
+    if found.excess > ALLOWED:
+        details = {"excess": found.excess, "rounds": MOST_ROUNDS}
+        return replace(answer, status=TimingStatus.EXCEEDED, details=details, smooth=found)
+    details = {"duration": found.motion.duration, "intervals": pieces, "excess": found.excess}
+    return replace(answer, details=details, smooth=found)
+
+
+def _without_jerk(path: JointPath, limits: MotionLimits) -> int | None:
+    """A joint that moves and whose limit of jerk is zero on one side."""
+    moves = (path.curve.coefficients[:, 1:] != 0.0).any(axis=(0, 1))
+    still = np.flatnonzero(moves & (limits.jerk == 0.0).any(axis=0))
+    return int(still[0]) if len(still) else None
+
+
+class _States(NamedTuple):
+    """A motion along a path seen at one share of every interval.
+
+    Attributes:
+        s, square, growth: path parameters, squares of the path velocity, path accelerations.
+        jerk: (intervals, n) of the coordinates; None where it is not limited.
+    """
+
+    s: Floats
+    square: Floats
+    growth: Floats
+    jerk: Floats | None
+
+
+def _states(answer: TimeOptimal, share: float) -> _States:
+    """The motion at a share of every interval."""
+    if answer.smooth:
+        motion = answer.smooth.motion
+        t = motion.law.breaks()[:-1] + share * np.diff(motion.law.breaks())
+        s, rate, growth = (part[:, 0] for part in motion.law.at(t))
+        return _States(s, rate**2, growth, motion.jerk(t))
+    timing = answer.timing
+    h = np.diff(timing.s)
+    square = (1.0 - share) * timing.x[:-1] + share * timing.x[1:]
+    return _States(timing.s[:-1] + share * h, square, np.diff(timing.x) / (2.0 * h), None)
+
+
 def shares_of(answer: TimeOptimal) -> tuple[Floats, list[tuple[int, str]], Floats]:
     """Largest shares of all limits (intervals, k), what each column means, and the durations (intervals,) [s]."""
     timing, limits, n = answer.timing, answer.limits, answer.path.n
-    h = np.diff(timing.s)
-    growth = np.diff(timing.x) / (2.0 * h)
-    labels = [(j, quantity) for quantity in ("velocity", "acceleration") for j in range(n)]
+    if answer.smooth:
+        lengths = np.diff(answer.smooth.motion.law.breaks())
+    else:
+        lengths = 2.0 * np.diff(timing.s) / (np.sqrt(timing.x[:-1]) + np.sqrt(timing.x[1:]))
+    quantities = ("velocity", "acceleration", "jerk") if answer.smooth else ("velocity", "acceleration")
+    labels = [(j, quantity) for quantity in quantities for j in range(n)]
     labels += [limit.label(k) for limit in answer.sampled for k in range(len(limit.scale()))]
-    shares = np.zeros((len(h), len(labels)))
+    shares = np.zeros((len(lengths), len(labels)))
     for r in LOOKS:
-        here = answer.path.at(timing.s[:-1] + r * h)
-        square = (1.0 - r) * timing.x[:-1] + r * timing.x[1:]
+        now = _states(answer, r)
+        here, square, growth = answer.path.at(now.s), now.square, now.growth
         v, a = here.slope * np.sqrt(square)[:, None], here.curvature * square[:, None] + here.slope * growth[:, None]
-        columns = [_shares(v, limits.velocity), _shares(a, limits.acceleration)]
+        columns = [share_of(v, limits.velocity), share_of(a, limits.acceleration)]
+        columns += [] if now.jerk is None else [share_of(now.jerk, limits.jerk)]
         columns += [limit.excess(here, square, growth) + 1.0 for limit in answer.sampled]
         shares = np.maximum(shares, np.concatenate(columns, axis=1))
-    return shares, labels, 2.0 * h / (np.sqrt(timing.x[:-1]) + np.sqrt(timing.x[1:]))
+    return shares, labels, lengths
 
 
 def bindings_of(answer: TimeOptimal) -> tuple[Binding, ...]:
@@ -255,37 +323,30 @@ def bindings_of(answer: TimeOptimal) -> tuple[Binding, ...]:
 
 def gains_of(answer: TimeOptimal) -> tuple[Gain, ...]:
     """As `TimeOptimal.gains` says."""
-    start, end = (np.array([v]) for v in answer.velocities_at_ends)
-    limits, places = answer.limits, max(len(answer.timing.s) - 1, 1)
-    given = (limits.velocity, limits.acceleration, answer.sampled)
     decisive = sorted({(binding.joint, binding.quantity) for binding in answer.bindings})
-    seconds: list[float] = []
-    for velocity, acceleration, sampled in (given, *(_raised(given, joint, quantity) for joint, quantity in decisive)):
-        problem = TimingProblem([answer.path], velocity[None], acceleration[None], start, end, places)
-        timing = timed_within(problem, sampled) if sampled else solved(problem)[0]
-        seconds.append(timing.duration)
-    found = [Gain(*which, seconds[0] - less) for which, less in zip(decisive, seconds[1:], strict=True)]
+    before = _duration(answer, answer.limits, answer.sampled)
+    found = [Gain(*which, before - _duration(answer, *_raised(answer, *which))) for which in decisive]
     return tuple(sorted(found, key=lambda gain: -gain.seconds))
 
 
-def _raised(
-    given: tuple[Floats, Floats, tuple[SampledLimit, ...]], joint: int, quantity: str
-) -> tuple[Floats, Floats, tuple[SampledLimit, ...]]:
+def _duration(answer: TimeOptimal, limits: MotionLimits, sampled: tuple[SampledLimit, ...]) -> float:
+    """Of the motion under other limits, on an even grid [s]."""
+    if answer.smooth:
+        smooth = timed_with_jerk(answer.path, limits, sampled)
+        return np.nan if smooth is None else smooth.motion.duration
+    start, end = (np.array([v]) for v in answer.velocities_at_ends)
+    places = max(len(answer.timing.s) - 1, 1)
+    problem = TimingProblem([answer.path], *limits_of_each(limits, 1), start, end, places)
+    return (timed_within(problem, sampled) if sampled else solved(problem)[0]).duration
+
+
+def _raised(answer: TimeOptimal, joint: int, quantity: str) -> tuple[MotionLimits, tuple[SampledLimit, ...]]:
     """Limits of which one is one per cent more."""
-    velocity, acceleration, sampled = given[0].copy(), given[1].copy(), given[2]
-    if quantity == "velocity":
-        velocity[:, joint] *= 1.01
-    elif quantity == "acceleration":
-        acceleration[:, joint] *= 1.01
-    else:
-        sampled = tuple(limit.raised(joint, quantity, 1.01) for limit in sampled)
-    return velocity, acceleration, sampled
-
-
-def _shares(value: Floats, bound: Floats) -> Floats:
-    """Of the limit in the direction of each value."""
-    size: Floats = np.where(value >= 0.0, bound[1:2], -bound[0:1]).astype(np.float64)
-    return np.divide(np.abs(value), size, out=np.zeros_like(value), where=size > 0.0)
+    if quantity not in ("velocity", "acceleration", "jerk"):
+        return answer.limits, tuple(limit.raised(joint, quantity, 1.01) for limit in answer.sampled)
+    more = np.array(getattr(answer.limits, quantity))
+    more[:, joint] *= 1.01
+    return replace(answer.limits, **{quantity: frozen(more)}), answer.sampled
 
 
 def _rows(answer: TimeOptimal, language: str | None) -> list[list[str]]:

@@ -165,7 +165,8 @@ class SolutionBatch(Answer):
         form = self.setting.arm.form
         pattern = None if form is None else form.pattern
         words = np.full(self.codes.shape, "", dtype="<U32")
-        rows = np.broadcast_to(np.arange(self.codes.shape[-1]), self.codes.shape)
+        count: int = self.codes.shape[-1]
+        rows = np.broadcast_to(np.arange(count), self.codes.shape)
         keys = np.where(self.valid, self.codes.astype(np.int64) * 64 + rows, -1)
         for key in np.unique(keys[keys >= 0]):
             words[keys == key] = str(branch(pattern, int(key % 64), int(key // 64)))

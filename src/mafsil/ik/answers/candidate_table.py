@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -101,4 +101,5 @@ class CandidateTable(NamedTuple):
 
     def at(self, index: object) -> Self:
         """Those of some poses."""
-        return self._make(column[index] for column in self)  # pyright: ignore[reportArgumentType, reportCallIssue]
+        columns: list[Any] = [column[index] for column in self]  # pyright: ignore[reportArgumentType, reportCallIssue]
+        return self._make(columns)

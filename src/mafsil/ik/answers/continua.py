@@ -41,7 +41,8 @@ def moving_joints(setting: Setting, q: JointVector, T: PoseMatrix, tolerance: fl
         return joint
     # 2.
     null = rights[rows] * weak[rows][:, :, None]
-    best = np.round(np.linalg.norm(null, axis=1), 3).argmax(axis=1)
+    sizes: Floats = np.linalg.norm(null, axis=1)
+    best = np.round(sizes, 3).argmax(axis=1)
     direction = np.take_along_axis(null, best[:, None, None], axis=2)[:, :, 0]
     rates = np.einsum("ki,kij->kj", direction, null)
     way: Floats = STEP * rates / np.abs(rates).max(axis=1, keepdims=True)

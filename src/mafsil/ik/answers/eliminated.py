@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.arrays import Floats, JointVector, PoseMatrix
+from mafsil.arrays import Booleans, Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.branch import UNNAMED
 from mafsil.ik.answers.setting import CLEAR, Setting
 from mafsil.ik.answers.solution_set import SolutionSet
@@ -54,7 +54,8 @@ def eliminated(setting: Setting, general: GeneralSix, T: PoseMatrix, q0: JointVe
         q0: (n,) values to which angles are wound.
     """
     found = general.solve_all(T)
-    row, place = np.nonzero(np.arange(found.q.shape[1]) < found.count[:, None])
+    listed: Booleans = np.asarray(np.arange(found.q.shape[1]) < found.count[:, None], dtype=np.bool_)
+    row, place = np.nonzero(listed)
     q, residual = np.full(found.q.shape, np.nan), np.full(found.q.shape[:2], np.nan)
     sure = found.complete & (found.count > 0)
     for begin in range(0, len(row), ROWS):

@@ -70,7 +70,8 @@ class Continua:
                 continue
             cone = tangents(self.setting, q[k], null, U[:, rank:])
             preferred = [j for j in sorted({*bits(int(free[k]), n), *locked}) if np.abs(null[:, j]).max() > FAR_ALONG]
-            motion = np.round(np.linalg.norm(null, axis=0), 3)
+            sizes: Floats = np.linalg.norm(null, axis=0)
+            motion = np.round(sizes, 3)
             others = [int(j) for j in np.argsort(-motion, kind="stable") if motion[j] > 0.2]
             choices: list[tuple[int, Floats]] = []
             for j in [*preferred, *others]:
@@ -91,7 +92,13 @@ class Continua:
     def _lifted(self, follow: Callable[[Mapping[str, float]], JointVector]) -> Callable[..., JointVector]:
         """The members of a family in coordinates of the whole robot."""
         part = self.setting.part
-        return follow if part.places is None else lambda values: part.lifted(follow(values), self.others)
+        if part.places is None:
+            return follow
+
+        def of_whole(values: Mapping[str, float]) -> JointVector:
+            return part.lifted(follow(values), self.others)
+
+        return of_whole
 
     def _intervals(self, row: int) -> tuple[tuple[float, float], ...]:
         """Where the locked joint keeps a row of the closed form within the limits."""
@@ -160,7 +167,7 @@ class Continua:
         sixth, second = (form.pattern.joints[i] if i < len(form.pattern.joints) else -1 for i in (5, 1))
         if form.pattern.family in (Family.THREE_PARALLEL, Family.LINKED) and sixth in chosen and second >= 0:
             # The closed form takes the sum of the turns about the parallel axes from joint 2: joint 6 follows it.
-            off = q0[sixth] - form.solve(self.T, q0).q[:, sixth]
+            off: Floats = q0[sixth] - form.solve(self.T, q0).q[:, sixth]
             for shift in np.unique(np.round(off[np.isfinite(off)], 12)):
                 for sign in (1.0, -1.0):
                     moved = q0.copy()

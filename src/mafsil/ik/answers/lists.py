@@ -122,7 +122,7 @@ def unrepeated(q: JointVector, good: NDArray[np.bool_], revolute: NDArray[np.boo
     first, second = np.triu_indices(count, 1)
     pose_of, pair = np.nonzero(good[:, first] & good[:, second])
     for i in range(q.shape[2]):
-        apart = q[pose_of, first[pair], i] - q[pose_of, second[pair], i]
+        apart: Floats = q[pose_of, first[pair], i] - q[pose_of, second[pair], i]
         if revolute[i]:
             apart -= 2 * np.pi * np.round(apart / (2 * np.pi))
         alike = np.abs(apart) <= SAME

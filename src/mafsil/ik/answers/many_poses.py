@@ -251,10 +251,11 @@ def _no_row(rows: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 def _place(columns: Columns, i: int, answer: SolutionSet) -> None:
     """The answer to one pose that was searched, into its rows as far as there are enough."""
-    count = columns.valid.shape[1]
+    count: int = columns.valid.shape[1]
     columns.valid[i], columns.within[i], columns.free[i] = False, False, 0
     # Solutions found otherwise, and second ones of a row, take the rows that are left; of continua there may be more.
-    rows, left = answer.rows.copy(), np.setdiff1d(np.arange(count), answer.rows)
+    rows: NDArray[np.int64] = answer.rows.copy()
+    left = np.setdiff1d(np.arange(count), rows)
     _, first = np.unique(rows, return_index=True)
     again = np.flatnonzero((rows < 0) | ~np.isin(np.arange(len(rows)), first))
     rows[again[: len(left)]] = left[: len(again)]

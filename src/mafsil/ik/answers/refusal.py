@@ -273,7 +273,8 @@ def _descended(pattern: ArmPattern, q: Floats, goal: Floats) -> Floats:
             break
         hessian = J.transpose(0, 2, 1) @ J - np.einsum("kijx,kx->kij", slopes, away)
         lowest = np.maximum(-np.linalg.eigvalsh(hessian)[:, 0] / pattern.size**2, 0.0)
-        step = np.linalg.solve(hessian + (damping + 1.1 * lowest)[:, None, None] * unit, gradient[:, :, None])[:, :, 0]
+        damped = hessian + (damping + 1.1 * lowest)[:, None, None] * unit
+        step = np.asarray(np.linalg.solve(damped, gradient[:, :, None])[:, :, 0], dtype=np.float64)
         length: Floats = np.abs(step).max(axis=1, keepdims=True)
         trial = q + step * np.minimum(1.0, stride / np.maximum(length, SMALLEST))
         moved, J_moved, slopes_moved = _placed(pattern, trial)

@@ -3,20 +3,70 @@
 Imported only where poses are solved: numba is loaded with it.
 """
 
-# pyright: reportMissingParameterType=false, reportUnknownVariableType=false
 from __future__ import annotations
 
 from math import cos, sin
+from typing import TYPE_CHECKING, NamedTuple
 
+from mafsil.arrays import Booleans, Floats, Integers
 from mafsil.ik.general.closed_chain_loops import advanced, unit
 from mafsil.ik.general.elimination_loops import reflected
 from mafsil.ik.tolerances import SMALLEST
 from mafsil.solvers.lane_loops import buffer, lanes, magnitude, part, put, spread, square_root, where
 from mafsil.solvers.loops import reordered
 
+if TYPE_CHECKING:
+    from mafsil.solvers.lane_loops import Buffer, Lanes
+
+
+class Loop(NamedTuple):
+    """The closed chain of an arm and the order in which its joints are eliminated.
+
+    Attributes:
+        frames: (7, 3, 4) constants of the loop, see `closed`.
+        prismatic: (6,) which joints are prismatic.
+        order: (6,) coordinates a, b, c, d, e, f.
+        left: (14, 27) constants of that order.
+        twist: where the half angle of joint d is zero.
+    """
+
+    frames: Floats
+    prismatic: Booleans
+    order: Integers
+    left: Floats
+    twist: float
+
+
+class Systems(NamedTuple):
+    """What `eliminated` leaves of k poses: six equations, and the maps to a and b.
+
+    Attributes:
+        A: (k, 6, 27) the equations.
+        Q, R: (k, 8, 15) and (k, 36) orthogonal and triangular factors.
+    """
+
+    A: Floats
+    Q: Floats
+    R: Floats
+
+
+class Zeros(NamedTuple):
+    """Zeros of the determinant.
+
+    Attributes:
+        c: (m,) values of joint c.
+        rows, poses: (m,) which of the systems, and which of the displacements, each belongs to.
+    """
+
+    c: Floats
+    rows: Integers
+    poses: Integers
+
 
 @reordered
-def candidates(order, zeros, rows, poses, P, A, Q, R, left, frames, prismatic, twist, turn, pick, turns, rank):
+def candidates(
+    loop: Loop, P: Floats, systems: Systems, zeros: Zeros, turn: float, pick: int, turns: Floats, rank: Floats
+) -> None:
     """All joints that go with zeros of the determinant, and how well each zero determines them.
 
     1. The equations at the zeros; the half angle of joint d is turned before.
@@ -27,15 +77,10 @@ def candidates(order, zeros, rows, poses, P, A, Q, R, left, frames, prismatic, t
     5. The joint f is what is left of the loop.
 
     Args:
-        order: (6,) coordinates a, b, c, d, e, f of the elimination order.
-        zeros: (m,) values of joint c.
-        rows, poses: (m,) rows of A, Q and R, and of P.
+        loop: of the arm.
         P: (k, 4, 4) displacements of the loop.
-        A, Q, R: as `eliminated` leaves them.
-        left: (14, 27) of the elimination order.
-        frames: (7, 3, 4) constants of the loop, see `closed`.
-        prismatic: (6,) which joints are prismatic.
-        twist: where the half angle of joint d is zero.
+        systems: of the poses.
+        zeros: m of them.
         turn: angle by which that half angle is turned before; at 0 and 90 degrees beyond it nothing can be found.
         pick: which null vector, see `_null_vector`.
         turns: (m', 12) cosine and sine of each joint, or length and zero; m' the next multiple of eight.
@@ -43,11 +88,12 @@ def candidates(order, zeros, rows, poses, P, A, Q, R, left, frames, prismatic, t
     """
     E, S, N, X, q = buffer(54), buffer(36), buffer(6), buffer(12), buffer(12)
     forward, triangle, middle = buffer(120), buffer(36), buffer(5)
-    for begin in range(0, len(zeros), 8):
+    A, Q, R, order = systems.A, systems.Q, systems.R, loop.order
+    for begin in range(0, len(zeros.c), 8):
         # 1.
         for l in range(8):
-            i = min(begin + l, len(zeros) - 1)
-            b, x, y = rows[i], cos(zeros[i]), sin(zeros[i])
+            i = min(begin + l, len(zeros.c) - 1)
+            b, x, y = zeros.rows[i], cos(zeros.c[i]), sin(zeros.c[i])
             for r in range(6):
                 for j in range(9):
                     put(E, 9 * r + j, l, A[b, r, j] + x * A[b, r, 9 + j] + y * A[b, r, 18 + j])
@@ -58,37 +104,45 @@ def candidates(order, zeros, rows, poses, P, A, Q, R, left, frames, prismatic, t
                 put(triangle, r, l, R[b, r])
             for r in range(3):
                 for j in range(4):
-                    put(X, 4 * r + j, l, P[poses[i], r, j])
+                    put(X, 4 * r + j, l, P[zeros.poses[i], r, j])
             put(q, 2 * order[2], l, x)
             put(q, 2 * order[2] + 1, l, y)
         # 2.
         _triangulated(E, cos(turn), sin(turn), S)
         # 3.
         spread(rank, begin, 1, _null_vector(S, pick, N))
-        _middle_joints(N, order, prismatic, twist, turn, q, middle)
+        _middle_joints(N, order, loop.prismatic, loop.twist, turn, q, middle)
         # 4.
-        _outer_joints(forward, triangle, left, middle, order, prismatic, q)
+        _outer_joints(forward, triangle, loop.left, middle, order, loop.prismatic, q)
         # 5.
-        _last_joint(X, frames, order, prismatic, q)
+        _last_joint(X, loop.frames, order, loop.prismatic, q)
         for k in range(12):
             spread(turns, 12 * begin + k, 12, q[k])
 
 
 @reordered
-def _triangulated(E, C, D, S):
-    """What is left of the equations times cosine, and times sine, of a half angle turned by (C, D): six by six."""
+def _triangulated(E: Buffer, C: float, D: float, S: Buffer) -> None:
+    """What is left of the equations times cosine, and times sine, of a half angle turned by (C, D): six by six.
+
+    1. Coefficients of (c^2, c s, s^2) of the half angle become those of the turned one.
+    2. Times cosine they belong to (c^3, c^2 s, c s^2), times sine to (c^2 s, c s^2, s^3): the cube comes first.
+    3. Three reflections leave of each half three rows without its cube.
+    """
     M = buffer(54)
     for half in range(2):
         for r in range(6):
             for j in range(3):
                 at = 9 * r + j
+                # 1.
                 m0, m1, m2 = E[at], E[at + 3], E[at + 6]
                 t0 = C * C * m0 + C * D * m1 + D * D * m2
                 t1 = 2.0 * C * D * (m2 - m0) + (C * C - D * D) * m1
                 t2 = D * D * m0 - C * D * m1 + C * C * m2
+                # 2.
                 M[at + (0 if half == 0 else 3)] = t0
                 M[at + (3 if half == 0 else 6)] = t1
                 M[at + (6 if half == 0 else 0)] = t2
+        # 3.
         for k in range(3):
             reflected(M, k, 9, 9)
         for r in range(3):
@@ -97,7 +151,9 @@ def _triangulated(E, C, D, S):
 
 
 @reordered
-def _middle_joints(N, order, prismatic, twist, turn, q, middle):
+def _middle_joints(
+    N: Buffer, order: Integers, prismatic: Booleans, twist: float, turn: float, q: Buffer, middle: Buffer
+) -> None:
     """Joints d and e from the null vector.
 
     1. Of the three pairs that are (c, s) times a number the largest gives (c, s), and these the three numbers.
@@ -141,24 +197,37 @@ def _middle_joints(N, order, prismatic, twist, turn, q, middle):
 
 
 @reordered
-def _outer_joints(forward, triangle, left, middle, order, prismatic, q):
-    """Joints a and b: the functions that c, d, e move, reflected, and the triangular system of the products."""
+def _outer_joints(
+    forward: Buffer, triangle: Buffer, left: Floats, middle: Buffer, order: Integers, prismatic: Booleans, q: Buffer
+) -> None:
+    """Joints a and b: the functions that c, d, e move, reflected, and the triangular system of the products.
+
+    1. Products of (c^2, c s, s^2) of d with (1, cos, sin) of e, and these times (1, cos, sin) of c.
+    2. The fourteen functions that c, d, e move, as combinations of these products.
+    3. The right side: the functions by the orthogonal factor, and the constants.
+    4. The products of a and b by the triangular factor, from the last.
+    5. Cosine and sine of each joint, or its length, are among the products.
+    """
+    # 1.
     products, functions, x = buffer(27), buffer(14), buffer(8)
     c, s = q[2 * order[2]], q[2 * order[2] + 1]
     for j in range(3):
         for k in range(3):
             product, at = middle[j] if k == 0 else middle[j] * middle[2 + k], 3 * j + k
             products[at], products[9 + at], products[18 + at] = product, c * product, s * product
+    # 2.
     for r in range(14):
         value = lanes(0.0)
         for j in range(27):
             value += left[r, j] * products[j]
         functions[r] = value
+    # 3.
     for k in range(8):
         value = forward[15 * k + 14]
         for r in range(14):
             value += forward[15 * k + r] * functions[r]
         x[k] = value
+    # 4.
     # Column by column, from the last.
     place = 36
     for k in range(7, -1, -1):
@@ -168,6 +237,7 @@ def _outer_joints(forward, triangle, left, middle, order, prismatic, q):
         x[k] = value
         for j in range(k):
             x[j] = x[j] - triangle[place + j] * value
+    # 5.
     # Products (i, j) of a and b without the first: b1, b2, a1, a1 b1, a1 b2, a2, ...
     for k in range(2):
         cosine, sine = x[2 if k == 0 else 0], x[5 if k == 0 else 1]
@@ -178,7 +248,7 @@ def _outer_joints(forward, triangle, left, middle, order, prismatic, q):
 
 
 @reordered
-def _last_joint(X, frames, order, prismatic, q):
+def _last_joint(X: Buffer, frames: Floats, order: Integers, prismatic: Booleans, q: Buffer) -> None:
     """Joint f from what is left of the loop, seen in its frame.
 
     1. The loop before it, F_0 Z_0 F_1 ... F_f, and after it, F_(f + 1) Z_(f + 1) ... F_6.
@@ -203,7 +273,7 @@ def _last_joint(X, frames, order, prismatic, q):
 
 
 @reordered
-def _null_vector(S, pick, N):
+def _null_vector(S: Buffer, pick: int, N: Buffer) -> Lanes:
     """A null vector of eight matrices of six by six; their smallest pivot but one, relative to the largest.
 
     1. Reflections, before each of which the longest column is brought forward.

@@ -4,19 +4,22 @@ f(t) = a_0 + sum_k a_k cos k t + b_k sin k t, on cells with a Taylor expansion a
 zeros has |f_0| > sum |f_j|, one with f monotone |f_1| > sum j |f_j|; the others are halved until rounding stops it.
 """
 
-# pyright: reportMissingParameterType=false, reportUnknownVariableType=false
 from __future__ import annotations
 
 from functools import lru_cache
 from math import cos, pi, sin, sqrt
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.arrays import Floats
+from mafsil.arrays import Booleans, Floats, Integers
 from mafsil.ik.tolerances import EPS, LAST_CORRECTION, SMALLEST
 from mafsil.solvers.lane_loops import any_lane, buffer, get, lane_bits, lanes, magnitude, put, seen, where
 from mafsil.solvers.loops import reordered
+
+if TYPE_CHECKING:
+    from mafsil.solvers.lane_loops import Buffer, Lanes
 
 CELLS = 48
 """Of the circle: a multiple of eight."""
@@ -64,7 +67,16 @@ def zeros_of(
 
 
 @reordered
-def zeros_on_circles(coefficients, roundoff, degree, waves, factors, zeros, number, certain):
+def zeros_on_circles(
+    coefficients: Floats,
+    roundoff: Floats,
+    degree: int,
+    waves: Floats,
+    factors: Floats,
+    zeros: Floats,
+    number: Integers,
+    certain: Booleans,
+) -> None:
     """Zeros of many polynomials.
 
     1. How far the values of an expansion may be off: rounding, and the terms beyond its end.
@@ -122,8 +134,14 @@ def zeros_on_circles(coefficients, roundoff, degree, waves, factors, zeros, numb
 
 
 @reordered
-def _expanded(coefficients, degree, waves, factors, noise, T, unknown):
+def _expanded(
+    coefficients: Floats, degree: int, waves: Floats, factors: Floats, noise: float, T: Buffer, unknown: Booleans
+) -> bool:
     """Taylor coefficients of all cells, eight cells at a time; whether there are cells that may hold a zero.
+
+    1. Each harmonic about the middle of a cell: its even and its odd derivatives are these two, up to factors.
+    2. The Taylor coefficients, the highest first, and the sum of the sizes of all but the constant.
+    3. A cell whose constant exceeds that sum has no zero; the others may have one.
 
     Args:
         coefficients, degree, waves, factors: as for `zeros_on_circles`, of one polynomial.
@@ -133,10 +151,12 @@ def _expanded(coefficients, degree, waves, factors, noise, T, unknown):
     """
     circle, turns, some = seen(waves), buffer(26), False
     for g in range(CELLS // 8):
+        # 1.
         for k in range(1, degree + 1):
             x, y = circle[k * (CELLS // 8) + g], circle[(degree + 1 + k) * (CELLS // 8) + g]
             turns[2 * k] = coefficients[k] * x + coefficients[degree + k] * y
             turns[2 * k + 1] = coefficients[degree + k] * x - coefficients[k] * y
+        # 2.
         others = lanes(0.0)
         for j in range(ORDER - 1, -1, -1):
             value = lanes(coefficients[0] if j == 0 else 0.0)
@@ -145,6 +165,7 @@ def _expanded(coefficients, degree, waves, factors, noise, T, unknown):
             if j > 0:
                 others += magnitude(value)
             T[ORDER * g + j] = value
+        # 3.
         bits = lane_bits(~(magnitude(T[ORDER * g]) > others + noise))
         some = some or bits != 0
         for l in range(8):
@@ -153,7 +174,16 @@ def _expanded(coefficients, degree, waves, factors, noise, T, unknown):
 
 
 @reordered
-def _isolated(T, unknown, first, noise, steep, zeros, waiting, stack):
+def _isolated(
+    T: Buffer,
+    unknown: Booleans,
+    first: float,
+    noise: float,
+    steep: float,
+    zeros: Floats,
+    waiting: Floats,
+    stack: Floats,
+) -> tuple[int, bool, int]:
     """Cells of one polynomial: how many zeros, whether that is proven, and how many of them wait to be found.
 
     1. A cell that may hold a zero is looked at; what is before it has the sign of `last`.
@@ -225,7 +255,7 @@ def _isolated(T, unknown, first, noise, steep, zeros, waiting, stack):
 
 
 @reordered
-def _halved(t, left):
+def _halved(t: Floats, left: Floats) -> None:
     """The right half in place of the whole, and the left half."""
     scale = 1.0
     for j in range(ORDER):
@@ -242,16 +272,23 @@ def _halved(t, left):
 
 
 @reordered
-def _crossing(T):
+def _crossing(T: Buffer) -> Lanes:
     """The zeros of eight monotone polynomials in [-1, 1] whose ends differ in sign, by Newton's method in a bracket.
+
+    1. The level of rounding: below it a value says nothing.
+    2. Value and slope by Horner's rule; a value whose sign is not that of the slope lies before the zero: the bracket
+       shrinks.
+    3. Newton's step, or the middle of the bracket where the step leaves it; lanes that are done stay.
 
     Args:
         T: ORDER coefficients.
     """
     low, high, x, open_lanes, level = lanes(-1.0), lanes(1.0), lanes(0.0), lanes(1.0), lanes(0.0)
+    # 1.
     for j in range(ORDER):
         level += 2 * EPS * magnitude(T[j])
     for _ in range(60):
+        # 2.
         f, slope = T[ORDER - 1], (ORDER - 1.0) * T[ORDER - 1]
         for j in range(ORDER - 2, 0, -1):
             f = f * x + T[j]
@@ -259,6 +296,7 @@ def _crossing(T):
         f = f * x + T[0]
         before = f * T[1] < 0.0
         low, high = where(before, x, low), where(before, high, x)
+        # 3.
         step = f / slope
         better = x - step
         # Below the rounding of its value a zero cannot be found better.

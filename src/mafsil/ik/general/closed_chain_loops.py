@@ -1,14 +1,19 @@
 """The loop of six joints in lanes: frames moved along it, joints as cosine and sine."""
 
-# pyright: reportMissingParameterType=false, reportUnknownVariableType=false
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
+from mafsil.arrays import Floats
 from mafsil.solvers.lane_loops import square_root, where
 from mafsil.solvers.loops import reordered
 
+if TYPE_CHECKING:
+    from mafsil.solvers.lane_loops import Buffer, Lanes
+
 
 @reordered
-def advanced(T, prismatic, c, s, frames, k):
+def advanced(T: Buffer, prismatic: bool, c: Lanes, s: Lanes, frames: Floats, k: int) -> None:
     """T Z F_k in place of T: the joint moves about z by an angle, or along z.
 
     Args:
@@ -31,7 +36,7 @@ def advanced(T, prismatic, c, s, frames, k):
 
 
 @reordered
-def unit(turns, k, c, s):
+def unit(turns: Buffer, k: int, c: Lanes, s: Lanes) -> None:
     """Cosine and sine of a joint from multiples of both; angle zero where there are none.
 
     Args:
@@ -45,7 +50,7 @@ def unit(turns, k, c, s):
 
 
 @reordered
-def turned(step):
+def turned(step: Lanes) -> tuple[Lanes, Lanes]:
     """Cosine and sine of an angle of at most 0.6 rad, by their series: what is left out is below 1e-17."""
     x = step * step
     c = 1.0 - x / 182.0

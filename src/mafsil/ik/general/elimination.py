@@ -265,10 +265,10 @@ class _Systems:
         """
         count, order = len(rows), self.order
         turns, rank = np.empty((whole(count), 12)), np.empty(whole(count))
-        A, Q, R = self.A, self.Q, self.R
-        candidate_loops.candidates(
-            order.joints, zeros, rows, poses, P, A, Q, R, order.left, frames, prismatic, TWIST, turn, pick, turns, rank
-        )
+        loop = candidate_loops.Loop(frames, prismatic, order.joints, order.left, TWIST)
+        systems = candidate_loops.Systems(self.A, self.Q, self.R)
+        found = candidate_loops.Zeros(zeros, rows, poses)
+        candidate_loops.candidates(loop, P, systems, found, turn, pick, turns, rank)
         return turns, rank[:count]
 
 

@@ -3,18 +3,33 @@
 Imported only where poses are solved: numba is loaded with it. Eight poses, or eight nodes of the circle, side by side.
 """
 
-# pyright: reportMissingParameterType=false, reportUnknownVariableType=false
 from __future__ import annotations
 
 from math import sqrt
+from typing import TYPE_CHECKING
 
+from mafsil.arrays import Floats
 from mafsil.ik.tolerances import SMALLEST
 from mafsil.solvers.lane_loops import buffer, lanes, magnitude, put, seen, spread, square_root, where
 from mafsil.solvers.loops import reordered
 
+if TYPE_CHECKING:
+    from mafsil.solvers.lane_loops import Buffer, Lanes
+
 
 @reordered
-def eliminated(P, before, lines, after, products, left, unit, A, Q, R):
+def eliminated(
+    P: Floats,
+    before: Floats,
+    lines: int,
+    after: Floats,
+    products: Floats,
+    left: Floats,
+    unit: Floats,
+    A: Floats,
+    Q: Floats,
+    R: Floats,
+) -> None:
     """Six equations in c, d, e for eight poses at a time, and the linear map that gives a and b from these.
 
     1. The fourteen functions of nine lines moved by the pose, and from them the coefficients C of the products of a
@@ -99,23 +114,35 @@ def eliminated(P, before, lines, after, products, left, unit, A, Q, R):
 
 
 @reordered
-def _lines(X, before, lines, after, S):
-    """The fourteen functions of nine lines moved by a pose."""
+def _lines(X: Buffer, before: Floats, lines: int, after: Floats, S: Buffer) -> None:
+    """The fourteen functions of nine lines moved by a pose.
+
+    1. A line of the loop's beginning, a point and a direction, moved by the pose.
+    2. The same seen from the loop's end: p and l.
+    3. The functions p, p . p, l, p . l, p x l, and (p . p) l - 2 (p . l) p.
+
+    Reference:
+        M. Raghavan, B. Roth, Inverse kinematics of the general 6R manipulator and related linkages, J. Mech. Des.
+        115(3), 1993.
+    """
     p, l = buffer(3), buffer(3)
     for k in range(9):
         i, j = k // lines, k % lines
+        # 1.
         for r in range(3):
             point, way = X[4 * r + 3], lanes(0.0)
             for c in range(3):
                 point += X[4 * r + c] * before[j, c]
                 way += X[4 * r + c] * before[j, 3 + c]
             S[9 * r + k], S[9 * (4 + r) + k] = point, way
+        # 2.
         for r in range(3):
             point, way = lanes(after[i, r, 3]), lanes(0.0)
             for c in range(3):
                 point += after[i, r, c] * S[9 * c + k]
                 way += after[i, r, c] * S[9 * (4 + c) + k]
             p[r], l[r] = point, way
+        # 3.
         pp = p[0] * p[0] + p[1] * p[1] + p[2] * p[2]
         pl = p[0] * l[0] + p[1] * l[1] + p[2] * l[2]
         S[9 * 3 + k], S[9 * 7 + k] = pp, pl
@@ -127,7 +154,17 @@ def _lines(X, before, lines, after, S):
 
 
 @reordered
-def determinants(A, cosines, sines, weights, fourier, degree, f, h, roundoff):
+def determinants(
+    A: Floats,
+    cosines: Floats,
+    sines: Floats,
+    weights: Floats,
+    fourier: Floats,
+    degree: int,
+    f: Floats,
+    h: Floats,
+    roundoff: Floats,
+) -> None:
     """The determinants of the twelve equations at nodes of joint c, eight nodes at a time, and their harmonics.
 
     1. The equations at the nodes, as coefficients of the half angle of joint d.
@@ -191,8 +228,12 @@ def determinants(A, cosines, sines, weights, fourier, degree, f, h, roundoff):
 
 
 @reordered
-def reflected(M, k, stride, columns):
+def reflected(M: Buffer, k: int, stride: int, columns: int) -> Lanes:
     """One Householder step of six rows in place; the new diagonal entry.
+
+    1. The column from the diagonal down becomes (alpha, 0, ...), alpha of the sign that does not cancel; the mirror's
+       normal is their difference.
+    2. The other columns are mirrored: twice their part along the normal is taken from them.
 
     Args:
         M: places by rows.
@@ -200,6 +241,7 @@ def reflected(M, k, stride, columns):
         stride: from row to row.
         columns: how many there are.
     """
+    # 1.
     square = lanes(0.0)
     for r in range(k, 6):
         square += M[stride * r + k] * M[stride * r + k]
@@ -207,6 +249,7 @@ def reflected(M, k, stride, columns):
     alpha = where(x > 0.0, -norm, norm)
     head = x - alpha
     M[stride * k + k] = head
+    # 2.
     beta = 1.0 / (norm * magnitude(head) + SMALLEST)
     for j in range(k + 1, columns):
         dot = lanes(0.0)

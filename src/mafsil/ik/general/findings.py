@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.arrays import Floats, JointVector, PoseMatrix
+from mafsil.arrays import Booleans, Floats, JointVector, PoseMatrix
 from mafsil.geometry import pose
 from mafsil.ik.chain import Chain
 from mafsil.ik.tolerances import DETERMINED, MATCHED
@@ -90,7 +90,8 @@ class Findings:
             joint: whose value the zeros are.
         """
         values, number, certain = zeros
-        row, place = np.nonzero(np.arange(values.shape[1]) < number[:, None])
+        listed: Booleans = np.asarray(np.arange(values.shape[1]) < number[:, None], dtype=np.bool_)
+        row, place = np.nonzero(listed)
         zero = values[row, place]
         hit, todo, proven = np.zeros(len(row), dtype=np.bool_), np.arange(len(row)), certain & (number == 0)
         for choice, limit in enumerate(enough):
@@ -146,13 +147,15 @@ class Findings:
 
     def _jacobians(self, q: JointVector) -> Floats:
         """(m, 6, 6) rows (axis, velocity of the tip)."""
-        T, axes, places = np.broadcast_to(_square(self.frames[0]), (len(q), 4, 4)), [], []
+        T: Floats = np.broadcast_to(_square(self.frames[0]), (len(q), 4, 4))
+        axes: list[Floats] = []
+        places: list[Floats] = []
         for k in range(6):
             axes.append(T[:, :3, 2])
             places.append(T[:, :3, 3])
             screw = np.array([0, 0, 0, 0, 0, 1.0]) if self.prismatic[k] else np.array([0, 0, 1.0, 0, 0, 0])
             T = T @ pose.exp(screw * q[:, k, None]) @ _square(self.frames[k + 1])
-        columns = [
+        columns: list[Floats] = [
             np.concatenate([0 * z, z] if prismatic else [z, np.cross(z, T[:, :3, 3] - p)], axis=1)
             for z, p, prismatic in zip(axes, places, self.prismatic, strict=True)
         ]

@@ -3,11 +3,11 @@
 Imported only where poses are solved: numba is loaded with it.
 """
 
-# pyright: reportMissingParameterType=false, reportUnknownVariableType=false
 from __future__ import annotations
 
 from math import asin, ceil, pi, sqrt
 
+from mafsil.arrays import Booleans, Floats, Integers
 from mafsil.ik.tolerances import INSIDE
 from mafsil.solvers.loops import compiled
 
@@ -15,7 +15,18 @@ TURN = 2 * pi
 
 
 @compiled
-def judged(reached, T, rows, q0, lower, upper, revolute, q, residual, within):
+def judged(
+    reached: Floats,
+    T: Floats,
+    rows: Integers,
+    q0: Floats,
+    lower: Floats,
+    upper: Floats,
+    revolute: Booleans,
+    q: Floats,
+    residual: Floats,
+    within: Booleans,
+) -> None:
     """Errors of solutions, and their angles moved by whole turns as near to `q0` as the limits allow, in place.
 
     1. The distance, and the angle between the rotations: half the axis of R R_d^T has its sine for a length; where

@@ -3,17 +3,21 @@
 Imported only where poses are solved: numba is loaded with it.
 """
 
-# pyright: reportMissingParameterType=false, reportUnknownVariableType=false
 from __future__ import annotations
 
 from math import pi
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mafsil.arrays import Booleans, Floats, Integers
 from mafsil.ik.general.closed_chain_loops import advanced, turned
 from mafsil.ik.tolerances import CLOSED, LAST_CORRECTION, NO_BETTER, SAME
 from mafsil.solvers.lane_loops import angle_of, buffer, get, lane_bits, lanes, magnitude, put, spread, where
 from mafsil.solvers.loops import reordered
+
+if TYPE_CHECKING:
+    from mafsil.solvers.lane_loops import Buffer, Lanes
 
 STEPS = 40
 """Newton steps of a candidate at most: near a fold each halves the distance only."""
@@ -23,7 +27,9 @@ LONGEST = 0.6
 
 
 @reordered
-def polished(frames, prismatic, P, rows, turns, q, size):
+def polished(
+    frames: Floats, prismatic: Booleans, P: Floats, rows: Integers, turns: Floats, q: Floats, size: Floats
+) -> None:
     """Newton's method on candidates, eight at a time; the largest errors that remain [rad, unit of length].
 
     1. Free lanes take the next candidates.
@@ -59,7 +65,7 @@ def polished(frames, prismatic, P, rows, turns, q, size):
                 i = max(item[l], 0)
                 for r in range(3):
                     for c in range(4):
-                        put(X, 4 * r + c, l, P[rows[i], r, c])
+                        put(X, 4 * r + c, l, P[int(rows[i]), r, c])
                 for k in range(12):
                     put(Q, k, l, turns[i, k])
                 put(errors, 0, l, 1e300)
@@ -114,12 +120,16 @@ def polished(frames, prismatic, P, rows, turns, q, size):
 
 
 @reordered
-def _loop_error(T, X, J):
+def _loop_error(T: Buffer, X: Buffer, J: Buffer) -> Lanes:
     """The largest error of a loop, 1e300 if it is none; its components into the last column.
 
     Half the axis of X T^-1, which is its sine for small angles, and the displacement.
+
+    1. Half the axis of X T^-1 and the trace, and the displacement; the largest of their parts.
+    2. A trace below 1 is a rotation of more than a right angle, whose sine says too little: the error is 1 at least.
     """
     size, trace, total = lanes(0.0), lanes(0.0), lanes(0.0)
+    # 1.
     for r in range(3):
         u, v = 4 * ((r + 1) % 3), 4 * ((r + 2) % 3)
         turn = lanes(0.0)
@@ -132,13 +142,14 @@ def _loop_error(T, X, J):
         size = where(magnitude(turn) > size, magnitude(turn), size)
         size = where(magnitude(way) > size, magnitude(way), size)
         total += magnitude(turn) + magnitude(way)
+    # 2.
     size = where((trace < 1.0) & (size < 1.0), 1.0, size)
     # The sum tells NaN, which the maximum may pass over.
     return where(total + magnitude(trace) < 1e6, size, 1e300)
 
 
 @reordered
-def _columns(prismatic, T, J):
+def _columns(prismatic: Booleans, T: Buffer, J: Buffer) -> None:
     """Columns (axis, velocity of the tip) from (axis, a point of it)."""
     for k in range(6):
         z0, z1, z2 = J[k], J[7 + k], J[14 + k]
@@ -151,14 +162,21 @@ def _columns(prismatic, T, J):
 
 
 @reordered
-def _solved(M):
-    """Six linear equations in place by exchanged rows; the solution in the last column."""
+def _solved(M: Buffer) -> None:
+    """Six linear equations in place by exchanged rows; the solution in the last column.
+
+    1. The row of the largest pivot is brought forward, lane by lane.
+    2. Elimination below it; a pivot that rounding has left for zero is bounded.
+    3. The unknowns, from the last.
+    """
     for k in range(6):
+        # 1.
         for r in range(k + 1, 6):
             larger = magnitude(M[7 * r + k]) > magnitude(M[7 * k + k])
             for c in range(k, 7):
                 here, there = M[7 * k + c], M[7 * r + c]
                 M[7 * k + c], M[7 * r + c] = where(larger, there, here), where(larger, here, there)
+        # 2.
         pivot = M[7 * k + k]
         inverse = 1.0 / where(magnitude(pivot) > LAST_CORRECTION, pivot, LAST_CORRECTION)
         for c in range(k + 1, 7):
@@ -167,6 +185,7 @@ def _solved(M):
             factor = M[7 * r + k]
             for c in range(k + 1, 7):
                 M[7 * r + c] = M[7 * r + c] - factor * M[7 * k + c]
+    # 3.
     for k in range(5, -1, -1):
         total = M[7 * k + 6]
         for c in range(k + 1, 6):
@@ -175,7 +194,9 @@ def _solved(M):
 
 
 @reordered
-def noted(rows, q, size, prismatic, found, q_out, size_out):
+def noted(
+    rows: Integers, q: Floats, size: Floats, prismatic: Booleans, found: Integers, q_out: Floats, size_out: Floats
+) -> None:
     """Closed candidates that are new are written down.
 
     Args:
@@ -200,7 +221,7 @@ def noted(rows, q, size, prismatic, found, q_out, size_out):
 
 
 @reordered
-def explained(zeros, joint, prismatic, q, size, tolerance):
+def explained(zeros: Floats, joint: int, prismatic: Booleans, q: Floats, size: Floats, tolerance: float) -> bool:
     """Whether each zero of one pose has led to a solution of its own with that value of the joint.
 
     Args:
@@ -222,7 +243,7 @@ def explained(zeros, joint, prismatic, q, size, tolerance):
 
 
 @reordered
-def _differ(q, i, others, j, prismatic):
+def _differ(q: Floats, i: int, others: Floats, j: int, prismatic: Booleans) -> bool:
     """Whether two solutions are not the same."""
     for k in range(6):
         d = abs(q[i, k] - others[j, k])

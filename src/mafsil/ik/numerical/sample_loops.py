@@ -32,6 +32,10 @@ def features_of(plan: Plan, T: Floats, out: Floats) -> None:
 def squared_distances(features: Singles, groups: Singles, count: int, beyond: float, out: Singles) -> float:
     """Squared distances of samples from a pose, and the least of them.
 
+    1. The squared distance from every sample, a group of samples side by side.
+    2. The least of each column that is beyond.
+    3. The least of the columns.
+
     Args:
         features: (FEATURES) of the pose.
         groups: (count, FEATURES, FEATURE_GROUP) features of the samples.
@@ -48,6 +52,7 @@ def squared_distances(features: Singles, groups: Singles, count: int, beyond: fl
     least = np.empty(FEATURE_GROUP, np.float32)
     for k in range(n):
         least[k] = nothing
+    # 1.
     for group in range(count):
         at, row = groups[FEATURES * n * group :], out[n * group :]
         for k in range(n):
@@ -56,8 +61,10 @@ def squared_distances(features: Singles, groups: Singles, count: int, beyond: fl
             size = size + (at[6 * n + k] - g) ** 2 + (at[7 * n + k] - h) ** 2 + (at[8 * n + k] - u) ** 2
             size = size + (at[9 * n + k] - v) ** 2 + (at[10 * n + k] - w) ** 2 + (at[11 * n + k] - x) ** 2
             row[k] = size
+            # 2.
             larger = size if size > passed else nothing
             least[k] = larger if larger < least[k] else least[k]
+    # 3.
     for k in range(1, n):
         least[0] = least[k] if least[k] < least[0] else least[0]
     return float(least[0])

@@ -108,6 +108,11 @@ def take(search: Search, states: Floats) -> None:
 def judge(search: Search, before: Floats, after: Floats) -> None:
     """Judge the step just made of every lane, and begin or end attempts.
 
+    1. How the step leaves the attempt.
+    2. An attempt that goes on leaves its lane as it is; one that failed gives it to the pose's next attempt, if it has
+       one.
+    3. Else the lane is done, and the last lane at work takes its place.
+
     Args:
         search: of the poses.
         before, after: (lanes, n + LEFT) states.
@@ -116,15 +121,18 @@ def judge(search: Search, before: Floats, after: Floats) -> None:
     n = plan.joints
     width, place = n + LEFT, 0
     while place < search.active:
+        # 1.
         lane = search.lane[place]
         pose = lane.pose
         record, state = search.record[pose], after[width * place :]
         found = judged(plan, mode, lane, record, before[width * place :], state, search.q[(n + 1) * pose :])
+        # 2.
         if found == CONTINUES:
             place += 1
         elif found == FAILED and record.begun < record.allowed:
             begin(search, place, state)
             place += 1
+        # 3.
         else:
             last = search.active - 1
             search.active = last
@@ -166,6 +174,10 @@ def move(source: Lane, out: Lane) -> None:
 def begin(search: Search, place: int, q: JointVector) -> None:
     """Begin the next attempt of a lane's pose: at the initial guess, then the nearest samples, then samples anywhere.
 
+    1. At the initial guess, moved into the bounds.
+    2. At the next of the samples nearest to the pose.
+    3. Where these have run out, at a sample spread by the number of the attempt.
+
     Args:
         search: of the poses.
         place: of the lane.
@@ -176,16 +188,19 @@ def begin(search: Search, place: int, q: JointVector) -> None:
     rank = record.begun - search.guessed
     record.begun += 1
     lane.step = 0
+    # 1.
     if rank < 0:
         q0 = search.q0[n * lane.pose :]
         for i in range(n):
             q[i] = min(max(q0[i], plan.lower[i]), plan.upper[i])
         return
+    # 2.
     if rank == 0:
         lane.nearest = -1
     chosen = -1
     if rank < RANKED and (rank == 0 or lane.last >= 0):
         chosen = next_sample(plan, search.lane_desired[16 * place :], lane)
+    # 3.
     if chosen < 0:
         chosen = (rank * SCATTER) % plan.samples
     copy(plan.configurations[chosen * n :], q, n)

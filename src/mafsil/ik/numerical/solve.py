@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from contextlib import suppress
 from time import perf_counter
-from typing import Any, TypeGuard
+from typing import Any, TypeGuard, cast
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch, positive, require_finite, require_kind, whole
 from mafsil.errors import InputError, MafsilWarning, ModelError, warn
@@ -64,6 +64,12 @@ def solve_ik(
 
     dq = J' (J J' + lambda I)^-1 e,  e = (log(R_sf' R_sd), R_sf' (p_sd - p_sf)),  lambda ~ |e|^2
 
+    1. A question of a robot and task that were asked before goes straight to its compiled search.
+    2. Else arguments are checked, and the search is made and remembered.
+    3. One pose alone: compiled search without batches.
+    4. A batch: the fast search, and the full one for what it leaves open; with a preferred configuration or a time
+       limit the full one alone.
+
     Joints at a bound that the step would push further are held. Poses that resist are tried again from sampled starts,
     the nearest first; a whole pose that eight and more attempts miss is looked up in the arm's closed form, where it
     has one, before it counts as not found. Every answer is checked afresh by forward kinematics. The result for a pose
@@ -100,6 +106,7 @@ def solve_ik(
 
     Reference: Chan and Lawrence, General inverse kinematics with the error damped pseudoinverse, ICRA 1988.
     """
+    # 1.
     if q0 is None and (guess := _array_seed(seed)) is not None:
         q0, seed = guess, 0
     single = q_preferred is None and seconds is None and type(restarts) is int
@@ -108,6 +115,7 @@ def solve_ik(
         found = _again(named, T_sd, q0, restarts)
         if found is not None:
             return found
+    # 2.
     begun = perf_counter()
     robot = as_robot(robot)
     if not robot.n:
@@ -125,10 +133,12 @@ def solve_ik(
     _remember((robot, frame, limits, seed, task, axis, weights, tolerance, rotation_tolerance), search)
     plan, part, batch = search.plan, search.part, desired.shape[:-2]
     first = None if q0 is None else _rows("q0", q0, robot.n, batch)
+    # 3.
     if not batch and q_preferred is None and seconds is None:
         found = _single(search, desired, None if first is None else first[0], restarts)
         if found is not None:
             return found
+    # 4.
     preferred = _rows("q_preferred", q_preferred, robot.n, batch)
     scales = (
         None if preferred_weights is None else part.own(as_batch("preferred_weights", preferred_weights, (robot.n,)))
@@ -154,10 +164,13 @@ def _array_seed(seed: object) -> ArrayLike | None:
     Warns:
         RenamedArgument: it is one.
     """
-    if type(seed) is int or not isinstance(seed, list | tuple | np.ndarray) or not np.ndim(seed):
+    if type(seed) is int or not isinstance(seed, list | tuple | np.ndarray):
+        return None
+    given: NDArray[Any] = np.asarray(cast("ArrayLike", seed))
+    if not given.ndim:
         return None
     warn(RenamedArgument("ik.array_seed"))
-    return np.asarray(seed)
+    return given
 
 
 def _reported(search: FastSearch, desired: Floats, q0: JointVector, restarts: int) -> Report:

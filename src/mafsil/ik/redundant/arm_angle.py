@@ -109,7 +109,7 @@ class ArmAngleForm:
         w = wrist - self.shoulder
         w = w / np.linalg.norm(w, axis=-1, keepdims=True)
         along = np.linalg.norm(np.cross(w, self.chain.axes[0]), axis=-1) < DEFECT
-        up = np.where(along[..., None], self.chain.axes[1], self.chain.axes[0])
+        up = np.asarray(np.where(along[..., None], self.chain.axes[1], self.chain.axes[0]), dtype=np.float64)
         reference, side = _across(up, w), _across(elbow - self.shoulder, w)
         straight = np.linalg.norm(side, axis=-1) < EXACT_POSE
         found = np.arctan2((np.cross(reference, side) * w).sum(-1), (reference * side).sum(-1))
@@ -140,7 +140,8 @@ def _frame(axes: Floats) -> Floats:
     """(3, 3) z along the first axis, y along the second."""
     y = axes[1] - (axes[1] @ axes[0]) * axes[0]
     y = y / np.linalg.norm(y)
-    return np.ascontiguousarray(np.stack([np.cross(y, axes[0]), y, axes[0]], axis=1))
+    x = np.asarray(np.cross(y, axes[0]), dtype=np.float64)
+    return np.ascontiguousarray(np.stack([x, y, axes[0]], axis=1))
 
 
 def _turn(axes: Floats) -> float:

@@ -186,7 +186,7 @@ def _keep_first(setting: Setting, q: JointVector, good: NDArray[np.bool_]) -> No
         for j in range(k):
             both = np.flatnonzero(good[:, k] & good[:, j])
             if len(both):
-                d = q[both, k] - q[both, j]
+                d: Floats = q[both, k] - q[both, j]
                 d = np.where(setting.revolute, (d + np.pi) % (2 * np.pi) - np.pi, d)
                 good[both, k] = np.abs(d).max(axis=1) > SAME
 

@@ -52,7 +52,7 @@ class Program(NamedTuple):
 
 @compiled
 def plain(op: int, a: float, b: float) -> float:
-    """One operation on numbers.
+    """One operation on numbers: a table, in the order of the codes.
 
     Args:
         op: which.
@@ -291,19 +291,27 @@ def _sine_range(low: float, high: float) -> tuple[float, float]:
 
 @compiled
 def _chosen(x: Floats, y: Floats, z: Floats, op: int) -> None:
-    """The larger or smaller of two, or the amount: one of them where that is sure, else either."""
+    """The larger or smaller of two, or the amount: one of them where that is sure, else either.
+
+    1. The other of the two; of an amount it is minus the first.
+    2. The smaller: the other where it surely lies below, either where the intervals meet.
+    3. The larger likewise.
+    """
     for l in range(LANES):
         m, low, high, dl, dh = x[M, l], x[LO, l], x[HI, l], x[DLO, l], x[DHI, l]
+        # 1.
         if op == FABS:
             am, al, ah, bl, bh = -m, -high, -low, -dh, -dl
         else:
             am, al, ah, bl, bh = y[M, l], y[LO, l], y[HI, l], y[DLO, l], y[DHI, l]
+        # 2.
         if op == FMIN:
             if low > ah:
                 m, low, high, dl, dh = am, al, ah, bl, bh
             elif high >= al:
                 m, low, high = min(m, am), min(low, al), min(high, ah)
                 dl, dh = min(dl, bl), max(dh, bh)
+        # 3.
         elif high < al:
             m, low, high, dl, dh = am, al, ah, bl, bh
         elif low <= ah:
@@ -314,9 +322,17 @@ def _chosen(x: Floats, y: Floats, z: Floats, op: int) -> None:
 
 @compiled
 def _decided(x: Floats, y: Floats, z: Floats, op: int) -> None:
-    """Comparisons, and values that depend on them."""
+    """Comparisons, and values that depend on them.
+
+    1. A choice: the value where the condition surely holds, zero where it surely fails, else both, with any slope.
+    2. A comparison: 1 or 0 where the intervals decide it, else both.
+    3. A negation, likewise.
+    4. A sign: those that the interval has.
+    5. An angle: the whole circle.
+    """
     for l in range(LANES):
         m = plain(op, x[M, l], y[M, l])
+        # 1.
         if op == IF:
             if x[LO, l] > 0.0 or x[HI, l] < 0.0:
                 low, high, dl, dh = y[LO, l], y[HI, l], y[DLO, l], y[DHI, l]
@@ -325,10 +341,12 @@ def _decided(x: Floats, y: Floats, z: Floats, op: int) -> None:
                 low, high, dl, dh = 0.0, 0.0, 0.0, 0.0
             else:
                 low, high, dl, dh = min(0.0, y[LO, l]), max(0.0, y[HI, l]), -BIG, BIG
+        # 2.
         elif op in (LT, LE):
             low = 1.0 if x[HI, l] < y[LO, l] or (op == LE and x[HI, l] <= y[LO, l]) else 0.0
             high = 0.0 if x[LO, l] > y[HI, l] or (op == LT and x[LO, l] >= y[HI, l]) else 1.0
             dl, dh = (0.0, 0.0) if low == high else (-BIG, BIG)
+        # 3.
         elif op == NOT:
             low, high = 0.0, 1.0
             if x[LO, l] == 0.0 and x[HI, l] == 0.0:
@@ -336,10 +354,12 @@ def _decided(x: Floats, y: Floats, z: Floats, op: int) -> None:
             if x[LO, l] > 0.0 or x[HI, l] < 0.0:
                 high = 0.0
             dl, dh = (0.0, 0.0) if low == high else (-BIG, BIG)
+        # 4.
         elif op == SIGN:
             low = 1.0 if x[LO, l] > 0.0 else (0.0 if x[LO, l] == 0.0 else -1.0)
             high = -1.0 if x[HI, l] < 0.0 else (0.0 if x[HI, l] == 0.0 else 1.0)
             dl, dh = (0.0, 0.0) if low == high else (-BIG, BIG)
+        # 5.
         else:
             low, high, dl, dh = -pi, pi, -BIG, BIG
         z[M, l], z[LO, l], z[HI, l], z[DLO, l], z[DHI, l] = m, low, high, dl, dh

@@ -149,7 +149,7 @@ def _ordered_tries(setting: Setting, near: JointVector) -> tuple[Floats, ...]:
     if len(locked) == 1:
         return tuple(_nearest_first(np.linspace(low, high, count), near[locked]) for count in (COARSE, FINE))
     generator, count = np.random.default_rng(0), COARSE * 8 ** min(len(locked) - 1, MOST_JOINTS - 1)
-    values = [generator.uniform(a, b, count) for a, b in zip(low, high, strict=True)]
+    values: list[Floats] = [generator.uniform(a, b, count) for a, b in zip(low, high, strict=True)]
     return (_nearest_first(np.stack(values, axis=1), near[locked]),)
 
 

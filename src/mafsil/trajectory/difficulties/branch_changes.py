@@ -141,7 +141,7 @@ def limit_place(ladder: Ladder, end: BranchLimit, *, forward: bool) -> tuple[flo
     limits = ladder.robot.limits
     a, b = float(ladder.s[end.sample]), float(ladder.s[end.sample + step])
     q_a = ladder.q[end.sample, end.row]
-    q_b = q_a + shortest(ladder.q[end.sample + step, end.beyond] - q_a, ladder.turning)
+    q_b = q_a + shortest(ladder.q[end.sample + step, end.beyond] - q_a, ladder.revolute)
     joint = int(np.maximum(limits.lower - q_b, q_b - limits.upper).argmax())
     limit = float(limits.lower[joint] if q_b[joint] < limits.lower[joint] else limits.upper[joint])
     for _ in range(HALVINGS):
@@ -161,5 +161,5 @@ def _nearest(ladder: Ladder, s: float, q: JointVector) -> JointVector | None:
     found = inverse_kinematics(ladder.robot, ladder.path.poses(s), task=ladder.task)
     if not isinstance(found, SolutionSet) or not len(found):
         return None
-    moved = q + shortest(found.q - q, ladder.turning)
+    moved = q + shortest(found.q - q, ladder.revolute)
     return moved[int(np.abs(moved - q).max(axis=1).argmin())]

@@ -17,7 +17,7 @@ BranchEnd = Literal["limit", "singular", "unknown"]
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class PathInterval:
     """An interval of a path.
 
     Attributes:
@@ -49,7 +49,7 @@ class UnreachableStretch:
         joint, excess: the least excess over the joint limits in its middle [rad | m]; empty otherwise.
     """
 
-    where: Place
+    where: PathInterval
     kind: GapReason
     answer: SolutionSet
     joint: str = ""
@@ -82,7 +82,7 @@ class FastStretch:
         distance: by how much the tip leaves the path if joints stay within their limits of velocity [m].
     """
 
-    where: Place
+    where: PathInterval
     joint: str
     at: float
     rate: float
@@ -126,7 +126,7 @@ class BranchChange:
         causes: which axes are nearly dependent there, if that ends it.
     """
 
-    where: Place
+    where: PathInterval
     part: BranchPart
     joint: str
     q_before: JointVector

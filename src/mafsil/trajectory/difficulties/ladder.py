@@ -57,13 +57,13 @@ class Ladder:
     solutions: SolutionBatch
 
     @property
-    def turning(self) -> NDArray[np.bool_]:
+    def revolute(self) -> NDArray[np.bool_]:
         """(n,) which coordinates are angles."""
-        return turning(self.robot)
+        return revolute_coordinates(self.robot)
 
     def change(self, i: int) -> Floats:
         """(m, m, n) shortest change of the coordinates from every solution of sample i to every one of sample i + 1."""
-        return shortest(self.q[i + 1][None] - self.q[i][:, None], self.turning)
+        return shortest(self.q[i + 1][None] - self.q[i][:, None], self.revolute)
 
     def continuous(self, i: int) -> NDArray[np.bool_]:
         """(m, m) which solutions of sample i + 1 continue those of sample i: their rates explain the change."""
@@ -76,7 +76,7 @@ class Ladder:
         return close & (off <= off.min(axis=1, initial=np.inf, where=np.isfinite(off))[:, None])
 
 
-def turning(robot: Robot) -> NDArray[np.bool_]:
+def revolute_coordinates(robot: Robot) -> NDArray[np.bool_]:
     """(n,) which coordinates are angles, equal up to whole turns.
 
     Args:
@@ -156,7 +156,7 @@ def best_chain(ladder: Ladder, begin: int, end: int, start: JointVector | None =
     # 1
     cost = np.where(ladder.within[begin], 0.0, np.inf)
     if start is not None:
-        away = np.abs(shortest(ladder.q[begin] - start, ladder.turning)).max(axis=-1)
+        away = np.abs(shortest(ladder.q[begin] - start, ladder.revolute)).max(axis=-1)
         cost = np.where(ladder.within[begin] & (away <= np.nanmin(away) + ROUNDING), 0.0, np.inf)
     came: list[NDArray[np.intp]] = []
     smooth: list[NDArray[np.bool_]] = []
@@ -186,7 +186,7 @@ def _unwound(
     ends, cuts, at = [*jumps, len(q)], list[int](), 0
     while at < len(q):
         end = next(place for place in ends if place > at)
-        steps = shortest(np.diff(q[at:end], axis=0), ladder.turning)
+        steps = shortest(np.diff(q[at:end], axis=0), ladder.revolute)
         whole = q[at] + np.concatenate([np.zeros((1, q.shape[1])), np.cumsum(steps, axis=0)])
         moved, lasts = _wound(ladder, whole, start if not out else out[-1][-1], fixed=not out and start is not None)
         out.append(moved[:lasts])
@@ -205,7 +205,7 @@ def _wound(ladder: Ladder, q: JointVector, near: JointVector | None, *, fixed: b
         fixed: whether it has to begin at `near`.
     """
     limits, moved, lasts = ladder.robot.limits, q.copy(), len(q)
-    for j in np.flatnonzero(ladder.turning):
+    for j in np.flatnonzero(ladder.revolute):
         aim = q[0, j] if near is None else near[j]
         nearest = round((aim - q[0, j]) / TURN)
         low, high = (

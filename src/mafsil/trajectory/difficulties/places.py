@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from mafsil.trajectory.difficulties.difficulty import Place
+from mafsil.trajectory.difficulties.difficulty import PathInterval
 from mafsil.trajectory.paths import TipPath
 
 
-def place_of(path: TipPath, begin: float, end: float) -> Place:
+def place_of(path: TipPath, begin: float, end: float) -> PathInterval:
     """An interval with the leg that its middle is on.
 
     Args:
@@ -17,4 +17,4 @@ def place_of(path: TipPath, begin: float, end: float) -> Place:
     """
     legs = len(path.breaks) - 1
     leg = int(np.clip(np.searchsorted(path.breaks, (begin + end) / 2, side="right"), 1, legs))
-    return Place(begin, end, leg, legs)
+    return PathInterval(begin, end, leg, legs)

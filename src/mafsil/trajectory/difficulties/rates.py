@@ -102,7 +102,7 @@ def _to_segment(point: Floats, a: Floats, b: Floats) -> float:
     return float(np.linalg.norm(point - a - share * along))
 
 
-def at_limited_rates(robot: Robot, s: Floats, q: JointVector, rates: Floats, duration: float) -> JointVector:
+def at_limited_rates(robot: Robot, s: Floats, q: JointVector, rates: Floats, duration: float) -> Floats:
     """(steps, n) configurations of an arm that goes after a joint path at constant ds/dt, no joint beyond its rate.
 
     Args:
@@ -120,7 +120,7 @@ def at_limited_rates(robot: Robot, s: Floats, q: JointVector, rates: Floats, dur
     return found
 
 
-def _hermite(s: Floats, q: JointVector, rates: Floats, at: Floats) -> JointVector:
+def _hermite(s: Floats, q: JointVector, rates: Floats, at: Floats) -> Floats:
     """Cubics between samples."""
     i = np.clip(np.searchsorted(s, at, side="right") - 1, 0, len(s) - 2)
     h = s[i + 1] - s[i]

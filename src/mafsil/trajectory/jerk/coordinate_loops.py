@@ -144,7 +144,13 @@ def next_duration(w: Task, T: float) -> float:
 
     From the first duration on, the displacements that can be had are an interval: its upper end is D_max, its lower end
     minus the mirror image's. Where the displacement lies outside, that end's curve is followed to where it comes back.
+
+    1. From rest to rest there is no gap: the last rise of one curve.
+    2. Else from the direct change of velocity on, which is the shortest; a duration within the gap comes after it.
+    3. Inside the interval the duration is had; outside, which end's curve has to come back.
+    4. The next rise of that curve: in its concave beginning, its convex part, or after the gap.
     """
+    # 1.
     if _rests(w):
         if w.D == 0.0:
             return T
@@ -154,12 +160,12 @@ def next_duration(w: Task, T: float) -> float:
         rise = last_rise(c, abs(w.D), T, inf)
         return rise if rise >= 0.0 else inf
     up, down = forwards(w), backwards(w)
-    # 1. The direct change of velocity is the shortest; within the gap its velocity cannot be reached.
+    # 2.
     T = max(T, up.start + _ahead(w))
     tau = max(T - _ahead(w), up.start)
     if up.gap < tau < up.after:
         return _after_gap(w, up, down)
-    # 2. Inside the interval, or beyond which end of it.
+    # 3.
     mirrored = max(T - _behind(w), down.start)
     s, m = shape_at(up, tau), shape_at(down, mirrored)
     high, low = distance(up, s), -distance(down, m)
@@ -169,7 +175,7 @@ def next_duration(w: Task, T: float) -> float:
     c, D, offset = up, w.D, _ahead(w)
     if w.D < low:
         c, D, offset, tau, s = down, -w.D, _behind(w), mirrored, m
-    # 3. The next rise: in the concave beginning, or in the convex part of the curve, or of what comes after the gap.
+    # 4.
     if bent_down(c, s):
         rise = first_rise(c, D, tau, c.gap)
         if rise >= 0.0:
@@ -214,10 +220,14 @@ def _quiet(w: Task, D: float, T: float, scratch: Floats) -> tuple[bool, float]:
     What time is left is spent before or after the change of velocity (parts 1 and 5), so that the displacement comes as
     near to D as it can.
 
+    1. The velocities between which it changes, the change from one to the other, and the time that is left.
+    2. Its displacement if all of it is spent before, and what each second after instead of before adds.
+    3. Its seven parts.
+
     Returns:
         Whether T is long enough, and its displacement.
     """
-    # 1. The velocities between which it changes, and the time that is left.
+    # 1.
     into, out = abs(w.a0) / (w.jm if w.a0 > 0.0 else w.jp), abs(w.af) / (w.jp if w.af > 0.0 else w.jm)
     v, vf = w.v0 + 0.5 * w.a0 * into, w.vf - 0.5 * w.af * out
     side, most, first, last = 1.0, w.ap, 1.0 / w.jp, 1.0 / w.jm
@@ -230,7 +240,7 @@ def _quiet(w: Task, D: float, T: float, scratch: Floats) -> tuple[bool, float]:
     spare = T - into - out - k * A - held
     if spare < 0.0:
         return False, 0.0
-    # 2. Its displacement if all of it is spent before, and what each second after instead of before adds.
+    # 2.
     way = into * (w.v0 + w.a0 * into * (1.0 / 3.0)) + v * spare + out * (vf + w.af * out * (1.0 / 6.0))
     if change > 0.0:
         rise = A * first
@@ -242,7 +252,7 @@ def _quiet(w: Task, D: float, T: float, scratch: Floats) -> tuple[bool, float]:
     else:
         later = 0.0
     way += later * (vf - v)
-    # 3. Its parts.
+    # 3.
     scratch[0, 0], scratch[1, 0] = into, (-w.jm if w.a0 > 0.0 else w.jp)
     scratch[0, 1], scratch[1, 1] = spare - later, 0.0
     scratch[0, 2], scratch[1, 2] = A * first, side / first
@@ -255,7 +265,11 @@ def _quiet(w: Task, D: float, T: float, scratch: Floats) -> tuple[bool, float]:
 
 @compiled
 def motion_of(w: Task, T: float, free: bool, sure: bool, scratch: Floats, times: Floats, jerks: Floats, i: int) -> int:
-    """The pieces of a task of duration T, braking first.
+    """The pieces of a task of duration T.
+
+    1. Braking; from rest to rest then the farthest motion, scaled.
+    2. With time to spare there is a quiet motion; it may be the one, else one extreme motion is mixed with it.
+    3. Else both extreme motions are mixed; at an end of their interval it is one of them.
 
     Args:
         w: the task.
@@ -269,12 +283,13 @@ def motion_of(w: Task, T: float, free: bool, sure: bool, scratch: Floats, times:
     Returns:
         Number of pieces; 0 if there is no such motion.
     """
+    # 1.
     times[i, 0], jerks[i, 0] = w.t1, w.j
     times[i, 1], jerks[i, 1] = w.t2, 0.0
     D, slack = w.D, _slack(w, T)
     if _rests(w) and not free:
         return _scaled_parts(w, T, sure, times, jerks, i)
-    # 1. With time to spare there is a quiet motion; it may be the one, else one extreme motion is mixed with it.
+    # 2.
     if free:
         D = 0.5 * (w.v0 + w.vf) * T
     quiet, way = _quiet(w, D, T, scratch)
@@ -295,7 +310,7 @@ def motion_of(w: Task, T: float, free: bool, sure: bool, scratch: Floats, times:
             return 2 + PARTS
         _parts(c, s, sign, scratch, 2, scratch, 3, 0)
         return _mixture(scratch, share, times, jerks, i)
-    # 2. Else both extreme motions are mixed; at an end of their interval it is one of them.
+    # 3.
     up, down = forwards(w), backwards(w)
     tau = T - _ahead(w)
     if (up.gap < tau < up.after or tau < up.start - FEW_ROUNDINGS * T) and not sure:

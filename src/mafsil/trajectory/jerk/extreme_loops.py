@@ -94,13 +94,18 @@ def _time_of(X: float, k: float, most: float) -> float:
 def curve_of(
     v0: float, a0: float, vf: float, af: float, top: float, ap: float, am: float, jp: float, jm: float
 ) -> Curve:
-    """The constants of a curve; arguments as its attributes."""
+    """The constants of a curve; arguments as its attributes.
+
+    1. The direct change: acceleration up and down again if monotone acceleration gains too little, else down and up.
+       Where both accelerations have one sign there may be a gap after it.
+    2. The speed limit: reached from either end with what its acceleration makes necessary, or more.
+    """
     ip, im = 1.0 / jp, 1.0 / jm
     k = ip + im
     C = vf - v0 + 0.5 * ip * (a0 * a0 - af * af)
     c = 2.0 * C / k
     gap = after = inf
-    # 1. The direct change: acceleration up and down again if monotone acceleration gains too little, else down and up.
+    # 1.
     monotone = 0.5 * (af - a0) * (af + a0) * (ip if a0 <= af else -im)
     # Where both accelerations have one sign, rounding must not send a monotone change the long way round.
     rounding = 16.0 * EPS * (abs(v0) + abs(vf) + k * (a0 * a0 + af * af))
@@ -117,7 +122,7 @@ def curve_of(
             root = sqrt(max(af * af + c, 0.0))
             gap = max(k * (-root - af), start) - 8.0 * EPS * k * af
             after = max(_time_of(0.5 * k * root * root, k, ap) - k * af, gap)
-    # 2. The speed limit: reached from either end with what its acceleration makes necessary, or more.
+    # 2.
     X = max(top - v0 + 0.5 * ip * a0 * a0, 0.5 * k * max(a0, 0.0) ** 2)
     Y = max(top - vf + 0.5 * ip * af * af, 0.5 * k * min(af, 0.0) ** 2)
     tau_top = inf if top == inf else max(_time_of(X, k, ap) + _time_of(Y, k, am), start)
@@ -137,12 +142,16 @@ def rest_curve(top: float, ap: float, am: float, jp: float, jm: float) -> Curve:
 def shape_at(c: Curve, tau: float) -> Shape:
     """The farthest motion of a time tau.
 
+    1. Where the speed limit is reached both changes of velocity are known; the rest is cruising.
+    2. Else A and B from their sum and difference, if neither is beyond its limit.
+    3. Else the largest acceleration is held, or the largest deceleration, or both.
+
     Args:
         c: the curve.
         tau: at least `c.start`, not between `c.gap` and `c.after`.
     """
     k, ap, am = c.k, c.ap, c.am
-    # 1. The speed limit is reached: both changes of velocity are known.
+    # 1.
     if tau >= c.tau_top:
         A = min(sqrt(2.0 * max(c.Xtop, 0.0) / k), ap)
         Y = max(c.top - c.vf + 0.5 * c.ip * c.af * c.af, 0.5 * k * min(c.af, 0.0) ** 2)
@@ -150,7 +159,7 @@ def shape_at(c: Curve, tau: float) -> Shape:
         t2 = max(c.Xtop / ap - 0.5 * k * ap, 0.0) if A == ap else 0.0
         t4 = max(Y / am - 0.5 * k * am, 0.0) if B == am else 0.0
         return Shape(A, B, t2, tau - c.tau_top, t4)
-    # 2. Nothing is held.
+    # 2.
     u = tau / k
     w = 2.0 * c.C / (k * u) if u > 0.0 else 0.0
     A = max(0.5 * (u + w), c.a0)  # for short times w is little more than rounding
@@ -159,7 +168,7 @@ def shape_at(c: Curve, tau: float) -> Shape:
         A, B = u + c.af, -c.af
     if A <= ap and B <= am:
         return Shape(A, B, 0.0, 0.0, 0.0)
-    # 3. The largest acceleration is held, or the largest deceleration, or both.
+    # 3.
     if A > ap:
         B = sqrt(max(2.0 * (ap * tau - c.C) / k, 0.0)) - ap
         if B <= am:
@@ -238,6 +247,9 @@ def first_rise(c: Curve, D: float, tau: float, end: float) -> float:
 def last_rise(c: Curve, D: float, low: float, high: float) -> float:
     """Where the curve reaches D in its convex part: Newton's steps from the right, never too far.
 
+    1. At the speed limit the curve is a straight line; before, a power of the time is a good first guess.
+    2. Newton's steps: from the second on they fall, until rounding stops them or the next would not be felt.
+
     Args:
         c: the curve.
         D: displacement, above the curve at low and wherever it is concave from there on.
@@ -247,7 +259,7 @@ def last_rise(c: Curve, D: float, low: float, high: float) -> float:
     Returns:
         tau; -1 if D is never reached.
     """
-    # 1. At the speed limit the curve is a straight line; before, a power of the time is a good first guess.
+    # 1.
     if c.tau_top < inf and c.tau_top <= high:
         s = shape_at(c, c.tau_top)
         beyond = D - distance(c, s)
@@ -268,7 +280,7 @@ def last_rise(c: Curve, D: float, low: float, high: float) -> float:
                 return -1.0
     else:
         tau = high
-    # 2. Newton's steps: from the second on they fall, until rounding stops them or the next would not be felt.
+    # 2.
     last = inf
     for turn in range(STEPS):
         s = shape_at(c, tau)

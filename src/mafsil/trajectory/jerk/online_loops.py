@@ -29,6 +29,10 @@ def step(
 ) -> int:
     """Move on by one cycle.
 
+    1. Numbers that are not finite: nothing is done.
+    2. A new goal, or a state that is not what the plan made of it, asks for a new plan.
+    3. The state after one cycle; after its end the motion goes on with the goal's velocity.
+
     Args:
         now: (n, 3) position, velocity and acceleration; the next ones are written here.
         asked: (n, 2) position and velocity of the goal.
@@ -46,18 +50,19 @@ def step(
     Returns:
         How planning ended; after a refusal the present plan goes on. -1 if a number is not finite: nothing is done.
     """
+    # 1.
     n = len(now)
     for i in range(n):
         if not isfinite(asked[i, 0] + asked[i, 1] + now[i, 0] + now[i, 1] + now[i, 2]):
             return -1
-    # 1. A new goal, or a state that is not what the plan made of it, asks for a new plan.
+    # 2.
     changed = clock[PLANS] == 0.0 or (clock[FREE] != 0.0) != free
     for i in range(n):
         changed |= asked[i, 1] != states[1, i, 4] or (not free and asked[i, 0] != states[1, i, 3])
         changed |= now[i, 0] != last[i, 0] or now[i, 1] != last[i, 1] or now[i, 2] != last[i, 2]
     if changed:
         _replan(now, asked, free, mode, clock, states, limits, scratch, count, pieces)
-    # 2. The state after one cycle; after its end the motion goes on with the goal's velocity.
+    # 3.
     clock[ELAPSED] += clock[CYCLE]
     for i in range(n):
         now[i, 0], now[i, 1], now[i, 2] = _state_at(states[0, i], count[0, i], pieces[0, :, i], clock[ELAPSED])

@@ -377,6 +377,10 @@ def plan_rows(
 ) -> None:
     """Many problems of the same limits.
 
+    1. The constants of motions from rest to rest, once for all.
+    2. A problem from rest to rest by these, where they are enough.
+    3. Any other by `plan`.
+
     Args:
         states: (rows, n, 6).
         limits: (n, 6).
@@ -384,15 +388,18 @@ def plan_rows(
         outcome: (rows, 4) status, coordinate, mode and duration, written here.
         count, times, jerks: (rows, n), (rows, n, 15), (rows, n, 15), written here.
     """
+    # 1.
     scratch = np.zeros((6, 7))
     able, curves = rest_curves(limits)
     able &= mode == TIME and not free
     for row in range(len(states)):
+        # 2.
         if able and at_rest(states[row]):
             T, ruling = plan_rest(states[row], curves, minimum, cycle, count[row], times[row], jerks[row])
             if T < inf:
                 outcome[row, 0], outcome[row, 1], outcome[row, 2], outcome[row, 3] = PLANNED, ruling, TIME, T
                 continue
+        # 3.
         status, ruling, used, T = plan(
             states[row],
             limits,

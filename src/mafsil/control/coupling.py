@@ -1,0 +1,93 @@
+"""How much the joints of an arm disturb each other: whether every joint can be controlled for itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mafsil.answer import SingleAnswer, Status
+from mafsil.arrays import Floats, whole
+from mafsil.messages import say
+from mafsil.robot import Robot, of_robot
+
+RANGE = np.pi
+"""Configurations of joints without limits are taken from -RANGE .. RANGE [rad | m]."""
+NONE, SMALL = 1e-9, 0.2
+"""Coupling and spread below which joints count as decoupled: a fifth of a joint's own inertia; and below which
+there is none but rounding."""
+
+
+class CouplingStatus(Status):
+    """Whether joints can be controlled each for itself."""
+
+    DECOUPLED = ("control.coupling_none", True)
+    WEAK = ("control.coupling_weak", True)
+    STRONG = ("control.coupling_strong", False)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Coupling(SingleAnswer):
+    """The inertias that a joint feels of the others; true if decentralised control is sensible.
+
+    Attributes:
+        status: none (a Cartesian arm), weak (below a fifth) or strong.
+        coupling: (n,) largest sum_j |M_ij| / M_ii over the configurations, j other than i.
+        spread: (n,) largest deviation of M_ii from its mean, as share of it.
+        gravity_share: (n,) largest |g_i| as share of the limit of effort; NaN where there is none.
+        samples: configurations that were looked at: the figures are lower bounds.
+    """
+
+    status: CouplingStatus
+    coupling: Floats
+    spread: Floats
+    gravity_share: Floats
+    samples: int
+
+    def explain(self, language: str | None = None) -> str:
+        """The status with both figures."""
+        details = {"coupling": float(self.coupling.max()), "spread": float(self.spread.max()), "samples": self.samples}
+        return self.status.sentence(language) + say("control.coupling_figures", language=language, **details)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "status": self.status.name,
+            "coupling": self.coupling,
+            "spread": self.spread,
+            "gravity_share": self.gravity_share,
+            "samples": self.samples,
+        }
+
+
+@of_robot
+def joint_coupling(robot: Robot, samples: int = 2000, *, seed: int = 0) -> Coupling:
+    """How far the mass matrix, rotors included, is from a constant diagonal.
+
+    Args:
+        robot: its model; gears enter by the reflected inertia of their rotors.
+        samples: random configurations within the limits.
+        seed: of these.
+
+    Raises:
+        ModelError: the robot has no masses.
+
+    Reference: Lynch and Park, Modern Robotics, sec. 11.4.1; Siciliano et al., Robotics, sec. 8.3.
+    """
+    count = whole("samples", samples, least=1)
+    low, high = (np.clip(side, -RANGE, RANGE) for side in (robot.limits.lower, robot.limits.upper))
+    q = np.random.default_rng(seed).uniform(low, high, (count, robot.n))
+    M = robot.mass_matrix(q)
+    own = np.diagonal(M, axis1=-2, axis2=-1)
+    others = np.abs(M).sum(axis=-1) - np.abs(own)
+    coupling = (others / own).max(axis=0)
+    spread = (np.abs(own - own.mean(axis=0)) / own.mean(axis=0)).max(axis=0)
+    g = np.abs(robot.gravity_torque(q)).max(axis=0)
+    limit = robot.limits.effort
+    share = np.divide(g, limit, out=np.full(robot.n, np.nan), where=np.isfinite(limit) & (limit > 0.0))
+    worst = max(float(coupling.max()), float(spread.max()))
+    status = (
+        CouplingStatus.DECOUPLED if worst < 1e-9 else CouplingStatus.WEAK if worst <= SMALL else CouplingStatus.STRONG
+    )
+    return Coupling(status, coupling, spread, share, count)

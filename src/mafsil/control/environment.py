@@ -1,0 +1,132 @@
+"""What a tip touches: springs, dampers, compliant walls; the wrench that they exert on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, JointVector, PoseMatrix, Vector3, Vector6, positive, require_finite, single
+from mafsil.errors import InputError
+from mafsil.robot import Robot
+
+
+@runtime_checkable
+class Environment(Protocol):
+    """Maps the state of a tip to the wrench on it."""
+
+    def wrench(self, T: PoseMatrix, V: Vector6) -> Vector6:
+        """(*batch, 6) wrench (m, f) that the world exerts on the tip, in the tip frame [N m, N].
+
+        Args:
+            T: (*batch, 4, 4) pose of the tip in {s}.
+            V: (*batch, 6) body twist.
+        """
+        ...
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Wall:
+    """A plane that gives way as spring and damper and never pulls: f = max(0, k d - b d') along its normal, d > 0 deep.
+
+    Tangential friction opposes sliding with mu times the normal force, rounded off below `slow`.
+
+    Attributes:
+        point, normal: (3,) on the plane, and out of it towards the arm; in {s} [m, 1].
+        stiffness, damping: k [N/m] and b [N s/m].
+        friction: mu.
+        slow: speed of sliding below which friction falls off [m/s].
+    """
+
+    point: Vector3
+    normal: Vector3
+    stiffness: float
+    damping: float = 0.0
+    friction: float = 0.0
+    slow: float = 1e-3
+
+    def __post_init__(self) -> None:
+        point, normal = single("point", self.point, (3,)), single("normal", self.normal, (3,))
+        length = float(np.linalg.norm(normal))
+        if not length:
+            raise InputError("control.no_normal")
+        object.__setattr__(self, "point", point)
+        object.__setattr__(self, "normal", normal / length)
+        positive("stiffness", self.stiffness)
+        for name in ("damping", "friction"):
+            if not 0.0 <= getattr(self, name) < np.inf:
+                raise InputError("input.range", name=name, value=getattr(self, name), low=0.0, high=np.inf)
+        positive("slow", self.slow)
+
+    def depth(self, T: PoseMatrix) -> Floats:
+        """(*batch,) how deep the tip's origin is in the wall [m]; negative before it."""
+        return -((T[..., :3, 3] - self.point) @ self.normal)
+
+    def wrench(self, T: PoseMatrix, V: Vector6) -> Vector6:
+        """(*batch, 6) on the tip, in the tip frame [N m, N]."""
+        R = T[..., :3, :3]
+        velocity = (R @ V[..., 3:, None])[..., 0]
+        away, depth = velocity @ self.normal, self.depth(T)
+        push = np.where(depth > 0.0, np.maximum(self.stiffness * depth - self.damping * away, 0.0), 0.0)
+        force = push[..., None] * self.normal
+        if self.friction:
+            sliding = velocity - away[..., None] * self.normal
+            speed = np.linalg.norm(sliding, axis=-1)
+            force = force - (self.friction * push / np.maximum(speed, self.slow))[..., None] * sliding
+        return _at_tip(R, force)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SpringDamper:
+    """A spring and a damper between the tip's origin and a place: f = K (place - p) - B dp/dt in {s}.
+
+    Attributes:
+        place: (3,) [m].
+        stiffness, damping: a number, (3,) along the axes of {s}, or (3, 3) [N/m, N s/m].
+    """
+
+    place: Vector3
+    stiffness: ArrayLike = 0.0
+    damping: ArrayLike = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "place", single("place", self.place, (3,)))
+        for name in ("stiffness", "damping"):
+            object.__setattr__(self, name, _square(name, getattr(self, name)))
+
+    def wrench(self, T: PoseMatrix, V: Vector6) -> Vector6:
+        """(*batch, 6) on the tip, in the tip frame [N m, N]."""
+        R = T[..., :3, :3]
+        velocity = (R @ V[..., 3:, None])[..., 0]
+        K, B = np.asarray(self.stiffness), np.asarray(self.damping)
+        return _at_tip(R, (self.place - T[..., :3, 3]) @ K.T - velocity @ B.T)
+
+
+def tip_wrench_of(robot: Robot, environment: Environment, q: JointVector, qd: JointVector) -> Vector6:
+    """(*batch, 6) wrench that an environment exerts on a robot's tip, in the tip frame: what an ideal sensor reads.
+
+    Args:
+        robot: whose tip it is.
+        environment: what it touches.
+        q, qd: (*batch, n) state.
+    """
+    V = (robot.jacobian_body(q) @ qd[..., None])[..., 0]
+    return environment.wrench(robot.forward_kinematics(q), V)
+
+
+def _at_tip(R: Floats, force: Floats) -> Vector6:
+    """A force in {s} through the tip's origin, as a wrench in the tip frame."""
+    turned = (np.swapaxes(R, -1, -2) @ force[..., None])[..., 0]
+    return np.concatenate([np.zeros_like(turned), turned], axis=-1)
+
+
+def _square(name: str, value: ArrayLike) -> Floats:
+    """(3, 3) from a number, a diagonal or a matrix."""
+    array = require_finite(name, np.asarray(value, dtype=np.float64))
+    if array.shape == (3, 3):
+        return array
+    if array.shape not in ((), (3,)):
+        raise InputError("input.shape", name=name, expected=(3, 3), got=array.shape, hint="")
+    return np.diag(np.broadcast_to(array, (3,)))

@@ -1,0 +1,163 @@
+"""Hybrid motion-force control: motion along what the environment leaves free, force against what it blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch, real_array
+from mafsil.control.constraint import constrained_dynamics
+from mafsil.control.gains import Gains
+from mafsil.control.law import Law
+from mafsil.control.task_coordinates import TaskCoordinates
+from mafsil.control.task_dynamics import task_dynamics
+from mafsil.control.tip_motion import TipReference
+from mafsil.errors import InputError
+from mafsil.robot import Robot, of_robot
+from mafsil.trajectory import Motion
+
+Constraint: TypeAlias = Callable[[PoseMatrix, Floats], tuple[Floats, Floats]]
+"""(pose (4, 4), velocity (m,)) -> A (k, m) and dA/dt (k, m) in the coordinates of the task."""
+TaskForceSensor: TypeAlias = Callable[[JointVector, JointVector], Floats]
+"""(q, qd) -> (m,) force that the tip exerts on the world, in the coordinates of the task."""
+
+
+def flat(A: ArrayLike) -> Constraint:
+    """A constraint that is the same everywhere: A V = 0.
+
+    Args:
+        A: (k, m).
+    """
+    rows = np.atleast_2d(np.asarray(A, dtype=np.float64))
+    still = np.zeros_like(rows)
+    return lambda T, V: (rows, still)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class HybridControl:
+    """tau = J' (P Lambda (A_d + Kp X_e + Ki int X_e + Kd V_e) + (I - P) (F_d + Kfp F_e + Kfi int F_e) - bend + h).
+
+    Motion errors obey the equation of computed torque inside the freedoms of motion, force errors
+    (1 + Kfp) lambda_e + Kfi int lambda_e = 0 along the constraint; h = gamma + eta, and `bend`
+    cancels what a curved constraint takes.
+
+    Attributes:
+        robot: the model.
+        coordinates: of the task.
+        constraint: A and dA/dt.
+        gains: (m,) of the motion, in units of acceleration.
+        force_gains: (m,) kp and ki of the force error.
+        reference: of the tip.
+        force: (m,) F_d that the tip should exert.
+        sensor: what it exerts; None for the open loop of force.
+    """
+
+    robot: Robot
+    coordinates: TaskCoordinates
+    constraint: Constraint
+    gains: Gains
+    force_gains: Gains
+    reference: TipReference
+    force: Floats
+    sensor: TaskForceSensor | None
+
+    def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
+        """Joint efforts (n,) without the integral terms, which need a session [N m | N]."""
+        m = len(self.coordinates.rows)
+        return self.effort(t, q, qd, np.zeros(m), np.zeros(m))[0]
+
+    def effort(
+        self, t: float, q: JointVector, qd: JointVector, position_integral: Floats, force_integral: Floats
+    ) -> tuple[JointVector, Floats, Floats]:
+        """Efforts (n,), configuration error and force error (m,) each.
+
+        Args:
+            t: time [s].
+            q, qd: (n,) state.
+            position_integral, force_integral: (m,) gains times the errors' integrals.
+        """
+        now = task_dynamics(self.robot, q, qd, self.coordinates)
+        T = self.coordinates.pose(self.robot, q)
+        X_e, V_e, ahead = self.coordinates.error(T, self.reference(t), now.V)
+        F_e = np.zeros_like(self.force) if self.sensor is None else self.force - self.sensor(q, qd)
+        push = self.force + self.force_gains.kp * F_e + force_integral
+        A, A_rate = self.constraint(T, now.V)
+        # A wall that gives way leaves errors along A: taken out, or Lambda would turn them into others.
+        free = np.eye(len(X_e)) - np.linalg.pinv(A) @ A
+        pull = self.gains.kp * X_e + self.gains.kd * V_e + position_integral
+        motion = now.inertia @ (ahead + free @ pull)
+        held = constrained_dynamics(now.inertia, np.zeros_like(motion), A, motion, now.V, A_rate)
+        part = held.P @ motion + push - held.P @ push - held.curvature_force
+        return now.effort(part + now.velocity_force + now.gravity_force), X_e, F_e
+
+    def session(self, period: float) -> Law:
+        """The law with fresh integrals; the law itself if there are none."""
+        return _WithIntegrals(self, period) if self.gains.integrates or self.force_gains.integrates else self
+
+
+class _WithIntegrals:
+    """One run of a hybrid law."""
+
+    def __init__(self, law: HybridControl, period: float) -> None:
+        m = len(law.coordinates.rows)
+        self._law, self._period = law, period
+        self._position: Floats = np.zeros(m)
+        self._force: Floats = np.zeros(m)
+
+    def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
+        law = self._law
+        _, X_e, F_e = law.effort(t, q, qd, self._position, self._force)
+        self._position = self._position + law.gains.ki * self._period * X_e
+        self._force = self._force + law.force_gains.ki * self._period * F_e
+        return law.effort(t, q, qd, self._position, self._force)[0]
+
+    def session(self, period: float) -> Law:
+        return self._law.session(period)
+
+
+@of_robot
+def hybrid_control(
+    robot: Robot,
+    reference: TipReference,
+    constraint: Constraint | ArrayLike,
+    force: ArrayLike,
+    *,
+    coordinates: TaskCoordinates | None = None,
+    gains: Gains | None = None,
+    sensor: TaskForceSensor | None = None,
+    force_kp: ArrayLike = 0.0,
+    force_ki: ArrayLike = 0.0,
+) -> HybridControl:
+    """Motion where the tip is free, force where the environment blocks it.
+
+    Args:
+        robot: the model.
+        reference: of the tip; what it asks for along the constraint is ignored.
+        constraint: (k, m) A of a flat constraint, or a function that gives A and dA/dt.
+        force: (m,) that the tip should exert; only its part along the constraint counts.
+        coordinates: of the task; all six, decoupled, if None.
+        gains: (m,) of the motion; critically damped at 20 rad/s if None.
+        sensor: (q, qd) -> (m,) force that the tip exerts.
+        force_kp, force_ki: of the force error, a number or (m,) [1, 1/s].
+
+    Raises:
+        InputError: a wrong shape, a negative gain, force gains without a sensor.
+
+    Reference: Lynch and Park, Modern Robotics, eq. (11.61); Raibert and Craig, Hybrid position/force control, 1981.
+    """
+    task = coordinates or TaskCoordinates()
+    m = len(task.rows)
+    if callable(constraint):
+        held = constraint
+    else:
+        held = flat(as_batch("constraint", np.atleast_2d(real_array("constraint", constraint)), (m,), finite=True))
+    force_gains = Gains.of(m, force_kp, 0.0, force_ki)
+    if sensor is None and (force_gains.kp.any() or force_gains.integrates):
+        raise InputError("control.no_sensor")
+    motion = gains or Gains.from_natural_frequency(m, 20.0)
+    F = as_batch("force", force, (m,), finite=True)
+    return HybridControl(robot, task, held, motion, force_gains, reference, F, sensor)

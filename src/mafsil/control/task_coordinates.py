@@ -1,0 +1,114 @@
+"""In which coordinates a task is said: velocities of the tip, all six or some, in the axes of {s} or of the tip."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, NamedTuple, get_args
+
+import numpy as np
+
+from mafsil.arrays import Floats, JointVector, PoseMatrix, Vector6
+from mafsil.errors import InputError
+from mafsil.geometry import pose, rotation
+from mafsil.robot import Robot
+
+TaskAxes = Literal["decoupled", "body", "space"]
+
+
+class TaskTarget(NamedTuple):
+    """What a tip should do at one time.
+
+    Attributes:
+        pose: (4, 4) T_sd.
+        velocity, acceleration: (6,) in the coordinates of the task, all six.
+    """
+
+    pose: PoseMatrix
+    velocity: Vector6
+    acceleration: Vector6
+
+
+@dataclass(frozen=True, slots=True)
+class TaskCoordinates:
+    """Velocities of a frame as (m,) numbers V = J qd.
+
+    Attributes:
+        axes: `decoupled`: angular velocity and velocity of the origin, both in {s}; `body`: the body twist; `space`:
+            the spatial twist.
+        rows: which of the six numbers count: (3, 4, 5) of `decoupled` is the position of the tip.
+        frame: name of the link whose frame is meant; the tip frame if None.
+    """
+
+    axes: TaskAxes = "decoupled"
+    rows: tuple[int, ...] = (0, 1, 2, 3, 4, 5)
+    frame: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.axes not in get_args(TaskAxes):
+            raise InputError("input.choice", name="axes", value=self.axes, known=", ".join(get_args(TaskAxes)))
+        if not self.rows or len(set(self.rows)) < len(self.rows) or not set(self.rows) <= set(range(6)):
+            raise InputError("input.choice", name="rows", value=self.rows, known="0, 1, 2, 3, 4, 5")
+
+    def pose(self, robot: Robot, q: JointVector) -> PoseMatrix:
+        """(*batch, 4, 4) of the frame in {s}."""
+        return robot.forward_kinematics(q, frame=self.frame)
+
+    def jacobian(self, robot: Robot, q: JointVector) -> Floats:
+        """(*batch, m, n) J."""
+        if self.axes == "space":
+            return robot.jacobian_space(q, frame=self.frame)[..., self.rows, :]
+        J = robot.jacobian_body(q, frame=self.frame)
+        return (J if self.axes == "body" else _turned(self.pose(robot, q), J))[..., self.rows, :]
+
+    def jacobian_rate(self, robot: Robot, q: JointVector, qd: JointVector) -> Floats:
+        """(*batch, m, n) dJ/dt; of `decoupled` R (dJ_b/dt + [w_b] J_b)."""
+        if self.axes == "space":
+            return robot.jacobian_space_rate(q, qd, frame=self.frame)[..., self.rows, :]
+        rate = robot.jacobian_body_rate(q, qd, frame=self.frame)
+        if self.axes == "decoupled":
+            J = robot.jacobian_body(q, frame=self.frame)
+            W = rotation.hat((J[..., :3, :] @ qd[..., None])[..., 0])
+            rate = _turned(self.pose(robot, q), rate + np.concatenate([W @ J[..., :3, :], W @ J[..., 3:, :]], axis=-2))
+        return rate[..., self.rows, :]
+
+    def error(self, T: PoseMatrix, target: TaskTarget, V: Floats) -> tuple[Floats, Floats, Floats]:
+        """Configuration error, velocity error and the acceleration to feed forward, (*batch, m) each.
+
+        decoupled: X_e = (log(R_d R'), p_d - p),  V_e = V_d - V;
+        space:     X_e = log(T_d T^-1),           V_e = V_d - V;
+        body:      X_e = log(T^-1 T_d),           V_e = Ad V_d - V,  A = Ad A_d + ad(Ad V_d) V,  Ad = Ad(T^-1 T_d).
+
+        Each is the rate of the other to first order in X_e; at half a turn the logarithm has two values.
+
+        Args:
+            T: (*batch, 4, 4) pose of the frame.
+            target: what it should do.
+            V: (*batch, m) its velocity in these coordinates.
+
+        Reference: Lynch and Park, Modern Robotics, sec. 11.4.3.
+        """
+        rows, ahead, A = list(self.rows), target.velocity, target.acceleration
+        if self.axes == "decoupled":
+            apart = rotation.log(target.pose[..., :3, :3] @ np.swapaxes(T[..., :3, :3], -1, -2))
+            X = np.concatenate([apart, target.pose[..., :3, 3] - T[..., :3, 3]], axis=-1)
+        elif self.axes == "space":
+            X = pose.log(target.pose @ pose.inverse(T))
+        else:
+            between = pose.inverse(T) @ target.pose
+            Ad = pose.adjoint(between)
+            X, ahead, A = pose.log(between), (Ad @ ahead[..., None])[..., 0], (Ad @ A[..., None])[..., 0]
+            if len(rows) == 6:
+                A = A + _bracket(ahead, V)
+        return X[..., rows], ahead[..., rows] - V, A[..., rows]
+
+
+def _turned(T: PoseMatrix, J: Floats) -> Floats:
+    """Both halves of a Jacobian in the axes of {s}."""
+    R = T[..., :3, :3]
+    return np.concatenate([R @ J[..., :3, :], R @ J[..., 3:, :]], axis=-2)
+
+
+def _bracket(V: Vector6, W: Vector6) -> Vector6:
+    """ad_V W."""
+    turn = np.cross(V[..., :3], W[..., :3])
+    return np.concatenate([turn, np.cross(V[..., :3], W[..., 3:]) + np.cross(V[..., 3:], W[..., :3])], axis=-1)

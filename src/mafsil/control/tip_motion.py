@@ -1,0 +1,73 @@
+"""Motions of a tip as references of task-space laws: a path of the tip with a law of time, or a pose to hold."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import PoseMatrix
+from mafsil.control.task_coordinates import TaskAxes, TaskTarget
+from mafsil.geometry import pose
+from mafsil.trajectory import Trajectory
+from mafsil.trajectory.paths import TipPath
+
+TipReference: TypeAlias = Callable[[float], TaskTarget]
+"""What the tip should do at a time [s]: pose, and velocity and acceleration in the axes of the task."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class TipMotion:
+    """A path of the tip run by a law of time; called with a time it gives a `TaskTarget`.
+
+    Attributes:
+        path: of the tip, over s in 0 .. 1.
+        law: s over time, one coordinate.
+        axes: of the velocities and accelerations.
+    """
+
+    path: TipPath
+    law: Trajectory
+    axes: TaskAxes = "decoupled"
+
+    def __call__(self, t: float) -> TaskTarget:
+        """The target at a time [s]: V = V_s s',  dV/dt = V_s' s'^2 + V_s s''."""
+        s, rate, growth = (float(part[..., 0]) for part in self.law.at(t))
+        T = self.path.poses(s)
+        V, slope = self.path.twists(s)
+        return target_in_axes(T, V * rate, slope * rate**2 + V * growth, self.axes)
+
+
+def hold(T_sd: ArrayLike) -> TipReference:
+    """A pose to be held.
+
+    Args:
+        T_sd: (4, 4) in {s}.
+
+    Raises:
+        InputError: it is no pose.
+    """
+    target = TaskTarget(pose.check(T_sd, "T_sd"), np.zeros(6), np.zeros(6))
+    return lambda t: target
+
+
+def target_in_axes(T: PoseMatrix, V: ArrayLike, A: ArrayLike, axes: TaskAxes) -> TaskTarget:
+    """A target from a pose, a body twist and its derivative.
+
+    Args:
+        T: (4, 4) pose.
+        V, A: (6,) body twist and its derivative.
+        axes: in which velocity and acceleration are wanted.
+    """
+    V, A = np.asarray(V, dtype=np.float64), np.asarray(A, dtype=np.float64)
+    if axes == "body":
+        return TaskTarget(T, V, A)
+    if axes == "space":
+        Ad = pose.adjoint(T)
+        return TaskTarget(T, Ad @ V, Ad @ A)
+    R = T[:3, :3]
+    bend = A[3:] + np.cross(V[:3], V[3:])
+    return TaskTarget(T, np.concatenate([R @ V[:3], R @ V[3:]]), np.concatenate([R @ A[:3], R @ bend]))

@@ -1,0 +1,6 @@
+from typing import Any
+
+class PrimitiveModel:
+    def __init__(self, dmm: Any, fe_type: Any, be_type: Any) -> None: ...
+
+def __getattr__(name: str) -> Any: ...
