@@ -10,7 +10,8 @@ import pytest
 
 from mafsil import one_joint
 
-CASES = {case["id"]: case for case in json.loads(Path(__file__).with_name("10-one-joint.json").read_text())}
+FILES = ("10-control.json", "10-more.json")
+CASES = {case["id"]: case for name in FILES for case in json.loads(Path(__file__).with_name(name).read_text("utf-8"))}
 
 
 def agree(got, expected, tol):
@@ -185,19 +186,6 @@ def test_stick_slip():
         agree(getattr(cycle, name), expected[key], tol)
 
 
-@pytest.mark.capability("10-64")
-def test_sampled_force_control():
-    given, expected, tol = parts("force_pi_sampled_one_step_delay")
-    assert "Kfp e[k]" in given["model"]
-    assert given["characteristic"] == "z^2+(Kfp+Kfi dt-1) z-Kfp"
-    for one in expected["cases"]:
-        stability = one_joint.sampled_force_loop(one["Kfp"], one["Kfi_dt"])
-        agree(stability.spectral_radius, one["spectral_radius"], tol)
-        assert bool(stability) == one["stable"]
-        assert one["stable"] == (one["Kfp"] < 1 and 0 < one["Kfi_dt"] < 2 * (1 - one["Kfp"]))
-    assert expected["condition"] == "Kfp<1 and 0<Kfi dt<2(1-Kfp)"
-
-
 @pytest.mark.capability("10-65")
 def test_force_error_against_a_rigid_wall():
     given, expected, tol = parts("force_pi")
@@ -219,43 +207,14 @@ def test_runaway_without_contact():
     agree(loop.late_speed([5.0], given["F_d"], given["mass"])[0], [expected["speed_Kfi_10"][2]], tol)
 
 
-@pytest.mark.capability("10-67", "10-4")
-def test_damping_environment():
-    given, expected, tol = parts("damper_env")
-    one, two = np.diag([1.0, 0.0]), np.array([[0.0, 0.0], [1.0, 0.0]])
-    wanted = [given["F1"], given["V1"]]
-    choice = one_joint.choose(given["B_env"], one, two, wanted)
-    agree(choice.motion, [given["V1"], expected["V2"]], max(tol, 1e-15))
-    agree(choice.force, [given["F1"], expected["F2"]], max(tol, 1e-15))
-    assert bool(choice) == expected["specifiable"]["F1,V1"]
-    combination = one_joint.choose(given["B_env"], one, [[0.0, 0.0], [2.0, 1.0]], wanted)
-    assert bool(combination) == expected["specifiable"]["F1,2*V1+V2"]
-    diagonal = one_joint.choose(np.diag([2.0, 1.0]), one, two, wanted)
-    assert bool(diagonal) == expected["with_diagonal_B_env"]["F1,V1"]
-
-
-@pytest.mark.capability("10-76", "10-82")
-def test_impedance_and_admittance():
-    given, expected, tol = parts("impedance_admittance")
-    impedance = one_joint.Impedance.of(given["m"], given["b"], given["k"])
-    Z = impedance.at(given["omega"])
-    agree(np.stack([Z.real, Z.imag], axis=-1), expected["Z"], tol)
-    agree(np.abs(Z), expected["abs_Z"], tol)
-    Y = impedance.admittance([10.0])[0]
-    agree([Y.real, Y.imag], expected["Y_at_10"], tol)
-    agree(impedance.motion.natural_frequency, expected["omega_n"], tol)
-    agree(impedance.motion.damping_ratio, expected["zeta"], tol)
-    one = given["admittance"]
-    command = one_joint.Impedance.of(one["D"], one["B"], one["K"]).acceleration(one["F_ext"], one["X"], one["V"])
-    agree(command, expected["V_d_dot"], tol)
-
-
 @pytest.mark.capability("10-78", "10-79")
 def test_impedance_meets_a_wall():
     given, expected, tol = parts("impedance_robot_meets_wall")
     assert "-4000 x" in given["wall"]
-    impedance = one_joint.Impedance.of(given["D"], given["B"], given["K"])
-    contact = one_joint.meet_wall(impedance, given["X_ref"], 4000.0, given["x0"], given["v0"])
+    contact = one_joint.meet_wall(
+        *(given[key] for key in "DBK"), reference=given["X_ref"], wall_stiffness=4000.0, start=given["x0"],
+        speed=given["v0"],
+    )  # fmt: skip
     for key, name in (
         ("contact_time", "contact_time"), ("contact_speed", "contact_speed"), ("peak_force", "peak_force"),
         ("time_of_peak_force_after_contact", "time_of_peak"), ("release_after_contact", "release"),
@@ -263,35 +222,6 @@ def test_impedance_meets_a_wall():
     ):  # fmt: skip
         agree(getattr(contact, name), expected[key], tol)
     assert (contact.status is one_joint.WallStatus.LOST) == expected["first_contact_is_lost"]
-
-
-@pytest.mark.capability("10-82", "10-84", "10-97")
-def test_limits_of_admittance():
-    given, expected, tol = parts("admittance_stability_limits")
-    assert given["step_semi_implicit"].startswith("V+=")
-    assert given["step_explicit"].startswith("X+=")
-
-    def step(D, B=given["B"]):
-        impedance = one_joint.Impedance.of(D, B, given["total_stiffness_against_the_tip"])
-        return one_joint.AdmittanceStep.of(impedance, given["dt"])
-
-    assert expected["formula"] == "B dt/2 + K dt^2/4"
-    least = expected["smallest_virtual_mass_semi_implicit"]
-    agree(step(1.0).smallest_mass, least, tol)
-    assert step(1.0001 * least).semi_implicit()
-    assert not step(0.9999 * least).semi_implicit()
-    needed = expected["explicit_needs_B_above"]
-    assert bool(step(200.0, 1.01 * needed).explicit())
-    assert not step(200.0, 0.99 * needed).explicit()
-    assert bool(step(2.0).explicit()) == expected["explicit_stable_with_B_8_for_D_2"]
-    assert bool(step(1.0, 3.0).explicit()) == expected["explicit_stable_with_B_3_for_D_1"]
-    one = given["fed_to_10_31"]
-    fed = one_joint.AdmittanceStep.of(one_joint.Impedance.of(one["D"], one["B"], one["K"]), one["dt"])
-    rendered = fed.through_tracking(one["Kp"], one["Kd"])
-    agree(rendered.mass, expected["effective_D"], tol)
-    agree(rendered.damping, expected["effective_B"], tol)
-    command = fed.tracked_acceleration(one["Kp"], one["Kd"], one["F_ext"], one["X"], one["V"])
-    agree(command, expected["commanded_acceleration"], tol)
 
 
 @pytest.mark.capability("10-43", "10-45", "10-46", "10-47")

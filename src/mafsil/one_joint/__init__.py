@@ -1,12 +1,5 @@
 """One controlled joint in closed form: error dynamics, stability, responses, gains, drives, friction, sampled loops."""
 
-from mafsil.one_joint.choice import ConstraintStatus as ConstraintStatus
-from mafsil.one_joint.choice import ConstraintTable as ConstraintTable
-from mafsil.one_joint.choice import ContactStatus as ContactStatus
-from mafsil.one_joint.choice import MotionForceChoice as MotionForceChoice
-from mafsil.one_joint.choice import choose as choose
-from mafsil.one_joint.choice import constraint_table as constraint_table
-from mafsil.one_joint.choice import contact_freedoms as contact_freedoms
 from mafsil.one_joint.discrete_loop import Desired as Desired
 from mafsil.one_joint.discrete_loop import DiscreteLoop as DiscreteLoop
 from mafsil.one_joint.discrete_loop import run_loop as run_loop
@@ -31,13 +24,6 @@ from mafsil.one_joint.gain_design import pd_for_settling as pd_for_settling
 from mafsil.one_joint.gear import Gear as Gear
 from mafsil.one_joint.gear import matching_ratio as matching_ratio
 from mafsil.one_joint.gear import staged_efficiency as staged_efficiency
-from mafsil.one_joint.impedance_axis import AdmittanceStep as AdmittanceStep
-from mafsil.one_joint.impedance_axis import Impedance as Impedance
-from mafsil.one_joint.impedance_axis import WallContact as WallContact
-from mafsil.one_joint.impedance_axis import WallStatus as WallStatus
-from mafsil.one_joint.impedance_axis import meet_wall as meet_wall
-from mafsil.one_joint.impedance_axis import passive_wall_stiffness as passive_wall_stiffness
-from mafsil.one_joint.impedance_axis import stiffest_stable_wall as stiffest_stable_wall
 from mafsil.one_joint.joint_arm import JointArm as JointArm
 from mafsil.one_joint.joint_law import JointLaw as JointLaw
 from mafsil.one_joint.joint_law import LawKind as LawKind
@@ -65,7 +51,6 @@ from mafsil.one_joint.routh import StabilityStatus as StabilityStatus
 from mafsil.one_joint.routh import routh_hurwitz as routh_hurwitz
 from mafsil.one_joint.sampled_stability import SampledStability as SampledStability
 from mafsil.one_joint.sampled_stability import first_unstable_delay as first_unstable_delay
-from mafsil.one_joint.sampled_stability import sampled_force_loop as sampled_force_loop
 from mafsil.one_joint.sampled_stability import sampled_stability as sampled_stability
 from mafsil.one_joint.sampled_stability import step_matrix as step_matrix
 from mafsil.one_joint.second_order import Damping as Damping
@@ -75,3 +60,7 @@ from mafsil.one_joint.steady_error import RestStatus as RestStatus
 from mafsil.one_joint.steady_error import TrackingError as TrackingError
 from mafsil.one_joint.steady_error import rest_of_joints as rest_of_joints
 from mafsil.one_joint.steady_error import rest_under_gravity as rest_under_gravity
+from mafsil.one_joint.virtual_wall import stiffest_stable_wall as stiffest_stable_wall
+from mafsil.one_joint.wall_contact import WallContact as WallContact
+from mafsil.one_joint.wall_contact import WallStatus as WallStatus
+from mafsil.one_joint.wall_contact import meet_wall as meet_wall

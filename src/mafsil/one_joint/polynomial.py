@@ -45,12 +45,16 @@ def roots(coefficients: ArrayLike) -> Complexes:
 
 
 def _quadratic(a: Floats) -> Complexes:
-    """x1 = q / a2, x2 = a0 / q with q = -(a1 + sign(a1) sqrt(a1^2 - 4 a2 a0)) / 2."""
-    b, c = a[..., 1] / a[..., 0], a[..., 2] / a[..., 0]
-    root = np.sqrt((b * b - 4.0 * c).astype(np.complex128))
-    q = -0.5 * (b + np.where(b < 0.0, -1.0, 1.0) * root)
-    other = np.divide(c, q, out=np.zeros_like(q), where=q != 0.0)
-    return np.asarray(np.stack([q, other], axis=-1), dtype=np.complex128)
+    """Real roots x1 = q / a2, x2 = a0 / q with q = -(a1 + sign(a1) sqrt(a1^2 - 4 a2 a0)) / 2; or a conjugate pair."""
+    b, c = 0.5 * a[..., 1] / a[..., 0], a[..., 2] / a[..., 0]
+    rest = b * b - c
+    root = np.sqrt(np.abs(rest))
+    larger = -(b + np.where(b < 0.0, -root, root))
+    smaller = np.divide(c, larger, out=np.zeros_like(c), where=larger != 0.0)
+    real = rest >= 0.0
+    first = np.where(real, larger, -b) + np.where(real, 0.0, 1j * root)
+    second = np.where(real, smaller, -b) - np.where(real, 0.0, 1j * root)
+    return np.asarray(np.stack([first, second], axis=-1), dtype=np.complex128)
 
 
 def companion(a: Floats) -> Floats:

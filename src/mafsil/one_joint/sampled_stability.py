@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.answer import Status
 from mafsil.arrays import Floats, whole
 from mafsil.errors import InputError
-from mafsil.one_joint.arguments import above_zero, magnitude, together
+from mafsil.one_joint.arguments import above_zero, together
 from mafsil.one_joint.joint_arm import JointArm
 from mafsil.one_joint.joint_law import JointLaw, LawKind
 from mafsil.one_joint.row_answer import RowAnswer
@@ -131,19 +131,3 @@ def first_unstable_delay(arm: JointArm, law: JointLaw, period: float, most: int 
         if not sampled_stability(arm, law, period, delay):
             return delay
     return None
-
-
-def sampled_force_loop(kfp: ArrayLike, kfi_period: ArrayLike) -> SampledStability:
-    """PI force control of a rigid contact, each force the answer to the last torque: z^2 + (Kfp + Kfi T - 1) z - Kfp.
-
-    Args:
-        kfp: proportional gain (*batch).
-        kfi_period: integral gain times period (*batch).
-
-    Returns:
-        Stable exactly for Kfp < 1 and 0 < Kfi T < 2 (1 - Kfp).
-    """
-    p, i = together(kfp=magnitude("kfp", kfp), kfi_period=magnitude("kfi_period", kfi_period))
-    A = np.zeros((*p.shape, 2, 2))
-    A[..., 0, 0], A[..., 0, 1], A[..., 1, 0] = 1.0 - p - i, p, 1.0
-    return SampledStability.of_matrix(A)
