@@ -50,3 +50,50 @@ def coal_distance(a, T_a, b, T_b) -> float:
     """Signed distance by coal, its tolerances as tight as they go."""
     request, result = coal.DistanceRequest(True, True), coal.DistanceResult()
     return coal.distance(a, coal_pose(T_a), b, coal_pose(T_b), request, result)
+
+
+def coal_shape(geometry):
+    """One of our convex geometries in coal."""
+    match geometry:
+        case collision.Sphere(radius=r):
+            return coal.Sphere(r)
+        case collision.Capsule(radius=r, length=h):
+            return coal.Capsule(r, h)
+        case collision.Cylinder(radius=r, length=h):
+            return coal.Cylinder(r, h)
+        case collision.Cone(radius=r, length=h):
+            return coal.Cone(r, h)
+        case collision.Box(size=size):
+            return coal.Box(*size)
+        case collision.Plane():
+            return coal.Halfspace(np.array([0.0, 0.0, 1.0]), 0.0)
+        case collision.ConvexHull(points=points):
+            return coal_hull(points)
+
+
+class CoalChecker:
+    """Every pair of shapes of an arm and a scene by coal, one after another; poses come from our link poses."""
+
+    def __init__(self, checker: collision.Checker):
+        self.checker = checker
+        self.shapes = [[(coal_shape(g), T) for g, T in body.shapes] for body in checker.bodies]
+        self.obstacles = [(coal_shape(each.geometry), each.T_so) for each in checker.scene]
+        self.pairs = checker.arm.pairs
+
+    def distance(self, q) -> float:
+        """The smallest signed distance."""
+        poses = self.checker.robot.link_poses(q)
+        placed = [
+            [(shape, poses[body.link] @ T) for shape, T in shapes]
+            for body, shapes in zip(self.checker.bodies, self.shapes, strict=True)
+        ]
+        best = np.inf
+        for shapes in placed:
+            for a, T_a in shapes:
+                for b, T_b in self.obstacles:
+                    best = min(best, coal_distance(a, T_a, b, T_b))
+        for i, j in self.pairs:
+            for a, T_a in placed[i]:
+                for b, T_b in placed[j]:
+                    best = min(best, coal_distance(a, T_a, b, T_b))
+        return best

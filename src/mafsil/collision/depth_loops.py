@@ -12,20 +12,21 @@ Reference:
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.collision.support_loops import corner
-from mafsil.solvers.loops import compiled
+from mafsil.solvers.loops import uncounted
 
 MOST_CORNERS = 160
+WORKSPACE = 11 * MOST_CORNERS + 2
+"""Rows of the array that a polytope grows in."""
 GAP = 1e-10
 """Gap of the bounds of a depth, relative to the size of the difference, at which it is found."""
 FLAT = 1e-10
 """Thickness, relative to its length, below which a simplex is flat."""
 
 
-@compiled
+@uncounted
 def box_depth(size_a: Floats, size_b: Floats, M: Floats, n: Floats) -> float:
     """Depth of two boxes, or of a segment (a box without width) and a box, that overlap.
 
@@ -69,7 +70,7 @@ def box_depth(size_a: Floats, size_b: Floats, M: Floats, n: Floats) -> float:
     return best
 
 
-@compiled
+@uncounted
 def _cross(a: Floats, b: Floats, c: Floats, n: Floats) -> float:
     """Normal n of the triangle abc, of length one if it has an area; its length before."""
     ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
@@ -82,7 +83,7 @@ def _cross(a: Floats, b: Floats, c: Floats, n: Floats) -> float:
     return length
 
 
-@compiled
+@uncounted
 def _thickened(
     kind_a: int, size_a: Floats, vertices_a: Floats, kind_b: int, size_b: Floats, vertices_b: Floats,
     M: Floats, C: Floats, count: int, n: Floats,
@@ -143,7 +144,7 @@ def _thickened(
     return 4
 
 
-@compiled
+@uncounted
 def size_of(C: Floats, count: int) -> float:
     """Largest square of the distance of some corners from the origin."""
     most = 0.0
@@ -152,17 +153,15 @@ def size_of(C: Floats, count: int) -> float:
     return most
 
 
-@compiled
+@uncounted
 def _apart(a: Floats, b: Floats) -> float:
     return np.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)
 
 
-@compiled
-def _add_face(
-    faces: NDArray[np.int64], planes: Floats, at: int, i: int, j: int, k: int, C: Floats, inside: Floats
-) -> None:
-    """Row `at` of the faces: the triangle of three corners, its normal away from `inside`, its distance."""
-    n = planes[at]
+@uncounted
+def _add_face(faces: Floats, at: int, i: int, j: int, k: int, C: Floats, inside: Floats) -> None:
+    """Row `at` of the faces: the normal of three corners away from `inside`, its distance, the corners' indices."""
+    n = faces[at]
     flat = _cross(C[i], C[j], C[k], n) == 0.0
     distance = n[0] * C[i, 0] + n[1] * C[i, 1] + n[2] * C[i, 2]
     if n[0] * inside[0] + n[1] * inside[1] + n[2] * inside[2] > distance:
@@ -171,13 +170,13 @@ def _add_face(
         distance = -distance
         j, k = k, j
     n[3] = np.inf if flat else distance
-    faces[at, 0], faces[at, 1], faces[at, 2] = i, j, k
+    n[4], n[5], n[6] = i, j, k
 
 
-@compiled
+@uncounted
 def grown_depth(
     kind_a: int, size_a: Floats, vertices_a: Floats, kind_b: int, size_b: Floats, vertices_b: Floats,
-    M: Floats, S: Floats, count: int, n: Floats,
+    M: Floats, S: Floats, count: int, n: Floats, W: Floats,
 ) -> tuple[float, float]:  # fmt: skip
     """Bounds of the depth of two cores that meet, by a polytope that grows inside their difference.
 
@@ -191,45 +190,48 @@ def grown_depth(
         S: (4 or more, 6) corners of the simplex that GJK ended with.
         count: of them.
         n: (3,) out: unit direction in A along which A leaves B soonest, as far as the upper bound.
+        W: (WORKSPACE, 10) to work in: corners, faces, edges.
 
     Returns:
         Lower and upper bound.
     """
-    C = np.empty((MOST_CORNERS, 6))
-    faces, planes = np.empty((4 * MOST_CORNERS, 3), np.int64), np.empty((4 * MOST_CORNERS, 4))
-    edges, inside, m = np.empty((6 * MOST_CORNERS, 2), np.int64), np.zeros(3), np.zeros(3)
-    C[:count] = S[:count, :6]
+    last = MOST_CORNERS + 4 * MOST_CORNERS
+    C, faces, edges = W[:MOST_CORNERS], W[MOST_CORNERS:last], W[last : last + 6 * MOST_CORNERS]
+    inside, m = W[last + 6 * MOST_CORNERS], W[last + 6 * MOST_CORNERS + 1]
+    for k in range(count):
+        for c in range(6):
+            C[k, c] = S[k, c]
     if _thickened(kind_a, size_a, vertices_a, kind_b, size_b, vertices_b, M, C, count, m) < 4:  # 1
-        n[:] = m
+        n[0], n[1], n[2] = m[0], m[1], m[2]
         return 0.0, 0.0
     for k in range(3):
         inside[k] = (C[0, k] + C[1, k] + C[2, k] + C[3, k]) / 4.0
     for k in range(4):
-        _add_face(faces, planes, k, k, (k + 1) % 4, (k + 2) % 4, C, inside)
+        _add_face(faces, k, k, (k + 1) % 4, (k + 2) % 4, C, inside)
     corners, total, lower, upper = 4, 4, 0.0, np.inf
     while True:
         near = 0  # 2
         for k in range(1, total):
-            if planes[k, 3] < planes[near, 3]:
+            if faces[k, 3] < faces[near, 3]:
                 near = k
-        m[0], m[1], m[2] = planes[near, 0], planes[near, 1], planes[near, 2]
+        m[0], m[1], m[2] = faces[near, 0], faces[near, 1], faces[near, 2]
         corner(kind_a, size_a, vertices_a, kind_b, size_b, vertices_b, M, m[0], m[1], m[2], C[corners])
         w = C[corners]
         reach = m[0] * w[0] + m[1] * w[1] + m[2] * w[2]
-        lower = max(lower, planes[near, 3])
+        lower = max(lower, faces[near, 3])
         if reach < upper:
             upper = reach
             n[0], n[1], n[2] = -m[0], -m[1], -m[2]
         scale = np.sqrt(size_of(C, 4))
-        if upper - lower <= GAP * scale or reach - planes[near, 3] <= GAP * scale or corners == MOST_CORNERS - 1:
+        if upper - lower <= GAP * scale or reach - faces[near, 3] <= GAP * scale or corners == MOST_CORNERS - 1:
             break
         count = 0  # 3
         k = 0
         while k < total:
-            above = planes[k, 0] * w[0] + planes[k, 1] * w[1] + planes[k, 2] * w[2] - planes[k, 3]
+            above = faces[k, 0] * w[0] + faces[k, 1] * w[1] + faces[k, 2] * w[2] - faces[k, 3]
             if above > 0.0 or k == near:
                 for c in range(3):
-                    i, j, twin = faces[k, c], faces[k, (c + 1) % 3], -1
+                    i, j, twin = faces[k, 4 + c], faces[k, 4 + (c + 1) % 3], -1
                     for e in range(count):
                         if edges[e, 0] == j and edges[e, 1] == i:
                             twin = e
@@ -244,13 +246,14 @@ def grown_depth(
                     near = -1
                 elif near == total:
                     near = k
-                faces[k], planes[k] = faces[total], planes[total]
+                for c in range(7):
+                    faces[k, c] = faces[total, c]
             else:
                 k += 1
         if count == 0 or total + count > len(faces):
             break
         for e in range(count):
-            _add_face(faces, planes, total + e, edges[e, 0], edges[e, 1], corners, C, inside)
+            _add_face(faces, total + e, int(edges[e, 0]), int(edges[e, 1]), corners, C, inside)
         total += count
         corners += 1
     return min(max(lower, 0.0), upper), upper

@@ -19,7 +19,7 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.collision.simplex_loops import nearest_on_simplex
 from mafsil.collision.support_loops import corner
-from mafsil.solvers.loops import compiled
+from mafsil.solvers.loops import uncounted
 
 STEPS = 200
 GAP = 1e-12
@@ -30,7 +30,7 @@ WORKSPACE = (16, 8)
 """Shape of the array that `core_distance` works in."""
 
 
-@compiled
+@uncounted
 def core_distance(
     kind_a: int, size_a: Floats, vertices_a: Floats, kind_b: int, size_b: Floats, vertices_b: Floats,
     M: Floats, cutoff: float, W: Floats,
@@ -48,7 +48,8 @@ def core_distance(
         Lower bound, upper bound, number of corners of the last simplex. Both bounds are 0 where the cores meet.
     """
     S, weights, v = W[0:5], W[6], W[7]
-    W[8:11] = 0.0
+    for k in range(4):
+        W[10, k] = 0.0
     v[0], v[1], v[2] = -M[0, 3], -M[1, 3], -M[2, 3]
     if v[0] == 0.0 and v[1] == 0.0 and v[2] == 0.0:
         v[0] = 1.0

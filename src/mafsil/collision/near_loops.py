@@ -13,10 +13,10 @@ from mafsil.arrays import Floats
 from mafsil.collision.pair_loops import ROW, WORKSPACE, separation
 from mafsil.collision.support_loops import Pieces, product, relative
 from mafsil.collision.tree_loops import DEPTH, Surroundings, box_gap
-from mafsil.solvers.loops import compiled
+from mafsil.solvers.loops import compiled, uncounted
 
 
-@compiled
+@uncounted
 def nearest(
     A: Pieces, i: int, T: Floats, around: Surroundings, cutoff: float,
     waiting: NDArray[np.int64], W: Floats, row: Floats, out: Floats,
@@ -30,15 +30,14 @@ def nearest(
         W, row: WORKSPACE and (ROW + 2, 4) to work in.
         out: (ROW,) separation from the piece found; as it was if there is none.
     """
-    B, tree = around.pieces, around.tree
+    B, nodes = around.pieces, around.nodes
     P, best, found = row[:3], cutoff, -1
     posed = False
-    x = T[0, 0] * A.ball[i, 0] + T[0, 1] * A.ball[i, 1] + T[0, 2] * A.ball[i, 2] + T[0, 3]
-    y = T[1, 0] * A.ball[i, 0] + T[1, 1] * A.ball[i, 1] + T[1, 2] * A.ball[i, 2] + T[1, 3]
-    z = T[2, 0] * A.ball[i, 0] + T[2, 1] * A.ball[i, 1] + T[2, 2] * A.ball[i, 2] + T[2, 3]
-    radius = A.ball[i, 3]
-    for k in range(len(around.planes)):
-        j = around.planes[k]
+    x = T[0, 0] * A.rows[i, 8] + T[0, 1] * A.rows[i, 9] + T[0, 2] * A.rows[i, 10] + T[0, 3]
+    y = T[1, 0] * A.rows[i, 8] + T[1, 1] * A.rows[i, 9] + T[1, 2] * A.rows[i, 10] + T[1, 3]
+    z = T[2, 0] * A.rows[i, 8] + T[2, 1] * A.rows[i, 9] + T[2, 2] * A.rows[i, 10] + T[2, 3]
+    radius = A.rows[i, 11]
+    for j in range(around.planes):
         F = B.T[j]
         height = F[0, 2] * (x - F[0, 3]) + F[1, 2] * (y - F[1, 3]) + F[2, 2] * (z - F[2, 3])
         if height - radius > best:
@@ -48,25 +47,26 @@ def nearest(
             posed = True
         if separation(A, i, P, B, j, F, best, W, out) <= best:
             best, found = min(best, out[0]), j
-    if len(tree.order) == 0:
+    if len(nodes) == 0:
         return found
     waiting[0], count = 0, 1
     while count > 0:
         count -= 1
         node = waiting[count]
-        if box_gap(tree.box[node], x, y, z) - radius > best:  # 1
+        if box_gap(nodes[node], x, y, z) - radius > best:  # 1
             continue
-        if tree.left[node] >= 0:
-            near, far = tree.left[node], tree.left[node] + 1
-            if box_gap(tree.box[far], x, y, z) < box_gap(tree.box[near], x, y, z):
+        left = int(nodes[node, 6])
+        if left >= 0:
+            near, far = left, left + 1
+            if box_gap(nodes[far], x, y, z) < box_gap(nodes[near], x, y, z):
                 near, far = far, near
             waiting[count], waiting[count + 1] = far, near
             count += 2
             continue
-        for k in range(tree.first[node], tree.first[node] + tree.length[node]):  # 2
-            j = tree.order[k]
-            dx, dy, dz = B.ball[j, 0] - x, B.ball[j, 1] - y, B.ball[j, 2] - z
-            reach = best + radius + B.ball[j, 3]
+        first = around.planes + int(nodes[node, 7])
+        for j in range(first, first + int(nodes[node, 8])):  # 2
+            dx, dy, dz = B.rows[j, 8] - x, B.rows[j, 9] - y, B.rows[j, 10] - z
+            reach = best + radius + B.rows[j, 11]
             if reach < 0.0 or dx * dx + dy * dy + dz * dz > reach * reach:
                 continue
             if not posed:
@@ -90,7 +90,7 @@ def nearest_of_all(A: Pieces, T_a: Floats, around: Surroundings, T_b: Floats, ou
     for r in range(len(T_a)):
         relative(T_b[r], T_a[r], T)
         best = np.inf
-        for i in range(len(A.kind)):
+        for i in range(len(A.rows)):
             if nearest(A, i, T, around, best, waiting, W, row, one) >= 0 and one[0] < best:
                 best = one[0]
                 out[r, 0] = one[0]

@@ -12,22 +12,23 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.arrays import Floats
+from mafsil.collision import depth_loops
 from mafsil.collision.depth_loops import box_depth, grown_depth
 from mafsil.collision.gjk_loops import core_distance
 from mafsil.collision.support_loops import Pieces, furthest, relative
-from mafsil.solvers.loops import compiled
+from mafsil.solvers.loops import uncounted
 
 CLEAR = 0.1
 """How far, relative to the size of the smaller core, B is moved beyond its depth to find the points."""
 SHARPENED = 40
 """Times that a depth of round cores is sharpened at most."""
-WORKSPACE = (24, 8)
-"""Shape of the array that `separation` works in."""
+WORKSPACE = (40 + depth_loops.WORKSPACE, 10)
+"""Shape of the array that `separation` works in; rows 24 to 39 are the caller's."""
 ROW = 10
 """Numbers of a separation: distance, point on A, point on B, normal from B to A."""
 
 
-@compiled
+@uncounted
 def _set_normal(W: Floats, x: float, y: float, z: float) -> float:
     """Row 6 of W: the unit vector along (x, y, z), or z if that is zero; the length."""
     length = np.sqrt(x * x + y * y + z * z)
@@ -38,7 +39,7 @@ def _set_normal(W: Floats, x: float, y: float, z: float) -> float:
     return length
 
 
-@compiled
+@uncounted
 def _segments(h: float, k: float, M: Floats, W: Floats) -> float:
     """Distance of two segments of half lengths h and k, points in row 5, normal in row 6.
 
@@ -77,7 +78,7 @@ def _segments(h: float, k: float, M: Floats, W: Floats) -> float:
     return length
 
 
-@compiled
+@uncounted
 def _point_in_box(size: Floats, x: float, y: float, z: float, W: Floats) -> float:
     """Signed distance of a box (A) and a point (B), points in row 5, normal in row 6."""
     W[5, 3], W[5, 4], W[5, 5] = x, y, z
@@ -97,7 +98,7 @@ def _point_in_box(size: Floats, x: float, y: float, z: float, W: Floats) -> floa
     return -depth
 
 
-@compiled
+@uncounted
 def _point_in_cylinder(size: Floats, x: float, y: float, z: float, W: Floats) -> float:
     """Signed distance of a cylinder (A) and a point (B), points in row 5, normal in row 6."""
     across = np.sqrt(x * x + y * y)
@@ -117,7 +118,7 @@ def _point_in_cylinder(size: Floats, x: float, y: float, z: float, W: Floats) ->
     return abs(z) - size[2]
 
 
-@compiled
+@uncounted
 def _point_in_cone(size: Floats, x: float, y: float, z: float, W: Floats) -> float:
     """Signed distance of a cone (A) and a point (B), points in row 5, normal in row 6.
 
@@ -143,7 +144,7 @@ def _point_in_cone(size: Floats, x: float, y: float, z: float, W: Floats) -> flo
     return sign * _set_normal(W, away * ux, away * uy, sign * (slant_up - z))
 
 
-@compiled
+@uncounted
 def _half_space(kind: int, size: Floats, vertices: Floats, M: Floats, W: Floats) -> float:
     """Signed distance of a core (A) and a half space (B), points in row 5, normal in row 6."""
     nx, ny, nz = M[0, 2], M[1, 2], M[2, 2]
@@ -155,18 +156,18 @@ def _half_space(kind: int, size: Floats, vertices: Floats, M: Floats, W: Floats)
     return height
 
 
-@compiled
+@uncounted
 def _swap(W: Floats, M: Floats) -> None:
     """The points and normal in rows 5 and 6, found with A and B exchanged in the frame of B, in the frame of A."""
-    W[12, :6] = W[5, :6]
-    W[13, :3] = W[6, :3]
+    for k in range(6):
+        W[12, k], W[13, k] = W[5, k], W[6, k]
     for k in range(3):
         W[5, k] = M[k, 0] * W[12, 3] + M[k, 1] * W[12, 4] + M[k, 2] * W[12, 5] + M[k, 3]
         W[5, 3 + k] = M[k, 0] * W[12, 0] + M[k, 1] * W[12, 1] + M[k, 2] * W[12, 2] + M[k, 3]
         W[6, k] = -(M[k, 0] * W[13, 0] + M[k, 1] * W[13, 1] + M[k, 2] * W[13, 2])
 
 
-@compiled
+@uncounted
 def _inverse(M: Floats, N: Floats) -> None:
     for i in range(3):
         for j in range(3):
@@ -174,7 +175,7 @@ def _inverse(M: Floats, N: Floats) -> None:
         N[i, 3] = -(M[0, i] * M[0, 3] + M[1, i] * M[1, 3] + M[2, i] * M[2, 3])
 
 
-@compiled
+@uncounted
 def _meeting(
     kind_a: int, size_a: Floats, vertices_a: Floats, kind_b: int, size_b: Floats, vertices_b: Floats,
     M: Floats, corners: int, W: Floats,
@@ -186,7 +187,7 @@ def _meeting(
         sharpened = 1
     else:
         _, depth = grown_depth(
-            kind_a, size_a, vertices_a, kind_b, size_b, vertices_b, M, W[0:5], corners, n
+            kind_a, size_a, vertices_a, kind_b, size_b, vertices_b, M, W[0:5], corners, n, W[40:]
         )  # fmt: skip
         sharpened = SHARPENED
     depth = max(depth, 0.0)
@@ -223,7 +224,7 @@ def _meeting(
     return -depth
 
 
-@compiled
+@uncounted
 def _extent(kind: int, size: Floats, vertices: Floats) -> float:
     """A length of the core: zero for a point alone."""
     if kind != 5:
@@ -235,7 +236,7 @@ def _extent(kind: int, size: Floats, vertices: Floats) -> float:
     return most
 
 
-@compiled
+@uncounted
 def _point_in(kind: int, size: Floats, M: Floats, W: Floats) -> float:
     if kind == 2:
         return _point_in_box(size, M[0, 3], M[1, 3], M[2, 3], W)
@@ -244,7 +245,7 @@ def _point_in(kind: int, size: Floats, M: Floats, W: Floats) -> float:
     return _point_in_cylinder(size, M[0, 3], M[1, 3], M[2, 3], W)
 
 
-@compiled
+@uncounted
 def core_pair(
     kind_a: int, size_a: Floats, vertices_a: Floats, kind_b: int, size_b: Floats, vertices_b: Floats,
     M: Floats, cutoff: float, W: Floats,
@@ -286,7 +287,7 @@ def core_pair(
     return lower, upper
 
 
-@compiled
+@uncounted
 def separation(
     A: Pieces, i: int, T_a: Floats, B: Pieces, j: int, T_b: Floats, cutoff: float, W: Floats, out: Floats
 ) -> float:  # fmt: skip
@@ -300,10 +301,11 @@ def separation(
     """
     M = W[20:23]
     relative(T_a, T_b, M)
-    rounding = A.rounding[i] + B.rounding[j]
+    a, b = A.rows[i], B.rows[j]
+    rounding = a[4] + b[4]
     lower, upper = core_pair(
-        A.kind[i], A.size[i], A.vertices[A.first[i] : A.first[i] + A.corners[i]],
-        B.kind[j], B.size[j], B.vertices[B.first[j] : B.first[j] + B.corners[j]],
+        int(a[0]), a[1:4], A.vertices[int(a[5]) : int(a[5] + a[6])],
+        int(b[0]), b[1:4], B.vertices[int(b[5]) : int(b[5] + b[6])],
         M, cutoff + rounding, W,
     )  # fmt: skip
     if lower - rounding > cutoff:
@@ -312,7 +314,7 @@ def separation(
     for k in range(3):
         out[1 + k], out[4 + k], out[7 + k] = T_a[k, 3], T_a[k, 3], 0.0
         for c in range(3):
-            out[1 + k] += T_a[k, c] * (W[5, c] - A.rounding[i] * W[6, c])
-            out[4 + k] += T_a[k, c] * (W[5, 3 + c] + B.rounding[j] * W[6, c])
+            out[1 + k] += T_a[k, c] * (W[5, c] - a[4] * W[6, c])
+            out[4 + k] += T_a[k, c] * (W[5, 3 + c] + b[4] * W[6, c])
             out[7 + k] += T_a[k, c] * W[6, c]
     return lower - rounding

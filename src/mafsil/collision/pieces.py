@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, PoseMatrix
 from mafsil.collision.shapes import (
@@ -19,14 +17,29 @@ from mafsil.collision.shapes import (
     PointCloud,
     TriangleMesh,
 )
-from mafsil.collision.support_loops import BOX, CONE, CYLINDER, HULL, PLANE, POINT, SEGMENT, Pieces
+from mafsil.collision.support_loops import (
+    BALL,
+    BODY,
+    BOX,
+    COLUMNS,
+    CONE,
+    CORNERS,
+    CYLINDER,
+    FIRST,
+    HULL,
+    KIND,
+    PLANE,
+    POINT,
+    ROUNDING,
+    SEGMENT,
+    SIZE,
+    Pieces,
+)
 from mafsil.collision.tree_loops import Surroundings, build_tree
 from mafsil.errors import InputError
 from mafsil.model.mesh.hull import hull_corners
 from mafsil.model.mesh.reader import read
 from mafsil.model.shape import Box, Capsule, Cylinder, Mesh, Sphere
-
-Kind = TypeVar("Kind", np.float64, np.int64)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -55,26 +68,30 @@ def pieces_of(geometries: Sequence[tuple[Geometry, PoseMatrix, int]]) -> Pieces:
         geometries: geometry, its pose (4, 4) in its body, index of the body.
     """
     rows = [(rows_of(geometry), T, body) for geometry, T, body in geometries]
+    counts = [len(r.radii) for r, _, _ in rows]
+    corners = np.repeat([r.corners.shape[1] for r, _, _ in rows], counts).astype(np.int64)
+    table = np.zeros((sum(counts), COLUMNS))
+    table[:, KIND] = np.repeat([r.kind for r, _, _ in rows], counts)
+    table[:, SIZE : SIZE + 3] = np.repeat(np.reshape([r.size for r, _, _ in rows], (-1, 3)), counts, axis=0)
+    table[:, ROUNDING] = np.repeat([r.rounding for r, _, _ in rows], counts)
+    table[:, FIRST] = np.cumsum(corners) - corners
+    table[:, CORNERS] = corners
+    table[:, BODY] = np.repeat([body for _, _, body in rows], counts)
+    table[:, BALL:] = np.concatenate([np.zeros((0, 4)), *(_balls(r, T) for r, T, _ in rows)])
     return Pieces(
-        kind=_joined([np.full(len(r.radii), r.kind, np.int64) for r, _, _ in rows], np.zeros(0, np.int64)),
-        size=_joined([np.tile(r.size, (len(r.radii), 1)) for r, _, _ in rows], np.zeros((0, 3))),
-        rounding=_joined([np.full(len(r.radii), r.rounding) for r, _, _ in rows], np.zeros(0)),
-        first=_firsts([r for r, _, _ in rows]),
-        corners=_joined(
-            [np.full(len(r.radii), r.corners.shape[1], np.int64) for r, _, _ in rows], np.zeros(0, np.int64)
-        ),
-        vertices=_joined([r.corners.reshape(-1, 3) for r, _, _ in rows], np.zeros((0, 3))),
-        T=_joined([_poses(r, T) for r, T, _ in rows], np.zeros((0, 3, 4))),
-        ball=_joined([_balls(r, T) for r, T, _ in rows], np.zeros((0, 4))),
-        body=_joined([np.full(len(r.radii), body, np.int64) for r, _, body in rows], np.zeros(0, np.int64)),
+        table,
+        np.concatenate([np.zeros((0, 3, 4)), *(_poses(r, T) for r, T, _ in rows)]),
+        np.concatenate([np.zeros((0, 3)), *(r.corners.reshape(-1, 3) for r, _, _ in rows)]),
     )
 
 
 def surroundings_of(pieces: Pieces) -> Surroundings:
     """Pieces posed in {s} with a tree over those that have bounds."""
-    bounded = np.flatnonzero(pieces.kind != PLANE)
-    tree = build_tree(np.ascontiguousarray(boxes(pieces)[bounded]))
-    return Surroundings(pieces, tree._replace(order=bounded[tree.order]), np.flatnonzero(pieces.kind == PLANE))
+    plane = pieces.rows[:, KIND] == PLANE
+    bounded = np.flatnonzero(~plane)
+    nodes, leaves = build_tree(np.ascontiguousarray(boxes(pieces)[bounded]))
+    order = np.concatenate([np.flatnonzero(plane), bounded[leaves]])
+    return Surroundings(pieces._replace(rows=pieces.rows[order], T=pieces.T[order]), nodes, int(plane.sum()))
 
 
 def rows_of(geometry: Geometry) -> Rows:
@@ -132,13 +149,6 @@ def _prisms(ground: HeightMap) -> Floats:
     return np.concatenate([triangles, under], axis=1)
 
 
-def _firsts(rows: list[Rows]) -> NDArray[np.int64]:
-    """Where the corners of each piece begin."""
-    counts = [np.full(len(r.radii), r.corners.shape[1], np.int64) for r in rows]
-    ends = np.cumsum(_joined(counts, np.zeros(0, np.int64)))
-    return np.concatenate([np.zeros(1, np.int64), ends])[: len(ends)]
-
-
 def _poses(rows: Rows, T: PoseMatrix) -> Floats:
     poses = np.tile(T[:3], (len(rows.radii), 1, 1))
     if rows.kind != HULL:
@@ -150,26 +160,23 @@ def _balls(rows: Rows, T: PoseMatrix) -> Floats:
     return np.column_stack([rows.centres @ T[:3, :3].T + T[:3, 3], rows.radii])
 
 
-def _joined(arrays: Sequence[NDArray[Kind]], empty: NDArray[Kind]) -> NDArray[Kind]:
-    return np.ascontiguousarray(np.concatenate(arrays)) if arrays else empty
-
-
 def boxes(pieces: Pieces) -> Floats:
     """(k, 6) lowest and highest coordinates of each piece in its body's frame; of a half space without bounds."""
-    R, p = pieces.T[:, :, :3], pieces.T[:, :, 3]
-    reach = np.empty((len(p), 3, 2))
-    reach[:] = (np.abs(R) @ pieces.size[:, :, None]) * [-1.0, 1.0]
+    R, p, kinds = pieces.T[:, :, :3], pieces.T[:, :, 3], pieces.rows[:, KIND]
+    sizes = pieces.rows[:, SIZE : SIZE + 3]
+    reach = (np.abs(R) @ sizes[:, :, None]) * [-1.0, 1.0]
     for kind in (CYLINDER, CONE):
-        rows = pieces.kind == kind
-        axis, radius, half = R[rows][:, :, 2], pieces.size[rows, 0], pieces.size[rows, 2]
+        rows = kinds == kind
+        axis, radius, half = R[rows][:, :, 2], sizes[rows, 0], sizes[rows, 2]
         extent = np.sqrt(np.maximum(0.0, 1.0 - axis**2)) * radius[:, None] + np.abs(axis) * half[:, None]
         reach[rows] = extent[:, :, None] * [-1.0, 1.0]
-    rows = np.flatnonzero(pieces.kind == HULL)
-    for count in np.unique(pieces.corners[rows]):
-        same = rows[pieces.corners[rows] == count]
-        corners = pieces.vertices[pieces.first[same][:, None] + np.arange(count)] @ R[same].transpose(0, 2, 1)
+    rows, counts = np.flatnonzero(kinds == HULL), pieces.rows[:, CORNERS].astype(np.int64)
+    for count in np.unique(counts[rows]):
+        same = rows[counts[rows] == count]
+        at = pieces.rows[same, FIRST].astype(np.int64)
+        corners = pieces.vertices[at[:, None] + np.arange(count)] @ R[same].transpose(0, 2, 1)
         reach[same] = np.stack([corners.min(axis=1), corners.max(axis=1)], axis=2)
     found = np.concatenate([p + reach[:, :, 0], p + reach[:, :, 1]], axis=1)
-    grown = found + np.outer(pieces.rounding, [-1.0, -1.0, -1.0, 1.0, 1.0, 1.0])
-    grown[pieces.kind == PLANE] = [-np.inf, -np.inf, -np.inf, np.inf, np.inf, np.inf]
+    grown = found + np.outer(pieces.rows[:, ROUNDING], [-1.0, -1.0, -1.0, 1.0, 1.0, 1.0])
+    grown[kinds == PLANE] = [-np.inf, -np.inf, -np.inf, np.inf, np.inf, np.inf]
     return grown

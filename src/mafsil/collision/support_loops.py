@@ -19,40 +19,47 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.solvers.loops import compiled
+from mafsil.solvers.loops import uncounted
 
 POINT, SEGMENT, BOX, CYLINDER, CONE, HULL, PLANE = range(7)
 
 
+KIND, SIZE, ROUNDING, FIRST, CORNERS, BODY, BALL = 0, 1, 4, 5, 6, 7, 8
+"""Columns of a piece's row; SIZE has 3, BALL 4."""
+COLUMNS = 12
+
+
 class Pieces(NamedTuple):
-    """Convex pieces as arrays, one row each.
+    """Convex pieces, one row each. Few arrays: a compiled function is handed each of them in nine numbers.
 
     Attributes:
-        kind: (k,) as above.
-        size: (k, 3) half lengths and radii [m].
-        rounding: (k,) [m].
-        first, corners: (k,) rows of `vertices` of a hull: where they begin, how many they are.
-        vertices: (v, 3) corners in the piece's frame.
+        rows: (k, COLUMNS) kind, size (3), rounding, first and number of the corners of a hull, index of the body (a
+            body of the arm, an obstacle of a scene), centre and radius of a ball around the piece in its body's frame
+            (infinite for a half space).
         T: (k, 3, 4) pose (R, p) of the piece in its body.
-        ball: (k, 4) centre and radius of a ball around the piece, in its body's frame; infinite for a plane.
-        body: (k,) index of the body: a link of the arm, an obstacle of a scene.
+        vertices: (v, 3) corners in the frames of their pieces.
     """
 
-    kind: NDArray[np.int64]
-    size: Floats
-    rounding: Floats
-    first: NDArray[np.int64]
-    corners: NDArray[np.int64]
-    vertices: Floats
+    rows: Floats
     T: Floats
-    ball: Floats
-    body: NDArray[np.int64]
+    vertices: Floats
 
 
-@compiled
+@uncounted
+def kind_of(A: Pieces, i: int) -> int:
+    """Kind of a piece."""
+    return int(A.rows[i, 0])
+
+
+@uncounted
+def body_of(A: Pieces, i: int) -> int:
+    """Index of the body that a piece belongs to."""
+    return int(A.rows[i, 7])
+
+
+@uncounted
 def furthest(kind: int, size: Floats, vertices: Floats, x: float, y: float, z: float) -> tuple[float, float, float]:
     """The point of a core that reaches furthest along a direction, in the core's frame.
 
@@ -82,7 +89,7 @@ def furthest(kind: int, size: Floats, vertices: Floats, x: float, y: float, z: f
     return share * x, share * y, height
 
 
-@compiled
+@uncounted
 def relative(A: Floats, B: Floats, M: Floats) -> None:
     """Pose M of B in A, from their poses (3, 4) in one frame."""
     for i in range(3):
@@ -91,7 +98,7 @@ def relative(A: Floats, B: Floats, M: Floats) -> None:
         M[i, 3] = A[0, i] * (B[0, 3] - A[0, 3]) + A[1, i] * (B[1, 3] - A[1, 3]) + A[2, i] * (B[2, 3] - A[2, 3])
 
 
-@compiled
+@uncounted
 def product(A: Floats, B: Floats, M: Floats) -> None:
     """Pose M = A B of poses whose first three rows are used."""
     for i in range(3):
@@ -100,7 +107,7 @@ def product(A: Floats, B: Floats, M: Floats) -> None:
         M[i, 3] += A[i, 3]
 
 
-@compiled
+@uncounted
 def corner(
     kind_a: int, size_a: Floats, vertices_a: Floats, kind_b: int, size_b: Floats, vertices_b: Floats,
     M: Floats, x: float, y: float, z: float, w: Floats,

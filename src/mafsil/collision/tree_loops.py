@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.collision.support_loops import Pieces
-from mafsil.solvers.loops import compiled
+from mafsil.solvers.loops import compiled, uncounted
 
 LEAF = 4
 """Pieces in a leaf at most."""
@@ -21,38 +21,23 @@ DEPTH = 64
 """Nodes that wait while a tree is walked, at most: halves of halves end long before."""
 
 
-class Tree(NamedTuple):
-    """Boxes around pieces; node 0 is the root.
-
-    Attributes:
-        box: (m, 6) lowest and highest coordinates of what a node holds.
-        left: (m,) index of the first child, the second follows it; -1 at a leaf.
-        first, length: (m,) rows of `order` that a node holds: where they begin, how many they are.
-        order: (k,) indices of pieces.
-    """
-
-    box: Floats
-    left: NDArray[np.int64]
-    first: NDArray[np.int64]
-    length: NDArray[np.int64]
-    order: NDArray[np.int64]
-
-
 class Surroundings(NamedTuple):
     """What stands still: convex pieces posed in one frame, with what finds the near ones.
 
     Attributes:
-        pieces: posed in {s}; `body` is the obstacle.
-        tree: over the pieces that have bounds.
-        planes: indices of the half spaces.
+        pieces: posed in {s}; first the half spaces, then the others in the order of the tree's leaves.
+        nodes: (m, 9) of the tree: lowest and highest coordinates (6) of what a node holds, index of its first child
+            (the second follows it; -1 at a leaf), first row of `pieces` that it holds, number of rows; node 0 is the
+            root. Empty without bounded pieces.
+        planes: number of half spaces.
     """
 
     pieces: Pieces
-    tree: Tree
-    planes: NDArray[np.int64]
+    nodes: Floats
+    planes: int
 
 
-@compiled
+@uncounted
 def _partition(order: NDArray[np.int64], keys: Floats, first: int, last: int, middle: int) -> None:
     """Rows of `order` so that those before `middle` have keys no larger than it, those behind no smaller (Hoare)."""
     while first < last:
@@ -76,39 +61,42 @@ def _partition(order: NDArray[np.int64], keys: Floats, first: int, last: int, mi
 
 
 @compiled
-def build_tree(boxes: Floats) -> Tree:
-    """The tree over boxes (k, 6): each node is halved at the median of the centres along its longest extent."""
+def build_tree(boxes: Floats) -> tuple[Floats, NDArray[np.int64]]:
+    """Nodes (m, 9) of the tree over boxes (k, 6), and the order of the boxes in its leaves.
+
+    Each node is halved at the median of the centres along the longest extent of the centres.
+    """
     k = len(boxes)
-    most = max(1, 2 * k)
-    box, left = np.empty((most, 6)), np.full(most, -1)
-    first, length = np.zeros(most, np.int64), np.zeros(most, np.int64)
-    order, keys = np.arange(k), np.empty(k)
-    length[0], made, at = k, 1, 0
+    nodes, order, keys = np.empty((2 * k, 9)), np.arange(k), np.empty(k)
+    made, at = 0, 0
+    if k > 0:
+        nodes[0, 6], nodes[0, 7], nodes[0, 8], made = -1, 0, k, 1
     while at < made:
-        box[at, :3], box[at, 3:] = np.inf, -np.inf
+        node = nodes[at]
+        first, length = int(node[7]), int(node[8])
+        node[:3], node[3:6] = np.inf, -np.inf
         low, high = np.full(3, np.inf), np.full(3, -np.inf)
-        for r in range(first[at], first[at] + length[at]):
+        for r in range(first, first + length):
             row = boxes[order[r]]
             for c in range(3):
-                box[at, c] = min(box[at, c], row[c])
-                box[at, 3 + c] = max(box[at, 3 + c], row[3 + c])
+                node[c], node[3 + c] = min(node[c], row[c]), max(node[3 + c], row[3 + c])
                 centre = row[c] + row[3 + c]
                 low[c], high[c] = min(low[c], centre), max(high[c], centre)
-        if length[at] > LEAF:
+        if length > LEAF:
             axis = np.argmax(high - low)
-            for r in range(first[at], first[at] + length[at]):
+            for r in range(first, first + length):
                 keys[order[r]] = boxes[order[r], axis] + boxes[order[r], 3 + axis]
-            half = length[at] // 2
-            _partition(order, keys, first[at], first[at] + length[at] - 1, first[at] + half)
-            left[at] = made
-            first[made], length[made] = first[at], half
-            first[made + 1], length[made + 1] = first[at] + half, length[at] - half
+            half = length // 2
+            _partition(order, keys, first, first + length - 1, first + half)
+            node[6] = made
+            nodes[made, 6], nodes[made, 7], nodes[made, 8] = -1, first, half
+            nodes[made + 1, 6], nodes[made + 1, 7], nodes[made + 1, 8] = -1, first + half, length - half
             made += 2
         at += 1
-    return Tree(box[:made].copy(), left[:made].copy(), first[:made].copy(), length[:made].copy(), order)
+    return nodes[:made].copy(), order
 
 
-@compiled
+@uncounted
 def box_gap(box: Floats, x: float, y: float, z: float) -> float:
     """Signed distance of a point to a box (6,): inside minus the distance to the nearest side."""
     dx, dy, dz = max(box[0] - x, x - box[3]), max(box[1] - y, y - box[4]), max(box[2] - z, z - box[5])
