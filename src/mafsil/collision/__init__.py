@@ -3,6 +3,8 @@
 from mafsil.collision.checker import Checker as Checker
 from mafsil.collision.pairs import Reason as Reason
 from mafsil.collision.pairs import SkippedPair as SkippedPair
+from mafsil.collision.path_check import PathCheck as PathCheck
+from mafsil.collision.path_check import PathStatus as PathStatus
 from mafsil.collision.scene import Obstacle as Obstacle
 from mafsil.collision.scene import Scene as Scene
 from mafsil.collision.separation import Separation as Separation

@@ -177,7 +177,7 @@ def gap_around(
     Args:
         poses: (L, 4, 4) of the links in {s}; `place_bodies` went before.
         cutoff: distances beyond it do not matter.
-        enough: the search ends at a distance that is no more.
+        enough: the search ends at a distance below the cutoff that is no more than this.
         s: to work in.
     """
     count = _gather(around, s.balls[b], cutoff, s.near)
@@ -197,7 +197,7 @@ def _gap_to_found(
         if count < 0:
             if nearest(A, i, T[:3], around, best, s.near, s.W, s.W[24:28], out) >= 0:
                 best = min(best, out[0])
-            if best <= enough:
+            if best <= enough and best < cutoff:
                 return best
             continue
         ball, posed, point = s.balls[bodies + i], False, A.rows[i, 0] == 0.0
@@ -213,7 +213,7 @@ def _gap_to_found(
                     product(T, A.T[i], P)
                     posed = True
                 best = min(best, separation(A, i, P, B, j, B.T[j], best, s.W, out))  # 3
-            if best <= enough:
+            if best <= enough and best < cutoff:
                 return best
     return best
 
@@ -253,7 +253,7 @@ def gap_between(arm: Arm, a: int, b: int, poses: Floats, cutoff: float, enough: 
                     posed = True
                 product(poses[int(arm.bodies[b, 0])], A.T[j], Q)
                 best = min(best, separation(A, i, P, A, j, Q, best, s.W, s.W[32]))
-            if best <= enough:
+            if best <= enough and best < cutoff:
                 return best
     return best
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,11 +14,13 @@ from mafsil.arrays import Floats, Truth, as_batch, positive, real_array, whole
 from mafsil.collision.bodies import Body, bodies_of
 from mafsil.collision.joints import joints_of, point_rates
 from mafsil.collision.pairs import Reason, SkippedPair, named_pairs, skipped_by_structure
+from mafsil.collision.path_check import PathCheck, PathStatus, path_points
 from mafsil.collision.scene import Obstacle, Scene
 from mafsil.collision.shapes import Plane
 from mafsil.collision.srdf import disabled_pairs
 from mafsil.collision.status import Check, CheckStatus, Clearance, Contact
 from mafsil.errors import InputError
+from mafsil.kernels import Kernel
 from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
 from mafsil.robot import as_robot
@@ -28,12 +30,15 @@ if TYPE_CHECKING:
     import mafsil.collision.distance_loops as distance_loops
     import mafsil.collision.layout as layout
     import mafsil.collision.pair_counts_loops as pair_counts_loops
+    import mafsil.collision.segment_loops as segment_loops
     from mafsil.collision.arm_loops import Arm
+    from mafsil.collision.segment_loops import Motion
 else:
     arm_loops = lazily("mafsil.collision.arm_loops")
     distance_loops = lazily("mafsil.collision.distance_loops")
     layout = lazily("mafsil.collision.layout")
     pair_counts_loops = lazily("mafsil.collision.pair_counts_loops")
+    segment_loops = lazily("mafsil.collision.segment_loops")
 
 CHUNK = 256
 """States whose link poses are in memory at once: they stay in the processor's cache."""
@@ -174,6 +179,74 @@ class Checker:
             return Check(CheckStatus.ALONE, rows[0], self.margin, ())
         return Check(CheckStatus.FREE, rows[0], self.margin, tuple(nearest))
 
+    def free_segment(self, a: ArrayLike, b: ArrayLike) -> Any:
+        """Whether the straight motion of the joints from a to b is proved to keep more than the margin.
+
+        What comes within a micrometre of the margin counts as not free.
+
+        Args:
+            a, b: (*batch, n) joint coordinates [rad | m].
+
+        Returns:
+            (*batch) truth values; a bool for a single motion.
+
+        Raises:
+            InputError: a wrong shape, NaN or infinities.
+        """
+        codes, _, _, batch = self._prove(a, b)
+        return bool(codes[0] == 0) if batch == () else (codes == 0).reshape(batch)
+
+    def check_path(self, q_a: ArrayLike, q_b: ArrayLike | None = None) -> PathCheck:
+        """Whether a motion along straight lines of the joints is free, proved; else what it meets, and where.
+
+        Args:
+            q_a: (n,) the start, or (k, n) all points of a path, k >= 2.
+            q_b: (n,) the end, if `q_a` is the start.
+
+        Raises:
+            InputError: a wrong shape, NaN or infinities.
+        """
+        points = path_points(self.robot.n, q_a, q_b)
+        codes, t, evaluations, _ = self._prove(points[:-1], points[1:])
+        stopped = np.flatnonzero(codes)
+        states = int(evaluations.sum())
+        if not len(stopped):
+            return PathCheck(PathStatus.FREE, points, len(points) - 1.0, points[-1], (), states)
+        k = int(stopped[0])
+        q = points[k] + t[k] * (points[k + 1] - points[k])
+        status = PathStatus.COLLIDING if codes[k] == 1 else PathStatus.TOUCHING
+        return PathCheck(status, points, k + float(t[k]), q, self.check(q).contacts, states)
+
+    def _prove(
+        self, a: ArrayLike, b: ArrayLike
+    ) -> tuple[NDArray[np.int64], Floats, NDArray[np.int64], tuple[int, ...]]:
+        """Codes of `segment_loops`, where they show, states looked at, and the shape of the batch."""
+        n = self.robot.n
+        A, B = (as_batch(name, x, (n,), finite=True) for name, x in (("a", a), ("b", b)))
+        if A.shape != B.shape:
+            A, B = np.broadcast_arrays(A, B)
+        batch = A.shape[:-1]
+        A, B = (np.ascontiguousarray(x).reshape(-1, n) for x in (A, B))
+        codes, evaluations = np.zeros((2, len(A)), np.int64)
+        t = np.zeros(len(A))
+        if not n:
+            codes[:] = self.in_collision(A)
+            return codes, t, evaluations + 1, batch
+        kinematics, alive = layout.kinematics_of(self._kernel, n, len(self.robot.mechanism.links))
+        segment_loops.prove_segments(
+            self.arm, self.scene.surroundings, kinematics, self._motion, A, B, self.margin, codes, t, evaluations
+        )
+        del alive
+        return codes, t, evaluations, batch
+
+    @cached_property
+    def _motion(self) -> Motion:
+        return layout.motion_of(self.robot.mechanism, self._joints, self.arm)
+
+    @cached_property
+    def _kernel(self) -> Kernel:
+        return self.robot.kernel("link_poses")
+
     @property
     def skipped(self) -> tuple[SkippedPair, ...]:
         """Pairs of bodies that are not checked against each other, each with its reason."""
@@ -188,7 +261,7 @@ class Checker:
     def with_scene(self, scene: Scene | Iterable[Obstacle]) -> Checker:
         """The same arm in another scene: nothing of the arm is computed again."""
         other = object.__new__(Checker)
-        other.__dict__.update(self.__dict__ | {"arm": self.arm})
+        other.__dict__.update(self.__dict__ | {"arm": self.arm, "_motion": self._motion})
         other.scene = scene if isinstance(scene, Scene) else Scene(scene)
         return other
 
