@@ -19,7 +19,7 @@ from mafsil.collision.near_loops import nearest
 from mafsil.collision.pair_loops import WORKSPACE, separation
 from mafsil.collision.support_loops import Pieces, product
 from mafsil.collision.tree_loops import DEPTH, Surroundings, box_gap
-from mafsil.solvers.loops import compiled, uncounted
+from mafsil.solvers.loops import compiled, inlined, uncounted
 
 LEAST = 1e-300
 FEW = 64
@@ -68,7 +68,7 @@ def just_above(margin: float) -> float:
     return max(np.nextafter(margin, np.inf), LEAST)
 
 
-@uncounted
+@inlined
 def _moved(T: Floats, x: float, y: float, z: float, radius: float, out: Floats) -> None:
     """A ball under a pose."""
     for k in range(3):
@@ -76,7 +76,7 @@ def _moved(T: Floats, x: float, y: float, z: float, radius: float, out: Floats) 
     out[3] = radius
 
 
-@uncounted
+@inlined
 def place_bodies(arm: Arm, poses: Floats, s: Scratch) -> None:
     """Balls of the bodies in {s}; those of the pieces follow when they are needed."""
     for b in range(len(arm.bodies)):
@@ -85,7 +85,7 @@ def place_bodies(arm: Arm, poses: Floats, s: Scratch) -> None:
         s.balls[b, 4] = 0.0
 
 
-@uncounted
+@inlined
 def _place_pieces(arm: Arm, b: int, poses: Floats, s: Scratch) -> None:
     body, bodies = arm.bodies[b], len(arm.bodies)
     T = poses[int(body[0])]
@@ -95,7 +95,7 @@ def _place_pieces(arm: Arm, b: int, poses: Floats, s: Scratch) -> None:
     s.balls[b, 4] = 1.0
 
 
-@uncounted
+@inlined
 def _gap(B: Pieces, j: int, x: float, y: float, z: float) -> float:
     """Lower bound of the signed distance of a point and piece j; exact but for cones and hulls."""
     row = B.rows[j]
@@ -130,7 +130,7 @@ def _gap(B: Pieces, j: int, x: float, y: float, z: float) -> float:
     return np.sqrt(u * u + v * v + w * w)
 
 
-@uncounted
+@inlined
 def _gather(around: Surroundings, ball: Floats, cutoff: float, waiting: NDArray[np.int64]) -> int:
     """Pieces of the surroundings that may be within the cutoff of a ball (step 1); how many, -1 if more than FEW.
 
@@ -218,7 +218,7 @@ def _gap_to_found(
     return best
 
 
-@uncounted
+@inlined
 def _beyond(p: Floats, q: Floats, cutoff: float) -> bool:
     """Whether two balls are further apart than a cutoff."""
     reach = p[3] + q[3] + cutoff

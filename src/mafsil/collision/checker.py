@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from functools import cached_property
 from pathlib import Path
+from threading import local
 from typing import TYPE_CHECKING, Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,10 +22,9 @@ from mafsil.collision.shapes import Plane
 from mafsil.collision.srdf import disabled_pairs
 from mafsil.collision.status import Check, CheckStatus, Clearance, Contact
 from mafsil.errors import InputError
-from mafsil.kernels import Kernel
 from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
-from mafsil.robot import as_robot
+from mafsil.robot import Robot, as_robot
 
 if TYPE_CHECKING:
     import mafsil.collision.arm_loops as arm_loops
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
     import mafsil.collision.pair_counts_loops as pair_counts_loops
     import mafsil.collision.segment_loops as segment_loops
     from mafsil.collision.arm_loops import Arm
-    from mafsil.collision.segment_loops import Motion
+    from mafsil.collision.segment_loops import Kinematics, Motion
 else:
     arm_loops = lazily("mafsil.collision.arm_loops")
     distance_loops = lazily("mafsil.collision.distance_loops")
@@ -45,6 +46,14 @@ CHUNK = 256
 ALWAYS = 0.95
 """Share of sampled configurations in which two bodies meet that always meet."""
 MOST_CONTACTS = 200
+
+
+class _OfThread(local):
+    def __init__(self) -> None:
+        self.kinematics: WeakKeyDictionary[Robot, tuple[Kinematics, list[object]]] = WeakKeyDictionary()
+
+
+_OF_THREAD = _OfThread()
 
 
 class Checker:
@@ -150,8 +159,8 @@ class Checker:
         first, second = self._names(out, who)
         point_first, point_second, normal = (out[:, k : k + 3].reshape(*batch, 3) for k in (1, 4, 7))
         return Clearance(
-            rows.reshape(*batch, -1), self.margin, out[:, 0].reshape(batch), point_first, point_second, normal,
-            gradient.reshape(*batch, -1), first.reshape(batch), second.reshape(batch),
+            rows.reshape(*batch, self.robot.n), self.margin, out[:, 0].reshape(batch), point_first, point_second,
+            normal, gradient.reshape(*batch, self.robot.n), first.reshape(batch), second.reshape(batch),
         )  # fmt: skip
 
     def check(self, q: ArrayLike) -> Check:
@@ -232,20 +241,23 @@ class Checker:
         if not n:
             codes[:] = self.in_collision(A)
             return codes, t, evaluations + 1, batch
-        kinematics, alive = layout.kinematics_of(self._kernel, n, len(self.robot.mechanism.links))
+        kinematics = self._kinematics()
         segment_loops.prove_segments(
             self.arm, self.scene.surroundings, kinematics, self._motion, A, B, self.margin, codes, t, evaluations
         )
-        del alive
         return codes, t, evaluations, batch
+
+    def _kinematics(self) -> Kinematics:
+        """The kernel of link poses for compiled loops, with arrays of this thread alone."""
+        mine = _OF_THREAD.kinematics
+        if self.robot not in mine:
+            kernel = self.robot.kernel("link_poses")
+            mine[self.robot] = layout.kinematics_of(kernel, self.robot.n, len(self.robot.mechanism.links))
+        return mine[self.robot][0]
 
     @cached_property
     def _motion(self) -> Motion:
         return layout.motion_of(self.robot.mechanism, self._joints, self.arm)
-
-    @cached_property
-    def _kernel(self) -> Kernel:
-        return self.robot.kernel("link_poses")
 
     @property
     def skipped(self) -> tuple[SkippedPair, ...]:

@@ -21,6 +21,9 @@ from mafsil.collision.support_loops import body_of, product
 from mafsil.collision.tree_loops import Surroundings, box_gap
 from mafsil.solvers.loops import compiled, uncounted
 
+SLACK = 1e-8
+"""How much the bounds of a distance may be apart at most [m]."""
+
 
 @uncounted
 def separation_around(
@@ -47,7 +50,17 @@ def separation_between(arm: Arm, a: int, b: int, poses: Floats, cutoff: float, s
         return False
     for i in range(int(arm.bodies[a, 1]), int(arm.bodies[a, 2])):
         product(T_a, A.T[i], P)
+        u = A.rows[i]
+        px = T_a[0, 0] * u[8] + T_a[0, 1] * u[9] + T_a[0, 2] * u[10] + T_a[0, 3]
+        py = T_a[1, 0] * u[8] + T_a[1, 1] * u[9] + T_a[1, 2] * u[10] + T_a[1, 3]
+        pz = T_a[2, 0] * u[8] + T_a[2, 1] * u[9] + T_a[2, 2] * u[10] + T_a[2, 3]
         for j in range(int(arm.bodies[b, 1]), int(arm.bodies[b, 2])):
+            v = A.rows[j]
+            dx = px - (T_b[0, 0] * v[8] + T_b[0, 1] * v[9] + T_b[0, 2] * v[10] + T_b[0, 3])
+            dy = py - (T_b[1, 0] * v[8] + T_b[1, 1] * v[9] + T_b[1, 2] * v[10] + T_b[1, 3])
+            dz = pz - (T_b[2, 0] * v[8] + T_b[2, 1] * v[9] + T_b[2, 2] * v[10] + T_b[2, 3])
+            if np.sqrt(dx * dx + dy * dy + dz * dz) - u[11] - v[11] > best:
+                continue
             product(T_b, A.T[j], Q)
             if separation(A, i, P, A, j, Q, best, s.W, s.W[32]) <= best:
                 if not found or s.W[32, 0] < best:
@@ -57,14 +70,30 @@ def separation_between(arm: Arm, a: int, b: int, poses: Floats, cutoff: float, s
     return found
 
 
+@uncounted
+def _at_least(arm: Arm, around: Surroundings, k: int, s: Scratch) -> float:
+    """How near body k, or pair k less the number of bodies, is at least."""
+    bodies = len(arm.bodies)
+    if k >= bodies:
+        p, q = s.balls[arm.pairs[k - bodies, 0]], s.balls[arm.pairs[k - bodies, 1]]
+        return np.sqrt((p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + (p[2] - q[2]) ** 2) - p[3] - q[3]
+    if around.planes:
+        return -np.inf
+    if len(around.nodes) == 0:
+        return np.inf
+    ball = s.balls[k]
+    return box_gap(around.nodes[0], ball[0], ball[1], ball[2]) - ball[3]
+
+
 @compiled
 def distances(
     arm: Arm, poses: Floats, around: Surroundings, cutoff: float, out: Floats, who: NDArray[np.int64]
 ) -> None:  # fmt: skip
     """The smallest distance of each of (m, L, 4, 4) states.
 
-    1. For each body and pair how near it may be, by balls and the tree's root; sorted.
-    2. In that order the distances, each with the best so far as cutoff: most end at once.
+    1. For each body and pair how near it may be, by balls and the root of the tree; the least of them goes first.
+    2. The gaps of the others, each with the best so far as cutoff: most end at once.
+    3. Points and normal of the nearest pair alone.
 
     Args:
         cutoff: distances beyond it do not matter.
@@ -78,27 +107,30 @@ def distances(
         place_bodies(arm, poses[r], s)
         out[r] = 0.0
         out[r, 0] = np.inf
-        best = cutoff
-        for b in range(bodies):  # 1
-            ball = s.balls[b]
-            lower[b] = -np.inf if around.planes else np.inf
-            if len(around.nodes):
-                lower[b] = min(lower[b], box_gap(around.nodes[0], ball[0], ball[1], ball[2]) - ball[3])
-        for k in range(pairs):
-            p, q = s.balls[arm.pairs[k, 0]], s.balls[arm.pairs[k, 1]]
-            square = (p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + (p[2] - q[2]) ** 2
-            lower[bodies + k] = np.sqrt(square) - p[3] - q[3]
-        for k in np.argsort(lower):  # 2
-            if lower[k] > best or lower[k] == np.inf:
-                break
+        best, first, nearest_item = cutoff, 0, -1
+        for k in range(bodies + pairs):  # 1
+            lower[k] = _at_least(arm, around, k, s)
+            if lower[k] < lower[first]:
+                first = k
+        for step in range(-1, bodies + pairs):  # 2
+            k = first if step < 0 else step
+            if step == first or lower[k] >= best:
+                continue
             if k < bodies:
-                found = separation_around(arm, k, poses[r], around, best, s, row)
-                if found >= 0:
-                    best, out[r], who[r, 0], who[r, 1] = row[0], row, k, found
+                gap = gap_around(arm, k, poses[r], around, best, -np.inf, s)
             else:
-                a, b = arm.pairs[k - bodies, 0], arm.pairs[k - bodies, 1]
-                if separation_between(arm, a, b, poses[r], best, s, row):
-                    best, out[r], who[r, 0], who[r, 1] = row[0], row, a, -1 - b
+                gap = gap_between(arm, arm.pairs[k - bodies, 0], arm.pairs[k - bodies, 1], poses[r], best, -np.inf, s)
+            if gap < best:
+                best, nearest_item = gap, k
+        k = nearest_item  # 3
+        if 0 <= k < bodies:
+            found = separation_around(arm, k, poses[r], around, best + SLACK, s, row)
+            if found >= 0:
+                out[r], who[r, 0], who[r, 1] = row, k, found
+        elif k >= bodies:
+            a, b = arm.pairs[k - bodies, 0], arm.pairs[k - bodies, 1]
+            if separation_between(arm, a, b, poses[r], best + SLACK, s, row):
+                out[r], who[r, 0], who[r, 1] = row, a, -1 - b
 
 
 @compiled

@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.solvers.loops import uncounted
+from mafsil.solvers.loops import inlined, uncounted
 
 POINT, SEGMENT, BOX, CYLINDER, CONE, HULL, PLANE = range(7)
 
@@ -89,7 +89,7 @@ def furthest(kind: int, size: Floats, vertices: Floats, x: float, y: float, z: f
     return share * x, share * y, height
 
 
-@uncounted
+@inlined
 def relative(A: Floats, B: Floats, M: Floats) -> None:
     """Pose M of B in A, from their poses (3, 4) in one frame."""
     for i in range(3):
@@ -98,7 +98,7 @@ def relative(A: Floats, B: Floats, M: Floats) -> None:
         M[i, 3] = A[0, i] * (B[0, 3] - A[0, 3]) + A[1, i] * (B[1, 3] - A[1, 3]) + A[2, i] * (B[2, 3] - A[2, 3])
 
 
-@uncounted
+@inlined
 def product(A: Floats, B: Floats, M: Floats) -> None:
     """Pose M = A B of poses whose first three rows are used."""
     for i in range(3):

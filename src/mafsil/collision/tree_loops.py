@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.collision.support_loops import Pieces
-from mafsil.solvers.loops import compiled, uncounted
+from mafsil.solvers.loops import compiled, inlined, uncounted
 
 LEAF = 4
 """Pieces in a leaf at most."""
@@ -96,7 +96,7 @@ def build_tree(boxes: Floats) -> tuple[Floats, NDArray[np.int64]]:
     return nodes[:made].copy(), order
 
 
-@uncounted
+@inlined
 def box_gap(box: Floats, x: float, y: float, z: float) -> float:
     """Signed distance of a point to a box (6,): inside minus the distance to the nearest side."""
     dx, dy, dz = max(box[0] - x, x - box[3]), max(box[1] - y, y - box[4]), max(box[2] - z, z - box[5])

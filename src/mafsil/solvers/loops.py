@@ -56,6 +56,11 @@ def uncounted(function: F) -> F:
     return _kept(function, njit(nogil=True, error_model="numpy", _nrt=False)(function))
 
 
+def inlined(function: F) -> F:
+    """As `uncounted`, put into each of its callers: for short functions whose arguments cost more than their work."""
+    return _kept(function, njit(nogil=True, error_model="numpy", _nrt=False, forceinline=True)(function))
+
+
 def _kept(function: F, dispatcher: Any) -> F:
     """The compiled function, its code looked for on disk first.
 
