@@ -177,7 +177,8 @@ def gap_around(
     Args:
         poses: (L, 4, 4) of the links in {s}; `place_bodies` went before.
         cutoff: distances beyond it do not matter.
-        enough: the search ends at a distance below the cutoff that is no more than this.
+        enough: the search ends at a distance below the cutoff that is no more than this; where it is not -inf the
+            depth of bodies that meet is not looked for.
         s: to work in.
     """
     count = _gather(around, s.balls[b], cutoff, s.near)
@@ -189,7 +190,7 @@ def _gap_to_found(
     arm: Arm, b: int, poses: Floats, around: Surroundings, count: int, cutoff: float, enough: float, s: Scratch
 ) -> float:  # fmt: skip
     """As `gap_around`, from the pieces that `_gather` found."""
-    A, B, best = arm.pieces, around.pieces, cutoff
+    A, B, best, deep = arm.pieces, around.pieces, cutoff, enough == -np.inf
     T, P, out, bodies = poses[int(arm.bodies[b, 0])], s.W[24:27], s.W[32], len(arm.bodies)
     if s.balls[b, 4] == 0.0:
         _place_pieces(arm, b, poses, s)
@@ -212,7 +213,7 @@ def _gap_to_found(
                 if not posed:
                     product(T, A.T[i], P)
                     posed = True
-                best = min(best, separation(A, i, P, B, j, B.T[j], best, s.W, out))  # 3
+                best = min(best, separation(A, i, P, B, j, B.T[j], best, deep, s.W, out))  # 3
             if best <= enough and best < cutoff:
                 return best
     return best
@@ -229,7 +230,7 @@ def _beyond(p: Floats, q: Floats, cutoff: float) -> bool:
 @uncounted
 def gap_between(arm: Arm, a: int, b: int, poses: Floats, cutoff: float, enough: float, s: Scratch) -> float:
     """How near two bodies of the arm come to each other, if nearer than the cutoff; arguments as `gap_around`."""
-    A, best, bodies, balls = arm.pieces, cutoff, len(arm.bodies), s.balls
+    A, best, bodies, balls, deep = arm.pieces, cutoff, len(arm.bodies), s.balls, enough == -np.inf
     if _beyond(balls[a], balls[b], best):
         return best
     for c in (a, b):
@@ -252,7 +253,7 @@ def gap_between(arm: Arm, a: int, b: int, poses: Floats, cutoff: float, enough: 
                     product(poses[int(arm.bodies[a, 0])], A.T[i], P)
                     posed = True
                 product(poses[int(arm.bodies[b, 0])], A.T[j], Q)
-                best = min(best, separation(A, i, P, A, j, Q, best, s.W, s.W[32]))
+                best = min(best, separation(A, i, P, A, j, Q, best, deep, s.W, s.W[32]))
             if best <= enough and best < cutoff:
                 return best
     return best

@@ -62,7 +62,7 @@ def separation_between(arm: Arm, a: int, b: int, poses: Floats, cutoff: float, s
             if np.sqrt(dx * dx + dy * dy + dz * dz) - u[11] - v[11] > best:
                 continue
             product(T_b, A.T[j], Q)
-            if separation(A, i, P, A, j, Q, best, s.W, s.W[32]) <= best:
+            if separation(A, i, P, A, j, Q, best, True, s.W, s.W[32]) <= best:
                 if not found or s.W[32, 0] < best:
                     best, found = s.W[32, 0], True
                     for c in range(ROW):
@@ -157,7 +157,10 @@ def contacts(
             for j in range(len(around.pieces.rows)):
                 k = body_of(around.pieces, j)
                 most = min(over, deepest[k])
-                if separation(arm.pieces, i, s.W[24:27], around.pieces, j, around.pieces.T[j], most, s.W, row) < most:
+                if (
+                    separation(arm.pieces, i, s.W[24:27], around.pieces, j, around.pieces.T[j], most, True, s.W, row)
+                    < most
+                ):
                     deepest[k] = row[0]
                     place[k] = row
         for k in range(obstacles):

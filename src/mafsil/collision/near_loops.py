@@ -45,7 +45,7 @@ def nearest(
         if not posed:
             product(T, A.T[i], P)
             posed = True
-        if separation(A, i, P, B, j, F, best, W, out) <= best:
+        if separation(A, i, P, B, j, F, best, True, W, out) <= best:
             best, found = min(best, out[0]), j
     if len(nodes) == 0:
         return found
@@ -72,7 +72,7 @@ def nearest(
             if not posed:
                 product(T, A.T[i], P)
                 posed = True
-            if separation(A, i, P, B, j, B.T[j], best, W, out) <= best:
+            if separation(A, i, P, B, j, B.T[j], best, True, W, out) <= best:
                 best, found = min(best, out[0]), j
     return found
 

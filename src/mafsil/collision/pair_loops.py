@@ -248,12 +248,13 @@ def _point_in(kind: int, size: Floats, M: Floats, W: Floats) -> float:
 @uncounted
 def core_pair(
     kind_a: int, size_a: Floats, vertices_a: Floats, kind_b: int, size_b: Floats, vertices_b: Floats,
-    M: Floats, cutoff: float, W: Floats,
+    M: Floats, cutoff: float, deep: bool, W: Floats,
 ) -> tuple[float, float]:  # fmt: skip
     """Bounds of the signed distance of two cores; the points in row 5 of W and the normal in row 6, unless cut off.
 
     Args:
         kind_a, size_a, vertices_a, kind_b, size_b, vertices_b, M, cutoff: as in `core_distance`.
+        deep: whether to look for the depth of cores that meet; else their distance is 0, without points.
         W: WORKSPACE to work in.
     """
     if kind_b == 6:  # 1
@@ -279,6 +280,8 @@ def core_pair(
         kind_a, size_a, vertices_a, kind_b, size_b, vertices_b, M, cutoff, W
     )  # fmt: skip
     if upper == 0.0:
+        if not deep:
+            return 0.0, 0.0
         upper = _meeting(kind_a, size_a, vertices_a, kind_b, size_b, vertices_b, M, corners, W)
         return upper, upper
     if lower > cutoff:
@@ -289,13 +292,14 @@ def core_pair(
 
 @uncounted
 def separation(
-    A: Pieces, i: int, T_a: Floats, B: Pieces, j: int, T_b: Floats, cutoff: float, W: Floats, out: Floats
+    A: Pieces, i: int, T_a: Floats, B: Pieces, j: int, T_b: Floats, cutoff: float, deep: bool, W: Floats, out: Floats
 ) -> float:  # fmt: skip
     """Lower bound of the signed distance of piece i of A and piece j of B.
 
     Args:
         T_a, T_b: (3, 4) their poses in {s}.
         cutoff: a lower bound above it ends the search, and `out` stays as it was.
+        deep: whether to look for the depth of cores that meet; else only the verdict counts.
         W: WORKSPACE to work in.
         out: (ROW,) distance, point on A, point on B, normal from B to A, in {s}.
     """
@@ -306,7 +310,7 @@ def separation(
     lower, upper = core_pair(
         int(a[0]), a[1:4], A.vertices[int(a[5]) : int(a[5] + a[6])],
         int(b[0]), b[1:4], B.vertices[int(b[5]) : int(b[5] + b[6])],
-        M, cutoff + rounding, W,
+        M, cutoff + rounding, deep, W,
     )  # fmt: skip
     if lower - rounding > cutoff:
         return lower - rounding
