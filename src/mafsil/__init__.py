@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from mafsil.version import __version__ as __version__
 
 if TYPE_CHECKING:
+    from mafsil import collision as collision
     from mafsil import control as control
     from mafsil import derivation as derivation
     from mafsil import geometry as geometry
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from mafsil import one_joint as one_joint
     from mafsil import performance as performance
     from mafsil import trajectory as trajectory
+    from mafsil.collision import Scene as Scene
     from mafsil.errors import FileError as FileError
     from mafsil.errors import InputError as InputError
     from mafsil.errors import InputWarning as InputWarning
@@ -78,6 +80,7 @@ if TYPE_CHECKING:
 
 
 _HOME_OF = {
+    "collision": "mafsil.collision",
     "control": "mafsil.control",
     "derivation": "mafsil.derivation",
     "geometry": "mafsil.geometry",
@@ -129,6 +132,7 @@ _HOME_OF = {
     "Robot": "mafsil.robot:Robot",
     "Rotation": "mafsil.geometry:Rotation",
     "Scenario": "mafsil.simulation:Scenario",
+    "Scene": "mafsil.collision:Scene",
     "ScrewAxis": "mafsil.geometry:ScrewAxis",
     "Twist": "mafsil.geometry:Twist",
     "Wrench": "mafsil.geometry:Wrench",

@@ -44,6 +44,23 @@ def reordered(function: F) -> F:
     return _kept(function, njit(nogil=True, error_model="numpy", fastmath=flags)(function))
 
 
+def uncounted(function: F) -> F:
+    """As `compiled`, for inner loops that make no arrays: owners of the arrays that they are handed are not counted.
+
+    Numba counts owners by an atomic addition wherever an array is passed on or sliced; a loop that hands on a dozen
+    arrays a million times spends its time with that. The caller's own arrays outlive the call.
+
+    Args:
+        function: loops over arrays and numbers, which neither makes nor returns an array.
+    """
+    return _kept(function, njit(nogil=True, error_model="numpy", _nrt=False)(function))
+
+
+def inlined(function: F) -> F:
+    """As `uncounted`, put into each of its callers: for short functions whose arguments cost more than their work."""
+    return _kept(function, njit(nogil=True, error_model="numpy", _nrt=False, forceinline=True)(function))
+
+
 def _kept(function: F, dispatcher: Any) -> F:
     """The compiled function, its code looked for on disk first.
 

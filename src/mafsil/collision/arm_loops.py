@@ -1,0 +1,284 @@
+"""How near an arm comes to its surroundings and to itself, compiled: one state, given the poses of its links.
+
+Every question is "is anything within this cutoff, and how near?", so that most pairs end at two balls:
+
+1. The ball around a body against the tree of the surroundings gives the few pieces that can matter (`_gather`).
+2. The ball around a piece of the body against such a piece: exact for most kinds (`_gap`); a ball of the arm is done.
+3. What is left goes to `separation`.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats
+from mafsil.collision.near_loops import nearest
+from mafsil.collision.pair_loops import WORKSPACE, separation
+from mafsil.collision.support_loops import Pieces, product
+from mafsil.collision.tree_loops import DEPTH, Surroundings, box_gap
+from mafsil.solvers.loops import compiled, inlined, uncounted
+
+LEAST = 1e-300
+FEW = 64
+"""Pieces of the surroundings that are looked at one by one near a body; more are asked for through the tree."""
+
+
+class Arm(NamedTuple):
+    """What collides of an arm.
+
+    Attributes:
+        pieces: in the frames of their links, body by body.
+        bodies: (b, 8) index of the link that carries a body, first and last + 1 of its pieces, 0, centre and radius
+            of a ball around it in its link's frame.
+        pairs: (m, 2) bodies that are checked against each other.
+    """
+
+    pieces: Pieces
+    bodies: Floats
+    pairs: NDArray[np.int64]
+
+
+class Scratch(NamedTuple):
+    """Arrays to work in.
+
+    Attributes:
+        W: for `separation`: WORKSPACE; rows 24 to 31 for poses, row 32 for a separation.
+        balls: (bodies + pieces, 5) balls of bodies and pieces in {s}; column 4 of a body: are its pieces placed.
+        near: (DEPTH + FEW,) nodes of a walk through the tree, pieces found.
+    """
+
+    W: Floats
+    balls: Floats
+    near: NDArray[np.int64]
+
+
+@compiled
+def scratch_for(arm: Arm) -> Scratch:
+    """Arrays for one thread."""
+    rows = len(arm.bodies) + len(arm.pieces.rows)
+    return Scratch(np.empty(WORKSPACE), np.zeros((rows, 5)), np.zeros(DEPTH + FEW, np.int64))
+
+
+@uncounted
+def just_above(margin: float) -> float:
+    """The next larger number, above zero one that processors add as quickly as any other."""
+    return max(np.nextafter(margin, np.inf), LEAST)
+
+
+@inlined
+def _moved(T: Floats, x: float, y: float, z: float, radius: float, out: Floats) -> None:
+    """A ball under a pose."""
+    for k in range(3):
+        out[k] = T[k, 0] * x + T[k, 1] * y + T[k, 2] * z + T[k, 3]
+    out[3] = radius
+
+
+@inlined
+def place_bodies(arm: Arm, poses: Floats, s: Scratch) -> None:
+    """Balls of the bodies in {s}; those of the pieces follow when they are needed."""
+    for b in range(len(arm.bodies)):
+        body = arm.bodies[b]
+        _moved(poses[int(body[0])], body[4], body[5], body[6], body[7], s.balls[b])
+        s.balls[b, 4] = 0.0
+
+
+@inlined
+def _place_pieces(arm: Arm, b: int, poses: Floats, s: Scratch) -> None:
+    body, bodies = arm.bodies[b], len(arm.bodies)
+    T = poses[int(body[0])]
+    for i in range(int(body[1]), int(body[2])):
+        row = arm.pieces.rows[i]
+        _moved(T, row[8], row[9], row[10], row[11], s.balls[bodies + i])
+    s.balls[b, 4] = 1.0
+
+
+@inlined
+def _gap(B: Pieces, j: int, x: float, y: float, z: float) -> float:
+    """Lower bound of the signed distance of a point and piece j; exact but for cones and hulls."""
+    row = B.rows[j]
+    kind = int(row[0])
+    if kind == 5 or kind == 4:
+        dx, dy, dz = x - row[8], y - row[9], z - row[10]
+        return np.sqrt(dx * dx + dy * dy + dz * dz) - row[11]
+    T = B.T[j]
+    dx, dy, dz = x - T[0, 3], y - T[1, 3], z - T[2, 3]
+    if kind == 0:
+        return np.sqrt(dx * dx + dy * dy + dz * dz) - row[4]
+    w = abs(T[0, 2] * dx + T[1, 2] * dy + T[2, 2] * dz)
+    if kind == 6:
+        return T[0, 2] * dx + T[1, 2] * dy + T[2, 2] * dz
+    if kind == 1:
+        across = max(0.0, dx * dx + dy * dy + dz * dz - w * w)
+        w = max(0.0, w - row[3])
+        return np.sqrt(across + w * w) - row[4]
+    w -= row[3]
+    if kind == 3:
+        square = max(0.0, dx * dx + dy * dy + dz * dz - (w + row[3]) ** 2)
+        u = np.sqrt(square) - row[1]
+        if u <= 0.0 and w <= 0.0:
+            return max(u, w)
+        u, w = max(0.0, u), max(0.0, w)
+        return np.sqrt(u * u + w * w)
+    u = abs(T[0, 0] * dx + T[1, 0] * dy + T[2, 0] * dz) - row[1]
+    v = abs(T[0, 1] * dx + T[1, 1] * dy + T[2, 1] * dz) - row[2]
+    if u <= 0.0 and v <= 0.0 and w <= 0.0:
+        return max(u, v, w)
+    u, v, w = max(0.0, u), max(0.0, v), max(0.0, w)
+    return np.sqrt(u * u + v * v + w * w)
+
+
+@inlined
+def _gather(around: Surroundings, ball: Floats, cutoff: float, waiting: NDArray[np.int64]) -> int:
+    """Pieces of the surroundings that may be within the cutoff of a ball (step 1); how many, -1 if more than FEW.
+
+    Args:
+        waiting: (DEPTH + FEW,) nodes to walk; the pieces found, from DEPTH on.
+    """
+    nodes, count = around.nodes, 0
+    x, y, z, reach = ball[0], ball[1], ball[2], ball[3] + cutoff
+    for j in range(around.planes):
+        if _gap(around.pieces, j, x, y, z) <= reach:
+            if count == FEW:
+                return -1
+            waiting[DEPTH + count] = j
+            count += 1
+    if len(nodes) == 0:
+        return count
+    waiting[0], left = 0, 1
+    while left > 0:
+        left -= 1
+        node = nodes[waiting[left]]
+        if box_gap(node, x, y, z) > reach:
+            continue
+        child = int(node[6])
+        if child >= 0:
+            waiting[left], waiting[left + 1] = child + 1, child
+            left += 2
+            continue
+        first = around.planes + int(node[7])
+        for j in range(first, first + int(node[8])):
+            if _gap(around.pieces, j, x, y, z) <= reach:
+                if count == FEW:
+                    return -1
+                waiting[DEPTH + count] = j
+                count += 1
+    return count
+
+
+@uncounted
+def gap_around(
+    arm: Arm, b: int, poses: Floats, around: Surroundings, cutoff: float, enough: float, s: Scratch
+) -> float:  # fmt: skip
+    """How near body b comes to the surroundings, if nearer than the cutoff; else the cutoff.
+
+    Args:
+        poses: (L, 4, 4) of the links in {s}; `place_bodies` went before.
+        cutoff: distances beyond it do not matter.
+        enough: the search ends at a distance below the cutoff that is no more than this; where it is not -inf the
+            depth of bodies that meet is not looked for.
+        s: to work in.
+    """
+    count = _gather(around, s.balls[b], cutoff, s.near)
+    return cutoff if count == 0 else _gap_to_found(arm, b, poses, around, count, cutoff, enough, s)
+
+
+@uncounted
+def _gap_to_found(
+    arm: Arm, b: int, poses: Floats, around: Surroundings, count: int, cutoff: float, enough: float, s: Scratch
+) -> float:  # fmt: skip
+    """As `gap_around`, from the pieces that `_gather` found."""
+    A, B, best, deep = arm.pieces, around.pieces, cutoff, enough == -np.inf
+    T, P, out, bodies = poses[int(arm.bodies[b, 0])], s.W[24:27], s.W[32], len(arm.bodies)
+    if s.balls[b, 4] == 0.0:
+        _place_pieces(arm, b, poses, s)
+    for i in range(int(arm.bodies[b, 1]), int(arm.bodies[b, 2])):
+        if count < 0:
+            if nearest(A, i, T[:3], around, best, s.near, s.W, s.W[24:28], out) >= 0:
+                best = min(best, out[0])
+            if best <= enough and best < cutoff:
+                return best
+            continue
+        ball, posed, point = s.balls[bodies + i], False, A.rows[i, 0] == 0.0
+        for k in range(count):
+            j = s.near[DEPTH + k]
+            gap = _gap(B, j, ball[0], ball[1], ball[2]) - ball[3]  # 2
+            if gap >= best:
+                continue
+            if point and B.rows[j, 0] != 5.0 and B.rows[j, 0] != 4.0:
+                best = gap
+            else:
+                if not posed:
+                    product(T, A.T[i], P)
+                    posed = True
+                best = min(best, separation(A, i, P, B, j, B.T[j], best, deep, s.W, out))  # 3
+            if best <= enough and best < cutoff:
+                return best
+    return best
+
+
+@inlined
+def _beyond(p: Floats, q: Floats, cutoff: float) -> bool:
+    """Whether two balls are further apart than a cutoff."""
+    reach = p[3] + q[3] + cutoff
+    x, y, z = p[0] - q[0], p[1] - q[1], p[2] - q[2]
+    return reach < 0.0 or x * x + y * y + z * z > reach * reach
+
+
+@uncounted
+def gap_between(arm: Arm, a: int, b: int, poses: Floats, cutoff: float, enough: float, s: Scratch) -> float:
+    """How near two bodies of the arm come to each other, if nearer than the cutoff; arguments as `gap_around`."""
+    A, best, bodies, balls, deep = arm.pieces, cutoff, len(arm.bodies), s.balls, enough == -np.inf
+    if _beyond(balls[a], balls[b], best):
+        return best
+    for c in (a, b):
+        if balls[c, 4] == 0.0:
+            _place_pieces(arm, c, poses, s)
+    P, Q = s.W[24:27], s.W[28:31]
+    for i in range(int(arm.bodies[a, 1]), int(arm.bodies[a, 2])):
+        p, posed = balls[bodies + i], False
+        if _beyond(p, balls[b], best):
+            continue
+        for j in range(int(arm.bodies[b, 1]), int(arm.bodies[b, 2])):
+            q = balls[bodies + j]
+            if _beyond(p, q, best):
+                continue
+            if A.rows[i, 0] == 0.0 and A.rows[j, 0] == 0.0:
+                square = (p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + (p[2] - q[2]) ** 2
+                best = min(best, np.sqrt(square) - p[3] - q[3])
+            else:
+                if not posed:
+                    product(poses[int(arm.bodies[a, 0])], A.T[i], P)
+                    posed = True
+                product(poses[int(arm.bodies[b, 0])], A.T[j], Q)
+                best = min(best, separation(A, i, P, A, j, Q, best, deep, s.W, s.W[32]))
+            if best <= enough and best < cutoff:
+                return best
+    return best
+
+
+@uncounted
+def collides(arm: Arm, poses: Floats, around: Surroundings, margin: float, s: Scratch) -> bool:
+    """Whether a state brings the arm within a margin of its surroundings or of itself."""
+    place_bodies(arm, poses, s)
+    cutoff = just_above(margin)
+    for b in range(len(arm.bodies)):
+        count = _gather(around, s.balls[b], cutoff, s.near)
+        if count != 0 and _gap_to_found(arm, b, poses, around, count, cutoff, margin, s) <= margin:
+            return True
+    for k in range(len(arm.pairs)):
+        a, b = arm.pairs[k, 0], arm.pairs[k, 1]
+        if not _beyond(s.balls[a], s.balls[b], cutoff):
+            if gap_between(arm, a, b, poses, cutoff, margin, s) <= margin:
+                return True
+    return False
+
+
+@compiled
+def collide(arm: Arm, poses: Floats, around: Surroundings, margin: float, out: NDArray[np.bool_]) -> None:
+    """`collides` for each of (m, L, 4, 4) states."""
+    s = scratch_for(arm)
+    for r in range(len(poses)):
+        out[r] = collides(arm, poses[r], around, margin, s)

@@ -1,0 +1,343 @@
+"""Collision checks of an arm in a scene: yes or no in batches, distances with gradients, explanations."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from functools import cached_property
+from pathlib import Path
+from threading import local
+from typing import TYPE_CHECKING, Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mafsil.arrays import Floats, Truth, as_batch, positive, real_array, whole
+from mafsil.collision.bodies import Body, bodies_of
+from mafsil.collision.joints import joints_of, point_rates
+from mafsil.collision.pairs import Reason, SkippedPair, named_pairs, skipped_by_structure
+from mafsil.collision.path_check import PathCheck, PathStatus, path_points
+from mafsil.collision.scene import Obstacle, Scene
+from mafsil.collision.shapes import Plane
+from mafsil.collision.srdf import disabled_pairs
+from mafsil.collision.status import Check, CheckStatus, Clearance, Contact
+from mafsil.errors import InputError
+from mafsil.lazy_module import lazily
+from mafsil.model.loading import RobotLike
+from mafsil.robot import Robot, as_robot
+
+if TYPE_CHECKING:
+    import mafsil.collision.arm_loops as arm_loops
+    import mafsil.collision.distance_loops as distance_loops
+    import mafsil.collision.layout as layout
+    import mafsil.collision.pair_counts_loops as pair_counts_loops
+    import mafsil.collision.segment_loops as segment_loops
+    from mafsil.collision.arm_loops import Arm
+    from mafsil.collision.segment_loops import Kinematics, Motion
+else:
+    arm_loops = lazily("mafsil.collision.arm_loops")
+    distance_loops = lazily("mafsil.collision.distance_loops")
+    layout = lazily("mafsil.collision.layout")
+    pair_counts_loops = lazily("mafsil.collision.pair_counts_loops")
+    segment_loops = lazily("mafsil.collision.segment_loops")
+
+CHUNK = 256
+"""States whose link poses are in memory at once: they stay in the processor's cache."""
+ALWAYS = 0.95
+"""Share of sampled configurations in which two bodies meet that always meet."""
+MOST_CONTACTS = 200
+
+
+class _OfThread(local):
+    def __init__(self) -> None:
+        self.kinematics: WeakKeyDictionary[Robot, tuple[Kinematics, list[object]]] = WeakKeyDictionary()
+
+
+_OF_THREAD = _OfThread()
+
+
+class Checker:
+    """An arm in a scene, laid out for many questions.
+
+    Args:
+        robot: a Robot, a Mechanism, a library name or a path.
+        scene: a Scene, or its obstacles; empty by default.
+        attached: what is fixed to the tip: obstacles whose poses are in the tip frame {t}.
+        margin: clearance below which the arm counts as colliding [m].
+        srdf: path of a semantic description whose `disable_collisions` pairs are not checked.
+        skip: further pairs of names (bodies, links) that are not checked.
+        self_collision: whether bodies of the arm are checked against each other.
+        radius: of capsules along links without a shape [m]; None leaves them out.
+        samples: random configurations by which pairs that always meet are found; 0 for none.
+        drop_unseen: also leave out pairs that met in none of the samples: quicker, but nothing proves that they
+            cannot meet.
+        seed: of the samples.
+
+    Attributes:
+        robot, scene, margin: as given.
+        bodies: what collides of the arm; `skipped` says which pairs of them are not checked, and why.
+
+    Raises:
+        InputError: no shapes, a mesh file that is missing, numbers out of range.
+        FileError: an SRDF or mesh file that cannot be read.
+    """
+
+    def __init__(
+        self,
+        robot: RobotLike,
+        scene: Scene | Iterable[Obstacle] = (),
+        *,
+        attached: Iterable[Obstacle] = (),
+        margin: float = 0.0,
+        srdf: str | Path | None = None,
+        skip: Iterable[tuple[str, str]] = (),
+        self_collision: bool = True,
+        radius: float | None = None,
+        samples: int = 1000,
+        drop_unseen: bool = False,
+        seed: int = 0,
+    ) -> None:
+        self.robot = as_robot(robot)
+        self.scene = scene if isinstance(scene, Scene) else Scene(scene)
+        self.margin = _not_negative("margin", margin)
+        self.samples = whole("samples", samples)
+        self.seed = whole("seed", seed)
+        mechanism = self.robot.mechanism
+        fixed = tuple(attached)
+        if any(isinstance(each.geometry, Plane) for each in fixed):
+            raise InputError("collision.attached_plane")
+        self.bodies: tuple[Body, ...] = bodies_of(
+            mechanism, fixed, None if radius is None else positive("radius", radius)
+        )
+        self._joints = joints_of(mechanism)
+        listed = {**({} if srdf is None else disabled_pairs(srdf)), **named_pairs(skip)}
+        self._skipped = skipped_by_structure(mechanism, self.bodies, listed)
+        if self_collision:
+            self._sample_pairs(drop_unseen)
+        self._self_collision = self_collision
+
+    def in_collision(self, q: ArrayLike) -> Truth:
+        """Whether the arm is within the margin of an obstacle or of itself.
+
+        Args:
+            q: (*batch, n) joint coordinates [rad | m].
+
+        Returns:
+            (*batch).
+
+        Raises:
+            InputError: a wrong shape, NaN or infinities.
+        """
+        rows, batch = self._rows(q)
+        found = np.empty(len(rows), np.bool_)
+        for begin, poses in self._poses(rows):
+            part = found[begin : begin + len(poses)]
+            arm_loops.collide(self.arm, poses, self.scene.surroundings, self.margin, part)
+        return found.reshape(batch)
+
+    def free(self, q: ArrayLike) -> Truth:
+        """Whether the arm keeps more than the margin; arguments as `in_collision`."""
+        return ~self.in_collision(q)
+
+    def distance(self, q: ArrayLike, *, within: float = np.inf) -> Clearance:
+        """Smallest distance, its points, bodies and gradient by q.
+
+        Args:
+            q: (*batch, n) joint coordinates [rad | m].
+            within: distances beyond it do not matter and count as infinite: quicker [m].
+
+        Raises:
+            InputError: a wrong shape, NaN or infinities.
+        """
+        rows, batch = self._rows(q)
+        out, who = np.zeros((len(rows), 10)), np.zeros((len(rows), 2), np.int64)
+        gradient = np.zeros(rows.shape)
+        for begin, poses in self._poses(rows):
+            part = slice(begin, begin + len(poses))
+            distance_loops.distances(self.arm, poses, self.scene.surroundings, float(within), out[part], who[part])
+            gradient[part] = self._gradient(poses, out[part], who[part])
+        first, second = self._names(out, who)
+        point_first, point_second, normal = (out[:, k : k + 3].reshape(*batch, 3) for k in (1, 4, 7))
+        return Clearance(
+            rows.reshape(*batch, self.robot.n), self.margin, out[:, 0].reshape(batch), point_first, point_second,
+            normal, gradient.reshape(*batch, self.robot.n), first.reshape(batch), second.reshape(batch),
+        )  # fmt: skip
+
+    def check(self, q: ArrayLike) -> Check:
+        """What the arm meets at one configuration: every pair, by how much and where; else the nearest pair.
+
+        Args:
+            q: (n,) joint coordinates [rad | m].
+
+        Raises:
+            InputError: a wrong shape, NaN or infinities.
+        """
+        rows, batch = self._rows(q)
+        if batch:
+            raise InputError("input.shape", name="q", expected=(self.robot.n,), got=(*batch, self.robot.n), hint="")
+        poses = next(self._poses(rows))[1]
+        out, who = np.zeros((MOST_CONTACTS, 10)), np.zeros((MOST_CONTACTS, 2), np.int64)
+        around = self.scene.surroundings
+        count = distance_loops.contacts(self.arm, poses[0], around, self.margin, len(self.scene), out, who)
+        if count:
+            order = np.argsort(out[:count, 0])
+            contacts = tuple(self._contact(out[k], who[k]) for k in order)
+            return Check(CheckStatus.COLLIDING, rows[0], self.margin, contacts)
+        nearest = self.distance(rows[0])
+        if np.isinf(nearest.distance):
+            return Check(CheckStatus.ALONE, rows[0], self.margin, ())
+        return Check(CheckStatus.FREE, rows[0], self.margin, tuple(nearest))
+
+    def free_segment(self, a: ArrayLike, b: ArrayLike) -> Any:
+        """Whether the straight motion of the joints from a to b is proved to keep more than the margin.
+
+        What comes within a micrometre of the margin counts as not free.
+
+        Args:
+            a, b: (*batch, n) joint coordinates [rad | m].
+
+        Returns:
+            (*batch) truth values; a bool for a single motion.
+
+        Raises:
+            InputError: a wrong shape, NaN or infinities.
+        """
+        codes, _, _, batch = self._prove(a, b)
+        return bool(codes[0] == 0) if batch == () else (codes == 0).reshape(batch)
+
+    def check_path(self, q_a: ArrayLike, q_b: ArrayLike | None = None) -> PathCheck:
+        """Whether a motion along straight lines of the joints is free, proved; else what it meets, and where.
+
+        Args:
+            q_a: (n,) the start, or (k, n) all points of a path, k >= 2.
+            q_b: (n,) the end, if `q_a` is the start.
+
+        Raises:
+            InputError: a wrong shape, NaN or infinities.
+        """
+        points = path_points(self.robot.n, q_a, q_b)
+        codes, t, evaluations, _ = self._prove(points[:-1], points[1:])
+        stopped = np.flatnonzero(codes)
+        states = int(evaluations.sum())
+        if not len(stopped):
+            return PathCheck(PathStatus.FREE, points, len(points) - 1.0, points[-1], (), states)
+        k = int(stopped[0])
+        q = points[k] + t[k] * (points[k + 1] - points[k])
+        status = PathStatus.COLLIDING if codes[k] == 1 else PathStatus.TOUCHING
+        return PathCheck(status, points, k + float(t[k]), q, self.check(q).contacts, states)
+
+    def _prove(
+        self, a: ArrayLike, b: ArrayLike
+    ) -> tuple[NDArray[np.int64], Floats, NDArray[np.int64], tuple[int, ...]]:
+        """Codes of `segment_loops`, where they show, states looked at, and the shape of the batch."""
+        n = self.robot.n
+        A, B = (as_batch(name, x, (n,), finite=True) for name, x in (("a", a), ("b", b)))
+        if A.shape != B.shape:
+            A, B = np.broadcast_arrays(A, B)
+        batch = A.shape[:-1]
+        A, B = (np.ascontiguousarray(x).reshape(-1, n) for x in (A, B))
+        codes, evaluations = np.zeros((2, len(A)), np.int64)
+        t = np.zeros(len(A))
+        if not n:
+            codes[:] = self.in_collision(A)
+            return codes, t, evaluations + 1, batch
+        kinematics = self._kinematics()
+        segment_loops.prove_segments(
+            self.arm, self.scene.surroundings, kinematics, self._motion, A, B, self.margin, codes, t, evaluations
+        )
+        return codes, t, evaluations, batch
+
+    def _kinematics(self) -> Kinematics:
+        """The kernel of link poses for compiled loops, with arrays of this thread alone."""
+        mine = _OF_THREAD.kinematics
+        if self.robot not in mine:
+            kernel = self.robot.kernel("link_poses")
+            mine[self.robot] = layout.kinematics_of(kernel, self.robot.n, len(self.robot.mechanism.links))
+        return mine[self.robot][0]
+
+    @cached_property
+    def _motion(self) -> Motion:
+        return layout.motion_of(self.robot.mechanism, self._joints, self.arm)
+
+    @property
+    def skipped(self) -> tuple[SkippedPair, ...]:
+        """Pairs of bodies that are not checked against each other, each with its reason."""
+        named = self._skipped.items()
+        return tuple(SkippedPair(self.bodies[a].name, self.bodies[b].name, reason) for (a, b), reason in named)
+
+    @cached_property
+    def arm(self) -> Arm:
+        """The arm as the compiled loops read it."""
+        return layout.arm_of(self.bodies, self._pairs() if self._self_collision else [])
+
+    def with_scene(self, scene: Scene | Iterable[Obstacle]) -> Checker:
+        """The same arm in another scene: nothing of the arm is computed again."""
+        other = object.__new__(Checker)
+        other.__dict__.update(self.__dict__ | {"arm": self.arm, "_motion": self._motion})
+        other.scene = scene if isinstance(scene, Scene) else Scene(scene)
+        return other
+
+    def _pairs(self) -> list[tuple[int, int]]:
+        count = len(self.bodies)
+        return [(a, b) for a in range(count) for b in range(a + 1, count) if (a, b) not in self._skipped]
+
+    def _sample_pairs(self, drop_unseen: bool) -> None:
+        """Leave out pairs that meet in nearly all samples and, if asked, those that meet in none."""
+        pairs = self._pairs()
+        if not pairs or not self.samples or not self.robot.n:
+            return
+        arm = layout.arm_of(self.bodies, pairs)
+        counts = np.zeros(len(pairs), np.int64)
+        for _, poses in self._poses(self.random_configurations(self.samples)):
+            pair_counts_loops.count_meetings(arm, poses, counts)
+        for pair, count in zip(pairs, counts, strict=True):
+            if count >= ALWAYS * self.samples:
+                self._skipped[pair] = Reason.ALWAYS
+            elif count == 0 and drop_unseen:
+                self._skipped[pair] = Reason.UNSEEN
+
+    def random_configurations(self, count: int) -> Floats:
+        """(count, n) configurations, uniform between the limits; half a turn or a metre where there are none."""
+        limits, coordinates = self.robot.mechanism.limits, self.robot.mechanism.coordinates
+        turns = np.array([np.pi if each.screw[:3].any() else 1.0 for each in coordinates])
+        lower = np.where(np.isfinite(limits.lower), limits.lower, -turns)
+        upper = np.where(np.isfinite(limits.upper), limits.upper, turns)
+        return np.random.default_rng(self.seed).uniform(np.minimum(lower, upper), upper, (count, self.robot.n))
+
+    def _rows(self, q: ArrayLike) -> tuple[Floats, tuple[int, ...]]:
+        array = as_batch("q", q, (self.robot.n,), finite=True)
+        return np.ascontiguousarray(array.reshape(-1, self.robot.n)), array.shape[:-1]
+
+    def _poses(self, rows: Floats) -> Iterator[tuple[int, Floats]]:
+        """Link poses (m, L, 4, 4) of chunks of configurations, with the index of the first."""
+        room = np.empty((min(CHUNK, len(rows)), len(self.robot.mechanism.links), 4, 4))
+        for begin in range(0, len(rows), CHUNK):
+            part = rows[begin : begin + CHUNK]
+            yield begin, self.robot.link_poses(part, out=room[: len(part)])
+
+    def _gradient(self, poses: Floats, out: Floats, who: NDArray[np.int64]) -> Floats:
+        """(m, n) rates of distances: those of the first body's point along the normal, less those of the second's."""
+        carried = self.arm.bodies[:, 0].astype(np.int64)
+        first = carried[who[:, 0]]
+        second = np.where(who[:, 1] < 0, carried[np.maximum(-1 - who[:, 1], 0)], -1)
+        n, normal = self.robot.n, out[:, 7:10]
+        away = point_rates(self._joints, n, poses, first, out[:, 1:4], normal)
+        return away - point_rates(self._joints, n, poses, second, out[:, 4:7], normal)
+
+    def _names(self, out: Floats, who: NDArray[np.int64]) -> tuple[NDArray[np.object_], NDArray[np.object_]]:
+        bodies = np.array([body.name for body in self.bodies], object)
+        second = np.array([*self.scene.names, *bodies[::-1]], object)
+        found = np.isfinite(out[:, 0])
+        names = np.where(found, bodies[who[:, 0]], ""), np.where(found, second[who[:, 1]], "")
+        return names
+
+    def _contact(self, row: Floats, who: NDArray[np.int64]) -> Contact:
+        first, second = self._names(row[None], who[None])
+        return Contact(str(first[0]), str(second[0]), float(row[0]), row[1:4], row[4:7], row[7:10])
+
+
+def _not_negative(name: str, value: float) -> float:
+    number = real_array(name, value)
+    if number.ndim or not np.isfinite(number) or number < 0.0:
+        raise InputError("collision.length", name=name, value=value)
+    return float(number)

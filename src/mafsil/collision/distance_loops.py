@@ -1,0 +1,177 @@
+"""Distances of an arm, compiled: the nearest pair of each state with its points, every pair of one that meets."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats
+from mafsil.collision.arm_loops import (
+    Arm,
+    Scratch,
+    gap_around,
+    gap_between,
+    just_above,
+    place_bodies,
+    scratch_for,
+)
+from mafsil.collision.near_loops import nearest
+from mafsil.collision.pair_loops import ROW, separation
+from mafsil.collision.support_loops import body_of, product
+from mafsil.collision.tree_loops import Surroundings, box_gap
+from mafsil.solvers.loops import compiled, uncounted
+
+SLACK = 1e-8
+"""How much the bounds of a distance may be apart at most [m]."""
+
+
+@uncounted
+def separation_around(
+    arm: Arm, b: int, poses: Floats, around: Surroundings, cutoff: float, s: Scratch, out: Floats
+) -> int:  # fmt: skip
+    """The obstacle nearest to body b if nearer than the cutoff, else -1; `out` (ROW,) its separation."""
+    best, found, T = cutoff, -1, poses[int(arm.bodies[b, 0])][:3]
+    for i in range(int(arm.bodies[b, 1]), int(arm.bodies[b, 2])):
+        j = nearest(arm.pieces, i, T, around, best, s.near, s.W, s.W[24:28], s.W[32])
+        if j >= 0 and (found < 0 or s.W[32, 0] < best):
+            best, found = s.W[32, 0], body_of(around.pieces, j)
+            for c in range(ROW):
+                out[c] = s.W[32, c]
+    return found
+
+
+@uncounted
+def separation_between(arm: Arm, a: int, b: int, poses: Floats, cutoff: float, s: Scratch, out: Floats) -> bool:
+    """Whether two bodies of the arm are nearer than the cutoff; `out` (ROW,) their separation."""
+    A, best, found, P, Q = arm.pieces, cutoff, False, s.W[24:27], s.W[28:31]
+    T_a, T_b = poses[int(arm.bodies[a, 0])], poses[int(arm.bodies[b, 0])]
+    p, q = s.balls[a], s.balls[b]
+    if np.sqrt((p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + (p[2] - q[2]) ** 2) - p[3] - q[3] > best:
+        return False
+    for i in range(int(arm.bodies[a, 1]), int(arm.bodies[a, 2])):
+        product(T_a, A.T[i], P)
+        u = A.rows[i]
+        px = T_a[0, 0] * u[8] + T_a[0, 1] * u[9] + T_a[0, 2] * u[10] + T_a[0, 3]
+        py = T_a[1, 0] * u[8] + T_a[1, 1] * u[9] + T_a[1, 2] * u[10] + T_a[1, 3]
+        pz = T_a[2, 0] * u[8] + T_a[2, 1] * u[9] + T_a[2, 2] * u[10] + T_a[2, 3]
+        for j in range(int(arm.bodies[b, 1]), int(arm.bodies[b, 2])):
+            v = A.rows[j]
+            dx = px - (T_b[0, 0] * v[8] + T_b[0, 1] * v[9] + T_b[0, 2] * v[10] + T_b[0, 3])
+            dy = py - (T_b[1, 0] * v[8] + T_b[1, 1] * v[9] + T_b[1, 2] * v[10] + T_b[1, 3])
+            dz = pz - (T_b[2, 0] * v[8] + T_b[2, 1] * v[9] + T_b[2, 2] * v[10] + T_b[2, 3])
+            if np.sqrt(dx * dx + dy * dy + dz * dz) - u[11] - v[11] > best:
+                continue
+            product(T_b, A.T[j], Q)
+            if separation(A, i, P, A, j, Q, best, True, s.W, s.W[32]) <= best:
+                if not found or s.W[32, 0] < best:
+                    best, found = s.W[32, 0], True
+                    for c in range(ROW):
+                        out[c] = s.W[32, c]
+    return found
+
+
+@uncounted
+def _at_least(arm: Arm, around: Surroundings, k: int, s: Scratch) -> float:
+    """How near body k, or pair k less the number of bodies, is at least."""
+    bodies = len(arm.bodies)
+    if k >= bodies:
+        p, q = s.balls[arm.pairs[k - bodies, 0]], s.balls[arm.pairs[k - bodies, 1]]
+        return np.sqrt((p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + (p[2] - q[2]) ** 2) - p[3] - q[3]
+    if around.planes:
+        return -np.inf
+    if len(around.nodes) == 0:
+        return np.inf
+    ball = s.balls[k]
+    return box_gap(around.nodes[0], ball[0], ball[1], ball[2]) - ball[3]
+
+
+@compiled
+def distances(
+    arm: Arm, poses: Floats, around: Surroundings, cutoff: float, out: Floats, who: NDArray[np.int64]
+) -> None:  # fmt: skip
+    """The smallest distance of each of (m, L, 4, 4) states.
+
+    1. For each body and pair how near it may be, by balls and the root of the tree; the least of them goes first.
+    2. The gaps of the others, each with the best so far as cutoff: most end at once.
+    3. Points and normal of the nearest pair alone.
+
+    Args:
+        cutoff: distances beyond it do not matter.
+        out: (m, ROW) separation of the nearest pair; distance infinite where there is none.
+        who: (m, 2) out: a body and an obstacle, or two bodies of which the second is written as -1 - body.
+    """
+    s, row = scratch_for(arm), np.zeros(ROW)
+    bodies, pairs = len(arm.bodies), len(arm.pairs)
+    lower = np.empty(bodies + pairs)
+    for r in range(len(poses)):
+        place_bodies(arm, poses[r], s)
+        out[r] = 0.0
+        out[r, 0] = np.inf
+        best, first, nearest_item = cutoff, 0, -1
+        for k in range(bodies + pairs):  # 1
+            lower[k] = _at_least(arm, around, k, s)
+            if lower[k] < lower[first]:
+                first = k
+        for step in range(-1, bodies + pairs):  # 2
+            k = first if step < 0 else step
+            if step == first or lower[k] >= best:
+                continue
+            if k < bodies:
+                gap = gap_around(arm, k, poses[r], around, best, -np.inf, s)
+            else:
+                gap = gap_between(arm, arm.pairs[k - bodies, 0], arm.pairs[k - bodies, 1], poses[r], best, -np.inf, s)
+            if gap < best:
+                best, nearest_item = gap, k
+        k = nearest_item  # 3
+        if 0 <= k < bodies:
+            found = separation_around(arm, k, poses[r], around, best + SLACK, s, row)
+            if found >= 0:
+                out[r], who[r, 0], who[r, 1] = row, k, found
+        elif k >= bodies:
+            a, b = arm.pairs[k - bodies, 0], arm.pairs[k - bodies, 1]
+            if separation_between(arm, a, b, poses[r], best + SLACK, s, row):
+                out[r], who[r, 0], who[r, 1] = row, a, -1 - b
+
+
+@compiled
+def contacts(
+    arm: Arm, poses: Floats, around: Surroundings, margin: float, obstacles: int, out: Floats, who: NDArray[np.int64]
+) -> int:
+    """Every pair of one state that is within a margin, with its deepest place; how many there are.
+
+    Args:
+        poses: (L, 4, 4).
+        obstacles: how many there are.
+        out, who: (k, ROW), (k, 2) as in `distances`; rows beyond the last are not written.
+    """
+    s, row, count = scratch_for(arm), np.zeros(ROW), 0
+    deepest, place = np.full(obstacles, np.inf), np.zeros((obstacles, ROW))
+    over = just_above(margin)
+    place_bodies(arm, poses, s)
+    for b in range(len(arm.bodies)):
+        if gap_around(arm, b, poses, around, over, margin, s) > margin:
+            continue
+        deepest[:] = np.inf
+        for i in range(int(arm.bodies[b, 1]), int(arm.bodies[b, 2])):
+            product(poses[int(arm.bodies[b, 0])], arm.pieces.T[i], s.W[24:27])
+            for j in range(len(around.pieces.rows)):
+                k = body_of(around.pieces, j)
+                most = min(over, deepest[k])
+                if (
+                    separation(arm.pieces, i, s.W[24:27], around.pieces, j, around.pieces.T[j], most, True, s.W, row)
+                    < most
+                ):
+                    deepest[k] = row[0]
+                    place[k] = row
+        for k in range(obstacles):
+            if deepest[k] < over and count < len(out):
+                out[count], who[count, 0], who[count, 1] = place[k], b, k
+                count += 1
+    for k in range(len(arm.pairs)):
+        a, b = arm.pairs[k, 0], arm.pairs[k, 1]
+        if count == len(out) or gap_between(arm, a, b, poses, over, margin, s) > margin:
+            continue
+        if separation_between(arm, a, b, poses, over, s, row):
+            out[count], who[count, 0], who[count, 1] = row, a, -1 - b
+            count += 1
+    return count

@@ -1,0 +1,71 @@
+"""The joints of an arm as arrays: which links each moves, about what, by which coordinate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats, JointVector, PoseMatrix, Vector3
+from mafsil.model import Mechanism
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Joints:
+    """The moving joints of the tree, mimics among them.
+
+    Attributes:
+        link: (j,) index of the link that each carries: the axis goes through that link's origin.
+        column: (j,) coordinate that drives it.
+        factor: (j,) its motion per unit of that coordinate.
+        screw: (j, 6) (omega, v) in the frame of its link.
+        moves: (j, L) whether it moves a link.
+    """
+
+    link: NDArray[np.int64]
+    column: NDArray[np.int64]
+    factor: Floats
+    screw: Floats
+    moves: NDArray[np.bool_]
+
+
+def joints_of(mechanism: Mechanism) -> Joints:
+    """The moving joints of an arm."""
+    columns = {joint.name: i for i, joint in enumerate(mechanism.coordinates)}
+    kept = [k for k, joint in enumerate(mechanism.joints) if joint.moves]
+    above = np.zeros((len(mechanism.links), len(mechanism.joints)), bool)
+    for k, parent in enumerate(mechanism.parents):
+        above[k + 1] = above[parent]
+        above[k + 1, k] = True
+    joints = [mechanism.joints[k] for k in kept]
+    leaders = [joint.name if joint.mimic is None else joint.mimic.leader for joint in joints]
+    return Joints(
+        np.array(kept, np.int64) + 1,
+        np.array([columns[leader] for leader in leaders], np.int64),
+        np.array([1.0 if joint.mimic is None else joint.mimic.multiplier for joint in joints]),
+        np.array([joint.screw for joint in joints]).reshape(-1, 6),
+        np.ascontiguousarray(above[:, kept].T),
+    )
+
+
+def point_rates(
+    joints: Joints, n: int, poses: PoseMatrix, link: NDArray[np.int64], point: Vector3, direction: Vector3
+) -> JointVector:
+    """How fast points of links move along directions, per joint rate: (m, n).
+
+    Args:
+        joints: of the arm.
+        n: number of coordinates.
+        poses: (m, L, 4, 4) of the links.
+        link: (m,) the link that each point belongs to; -1 for one that stands still.
+        point, direction: (m, 3) in {s}.
+    """
+    rates = np.zeros((len(poses), n))
+    for k, carried in enumerate(joints.link):
+        T = poses[:, carried]
+        omega, v = T[:, :3, :3] @ joints.screw[k, :3], T[:, :3, :3] @ joints.screw[k, 3:]
+        along = np.einsum("mi,mi->m", direction, np.cross(omega, point - T[:, :3, 3]) + v)
+        moved = joints.moves[k][link] & (link >= 0)
+        rates[:, joints.column[k]] += joints.factor[k] * np.where(moved, along, 0.0)
+    return rates

@@ -1,0 +1,84 @@
+"""The bodies of an arm and the joints that move them as arrays, the form that the compiled loops read."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.collision.arm_loops import Arm
+from mafsil.collision.bodies import Body
+from mafsil.collision.joints import Joints
+from mafsil.collision.pieces import boxes, pieces_of
+from mafsil.collision.segment_loops import STATES, Kinematics, Motion
+from mafsil.collision.support_loops import BALL, BODY, Pieces
+from mafsil.kernels import Kernel
+from mafsil.model import Mechanism
+
+
+def arm_of(bodies: tuple[Body, ...], pairs: list[tuple[int, int]]) -> Arm:
+    """The bodies as arrays.
+
+    Args:
+        bodies: of the arm.
+        pairs: indices of those that are checked against each other.
+    """
+    pieces = pieces_of([(geometry, T, b) for b, body in enumerate(bodies) for geometry, T in body.shapes])
+    first = np.searchsorted(pieces.rows[:, BODY], np.arange(len(bodies) + 1))
+    table = [
+        [body.link, first[b], first[b + 1], 0.0, *_ball(pieces, first[b], first[b + 1])]
+        for b, body in enumerate(bodies)
+    ]
+    return Arm(pieces, np.array(table, np.float64), np.array(pairs, np.int64).reshape(-1, 2))
+
+
+def _ball(pieces: Pieces, first: int, last: int) -> Floats:
+    """(4,) a ball around some pieces: about the middle of their extent, by their balls or by their boxes."""
+    box = boxes(pieces)[first:last]
+    low, high = box[:, :3].min(axis=0), box[:, 3:].max(axis=0)
+    centre = (low + high) / 2
+    balls = pieces.rows[first:last, BALL:]
+    by_balls = (np.linalg.norm(balls[:, :3] - centre, axis=1) + balls[:, 3]).max()
+    return np.array([*centre, min(by_balls, float(np.linalg.norm(high - low)) / 2)])
+
+
+def motion_of(mechanism: Mechanism, joints: Joints, arm: Arm) -> Motion:
+    """How the joints of an arm move its bodies, and how far bodies can get from axes.
+
+    From a joint's axis to a body lead the frames of the joints between: their distances add up, whatever the angles.
+    """
+    links = arm.bodies[:, 0].astype(np.int64)
+    rows, bodies, n = len(joints.link), len(links), mechanism.n
+    table = np.zeros((rows, 8))
+    table[:, 0], table[:, 1], table[:, 2] = joints.link, joints.column, joints.factor
+    turning = joints.screw[:, :3].any(axis=1)
+    table[:, 3] = turning
+    table[:, 4] = np.where(turning, np.linalg.norm(joints.screw[:, 3:], axis=1), 0.0)
+    table[:, 5:] = joints.screw[:, :3]
+    reach, slide = np.zeros((rows, bodies)), np.zeros((rows, bodies, n))
+    of_link = {int(link): j for j, link in enumerate(joints.link)}
+    for b in range(bodies):
+        far, grows = float(np.linalg.norm(arm.bodies[b, 4:7]) + arm.bodies[b, 7]), np.zeros(n)
+        link = int(links[b])
+        while link > 0:
+            j, joint = of_link.get(link), mechanism.joints[link - 1]
+            if j is not None:
+                reach[j, b], slide[j, b] = far, grows
+                along = float(np.linalg.norm(joints.screw[j, 3:]))
+                grows = grows.copy()
+                grows[joints.column[j]] += along * abs(float(joints.factor[j]))
+                far += along * (0.0 if joint.mimic is None else abs(joint.mimic.offset))
+            far += float(np.linalg.norm(joint.T_pj[:3, 3]))
+            link = mechanism.parents[link - 1]
+    return Motion(table, np.ascontiguousarray(joints.moves[:, links]), reach, slide)
+
+
+def kinematics_of(kernel: Kernel, n: int, links: int) -> tuple[Kinematics, list[object]]:
+    """The kernel of link poses for compiled loops, with fresh arrays; and what must live as long as it is used."""
+    q, poses = np.zeros((STATES, n)), np.zeros((STATES, links, 4, 4))
+    addresses = np.array([q.ctypes.data, poses.ctypes.data], np.uint64)
+    strides = np.array([q.strides[0], poses.strides[0], q.strides[1], *poses.strides[1:]], np.int64)
+    rows = np.ones(1, np.int64)
+    entry, arguments, number, at_strides = (
+        int(x) for x in (kernel.addresses.batch, addresses.ctypes.data, rows.ctypes.data, strides.ctypes.data)
+    )
+    return Kinematics(entry, arguments, number, at_strides, rows, q, poses), [kernel, addresses, strides]

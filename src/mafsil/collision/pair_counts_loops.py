@@ -1,0 +1,26 @@
+"""How often pairs of bodies of an arm meet, compiled."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats
+from mafsil.collision.arm_loops import Arm, gap_between, just_above, place_bodies, scratch_for
+from mafsil.solvers.loops import compiled
+
+
+@compiled
+def count_meetings(arm: Arm, poses: Floats, counts: NDArray[np.int64]) -> None:
+    """Add to `counts` (m,), for each pair of the arm, the states in which it meets.
+
+    Args:
+        poses: (k, L, 4, 4) of the links.
+        counts: of each pair.
+    """
+    s, least = scratch_for(arm), just_above(0.0)
+    for r in range(len(poses)):
+        place_bodies(arm, poses[r], s)
+        for k in range(len(arm.pairs)):
+            if gap_between(arm, arm.pairs[k, 0], arm.pairs[k, 1], poses[r], least, 0.0, s) <= 0.0:
+                counts[k] += 1

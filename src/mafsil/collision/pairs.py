@@ -1,0 +1,79 @@
+"""Which bodies of an arm are checked against each other, and why the others are not."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from itertools import combinations
+
+from mafsil.collision.bodies import Body
+from mafsil.model import Mechanism
+
+
+class Reason(Enum):
+    """Why a pair is not checked."""
+
+    RIGID = "rigid"
+    ADJACENT = "adjacent"
+    LISTED = "listed"
+    ALWAYS = "always"
+    UNSEEN = "unseen"
+
+
+@dataclass(frozen=True, slots=True)
+class SkippedPair:
+    """Two bodies that are not checked against each other.
+
+    Attributes:
+        first, second: their names.
+        reason: no joint moves between them; they are neighbours at one joint; listed in a file or by the caller; they
+            met in (nearly) all sampled configurations; they met in none of them.
+    """
+
+    first: str
+    second: str
+    reason: Reason
+
+
+def skipped_by_structure(
+    mechanism: Mechanism, bodies: tuple[Body, ...], listed: Mapping[frozenset[str], str]
+) -> dict[tuple[int, int], Reason]:
+    """Pairs of bodies that need no check, by their indices: rigid, neighbours, listed.
+
+    Args:
+        mechanism: the arm.
+        bodies: of it.
+        listed: pairs of names of bodies, or of links, which then stand for all that they carry.
+    """
+    group = rigid_groups(mechanism)
+    index = {link.name: i for i, link in enumerate(mechanism.links)}
+    neighbours = {
+        frozenset((group[index[joint.parent]], group[index[joint.child]]))
+        for joint in (*mechanism.joints, *mechanism.loops)
+        if joint.moves
+    }
+    found = dict[tuple[int, int], Reason]()
+    for (a, first), (b, second) in combinations(enumerate(bodies), 2):
+        names = frozenset((first.name, second.name))
+        links = frozenset((mechanism.links[first.link].name, mechanism.links[second.link].name))
+        if group[first.link] == group[second.link]:
+            found[a, b] = Reason.RIGID
+        elif frozenset((group[first.link], group[second.link])) in neighbours:
+            found[a, b] = Reason.ADJACENT
+        elif names in listed or links in listed:
+            found[a, b] = Reason.LISTED
+    return found
+
+
+def rigid_groups(mechanism: Mechanism) -> tuple[int, ...]:
+    """For each link the first link that it is rigidly joined to."""
+    group = [0]
+    for k, (joint, parent) in enumerate(zip(mechanism.joints, mechanism.parents, strict=True)):
+        group.append(k + 1 if joint.moves else group[parent])
+    return tuple(group)
+
+
+def named_pairs(pairs: Iterable[tuple[str, str]]) -> dict[frozenset[str], str]:
+    """Pairs of names as a caller gives them."""
+    return {frozenset(pair): "" for pair in pairs}

@@ -1,0 +1,136 @@
+"""What stands around an arm: obstacles as values, and a scene of them, laid out for the compiled loops at first use."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import PoseMatrix, frozen, real_array, require_finite
+from mafsil.collision.shapes import Geometry, checked_geometry
+from mafsil.errors import InputError
+from mafsil.lazy_module import lazily
+from mafsil.model.placement import checked_pose
+
+if TYPE_CHECKING:
+    import mafsil.collision.pieces as pieces
+    from mafsil.collision.support_loops import Pieces
+    from mafsil.collision.tree_loops import Surroundings
+else:
+    pieces = lazily("mafsil.collision.pieces")
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Obstacle:
+    """A geometry that stands somewhere.
+
+    Attributes:
+        geometry: what it is: `Box`, `Sphere`, `Cylinder`, `Capsule`, `Cone`, `Plane`, `ConvexHull`, `TriangleMesh`,
+            `PointCloud`, `HeightMap`, or a robot file's `Mesh`.
+        T_so: (4, 4) pose of its frame in {s}; (3,) is a position.
+        name: how answers call it; a scene numbers those without.
+
+    Raises:
+        InputError: no geometry, a length that is none, no pose.
+    """
+
+    geometry: Geometry
+    T_so: PoseMatrix = field(default_factory=lambda: frozen(np.eye(4)))
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        checked_geometry(self.name or "geometry", self.geometry)
+        object.__setattr__(self, "T_so", placed(self.name or type(self.geometry).__name__, self.T_so))
+
+
+def placed(name: str, place: ArrayLike) -> PoseMatrix:
+    """A pose (4, 4), of a pose or of a position (3,)."""
+    array = require_finite(f"{name}: T_so", real_array(f"{name}: T_so", place))
+    if array.shape == (3,):
+        T = np.eye(4)
+        T[:3, 3] = array
+        return frozen(T)
+    return frozen(checked_pose(f"{name}: T_so", array))
+
+
+class Scene:
+    """Obstacles around an arm, in {s}; a value: `with_obstacle` and `without` give another one.
+
+    Args:
+        obstacles: Obstacle each, or a geometry that stands in {s} itself.
+
+    Raises:
+        InputError: something else, or a name that is used twice.
+    """
+
+    def __init__(self, obstacles: Iterable[Obstacle | Geometry] = ()) -> None:
+        self.obstacles: tuple[Obstacle, ...] = _named(obstacles)
+        self.names: tuple[str, ...] = tuple(each.name for each in self.obstacles)
+        if len(set(self.names)) < len(self.names):
+            twice = next(name for name in self.names if self.names.count(name) > 1)
+            raise InputError("collision.named_twice", name=twice)
+
+    def with_obstacle(self, geometry: Geometry, T_so: ArrayLike | None = None, name: str = "") -> Scene:
+        """The scene with one more obstacle; arguments as `Obstacle`."""
+        more = Obstacle(geometry, np.eye(4) if T_so is None else np.asarray(T_so, float), name)
+        return Scene((*self.obstacles, more))
+
+    def without(self, name: str) -> Scene:
+        """The scene without the obstacle of that name.
+
+        Raises:
+            InputError: there is none.
+        """
+        self.index(name)
+        return Scene(each for each in self.obstacles if each.name != name)
+
+    def index(self, name: str) -> int:
+        """Place of the obstacle of that name among the obstacles.
+
+        Raises:
+            InputError: there is none.
+        """
+        if name not in self.names:
+            raise InputError("collision.no_obstacle", name=name, known=", ".join(self.names) or "-")
+        return self.names.index(name)
+
+    @cached_property
+    def pieces(self) -> Pieces:
+        """All convex pieces, posed in {s}; `body` is the obstacle's index."""
+        return pieces.pieces_of([(each.geometry, each.T_so, i) for i, each in enumerate(self.obstacles)])
+
+    @cached_property
+    def surroundings(self) -> Surroundings:
+        """The pieces with a tree of boxes around them."""
+        return pieces.surroundings_of(self.pieces)
+
+    def __len__(self) -> int:
+        return len(self.obstacles)
+
+    def __iter__(self) -> Iterator[Obstacle]:
+        return iter(self.obstacles)
+
+    def __repr__(self) -> str:
+        return f"Scene({', '.join(self.names)})"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Scene, (self.obstacles,)
+
+
+def _named(obstacles: Iterable[Obstacle | Geometry]) -> tuple[Obstacle, ...]:
+    """Obstacles with names: those without are called by kind and number."""
+    given = [each if isinstance(each, Obstacle) else Obstacle(each) for each in obstacles]
+    used, named = {each.name for each in given}, list[Obstacle]()
+    counts: dict[str, int] = {}
+    for each in given:
+        name = each.name
+        while not name or (not each.name and name in used):
+            kind = type(each.geometry).__name__.lower()
+            counts[kind] = counts.get(kind, 0) + 1
+            name = f"{kind} {counts[kind]}"
+        named.append(Obstacle(each.geometry, each.T_so, name))
+    return tuple(named)

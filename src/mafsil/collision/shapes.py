@@ -1,0 +1,172 @@
+"""Geometries of obstacles, beside those of robot files (`Box`, `Cylinder`, `Capsule`, `Sphere`, `Mesh`)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mafsil.arrays import Floats, as_batch, frozen, real_array
+from mafsil.errors import InputError
+from mafsil.model.mesh.reader import read
+from mafsil.model.mesh.surface import cleaned
+from mafsil.model.shape import Box, Capsule, Cylinder, Mesh, Sphere
+
+
+@dataclass(frozen=True, slots=True)
+class Cone:
+    """A cone, axis along z, its base at z = -length/2, its apex at z = length/2 [m]."""
+
+    radius: float
+    length: float
+
+
+@dataclass(frozen=True, slots=True)
+class Plane:
+    """A half space: everything at z <= 0 of its frame, such as a floor."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ConvexHull:
+    """The convex hull of points.
+
+    Attributes:
+        points: (k, 3) [m].
+        rounding: everything so near to the hull belongs to it [m].
+    """
+
+    points: Floats
+    rounding: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "points", _points("points", self.points))
+        _require_length("rounding", self.rounding, zero=True)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class TriangleMesh:
+    """A surface of triangles, closed or not; what lies inside a closed one without touching it does not collide.
+
+    Attributes:
+        vertices: (v, 3) [m].
+        faces: (f, 3) indices into them.
+    """
+
+    vertices: Floats
+    faces: NDArray[np.int64]
+
+    def __post_init__(self) -> None:
+        vertices = _points("vertices", self.vertices)
+        faces = real_array("faces", self.faces)
+        whole = faces.ndim == 2 and faces.shape[1:] == (3,) and len(faces) > 0
+        if not whole or (faces != np.floor(faces)).any() or faces.min() < 0 or faces.max() >= len(vertices):
+            raise InputError("collision.faces", got=faces.shape, count=len(vertices))
+        indices = faces.astype(np.int64)
+        indices.flags.writeable = False
+        object.__setattr__(self, "vertices", vertices)
+        object.__setattr__(self, "faces", indices)
+
+    @classmethod
+    def from_file(cls, path: str | Path, *, scale: float = 1.0) -> TriangleMesh:
+        """The triangles of an STL, OBJ, Collada or MSH file.
+
+        Args:
+            path: of the file.
+            scale: factor, such as 0.001 for a file in millimetres.
+
+        Raises:
+            FileError: no such file, another format, a damaged one.
+        """
+        surface = read(path)
+        whole = cleaned(surface.vertices * scale, surface.faces)
+        return cls(whole.vertices, whole.faces)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PointCloud:
+    """Points of a camera or scanner, each as a ball.
+
+    Attributes:
+        points: (k, 3) [m].
+        radius: of the ball that each point stands for [m]: half the distance of neighbours leaves no gap.
+    """
+
+    points: Floats
+    radius: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "points", _points("points", self.points))
+        _require_length("radius", self.radius, zero=True)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class HeightMap:
+    """Ground of varying height, solid from its surface down to `base`.
+
+    Attributes:
+        heights: (rows, columns) at a regular grid; rows along y, columns along x, centred on the frame [m].
+        size: (x, y) full extent of the grid [m].
+        base: height of the underside, below all heights [m].
+    """
+
+    heights: Floats
+    size: tuple[float, float]
+    base: float = 0.0
+
+    def __post_init__(self) -> None:
+        heights = frozen(as_batch("heights", self.heights, (), finite=True))
+        if heights.ndim != 2 or min(heights.shape) < 2:
+            raise InputError("input.shape", name="heights", expected="(rows, columns)", got=heights.shape, hint="")
+        if not self.base < heights.min():
+            raise InputError("collision.base", base=self.base, least=float(heights.min()))
+        for value in self.size:
+            _require_length("size", value)
+        object.__setattr__(self, "heights", heights)
+
+
+Geometry: TypeAlias = (
+    Box | Cylinder | Capsule | Sphere | Mesh | Cone | Plane | ConvexHull | TriangleMesh | PointCloud | HeightMap
+)
+
+
+def checked_geometry(name: str, geometry: object) -> None:
+    """Refuse what is no geometry, and lengths that are none.
+
+    Raises:
+        InputError: naming the argument and the length.
+    """
+    match geometry:
+        case Box(size=size):
+            if len(size) != 3:
+                raise InputError("input.shape", name=f"{name}: size", expected="(3,)", got=(len(size),), hint="")
+            for value in size:
+                _require_length(f"{name}: size", value)
+        case Sphere(radius=radius):
+            _require_length(f"{name}: radius", radius)
+        case Cylinder(radius=radius, length=length) | Capsule(radius=radius, length=length):
+            _require_length(f"{name}: radius", radius)
+            _require_length(f"{name}: length", length, zero=isinstance(geometry, Capsule))
+        case Cone(radius=radius, length=length):
+            _require_length(f"{name}: radius", radius)
+            _require_length(f"{name}: length", length)
+        case Plane() | ConvexHull() | TriangleMesh() | PointCloud() | HeightMap() | Mesh():
+            pass
+        case _:
+            known = "Box, Sphere, Cylinder, Capsule, Cone, Plane, ConvexHull, TriangleMesh, PointCloud, HeightMap, Mesh"
+            raise InputError("collision.geometry", name=name, got=type(geometry).__name__, known=known)
+
+
+def _points(name: str, value: ArrayLike) -> Floats:
+    array = as_batch(name, value, (3,), finite=True)
+    if array.ndim != 2 or len(array) == 0:
+        raise InputError("input.shape", name=name, expected="(k, 3), k > 0", got=array.shape, hint="")
+    return frozen(array)
+
+
+def _require_length(name: str, value: float, *, zero: bool = False) -> None:
+    number = real_array(name, value)
+    if number.ndim or not np.isfinite(number) or number < 0.0 or (number == 0.0 and not zero):
+        raise InputError("collision.length", name=name, value=value)

@@ -1,0 +1,32 @@
+"""Pairs of links that a semantic robot description (SRDF) says need no check."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from mafsil.errors import FileError
+from mafsil.model.diagnostics import shown
+from mafsil.model.xml_tree import Refusal, parse
+
+
+def disabled_pairs(path: str | Path) -> dict[frozenset[str], str]:
+    """Unordered pairs of link names of an SRDF file, with the reason that it gives.
+
+    Args:
+        path: of the file, with elements `disable_collisions link1 link2 reason`.
+
+    Raises:
+        FileError: no such file, or no XML.
+    """
+    path = Path(path)
+    try:
+        root = parse(path.read_bytes()).root
+    except OSError:
+        raise FileError("collision.no_srdf", path=shown(str(path))) from None
+    except Refusal as refusal:
+        raise FileError("collision.bad_srdf", path=shown(str(path)), why=refusal.diagnostic.sentence()) from None
+    return {
+        frozenset((each.get("link1"), each.get("link2"))): each.get("reason")
+        for each in root.walk()
+        if each.tag == "disable_collisions"
+    }
