@@ -75,13 +75,13 @@ class Motion(NamedTuple):
         joints: (j, 8) link, column, factor, 1 if it turns, pitch [m/rad], axis in the frame of the link.
         moves: (j, b) whether it moves a body.
         reach: (j, b) furthest a body gets from the joint's axis [m], sliding joints between at zero.
-        slide: (j, b, n) what that grows by per coordinate of a sliding joint between.
+        stretch: (j, b, n) what that grows by per coordinate of a sliding joint between.
     """
 
     joints: Floats
     moves: NDArray[np.bool_]
     reach: Floats
-    slide: Floats
+    stretch: Floats
 
 
 @uncounted
@@ -149,7 +149,7 @@ def _prove(
         for k in range(bodies):
             R[j, k] = motion.reach[j, k]
             for c in range(len(a)):
-                R[j, k] += motion.slide[j, k, c] * max(abs(a[c]), abs(b[c]))
+                R[j, k] += motion.stretch[j, k, c] * max(abs(a[c]), abs(b[c]))
     longest = 0.0
     for k in range(bodies):
         way = 0.0
