@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from mafsil import mobility as mobility
     from mafsil import one_joint as one_joint
     from mafsil import performance as performance
+    from mafsil import planning as planning
     from mafsil import trajectory as trajectory
     from mafsil.collision import Scene as Scene
     from mafsil.errors import FileError as FileError
@@ -89,6 +90,7 @@ _HOME_OF = {
     "mobility": "mafsil.mobility",
     "one_joint": "mafsil.one_joint",
     "performance": "mafsil.performance",
+    "planning": "mafsil.planning",
     "trajectory": "mafsil.trajectory",
     "urdf": "mafsil.model.urdf",
     "grasp": "mafsil.grasp",
