@@ -65,6 +65,7 @@ if TYPE_CHECKING:
     from mafsil.model.lint import mend as mend
     from mafsil.page import show as show
     from mafsil.page.exporting import export as export
+    from mafsil.planning import plan as plan
     from mafsil.robot import Robot as Robot
     from mafsil.robot import load as load
     from mafsil.simulation import Plant as Plant
@@ -135,6 +136,7 @@ _HOME_OF = {
     "Rotation": "mafsil.geometry:Rotation",
     "Scenario": "mafsil.simulation:Scenario",
     "Scene": "mafsil.collision:Scene",
+    "plan": "mafsil.planning:plan",
     "ScrewAxis": "mafsil.geometry:ScrewAxis",
     "Twist": "mafsil.geometry:Twist",
     "Wrench": "mafsil.geometry:Wrench",

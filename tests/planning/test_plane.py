@@ -21,9 +21,9 @@ from mafsil.planning import (
     configuration_space,
     coordinate,
     disc,
+    find_path,
     minkowski_sum,
     navigation_function,
-    plan,
     planar_arm,
     quadtree,
     visibility_path,
@@ -64,7 +64,7 @@ def test_visibility_is_never_longer_than_a_search(seed):
     world = PolygonWorld.of([-5, -5], [5, 5], polygons)
     start, goal = np.array([-4.9, -4.9]), np.array([4.9, 4.9])
     exact = visibility_path(world, start, goal)
-    search = plan(point_problem(world), start, goal, planner="rrt_star", seed=1, nodes=400, seconds=30.0)
+    search = find_path(point_problem(world), start, goal, planner="rrt_star", seed=1, nodes=400, seconds=30.0)
     assert exact
     assert search
     assert exact.length <= search.length * (1 + 1e-9)
@@ -145,7 +145,7 @@ def test_a_local_method_is_stuck_where_a_global_one_arrives():
     field = PotentialField.of([4.0, 0.0], [obstacle], kp=2.0)
     problem = Problem([-1.0, -2.0], [5.0, 2.0], lambda x: obstacle(x)[0] > 0.0)
     assert field.path([0.0, 0.0]).status is PlanningStatus.LOCAL_MINIMUM
-    assert plan(problem, [0.0, 0.0], [4.0, 0.0])
+    assert find_path(problem, [0.0, 0.0], [4.0, 0.0])
     assert navigation_function(problem, [4.0, 0.0], 60).path([0.0, 0.0])
 
 
@@ -203,7 +203,7 @@ def test_an_arm_goes_round_an_obstacle():
     assert not arm.problem().is_free_segment(np.array(start), np.array(goal))
     for planner in ("rrt_connect", "prm", "rrt_star"):
         nodes = 500 if planner == "rrt_star" else 3000
-        found = plan(arm.problem(), start, goal, planner=planner, seed=4, nodes=nodes, seconds=20.0)
+        found = find_path(arm.problem(), start, goal, planner=planner, seed=4, nodes=nodes, seconds=20.0)
         assert found, found.explain("en")
         shares = np.linspace(0, 1, 400)[:, None]
         dense = np.concatenate([a + shares * (b - a) for a, b in pairwise(found.path)])
@@ -225,32 +225,32 @@ def test_searches_in_any_dimension(n, planner):
     start, goal = np.full(n, -0.5), np.full(n, 0.5)
     start[1:] = goal[1:] = -0.5
     budget = {"seed": 2, "seconds": 60.0, "nodes": 800 if planner == "rrt_star" else 50_000}
-    found = plan(problem, start, goal, planner=planner, **budget)
+    found = find_path(problem, start, goal, planner=planner, **budget)
     assert found, found.explain("en")
     np.testing.assert_array_equal(found.path[[0, -1]], [start, goal])
     assert problem.is_free_path(found.path)
-    again = plan(problem, start, goal, planner=planner, **budget)
+    again = find_path(problem, start, goal, planner=planner, **budget)
     np.testing.assert_array_equal(found.path, again.path)
 
 
 def test_what_cannot_be_planned_is_said():
     problem = Problem([-1, -1], [1, 1], lambda q: np.abs(q[:, 0]) > 0.1)
-    assert plan(problem, [0.0, 0.0], [0.5, 0.0]).status is PlanningStatus.START_BLOCKED
-    assert plan(problem, [0.5, 0.0], [0.0, 0.0]).status is PlanningStatus.GOAL_BLOCKED
-    assert plan(problem, [0.5, 0.0], [2.0, 0.0]).status is PlanningStatus.GOAL_BLOCKED
-    never = plan(problem, [-0.5, 0.0], [0.5, 0.0], nodes=500)
+    assert find_path(problem, [0.0, 0.0], [0.5, 0.0]).status is PlanningStatus.START_BLOCKED
+    assert find_path(problem, [0.5, 0.0], [0.0, 0.0]).status is PlanningStatus.GOAL_BLOCKED
+    assert find_path(problem, [0.5, 0.0], [2.0, 0.0]).status is PlanningStatus.GOAL_BLOCKED
+    never = find_path(problem, [-0.5, 0.0], [0.5, 0.0], nodes=500)
     assert never.status is PlanningStatus.NOT_FOUND
     assert "not proven" in never.explain("en")
-    assert plan(problem, [0.5, 0.0], [0.5, 0.0]).length == 0.0
-    several = plan(problem, [-0.5, 0.0], [[0.5, 0.0], [-0.5, 0.5]])
+    assert find_path(problem, [0.5, 0.0], [0.5, 0.0]).length == 0.0
+    several = find_path(problem, [-0.5, 0.0], [[0.5, 0.0], [-0.5, 0.5]])
     np.testing.assert_array_equal(several.path[-1], [-0.5, 0.5])
     for wrong, match in (({"planner": "magic"}, "rrt_connect"), ({"seconds": 0.0}, "seconds")):
         with pytest.raises(InputError, match=match):
-            plan(problem, [-0.5, 0.0], [0.5, 0.0], **wrong)
+            find_path(problem, [-0.5, 0.0], [0.5, 0.0], **wrong)
     with pytest.raises(InputError, match="finite"):
-        plan(problem, [np.nan, 0.0], [0.5, 0.0])
+        find_path(problem, [np.nan, 0.0], [0.5, 0.0])
     with pytest.raises(InputError, match="bools"):
-        plan(Problem([-1], [1], lambda q: True), [0.0], [0.5])
+        find_path(Problem([-1], [1], lambda q: True), [0.0], [0.5])
     with pytest.raises(InputError, match="lower"):
         Problem([1.0], [0.0], lambda q: q[:, 0] > 0)
 
@@ -310,7 +310,7 @@ def test_gross_motion_to_a_stand_off_then_fine_motion_to_the_goal():
     )
     problem = point_problem(slot)
     stand_off, goal = np.array([0.8, 0.0]), np.array([2.5, 0.0])
-    gross = plan(problem, [4.5, 4.0], stand_off, seed=1)
+    gross = find_path(problem, [4.5, 4.0], stand_off, seed=1)
     assert gross
     assert problem.is_free_segment(stand_off, goal)
     handed_over = np.concatenate([gross.path, goal[None]])

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     import mafsil.collision.pair_counts_loops as pair_counts_loops
     import mafsil.collision.segment_loops as segment_loops
     from mafsil.collision.arm_loops import Arm
-    from mafsil.collision.segment_loops import Kinematics, Motion
+    from mafsil.collision.segment_loops import Kinematics, Motion, World
 else:
     arm_loops = lazily("mafsil.collision.arm_loops")
     distance_loops = lazily("mafsil.collision.distance_loops")
@@ -254,6 +254,10 @@ class Checker:
             kernel = self.robot.kernel("link_poses")
             mine[self.robot] = layout.kinematics_of(kernel, self.robot.n, len(self.robot.mechanism.links))
         return mine[self.robot][0]
+
+    def world(self) -> World:
+        """All that compiled loops ask whether a motion is free, with arrays of this thread alone."""
+        return segment_loops.World(self.arm, self.scene.surroundings, self._kinematics(), self._motion, self.margin)
 
     @cached_property
     def _motion(self) -> Motion:

@@ -1,5 +1,7 @@
 """Planning: paths that meet nothing, among polygons, for arms, in any number of coordinates; several robots in time."""
 
+from mafsil.planning.arm_plan import ArmPlan as ArmPlan
+from mafsil.planning.arm_planning import plan as plan
 from mafsil.planning.configuration_space import PlanarArm as PlanarArm
 from mafsil.planning.configuration_space import configuration_space as configuration_space
 from mafsil.planning.configuration_space import planar_arm as planar_arm
@@ -11,7 +13,7 @@ from mafsil.planning.navigation import NavigationFunction as NavigationFunction
 from mafsil.planning.navigation import navigation_function as navigation_function
 from mafsil.planning.outcome import Plan as Plan
 from mafsil.planning.outcome import PlanningStatus as PlanningStatus
-from mafsil.planning.pipeline import plan as plan
+from mafsil.planning.pipeline import find_path as find_path
 from mafsil.planning.polygons import PolygonWorld as PolygonWorld
 from mafsil.planning.polygons import minkowski_sum as minkowski_sum
 from mafsil.planning.potential_field import PotentialField as PotentialField

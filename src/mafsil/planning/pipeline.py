@@ -15,7 +15,7 @@ from mafsil.planning.search import PLANNERS, Budget
 from mafsil.planning.shortening import shortened
 
 
-def plan(
+def find_path(
     problem: Problem,
     start: ArrayLike,
     goal: ArrayLike,

@@ -41,7 +41,7 @@ def shortened(problem: Problem, path: JointVector, rng: np.random.Generator, tri
             break
         lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(best, axis=0), axis=1))])
         s: Floats = np.sort(rng.uniform(0.0, lengths[-1], 2))
-        i, j = (int(np.searchsorted(lengths, x, side="right")) - 1 for x in s)
+        i, j = (np.searchsorted(lengths, s, side="right") - 1).tolist()
         if i == j:
             continue
         a, b = (
