@@ -15,6 +15,7 @@ from mafsil.collision import Box, Checker, Cylinder, Obstacle, Scene, Sphere
 from mafsil.errors import InputError
 from mafsil.geometry.rotation import from_quaternion
 from mafsil.planning import PlanningStatus
+from mafsil.trajectory import JointPath, MotionLimits, time_optimal
 from tests.collision.arms import arm, scene
 from tests.collision.peer import CoalChecker
 
@@ -127,6 +128,45 @@ def test_without_obstacles_the_path_is_straight(robot):
     wide = mf.plan(robot, WALL, LEFT, RIGHT, margin=0.02, seed=2)
     assert wide
     assert (wide.clearance().distance > 0.02).all()
+
+
+@pytest.mark.capability("11-40", "11-50")
+@pytest.mark.parametrize("jerk", [np.inf, 50.0])
+def test_the_timed_motion_is_free_and_does_not_stop(robot, jerk):
+    checker = Checker(robot, WALL)
+    found = mf.plan(checker, None, LEFT, RIGHT, seed=3)
+    path = found.joint_path()
+    assert len(path.corners()) == 0
+    assert len(path.stops()) == 0
+    limits = MotionLimits.of(6, velocity=2.0, acceleration=5.0, jerk=jerk)
+    timed = found.timed(limits)
+    assert timed
+    q = timed.trajectory.at(np.linspace(0.0, timed.duration, 20_000)).u
+    assert checker.free(q).all()
+    np.testing.assert_allclose(q[[0, -1]], [LEFT, RIGHT], atol=1e-9)
+    stopping = time_optimal(JointPath.through(found.path, "lines"), limits)
+    assert timed.duration < 0.8 * stopping.duration
+    sharp = found.joint_path(share=0.0)
+    assert len(sharp.corners()) == len(found.path) - 2
+    with pytest.raises(InputError, match="share"):
+        found.joint_path(share=0.7)
+    with pytest.raises(InputError, match="no path"):
+        mf.plan(robot, WALL, LEFT, RIGHT, nodes=1).timed(limits)
+
+
+def test_the_largest_way_bounds_every_point(robot):
+    checker = Checker(robot, WALL)
+    rng = np.random.default_rng(0)
+    for _ in range(50):
+        q, dq = rng.uniform(-2, 2, 6), rng.uniform(-0.2, 0.2, 6)
+        poses = [robot.link_poses(x) for x in (q, q + dq)]
+        moved = max(
+            np.linalg.norm((b[body.link] @ T)[:3, 3] - (a[body.link] @ T)[:3, 3])
+            for body in checker.bodies
+            for _, T in body.shapes
+            for a, b in [poses]
+        )
+        assert moved <= checker.largest_way(np.abs(dq), np.abs(q)) + 1e-12
 
 
 def test_wrong_arguments_are_named(robot):

@@ -10,8 +10,11 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.collision import Check, Checker, Clearance
+from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.planning.outcome import Plan, PlanningStatus
+from mafsil.planning.rounding import rounded
+from mafsil.trajectory import JointPath, MotionLimits, TimeOptimal, time_optimal
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -49,6 +52,33 @@ class ArmPlan(Plan):
         """
         assert self.checker is not None
         return self.checker.distance(self.at(np.linspace(0.0, 1.0, count)))
+
+    def joint_path(self, *, share: float = 0.5) -> JointPath:
+        """The path with corners rounded as far as that is proved free; motions stop at corners that stay.
+
+        Args:
+            share: of the shorter leg that a corner may take, 0 to 0.5.
+
+        Raises:
+            InputError: there is no path; a share out of range.
+        """
+        if not self or self.checker is None:
+            raise InputError("planning.no_path", why=self.explain())
+        if not 0.0 <= share <= 0.5:
+            raise InputError("input.range", name="share", value=share, low=0.0, high=0.5)
+        return rounded(self.checker, self.path, share)
+
+    def timed(self, limits: MotionLimits, *, share: float = 0.5) -> TimeOptimal:
+        """The rounded path in the shortest time within limits: free at every moment, for it is the same path.
+
+        Args:
+            limits: of the joints; with a finite jerk, limited jerk.
+            share: as for `joint_path`.
+
+        Raises:
+            InputError: there is no path; limits that do not fit.
+        """
+        return time_optimal(self.joint_path(share=share), limits)
 
     def explain(self, language: str | None = None) -> str:
         """The status, what the ends meet, and the account."""

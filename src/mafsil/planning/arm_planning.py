@@ -97,7 +97,7 @@ def plan(
     lower, upper = _bounds(checker, np.concatenate([q[None], goals]))
     # 3., 4.
     search = _compiled if planner == "rrt_connect" else _general
-    path, made, seen = search(checker, (lower, upper), q, open_goals, planner, seed, begun + seconds, nodes, shorten)
+    path, made, seen = search(checker, (lower, upper), q, open_goals, planner, seed, seconds, nodes, shorten)
     status = PlanningStatus.NOT_FOUND if path is None else PlanningStatus.FOUND
     points = q[None] if path is None else path
     reached = -1 if path is None else int(np.abs(goals - points[-1]).max(axis=1).argmin())
@@ -181,12 +181,13 @@ def _bounds(checker: Checker, ends: JointVector) -> tuple[Floats, Floats]:
 
 def _compiled(
     checker: Checker, bounds: tuple[Floats, Floats], q: JointVector, goals: JointVector, planner: str, seed: int,
-    deadline: float, nodes: int, shorten: int,
+    seconds: float, nodes: int, shorten: int,
 ) -> tuple[JointVector | None, int, tuple[int, int, int]]:  # fmt: skip
     """RRT-Connect in slices: the clock and an interruption are looked at between them.
 
     1. A straight motion to a goal is the path where it is free.
-    2. Both sides grow; arrays double where they are full.
+    2. Both sides grow; arrays double where they are full. The clock starts after the first slice: a first call ever
+       also waits for the compiler.
     3. Shortcuts.
     """
     world, (lower, upper) = checker.world(), bounds
@@ -199,12 +200,14 @@ def _compiled(
     # 2.
     forests = _forests(q, goals, FIRST_ROOM, random, seen)
     step = STEP * float(np.linalg.norm(upper - lower))
-    code = arm_search_loops.GROWING
-    while code != arm_search_loops.JOINED:
+    deadline, made = np.inf, 0
+    while (
+        code := arm_search_loops.grow(world, lower, upper, step, max(min(SLICE, nodes - made), 1), forests)
+    ) != arm_search_loops.JOINED:
         made = int(forests.sizes[:2].sum())
+        deadline = min(deadline, perf_counter() + seconds)
         if made >= nodes or perf_counter() > deadline:
             return None, made, _counted(seen)
-        code = arm_search_loops.grow(world, lower, upper, step, SLICE, forests)
         if code == arm_search_loops.FULL:
             forests = _doubled(forests)
     # 3.
@@ -241,12 +244,12 @@ def _doubled(forests: arm_search_loops.Forests) -> arm_search_loops.Forests:
 
 def _general(
     checker: Checker, bounds: tuple[Floats, Floats], q: JointVector, goals: JointVector, planner: str, seed: int,
-    deadline: float, nodes: int, shorten: int,
+    seconds: float, nodes: int, shorten: int,
 ) -> tuple[JointVector | None, int, tuple[int, int, int]]:  # fmt: skip
     """Any planner of `PLANNERS`; each segment is proved."""
     problem = Problem(*bounds, checker.free, checker.free_segment)
     rng = np.random.default_rng(seed)
-    path, made = PLANNERS[planner](problem, q, goals, Budget(rng, deadline, nodes))
+    path, made = PLANNERS[planner](problem, q, goals, Budget(rng, perf_counter() + seconds, nodes))
     if path is not None and shorten:
         path = shortened(problem, path, rng, shorten)
     counts = problem.counts
