@@ -16,11 +16,15 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, as_batch, frozen, positive, single, whole
 from mafsil.errors import InputError
-from mafsil.geometry import pose, rotation
-from mafsil.geometry.quaternion import from_quaternion, to_quaternion
+from mafsil.geometry import pose
+from mafsil.geometry.quaternion import to_quaternion
 from mafsil.lazy_module import lazily
+from mafsil.parallel.assembly_modes import AssemblyModes
 from mafsil.parallel.forward_pose import ForwardPoses
 from mafsil.parallel.leg_lines import forces_for, line_matrix, rates, resultant, unit_vectors
+from mafsil.parallel.platform_modes import modes_of, of_size_one, poses_of
+from mafsil.parallel.platform_paths import Start, own_start
+from mafsil.parallel.start_platforms import CORRECTIONS
 from mafsil.parallel.tolerances import LENGTH
 
 if TYPE_CHECKING:
@@ -69,9 +73,7 @@ class StewartPlatform:
     @cached_property
     def size(self) -> float:
         """Largest distance of an end from the middle of its body [m]: lengths are judged over it."""
-        spreads = [np.linalg.norm(p - p.mean(axis=0), axis=1).max() for p in (self.base, self.platform)]
-        largest = float(max(spreads))
-        return largest if largest > 0 else 1.0
+        return float(of_size_one(self.base, self.platform)[2])
 
     def leg_vectors(self, T: ArrayLike) -> Floats:
         """(*batch, 6, 3) d_i = p + R b_i - a_i in {s} [m], for poses T_sb (*batch, 4, 4)."""
@@ -163,9 +165,24 @@ class StewartPlatform:
         found = np.asarray(error <= limit)
         return ForwardPoses(T, found.reshape(shape), error.reshape(shape), steps.reshape(shape), pivot.reshape(shape))
 
+    def assembly_modes(self, lengths: ArrayLike) -> AssemblyModes:
+        """All poses with legs of these lengths, real ones as poses, complex ones counted.
 
-def poses_of(x: Floats) -> Floats:
-    """(*batch, 4, 4) poses of rows (w, x, y, z, p) (*batch, 7)."""
-    if not len(x):
-        return np.zeros((*x.shape[:-1], 4, 4))
-    return pose.from_rotation_translation(rotation.project(from_quaternion(x[..., :4])), x[..., 4:])
+        At the first call the isolated poses of this platform for general complex lengths are found once: forty, or
+        fewer if its geometry is special. Each is then followed to every row of lengths.
+
+        Args:
+            lengths: (*batch, 6) of the legs [m]; their signs do not matter.
+
+        Returns:
+            Its modes; `finite` reaches `expected` where no pose can be missing or double.
+        """
+        s = as_batch("lengths", lengths, (6,), finite=True)
+        a, b = (np.broadcast_to(p, (*s.shape[:-1], 6, 3)) for p in (self.base, self.platform))
+        return modes_of(a, b, s, self._starts, len(self._starts[0].poses))
+
+    @cached_property
+    def _starts(self) -> list[Start]:
+        a, b, _ = of_size_one(self.base, self.platform)
+        starts = [own_start(a, b, number) for number in range(len(CORRECTIONS))]
+        return sorted(starts, key=lambda start: -len(start.poses))
