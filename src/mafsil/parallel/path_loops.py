@@ -3,10 +3,11 @@
 Geometry and squares of lengths move on a straight line, t in [0, 1], from a complex start to what is wanted. Every pose
 of the start is followed:
 
-1. Predictor: (|d|^2 - s^2) / 2 = 0 differentiated along t gives the twist; Runge and Kutta's step of order four.
-2. Corrector: Newton's method at the new t. A step that corrects by more than a share of itself may have jumped to
-   another path: it is halved and tried again. After a few good steps in a row the step is doubled.
-3. A path ends at t = 1; or it is lost: poses grow without bound, or the steps become too short because paths meet.
+1. Predictor: the polynomial through the last three poses and their rates along t, extrapolated.
+2. Corrector: Newton's method at the new t, (|d|^2 - s^2) / 2 = 0; the last of its matrices gives the rate too. A step
+   whose correction is larger than it should be may have jumped to another path: it is halved and tried again.
+3. The next step follows from the correction of the last: its error grows with the sixth power of the step.
+4. A path ends at t = 1; or it is lost: poses grow without bound, or steps become too short because paths meet.
 
 Reference: Sommese and Wampler, The Numerical Solution of Systems of Polynomials, 2005, ch. 2 and 7 (parameter
 continuation: a general start has as many poses as any platform can have isolated ones).
@@ -31,11 +32,10 @@ SHORTEST = 1e-9
 """Steps below it are not taken: two paths meet there."""
 NEARLY = 1e-4
 """Paths that meet this near to the end have met at the end, in a pose that is singular there."""
-FIRST = 0.05
-LONGEST = 0.25
-CORRECTION = 2e-4
-"""Most that the corrector may move a pose of size one: paths of platforms of size one are farther apart."""
-GOOD_STEPS = 3
+FIRST = 0.01
+"""First step."""
+ENDED = 1e-8
+"""Corrections below it are the last: the next would be rounding."""
 
 
 @uncounted
@@ -47,102 +47,125 @@ def at(t: float, start: Any, dg: Any, g: Any) -> None:
 
 
 @uncounted
-def motion(x: Any, g: Any, dg: Any, R: Any, d: Any, M: Any, r: Any, out: Any) -> bool:
-    """Out (7,) <- derivative of the pose x by t; false if it is singular.
+def predicted(times: Any, poses: Any, rates: Any, known: int, t: float, out: Any) -> None:
+    """Out (7,) <- the polynomial through poses and their rates at the last times (Hermite), taken at t.
 
     Args:
-        x: (7,) pose.
-        g: (6, 7) ends on the base, on the platform, squares of lengths, at t.
-        dg: (6, 7) their derivatives by t.
-        R, d, M, r: work.
+        times: (3,); poses, rates: (3, 7): the newest last.
+        known: how many of them, from the end.
+        t: where.
         out: set.
     """
-    legs(x, g[:, 0:3], g[:, 3:6], g[:, 6], R, d, M, r)
-    for i in range(6):
-        u, v, w = dg[i, 3], dg[i, 4], dg[i, 5]
-        r[i, 0] = (
-            0.5 * dg[i, 6]
-            - d[i, 0] * (R[0] * u + R[1] * v + R[2] * w - dg[i, 0])
-            - d[i, 1] * (R[3] * u + R[4] * v + R[5] * w - dg[i, 1])
-            - d[i, 2] * (R[6] * u + R[7] * v + R[8] * w - dg[i, 2])
-        )
-    if solved(M, r) == 0.0:
-        return False
-    rates_of(x, r, out)
-    return True
+    for j in range(7):
+        out[j] = 0.0
+    for a in range(3 - known, 3):
+        basis, slope = 1.0, 0.0
+        for c in range(3 - known, 3):
+            if c != a:
+                basis *= (t - times[c]) / (times[a] - times[c])
+                slope += 1.0 / (times[a] - times[c])
+        past = t - times[a]
+        of_pose, of_rate = (1.0 - 2.0 * past * slope) * basis * basis, past * basis * basis
+        for j in range(7):
+            out[j] += of_pose * poses[a, j] + of_rate * rates[a, j]
 
 
 @uncounted
-def corrected(x: Any, g: Any, R: Any, d: Any, M: Any, r: Any, rate: Any, most: float, steps: int) -> float:
-    """Newton's method on the pose x (7,) at geometry g (6, 7); the first correction, infinite if it did not end."""
+def corrected(x: Any, g: Any, dg: Any, R: Any, d: Any, M: Any, r: Any, rate: Any, most: float, steps: int) -> float:
+    """Newton's method on the pose x (7,) at geometry g, and its rate by t from the last of the matrices.
+
+    Args:
+        x: pose, corrected.
+        g, dg: (6, 7) ends on the base, on the platform, squares of lengths, and their derivatives by t.
+        R, d, M, r: work.
+        rate: (7,) set to dx/dt.
+        most: largest first correction.
+        steps: most of them.
+
+    Returns:
+        The first correction over the size of the pose; infinite if the corrections did not end.
+    """
     first = -1.0
     for _ in range(steps):
         legs(x, g[:, 0:3], g[:, 3:6], g[:, 6], R, d, M, r)
         for i in range(6):
+            u, v, w = dg[i, 3], dg[i, 4], dg[i, 5]
+            r[i, 1] = (
+                0.5 * dg[i, 6]
+                - d[i, 0] * (R[0] * u + R[1] * v + R[2] * w - dg[i, 0])
+                - d[i, 1] * (R[3] * u + R[4] * v + R[5] * w - dg[i, 1])
+                - d[i, 2] * (R[6] * u + R[7] * v + R[8] * w - dg[i, 2])
+            )
             r[i, 0] = -r[i, 0]
         if solved(M, r) == 0.0:
             return np.inf
-        size = 0.0
+        size, scale = 0.0, 1.0
         for i in range(6):
             size = max(size, abs(r[i, 0].real) + abs(r[i, 0].imag))
-        scale = 1.0
         for j in range(7):
             scale = max(scale, abs(x[j].real) + abs(x[j].imag))
-        rates_of(x, r, rate)
-        for j in range(7):
-            x[j] += rate[j]
-        of_norm_one(x)
         if first < 0.0:
             first = size / scale
             if not first <= most:
                 return np.inf
-        if size <= 1e-8 * scale:
+        rates_of(x, r[:, 0], rate)
+        for j in range(7):
+            x[j] += rate[j]
+        of_norm_one(x)
+        rates_of(x, r[:, 1], rate)
+        if size <= ENDED * scale:
             return first
     return np.inf
 
 
 @uncounted
-def follow(x: Any, start: Any, dg: Any, g: Any, K: Any, y: Any, R: Any, d: Any, M: Any, r: Any, most: float) -> int:
+def follow(
+    x: Any, start: Any, dg: Any, g: Any, times: Any, poses: Any, rates: Any, y: Any, rate: Any,
+    R: Any, d: Any, M: Any, r: Any, most: float,
+) -> int:  # fmt: skip
     """The pose x (7,) from t = 0 to t = 1; how it ended. Work arrays as in `follow_all`."""
-    t, step, good = 0.0, FIRST, 0
+    at(0.0, start, dg, g)
+    corrected(x, g, dg, R, d, M, r, rate, np.inf, 8)
+    for j in range(7):
+        poses[2, j], rates[2, j] = x[j], rate[j]
+    times[2] = 0.0
+    t, step, known = 0.0, FIRST, 1
     while t < 1.0:
         h = min(step, 1.0 - t)
         # 1.
-        regular = True
-        for stage in range(4):
-            part = 0.0 if stage == 0 else (h if stage == 3 else 0.5 * h)
-            if stage != 2:
-                at(t + part, start, dg, g)
-            for j in range(7):
-                y[j] = x[j] if stage == 0 else x[j] + part * K[stage - 1, j]
-            regular = regular and motion(y, g, dg, R, d, M, r, K[stage])
-        # 2. The geometry stands at t + h.
-        for j in range(7):
-            y[j] = x[j] + h / 6.0 * (K[0, j] + 2.0 * K[1, j] + 2.0 * K[2, j] + K[3, j])
+        predicted(times, poses, rates, known, t + h, y)
         of_norm_one(y)
-        change = corrected(y, g, R, d, M, r, K[0], most, 3) if regular else np.inf
+        # 2.
+        at(t + h, start, dg, g)
+        change = corrected(y, g, dg, R, d, M, r, rate, most, 3)
         # 3.
         if change <= most:
             t += h
             size = 0.0
+            for k in range(2):
+                times[k] = times[k + 1]
+                for j in range(7):
+                    poses[k, j], rates[k, j] = poses[k + 1, j], rates[k + 1, j]
+            times[2] = t
             for j in range(7):
                 x[j] = y[j]
+                poses[2, j], rates[2, j] = y[j], rate[j]
                 size = max(size, abs(x[j].real) + abs(x[j].imag))
             if not size < LARGEST:
                 return UNBOUNDED
-            good += 1
-            if good >= GOOD_STEPS and change < 0.25 * most:
-                step, good = min(2.0 * step, LONGEST), 0
+            growth = 2.0 if change <= 0.0 else 0.8 * (most / change) ** (0.25 if known == 2 else 1.0 / 6.0)
+            step = h * min(max(growth, 0.5), 2.0)
+            known = min(known + 1, 3)
         else:
-            step, good = 0.5 * h, 0
+            step = 0.5 * h
             if step < SHORTEST:
-                at_end = 1.0 - t < NEARLY
-                if at_end:
+                near = 1.0 - t < NEARLY
+                if near:
                     at(1.0, start, dg, g)
-                    corrected(x, g, R, d, M, r, K[0], np.inf, 60)
-                return MERGED if at_end else STUCK
+                    corrected(x, g, dg, R, d, M, r, rate, np.inf, 60)
+                return MERGED if near else STUCK
     at(1.0, start, dg, g)
-    corrected(x, g, R, d, M, r, K[0], np.inf, 8)
+    corrected(x, g, dg, R, d, M, r, rate, np.inf, 8)
     return ARRIVED
 
 
@@ -158,9 +181,10 @@ def follow_all(start: Any, ends: Any, poses: Any, most: float, out: Any, how: ND
         out: (k, m, 7) set to the poses of the ends.
         how: (k, m) set to how each path ended.
     """
-    dg, g, K = np.empty((6, 7), np.complex128), np.empty((6, 7), np.complex128), np.empty((4, 7), np.complex128)
-    y, R, d = np.empty(7, np.complex128), np.empty(9, np.complex128), np.empty((6, 3), np.complex128)
-    M, r = np.empty((6, 6), np.complex128), np.empty((6, 1), np.complex128)
+    dg, g, d = np.empty((6, 7), np.complex128), np.empty((6, 7), np.complex128), np.empty((6, 3), np.complex128)
+    times, was, rates = np.empty(3), np.empty((3, 7), np.complex128), np.empty((3, 7), np.complex128)
+    y, rate, R = np.empty(7, np.complex128), np.empty(7, np.complex128), np.empty(9, np.complex128)
+    M, r = np.empty((6, 6), np.complex128), np.empty((6, 2), np.complex128)
     for row in range(ends.shape[0]):
         for i in range(6):
             for j in range(7):
@@ -169,7 +193,7 @@ def follow_all(start: Any, ends: Any, poses: Any, most: float, out: Any, how: ND
             x = out[row, path]
             for j in range(7):
                 x[j] = poses[path, j]
-            how[row, path] = follow(x, start, dg, g, K, y, R, d, M, r, most)
+            how[row, path] = follow(x, start, dg, g, times, was, rates, y, rate, R, d, M, r, most)
 
 
 @uncounted

@@ -117,7 +117,7 @@ def all_poses(base: Floats, platform: Floats, lengths: Floats, starts: list[Star
     count = np.concatenate([piece[1] for piece in pieces])
     times = np.concatenate([piece[2] for piece in pieces])
     # 3.
-    there = np.asarray(np.less(np.arange(kept.shape[1]), count[:, None]), dtype=np.bool_)
+    there = np.asarray(np.arange(kept.shape[1])[None] < count[:, None], dtype=np.bool_)
     near = there & (np.abs(_entries(kept).imag).max(axis=-1) < REAL)
     x, error = np.full(kept.shape, np.nan), np.full(kept.shape[:2], np.nan)
     for row in np.flatnonzero(near.any(axis=1)).tolist():

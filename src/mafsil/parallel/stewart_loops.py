@@ -37,7 +37,7 @@ def legs(x: Any, a: Any, b: Any, squares: Any, R: Any, d: Any, M: Any, miss: Any
         R: (9,) set to the rotation.
         d: (6, 3) set to d = p + R b - a.
         M: (6, 6) rows set to (a x d, d).
-        miss: (6, 1) set to (d.d - s^2) / 2.
+        miss: (6, k) first column set to (d.d - s^2) / 2.
     """
     rotation(x, R)
     for i in range(6):
@@ -54,15 +54,15 @@ def legs(x: Any, a: Any, b: Any, squares: Any, R: Any, d: Any, M: Any, miss: Any
 
 @inlined
 def rates_of(x: Any, V: Any, out: Any) -> None:
-    """Out (7,) <- derivative of the pose x for a space twist V (6, 1): q' = omega q / 2, p' = v + omega x p."""
-    p, q, r = V[0, 0], V[1, 0], V[2, 0]
+    """Out (7,) <- derivative of the pose x for a space twist V (6,): q' = omega q / 2, p' = v + omega x p."""
+    p, q, r = V[0], V[1], V[2]
     out[0] = -0.5 * (p * x[1] + q * x[2] + r * x[3])
     out[1] = 0.5 * (p * x[0] + q * x[3] - r * x[2])
     out[2] = 0.5 * (q * x[0] + r * x[1] - p * x[3])
     out[3] = 0.5 * (r * x[0] + p * x[2] - q * x[1])
-    out[4] = V[3, 0] + q * x[6] - r * x[5]
-    out[5] = V[4, 0] + r * x[4] - p * x[6]
-    out[6] = V[5, 0] + p * x[5] - q * x[4]
+    out[4] = V[3] + q * x[6] - r * x[5]
+    out[5] = V[4] + r * x[4] - p * x[6]
+    out[6] = V[5] + p * x[5] - q * x[4]
 
 
 @inlined
@@ -77,7 +77,7 @@ def of_norm_one(x: Any) -> None:
 
 @uncounted
 def largest(miss: Any) -> float:
-    """Largest absolute value of (6, 1)."""
+    """Largest absolute value in the first column of (6, k)."""
     most = 0.0
     for i in range(6):
         size = abs(miss[i, 0])
@@ -137,7 +137,7 @@ def newton(
             share = min(1.0, 1.5 / turn) if turn > 0.0 else 1.0
             for j in range(6):
                 step[j, 0] *= share
-            rates_of(x, step, rate)
+            rates_of(x, step[:, 0], rate)
             part, after = 1.0, now
             for _ in range(11):
                 for j in range(7):
