@@ -106,7 +106,8 @@ class FiveBar:
     def motor_singularity(self, q: ArrayLike, C: ArrayLike) -> SingularKinds:
         """Kind of singularity with both motors on the ground: first, a crank in line with its rod; second, the rods."""
         A, B = self.motor_matrices(q, C)
-        return singular_kinds(A / np.array([[self.rod_1], [self.rod_2]]), B / self.chain.size**2, 1.0, 0)
+        rods = np.array([[self.rod_1], [self.rod_2]])
+        return singular_kinds(A / rods, B / (rods * np.array([[self.crank_1], [self.crank_2]])), 1.0, 0)
 
     def point_rates(self, theta: ArrayLike) -> Floats:
         """(*batch, 2, 5) of C' = J theta' for all five relative angles of the chain, given by the first four."""

@@ -119,7 +119,7 @@ Closure = Callable[[Floats], tuple[Floats, Floats]]
 
 def loop_singularities(
     H: Floats, hessians: Floats, driven: Sequence[int], *, full_rank: int, closure: Closure | None, q: Floats,
-    task: Floats | None = None,
+    task: Floats | None = None, idle: bool = False,
 ) -> LoopSingularities:  # fmt: skip
     """All that is singular about one configuration.
 
@@ -132,6 +132,7 @@ def loop_singularities(
             higher order.
         q: (n,) the configuration.
         task: (t, n) rates of the task per rate of the joints.
+        idle: motions that leave the task alone, such as the spin of a rod, do not count as actuator singularities.
     """
     rank, rates = numerical_rank(H), driven_rates(H, driven, full_rank)
     findings: list[LoopSingularity] = []
@@ -144,8 +145,8 @@ def loop_singularities(
         form, tangents = forms[0], _tangents(forms) @ motions.T
         findings.append(_crossing(forms, len(tangents)))
     # 2.
-    elif rates.free.size:
-        kind, size = _locked(H, hessians, rates, closure, q)
+    elif (free := _counted(rates, H.shape[1], task if idle else None)).size:
+        kind, size = _locked(H, hessians, rates, free, closure, q)
         findings.append(kind)
     # 3.
     blocked = np.zeros((0 if task is None else task.shape[0], 0))
@@ -188,11 +189,19 @@ def _tangents(forms: list[Floats]) -> Floats:
     return np.array(kept).reshape(-1, 2)
 
 
-def _locked(
-    H: Floats, hessians: Floats, rates: DrivenRates, closure: Closure | None, q: Floats
-) -> tuple[LoopSingularity, float]:
-    free = np.zeros((H.shape[1], rates.free.shape[1]))
+def _counted(rates: DrivenRates, n: int, task: Floats | None) -> Floats:
+    """(n, k) motions with the driven joints locked; only those that move the task if it is given."""
+    free = np.zeros((n, rates.free.shape[1]))
     free[list(rates.passive)] = rates.free
+    if task is None or not free.size:
+        return free
+    _, s, right = np.linalg.svd(task @ free, full_matrices=False)
+    return free @ right[s > 10 * RANK].T
+
+
+def _locked(
+    H: Floats, hessians: Floats, rates: DrivenRates, free: Floats, closure: Closure | None, q: Floats
+) -> tuple[LoopSingularity, float]:
     dependent = kernel(H.T)
     felt = rates.internal - dependent @ (dependent.T @ rates.internal)
     left, s, _ = np.linalg.svd(felt, full_matrices=False)

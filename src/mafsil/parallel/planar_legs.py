@@ -211,7 +211,7 @@ class PlanarThreeRRR:
     def singularity(self, x: ArrayLike, q: ArrayLike) -> SingularKinds:
         """First kind: a leg is stretched or folded. Second: the lines of the rods meet in a point or are parallel."""
         A, B = self.motor_matrices(x, q)
-        return singular_kinds(A, B / self.size, self.size, 1)
+        return singular_kinds(A, B / self.cranks, self.size, 1)
 
 
 def planar_poses(a: Floats, b: Floats, s: Floats, size: float, shape: tuple[int, ...]) -> PlanarPoses:

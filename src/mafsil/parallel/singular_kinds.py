@@ -19,6 +19,7 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, Integers
 from mafsil.messages.tables import on_screen
 from mafsil.parallel.tolerances import RANK
+from mafsil.solvers.decompositions import singular_values
 
 
 class SingularKind(Status):
@@ -38,10 +39,10 @@ class SingularKinds(Answer):
     """Kinds of singularity of a batch of configurations; true if all are regular, iterable over the kinds.
 
     Attributes:
-        A: (*batch, m, k) with A V = B q', rows of unit length, moments over the size.
-        B: (*batch, m, m), free of units likewise.
+        A: (*batch, m, k) with A V = B q', rows as forces along unit vectors, moments over the size.
+        B: (*batch, m, m), each entry over the largest that it can be.
         units: (k,) by which the columns of A were divided: the size of the robot [m] for rotations, 1.
-        of_A, of_B: (*batch,) least over largest singular value: 0 at a singularity, 1 far from it.
+        of_A, of_B: (*batch,) least singular value, over the largest if that is above one: 0 at a singularity.
     """
 
     A: Floats
@@ -107,7 +108,7 @@ def singular_kinds(A: Floats, B: Floats, size: float, angles: int) -> SingularKi
 
     Args:
         A: (*batch, m, k) rows as forces along unit vectors.
-        B: (*batch, m, m).
+        B: (*batch, m, m), rows divided as those of A, columns by the size of what the motors move.
         size: of the robot [m].
         angles: how many of the first columns of A are moments.
     """
@@ -115,9 +116,8 @@ def singular_kinds(A: Floats, B: Floats, size: float, angles: int) -> SingularKi
     rows = A / units
     measures: list[Floats] = []
     for M in (rows, B):
-        s = np.linalg.svd(M, compute_uv=False)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            measures.append(np.where(s[..., 0] > 0, s[..., -1] / s[..., 0], 0.0))
+        s = singular_values(np.ascontiguousarray(M))
+        measures.append(s[..., -1] / np.maximum(s[..., 0], 1.0))
     return SingularKinds(rows, B, units, measures[0], measures[1])
 
 
