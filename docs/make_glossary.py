@@ -27,6 +27,7 @@ AREAS = {
     "grasp": ("Grasps", "المسكات"),
     "trajectory": ("Trajectories", "المسارات الزمنية"),
     "control": ("Control", "التحكم"),
+    "planning": ("Collision and planning", "التصادم والتخطيط"),
     "simulation": ("Simulation", "المحاكاة"),
     "derivation": ("Derivations", "الاشتقاقات"),
     "numerics": ("Numerics", "الحساب العددي"),

@@ -21,8 +21,11 @@ PACKAGES = {
     "ik": "Inverse kinematics",
     "performance": "Singularities, statics, workspaces",
     "grasp": "Grasps",
+    "collision": "Collision",
     "trajectory": "Trajectories",
+    "planning": "Planning",
     "control": "Control",
+    "one_joint": "One joint",
     "simulation": "Simulation",
     "identification": "Identification",
     "derivation": "Derivations",
@@ -61,7 +64,14 @@ def _names(package: str) -> list[str]:
     for name in _offered(package):
         thing = getattr(module, name)
         if inspect.isclass(thing):
-            lines += [f".. autoclass:: mafsil.{package}.{name}", "   :members:", "   :inherited-members: object", ""]
+            foreign = not thing.__module__.startswith(f"mafsil.{package}.")
+            lines += [
+                f".. autoclass:: mafsil.{package}.{name}",
+                "   :members:",
+                f"   :inherited-members: {'int' if issubclass(thing, int) else 'object'}",
+                *(["   :no-index:"] if foreign else []),
+                "",
+            ]
         elif callable(thing):
             lines += [f".. autofunction:: mafsil.{package}.{name}", ""]
     return lines

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from mafsil import one_joint as one_joint
     from mafsil import parallel as parallel
     from mafsil import performance as performance
+    from mafsil import planning as planning
     from mafsil import trajectory as trajectory
     from mafsil.collision import Scene as Scene
     from mafsil.errors import FileError as FileError
@@ -65,6 +66,7 @@ if TYPE_CHECKING:
     from mafsil.model.lint import mend as mend
     from mafsil.page import show as show
     from mafsil.page.exporting import export as export
+    from mafsil.planning import plan as plan
     from mafsil.robot import Robot as Robot
     from mafsil.robot import load as load
     from mafsil.simulation import Plant as Plant
@@ -91,6 +93,7 @@ _HOME_OF = {
     "one_joint": "mafsil.one_joint",
     "parallel": "mafsil.parallel",
     "performance": "mafsil.performance",
+    "planning": "mafsil.planning",
     "trajectory": "mafsil.trajectory",
     "urdf": "mafsil.model.urdf",
     "grasp": "mafsil.grasp",
@@ -135,6 +138,7 @@ _HOME_OF = {
     "Rotation": "mafsil.geometry:Rotation",
     "Scenario": "mafsil.simulation:Scenario",
     "Scene": "mafsil.collision:Scene",
+    "plan": "mafsil.planning:plan",
     "ScrewAxis": "mafsil.geometry:ScrewAxis",
     "Twist": "mafsil.geometry:Twist",
     "Wrench": "mafsil.geometry:Wrench",

@@ -10,6 +10,7 @@ import pytest
 import mafsil as mf
 from mafsil.geometry import rotation
 from mafsil.model import Limits
+from mafsil.planning import PlanningStatus, PotentialField, disc
 from mafsil.trajectory import (
     BlendStatus,
     CartesianPath,
@@ -33,9 +34,8 @@ NOT_YET = {
     "orientation_interpolation",
     "orientation_short_and_long_turn",
     "orientation_three_readings",
-    "potential_field",
 }
-"""Cases of Cartesian motions and of planning: their keys are not read here."""
+"""Cases of Cartesian motions, read in test_11_cartesian.py."""
 
 
 def agree(case, got, expected):
@@ -344,6 +344,34 @@ def test_cartesian_branch_change():
     assert first == 0.0
     assert bool(answer.covering) is expected["single_branch_whole_line"]
     assert bool(answer) is expected["every_point_reachable"]
+
+
+@pytest.mark.capability("11-44")
+def test_potential_field():
+    case = CASES["potential_field"]
+    given, expected, tol = case["input"], case["expected"], case["tol"]
+    obstacle = disc(given["disc"]["c"], given["disc"]["r"])
+    field = PotentialField.of(given["goal"], [obstacle], kp=given["kp"], eta=given["eta"], reach=given["rho0"])
+    x = np.array(given["x"], dtype=float)
+    np.testing.assert_allclose(obstacle(x)[0], expected["rho"], atol=tol)
+    np.testing.assert_allclose(field.repulsion(x), expected["F_rep"], atol=tol)
+    np.testing.assert_allclose(field.attraction(x), expected["F_att"], atol=tol)
+    np.testing.assert_allclose(field.force(x), expected["F"], atol=tol)
+    stuck = expected["local_minimum"]
+    ahead = PotentialField.of(
+        given["goal"],
+        [disc(stuck["disc"]["c"], stuck["disc"]["r"])],
+        kp=given["kp"],
+        eta=given["eta"],
+        reach=given["rho0"],
+    )
+    found = ahead.path(stuck["start"])
+    assert found.status is PlanningStatus.LOCAL_MINIMUM
+    assert not found
+    np.testing.assert_allclose(found.path[-1], [stuck["stuck_x"], 0.0], atol=1e-6)
+    escaped = ahead.path(stuck["start"], escapes=20, seed=3)
+    assert escaped
+    np.testing.assert_allclose(escaped.path[-1], given["goal"], atol=1e-7)
 
 
 def test_every_key_of_every_case_is_read(capsys):

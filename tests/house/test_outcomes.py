@@ -21,7 +21,7 @@ from mafsil.grasp.closure_methods import closure_by_all_methods
 FACES = (
     "mafsil", "mafsil.control", "mafsil.derivation", "mafsil.geometry", "mafsil.grasp", "mafsil.identification",
     "mafsil.ik", "mafsil.mobility", "mafsil.one_joint", "mafsil.model", "mafsil.model.lint", "mafsil.performance",
-    "mafsil.collision", "mafsil.simulation", "mafsil.solvers", "mafsil.trajectory",
+    "mafsil.collision", "mafsil.planning", "mafsil.simulation", "mafsil.solvers", "mafsil.trajectory",
     "mafsil.verification", "mafsil.job",
 )  # fmt: skip
 """Packages whose names are public."""

@@ -119,6 +119,15 @@ def test_paths_of_any_size(size: float) -> None:
     assert excess(answer) <= ALLOWED
 
 
+def test_short_legs_between_stops_take_their_time() -> None:
+    """A leg of a thousandth of the path speeds up and slows down, too: each leg takes 2 sqrt(d / a)."""
+    limits = MotionLimits.of(1, velocity=100.0, acceleration=5.0)
+    points = np.array([[0.0], [1e-3], [-1.0], [-0.9999], [-1.5]])
+    found = time_optimal(JointPath.through(points, "lines"), limits)
+    legs = np.abs(np.diff(points[:, 0]))
+    assert found.duration == pytest.approx(float(2.0 * np.sqrt(legs / 5.0).sum()), rel=1e-3)
+
+
 def test_corners_are_stops() -> None:
     path, limits = drawn(3, kind="lines")
     answer = time_optimal(path, limits)

@@ -12,7 +12,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, Truth, as_batch, positive, real_array, whole
+from mafsil.arrays import Floats, Truth, as_batch, positive, real_array, single, whole
 from mafsil.collision.bodies import Body, bodies_of
 from mafsil.collision.joints import joints_of, point_rates
 from mafsil.collision.pairs import Reason, SkippedPair, named_pairs, skipped_by_structure
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     import mafsil.collision.pair_counts_loops as pair_counts_loops
     import mafsil.collision.segment_loops as segment_loops
     from mafsil.collision.arm_loops import Arm
-    from mafsil.collision.segment_loops import Kinematics, Motion
+    from mafsil.collision.segment_loops import Kinematics, Motion, World
 else:
     arm_loops = lazily("mafsil.collision.arm_loops")
     distance_loops = lazily("mafsil.collision.distance_loops")
@@ -188,13 +188,14 @@ class Checker:
             return Check(CheckStatus.ALONE, rows[0], self.margin, ())
         return Check(CheckStatus.FREE, rows[0], self.margin, tuple(nearest))
 
-    def free_segment(self, a: ArrayLike, b: ArrayLike) -> Any:
+    def free_segment(self, a: ArrayLike, b: ArrayLike, *, extra: float = 0.0) -> Any:
         """Whether the straight motion of the joints from a to b is proved to keep more than the margin.
 
         What comes within a micrometre of the margin counts as not free.
 
         Args:
             a, b: (*batch, n) joint coordinates [rad | m].
+            extra: clearance on top of the margin [m].
 
         Returns:
             (*batch) truth values; a bool for a single motion.
@@ -202,7 +203,7 @@ class Checker:
         Raises:
             InputError: a wrong shape, NaN or infinities.
         """
-        codes, _, _, batch = self._prove(a, b)
+        codes, _, _, batch = self._prove(a, b, _not_negative("extra", extra))
         return bool(codes[0] == 0) if batch == () else (codes == 0).reshape(batch)
 
     def check_path(self, q_a: ArrayLike, q_b: ArrayLike | None = None) -> PathCheck:
@@ -227,7 +228,7 @@ class Checker:
         return PathCheck(status, points, k + float(t[k]), q, self.check(q).contacts, states)
 
     def _prove(
-        self, a: ArrayLike, b: ArrayLike
+        self, a: ArrayLike, b: ArrayLike, extra: float = 0.0
     ) -> tuple[NDArray[np.int64], Floats, NDArray[np.int64], tuple[int, ...]]:
         """Codes of `segment_loops`, where they show, states looked at, and the shape of the batch."""
         n = self.robot.n
@@ -243,7 +244,16 @@ class Checker:
             return codes, t, evaluations + 1, batch
         kinematics = self._kinematics()
         segment_loops.prove_segments(
-            self.arm, self.scene.surroundings, kinematics, self._motion, A, B, self.margin, codes, t, evaluations
+            self.arm,
+            self.scene.surroundings,
+            kinematics,
+            self._motion,
+            A,
+            B,
+            self.margin + extra,
+            codes,
+            t,
+            evaluations,
         )
         return codes, t, evaluations, batch
 
@@ -254,6 +264,24 @@ class Checker:
             kernel = self.robot.kernel("link_poses")
             mine[self.robot] = layout.kinematics_of(kernel, self.robot.n, len(self.robot.mechanism.links))
         return mine[self.robot][0]
+
+    def largest_way(self, change: ArrayLike, largest: ArrayLike) -> float:
+        """How far any point of the arm can move when the coordinates change [m]; an upper bound.
+
+        Args:
+            change: (n,) largest change of each coordinate [rad | m].
+            largest: (n,) largest magnitude of each, for sliding joints [rad | m].
+        """
+        n, motion = self.robot.n, self._motion
+        dq, most = (np.abs(single(name, x, (n,))) for name, x in (("change", change), ("largest", largest)))
+        rates = np.abs(motion.joints[:, 2]) * dq[motion.joints[:, 1].astype(np.int64)]
+        reach = motion.reach + motion.stretch @ most + motion.joints[:, 4:5]
+        lever = np.where(motion.joints[:, 3:4] != 0.0, reach, 1.0)
+        return float((rates[:, None] * lever * motion.moves).sum(axis=0).max(initial=0.0))
+
+    def world(self) -> World:
+        """All that compiled loops ask whether a motion is free, with arrays of this thread alone."""
+        return segment_loops.World(self.arm, self.scene.surroundings, self._kinematics(), self._motion, self.margin)
 
     @cached_property
     def _motion(self) -> Motion:

@@ -90,12 +90,16 @@ def _thickened(
 ) -> int:  # fmt: skip
     """Corners of a simplex around the origin made a tetrahedron; how many there are: fewer than 4 if A - B is flat.
 
+    1. A point becomes a segment: the first corner along an axis that lies elsewhere.
+    2. A segment becomes a triangle: the first corner off its line, in six directions around it.
+    3. A triangle becomes a tetrahedron: a corner off its plane, to one side or the other.
+
     Args:
         C: (4 or more, 6) the first `count` rows are corners of A - B; the others are filled in.
         n: (3,) out: of a flat difference its normal.
     """
     scale = np.sqrt(size_of(C, count))
-    if count == 1:
+    if count == 1:  # 1
         for k in range(6):
             sign, axis = 1.0 - 2.0 * (k % 2), k // 2
             corner(
@@ -109,7 +113,7 @@ def _thickened(
         if count == 1:
             n[0], n[1], n[2] = 0.0, 0.0, 1.0
             return 1
-    if count == 2:
+    if count == 2:  # 2
         ux, uy, uz = C[1, 0] - C[0, 0], C[1, 1] - C[0, 1], C[1, 2] - C[0, 2]
         length = np.sqrt(ux * ux + uy * uy + uz * uz)
         ux, uy, uz = ux / length, uy / length, uz / length
@@ -128,7 +132,7 @@ def _thickened(
         if count == 2:
             n[0], n[1], n[2] = px, py, pz
             return 2
-    if count == 3:
+    if count == 3:  # 3
         _cross(C[0], C[1], C[2], n)
         for sign in (1.0, -1.0):
             corner(

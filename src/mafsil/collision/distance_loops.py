@@ -139,6 +139,11 @@ def contacts(
 ) -> int:
     """Every pair of one state that is within a margin, with its deepest place; how many there are.
 
+    1. A body whose gap to everything around it is more than the margin is done.
+    2. Else each of its pieces meets each piece of the surroundings; per obstacle the deepest place stays.
+    3. Obstacles within the margin become rows.
+    4. So do pairs of bodies of the arm within it.
+
     Args:
         poses: (L, 4, 4).
         obstacles: how many there are.
@@ -149,8 +154,10 @@ def contacts(
     over = just_above(margin)
     place_bodies(arm, poses, s)
     for b in range(len(arm.bodies)):
+        # 1.
         if gap_around(arm, b, poses, around, over, margin, s) > margin:
             continue
+        # 2.
         deepest[:] = np.inf
         for i in range(int(arm.bodies[b, 1]), int(arm.bodies[b, 2])):
             product(poses[int(arm.bodies[b, 0])], arm.pieces.T[i], s.W[24:27])
@@ -163,10 +170,12 @@ def contacts(
                 ):
                     deepest[k] = row[0]
                     place[k] = row
+        # 3.
         for k in range(obstacles):
             if deepest[k] < over and count < len(out):
                 out[count], who[count, 0], who[count, 1] = place[k], b, k
                 count += 1
+    # 4.
     for k in range(len(arm.pairs)):
         a, b = arm.pairs[k, 0], arm.pairs[k, 1]
         if count == len(out) or gap_between(arm, a, b, poses, over, margin, s) > margin:

@@ -50,11 +50,11 @@ def motion_of(mechanism: Mechanism, joints: Joints, arm: Arm) -> Motion:
     rows, bodies, n = len(joints.link), len(links), mechanism.n
     table = np.zeros((rows, 8))
     table[:, 0], table[:, 1], table[:, 2] = joints.link, joints.column, joints.factor
-    turning = joints.screw[:, :3].any(axis=1)
-    table[:, 3] = turning
-    table[:, 4] = np.where(turning, np.linalg.norm(joints.screw[:, 3:], axis=1), 0.0)
+    revolute = joints.screw[:, :3].any(axis=1)
+    table[:, 3] = revolute
+    table[:, 4] = np.where(revolute, np.linalg.norm(joints.screw[:, 3:], axis=1), 0.0)
     table[:, 5:] = joints.screw[:, :3]
-    reach, slide = np.zeros((rows, bodies)), np.zeros((rows, bodies, n))
+    reach, stretch = np.zeros((rows, bodies)), np.zeros((rows, bodies, n))
     of_link = {int(link): j for j, link in enumerate(joints.link)}
     for b in range(bodies):
         far, grows = float(np.linalg.norm(arm.bodies[b, 4:7]) + arm.bodies[b, 7]), np.zeros(n)
@@ -62,14 +62,14 @@ def motion_of(mechanism: Mechanism, joints: Joints, arm: Arm) -> Motion:
         while link > 0:
             j, joint = of_link.get(link), mechanism.joints[link - 1]
             if j is not None:
-                reach[j, b], slide[j, b] = far, grows
+                reach[j, b], stretch[j, b] = far, grows
                 along = float(np.linalg.norm(joints.screw[j, 3:]))
                 grows = grows.copy()
                 grows[joints.column[j]] += along * abs(float(joints.factor[j]))
                 far += along * (0.0 if joint.mimic is None else abs(joint.mimic.offset))
             far += float(np.linalg.norm(joint.T_pj[:3, 3]))
             link = mechanism.parents[link - 1]
-    return Motion(table, np.ascontiguousarray(joints.moves[:, links]), reach, slide)
+    return Motion(table, np.ascontiguousarray(joints.moves[:, links]), reach, stretch)
 
 
 def kinematics_of(kernel: Kernel, n: int, links: int) -> tuple[Kinematics, list[object]]:

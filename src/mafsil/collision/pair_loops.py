@@ -180,9 +180,15 @@ def _meeting(
     kind_a: int, size_a: Floats, vertices_a: Floats, kind_b: int, size_b: Floats, vertices_b: Floats,
     M: Floats, corners: int, W: Floats,
 ) -> float:  # fmt: skip
-    """Minus the depth of two cores that meet, points in row 5, normal in row 6; M moves and comes back (step 2)."""
+    """Minus the depth of two cores that meet, points in row 5, normal in row 6.
+
+    1. Two boxes or simpler have their depth in closed form; others bounds of it, along a direction.
+    2. B moves back along that direction until it is just clear; the distance there sharpens depth and direction, again
+       while that gains something. B stands where it stood.
+    3. The points nearest to each other are placed a depth apart about their middle.
+    """
     n = W[6]
-    if kind_a <= 2 and kind_b <= 2:
+    if kind_a <= 2 and kind_b <= 2:  # 1
         depth = box_depth(size_a, size_b, M, n)
         sharpened = 1
     else:
@@ -197,7 +203,7 @@ def _meeting(
     px, py, pz = M[0, 3], M[1, 3], M[2, 3]
     nx, ny, nz = n[0], n[1], n[2]
     found = np.inf
-    for _ in range(sharpened):
+    for _ in range(sharpened):  # 2
         back = depth + clear
         M[0, 3], M[1, 3], M[2, 3] = px - back * nx, py - back * ny, pz - back * nz
         _, over, _ = core_distance(kind_a, size_a, vertices_a, kind_b, size_b, vertices_b, M, np.inf, W)
@@ -216,7 +222,7 @@ def _meeting(
             break
     M[0, 3], M[1, 3], M[2, 3] = px, py, pz
     W[6, 0], W[6, 1], W[6, 2] = nx, ny, nz
-    if found < np.inf:
+    if found < np.inf:  # 3
         for k in range(3):
             middle = (W[14, k] + W[14, 3 + k]) / 2.0
             W[5, k], W[5, 3 + k] = middle - found / 2.0 * W[6, k], middle + found / 2.0 * W[6, k]

@@ -75,13 +75,28 @@ class Motion(NamedTuple):
         joints: (j, 8) link, column, factor, 1 if it turns, pitch [m/rad], axis in the frame of the link.
         moves: (j, b) whether it moves a body.
         reach: (j, b) furthest a body gets from the joint's axis [m], sliding joints between at zero.
-        slide: (j, b, n) what that grows by per coordinate of a sliding joint between.
+        stretch: (j, b, n) what that grows by per coordinate of a sliding joint between.
     """
 
     joints: Floats
     moves: NDArray[np.bool_]
     reach: Floats
-    slide: Floats
+    stretch: Floats
+
+
+class World(NamedTuple):
+    """What decides whether a motion is free.
+
+    Attributes:
+        arm, around, kinematics, motion: as above.
+        margin: clearance to keep [m].
+    """
+
+    arm: Arm
+    around: Surroundings
+    kinematics: Kinematics
+    motion: Motion
+    margin: float
 
 
 @uncounted
@@ -126,17 +141,18 @@ def _first_places(r: int) -> float:
 
 
 @uncounted
-def _state(kinematics: Kinematics, a: Floats, b: Floats, t: float, row: int) -> None:
+def state_along(kinematics: Kinematics, a: Floats, b: Floats, t: float, row: int) -> None:
+    """A row of the kernel's input: the configuration at share t of the motion from a to b."""
     for c in range(len(a)):
         kinematics.q[row, c] = a[c] + t * (b[c] - a[c])
 
 
 @uncounted
-def _prove(
+def prove(
     arm: Arm, around: Surroundings, kinematics: Kinematics, motion: Motion, a: Floats, b: Floats, margin: float,
     s: Scratch, rates: Floats, R: Floats, items: NDArray[np.int64], intervals: Floats,
 ) -> tuple[int, float, int]:  # fmt: skip
-    """`prove_segment` with arrays to work in.
+    """One motion of `prove_segments`, with arrays to work in.
 
     Args:
         items: ((bodies + pairs) (LEVELS + 2),) what is left to prove in the intervals that wait.
@@ -149,7 +165,7 @@ def _prove(
         for k in range(bodies):
             R[j, k] = motion.reach[j, k]
             for c in range(len(a)):
-                R[j, k] += motion.slide[j, k, c] * max(abs(a[c]), abs(b[c]))
+                R[j, k] += motion.stretch[j, k, c] * max(abs(a[c]), abs(b[c]))
     longest = 0.0
     for k in range(bodies):
         way = 0.0
@@ -159,7 +175,7 @@ def _prove(
         longest = max(longest, way)
     states = min(STATES, 2 + int(min(longest, 100.0) / FIRST_STEP))
     for r in range(states):  # 1
-        _state(kinematics, a, b, _first_places(r), r)
+        state_along(kinematics, a, b, _first_places(r), r)
     kinematics.rows[0] = states
     call_kernel(kinematics.entry, kinematics.arguments, kinematics.number, kinematics.strides)
     for r in range(states):
@@ -177,7 +193,7 @@ def _prove(
         waiting -= 1
         t, h = intervals[waiting, 0], intervals[waiting, 1]
         start, count = int(intervals[waiting, 2]), int(intervals[waiting, 3])
-        _state(kinematics, a, b, t, 0)
+        state_along(kinematics, a, b, t, 0)
         call_kernel(kinematics.entry, kinematics.arguments, kinematics.number, kinematics.strides)
         evaluations += 1
         poses = kinematics.poses[0]
@@ -231,6 +247,6 @@ def prove_segments(
     rates, R = np.empty(len(motion.joints)), np.empty(motion.reach.shape)
     items, intervals = np.empty(total * (LEVELS + 2), np.int64), np.empty((2 * LEVELS, 4))
     for r in range(len(A)):
-        code[r], t[r], evaluations[r] = _prove(
+        code[r], t[r], evaluations[r] = prove(
             arm, around, kinematics, motion, A[r], B[r], margin, s, rates, R, items, intervals
         )

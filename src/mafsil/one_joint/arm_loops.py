@@ -153,7 +153,12 @@ def hold_period(arm, q, w, tau, h, substeps):
 
 @compiled
 def run_sampled(arm, model, law, conditions, period, substeps, reference, start, out):
-    """Loops in the order of the book's pseudo-code: sense, differences, integral, torque, command, wait.
+    """Loops in the order of the book's pseudo-code.
+
+    1. Sense; the rate is differenced and filtered, or measured.
+    2. The error's integral, then the torque of the law.
+    3. Anti-windup where the torque is beyond its limit.
+    4. Command, which acts after the delay; the plant moves until the next period.
 
     Args:
         arm, model: (rows, 7) M, m g r, friction.

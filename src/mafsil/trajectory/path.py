@@ -155,7 +155,8 @@ class JointPath:
         after = self.curve.derivative(inner, order)
         size = np.maximum(np.abs(before).max(axis=1), np.abs(after).max(axis=1))
         if order > 1:
-            size = np.full_like(size, size.max())
+            middles = (self.curve.knots[:-1] + self.curve.knots[1:]) / 2.0
+            size = np.full_like(size, max(size.max(), np.abs(self.curve.derivative(middles, order)).max()))
         return np.asarray(np.abs(after - before).max(axis=1) > CORNER * size, dtype=np.bool_)
 
     def at(self, s: ArrayLike) -> PathPoint:

@@ -18,6 +18,8 @@ from mafsil.trajectory.tolerances import GIVEN
 
 Indices = NDArray[np.int64]
 
+LEAST_PARTS = 2
+"""Intervals of each piece: one that begins and ends at rest has to speed up and slow down."""
 MOST_PARTS = 8
 """Into which one interval is divided at once."""
 
@@ -27,7 +29,7 @@ def places_needed(knots, intervals):
     """How many places `divided` writes for a path with these knots."""
     length, count = knots[-1] - knots[0], 1
     for k in range(len(knots) - 1):
-        count += max(1, round(intervals * (knots[k + 1] - knots[k]) / length)) if length > 0.0 else 1
+        count += max(LEAST_PARTS, round(intervals * (knots[k + 1] - knots[k]) / length)) if length > 0.0 else 1
     return count
 
 
@@ -37,14 +39,14 @@ def divided(knots, intervals, s, piece):
 
     Args:
         knots: (pieces + 1,) of the path.
-        intervals: how many for the whole path, at least; every piece gets one.
+        intervals: how many for the whole path, at least; every piece gets LEAST_PARTS.
         s: (places,) path parameters.
         piece: (places - 1,) on which piece of the path each interval lies.
     """
     length, place = knots[-1] - knots[0], 0
     for k in range(len(knots) - 1):
         h = knots[k + 1] - knots[k]
-        parts = max(1, round(intervals * h / length)) if length > 0.0 else 1
+        parts = max(LEAST_PARTS, round(intervals * h / length)) if length > 0.0 else 1
         for i in range(parts):
             s[place] = knots[k] + h * (i / parts)
             piece[place] = k

@@ -93,7 +93,7 @@ def time_optimal(
         tip_speed, tip_acceleration: of the origin of the tip frame, or of `frame` [m/s, m/s^2].
         tip_turn_rate: of its axes [rad/s].
         frame: name of the link whose frame is meant.
-        intervals: of the grid, at least one for each polynomial of the path; None for about 600, denser where needed.
+        intervals: of the grid, at least two for each polynomial of the path; None for about 600, denser where needed.
 
     Returns:
         For one path a `TimeOptimal`: `.trajectory`, `.duration`, `.bindings`, or why and where there is none. For many

@@ -1,0 +1,145 @@
+"""Planning problems of MotionBenchMaker: how many are solved, how fast, how short; every path looked at densely.
+
+python benchmarks/planning.py [--problems FOLDER] [--count 100] [--shorten 100] [--peer N] [--json FILE]
+
+VAMP 0.6.4 names 111 us as its median for the Panda, without
+proofs; ours is the whole call with every motion proved free. Each path is checked again at states 0.001 rad apart.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import lzma
+import sys
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT))
+
+import numpy as np  # noqa: E402
+
+import mafsil as mf  # noqa: E402
+from benchmarks.collision import obstacle  # noqa: E402
+from mafsil.arrays import Floats  # noqa: E402
+from mafsil.collision import Checker, Scene  # noqa: E402
+from mafsil.planning import ArmPlan, PlanningStatus  # noqa: E402
+
+BLOCKED = (PlanningStatus.START_BLOCKED, PlanningStatus.GOAL_BLOCKED)
+
+
+def posed(folder: Path, name: str, count: int) -> Iterator[tuple[Checker, Floats, Floats]]:
+    """Each problem: the arm in its scene, start and goal."""
+    with lzma.open(folder / f"{name}.json.xz") as file:
+        data: dict[str, Any] = json.load(file)
+    arm = Checker(str(folder / f"{name}_spherized.urdf"), srdf=folder / f"{name}.srdf")
+    names = [each.name for each in arm.robot.mechanism.coordinates]
+    for problems in data["sets"].values():
+        for problem in problems["problems"][:count]:
+            fixed = data["other_joints"] or {}
+            ends = [dict(zip(problems["joints"], problem[end], strict=True)) | fixed for end in ("start", "goal")]
+            a, b = (np.array([values[each] for each in names]) for values in ends)
+            yield arm.with_scene(Scene(map(obstacle, problem["obstacles"]))), a, b
+
+
+def solved(folder: Path, name: str, count: int, shorten: int) -> list[tuple[ArmPlan, float, bool]]:
+    """Plans, each with its time and whether a dense check found it free."""
+    found: list[tuple[ArmPlan, float, bool]] = []
+    for checker, a, b in posed(folder, name, count):
+        checker.free(a)
+        begun = perf_counter()
+        plan = mf.plan(checker, None, a, b, shorten=shorten)
+        seconds = perf_counter() - begun
+        found.append((plan, seconds, _free(checker, plan)))
+    return found
+
+
+def _free(checker: Checker, plan: ArmPlan) -> bool:
+    if not plan:
+        return True
+    for a, b in zip(plan.path[:-1], plan.path[1:], strict=True):
+        states = a + np.linspace(0.0, 1.0, int(np.abs(b - a).max() / 0.001) + 2)[:, None] * (b - a)
+        if not checker.free(states).all():
+            return False
+    return True
+
+
+def race_ompl(folder: Path, name: str, count: int) -> None:
+    """OMPL's RRT-Connect (pip install ompl) on the same problems: states 0.02 rad apart asked of the same Checker.
+
+    Its search is C++; each state is a call of Python (about half of its time here), ours is one compiled loop.
+    """
+    from ompl import base, geometric, util  # pyright: ignore
+
+    util.noOutputHandler()
+    theirs, ours = [], []
+    for checker, a, b in posed(folder, name, count):
+        if not checker.free(np.stack([a, b])).all():
+            continue
+        limits, n = checker.robot.limits, checker.robot.n
+        space = base.RealVectorStateSpace(n)
+        bounds = base.RealVectorBounds(n)
+        for k in range(n):
+            bounds.setLow(k, float(limits.lower[k]))
+            bounds.setHigh(k, float(limits.upper[k]))
+        space.setBounds(bounds)
+        setup = geometric.SimpleSetup(space)
+        setup.setStateValidityChecker(lambda state, c=checker, n=n: bool(c.free([state[k] for k in range(n)])))
+        setup.getSpaceInformation().setStateValidityCheckingResolution(0.02 / space.getMaximumExtent())
+        ends = []
+        for q in (a, b):
+            state = space.allocState()
+            for k in range(n):
+                state[k] = float(q[k])
+            ends.append(state)
+        setup.setStartAndGoalStates(*ends)
+        setup.setPlanner(geometric.RRTConnect(setup.getSpaceInformation()))
+        begun = perf_counter()
+        setup.solve(10.0)
+        theirs.append(perf_counter() - begun)
+        begun = perf_counter()
+        mf.plan(checker, None, a, b, shorten=0)
+        ours.append(perf_counter() - begun)
+    ratio = np.median(theirs) / np.median(ours)
+    print(
+        f"{name}: OMPL median {1e3 * np.median(theirs):.1f} ms, ours {1e3 * np.median(ours):.2f} ms, ratio {ratio:.1f}"
+    )
+
+
+def main() -> None:
+    """Print a table for each arm."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--problems", type=Path, default=ROOT.parent / "shared" / "data" / "planning")
+    parser.add_argument("--count", type=int, default=100)
+    parser.add_argument("--shorten", type=int, default=100)
+    parser.add_argument("--peer", type=int, default=0, help="problems of each set to race OMPL on")
+    parser.add_argument("--json", type=Path)
+    given = parser.parse_args()
+    warnings.simplefilter("ignore")
+    kept: dict[str, Any] = {}
+    for name in ("panda", "ur5"):
+        if given.peer:
+            race_ompl(given.problems, name, given.peer)
+            continue
+        rows = solved(given.problems, name, given.count, given.shorten)
+        plans = [plan for plan, _, _ in rows]
+        seconds = np.array([s for _, s, _ in rows]) * 1e3
+        row = {
+            "problems": len(rows), "solved": sum(map(bool, plans)),
+            "ends in collision": sum(plan.status in BLOCKED for plan in plans),
+            "in collision at 0.001 rad": sum(not free for _, _, free in rows),
+            "median ms": float(np.median(seconds)), "95 % ms": float(np.quantile(seconds, 0.95)),
+            "worst ms": float(seconds.max()), "mean length": float(np.mean([p.length for p in plans if p])),
+        }  # fmt: skip
+        kept[name] = row
+        print(f"{name}: " + ", ".join(f"{k} {v:.4g}" for k, v in row.items()), flush=True)
+    if given.json:
+        given.json.write_text(json.dumps(kept, indent=1))
+
+
+if __name__ == "__main__":
+    main()

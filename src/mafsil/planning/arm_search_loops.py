@@ -1,0 +1,341 @@
+"""RRT-Connect of an arm in a scene, compiled: two forests, edges looked at when they grow and proved when they count.
+
+A proof that a motion is free at every moment costs as much as many states. So an edge is first only looked at, at
+states LOOK apart; when start and goal are joined, the edges of that path are proved, and one that cannot be is cut off
+with all that grew from it.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats
+from mafsil.collision.arm_loops import Arm, Scratch, collides, scratch_for
+from mafsil.collision.segment_loops import FREE, LEVELS, STATES, Motion, World, prove, state_along
+from mafsil.solvers.kernel_loops import call_kernel
+from mafsil.solvers.loops import compiled, uncounted
+
+LOOK = 0.1
+"""Largest change of a coordinate between two states of an edge that are looked at [rad | m]."""
+JOINED, GROWING, FULL = range(3)
+ROOT, CUT = -1, -2
+LOOKED_AT, PROVED, STATES_SEEN = range(3)
+"""Places in `Forests.seen`: edges looked at, edges proved or tried to be, states."""
+
+
+class Forests(NamedTuple):
+    """What grows from the start (0) and from the goals (1).
+
+    Attributes:
+        q: (2, most, n) nodes.
+        parent: (2, most) index, ROOT, or CUT.
+        proved: (2, most) whether the edge to the parent is proved.
+        sizes: (3,) nodes of both, points of the path.
+        random: (1,) state of the source of samples.
+        seen: (3,) counts for the account.
+        path: (most + 2, n) out, the path that joins them.
+    """
+
+    q: Floats
+    parent: NDArray[np.int64]
+    proved: NDArray[np.bool_]
+    sizes: NDArray[np.int64]
+    random: NDArray[np.uint64]
+    seen: NDArray[np.int64]
+    path: Floats
+
+
+class Bench(NamedTuple):
+    """Arrays that proofs work in; `bench_for` makes them."""
+
+    s: Scratch
+    rates: Floats
+    R: Floats
+    items: NDArray[np.int64]
+    intervals: Floats
+
+
+@uncounted
+def draw(random: NDArray[np.uint64]) -> float:
+    """The next number of [0, 1), by splitmix64."""
+    random[0] += np.uint64(0x9E3779B97F4A7C15)
+    z = random[0]
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    z = z ^ (z >> np.uint64(31))
+    return float(z >> np.uint64(11)) * 2.0**-53
+
+
+@uncounted
+def looks_free(world: World, a: Floats, b: Floats, bench: Bench, seen: NDArray[np.int64]) -> bool:
+    """Whether the states of a motion that are looked at are free, its end included, its start not.
+
+    1. States LOOK apart, in blocks that each span the whole motion: what is in the way shows early.
+    2. A block's poses are one call of the kernel.
+    """
+    kinematics = world.kinematics
+    widest = 0.0
+    for c in range(len(a)):
+        widest = max(widest, abs(b[c] - a[c]))
+    blocks = int(np.ceil(widest / (LOOK * STATES)))
+    blocks = max(blocks, 1)
+    steps = blocks * STATES
+    kinematics.rows[0] = STATES
+    seen[LOOKED_AT] += 1
+    for block in range(blocks):
+        for r in range(STATES):  # 1
+            state_along(kinematics, a, b, (r * blocks + blocks - block) / steps, r)
+        call_kernel(kinematics.entry, kinematics.arguments, kinematics.number, kinematics.strides)  # 2
+        for r in range(STATES - 1, -1, -1):
+            seen[STATES_SEEN] += 1
+            if collides(world.arm, kinematics.poses[r], world.around, world.margin, bench.s):
+                return False
+    return True
+
+
+@uncounted
+def proves_free(world: World, a: Floats, b: Floats, bench: Bench, seen: NDArray[np.int64]) -> bool:
+    """Whether a motion is proved free."""
+    seen[PROVED] += 1
+    code, _, states = prove(
+        world.arm, world.around, world.kinematics, world.motion, a, b, world.margin,
+        bench.s, bench.rates, bench.R, bench.items, bench.intervals,
+    )  # fmt: skip
+    seen[STATES_SEEN] += states
+    return code == FREE
+
+
+@uncounted
+def nearest(forests: Forests, side: int, q: Floats) -> int:
+    """The node of one side that is nearest to a configuration and not cut off."""
+    best, found, nodes, parent = np.inf, 0, forests.q[side], forests.parent[side]
+    for k in range(forests.sizes[side]):
+        away = 0.0
+        for c in range(len(q)):
+            away += (nodes[k, c] - q[c]) * (nodes[k, c] - q[c])
+        if away < best and parent[k] != CUT:
+            best, found = away, k
+    return found
+
+
+@uncounted
+def _towards(a: Floats, b: Floats, step: float, out: Floats) -> bool:
+    """Where one step from a towards b ends, in `out`; whether that is b."""
+    away = 0.0
+    for c in range(len(a)):
+        away += (b[c] - a[c]) * (b[c] - a[c])
+    share = step / np.sqrt(away) if away > step * step else 1.0
+    for c in range(len(a)):
+        out[c] = a[c] + share * (b[c] - a[c]) if share < 1.0 else b[c]
+    return share == 1.0
+
+
+@uncounted
+def _add(forests: Forests, side: int, q: Floats, parent: int) -> int:
+    k = forests.sizes[side]
+    for c in range(len(q)):
+        forests.q[side, k, c] = q[c]
+    forests.parent[side, k], forests.proved[side, k] = parent, False
+    forests.sizes[side] = k + 1
+    return k
+
+
+@uncounted
+def _cut(forests: Forests, side: int, node: int) -> None:
+    """A node goes, and all that grew from it: parents stand before their children."""
+    parent = forests.parent[side]
+    parent[node] = CUT
+    for k in range(node + 1, forests.sizes[side]):
+        if parent[k] >= 0 and parent[parent[k]] == CUT:
+            parent[k] = CUT
+
+
+@uncounted
+def _way_is_proved(world: World, forests: Forests, side: int, node: int, bench: Bench) -> bool:
+    """Whether all edges from a node to its root are proved; the first that cannot be is cut off."""
+    while forests.parent[side, node] != ROOT:
+        before = forests.parent[side, node]
+        if not forests.proved[side, node]:
+            if not proves_free(world, forests.q[side, before], forests.q[side, node], bench, forests.seen):
+                _cut(forests, side, node)
+                return False
+            forests.proved[side, node] = True
+        node = before
+    return True
+
+
+@uncounted
+def _write_path(forests: Forests, at_start: int, at_goal: int) -> None:
+    """The way from the root of the start over a node that both sides have to a goal's root."""
+    length, node = 1, at_start
+    while forests.parent[0, node] != ROOT:
+        node = forests.parent[0, node]
+        length += 1
+    total, node = length, at_start
+    for k in range(length - 1, -1, -1):
+        for c in range(forests.path.shape[1]):
+            forests.path[k, c] = forests.q[0, node, c]
+        node = forests.parent[0, node]
+    node = forests.parent[1, at_goal]
+    while node != ROOT:
+        for c in range(forests.path.shape[1]):
+            forests.path[total, c] = forests.q[1, node, c]
+        total += 1
+        node = forests.parent[1, node]
+    forests.sizes[2] = total
+
+
+@compiled
+def bench_for(arm: Arm, motion: Motion) -> Bench:
+    """Arrays that proofs work in."""
+    total = len(arm.bodies) + len(arm.pairs)
+    return Bench(
+        scratch_for(arm), np.empty(len(motion.joints)), np.empty(motion.reach.shape),
+        np.empty(total * (LEVELS + 2), np.int64), np.empty((2 * LEVELS, 4)),
+    )  # fmt: skip
+
+
+@compiled
+def grow(world: World, lower: Floats, upper: Floats, step: float, iterations: int, forests: Forests) -> int:
+    """Both sides grow until a path of proved motions joins start and goal: JOINED, GROWING, or FULL.
+
+    1. The side with fewer nodes goes one step towards a sample, from its nearest node.
+    2. The other side goes step by step towards the new node, as far as it looks free.
+    3. If it arrives, the edges of the path are proved; one that cannot be is cut off, and growing goes on.
+
+    Args:
+        world: what is free.
+        lower, upper: (n,) of the samples.
+        step: longest edge.
+        iterations: samples before it comes back.
+        forests: the roots stand in them.
+
+    Reference:
+        J. Kuffner, S. LaValle, RRT-Connect, ICRA 2000. R. Bohlin, L. Kavraki, Path planning using lazy PRM, ICRA 2000.
+    """
+    bench, n = bench_for(world.arm, world.motion), len(lower)
+    sample, new, further = np.empty(n), np.empty(n), np.empty(n)
+    most = forests.q.shape[1]
+    for _ in range(iterations):
+        ours = 0 if forests.sizes[0] <= forests.sizes[1] else 1
+        theirs = 1 - ours
+        if max(forests.sizes[0], forests.sizes[1]) + 1 >= most:
+            return FULL
+        for c in range(n):  # 1
+            sample[c] = lower[c] + draw(forests.random) * (upper[c] - lower[c])
+        near = nearest(forests, ours, sample)
+        _towards(forests.q[ours, near], sample, step, new)
+        if not looks_free(world, forests.q[ours, near], new, bench, forests.seen):
+            continue
+        mine = _add(forests, ours, new, near)
+        other, arrived = nearest(forests, theirs, new), False  # 2
+        while not arrived and forests.sizes[theirs] < most:
+            arrived = _towards(forests.q[theirs, other], new, step, further)
+            if not looks_free(world, forests.q[theirs, other], further, bench, forests.seen):
+                arrived = False
+                break
+            other = _add(forests, theirs, further, other)
+        if not arrived:
+            continue
+        at_start, at_goal = (mine, other) if ours == 0 else (other, mine)  # 3
+        if _way_is_proved(world, forests, 0, at_start, bench) and _way_is_proved(world, forests, 1, at_goal, bench):
+            _write_path(forests, at_start, at_goal)
+            return JOINED
+    return GROWING
+
+
+@uncounted
+def _apart(a: Floats, b: Floats) -> float:
+    total = 0.0
+    for c in range(len(a)):
+        total += (a[c] - b[c]) * (a[c] - b[c])
+    return np.sqrt(total)
+
+
+@uncounted
+def _free(world: World, a: Floats, b: Floats, bench: Bench, seen: NDArray[np.int64]) -> bool:
+    return looks_free(world, a, b, bench, seen) and proves_free(world, a, b, bench, seen)
+
+
+@compiled
+def first_free(world: World, start: Floats, goals: Floats, seen: NDArray[np.int64]) -> int:
+    """The first of (k, n) goals to which the straight motion is proved free; -1 if none is."""
+    bench = bench_for(world.arm, world.motion)
+    for k in range(len(goals)):
+        if _free(world, start, goals[k], bench, seen):
+            return k
+    return -1
+
+
+@compiled
+def shorten(world: World, path: Floats, tries: int, random: NDArray[np.uint64], seen: NDArray[np.int64]) -> Floats:
+    """A path of proved motions, made shorter by proved motions.
+
+    1. From each point on, the furthest point that a straight motion reaches follows.
+    2. Two random places; if the straight motion between them is shorter and free, it replaces the way between. What it
+       leaves of other motions is part of what was proved.
+
+    Args:
+        world: what is free.
+        path: (k, n) proved.
+        tries: of step 2.
+        random: (1,) state of the source of samples.
+        seen: (3,) counts.
+    """
+    bench, n = bench_for(world.arm, world.motion), path.shape[1]
+    rows = np.empty((len(path) + 2 * tries + 2, n))
+    rows[: len(path)] = path
+    count, k = len(path), 0
+    while k + 2 < count:  # 1
+        j = count - 1
+        while j > k + 1 and not _free(world, rows[k], rows[j], bench, seen):
+            j -= 1
+        gone = j - k - 1
+        for i in range(k + 1, count - gone):
+            rows[i] = rows[i + gone]
+        count -= gone
+        k += 1
+    lengths = np.empty(len(rows))
+    first, second = np.empty(n), np.empty(n)
+    for _ in range(tries):  # 2
+        if count < 3:
+            break
+        lengths[0] = 0.0
+        for i in range(1, count):
+            lengths[i] = lengths[i - 1] + _apart(rows[i], rows[i - 1])
+        s, t = draw(random) * lengths[count - 1], draw(random) * lengths[count - 1]
+        if s > t:
+            s, t = t, s
+        i = _at(rows, lengths, count, s, first)
+        j = _at(rows, lengths, count, t, second)
+        if i == j:
+            continue
+        away = _apart(first, second)
+        if away >= (t - s) * (1.0 - 1e-9) or not _free(world, first, second, bench, seen):
+            continue
+        shift = j - i - 2
+        if shift > 0:
+            for m in range(j + 1, count):
+                rows[m - shift] = rows[m]
+        else:
+            for m in range(count - 1, j, -1):
+                rows[m - shift] = rows[m]
+        rows[i + 1], rows[i + 2] = first, second
+        count -= shift
+    return rows[:count].copy()
+
+
+@uncounted
+def _at(rows: Floats, lengths: Floats, count: int, s: float, out: Floats) -> int:
+    """The place at a length of a path, in `out`; the motion it lies on."""
+    k = 0
+    while k + 2 < count and lengths[k + 1] <= s:
+        k += 1
+    way = lengths[k + 1] - lengths[k]
+    share = (s - lengths[k]) / way if way > 0.0 else 0.0
+    for c in range(len(out)):
+        out[c] = rows[k, c] + share * (rows[k + 1, c] - rows[k, c])
+    return k

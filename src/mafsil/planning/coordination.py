@@ -1,0 +1,171 @@
+"""Several robots on their paths, one robot among obstacles that move: who waits where, and when nobody can go on."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.answer import SingleAnswer, Status
+from mafsil.arrays import Floats, positive, require_function, whole
+from mafsil.messages import say
+
+Collides: TypeAlias = Callable[[Floats, Floats], Any]
+"""(k,), (k,) -> (k,) bools: whether two robots meet at these shares of their paths; or one, at shares and times."""
+
+
+class CoordinationStatus(Status):
+    """Whether all arrive."""
+
+    FOUND = ("planning.coordinated", True)
+    BLOCKED_END = ("planning.blocked_end", False)
+    DEADLOCK = ("planning.deadlock", False)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Coordination(SingleAnswer):
+    """Motions along fixed paths that do not meet; true if all arrive.
+
+    Attributes:
+        status: how it ended.
+        t: (k,) times [s].
+        shares: (k, 2) shares of both paths at these times; of one robot among moving obstacles (k, 1).
+        diagram: bools, where the two meet; rows by the first share, columns by the second, or by time.
+        reached: shares from which no step leads on, where they wait for each other for ever.
+    """
+
+    status: CoordinationStatus
+    t: Floats
+    shares: Floats
+    diagram: NDArray[np.bool_]
+    reached: tuple[float, ...] = ()
+
+    @property
+    def duration(self) -> float:
+        """Until all have arrived; infinite if they do not [s]."""
+        return float(self.t[-1]) if self else np.inf
+
+    def explain(self, language: str | None = None) -> str:
+        """The status; with a deadlock, where it is."""
+        first = self.status.sentence(language, duration=self.duration)
+        if not self.reached:
+            return first
+        places = ", ".join(f"{share:.3g}" for share in self.reached)
+        return first + say("planning.waiting_at", language=language, places=places)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {"status": self.status.name, "t": self.t, "shares": self.shares, "reached": list(self.reached)}
+
+
+def coordinate(
+    collides: Collides, durations: tuple[float, float], *, cells: int = 200, priority: bool = False
+) -> Coordination:
+    """Two robots on their paths, each at full speed or waiting: the coordination diagram, and the quickest way through.
+
+    1. Where they meet, on a grid of both shares.
+    2. Steps in time: both go, one goes, the other goes; the first way to the far corner is the quickest of the grid.
+    3. If there is none they block each other: the farthest that they come together is where.
+
+    Args:
+        collides: (k,), (k,) shares -> bools.
+        durations: of both paths at full speed [s].
+        cells: of the grid along the slower path; places between are not looked at.
+        priority: whether the first robot never waits.
+
+    Reference: O'Donnell and Lozano-Perez, Deadlock-free and collision-free coordination of two manipulators, 1989.
+    """
+    require_function("collides", collides, "function of two arrays of shares", 2)
+    times = [positive(f"durations[{k}]", T) for k, T in enumerate(durations)]
+    step = max(times) / whole("cells", cells, least=1)
+    counts = [max(int(np.ceil(T / step - 1e-9)), 1) for T in times]
+    # 1.
+    shares: list[Floats] = [np.linspace(0.0, 1.0, count + 1, dtype=np.float64) for count in counts]
+    grid = np.meshgrid(*shares, indexing="ij")
+    diagram = np.asarray(collides(grid[0].ravel(), grid[1].ravel()), dtype=np.bool_).reshape(grid[0].shape)
+    # 2. and 3.
+    moves = ((1, 1), (1, 0)) if priority else ((1, 1), (1, 0), (0, 1))
+    return _through(diagram, shares, moves, step)
+
+
+def avoid_moving(
+    collides: Collides, duration: float, horizon: float, *, cells: int = 200, backwards: bool = False
+) -> Coordination:
+    """One robot on its path among obstacles that move as is known: in path and time.
+
+    Args:
+        collides: (k,) shares, (k,) times [s] -> bools.
+        duration: of the path at full speed [s].
+        horizon: latest arrival [s].
+        cells: along the path; times between are not looked at.
+        backwards: whether it may also go back.
+
+    Reference: Kant and Zucker, Toward efficient trajectory planning: the path-velocity decomposition, IJRR 1986.
+    """
+    require_function("collides", collides, "function of shares and times", 2)
+    step = positive("duration", duration) / whole("cells", cells, least=1)
+    steps = max(int(np.ceil(positive("horizon", horizon) / step - 1e-9)), cells)
+    shares = np.linspace(0.0, 1.0, cells + 1)
+    times: Floats = np.asarray(step * np.arange(steps + 1), dtype=np.float64)
+    grid = np.meshgrid(shares, times, indexing="ij")
+    diagram = np.asarray(collides(grid[0].ravel(), grid[1].ravel()), dtype=np.bool_).reshape(grid[0].shape)
+    moves = (1, 0, -1) if backwards else (1, 0)
+    before = np.full(diagram.shape, 99, dtype=np.int8)
+    if diagram[0, 0]:
+        return Coordination(CoordinationStatus.BLOCKED_END, np.zeros(1), np.zeros((1, 1)), diagram)
+    before[0, 0] = 0
+    farthest = 0
+    for k in range(steps):
+        for i in np.flatnonzero(before[:, k] != 99):
+            for move in moves:
+                j = int(i) + move
+                if 0 <= j <= cells and not diagram[j, k + 1] and before[j, k + 1] == 99:
+                    before[j, k + 1] = move
+                    farthest = max(farthest, j)
+        if before[cells, k + 1] != 99:
+            way = [cells]
+            for m in range(k + 1, 0, -1):
+                way.append(way[-1] - int(before[way[-1], m]))
+            rows = shares[way[::-1]][:, None]
+            return Coordination(CoordinationStatus.FOUND, times[: k + 2], rows, diagram)
+    return Coordination(CoordinationStatus.DEADLOCK, times[:1], np.zeros((1, 1)), diagram, (float(shares[farthest]),))
+
+
+def _through(
+    diagram: NDArray[np.bool_], shares: list[Floats], moves: tuple[tuple[int, int], ...], step: float
+) -> Coordination:
+    """The way through a diagram in the fewest steps."""
+    last = (diagram.shape[0] - 1, diagram.shape[1] - 1)
+    start = np.zeros((1, 2))
+    if diagram[0, 0] or diagram[last]:
+        return Coordination(CoordinationStatus.BLOCKED_END, np.zeros(1), start, diagram)
+    before: dict[tuple[int, int], tuple[int, int] | None] = {(0, 0): None}
+    wave = deque([(0, 0)])
+    farthest = (0, 0)
+    while wave:
+        cell = wave.popleft()
+        if cell == last:
+            break
+        farthest = max(farthest, cell, key=sum)
+        for move in moves:
+            # At its end a robot stays.
+            other = (min(cell[0] + move[0], last[0]), min(cell[1] + move[1], last[1]))
+            if other not in before and not diagram[other]:
+                before[other] = cell
+                wave.append(other)
+    if last not in before:
+        reached = (float(shares[0][farthest[0]]), float(shares[1][farthest[1]]))
+        return Coordination(CoordinationStatus.DEADLOCK, np.zeros(1), start, diagram, reached)
+    way: list[tuple[int, int]] = []
+    cell_or_none: tuple[int, int] | None = last
+    while cell_or_none is not None:
+        way.append(cell_or_none)
+        cell_or_none = before[cell_or_none]
+    rows = np.array([[shares[0][i], shares[1][j]] for i, j in way[::-1]])
+    return Coordination(
+        CoordinationStatus.FOUND, np.asarray(step * np.arange(len(rows)), dtype=np.float64), rows, diagram
+    )

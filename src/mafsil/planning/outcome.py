@@ -1,0 +1,71 @@
+"""How planning ended: a path with its account, or the reason why there is none."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mafsil.answer import SingleAnswer, Status
+from mafsil.arrays import JointVector
+from mafsil.messages import say
+from mafsil.planning.problem import length_of
+
+
+class PlanningStatus(Status):
+    """Whether there is a path."""
+
+    FOUND = ("planning.found", True)
+    START_BLOCKED = ("planning.start_blocked", False)
+    GOAL_BLOCKED = ("planning.goal_blocked", False)
+    START_OUTSIDE = ("planning.start_outside", False)
+    GOAL_OUTSIDE = ("planning.goal_outside", False)
+    UNREACHABLE = ("planning.unreachable", False)
+    SEPARATED = ("planning.separated", False)
+    LOCAL_MINIMUM = ("planning.local_minimum", False)
+    NOT_FOUND = ("planning.not_found", False)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Plan(SingleAnswer):
+    """A path, or why there is none; true if there is one.
+
+    `SEPARATED` is said by exact methods only, which looked at everything; searches say `NOT_FOUND` in their budget.
+
+    Attributes:
+        status: how it ended.
+        path: (k, n) from start to goal; where there is none, what was reached [rad | m].
+        planner: its name.
+        configurations, segments: how many were looked at.
+        nodes: of the graph or trees.
+        seconds: that it took.
+        reason: what stands in the way, in words, where that is known.
+    """
+
+    status: PlanningStatus
+    path: JointVector
+    planner: str
+    configurations: int
+    segments: int
+    nodes: int
+    seconds: float
+    reason: str = ""
+
+    @property
+    def length(self) -> float:
+        """Of the path; infinite where there is none [rad | m]."""
+        return length_of(self.path) if self else np.inf
+
+    def explain(self, language: str | None = None) -> str:
+        """The status, the reason, and the account."""
+        first = self.status.sentence(language) + (f" ({self.reason})" if self.reason else "")
+        details = {"planner": self.planner, "nodes": self.nodes, "configurations": self.configurations}
+        more = {"segments": self.segments, "seconds": self.seconds, "points": len(self.path), "length": self.length}
+        lines = [first, say("planning.account", language=language, **details, **more)]
+        return "\n".join(lines)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        account = {name: getattr(self, name) for name in ("planner", "configurations", "segments", "nodes", "seconds")}
+        return {"status": self.status.name, "path": self.path, "length": self.length, "reason": self.reason, **account}

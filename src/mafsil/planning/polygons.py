@@ -1,0 +1,180 @@
+"""Worlds of polygons in the plane: what is inside, what a segment crosses, distances; exact up to rounding.
+
+Obstacles are open: to slide along an edge or to pass a corner is free. Between obstacles that share an edge, or one and
+the border, nothing passes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mafsil.arrays import Floats, as_batch, require_finite
+from mafsil.errors import InputError
+
+ON_EDGE = 1e-9
+"""Share of the size of the world within which a point is on an edge, not in the obstacle."""
+BESIDE = 10.0
+"""Edges' thicknesses beside a segment at which one side of it must be free."""
+
+
+@dataclass(frozen=True, eq=False)
+class PolygonWorld:
+    """Simple polygons in a rectangle.
+
+    Attributes:
+        lower, upper: (2,) corners of the rectangle [m].
+        polygons: (k, 2) corners of each obstacle, counter-clockwise, in the order of their names.
+    """
+
+    lower: Floats
+    upper: Floats
+    polygons: tuple[Floats, ...]
+
+    @classmethod
+    def of(cls, lower: ArrayLike, upper: ArrayLike, polygons: Sequence[ArrayLike]) -> PolygonWorld:
+        """From lists of corners in any sense.
+
+        Raises:
+            InputError: a wrong shape, a number that is not finite, a polygon without area.
+        """
+        rows: list[Floats] = []
+        for k, polygon in enumerate(polygons):
+            corners = np.asarray(as_batch(f"polygons[{k}]", polygon, (2,), finite=True))
+            area = signed_area(corners) if corners.ndim == 2 and len(corners) > 2 else 0.0
+            if area == 0.0:
+                raise InputError("planning.no_area", index=k)
+            rows.append(corners if area > 0.0 else corners[::-1])
+        low, high = (as_batch(name, x, (2,), finite=True) for name, x in (("lower", lower), ("upper", upper)))
+        return cls(low, high, tuple(rows))
+
+    @property
+    def slack(self) -> float:
+        """What counts as an edge [m]."""
+        return ON_EDGE * float(np.abs(self.upper - self.lower).max())
+
+    def inside(self, points: ArrayLike) -> NDArray[np.int64]:
+        """(k,) the polygon in whose interior each point (k, 2) is; -1 in none."""
+        p = np.atleast_2d(require_finite("points", np.asarray(points, dtype=np.float64)))
+        found = np.full(len(p), -1)
+        for index, corners in enumerate(self.polygons):
+            a, b = corners, np.roll(corners, -1, axis=0)
+            # Crossings of the ray to the right decide; points on an edge are outside.
+            above = (a[None, :, 1] > p[:, None, 1]) != (b[None, :, 1] > p[:, None, 1])
+            rise = np.where(b[:, 1] == a[:, 1], 1.0, b[:, 1] - a[:, 1])
+            x = a[None, :, 0] + (p[:, None, 1] - a[None, :, 1]) / rise * (b - a)[None, :, 0]
+            odd = (above & (p[:, None, 0] < x)).sum(axis=1) % 2 == 1
+            on_edge = distances_to_segments(p, a, b).min(axis=1) <= self.slack
+            found[odd & ~on_edge & (found < 0)] = index
+        return found
+
+    def free(self, points: ArrayLike) -> NDArray[np.bool_]:
+        """(k,) whether points (k, 2) are in no obstacle."""
+        return self.inside(points) < 0
+
+    def free_segment(self, start: ArrayLike, end: ArrayLike) -> bool:
+        """Whether a segment passes through no obstacle's interior.
+
+        1. It is cut where it meets an edge of an obstacle.
+        2. It is free if the middles of its parts are, and of each at least one side.
+
+        Args:
+            start, end: (2,).
+        """
+        a, b = np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64)
+        # 1.
+        cuts = [0.0, 1.0]
+        way = b - a
+        for corners in self.polygons:
+            edges = np.roll(corners, -1, axis=0) - corners
+            across = way[0] * edges[:, 1] - way[1] * edges[:, 0]
+            meets = np.abs(across) > 1e-14 * np.abs(edges).max() * max(np.abs(way).max(), 1e-300)
+            from_a = corners - a
+            divisor = np.where(meets, across, 1.0)
+            s = (from_a[:, 0] * edges[:, 1] - from_a[:, 1] * edges[:, 0]) / divisor
+            t = (from_a[:, 0] * way[1] - from_a[:, 1] * way[0]) / divisor
+            cuts += s[meets & (s > 0.0) & (s < 1.0) & (t >= -1e-12) & (t <= 1.0 + 1e-12)].tolist()
+            # Corners that lie on the segment, where it runs along an edge.
+            along = (from_a @ way) / max(float(way @ way), 1e-300)
+            near = np.linalg.norm(from_a - along[:, None] * way, axis=1) <= self.slack
+            cuts += along[near & (along > 0.0) & (along < 1.0)].tolist()
+        # 2.
+        places = np.unique(cuts)
+        middles = (places[:-1] + places[1:]) / 2.0
+        on_way = a + middles[:, None] * way
+        if not self.free(on_way).all():
+            return False
+        size = float(np.linalg.norm(way))
+        aside = np.array([-way[1], way[0]]) * (BESIDE * self.slack / size if size else 0.0)
+        sides = [self.free(on_way + shift) & self._within(on_way + shift) for shift in (aside, -aside)]
+        return bool((sides[0] | sides[1]).all())
+
+    def _within(self, points: Floats) -> NDArray[np.bool_]:
+        return np.asarray(((points >= self.lower) & (points <= self.upper)).all(axis=1), dtype=np.bool_)
+
+    def distance(self, points: ArrayLike) -> tuple[Floats, Floats, NDArray[np.int64]]:
+        """Distance of points (k, 2) to the nearest obstacle, its nearest point (k, 2), and its index; 0 inside."""
+        p = np.atleast_2d(np.asarray(points, dtype=np.float64))
+        best, place, which = np.full(len(p), np.inf), np.zeros_like(p), np.full(len(p), -1)
+        inside = self.inside(p)
+        for index, corners in enumerate(self.polygons):
+            nearest = nearest_on_segments(p, corners, np.roll(corners, -1, axis=0))
+            away = np.linalg.norm(nearest - p[:, None], axis=2)
+            k = away.argmin(axis=1)
+            rows = np.arange(len(p))
+            size = np.where(inside == index, 0.0, away[rows, k])
+            closer = size < best
+            best[closer], which[closer] = size[closer], index
+            place[closer] = np.where((inside == index)[:, None], p, nearest[rows, k])[closer]
+        return best, place, which
+
+
+def signed_area(corners: Floats) -> float:
+    """Of a polygon (k, 2); positive counter-clockwise."""
+    a, b = corners, np.roll(corners, -1, axis=0)
+    return float((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum()) / 2.0
+
+
+def nearest_on_segments(p: Floats, a: Floats, b: Floats) -> Floats:
+    """(k, m, 2) the point of each segment (m) nearest to each point (k)."""
+    way = b - a
+    share = ((p[:, None] - a[None]) * way[None]).sum(axis=2) / np.maximum((way**2).sum(axis=1), 1e-300)
+    return a[None] + np.clip(share, 0.0, 1.0)[..., None] * way[None]
+
+
+def distances_to_segments(p: Floats, a: Floats, b: Floats) -> Floats:
+    """(k, m) distances of points to segments."""
+    return np.linalg.norm(nearest_on_segments(p, a, b) - p[:, None], axis=2)
+
+
+def minkowski_sum(first: ArrayLike, second: ArrayLike) -> Floats:
+    """(k, 2) corners of the sum of two convex polygons, counter-clockwise: edges of both in the order of their angles.
+
+    The obstacle that a translating robot A sees as a point is the sum of the obstacle and -A.
+
+    Args:
+        first, second: (k, 2) corners of convex polygons, in any sense.
+
+    Reference: de Berg et al., Computational Geometry, sec. 13.3.
+    """
+    a, b = (_from_lowest(np.asarray(x, dtype=np.float64)) for x in (first, second))
+    found: list[Floats] = []
+    i, j = 0, 0
+    while i < len(a) or j < len(b):
+        found.append(a[i % len(a)] + b[j % len(b)])
+        u, v = a[(i + 1) % len(a)] - a[i % len(a)], b[(j + 1) % len(b)] - b[j % len(b)]
+        turn = u[0] * v[1] - u[1] * v[0]
+        i, j = (
+            i + int((turn >= 0.0 and i < len(a)) or j >= len(b)),
+            j + int((turn <= 0.0 and j < len(b)) or i >= len(a)),
+        )
+    return np.array(found)
+
+
+def _from_lowest(corners: Floats) -> Floats:
+    """Counter-clockwise, the lowest and of these the leftmost corner first."""
+    turned = corners if signed_area(corners) > 0.0 else corners[::-1]
+    return np.roll(turned, -int(np.lexsort((turned[:, 0], turned[:, 1]))[0]), axis=0)

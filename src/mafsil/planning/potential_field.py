@@ -1,0 +1,170 @@
+"""Artificial potentials: a point is drawn to the goal and pushed from obstacles; local minima are found and escaped."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from time import perf_counter
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, as_batch, positive, single
+from mafsil.planning.outcome import Plan, PlanningStatus
+
+Distance: TypeAlias = Callable[[Floats], tuple[Floats, Floats]]
+"""(k, n) points -> (k,) distances to an obstacle, and (k, n) its nearest points."""
+STILL = 1e-10
+"""Force, as share of the attraction at the start, below which a point stands still."""
+MOST_STEPS = 20_000
+
+
+def disc(centre: ArrayLike, radius: float) -> Distance:
+    """The distance to a disc or ball.
+
+    Args:
+        centre: (n,) [m].
+        radius: [m].
+    """
+    middle, r = np.asarray(centre, dtype=np.float64), positive("radius", radius)
+
+    def distance(points: Floats) -> tuple[Floats, Floats]:
+        way = points - middle
+        size = np.linalg.norm(way, axis=-1)
+        nearest = middle + way * (r / np.maximum(size, 1e-300))[..., None]
+        return np.maximum(size - r, 0.0), nearest
+
+    return distance
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PotentialField:
+    """U = kp |x - goal|^2/2 + sum eta (1/rho - 1/rho_0)^2/2 over obstacles nearer than rho_0.
+
+    Attributes:
+        goal: (n,) [m].
+        obstacles: distances to them.
+        kp, eta: how strong attraction and repulsion are.
+        reach: rho_0 [m].
+    """
+
+    goal: Floats
+    obstacles: tuple[Distance, ...]
+    kp: float = 1.0
+    eta: float = 1.0
+    reach: float = 1.0
+
+    @classmethod
+    def of(
+        cls, goal: ArrayLike, obstacles: Sequence[Distance], *, kp: float = 1.0, eta: float = 1.0, reach: float = 1.0
+    ) -> PotentialField:
+        """A field.
+
+        Raises:
+            InputError: a number that is not finite, a strength or reach that is not positive.
+        """
+        target = np.asarray(as_batch("goal", goal, np.shape(goal)[-1:], finite=True))
+        numbers = (positive(name, x) for name, x in (("kp", kp), ("eta", eta), ("reach", reach)))
+        return cls(target, tuple(obstacles), *numbers)
+
+    def attraction(self, x: ArrayLike) -> Floats:
+        """(*batch, n) kp (goal - x)."""
+        return self.kp * (self.goal - np.asarray(x, dtype=np.float64))
+
+    def repulsion(self, x: ArrayLike) -> Floats:
+        """(*batch, n) sum of eta (1/rho - 1/rho_0)/rho^2 along the directions away from obstacles; infinite at them."""
+        points = np.asarray(x, dtype=np.float64)
+        total = np.zeros_like(points)
+        for obstacle in self.obstacles:
+            rho, nearest = obstacle(points)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                size = self.eta * (1.0 / rho - 1.0 / self.reach) / rho**2
+                away = (points - nearest) / rho[..., None]
+            total = total + np.where((rho < self.reach)[..., None], size[..., None] * away, 0.0)
+        return total
+
+    def force(self, x: ArrayLike) -> Floats:
+        """(*batch, n) minus the gradient of U."""
+        return self.attraction(x) + self.repulsion(x)
+
+    def potential(self, x: ArrayLike) -> Floats:
+        """(*batch,) U."""
+        points = np.asarray(x, dtype=np.float64)
+        total = 0.5 * self.kp * ((points - self.goal) ** 2).sum(axis=-1)
+        for obstacle in self.obstacles:
+            rho, _ = obstacle(points)
+            with np.errstate(divide="ignore"):
+                total = total + np.where(rho < self.reach, 0.5 * self.eta * (1.0 / rho - 1.0 / self.reach) ** 2, 0.0)
+        return total
+
+    def path(self, start: ArrayLike, *, step: float = 0.05, escapes: int = 0, seed: int = 0) -> Plan:
+        """Down the field from a point: a local method, which sees only what is near.
+
+        1. Along the force, by at most `step` and no farther than half way to an obstacle; halved until U falls.
+        2. Where the force vanishes before the goal there is a local minimum, which is where the path ends,
+        3. unless escapes are left: a random walk away from it, and down again.
+
+        Args:
+            start: (n,) [m].
+            step: longest step [m].
+            escapes: how many local minima are left by a random walk.
+            seed: of these.
+
+        Raises:
+            InputError: a wrong shape, a number that is not finite.
+
+        Reference: Khatib, Real-time obstacle avoidance for manipulators and mobile robots, IJRR 1986; Barraquand and
+            Latombe, Robot motion planning: a distributed representation approach, IJRR 1991.
+        """
+        begun, rng = perf_counter(), np.random.default_rng(seed)
+        x = single("start", start, self.goal.shape).copy()
+        rows, size = [x.copy()], max(float(np.linalg.norm(self.attraction(x))), 1e-300)
+        left, longest = escapes, positive("step", step)
+        looks = 0
+        for looks in range(1, MOST_STEPS + 1):
+            if np.linalg.norm(self.goal - x) <= 1e-9 * max(1.0, size / self.kp):
+                return Plan(
+                    PlanningStatus.FOUND, np.stack(rows), "potential_field", looks, 0, len(rows), perf_counter() - begun
+                )
+            F = self.force(x)
+            moved = self._down(x, F, longest)
+            # 2.
+            if np.linalg.norm(F) <= STILL * size or moved is None:
+                if left == 0:
+                    break
+                # 3.
+                left -= 1
+                rows += self._wandered(x, rng, longest)
+                moved = rows[-1]
+            x = moved
+            rows.append(x.copy())
+        status = (
+            PlanningStatus.LOCAL_MINIMUM if np.linalg.norm(self.force(x)) <= 1e-3 * size else PlanningStatus.NOT_FOUND
+        )
+        return Plan(status, np.stack(rows), "potential_field", looks, 0, len(rows), perf_counter() - begun)
+
+    def _down(self, x: Floats, F: Floats, longest: float) -> Floats | None:
+        """A point farther down along the force; None where none is lower."""
+        clear = min((float(obstacle(x[None])[0][0]) for obstacle in self.obstacles), default=np.inf)
+        size = float(np.linalg.norm(F))
+        if not np.isfinite(size) or size == 0.0:
+            return None
+        length = min(longest, clear / 2.0, size / self.kp)
+        here = float(self.potential(x))
+        while length > 1e-15 * max(1.0, float(np.abs(x).max())):
+            new = x + F * (length / size)
+            if float(self.potential(new)) < here:
+                return new
+            length /= 2.0
+        return None
+
+    def _wandered(self, x: Floats, rng: np.random.Generator, longest: float) -> list[Floats]:
+        """A random walk of some steps that touches no obstacle."""
+        rows: list[Floats] = []
+        for _ in range(int(rng.integers(10, 60))):
+            new = x + rng.normal(size=len(x)) * longest * 2.0
+            if all(float(obstacle(new[None])[0][0]) > 0.0 for obstacle in self.obstacles):
+                x = new
+                rows.append(new)
+        return rows or [x + 0.0]

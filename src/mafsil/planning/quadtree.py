@@ -1,0 +1,177 @@
+"""Free space of the plane in squares of many sizes: free, full, or divided further."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, single, whole
+from mafsil.planning.outcome import Plan, PlanningStatus
+from mafsil.planning.polygons import PolygonWorld, distances_to_segments
+from mafsil.planning.search import shortest_way
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Quadtree:
+    """Cells of a rectangle.
+
+    Attributes:
+        world: that was divided.
+        free, full, mixed: (k, 2, 2) lower and upper corners of the cells of each kind; mixed ones are as small as
+            they may be.
+        depth: how often cells were divided at most.
+    """
+
+    world: PolygonWorld
+    free: Floats
+    full: Floats
+    mixed: Floats
+    depth: int
+
+    def path(self, start: ArrayLike, goal: ArrayLike) -> Plan:
+        """A way from cell to cell, through the middles of their common borders.
+
+        1. Start and goal in free cells; where one is in a mixed cell nothing is decided at this depth.
+        2. The shortest way through the borders of neighbouring free cells.
+        3. If there is none: separated if not even mixed cells would join them, else not found at this depth.
+
+        Args:
+            start, goal: (2,) [m].
+
+        Raises:
+            InputError: a wrong shape, a number that is not finite.
+        """
+        begun = perf_counter()
+        a, b = single("start", start, (2,)), single("goal", goal, (2,))
+        ends = [_cell_of(self.free, point) for point in (a, b)]
+        account = ("quadtree", len(self.free) + len(self.full) + len(self.mixed), 0, len(self.free))
+        for status, point, cell in zip(
+            (PlanningStatus.START_BLOCKED, PlanningStatus.GOAL_BLOCKED), (a, b), ends, strict=True
+        ):
+            if cell is None:
+                kind = PlanningStatus.NOT_FOUND if _cell_of(self.mixed, point) is not None else status
+                return Plan(kind, a[None], *account, perf_counter() - begun)
+        assert ends[0] is not None
+        assert ends[1] is not None
+        # 2.
+        doors, edges, of_cell = _doors(self.free)
+        nodes = np.concatenate([doors, a[None], b[None]])
+        edges += [set(), set()]
+        for k, cell in ((len(doors), ends[0]), (len(doors) + 1, ends[1])):
+            for door in of_cell[cell]:
+                edges[k].add(door)
+                edges[door].add(k)
+        if ends[0] == ends[1]:
+            edges[-1].add(len(doors))
+            edges[len(doors)].add(len(doors) + 1)
+        way = shortest_way(nodes, edges, len(doors), {len(doors) + 1})
+        seconds = perf_counter() - begun
+        if way is not None:
+            return Plan(PlanningStatus.FOUND, nodes[way], *account, seconds)
+        # 3.
+        joined = np.concatenate([self.free, self.mixed])
+        status = PlanningStatus.NOT_FOUND if _connected(joined, ends[0], ends[1]) else PlanningStatus.SEPARATED
+        return Plan(status, a[None], *account, seconds)
+
+
+def quadtree(world: PolygonWorld, depth: int = 6) -> Quadtree:
+    """Divide a rectangle into free and full cells; mixed ones into four, down to a depth.
+
+    Args:
+        world: obstacles.
+        depth: how often cells are divided at most.
+
+    Reference: Samet, The Design and Analysis of Spatial Data Structures; LaValle, Planning Algorithms, sec. 6.
+    """
+    deepest = whole("depth", depth, least=0)
+    kinds: dict[str, list[Floats]] = {"free": [], "full": [], "mixed": []}
+    waiting = [(np.stack([world.lower, world.upper]), 0)]
+    while waiting:
+        cell, level = waiting.pop()
+        kind = _kind(world, cell)
+        if kind != "mixed" or level == deepest:
+            kinds[kind].append(cell)
+            continue
+        middle = cell.mean(axis=0)
+        for x in (0, 1):
+            for y in (0, 1):
+                low = np.array([(cell[0], middle)[x][0], (cell[0], middle)[y][1]])
+                high = np.array([(middle, cell[1])[x][0], (middle, cell[1])[y][1]])
+                waiting.append((np.stack([low, high]), level + 1))
+    cells = {name: np.array(rows).reshape(-1, 2, 2) for name, rows in kinds.items()}
+    return Quadtree(world, cells["free"], cells["full"], cells["mixed"], deepest)
+
+
+def _kind(world: PolygonWorld, cell: Floats) -> str:
+    """Free, full or mixed: no edge of an obstacle passes through the interior of the first two."""
+    middle, half = cell.mean(axis=0), (cell[1] - cell[0]) / 2.0
+    for corners in world.polygons:
+        a, b = corners, np.roll(corners, -1, axis=0)
+        if (distances_to_segments(middle[None], a, b).min() < float(np.linalg.norm(half))) and _crosses(a, b, cell):
+            return "mixed"
+    return "free" if world.free(middle)[0] else "full"
+
+
+def _crosses(a: Floats, b: Floats, cell: Floats) -> bool:
+    """Whether one of the segments passes through the open cell: clipped by its four sides (Liang and Barsky)."""
+    way = b - a
+    enter, leave = np.zeros(len(a)), np.ones(len(a))
+    outside = np.zeros(len(a), dtype=bool)
+    for axis in (0, 1):
+        still = way[:, axis] == 0.0
+        low, high = cell[0, axis] - a[:, axis], cell[1, axis] - a[:, axis]
+        outside |= still & ((low >= 0.0) | (high <= 0.0))
+        step = np.where(still, 1.0, way[:, axis])
+        first, last = np.minimum(low / step, high / step), np.maximum(low / step, high / step)
+        enter = np.where(still, enter, np.maximum(enter, first))
+        leave = np.where(still, leave, np.minimum(leave, last))
+    return bool((~outside & (leave - enter > 1e-12)).any())
+
+
+def _cell_of(cells: Floats, point: Floats) -> int | None:
+    """The cell that holds a point, its border included."""
+    rows = np.flatnonzero(((cells[:, 0] <= point) & (point <= cells[:, 1])).all(axis=1))
+    return int(rows[0]) if len(rows) else None
+
+
+def _touching(cells: Floats, k: int) -> tuple[list[int], Floats]:
+    """Cells after k that share more than a point with it, and the middles of the common borders."""
+    low, high = np.maximum(cells[k, 0], cells[k + 1 :, 0]), np.minimum(cells[k, 1], cells[k + 1 :, 1])
+    size = high - low
+    rows = np.flatnonzero((np.abs(size).min(axis=1) <= 0.0) & (size.max(axis=1) > 0.0) & (size.min(axis=1) >= 0.0))
+    return (rows + k + 1).tolist(), (low[rows] + high[rows]) / 2.0
+
+
+def _doors(cells: Floats) -> tuple[Floats, list[set[int]], list[list[int]]]:
+    """Middles of the borders between cells, which of them share a cell, and those of each cell."""
+    doors: list[Floats] = []
+    of_cell: list[list[int]] = [[] for _ in cells]
+    for k in range(len(cells)):
+        others, middles = _touching(cells, k)
+        for other, middle in zip(others, middles, strict=True):
+            of_cell[k].append(len(doors))
+            of_cell[other].append(len(doors))
+            doors.append(middle)
+    edges: list[set[int]] = [set() for _ in doors]
+    for of_one in of_cell:
+        for door in of_one:
+            edges[door] |= set(of_one) - {door}
+    return np.array(doors).reshape(-1, 2), edges, of_cell
+
+
+def _connected(cells: Floats, start: int, end: int) -> bool:
+    """Whether cells lead from one to another."""
+    pairs: list[set[int]] = [set() for _ in cells]
+    for k in range(len(cells)):
+        for other in _touching(cells, k)[0]:
+            pairs[k].add(other)
+            pairs[other].add(k)
+    seen, stack = {start}, [start]
+    while stack:
+        for other in pairs[stack.pop()] - seen:
+            seen.add(other)
+            stack.append(other)
+    return end in seen
