@@ -6,15 +6,9 @@ import pytest
 from mafsil import mobility as mo
 from mafsil import parallel as pa
 from mafsil.geometry import pose, rotation, screw
-from tests.acceptance.reading import cases
-from tests.acceptance.test_08_closed_chains import pose_of, stewart
-
-CASES = cases("08-closed-chains.json", "08-more.json")
-
-
-def near(got, expected, tolerance=2e-8):
-    assert np.shape(got) == np.shape(expected)
-    assert np.asarray(got, float) == pytest.approx(np.asarray(expected, float), abs=tolerance)
+from tests.acceptance import test_08_closed_chains, test_08_planar, test_08_planar_chains
+from tests.acceptance.reading import unread_after
+from tests.acceptance.test_08_closed_chains import CASES, near, pose_of, stewart
 
 
 @pytest.mark.capability("08-1", "08-6", "08-13", "08-30")
@@ -180,3 +174,26 @@ def test_eclipse():
             ]  # fmt: skip
             if axis == "y":
                 assert helped[:1] == [1] if degrees > 0 else helped == [2, 3]
+
+
+@pytest.mark.capability("08-28")
+def test_elimination_of_three_rps():
+    case, legs = CASES["ch08-18-sylvester-3xRPS"], CASES["ch08-09-general-3xRPS"]
+    found = pa.ThreeRPS(legs["base_radius"], legs["platform_radius"]).modes(np.sqrt(1.25) + np.array(legs["q_a"]))
+    assert len(pa.trimmed(found.coefficients)) - 1 == case["degree"]
+    assert len(found.t) == case["n_solutions"]
+    assert found.real == case["n_real"]
+    t1 = found.t[: found.real, 0].real
+    near(sorted(t1[t1 > 0]), case["positive_real_t1"], 1e-8)
+    given = case["solution_matching_case_09"]
+    best = np.abs(np.degrees(found.theta) - given["theta_deg"]).max(axis=1).argmin()
+    near(np.degrees(found.theta[best]), given["theta_deg"], 1e-7)
+    near(found.T[best, :3, 3], given["platform_centre"], 1e-8)
+    near(found.T[best, :3, 3], np.array(legs["T"])[:3, 3], 1e-8)
+
+
+def test_every_key_is_read():
+    tests = {name: item for name, item in globals().items() if name != "test_every_key_is_read"}
+    for module in (test_08_closed_chains, test_08_planar, test_08_planar_chains):
+        tests |= {name: item for name, item in vars(module).items() if name.startswith("test_")}
+    assert unread_after({name: item for name, item in tests.items() if callable(item)}, CASES) == []

@@ -4,15 +4,9 @@ import numpy as np
 import pytest
 
 from mafsil.parallel import PlanarThreeRPR, SingularKind
-from tests.acceptance.reading import cases
+from tests.acceptance.test_08_closed_chains import CASES, near
 
-CASES = cases("08-closed-chains.json", "08-more.json")
 DEGREES = np.array([1, 1, 180 / np.pi])
-
-
-def near(got, expected, tolerance=2e-8):
-    assert np.shape(got) == np.shape(expected)
-    assert np.asarray(got, float) == pytest.approx(np.asarray(expected, float), abs=tolerance)
 
 
 @pytest.mark.capability("08-13", "08-20", "08-21", "08-22", "08-40")

@@ -16,14 +16,7 @@ from mafsil.parallel import (
     output_angles,
     singular_points,
 )
-from tests.acceptance.reading import cases
-
-CASES = cases("08-closed-chains.json", "08-more.json")
-
-
-def near(got, expected, tolerance=2e-8):
-    assert np.shape(got) == np.shape(expected)
-    assert np.asarray(got, float) == pytest.approx(np.asarray(expected, float), abs=tolerance)
+from tests.acceptance.test_08_closed_chains import CASES, near
 
 
 def pairs(count=5):

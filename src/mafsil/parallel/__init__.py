@@ -42,3 +42,10 @@ from mafsil.parallel.platform_modes import stewart_assembly_modes as stewart_ass
 from mafsil.parallel.singular_kinds import SingularKind as SingularKind
 from mafsil.parallel.singular_kinds import SingularKinds as SingularKinds
 from mafsil.parallel.stewart import StewartPlatform as StewartPlatform
+from mafsil.parallel.sylvester import eliminant as eliminant
+from mafsil.parallel.sylvester import half_angle_polynomial as half_angle_polynomial
+from mafsil.parallel.sylvester import resultant as resultant
+from mafsil.parallel.sylvester import sylvester_matrix as sylvester_matrix
+from mafsil.parallel.sylvester import trimmed as trimmed
+from mafsil.parallel.three_rps_forward import ThreeRPS as ThreeRPS
+from mafsil.parallel.three_rps_forward import ThreeRPSModes as ThreeRPSModes

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -50,6 +51,12 @@ class DrivenRates:
     free: Floats
     internal: Floats
     singular_values: Floats
+
+    @property
+    def actuation(self) -> Literal["under", "exact", "redundant"]:
+        """Whether there are fewer, as many or more driven joints than first-order motions of the loops."""
+        spare = len(self.driven) - (len(self.driven) + len(self.passive) - self.rank)
+        return "under" if spare < 0 else "redundant" if spare else "exact"
 
     @property
     def regular(self) -> bool:

@@ -112,6 +112,22 @@ class StewartPlatform:
         """(*batch, 6) rates of the lengths [m/s] for twists V (*batch, 6) of the platform."""
         return rates(self.jacobian(T, frame), V)
 
+    def leg_accelerations(self, T: ArrayLike, V: ArrayLike, Vd: ArrayLike) -> Floats:
+        """(*batch, 6) second derivatives of the lengths [m/s^2], for a motion simulator that follows a trajectory.
+
+        Args:
+            T: (*batch, 4, 4) poses.
+            V: (*batch, 6) twists in {s}.
+            Vd: (*batch, 6) their derivatives by time.
+        """
+        twist, change, d = as_batch("V", V, (6,)), as_batch("Vd", Vd, (6,)), self.leg_vectors(T)
+        s, u = unit_vectors(d)
+        end, w = self.base + d, twist[..., None, :3]
+        moving = twist[..., None, 3:] + np.cross(w, end)
+        along = (u * moving).sum(axis=-1)
+        bending = (u * np.cross(w, moving)).sum(axis=-1) + ((moving**2).sum(axis=-1) - along**2) / s
+        return rates(line_matrix(self.base, u), change) + bending
+
     def twist(self, T: ArrayLike, leg_rates: ArrayLike, frame: Frame = "space") -> Floats:
         """(*batch, 6) twists for rates of the lengths (*batch, 6) [m/s]; NaN at singular poses."""
         return forces_for(np.swapaxes(self.jacobian(T, frame), -1, -2), as_batch("leg_rates", leg_rates, (6,)))
