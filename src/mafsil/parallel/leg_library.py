@@ -17,19 +17,19 @@ from mafsil.parallel.stewart import StewartPlatform
 THIRDS = 2 * np.pi * np.arange(3) / 3
 
 
-def turning(direction: Floats, point: Floats) -> Floats:
+def hinge_screw(direction: Floats, point: Floats) -> Floats:
     """(6,) screw of a hinge along a unit direction through a point."""
     return np.concatenate([direction, -np.cross(direction, point)])
 
 
-def sliding(direction: Floats) -> Floats:
+def slider_screw(direction: Floats) -> Floats:
     """(6,) screw of a slider along a unit direction."""
     return np.concatenate([np.zeros(3), direction])
 
 
 def ball(point: Floats) -> list[Floats]:
     """Three screws of a spherical joint, along x, y and z."""
-    return [turning(axis, point) for axis in np.eye(3)]
+    return [hinge_screw(axis, point) for axis in np.eye(3)]
 
 
 def _unit(v: Floats) -> Floats:
@@ -49,8 +49,8 @@ def stewart_legs(robot: StewartPlatform, T: ArrayLike, foot: str = "U") -> LegMe
         u = _unit(d)
         least: Floats = np.eye(3)[int(np.abs(u).argmin())]
         first = _unit(np.cross(u, least))
-        feet = ball(a) if foot == "S" else [turning(first, a), turning(np.cross(u, first), a)]
-        screws.append(np.stack([*feet, sliding(u), *ball(a + d)], axis=1))
+        feet = ball(a) if foot == "S" else [hinge_screw(first, a), hinge_screw(np.cross(u, first), a)]
+        screws.append(np.stack([*feet, slider_screw(u), *ball(a + d)], axis=1))
     slider = 3 if foot == "S" else 2
     n = screws[0].shape[1]
     return LegMechanism(legs_of(screws, T), tuple(slider + n * k for k in range(6)))
@@ -64,7 +64,7 @@ def three_rps(base: float, platform: float, height: float) -> LegMechanism:
         u = np.array([np.cos(angle), np.sin(angle), 0.0])
         t = np.array([-np.sin(angle), np.cos(angle), 0.0])
         A, B = rb * u, rp * u + [0.0, 0.0, h]
-        screws.append(np.stack([turning(t, A), sliding(_unit(B - A)), *ball(B)], axis=1))
+        screws.append(np.stack([hinge_screw(t, A), slider_screw(_unit(B - A)), *ball(B)], axis=1))
     return LegMechanism(legs_of(screws, pose.from_translation([0.0, 0.0, h])), (1, 6, 11))
 
 
@@ -82,7 +82,7 @@ def delta_legs(robot: DeltaRobot, q: float) -> LegMechanism:
         E = A + robot.arm * (np.cos(q) * u - np.sin(q) * np.array([0.0, 0.0, 1.0]))
         C = p + robot.platform * u
         n = np.cross(t, _unit(C - E))
-        screws.append(np.stack([turning(w, at) for w, at in ((t, A), (t, E), (n, E), (n, C), (t, C))], axis=1))
+        screws.append(np.stack([hinge_screw(w, at) for w, at in ((t, A), (t, E), (n, E), (n, C), (t, C))], axis=1))
     return LegMechanism(legs_of(screws, pose.from_translation(p)), (0, 5, 10))
 
 
@@ -94,7 +94,7 @@ def eclipse_legs(robot: Eclipse, T: ArrayLike) -> LegMechanism:
     z = np.array([0.0, 0.0, 1.0])
     for (gamma, _), foot, B in zip(found, robot.feet(T), robot.platform_joints(T), strict=True):
         t = np.array([-np.sin(gamma), np.cos(gamma), 0.0])
-        screws.append(np.stack([turning(z, np.zeros(3)), sliding(z), turning(t, foot), *ball(B)], axis=1))
+        screws.append(np.stack([hinge_screw(z, np.zeros(3)), slider_screw(z), hinge_screw(t, foot), *ball(B)], axis=1))
     return LegMechanism(legs_of(screws, T), (0, 1, 6, 7, 12, 13))
 
 
@@ -114,6 +114,12 @@ def three_upu(base: float, platform: float, height: float, axes: str = "radial")
         A, B = rb * u, rp * u + [0.0, 0.0, h]
         d = _unit(B - A)
         inner = _unit(np.cross(d, outer))
-        both = [turning(outer, A), turning(inner, A), sliding(d), turning(inner, B), turning(outer, B)]
+        both = [
+            hinge_screw(outer, A),
+            hinge_screw(inner, A),
+            slider_screw(d),
+            hinge_screw(inner, B),
+            hinge_screw(outer, B),
+        ]
         screws.append(np.stack(both, axis=1))
     return LegMechanism(legs_of(screws, pose.from_translation([0.0, 0.0, h])), (2, 7, 12))

@@ -15,11 +15,16 @@ def _size(z: Any) -> float:
 
 @uncounted
 def solved(M: Any, rhs: Any) -> float:
-    """The right side (n, k) becomes M^-1 rhs, M (n, n) is spent; returns the least pivot over the largest."""
+    """The right side (n, k) becomes M^-1 rhs, M (n, n) is spent; returns the least pivot over the largest.
+
+    1. Column by column the largest entry below the diagonal comes up as the pivot; none, the matrix is singular: 0.
+    2. The rows below lose their entry of that column.
+    3. Back from the last row.
+    """
     n, k = M.shape[0], rhs.shape[1]
     least, most = 1e308, 0.0
     for c in range(n):
-        # 1. The largest entry below the diagonal is the pivot.
+        # 1.
         best, size = c, _size(M[c, c])
         for i in range(c + 1, n):
             other = _size(M[i, c])
@@ -33,7 +38,7 @@ def solved(M: Any, rhs: Any) -> float:
                 M[c, j], M[best, j] = M[best, j], M[c, j]
             for j in range(k):
                 rhs[c, j], rhs[best, j] = rhs[best, j], rhs[c, j]
-        # 2. The rows below lose their entry.
+        # 2.
         over = 1.0 / M[c, c]
         M[c, c] = over
         for i in range(c + 1, n):
@@ -42,7 +47,7 @@ def solved(M: Any, rhs: Any) -> float:
                 M[i, j] -= factor * M[c, j]
             for j in range(k):
                 rhs[i, j] -= factor * rhs[c, j]
-    # 3. Back from the last row.
+    # 3.
     for c in range(n - 1, -1, -1):
         for j in range(k):
             value = rhs[c, j]

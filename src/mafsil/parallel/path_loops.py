@@ -74,6 +74,10 @@ def predicted(times: Any, poses: Any, rates: Any, known: int, t: float, out: Any
 def corrected(x: Any, g: Any, dg: Any, R: Any, d: Any, M: Any, r: Any, rate: Any, most: float, steps: int) -> float:
     """Newton's method on the pose x (7,) at geometry g, and its rate by t from the last of the matrices.
 
+    1. One matrix and two right sides: what the legs miss, and how fast they do along t.
+    2. A first correction that is too large, or a singular matrix, ends it: another path may be nearer.
+    3. The corrected pose and the rate there; done when the correction is nearly rounding.
+
     Args:
         x: pose, corrected.
         g, dg: (6, 7) ends on the base, on the platform, squares of lengths, and their derivatives by t.
@@ -87,6 +91,7 @@ def corrected(x: Any, g: Any, dg: Any, R: Any, d: Any, M: Any, r: Any, rate: Any
     """
     first = -1.0
     for _ in range(steps):
+        # 1.
         legs(x, g[:, 0:3], g[:, 3:6], g[:, 6], R, d, M, r)
         for i in range(6):
             u, v, w = dg[i, 3], dg[i, 4], dg[i, 5]
@@ -97,6 +102,7 @@ def corrected(x: Any, g: Any, dg: Any, R: Any, d: Any, M: Any, r: Any, rate: Any
                 - d[i, 2] * (R[6] * u + R[7] * v + R[8] * w - dg[i, 2])
             )
             r[i, 0] = -r[i, 0]
+        # 2.
         if solved(M, r) == 0.0:
             return np.inf
         size, scale = 0.0, 1.0
@@ -108,6 +114,7 @@ def corrected(x: Any, g: Any, dg: Any, R: Any, d: Any, M: Any, r: Any, rate: Any
             first = size / scale
             if not first <= most:
                 return np.inf
+        # 3.
         rates_of(x, r[:, 0], rate)
         for j in range(7):
             x[j] += rate[j]
