@@ -26,7 +26,7 @@ from mafsil.solvers.loops import compiled, uncounted
 
 ARRIVED, MERGED, UNBOUNDED, STUCK = 0, 1, 2, 3
 
-LARGEST = 1e5
+LARGEST = 1e7
 """Poses whose numbers grow beyond it (lengths over the size) run to infinity."""
 SHORTEST = 1e-9
 """Steps below it are not taken: two paths meet there."""
@@ -34,8 +34,13 @@ NEARLY = 1e-4
 """Paths that meet this near to the end have met at the end, in a pose that is singular there."""
 FIRST = 0.01
 """First step."""
-ENDED = 1e-8
-"""Corrections below it are the last: the next would be rounding."""
+ENDED = 1e-6
+"""Corrections below it are the last: the next would be their square."""
+EXACT = 1e-13
+"""The same at the end of a path: a double pose comes nearer by half with each."""
+STEPS = 3
+LAST_STEPS = 60
+"""Most corrections on the way and at the end."""
 
 
 @uncounted
@@ -71,7 +76,7 @@ def predicted(times: Any, poses: Any, rates: Any, known: int, t: float, out: Any
 
 
 @uncounted
-def corrected(x: Any, g: Any, dg: Any, R: Any, d: Any, M: Any, r: Any, rate: Any, most: float, steps: int) -> float:
+def corrected(x: Any, g: Any, dg: Any, R: Any, d: Any, M: Any, r: Any, rate: Any, most: float, ended: float) -> float:
     """Newton's method on the pose x (7,) at geometry g, and its rate by t from the last of the matrices.
 
     1. One matrix and two right sides: what the legs miss, and how fast they do along t.
@@ -84,13 +89,13 @@ def corrected(x: Any, g: Any, dg: Any, R: Any, d: Any, M: Any, r: Any, rate: Any
         R, d, M, r: work.
         rate: (7,) set to dx/dt.
         most: largest first correction.
-        steps: most of them.
+        ended: size of the last.
 
     Returns:
         The first correction over the size of the pose; infinite if the corrections did not end.
     """
     first = -1.0
-    for _ in range(steps):
+    for _ in range(LAST_STEPS if ended < ENDED else STEPS):
         # 1.
         legs(x, g[:, 0:3], g[:, 3:6], g[:, 6], R, d, M, r)
         for i in range(6):
@@ -120,7 +125,7 @@ def corrected(x: Any, g: Any, dg: Any, R: Any, d: Any, M: Any, r: Any, rate: Any
             x[j] += rate[j]
         of_norm_one(x)
         rates_of(x, r[:, 1], rate)
-        if size <= ENDED * scale:
+        if size <= ended * scale:
             return first
     return np.inf
 
@@ -132,7 +137,7 @@ def follow(
 ) -> int:  # fmt: skip
     """The pose x (7,) from t = 0 to t = 1; how it ended. Work arrays as in `follow_all`."""
     at(0.0, start, dg, g)
-    corrected(x, g, dg, R, d, M, r, rate, np.inf, 8)
+    corrected(x, g, dg, R, d, M, r, rate, np.inf, EXACT)
     for j in range(7):
         poses[2, j], rates[2, j] = x[j], rate[j]
     times[2] = 0.0
@@ -144,7 +149,7 @@ def follow(
         of_norm_one(y)
         # 2.
         at(t + h, start, dg, g)
-        change = corrected(y, g, dg, R, d, M, r, rate, most, 3)
+        change = corrected(y, g, dg, R, d, M, r, rate, most, ENDED)
         # 3.
         if change <= most:
             t += h
@@ -169,10 +174,10 @@ def follow(
                 near = 1.0 - t < NEARLY
                 if near:
                     at(1.0, start, dg, g)
-                    corrected(x, g, dg, R, d, M, r, rate, np.inf, 60)
+                    corrected(x, g, dg, R, d, M, r, rate, np.inf, EXACT)
                 return MERGED if near else STUCK
     at(1.0, start, dg, g)
-    corrected(x, g, dg, R, d, M, r, rate, np.inf, 8)
+    corrected(x, g, dg, R, d, M, r, rate, np.inf, EXACT)
     return ARRIVED
 
 

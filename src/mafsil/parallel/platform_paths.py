@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from mafsil import threads
 from mafsil.arrays import Booleans, Floats
 from mafsil.lazy_module import lazily
 from mafsil.parallel.start_platforms import CORRECTIONS, MOST, Complexes, start_platform
@@ -28,6 +29,8 @@ else:
     stewart_loops = lazily("mafsil.parallel.stewart_loops")
 
 BLOCK = 256
+PART = 8
+"""Rows that a thread takes at once: some 30 ms of work."""
 POLISH = 30
 """Most Newton steps that make a pose real; a double one needs them, others three."""
 
@@ -76,13 +79,23 @@ def gathered(
             break
         out = np.empty((len(missing), len(start.poses), 7), dtype=np.complex128)
         how = np.zeros(out.shape[:2], dtype=np.int8)
-        path_loops.follow_all(start.geometry, ends[missing], start.poses, correction, out, how)
+        _follow(start, ends[missing], correction, out, how)
         some, number, again = kept[missing], count[missing], np.zeros((len(missing), most), dtype=np.int64)
         path_loops.collect(out, how, SAME, real, some, number, again)
         kept[missing], count[missing] = some, number
         times[missing] = np.maximum(times[missing], again)
         missing = missing[number < expected]
     return kept, count, times
+
+
+def _follow(start: Start, ends: Complexes, correction: float, out: Complexes, how: NDArray[np.int8]) -> None:
+    """`path_loops.follow_all` over the threads of this machine, a few rows at a time."""
+
+    def part(k: int) -> None:
+        rows = slice(k * PART, (k + 1) * PART)
+        path_loops.follow_all(start.geometry, ends[rows], start.poses, correction, out[rows], how[rows])
+
+    threads.run(part, -(-len(ends) // PART), threads.available())
 
 
 @dataclass(frozen=True, eq=False)

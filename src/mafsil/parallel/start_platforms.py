@@ -33,7 +33,7 @@ MOST = 40
 """Isolated poses of a platform on six legs, complex ones included: never more (Raghavan 1993)."""
 MOST_ROUNDS = 60
 """Of step 2; with random rounds forty are there after about ten."""
-CORRECTIONS = (1e-4, 1e-5, 1e-6)
+CORRECTIONS = (1e-3, 1e-4, 1e-5)
 """Shares of a pose that a corrector may move, from the first attempt to the last."""
 
 
