@@ -2,6 +2,8 @@
 
 from mafsil.parallel.assembly_modes import AssemblyModes as AssemblyModes
 from mafsil.parallel.assembly_modes import AssemblyModesStatus as AssemblyModesStatus
+from mafsil.parallel.certificate import Certificate as Certificate
+from mafsil.parallel.certificate import CertificateStatus as CertificateStatus
 from mafsil.parallel.closure import DrivenRates as DrivenRates
 from mafsil.parallel.closure import driven_rates as driven_rates
 from mafsil.parallel.delta import DeltaRobot as DeltaRobot

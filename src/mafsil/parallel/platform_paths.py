@@ -181,3 +181,8 @@ def _singular(x: Complexes, ends: Complexes) -> Booleans:
     d = p[..., None, :] + turned - a
     s = np.linalg.svd(np.concatenate([np.cross(a, d), d], axis=-1), compute_uv=False)
     return np.asarray(s[..., -1] < 1e-5 * s[..., 0])
+
+
+def nearly_real(x: Complexes, real: Floats) -> bool:
+    """Whether a pose (7,) is one of the real ones (k, 7)."""
+    return any(float(path_loops.apart(x, each.astype(np.complex128))) < 10 * REAL for each in real)

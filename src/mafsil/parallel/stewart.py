@@ -20,10 +20,12 @@ from mafsil.geometry import pose
 from mafsil.geometry.quaternion import to_quaternion
 from mafsil.lazy_module import lazily
 from mafsil.parallel.assembly_modes import AssemblyModes
+from mafsil.parallel.certificate import Certificate, certificate_of
 from mafsil.parallel.forward_pose import ForwardPoses
 from mafsil.parallel.leg_lines import forces_for, line_matrix, rates, resultant, unit_vectors
 from mafsil.parallel.platform_modes import modes_of, of_size_one, poses_of
-from mafsil.parallel.platform_paths import Start, own_start
+from mafsil.parallel.platform_paths import Start, all_poses, nearly_real, own_start
+from mafsil.parallel.singular_kinds import SingularKinds, singular_kinds
 from mafsil.parallel.start_platforms import CORRECTIONS
 from mafsil.parallel.tolerances import LENGTH
 
@@ -196,6 +198,35 @@ class StewartPlatform:
         s = as_batch("lengths", lengths, (6,), finite=True)
         a, b = (np.broadcast_to(p, (*s.shape[:-1], 6, 3)) for p in (self.base, self.platform))
         return modes_of(a, b, s, self._starts, len(self._starts[0].poses))
+
+    def certificate(self, lengths: ArrayLike) -> Certificate:
+        """What is proven of the poses for one row of lengths (6,): that they exist, differ, and are all.
+
+        Args:
+            lengths: (6,) of the legs [m].
+        """
+        s = np.abs(single("lengths", lengths, (6,)))
+        a, b, size = of_size_one(self.base, self.platform)
+        rows = s[None] / float(size)
+        found = all_poses(a[None], b[None], rows, self._starts, len(self._starts[0].poses))
+        x = found.complexes[0]
+        x = x[np.isfinite(x).all(axis=1)]
+        # Real poses stand as they were made real, the others as they were found.
+        real_x = found.x[0, : int(found.real[0])]
+        complex_x = [each for each in x if not nearly_real(each, real_x)]
+        together = np.concatenate([real_x.astype(np.complex128), np.array(complex_x).reshape(-1, 7)])
+        return certificate_of(a, b, rows[0], together, np.arange(len(together)) < len(real_x))
+
+    def singularity(self, T: ArrayLike) -> SingularKinds:
+        """Kind of singularity at poses (*batch, 4, 4): the second where the lines of the legs depend on each other.
+
+        Its motions and moments are about the middle of the platform, so that its measure does not depend on {s}.
+        """
+        G = self.jacobian(T)
+        middle = np.asarray(T, dtype=np.float64)[..., :3, 3]
+        shift = np.cross(np.broadcast_to(middle[..., None, :], (*G.shape[:-1], 3)), G[..., 3:])
+        about = np.concatenate([G[..., :3] - shift, G[..., 3:]], axis=-1)
+        return singular_kinds(about, np.broadcast_to(np.eye(6), G.shape), self.size, 3)
 
     @cached_property
     def _starts(self) -> list[Start]:
