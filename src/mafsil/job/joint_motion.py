@@ -8,7 +8,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.job.description import Move
-from mafsil.job.quickest import Share, along_joints, along_path, different, with_limited_jerk
+from mafsil.job.quickest import UNKNOWN, Deciding, along_joints, along_path, different, with_limited_jerk
 from mafsil.job.remark import Refused
 from mafsil.job.tip_motion import SHORTEST, too_fast
 from mafsil.messages.quantities import quantity
@@ -35,7 +35,7 @@ class JointMove:
     """
 
     trajectory: Trajectory
-    binding: tuple[Share, ...] = ()
+    binding: Deciding = UNKNOWN
 
 
 def joint_motion(robot: Robot, points: list[JointVector], move: Move, limits: JointLimits, where: object) -> JointMove:
@@ -75,32 +75,32 @@ def motion_on_path(robot: Robot, path: JointPath, move: Move, limits: JointLimit
 
 
 def _within(
-    robot: Robot, shortest: Stretchable, binding: tuple[Share, ...], move: Move, limits: JointLimits, where: object
+    robot: Robot, shortest: Stretchable, binding: Deciding, move: Move, limits: JointLimits, where: object
 ) -> JointMove:
     """The motion in the time that the move names, if any; refused where that is too fast or a range is left."""
     motion = shortest
     if move.duration is not None:
         if move.duration < shortest.duration * (1 - 1e-9):
             raise too_fast(where, shortest.duration)
-        motion, binding = shortest.stretched(move.duration / shortest.duration), ()
+        motion, binding = shortest.stretched(move.duration / shortest.duration), UNKNOWN
     verdict = check(motion, limits, tolerance=1e-6)
     if not verdict:
         raise _beyond(robot, verdict.violations[0], where)
     return JointMove(motion, binding)
 
 
-def _shortest(points: Floats, move: Move, limits: JointLimits, where: object) -> tuple[Stretchable, tuple[Share, ...]]:
+def _shortest(points: Floats, move: Move, limits: JointLimits, where: object) -> tuple[Stretchable, Deciding]:
     """The motion through points (k, n) in the shortest time that its profile allows, and what limits it."""
     if move.profile == "time_optimal":
         found = along_joints(points, limits, where)
         return found.motion, found.binding
     if move.profile == "jerk_limited":
-        return with_limited_jerk(points, limits, move.duration, where), ()
+        return with_limited_jerk(points, limits, move.duration, where), UNKNOWN
     if len(points) > 2:
-        return _through(points, limits), ()
+        return _through(points, limits), UNKNOWN
     law = rest_law(move.profile or "quintic")
     bounds = {"velocity": limits.velocity, "acceleration": limits.acceleration}
-    return law.fastest(points[0], points[-1], **bounds, margin=PEAK_MARGIN, least=SHORTEST), ()
+    return law.fastest(points[0], points[-1], **bounds, margin=PEAK_MARGIN, least=SHORTEST), UNKNOWN
 
 
 def _beyond(robot: Robot, worst: Violation, where: object) -> Refused:

@@ -47,16 +47,42 @@ class Share:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class Deciding:
+    """Which limits decide how fast a move is, the one that does so longest first.
+
+    Attributes:
+        shares: of the move's time.
+        timed: what was solved; None where that is not known.
+    """
+
+    shares: tuple[Share, ...] = ()
+    timed: TimeOptimal | None = None
+
+    def gains(self) -> tuple[tuple[Share, float], ...]:
+        """Limits with the seconds that one per cent more of each would save, the most first; solved anew for each."""
+        if self.timed is None:
+            return ()
+        n = self.timed.path.n
+        kinds = {(one.joint, one.quantity): one for one in self.shares}
+        found = [(kinds.get(_key(gain.joint, gain.quantity, n)), gain.seconds) for gain in self.timed.gains()]
+        return tuple((share, seconds) for share, seconds in found if share is not None and seconds > 0.0)
+
+
+UNKNOWN = Deciding()
+"""Of motions whose time is not ruled by limits, or not known to be."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Quickest:
     """A move in the shortest time.
 
     Attributes:
         motion: of the joints.
-        binding: which limits decide, the one that does so longest first.
+        binding: which limits decide.
     """
 
     motion: PathMotion
-    binding: tuple[Share, ...]
+    binding: Deciding
 
 
 def along_joints(points: Floats, limits: JointLimits, where: object) -> Quickest:
@@ -172,7 +198,7 @@ def _quickest(found: TimeOptimal, joints: PiecewisePolynomial, where: object) ->
     if not found or found.trajectory is None:
         raise Refused("job.no_motion", move=where, reason=found)
     motion = found.trajectory
-    return Quickest(PathMotion(joints, motion.law, motion.places), _shares(found))
+    return Quickest(PathMotion(joints, motion.law, motion.places), Deciding(_shares(found), found))
 
 
 def _with_tip(joints: PiecewisePolynomial, tip: CartesianPath) -> PiecewisePolynomial:
@@ -188,11 +214,16 @@ def _shares(found: TimeOptimal) -> tuple[Share, ...]:
     total: dict[tuple[int, str], float] = {}
     n = found.path.n
     for binding in found.bindings:
-        part, quantity = OF_TIP.get(binding.quantity, (binding.joint - n, binding.quantity))
-        key = (n + part, quantity)
+        key = _key(binding.joint, binding.quantity, n)
         total[key] = total.get(key, 0.0) + (binding.end - binding.begin) / found.duration
     order = sorted(total.items(), key=lambda item: -item[1])
     return tuple(Share(joint, quantity, share) for (joint, quantity), share in order)
+
+
+def _key(joint: int, quantity: str, n: int) -> tuple[int, str]:
+    """Index and quantity as in `Share`: limits of the tip as those of coordinates n and n + 1."""
+    part, name = OF_TIP.get(quantity, (joint - n, quantity))
+    return n + part, name
 
 
 def different(points: list[JointVector]) -> Floats:

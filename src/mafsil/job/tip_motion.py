@@ -8,7 +8,7 @@ import numpy as np
 
 from mafsil.arrays import JointVector
 from mafsil.job.description import QUICKEST, Bounds, Move
-from mafsil.job.quickest import Share, along_curve, along_line
+from mafsil.job.quickest import UNKNOWN, Deciding, along_curve, along_line
 from mafsil.job.remark import Refused
 from mafsil.model import JointLimits
 from mafsil.robot import Robot
@@ -48,7 +48,7 @@ class TipMotion:
     slowest: Slowest | None = None
     configuration: JointVector | None = None
     margin: float = np.inf
-    binding: tuple[Share, ...] = ()
+    binding: Deciding = UNKNOWN
 
     @property
     def factor(self) -> float:
