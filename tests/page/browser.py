@@ -84,11 +84,13 @@ class Browser:
         features = [{"name": "prefers-color-scheme", "value": scheme}]
         self._call("Emulation.setEmulatedMedia", features=features)
 
-    def load(self, path: Path | str, ending: str = "") -> None:
-        """Open a file, or an address, and wait until its script has drawn."""
+    def load(
+        self, path: Path | str, ending: str = "", drawn: str = "window.mafsil && window.mafsil.timing.frames > 0"
+    ) -> None:
+        """Open a file, or an address, and wait until its script has drawn, which an expression tells."""
         self.ask("window.left = true")  # the answer to a navigation may come before the page has changed
         self._call("Page.navigate", url=path + ending if isinstance(path, str) else path.as_uri() + ending)
-        self.wait("!window.left && window.mafsil && window.mafsil.timing.frames > 0")
+        self.wait(f"!window.left && {drawn}")
 
     def wait(self, condition: str) -> None:
         """Wait until an expression is true."""

@@ -202,10 +202,10 @@ def _plots(run: Run, rows: Rows, numbers: Summary, words: _Words) -> tuple[Plot,
         return np.stack([-bound, bound], axis=1)
 
     return (
-        Plot(words("position"), angle, tape.q[rows], np.stack([limits.lower, limits.upper], axis=1)),
-        Plot(words("velocity"), f"{angle}/s", tape.qd[rows], both(limits.velocity)),
-        Plot(words("effort"), effort, tape.tau[rows], both(limits.effort)),
-        Plot(words("error"), angle, (tape.q - tape.q_ref)[rows]),
+        Plot("q", words("position"), angle, tape.q[rows], np.stack([limits.lower, limits.upper], axis=1)),
+        Plot("qd", words("velocity"), f"{angle}/s", tape.qd[rows], both(limits.velocity)),
+        Plot("tau", words("effort"), effort, tape.tau[rows], both(limits.effort)),
+        Plot("q_error", words("error"), angle, (tape.q - tape.q_ref)[rows]),
         *_clearance_plot(tape.t[rows], numbers, words),
     )
 
@@ -216,7 +216,8 @@ def _clearance_plot(t: Floats, numbers: Summary, words: _Words) -> tuple[Plot, .
     if found is None or not np.isfinite(found.distance).all():
         return ()
     values = np.interp(t, found.t, found.distance)[:, None]
-    return (Plot(words("clearance"), "m", values, np.array([[found.wanted, np.inf]]), (words("clearance_curve"),)),)
+    wanted = np.array([[found.wanted, np.inf]])
+    return (Plot("clearance", words("clearance"), "m", values, wanted, (words("clearance_curve"),)),)
 
 
 def _figures(run: Run, numbers: Summary, words: _Words) -> tuple[Figure, ...]:

@@ -16,11 +16,12 @@ from mafsil.report.content import Page, Plot, Scene
 from mafsil.scene import as_data, one_script, packed
 from mafsil.scene.inline import attribute, embedded, policy
 
-PAGE_SCRIPTS = ("replay.js", "plot.js", "main.js")
+PAGE_SCRIPTS = ("replay.js", "plot.js", "table.js", "main.js")
 PICTURE_SCRIPTS = ("replay.js", "picture.js")
 _LABELS = (
     "replay", "no_scene", "hint", "hint_still", "play", "time", "speed", "path", "frames", "view", "numbers_title",
     "warnings_title", "moves_title", "plots_title", "plots_hint", "joints_title", "source_title", "footer",
+    "save_table", "table_hint",
 )  # fmt: skip
 
 
@@ -84,7 +85,8 @@ def _plot(plot: Plot) -> dict[str, Any]:
     if plot.limits is not None:
         limits = [[float(bound) if np.isfinite(bound) else None for bound in row] for row in plot.limits]
     names = [visible(name) for name in plot.names]
-    return {"title": plot.title, "unit": plot.unit, "values": packed(plot.values), "limits": limits, "names": names}
+    drawn = {"title": plot.title, "unit": plot.unit, "values": packed(plot.values), "limits": limits, "names": names}
+    return drawn | {"column": plot.column}
 
 
 def _scene(scene: Scene) -> dict[str, Any]:

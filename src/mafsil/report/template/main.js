@@ -66,6 +66,7 @@ data.joints.forEach((name, j) => {
     ofJoints.forEach(plot => { plot.hidden = hidden; plot.chosen = null; plot.draw(); });
   });
 });
+by("save-table").addEventListener("click", () => saveTable(`${document.title}.csv`, tableText(data, time, plots)));
 addEventListener("beforeprint", () => plots.forEach(plot => plot.draw()));
 const moment = /^#t=([0-9.]+)$/.exec(location.hash);
 seek(moment ? Number(moment[1]) : 0);
