@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,11 +12,13 @@ import pytest
 
 from mafsil.csv_table import read_csv_table
 from mafsil.job import Run
+from mafsil.messages import say
 from mafsil.report import write_results
 from tests.page.browser import Browser
 
 DRAWN = "document.querySelector('.cursor') && replay"
 """That the script of a report has drawn its plots and the arm."""
+ARABIC = re.compile("[\u0600-\u06ff]")
 SEVEN_DIGITS = 6e-7
 """Half a unit of the seventh digit, relative, and the rounding to single precision."""
 
@@ -90,3 +93,23 @@ def test_the_data_are_saved_offline(browser: Browser, results: Path, small_run: 
         places = mine.joint_columns(name, small_run.robot.joint_names, required=True)
         assert places is not None
         assert np.allclose(mine.numbers(places), values[rows], rtol=SEVEN_DIGITS, atol=1e-12)
+
+
+def test_both_languages(browser: Browser, results: Path, small_run: Run) -> None:
+    """The button turns every text into Arabic and the page round, then back; the replay stays where it was."""
+    browser.load(results / "report.html", "#t=0.5", DRAWN)
+    before = browser.ask("document.body.innerText")
+    browser.click("#language")
+    assert browser.ask("[document.documentElement.lang, document.documentElement.dir]") == ["ar", "rtl"]
+    assert browser.ask("clock.t") == 0.5
+    texts = "[...document.querySelectorAll('h2, h3, #hint, #view, .share, .number .label, th')].map(e => e.textContent)"
+    assert not [text for text in browser.ask(texts) if not ARABIC.search(text)]
+    labels = browser.ask("[...document.querySelectorAll('[aria-label]')].map(e => e.ariaLabel)")
+    assert all(map(ARABIC.search, labels)), labels
+    arabic = say("report.verdict_good", language="ar"), say("report.footer", language="ar")
+    shown = browser.ask("document.body.textContent")
+    assert all(text.split(".")[0][:12] in shown for text in arabic)
+    assert browser.ask("document.getElementById('scene').dir") == "ltr"
+    browser.click("#language")
+    assert browser.ask("document.documentElement.dir") == "ltr"
+    assert browser.ask("document.body.innerText") == before
