@@ -64,7 +64,7 @@ class Browser:
         targets = self._call("Target.getTargets")["targetInfos"]
         target = next(one["targetId"] for one in targets if one["type"] == "page")
         self._session = self._call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
-        for domain in ("Page", "Runtime", "Network", "Log"):
+        for domain in ("Page", "Runtime", "Network", "Log", "Performance"):
             self._call(f"{domain}.enable")
         self._call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(self.downloads))
         self.resize(*size)
@@ -155,6 +155,11 @@ class Browser:
         """Bytes that the script's objects take, after collecting what nobody uses."""
         self._call("HeapProfiler.collectGarbage")
         return int(self._call("Runtime.getHeapUsage")["usedSize"])
+
+    def counted(self, name: str) -> int:
+        """How many there are of what the browser counts, such as `JSEventListeners` or `Nodes`."""
+        found = self._call("Performance.getMetrics")["metrics"]
+        return next(int(one["value"]) for one in found if one["name"] == name)
 
     def picture(self, path: Path) -> None:
         """Write what is seen."""

@@ -345,6 +345,29 @@ def test_a_view_of_ones_own(browser: Browser, tmp_path: Path) -> None:
     assert browser.ask("document.querySelector('#view-height summary').textContent") == "ارتفاع الأداة"
 
 
+def test_a_view_with_its_own_kernel_and_action(browser: Browser, tmp_path: Path) -> None:
+    """The file of docs/adding_a_view.md: its kernel, its action as lines of the journal, the same bits in Python."""
+    text = (Path(__file__).resolve().parents[2] / "docs" / "adding_a_view.md").read_text(encoding="utf-8")
+    (tmp_path / "mass.js").write_text(text.split('VIEW = """\n')[1].split('"""')[0], encoding="utf-8")
+    show("panda", language="en", views=[tmp_path / "mass.js"]).write(tmp_path / "mass.html")
+    browser.load(tmp_path / "mass.html")
+    slide(browser, 1, -0.1)
+    settle(browser)
+    shown = float(browser.ask("document.getElementById('mass-height').textContent").split()[0].replace("−", "-"))
+    robot = mf.load("panda")
+    assert shown == pytest.approx(robot.center_of_mass(state(browser)["q"])[2], abs=6e-5)
+    browser.click("#mass-middle")
+    q = (robot.limits.lower + robot.limits.upper) / 2
+    assert np.array(state(browser)["q"]).tobytes() == q.tobytes()
+    assert [one["do"] for one in browser.ask("mafsil.store.journal")] == ["set_joint", "set_joints"]
+    settle(browser)
+    assert replayed(browser, tmp_path).q.tobytes() == q.tobytes()
+    browser.click("#language")
+    assert browser.ask("document.querySelector('#view-mass summary').textContent") == "مركز الكتلة"
+    refused = "(() => { try { mafsil.store.learn({push: () => []}); return ''; } catch (e) { return e.message; } })()"
+    assert browser.ask(refused) == "two actions are called push"
+
+
 def test_the_loop_is_plotted(browser: Browser, pages: Path) -> None:
     """Joints over time are kept while the loop is closed and the card is open, and drawn in their colours."""
     browser.load(pages / "ur5e.html")

@@ -45,9 +45,11 @@ class Arm:
 
     Attributes:
         robot: the whole robot; its tip is the tool.
+        quantities: names of the catalogue that views need besides.
     """
 
     robot: Robot
+    quantities: tuple[str, ...] = ()
 
     @lazy
     def problem(self) -> PoseProblem:
@@ -78,7 +80,7 @@ class Arm:
             found |= {"turns": _turns_kernel(part.n), "branches": self.form.labelled}
         if self.has_dynamics:
             found |= {"gravity_torque": robot.kernel("gravity_torque"), "closed_loop": loop_kernel(self._loop)}
-        return found
+        return found | {name: robot.kernel(name) for name in self.quantities if name not in found}
 
     @lazy
     def unfused(self) -> Mapping[str, Kernel]:
