@@ -315,6 +315,37 @@ def test_ten_minutes_of_the_loop_leave_no_growth(browser: Browser, pages: Path) 
     assert after - before < 1_000_000
 
 
+def test_ten_minutes_of_pictures_leave_no_growth(browser: Browser, pages: Path) -> None:
+    """36,000 frames of the closed loop, ten minutes at 60 a second, every card open: no more memory, no more listeners.
+
+    Frames are led by the test instead of the screen, one right after the other. Pixels are left out, which software
+    would need an hour for; all that the picture is made of is built each time.
+    """
+    browser.load(pages / "ur5e.html")
+    browser.ask("document.querySelectorAll('details').forEach(card => { card.open = true; })")
+    settle(browser)
+    browser.ask("window.requestAnimationFrame = () => 0; mafsil.stage.renderer.render = () => {};")
+    browser.ask("document.getElementById('loop').click(); mafsil.store.do('push', {wrench: [0, 0, 0, 5, 0, 0]});")
+    browser.ask("window.moment = performance.now();")
+    run = "for (let k = 0; k < 1000; k++) mafsil.frame(window.moment += 1000 / 60);"
+
+    def pictures(thousands: int) -> tuple[int, int, int]:
+        for k in range(thousands):
+            plotted = "true" if k % 12 == 0 else "false"  # six joints over ten seconds: most of the time of a frame
+            browser.ask(f"document.getElementById('view-plot').open = {plotted}")
+            browser.ask(run)
+        return browser.memory(), browser.counted("JSEventListeners"), browser.counted("Nodes")
+
+    before = pictures(2)
+    begin = state(browser)["ticks"]
+    after = pictures(36)
+    assert state(browser)["ticks"] - begin == pytest.approx(600_000, abs=2)
+    assert browser.ask("mafsil.store.journal.length") == 3
+    assert after[0] - before[0] < 1_000_000
+    assert after[1] <= before[1]
+    assert after[2] <= before[2] + 100
+
+
 def test_a_robot_of_prismatic_joints_and_one_without_closed_form(browser: Browser, tmp_path: Path) -> None:
     """The page of any robot: search where there is no closed form, no loads where there are no masses."""
     for name in ("scara_rrrp", "rrprrr", "spatial3r"):
