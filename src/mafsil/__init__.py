@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from mafsil import ik as ik
     from mafsil import mobility as mobility
     from mafsil import one_joint as one_joint
+    from mafsil import parallel as parallel
     from mafsil import performance as performance
     from mafsil import planning as planning
     from mafsil import trajectory as trajectory
@@ -90,6 +91,7 @@ _HOME_OF = {
     "library": "mafsil.model.library",
     "mobility": "mafsil.mobility",
     "one_joint": "mafsil.one_joint",
+    "parallel": "mafsil.parallel",
     "performance": "mafsil.performance",
     "planning": "mafsil.planning",
     "trajectory": "mafsil.trajectory",

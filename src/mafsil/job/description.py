@@ -264,6 +264,17 @@ class Disturbance(Part, frozen=True, kw_only=True):
     wrench: Six
 
 
+class SceneFile(Part, frozen=True, kw_only=True):
+    """A file of obstacles alone.
+
+    Attributes:
+        angles: unit of its angles.
+    """
+
+    angles: Literal["radians", "degrees"] = "radians"
+    obstacle: tuple[Obstacle, ...]
+
+
 class Report(Part, frozen=True, kw_only=True):
     """What the report looks like.
 

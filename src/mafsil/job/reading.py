@@ -15,7 +15,7 @@ import msgspec
 
 from mafsil.errors import FileError, JobError
 from mafsil.job import lines
-from mafsil.job.description import QUICKEST, TIP_PATHS, Goal, Job, Move, Part, Pose
+from mafsil.job.description import QUICKEST, TIP_PATHS, Goal, Job, Move, Obstacle, Part, Pose, SceneFile
 from mafsil.job.syntax import syntax_error
 from mafsil.messages import say
 from mafsil.messages.visible import visible
@@ -127,12 +127,31 @@ def parse(text: str, source: str = "<text>") -> Job:
     for k, move in enumerate(job.move):
         reader.check_move(move, k, data["move"][k])
         reader.check_blend(job.move, k)
-    reader.check_obstacles(job)
+    reader.check_obstacles(job.obstacle)
+    reader.check_avoiding(job.move)
     reader.check_start(job)
     reader.check_controller(job)
     if not job.move:
         raise reader.error("job.no_moves", ("move",))
     return job
+
+
+def parse_scene(text: str, source: str = "<text>") -> SceneFile:
+    """Obstacles from a text: `[[obstacle]]` tables as in job files; arguments and errors as `parse`."""
+    try:
+        data = parsed_toml(text)
+    except ValueError as error:
+        raise syntax_error(visible(source), str(error)) from None
+    reader = _Reader(text, visible(source))
+    reader.refuse_unknown(data, SceneFile, ())
+    reader.require(data, SceneFile, ())
+    try:
+        found = msgspec.convert(data, SceneFile, strict=True)
+    except msgspec.ValidationError as error:
+        raise reader.translated(error, data) from None
+    reader.refuse_not_finite(data, ())
+    reader.check_obstacles(found.obstacle)
+    return found
 
 
 @dataclass(frozen=True, slots=True)
@@ -230,15 +249,18 @@ class _Reader:
         if move.pose.task != then.pose.task:
             raise self.error("job.blend_task", ("move", k + 1, "pose", "task"), task=move.pose.task)
 
-    def check_obstacles(self, job: Job) -> None:
-        """Each obstacle is exactly one thing; only moves of the joints without points on the way go round."""
-        for k, obstacle in enumerate(job.obstacle):
+    def check_obstacles(self, obstacles: tuple[Obstacle, ...]) -> None:
+        """Each obstacle is exactly one thing."""
+        for k, obstacle in enumerate(obstacles):
             given = [name for name in KINDS_OF_OBSTACLE if getattr(obstacle, name) not in (None, False)]
             if len(given) != 1:
                 known = ", ".join(KINDS_OF_OBSTACLE)
                 raise self.error("job.obstacle_kind", ("obstacle", k), given=", ".join(given) or "-", known=known)
             self.check_pose(obstacle, ("obstacle", k))
-        for k, move in enumerate(job.move):
+
+    def check_avoiding(self, moves: tuple[Move, ...]) -> None:
+        """Only moves of the joints without points on the way go round."""
+        for k, move in enumerate(moves):
             if not move.avoid:
                 continue
             if move.path in TIP_PATHS:

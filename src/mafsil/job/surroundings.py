@@ -9,10 +9,11 @@ import numpy as np
 from mafsil.arrays import Floats, JointVector
 from mafsil.collision import Box, Capsule, Checker, Clearance, Contact, Cylinder, Plane, Scene, Sphere
 from mafsil.collision import Obstacle as Body
-from mafsil.job.description import Collision, Grasp, Job, Obstacle
+from mafsil.job.description import Collision, Grasp, Job, Obstacle, SceneFile
 from mafsil.job.payload import box_in_tip
 from mafsil.job.poses import pose_matrix
 from mafsil.messages.visible import visible
+from mafsil.model import Mechanism
 from mafsil.model.skeleton import with_skeleton
 from mafsil.planning import ArmPlan, plan
 from mafsil.robot import Robot
@@ -68,12 +69,11 @@ class Surroundings:
     def __init__(self, job: Job, robot: Robot) -> None:
         self.rule = job.collision or Collision()
         self.robot = robot
-        degrees = job.angles == "degrees"
-        self.scene = Scene([body_of(each, k, degrees) for k, each in enumerate(job.obstacle)])
+        self.scene = scene_of(job)
         self._checkers: dict[Grasp | None, Checker] = {}
         links = robot.mechanism.links
         self.has_shapes = any(link.collisions or link.visuals for link in links)
-        self._mechanism = robot.mechanism if any(x.collisions for x in links) else with_skeleton(robot.mechanism)
+        self._mechanism = with_shapes(robot.mechanism)
 
     def checker(self, carried: Grasp | None) -> Checker:
         """The arm with what it carries."""
@@ -114,6 +114,25 @@ class Surroundings:
     def clearance(self, q: Floats, carried: Grasp | None) -> Clearance:
         """Smallest distances at configurations (k, n)."""
         return self.checker(carried).distance(q)
+
+
+def scene_of(file: Job | SceneFile) -> Scene:
+    """The obstacles of a file.
+
+    Args:
+        file: a job, or a file of obstacles alone.
+    """
+    degrees = file.angles == "degrees"
+    return Scene([body_of(each, k, degrees) for k, each in enumerate(file.obstacle)])
+
+
+def with_shapes(mechanism: Mechanism) -> Mechanism:
+    """The mechanism with something to collide: its collision shapes, else what it shows, else tubes along its links.
+
+    Args:
+        mechanism: any arm.
+    """
+    return mechanism if any(link.collisions for link in mechanism.links) else with_skeleton(mechanism)
 
 
 def body_of(obstacle: Obstacle, index: int, degrees: bool) -> Body:

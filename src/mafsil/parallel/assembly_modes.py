@@ -1,0 +1,107 @@
+"""Assembly modes: all poses that a platform can be put together in for given lengths of its legs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from mafsil.answer import Answer, Status
+from mafsil.arrays import Floats, Integers
+from mafsil.messages import say
+from mafsil.messages.tables import number, on_screen, table
+
+
+class AssemblyModesStatus(Status):
+    """Whether all poses were found, and whether there are real ones."""
+
+    ALL = ("parallel.modes_all", True)
+    NONE = ("parallel.modes_none", False)
+    INCOMPLETE = ("parallel.modes_incomplete", True)
+    INCOMPLETE_NONE = ("parallel.modes_incomplete_none", False)
+    NOT_ISOLATED = ("parallel.modes_not_isolated", False)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class AssemblyModes(Answer):
+    """All poses of a platform for given lengths; true if there is a real one, iterable over the real ones.
+
+    Of a batch: true if each row has one, iterable over the rows.
+
+    Attributes:
+        T: (*batch, n, 4, 4) real poses in {s}, higher ones first; NaN beyond their number.
+        count: (*batch,) number of real poses that differ.
+        finite: (*batch,) number of isolated poses that differ, complex ones included.
+        paths: (*batch,) the same, double ones counted twice: number of paths that ended.
+        expected: number of isolated poses of this geometry with general lengths; 40 if general.
+        error: largest error of a leg over all real poses [m].
+        orientation: (*batch, n) sign of det G of each: a platform that goes from + to - passes a singular pose.
+    """
+
+    T: Floats
+    count: Integers
+    finite: Integers
+    paths: Integers
+    expected: int
+    error: float
+    orientation: Floats
+
+    @property
+    def status(self) -> AssemblyModesStatus:
+        """Of all rows together."""
+        complete, some = bool((self.paths >= self.expected).all()), bool(self.count.all())
+        if not self.expected:
+            return AssemblyModesStatus.NOT_ISOLATED
+        if complete:
+            return AssemblyModesStatus.ALL if some else AssemblyModesStatus.NONE
+        return AssemblyModesStatus.INCOMPLETE if some else AssemblyModesStatus.INCOMPLETE_NONE
+
+    def __bool__(self) -> bool:
+        return self.status.succeeded
+
+    def __len__(self) -> int:
+        return int(self.count) if self.count.ndim == 0 else int(self.count.shape[0])
+
+    def __iter__(self) -> Iterator[Any]:
+        if self.count.ndim == 0:
+            return iter(self.T[: int(self.count)])
+        return (self[k] for k in range(len(self)))
+
+    def __getitem__(self, row: int) -> AssemblyModes:
+        """The modes of one row of a batch."""
+        return AssemblyModes(
+            self.T[row], self.count[row, ...], self.finite[row, ...], self.paths[row, ...], self.expected,
+            self.error, self.orientation[row],
+        )  # fmt: skip
+
+    def __repr__(self) -> str:
+        if self.count.ndim:
+            return on_screen(self.explain())
+        head = (say("mobility.mode_head"), "x [m]", "y [m]", "z [m]", "det G")
+        rows = [
+            (str(k + 1), *map(number, T[:3, 3].tolist()), "+" if self.orientation[k] > 0 else "-")
+            for k, T in enumerate(self)
+        ]
+        return "\n".join([on_screen(self.explain()), *table(head, rows)])
+
+    def explain(self, language: str | None = None) -> str:
+        """How many poses there are, real and complex, and how exactly the legs fit."""
+        real, finite = self.count.reshape(-1), self.finite.reshape(-1)
+        return self.status.sentence(
+            language, real=_span(real), finite=_span(finite), expected=self.expected, error=self.error,
+            missing=int((self.expected - self.paths).max(initial=0)), rows=self.count.size,
+        )  # fmt: skip
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "status": self.status.name.lower(), "T": self.T, "count": self.count, "finite": self.finite,
+            "expected": self.expected, "error": self.error, "orientation": self.orientation,
+        }  # fmt: skip
+
+
+def _span(counts: Integers) -> str:
+    if not counts.size:
+        return "0"
+    low, high = int(counts.min()), int(counts.max())
+    return str(low) if low == high else f"{low}-{high}"

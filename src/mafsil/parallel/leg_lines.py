@@ -1,0 +1,63 @@
+"""Legs that push along lines, in space: their rates for a twist of the platform, their wrench, and the way back.
+
+Leg i pushes the platform with the force tau_i along the unit direction u_i through the point q_i:
+F = G' tau with rows G_i = (q_i x u_i, u_i), and by virtual work the rates of the lengths are s' = G V.
+Twists (omega, v) and wrenches (m, f) in {s} about its origin. Reference: Lynch & Park, Modern Robotics, sec. 7.2.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, as_batch
+from mafsil.errors import InputError
+
+
+def line_matrix(points: ArrayLike, directions: ArrayLike) -> Floats:
+    """(*batch, m, 6) rows (q_i x u_i, u_i) of lines.
+
+    Args:
+        points: (*batch, m, 3) a point on each line [m].
+        directions: (*batch, m, 3) unit vectors.
+    """
+    q, u = as_batch("points", points, (3,)), as_batch("directions", directions, (3,))
+    moments, u = np.broadcast_arrays(np.cross(q, u), u)
+    return np.concatenate([moments, u], axis=-1)
+
+
+def unit_vectors(d: Floats) -> tuple[Floats, Floats]:
+    """Lengths (*batch, m) and unit directions (*batch, m, k) of leg vectors.
+
+    Raises:
+        InputError: a leg has length zero, so that it has no direction.
+    """
+    s = np.linalg.norm(d, axis=-1)
+    if (s == 0.0).any():
+        raise InputError("parallel.leg_zero", leg=int(np.argwhere(s == 0.0)[0][-1]) + 1)
+    return s, d / s[..., None]
+
+
+def rates(G: Floats, V: ArrayLike) -> Floats:
+    """(*batch, m) rates of the legs s' = G V for twists V (*batch, k)."""
+    return np.einsum("...mk,...k->...m", G, as_batch("V", V, (G.shape[-1],)))
+
+
+def resultant(G: Floats, forces: ArrayLike) -> Floats:
+    """(*batch, k) wrench of the legs on the platform, F = G' tau, for forces tau (*batch, m) [N], pushing positive."""
+    return np.einsum("...mk,...m->...k", G, as_batch("forces", forces, (G.shape[-2],)))
+
+
+def forces_for(G: Floats, F: ArrayLike) -> Floats:
+    """(*batch, m) forces of the legs with wrench F (*batch, k) on the platform, G' tau = F; NaN where singular.
+
+    A load F_load on the platform is carried by the forces for -F_load.
+    """
+    wrench = as_batch("F", F, (G.shape[-1],))
+    shape = np.broadcast_shapes(G.shape[:-2], wrench.shape[:-1])
+    rows = np.broadcast_to(G, (*shape, *G.shape[-2:]))
+    known = np.broadcast_to(wrench, (*shape, G.shape[-1]))
+    regular = np.linalg.matrix_rank(rows) == G.shape[-1]
+    safe = np.where(regular[..., None, None], rows, np.eye(G.shape[-1]))
+    found = np.linalg.solve(np.swapaxes(safe, -1, -2), known[..., None])[..., 0]
+    return np.where(regular[..., None], found, np.nan)

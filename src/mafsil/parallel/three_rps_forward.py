@@ -1,0 +1,172 @@
+"""All poses of the platform on three legs RPS for given lengths: elimination to one polynomial of degree sixteen.
+
+Leg k swings in the plane through z at g_k, at the elevation th_k above the direction inwards:
+B_k = (r - s_k cos th_k) u_k + s_k sin th_k z. Three distances of the platform, |B_i - B_j| = side, are
+a + b cos th_i + ... = 0, in t_k = tan(th_k / 2) biquadratic each.
+
+1. F(t1, t3) and G(t2, t3) lose t3: a determinant (4, 4), of degree four in t1 and in t2.
+2. That and E(t1, t2) lose t2: a determinant (6, 6), of degree sixteen in t1.
+3. Back: t2 as the common zero of both, t3 likewise, and Newton's method on the three distances.
+
+Reference: Tsai, Robot Analysis, 1999, sec. 3.6; Nanua, Waldron, Murthy, IEEE Trans. Rob. Autom. 6, 1990.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mafsil.arrays import Floats, positive, single
+from mafsil.geometry import pose
+from mafsil.parallel.sylvester import Complexes, eliminant, resultant, trimmed, zeros
+
+DEGREE = 16
+PAIRS = ((0, 1), (0, 2), (1, 2))
+COMMON = 1e-4
+"""Zeros of two polynomials that agree so far are tried as common: Newton's method decides."""
+FITS = 1e-10
+
+
+@dataclass(frozen=True, eq=False)
+class ThreeRPSModes:
+    """All solutions of a platform on three legs RPS.
+
+    Attributes:
+        coefficients: (17,) of the polynomial in t1 = tan(th_1 / 2), ascending, of largest absolute value one.
+        t: (k, 3) complex solutions t1, t2, t3, those with real ones first.
+        real: number of real ones.
+        theta: (real, 3) elevations of the legs [rad].
+        T: (real, 4, 4) poses of the platform.
+        error: largest error of a distance [m].
+    """
+
+    coefficients: Complexes
+    t: Complexes
+    real: int
+    theta: Floats
+    T: Floats
+    error: float
+
+
+@dataclass(frozen=True)
+class ThreeRPS:
+    """A platform on three legs RPS with tangent hinges at thirds of a turn.
+
+    Attributes:
+        base, platform: radii of the circles of the hinges and of the spherical joints [m].
+    """
+
+    base: float
+    platform: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "base", positive("base", self.base))
+        object.__setattr__(self, "platform", positive("platform", self.platform))
+
+    def modes(self, lengths: ArrayLike) -> ThreeRPSModes:
+        """All assembly modes for lengths (3,) [m], complex ones included, sixteen at most."""
+        s = single("lengths", lengths, (3,))
+        size = max(self.base, self.platform)
+        sides = [self._distance(s, i, j) / size**2 for i, j in PAIRS]
+        E, F, G = sides
+        # 1. and 2.
+        c = eliminant(lambda t1: _second(E, F, G, t1), DEGREE)
+        c = c / np.abs(c).max()
+        # 3.
+        found = _lifted(E, F, G, zeros(trimmed(c, 1e-13)))
+        t, error = _polished(sides, found)
+        t = _distinct(t[error < FITS])
+        real = np.abs(t.imag).max(axis=1, initial=0.0) < 1e-7
+        t = np.concatenate([t[real], t[~real]])
+        theta = 2 * np.arctan(t[: int(real.sum())].real)
+        T = np.array([self._pose(s, each) for each in theta]).reshape(-1, 4, 4)
+        worst = float(error[error < FITS].max(initial=0.0)) * size
+        return ThreeRPSModes(c, t, int(real.sum()), theta, T, worst)
+
+    def joints(self, lengths: ArrayLike, theta: ArrayLike) -> Floats:
+        """(3, 3) places of the spherical joints for lengths and elevations (3,)."""
+        s, th = single("lengths", lengths, (3,)), single("theta", theta, (3,))
+        g = 2 * np.pi * np.arange(3) / 3
+        out = self.base - s * np.cos(th)
+        return np.stack([out * np.cos(g), out * np.sin(g), s * np.sin(th)], axis=-1)
+
+    def _distance(self, s: Floats, i: int, j: int) -> Floats:
+        """(3, 3) biquadratic coefficients of |B_i - B_j|^2 - side^2 in t_i and t_j, times both 1 + t^2."""
+        cos = np.cos(2 * np.pi * (j - i) / 3)
+        r, a, b = self.base, float(s[i]), float(s[j])
+        # Bilinear in (1, cos, sin) of both: |B|^2 = r^2 - 2 r s cos + s^2, and B_i . B_j.
+        M = np.zeros((3, 3))
+        M[0, 0] = 2 * r * r + a * a + b * b - 2 * r * r * cos - 3 * self.platform**2
+        M[1, 0], M[0, 1] = 2 * r * a * (cos - 1), 2 * r * b * (cos - 1)
+        M[1, 1], M[2, 2] = -2 * a * b * cos, -2 * a * b
+        by_half = np.array([[1.0, 1.0, 0.0], [0.0, 0.0, 2.0], [1.0, -1.0, 0.0]])
+        return by_half @ M @ by_half.T
+
+    def _pose(self, s: Floats, theta: Floats) -> Floats:
+        B = self.joints(s, theta)
+        middle = B.mean(axis=0)
+        x = (B[0] - middle) / np.linalg.norm(B[0] - middle)
+        z = np.cross(B[1] - B[0], B[2] - B[0])
+        z = z / np.linalg.norm(z)
+        return pose.from_rotation_translation(np.stack([x, np.cross(z, x), z], axis=1), middle)
+
+
+def _powers(t: Complexes) -> Complexes:
+    return np.stack([np.ones_like(t), t, t * t], axis=-1)
+
+
+def _first(F: Floats, G: Floats, t1: Complexes) -> Complexes:
+    """(k, 5) coefficients in t2 of the determinant that removes t3, at values of t1 (k,)."""
+    points = np.exp(2j * np.pi * np.arange(8) / 8)
+    f, g = _powers(t1) @ F, _powers(points) @ G
+    values = resultant(f[:, None, :], g[None, :, :])
+    return np.asarray(np.fft.fft(values, axis=1)[:, :5] / 8, dtype=np.complex128)
+
+
+def _second(E: Floats, F: Floats, G: Floats, t1: Complexes) -> NDArray[np.inexact]:
+    return resultant(_powers(t1) @ E, _first(F, G, t1))
+
+
+def _lifted(E: Floats, F: Floats, G: Floats, t1: Complexes) -> Complexes:
+    """(k, 3) candidates for all zeros t1."""
+    found: list[list[complex]] = []
+    for value in t1:
+        powers = _powers(np.array([value]))
+        four = _first(F, G, np.array([value]))[0]
+        for second in zeros(np.asarray((powers @ E)[0], dtype=np.complex128)):
+            value_there: complex = complex(four @ second ** np.arange(5))
+            if abs(value_there) > 1e-2 * float(np.abs(four).sum()) * max(1.0, abs(second)) ** 4:
+                continue
+            row = np.asarray((powers @ F)[0], dtype=np.complex128)
+            found += [[value, second, third] for third in zeros(row)]
+    return np.array(found, dtype=np.complex128).reshape(-1, 3)
+
+
+def _polished(sides: list[Floats], t: Complexes) -> tuple[Complexes, Floats]:
+    """Newton's method on the three distances; (k, 3) and the errors (k,)."""
+    t = t.copy()
+    error = np.full(len(t), np.inf)
+    for _ in range(30):
+        miss = np.zeros((len(t), 3), dtype=np.complex128)
+        J = np.zeros((len(t), 3, 3), dtype=np.complex128)
+        weight = np.ones((len(t), 3))
+        for row, ((i, j), M) in enumerate(zip(PAIRS, sides, strict=True)):
+            a, b = _powers(t[:, i]), _powers(t[:, j])
+            da, db = (np.stack([np.zeros(len(t)), np.ones(len(t)), 2 * t[:, k]], axis=-1) for k in (i, j))
+            miss[:, row] = np.einsum("ki,ij,kj->k", a, M, b)
+            J[:, row, i], J[:, row, j] = np.einsum("ki,ij,kj->k", da, M, b), np.einsum("ki,ij,kj->k", a, M, db)
+            weight[:, row] = (np.abs(a).sum(axis=1)) * (np.abs(b).sum(axis=1))
+        error = np.abs(miss / weight).max(axis=1, initial=0.0)
+        step = np.einsum("kij,kj->ki", np.linalg.pinv(J), miss)
+        t = t - np.where((error > 1e-15)[:, None], step, 0.0)
+    return t, error
+
+
+def _distinct(t: Complexes) -> Complexes:
+    kept: list[Complexes] = []
+    for each in t:
+        if all(np.abs(each - other).max() > 1e-6 * max(1.0, float(np.abs(each).max())) for other in kept):
+            kept.append(each)
+    return np.array(kept, dtype=np.complex128).reshape(-1, 3)

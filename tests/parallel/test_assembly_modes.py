@@ -1,0 +1,83 @@
+"""Assembly modes of platforms on six legs: planted poses, counts, special and impossible platforms."""
+
+import numpy as np
+import pytest
+
+from mafsil.errors import InputError
+from mafsil.geometry import pose, rotation
+from mafsil.parallel import AssemblyModesStatus, StewartPlatform, stewart_assembly_modes
+
+
+def planted(seed, count):
+    rng = np.random.default_rng(seed)
+    a, b = rng.normal(size=(2, count, 6, 3))
+    T = pose.from_rotation_translation(rotation.random(rng, count), rng.normal(size=(count, 3)))
+    return a, b, T, np.linalg.norm(T[:, None, :3, 3] + b @ np.swapaxes(T[:, :3, :3], 1, 2) - a, axis=-1)
+
+
+@pytest.mark.capability("08-27", "08-35")
+def test_planted_poses_of_random_platforms_are_found():
+    a, b, T, s = planted(1, 60)
+    found = stewart_assembly_modes(a, b, s)
+    assert found
+    assert (found.finite == 40).all()
+    assert (found.count % 2 == 0).all()
+    apart = np.abs(found.T - T[:, None]).max(axis=(2, 3))
+    assert np.nanmin(apart, axis=1).max() < 1e-8
+    ends = np.einsum("knij,kmj->knmi", found.T[..., :3, :3], b) + found.T[..., None, :3, 3]
+    error = np.linalg.norm(ends - a[:, None], axis=-1) - s[:, None]
+    assert np.nanmax(np.abs(error)) < 1e-11
+    assert found.error < 1e-11
+    assert found[3].count == found.count[3]
+    assert len(list(found)) == 60
+
+
+@pytest.mark.capability("08-27")
+def test_one_platform_with_many_lengths_is_the_same():
+    a, b, _, _ = planted(2, 1)
+    robot = StewartPlatform(10 * a[0], 10 * b[0] + [100, 0, 0])
+    rng = np.random.default_rng(3)
+    T = pose.from_rotation_translation(rotation.random(rng, 5), 10 * rng.normal(size=(5, 3)) - [100, 0, 0])
+    s = robot.lengths(T)
+    one, many = robot.assembly_modes(s), stewart_assembly_modes(robot.base, robot.platform, s)
+    np.testing.assert_array_equal(one.count, many.count)
+    np.testing.assert_allclose(one.T, many.T, atol=1e-7)
+    G = np.linalg.det(robot.jacobian(one.T[0][: one.count[0]]))
+    np.testing.assert_array_equal(one.orientation[0, : one.count[0]], np.sign(G))
+
+
+def test_lengths_without_a_real_pose():
+    a, b, _, s = planted(4, 1)
+    found = StewartPlatform(a[0], b[0]).assembly_modes(s[0] * [50, 1, 1, 1, 1, 1])
+    assert not found
+    assert (found.status, found.count, found.finite) == (AssemblyModesStatus.NONE, 0, 40)
+    assert "complex" in found.explain("en")
+    assert not list(found)
+
+
+def test_a_platform_that_is_singular_everywhere():
+    angles = np.array([0.1, 0.9, 2.0, 3.3, 4.1, 5.5])
+    found = StewartPlatform.on_circles(1.0, 0.5, angles, angles).assembly_modes(np.full(6, 2.0))
+    assert found.status is AssemblyModesStatus.NOT_ISOLATED
+    assert not found
+
+
+@pytest.mark.capability("08-27")
+def test_a_double_pose_is_counted_twice():
+    robot = StewartPlatform.on_circles(
+        2.0, 1.0, np.radians([-15, 15, 105, 135, 225, 255]), np.radians([-45, 45, 75, 165, 195, 285])
+    )
+    T = pose.from_translation([0, 0, 1.5])
+    T[:3, :3] = rotation.rot_z(np.pi / 2)
+    found = robot.assembly_modes(robot.lengths(T))
+    assert found
+    assert min(np.abs(each - T).max() for each in found) < 1e-6
+    assert found.finite < found.expected
+
+
+def test_lengths_that_are_no_numbers_are_refused():
+    a, b, _, _ = planted(6, 1)
+    with pytest.raises(InputError, match="lengths"):
+        StewartPlatform(a[0], b[0]).assembly_modes([np.inf] * 6)
+    with pytest.raises(InputError, match="base"):
+        stewart_assembly_modes(a[0][:5], b[0], np.ones(6))

@@ -1,0 +1,200 @@
+"""Platforms on legs of screws: both ways, rates, statics, idle freedoms, special platforms, against closed forms."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mafsil import mobility as mo
+from mafsil import parallel as pa
+from mafsil.errors import InputError
+from mafsil.geometry import pose, rotation
+
+
+def stewart():
+    return pa.StewartPlatform.on_circles(
+        2.0, 1.0, np.radians([-15, 15, 105, 135, 225, 255]), np.radians([-45, 45, 75, 165, 195, 285])
+    )
+
+
+HOME = pose.from_translation([0.1, -0.2, 1.6])
+
+
+@pytest.mark.capability("08-29", "08-31", "08-34", "08-46")
+def test_legs_of_screws_are_the_platform_of_distances():
+    robot, rng = stewart(), np.random.default_rng(0)
+    legs = pa.stewart_legs(robot, HOME)
+    change = 0.1 * rng.normal(size=(20, 6))
+    found = pa.forward(legs, change)
+    assert found
+    wanted = robot.forward(robot.lengths(HOME) + change, HOME)
+    np.testing.assert_allclose(found.T, wanted.T, atol=1e-9)
+    np.testing.assert_allclose(robot.lengths(found.T), robot.lengths(HOME) + change, atol=1e-10)
+    for q in found.q[:3]:
+        T = legs.legs[0].pose(q[:6])
+        np.testing.assert_allclose(legs.jacobian(q) @ robot.jacobian(T), np.eye(6), atol=1e-9)
+
+
+@pytest.mark.capability("08-32", "08-35")
+def test_inverse_of_every_leg():
+    robot, rng = stewart(), np.random.default_rng(1)
+    legs = pa.stewart_legs(robot, HOME)
+    T = HOME @ pose.exp(0.2 * rng.normal(size=(15, 6)))
+    found = pa.inverse(legs, T)
+    assert found
+    np.testing.assert_allclose(found.q[:, list(legs.driven)], robot.lengths(T) - robot.lengths(HOME), atol=1e-9)
+    np.testing.assert_allclose(legs.poses(found.q), np.repeat(T[:, None], 6, axis=1), atol=1e-8)
+    again = pa.forward(legs, found.q[:, list(legs.driven)], found.q)
+    np.testing.assert_allclose(again.T, T, atol=1e-8)
+
+
+@pytest.mark.capability("08-33", "08-64")
+def test_poses_and_twists_that_three_legs_cannot_follow():
+    legs = pa.three_rps(1.0, 0.5, 1.0)
+    there = pa.forward(legs, [0.1, -0.05, 0.15])
+    found = pa.inverse(legs, there.T, there.q + 0.05)
+    assert found
+    away = there.T @ pose.exp([0, 0, 0.2, 0, 0, 0])
+    missed = pa.inverse(legs, away, there.q)
+    assert not missed
+    assert missed.status is pa.ConfigurationStatus.NOT_FOUND
+    assert missed.gap > 1e-3
+    assert "misses" in missed.explain("en")
+    V = legs.jacobian(there.q) @ [0.3, -0.2, 0.1]
+    rates = pa.inverse_rates(legs, there.q, V)
+    assert rates.feasible
+    np.testing.assert_allclose(rates.rates[list(legs.driven)], [0.3, -0.2, 0.1], atol=1e-9)
+    np.testing.assert_allclose(legs.loop_matrix(there.q) @ rates.rates, 0, atol=1e-9)
+    turn = pa.inverse_rates(legs, there.q, [0, 0, 1, 0, 0, 0])
+    assert not turn.feasible
+    assert np.abs(turn.residual).max() > 0.1
+    np.testing.assert_allclose(np.linalg.pinv(legs.jacobian(there.q)) @ V, [0.3, -0.2, 0.1], atol=1e-9)
+
+
+@pytest.mark.capability("08-37", "08-63")
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 10_000))
+def test_power_of_the_motors_is_that_of_the_platform(seed):
+    rng = np.random.default_rng(seed)
+    legs = pa.three_rps(*rng.uniform(0.5, 1.5, 3))
+    there = pa.forward(legs, rng.uniform(-0.1, 0.1, 3))
+    J, F = legs.jacobian(there.q), rng.normal(size=6)
+    forces = pa.leg_forces(legs, there.q, F)
+    np.testing.assert_allclose(forces.efforts, J.T @ F, rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(forces.leg_wrenches.sum(axis=0), F, atol=1e-9)
+    for k, part in enumerate(legs.parts):
+        carried = legs.leg_jacobians(there.q)[k].T @ forces.leg_wrenches[k]
+        driven = [i - part.start for i in legs.driven if part.start <= i < part.stop]
+        np.testing.assert_allclose(np.delete(carried, driven), 0, atol=1e-8)
+    rate = rng.normal(size=3)
+    assert forces.efforts @ rate == pytest.approx(F @ (J @ rate), rel=1e-6, abs=1e-6)
+
+
+@pytest.mark.capability("08-4", "08-5", "08-65")
+def test_under_exact_and_redundant():
+    legs = pa.three_rps(1.0, 0.5, 1.0)
+    q = pa.forward(legs, [0.1, -0.05, 0.15]).q
+    exact, under, over = (legs.with_driven(*driven).rates(q) for driven in ((1, 6, 11), (1, 6), (1, 6, 11, 0)))
+    assert (exact.actuation, under.actuation, over.actuation) == ("exact", "under", "redundant")
+    assert exact.regular
+    assert under.free.shape[1] == 1
+    assert over.forbidden.shape == (4, 1)
+    assert not over.independent
+    order = legs.with_driven(11, 1, 6)
+    np.testing.assert_allclose(order.jacobian(q), legs.jacobian(q)[:, [2, 0, 1]], atol=1e-12)
+
+
+@pytest.mark.capability("08-18", "08-51", "08-62")
+def test_the_additional_freedoms_of_three_upu():
+    radial = pa.three_upu(1.0, 0.5, 2.0)
+    H = radial.loop_matrix(np.zeros(15))
+    assert radial.counted_mobility == 3
+    assert np.linalg.matrix_rank(H, 1e-9) == 10
+    found = radial.singularity(np.zeros(15))
+    assert not found
+    assert found.rank == 10
+    same = pa.three_upu(1.0, 1.0, 2.0, "tangent").loop_matrix(np.zeros(15))
+    assert np.linalg.matrix_rank(same, 1e-9) == 10
+    regular = pa.three_upu(1.0, 0.5, 2.0, "tangent")
+    assert np.linalg.matrix_rank(regular.loop_matrix(np.zeros(15)), 1e-9) == 12
+    assert mo.mobility(mo.library.three_upu("radial")).mobility >= 3
+
+
+@pytest.mark.capability("08-53", "08-60")
+def test_a_stewart_platform_at_a_quarter_turn_is_singular():
+    T = pose.from_translation([0, 0, 1.5])
+    T[:3, :3] = rotation.rot_z(np.pi / 2)
+    legs = pa.stewart_legs(stewart(), T)
+    found = legs.singularity(np.zeros(legs.n))
+    assert found.status is pa.LoopSingularity.NONDEGENERATE
+    assert np.isnan(legs.jacobian(np.zeros(legs.n))).all()
+    assert found.to_dict()["rank"] == 30
+    assert "shaky" in found.explain("en")
+
+
+@pytest.mark.capability("08-9")
+def test_motion_simulator_follows_a_trajectory():
+    robot, rng = stewart(), np.random.default_rng(2)
+    screw, h = rng.normal(size=6) * 0.3, 1e-4
+    t = np.linspace(0, 1, 7)
+
+    def along(t):
+        return pose.exp(screw * np.sin(t)[:, None]) @ HOME
+
+    V, Vd = screw * np.cos(t)[:, None], -screw * np.sin(t)[:, None]
+    ahead, here, behind = (robot.lengths(along(t + k * h)) for k in (1, 0, -1))
+    np.testing.assert_allclose(robot.leg_rates(along(t), V), (ahead - behind) / (2 * h), atol=1e-7)
+    second = (ahead - 2 * here + behind) / h**2
+    np.testing.assert_allclose(robot.leg_accelerations(along(t), V, Vd), second, atol=1e-6)
+
+
+@pytest.mark.capability("08-14")
+def test_a_planar_platform_is_a_flat_stewart_platform():
+    rng = np.random.default_rng(3)
+    a, b = rng.normal(size=(2, 3, 2))
+    flat = pa.PlanarThreeRPR(a, b)
+    solid = pa.StewartPlatform(np.pad(np.vstack([a, a]), ((0, 0), (0, 1))), np.pad(np.vstack([b, b]), ((0, 0), (0, 1))))
+    x = np.array([0.4, -0.3, 0.7])
+    T = pose.from_translation([0.4, -0.3, 0])
+    T[:3, :3] = rotation.rot_z(0.7)
+    np.testing.assert_allclose(solid.lengths(T)[:3], flat.lengths(x), atol=1e-14)
+    np.testing.assert_allclose(solid.jacobian(T)[:3, [2, 3, 4]], flat.jacobian(x), atol=1e-14)
+
+
+@pytest.mark.capability("08-19", "08-48")
+def test_the_curve_of_a_four_bar_and_the_surface_of_a_five_bar():
+    theta = np.linspace(0, 2 * np.pi, 2001)
+    phi, every = pa.output_angles(mo.FourBar(4, 4, 3, 2), theta)
+    assert not every.any()
+    gap = np.abs(np.angle(np.exp(1j * (phi[:, 0] - phi[:, 1]))))
+    assert gap.min() == pytest.approx(1.268, abs=1e-3)
+    slope = np.gradient(np.unwrap(phi[:, 0]), theta)[1:-1]
+    assert (slope.min(), slope.max()) == pytest.approx((0.3323, 2.2397), abs=2e-3)
+    tips = 4 * np.exp(1j * theta)[:, None] - 2 - 3 * np.exp(1j * phi)
+    np.testing.assert_allclose(np.abs(tips), 4, atol=1e-12)
+    robot = pa.FiveBar(2, 3, 3, 2, 2)
+    q = np.stack(np.meshgrid(np.linspace(-3, 3, 30), np.linspace(-3, 3, 30)), axis=-1)
+    for mode in (0, 1):
+        surface = robot.chain_angles(q, mode)
+        closes = np.isfinite(surface).all(axis=-1)
+        assert closes.any()
+        np.testing.assert_allclose(robot.chain.closure(surface[closes][:, :4]), 0, atol=1e-12)
+
+
+def test_wrong_input_is_refused():
+    legs = pa.three_rps(1.0, 0.5, 1.0)
+    with pytest.raises(InputError, match="driven"):
+        legs.with_driven(1, 1)
+    with pytest.raises(InputError, match="driven"):
+        legs.with_driven(15)
+    with pytest.raises(InputError, match="legs"):
+        pa.LegMechanism(legs.legs[:1], (0,))
+    with pytest.raises(InputError, match="screws"):
+        pa.Leg(np.zeros((5, 3)), np.eye(4))
+    with pytest.raises(InputError, match="q_driven"):
+        pa.forward(legs, [np.nan, 0, 0])
+    with pytest.raises(InputError, match="lengths"):
+        pa.PlanarChain([1.0, -1.0, 1.0])
+    far = pa.forward(legs, [5.0, -1.0, 0.0])
+    assert not far
+    assert np.isfinite(far.q).all()

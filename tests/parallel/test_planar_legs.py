@@ -1,0 +1,170 @@
+"""Planar platforms on three legs: planted poses, self-motions, rates, singularities of both kinds."""
+
+import numpy as np
+import pytest
+from scipy.optimize import fsolve
+
+from mafsil.errors import InputError
+from mafsil.parallel import PlanarPosesStatus, PlanarThreeRPR, PlanarThreeRRR, SingularKind
+
+
+def turned(x, step):
+    """The pose after a small motion of twist (omega, v)."""
+    c, s = np.cos(step[..., 0]), np.sin(step[..., 0])
+    p = np.stack([c * x[..., 0] - s * x[..., 1], s * x[..., 0] + c * x[..., 1]], axis=-1) + step[..., 1:]
+    return np.concatenate([p, x[..., 2:] + step[..., :1]], axis=-1)
+
+
+def random_poses(rng, count):
+    return np.concatenate([rng.normal(size=(count, 2)), rng.uniform(-np.pi, np.pi, (count, 1))], axis=1)
+
+
+@pytest.mark.capability("08-22", "08-35")
+def test_planted_poses_are_found_and_all_fit():
+    rng = np.random.default_rng(0)
+    for _ in range(30):
+        robot = PlanarThreeRPR(*rng.normal(size=(2, 3, 2)) * 10 + [[[50, 0]], [[0, -30]]])
+        x = random_poses(rng, 40) * [10, 10, 1]
+        s = robot.lengths(x)
+        found = robot.poses(s)
+        assert found
+        assert (found.count % 2 == 0).all()
+        assert (found.count <= 6).all()
+        assert np.nanmin(np.abs(found.x - x[:, None]).max(axis=2), axis=1).max() < 1e-5
+        there = np.isfinite(found.x[..., 0])
+        again = robot.lengths(np.where(there[..., None], found.x, 0.0))
+        assert np.abs(again - s[:, None])[there].max() < 1e-9
+        assert found.error < 1e-9
+
+
+@pytest.mark.capability("08-22")
+def test_a_search_from_many_starts_finds_no_more():
+    rng = np.random.default_rng(1)
+    robot = PlanarThreeRPR(*rng.normal(size=(2, 3, 2)))
+    s = robot.lengths(random_poses(rng, 1)[0])
+    seen = {tuple(np.round(x, 6)) for x in robot.poses(s)}
+    for start in random_poses(rng, 300):
+        x, _, ended, _ = fsolve(lambda x: robot.lengths(x) - s, start, full_output=True)
+        if ended == 1 and np.abs(robot.lengths(x) - s).max() < 1e-10:
+            x[2] = np.angle(np.exp(1j * x[2]))
+            assert tuple(np.round(x, 6)) in seen
+
+
+@pytest.mark.capability("08-22")
+def test_self_motion_and_isolated_poses_together():
+    hinges = [[0, 0], [4, 0], [1, 3]]
+    found = PlanarThreeRPR(hinges, hinges).poses([2, 2, 2])
+    assert found.status is PlanarPosesStatus.MOVABLE
+    assert found.movable
+    assert np.tan(found.x[:, 2] / 2) == pytest.approx([-0.5, 0.5])
+
+
+def test_lengths_that_cannot_be_joined():
+    robot = PlanarThreeRPR([[0, 0], [4, 0], [2, 3.5]], [[-0.5, -0.3], [0.5, -0.3], [0, 0.6]])
+    found = robot.poses([[1, 1, 1], [1.9, 1.8, 1.6]])
+    assert found.status is PlanarPosesStatus.SOME
+    assert not found
+    assert not found[0]
+    assert found[1]
+    with pytest.raises(InputError, match="signed"):
+        robot.poses([-1, 1, 1])
+    np.testing.assert_allclose(robot.poses([-1.9, 1.8, 1.6], signed=True).x, robot.poses([1.9, 1.8, 1.6]).x)
+    with pytest.raises(InputError, match="leg 2"):
+        robot.jacobian([4 - 0.5, 0.3, 0])
+
+
+@pytest.mark.capability("08-40", "08-4")
+def test_rates_of_three_rpr_are_differences():
+    rng = np.random.default_rng(2)
+    robot = PlanarThreeRPR(*rng.normal(size=(2, 3, 2)))
+    x, V, h = random_poses(rng, 30), rng.normal(size=(30, 3)), 1e-6
+    ahead, behind = turned(x, h * V), turned(x, -h * V)
+    difference = (robot.lengths(ahead) - robot.lengths(behind)) / (2 * h)
+    np.testing.assert_allclose(robot.leg_rates(x, V), difference, rtol=1e-6, atol=1e-6)
+    tau = rng.normal(size=(30, 3))
+    power = (tau * robot.leg_rates(x, V)).sum(1), (robot.wrench(x, tau) * V).sum(1)
+    np.testing.assert_allclose(power[0], power[1], atol=1e-12)
+    A, B = robot.motor_matrices(x)
+    angle = [np.arctan2(d[..., 1], d[..., 0]) for d in (robot.leg_vectors(ahead), robot.leg_vectors(behind))]
+    rate = np.angle(np.exp(1j * (angle[0] - angle[1]))) / (2 * h)
+    np.testing.assert_allclose(np.einsum("kij,kj->ki", A, V), np.einsum("kij,kj->ki", B, rate), rtol=1e-5, atol=1e-5)
+
+
+@pytest.mark.capability("08-54")
+def test_second_order_is_a_difference():
+    rng = np.random.default_rng(3)
+    robot, h = PlanarThreeRPR(*rng.normal(size=(2, 3, 2))), 1e-4
+    x, V, w = random_poses(rng, 10), rng.normal(size=(10, 3)), rng.normal(size=(10, 3))
+    ahead, behind = (robot.lengths(_exp(x, k * h * V)) for k in (1, -1))
+    second = (ahead - 2 * robot.lengths(x) + behind) / h**2
+    np.testing.assert_allclose(robot.second_order(x, V, w), (w * second).sum(1), rtol=1e-5, atol=1e-5)
+
+
+def _exp(x, V):
+    """The pose after the motion exp(V) of the plane."""
+    c, s = np.cos(V[..., 0]), np.sin(V[..., 0])
+    one, other = s / V[..., 0], (1 - c) / V[..., 0]
+    move = np.stack([one * V[..., 1] - other * V[..., 2], other * V[..., 1] + one * V[..., 2]], axis=-1)
+    p = np.stack([c * x[..., 0] - s * x[..., 1], s * x[..., 0] + c * x[..., 1]], axis=-1) + move
+    return np.concatenate([p, x[..., 2:] + V[..., :1]], axis=-1)
+
+
+def three_rrr():
+    angles = np.radians([90, 210, 330])
+    corners = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+    return PlanarThreeRRR(2 * corners, 0.6 * corners, [1.0, 1.1, 0.9], [1.2, 1.0, 1.1])
+
+
+@pytest.mark.capability("08-35", "08-29", "08-30")
+def test_three_rrr_there_and_back():
+    robot, rng = three_rrr(), np.random.default_rng(4)
+    x = random_poses(rng, 50) * 0.1
+    both = robot.angles(x)
+    assert np.isfinite(both).all()
+    for choice in range(8):
+        q = np.stack([both[:, leg, choice >> leg & 1] for leg in range(3)], axis=1)
+        found = robot.poses(q)
+        assert found
+        assert np.nanmin(np.abs(found.x - x[:, None]).max(axis=2), axis=1).max() < 1e-7
+    assert np.isnan(robot.angles([9.0, 0, 0])).all()
+
+
+@pytest.mark.capability("08-53", "08-58", "08-60")
+def test_three_rrr_rates_and_both_kinds():
+    robot, rng = three_rrr(), np.random.default_rng(5)
+    x, V, h = random_poses(rng, 50) * 0.2, rng.normal(size=(50, 3)), 1e-6
+    q = robot.angles(x)[..., 0]
+    A, B = robot.motor_matrices(x, q)
+    rate = (robot.angles(turned(x, h * V))[..., 0] - robot.angles(turned(x, -h * V))[..., 0]) / (2 * h)
+    np.testing.assert_allclose(np.einsum("kij,kj->ki", A, V), np.einsum("kij,kj->ki", B, rate), rtol=1e-6, atol=1e-6)
+    assert robot.singularity(x, q)
+    # A stretched leg: the end of the platform stands at the sum of both lengths from its motor.
+    turn = 0.1
+    end = robot.base[0] + (robot.cranks[0] + robot.rods[0]) * np.array([np.cos(-1.6), np.sin(-1.6)])
+    b = robot.platform[0]
+    p = end - [np.cos(turn) * b[0] - np.sin(turn) * b[1], np.sin(turn) * b[0] + np.cos(turn) * b[1]]
+    stretched = np.array([*p, turn])
+    both = robot.angles(stretched)
+    q = np.where(np.isfinite(both[:, 0]), both[:, 0], -1.6)
+    found = robot.singularity(stretched, q)
+    assert found.status is SingularKind.FIRST
+    blocked = found.blocked_motion
+    A, B = robot.motor_matrices(stretched, q)
+    for motor in (1, 2):
+        rate = np.zeros(3)
+        rate[motor] = 1.0
+        assert blocked @ np.linalg.solve(A, B @ rate) == pytest.approx(0, abs=1e-9)
+    assert "blocked" in found.explain("en")
+
+
+@pytest.mark.capability("08-53", "08-55")
+def test_parallel_rods_are_singular_of_the_second_kind():
+    q = np.radians([90, 90, 90])
+    base = np.array([[0, 0], [2, 0], [1, 2.0]])
+    robot = PlanarThreeRRR(base, base, [1, 1, 1], [1, 1, 1])
+    x = np.array([np.cos(0.3), 1 + np.sin(0.3), 0.0])
+    found = robot.singularity(x, q)
+    assert found.status is SingularKind.SECOND
+    V = found.free_motion
+    assert np.abs(robot.motor_matrices(x, q)[0] @ V).max() < 1e-12
+    assert robot.poses(q).movable

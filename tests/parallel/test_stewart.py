@@ -1,0 +1,83 @@
+"""Platforms on six legs: laws on random platforms and poses."""
+
+import numpy as np
+import pytest
+
+from mafsil.errors import InputError
+from mafsil.geometry import pose
+from mafsil.parallel import ForwardStatus, StewartPlatform
+
+
+def random_platform(rng):
+    return StewartPlatform(rng.normal(size=(6, 3)), rng.normal(size=(6, 3)))
+
+
+def random_poses(rng, count, turn=1.0, reach=1.0):
+    return pose.exp(np.concatenate([turn * rng.normal(size=(count, 3)), reach * rng.normal(size=(count, 3))], axis=1))
+
+
+@pytest.mark.capability("08-36")
+@pytest.mark.parametrize("frame", ["space", "body"])
+def test_rates_are_differences(frame):
+    rng = np.random.default_rng(1)
+    robot, T, V, h = random_platform(rng), random_poses(rng, 20), rng.normal(size=(20, 6)), 1e-5
+    moved = [pose.exp(k * h * V) @ T if frame == "space" else T @ pose.exp(k * h * V) for k in (-1, 1)]
+    difference = (robot.lengths(moved[1]) - robot.lengths(moved[0])) / (2 * h)
+    np.testing.assert_allclose(robot.leg_rates(T, V, frame), difference, atol=1e-8)
+    np.testing.assert_allclose(robot.twist(T, robot.leg_rates(T, V, frame), frame), V, rtol=1e-6, atol=1e-7)
+
+
+@pytest.mark.capability("08-37", "08-38", "08-39")
+def test_wrench_of_the_legs_is_the_sum_of_moments_and_forces():
+    rng = np.random.default_rng(2)
+    robot, T, tau = random_platform(rng), random_poses(rng, 20), rng.normal(size=(20, 6))
+    u = robot.leg_vectors(T) / robot.lengths(T)[..., None]
+    ends = pose.act(T[:, None], robot.platform)
+    f = tau[..., None] * u
+    expected = np.concatenate([np.cross(ends, f).sum(1), f.sum(1)], axis=1)
+    np.testing.assert_allclose(robot.wrench(T, tau), expected, atol=1e-12)
+    V = rng.normal(size=(20, 6))
+    np.testing.assert_allclose((tau * robot.leg_rates(T, V)).sum(1), (robot.wrench(T, tau) * V).sum(1), atol=1e-11)
+    np.testing.assert_allclose(robot.leg_forces(T, robot.wrench(T, tau)), tau, rtol=1e-6, atol=1e-7)
+
+
+@pytest.mark.capability("08-26")
+def test_newton_comes_back_from_near():
+    rng = np.random.default_rng(3)
+    robot = StewartPlatform.on_circles(
+        2.0, 1.0, np.radians([-15, 15, 105, 135, 225, 255]), np.radians([-45, 45, 75, 165, 195, 285])
+    )
+    home = pose.from_translation([0, 0, 1.5])
+    T = home @ random_poses(rng, 2000, 0.15, 0.15)
+    found = robot.forward(robot.lengths(T), home)
+    assert found.found.mean() > 0.999
+    np.testing.assert_allclose(robot.lengths(found.T[found.found]), robot.lengths(T)[found.found], atol=3e-12)
+    np.testing.assert_allclose(found.T[found.found], T[found.found], atol=1e-8)
+    assert found.T.shape == (2000, 4, 4)
+    assert len(list(found)) == 2000
+
+
+def test_lengths_that_cannot_be_are_said_not_to_be_found():
+    robot = random_platform(np.random.default_rng(4))
+    found = robot.forward([100, 1, 1, 1, 1, 1], np.eye(4))
+    assert not found
+    assert found.status in (ForwardStatus.NOT_FOUND, ForwardStatus.SINGULAR)
+    assert found.error > 1
+    assert "no pose" in found.explain("en") or "singular" in found.explain("en")
+    assert found.to_dict()["status"] == found.status.name.lower()
+
+
+def test_wrong_input_is_refused():
+    robot = random_platform(np.random.default_rng(5))
+    with pytest.raises(InputError, match="lengths"):
+        robot.forward([np.nan] * 6, np.eye(4))
+    with pytest.raises(InputError, match="lengths"):
+        robot.forward([1.0] * 5, np.eye(4))
+    with pytest.raises(InputError, match="T"):
+        robot.lengths(2 * np.eye(4))
+    with pytest.raises(InputError, match="frame"):
+        robot.jacobian(np.eye(4), "tip")
+    with pytest.raises(InputError, match="leg 1"):
+        StewartPlatform(robot.base, robot.base).jacobian(np.eye(4))
+    with pytest.raises(InputError, match="base"):
+        StewartPlatform(np.zeros((5, 3)), np.zeros((6, 3)))
