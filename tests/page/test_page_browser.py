@@ -246,6 +246,21 @@ def test_a_picture_is_drawn(browser: Browser, pages: Path, tmp_path: Path, schem
     browser.picture(tmp_path / "page.png")
 
 
+def test_a_ghost_in_the_place_of_the_arm_leaves_its_colours(browser: Browser, pages: Path) -> None:
+    """At its start the Panda has a branch that looks the same: the arm keeps its orange, without a green veil."""
+    browser.load(pages / "panda.html")
+    count = (
+        "(() => { const c = document.createElement('canvas'), s = document.getElementById('scene');"
+        " c.width = c.height = 120; const x = c.getContext('2d'); mafsil.stage.paint(); x.drawImage(s, 0, 0, 120, 120);"
+        " const p = x.getImageData(0, 0, 120, 120).data; let n = 0;"
+        " for (let k = 0; k < p.length; k += 4) n += p[k] > 215 && p[k + 2] < 80; return n; })()"
+    )
+    with_ghosts = browser.ask(count)
+    assert browser.ask("mafsil.stage.named.length") == 1
+    browser.ask("mafsil.store.show({ghosts: false})")
+    assert with_ghosts == browser.ask(count) > 40
+
+
 def test_on_a_phone_nothing_is_wider_than_the_screen(browser: Browser, pages: Path) -> None:
     browser.resize(390, 800, phone=True)
     browser.load(pages / "panda.html")
