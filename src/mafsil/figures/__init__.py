@@ -17,6 +17,8 @@ from mafsil.figures.moving_body import save_solid_ball as save_solid_ball
 from mafsil.figures.moving_body import save_space_velocity as save_space_velocity
 from mafsil.figures.moving_body import save_two_frames as save_two_frames
 from mafsil.figures.newton_tangents import save_newton_tangents as save_newton_tangents
+from mafsil.figures.path_difficulties import save_path_difficulties as save_path_difficulties
+from mafsil.figures.phase_plane import save_phase_plane as save_phase_plane
 from mafsil.figures.pole import save_pole as save_pole
 from mafsil.figures.profiles import save_profiles as save_profiles
 from mafsil.figures.screw_motion import save_screw_motion as save_screw_motion
