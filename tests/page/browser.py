@@ -64,7 +64,7 @@ class Browser:
         targets = self._call("Target.getTargets")["targetInfos"]
         target = next(one["targetId"] for one in targets if one["type"] == "page")
         self._session = self._call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
-        for domain in ("Page", "Runtime", "Network", "Log"):
+        for domain in ("Page", "Runtime", "Network", "Log", "Performance"):
             self._call(f"{domain}.enable")
         self._call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(self.downloads))
         self.resize(*size)
@@ -84,11 +84,13 @@ class Browser:
         features = [{"name": "prefers-color-scheme", "value": scheme}]
         self._call("Emulation.setEmulatedMedia", features=features)
 
-    def load(self, path: Path | str, ending: str = "") -> None:
-        """Open a file, or an address, and wait until its script has drawn."""
+    def load(
+        self, path: Path | str, ending: str = "", drawn: str = "window.mafsil && window.mafsil.timing.frames > 0"
+    ) -> None:
+        """Open a file, or an address, and wait until its script has drawn, which an expression tells."""
         self.ask("window.left = true")  # the answer to a navigation may come before the page has changed
         self._call("Page.navigate", url=path + ending if isinstance(path, str) else path.as_uri() + ending)
-        self.wait("!window.left && window.mafsil && window.mafsil.timing.frames > 0")
+        self.wait(f"!window.left && {drawn}")
 
     def wait(self, condition: str) -> None:
         """Wait until an expression is true."""
@@ -153,6 +155,11 @@ class Browser:
         """Bytes that the script's objects take, after collecting what nobody uses."""
         self._call("HeapProfiler.collectGarbage")
         return int(self._call("Runtime.getHeapUsage")["usedSize"])
+
+    def counted(self, name: str) -> int:
+        """How many there are of what the browser counts, such as `JSEventListeners` or `Nodes`."""
+        found = self._call("Performance.getMetrics")["metrics"]
+        return next(int(one["value"]) for one in found if one["name"] == name)
 
     def picture(self, path: Path) -> None:
         """Write what is seen."""

@@ -246,6 +246,21 @@ def test_a_picture_is_drawn(browser: Browser, pages: Path, tmp_path: Path, schem
     browser.picture(tmp_path / "page.png")
 
 
+def test_a_ghost_in_the_place_of_the_arm_leaves_its_colours(browser: Browser, pages: Path) -> None:
+    """At its start the Panda has a branch that looks the same: the arm keeps its orange, without a green veil."""
+    browser.load(pages / "panda.html")
+    count = (
+        "(() => { const c = document.createElement('canvas'), s = document.getElementById('scene');"
+        " c.width = c.height = 120; const x = c.getContext('2d'); mafsil.stage.paint(); x.drawImage(s, 0, 0, 120, 120);"
+        " const p = x.getImageData(0, 0, 120, 120).data; let n = 0;"
+        " for (let k = 0; k < p.length; k += 4) n += p[k] > 215 && p[k + 2] < 80; return n; })()"
+    )
+    with_ghosts = browser.ask(count)
+    assert browser.ask("mafsil.stage.named.length") == 1
+    browser.ask("mafsil.store.show({ghosts: false})")
+    assert with_ghosts == browser.ask(count) > 40
+
+
 def test_on_a_phone_nothing_is_wider_than_the_screen(browser: Browser, pages: Path) -> None:
     browser.resize(390, 800, phone=True)
     browser.load(pages / "panda.html")
@@ -315,6 +330,37 @@ def test_ten_minutes_of_the_loop_leave_no_growth(browser: Browser, pages: Path) 
     assert after - before < 1_000_000
 
 
+def test_ten_minutes_of_pictures_leave_no_growth(browser: Browser, pages: Path) -> None:
+    """36,000 frames of the closed loop, ten minutes at 60 a second, every card open: no more memory, no more listeners.
+
+    Frames are led by the test instead of the screen, one right after the other. Pixels are left out, which software
+    would need an hour for; all that the picture is made of is built each time.
+    """
+    browser.load(pages / "ur5e.html")
+    browser.ask("document.querySelectorAll('details').forEach(card => { card.open = true; })")
+    settle(browser)
+    browser.ask("window.requestAnimationFrame = () => 0; mafsil.stage.renderer.render = () => {};")
+    browser.ask("document.getElementById('loop').click(); mafsil.store.do('push', {wrench: [0, 0, 0, 5, 0, 0]});")
+    browser.ask("window.moment = performance.now();")
+    run = "for (let k = 0; k < 1000; k++) mafsil.frame(window.moment += 1000 / 60);"
+
+    def pictures(thousands: int) -> tuple[int, int, int]:
+        for k in range(thousands):
+            plotted = "true" if k % 12 == 0 else "false"  # six joints over ten seconds: most of the time of a frame
+            browser.ask(f"document.getElementById('view-plot').open = {plotted}")
+            browser.ask(run)
+        return browser.memory(), browser.counted("JSEventListeners"), browser.counted("Nodes")
+
+    before = pictures(2)
+    begin = state(browser)["ticks"]
+    after = pictures(36)
+    assert state(browser)["ticks"] - begin == pytest.approx(600_000, abs=2)
+    assert browser.ask("mafsil.store.journal.length") == 3
+    assert after[0] - before[0] < 1_000_000
+    assert after[1] <= before[1]
+    assert after[2] <= before[2] + 100
+
+
 def test_a_robot_of_prismatic_joints_and_one_without_closed_form(browser: Browser, tmp_path: Path) -> None:
     """The page of any robot: search where there is no closed form, no loads where there are no masses."""
     for name in ("scara_rrrp", "rrprrr", "spatial3r"):
@@ -343,6 +389,29 @@ def test_a_view_of_ones_own(browser: Browser, tmp_path: Path) -> None:
     assert shown == pytest.approx(mf.load("panda").forward_kinematics(state(browser)["q"])[2, 3], abs=6e-5)
     browser.click("#language")
     assert browser.ask("document.querySelector('#view-height summary').textContent") == "ارتفاع الأداة"
+
+
+def test_a_view_with_its_own_kernel_and_action(browser: Browser, tmp_path: Path) -> None:
+    """The file of docs/adding_a_view.md: its kernel, its action as lines of the journal, the same bits in Python."""
+    text = (Path(__file__).resolve().parents[2] / "docs" / "adding_a_view.md").read_text(encoding="utf-8")
+    (tmp_path / "mass.js").write_text(text.split('VIEW = """\n')[1].split('"""')[0], encoding="utf-8")
+    show("panda", language="en", views=[tmp_path / "mass.js"]).write(tmp_path / "mass.html")
+    browser.load(tmp_path / "mass.html")
+    slide(browser, 1, -0.1)
+    settle(browser)
+    shown = float(browser.ask("document.getElementById('mass-height').textContent").split()[0].replace("−", "-"))
+    robot = mf.load("panda")
+    assert shown == pytest.approx(robot.center_of_mass(state(browser)["q"])[2], abs=6e-5)
+    browser.click("#mass-middle")
+    q = (robot.limits.lower + robot.limits.upper) / 2
+    assert np.array(state(browser)["q"]).tobytes() == q.tobytes()
+    assert [one["do"] for one in browser.ask("mafsil.store.journal")] == ["set_joint", "set_joints"]
+    settle(browser)
+    assert replayed(browser, tmp_path).q.tobytes() == q.tobytes()
+    browser.click("#language")
+    assert browser.ask("document.querySelector('#view-mass summary').textContent") == "مركز الكتلة"
+    refused = "(() => { try { mafsil.store.learn({push: () => []}); return ''; } catch (e) { return e.message; } })()"
+    assert browser.ask(refused) == "two actions are called push"
 
 
 def test_the_loop_is_plotted(browser: Browser, pages: Path) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.cli.main import main
-from mafsil.errors import FileError, KernelError
+from mafsil.errors import FileError, InputError, KernelError
 from mafsil.messages import LANGUAGES
 from mafsil.messages.catalogue import keys
 from mafsil.page import Session, show
@@ -94,3 +94,15 @@ def test_modules_are_joined_or_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in "def":
         with pytest.raises(KernelError):
             modules.one_script(f"page/{name}.js")
+
+
+def test_what_a_view_needs_is_there_or_left_out(tmp_path: Path) -> None:
+    """A kernel more for a view's quantity; none where the arm has no masses for it; a wrong name is refused."""
+    own, wrong = tmp_path / "own.js", tmp_path / "wrong.js"
+    own.write_text('view({\n  name: "a",\n  needs: ["center_of_mass"],\n});\n', encoding="utf-8")
+    wrong.write_text('view({\n  name: "b",\n  needs: ["center_of_mas"],\n});\n', encoding="utf-8")
+    bare = mf.Robot.from_dh([[0.3, 90, 0.1, 0], [0.2, 0, 0, 45]], "classic", degrees=True)
+    assert '"center_of_mass":{"inputs"' in mf.show("planar2r", views=[own]).html
+    assert '"center_of_mass":{' not in mf.show(bare, views=[own]).html
+    with pytest.raises(InputError, match="center_of_mass"):
+        _ = mf.show("planar2r", views=[wrong]).html

@@ -23,8 +23,10 @@ from mafsil.job.resting import REGULAR, starting_place
 from mafsil.kernels import Kernel, Port, Signature
 from mafsil.kernels.lazy import lazy
 from mafsil.kernels.target import host
+from mafsil.mechanics import catalogue
 from mafsil.mechanics.loop_terms import Loop, Term
 from mafsil.robot import Robot
+from mafsil.robot.masses import require_masses
 from mafsil.simulation.fused import loop_kernel
 from mafsil.simulation.plant import Plant
 from mafsil.simulation.stepping import Stepper
@@ -45,9 +47,11 @@ class Arm:
 
     Attributes:
         robot: the whole robot; its tip is the tool.
+        quantities: names of the catalogue that views need besides; those that this arm has no masses for are left out.
     """
 
     robot: Robot
+    quantities: tuple[str, ...] = ()
 
     @lazy
     def problem(self) -> PoseProblem:
@@ -78,7 +82,15 @@ class Arm:
             found |= {"turns": _turns_kernel(part.n), "branches": self.form.labelled}
         if self.has_dynamics:
             found |= {"gravity_torque": robot.kernel("gravity_torque"), "closed_loop": loop_kernel(self._loop)}
-        return found
+        return found | {name: robot.kernel(name) for name in self.quantities if name not in found and self._has(name)}
+
+    def _has(self, quantity: str) -> bool:
+        """Whether a quantity means something for this arm: some need masses."""
+        try:
+            require_masses(self.robot.mechanism, catalogue.quantity(quantity))
+        except ModelError:
+            return False
+        return True
 
     @lazy
     def unfused(self) -> Mapping[str, Kernel]:

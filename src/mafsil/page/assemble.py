@@ -13,6 +13,7 @@ from mafsil.scene.inline import attribute, embedded, policy
 from mafsil.scene.modules import read
 
 MAIN = "page/main.js"
+_NEEDS, _NAME = re.compile(r"^ *needs: \[([^\]]*)\],$", re.M), re.compile(r"[\"'](\w+)[\"']")
 
 
 def assembled(content: Mapping[str, Any], views: Sequence[str] = ()) -> str:
@@ -37,6 +38,16 @@ def assembled(content: Mapping[str, Any], views: Sequence[str] = ()) -> str:
         "data": embedded(content),
     }
     return re.sub(r"\{\{(\w+)\}\}", lambda match: slots[match.group(1)], read("page/page.html"))
+
+
+def needed(views: Sequence[str]) -> tuple[str, ...]:
+    """The quantities of the robot that modules with views ask for, each once: `needs: ["mass_matrix"],` on one line.
+
+    Raises:
+        FileError: a module that cannot be read.
+    """
+    lines = (line for view in views for line in _NEEDS.findall(read(view)))
+    return tuple(dict.fromkeys(name for line in lines for name in _NAME.findall(line)))
 
 
 def own_views() -> list[str]:

@@ -21,6 +21,7 @@ class App {
     this.data = data;
     this.words = new Words(data.languages, data.language);
     this.store = new Store({ settings: data.settings, kernels });
+    for (const { actions } of VIEWS) this.store.learn(actions ?? {});
     this.link = data.studio ? new ServerLink(this.store, data.actions, serverTransport(), crypto.randomUUID().slice(0, 8)) : null;
     this.playing = false;
     this.last = 0;

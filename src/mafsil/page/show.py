@@ -14,7 +14,7 @@ from mafsil.messages import language as current_language
 from mafsil.model import Mechanism, library
 from mafsil.model.loading import RobotLike
 from mafsil.page.arm import Arm
-from mafsil.page.assemble import assembled
+from mafsil.page.assemble import assembled, needed
 from mafsil.page.content import content
 from mafsil.robot import Robot, as_robot
 from mafsil.scene.inline import attribute
@@ -43,7 +43,8 @@ class Page:
     @lazy
     def html(self) -> str:
         """The whole page as text; it needs no other file and makes no request."""
-        return assembled(content(Arm(self.robot), self.language, self.python), self.views)
+        arm = Arm(self.robot, needed(self.views))
+        return assembled(content(arm, self.language, self.python), self.views)
 
     def write(self, path: str | os.PathLike[str]) -> Path:
         """Write the page into a file, which appears whole or not at all.
@@ -82,7 +83,7 @@ def show(robot: RobotLike, *, language: str | None = None, views: Sequence[str |
     Args:
         robot: any robot; a name or a file. Its numbers stand readable in the page.
         language: `en` or `ar`; the current one if None.
-        views: files with views of your own, one each (docs/page.md); their script runs in the page.
+        views: files with views of your own, one each (docs/adding_a_view.md); their script runs in the page.
 
     Raises:
         ModelError: a robot without joints.

@@ -55,12 +55,14 @@ class Plot:
     """One quantity of all joints, or of what `names` says, over time.
 
     Attributes:
+        column: the quantity's name in tables, such as `tau`.
         title, unit: of the quantity.
         values: (rows, n), at the page's times.
         limits: (n, 2) lower and upper bound, infinite where there is none; None for a quantity without bounds.
         names: of the curves; empty for the joints.
     """
 
+    column: str
     title: str
     unit: str
     values: Floats

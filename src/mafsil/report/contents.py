@@ -16,7 +16,7 @@ from mafsil.job.judgement import Summary, error_details, joint_quantity
 from mafsil.job.payload import box_in_tip
 from mafsil.job.plan import Leg
 from mafsil.job.run import Run
-from mafsil.messages import say
+from mafsil.messages import LANGUAGES, say
 from mafsil.messages.quantities import digits, quantity
 from mafsil.model import JointKind
 from mafsil.model.shape import Box, Capsule, Cylinder, Sphere
@@ -32,8 +32,21 @@ PART_COLOUR = (0.23, 0.47, 0.70, 1.0)
 OBSTACLE_COLOUR = (0.72, 0.66, 0.58, 1.0)
 
 
-def page(run: Run, numbers: Summary, language: str) -> Page:
-    """The page of a run."""
+def pages(run: Run, numbers: Summary, language: str) -> tuple[Page, ...]:
+    """The page of a run in every language, the given one first; they share what is drawn."""
+    drawn = scene(run)
+    return tuple(page(run, numbers, code, drawn) for code in (language, *(c for c in LANGUAGES if c != language)))
+
+
+def page(run: Run, numbers: Summary, language: str, drawn: Scene | None = None) -> Page:
+    """The page of a run.
+
+    Args:
+        run: what happened.
+        numbers: what is judged.
+        language: of all texts.
+        drawn: its scene, if that is made already.
+    """
     words = _Words(language)
     rows = plot_rows(run)
     findings = tuple(Finding(remark.level, remark.sentence(language)) for remark in run.remarks)
@@ -45,7 +58,7 @@ def page(run: Run, numbers: Summary, language: str) -> Page:
         subtitle=f"{robot} · {controller} · {method(run)} · {quantity(run.job.simulation.step, 's')}",
         verdict=verdict(run, language),
         duration=numbers.duration,
-        scene=scene(run),
+        scene=scene(run) if drawn is None else drawn,
         times=run.recording.t[rows],
         joints=run.robot.joint_names,
         plots=_plots(run, rows, numbers, words),
@@ -202,10 +215,10 @@ def _plots(run: Run, rows: Rows, numbers: Summary, words: _Words) -> tuple[Plot,
         return np.stack([-bound, bound], axis=1)
 
     return (
-        Plot(words("position"), angle, tape.q[rows], np.stack([limits.lower, limits.upper], axis=1)),
-        Plot(words("velocity"), f"{angle}/s", tape.qd[rows], both(limits.velocity)),
-        Plot(words("effort"), effort, tape.tau[rows], both(limits.effort)),
-        Plot(words("error"), angle, (tape.q - tape.q_ref)[rows]),
+        Plot("q", words("position"), angle, tape.q[rows], np.stack([limits.lower, limits.upper], axis=1)),
+        Plot("qd", words("velocity"), f"{angle}/s", tape.qd[rows], both(limits.velocity)),
+        Plot("tau", words("effort"), effort, tape.tau[rows], both(limits.effort)),
+        Plot("q_error", words("error"), angle, (tape.q - tape.q_ref)[rows]),
         *_clearance_plot(tape.t[rows], numbers, words),
     )
 
@@ -216,7 +229,8 @@ def _clearance_plot(t: Floats, numbers: Summary, words: _Words) -> tuple[Plot, .
     if found is None or not np.isfinite(found.distance).all():
         return ()
     values = np.interp(t, found.t, found.distance)[:, None]
-    return (Plot(words("clearance"), "m", values, np.array([[found.wanted, np.inf]]), (words("clearance_curve"),)),)
+    wanted = np.array([[found.wanted, np.inf]])
+    return (Plot("clearance", words("clearance"), "m", values, wanted, (words("clearance_curve"),)),)
 
 
 def _figures(run: Run, numbers: Summary, words: _Words) -> tuple[Figure, ...]:

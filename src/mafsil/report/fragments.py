@@ -18,7 +18,11 @@ def header(title: str, subtitle: str, verdict: Finding | None = None) -> str:
     """Title, subtitle and verdict."""
     words = Element("div")
     _say(SubElement(words, "h1"), title)
-    _say(SubElement(words, "p"), subtitle)
+    line = SubElement(words, "p")
+    for part in subtitle.split(" · "):  # each keeps its own direction; they follow in that of the page
+        if len(line):
+            line[-1].tail = " · "
+        _say(line, part)
     if verdict is None:
         return _html(words)
     chip = Element("span", {"class": f"chip {verdict.level}"})

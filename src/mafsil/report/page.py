@@ -16,26 +16,58 @@ from mafsil.report.content import Page, Plot, Scene
 from mafsil.scene import as_data, one_script, packed
 from mafsil.scene.inline import attribute, embedded, policy
 
-PAGE_SCRIPTS = ("replay.js", "plot.js", "main.js")
+PAGE_SCRIPTS = ("replay.js", "plot.js", "table.js", "language.js", "main.js")
 PICTURE_SCRIPTS = ("replay.js", "picture.js")
 _LABELS = (
     "replay", "no_scene", "hint", "hint_still", "play", "time", "speed", "path", "frames", "view", "numbers_title",
     "warnings_title", "moves_title", "plots_title", "plots_hint", "joints_title", "source_title", "footer",
+    "save_table", "table_hint",
 )  # fmt: skip
 
 
-def render(page: Page) -> str:
-    """The page as HTML text."""
-    slots = _frame(page.language, page.title, PAGE_SCRIPTS) | {
+def render(page: Page, *others: Page) -> str:
+    """The page as HTML text.
+
+    Args:
+        page: in the language in which it opens.
+        others: the same run in other languages, to which its reader may switch.
+    """
+    languages = {one.language: _words(one) for one in (page, *others)} if others else {}
+    slots = _frame(page.language, page.title, PAGE_SCRIPTS) | _texts(page)
+    slots["data"] = embedded(_data(page) | {"languages": languages})
+    slots["languages"] = "".join(map(_kept, others))
+    return _filled("report.html", slots)
+
+
+def _texts(page: Page) -> dict[str, str]:
+    """What stands in the page's `data-slot` elements, as HTML."""
+    return {
         "header": fragments.header(page.title, page.subtitle, page.verdict),
         "numbers": fragments.figures(page.figures),
         "warnings": fragments.findings(page.findings),
         "moves": fragments.steps(page.steps, page.language),
         "joints": fragments.table(page.joint_table),
         "source": fragments.details(page.details),
-        "data": embedded(_data(page)),
+        "footer": fragments.text(say("report.footer", language=page.language)),
     }
-    return _filled("report.html", slots)
+
+
+def _kept(page: Page) -> str:
+    """The texts of a language that is not shown, as a template."""
+    texts = "".join(f'<div data-for="{name}">{html}</div>' for name, html in _texts(page).items())
+    return f'<template data-language="{page.language}">{texts}</template>'
+
+
+def _words(page: Page) -> dict[str, Any]:
+    """What the script says in a language."""
+    labels = (*_LABELS, "pause", "share", "other_language")
+    return {
+        "direction": direction(page.language),
+        "title": visible(page.title),
+        "labels": {name: say(f"report.{name}", language=page.language) for name in labels},
+        "moves": [visible(step.name) for step in page.steps],
+        "plots": [{"title": plot.title, "names": [visible(name) for name in plot.names]} for plot in page.plots],
+    }
 
 
 def render_picture(title: str, subtitle: str, scene: Scene, language: str) -> str:
@@ -72,7 +104,9 @@ def _data(page: Page) -> dict[str, Any]:
         "duration": page.duration,
         "joints": [visible(name) for name in page.joints],
         "time": packed(page.times),
-        "labels": {key: say(f"report.{key}", language=page.language) for key in ("play", "pause", "share")},
+        "labels": {
+            key: say(f"report.{key}", language=page.language) for key in ("play", "pause", "share", "other_language")
+        },
         "moves": [{"name": visible(step.name), "from": step.start, "to": step.end} for step in page.steps],
         "plots": [_plot(plot) for plot in page.plots],
         "scene": _scene(page.scene),
@@ -84,7 +118,8 @@ def _plot(plot: Plot) -> dict[str, Any]:
     if plot.limits is not None:
         limits = [[float(bound) if np.isfinite(bound) else None for bound in row] for row in plot.limits]
     names = [visible(name) for name in plot.names]
-    return {"title": plot.title, "unit": plot.unit, "values": packed(plot.values), "limits": limits, "names": names}
+    drawn = {"title": plot.title, "unit": plot.unit, "values": packed(plot.values), "limits": limits, "names": names}
+    return drawn | {"column": plot.column}
 
 
 def _scene(scene: Scene) -> dict[str, Any]:

@@ -91,7 +91,7 @@ def _short(path: Path) -> str:
 def _write_all(run: Run, directory: Path) -> None:
     numbers = summary(run)
     code = run.job.report.language or language()
-    _write(directory / "report.html", page.render(contents.page(run, numbers, code)).encode())
+    _write(directory / "report.html", page.render(*contents.pages(run, numbers, code)).encode())
     data = json.dumps(as_data(run, numbers), ensure_ascii=False, indent=2, allow_nan=False)
     _write(directory / "results.json", data.encode())
     _write(directory / "job.toml", run.text.encode())

@@ -82,6 +82,8 @@ void main() {
   pixel = vec4(shown, 1.) * fade;
 }`;
 
+const BEHIND = [1, 200]; // of ghosts, in units of slope and of depth: some millimetres, as much as round bodies are flattened by
+
 const DEPTH_SHADER = `#version 300 es
 precision mediump float;
 void main() {}`;
@@ -270,11 +272,14 @@ export class Renderer {
     gl.useProgram(this.bodyProgram.program);
     this.setUniforms(this.bodyProgram, shared);
     for (const item of opaque) this.draw(this.bodyProgram, item);
+    gl.enable(gl.POLYGON_OFFSET_FILL); // where a ghost lies in an opaque body, the body is seen
+    gl.polygonOffset(...BEHIND);
     gl.colorMask(false, false, false, false);
     for (const item of ghosts) this.draw(this.bodyProgram, item);
     gl.colorMask(true, true, true, true);
     gl.depthFunc(gl.LEQUAL);
     for (const item of ghosts) this.draw(this.bodyProgram, item);
+    gl.disable(gl.POLYGON_OFFSET_FILL);
     gl.depthFunc(gl.LESS);
     gl.depthMask(false);
     for (const item of rest) this.draw(this.bodyProgram, item);

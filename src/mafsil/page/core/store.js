@@ -21,6 +21,8 @@ export class Store {
     this.entries = [];
     this.link = NO_LINK;
     this.open = false; // a gesture is going on
+    /** Actions that views bring: each is a list of actions of the package. @type {Object<string, (state: State, given: any, arm: Arm) => [string, object][]>} */
+    this.own = {};
     /** What views show without being asked by an action: languages, ghosts, the pose that is wished for, a table that was edited. */
     this.shown = { ghosts: true, frames: false, ellipsoid: false, forces: false, wish: null, refusal: null, frame: -1, replay: null, table: null };
     /** @type {Set<(what: string) => void>} */
@@ -40,6 +42,10 @@ export class Store {
    * @param {{gesture?: boolean}} how  gesture: one of many that together are one, as while a slider moves
    */
   do(name, given, { gesture = false } = {}) {
+    if (Object.hasOwn(this.own, name)) {
+      for (const [part, values] of this.own[name](this.state, given, this.arm)) this.do(part, values, { gesture });
+      return;
+    }
     const last = this.entries.at(-1), action = { do: name, with: given };
     const known = ACTIONS[name];
     if (!known) throw new RangeError(`no action is called ${name}`);
@@ -56,6 +62,18 @@ export class Store {
     this.shown.replay = null;
     this.link.put(this.entries.at(-1));
     this.changed("state");
+  }
+
+  /**
+   * More actions, each a list of those that are there: so their lines of Python are known everywhere.
+   *
+   * @param {Object<string, (state: State, given: any, arm: Arm) => [string, object][]>} actions
+   */
+  learn(actions) {
+    for (const [name, parts] of Object.entries(actions)) {
+      if (Object.hasOwn(ACTIONS, name) || Object.hasOwn(this.own, name)) throw new RangeError(`two actions are called ${name}`);
+      this.own[name] = parts;
+    }
   }
 
   /**

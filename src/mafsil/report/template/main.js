@@ -28,10 +28,13 @@ function seek(t) {
 function play(on) {
   clock.playing = on;
   by("play").classList.toggle("on", on);
-  by("play").setAttribute("aria-label", on ? data.labels.pause : data.labels.play);
-  by("play").title = on ? data.labels.pause : data.labels.play;
+  labelPlay();
   clock.since = performance.now();
   if (on) requestAnimationFrame(tick);
+}
+function labelPlay() {
+  by("play").title = clock.playing ? data.labels.pause : data.labels.play;
+  by("play").setAttribute("aria-label", by("play").title);
 }
 function tick(now) {
   if (!clock.playing) return;
@@ -65,6 +68,13 @@ data.joints.forEach((name, j) => {
     button.setAttribute("aria-pressed", !hidden.has(j));
     ofJoints.forEach(plot => { plot.hidden = hidden; plot.chosen = null; plot.draw(); });
   });
+});
+by("save-table").addEventListener("click", () => saveTable(`${document.title}.csv`, tableText(data, time, plots)));
+new Languages(data, words => {
+  plots.forEach((plot, k) => plot.rename(words.plots[k]));
+  marks.forEach((mark, k) => { mark.title = words.moves[k]; });
+  labelPlay();
+  seek(clock.t);
 });
 addEventListener("beforeprint", () => plots.forEach(plot => plot.draw()));
 const moment = /^#t=([0-9.]+)$/.exec(location.hash);

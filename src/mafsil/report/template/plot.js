@@ -48,6 +48,14 @@ class Plot {
     this.svg.addEventListener("click", e => this.seek(this.timeAt(e)));
     new ResizeObserver(() => this.draw()).observe(this.svg);
   }
+  // Say it in another language.
+  rename({ title, names }) {
+    this.plot.title = title;
+    this.svg.setAttribute("aria-label", title);
+    if (names.length) this.joints = names;
+    if (this.button) this.button.textContent = this.labels.share;
+    this.draw();
+  }
   // Value of joint j at row i, as drawn: in its unit, or in percent of the bound it moves towards.
   at(i, j) {
     const v = this.values[i * this.joints.length + j];
