@@ -41,6 +41,10 @@ from mafsil.parallel.planar_legs import PlanarThreeRRR as PlanarThreeRRR
 from mafsil.parallel.planar_poses import PlanarPoses as PlanarPoses
 from mafsil.parallel.planar_poses import PlanarPosesStatus as PlanarPosesStatus
 from mafsil.parallel.platform_modes import stewart_assembly_modes as stewart_assembly_modes
+from mafsil.parallel.platform_workspace import PlatformLimits as PlatformLimits
+from mafsil.parallel.platform_workspace import PlatformWorkspace as PlatformWorkspace
+from mafsil.parallel.platform_workspace import WorkspaceStatus as WorkspaceStatus
+from mafsil.parallel.platform_workspace import platform_workspace as platform_workspace
 from mafsil.parallel.singular_kinds import SingularKind as SingularKind
 from mafsil.parallel.singular_kinds import SingularKinds as SingularKinds
 from mafsil.parallel.stewart import StewartPlatform as StewartPlatform
