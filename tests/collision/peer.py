@@ -6,6 +6,7 @@ import coal
 import numpy as np
 
 from mafsil import collision
+from mafsil.collision.pairs import still_shapes
 from mafsil.geometry import rotation
 
 POINTS = np.random.default_rng(5).normal(size=(30, 3)) * 0.2
@@ -88,9 +89,11 @@ class CoalChecker:
             for body, shapes in zip(self.checker.bodies, self.shapes, strict=True)
         ]
         best = np.inf
-        for shapes in placed:
-            for a, T_a in shapes:
-                for b, T_b in self.obstacles:
+        still = still_shapes(self.checker.robot.mechanism, self.checker.bodies)
+        for shapes, fixed in zip(placed, still, strict=True):
+            for (a, T_a), stays in zip(shapes, fixed, strict=True):
+                # What no joint moves is not checked against what stands still.
+                for b, T_b in () if stays else self.obstacles:
                     best = min(best, coal_distance(a, T_a, b, T_b))
         for i, j in self.pairs:
             for a, T_a in placed[i]:

@@ -131,14 +131,21 @@ def test_batches_and_single_motions_agree(checker):
 
 
 def test_an_arm_alone_and_a_floor_it_stands_on(tmp_path):
-    """Without anything to meet every motion is free; what touches from the start is not."""
+    """Without anything to meet every motion is free; what touches from the start is not, but for what never moves."""
     path = tmp_path / "arm.urdf"
     path.write_text(urdf())
     alone = Checker(str(path), self_collision=False)
     assert alone.free_segment(np.full(6, -2.0), np.full(6, 2.0))
-    ball = Obstacle(Sphere(0.1), (0.18, 0.0, 0.1), "ball")
-    touching = Checker(str(path), [ball], self_collision=False)
-    assert not touching.free_segment(np.zeros(6), np.full(6, 0.1))
+    low, high = Obstacle(Sphere(0.1), (0.1, 0.0, 0.0), "low"), Obstacle(Sphere(0.1), (0.1, 0.1, 0.4), "high")
+    q, there = np.zeros(6), np.full(6, 0.1)
+    touching = Checker(str(path), [high], self_collision=False)
+    assert not touching.free_segment(q, there)
+    assert touching.in_collision(q)
+    assert touching.check(q).contacts[0].first == "link2"
+    standing = Checker(str(path), [low], self_collision=False)
+    assert standing.free_segment(q, there), "the base stands in the ball, which no motion changes"
+    assert standing.free(q)
+    assert standing.check(q).contacts[0].first != "link0"
 
 
 def test_answers_of_paths_say_where_and_by_what(checker):

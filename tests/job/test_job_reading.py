@@ -38,7 +38,16 @@ def test_examples_are_valid(path: Path) -> None:
         ("rpy = [180, 0, 0] }", "rpy = [180, 0, 0], quaternion = [1, 0, 0, 0] }", "job.two_orientations", ["move[1]"]),
         ("rpy = [180, 0, 0] }", "quaternion = [0, 0, 0, 0] }", "job.zero_quaternion", ["move[1].pose.quaternion"]),
         ('profile = "trapezoid"', 'path = "line"', "job.line_pose", ["move[9].path"]),
-        ("[start]", "[[obstacle]]\nradius = 1\n[start]", "job.no_obstacles", ["obstacle"]),
+        ("[start]", "[[obstacle]]\nradius = 1\n[start]", "job.unknown_key", ["obstacle[1].radius", "sphere"]),
+        ("[start]", "[[obstacle]]\nposition = [1, 0, 0]\n[start]", "job.obstacle_kind", ["box, sphere", "given: -"]),
+        (
+            "[start]",
+            "[[obstacle]]\nposition = [1, 0, 0]\nbox = [1, 1, 1]\nfloor = true\n[start]",
+            "job.obstacle_kind",
+            ["box, floor"],
+        ),
+        ('path = "line"', 'path = "line"\navoid = true', "job.avoid_path", ["x.toml:36", "line"]),
+        ('profile = "trapezoid"', 'profile = "trapezoid"\navoid = true', "job.avoid_profile", ["time_optimal"]),
     ],
 )
 def test_each_mistake_has_its_sentence(old: str, new: str, key: str, mentions: list[str]) -> None:
@@ -124,6 +133,17 @@ def test_every_key_is_documented() -> None:
         kind for kind in vars(description).values() if isinstance(kind, type) and issubclass(kind, description.Part)
     ]
     names = {field.name for part in parts for field in msgspec.structs.fields(part)}
-    tables = {"tool", "start", "limits", "controller", "simulation", "report", "move", "disturbance"}
+    tables = {
+        "tool",
+        "start",
+        "limits",
+        "controller",
+        "simulation",
+        "report",
+        "move",
+        "disturbance",
+        "collision",
+        "obstacle",
+    }
     for name in names:
         assert (f"[{name}]" if name in tables else f"`{name}`") in text, name

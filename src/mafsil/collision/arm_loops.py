@@ -31,8 +31,9 @@ class Arm(NamedTuple):
 
     Attributes:
         pieces: in the frames of their links, body by body.
-        bodies: (b, 8) index of the link that carries a body, first and last + 1 of its pieces, 0, centre and radius
-            of a ball around it in its link's frame.
+        bodies: (b, 8) index of the link that carries a body, first and last + 1 of its pieces, last + 1 of those
+            that the surroundings matter to, centre and radius of a ball around it in its link's frame. The others
+            stand where they are whatever the joints do.
         pairs: (m, 2) bodies that are checked against each other.
     """
 
@@ -194,7 +195,7 @@ def _gap_to_found(
     T, P, out, bodies = poses[int(arm.bodies[b, 0])], s.W[24:27], s.W[32], len(arm.bodies)
     if s.balls[b, 4] == 0.0:
         _place_pieces(arm, b, poses, s)
-    for i in range(int(arm.bodies[b, 1]), int(arm.bodies[b, 2])):
+    for i in range(int(arm.bodies[b, 1]), int(arm.bodies[b, 3])):
         if count < 0:
             if nearest(A, i, T[:3], around, best, s.near, s.W, s.W[24:28], out) >= 0:
                 best = min(best, out[0])
@@ -265,6 +266,8 @@ def collides(arm: Arm, poses: Floats, around: Surroundings, margin: float, s: Sc
     place_bodies(arm, poses, s)
     cutoff = just_above(margin)
     for b in range(len(arm.bodies)):
+        if arm.bodies[b, 3] == arm.bodies[b, 1]:
+            continue
         count = _gather(around, s.balls[b], cutoff, s.near)
         if count != 0 and _gap_to_found(arm, b, poses, around, count, cutoff, margin, s) <= margin:
             return True

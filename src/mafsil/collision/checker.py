@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.arrays import Floats, Truth, as_batch, positive, real_array, single, whole
 from mafsil.collision.bodies import Body, bodies_of
 from mafsil.collision.joints import joints_of, point_rates
-from mafsil.collision.pairs import Reason, SkippedPair, named_pairs, skipped_by_structure
+from mafsil.collision.pairs import Reason, SkippedPair, named_pairs, skipped_by_structure, still_shapes
 from mafsil.collision.path_check import PathCheck, PathStatus, path_points
 from mafsil.collision.scene import Obstacle, Scene
 from mafsil.collision.shapes import Plane
@@ -110,6 +110,7 @@ class Checker:
             mechanism, fixed, None if radius is None else positive("radius", radius)
         )
         self._joints = joints_of(mechanism)
+        self._still = still_shapes(mechanism, self.bodies)
         listed = {**({} if srdf is None else disabled_pairs(srdf)), **named_pairs(skip)}
         self._skipped = skipped_by_structure(mechanism, self.bodies, listed)
         if self_collision:
@@ -296,7 +297,7 @@ class Checker:
     @cached_property
     def arm(self) -> Arm:
         """The arm as the compiled loops read it."""
-        return layout.arm_of(self.bodies, self._pairs() if self._self_collision else [])
+        return layout.arm_of(self.bodies, self._pairs() if self._self_collision else [], self._still)
 
     def with_scene(self, scene: Scene | Iterable[Obstacle]) -> Checker:
         """The same arm in another scene: nothing of the arm is computed again."""

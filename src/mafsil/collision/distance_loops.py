@@ -31,7 +31,7 @@ def separation_around(
 ) -> int:  # fmt: skip
     """The obstacle nearest to body b if nearer than the cutoff, else -1; `out` (ROW,) its separation."""
     best, found, T = cutoff, -1, poses[int(arm.bodies[b, 0])][:3]
-    for i in range(int(arm.bodies[b, 1]), int(arm.bodies[b, 2])):
+    for i in range(int(arm.bodies[b, 1]), int(arm.bodies[b, 3])):
         j = nearest(arm.pieces, i, T, around, best, s.near, s.W, s.W[24:28], s.W[32])
         if j >= 0 and (found < 0 or s.W[32, 0] < best):
             best, found = s.W[32, 0], body_of(around.pieces, j)
@@ -77,6 +77,8 @@ def _at_least(arm: Arm, around: Surroundings, k: int, s: Scratch) -> float:
     if k >= bodies:
         p, q = s.balls[arm.pairs[k - bodies, 0]], s.balls[arm.pairs[k - bodies, 1]]
         return np.sqrt((p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + (p[2] - q[2]) ** 2) - p[3] - q[3]
+    if arm.bodies[k, 3] == arm.bodies[k, 1]:
+        return np.inf
     if around.planes:
         return -np.inf
     if len(around.nodes) == 0:
@@ -155,11 +157,11 @@ def contacts(
     place_bodies(arm, poses, s)
     for b in range(len(arm.bodies)):
         # 1.
-        if gap_around(arm, b, poses, around, over, margin, s) > margin:
+        if arm.bodies[b, 3] == arm.bodies[b, 1] or gap_around(arm, b, poses, around, over, margin, s) > margin:
             continue
         # 2.
         deepest[:] = np.inf
-        for i in range(int(arm.bodies[b, 1]), int(arm.bodies[b, 2])):
+        for i in range(int(arm.bodies[b, 1]), int(arm.bodies[b, 3])):
             product(poses[int(arm.bodies[b, 0])], arm.pieces.T[i], s.W[24:27])
             for j in range(len(around.pieces.rows)):
                 k = body_of(around.pieces, j)

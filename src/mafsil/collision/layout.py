@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TypeAlias
+
 import numpy as np
 
 from mafsil.arrays import Floats
@@ -14,18 +17,24 @@ from mafsil.collision.support_loops import BALL, BODY, Pieces
 from mafsil.kernels import Kernel
 from mafsil.model import Mechanism
 
+Still: TypeAlias = Sequence[Sequence[bool]]
 
-def arm_of(bodies: tuple[Body, ...], pairs: list[tuple[int, int]]) -> Arm:
+
+def arm_of(bodies: tuple[Body, ...], pairs: list[tuple[int, int]], still: Still | None = None) -> Arm:
     """The bodies as arrays.
 
     Args:
         bodies: of the arm.
         pairs: indices of those that are checked against each other.
+        still: for each body, which of its shapes no joint moves out of their place; None for none.
     """
-    pieces = pieces_of([(geometry, T, b) for b, body in enumerate(bodies) for geometry, T in body.shapes])
+    flags = [(False,) * len(body.shapes) for body in bodies] if still is None else still
+    order = [sorted(range(len(row)), key=row.__getitem__) for row in flags]
+    pieces = pieces_of([(body.shapes[i][0], body.shapes[i][1], b) for b, body in enumerate(bodies) for i in order[b]])
     first = np.searchsorted(pieces.rows[:, BODY], np.arange(len(bodies) + 1))
+    moving = [first[b] + len(row) - sum(row) for b, row in enumerate(flags)]
     table = [
-        [body.link, first[b], first[b + 1], 0.0, *_ball(pieces, first[b], first[b + 1])]
+        [body.link, first[b], first[b + 1], moving[b], *_ball(pieces, first[b], first[b + 1])]
         for b, body in enumerate(bodies)
     ]
     return Arm(pieces, np.array(table, np.float64), np.array(pairs, np.int64).reshape(-1, 2))

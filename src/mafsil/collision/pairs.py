@@ -7,8 +7,16 @@ from dataclasses import dataclass
 from enum import Enum
 from itertools import combinations
 
+import numpy as np
+
+from mafsil.arrays import PoseMatrix, Vector3
 from mafsil.collision.bodies import Body
-from mafsil.model import Mechanism
+from mafsil.collision.shapes import Cone, Geometry
+from mafsil.model import JointKind, Mechanism
+from mafsil.model.shape import Capsule, Cylinder, Sphere
+
+ON_AXIS = 1e-9
+"""Distance from an axis, as share of a radius, and angle to it, below which a shape lies on it."""
 
 
 class Reason(Enum):
@@ -77,3 +85,33 @@ def rigid_groups(mechanism: Mechanism) -> tuple[int, ...]:
 def named_pairs(pairs: Iterable[tuple[str, str]]) -> dict[frozenset[str], str]:
     """Pairs of names as a caller gives them."""
     return {frozenset(pair): "" for pair in pairs}
+
+
+def still_shapes(mechanism: Mechanism, bodies: tuple[Body, ...]) -> tuple[tuple[bool, ...], ...]:
+    """For each body, which of its shapes fill the same space whatever the joints do.
+
+    These are shapes that no joint moves, and round ones that the first joint turns about their own axis.
+
+    Args:
+        mechanism: the arm.
+        bodies: of it.
+    """
+    group = rigid_groups(mechanism)
+
+    def is_still(link: int, geometry: Geometry, T: PoseMatrix) -> bool:
+        if group[link] == 0:
+            return True
+        joint = mechanism.joints[link - 1] if group[link] == link else None
+        turned = joint is not None and group[mechanism.parents[link - 1]] == 0 and joint.kind is JointKind.REVOLUTE
+        return joint is not None and turned and _is_round_about(joint.axis, geometry, T)
+
+    return tuple(tuple(is_still(body.link, geometry, T) for geometry, T in body.shapes) for body in bodies)
+
+
+def _is_round_about(axis: Vector3, geometry: Geometry, T: PoseMatrix) -> bool:
+    """Whether a turn about an axis through the origin leaves a geometry where it is."""
+    if not isinstance(geometry, Sphere | Cylinder | Capsule | Cone):
+        return False
+    size = geometry.radius
+    centred = bool(np.linalg.norm(np.cross(axis, T[:3, 3])) <= ON_AXIS * size)
+    return centred and (isinstance(geometry, Sphere) or bool(np.linalg.norm(np.cross(axis, T[:3, 2])) <= ON_AXIS))

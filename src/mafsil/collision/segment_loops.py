@@ -183,7 +183,7 @@ def prove(
             return COLLIDING, _first_places(r), r + 1
     count = 0
     for k in range(bodies + pairs):
-        if k >= bodies or len(around.pieces.rows) > 0:
+        if k >= bodies or (len(around.pieces.rows) > 0 and arm.bodies[k, 3] > arm.bodies[k, 1]):
             items[count] = k
             count += 1
     intervals[0, 0], intervals[0, 1], intervals[0, 2], intervals[0, 3] = 0.5, 0.5, 0.0, count

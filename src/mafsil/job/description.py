@@ -64,6 +64,41 @@ class Grasp(Part, frozen=True, kw_only=True):
     known: bool = True
 
 
+class Obstacle(Pose, frozen=True, kw_only=True):
+    """A body that stands in {s}: exactly one of box, sphere, cylinder, capsule and floor.
+
+    Attributes:
+        name: for the report and for errors.
+        box: edge lengths [m].
+        sphere: radius [m].
+        cylinder, capsule: radius and length along z [m]; a capsule's without its ends.
+        floor: the half space below its frame.
+    """
+
+    name: str = ""
+    box: tuple[Positive, Positive, Positive] | None = None
+    sphere: Positive | None = None
+    cylinder: tuple[Positive, Positive] | None = None
+    capsule: tuple[Positive, Positive] | None = None
+    floor: bool = False
+
+
+class Collision(Part, frozen=True, kw_only=True):
+    """How near the arm may come to obstacles and to itself.
+
+    Attributes:
+        clearance: that it keeps [m].
+        avoid: moves of the joints go round what stands in their way, unless a move says otherwise.
+        self_collision: whether the arm is checked against itself; if None, where the description has shapes.
+        seed: of the search for ways round.
+    """
+
+    clearance: NotNegative = 0.0
+    avoid: bool = False
+    self_collision: bool | None = None
+    seed: Annotated[int, msgspec.Meta(ge=0)] = 0
+
+
 class Tolerance(Part, frozen=True, kw_only=True):
     """How near a target has to be reached; what is left out is taken from the job, then from the defaults.
 
@@ -99,6 +134,7 @@ class Move(Part, frozen=True, kw_only=True):
         place: let go of it.
         pause: rest [s].
         hold: time that pick and place take [s].
+        avoid: whether a move of the joints goes round what stands in its way; as the job says if None.
         tolerance: of this move, if another than the job's.
     """
 
@@ -115,6 +151,7 @@ class Move(Part, frozen=True, kw_only=True):
     place: bool = False
     pause: Positive | None = None
     hold: NotNegative = 0.3
+    avoid: bool | None = None
     tolerance: Tolerance | None = None
 
 
@@ -227,6 +264,17 @@ class Disturbance(Part, frozen=True, kw_only=True):
     wrench: Six
 
 
+class SceneFile(Part, frozen=True, kw_only=True):
+    """A file of obstacles alone.
+
+    Attributes:
+        angles: unit of its angles.
+    """
+
+    angles: Literal["radians", "degrees"] = "radians"
+    obstacle: tuple[Obstacle, ...]
+
+
 class Report(Part, frozen=True, kw_only=True):
     """What the report looks like.
 
@@ -261,5 +309,7 @@ class Job(Part, frozen=True, kw_only=True):
     controller: Controller = Controller()
     simulation: Simulation = Simulation()
     report: Report = Report()
+    collision: Collision | None = None
+    obstacle: tuple[Obstacle, ...] = ()
     move: tuple[Move, ...]
     disturbance: tuple[Disturbance, ...] = ()

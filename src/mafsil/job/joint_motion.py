@@ -8,14 +8,14 @@ import numpy as np
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.job.description import Move
-from mafsil.job.quickest import Share, along_joints, different, with_limited_jerk
+from mafsil.job.quickest import Share, along_joints, along_path, different, with_limited_jerk
 from mafsil.job.remark import Refused
 from mafsil.job.tip_motion import SHORTEST, too_fast
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
 from mafsil.model import JointKind, JointLimits
 from mafsil.robot import Robot
-from mafsil.trajectory import PiecewisePolynomial, Trajectory, Violation, check, cubic_through, rest
+from mafsil.trajectory import JointPath, PiecewisePolynomial, Trajectory, Violation, check, cubic_through, rest
 from mafsil.trajectory.laws import QUINTIC, rest_law
 from mafsil.trajectory.motion import Stretchable
 
@@ -54,7 +54,30 @@ def joint_motion(robot: Robot, points: list[JointVector], move: Move, limits: Jo
     way = different(points)
     if np.abs(way - way[0]).max(initial=0.0) < STILL:
         return JointMove(rest(way[-1], move.duration or SHORTEST))
-    shortest, binding = _shortest(way, move, limits, where)
+    return _within(robot, *_shortest(way, move, limits, where), move, limits, where)
+
+
+def motion_on_path(robot: Robot, path: JointPath, move: Move, limits: JointLimits, where: object) -> JointMove:
+    """Along a path of the joints in the shortest time, or in the time that the move names.
+
+    Args:
+        robot: whose joints move.
+        path: of the joints.
+        move: its duration.
+        limits: of the joints, for this move.
+        where: how the move is called in a refusal.
+
+    Raises:
+        Refused: it is to be driven faster than the limits allow, or leaves the range of a joint.
+    """
+    found = along_path(path, limits, where)
+    return _within(robot, found.motion, found.binding, move, limits, where)
+
+
+def _within(
+    robot: Robot, shortest: Stretchable, binding: tuple[Share, ...], move: Move, limits: JointLimits, where: object
+) -> JointMove:
+    """The motion in the time that the move names, if any; refused where that is too fast or a range is left."""
     motion = shortest
     if move.duration is not None:
         if move.duration < shortest.duration * (1 - 1e-9):

@@ -10,6 +10,7 @@ from mafsil.arrays import Floats
 from mafsil.job.arrival import Arrival, arrivals, goal_of
 from mafsil.job.called import Where
 from mafsil.job.causes import cause
+from mafsil.job.clearances import Clearances, clearance_remarks, clearances
 from mafsil.job.holding import overloads
 from mafsil.job.plan import Plan
 from mafsil.job.remark import Level, Remark
@@ -55,6 +56,7 @@ class Summary:
         energy: mechanical work put in by the joints, braking not recovered [J].
         saturated: time during which the law asked for more than the limit [s].
         excess_share: largest demand over the limit; 0 where there is no limit.
+        clearances: how near the arm came to things; None where the job names none.
     """
 
     duration: float
@@ -78,6 +80,7 @@ class Summary:
     energy: float
     saturated: Floats
     excess_share: Floats
+    clearances: Clearances | None = None
 
     @property
     def not_reached(self) -> tuple[Arrival, ...]:
@@ -120,6 +123,7 @@ def summary(run: Run) -> Summary:
         energy=float((power * step).sum()),
         saturated=((demand > TOUCHED) * interval[:, None]).sum(axis=0),
         excess_share=demand.max(axis=0),
+        clearances=clearances(run),
     )
 
 
@@ -128,6 +132,8 @@ def remarks(run: Run, numbers: Summary) -> tuple[Remark, ...]:
     found = [] if run.stopped is None else [run.stopped]
     collapse = _collapse(run)
     found += collapse + _failure_remarks(run, numbers) + _overload_remarks(run)
+    near = clearance_remarks(numbers.clearances)
+    found += [remark for remark in near if remark.level != "good"]
     found += _effort_remarks(run, numbers)
     # Limits that an arm breaks while it falls are no news of their own.
     found += [] if collapse else _limit_remarks(run, numbers)
@@ -135,7 +141,13 @@ def remarks(run: Run, numbers: Summary) -> tuple[Remark, ...]:
     found += [remark for remark in run.plan.remarks if remark.level != "good"]
     found += _late_pushes(run, numbers) + _kept_parts(run)
     found.sort(key=lambda remark: remark.level != "failure")
-    return (*found, *_good_news(run, numbers), *(remark for remark in run.plan.remarks if remark.level == "good"))
+    good = [remark for remark in near if remark.level == "good"]
+    return (
+        *found,
+        *_good_news(run, numbers),
+        *good,
+        *(remark for remark in run.plan.remarks if remark.level == "good"),
+    )
 
 
 def targets(plan: Plan) -> int:

@@ -10,22 +10,24 @@ import numpy as np
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.job.called import Where
-from mafsil.job.description import TIP_PATHS, Goal, Grasp, Job, Move, Task
+from mafsil.job.description import QUICKEST, TIP_PATHS, Goal, Grasp, Job, Move, Task
 from mafsil.job.fitting import coordinates, unit_remarks
 from mafsil.job.goals import FIXES, Goals
-from mafsil.job.joint_motion import joint_motion
+from mafsil.job.joint_motion import joint_motion, motion_on_path
 from mafsil.job.lines import Places
 from mafsil.job.planned_remarks import SLOW, decided_by, driving_limits, near_limits, nearly_met, slowed
 from mafsil.job.poses import pose_matrix
 from mafsil.job.remark import Refusal, Refused, Remark
 from mafsil.job.resting import starting_place
+from mafsil.job.surroundings import Surroundings, said_of
 from mafsil.job.tip_motion import TipMotion, tip_motion
 from mafsil.job.tip_paths import path_or_refusal
 from mafsil.job.tolerance import tolerances
+from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
 from mafsil.model import JointLimits
 from mafsil.robot import Robot
-from mafsil.trajectory import Trajectory, rest
+from mafsil.trajectory import JointPath, Trajectory, rest
 
 MOST_CONFIGURATIONS = 6
 """Other configurations of which the lines that follow are tried."""
@@ -56,11 +58,19 @@ class Leg:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Plan:
-    """All moves, one after the other, each starting at rest where the one before ends."""
+    """All moves, one after the other, each starting at rest where the one before ends.
+
+    Attributes:
+        start: (n,) configuration.
+        legs: in order.
+        remarks: what the reader should know.
+        surroundings: what the arm may meet; None where the job names nothing.
+    """
 
     start: JointVector
     legs: tuple[Leg, ...]
     remarks: tuple[Remark, ...]
+    surroundings: Surroundings | None = None
 
     @property
     def duration(self) -> float:
@@ -89,7 +99,7 @@ def plan(
         planner.walk(progress)
     except Refused as no:
         return no.refusal
-    return Plan(planner.origin, tuple(planner.legs), tuple(planner.remarks))
+    return Plan(planner.origin, tuple(planner.legs), tuple(planner.remarks), planner.surroundings)
 
 
 class _Planner:
@@ -103,6 +113,7 @@ class _Planner:
         self.limits, self.remarks = driving_limits(job, robot)
         self.remarks += unit_remarks(job, robot, places)
         self.goals = Goals(robot)
+        self.surroundings = Surroundings(job, robot) if job.obstacle or job.collision is not None else None
         self.lines: dict[tuple[object, ...], TipMotion] = {}
         self.legs: list[Leg] = []
         self.carried: Grasp | None = None
@@ -136,6 +147,9 @@ class _Planner:
             if given.pose is not None:
                 self.q = self.configuration(-1, given.pose, pose_matrix(given.pose, degrees=self.degrees))
         self.origin = self.q
+        if self.surroundings is not None and not self.surroundings.is_free(self.q, None):
+            contact = self.surroundings.checker(None).check(self.q).contacts[0]
+            raise Refused("job.start_meets", move=self.where(-1), contact=said_of(contact))
 
     def add(self, index: int, move: Move) -> int:
         """Plan one move, or several without a stop between, and append it; the index of the next."""
@@ -238,6 +252,8 @@ class _Planner:
     def trouble(self, index: int, q: JointVector) -> float:
         """How many times longer than the tip's bounds ask for the worst line after a move takes; inf if impossible."""
         worst = 1.0
+        if self.surroundings is not None and not self.surroundings.is_free(q, self.carried):
+            return np.inf
         for k in range(index + 1, len(self.job.move)):
             move = self.job.move[k]
             if move.pause is not None or move.pick is not None or move.place:
@@ -246,6 +262,8 @@ class _Planner:
                 break
             planned = self.line(k, k, q)
             if isinstance(planned, Refused):
+                return np.inf
+            if self.surroundings is not None and self.surroundings.first_hit(planned.trajectory, self.carried):
                 return np.inf
             worst = max(worst, planned.factor)
             q = planned.trajectory.at(planned.trajectory.duration).u
@@ -290,17 +308,53 @@ class _Planner:
     ) -> None:
         self.legs.append(Leg(index, name, kind, trajectory, self.carried, target, task))
         if kind not in ("pick", "place", "pause", "settle"):
+            self.require_free(index, kind, trajectory)
             self.remarks += near_limits(self.robot, trajectory, self.where(index))
         self.q = trajectory.at(trajectory.duration).u
 
     def joint_motion(self, index: int, goal: JointVector) -> Trajectory:
-        """All joints together to a goal, through the points on the way."""
+        """All joints together to a goal, through the points on the way, or round what stands in it."""
         move = self.job.move[index]
+        around = self.way_round(index, goal)
+        if around is not None:
+            planned = motion_on_path(self.robot, around, move, self.scaled(move), self.where(index))
+            self.remarks += decided_by(self.robot, planned.binding, self.where(index))
+            return planned.trajectory
         ways = [coordinates(self.job, self.robot, via) for via in move.via if isinstance(via, tuple)]
         points = [self.q, *ways, goal]
         planned = joint_motion(self.robot, points, move, self.scaled(move), self.where(index))
         self.remarks += decided_by(self.robot, planned.binding, self.where(index))
         return planned.trajectory
+
+    def way_round(self, index: int, goal: JointVector) -> JointPath | None:
+        """A path round obstacles; None where the move does not ask for one, or where the straight way is free."""
+        move, around = self.job.move[index], self.surroundings
+        if around is None or move.via or move.profile not in (None, *QUICKEST):
+            return None
+        if not (around.rule.avoid if move.avoid is None else move.avoid):
+            return None
+        straight = around.checker(self.carried).check_path(self.q, goal)
+        if straight:
+            return None
+        found = around.way_round(self.q, goal, self.carried)
+        if not found:
+            raise Refused("job.no_way_round", move=self.where(index), reason=found)
+        contact = straight.contacts[0] if straight.contacts else None
+        details = {"move": self.where(index), "count": len(found.path) - 2, "states": found.configurations}
+        if contact is not None:
+            details |= {"first": visible(contact.first), "second": visible(contact.second)}
+            self.remarks.append(Remark("good", "job.went_round", details))
+        return found.joint_path()
+
+    def require_free(self, index: int, kind: str, trajectory: Trajectory) -> None:
+        """A motion that meets something is refused, with the place and what helps."""
+        if self.surroundings is None:
+            return
+        hit = self.surroundings.first_hit(trajectory, self.carried)
+        if hit is None:
+            return
+        key = "job.meets_avoidable" if kind == "joint" else "job.meets"
+        raise Refused(key, move=self.where(index), time=quantity(hit.time, "s"), contact=said_of(hit.contact))
 
     def scaled(self, move: Move) -> JointLimits:
         """The limits for one move: slower if it says so."""

@@ -69,6 +69,15 @@ def along_joints(points: Floats, limits: JointLimits, where: object) -> Quickest
     return _timed(path, _of_joints(limits), path.curve, where)
 
 
+def along_path(path: JointPath, limits: JointLimits, where: object) -> Quickest:
+    """Along a path of the joints.
+
+    Raises:
+        Refused: there is no motion within the limits; the reason names the place.
+    """
+    return _timed(path, _of_joints(limits), path.curve, where)
+
+
 def along_line(
     joints: PiecewisePolynomial, tip: CartesianPath, bounds: Bounds, move: Move, limits: JointLimits, where: object
 ) -> Quickest:

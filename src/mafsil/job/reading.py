@@ -15,7 +15,7 @@ import msgspec
 
 from mafsil.errors import FileError, JobError
 from mafsil.job import lines
-from mafsil.job.description import QUICKEST, TIP_PATHS, Goal, Job, Move, Part, Pose
+from mafsil.job.description import QUICKEST, TIP_PATHS, Goal, Job, Move, Obstacle, Part, Pose, SceneFile
 from mafsil.job.syntax import syntax_error
 from mafsil.messages import say
 from mafsil.messages.visible import visible
@@ -27,11 +27,12 @@ LARGEST_FILE = 20_000_000
 LARGEST_NUMBER = 1e9
 """Of any quantity of a job: larger than that is a slip of the unit or the exponent."""
 ACTIONS = ("joints", "pose", "pick", "place", "pause")
+KINDS_OF_OBSTACLE = ("box", "sphere", "cylinder", "capsule", "floor")
 TIP_TOLERANCES = ("position", "orientation")
 GAINS = {"computed_torque": ("frequency", "damping"), "pd_gravity": ("stiffness", "rate_gain")}
 """Gains of each law; those of another one have no effect and are refused."""
 _ALL = ("name", "tolerance")
-_TRAVEL = (*_ALL, "path", "via", "profile", "duration", "speed")
+_TRAVEL = (*_ALL, "path", "via", "profile", "duration", "speed", "avoid")
 EFFECTIVE = {
     "joints": _TRAVEL,
     "pose": (*_TRAVEL, "blend"),
@@ -60,7 +61,6 @@ TYPES = {
 """Types of the parser -> how people call them."""
 WHOLE = 1e-6
 """How far the period of the law, in steps, may be from a whole number."""
-NOT_YET = {"obstacle": "job.no_obstacles"}
 _MOST_CLOSE = 3
 
 
@@ -127,11 +127,31 @@ def parse(text: str, source: str = "<text>") -> Job:
     for k, move in enumerate(job.move):
         reader.check_move(move, k, data["move"][k])
         reader.check_blend(job.move, k)
+    reader.check_obstacles(job.obstacle)
+    reader.check_avoiding(job.move)
     reader.check_start(job)
     reader.check_controller(job)
     if not job.move:
         raise reader.error("job.no_moves", ("move",))
     return job
+
+
+def parse_scene(text: str, source: str = "<text>") -> SceneFile:
+    """Obstacles from a text: `[[obstacle]]` tables as in job files; arguments and errors as `parse`."""
+    try:
+        data = parsed_toml(text)
+    except ValueError as error:
+        raise syntax_error(visible(source), str(error)) from None
+    reader = _Reader(text, visible(source))
+    reader.refuse_unknown(data, SceneFile, ())
+    reader.require(data, SceneFile, ())
+    try:
+        found = msgspec.convert(data, SceneFile, strict=True)
+    except msgspec.ValidationError as error:
+        raise reader.translated(error, data) from None
+    reader.refuse_not_finite(data, ())
+    reader.check_obstacles(found.obstacle)
+    return found
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,8 +177,6 @@ class _Reader:
         known = kind.__struct_fields__
         for name, value in data.items():
             here = (*path, name)
-            if name in NOT_YET and not path:
-                raise self.error(NOT_YET[name], here)
             if name not in known:
                 close = get_close_matches(str(name), known, n=_MOST_CLOSE, cutoff=0.55)
                 key = "job.unknown_key_close" if close else "job.unknown_key"
@@ -230,6 +248,27 @@ class _Reader:
         assert move.pose is not None
         if move.pose.task != then.pose.task:
             raise self.error("job.blend_task", ("move", k + 1, "pose", "task"), task=move.pose.task)
+
+    def check_obstacles(self, obstacles: tuple[Obstacle, ...]) -> None:
+        """Each obstacle is exactly one thing."""
+        for k, obstacle in enumerate(obstacles):
+            given = [name for name in KINDS_OF_OBSTACLE if getattr(obstacle, name) not in (None, False)]
+            if len(given) != 1:
+                known = ", ".join(KINDS_OF_OBSTACLE)
+                raise self.error("job.obstacle_kind", ("obstacle", k), given=", ".join(given) or "-", known=known)
+            self.check_pose(obstacle, ("obstacle", k))
+
+    def check_avoiding(self, moves: tuple[Move, ...]) -> None:
+        """Only moves of the joints without points on the way go round."""
+        for k, move in enumerate(moves):
+            if not move.avoid:
+                continue
+            if move.path in TIP_PATHS:
+                raise self.error("job.avoid_path", ("move", k, "avoid"), kind=move.path)
+            if move.via:
+                raise self.error("job.avoid_via", ("move", k, "via"))
+            if move.profile not in (None, *QUICKEST):
+                raise self.error("job.avoid_profile", ("move", k, "profile"), known=", ".join(QUICKEST))
 
     def check_start(self, job: Job) -> None:
         """One way to say where the robot begins."""

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, as_batch, positive, single, whole
 from mafsil.collision import Checker, Obstacle, Scene
+from mafsil.collision.joints import joints_of
 from mafsil.errors import InputError
 from mafsil.geometry import Pose
 from mafsil.ik import inverse_kinematics
@@ -58,6 +59,8 @@ def plan(
     3. RRT-Connect in compiled code, or another planner of `PLANNERS`; edges are looked at when they grow and proved
        when they count.
     4. Shortcuts, proved too.
+
+    Coordinates that do not move the tip and are the same at start and goals, such as those of a gripper, stay.
 
     Many questions about one arm: make a `collision.Checker` once and give it as `robot`.
 
@@ -172,10 +175,18 @@ def _beyond_limits(checker: Checker, q: JointVector) -> str:
 
 
 def _bounds(checker: Checker, ends: JointVector) -> tuple[Floats, Floats]:
-    """(n,) between which to search: the limits, or around the ends where there are none."""
-    limits = checker.robot.limits
+    """(n,) between which to search: the limits, or around the ends where there are none.
+
+    Coordinates that do not move the tip and have one value at all ends, such as those of a gripper, keep it.
+    """
+    limits, mechanism = checker.robot.limits, checker.robot.mechanism
     lower = np.where(np.isfinite(limits.lower), limits.lower, ends.min(axis=0) - UNBOUNDED)
     upper = np.where(np.isfinite(limits.upper), limits.upper, ends.max(axis=0) + UNBOUNDED)
+    joints = joints_of(mechanism)
+    moving = set(joints.column[joints.moves[:, mechanism.link_names.index(mechanism.tip)]].tolist())
+    for k in range(len(lower)):
+        if k not in moving and np.ptp(ends[:, k]) == 0.0:
+            lower[k] = upper[k] = ends[0, k]
     return lower, upper
 
 

@@ -52,18 +52,20 @@ class Step:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Plot:
-    """One quantity of all joints over time.
+    """One quantity of all joints, or of what `names` says, over time.
 
     Attributes:
         title, unit: of the quantity.
         values: (rows, n), at the page's times.
         limits: (n, 2) lower and upper bound, infinite where there is none; None for a quantity without bounds.
+        names: of the curves; empty for the joints.
     """
 
     title: str
     unit: str
     values: Floats
     limits: Floats | None = None
+    names: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -19,6 +19,7 @@ from mafsil.job.run import Run
 from mafsil.messages import say
 from mafsil.messages.quantities import digits, quantity
 from mafsil.model import JointKind
+from mafsil.model.shape import Box, Capsule, Cylinder, Sphere
 from mafsil.report.content import Details, Figure, Finding, Level, Page, Plot, Scene, Step, Table
 from mafsil.scene import Body, Drawing, Solid, compact
 
@@ -28,6 +29,7 @@ MOST_POSES = 60_000
 Rows: TypeAlias = NDArray[np.intp]
 
 PART_COLOUR = (0.23, 0.47, 0.70, 1.0)
+OBSTACLE_COLOUR = (0.72, 0.66, 0.58, 1.0)
 
 
 def page(run: Run, numbers: Summary, language: str) -> Page:
@@ -46,7 +48,7 @@ def page(run: Run, numbers: Summary, language: str) -> Page:
         scene=scene(run),
         times=run.recording.t[rows],
         joints=run.robot.joint_names,
-        plots=_plots(run, rows, words),
+        plots=_plots(run, rows, numbers, words),
         figures=_figures(run, numbers, words),
         findings=findings,
         steps=_steps(run, numbers, words),
@@ -107,8 +109,10 @@ def scene(run: Run) -> Scene:
     drawing = Drawing(mechanism)
     centre, size, floor = drawing.extent(seen, poses[0])
     floor = min([floor, *(_lowest(body, track) for body, track in parts)])
-    bodies = (*drawing.bodies(floor, poses[0]), *(body for body, _ in parts))
-    every = np.concatenate([poses, *(track[:, None] for _, track in parts)], axis=1)
+    fixed = _obstacles(run, size)
+    bodies = (*drawing.bodies(floor, poses[0]), *(body for body, _ in parts), *(body for body, _ in fixed))
+    still = [np.broadcast_to(T, (len(poses), 1, 4, 4)) for _, T in fixed]
+    every = np.concatenate([poses, *(track[:, None] for _, track in parts), *still], axis=1)
     targets = [(leg.name, compact(leg.target)) for leg in run.plan.legs if leg.target is not None]
     return Scene(
         bodies=bodies,
@@ -121,6 +125,28 @@ def scene(run: Run) -> Scene:
         size=size,
         floor=floor,
     )
+
+
+def _obstacles(run: Run, size: float) -> list[tuple[Body, Floats]]:
+    """What stands around the arm, with its pose; a half space is a flat plate as wide as the scene."""
+    around = run.plan.surroundings
+    found: list[tuple[Body, Floats]] = []
+    for obstacle in () if around is None else around.scene:
+        match obstacle.geometry:
+            case Box(size=edges):
+                solid = Solid("box", edges, colour=OBSTACLE_COLOUR)
+            case Sphere(radius=radius):
+                solid = Solid("sphere", (radius,), colour=OBSTACLE_COLOUR)
+            case Cylinder(radius=radius, length=length):
+                solid = Solid("cylinder", (radius, length), colour=OBSTACLE_COLOUR)
+            case Capsule(radius=radius, length=length):
+                solid = Solid("capsule", (radius, length), colour=OBSTACLE_COLOUR)
+            case _:
+                thin = 2e-3 * size
+                below = (0.0, 0.0, -thin / 2, 1.0, 0.0, 0.0, 0.0)
+                solid = Solid("box", (3 * size, 3 * size, thin), below, OBSTACLE_COLOUR)
+        found.append((Body(obstacle.name, (solid,)), np.asarray(obstacle.T_so)))
+    return found
 
 
 def part_tracks(run: Run, moments: Floats) -> list[tuple[Body, Floats]]:
@@ -166,7 +192,7 @@ class _Words:
         return say(f"report.{key}", language=self.language, **details)
 
 
-def _plots(run: Run, rows: Rows, words: _Words) -> tuple[Plot, ...]:
+def _plots(run: Run, rows: Rows, numbers: Summary, words: _Words) -> tuple[Plot, ...]:
     limits, tape = run.robot.limits, run.recording
     kinds = {joint.kind is JointKind.PRISMATIC for joint in run.robot.mechanism.coordinates}
     angle = "rad" if kinds == {False} else "m" if kinds == {True} else "rad, m"
@@ -180,7 +206,17 @@ def _plots(run: Run, rows: Rows, words: _Words) -> tuple[Plot, ...]:
         Plot(words("velocity"), f"{angle}/s", tape.qd[rows], both(limits.velocity)),
         Plot(words("effort"), effort, tape.tau[rows], both(limits.effort)),
         Plot(words("error"), angle, (tape.q - tape.q_ref)[rows]),
+        *_clearance_plot(tape.t[rows], numbers, words),
     )
+
+
+def _clearance_plot(t: Floats, numbers: Summary, words: _Words) -> tuple[Plot, ...]:
+    """How near the arm came to anything, over time."""
+    found = numbers.clearances
+    if found is None or not np.isfinite(found.distance).all():
+        return ()
+    values = np.interp(t, found.t, found.distance)[:, None]
+    return (Plot(words("clearance"), "m", values, np.array([[found.wanted, np.inf]]), (words("clearance_curve"),)),)
 
 
 def _figures(run: Run, numbers: Summary, words: _Words) -> tuple[Figure, ...]:

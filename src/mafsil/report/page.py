@@ -83,7 +83,8 @@ def _plot(plot: Plot) -> dict[str, Any]:
     limits = None
     if plot.limits is not None:
         limits = [[float(bound) if np.isfinite(bound) else None for bound in row] for row in plot.limits]
-    return {"title": plot.title, "unit": plot.unit, "values": packed(plot.values), "limits": limits}
+    names = [visible(name) for name in plot.names]
+    return {"title": plot.title, "unit": plot.unit, "values": packed(plot.values), "limits": limits, "names": names}
 
 
 def _scene(scene: Scene) -> dict[str, Any]:

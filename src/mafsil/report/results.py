@@ -116,6 +116,7 @@ def as_data(run: Run, numbers: Summary) -> dict[str, Any]:
             {"name": joint} | {name: float(getattr(numbers, name)[k]) for name in per_joint}
             for k, joint in enumerate(names)
         ],
+        "clearance": None if numbers.clearances is None else numbers.clearances.to_dict(),
         "steps": _steps(run),
         "targets": _targets(run, numbers),
         "simulation": {

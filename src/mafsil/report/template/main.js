@@ -5,7 +5,8 @@ let replay = null;
 try { replay = new Replay(by("scene"), data.scene); } catch (reason) { by("no-scene").hidden = false; by("scene").hidden = true; by("hint").hidden = true; console.warn(String(reason)); }
 
 const time = unpack(data.time);
-const plots = data.plots.map(plot => new Plot(by("plots"), { ...plot, bands: data.moves.map(m => [m.from, m.to]) }, time, data.joints, data.labels, seek));
+const plots = data.plots.map(plot => new Plot(by("plots"), { ...plot, bands: data.moves.map(m => [m.from, m.to]) }, time, plot.names.length ? plot.names : data.joints, data.labels, seek));
+const ofJoints = plots.filter((plot, k) => !data.plots[k].names.length);
 const marks = data.moves.map(move => {
   const mark = element("i", "", by("moves"));
   mark.title = move.name;
@@ -48,7 +49,7 @@ by("show-frames").addEventListener("change", e => { if (replay) { replay.showFra
 by("view").addEventListener("click", () => replay && replay.home());
 document.addEventListener("keydown", e => { if (e.key === " " && !/^(BUTTON|INPUT|SELECT|SUMMARY)$/.test(e.target.tagName)) { e.preventDefault(); by("play").click(); } });
 
-// The legend belongs to all plots: hover brings one joint forward with its limits, click hides it.
+// The legend belongs to all plots of joints: hover brings one joint forward with its limits, click hides it.
 const hidden = new Set();
 data.joints.forEach((name, j) => {
   const button = element("button", "", by("legend"));
@@ -56,13 +57,13 @@ data.joints.forEach((name, j) => {
   button.setAttribute("aria-pressed", true);
   element("i", "", button).style.background = `var(--s${j % 8})`;
   element("span", "", button, name);
-  const choose = chosen => plots.forEach(plot => { plot.chosen = chosen; plot.draw(); });
+  const choose = chosen => ofJoints.forEach(plot => { plot.chosen = chosen; plot.draw(); });
   button.addEventListener("pointerenter", () => { if (!hidden.has(j)) choose(j); });
   button.addEventListener("pointerleave", () => choose(null));
   button.addEventListener("click", () => {
     if (!hidden.delete(j)) hidden.add(j);
     button.setAttribute("aria-pressed", !hidden.has(j));
-    plots.forEach(plot => { plot.hidden = hidden; plot.chosen = null; plot.draw(); });
+    ofJoints.forEach(plot => { plot.hidden = hidden; plot.chosen = null; plot.draw(); });
   });
 });
 addEventListener("beforeprint", () => plots.forEach(plot => plot.draw()));

@@ -1,0 +1,114 @@
+"""`mafsil plan`: a way of an arm round obstacles, every motion of it proved free, timed for a controller."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mafsil.cli.answer import Answer, Laid
+from mafsil.cli.numerals import count, number
+from mafsil.cli.state import joint_values, shown, unit
+from mafsil.cli.table import brief, table
+from mafsil.cli.typed_pose import typed_pose
+from mafsil.collision import Checker, Scene
+from mafsil.errors import InputError
+from mafsil.job.reading import parse_scene, text_of
+from mafsil.job.surroundings import scene_of, with_shapes
+from mafsil.messages import say
+from mafsil.planning import ArmPlan
+from mafsil.planning import plan as plan_path
+from mafsil.robot import Robot, load
+from mafsil.trajectory import MotionLimits, export
+
+VELOCITY, ACCELERATION = 2.0, 5.0
+"""Limits of joints that have none, as in jobs [rad/s | m/s, per s]."""
+
+
+def plan(
+    robot: str,
+    start: list[str],
+    goal: list[str],
+    pose: list[str],
+    scene: str | None,
+    clearance: str | None,
+    planner: str | None,
+    seed: str | None,
+    seconds: str | None,
+    out: str | None,
+    tip: str | None,
+    degrees: bool,
+) -> Answer:
+    """A path from a configuration to another, or to a pose of the tip.
+
+    Args:
+        robot: name or file.
+        start: (n) coordinates as typed.
+        goal: (n) coordinates as typed, or none if `pose` is given.
+        pose: of the tip: x, y, z [m], roll, pitch, yaw, as typed.
+        scene: file of `[[obstacle]]` tables.
+        clearance: that is kept [m].
+        planner: which one searches.
+        seed: of its samples.
+        seconds: after which it gives up.
+        out: file for the timed motion; its ending says the format.
+        tip: another tip link.
+        degrees: whether bare angles are degrees, and angles are printed so.
+
+    Raises:
+        MafsilError: no such robot or file, not one number per joint, no goal or two.
+    """
+    arm = load(robot, tip=tip)
+    if bool(goal) == bool(pose):
+        raise InputError("cli.plan_one_goal")
+    q = joint_values("start", start, arm.mechanism, degrees=degrees)
+    wanted = (
+        typed_pose("pose", pose, degrees=degrees)
+        if pose
+        else joint_values("goal", goal, arm.mechanism, degrees=degrees)
+    )
+    around = Scene() if scene is None else scene_of(parse_scene(text_of(Path(scene)), Path(scene).name))
+    margin = 0.0 if clearance is None else number("--clearance", clearance)
+    budget = 10.0 if seconds is None else number("--seconds", seconds)
+    first = 0 if seed is None else count("--seed", seed)
+    own = any(link.collisions or link.visuals for link in arm.mechanism.links)
+    checker = Checker(with_shapes(arm.mechanism), around, margin=margin, self_collision=own)
+    found = plan_path(checker, None, q, wanted, planner=planner or "rrt_connect", seed=first, seconds=budget)
+    data: dict[str, Any] = {"robot": arm.name, **found.to_dict()}
+    if not found:
+        return Answer(data, (), found.explain())
+    lines = [*found.explain().splitlines(), *_points(arm, found, degrees=degrees)]
+    near = found.clearance()
+    if np.isfinite(near.distance).any():
+        k = int(near.distance.argmin())
+        data["clearance"] = float(near.distance[k])
+        lines.append(say("cli.plan_nearest", nearest=list(near)[k].sentence()))
+    if out is not None:
+        timed = found.timed(_limits(arm))
+        assert timed.trajectory is not None
+        written = export(timed.trajectory, out, _limits(arm), joints=arm.joint_names)
+        data |= {"duration": timed.duration, "file": written.to_dict()}
+        lines.append(written.explain())
+    return Answer(data, tuple(lines))
+
+
+def _points(arm: Robot, found: ArmPlan, *, degrees: bool) -> list[Laid]:
+    joints = arm.mechanism.coordinates
+    head = ["", *(f"{joint.name} [{unit(joint.kind, degrees=degrees)}]" for joint in joints)]
+    rows = [
+        [
+            str(k + 1),
+            *(brief(shown(float(x), joint.kind, degrees=degrees)) for x, joint in zip(row, joints, strict=True)),
+        ]
+        for k, row in enumerate(found.path)
+    ]
+    return [Laid(line) for line in table(head, rows)]
+
+
+def _limits(arm: Robot) -> MotionLimits:
+    """Of the arm, finite where a motion needs them."""
+    own = arm.limits
+    velocity = np.where(np.isfinite(own.velocity) & (own.velocity > 0.0), own.velocity, VELOCITY)
+    acceleration = np.where(np.isfinite(own.acceleration) & (own.acceleration > 0.0), own.acceleration, ACCELERATION)
+    return MotionLimits.of(arm.n, velocity=velocity, acceleration=acceleration)

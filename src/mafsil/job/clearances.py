@@ -1,0 +1,94 @@
+"""How near the arm of a job came to what stands around it, from the recorded motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.job.remark import Remark
+from mafsil.job.run import Run
+from mafsil.messages.quantities import quantity
+from mafsil.messages.visible import visible
+
+MOST_MOMENTS = 2000
+"""Moments of a run at which distances are measured."""
+NEARLY = 0.5
+"""Share of the wanted clearance below which what is left of it deserves a warning."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Clearances:
+    """Smallest distances over time.
+
+    Attributes:
+        t: (k,) moments [s].
+        distance: (k,) between the arm and anything, or two of its own bodies [m]; minus the depth where they meet.
+        first, second: (k,) the two bodies.
+        wanted: the clearance that the job asks for [m].
+    """
+
+    t: Floats
+    distance: Floats
+    first: tuple[str, ...]
+    second: tuple[str, ...]
+    wanted: float
+
+    @property
+    def least(self) -> int:
+        """The moment of the smallest distance."""
+        return int(self.distance.argmin())
+
+    def to_dict(self) -> dict[str, Any]:
+        """The smallest distance, when, and between what."""
+        k = self.least
+        found = {"least": float(self.distance[k]), "time": float(self.t[k]), "wanted": self.wanted}
+        return found | {"first": self.first[k], "second": self.second[k]}
+
+
+def clearances(run: Run) -> Clearances | None:
+    """Distances along the recorded motion; None where the job has nothing to meet.
+
+    Args:
+        run: what happened.
+    """
+    around = run.plan.surroundings
+    if around is None:
+        return None
+    t, q = run.recording.t, run.recording.q
+    rows = np.unique(np.linspace(0, len(t) - 1, min(len(t), MOST_MOMENTS)).round().astype(np.intp))
+    rows = rows[np.isfinite(q[rows]).all(axis=1)]
+    legs = np.clip(np.searchsorted(run.plan.starts, t[rows], side="right") - 1, 0, len(run.plan.legs) - 1)
+    distance = np.empty(len(rows))
+    first, second = ([""] * len(rows) for _ in range(2))
+    for leg in np.unique(legs):
+        chosen = np.flatnonzero(legs == leg)
+        found = around.clearance(q[rows[chosen]], run.plan.legs[int(leg)].carried)
+        distance[chosen] = found.distance
+        for place, contact in zip(chosen.tolist(), found, strict=True):
+            first[place], second[place] = contact.first, contact.second
+    return Clearances(t[rows], distance, tuple(first), tuple(second), around.rule.clearance)
+
+
+def clearance_remarks(found: Clearances | None) -> list[Remark]:
+    """What of the distances the reader should know.
+
+    Args:
+        found: of a run.
+    """
+    if found is None or not np.isfinite(found.distance).any():
+        return []
+    k = found.least
+    least = float(found.distance[k])
+    details = {
+        "first": visible(found.first[k]), "second": visible(found.second[k]),
+        "distance": quantity(abs(least), "m"), "time": quantity(float(found.t[k]), "s"),
+        "wanted": quantity(found.wanted, "m"),
+    }  # fmt: skip
+    if least <= 0.0:
+        return [Remark("failure", "job.hit", details)]
+    if least < NEARLY * found.wanted:
+        return [Remark("warning", "job.near_miss", details)]
+    return [Remark("good", "job.least_clearance", details)]

@@ -1,0 +1,162 @@
+"""What stands around the arm of a job: whether a motion meets it, and ways round it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mafsil.arrays import Floats, JointVector
+from mafsil.collision import Box, Capsule, Checker, Clearance, Contact, Cylinder, Plane, Scene, Sphere
+from mafsil.collision import Obstacle as Body
+from mafsil.job.description import Collision, Grasp, Job, Obstacle, SceneFile
+from mafsil.job.payload import box_in_tip
+from mafsil.job.poses import pose_matrix
+from mafsil.messages.visible import visible
+from mafsil.model import Mechanism
+from mafsil.model.skeleton import with_skeleton
+from mafsil.planning import ArmPlan, plan
+from mafsil.robot import Robot
+from mafsil.trajectory import Trajectory
+
+STEP = 0.02
+"""Largest change of a coordinate over a chord by which a motion is proved free [rad | m]."""
+MOST_CHORDS = 4000
+RESTING = 1e-4
+"""How much smaller than itself a carried part counts: it may stand on something [m]."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Hit:
+    """Where a motion comes too near to something.
+
+    Attributes:
+        time: of the motion [s].
+        contact: the two bodies, how near, where.
+    """
+
+    time: float
+    contact: Contact
+
+
+@dataclass(frozen=True, slots=True)
+class Meeting:
+    """Two bodies that meet, for sentences in any language."""
+
+    contact: Contact
+
+    def explain(self, *, language: str | None = None) -> str:
+        """Which bodies, how near, where."""
+        return self.contact.sentence(language)
+
+
+def said_of(contact: Contact) -> Meeting:
+    """A contact as a detail of a sentence."""
+    return Meeting(contact)
+
+
+class Surroundings:
+    """The arm of a job among its obstacles.
+
+    What the report draws is what is checked: the description's collision shapes, else what it shows, else tubes along
+    the links. A carried part counts, smaller by the clearance, so that it may stand on a table.
+
+    Args:
+        job: its obstacles and clearance.
+        robot: with its tool.
+    """
+
+    def __init__(self, job: Job, robot: Robot) -> None:
+        self.rule = job.collision or Collision()
+        self.robot = robot
+        self.scene = scene_of(job)
+        self._checkers: dict[Grasp | None, Checker] = {}
+        links = robot.mechanism.links
+        self.has_shapes = any(link.collisions or link.visuals for link in links)
+        self._mechanism = with_shapes(robot.mechanism)
+
+    def checker(self, carried: Grasp | None) -> Checker:
+        """The arm with what it carries."""
+        if carried not in self._checkers:
+            itself = self.has_shapes if self.rule.self_collision is None else self.rule.self_collision
+            self._checkers[carried] = Checker(
+                self._mechanism, self.scene, attached=[] if carried is None else _part(carried, self.rule.clearance),
+                margin=self.rule.clearance, self_collision=itself,
+            )  # fmt: skip
+        return self._checkers[carried]
+
+    def is_free(self, q: JointVector, carried: Grasp | None) -> bool:
+        """Whether a configuration keeps the clearance."""
+        return bool(self.checker(carried).free(q))
+
+    def first_hit(self, trajectory: Trajectory, carried: Grasp | None) -> Hit | None:
+        """Where a motion first comes nearer than the clearance, by chords of it that are proved free; None if nowhere.
+
+        Args:
+            trajectory: of the joints.
+            carried: what the tool carries.
+        """
+        t = np.linspace(0.0, trajectory.duration, 65)
+        way = np.abs(np.diff(trajectory.at(t).u, axis=0)).sum(axis=0).max(initial=0.0)
+        t = np.linspace(0.0, trajectory.duration, int(min(max(way / STEP, 1.0), MOST_CHORDS)) + 2)
+        checker, q = self.checker(carried), trajectory.at(t).u
+        found = checker.check_path(q)
+        if found:
+            return None
+        time = float(np.interp(found.at, np.arange(len(t)), t))
+        contact = found.contacts[0] if found.contacts else next(iter(checker.distance(found.q)))
+        return Hit(time, contact)
+
+    def way_round(self, q: JointVector, goal: JointVector, carried: Grasp | None) -> ArmPlan:
+        """A path between two configurations."""
+        return plan(self.checker(carried), None, q, goal, seed=self.rule.seed)
+
+    def clearance(self, q: Floats, carried: Grasp | None) -> Clearance:
+        """Smallest distances at configurations (k, n)."""
+        return self.checker(carried).distance(q)
+
+
+def scene_of(file: Job | SceneFile) -> Scene:
+    """The obstacles of a file.
+
+    Args:
+        file: a job, or a file of obstacles alone.
+    """
+    degrees = file.angles == "degrees"
+    return Scene([body_of(each, k, degrees) for k, each in enumerate(file.obstacle)])
+
+
+def with_shapes(mechanism: Mechanism) -> Mechanism:
+    """The mechanism with something to collide: its collision shapes, else what it shows, else tubes along its links.
+
+    Args:
+        mechanism: any arm.
+    """
+    return mechanism if any(link.collisions for link in mechanism.links) else with_skeleton(mechanism)
+
+
+def body_of(obstacle: Obstacle, index: int, degrees: bool) -> Body:
+    """An obstacle of a job file.
+
+    Args:
+        obstacle: as the file has it.
+        index: its number, where it has no name.
+        degrees: unit of its angles.
+    """
+    geometry = Plane()
+    if obstacle.box is not None:
+        geometry = Box(obstacle.box)
+    elif obstacle.sphere is not None:
+        geometry = Sphere(obstacle.sphere)
+    elif obstacle.cylinder is not None:
+        geometry = Cylinder(*obstacle.cylinder)
+    elif obstacle.capsule is not None:
+        geometry = Capsule(*obstacle.capsule)
+    T = pose_matrix(obstacle, degrees=degrees, orientation=np.eye(3))
+    return Body(geometry, T, visible(obstacle.name) or f"obstacle[{index}]")
+
+
+def _part(carried: Grasp, clearance: float) -> list[Body]:
+    smaller = np.array(carried.size) - 2.0 * (clearance + RESTING)
+    size = np.maximum(smaller, 0.05 * np.array(carried.size))
+    return [Body(Box((float(size[0]), float(size[1]), float(size[2]))), box_in_tip(carried), visible(carried.name))]

@@ -1,0 +1,128 @@
+"""Jobs among obstacles: what is hit is refused with its place, what can be avoided is; the report says how near."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mafsil as mf
+from mafsil.collision import Checker
+from mafsil.job import solve
+from mafsil.job.judgement import summary
+from mafsil.job.reading import parse
+from mafsil.job.remark import Refusal
+from mafsil.job.run import Run
+from mafsil.report.contents import page
+
+EXAMPLE = (Path(__file__).parents[2] / "examples" / "jobs" / "around_a_wall_panda.toml").read_text("utf-8")
+HERE = Path()
+
+
+def solved(text: str) -> Run | Refusal:
+    return solve(parse(text), text, HERE)
+
+
+@pytest.fixture(scope="module")
+def run() -> Run:
+    found = solved(EXAMPLE)
+    assert isinstance(found, Run)
+    return found
+
+
+@pytest.mark.capability("11-50")
+def test_the_job_goes_round_the_wall(run: Run) -> None:
+    assert run, run.explain("en")
+    around = run.plan.surroundings
+    assert around is not None
+    starts = run.plan.starts
+    legs = np.clip(np.searchsorted(starts, run.recording.t, side="right") - 1, 0, len(run.plan.legs) - 1)
+    for leg in np.unique(legs):
+        checker: Checker = around.checker(run.plan.legs[leg].carried)
+        near = checker.distance(run.recording.q[legs == leg])
+        assert near.distance.min() > 0.8 * 0.02, run.plan.legs[leg].name
+    said = run.explain("en")
+    assert "it goes round over" in said
+    assert "wall" in said
+    assert run.explain("ar") != said
+
+
+def test_numbers_plot_and_bodies_of_the_report(run: Run) -> None:
+    numbers = summary(run)
+    assert numbers.clearances is not None
+    assert 0.0 < numbers.clearances.distance.min() == numbers.clearances.to_dict()["least"]
+    shown = page(run, numbers, "en")
+    assert {"wall", "table"} <= {body.name for body in shown.scene.bodies}
+    plot = shown.plots[-1]
+    assert plot.title == "Clearance"
+    assert plot.values.shape == (len(shown.times), 1)
+    assert json.dumps(numbers.clearances.to_dict())
+
+
+def test_without_avoid_the_hit_is_named() -> None:
+    refused = solved(EXAMPLE.replace("avoid = true", "avoid = false"))
+    assert isinstance(refused, Refusal)
+    text = refused.explain("en")
+    for word in ("to the other side", "wall", "avoid = true"):
+        assert word in text
+    one = solved(EXAMPLE.replace("avoid = true", "avoid = false").replace('profile = "jerk_limited"', "avoid = true"))
+    assert isinstance(one, Run)
+    assert one
+
+
+def test_starts_lines_and_goals_that_are_not_free_are_named() -> None:
+    start = solved(EXAMPLE.replace("position = [0.6, 0.0, 0.225]", "position = [0.35, 0.35, 0.4]"))
+    assert isinstance(start, Refusal)
+    assert "wall" in start.explain("en")
+    assert "start" in start.explain("en")
+    plate = EXAMPLE + '\n[[obstacle]]\nname = "plate"\nbox = [0.2, 0.2, 0.02]\nposition = [0.45, 0.3, 0.19]\n'
+    line = solved(plate)
+    assert isinstance(line, Refusal)
+    assert "plate" in line.explain("en")
+
+
+def test_a_floor_and_a_check_of_the_arm_against_itself() -> None:
+    text = """robot = "ur5e"
+[collision]
+[[obstacle]]
+floor = true
+name = "ground"
+position = [0, 0, 0]
+[start]
+joints = [0, -1.5, 1.5, 0, 0, 0]
+"""
+    down = solved(text + "[[move]]\njoints = [0, 0.6, 0, 0, 0, 0]\n")
+    assert isinstance(down, Refusal)
+    assert "ground" in down.explain("en")
+    up = solved(text + "[[move]]\njoints = [0.5, -1.2, 1.0, 0, 0, 0]\n")
+    assert isinstance(up, Run)
+    assert up
+
+
+def test_kinds_of_obstacles_stand_where_the_file_says() -> None:
+    text = """robot = "ur5e"
+angles = "degrees"
+[[obstacle]]
+cylinder = [0.1, 0.5]
+position = [1, 0, 0]
+rpy = [90, 0, 0]
+[[obstacle]]
+capsule = [0.1, 0.5]
+position = [0, 2, 0]
+[[obstacle]]
+sphere = 0.3
+position = [0, 0, 3]
+[[move]]
+pause = 0.1
+"""
+    run = solved(text)
+    assert isinstance(run, Run)
+    assert run.plan.surroundings is not None
+    cylinder, capsule, sphere = run.plan.surroundings.scene
+    np.testing.assert_allclose(cylinder.T_so[:3, 2], [0, -1, 0], atol=1e-12)
+    assert (cylinder.geometry.radius, cylinder.geometry.length) == (0.1, 0.5)
+    assert isinstance(capsule.geometry, mf.collision.Capsule)
+    assert sphere.geometry.radius == 0.3
+    assert sphere.name == "obstacle[2]"
