@@ -52,8 +52,8 @@ def draw_platform(robot: StewartPlatform, T: Floats) -> Any:
     figure, axes = space.sheet()
     d = robot.leg_vectors(T)
     ends = robot.base + d
-    _ring(axes, robot.base, GROUND)
-    _ring(axes, ends, PLATFORM)
+    _outline(axes, robot.base, GROUND)
+    _outline(axes, ends, PLATFORM)
     for a, b in zip(robot.base, ends, strict=True):
         space.line(axes, np.stack([a, b]), LEG, width=1.8)
         axes.plot(*((a + b) / 2)[:, None], marker="s", color=DRIVEN, markersize=5, zorder=6)
@@ -89,8 +89,8 @@ def draw_delta(robot: DeltaRobot, q: Floats) -> Any:
     u = robot.directions
     hinges, corners = robot.base * u, p + robot.platform * u
     elbows = robot.elbows(q) + robot.platform * u
-    _ring(axes, hinges, GROUND)
-    _ring(axes, corners, PLATFORM)
+    _outline(axes, hinges, GROUND)
+    _outline(axes, corners, PLATFORM)
     across = 0.12 * robot.arm * np.stack([-u[:, 1], u[:, 0], u[:, 2]], axis=1)
     for hinge, elbow, corner, side in zip(hinges, elbows, corners, across, strict=True):
         space.line(axes, np.stack([hinge, elbow]), LEG, width=3.0)
@@ -123,7 +123,7 @@ def draw_eclipse(robot: Eclipse, T: Floats) -> Any:
     turn = np.linspace(0, 2 * np.pi, 181)
     circle = robot.guide * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
     space.line(axes, circle, GROUND, width=2.0)
-    _ring(axes, joints, PLATFORM)
+    _outline(axes, joints, PLATFORM)
     for foot, end in zip(feet, joints, strict=True):
         ground = foot * [1, 1, 0]
         space.line(axes, np.stack([ground, foot]), GROUND, width=3.0)
@@ -233,7 +233,7 @@ def draw_four_bar_curve(linkage: FourBar) -> Any:
     return figure
 
 
-def _ring(axes: Any, points: Floats, colour: str) -> None:
+def _outline(axes: Any, points: Floats, colour: str) -> None:
     """Ends on one body as a closed polygon about their middle, and their joints as open circles."""
     centred = points - points.mean(axis=0)
     _, _, basis = np.linalg.svd(centred)

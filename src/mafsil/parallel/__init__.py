@@ -14,6 +14,11 @@ from mafsil.parallel.forward_pose import ForwardStatus as ForwardStatus
 from mafsil.parallel.four_bar_curve import FourBarPoint as FourBarPoint
 from mafsil.parallel.four_bar_curve import output_angles as output_angles
 from mafsil.parallel.four_bar_curve import singular_points as singular_points
+from mafsil.parallel.leg_branches import LegBranches as LegBranches
+from mafsil.parallel.leg_branches import LegModes as LegModes
+from mafsil.parallel.leg_branches import LegSearchStatus as LegSearchStatus
+from mafsil.parallel.leg_branches import leg_assembly_modes as leg_assembly_modes
+from mafsil.parallel.leg_branches import leg_branches as leg_branches
 from mafsil.parallel.leg_configurations import ConfigurationStatus as ConfigurationStatus
 from mafsil.parallel.leg_configurations import LegConfigurations as LegConfigurations
 from mafsil.parallel.leg_configurations import forward as forward

@@ -25,6 +25,8 @@ CLOSED = 1e-11
 """Gap of the loops, lengths over the size, that ends Newton's method."""
 LONGEST = 0.5
 """Of a Newton step [rad, sizes]."""
+LEAST_DAMPING = 1e-12
+"""Of normal equations of size one: a leg with idle freedoms stays solvable, other steps do not change."""
 
 
 class ConfigurationStatus(Status):
@@ -166,7 +168,7 @@ def _leg_inverse(leg: Leg, goals: Floats, q: Floats, size: float, most: int) -> 
         better = np.linalg.norm(after, axis=1) < np.linalg.norm(miss[moving], axis=1)
         kept = moving[better]
         q[kept], miss[kept] = trial[better], after[better]
-        damping[moving] = np.where(better, np.maximum(damping[moving] / 20, 1e-16), damping[moving] * 10)
+        damping[moving] = np.where(better, np.maximum(damping[moving] / 20, LEAST_DAMPING), damping[moving] * 10)
         taken[moving] += 1
         gap = np.abs(miss).max(axis=1)
         moving = np.arange(len(q))[(gap > CLOSED) & (damping < 1e8)]
