@@ -21,8 +21,8 @@ from mafsil.parallel.leg_branches import leg_assembly_modes as leg_assembly_mode
 from mafsil.parallel.leg_branches import leg_branches as leg_branches
 from mafsil.parallel.leg_configurations import ConfigurationStatus as ConfigurationStatus
 from mafsil.parallel.leg_configurations import LegConfigurations as LegConfigurations
-from mafsil.parallel.leg_configurations import forward as forward
-from mafsil.parallel.leg_configurations import inverse as inverse
+from mafsil.parallel.leg_configurations import leg_forward as leg_forward
+from mafsil.parallel.leg_configurations import leg_inverse as leg_inverse
 from mafsil.parallel.leg_library import delta_legs as delta_legs
 from mafsil.parallel.leg_library import eclipse_legs as eclipse_legs
 from mafsil.parallel.leg_library import stewart_legs as stewart_legs

@@ -20,7 +20,7 @@ from mafsil.geometry import pose
 from mafsil.messages.tables import on_screen
 from mafsil.mobility.planar_positions import wrapped
 from mafsil.parallel.closure import numerical_rank
-from mafsil.parallel.leg_configurations import forward, inverse
+from mafsil.parallel.leg_configurations import leg_forward, leg_inverse
 from mafsil.parallel.leg_mechanism import LegMechanism
 from mafsil.parallel.tolerances import SAME
 
@@ -138,7 +138,7 @@ def leg_assembly_modes(mechanism: LegMechanism, q_driven: ArrayLike, starts: int
         seed: of the starts.
     """
     driven, count = single("q_driven", q_driven, (len(mechanism.driven),)), whole("starts", starts, 1, 100_000)
-    found = forward(mechanism, driven, _starts(mechanism, count, seed))
+    found = leg_forward(mechanism, driven, _starts(mechanism, count, seed))
     q, T = found.q[found.found], found.T[found.found]
     scale = np.ones((4, 4))
     scale[:3, 3] = 1 / mechanism.size
@@ -165,7 +165,7 @@ def leg_branches(mechanism: LegMechanism, T: ArrayLike, starts: int = 100, seed:
     free: list[int] = []
     for leg, part in zip(mechanism.legs, mechanism.parts, strict=True):
         own = LegMechanism((leg, leg), (0,))
-        found = inverse(own, goal, np.tile(begin[:, part], 2))
+        found = leg_inverse(own, goal, np.tile(begin[:, part], 2))
         q = found.q[found.found, : leg.n]
         q[:, turns[part]] = wrapped(q[:, turns[part]])
         rank = min((numerical_rank(leg.jacobian(each)) for each in q), default=0)
