@@ -100,6 +100,18 @@ def test_under_exact_and_redundant():
     assert under.free.shape[1] == 1
     assert over.forbidden.shape == (4, 1)
     assert not over.independent
+    redundant = legs.with_driven(1, 6, 11, 0)
+    for rate in over.admissible.T:
+        np.testing.assert_allclose(redundant.jacobian(q) @ rate, legs.jacobian(q) @ rate[:3], atol=1e-9)
+        np.testing.assert_allclose(redundant.jacobian(q, 1) @ rate, legs.jacobian(q) @ rate[:3], atol=1e-9)
+    F = np.array([0.1, -0.2, 0.3, 1.0, 2.0, -9.0])
+    shared = pa.leg_forces(redundant, q, F)
+    assert shared.possible
+    assert not shared.unique
+    np.testing.assert_allclose(shared.leg_wrenches.sum(axis=0), F, atol=1e-9)
+    alone = pa.leg_forces(legs.with_driven(1, 6), q, F)
+    assert not alone.possible
+    assert np.isnan(legs.with_driven(1, 6).jacobian(q)).all()
     order = legs.with_driven(11, 1, 6)
     np.testing.assert_allclose(order.jacobian(q), legs.jacobian(q)[:, [2, 0, 1]], atol=1e-12)
 
