@@ -66,7 +66,9 @@ def test_poses_and_twists_that_three_legs_cannot_follow():
     np.testing.assert_allclose(rates.rates[list(legs.driven)], [0.3, -0.2, 0.1], atol=1e-9)
     np.testing.assert_allclose(legs.loop_matrix(there.q) @ rates.rates, 0, atol=1e-9)
     turn = pa.inverse_rates(legs, there.q, [0, 0, 1, 0, 0, 0])
-    assert not turn.feasible
+    assert not turn
+    assert turn.status is pa.LegRatesStatus.NOT_FEASIBLE
+    assert "cannot follow" in turn.explain("en")
     assert np.abs(turn.residual).max() > 0.1
     np.testing.assert_allclose(np.linalg.pinv(legs.jacobian(there.q)) @ V, [0.3, -0.2, 0.1], atol=1e-9)
 
@@ -109,6 +111,11 @@ def test_under_exact_and_redundant():
     assert shared.possible
     assert not shared.unique
     np.testing.assert_allclose(shared.leg_wrenches.sum(axis=0), F, atol=1e-9)
+    assert shared.status is pa.LegForcesStatus.SHARED
+    assert "load each other" in shared.explain("en")
+    statuses = [each.status for each in (exact, under, over)]
+    assert statuses == [pa.DrivenStatus.REGULAR, pa.DrivenStatus.FREE, pa.DrivenStatus.FORBIDDEN]
+    assert "break" in over.explain("en")
     alone = pa.leg_forces(legs.with_driven(1, 6), q, F)
     assert not alone.possible
     assert np.isnan(legs.with_driven(1, 6).jacobian(q)).all()

@@ -5,6 +5,7 @@ from mafsil.parallel.assembly_modes import AssemblyModesStatus as AssemblyModesS
 from mafsil.parallel.certificate import Certificate as Certificate
 from mafsil.parallel.certificate import CertificateStatus as CertificateStatus
 from mafsil.parallel.closure import DrivenRates as DrivenRates
+from mafsil.parallel.closure import DrivenStatus as DrivenStatus
 from mafsil.parallel.closure import driven_rates as driven_rates
 from mafsil.parallel.delta import DeltaRobot as DeltaRobot
 from mafsil.parallel.delta import Eclipse as Eclipse
@@ -32,7 +33,9 @@ from mafsil.parallel.leg_mechanism import Leg as Leg
 from mafsil.parallel.leg_mechanism import LegMechanism as LegMechanism
 from mafsil.parallel.leg_mechanism import legs_of as legs_of
 from mafsil.parallel.leg_statics import LegForces as LegForces
+from mafsil.parallel.leg_statics import LegForcesStatus as LegForcesStatus
 from mafsil.parallel.leg_statics import LegRates as LegRates
+from mafsil.parallel.leg_statics import LegRatesStatus as LegRatesStatus
 from mafsil.parallel.leg_statics import inverse_rates as inverse_rates
 from mafsil.parallel.leg_statics import leg_forces as leg_forces
 from mafsil.parallel.leg_statics import reduced_equations as reduced_equations
@@ -60,3 +63,4 @@ from mafsil.parallel.sylvester import sylvester_matrix as sylvester_matrix
 from mafsil.parallel.sylvester import trimmed as trimmed
 from mafsil.parallel.three_rps_forward import ThreeRPS as ThreeRPS
 from mafsil.parallel.three_rps_forward import ThreeRPSModes as ThreeRPSModes
+from mafsil.parallel.three_rps_forward import ThreeRPSStatus as ThreeRPSStatus
