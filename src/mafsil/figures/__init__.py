@@ -23,6 +23,8 @@ from mafsil.figures.parallel_robot import save_five_bar as save_five_bar
 from mafsil.figures.parallel_robot import save_four_bar_curve as save_four_bar_curve
 from mafsil.figures.parallel_robot import save_planar_platform as save_planar_platform
 from mafsil.figures.parallel_robot import save_platform as save_platform
+from mafsil.figures.path_difficulties import save_path_difficulties as save_path_difficulties
+from mafsil.figures.phase_plane import save_phase_plane as save_phase_plane
 from mafsil.figures.pole import save_pole as save_pole
 from mafsil.figures.profiles import save_profiles as save_profiles
 from mafsil.figures.screw_motion import save_screw_motion as save_screw_motion
