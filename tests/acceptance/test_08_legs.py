@@ -27,7 +27,7 @@ def test_general_three_rps():
     case = CASES["ch08-09-general-3xRPS"]
     robot = pa.three_rps(case["base_radius"], case["platform_radius"], case["height"])
     near(robot.jacobian(np.zeros(15)), case["Ja_home"], 1e-8)
-    found = pa.forward(robot, case["q_a"])
+    found = pa.leg_forward(robot, case["q_a"])
     assert found
     near(found.T, case["T"], 1e-8)
     near(found.q, case["q_full"], 1e-8)
@@ -37,7 +37,7 @@ def test_general_three_rps():
     h = 1e-6
     for k in range(3):
         step = h * np.eye(3)[k]
-        T = [pa.forward(robot, case["q_a"] + sign * step, found.q).T for sign in (1, -1)]
+        T = [pa.leg_forward(robot, case["q_a"] + sign * step, found.q).T for sign in (1, -1)]
         near(pose.log(T[0] @ pose.inverse(T[1])) / (2 * h), robot.jacobian(found.q)[:, k], 1e-8)
 
 
@@ -51,7 +51,7 @@ def test_delta():
     near(robot.angles(case["p"])[:, ::-1], case["ik_two_roots_per_leg"], 1e-8)
     drawn = 0.35
     legs = pa.delta_legs(robot, drawn)
-    found = pa.forward(legs, np.array(case["q_a"]) - drawn)
+    found = pa.leg_forward(legs, np.array(case["q_a"]) - drawn)
     assert found
     near(found.T[:3, 3], case["p"], 1e-8)
     assert case["rotation"] == "identity"
@@ -128,7 +128,7 @@ def test_general_five_five_five():
     assert np.linalg.matrix_rank(H) == expected["rank_H"]
     near(abs(np.linalg.det(H[:, list(robot.passive)])), abs(expected["det_Hp_home"]), tol)
     near(robot.jacobian(zero), expected["Ja_home"], tol)
-    found = pa.forward(robot, case["q_a"])
+    found = pa.leg_forward(robot, case["q_a"])
     near(found.T, expected["T"], tol)
     near(found.q, expected["q_full"], tol)
     for leg in range(3):

@@ -81,3 +81,41 @@ def test_lengths_that_are_no_numbers_are_refused():
         StewartPlatform(a[0], b[0]).assembly_modes([np.inf] * 6)
     with pytest.raises(InputError, match="base"):
         stewart_assembly_modes(a[0][:5], b[0], np.ones(6))
+
+
+@pytest.mark.capability("08-27")
+@pytest.mark.parametrize(
+    ("base", "platform", "expected"),
+    [
+        ([0, 0, 1, 1, 2, 2], [2, 0, 0, 1, 1, 2], 16),
+        ([0, 1, 2, 3, 4, 5], [2, 0, 0, 1, 1, 2], 16),
+        ([0, 1, 2, 3, 4, 4], [0, 1, 2, 3, 3, 4], 40),
+        ([0, 0, 0, 1, 1, 2], [0, 1, 2, 3, 4, 5], 8),
+    ],
+    ids=["octahedral 3-3", "6-3", "5-5", "3-2-1"],
+)
+def test_counts_of_platforms_with_common_ends(base, platform, expected):
+    """Nanua, Waldron, Murthy 1990 (16), Innocenti 1995 (40 of 5-5), trilateration thrice (8)."""
+    rng = np.random.default_rng(8)
+    robot = StewartPlatform(rng.normal(size=(6, 3))[base], rng.normal(size=(6, 3))[platform])
+    T = pose.from_rotation_translation(rotation.random(rng), rng.normal(size=3))
+    found = robot.assembly_modes(robot.lengths(T))
+    assert found.expected == found.finite == expected
+    assert min(np.abs(each - T).max() for each in found) < 1e-8
+
+
+def test_degenerate_platforms_and_empty_batches():
+    a, b, _, _ = planted(9, 1)
+    robot = StewartPlatform(a[0], b[0])
+    none = robot.assembly_modes(np.zeros((0, 6)))
+    assert none.count.shape == (0,)
+    assert robot.forward(np.zeros((0, 6)), np.eye(4)).T.shape == (0, 4, 4)
+    point = StewartPlatform(np.zeros((6, 3)), np.zeros((6, 3)))
+    assert point.assembly_modes(np.ones(6)).status is AssemblyModesStatus.NOT_ISOLATED
+    zero = robot.assembly_modes(np.zeros(6))
+    assert zero.finite <= 40
+    assert zero.explain("en")
+    huge = StewartPlatform(1e6 * a[0], 1e6 * b[0])
+    T = pose.from_rotation_translation(rotation.random(3), [1e6, -2e6, 5e5])
+    found = huge.assembly_modes(huge.lengths(T))
+    assert min(np.abs(each - T).max() for each in found) < 1e-2

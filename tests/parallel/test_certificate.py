@@ -17,7 +17,7 @@ def test_forty_poses_are_proven_to_be_all():
         found, modes = robot.certificate(s[k]), robot.assembly_modes(s[k])
         assert found.status is CertificateStatus.ALL
         assert (found.proven, found.real) == (40, modes.count)
-        assert found.radius < 1e-3
+        assert found.radius < 1e-6
         assert found.largest_h < 0.5
         assert "none is missing" in found.explain("en")
 

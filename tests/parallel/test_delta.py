@@ -72,7 +72,7 @@ def test_three_rps_is_found_by_its_legs():
     rng = np.random.default_rng(1)
     robot, legs = pa.ThreeRPS(1.0, 0.5), pa.three_rps(1.0, 0.5, 1.0)
     for change in 0.08 * rng.normal(size=(5, 3)):
-        there = pa.forward(legs, change)
+        there = pa.leg_forward(legs, change)
         assert there
         found = robot.modes(np.sqrt(1.25) + change)
         assert len(found.t) == 16

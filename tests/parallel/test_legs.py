@@ -25,7 +25,7 @@ def test_legs_of_screws_are_the_platform_of_distances():
     robot, rng = stewart(), np.random.default_rng(0)
     legs = pa.stewart_legs(robot, HOME)
     change = 0.1 * rng.normal(size=(20, 6))
-    found = pa.forward(legs, change)
+    found = pa.leg_forward(legs, change)
     assert found
     wanted = robot.forward(robot.lengths(HOME) + change, HOME)
     np.testing.assert_allclose(found.T, wanted.T, atol=1e-9)
@@ -40,22 +40,22 @@ def test_inverse_of_every_leg():
     robot, rng = stewart(), np.random.default_rng(1)
     legs = pa.stewart_legs(robot, HOME)
     T = HOME @ pose.exp(0.2 * rng.normal(size=(15, 6)))
-    found = pa.inverse(legs, T)
+    found = pa.leg_inverse(legs, T)
     assert found
     np.testing.assert_allclose(found.q[:, list(legs.driven)], robot.lengths(T) - robot.lengths(HOME), atol=1e-9)
     np.testing.assert_allclose(legs.poses(found.q), np.repeat(T[:, None], 6, axis=1), atol=1e-8)
-    again = pa.forward(legs, found.q[:, list(legs.driven)], found.q)
+    again = pa.leg_forward(legs, found.q[:, list(legs.driven)], found.q)
     np.testing.assert_allclose(again.T, T, atol=1e-8)
 
 
 @pytest.mark.capability("08-33", "08-64")
 def test_poses_and_twists_that_three_legs_cannot_follow():
     legs = pa.three_rps(1.0, 0.5, 1.0)
-    there = pa.forward(legs, [0.1, -0.05, 0.15])
-    found = pa.inverse(legs, there.T, there.q + 0.05)
+    there = pa.leg_forward(legs, [0.1, -0.05, 0.15])
+    found = pa.leg_inverse(legs, there.T, there.q + 0.05)
     assert found
     away = there.T @ pose.exp([0, 0, 0.2, 0, 0, 0])
-    missed = pa.inverse(legs, away, there.q)
+    missed = pa.leg_inverse(legs, away, there.q)
     assert not missed
     assert missed.status is pa.ConfigurationStatus.NOT_FOUND
     assert missed.gap > 1e-3
@@ -66,7 +66,9 @@ def test_poses_and_twists_that_three_legs_cannot_follow():
     np.testing.assert_allclose(rates.rates[list(legs.driven)], [0.3, -0.2, 0.1], atol=1e-9)
     np.testing.assert_allclose(legs.loop_matrix(there.q) @ rates.rates, 0, atol=1e-9)
     turn = pa.inverse_rates(legs, there.q, [0, 0, 1, 0, 0, 0])
-    assert not turn.feasible
+    assert not turn
+    assert turn.status is pa.LegRatesStatus.NOT_FEASIBLE
+    assert "cannot follow" in turn.explain("en")
     assert np.abs(turn.residual).max() > 0.1
     np.testing.assert_allclose(np.linalg.pinv(legs.jacobian(there.q)) @ V, [0.3, -0.2, 0.1], atol=1e-9)
 
@@ -77,7 +79,7 @@ def test_poses_and_twists_that_three_legs_cannot_follow():
 def test_power_of_the_motors_is_that_of_the_platform(seed):
     rng = np.random.default_rng(seed)
     legs = pa.three_rps(*rng.uniform(0.5, 1.5, 3))
-    there = pa.forward(legs, rng.uniform(-0.1, 0.1, 3))
+    there = pa.leg_forward(legs, rng.uniform(-0.1, 0.1, 3))
     J, F = legs.jacobian(there.q), rng.normal(size=6)
     forces = pa.leg_forces(legs, there.q, F)
     np.testing.assert_allclose(forces.efforts, J.T @ F, rtol=1e-6, atol=1e-6)
@@ -93,13 +95,30 @@ def test_power_of_the_motors_is_that_of_the_platform(seed):
 @pytest.mark.capability("08-4", "08-5", "08-65")
 def test_under_exact_and_redundant():
     legs = pa.three_rps(1.0, 0.5, 1.0)
-    q = pa.forward(legs, [0.1, -0.05, 0.15]).q
+    q = pa.leg_forward(legs, [0.1, -0.05, 0.15]).q
     exact, under, over = (legs.with_driven(*driven).rates(q) for driven in ((1, 6, 11), (1, 6), (1, 6, 11, 0)))
     assert (exact.actuation, under.actuation, over.actuation) == ("exact", "under", "redundant")
     assert exact.regular
     assert under.free.shape[1] == 1
     assert over.forbidden.shape == (4, 1)
     assert not over.independent
+    redundant = legs.with_driven(1, 6, 11, 0)
+    for rate in over.admissible.T:
+        np.testing.assert_allclose(redundant.jacobian(q) @ rate, legs.jacobian(q) @ rate[:3], atol=1e-9)
+        np.testing.assert_allclose(redundant.jacobian(q, 1) @ rate, legs.jacobian(q) @ rate[:3], atol=1e-9)
+    F = np.array([0.1, -0.2, 0.3, 1.0, 2.0, -9.0])
+    shared = pa.leg_forces(redundant, q, F)
+    assert shared.possible
+    assert not shared.unique
+    np.testing.assert_allclose(shared.leg_wrenches.sum(axis=0), F, atol=1e-9)
+    assert shared.status is pa.LegForcesStatus.SHARED
+    assert "load each other" in shared.explain("en")
+    statuses = [each.status for each in (exact, under, over)]
+    assert statuses == [pa.DrivenStatus.REGULAR, pa.DrivenStatus.FREE, pa.DrivenStatus.FORBIDDEN]
+    assert "break" in over.explain("en")
+    alone = pa.leg_forces(legs.with_driven(1, 6), q, F)
+    assert not alone.possible
+    assert np.isnan(legs.with_driven(1, 6).jacobian(q)).all()
     order = legs.with_driven(11, 1, 6)
     np.testing.assert_allclose(order.jacobian(q), legs.jacobian(q)[:, [2, 0, 1]], atol=1e-12)
 
@@ -192,9 +211,9 @@ def test_wrong_input_is_refused():
     with pytest.raises(InputError, match="screws"):
         pa.Leg(np.zeros((5, 3)), np.eye(4))
     with pytest.raises(InputError, match="q_driven"):
-        pa.forward(legs, [np.nan, 0, 0])
+        pa.leg_forward(legs, [np.nan, 0, 0])
     with pytest.raises(InputError, match="lengths"):
         pa.PlanarChain([1.0, -1.0, 1.0])
-    far = pa.forward(legs, [5.0, -1.0, 0.0])
+    far = pa.leg_forward(legs, [5.0, -1.0, 0.0])
     assert not far
     assert np.isfinite(far.q).all()

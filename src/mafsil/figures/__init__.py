@@ -17,6 +17,12 @@ from mafsil.figures.moving_body import save_solid_ball as save_solid_ball
 from mafsil.figures.moving_body import save_space_velocity as save_space_velocity
 from mafsil.figures.moving_body import save_two_frames as save_two_frames
 from mafsil.figures.newton_tangents import save_newton_tangents as save_newton_tangents
+from mafsil.figures.parallel_robot import save_delta as save_delta
+from mafsil.figures.parallel_robot import save_eclipse as save_eclipse
+from mafsil.figures.parallel_robot import save_five_bar as save_five_bar
+from mafsil.figures.parallel_robot import save_four_bar_curve as save_four_bar_curve
+from mafsil.figures.parallel_robot import save_planar_platform as save_planar_platform
+from mafsil.figures.parallel_robot import save_platform as save_platform
 from mafsil.figures.path_difficulties import save_path_difficulties as save_path_difficulties
 from mafsil.figures.phase_plane import save_phase_plane as save_phase_plane
 from mafsil.figures.pole import save_pole as save_pole

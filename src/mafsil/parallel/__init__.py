@@ -5,6 +5,7 @@ from mafsil.parallel.assembly_modes import AssemblyModesStatus as AssemblyModesS
 from mafsil.parallel.certificate import Certificate as Certificate
 from mafsil.parallel.certificate import CertificateStatus as CertificateStatus
 from mafsil.parallel.closure import DrivenRates as DrivenRates
+from mafsil.parallel.closure import DrivenStatus as DrivenStatus
 from mafsil.parallel.closure import driven_rates as driven_rates
 from mafsil.parallel.delta import DeltaRobot as DeltaRobot
 from mafsil.parallel.delta import Eclipse as Eclipse
@@ -14,10 +15,15 @@ from mafsil.parallel.forward_pose import ForwardStatus as ForwardStatus
 from mafsil.parallel.four_bar_curve import FourBarPoint as FourBarPoint
 from mafsil.parallel.four_bar_curve import output_angles as output_angles
 from mafsil.parallel.four_bar_curve import singular_points as singular_points
+from mafsil.parallel.leg_branches import LegBranches as LegBranches
+from mafsil.parallel.leg_branches import LegModes as LegModes
+from mafsil.parallel.leg_branches import LegSearchStatus as LegSearchStatus
+from mafsil.parallel.leg_branches import leg_assembly_modes as leg_assembly_modes
+from mafsil.parallel.leg_branches import leg_branches as leg_branches
 from mafsil.parallel.leg_configurations import ConfigurationStatus as ConfigurationStatus
 from mafsil.parallel.leg_configurations import LegConfigurations as LegConfigurations
-from mafsil.parallel.leg_configurations import forward as forward
-from mafsil.parallel.leg_configurations import inverse as inverse
+from mafsil.parallel.leg_configurations import leg_forward as leg_forward
+from mafsil.parallel.leg_configurations import leg_inverse as leg_inverse
 from mafsil.parallel.leg_library import delta_legs as delta_legs
 from mafsil.parallel.leg_library import eclipse_legs as eclipse_legs
 from mafsil.parallel.leg_library import stewart_legs as stewart_legs
@@ -27,7 +33,9 @@ from mafsil.parallel.leg_mechanism import Leg as Leg
 from mafsil.parallel.leg_mechanism import LegMechanism as LegMechanism
 from mafsil.parallel.leg_mechanism import legs_of as legs_of
 from mafsil.parallel.leg_statics import LegForces as LegForces
+from mafsil.parallel.leg_statics import LegForcesStatus as LegForcesStatus
 from mafsil.parallel.leg_statics import LegRates as LegRates
+from mafsil.parallel.leg_statics import LegRatesStatus as LegRatesStatus
 from mafsil.parallel.leg_statics import inverse_rates as inverse_rates
 from mafsil.parallel.leg_statics import leg_forces as leg_forces
 from mafsil.parallel.leg_statics import reduced_equations as reduced_equations
@@ -41,6 +49,10 @@ from mafsil.parallel.planar_legs import PlanarThreeRRR as PlanarThreeRRR
 from mafsil.parallel.planar_poses import PlanarPoses as PlanarPoses
 from mafsil.parallel.planar_poses import PlanarPosesStatus as PlanarPosesStatus
 from mafsil.parallel.platform_modes import stewart_assembly_modes as stewart_assembly_modes
+from mafsil.parallel.platform_workspace import PlatformLimits as PlatformLimits
+from mafsil.parallel.platform_workspace import PlatformWorkspace as PlatformWorkspace
+from mafsil.parallel.platform_workspace import WorkspaceStatus as WorkspaceStatus
+from mafsil.parallel.platform_workspace import platform_workspace as platform_workspace
 from mafsil.parallel.singular_kinds import SingularKind as SingularKind
 from mafsil.parallel.singular_kinds import SingularKinds as SingularKinds
 from mafsil.parallel.stewart import StewartPlatform as StewartPlatform
@@ -51,3 +63,4 @@ from mafsil.parallel.sylvester import sylvester_matrix as sylvester_matrix
 from mafsil.parallel.sylvester import trimmed as trimmed
 from mafsil.parallel.three_rps_forward import ThreeRPS as ThreeRPS
 from mafsil.parallel.three_rps_forward import ThreeRPSModes as ThreeRPSModes
+from mafsil.parallel.three_rps_forward import ThreeRPSStatus as ThreeRPSStatus

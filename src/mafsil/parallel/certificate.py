@@ -1,8 +1,8 @@
 """Proof that poses of a platform on six legs exist, differ and are all: Kantorovich's theorem at every pose found.
 
 Unknowns z = (R, p), complex (12,), of the twelve quadrics (|p + R b_i - a_i|^2 - s_i^2) / 2 = 0 and R'R = 1. With
-beta = |F'(z)^-1|, eta = |F'(z)^-1 F(z)| and a bound gamma of the second derivatives, which are constant,
-h = beta gamma eta <= 1/2 proves a zero within 2 eta of z, and no other nearer than 1 / (beta gamma). Rounding is
+eta = |F'(z)^-1 F(z)| and omega, a bound of |F'(z)^-1 F''(u, v)| for unit u and v, for F'' is constant,
+h = omega eta <= 1/2 proves a zero within 2 eta of z, and no other nearer than 1 / omega. Rounding is
 bounded by ROUNDING of the sizes of the terms of F. Where geometry and z are real, so is the zero. A platform has forty
 isolated poses at most; where forty are proven to differ, none is missing.
 
@@ -16,13 +16,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Booleans, Floats
 from mafsil.parallel.start_platforms import MOST, Complexes
 
-ROUNDING = 64 * 2.0**-52
-"""Of the sum of sizes of the terms of a quadric: each has fewer than sixty operations."""
+ROUNDING = 64 * float(np.finfo(np.longdouble).eps)
+"""Of the sum of sizes of the terms of a quadric: each has fewer than sixty operations, in the longest floats here."""
+NEWTON = 5
+"""Steps in these floats before the proof: matrices in float64 are good enough for steps."""
 PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
@@ -85,20 +88,26 @@ def certificate_of(a: Floats, b: Floats, s: Floats, x: Complexes, real: Booleans
     """
     if not len(x):
         return Certificate(0, 0, 0, 0.0, 0.0)
-    R, p = _rotations(x[:, :4]), x[:, 4:]
-    F, J, size = _quadrics(a, b, s, R, p)
-    norms = np.linalg.svd(J, compute_uv=False)
-    with np.errstate(divide="ignore"):
-        beta = 1 / norms[:, -1]
-    step = np.linalg.norm(np.linalg.solve(J, F[..., None])[..., 0], axis=1)
+    z = np.concatenate([_rotations(x[:, :4]).reshape(-1, 9), x[:, 4:]], axis=1).astype(np.clongdouble)
+    for _ in range(NEWTON):
+        F, J, _ = _quadrics(a, b, s, z)
+        z = z - _solved(J, F)
+    F, J, size = _quadrics(a, b, s, z)
+    inverse = np.linalg.inv(J.astype(np.complex128))
+    condition = np.linalg.norm(J.astype(np.complex128), axis=(1, 2)) * np.linalg.norm(inverse, axis=(1, 2))
+    step = np.linalg.norm(_solved(J, F).astype(np.complex128), axis=1)
     # The computed inverse is good to its condition times rounding; the residual to ROUNDING of its terms.
-    exact = beta * norms[:, 0] * ROUNDING < 0.1
-    eta = 1.2 * (step + beta * ROUNDING * size)
-    gamma = float(np.sqrt(((1 + (b**2).sum(axis=1)) ** 2).sum() + 6 * 4))
-    h = 1.2 * beta * gamma * eta
+    exact = condition * 64 * 2.0**-52 < 0.1
+    weights = np.abs(inverse)
+    rounding = np.linalg.norm(np.einsum("kij,kj->ki", weights, ROUNDING * size), axis=1)
+    eta = 1.2 * (step + rounding)
+    bends = np.concatenate([1 + (b**2).sum(axis=1), np.full(6, 2.0)])
+    omega = 1.2 * np.linalg.norm(weights @ bends, axis=1)
+    h = omega * eta
     near = exact & (h <= 0.5)
-    z = np.concatenate([R.reshape(-1, 9), p], axis=1)
-    gaps = np.linalg.norm(z[:, None] - z, axis=2) + np.where(np.eye(len(z), dtype=bool), np.inf, 0.0)
+    gaps = np.linalg.norm((z[:, None] - z).astype(np.complex128), axis=2) + np.where(
+        np.eye(len(z), dtype=bool), np.inf, 0.0
+    )
     apart = gaps > 2 * (eta[:, None] + eta) * 1.01
     proven = near & (apart | ~near).all(axis=1)
     radius = float((2 * eta[proven]).max(initial=0.0))
@@ -115,12 +124,16 @@ def _rotations(q: Complexes) -> Complexes:
     return np.asarray(np.moveaxis(np.array(rows), 2, 0), dtype=np.complex128)
 
 
-def _quadrics(a: Floats, b: Floats, s: Floats, R: Complexes, p: Complexes) -> tuple[Complexes, Complexes, Floats]:
-    """F (k, 12), F' (k, 12, 12) by R, row by row, and p, and the norm of the sizes of the terms of F (k,)."""
-    k = len(R)
-    d = p[:, None] + b @ np.swapaxes(R, 1, 2) - a
-    F, J = np.zeros((k, 12), dtype=np.complex128), np.zeros((k, 12, 12), dtype=np.complex128)
-    F[:, :6] = ((d * d).sum(axis=2) - s**2) / 2
+def _solved(J: NDArray[Any], F: NDArray[Any]) -> NDArray[Any]:
+    return np.linalg.solve(J.astype(np.complex128), F.astype(np.complex128)[..., None])[..., 0]
+
+
+def _quadrics(a: Floats, b: Floats, s: Floats, z: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any], Floats]:
+    """F (k, 12), F' (k, 12, 12) by R, row by row, and p, and the sizes of the terms of F (k, 12)."""
+    k, R, p = len(z), z[:, :9].reshape(-1, 3, 3), z[:, 9:]
+    d = p[:, None] + (b[:, None, :] * R[:, None]).sum(axis=3) - a
+    F, J = np.zeros((k, 12), dtype=z.dtype), np.zeros((k, 12, 12), dtype=z.dtype)
+    F[:, :6] = ((d * d).sum(axis=2) - s.astype(np.longdouble) ** 2) / 2
     J[:, :6, :9] = (d[..., :, None] * b[:, None, :]).reshape(k, 6, 9)
     J[:, :6, 9:] = d
     for row, (i, j) in enumerate(PAIRS, start=6):
@@ -128,7 +141,8 @@ def _quadrics(a: Floats, b: Floats, s: Floats, R: Complexes, p: Complexes) -> tu
         for axis in range(3):
             J[:, row, 3 * axis + i] += R[:, axis, j]
             J[:, row, 3 * axis + j] += R[:, axis, i]
-    reach = np.abs(p).sum(axis=1)[:, None] + np.abs(R).sum(axis=(1, 2))[:, None] * np.abs(b).sum(axis=1)
-    of_legs = np.linalg.norm((reach + np.abs(a).sum(axis=1)) ** 2 + s**2, axis=1)
-    of_rotation = 6**0.5 * ((np.abs(R) ** 2).sum(axis=(1, 2)) + 1)
-    return F, J, np.asarray(np.hypot(of_legs, of_rotation), dtype=np.float64)
+    sizes, turned = np.abs(d).astype(np.float64), np.abs(R).astype(np.float64)
+    reach = sizes + np.abs(p).astype(np.float64)[:, None] + np.abs(b) @ np.swapaxes(turned, 1, 2) + np.abs(a)
+    products = np.einsum("kai,kaj->kij", turned, turned)
+    of_rotation = np.stack([products[:, i, j] + (i == j) for i, j in PAIRS], axis=1)
+    return F, J, np.concatenate([(reach**2).sum(axis=2) + s**2, of_rotation], axis=1)

@@ -11,20 +11,30 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, as_batch, real_array
 from mafsil.errors import InputError
 from mafsil.parallel.tolerances import RANK
 from mafsil.solvers.decompositions import singular_values
 
 
-@dataclass(frozen=True, eq=False)
-class DrivenRates:
-    """Rates of the passive joints of one configuration for chosen driven ones.
+class DrivenStatus(Status):
+    """Whether driven joints decide the others."""
+
+    REGULAR = ("parallel.driven_regular", True)
+    FREE = ("parallel.driven_free", False)
+    FORBIDDEN = ("parallel.driven_forbidden", False)
+    BOTH = ("parallel.driven_both", False)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class DrivenRates(SingleAnswer):
+    """Rates of the passive joints of one configuration for chosen driven ones; true if these decide them.
 
     Attributes:
         driven, passive: indices of joints.
@@ -62,6 +72,29 @@ class DrivenRates:
     def regular(self) -> bool:
         """The driven joints decide all others to first order, and may be moved independently."""
         return self.rank_passive == len(self.passive) and self.independent
+
+    @property
+    def status(self) -> DrivenStatus:
+        """Whether passive joints are free with the driven ones locked, and whether these can be moved independently."""
+        free = self.rank_passive < len(self.passive)
+        if free:
+            return DrivenStatus.FREE if self.independent else DrivenStatus.BOTH
+        return DrivenStatus.REGULAR if self.independent else DrivenStatus.FORBIDDEN
+
+    def explain(self, language: str | None = None) -> str:
+        """The status, with the rank, the rates that nothing decides, and those that would break the mechanism."""
+        return self.status.sentence(
+            language, rank=self.rank_passive, wanted=len(self.passive), free=self.free.shape[1],
+            forbidden=self.forbidden.T.round(6).tolist(), least=float(self.singular_values.min(initial=np.inf)),
+        )  # fmt: skip
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "status": self.status.name.lower(), "driven": list(self.driven), "rank": self.rank,
+            "rank_passive": self.rank_passive, "passive_map": self.passive_map, "admissible": self.admissible,
+            "forbidden": self.forbidden, "free": self.free,
+        }  # fmt: skip
 
 
 def numerical_rank(M: Floats) -> int:

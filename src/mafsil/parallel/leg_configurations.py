@@ -25,6 +25,8 @@ CLOSED = 1e-11
 """Gap of the loops, lengths over the size, that ends Newton's method."""
 LONGEST = 0.5
 """Of a Newton step [rad, sizes]."""
+LEAST_DAMPING = 1e-12
+"""Of normal equations of size one: a leg with idle freedoms stays solvable, other steps do not change."""
 
 
 class ConfigurationStatus(Status):
@@ -87,7 +89,7 @@ class LegConfigurations(Answer):
         }  # fmt: skip
 
 
-def forward(
+def leg_forward(
     mechanism: LegMechanism, q_driven: ArrayLike, q_guess: ArrayLike | None = None, max_steps: int = 50
 ) -> LegConfigurations:
     """Configurations with given driven coordinates, near first ones: the assembly mode of the guess, if it is near.
@@ -121,7 +123,7 @@ def forward(
     return _shaped(q, T, found, gap, np.minimum(steps, most), shape)
 
 
-def inverse(
+def leg_inverse(
     mechanism: LegMechanism, T: ArrayLike, q_guess: ArrayLike | None = None, max_steps: int = 100
 ) -> LegConfigurations:
     """Configurations with given poses of the platform, leg by leg, near first ones.
@@ -142,12 +144,12 @@ def inverse(
     goals = np.broadcast_to(wanted, (*shape, 4, 4)).reshape(-1, 4, 4)
     gap, steps = np.zeros(len(q)), np.zeros(len(q), dtype=np.intp)
     for leg, part in zip(mechanism.legs, mechanism.parts, strict=True):
-        q[:, part], missed, taken = _leg_inverse(leg, goals, q[:, part], mechanism.size, most)
+        q[:, part], missed, taken = _of_one_leg(leg, goals, q[:, part], mechanism.size, most)
         gap, steps = np.maximum(gap, missed), np.maximum(steps, taken)
     return _shaped(q, goals, np.asarray(gap <= FEASIBLE), gap, steps, shape)
 
 
-def _leg_inverse(leg: Leg, goals: Floats, q: Floats, size: float, most: int) -> tuple[Floats, Floats, Integers]:
+def _of_one_leg(leg: Leg, goals: Floats, q: Floats, size: float, most: int) -> tuple[Floats, Floats, Integers]:
     scale, moving = _scale(size, 1), np.arange(len(q))
     q, damping = q.copy(), np.full(len(q), 1e-3)
     miss = scale * pose.space_error(leg.pose(q), goals)
@@ -166,7 +168,7 @@ def _leg_inverse(leg: Leg, goals: Floats, q: Floats, size: float, most: int) -> 
         better = np.linalg.norm(after, axis=1) < np.linalg.norm(miss[moving], axis=1)
         kept = moving[better]
         q[kept], miss[kept] = trial[better], after[better]
-        damping[moving] = np.where(better, np.maximum(damping[moving] / 20, 1e-16), damping[moving] * 10)
+        damping[moving] = np.where(better, np.maximum(damping[moving] / 20, LEAST_DAMPING), damping[moving] * 10)
         taken[moving] += 1
         gap = np.abs(miss).max(axis=1)
         moving = np.arange(len(q))[(gap > CLOSED) & (damping < 1e8)]

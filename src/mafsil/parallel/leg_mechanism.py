@@ -169,7 +169,8 @@ class LegMechanism:
     def jacobian(self, q: ArrayLike, leg: int = 0) -> Floats:
         """(6, a) space Jacobian of the platform by the driven joints, taken through one of the legs; NaN if singular.
 
-        Idle freedoms of the passive joints, such as the spin of a rod, do not matter.
+        Idle freedoms of the passive joints, such as the spin of a rod, do not matter. With more motors than motions it
+        holds for the rates that the loops admit (`rates(q).admissible`), all others have none.
 
         Args:
             q: (n,) coordinates that close the loops.
@@ -184,7 +185,7 @@ class LegMechanism:
         free[list(self.passive)] = found.free
         scale = np.concatenate([np.ones(3), np.full(3, self.size)])
         moves = np.abs(J[0] @ free[self.parts[0]] / scale[:, None]).max(initial=0.0) > 10 * RANK
-        if moves or not found.independent:
+        if moves:
             return np.full((6, len(self.driven)), np.nan)
         return J[leg] @ columns[self.parts[leg]]
 

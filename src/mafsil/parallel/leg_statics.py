@@ -7,19 +7,29 @@ platform at rest needs F = - F_load.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, single
 from mafsil.parallel.closure import kernel
 from mafsil.parallel.leg_mechanism import LegMechanism
-from mafsil.parallel.tolerances import FEASIBLE, RANK
+from mafsil.parallel.tolerances import FEASIBLE, POSSIBLE, RANK
 
 
-@dataclass(frozen=True, eq=False)
-class LegForces:
-    """Efforts and forces of a platform on legs at rest.
+class LegForcesStatus(Status):
+    """Whether motors can exert a wrench."""
+
+    UNIQUE = ("parallel.forces_unique", True)
+    SHARED = ("parallel.forces_shared", True)
+    IMPOSSIBLE = ("parallel.forces_impossible", False)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LegForces(SingleAnswer):
+    """Efforts and forces of a platform on legs at rest; true if the motors can exert the wrench.
 
     Attributes:
         efforts: (a,) of the driven joints [N m | N].
@@ -39,7 +49,26 @@ class LegForces:
         size = max(
             float(np.abs(self.efforts).max(initial=0.0)), float(np.abs(self.leg_wrenches).max(initial=0.0)), 1e-300
         )
-        return self.residual <= 1e-7 * size
+        return self.residual <= POSSIBLE * size
+
+    @property
+    def status(self) -> LegForcesStatus:
+        """Exerted in one way, in many, or not at all."""
+        if not self.possible:
+            return LegForcesStatus.IMPOSSIBLE
+        return LegForcesStatus.UNIQUE if self.unique else LegForcesStatus.SHARED
+
+    def explain(self, language: str | None = None) -> str:
+        """The status with the largest effort, or with what passive joints would have to carry."""
+        largest = float(np.abs(self.efforts).max(initial=0.0))
+        return self.status.sentence(language, largest=largest, residual=self.residual)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "status": self.status.name.lower(), "efforts": self.efforts, "leg_wrenches": self.leg_wrenches,
+            "residual": self.residual,
+        }  # fmt: skip
 
 
 def leg_forces(mechanism: LegMechanism, q: ArrayLike, F: ArrayLike) -> LegForces:
@@ -73,13 +102,22 @@ def leg_forces(mechanism: LegMechanism, q: ArrayLike, F: ArrayLike) -> LegForces
     efforts = {k: float(row @ found) for k, row in zip(order, driven, strict=True)}
     residual = float(np.abs(M @ found - right).max())
     free = kernel(M * units)
-    unique = not free.size or float(np.abs((np.array(driven) * units) @ free).max(initial=0.0)) < 1e-7 * mechanism.size
+    unique = (
+        not free.size or float(np.abs((np.array(driven) * units) @ free).max(initial=0.0)) < POSSIBLE * mechanism.size
+    )
     return LegForces(np.array([efforts[k] for k in mechanism.driven]), found.reshape(m, 6), residual, unique)
 
 
-@dataclass(frozen=True, eq=False)
-class LegRates:
-    """Rates of all joints for a twist of the platform.
+class LegRatesStatus(Status):
+    """Whether legs can follow a twist."""
+
+    FEASIBLE = ("parallel.rates_feasible", True)
+    NOT_FEASIBLE = ("parallel.rates_not_feasible", False)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LegRates(SingleAnswer):
+    """Rates of all joints for a twist of the platform; true if every leg can follow it.
 
     Attributes:
         rates: (n,) of all joints, of least norm where a leg has idle freedoms.
@@ -90,6 +128,21 @@ class LegRates:
     rates: Floats
     residual: Floats
     feasible: bool
+
+    @property
+    def status(self) -> LegRatesStatus:
+        """Feasible or not."""
+        return LegRatesStatus.FEASIBLE if self.feasible else LegRatesStatus.NOT_FEASIBLE
+
+    def explain(self, language: str | None = None) -> str:
+        """The status with what is left of the twist."""
+        return self.status.sentence(
+            language, turn=float(np.linalg.norm(self.residual[:3])), move=float(np.linalg.norm(self.residual[3:]))
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {"status": self.status.name.lower(), "rates": self.rates, "residual": self.residual}
 
 
 def inverse_rates(mechanism: LegMechanism, q: ArrayLike, V: ArrayLike) -> LegRates:

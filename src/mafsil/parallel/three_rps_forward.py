@@ -13,13 +13,17 @@ Reference: Tsai, Robot Analysis, 1999, sec. 3.6; Nanua, Waldron, Murthy, IEEE Tr
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, positive, single
 from mafsil.geometry import pose
+from mafsil.messages.tables import on_screen
 from mafsil.parallel.sylvester import Complexes, eliminant, resultant, trimmed, zeros
 
 DEGREE = 16
@@ -29,9 +33,16 @@ COMMON = 1e-4
 FITS = 1e-10
 
 
-@dataclass(frozen=True, eq=False)
-class ThreeRPSModes:
-    """All solutions of a platform on three legs RPS.
+class ThreeRPSStatus(Status):
+    """Whether there are real poses."""
+
+    ALL = ("parallel.rps_all", True)
+    NONE = ("parallel.rps_none", False)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ThreeRPSModes(Answer):
+    """All solutions of a platform on three legs RPS; true if there is a real one, iterable over the real poses.
 
     Attributes:
         coefficients: (17,) of the polynomial in t1 = tan(th_1 / 2), ascending, of largest absolute value one.
@@ -48,6 +59,34 @@ class ThreeRPSModes:
     theta: Floats
     T: Floats
     error: float
+
+    @property
+    def status(self) -> ThreeRPSStatus:
+        """Some real or none."""
+        return ThreeRPSStatus.ALL if self.real else ThreeRPSStatus.NONE
+
+    def __bool__(self) -> bool:
+        return self.status.succeeded
+
+    def __len__(self) -> int:
+        return self.real
+
+    def __iter__(self) -> Iterator[Floats]:
+        return iter(self.T)
+
+    def __repr__(self) -> str:
+        return on_screen(self.explain())
+
+    def explain(self, language: str | None = None) -> str:
+        """How many solutions there are, real and complex, and how exactly the distances fit."""
+        return self.status.sentence(language, real=self.real, count=len(self.t), error=self.error, most=DEGREE)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "status": self.status.name.lower(), "T": self.T, "theta": self.theta, "complex": len(self.t),
+            "error": self.error,
+        }  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -12,3 +12,5 @@ FEASIBLE = 1e-9
 """Residual of a leg up to which a requested pose is accepted, lengths over the size."""
 DEFINITE = 1e-7
 """Second order forms of unit vectors below it vanish: a few times what RANK leaves of a vanishing form."""
+POSSIBLE = 1e-7
+"""Share of the forces that passive joints may seem to carry: RANK times what a least squares solution loses."""
