@@ -10,6 +10,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+# Machines are shared: how long an example takes says nothing about what it tests.
+settings.register_profile("mafsil", deadline=None)
+settings.load_profile("mafsil")
 
 ROOT = Path(__file__).resolve().parents[1]
 
