@@ -229,6 +229,15 @@ ROWS = (
         "TOPP-RA is compared in `benchmarks/time_optimal.py` and one test, not in this row; jerk is not limited.",
     ),
     Row(
+        "R17",
+        "Paths of random arms in random scenes of all kinds of obstacles: none in collision at 0.003 rad, ends and "
+        "limits kept, every refusal names what it claims.",
+        "problems",
+        10_000,
+        "planning_scenes --problems 10000 --resume DIR",
+        "The dense look is by the same checker, which coal confirms in tests; not found is counted, not judged.",
+    ),
+    Row(
         "F4",
         "Hostile frames and requests against the studio: foreign origins, hosts, tokens, what is no HTTP or no JSON, "
         "false lengths, numbers out of range: refused; meanwhile a window is answered within 2 s, no line of its "
