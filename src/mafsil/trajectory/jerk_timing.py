@@ -47,6 +47,8 @@ SIMPSON = (1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0)
 BISECTIONS = 60
 SLOWER, MOST_SLOWER = 0.97, 600
 """How much slower a motion that is not inside the limits is tried, and how often: to a thousandth of its speed."""
+NEARLY_STILL, FLOOR = 0.01, 0.05
+"""Shares of the even dilation: below the first one the spline is solved again, at least as large as the second."""
 NEVER = 1e100
 """A duration beyond which a motion does not move [s]."""
 
@@ -134,6 +136,8 @@ class _Stretch:
     def __init__(self, path: JointPath, limits: MotionLimits, sampled: Sequence[SampledLimit]) -> None:
         self.path, self.limits, self.sampled = path, limits, sampled
         self.pieces = max(PIECES, 4 * (len(path.breaks()) - 1))
+        # Least y that the spline of the dilation may have at its places; 0 while it needs no bound.
+        self.floor = 0.0
 
     def timed(self) -> JerkTiming | None:
         """Steps 2 to 5 of `timed_with_jerk`; None where the first motion or a limit at rest fails."""
@@ -143,7 +147,8 @@ class _Stretch:
             return None
         basis, h = quadratic_basis(grid.knots), np.diff(grid.knots)
         weight = (h[:, None] * np.array(SIMPSON)).ravel()
-        c = np.full(len(grid.knots) + 1, (slower * (1.0 + INSIDE)) ** -2)
+        even = (slower * (1.0 + INSIDE)) ** -2
+        c = np.full(len(grid.knots) + 1, even)
         slack, tight = [np.full((1, 1), MARGIN)] * len(self.sampled), np.ones((3, len(h)))
         best, found, duration = None, None, np.inf
         for _ in range(MOST_ROUNDS if self.sampled else TIGHTENED):
@@ -154,6 +159,12 @@ class _Stretch:
             if not _slowed_inside(c, imposed):
                 return best or found
             jerk_timing_loops.shortest(c, imposed, GAP)
+            if _least_between(grid, basis, c) < NEARLY_STILL * even:
+                # A spline that is nearly zero somewhere may be below it between places: it is held up, or even.
+                c[:] = even
+                if self.floor == 0.0:
+                    self.floor = FLOOR * even
+                    continue
             # 4. and 5.
             motion = _in_time(self.path, grid, basis, c)
             used = self._used(motion)
@@ -212,6 +223,11 @@ class _Stretch:
         lows = [self.limits.acceleration[0] * allowed, np.full((len(y), 1), -np.inf)]
         highs = [self.limits.acceleration[1] * allowed, tight[0][:, None] ** 2]
         rate, growth = grid.law[0][:, None], grid.law[1][:, None]
+        if self.floor:
+            squares.append(np.full((len(y), 1), -1.0 / self.floor))
+            slopes.append(np.zeros((len(y), 1)))
+            lows.append(np.full((len(y), 1), -np.inf))
+            highs.append(np.full((len(y), 1), -1.0))
         if self.sampled:
             squares.append(1.0 / y[:, None])
             slopes.append(np.zeros((len(y), 1)))
@@ -310,13 +326,23 @@ def _at_places(basis: Floats, c: Floats, order: int = 0) -> Floats:
     return np.einsum("pi,pi->p", basis[:, :, order], local)
 
 
-def _in_time(path: JointPath, grid: _Grid, basis: Floats, c: Floats) -> PathMotion:
-    """The dilated motion: s(t) in quintics between the knots, whose times come from t = integral of dtau / sqrt(y)."""
+def _between(grid: _Grid, basis: Floats, c: Floats) -> tuple[Floats, Floats]:
+    """(pieces, NODES) the spline of the dilation at the nodes of Gauss, and their weights (NODES,)."""
     y, slope, bend = (_at_places(basis, c, order) for order in range(3))
     nodes, weights = np.polynomial.legendre.leggauss(NODES)
+    tau = (nodes + 1.0) / 2.0 * np.diff(grid.knots)[:, None]
+    return y[::3, None] + slope[::3, None] * tau + bend[::3, None] / 2.0 * tau**2, weights
+
+
+def _least_between(grid: _Grid, basis: Floats, c: Floats) -> float:
+    return float(_between(grid, basis, c)[0].min())
+
+
+def _in_time(path: JointPath, grid: _Grid, basis: Floats, c: Floats) -> PathMotion:
+    """The dilated motion: s(t) in quintics between the knots, whose times come from t = integral of dtau / sqrt(y)."""
+    y, slope = (_at_places(basis, c, order) for order in range(2))
+    between, weights = _between(grid, basis, c)
     h = np.diff(grid.knots)
-    tau = (nodes + 1.0) / 2.0 * h[:, None]
-    between = y[::3, None] + slope[::3, None] * tau + bend[::3, None] / 2.0 * tau**2
     lengths = h / 2.0 * (weights / np.sqrt(between)).sum(axis=1)
     rate, growth = grid.law[0] * np.sqrt(y), grid.law[1] * y + grid.law[0] * slope / 2.0
     ends = (grid.s[:-1], grid.s[1:], rate[::3], rate[2::3], growth[::3], growth[2::3])

@@ -19,6 +19,10 @@ from mafsil.trajectory.tolerances import GIVEN
 
 SAMPLES_PER_PIECE, LEAST_PER_PIECE = 128, 16
 """Times in a piece that is no polynomial: less in motions of many pieces, which are the simpler."""
+PLATEAU = 1e-9
+"""Share of the largest value by which neighbours differ at least where a peak is looked for between them."""
+HIGH = 0.99
+"""Share of the largest value from which on an extreme is looked at closely."""
 MOST_SAMPLES = 8192
 """In all pieces, where there are not too many of them."""
 
@@ -149,13 +153,48 @@ def extreme_times(trajectory: Trajectory, order: int) -> Floats:
         return np.unique(np.concatenate([sides, trajectory.stationary_times(order)]))
     samples = max(MOST_SAMPLES // max(len(breaks) - 1, 1), LEAST_PER_PIECE)
     moments = np.unique(np.concatenate([sides, _within(breaks, min(samples, SAMPLES_PER_PIECE))]))
-    for _ in range(2):
+    for _ in range(3):
         values = derivative(trajectory, moments, order)
         peaks = np.unique([values.argmax(axis=0), values.argmin(axis=0)])
         last = len(moments) - 1
         near = [_between(float(moments[max(k - 1, 0)]), float(moments[min(k + 1, last)])) for k in peaks]
-        moments = np.unique(np.concatenate([moments, *near]))
+        moments = np.unique(np.concatenate([moments, *near, _vertices(moments, values)]))
     return moments
+
+
+def _vertices(t: Floats, values: Floats) -> Floats:
+    """Vertices of parabolas through each three neighbours among which a high extreme lies, of any coordinate.
+
+    Motions near their limits have many extremes that are nearly equal: the largest sample need not be next to the
+    largest of them.
+
+    Args:
+        t: (k,) times, increasing.
+        values: (k, n).
+    """
+    if len(t) < 3:
+        return t[:0]
+    before, here, after = values[:-2], values[1:-1], values[2:]
+    most, least = values.max(axis=0), values.min(axis=0)
+    high = (here >= most - (1.0 - HIGH) * np.abs(most)) | (here <= least + (1.0 - HIGH) * np.abs(least))
+    # Next to a break, which is there twice, no parabola says where the peak is: places are added beside it.
+    steps = np.diff(t)
+    beside = np.flatnonzero(
+        high.any(axis=1) & (np.minimum(steps[:-1], steps[1:]) < 1e-6 * np.maximum(steps[:-1], steps[1:]))
+    )
+    wide = np.where(steps[beside] > steps[beside + 1], beside, beside + 1)
+    added = (t[wide, None] + np.array([0.05, 0.2, 0.5, 0.8, 0.95]) * steps[wide, None]).ravel()
+    # Noise on a plateau has no vertices: a parabola is at most that much higher than its middle.
+    turns = (here - before) * (after - here) <= 0.0
+    swing = np.maximum(np.abs(here - before), np.abs(after - here))
+    row, column = np.nonzero(high & turns & (swing > PLATEAU * np.maximum(np.abs(most), np.abs(least))))
+    h, g = t[row + 1] - t[row], t[row + 2] - t[row + 1]
+    rise, fall = here[row, column] - before[row, column], after[row, column] - here[row, column]
+    bend = fall / g - rise / h
+    slope = (rise / h * g + fall / g * h) / (h + g)
+    flat = bend == 0.0
+    shift = np.where(flat, 0.0, -0.5 * slope * (h + g) / np.where(flat, 1.0, bend))
+    return np.concatenate([added, np.clip(t[row + 1] + shift, t[row], t[row + 2])])
 
 
 def _within(breaks: Floats, samples: int) -> Floats:
