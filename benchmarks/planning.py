@@ -1,6 +1,7 @@
 """Planning problems of MotionBenchMaker: how many are solved, how fast, how short; every path looked at densely.
 
-python benchmarks/planning.py [--problems FOLDER] [--count 100] [--shorten 100] [--peer N] [--json FILE]
+python benchmarks/planning.py [--problems FOLDER] [--count 100] [--shorten 100] [--peer N] [--optimise N]
+    [--anytime N] [--json FILE]
 
 VAMP 0.6.4 names 111 us as its median for the Panda, without
 proofs; ours is the whole call with every motion proved free. Each path is checked again at states 0.001 rad apart.
@@ -110,6 +111,49 @@ def race_ompl(folder: Path, name: str, count: int) -> None:
     )
 
 
+def against_shortcuts(folder: Path, name: str, count: int) -> None:
+    """Lengths, costs, clearances and times: a hundred and a thousand shortcuts, and the same path optimised."""
+    rows = []
+    for checker, a, b in posed(folder, name, count):
+        short = mf.plan(checker, None, a, b)
+        if not short or len(short.path) < 3:
+            continue
+        begun = perf_counter()
+        more = mf.plan(checker, None, a, b, shorten=1000)
+        between = perf_counter()
+        better = short.optimised()
+        ended = perf_counter()
+        assert better.descent is not None
+        free = _free(checker, better)
+        nearest = [float(each.clearance(100).distance.min()) for each in (short, more, better)]
+        cost = better.descent.before.total, better.descent.after.total
+        lengths = [short.length, more.length, better.length]
+        rows.append([*lengths, *nearest, *cost, 1e3 * (between - begun), 1e3 * (ended - between), not free])
+    mean = np.mean(rows, axis=0)
+    print(
+        f"{name}, {len(rows)} problems, means: length {mean[0]:.3f} (100 shortcuts), {mean[1]:.3f} (1000), "
+        f"{mean[2]:.3f} (100 and optimised); clearance {1e3 * mean[3]:.1f}, {1e3 * mean[4]:.1f}, "
+        f"{1e3 * mean[5]:.1f} mm; cost {mean[6]:.2f} -> {mean[7]:.2f}; 1000 shortcuts {mean[8]:.1f} ms, "
+        f"descent {mean[9]:.1f} ms; "
+        f"in collision at 0.001 rad: {int(np.sum([row[-1] for row in rows]))}"
+    )
+
+
+def anytime(folder: Path, name: str, count: int) -> None:
+    """Mean lengths of the anytime planner after 0.1, 0.5 and 2 seconds beside RRT-Connect and a hundred shortcuts."""
+    rows = []
+    for checker, a, b in posed(folder, name, count):
+        plain = mf.plan(checker, None, a, b)
+        if plain:
+            longer = [mf.plan(checker, None, a, b, planner="lazy_prm_star", seconds=s) for s in (0.1, 0.5, 2.0)]
+            rows.append([plain.length, *(each.length for each in longer), *(not _free(checker, p) for p in longer)])
+    mean = np.mean(rows, axis=0)
+    print(
+        f"{name}, {len(rows)} problems, mean length: {mean[0]:.3f} (RRT-Connect), {mean[1]:.3f} (0.1 s), "
+        f"{mean[2]:.3f} (0.5 s), {mean[3]:.3f} (2 s); in collision at 0.001 rad: {int(np.sum(rows, axis=0)[4:].sum())}"
+    )
+
+
 def main() -> None:
     """Print a table for each arm."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -117,11 +161,19 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--shorten", type=int, default=100)
     parser.add_argument("--peer", type=int, default=0, help="problems of each set to race OMPL on")
+    parser.add_argument("--optimise", type=int, default=0, help="problems of each set to optimise after shortcuts")
+    parser.add_argument("--anytime", type=int, default=0, help="problems of each set for the anytime planner")
     parser.add_argument("--json", type=Path)
     given = parser.parse_args()
     warnings.simplefilter("ignore")
     kept: dict[str, Any] = {}
     for name in ("panda", "ur5"):
+        if given.optimise:
+            against_shortcuts(given.problems, name, given.optimise)
+            continue
+        if given.anytime:
+            anytime(given.problems, name, given.anytime)
+            continue
         if given.peer:
             race_ompl(given.problems, name, given.peer)
             continue

@@ -238,6 +238,24 @@ ROWS = (
         "The dense look is by the same checker, which coal confirms in tests; not found is counted, not judged.",
     ),
     Row(
+        "R18",
+        "Paths of the Panda and the UR5 in the 1,400 problems of MotionBenchMaker, half of them timed too: Pinocchio "
+        "and coal find none in collision at 0.001 rad on the same shapes.",
+        "problems",
+        1_400,
+        "coal_paths --problems 1400 --resume DIR",
+        "The balls of the spherised models are the shapes; what no joint moves is not checked against the scene.",
+    ),
+    Row(
+        "R19",
+        "Two and three arms on one table in random scenes, planned together, in turn and on given paths: no motion in "
+        "collision at 0.001 rad, limits kept, every deadlock confirmed, every refusal names what it claims.",
+        "problems",
+        1_000,
+        "several_arms --problems 1000 --resume DIR",
+        "The dense look is by the same checker, which coal confirms in tests; not found is counted, not judged.",
+    ),
+    Row(
         "F4",
         "Hostile frames and requests against the studio: foreign origins, hosts, tokens, what is no HTTP or no JSON, "
         "false lengths, numbers out of range: refused; meanwhile a window is answered within 2 s, no line of its "

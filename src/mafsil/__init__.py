@@ -66,6 +66,7 @@ if TYPE_CHECKING:
     from mafsil.model.lint import mend as mend
     from mafsil.page import show as show
     from mafsil.page.exporting import export as export
+    from mafsil.planning import place as place
     from mafsil.planning import plan as plan
     from mafsil.robot import Robot as Robot
     from mafsil.robot import load as load
@@ -138,6 +139,7 @@ _HOME_OF = {
     "Rotation": "mafsil.geometry:Rotation",
     "Scenario": "mafsil.simulation:Scenario",
     "Scene": "mafsil.collision:Scene",
+    "place": "mafsil.planning:place",
     "plan": "mafsil.planning:plan",
     "ScrewAxis": "mafsil.geometry:ScrewAxis",
     "Twist": "mafsil.geometry:Twist",

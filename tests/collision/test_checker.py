@@ -35,6 +35,16 @@ def test_verdicts_and_distances_are_those_of_coal(tmp_path, seed):
 
 
 @pytest.mark.capability("11-39")
+def test_flat_tetrahedra_are_no_contact(tmp_path):
+    """One configuration in twenty thousand once had an infinite distance: rounding saw a contact in a flat simplex."""
+    checker = Checker(arm(tmp_path))
+    q = np.random.default_rng(1).uniform(-2.8, 2.8, (200_000, 12))[:, :6]
+    found = checker.distance(q)
+    assert np.isfinite(found.distance).all()
+    assert (checker.in_collision(q) == (found.distance <= 0.0)).all()
+
+
+@pytest.mark.capability("11-39")
 def test_every_kind_of_obstacle_is_seen_by_the_whole_arm(tmp_path):
     """Verdicts with a margin equal distances within it, for meshes, clouds, height maps and hundreds of obstacles."""
     robot, rng = arm(tmp_path), np.random.default_rng(4)

@@ -17,8 +17,8 @@ LINES = [
     for block in re.findall(r"```sh\n(.*?)```", (DOCS / "command_line.md").read_text("utf-8"), flags=re.S)
     for line in block.strip().splitlines()
 ]
-ELSEWHERE = {"demo", "identify", "check", "studio"}
-"""Commands that need a log or run for long: their pages have them."""
+ELSEWHERE = {"demo", "identify", "check", "studio", "diff", "sweep"}
+"""Commands that need a log or results, or run for long: their pages or tests have them."""
 
 
 @pytest.mark.parametrize("line", LINES)

@@ -13,6 +13,7 @@ from mafsil.errors import FileError, JobError
 from mafsil.ik import solve_ik
 from mafsil.job import Refusal, Run, parse, schema, solve
 from mafsil.job.judgement import summary
+from mafsil.job.language import JobFile
 from mafsil.job.plan import Plan
 from mafsil.job.solve import prepare
 from mafsil.messages import say
@@ -355,10 +356,10 @@ def test_joints_can_be_held() -> None:
 def test_the_schema_of_the_docs_is_that_of_the_code_and_accepts_the_examples() -> None:
     written = json.loads((DOCS / "job.schema.json").read_text(encoding="utf-8"))
     assert written == schema(), "run python docs/make_job_schema.py"
-    job = schema()["$defs"]["Job"]
+    job = schema()["$defs"]["JobFile"]
     assert set(job["required"]) == {"robot", "move"}
     assert job["additionalProperties"] is False
-    assert set(job["properties"]) == {field.name for field in msgspec.structs.fields(type(parse(SLOW)))}
+    assert set(job["properties"]) == {field.name for field in msgspec.structs.fields(JobFile)}
 
 
 def test_a_dry_run_plans_and_writes_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

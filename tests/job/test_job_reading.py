@@ -127,12 +127,15 @@ def test_every_key_is_documented() -> None:
     import msgspec
 
     from mafsil.job import description
+    from mafsil.job.language import statements
 
     text = (Path(__file__).parents[2] / "docs" / "job_files.md").read_text(encoding="utf-8")
     parts = [
-        kind for kind in vars(description).values() if isinstance(kind, type) and issubclass(kind, description.Part)
+        kind
+        for kind in (vars(description) | vars(statements)).values()
+        if isinstance(kind, type) and issubclass(kind, description.Part)
     ]
-    names = {field.name for part in parts for field in msgspec.structs.fields(part)}
+    names = {field.name for part in parts for field in msgspec.structs.fields(part)} - {"origins"}
     tables = {
         "tool",
         "start",
@@ -144,6 +147,10 @@ def test_every_key_is_documented() -> None:
         "disturbance",
         "collision",
         "obstacle",
+        "other_robot",
+        "frame",
+        "pattern",
+        "configuration",
     }
     for name in names:
         assert (f"[{name}]" if name in tables else f"`{name}`") in text, name

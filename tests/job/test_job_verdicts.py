@@ -12,8 +12,8 @@ from mafsil.job import Run, parse, solve
 from mafsil.job.causes import split
 from mafsil.job.judgement import Summary, summary
 from mafsil.messages.quantities import digits, quantity
-from mafsil.report import contents
 from mafsil.report.contents import verdict
+from mafsil.report.replay import part_tracks
 from mafsil.report.results import as_data
 
 SOFT = """
@@ -130,7 +130,7 @@ def test_a_part_that_is_missed_stays_where_it_lies() -> None:
     assert [driven.gripped for driven in held] == [False]
     assert held[0].carried is None
     assert held[0].scenario.true_plant.robot is run.robot, "the arm moves on empty"
-    (lying,) = (track for body, track in contents.part_tracks(run, np.linspace(0.0, 2.0, 9)) if body.name == "part")
+    (lying,) = (one.track for one in part_tracks(run, np.linspace(0.0, 2.0, 9)) if one.body.name == "part")
     goal = run.plan.legs[1].trajectory.at(0.0).u
     np.testing.assert_allclose(lying, np.tile(np.asarray(run.robot.forward_kinematics(goal)), (9, 1, 1)), atol=1e-12)
     taken, _ = solved(SOFT.replace("stiffness = 5\nrate_gain = 20\n", "").replace("0.25, 0.05]", "0.05, 0.1]"))

@@ -54,8 +54,8 @@ def test_numbers_plot_and_bodies_of_the_report(run: Run) -> None:
     assert numbers.clearances is not None
     assert 0.0 < numbers.clearances.distance.min() == numbers.clearances.to_dict()["least"]
     shown = page(run, numbers, "en")
-    assert {"wall", "table"} <= {body.name for body in shown.scene.bodies}
-    plot = shown.plots[-1]
+    assert {"wall", "table"} <= {body.name for body, _ in shown.scene.fixed}
+    plot = next(one for one in shown.plots if one.column == "clearance")
     assert plot.title == "Clearance"
     assert plot.values.shape == (len(shown.times), 1)
     assert json.dumps(numbers.clearances.to_dict())

@@ -26,8 +26,8 @@ def needed(*names: str) -> str:
 
 
 def run_module(script: str, folder: Path, *arguments: str) -> str:
-    """Run an ES module in a folder where `page/` and `scene/` are the package's own; what it prints."""
-    for name in ("page", "scene"):
+    """Run an ES module in a folder where `page/`, `scene/` and `report/` are the package's own; what it prints."""
+    for name in ("page", "scene", "report"):
         if not (folder / name).exists():
             shutil.copytree(SOURCE / name, folder / name, ignore=shutil.ignore_patterns("*.py", "__pycache__"))
     (folder / "package.json").write_text('{"type": "module"}')

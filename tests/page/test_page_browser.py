@@ -144,6 +144,30 @@ def test_slide_drag_choose_push_and_replay(browser: Browser, pages: Path, tmp_pa
     assert np.array(session.state.goal).tobytes() == np.array(end["goal"], dtype=np.float64).tobytes()
 
 
+def test_the_free_joint_swings_while_the_tool_stays(browser: Browser, pages: Path, tmp_path: Path) -> None:
+    """The slider of joint 7: the tip keeps its pose, one line for the gesture; at the end of the others a sentence."""
+    browser.load(pages / "panda.html")
+    T = browser.ask("Array.from(mafsil.store.arm.kernels.tip_pose(mafsil.store.state.q)[0])")
+    start = state(browser)["q"]
+    left, top, width, height = browser.box("#swing-6")
+    low, high = browser.ask("(e => [Number(e.min), Number(e.max)])(document.getElementById('swing-6'))")
+    x, y = left + 8 + (width - 16) * (start[6] - low) / (high - low), top + height / 2
+    browser.drag((x, y), (x + 0.06 * width, y))
+    swung = state(browser)
+    assert swung["status"] == "solved"
+    assert 0.1 < swung["q"][6] - start[6] < 0.6
+    assert np.abs(mf.load("panda").forward_kinematics(swung["q"]).ravel() - T).max() < 1e-8
+    assert [one["do"] for one in browser.ask("mafsil.store.journal")] == ["swing"]
+    settle(browser)
+    assert replayed(browser, tmp_path).q.tobytes() == np.array(swung["q"], dtype=np.float64).tobytes()
+    # Farther than the other joints can follow: the arm stays where it could still go, and the reason is said.
+    browser.ask("(f => { f.value = f.max; f.dispatchEvent(new Event('input')); })(document.getElementById('swing-6'))")
+    browser.wait("!document.getElementById('status').hidden")
+    assert state(browser)["q"] == swung["q"]
+    browser.ask("document.getElementById('swing-6').dispatchEvent(new Event('change'))")
+    browser.wait("document.getElementById('status').hidden")
+
+
 def test_out_of_reach_says_why(browser: Browser, pages: Path) -> None:
     """The arm stays; the reason is a sentence with the numbers that prove it; no line is written."""
     browser.load(pages / "ur5e.html")

@@ -52,6 +52,12 @@ def actions_of(session: Session) -> list[dict[str, Any]]:
                 {"do": "reach", "with": {"position": where, "quaternion": TURNED, "branch": row}}
                 for row in range(arm.form.pattern.branches)
             ]
+    for joint in arm.settings["locked"]:
+        todo += [
+            {"do": "swing", "with": {"joint": joint, "value": value, "branch": row}}
+            for value in (-0.3, 0.2, 0.9)
+            for row in range(arm.form.pattern.branches if arm.form else 0)
+        ]
     if arm.has_dynamics:
         todo += [
             {"do": "loop", "with": {"closed": True}},
@@ -96,6 +102,28 @@ def test_same_states_to_the_last_bit(name: str, tmp_path: Path) -> None:
     scope: dict[str, Any] = {}
     exec(found["text"], scope)  # the journal itself
     assert scope["arm"].q.tobytes() == session.q.tobytes()
+
+
+def test_a_free_joint_swings_while_the_tip_stays() -> None:
+    """Where it is solved the joint has its value and the tip its pose; else nothing has moved. Others are refused."""
+    session = Session("panda")
+    T = session.arm.robot.forward_kinematics(session.q)
+    seen: set[str] = set()
+    for value in np.linspace(-2.8, 2.8, 15):
+        for row in range(8):
+            before = session.q
+            session.swing(joint=6, value=float(value), branch=row)
+            seen.add(session.status)
+            if session.status == "solved":
+                assert session.q[6] == value
+                assert np.abs(session.arm.robot.forward_kinematics(session.q) - T).max() < 1e-8
+            else:
+                assert session.q.tobytes() == before.tobytes()
+    assert seen >= {"solved", "beyond_limits"}
+    for name, joint in (("panda", 3), ("ur5e", 5)):
+        with pytest.raises(InputError) as caught:
+            Session(name).swing(joint, 0.1, 0)
+        assert caught.value.key == "session.not_free"
 
 
 def test_solved_is_solved() -> None:

@@ -24,13 +24,15 @@ def test_the_page_is_small_and_complete(name: str) -> None:
     html = show(name).html
     assert len(html.encode()) < 300_000
     assert not re.findall(r"(?:src|href)\s*=", html.split("<script")[0])
-    assert "http" not in re.sub(r"http-equiv|http://www\.w3\.org/1998/Math/MathML", "", html)
+    assert "http" not in re.sub(r"http-equiv|http://www\.w3\.org/(?:1998/Math/MathML|2000/svg)", "", html)
     policy = re.search(r'Content-Security-Policy" content="([^"]*)"', html)
     assert policy
     assert policy[1].startswith("default-src 'none'; style-src 'sha256-")
     assert "'wasm-unsafe-eval'" in policy[1]
     assert "unsafe-inline" not in policy[1]
     assert "'unsafe-eval'" not in policy[1]
+    assert "connect-src" not in policy[1]
+    assert not re.search(r"fetch\(|EventSource|XMLHttpRequest|WebSocket|import\(|innerHTML", html)
 
 
 def test_equal_robots_equal_pages() -> None:
@@ -51,6 +53,15 @@ def test_what_is_written_appears_whole(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [path]
     with pytest.raises(FileError):
         show("planar2r").write(tmp_path / "missing" / "arm.html")
+
+
+def test_the_command_takes_views(tmp_path: Path) -> None:
+    text = 'view({ name: "mine", order: 1, title: { en: "Mine", ar: "لي" }, mount: () => () => {} });\n'
+    (tmp_path / "mine.js").write_text('import { view } from "page/core/views.js";\n' + text, encoding="utf-8")
+    out = tmp_path / "arm.html"
+    assert main(["show", "planar2r", "--out", str(out), "--view", str(tmp_path / "mine.js")]) == 0
+    assert 'name: "mine"' in out.read_text(encoding="utf-8")
+    assert main(["show", "planar2r", "--out", str(out), "--view", str(tmp_path / "missing.js")]) == 2
 
 
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -19,7 +19,7 @@ def random_poses(rng, count):
     return np.concatenate([rng.normal(size=(count, 2)), rng.uniform(-np.pi, np.pi, (count, 1))], axis=1)
 
 
-@pytest.mark.capability("08-22", "08-35")
+@pytest.mark.capability("08-22", "08-35", "02-20")
 def test_planted_poses_are_found_and_all_fit():
     rng = np.random.default_rng(0)
     for _ in range(30):
@@ -129,7 +129,7 @@ def test_three_rrr_there_and_back():
     assert np.isnan(robot.angles([9.0, 0, 0])).all()
 
 
-@pytest.mark.capability("08-53", "08-58", "08-60")
+@pytest.mark.capability("08-53", "08-58", "08-60", "02-20")
 def test_three_rrr_rates_and_both_kinds():
     robot, rng = three_rrr(), np.random.default_rng(5)
     x, V, h = random_poses(rng, 50) * 0.2, rng.normal(size=(50, 3)), 1e-6

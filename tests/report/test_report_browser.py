@@ -9,6 +9,7 @@ import pytest
 from mafsil.job import Run
 from mafsil.job.judgement import summary
 from mafsil.report import contents
+from mafsil.report.limits import limit_plot
 from mafsil.report.page import render
 from tests.page.node import needed
 
@@ -28,8 +29,9 @@ def test_the_script_draws_everything(small_run: Run, language: str, tmp_path: Pa
     done = subprocess.run(words, capture_output=True, text=True, timeout=120, check=True)
     dom = done.stdout
     assert not re.findall(r"CONSOLE.*(?:[Rr]efused|Uncaught|Error)", done.stderr)
-    assert dom.count('class="curve"') == 4 * small_run.robot.n
+    (used,) = limit_plot(small_run, small_run.recording.t[contents.plot_rows(small_run)], language)
+    assert dom.count('class="curve"') == 4 * small_run.robot.n + len(used.names)
     assert re.search(r'<output id="clock"[^>]*>0\.50 s</output>', dom)
-    assert re.search(r'<p id="no-scene" hidden', dom), "WebGL did not start"
+    assert re.search(r'<p id="status" role="status" hidden', dom), "the page did not start"
     assert dom.count("<i ") >= len(small_run.plan.legs)
     assert "onerror=alert(2)>" not in re.sub(r"&lt;|&gt;|&quot;", "", dom.split('id="data"')[0])

@@ -11,8 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mafsil.errors import FileError
 from mafsil.simulation import Recording
 from mafsil.studio import Studio
+from mafsil.studio.opening import studio_of
 from mafsil.studio.recordings import at
 from tests.page.browser import Browser
 from tests.page.test_page_browser import slide, state
@@ -156,10 +158,23 @@ def test_a_job_is_written_run_replayed_and_compared(studio: Studio, windows: tup
         assert np.abs(np.subtract(shown, exact)).max() < 1e-5
     first.click("#replay")
     first.wait(f"mafsil.store.shown.replay.time > {time} + 0.1")
-    # 5. Whoever moves the arm leaves the replay; the other window never was in it.
+    # 5. Whoever moves the arm takes it over from there; the other window never was in the replay.
+    first.click("#replay")
+    paused = first.ask("mafsil.store.state.q")
     act(first, 0, 0.5, gesture=False)
     assert first.ask("mafsil.store.shown.replay") is None
-    settled(studio, first, second)
+    q = settled(studio, first, second)
+    assert q == [0.5, *paused[1:]]
+    assert [one["do"] for one in first.ask("mafsil.store.journal.slice(-2)")] == ["set_joints", "set_joint"]
+    first.click("#language")
+    first.click("#language")
+    assert first.ask("mafsil.store.shown.replay") is None
+    #    The slider leads back to the replay, and leaves the journal alone.
+    first.ask("(f => { f.value = 0; f.dispatchEvent(new Event('input')); })(document.getElementById('replay-time'))")
+    first.wait("mafsil.store.shown.replay?.q")
+    exact = at(tapes[0], np.zeros(1))[0]
+    assert np.abs(np.subtract(first.ask("mafsil.store.state.q"), exact)).max() < 1e-5
+    assert first.ask("mafsil.store.now.q") == settled(studio, second) == q
     # 6. The report and its data come from the same server.
     report = first.ask("fetch(document.querySelector('#report').href).then(answer => answer.text())")
     assert report.startswith("<!doctype html>")
@@ -212,3 +227,31 @@ def test_what_is_done_without_the_server_is_sent_later(tmp_path: Path) -> None:
             window.wait("mafsil.link.connected && !mafsil.link.pending.size")
             assert again.journal.replayed().q[1] == 0.75
             again.server.shutdown()
+
+
+def test_a_view_of_ones_own(tmp_path: Path) -> None:
+    """The file of docs/adding_a_view.md in a studio: its kernel, both languages, its action in every window."""
+    text = (Path(__file__).resolve().parents[2] / "docs" / "adding_a_view.md").read_text(encoding="utf-8")
+    (tmp_path / "mass.js").write_text(text.split('VIEW = """\n')[1].split('"""')[0], encoding="utf-8")
+    served = studio_of(["panda"], 0, [str(tmp_path / "mass.js")])
+    with served, Browser(tmp_path) as window:
+        threading.Thread(target=served.serve, daemon=True).start()
+        window.load(served.address)
+        window.wait("mafsil.link.connected && document.getElementById('mass-height').textContent")
+        robot = served.arm.robot
+        shown = float(window.ask("document.getElementById('mass-height').textContent").split()[0].replace("−", "-"))
+        assert shown == pytest.approx(robot.center_of_mass(served.arm.start)[2], abs=6e-5)
+        window.click("#mass-middle")
+        assert settled(served, window) == ((robot.limits.lower + robot.limits.upper) / 2).tolist()
+        assert [one["do"] for one in served.journal.lines()] == ["set_joints"]
+        title = "document.querySelector('#view-mass summary').textContent"
+        first = window.ask(title)
+        window.click("#language")
+        assert {first, window.ask(title)} == {"Centre of mass", "مركز الكتلة"}
+        assert not window.errors
+        served.server.shutdown()
+
+
+def test_a_view_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match="missing"):
+        studio_of(["panda"], 0, [str(tmp_path / "missing.js")])

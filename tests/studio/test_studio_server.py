@@ -26,6 +26,8 @@ import mafsil.studio.server as server
 from mafsil.errors import FileError, InputError
 from mafsil.page import Session
 from mafsil.studio import Studio
+from mafsil.studio.job_runner import complaint
+from mafsil.studio.sentences import in_all_languages
 from tests.studio.client import head, listening, place, post, put, raw
 
 JOB = 'robot = "planar2r"\n\n[[move]]\njoints = [0.4, 0.3]\n\n[[move]]\njoints = [0.0, 0.1]\n'
@@ -355,3 +357,22 @@ def test_what_a_studio_opens_with(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         studio_of(["panda", "lift.toml"], 0)
     with pytest.raises(FileError):
         studio_of(["nothing.npz"], 0)
+
+
+def test_numbers_in_arabic_sentences_stand_in_isolates() -> None:
+    """A degree after a number goes to its other side where the letters before are Arabic, unless both are isolated."""
+    said = {"en": "joint2 is 0.977° off", "ar": "يبعد joint2 عنه 0.977°"}
+    assert in_all_languages(said.__getitem__) == {
+        "en": said["en"],
+        "ar": "يبعد \u2066joint2\u2069 عنه \u20660.977°\u2069",
+    }
+    error = complaint(InputError("input.choice", name="do", value="a 1.5°", known="x"))
+    assert "\u2066" in error["sentence"]["ar"]
+    assert "\u2066" not in error["sentence"]["en"]
+
+
+def test_a_joint_that_is_not_free_does_not_swing(studio: Studio) -> None:
+    """What the session would refuse never stands in the journal."""
+    line = {"kind": "put", "id": "w-1", "do": "swing", "with": {"joint": 0, "value": 0.1, "branch": 0}}
+    assert post(studio, "actions", [line])[0] in (400, 422)
+    assert not studio.journal.lines()

@@ -20,8 +20,10 @@ class Answer:
         data: plain data, printed by `--json`.
         lines: the same for people; those of a table are `Laid`.
         refusal: why the honest answer is no, or None; it goes to stderr, and the exit code is 1.
+        interrupted: whether Ctrl-C ended it early; the exit code is 130 then.
     """
 
     data: dict[str, Any] = field(default_factory=dict[str, Any])
     lines: tuple[str, ...] = ()
     refusal: str | None = None
+    interrupted: bool = False

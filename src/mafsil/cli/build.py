@@ -60,6 +60,18 @@ def questions() -> Iterator[tuple[str, Callable[[], object]]]:
     yield "plan", lambda: mf.plan(checker, None, q, q + np.array([2.0, 0, 0, 0, 0, 0, 0]), shorten=5)
     linkage = mf.mobility.library.four_bar()
     yield "mobilities", lambda: mf.mobility.mobilities(linkage, np.zeros(4))
+    chain = mf.parallel.ClosedChain(mf.mobility.mechanism_of(linkage))
+    yield (
+        "closed_chain",
+        lambda: chain.forward_dynamics(chain.closed(np.zeros(chain.n)).q, np.zeros(chain.n), np.zeros(chain.n)),
+    )
+    crane = mf.parallel.CableRobot(2.0 * np.array(corners), 0.0 * np.array(corners), np.zeros(4), np.full(4, 100.0))
+    yield "cables", lambda: mf.parallel.cable_tensions(crane, np.eye(4), np.zeros(6))
+    scenario = mf.Scenario(
+        robot=panda, trajectory=mf.trajectory.quintic(q, q + 0.1, 0.05), law=mf.control.computed_torque(panda)
+    )
+    variation = mf.simulation.Variation(payload=(0.0, 1.0))
+    yield "monte_carlo", lambda: mf.simulation.monte_carlo(scenario, variation, 2)
     weak = mf.trajectory.MotionLimits.of(7, velocity=1.0, effort=panda.limits.effort)
     yield "time_optimal_effort", lambda: mf.trajectory.time_optimal(path, weak, robot=panda)
 

@@ -97,6 +97,8 @@ def _run(words: list[str]) -> int:
             arguments["robot"] = equipped(arguments["robot"], arguments)
         answer = operation(name)(**arguments)
     _print(answer, as_json=bool(as_json))
+    if answer.interrupted:
+        return INTERRUPTED
     return DONE if answer.refusal is None else FAILED
 
 

@@ -25,6 +25,7 @@ REPEATED = ("lock", "xacro_arg")
 """Those of them that may be given several times."""
 UNEQUIPPED = ("lint",)
 """Commands that look at the file of a robot as it is."""
+_VIEW = Parameter("view", "path", many=True, metavar="FILE")
 _Q = Parameter("q", "angle", positional=True, many=True, metavar="Q")
 
 _TRAJECTORY_ACTIONS = ("check", "doctor", "compare", "export")
@@ -33,19 +34,71 @@ OPERATIONS: tuple[Operation, ...] = (
     Operation(
         "run",
         "mafsil.cli.run:run",
-        (Parameter("job", "path", positional=True, required=True, reads=True), *_RUNS, Parameter("dry_run", "flag")),
+        (
+            Parameter("job", "path", positional=True, required=True, reads=True),
+            *_RUNS,
+            Parameter("dry_run", "flag"),
+            Parameter("set", "text", many=True, metavar="NAME=VALUE"),
+            Parameter("plant", "text", choices=("mafsil", "mujoco")),
+            Parameter("real_time", "flag"),
+        ),
     ),
     Operation("demo", "mafsil.cli.run:demo", _RUNS),
     Operation(
+        "sweep",
+        "mafsil.cli.sweep:sweep",
+        (
+            Parameter("job", "path", positional=True, required=True, reads=True),
+            Parameter("over", "text", positional=True, many=True, required=True, metavar="NAME=V,V"),
+            Parameter("simulate", "flag"),
+            Parameter("progress", "flag"),
+        ),
+    ),
+    Operation(
+        "bench",
+        "mafsil.cli.bench:bench",
+        (
+            Parameter("what", "text", positional=True, required=True, choices=("control", "planners")),
+            Parameter("job", "path", positional=True, required=True, reads=True),
+            Parameter("laws", "text", many=True, metavar="LAW"),
+            Parameter("planners", "text", many=True, metavar="PLANNER"),
+            Parameter("seeds", "count"),
+            Parameter("seconds", "number"),
+            Parameter("replay", "path"),
+            Parameter("progress", "flag"),
+        ),
+    ),
+    Operation(
+        "diff",
+        "mafsil.cli.diff:diff",
+        (
+            Parameter("before", "path", positional=True, required=True, reads=True),
+            Parameter("after", "path", positional=True, required=True, reads=True),
+        ),
+    ),
+    Operation(
         "studio",
         "mafsil.cli.studio:studio",
-        (Parameter("what", "text", positional=True, many=True), Parameter("port", "count"), Parameter("open", "flag")),
+        (
+            Parameter("what", "text", positional=True, many=True),
+            Parameter("port", "count"),
+            Parameter("open", "flag"),
+            _VIEW,
+        ),
     ),
     Operation("list", "mafsil.cli.library_list:robots"),
     Operation(
         "show",
         "mafsil.cli.show:show",
-        (_ROBOT, _TIP, Parameter("picture", "path"), Parameter("out", "path"), Parameter("open", "flag"), _DEGREES),
+        (
+            _ROBOT,
+            _TIP,
+            Parameter("picture", "path"),
+            Parameter("out", "path"),
+            Parameter("open", "flag"),
+            _VIEW,
+            _DEGREES,
+        ),
     ),
     Operation(
         "fk",
@@ -99,10 +152,33 @@ OPERATIONS: tuple[Operation, ...] = (
             Parameter("pose", "angle", many=True, metavar="P"),
             Parameter("scene", "path", reads=True),
             Parameter("clearance", "number"),
-            Parameter("planner", "text", choices=("rrt_connect", "prm", "rrt_star")),
+            Parameter(
+                "planner",
+                "text",
+                choices=("rrt_connect", "prm", "rrt_star", "lazy_prm_star", "trajectory_optimisation"),
+            ),
             Parameter("seed", "count"),
             Parameter("seconds", "number"),
             Parameter("out", "path"),
+            _TIP,
+            _DEGREES,
+        ),
+    ),
+    Operation(
+        "place",
+        "mafsil.cli.place:place",
+        (
+            _ROBOT,
+            Parameter("targets", "path", required=True, reads=True),
+            Parameter("scene", "path", reads=True),
+            Parameter("x", "number", many=True, metavar="M"),
+            Parameter("y", "number", many=True, metavar="M"),
+            Parameter("height", "number", many=True, metavar="M"),
+            Parameter("yaws", "count"),
+            Parameter("spacing", "number"),
+            Parameter("clearance", "number"),
+            Parameter("stands_on", "text", many=True, metavar="NAME"),
+            Parameter("picture", "path"),
             _TIP,
             _DEGREES,
         ),

@@ -2,28 +2,40 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
+from typing import Literal
 
 from mafsil.cli.answer import Answer
 from mafsil.cli.progress import Progress
 from mafsil.cli.table import table
-from mafsil.errors import FileError
+from mafsil.errors import FileError, InputError
 from mafsil.job import Refusal, Run, solve
 from mafsil.job.judgement import joint_quantity, summary
 from mafsil.job.reading import parse, text_of
-from mafsil.job.solve import prepare
+from mafsil.job.solve import prepare, simulated_by
 from mafsil.messages import language, say
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
 from mafsil.report.contents import verdict
 from mafsil.report.results import as_data, require_replaceable, write_results
+from mafsil.simulation import SimulationStatus
 
 MARKS = {"good": "-", "warning": "!", "failure": "!!"}
 """What stands before a finding of each level."""
 
 
-def run(job: str, out: str | None, progress: bool, open: bool, dry_run: bool = False) -> Answer:
+def run(
+    job: str,
+    out: str | None,
+    progress: bool,
+    open: bool,
+    dry_run: bool = False,
+    set: list[str] | None = None,
+    plant: Literal["mafsil", "mujoco"] | None = None,
+    real_time: bool = False,
+) -> Answer:
     """Solve a job file and write the report.
 
     Args:
@@ -32,15 +44,31 @@ def run(job: str, out: str | None, progress: bool, open: bool, dry_run: bool = F
         progress: print progress even when stderr is no terminal.
         open: show the report in the browser.
         dry_run: plan only: nothing is simulated, nothing is written.
+        set: `name=value` of variables of the job.
+        plant: who computes the motion; as the job says if None.
+        real_time: drive against the clock, and count what comes late.
 
     Raises:
         MafsilError: the job or the robot cannot be read, or do not fit each other.
     """
-    path = Path(job)
+    path, variables = Path(job), dict(map(_assigned, set or ()))
     if dry_run:
-        return _planned(text_of(path), path.name, path.parent, progress=progress)
+        return _planned(text_of(path), path.name, path.parent, variables, progress=progress)
     target = Path("mafsil-results") / path.stem if out is None else Path(out)
-    return _run(text_of(path), path.name, path.parent, target, progress=progress, show=open)
+    return _run(
+        text_of(path), path.name, path.parent, target, variables, plant, real_time, progress=progress, show=open
+    )
+
+
+def _assigned(words: str) -> tuple[str, float | str]:
+    """Name and value of `name=value`; what is no number is a text."""
+    name, equals, value = words.partition("=")
+    if not equals or not name.strip():
+        raise InputError("cli.run_assignment", given=words)
+    try:
+        return name.strip(), float(value)
+    except ValueError:
+        return name.strip(), value
 
 
 def demo(out: str | None, progress: bool, open: bool) -> Answer:
@@ -50,10 +78,21 @@ def demo(out: str | None, progress: bool, open: bool) -> Answer:
     return _run(text, "demo.toml", Path(), target, progress=progress, show=open)
 
 
-def _run(text: str, source: str, folder: Path, target: Path, *, progress: bool, show: bool) -> Answer:
+def _run(
+    text: str,
+    source: str,
+    folder: Path,
+    target: Path,
+    variables: Mapping[str, object] | None = None,
+    plant: Literal["mafsil", "mujoco"] | None = None,
+    real_time: bool = False,
+    *,
+    progress: bool,
+    show: bool,
+) -> Answer:
     require_replaceable(target)
     with Progress(progress) as bar:
-        job = parse(text, source)
+        job = simulated_by(parse(text, source, variables), plant, real_time=real_time)
         outcome = solve(job, text, folder, bar, source)
         if isinstance(outcome, Refusal):
             return _refused(outcome)
@@ -66,10 +105,10 @@ def _run(text: str, source: str, folder: Path, target: Path, *, progress: bool, 
     return _answer(outcome, report)
 
 
-def _planned(text: str, source: str, folder: Path, *, progress: bool) -> Answer:
+def _planned(text: str, source: str, folder: Path, variables: Mapping[str, object], *, progress: bool) -> Answer:
     """The motion of a job, and how long it takes."""
     with Progress(progress) as bar:
-        job = parse(text, source)
+        job = parse(text, source, variables)
         outcome = prepare(job, text, folder, bar, source)
     if isinstance(outcome, Refusal):
         return _refused(outcome)
@@ -139,4 +178,5 @@ def _answer(outcome: Run, report: Path) -> Answer:
     lines += [f"  {MARKS[remark.level]} {remark.sentence()}" for remark in outcome.remarks]
     lines.append(say("cli.run_written", path=report))
     failures = [remark.sentence(language()) for remark in outcome.remarks if remark.level == "failure"]
-    return Answer(data, tuple(lines), failures[0] if failures else None)
+    broken = outcome.recording.status is SimulationStatus.INTERRUPTED
+    return Answer(data, tuple(lines), failures[0] if failures else None, broken)

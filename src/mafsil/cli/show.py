@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import webbrowser
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,7 +27,13 @@ PICTURES = (".html", ".png", ".svg", ".pdf")
 
 
 def show(
-    robot: str, tip: str | None, picture: str | None, degrees: bool, out: str | None = None, open: bool = False
+    robot: str,
+    tip: str | None,
+    picture: str | None,
+    degrees: bool,
+    out: str | None = None,
+    open: bool = False,
+    view: list[str] | None = None,
 ) -> Answer:
     """Joints, limits, masses, screws, provenance and diagnostics of a robot.
 
@@ -37,9 +44,10 @@ def show(
         degrees: print angles in degrees.
         out: file for the page that runs the robot in a browser, or None.
         open: show that page in the browser.
+        view: files with views of your own for that page.
 
     Raises:
-        MafsilError: no such robot, a broken file, an unknown kind of picture.
+        MafsilError: no such robot, a broken file, an unknown kind of picture, a view that cannot be read.
     """
     if picture is not None and Path(picture).suffix.lower() not in PICTURES:
         raise InputError("cli.picture_kind", path=picture, known=", ".join(PICTURES))
@@ -53,14 +61,14 @@ def show(
         data["picture"] = picture
         lines.append(say("cli.picture_written", path=picture))
     if out is not None or open:
-        data["page"] = _page(robot, mechanism, out, show=open)
+        data["page"] = _page(robot, mechanism, out, view or (), show=open)
         lines.append(say("cli.page_written", path=data["page"]))
     return Answer(data, tuple(lines))
 
 
-def _page(robot: str, mechanism: Mechanism, out: str | None, *, show: bool) -> str:
+def _page(robot: str, mechanism: Mechanism, out: str | None, views: Sequence[str], *, show: bool) -> str:
     """Write the page, into a file of its own where none is named, and show it where that is wanted."""
-    page = pages.show_as(mechanism, robot)
+    page = pages.show_as(mechanism, robot, views)
     if out is None:
         return str(page.open())
     path = page.write(out)

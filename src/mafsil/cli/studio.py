@@ -18,18 +18,19 @@ else:
 LARGEST_PORT = 65535
 
 
-def studio(what: list[str], port: str | None, open: bool) -> Answer:
+def studio(what: list[str], port: str | None, open: bool, view: list[str] | None = None) -> Answer:
     """Serve until Ctrl-C.
 
     Args:
         what: a robot, a job file, or one or more recordings; the default robot if empty.
         port: at which to listen; any that is free if None.
         open: show the page in the browser.
+        view: files with views of your own.
 
     Raises:
         MafsilError: what is given cannot be read, or the port is no port or is taken.
     """
-    with opening.studio_of([known_name(word) for word in what], _port(port)) as served:
+    with opening.studio_of([known_name(word) for word in what], _port(port), view or ()) as served:
         print(say("cli.studio_address", address=served.address), say("cli.studio_leave"), sep="\n", flush=True)
         served.serve(show=open)
     return Answer()

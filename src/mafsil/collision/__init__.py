@@ -1,6 +1,9 @@
 """Collision of arms with what stands around them and with themselves; `mf.collision.Checker(robot, scene).check(q)`."""
 
+from mafsil.collision.arms import Arms as Arms
+from mafsil.collision.arms import Mounted as Mounted
 from mafsil.collision.checker import Checker as Checker
+from mafsil.collision.movable import MovableArm as MovableArm
 from mafsil.collision.pairs import Reason as Reason
 from mafsil.collision.pairs import SkippedPair as SkippedPair
 from mafsil.collision.path_check import PathCheck as PathCheck

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from functools import cached_property
 from pathlib import Path
 from threading import local
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -289,6 +289,11 @@ class Checker:
         return layout.motion_of(self.robot.mechanism, self._joints, self.arm)
 
     @property
+    def tips(self) -> tuple[str, ...]:
+        """Names of the links that carry the tip frame."""
+        return (self.robot.mechanism.tip,)
+
+    @property
     def skipped(self) -> tuple[SkippedPair, ...]:
         """Pairs of bodies that are not checked against each other, each with its reason."""
         named = self._skipped.items()
@@ -299,16 +304,26 @@ class Checker:
         """The arm as the compiled loops read it."""
         return layout.arm_of(self.bodies, self._pairs() if self._self_collision else [], self._still)
 
-    def with_scene(self, scene: Scene | Iterable[Obstacle]) -> Checker:
+    def with_scene(self, scene: Scene | Iterable[Obstacle]) -> Self:
         """The same arm in another scene: nothing of the arm is computed again."""
-        other = object.__new__(Checker)
+        other = object.__new__(type(self))
         other.__dict__.update(self.__dict__ | {"arm": self.arm, "_motion": self._motion})
         other.scene = scene if isinstance(scene, Scene) else Scene(scene)
+        return other
+
+    def with_margin(self, margin: float) -> Self:
+        """The same arm and scene with another clearance to keep [m]."""
+        other = self.with_scene(self.scene)
+        other.margin = _not_negative("margin", margin)
         return other
 
     def _pairs(self) -> list[tuple[int, int]]:
         count = len(self.bodies)
         return [(a, b) for a in range(count) for b in range(a + 1, count) if (a, b) not in self._skipped]
+
+    def _unchecked(self) -> dict[tuple[int, int], Reason]:
+        """All pairs of bodies that are not checked; without self-collision those that could be count as listed."""
+        return self._skipped | ({} if self._self_collision else dict.fromkeys(self._pairs(), Reason.LISTED))
 
     def _sample_pairs(self, drop_unseen: bool) -> None:
         """Leave out pairs that meet in nearly all samples and, if asked, those that meet in none."""

@@ -5,6 +5,8 @@
 3. Where the bounds meet, or the lower one passes the cutoff, that is the answer.
 4. Else w joins the simplex, v becomes its point nearest to the origin, corners without weight leave, and again from 1.
    A tetrahedron around the origin is contact. Without progress rounding ends it: the bounds stay as they are.
+5. A tetrahedron so flat that rounding decides its sides may seem to hold an origin that 2 has proved to be outside, or
+   lose its nearest face: then all faces are looked at.
 
 Reference:
     E. Gilbert, D. Johnson, S. Keerthi, A fast procedure for computing the distance between complex objects in
@@ -17,7 +19,7 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.collision.simplex_loops import nearest_on_simplex
+from mafsil.collision.simplex_loops import nearest_on_faces, nearest_on_simplex
 from mafsil.collision.support_loops import corner
 from mafsil.solvers.loops import uncounted
 
@@ -72,6 +74,8 @@ def core_distance(
         if known:
             break
         square = nearest_on_simplex(S, count + 1, weights, W[8:11])  # 4
+        if count == 3 and lower > 0.0 and (square < lower * lower or not square < upper * upper):  # 5
+            square = nearest_on_faces(S, weights, W[8], W[9])
         if not square < upper * upper:
             break
         upper = np.sqrt(square)

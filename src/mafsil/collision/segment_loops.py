@@ -100,7 +100,7 @@ class World(NamedTuple):
 
 
 @uncounted
-def _bound(
+def bound(
     arm: Arm, motion: Motion, b: int, other: int, rates: Floats, R: Floats, poses: Floats, h: float, s: Scratch
 ) -> float:  # fmt: skip
     """M(h) of body b by the joints that do not move the other one (-1: by all).
@@ -202,13 +202,13 @@ def prove(
         for i in range(start, start + count):
             k = items[i]
             if k < bodies:
-                M = _bound(arm, motion, k, -1, rates, R, poses, h, s) + ROUNDING
+                M = bound(arm, motion, k, -1, rates, R, poses, h, s) + ROUNDING
                 enough = margin if M < WIDE else np.inf
                 gap = gap_around(arm, k, poses, around, margin + M, enough, s)
             else:
                 p, q = arm.pairs[k - bodies, 0], arm.pairs[k - bodies, 1]
-                M = _bound(arm, motion, p, q, rates, R, poses, h, s) + ROUNDING
-                M += _bound(arm, motion, q, p, rates, R, poses, h, s)
+                M = bound(arm, motion, p, q, rates, R, poses, h, s) + ROUNDING
+                M += bound(arm, motion, q, p, rates, R, poses, h, s)
                 enough = margin if M < WIDE else np.inf
                 gap = gap_between(arm, p, q, poses, margin + M, enough, s)
             if gap >= margin + M:

@@ -106,6 +106,19 @@ def nearest_on_tetrahedron(S: Floats, weights: Floats, face: Floats, edge: Float
 
 
 @uncounted
+def nearest_on_faces(S: Floats, weights: Floats, face: Floats, edge: Floats) -> float:
+    """As `nearest_on_tetrahedron` where the origin is known to be outside: however flat, the nearest face has it."""
+    best = np.inf
+    for k in range(4):
+        i, j, m = (k + 1) % 4, (k + 2) % 4, (k + 3) % 4
+        found = nearest_on_triangle(S[i], S[j], S[m], face, edge)
+        if found < best:
+            best = found
+            weights[k], weights[i], weights[j], weights[m] = 0.0, face[0], face[1], face[2]
+    return best
+
+
+@uncounted
 def nearest_on_simplex(S: Floats, count: int, weights: Floats, W: Floats) -> float:
     """Square of the distance from the origin to the simplex of the first `count` rows of S.
 

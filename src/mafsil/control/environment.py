@@ -104,6 +104,22 @@ class SpringDamper:
         return _at_tip(R, (self.place - T[..., :3, 3]) @ K.T - velocity @ B.T)
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class CombinedEnvironment:
+    """Several things that a tip may touch; their wrenches add up.
+
+    Attributes:
+        parts: walls, springs, or any environments.
+    """
+
+    parts: tuple[Environment, ...]
+
+    def wrench(self, T: PoseMatrix, V: Vector6) -> Vector6:
+        """(*batch, 6) on the tip, in the tip frame [N m, N]."""
+        still: Vector6 = np.zeros((*np.broadcast_shapes(T.shape[:-2], V.shape[:-1]), 6))
+        return sum((part.wrench(T, V) for part in self.parts), still)
+
+
 def tip_wrench_of(robot: Robot, environment: Environment, q: JointVector, qd: JointVector) -> Vector6:
     """(*batch, 6) wrench that an environment exerts on a robot's tip, in the tip frame: what an ideal sensor reads.
 

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import PoseMatrix
-from mafsil.control.task_coordinates import TaskAxes, TaskTarget
+from mafsil.control.task_coordinates import TaskAxes, TaskCoordinates, TaskTarget
 from mafsil.geometry import pose
+from mafsil.robot import Robot
 from mafsil.trajectory import Trajectory
 from mafsil.trajectory.paths import TipPath
 
@@ -52,6 +53,28 @@ def hold(T_sd: ArrayLike) -> TipReference:
     """
     target = TaskTarget(pose.check(T_sd, "T_sd"), np.zeros(6), np.zeros(6))
     return lambda t: target
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class TipOfJoints:
+    """What the tip does while the joints follow a trajectory; called with a time it gives a `TaskTarget`.
+
+    V = J(u) v,  dV/dt = J(u) a + dJ/dt(u, v) v, with decoupled axes.
+
+    Attributes:
+        robot: whose tip it is.
+        trajectory: of its joints.
+    """
+
+    robot: Robot
+    trajectory: Trajectory
+
+    def __call__(self, t: float) -> TaskTarget:
+        """The target at a time [s]."""
+        u, v, a = self.trajectory.at(t)
+        task = TaskCoordinates()
+        J, rate = task.jacobian(self.robot, u), task.jacobian_rate(self.robot, u, v)
+        return TaskTarget(self.robot.forward_kinematics(u), J @ v, J @ a + rate @ v)
 
 
 def target_in_axes(T: PoseMatrix, V: ArrayLike, A: ArrayLike, axes: TaskAxes) -> TaskTarget:

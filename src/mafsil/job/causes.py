@@ -138,7 +138,7 @@ def cause(run: Run, judged: Arrival) -> Cause | None:
     e = float(parts.error[joint])
     name, part = max(parts.parts().items(), key=lambda item: float(item[1][joint]) * np.sign(e))
     named = e != 0.0 and float(part[joint]) * np.sign(e) >= MAIN_PART * abs(e)
-    growth = _growth(driven, judged.q)
+    growth = error_growth(driven, judged.q)
     if growth > UNSTABLE and ((named and name == "limit") or _oscillates(run, row, joint)):
         # Where the limits hold a loop that would run away, it is the gains that bring it there.
         rate = f"{digits(1.0 / driven.scenario.control_period)} Hz"
@@ -197,10 +197,17 @@ def _at_limit(run: Run, judged: Arrival, joint: int) -> float:
     return float((beyond[:-1] * np.diff(tape.t)).sum())
 
 
-def _growth(driven: Driven, q: Floats) -> float:
+def error_growth(driven: Driven, q: Floats) -> float:
     """Largest factor by which small errors change from tick to tick: the spectral radius of the sampled loop at rest.
 
     x+ = x + h v + h^2/2 a,  v+ = v + h a,  M a = -K x - (D + viscous) v,  K and D those of the law.
+
+    Args:
+        driven: a stretch under its law.
+        q: (n,) where the arm is [rad | m].
+
+    Returns:
+        Zero for laws that are not split.
     """
     scenario = driven.scenario
     law, plant, h = scenario.law, scenario.true_plant, scenario.control_period

@@ -69,6 +69,11 @@ def clearances(run: Run) -> Clearances | None:
         distance[chosen] = found.distance
         for place, contact in zip(chosen.tolist(), found, strict=True):
             first[place], second[place] = contact.first, contact.second
+    beside = around.clearance_beside(q[rows], t[rows])
+    if beside is not None:
+        for k, contact in enumerate(beside):
+            if contact.distance < distance[k]:
+                distance[k], first[k], second[k] = contact.distance, contact.first, contact.second
     return Clearances(t[rows], distance, tuple(first), tuple(second), around.rule.clearance)
 
 

@@ -1,4 +1,7 @@
-"""What a job file says, as typed data. The field names are the keys of the file."""
+"""What is to be done, as typed data: moves one after the other, poses in {s}.
+
+Job files say it with frames, names and patterns (`mafsil.job.language`); the field names are the keys of the file.
+"""
 
 from __future__ import annotations
 
@@ -6,11 +9,16 @@ from typing import Annotated, Literal, TypeAlias
 
 import msgspec
 
+from mafsil.job.other_robot import OtherRobot
+from mafsil.job.part import Four as Four
+from mafsil.job.part import NotNegative as NotNegative
+from mafsil.job.part import Part as Part
+from mafsil.job.part import Pose as Pose
+from mafsil.job.part import Positive as Positive
+from mafsil.job.part import Share as Share
+from mafsil.job.part import Three as Three
 from mafsil.trajectory.laws import LawName
 
-Positive: TypeAlias = Annotated[float, msgspec.Meta(ge=1e-9)]
-NotNegative: TypeAlias = Annotated[float, msgspec.Meta(ge=0)]
-Share: TypeAlias = Annotated[float, msgspec.Meta(ge=1e-6, le=1)]
 Profile: TypeAlias = LawName | Literal["time_optimal", "jerk_limited"]
 """How a move spends its time: a law, or the shortest time along its path, or with limited jerk."""
 QUICKEST = ("time_optimal", "jerk_limited")
@@ -18,22 +26,20 @@ QUICKEST = ("time_optimal", "jerk_limited")
 PathKind: TypeAlias = Literal["joint", "line", "arc", "spline", "screw"]
 TIP_PATHS: tuple[PathKind, ...] = ("line", "arc", "spline", "screw")
 """Paths of the tip: their goal is a pose."""
-Three: TypeAlias = tuple[float, float, float]
-Four: TypeAlias = tuple[float, float, float, float]
 Task: TypeAlias = Literal["pose", "axis", "position"]
 Six: TypeAlias = tuple[float, float, float, float, float, float]
 
 
-class Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """A table of the job file; unknown keys are refused."""
+class BranchChoice(Part, frozen=True, kw_only=True):
+    """Which of the configurations for a pose: what is left out may be anything.
 
+    Attributes:
+        shoulder, elbow, wrist: names of branches, as inverse kinematics gives them.
+    """
 
-class Pose(Part, frozen=True, kw_only=True):
-    """A pose of the tip in {s}: position [m] and one of rpy [rad, or degrees] and quaternion (w, x, y, z)."""
-
-    position: Three
-    rpy: Three | None = None
-    quaternion: Four | None = None
+    shoulder: Literal["left", "right"] | None = None
+    elbow: Literal["up", "down", "in", "out"] | None = None
+    wrist: Literal["flip", "noflip"] | None = None
 
 
 class Goal(Pose, frozen=True, kw_only=True):
@@ -42,9 +48,14 @@ class Goal(Pose, frozen=True, kw_only=True):
     Attributes:
         task: `pose`: all of it; `axis`: the position, and the direction of the tip's z axis; `position` alone.
             What does not count is left to the arm.
+        relative: a displacement instead, from where the tip is then, along its own axes (`tool`) or those of {s}
+            (`space`).
+        branch: which of the configurations is taken; the nearest that the plan allows if None.
     """
 
     task: Task = "pose"
+    relative: Literal["tool", "space"] | None = None
+    branch: BranchChoice | None = None
 
 
 class Grasp(Part, frozen=True, kw_only=True):
@@ -114,16 +125,13 @@ class Tolerance(Part, frozen=True, kw_only=True):
     joints: Positive | tuple[Positive, ...] | None = None
 
 
-class Move(Part, frozen=True, kw_only=True):
-    """One step: exactly one of joints, pose, pick, place and pause.
+class Step(Part, frozen=True, kw_only=True):
+    """How a move is made, whatever its goal.
 
     Attributes:
         name: for the report and for errors.
-        joints: goal in joint coordinates.
-        pose: goal of the tip.
         path: `joint`: all joints together; of the tip: `line`, straight; `arc`, on a circle over one point; `spline`,
             smoothly through points; `screw`, about one screw axis.
-        via: points to pass through without stopping: joint coordinates on a joint path, poses on an arc or a spline.
         blend: how far from the goal the tip may pass when it goes on to the next path of the tip without a stop [m];
             0 stops there.
         profile: law of motion in time, quintic if None; `time_optimal`: the shortest time along the path;
@@ -139,10 +147,7 @@ class Move(Part, frozen=True, kw_only=True):
     """
 
     name: str = ""
-    joints: tuple[float, ...] | None = None
-    pose: Goal | None = None
     path: PathKind = "joint"
-    via: tuple[tuple[float, ...] | Pose, ...] = ()
     blend: NotNegative = 0.0
     profile: Profile | None = None
     duration: Positive | None = None
@@ -153,6 +158,20 @@ class Move(Part, frozen=True, kw_only=True):
     hold: NotNegative = 0.3
     avoid: bool | None = None
     tolerance: Tolerance | None = None
+
+
+class Move(Step, frozen=True, kw_only=True):
+    """One step: exactly one of joints, pose, pick, place and pause.
+
+    Attributes:
+        joints: goal in joint coordinates.
+        pose: goal of the tip.
+        via: points to pass through without stopping: joint coordinates on a joint path, poses on an arc or a spline.
+    """
+
+    joints: tuple[float, ...] | None = None
+    pose: Goal | None = None
+    via: tuple[tuple[float, ...] | Pose, ...] = ()
 
 
 class Start(Part, frozen=True, kw_only=True):
@@ -202,31 +221,87 @@ class Bounds(Part, frozen=True, kw_only=True):
     tip_turn_rate: Positive = 1.0
 
 
+class Surface(Part, frozen=True, kw_only=True):
+    """A plane that the tip can touch: it gives way as spring and damper, and never pulls.
+
+    Attributes:
+        name: for the report and for errors.
+        point: on it, in {s} [m].
+        normal: out of it, towards the arm.
+        stiffness, damping: [N/m, N s/m], whatever the unit of lengths.
+        friction: coefficient of what slides along it.
+    """
+
+    name: str = ""
+    point: Three
+    normal: Three
+    stiffness: Positive
+    damping: NotNegative = 0.0
+    friction: NotNegative = 0.0
+
+
+LawKind: TypeAlias = Literal[
+    "computed_torque", "pd_gravity", "pid", "feedforward", "sliding_mode", "adaptive",
+    "task_computed_torque", "impedance", "admittance", "hybrid",
+]  # fmt: skip
+"""Laws of the joints, then laws of the tip."""
+TIP_LAWS: tuple[LawKind, ...] = ("task_computed_torque", "impedance", "admittance", "hybrid")
+
+
 class Controller(Part, frozen=True, kw_only=True):
     """The law that drives the joints.
 
     Attributes:
-        kind: `computed_torque`, or `pd_gravity` (PD with gravity compensation).
-        frequency: natural frequency of the error dynamics of computed torque; 20 if None [rad/s].
-        damping: its damping ratio; 1 if None.
-        stiffness, rate_gain: of the PD law, one number or one per joint; from the inertia of each joint if None
-            [N m/rad, N m s/rad].
+        kind: `computed_torque`; `pd_gravity`, PD with gravity compensation; `pid` of each joint by itself;
+            `feedforward` of the model with PD; `sliding_mode`; `adaptive`, which learns what the tool carries. Of the
+            tip: `task_computed_torque`; `impedance` and `admittance`, a tip that gives way; `hybrid`, motion along the
+            first surface and force into it.
+        frequency: natural frequency of the error dynamics of computed torque, in joints or at the tip, and of
+            the motion of `hybrid`; 20 if None [rad/s].
+        damping: its damping ratio, or that of the tip's impedance; 1 if None.
+        stiffness, rate_gain: of the PD and PID laws, one number or one per joint; from the inertia of each joint if
+            None [N m/rad, N m s/rad].
+        integral: gain of PID, likewise; a tenth of what would make it unstable if None [N m/(rad s)].
+        mass_share: by which sliding mode takes every mass to be wrong; 0.2 if None.
+        margin: effort of sliding mode for friction; what the model's friction asks for and 1 if None [N m | N].
+        width: of its boundary layer; 0.02 if None [rad/s | m/s].
+        tip_stiffness, turn_stiffness: of impedance and admittance, against shifts and against rotations; if None, what
+            makes the arm's inertia at the start swing with 20 rad/s [N/m, N m/rad].
+        tip_mass, turn_inertia: of admittance; those of the arm at the start if None [kg, kg m^2].
+        press: force of `hybrid` into the surface; 10 if None [N].
+        force_gain, force_integral: of the error of that force; 0 and 10 if None [1, 1/s].
+        learning: how fast the adaptive law learns; 1 if None.
         rate: how often the law is evaluated [Hz]; each simulation step if None.
+        delay: from the measurement to the effort, a whole number of periods of the law [s].
     """
 
-    kind: Literal["computed_torque", "pd_gravity"] = "computed_torque"
+    kind: LawKind = "computed_torque"
     frequency: Positive | None = None
     damping: Positive | None = None
     stiffness: Positive | tuple[Positive, ...] | None = None
     rate_gain: Positive | tuple[Positive, ...] | None = None
+    integral: NotNegative | tuple[NotNegative, ...] | None = None
+    mass_share: NotNegative | None = None
+    margin: NotNegative | tuple[NotNegative, ...] | None = None
+    width: Positive | None = None
+    learning: NotNegative | None = None
+    tip_stiffness: Positive | None = None
+    turn_stiffness: Positive | None = None
+    tip_mass: Positive | None = None
+    turn_inertia: Positive | None = None
+    press: Positive | None = None
+    force_gain: NotNegative | None = None
+    force_integral: NotNegative | None = None
     rate: Positive | None = None
+    delay: NotNegative = 0.0
 
 
 class Noise(Part, frozen=True, kw_only=True):
-    """Errors of the sensors: standard deviations, reproducible by the seed."""
+    """Errors of the sensors: standard deviations, reproducible by the seed; of forces at the tip [N]."""
 
     position: NotNegative = 0.0
     velocity: NotNegative = 0.0
+    force: NotNegative = 0.0
     seed: Annotated[int, msgspec.Meta(ge=0)] = 0
 
 
@@ -241,6 +316,9 @@ class Simulation(Part, frozen=True, kw_only=True):
         friction: whether the joints have the friction of the description.
         mass_error: the real masses are this much larger than the controller believes (0.1 is ten per cent).
         noise: of the sensors.
+        plant: who computes the motion: `mafsil`, or `mujoco` where it is installed.
+        real_time: every evaluation of the law begins when it is due, and those that come late are counted; a run takes
+            as long as the motion.
     """
 
     step: Annotated[float, msgspec.Meta(ge=1e-6, le=0.1)] = 0.001
@@ -249,6 +327,8 @@ class Simulation(Part, frozen=True, kw_only=True):
     friction: bool = True
     mass_error: Annotated[float, msgspec.Meta(gt=-1, le=10)] = 0.0
     noise: Noise = Noise()
+    plant: Literal["mafsil", "mujoco"] = "mafsil"
+    real_time: bool = False
 
 
 class Disturbance(Part, frozen=True, kw_only=True):
@@ -289,27 +369,50 @@ class Report(Part, frozen=True, kw_only=True):
     rows: Annotated[int, msgspec.Meta(ge=50, le=20000)] = 1500
 
 
-class Job(Part, frozen=True, kw_only=True):
-    """A whole job file.
+class Head(Part, frozen=True, kw_only=True):
+    """All of a job but what is to be done.
 
     Attributes:
         robot: name of the library, or path of a file.
         angles: unit of all angles of the file.
+        lengths: unit of all lengths of the file, and of what is per length or per time.
         lock: joints that are locked, by name [rad, or degrees; m]; they are no coordinates of the arm then.
+        variables: by name; `"$name"` anywhere in the file stands for its value.
+        surface: what the tip can touch.
+        other_robot: robots beside it.
     """
 
     title: str = ""
     robot: str
     angles: Literal["radians", "degrees"] = "radians"
-    lock: dict[str, float] = {}
+    lengths: Literal["metres", "millimetres"] = "metres"
+    variables: dict[str, float | str | tuple[float, ...]] = msgspec.field(
+        default_factory=dict[str, float | str | tuple[float, ...]]
+    )
+    lock: dict[str, float] = msgspec.field(default_factory=dict[str, float])
     tool: Tool = Tool()
-    start: Start = Start()
     limits: Bounds = Bounds()
     tolerance: Tolerance = Tolerance()
     controller: Controller = Controller()
     simulation: Simulation = Simulation()
     report: Report = Report()
     collision: Collision | None = None
+    disturbance: tuple[Disturbance, ...] = ()
+    surface: tuple[Surface, ...] = ()
+    other_robot: tuple[OtherRobot, ...] = ()
+
+
+class Job(Head, frozen=True, kw_only=True):
+    """A whole job: all lengths in metres but coordinates of prismatic joints, all poses in {s}.
+
+    Attributes:
+        start: where the robot begins.
+        obstacle: what stands around it.
+        move: one after the other.
+        origins: for each move the keys in the file that it comes from; empty if they are its own.
+    """
+
+    start: Start = Start()
     obstacle: tuple[Obstacle, ...] = ()
     move: tuple[Move, ...]
-    disturbance: tuple[Disturbance, ...] = ()
+    origins: tuple[tuple[str | int, ...], ...] = ()

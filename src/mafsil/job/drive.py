@@ -8,33 +8,38 @@ from dataclasses import replace
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.control import Law, computed_torque, gravity_compensation, inertia_gains
 from mafsil.errors import JobError
 from mafsil.job import judgement
 from mafsil.job.arrival import arrival
 from mafsil.job.description import Grasp, Job
+from mafsil.job.laws import PLACES, control_period, law_of
+from mafsil.job.limiting import limits_of_cycle
 from mafsil.job.payload import box_inertia
 from mafsil.job.plan import Plan
 from mafsil.job.remark import Remark
 from mafsil.job.run import Run
 from mafsil.job.stretch import Driven, Stretch, stretches
-from mafsil.messages.quantities import quantity
+from mafsil.job.tip_laws import environment_of
+from mafsil.messages.quantities import digits, quantity
 from mafsil.robot import Robot
-from mafsil.simulation import Plant, Recording, Scenario, SensorNoise, WrenchPulse, simulate
+from mafsil.simulation import Deadlines, MuJoCoPlant, Plant, Recording, Scenario, SensorNoise, WrenchPulse, simulate
 from mafsil.simulation.stepping import IMPLICIT_FRICTION, STIFF, friction_stiffness
-from mafsil.trajectory import Trajectory
 
-FREQUENCY, DAMPING = 20.0, 1.0
-"""Of the error dynamics of computed torque where the job names none [rad/s, 1]."""
 EXPLICIT = "rk4"
 """The integrator where no friction is too stiff for it."""
-PLACES = 24
-"""Along a stretch, where inertia and friction are looked at."""
 MOST_TICKS = 3_000_000
 """Longest job in steps: 50 minutes at 1 kHz, some minutes of computing, within 4 GB for an arm of seven joints."""
 
 
-def drive(job: Job, text: str, robot: Robot, plan: Plan, progress: Callable[[float], None] = lambda share: None) -> Run:
+def drive(
+    job: Job,
+    text: str,
+    robot: Robot,
+    plan: Plan,
+    progress: Callable[[float], None] = lambda share: None,
+    *,
+    judged: bool = True,
+) -> Run:
     """Simulate a plan.
 
     Args:
@@ -42,6 +47,7 @@ def drive(job: Job, text: str, robot: Robot, plan: Plan, progress: Callable[[flo
         robot: with its tool.
         plan: the motion.
         progress: called with the share of the time that has been simulated.
+        judged: whether remarks and the limits of the cycle are found, too.
 
     Raises:
         JobError: friction is too stiff for the integrator that is asked
@@ -55,6 +61,8 @@ def drive(job: Job, text: str, robot: Robot, plan: Plan, progress: Callable[[flo
         for stretch, model in zip(planned, models, strict=True)
     ]
     method, remark = _method(job, planned, plants)
+    if job.simulation.plant == "mujoco":
+        remark = (*remark, Remark("good", "job.other_plant", {"plant": plants[0].engine}))
     recordings: list[Recording] = []
     driven: list[Driven] = []
     for stretch, model, loaded in zip(planned, models, plants, strict=True):
@@ -66,15 +74,23 @@ def drive(job: Job, text: str, robot: Robot, plan: Plan, progress: Callable[[flo
         def report(share: float, begin: float = stretch.start, length: float = stretch.trajectory.duration) -> None:
             progress((begin + share * length) / plan.duration)
 
-        recordings.append(simulate(scenario, report))
+        recordings.append(simulate(scenario, report, clock="real" if job.simulation.real_time else None))
         if not recordings[-1].status.succeeded:
             break
     recording = _joined(recordings)
+    timed = Deadlines.of(recording.metadata)
+    if timed is not None:
+        remark = (*remark, Remark("warning" if timed.missed else "good", "job.deadlines", {"deadlines": timed}))
+    if "near_singular" in recording.metadata:
+        found = recording.metadata["near_singular"]
+        details = {"time": quantity(found["time"], "s"), "ratio": digits(found["ratio"])}
+        remark = (*remark, Remark("warning", "simulation.near_singular", details))
     stopped = None
     if not recording.status.succeeded:
         stopped = Remark("failure", "job.stopped", {"time": quantity(recording.duration, "s"), "reason": recording})
-    run = Run(job, text, robot, plan, recording, tuple(driven), stopped)
-    return replace(run, remarks=(*judgement.remarks(run, judgement.summary(run)), *remark))
+    limits = limits_of_cycle(robot, plan) if judged else ()
+    run = Run(job, text, robot, plan, recording, tuple(driven), stopped, limits=limits)
+    return replace(run, remarks=(*judgement.remarks(run, judgement.summary(run)), *remark)) if judged else run
 
 
 def _gripped(job: Job, robot: Robot, plan: Plan, stretch: Stretch, tape: Recording, before: Driven) -> bool:
@@ -84,9 +100,8 @@ def _gripped(job: Job, robot: Robot, plan: Plan, stretch: Stretch, tape: Recordi
 
 
 def _require_short(job: Job, plan: Plan) -> None:
-    rate, step = job.controller.rate, job.simulation.step
-    ticks = plan.duration / (step if rate is None else 1.0 / rate)
-    integration = plan.duration / step
+    ticks = plan.duration / control_period(job)
+    integration = plan.duration / job.simulation.step
     if max(ticks, integration) > MOST_TICKS:
         raise JobError("job.too_long", duration=plan.duration, ticks=max(ticks, integration), limit=MOST_TICKS)
 
@@ -100,7 +115,8 @@ def _loaded(robot: Robot, carried: Grasp | None, *, known: bool = False) -> Robo
 
 def _plant(job: Job, robot: Robot) -> Plant:
     """The true arm: its friction, and the masses that its model does not know."""
-    plant = Plant(robot, friction=job.simulation.friction)
+    kind = MuJoCoPlant if job.simulation.plant == "mujoco" else Plant
+    plant = kind(robot, friction=job.simulation.friction, environment=environment_of(job))
     error = job.simulation.mass_error
     return plant if error == 0.0 else plant.with_scaled_inertia(1.0 + error)
 
@@ -132,14 +148,14 @@ def _scenario(job: Job, model: Robot, stretch: Stretch, plant: Plant, past: list
     return Scenario(
         robot=model,
         trajectory=stretch.trajectory,
-        law=_law(job, model, stretch.trajectory),
+        law=law_of(job, model, stretch.trajectory, plant.robot),
         plant=plant,
         q=past[-1].q[-1] if past else None,
         qd=past[-1].qd[-1] if past else None,
         disturbances=tuple(_pushes(job, stretch)),
         noise=SensorNoise(noise.position, noise.velocity, noise.seed + len(past)) if noisy else None,
         step=settings.step,
-        period=None if job.controller.rate is None else 1.0 / job.controller.rate,
+        period=control_period(job),
         integrator=method,
     )
 
@@ -150,26 +166,6 @@ def _pushes(job: Job, stretch: Stretch) -> Iterator[WrenchPulse]:
         begin, end = push.start - stretch.start, push.start + push.duration - stretch.start
         if end > 0.0 and begin < stretch.trajectory.duration:
             yield WrenchPulse(max(begin, 0.0), end - max(begin, 0.0), np.array(push.wrench))
-
-
-def _law(job: Job, model: Robot, trajectory: Trajectory) -> Law:
-    controller = job.controller
-    if controller.kind == "computed_torque":
-        frequency = FREQUENCY if controller.frequency is None else controller.frequency
-        damping = DAMPING if controller.damping is None else controller.damping
-        return computed_torque(model, natural_frequency=frequency, damping_ratio=damping)
-    period = job.simulation.step if controller.rate is None else 1.0 / controller.rate
-    own = inertia_gains(model, trajectory.at(np.linspace(0.0, trajectory.duration, PLACES)).u, period)
-    kp = own.kp if controller.stiffness is None else _gains(controller.stiffness, model)
-    # A stiffness without a rate gain keeps the damping ratio of our own gains.
-    kd = own.kd * np.sqrt(kp / own.kp)
-    if controller.rate_gain is not None:
-        kd = _gains(controller.rate_gain, model)
-    return gravity_compensation(model, kp, kd)
-
-
-def _gains(value: float | tuple[float, ...], model: Robot) -> Floats:
-    return np.broadcast_to(np.array(value, dtype=np.float64), (model.n,)).copy()
 
 
 def _joined(recordings: list[Recording]) -> Recording:
@@ -183,5 +179,15 @@ def _joined(recordings: list[Recording]) -> Recording:
             parts[name].append(array[kept] + start if name == "t" else array[kept])
     joined = {name: np.concatenate(arrays) for name, arrays in parts.items()}
     seconds = sum(float(recording.metadata["seconds"]) for recording in recordings)
-    metadata = last.metadata | {"seconds": seconds, "end": float(starts[-2] + last.metadata["end"])}
+    timed = [found for each in recordings if (found := Deadlines.of(each.metadata)) is not None]
+    clock = {"clock": Deadlines.of_all(timed).to_dict()} if timed else {}
+    near = [
+        each.metadata["near_singular"] | {"begin": float(start)}
+        for each, start in zip(recordings, starts, strict=False)
+        if "near_singular" in each.metadata
+    ]
+    if near:
+        worst = min(near, key=lambda found: found["ratio"])
+        clock["near_singular"] = {"ratio": worst["ratio"], "time": worst["time"] + worst["begin"]}
+    metadata = last.metadata | clock | {"seconds": seconds, "end": float(starts[-2] + last.metadata["end"])}
     return Recording(**joined, status=last.status, metadata=metadata)

@@ -11,6 +11,7 @@ import numpy as np
 from mafsil.arrays import JointVector
 from mafsil.ik.problem import reach_bound
 from mafsil.job.description import Job, Pose
+from mafsil.job.language.units import angle_unit, length_unit
 from mafsil.job.lines import Path, Places, dotted
 from mafsil.job.remark import Remark
 from mafsil.messages.quantities import quantity
@@ -29,7 +30,7 @@ FAR = 20.0
 def coordinates(job: Job, robot: Robot, values: tuple[float, ...]) -> JointVector:
     """(n,) numbers of the job as joint coordinates [rad | m]."""
     q = np.array(values, dtype=np.float64)
-    return np.where(revolute(robot), np.radians(q), q) if job.angles == "degrees" else q
+    return q * np.where(revolute(robot), angle_unit(job), length_unit(job))
 
 
 def revolute(robot: Robot) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
@@ -81,7 +82,7 @@ def is_far(robot: Robot, position: JointVector) -> bool:
 
 
 def _suspect(key: str, path: Path, value: str, places: Places) -> Remark:
-    details = {"name": dotted(path), "value": value}
+    details = {"name": dotted(places.typed(path)), "value": value}
     line = places.line(path)
     return (
         Remark("warning", key, details) if line is None else Remark("warning", f"{key}_line", details | {"line": line})
@@ -104,6 +105,8 @@ def _lists(job: Job) -> Iterator[tuple[Path, object]]:
     """What may be one number, or one per joint."""
     yield ("controller", "stiffness"), job.controller.stiffness
     yield ("controller", "rate_gain"), job.controller.rate_gain
+    yield ("controller", "integral"), job.controller.integral
+    yield ("controller", "margin"), job.controller.margin
     yield ("tolerance", "joints"), job.tolerance.joints
     for k, move in enumerate(job.move):
         if move.tolerance is not None:

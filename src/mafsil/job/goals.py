@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.arrays import JointVector, PoseMatrix
-from mafsil.ik import IKResult, solve_ik
-from mafsil.job.description import Task
-from mafsil.job.fitting import is_far
+from mafsil.ik import IKResult, SolutionSet, inverse_kinematics, solve_ik
+from mafsil.job.description import BranchChoice, Task
+from mafsil.job.fitting import is_far, revolute
 from mafsil.job.remark import Refused
 from mafsil.job.tolerance import Tolerances
 from mafsil.messages.quantities import quantity
@@ -80,6 +80,33 @@ class Goals:
         answer = solve_ik(self.robot, np.broadcast_to(T, (STARTS, 4, 4)), starts, task=task, restarts=0)
         found = answer.q[answer.solved]
         return list(found[np.argsort(np.abs(found - q0).max(axis=1), kind="stable")])
+
+    def on_branch(self, T: PoseMatrix, branch: BranchChoice, q0: JointVector, where: object) -> list[JointVector]:
+        """The configurations of a branch for a pose, wound towards a given one, the nearest first.
+
+        Args:
+            T: (4, 4) of the tip in {s}.
+            branch: what is asked of it.
+            q0: (n,) where the arm is [rad | m].
+            where: how the move is called in a refusal.
+
+        Raises:
+            Refused: there is none within the limits.
+        """
+        answer = inverse_kinematics(self.robot, T)
+        assert isinstance(answer, SolutionSet)
+        asked = {name: value for name in branch.__struct_fields__ if (value := getattr(branch, name)) is not None}
+        kinds = list(answer.branches)
+        fits = [all(getattr(kind, name) == value for name, value in asked.items()) for kind in kinds]
+        rows = np.asarray(answer.q)[np.asarray(fits, dtype=np.bool_) & np.asarray(answer.within)]
+        if not len(rows):
+            known = sorted({str(kind) for kind, inside in zip(kinds, answer.within, strict=True) if inside})
+            words = ", ".join(f"{name} {value}" for name, value in asked.items())
+            raise Refused("job.no_branch", move=where, asked=words, known=", ".join(known) or "-")
+        limits, is_revolute = self.robot.limits, revolute(self.robot)
+        wound = np.where(is_revolute, rows + 2.0 * np.pi * np.round((q0 - rows) / (2.0 * np.pi)), rows)
+        rows = np.where((wound >= limits.lower) & (wound <= limits.upper), wound, rows)
+        return list(rows[np.argsort(np.abs(rows - q0).max(axis=1), kind="stable")])
 
     def _nearest(self, T: PoseMatrix, task: Task, q0: JointVector, allowed: Tolerances) -> IKResult:
         """The configuration of least residual near `q0`; near one within the tolerance if that is not within it."""

@@ -12,10 +12,12 @@ from mafsil.job.called import Where
 from mafsil.job.causes import cause
 from mafsil.job.clearances import Clearances, clearance_remarks, clearances
 from mafsil.job.holding import overloads
+from mafsil.job.limiting import would_save
 from mafsil.job.plan import Plan
 from mafsil.job.remark import Level, Remark
 from mafsil.job.run import Run
 from mafsil.job.tolerance import tolerances
+from mafsil.job.touching import Touching, touching, touching_remarks
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
 from mafsil.model import JointKind, JointLimits
@@ -57,6 +59,7 @@ class Summary:
         saturated: time during which the law asked for more than the limit [s].
         excess_share: largest demand over the limit; 0 where there is no limit.
         clearances: how near the arm came to things; None where the job names none.
+        touching: what it pressed on; None where the job names no surface.
     """
 
     duration: float
@@ -81,6 +84,7 @@ class Summary:
     saturated: Floats
     excess_share: Floats
     clearances: Clearances | None = None
+    touching: Touching | None = None
 
     @property
     def not_reached(self) -> tuple[Arrival, ...]:
@@ -98,12 +102,10 @@ def summary(run: Run) -> Summary:
     astray, turned = tape.tip_position_error, tape.tip_rotation_error
     power = np.maximum(tape.tau * tape.qd, 0.0).sum(axis=1)
     demand = np.where(np.isfinite(limit), np.abs(tape.tau_commanded) / np.where(limit > 0, limit, 1.0), 0.0)
-    settled = [leg.kind == "settle" for leg in run.plan.legs]
-    rest = run.plan.legs[-1].trajectory.duration if settled and settled[-1] else 0.0
     peak, speed, hardest = (np.abs(x).argmax(axis=0) for x in (tape.tau, tape.qd, tape.qdd))
     return Summary(
         duration=float(t[-1]),
-        cycle=min(run.plan.duration - rest, float(t[-1])),
+        cycle=min(run.plan.cycle, float(t[-1])),
         joint_error=np.abs(tape.q - tape.q_ref).max(axis=0),
         tip_error=float(astray.max()),
         tip_error_time=float(t[astray.argmax()]),
@@ -124,6 +126,7 @@ def summary(run: Run) -> Summary:
         saturated=((demand > TOUCHED) * interval[:, None]).sum(axis=0),
         excess_share=demand.max(axis=0),
         clearances=clearances(run),
+        touching=touching(run),
     )
 
 
@@ -134,6 +137,8 @@ def remarks(run: Run, numbers: Summary) -> tuple[Remark, ...]:
     found += collapse + _failure_remarks(run, numbers) + _overload_remarks(run)
     near = clearance_remarks(numbers.clearances)
     found += [remark for remark in near if remark.level != "good"]
+    pressed = touching_remarks(numbers.touching)
+    found += [remark for remark in pressed if remark.level != "good"]
     found += _effort_remarks(run, numbers)
     # Limits that an arm breaks while it falls are no news of their own.
     found += [] if collapse else _limit_remarks(run, numbers)
@@ -146,6 +151,8 @@ def remarks(run: Run, numbers: Summary) -> tuple[Remark, ...]:
         *found,
         *_good_news(run, numbers),
         *good,
+        *(remark for remark in pressed if remark.level == "good"),
+        *would_save(run.robot, run.limits, numbers.cycle),
         *(remark for remark in run.plan.remarks if remark.level == "good"),
     )
 

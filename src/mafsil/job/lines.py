@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import TypeAlias
 
 from mafsil.errors import FileError, JobError
+from mafsil.job.description import Job
 from mafsil.job.remark import said
 from mafsil.messages import say
 from mafsil.messages.visible import visible
@@ -36,9 +37,14 @@ class BilingualFileError(FileError):
 class Places:
     """Where the keys of a text stand."""
 
-    def __init__(self, text: str, source: str = "") -> None:
+    def __init__(self, text: str, source: str = "", origins: tuple[Path, ...] = ()) -> None:
         self.source = source
         self._text = text
+        self._origins = origins
+
+    def of(self, job: Job) -> Places:
+        """The same for the moves of a job, each where the statement stands that it comes from."""
+        return Places(self._text, self.source, job.origins)
 
     def line(self, path: Path) -> int | None:
         """Line, counted from 1, of a key; of the nearest enclosing table if the key stands in a value or is missing.
@@ -46,6 +52,7 @@ class Places:
         Args:
             path: keys and indices, such as ("move", 2, "pose", "position").
         """
+        path = self.typed(path)
         for length in range(len(path), 0, -1):
             if path[:length] in self._lines:
                 return self._lines[path[:length]]
@@ -59,7 +66,13 @@ class Places:
         """The complaint about a key, with its place."""
         line = self.line(path)
         place = f"{self.source}:{line}" if line else self.source
-        return BilingualJobError(key, place=place, name=dotted(path), line=line, **details)
+        return BilingualJobError(key, place=place, name=dotted(self.typed(path)), line=line, **details)
+
+    def typed(self, path: Path) -> Path:
+        """Keys of a move as they are typed in the file."""
+        if self._origins and len(path) > 1 and path[0] == "move" and isinstance(path[1], int):
+            return (*self._origins[path[1]], *path[2:])
+        return path
 
 
 def dotted(path: Path) -> str:

@@ -10,17 +10,19 @@ import numpy as np
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.job.called import Where
-from mafsil.job.description import QUICKEST, TIP_PATHS, Goal, Grasp, Job, Move, Task
+from mafsil.job.description import QUICKEST, TIP_PATHS, Bounds, BranchChoice, Goal, Grasp, Job, Move, Task
 from mafsil.job.fitting import coordinates, unit_remarks
 from mafsil.job.goals import FIXES, Goals
-from mafsil.job.joint_motion import joint_motion, motion_on_path
+from mafsil.job.joint_motion import JointMove, joint_motion, motion_on_path
 from mafsil.job.lines import Places
+from mafsil.job.neighbours import Neighbour, NeighbourMotion
 from mafsil.job.planned_remarks import SLOW, decided_by, driving_limits, near_limits, nearly_met, slowed
-from mafsil.job.poses import pose_matrix
+from mafsil.job.poses import goal_matrix, pose_matrix
 from mafsil.job.remark import Refusal, Refused, Remark
 from mafsil.job.resting import starting_place
 from mafsil.job.surroundings import Surroundings, said_of
-from mafsil.job.tip_motion import TipMotion, tip_motion
+from mafsil.job.timing import Timing
+from mafsil.job.tip_motion import TipMotion, motion_along, tip_motion
 from mafsil.job.tip_paths import path_or_refusal
 from mafsil.job.tolerance import tolerances
 from mafsil.messages.quantities import quantity
@@ -45,6 +47,7 @@ class Leg:
         carried: what the tool carries while it moves.
         target: (4, 4) pose it ends at, if the job names a pose.
         task: what of that pose counts.
+        timing: what limits it; None of rests.
     """
 
     index: int
@@ -54,6 +57,7 @@ class Leg:
     carried: Grasp | None = None
     target: PoseMatrix | None = None
     task: Task = "pose"
+    timing: Timing | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -65,17 +69,25 @@ class Plan:
         legs: in order.
         remarks: what the reader should know.
         surroundings: what the arm may meet; None where the job names nothing.
+        neighbours: what other robots do meanwhile.
     """
 
     start: JointVector
     legs: tuple[Leg, ...]
     remarks: tuple[Remark, ...]
     surroundings: Surroundings | None = None
+    neighbours: tuple[NeighbourMotion, ...] = ()
 
     @property
     def duration(self) -> float:
         """Length in time [s]."""
         return float(sum(leg.trajectory.duration for leg in self.legs))
+
+    @property
+    def cycle(self) -> float:
+        """Until the last move ends, without the rest after it [s]."""
+        moves = self.legs[:-1] if self.legs and self.legs[-1].kind == "settle" else self.legs
+        return float(sum(leg.trajectory.duration for leg in moves))
 
     @property
     def starts(self) -> Floats:
@@ -84,8 +96,9 @@ class Plan:
 
 
 def plan(
-    job: Job, robot: Robot, progress: Callable[[float], None] = lambda share: None, text: str = ""
-) -> Plan | Refusal:
+    job: Job, robot: Robot, progress: Callable[[float], None] = lambda share: None, text: str = "",
+    neighbours: tuple[Neighbour, ...] = (),
+) -> Plan | Refusal:  # fmt: skip
     """The motion that a job asks for, or why there is none.
 
     Args:
@@ -93,19 +106,22 @@ def plan(
         robot: with its tool.
         progress: called with the share of moves done.
         text: of the job file, for the lines of its moves.
+        neighbours: other robots around.
     """
-    planner = _Planner(job, robot, Places(text))
+    planner = _Planner(job, robot, Places(text).of(job), neighbours)
     try:
         planner.walk(progress)
     except Refused as no:
         return no.refusal
-    return Plan(planner.origin, tuple(planner.legs), tuple(planner.remarks), planner.surroundings)
+    return Plan(
+        planner.origin, tuple(planner.legs), tuple(planner.remarks), planner.surroundings, planner.beside
+    )  # fmt: skip
 
 
 class _Planner:
     """Walks through the moves, remembering where the robot is and what it carries."""
 
-    def __init__(self, job: Job, robot: Robot, places: Places) -> None:
+    def __init__(self, job: Job, robot: Robot, places: Places, neighbours: tuple[Neighbour, ...]) -> None:
         self.job = job
         self.robot = robot
         self.places = places
@@ -113,7 +129,9 @@ class _Planner:
         self.limits, self.remarks = driving_limits(job, robot)
         self.remarks += unit_remarks(job, robot, places)
         self.goals = Goals(robot)
-        self.surroundings = Surroundings(job, robot) if job.obstacle or job.collision is not None else None
+        meets = job.obstacle or neighbours or job.collision is not None
+        self.surroundings = Surroundings(job, robot, neighbours) if meets else None
+        self.beside: tuple[NeighbourMotion, ...] = ()
         self.lines: dict[tuple[object, ...], TipMotion] = {}
         self.legs: list[Leg] = []
         self.carried: Grasp | None = None
@@ -128,8 +146,21 @@ class _Planner:
         while k < len(job.move):
             progress(k / len(job.move))
             k = self.add(k, job.move[k])
+        self.past_neighbours()
         if job.simulation.settle > 0.0:
             self.append(-1, "", "settle", rest(self.q, job.simulation.settle))
+
+    def past_neighbours(self) -> None:
+        """What other robots do past the motion planned so far; at its end the robot waits until all have arrived."""
+        if self.surroundings is None:
+            return
+        parts = [move.pick for move in self.job.move if move.pick is not None]
+        self.beside, said = self.surroundings.neighbours_past(self.legs, self.limits.acceleration, parts)
+        self.remarks += said
+        past = sum(leg.trajectory.duration for leg in self.legs)
+        last = max((each.motion.duration for each in self.beside), default=0.0)
+        if last > past:
+            self.append(-1, "", "settle", rest(self.q, last - past))
 
     def where(self, index: int) -> Where:
         """How sentences call a move; the start is -1."""
@@ -169,7 +200,7 @@ class _Planner:
         else:
             self.goals.forget()
             goal = coordinates(self.job, self.robot, move.joints or ())
-            self.append(index, name, "joint", self.joint_motion(index, goal))
+            self.append(index, name, "joint", *self.joint_motion(index, goal))
         return index + 1
 
     def on_tick(self, hold: float) -> float:
@@ -183,7 +214,7 @@ class _Planner:
         """To a pose, all joints together."""
         target = self.target(goal, self.q)
         configuration = self.configuration(index, goal, target)
-        self.append(index, name, "joint", self.joint_motion(index, configuration), target, goal.task)
+        self.append(index, name, "joint", *self.joint_motion(index, configuration), target, goal.task)
         self.q = configuration
         self.arrived(index, goal, target)
 
@@ -202,7 +233,8 @@ class _Planner:
         self.remarks += decided_by(self.robot, planned.binding, where)
         target = self.targets(first, last, self.q)[-1]
         kind = moves[last].path if first == last else "blended"
-        self.append(last, visible(moves[last].name), kind, planned.trajectory, target, goal.task)
+        name, timing = visible(moves[last].name), self.timing_on_path(first, last, planned)
+        self.append(last, name, kind, planned.trajectory, timing, target, goal.task)
         self.arrived(last, goal, target)
         return last + 1
 
@@ -213,18 +245,17 @@ class _Planner:
 
     def targets(self, first: int, last: int, q: JointVector) -> list[PoseMatrix]:
         """Poses at the ends of some moves from q; one that names no orientation has that of the one before."""
-        orientation = np.asarray(self.robot.forward_kinematics(q))[:3, :3]
+        here = np.asarray(self.robot.forward_kinematics(q))
         found: list[PoseMatrix] = []
         for move in self.job.move[first : last + 1]:
             assert move.pose is not None
-            found.append(pose_matrix(move.pose, degrees=self.degrees, orientation=orientation))
-            orientation = found[-1][:3, :3]
+            here = goal_matrix(move.pose, here, degrees=self.degrees)
+            found.append(here)
         return found
 
     def target(self, goal: Goal, q: JointVector) -> PoseMatrix:
-        """The pose of a goal; its orientation that at q if it names none."""
-        here = np.asarray(self.robot.forward_kinematics(q))
-        return pose_matrix(goal, degrees=self.degrees, orientation=here[:3, :3])
+        """The pose of a goal, from q on where it is relative; its orientation that at q if it names none."""
+        return goal_matrix(goal, np.asarray(self.robot.forward_kinematics(q)), degrees=self.degrees)
 
     def configuration(self, index: int, goal: Goal, target: PoseMatrix) -> JointVector:
         """Where the joints go for a pose: as before for the same pose, nearby, or so that the lines after it run.
@@ -233,6 +264,8 @@ class _Planner:
         2. The configuration near the present one, if the lines that follow from there are possible and not slowed.
         3. Of other configurations, the nearest that is better in that; the best one if none is good.
         """
+        if goal.branch is not None:
+            return self.on_branch(index, goal.branch, target)
         known = self.goals.taken(target, goal.task)
         if known is not None:
             return known
@@ -248,6 +281,12 @@ class _Planner:
             if least <= SLOW:
                 break
         return best
+
+    def on_branch(self, index: int, branch: BranchChoice, target: PoseMatrix) -> JointVector:
+        """The nearest configuration of a branch that is free, if one of them is."""
+        found = self.goals.on_branch(target, branch, self.q, self.where(index))
+        free = [q for q in found if self.surroundings is None or self.surroundings.is_free(q, self.carried)]
+        return (free or found)[0]
 
     def trouble(self, index: int, q: JointVector) -> float:
         """How many times longer than the tip's bounds ask for the worst line after a move takes; inf if impossible."""
@@ -272,12 +311,9 @@ class _Planner:
     def line(self, first: int, last: int, q: JointVector) -> TipMotion | Refused:
         """The motion along the paths of some moves from q; planned once."""
         moves, targets = self.job.move[first : last + 1], self.targets(first, last, q)
+        asked = self.asked(first, last)
         key = (q.tobytes(), *(target.tobytes() for target in targets), *(_asked(move) for move in moves))
         if key not in self.lines:
-            slowest = min(moves, key=lambda move: move.speed)
-            smooth = any(move.profile == "jerk_limited" for move in moves)
-            profile = "jerk_limited" if smooth else moves[-1].profile
-            asked = msgspec.structs.replace(moves[-1], speed=slowest.speed, profile=profile)
             where = self.where(last)
             start = np.asarray(self.robot.forward_kinematics(q))
             try:
@@ -288,6 +324,24 @@ class _Planner:
             except Refused as no:
                 return no
         return self.lines[key]
+
+    def asked(self, first: int, last: int) -> Move:
+        """Some moves without a stop between as one: the slowest of their speeds, limited jerk if one asks for it."""
+        moves = self.job.move[first : last + 1]
+        smooth = any(move.profile == "jerk_limited" for move in moves)
+        profile = "jerk_limited" if smooth else moves[-1].profile
+        return msgspec.structs.replace(moves[-1], speed=min(move.speed for move in moves), profile=profile)
+
+    def timing_on_path(self, first: int, last: int, planned: TipMotion) -> Timing | None:
+        """What limits a motion along a path of the tip; None where the path leads nowhere."""
+        along, asked, where = planned.along, self.asked(first, last), self.where(last)
+        if along is None:
+            return None
+
+        def again(limits: JointLimits, bounds: Bounds) -> float:
+            return motion_along(self.robot, *along, bounds, asked, limits, where).trajectory.duration
+
+        return Timing(self.scaled(asked), self.job.limits, asked.speed, again)
 
     def slack(self, index: int) -> float:
         """How far from what it can reach a line may lead an arm that has fewer joints than its task needs."""
@@ -303,28 +357,36 @@ class _Planner:
         name: str,
         kind: str,
         trajectory: Trajectory,
+        timing: Timing | None = None,
         target: PoseMatrix | None = None,
         task: Task = "pose",
     ) -> None:
-        self.legs.append(Leg(index, name, kind, trajectory, self.carried, target, task))
+        self.legs.append(Leg(index, name, kind, trajectory, self.carried, target, task, timing))
         if kind not in ("pick", "place", "pause", "settle"):
             self.require_free(index, kind, trajectory)
             self.remarks += near_limits(self.robot, trajectory, self.where(index))
         self.q = trajectory.at(trajectory.duration).u
 
-    def joint_motion(self, index: int, goal: JointVector) -> Trajectory:
-        """All joints together to a goal, through the points on the way, or round what stands in it."""
-        move = self.job.move[index]
+    def joint_motion(self, index: int, goal: JointVector) -> tuple[Trajectory, Timing]:
+        """All joints together to a goal, through the points on the way, or round what stands in it; and what limits."""
+        move, robot, where = self.job.move[index], self.robot, self.where(index)
         around = self.way_round(index, goal)
-        if around is not None:
-            planned = motion_on_path(self.robot, around, move, self.scaled(move), self.where(index))
-            self.remarks += decided_by(self.robot, planned.binding, self.where(index))
-            return planned.trajectory
-        ways = [coordinates(self.job, self.robot, via) for via in move.via if isinstance(via, tuple)]
+        ways = [coordinates(self.job, robot, via) for via in move.via if isinstance(via, tuple)]
         points = [self.q, *ways, goal]
-        planned = joint_motion(self.robot, points, move, self.scaled(move), self.where(index))
-        self.remarks += decided_by(self.robot, planned.binding, self.where(index))
-        return planned.trajectory
+
+        def within(limits: JointLimits) -> JointMove:
+            if around is not None:
+                return motion_on_path(robot, around, move, limits, where)
+            return joint_motion(robot, points, move, limits, where)
+
+        limits = self.scaled(move)
+        planned = within(limits)
+        self.remarks += decided_by(robot, planned.binding, where)
+
+        def again(limits: JointLimits, bounds: Bounds) -> float:
+            return within(limits).trajectory.duration
+
+        return planned.trajectory, Timing(limits, self.job.limits, None, again)
 
     def way_round(self, index: int, goal: JointVector) -> JointPath | None:
         """A path round obstacles; None where the move does not ask for one, or where the straight way is free."""

@@ -31,8 +31,6 @@ SLOW = 2.0
 """How many times as long as the tip's bounds ask for a line may take before others are tried, or a warning."""
 NOTABLE = 1.5
 """Times SLOW: how much slower one place of a line has to be to be worth a remark of its own."""
-NOTABLE_GAIN = 1e-3
-"""Share of a move's time that one per cent more of a limit has to save to be worth a remark."""
 NEARLY = (1e-5, 1e-4)
 """What is left of the way to a pose that is met nearly, from which on a remark is made [m, rad]."""
 
@@ -74,7 +72,7 @@ def slowed(robot: Robot, line: TipMotion, where: Where) -> list[Remark]:
 
 
 def decided_by(robot: Robot, binding: Deciding, where: Where) -> list[Remark]:
-    """Which limits decide how fast a move in the shortest time is, for how much of it, and what more of one saves."""
+    """Which limits decide how fast a move in the shortest time is, and for how much of it."""
     if not binding.shares:
         return []
     listed = tuple(
@@ -82,32 +80,7 @@ def decided_by(robot: Robot, binding: Deciding, where: Where) -> list[Remark]:
         for one in binding.shares[:MOST_LIMITS]
         if one.share >= SMALL_SHARE
     )
-    found = [Remark("good", "job.decided_by", {"move": where, "limits": Listed(listed)})]
-    for share, seconds in binding.gains()[:1]:
-        limit = Limit(share.quantity, visible((*robot.joint_names, *TIP)[share.joint]))
-        assert binding.timed is not None
-        if seconds >= NOTABLE_GAIN * binding.timed.duration:
-            saved = quantity(seconds, "s")
-            found.append(Remark("good", "job.would_gain", {"move": where, "limit": limit, "saved": saved}))
-    return found
-
-
-@dataclass(frozen=True, slots=True)
-class Limit:
-    """A limit of a joint or of the tip, for sentences."""
-
-    quantity: str
-    joint: str
-
-    def explain(self, *, language: str | None = None) -> str:
-        """`the velocity of joint2`."""
-        name = say(f"job.{self.joint}", language=language) if self.joint in TIP else self.joint
-        return say(
-            "job.limit_of",
-            language=language,
-            quantity=say(f"trajectory.{self.quantity}", language=language),
-            joint=name,
-        )
+    return [Remark("good", "job.decided_by", {"move": where, "limits": Listed(listed)})]
 
 
 @dataclass(frozen=True, slots=True)

@@ -52,20 +52,9 @@ class Deciding:
 
     Attributes:
         shares: of the move's time.
-        timed: what was solved; None where that is not known.
     """
 
     shares: tuple[Share, ...] = ()
-    timed: TimeOptimal | None = None
-
-    def gains(self) -> tuple[tuple[Share, float], ...]:
-        """Limits with the seconds that one per cent more of each would save, the most first; solved anew for each."""
-        if self.timed is None:
-            return ()
-        n = self.timed.path.n
-        kinds = {(one.joint, one.quantity): one for one in self.shares}
-        found = [(kinds.get(_key(gain.joint, gain.quantity, n)), gain.seconds) for gain in self.timed.gains()]
-        return tuple((share, seconds) for share, seconds in found if share is not None and seconds > 0.0)
 
 
 UNKNOWN = Deciding()
@@ -198,7 +187,7 @@ def _quickest(found: TimeOptimal, joints: PiecewisePolynomial, where: object) ->
     if not found or found.trajectory is None:
         raise Refused("job.no_motion", move=where, reason=found)
     motion = found.trajectory
-    return Quickest(PathMotion(joints, motion.law, motion.places), Deciding(_shares(found), found))
+    return Quickest(PathMotion(joints, motion.law, motion.places), Deciding(_shares(found)))
 
 
 def _with_tip(joints: PiecewisePolynomial, tip: CartesianPath) -> PiecewisePolynomial:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import lru_cache
@@ -15,7 +15,21 @@ import msgspec
 
 from mafsil.errors import FileError, JobError
 from mafsil.job import lines
-from mafsil.job.description import QUICKEST, TIP_PATHS, Goal, Job, Move, Obstacle, Part, Pose, SceneFile
+from mafsil.job.description import (
+    QUICKEST,
+    TIP_PATHS,
+    Controller,
+    Job,
+    Move,
+    Obstacle,
+    Part,
+    Pose,
+    SceneFile,
+    Simulation,
+)
+from mafsil.job.language import JobFile, in_metres, resolved, substituted
+from mafsil.job.language.statements import Placed, PlacedGoal, Statement
+from mafsil.job.other_robot import OtherRobot
 from mafsil.job.syntax import syntax_error
 from mafsil.messages import say
 from mafsil.messages.visible import visible
@@ -26,10 +40,21 @@ LARGEST_FILE = 20_000_000
 """In bytes: some hundred thousand points."""
 LARGEST_NUMBER = 1e9
 """Of any quantity of a job: larger than that is a slip of the unit or the exponent."""
-ACTIONS = ("joints", "pose", "pick", "place", "pause")
+ACTIONS = ("joints", "pose", "pick", "place", "pause", "do")
 KINDS_OF_OBSTACLE = ("box", "sphere", "cylinder", "capsule", "floor")
 TIP_TOLERANCES = ("position", "orientation")
-GAINS = {"computed_torque": ("frequency", "damping"), "pd_gravity": ("stiffness", "rate_gain")}
+GAINS = {
+    "computed_torque": ("frequency", "damping"),
+    "pd_gravity": ("stiffness", "rate_gain"),
+    "pid": ("stiffness", "rate_gain", "integral"),
+    "feedforward": ("stiffness", "rate_gain"),
+    "sliding_mode": ("mass_share", "margin", "width"),
+    "adaptive": ("learning",),
+    "task_computed_torque": ("frequency", "damping"),
+    "impedance": ("tip_stiffness", "turn_stiffness", "damping"),
+    "admittance": ("tip_mass", "turn_inertia", "tip_stiffness", "turn_stiffness", "damping"),
+    "hybrid": ("frequency", "damping", "press", "force_gain", "force_integral"),
+}
 """Gains of each law; those of another one have no effect and are refused."""
 _ALL = ("name", "tolerance")
 _TRAVEL = (*_ALL, "path", "via", "profile", "duration", "speed", "avoid")
@@ -39,6 +64,7 @@ EFFECTIVE = {
     "pick": (*_ALL, "hold"),
     "place": (*_ALL, "hold"),
     "pause": _ALL,
+    "do": ("each", "repeat"),
 }
 """Keys that do something next to each action; a tolerance has a sentence of its own."""
 POINTS_ON_THE_WAY: dict[str, tuple[float, float]] = {
@@ -59,6 +85,8 @@ TYPES = {
     "null": "nothing",
 }
 """Types of the parser -> how people call them."""
+SHORTEST_NORMAL = 1e-6
+"""Length of a vector that is taken as a direction."""
 WHOLE = 1e-6
 """How far the period of the law, in steps, may be from a whole number."""
 _MOST_CLOSE = 3
@@ -101,38 +129,29 @@ def text_of(path: Path) -> str:
         raise FileError("job.encoding", path=shown, position=error.start) from None
 
 
-def parse(text: str, source: str = "<text>") -> Job:
+def parse(text: str, source: str = "<text>", variables: Mapping[str, object] | None = None) -> Job:
     """The job in a text.
 
     Args:
         text: TOML.
         source: name of the file, for errors.
+        variables: values by name, instead of those of the file.
 
     Raises:
         FileError: it is no TOML.
-        JobError: a key is unknown, missing, of the wrong type or out of range.
+        JobError: a key is unknown, missing, of the wrong type or out of range; a variable is unknown.
     """
     try:
         data = parsed_toml(text)
     except ValueError as error:
         raise syntax_error(visible(source), str(error)) from None
     reader = _Reader(text, visible(source))
-    reader.refuse_unknown(data, Job, ())
-    reader.require(data, Job, ())
-    try:
-        job = msgspec.convert(data, Job, strict=True)
-    except msgspec.ValidationError as error:
-        raise reader.translated(error, data) from None
-    reader.refuse_not_finite(data, ())
-    for k, move in enumerate(job.move):
-        reader.check_move(move, k, data["move"][k])
-        reader.check_blend(job.move, k)
-    reader.check_obstacles(job.obstacle)
-    reader.check_avoiding(job.move)
-    reader.check_start(job)
-    reader.check_controller(job)
+    data = substituted(data, variables or {}, reader.error)
+    file = reader.file(data)
+    job = resolved(in_metres(file, data), reader.error)
     if not job.move:
         raise reader.error("job.no_moves", ("move",))
+    reader.check_moves(job)
     return job
 
 
@@ -150,7 +169,7 @@ def parse_scene(text: str, source: str = "<text>") -> SceneFile:
     except msgspec.ValidationError as error:
         raise reader.translated(error, data) from None
     reader.refuse_not_finite(data, ())
-    reader.check_obstacles(found.obstacle)
+    reader.check_obstacles(found.obstacle, data["obstacle"])
     return found
 
 
@@ -170,7 +189,42 @@ class _Reader:
     """Knows the text, so that each error can say the line."""
 
     def __init__(self, text: str, source: str) -> None:
-        self.error = lines.Places(text, source).error
+        self.places = lines.Places(text, source)
+
+    def error(self, key: str, path: lines.Path, **details: object) -> JobError:
+        """The complaint about a key, with its place."""
+        return self.places.error(key, path, **details)
+
+    def file(self, data: dict[str, Any]) -> JobFile:
+        """The checked statements of a file."""
+        self.refuse_unknown(data, JobFile, ())
+        self.require(data, JobFile, ())
+        try:
+            file = msgspec.convert(data, JobFile, strict=True)
+        except msgspec.ValidationError as error:
+            raise self.translated(error, data) from None
+        self.refuse_not_finite(data, ())
+        for name in ("frame", "pose", "pattern"):
+            for each, placed in getattr(file, name).items():
+                self.check_pose(placed, (name, each), data[name][each])
+        for k, statement in enumerate(file.move):
+            self.check_statement(statement, ("move", k), data["move"][k])
+        self.check_obstacles(file.obstacle, data.get("obstacle", ()))
+        self.check_start(file, data.get("start", {}))
+        self.check_controller(file.controller, file.simulation)
+        self.check_surfaces(file)
+        self.check_other_robots(file.other_robot)
+        return file
+
+    def check_moves(self, job: Job) -> None:
+        """Moves fit those before and after them."""
+        self.places = self.places.of(job)
+        for k in range(len(job.move)):
+            self.check_blend(job.move, k)
+            goal = job.move[k].pose
+            if goal is not None and goal.branch is not None and job.move[k].path in TIP_PATHS:
+                raise self.error("job.branch_path", ("move", k, "pose", "branch"), kind=job.move[k].path)
+        self.check_avoiding(job.move)
 
     def refuse_unknown(self, data: Any, kind: type[Part], path: lines.Path) -> None:
         """Every key of every table is one that we know; close matches are offered."""
@@ -193,44 +247,55 @@ class _Reader:
                 for inner, place, part in _tables(data[field.name], field.type, (*path, field.name)):
                     self.require(inner, part, place)
 
-    def check_move(self, move: Move, k: int, keys: Iterable[str]) -> None:
+    def check_statement(self, move: Statement, path: lines.Path, data: dict[str, Any]) -> None:
         """A move asks for exactly one thing, and its options fit it."""
         given = [name for name in ACTIONS if getattr(move, name) not in (None, False)]
         if len(given) != 1:
             key = "job.move_empty" if not given else "job.move_many"
-            raise self.error(key, ("move", k), given=", ".join(given), known=", ".join(ACTIONS))
+            raise self.error(key, path, given=", ".join(given), known=", ".join(ACTIONS))
         effective = EFFECTIVE[given[0]]
-        for name in keys:
+        for name in data:
             if name not in (*effective, *ACTIONS):
                 known = ", ".join(effective)
-                raise self.error("job.no_effect", ("move", k, name), action=given[0], known=known)
-        self.check_path(move, k)
-        if move.pose is not None:
-            self.check_pose(move.pose, ("move", k, "pose"))
+                raise self.error("job.no_effect", (*path, name), action=given[0], known=known)
+        if move.do is not None:
+            self.check_loop(move, path, data)
+            return
+        self.check_path(move, path, data)
+        if isinstance(move.pose, PlacedGoal):
+            self.check_pose(move.pose, (*path, "pose"), data["pose"])
         if move.tolerance is not None:
             judged = () if move.pause is not None else ("joints",) if move.joints is not None else TIP_TOLERANCES
             for name in move.tolerance.__struct_fields__:
                 if getattr(move.tolerance, name) is not None and name not in judged:
-                    raise self.error("job.no_tolerance", ("move", k, "tolerance", name), action=given[0])
+                    raise self.error("job.no_tolerance", (*path, "tolerance", name), action=given[0])
 
-    def check_path(self, move: Move, k: int) -> None:
+    def check_loop(self, move: Statement, path: lines.Path, data: dict[str, Any]) -> None:
+        """A loop is over something, and each of its moves is right."""
+        assert move.do is not None
+        if (move.each is None and move.repeat is None) or not move.do:
+            raise self.error("job.loop_empty", path)
+        for k, inner in enumerate(move.do):
+            self.check_statement(inner, (*path, "do", k), data["do"][k])
+
+    def check_path(self, move: Statement, path: lines.Path, data: dict[str, Any]) -> None:
         """The points on the way, the profile and the goal fit the path."""
         of_tip = move.path in TIP_PATHS
         if of_tip and move.pose is None:
-            raise self.error("job.line_pose", ("move", k, "path"), kind=move.path)
+            raise self.error("job.line_pose", (*path, "path"), kind=move.path)
         passing = () if move.path == "arc" else QUICKEST
         if passing and move.via and move.profile not in (None, *passing):
-            raise self.error("job.via_profile", ("move", k, "profile"), known=", ".join(passing))
+            raise self.error("job.via_profile", (*path, "profile"), known=", ".join(passing))
         least, most = POINTS_ON_THE_WAY[move.path]
         if not least <= len(move.via) <= most:
             key = "job.line_via" if most == 0 else "job.arc_via" if most == 1 else "job.spline_via"
-            raise self.error(key, ("move", k, "via"), kind=move.path, got=len(move.via))
+            raise self.error(key, (*path, "via"), kind=move.path, got=len(move.via))
         for i, via in enumerate(move.via):
-            if isinstance(via, Pose) != of_tip:
+            if not isinstance(via, str) and isinstance(via, Placed) != of_tip:
                 key = "job.via_pose" if of_tip else "job.via_joints"
-                raise self.error(key, ("move", k, "via", i), kind=move.path)
-            if isinstance(via, Pose):
-                self.check_pose(via, ("move", k, "via", i))
+                raise self.error(key, (*path, "via", i), kind=move.path)
+            if isinstance(via, Placed):
+                self.check_pose(via, (*path, "via", i), data["via"][i])
 
     def check_blend(self, moves: tuple[Move, ...], k: int) -> None:
         """A corner is rounded between two paths of the tip whose time is not ruled otherwise."""
@@ -249,14 +314,27 @@ class _Reader:
         if move.pose.task != then.pose.task:
             raise self.error("job.blend_task", ("move", k + 1, "pose", "task"), task=move.pose.task)
 
-    def check_obstacles(self, obstacles: tuple[Obstacle, ...]) -> None:
+    def check_other_robots(self, robots: tuple[OtherRobot, ...]) -> None:
+        """One way to say how a base is turned; each step of another robot is exactly one thing."""
+        for k, robot in enumerate(robots):
+            if robot.rpy is not None and robot.quaternion is not None:
+                raise self.error("job.two_orientations", ("other_robot", k))
+            if robot.quaternion is not None and math.hypot(*robot.quaternion) < 1e-6:
+                raise self.error("job.zero_quaternion", ("other_robot", k, "quaternion"))
+            for i, move in enumerate(robot.move):
+                if sum(each is not None for each in (move.joints, move.pose, move.pause)) != 1:
+                    raise self.error("job.other_move", ("other_robot", k, "move", i))
+                if move.pose is not None:
+                    self.check_pose(move.pose, ("other_robot", k, "move", i, "pose"), {"position": ()})
+
+    def check_obstacles(self, obstacles: tuple[Obstacle, ...], data: Sequence[dict[str, Any]]) -> None:
         """Each obstacle is exactly one thing."""
         for k, obstacle in enumerate(obstacles):
             given = [name for name in KINDS_OF_OBSTACLE if getattr(obstacle, name) not in (None, False)]
             if len(given) != 1:
                 known = ", ".join(KINDS_OF_OBSTACLE)
                 raise self.error("job.obstacle_kind", ("obstacle", k), given=", ".join(given) or "-", known=known)
-            self.check_pose(obstacle, ("obstacle", k))
+            self.check_pose(obstacle, ("obstacle", k), data[k])
 
     def check_avoiding(self, moves: tuple[Move, ...]) -> None:
         """Only moves of the joints without points on the way go round."""
@@ -270,36 +348,44 @@ class _Reader:
             if move.profile not in (None, *QUICKEST):
                 raise self.error("job.avoid_profile", ("move", k, "profile"), known=", ".join(QUICKEST))
 
-    def check_start(self, job: Job) -> None:
+    def check_start(self, file: JobFile, data: dict[str, Any]) -> None:
         """One way to say where the robot begins."""
-        if job.start.joints is not None and job.start.pose is not None:
+        if file.start.joints is not None and file.start.pose is not None:
             raise self.error("job.two_starts", ("start", "pose"))
-        if job.start.pose is not None:
-            self.check_pose(job.start.pose, ("start", "pose"))
-        if job.tool.offset is not None:
-            self.check_pose(job.tool.offset, ("tool", "offset"))
+        if isinstance(file.start.pose, PlacedGoal):
+            self.check_pose(file.start.pose, ("start", "pose"), data["pose"])
+        if file.tool.offset is not None:
+            self.check_pose(file.tool.offset, ("tool", "offset"), {"position": ()})
 
-    def check_controller(self, job: Job) -> None:
+    def check_surfaces(self, file: JobFile) -> None:
+        """Every surface has a normal; a law that presses has something to press on."""
+        for k, surface in enumerate(file.surface):
+            if math.hypot(*surface.normal) < SHORTEST_NORMAL:
+                raise self.error("job.no_normal", ("surface", k, "normal"))
+        if file.controller.kind == "hybrid" and not file.surface:
+            raise self.error("job.no_surface", ("controller", "kind"))
+
+    def check_controller(self, controller: Controller, simulation: Simulation) -> None:
         """Every gain that is given belongs to the law that is chosen, whose period is a whole number of steps."""
-        step, rate = job.simulation.step, job.controller.rate
+        step, rate = simulation.step, controller.rate
         if rate is not None:
             steps = 1.0 / (rate * step)
             if steps < 1.0 - WHOLE or abs(steps - round(steps)) > WHOLE * steps:
                 near = sorted({max(math.floor(steps), 1), math.ceil(steps)}, reverse=True)
                 rates = ", ".join(f"{1.0 / (k * step):.9g}" for k in near)
                 raise self.error("job.rate_not_whole", ("controller", "rate"), value=rate, step=step, near=rates)
-        foreign = [kind for kind in GAINS if kind != job.controller.kind]
-        for kind in foreign:
-            for name in GAINS[kind]:
-                if getattr(job.controller, name) is not None:
-                    details = {"kind": job.controller.kind, "known": ", ".join(GAINS[job.controller.kind])}
-                    raise self.error("job.no_gain", ("controller", name), **details)
+        own = GAINS[controller.kind]
+        for name in {name: None for names in GAINS.values() for name in names if name not in own}:
+            if getattr(controller, name) is not None:
+                raise self.error("job.no_gain", ("controller", name), kind=controller.kind, known=", ".join(own))
 
-    def check_pose(self, pose: Pose, path: lines.Path) -> None:
-        """At most one way to say the orientation; a quaternion that can be normalised."""
+    def check_pose(self, pose: Pose | Placed, path: lines.Path, data: dict[str, Any]) -> None:
+        """A place, at most one way to say the orientation; a quaternion that can be normalised."""
         if pose.rpy is not None and pose.quaternion is not None:
             raise self.error("job.two_orientations", path)
-        if isinstance(pose, Goal) and pose.task == "position":
+        if "position" not in data and not ("frame" in data or "relative" in data or path[0] in ("frame", "pattern")):
+            raise self.error("job.missing_key", (*path, "position"))
+        if isinstance(pose, PlacedGoal) and pose.task == "position":
             for name in ("rpy", "quaternion"):
                 if getattr(pose, name) is not None:
                     raise self.error("job.free_orientation", (*path, name))
@@ -323,7 +409,7 @@ class _Reader:
     def translated(self, error: msgspec.ValidationError, data: Any) -> JobError:
         """Msgspec's complaint with its path, in our words."""
         text = str(error)
-        path = _path(text)
+        path = _path(text, data)
         value = _value(data, path)
         details = {"got": visible(repr(value))[:60], "reason": text.split(" - at ")[0].replace("`", "")}
         if length := re.search(r"of length (\d+)", text):
@@ -350,23 +436,42 @@ def _hints(kind: type[Part]) -> dict[str, Any]:
 
 def _tables(value: Any, annotation: Any, path: lines.Path) -> Iterator[tuple[dict[str, Any], lines.Path, type[Part]]]:
     """The tables inside a value, with their places and types."""
+    if get_origin(annotation) is dict:
+        for name, item in cast("dict[str, Any]", value).items() if isinstance(value, dict) else ():
+            yield from _tables(item, get_args(annotation)[1], (*path, name))
+        return
     inner = get_args(annotation)
     for option in (annotation, *inner, *(part for one in inner for part in get_args(one))):
         if isinstance(option, type) and issubclass(option, Part):
             if isinstance(value, dict):
                 yield value, path, option
-            elif isinstance(value, list) and get_origin(annotation) is tuple:
+            elif isinstance(value, list) and any(get_origin(one) is tuple for one in (annotation, *inner)):
                 for k, item in enumerate(cast("list[Any]", value)):
                     if isinstance(item, dict):
                         yield item, (*path, k), option
             return
 
 
-def _path(text: str) -> lines.Path:
-    """`$.move[2].pose` as ("move", 2, "pose")."""
+def _path(text: str, data: Any) -> lines.Path:
+    """`$.move[2].pose` as ("move", 2, "pose"); msgspec leaves out names of tables: the first that is wrong is meant."""
     found = re.search(r"at `\$([^`]*)`", text)
-    steps = re.findall(r"\.([^.\[\]]+)|\[(\d+)\]", found.group(1)) if found else []
-    return tuple(name or int(index) for name, index in steps)
+    steps = re.findall(r"\.([^.\[\]]+)|\[(\d+)\]|(\[\.\.\.\])", found.group(1)) if found else []
+    path: lines.Path = ()
+    for name, index, some in steps:
+        path = (*path, _wrong_name(data, path) if some else name or int(index))
+    return path
+
+
+def _wrong_name(data: Any, path: lines.Path) -> str:
+    """The first name of a table of names whose value is of the wrong kind."""
+    kind = get_args(_field_type(JobFile, str(path[0])))[1]
+    table = cast("dict[str, Any]", _value(data, path))
+    for name, value in table.items():
+        try:
+            msgspec.convert(value, kind, strict=True)
+        except msgspec.ValidationError:
+            return name
+    return next(iter(table), "")
 
 
 def _value(data: Any, path: lines.Path) -> Any:
@@ -376,7 +481,7 @@ def _value(data: Any, path: lines.Path) -> Any:
 
 
 def _choices(path: lines.Path) -> tuple[str, ...]:
-    kind: Any = Job
+    kind: Any = JobFile
     for step in path:
         if isinstance(step, str):
             annotation = _field_type(kind, step)

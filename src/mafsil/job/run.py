@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from mafsil.answer import Answer
 from mafsil.arrays import PoseMatrix
 from mafsil.job.description import Job
+from mafsil.job.limiting import CycleLimit
 from mafsil.job.plan import Plan
 from mafsil.job.remark import Remark
 from mafsil.job.status import JobStatus
@@ -38,6 +39,7 @@ class Run(Answer):
         driven: what was simulated, stretch by stretch.
         stopped: why the simulation ended early, or None.
         remarks: what the reader should know.
+        limits: of the cycle: how long each decides, and what ten per cent more of it would save.
     """
 
     job: Job
@@ -48,6 +50,7 @@ class Run(Answer):
     driven: tuple[Driven, ...]
     stopped: Remark | None = None
     remarks: tuple[Remark, ...] = field(default=())
+    limits: tuple[CycleLimit, ...] = ()
 
     def tips(self, rows: slice | NDArray[np.intp] = slice(None)) -> tuple[PoseMatrix, PoseMatrix]:
         """(rows, 4, 4) poses of the tip as it was and as it should be, in {s}."""

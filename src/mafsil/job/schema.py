@@ -7,10 +7,10 @@ from typing import Any
 
 import msgspec
 
-from mafsil.job.description import Job
+from mafsil.job.language import JobFile
 
 
 def schema() -> dict[str, Any]:
     """JSON Schema (2020-12) of a job file: every key with its type, range and choices."""
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "mafsil job"}
-    return head | json.loads(msgspec.json.encode(msgspec.json.schema(Job)))
+    return head | json.loads(msgspec.json.encode(msgspec.json.schema(JobFile)))

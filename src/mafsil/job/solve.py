@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from math import pi
+import os
 from pathlib import Path
-from typing import Protocol
+from typing import Literal, Protocol
 
+import msgspec
 import numpy as np
 
 from mafsil.errors import JobError
 from mafsil.job.description import Job
 from mafsil.job.drive import drive
 from mafsil.job.fitting import require_fit
+from mafsil.job.language.units import angle_unit, length_unit
 from mafsil.job.lines import Places
+from mafsil.job.neighbours import neighbours_of
 from mafsil.job.payload import with_tool
 from mafsil.job.plan import Plan, plan
+from mafsil.job.reading import parse, text_of
 from mafsil.job.remark import Refusal
 from mafsil.job.run import Run
 from mafsil.messages.visible import visible
@@ -64,6 +68,46 @@ def solve(job: Job, text: str, folder: Path, watcher: Watcher | None = None, sou
     return drive(job, text, robot, motion, eye.update)
 
 
+def solve_file(
+    path: str | os.PathLike[str],
+    folder: str | os.PathLike[str] | None = None,
+    *,
+    plant: Literal["mafsil", "mujoco"] | None = None,
+    real_time: bool = False,
+) -> Run | Refusal:
+    """Read a job file and solve it end to end.
+
+    Args:
+        path: of the file.
+        folder: to which the path of a robot file is relative; that of the job if None.
+        plant: who computes the motion; as the job says if None.
+        real_time: whether it is driven against the clock even if the job does not say so.
+
+    Returns:
+        What happened, or which move is impossible and why.
+
+    Raises:
+        MafsilError: the job or the robot cannot be read, or do not fit each other.
+    """
+    place = Path(path)
+    text = text_of(place)
+    job = simulated_by(parse(text, place.name), plant, real_time=real_time)
+    return solve(job, text, place.parent if folder is None else Path(folder), source=place.name)
+
+
+def simulated_by(job: Job, plant: Literal["mafsil", "mujoco"] | None, *, real_time: bool = False) -> Job:
+    """The job with another plant, or against the clock.
+
+    Args:
+        job: as it is asked.
+        plant: who computes the motion; as the job says if None.
+        real_time: whether it is driven against the clock even if the job does not say so.
+    """
+    own = job.simulation
+    changed = msgspec.structs.replace(own, plant=plant or own.plant, real_time=real_time or own.real_time)
+    return msgspec.structs.replace(job, simulation=changed)
+
+
 def prepare(
     job: Job, text: str, folder: Path, watcher: Watcher | None = None, source: str = "<text>"
 ) -> tuple[Robot, Plan] | Refusal:
@@ -75,9 +119,10 @@ def prepare(
     eye = watcher or _Nobody()
     eye.enter("stage_robot")
     robot = equipped(job, folder)
-    require_fit(job, robot, Places(text, source))
+    require_fit(job, robot, Places(text, source).of(job))
+    neighbours = neighbours_of(job, folder, Places(text, source))
     eye.enter("stage_planning")
-    motion = plan(job, robot, eye.update, text)
+    motion = plan(job, robot, eye.update, text, neighbours)
     return motion if isinstance(motion, Refusal) else (robot, motion)
 
 
@@ -99,8 +144,8 @@ def equipped(job: Job, folder: Path) -> Robot:
 def _locked(job: Job, mechanism: Mechanism) -> dict[str, float]:
     """Coordinates of the joints that the job locks [rad | m]."""
     prismatic = {joint.name for joint in mechanism.joints if joint.kind is JointKind.PRISMATIC}
-    degree = pi / 180.0 if job.angles == "degrees" else 1.0
-    return {name: value if name in prismatic else degree * value for name, value in job.lock.items()}
+    units = {True: length_unit(job), False: angle_unit(job)}
+    return {name: units[name in prismatic] * value for name, value in job.lock.items()}
 
 
 def _require_masses(mechanism: Mechanism) -> None:

@@ -2,28 +2,50 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
+import msgspec
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.collision import Box, Capsule, Checker, Clearance, Contact, Cylinder, Plane, Scene, Sphere
 from mafsil.collision import Obstacle as Body
 from mafsil.job.description import Collision, Grasp, Job, Obstacle, SceneFile
+from mafsil.job.neighbours import Neighbour, Neighbourhood, NeighbourMotion, standing_bodies
 from mafsil.job.payload import box_in_tip
 from mafsil.job.poses import pose_matrix
+from mafsil.job.remark import Remark
 from mafsil.messages.visible import visible
 from mafsil.model import Mechanism
 from mafsil.model.skeleton import with_skeleton
-from mafsil.planning import ArmPlan, plan
+from mafsil.planning import ArmPlan, TimedArm, plan
+from mafsil.planning.waiting_places import standing
 from mafsil.robot import Robot
-from mafsil.trajectory import Trajectory
+from mafsil.trajectory import MotionLimits, Trajectory
 
 STEP = 0.02
 """Largest change of a coordinate over a chord by which a motion is proved free [rad | m]."""
 MOST_CHORDS = 4000
+RESTS = ("pick", "place", "pause", "settle")
+"""Kinds of legs at which nothing moves."""
 RESTING = 1e-4
 """How much smaller than itself a carried part counts: it may stand on something [m]."""
+
+
+class Leg(Protocol):
+    """A planned move, as far as it matters here."""
+
+    @property
+    def kind(self) -> str:
+        """What it is."""
+        ...
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """Of the joints."""
+        ...
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -64,12 +86,16 @@ class Surroundings:
     Args:
         job: its obstacles and clearance.
         robot: with its tool.
+        neighbours: other robots; those that only stand there belong to the scene.
     """
 
-    def __init__(self, job: Job, robot: Robot) -> None:
+    def __init__(self, job: Job, robot: Robot, neighbours: tuple[Neighbour, ...] = ()) -> None:
         self.rule = job.collision or Collision()
         self.robot = robot
-        self.scene = scene_of(job)
+        self.bounds, self.neighbours = job.limits, neighbours
+        self.obstacles = scene_of(job)
+        self.scene = Scene([*self.obstacles, *standing_bodies(neighbours)])
+        self._others: tuple[Neighbourhood, dict[str, TimedArm]] | None = None
         self._checkers: dict[Grasp | None, Checker] = {}
         links = robot.mechanism.links
         self.has_shapes = any(link.collisions or link.visuals for link in links)
@@ -114,6 +140,43 @@ class Surroundings:
     def clearance(self, q: Floats, carried: Grasp | None) -> Clearance:
         """Smallest distances at configurations (k, n)."""
         return self.checker(carried).distance(q)
+
+    def neighbours_past(
+        self, legs: Sequence[Leg], acceleration: Floats, parts: Sequence[Grasp]
+    ) -> tuple[tuple[NeighbourMotion, ...], list[Remark]]:
+        """What the other robots do while the robot moves as planned.
+
+        Args:
+            legs: of the robot.
+            acceleration: (n,) that its joints have at most.
+            parts: that it carries at some time; other robots keep clear of them at all times.
+
+        Raises:
+            Refused: a move of another robot for which no way was found.
+        """
+        still = [
+            NeighbourMotion(each, standing(each.start, MotionLimits.of(each.robot.n, acceleration=1.0)))
+            for each in self.neighbours
+            if each.stands
+        ]
+        if len(still) == len(self.neighbours):
+            return tuple(still), []
+        named = [msgspec.structs.replace(part, name=f"{part.name} {k + 1}") for k, part in enumerate(parts)]
+        boxes = [body for part in named for body in _part(part, 0.0)]
+        around = Neighbourhood(Robot(self._mechanism), self.neighbours, self.scene, boxes, self.rule.clearance)
+        rests = tuple(leg.kind in RESTS for leg in legs)
+        starts = np.concatenate([[0.0], np.cumsum([leg.trajectory.duration for leg in legs])])
+        main = TimedArm(tuple(leg.trajectory for leg in legs), starts, rests, acceleration)
+        motions, remarks = around.planned(main, self.bounds, self.rule.seed)
+        self._others = around, motions
+        return (*still, *(NeighbourMotion(each, motions[each.asked.name]) for each in around.moving)), remarks
+
+    def clearance_beside(self, q: Floats, t: Floats) -> Clearance | None:
+        """How near moving robots come to anything, the robot at (k, n) at times (k,) [s]; None where none moves."""
+        if self._others is None:
+            return None
+        around, motions = self._others
+        return around.clearance(q, t, motions)
 
 
 def scene_of(file: Job | SceneFile) -> Scene:

@@ -41,6 +41,7 @@ class TipMotion:
         configuration: (n,) there [rad | m].
         margin: smallest singular value of the body Jacobian there.
         binding: which limits decide how fast it is, where that is known.
+        along: the path of the joints, and of the tip; None of a rest.
     """
 
     trajectory: Trajectory
@@ -49,6 +50,7 @@ class TipMotion:
     configuration: JointVector | None = None
     margin: float = np.inf
     binding: Deciding = UNKNOWN
+    along: tuple[PiecewisePolynomial, TipPath] | None = None
 
     @property
     def factor(self) -> float:
@@ -90,10 +92,37 @@ def tip_motion(
     joints = follow(robot, path, q, task=task, slack=slack)
     if joints.value is None or not joints.succeeded:
         raise Refused("job.no_path", move=where, reason=joints)
+    found = motion_along(robot, joints.value, path, bounds, move, limits, where)
+    return replace(found, along=(joints.value, path))
+
+
+def motion_along(
+    robot: Robot,
+    joints: PiecewisePolynomial,
+    path: TipPath,
+    bounds: Bounds,
+    move: Move,
+    limits: JointLimits,
+    where: object,
+) -> TipMotion:
+    """The motion along a path that the joints follow, in time.
+
+    Args:
+        robot: with its tool.
+        joints: (n) coordinates over the share of the path, 0 .. 1.
+        path: of the tip.
+        bounds: of the tip's speed, acceleration and turn rate.
+        move: duration, speed and law of time.
+        limits: of the joints, for this move.
+        where: how the move is called in a refusal.
+
+    Raises:
+        Refused: it is to be driven faster than the limits allow.
+    """
     rate, growth = _tip_bounds(path, bounds, move)
     if move.profile in QUICKEST or isinstance(path, JoinedPath) or move.path == "spline":
-        return _quickest(robot, joints.value, path, bounds, move, limits, where)
-    brisk = PathMotion(joints.value, _time_law(rate, growth, move))
+        return _quickest(robot, joints, path, bounds, move, limits, where)
+    brisk = PathMotion(joints, _time_law(rate, growth, move))
     uniform = brisk.stretched(max(brisk.stretch_needed(limits) * (1 + 1e-9), 1.0))
     if move.duration is not None and move.duration >= uniform.duration:
         return TipMotion(uniform.stretched(move.duration / uniform.duration), move.duration)

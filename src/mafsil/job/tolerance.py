@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi, radians
+from math import radians
 from typing import cast
 
 import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.job.description import Job
+from mafsil.job.language.units import angle_unit, length_unit
 from mafsil.model import JointKind
 from mafsil.robot import Robot
 
@@ -33,7 +34,7 @@ def tolerances(job: Job, robot: Robot, move: int | None = None) -> Tolerances:
         job, robot: what is asked; the robot with its tool.
         move: index in the job; None for what the job says in general, as for the start.
     """
-    degree = pi / 180.0 if job.angles == "degrees" else 1.0
+    degree = angle_unit(job)
     own, general = None if move is None else job.move[move].tolerance, job.tolerance
     position, orientation, joints = (
         getattr(general, name) if own is None or getattr(own, name) is None else getattr(own, name)
@@ -43,6 +44,8 @@ def tolerances(job: Job, robot: Robot, move: int | None = None) -> Tolerances:
     angle = ORIENTATION if orientation is None else degree * float(orientation)
     revolute = np.array([joint.kind is not JointKind.PRISMATIC for joint in robot.mechanism.coordinates])
     if isinstance(joints, tuple):
-        return Tolerances(metres, angle, np.array(cast("tuple[float, ...]", joints)) * np.where(revolute, degree, 1.0))
+        return Tolerances(
+            metres, angle, np.array(cast("tuple[float, ...]", joints)) * np.where(revolute, degree, length_unit(job))
+        )
     turn = angle if joints is None else degree * float(joints)
     return Tolerances(metres, angle, np.where(revolute, turn, metres))

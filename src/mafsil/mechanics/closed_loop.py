@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, TypeAlias
 
+import numpy as np
+
 import mafsil.expression as ex
 from mafsil.algebra import so3
 from mafsil.mechanics.body_tree import BodyTree, lumped
@@ -15,10 +17,10 @@ from mafsil.mechanics.placement import Expression, constant
 from mafsil.mechanics.quantities.forward_dynamics import by_mass_matrix_shorter, forward_dynamics, solved
 from mafsil.mechanics.quantities.forward_kinematics import forward_kinematics
 from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
-from mafsil.mechanics.quantities.jacobian import jacobian_body
 from mafsil.mechanics.quantities.mass_matrix import mass_matrix
 from mafsil.mechanics.regrouping import regrouped
 from mafsil.mechanics.tolerances import NEGLIGIBLE_RATE
+from mafsil.mechanics.varied_bodies import body_inertias
 from mafsil.model import Mechanism
 
 Row: TypeAlias = tuple[float, ...]
@@ -31,13 +33,13 @@ def function(loop: Loop) -> ex.Function:
         loop: what is built.
     """
     sizes = input_sizes(loop)
-    x = {name: _symbol(name, shape) for name, shape in sizes.items()}
-    n, trees = loop.plant.n, _Trees()
+    x = {name: symbol_of(name, shape) for name, shape in sizes.items()}
+    n, trees = loop.plant.n, Trees()
     q, qd = x["state"][:n], x["state"][n:]
     measured_q, measured_qd = (q + x["noise"][:n], qd + x["noise"][n:]) if loop.noisy else (q, qd)
-    command, integral = _law(loop, trees, measured_q, measured_qd, x)
-    effort = _clipped(command, x["limit"]) if loop.saturated else command
-    plant = _Plant(loop, trees.of(loop.plant), effort, x.get("push"))
+    command, integral = commanded(loop, trees, measured_q, measured_qd, x)
+    effort = clipped(command, x["limit"]) if loop.saturated else command
+    plant = _Plant(loop, trees.true(loop.plant) if loop.varied else trees.of(loop.plant), effort, x)
     here, rate, first = q, qd, ex.zeros(n, 1)
     for count in range(loop.substeps):
         here, rate, slope = plant.stepped(here, rate, x["step"])
@@ -53,7 +55,7 @@ def function(loop: Loop) -> ex.Function:
     return ex.Function("closed_loop", list(x.values()), ex.cse([results[name] for name in output_sizes(loop)]))
 
 
-class _Trees:
+class Trees:
     """Trees of mechanisms: equal mechanisms share one, so that their expressions share what they have in common."""
 
     def __init__(self) -> None:
@@ -76,17 +78,25 @@ class _Trees:
         return self._both(mechanism)[0]
 
 
-def _symbol(name: str, shape: tuple[int, ...]) -> Expression:
+def symbol_of(name: str, shape: tuple[int, ...]) -> Expression:
+    """A column of symbols, the shape's entries in C order."""
     size = 1
     for length in shape:
         size *= length
     return ex.symbol(name, size)
 
 
-def _law(
-    loop: Loop, trees: _Trees, q: Expression, qd: Expression, x: dict[str, Expression]
+def commanded(
+    loop: Loop, trees: Trees, q: Expression, qd: Expression, x: dict[str, Expression]
 ) -> tuple[Expression, Expression]:
-    """Commanded efforts (n,) and the next integrals."""
+    """Commanded efforts (n,) and the next integrals.
+
+    Args:
+        loop: whose law it is.
+        trees: of its mechanisms.
+        q, qd: (n,) measured.
+        x: inputs by name, as `input_sizes` says.
+    """
     n = loop.plant.n
     u, v, a = x["reference"][:n], x["reference"][n : 2 * n], x["reference"][2 * n :]
     integrals: list[Expression] = []
@@ -100,6 +110,8 @@ def _law(
                 feedback = feedback + integrals[-1]
             row += 1
             effort = feedback if term.model is None else _efforts(loop, trees, term.model, q, qd, a + feedback)
+        elif term.kind == "given":
+            effort = x["given"]
         elif term.kind == "gravity":
             assert term.model is not None
             effort = inverse_dynamics(trees.of(term.model), q, ex.zeros(n, 1), ex.zeros(n, 1))
@@ -110,18 +122,18 @@ def _law(
     return total, ex.vertcat(ex.zeros(0, 1), *integrals)
 
 
-def _efforts(loop: Loop, trees: _Trees, model: Mechanism, q: Expression, qd: Expression, qdd: Expression) -> Expression:
+def _efforts(loop: Loop, trees: Trees, model: Mechanism, q: Expression, qd: Expression, qdd: Expression) -> Expression:
     """Inverse dynamics of the law's model.
 
     A law that knows the plant and its state shares M and h = c + g with the plant's own step: M qdd + h is shorter.
     """
     tree = trees.of(model)
-    if model is not loop.plant or loop.noisy or not by_mass_matrix_shorter(tree):
+    if model is not loop.plant or loop.noisy or loop.varied or not by_mass_matrix_shorter(tree):
         return inverse_dynamics(tree, q, qd, qdd)
     return mass_matrix(tree, q) @ qdd + inverse_dynamics(tree, q, qd, ex.zeros(tree.n, 1))
 
 
-def _clipped(command: Expression, limit: Expression) -> Expression:
+def clipped(command: Expression, limit: Expression) -> Expression:
     """Clipped elementwise; NaN passes through."""
     return ex.vertcat(
         *(
@@ -134,10 +146,13 @@ def _clipped(command: Expression, limit: Expression) -> Expression:
 class _Plant:
     """Steps of the plant under an effort that is constant."""
 
-    def __init__(self, loop: Loop, tree: BodyTree, effort: Expression, push: Expression | None) -> None:
+    def __init__(self, loop: Loop, tree: BodyTree, effort: Expression, x: dict[str, Expression]) -> None:
         self.loop, self.tree, self.effort = loop, tree, effort
-        self.friction = None if loop.friction is None else _Friction(friction_law(loop.plant), loop.friction)
-        self.F_tip = None if push is None else -push
+        self.friction = None
+        if loop.friction is not None:
+            self.friction = _Friction(friction_law(loop.plant), loop.friction, x.get("friction"))
+        self.F_tip = -x["push"] if loop.pushed else None
+        self.inertias = body_inertias(tree, x["bodies"]) if loop.varied else None
 
     def stepped(self, q: Expression, v: Expression, h: Expression) -> tuple[Expression, Expression, Expression]:
         """State after one step, and the acceleration at its beginning."""
@@ -175,13 +190,21 @@ class _Plant:
         load = self.effort
         if self.friction is not None:
             load = load - self.friction.slope(v) @ v - self.friction.offset
-        return forward_dynamics(self.tree, q, v, load, self.F_tip)
+        if self.inertias is None:
+            return forward_dynamics(self.tree, q, v, load, self.F_tip)
+        M, bias = self._terms(q, v)
+        return solved(M, load - bias)
+
+    def _terms(self, q: Expression, v: Expression) -> tuple[Expression, Expression]:
+        """M, and c + g + J' F_tip."""
+        M = mass_matrix(self.tree, q, self.inertias)
+        bias = inverse_dynamics(self.tree, q, v, ex.zeros(self.tree.n, 1), self.F_tip, inertias=self.inertias)
+        return M, bias
 
     def _damped(self, iterations: int, q: Expression, v: Expression, h: Expression) -> Expression:
         """Acceleration with friction at the end of the step, by the secant of its curve."""
-        M, load = mass_matrix(self.tree, q), self.effort - inverse_dynamics(self.tree, q, v, ex.zeros(self.tree.n, 1))
-        if self.F_tip is not None:
-            load = load - jacobian_body(self.tree, q, self.tree.tip).T @ self.F_tip
+        M, bias = self._terms(q, v)
+        load = self.effort - bias
         after, acceleration = v, ex.zeros(self.tree.n, 1)
         if self.friction is None:
             return solved(M, load)
@@ -194,22 +217,33 @@ class _Plant:
 
 
 class _Friction:
-    """Friction as the secants of its curves."""
+    """Friction as the secants of its curves.
 
-    def __init__(self, law: FrictionLaw, width: float) -> None:
-        self.law, self.width = law, width
-        self.gain = constant(law.gain)
-        self.offset = constant(law.gain.T @ law.offset)
+    Args:
+        law: of the joints.
+        width: of the smoothed Coulomb part.
+        rows: viscous, positive, negative and offset of joint after joint instead of the law's numbers, or None.
+    """
+
+    def __init__(self, law: FrictionLaw, width: float, rows: Expression | None) -> None:
+        self.width, self.gain = width, constant(law.gain)
+        count = len(law.viscous)
+        numbers = ex.Expression(np.stack([law.viscous, law.positive, law.negative, law.offset], axis=1).ravel())
+        given = numbers if rows is None else rows
+        self.viscous, self.positive, self.negative, offset = (
+            [given[4 * i + k] for i in range(count)] for k in range(4)
+        )
+        self.offset = self.gain.T @ ex.vertcat(ex.zeros(0, 1), *offset)
 
     def slope(self, v: Expression) -> Expression:
         """D (n, n): D v + offset is the friction at the rates v (n,)."""
         slopes: list[Expression] = []
-        law, w = self.law, self.gain @ v
-        for i in range(len(law.viscous)):
-            coulomb = ex.if_else(w[i] >= 0, float(law.positive[i]), float(law.negative[i]))
+        w = self.gain @ v
+        for i in range(len(self.viscous)):
+            coulomb = ex.if_else(w[i] >= 0, self.positive[i], self.negative[i])
             moving = ex.fabs(w[i]) > NEGLIGIBLE_RATE * self.width
             share = ex.if_else(moving, ex.tanh(w[i] / self.width) / ex.if_else(moving, w[i], 1.0), 1.0 / self.width)
-            slopes.append(float(law.viscous[i]) + coulomb * share)
+            slopes.append(self.viscous[i] + coulomb * share)
         return self.gain.T @ ex.diag(ex.vertcat(*slopes)) @ self.gain
 
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import mafsil.expression as ex
 from mafsil.mechanics.body_tree import BodyTree, RigidInertia
+from mafsil.mechanics.composite_inertia import CompositeInertia
 from mafsil.mechanics.placement import Expression, Placement, constant
-from mafsil.mechanics.quantities.mass_matrix import CompositeInertia
 
 
 @dataclass(frozen=True, slots=True)

@@ -55,6 +55,23 @@ def inertial_of(parameters: ArrayLike) -> Inertial:
     return Inertial(float(m), frozen(c), frozen(about_origin - m * (c @ c * np.eye(3) - np.outer(c, c))))
 
 
+def moved_parameters(parameters: Floats, R: Floats, p: Floats) -> Floats:
+    """(*batch, 10) of bodies seen from a frame in which their present frame has the pose (R, p): linear in them.
+
+    Args:
+        parameters: (*batch, 10) in their present frame.
+        R, p: (3, 3), (3,) pose of that frame in the new one.
+    """
+    mass, h = parameters[..., 0, None], parameters[..., 1:4] @ R.T
+    xx, yy, zz, xy, xz, yz = np.moveaxis(parameters[..., 4:], -1, 0)
+    I = np.stack([np.stack(row, -1) for row in ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))], -2)
+    g = 2.0 * h + mass * p
+    shift = (g @ p)[..., None, None] * np.eye(3) - (g[..., :, None] * p + p[:, None] * g[..., None, :]) / 2.0
+    I = R @ I @ R.T + shift
+    six = [I[..., i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+    return np.concatenate([mass, h + mass * p, np.stack(six, -1)], axis=-1)
+
+
 def inertial_parameters(mechanism: Mechanism) -> Floats:
     """(L, 10) parameters of all links, each in its own frame, in the order of `mechanism.links`."""
     return np.array([parameters_of(link.inertial) for link in mechanism.links])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from mafsil.mechanics.friction import friction_law
 from mafsil.model import Mechanism
 
 
@@ -12,8 +13,9 @@ class Term:
     """One summand of a control law.
 
     Attributes:
-        kind: "computed_torque" (of the model), "feedback" (of each joint), "gravity", or "feedforward" (of the model).
-        model: the mechanism the law believes in; None for "feedback".
+        kind: "computed_torque" (of the model), "feedback" (of each joint), "gravity", "feedforward" (of the model), or
+            "given": efforts that somebody else decides.
+        model: the mechanism the law believes in; None for "feedback" and "given".
     """
 
     kind: str
@@ -33,6 +35,7 @@ class Loop:
         friction: width of the smoothed Coulomb friction [rad/s | m/s]; None for no friction.
         pushed, noisy, saturated: whether these inputs exist.
         integrates: whether the laws have an integral.
+        varied: whether the inertias and the friction of the plant are inputs instead of its own numbers.
     """
 
     plant: Mechanism
@@ -45,6 +48,7 @@ class Loop:
     noisy: bool
     saturated: bool
     integrates: bool
+    varied: bool = False
 
     @property
     def gains(self) -> int:
@@ -60,6 +64,8 @@ class Loop:
 def input_sizes(loop: Loop) -> dict[str, tuple[int, ...]]:
     """Names and core shapes of the inputs; integrals and gains hold one row for each term that has them.
 
+    Bodies and friction are those of `mafsil.mechanics.varied_bodies`.
+
     What would hold no numbers is left out: integrals without an integral, gains without feedback.
     """
     n = loop.plant.n
@@ -71,6 +77,12 @@ def input_sizes(loop: Loop) -> dict[str, tuple[int, ...]]:
         sizes["push"] = (6,)
     if loop.noisy:
         sizes["noise"] = (2, n)
+    if any(term.kind == "given" for term in loop.terms):
+        sizes["given"] = (n,)
+    if loop.varied:
+        sizes["bodies"] = (sum(joint.moves for joint in loop.plant.joints), 10)
+    if loop.varied and loop.friction is not None:
+        sizes["friction"] = (len(friction_law(loop.plant).viscous), 4)
     return _present(sizes)
 
 

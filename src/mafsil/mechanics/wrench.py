@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import mafsil.expression as ex
-from mafsil.mechanics.body_tree import Attachment, RigidInertia
+from mafsil.mechanics.body_tree import Attachment
+from mafsil.mechanics.composite_inertia import CompositeInertia
 from mafsil.mechanics.placement import Expression, Placement, constant
 
 
@@ -31,7 +32,7 @@ class Wrench:
 
     @staticmethod
     def of_motion(
-        inertia: RigidInertia, omega: Expression, alpha: Expression, a: Expression, spin: Expression
+        inertia: CompositeInertia, omega: Expression, alpha: Expression, a: Expression, spin: Expression
     ) -> Wrench:
         """What a body's motion needs, by Newton and Euler: I alpha + omega x I omega + h x a and m a + U h.
 
@@ -40,7 +41,7 @@ class Wrench:
             omega, alpha, a: (3,) angular velocity and acceleration, acceleration of the origin, in {i}.
             spin: (3, 3) U = [alpha] + [omega]^2.
         """
-        h, rotational = constant(inertia.h), constant(inertia.I)
+        h, rotational = inertia.h, inertia.I
         moment = rotational @ alpha + ex.cross(omega, rotational @ omega) + ex.cross(h, a)
         return Wrench(moment, inertia.mass * a + spin @ h)
 

@@ -14,7 +14,7 @@ from mafsil.arrays import Floats, as_batch, frozen, single
 from mafsil.errors import ModelError
 from mafsil.geometry import pose
 from mafsil.mobility.drawing import drawn_at, split, without
-from mafsil.mobility.joint_kind import Kind
+from mafsil.mobility.joint_kind import Kind, across
 from mafsil.mobility.library import MECHANISMS
 from mafsil.mobility.linkage import Coupling, Linkage
 from mafsil.mobility.linkage_file import is_linkage, read_linkage
@@ -33,6 +33,10 @@ _KINDS = {
     JointKind.PRISMATIC: Kind.PRISMATIC,
     JointKind.HELICAL: Kind.HELICAL,
     JointKind.FIXED: Kind.FIXED,
+    JointKind.CYLINDRICAL: Kind.CYLINDRICAL,
+    JointKind.UNIVERSAL: Kind.UNIVERSAL,
+    JointKind.SPHERICAL: Kind.SPHERICAL,
+    JointKind.PLANAR: Kind.PLANAR,
 }
 _BACK = {kind: joint_kind for joint_kind, kind in _KINDS.items()}
 
@@ -95,11 +99,13 @@ def linkage_of(mechanism: Mechanism, q: ArrayLike | None = None) -> Linkage:
         for each in mechanism.joints
         if each.mimic is not None and each.mimic.multiplier
     )
-    joints = [
-        _drawn(each, T[each.parent] @ each.T_pj, given.get(each.name, 0.0))
-        for each in (*mechanism.joints, *mechanism.loops)
-    ]
-    apart = {each.name: T[each.parent] @ each.T_pj @ pose.inverse(T[each.child]) for each in mechanism.loops}
+    joints = [_drawn(each, T[each.parent] @ each.T_pj, given.get(each.name, 0.0)) for each in mechanism.joints]
+    apart: dict[str, Floats] = {}
+    for each in mechanism.loops:
+        T_p = T[each.parent] @ each.T_pj
+        T_pc = pose.inverse(T_p) @ T[each.child]
+        joints.append(_drawn(each, T_p, 0.0, about=_first_angle(each, T_pc[:3, :3])))
+        apart[each.name] = T_p @ _allowed(each, T_pc) @ pose.inverse(T[each.child])
     base = mechanism.links[0].name
     whole = Linkage(
         mechanism.name, mechanism.link_names, tuple(joints), mechanism.tip, couplings=couplings,
@@ -117,15 +123,53 @@ def linkage_of(mechanism: Mechanism, q: ArrayLike | None = None) -> Linkage:
     return without(whole, fixed)
 
 
-def _drawn(each: Joint, T: Floats, at: float) -> LinkageJoint:
+def _allowed(each: Joint, T_pc: Floats) -> Floats:
+    """(4, 4) the displacement from {p} to {c} that a joint of several freedoms allows; the identity for others."""
+    X, R, along = np.eye(4), T_pc[:3, :3], each.axis * float(each.axis @ T_pc[:3, 3])
+    match each.kind:
+        case JointKind.SPHERICAL:
+            X[:3, :3] = R
+        case JointKind.UNIVERSAL:
+            first = _rotation(each.axis, _first_angle(each, R))
+            X[:3, :3] = first @ _rotation(each.second, _angle(each.second, first.T @ R))
+        case JointKind.CYLINDRICAL:
+            X[:3, :3], X[:3, 3] = _rotation(each.axis, _angle(each.axis, R)), along
+        case JointKind.PLANAR:
+            X[:3, :3], X[:3, 3] = _rotation(each.axis, _angle(each.axis, R)), T_pc[:3, 3] - along
+        case _:
+            pass
+    return X
+
+
+def _first_angle(each: Joint, R_pc: Floats) -> float:
+    """Angle of a universal joint about its axis on the parent [rad]; zero for other joints."""
+    if each.kind is not JointKind.UNIVERSAL:
+        return 0.0
+    seen = R_pc @ each.second
+    return float(np.arctan2(np.cross(each.axis, each.second) @ seen, each.second @ seen))
+
+
+def _angle(axis: Floats, R: Floats) -> float:
+    """Angle about an axis that comes nearest to a rotation [rad]."""
+    first, second = across(axis)
+    return float(np.arctan2(second @ R @ first - first @ R @ second, first @ R @ first + second @ R @ second))
+
+
+def _rotation(axis: Floats, angle: float) -> Floats:
+    return pose.exp(np.concatenate([axis * angle, np.zeros(3)]))[:3, :3]
+
+
+def _drawn(each: Joint, T: Floats, at: float, about: float = 0.0) -> LinkageJoint:
+    """A joint where its frame stands, at its coordinate; a universal joint about the axis on its parent."""
     axis = T[:3, :3] @ each.axis
+    second = T[:3, :3] @ _rotation(each.axis, about) @ each.second
     point = T[:3, 3] + (axis * at if each.kind is JointKind.PRISMATIC else 0.0)
     still = each.mimic is not None and not each.mimic.multiplier
     kind = Kind.FIXED if still else _KINDS[each.kind]
     return LinkageJoint(
         each.name, kind, each.parent, each.child, frozen(point), frozen(axis / np.linalg.norm(axis)),
-        pitch=each.pitch, actuated=each.actuated and each.mimic is None, lower=each.limits.lower - at,
-        upper=each.limits.upper - at,
+        second=frozen(second / np.linalg.norm(second)), pitch=each.pitch, actuated=each.actuated and each.mimic is None,
+        lower=each.limits.lower - at, upper=each.limits.upper - at,
     )  # fmt: skip
 
 

@@ -163,6 +163,8 @@ LOOP_OPEN = _warning("M0723", "loop_open")
 TENDON_ARMATURE = _error("M0724", "tendon_armature")
 NO_SUCH_PART = _error("M0725", "no_such_part")
 SECOND_INERTIAL = _error("M0726", "second_inertial")
+UNKNOWN_SITE = _error("M0727", "unknown_site")
+LOOP_CLOSED = _warning("M0728", "loop_closed")
 
 # Only in xacro
 XACRO_MACRO = _error("X1101", "xacro_macro")

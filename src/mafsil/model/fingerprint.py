@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from hashlib import blake2b
 
-from mafsil.model.joint import Joint
+from mafsil.model.joint import Joint, JointKind
 from mafsil.model.link import Link
 from mafsil.model.mechanism import Mechanism
 
@@ -38,3 +38,5 @@ def _joint(joint: Joint) -> Iterator[bytes]:
     details = (joint.name, joint.kind.value, joint.parent, joint.child, joint.pitch, reflected, joint.mimic)
     yield repr(details).encode()
     yield joint.T_pj.tobytes() + joint.axis.tobytes()
+    if joint.kind is JointKind.UNIVERSAL:
+        yield joint.second.tobytes()

@@ -1,4 +1,4 @@
-"""Joints of one degree of freedom (and none), as screws."""
+"""Joints of one degree of freedom (and none), as screws; joints of several freedoms, which close loops."""
 
 from __future__ import annotations
 
@@ -24,6 +24,24 @@ class JointKind(Enum):
     PRISMATIC = "prismatic"
     HELICAL = "helical"
     FIXED = "fixed"
+    CYLINDRICAL = "cylindrical"
+    UNIVERSAL = "universal"
+    SPHERICAL = "spherical"
+    PLANAR = "planar"
+
+    @property
+    def freedoms(self) -> int:
+        """Number of independent motions; only joints that close loops may have more than one."""
+        return _FREEDOMS.get(self, 1)
+
+
+_FREEDOMS = {
+    JointKind.FIXED: 0,
+    JointKind.CYLINDRICAL: 2,
+    JointKind.UNIVERSAL: 2,
+    JointKind.SPHERICAL: 3,
+    JointKind.PLANAR: 3,
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,10 +64,13 @@ class Joint:
 
     Attributes:
         name: unique among the joints.
-        kind: revolute, prismatic, helical or fixed.
+        kind: revolute, prismatic, helical or fixed; of joints that close loops also cylindrical, universal, spherical
+            or planar.
         parent, child: names of links.
         T_pj: (4, 4) pose of the joint frame, which is the child's frame at q = 0, in the parent's frame.
-        axis: (3,) unit direction in the joint frame.
+        axis: (3,) unit direction in the joint frame; of a planar joint the normal, of a universal one the axis on the
+            parent.
+        second: (3,) unit direction in the joint frame: the axis of a universal joint on the child.
         pitch: advance per angle of a helical joint [m/rad].
         limits: bounds of q and its derivatives.
         wraps: the joint rotates without end (URDF `continuous`).
@@ -61,7 +82,8 @@ class Joint:
 
     Raises:
         InputError: wrong shapes, NaN or infinities.
-        ModelError: T_pj is no pose, the axis of a moving joint has not length one, the pitch is not finite.
+        ModelError: T_pj is no pose, the axis of a moving joint has not length one, the pitch is not finite, the axes of
+            a universal joint are not perpendicular.
     """
 
     name: str
@@ -77,6 +99,7 @@ class Joint:
     mimic: Mimic | None = None
     actuator: Actuator | None = None
     friction: Friction | None = None
+    second: Vector3 = field(default_factory=lambda: frozen([1.0, 0.0, 0.0]))
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "T_pj", frozen(checked_pose(f"{self.name}: T_pj", self.T_pj)))
@@ -84,8 +107,19 @@ class Joint:
         length = float(np.linalg.norm(self.axis))
         if self.moves and abs(length - 1) > WRITTEN:
             raise ModelError("model.axis", joint=self.name, axis=self.axis.tolist(), length=length)
+        object.__setattr__(self, "second", fixed_array(f"{self.name}: second", self.second, (3,)))
+        if self.kind is JointKind.UNIVERSAL:
+            self._require_cross()
         if not isfinite(self.pitch):
             raise ModelError("model.finite", name=f"{self.name}: pitch", value=self.pitch)
+
+    def _require_cross(self) -> None:
+        """The second axis of a universal joint has length one and stands across the first."""
+        length, along = float(np.linalg.norm(self.second)), float(self.axis @ self.second)
+        if abs(length - 1) > WRITTEN:
+            raise ModelError("model.axis", joint=self.name, axis=self.second.tolist(), length=length)
+        if abs(along) > WRITTEN:
+            raise ModelError("model.cross", joint=self.name, angle=float(np.degrees(np.arccos(along))))
 
     @property
     def moves(self) -> bool:
@@ -94,7 +128,11 @@ class Joint:
 
     @property
     def screw(self) -> Vector6:
-        """(6,) screw axis S = (omega, v) in the joint frame; zero for a fixed joint."""
+        """(6,) screw axis S = (omega, v) in the joint frame; zero for a fixed joint.
+
+        Raises:
+            ModelError: the joint has several freedoms.
+        """
         zero = np.zeros(3)
         match self.kind:
             case JointKind.REVOLUTE:
@@ -105,3 +143,5 @@ class Joint:
                 return np.concatenate([self.axis, self.pitch * self.axis])
             case JointKind.FIXED:
                 return np.zeros(6)
+            case _:
+                raise ModelError("model.many_screws", joint=self.name, kind=self.kind.value)

@@ -91,7 +91,8 @@ class Mechanism:
         name: of the robot.
         links: (k + 1) links, the base first.
         joints: (k) joints of the spanning tree.
-        loops: joints that close loops: both links are already in the tree. Empty for an open chain.
+        loops: joints that close loops, of any number of freedoms: both links are already in the tree, and the child's
+            frame stands in the joint. Empty for an open chain.
         tip: name of the link that carries the tip frame.
         T_lt: (4, 4) pose of the tip frame {t} in the tip link.
         T_sb: (4, 4) pose of the base link in the space frame {s}.
@@ -135,12 +136,15 @@ class Mechanism:
             provenance: where the numbers come from.
 
         Raises:
-            ModelError: a name is used twice or missing, the joints do not form one tree, a mimic joint follows
-                nothing or itself.
+            ModelError: a name is used twice or missing, the joints do not form one tree, one of them has several
+                freedoms, a mimic joint follows nothing or itself.
         """
         given_links, given_joints, closing = tuple(links), tuple(joints), tuple(loops)
         _require_unique("link", [link.name for link in given_links])
         _require_unique("joint", [joint.name for joint in (*given_joints, *closing)])
+        for joint in given_joints:
+            if joint.kind.freedoms > 1:
+                raise ModelError("model.many_screws", joint=joint.name, kind=joint.kind.value)
         by_name = {link.name: link for link in given_links}
         for joint in (*given_joints, *closing):
             for end in (joint.parent, joint.child):

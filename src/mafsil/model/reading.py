@@ -29,6 +29,11 @@ NAMING = frozenset({"name", "link", "joint", "joint1", "joint2", "body", "body1"
 """Attributes that give or repeat names of links and joints."""
 
 
+def is_writable(text: str) -> bool:
+    """Whether XML holds a name as it is and no xacro would expand it."""
+    return not FORBIDDEN_IN_NAMES.search(text) and text == text.strip() and "${" not in text and "$(" not in text
+
+
 @dataclass(slots=True)
 class Reading:
     """Collects diagnostics while a document is read; the reader goes on after an error to find the next one.

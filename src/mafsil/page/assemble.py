@@ -13,31 +13,46 @@ from mafsil.scene.inline import attribute, embedded, policy
 from mafsil.scene.modules import read
 
 MAIN = "page/main.js"
+STYLES = ("page", "stage", "cards")
 _NEEDS, _NAME = re.compile(r"^ *needs: \[([^\]]*)\],$", re.M), re.compile(r"[\"'](\w+)[\"']")
 
 
-def assembled(content: Mapping[str, Any], views: Sequence[str] = ()) -> str:
+def assembled(content: Mapping[str, Any], views: Sequence[str] = (), main: str = MAIN) -> str:
     """The page as HTML text.
 
     Args:
         content: its data, see `mafsil.page.content`.
         views: absolute paths of modules with more views.
+        main: the module that opens it; another than `MAIN` may speak with the server that the page came from.
 
     Raises:
         FileError: a module that cannot be read.
         KernelError: a module with statements that are not understood.
     """
-    style, script = read("page/page.css").strip(), "(() => {\n" + one_script(*own_views(), *views, MAIN) + "\n})();"
+    style, code = "\n".join(read(f"page/{name}.css").strip() for name in STYLES), script(*views, main)
     slots = {
         "lang": content["language"],
         "dir": direction(content["language"]),
         "title": attribute(content["robot"]["name"]),
-        "policy": policy(style, script, computes=True, connects="studio" in content),
+        "policy": policy(style, code, computes=True, connects=main != MAIN),
         "style": style,
-        "script": script,
+        "script": code,
         "data": embedded(content),
     }
     return re.sub(r"\{\{(\w+)\}\}", lambda match: slots[match.group(1)], read("page/page.html"))
+
+
+def script(*modules: str) -> str:
+    """The page's own views and these modules as one script that leaves no names behind.
+
+    Args:
+        modules: paths inside the package, or absolute; the last one opens the page.
+
+    Raises:
+        FileError: a module that cannot be read.
+        KernelError: a module with statements that are not understood.
+    """
+    return "(() => {\n" + one_script(*own_views(), *modules) + "\n})();"
 
 
 def needed(views: Sequence[str]) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import gzip
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -26,7 +26,13 @@ CODES = 27
 """Codes of branches: three signs."""
 
 
-def content(arm: Arm, language: str, python: str, areas: Sequence[str] = ("page",)) -> dict[str, Any]:
+def content(
+    arm: Arm,
+    language: str,
+    python: str,
+    areas: Sequence[str] = ("page",),
+    scene: Mapping[str, Any] | None = None,
+) -> dict[str, Any]:
     """The data of a page.
 
     Args:
@@ -34,6 +40,7 @@ def content(arm: Arm, language: str, python: str, areas: Sequence[str] = ("page"
         language: in which it opens.
         python: expression of the robot, for the journal's script.
         areas: of the catalogue whose sentences it carries; no key stands in two of them.
+        scene: what is drawn, as `mafsil.scene.as_data` with centre, size and floor; made of the arm if None.
 
     Raises:
         KernelError: LLVM refuses a kernel.
@@ -56,7 +63,7 @@ def content(arm: Arm, language: str, python: str, areas: Sequence[str] = ("page"
         "kernels": {"layout": dict(module.layout), "code": _compressed(module.code)},
         "branches": _branches(arm),
         "dh": dh_table(arm),
-        "scene": _scene(arm),
+        "scene": _scene(arm) if scene is None else dict(scene),
     }
 
 
@@ -65,11 +72,20 @@ def _compressed(code: bytes) -> str:
 
 
 def _sentences(code: str, areas: Sequence[str]) -> Iterator[tuple[str, list[dict[str, Any]]]]:
-    """Every sentence of the page, cut by the package's one function into words and what keeps its own direction."""
     for area, name in sorted((one, name) for one in areas for name in keys(code, one)):
-        text = template(f"{area}.{name}", code)
-        pieces = runs(text) if direction(code) == "rtl" else [(text, False)]
-        yield name, [{"text": piece[0], "foreign": piece[1]} for piece in pieces]
+        yield name, sentence(code, f"{area}.{name}")
+
+
+def sentence(code: str, key: str) -> list[dict[str, Any]]:
+    """A sentence as scripts say it: cut by the package's one function into words and what keeps its own direction.
+
+    Args:
+        code: of the language.
+        key: of the catalogue.
+    """
+    text = template(key, code)
+    pieces = runs(text) if direction(code) == "rtl" else [(text, False)]
+    return [{"text": piece[0], "foreign": piece[1]} for piece in pieces]
 
 
 def _branches(arm: Arm) -> dict[str, Any] | None:

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
+from mafsil.control.law_export import PORTS, law_kernel
 from mafsil.errors import InputError
 from mafsil.kernels import Kernel
 from mafsil.kernels.export import Export, Legend, bundle
 from mafsil.kernels.export import export as export_kernel
 from mafsil.kernels.export.legend import symbol
 from mafsil.kernels.export.objects.bundle import layout_text
+from mafsil.mechanics.loop_terms import Term
 from mafsil.model.loading import RobotLike
 from mafsil.page.arm import Arm
 from mafsil.page.assemble import assembled
@@ -92,6 +94,19 @@ BEYOND: dict[str, _Row] = {
             "tip_errors": "distance [m] and angle [rad] of the tip from the reference",
         },
     ),
+    "computed_torque": _Row(
+        "Control law: computed torque, one call of it.",
+        lambda arm: _law(arm, "computed_torque"),
+        "session.no_closed_loop",
+        PORTS,
+    ),
+    "pid": _Row("Control law: PID of every joint, one call of it.", lambda arm: _law(arm, "feedback"), "", PORTS),
+    "pd_gravity": _Row(
+        "Control law: PD of every joint and the arm's gravity, one call of it.",
+        lambda arm: _law(arm, "feedback", "gravity"),
+        "session.no_closed_loop",
+        PORTS,
+    ),
 }
 """By the name under which they are exported."""
 
@@ -112,7 +127,7 @@ def export(
     Args:
         robot: its numbers become constants of the code.
         name: a name of the catalogue, or `closed_form`, `labelled_closed_form`, `pose_step`, `pose_check`,
-            `closed_loop`.
+            `closed_loop`, or the control laws `computed_torque`, `pid`, `pd_gravity` with their gains as inputs.
         to: `c` (C99 with test vectors), `object`, `ptx`, or `wasm` (a module with its ports as JSON).
         frame: link name for framed quantities; the tip frame if None.
         optional: optional inputs of quantities that shall be present, such as ("tip_wrench",).
@@ -138,6 +153,15 @@ def export(
     joints = ", ".join(arm.robot.joint_names)
     words = Legend(arm.robot.name, f"{row.title} Joints: {joints}.", row.ports)
     return export_kernel(kernel, words, to, target=target, real=real, name=function)
+
+
+def _law(arm: Arm, *kinds: str) -> Kernel | None:
+    """A law whose gains are inputs; None for an arm without masses where the law needs them."""
+    mechanism = arm.robot.mechanism
+    if kinds != ("feedback",) and arm.kernels.get("closed_loop") is None:
+        return None
+    terms = tuple(Term(kind, None if kind == "feedback" else mechanism) for kind in kinds)
+    return law_kernel(arm.robot, terms, None, integrates=kinds == ("feedback",))
 
 
 def export_all(robot: RobotLike, to: str, *, language: str = "en", python: str = "robot") -> Export:

@@ -117,6 +117,27 @@ class Session:
         here = [self.state.here[place] for place in self.arm.places]
         self._take(self._call("tip_pose", here)[0], branch)
 
+    def swing(self, joint: int, value: float, branch: int) -> None:
+        """Turn a joint that is free to choose while the tip stays where it is.
+
+        Args:
+            joint: its place in the coordinates; one that the closed form leaves free.
+            value: [rad | m].
+            branch: row of the closed form on which the other joints follow.
+
+        Raises:
+            InputError: the closed form determines that joint.
+        """
+        require_free(joint, self.arm)
+        before, here = self.state, [self.state.here[place] for place in self.arm.places]
+        T = self._call("tip_pose", here)[0]
+        q = list(before.here)
+        q[joint] = float(value)
+        self._place(tuple(q), "ready")
+        self._take(T, branch)
+        if self.state.status != "solved":
+            self.state = replace(before, status=self.state.status)
+
     def search(self, position: Sequence[float], quaternion: Sequence[float]) -> None:
         """Bring the tip to a pose by damped steps, from here and then from other starts.
 
@@ -263,8 +284,8 @@ LEEWAY = 1e-12
 ACTIONS: dict[str, Callable[..., None]] = {
     method.__name__: method
     for method in (
-        Session.set_joint, Session.set_joints, Session.reach, Session.choose, Session.search, Session.loop,
-        Session.push, Session.simulate,
+        Session.set_joint, Session.set_joints, Session.reach, Session.choose, Session.swing, Session.search,
+        Session.loop, Session.push, Session.simulate,
     )
 }  # fmt: skip
 """What can be done, by name; the page gets names and arguments as data."""
@@ -273,6 +294,21 @@ ACTIONS: dict[str, Callable[..., None]] = {
 def action_arguments() -> dict[str, list[str]]:
     """Of every action, the names of its arguments in their order."""
     return {name: list(signature(method).parameters)[1:] for name, method in ACTIONS.items()}
+
+
+def require_free(joint: int, arm: Arm) -> None:
+    """Refuse a joint that the closed form determines.
+
+    Args:
+        joint: its place in the coordinates.
+        arm: with the settings.
+
+    Raises:
+        InputError: it does.
+    """
+    free = arm.settings["locked"]
+    if joint not in free:
+        raise InputError("session.not_free", value=joint, known=", ".join(map(str, free)) or "-")
 
 
 def pose_from(position: Sequence[float], quaternion: Sequence[float]) -> list[float]:

@@ -89,18 +89,18 @@ def show(robot: RobotLike, *, language: str | None = None, views: Sequence[str |
         ModelError: a robot without joints.
     """
     found = as_robot(robot)
-    own = tuple(os.path.abspath(view) for view in views)
-    return Page(found, language or current_language(), _python(robot, found), own)
+    return Page(found, language or current_language(), _python(robot, found), _absolute(views))
 
 
-def show_as(mechanism: Mechanism, source: str) -> Page:
+def show_as(mechanism: Mechanism, source: str, views: Sequence[str | os.PathLike[str]] = ()) -> Page:
     """The page of a mechanism that came from a name or a file, perhaps with another tip.
 
     Args:
         mechanism: what is shown.
         source: name or file that scripts load.
+        views: files with views of your own.
     """
-    return Page(Robot(mechanism), current_language(), repr(source))
+    return Page(Robot(mechanism), current_language(), repr(source), _absolute(views))
 
 
 def _python(given: RobotLike, robot: Robot) -> str:
@@ -108,6 +108,10 @@ def _python(given: RobotLike, robot: Robot) -> str:
     if isinstance(given, str | os.PathLike):
         return repr(os.fspath(given))
     return repr(robot.name) if robot.name in library.names() else "robot"
+
+
+def _absolute(views: Sequence[str | os.PathLike[str]]) -> tuple[str, ...]:
+    return tuple(os.path.abspath(view) for view in views)
 
 
 def _file_name(name: str) -> str:

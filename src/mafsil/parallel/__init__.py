@@ -2,8 +2,24 @@
 
 from mafsil.parallel.assembly_modes import AssemblyModes as AssemblyModes
 from mafsil.parallel.assembly_modes import AssemblyModesStatus as AssemblyModesStatus
+from mafsil.parallel.cable_robot import CableRobot as CableRobot
+from mafsil.parallel.cable_tensions import CableStatus as CableStatus
+from mafsil.parallel.cable_tensions import CableTensions as CableTensions
+from mafsil.parallel.cable_tensions import cable_tensions as cable_tensions
+from mafsil.parallel.cable_workspace import CableClosure as CableClosure
+from mafsil.parallel.cable_workspace import CableWorkspace as CableWorkspace
+from mafsil.parallel.cable_workspace import CableWorkspaceStatus as CableWorkspaceStatus
+from mafsil.parallel.cable_workspace import ClosureStatus as ClosureStatus
+from mafsil.parallel.cable_workspace import cable_closure as cable_closure
+from mafsil.parallel.cable_workspace import cable_workspace as cable_workspace
 from mafsil.parallel.certificate import Certificate as Certificate
 from mafsil.parallel.certificate import CertificateStatus as CertificateStatus
+from mafsil.parallel.closed_answers import ActuatorEfforts as ActuatorEfforts
+from mafsil.parallel.closed_answers import ClosedAccelerations as ClosedAccelerations
+from mafsil.parallel.closed_answers import ClosedConfigurations as ClosedConfigurations
+from mafsil.parallel.closed_chain import ClosedChain as ClosedChain
+from mafsil.parallel.closed_motion import ClosedMotion as ClosedMotion
+from mafsil.parallel.closed_motion import simulate_closed as simulate_closed
 from mafsil.parallel.closure import DrivenRates as DrivenRates
 from mafsil.parallel.closure import DrivenStatus as DrivenStatus
 from mafsil.parallel.closure import driven_rates as driven_rates

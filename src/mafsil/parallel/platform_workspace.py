@@ -82,11 +82,6 @@ class PlatformWorkspace(Answer):
     reasons: dict[str, int]
 
     @property
-    def cell(self) -> float:
-        """Volume of a cell [m^3]; an axis with one place counts as one metre."""
-        return float(np.prod([float(axis[1] - axis[0]) if len(axis) > 1 else 1.0 for axis in self.axes]))
-
-    @property
     def everywhere(self) -> Booleans:
         """(nx, ny, nz) where all orientations are allowed."""
         return np.asarray(self.allowed.all(axis=0), dtype=np.bool_)
@@ -98,15 +93,7 @@ class PlatformWorkspace(Answer):
 
     def volume(self, places: Booleans) -> tuple[float, float]:
         """Volume of places (nx, ny, nz) and how far it may be wrong, half of the cells of the boundary [m^3]."""
-        edge = np.zeros(places.shape, dtype=bool)
-        for axis in range(3):
-            before = [slice(None)] * 3
-            after = [slice(None)] * 3
-            before[axis], after[axis] = slice(None, -1), slice(1, None)
-            differs = places[tuple(before)] != places[tuple(after)]
-            edge[tuple(before)] |= differs
-            edge[tuple(after)] |= differs
-        return self.cell * int(places.sum()), self.cell * int(edge.sum()) / 2
+        return grid_volume(self.axes, places)
 
     @property
     def status(self) -> WorkspaceStatus:
@@ -140,6 +127,24 @@ class PlatformWorkspace(Answer):
             "status": self.status.name.lower(), "axes": list(self.axes), "allowed": self.allowed,
             "reasons": dict(self.reasons),
         }  # fmt: skip
+
+
+def grid_volume(axes: tuple[Floats, ...], places: Booleans) -> tuple[float, float]:
+    """Volume of places of a grid, and how far it may be wrong: half of the cells of the boundary [m^k].
+
+    Args:
+        axes: (n,) evenly spaced along each side [m]; one with a single place counts as one metre.
+        places: (n, ...) which belong to it.
+    """
+    cell = float(np.prod([float(axis[1] - axis[0]) if len(axis) > 1 else 1.0 for axis in axes]))
+    edge = np.zeros(places.shape, dtype=bool)
+    for axis in range(places.ndim):
+        before, after = [slice(None)] * places.ndim, [slice(None)] * places.ndim
+        before[axis], after[axis] = slice(None, -1), slice(1, None)
+        differs = places[tuple(before)] != places[tuple(after)]
+        edge[tuple(before)] |= differs
+        edge[tuple(after)] |= differs
+    return cell * int(places.sum()), cell * int(edge.sum()) / 2
 
 
 def platform_workspace(

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector
+from mafsil.arrays import Floats, JointVector, positive, whole
 from mafsil.collision import Check, Checker, Clearance
 from mafsil.errors import InputError
 from mafsil.messages import say
+from mafsil.planning.arm_limits import bounds_of
+from mafsil.planning.kept_planning import Kept
 from mafsil.planning.outcome import Plan, PlanningStatus
+from mafsil.planning.path_optimisation import Descent, descend
 from mafsil.planning.rounding import rounded
 from mafsil.trajectory import JointPath, MotionLimits, TimeOptimal, time_optimal
 
@@ -26,12 +29,30 @@ class ArmPlan(Plan):
         ends: what the start or the goals meet, where that is the reason.
         proofs: motions that were proved or tried to be.
         goal: which of the goals the path leads to; -1 where there is no path.
+        kept: what the path keeps, if something was to be kept.
+        descent: how `optimised` made it, if it did.
     """
 
     checker: Checker | None = None
     ends: tuple[Check, ...] = ()
     proofs: int = 0
     goal: int = -1
+    kept: Kept | None = None
+    descent: Descent | None = None
+
+    def kept_bounds(self) -> Floats:
+        """(k,) largest angle [rad] or distance [m] of each constraint that the proof along the path leaves possible.
+
+        Raises:
+            InputError: there is no path.
+        """
+        if not self or self.checker is None:
+            raise InputError("planning.no_path", why=self.explain())
+        if self.kept is None:
+            return np.zeros(0)
+        worst = self.kept.along(self.checker, self.path[:-1], self.path[1:])
+        assert worst is not None
+        return np.array([one.amount(float(m)) for one, m in zip(self.kept.constraints, worst, strict=True)])
 
     def at(self, s: ArrayLike) -> JointVector:
         """(*batch, n) configurations at shares 0..1 of the length of the path.
@@ -53,6 +74,37 @@ class ArmPlan(Plan):
         assert self.checker is not None
         return self.checker.distance(self.at(np.linspace(0.0, 1.0, count)))
 
+    def optimised(
+        self, *, clearance: float = 0.03, smoothness: float = 0.0, points: int = 30, iterations: int = 100,
+        seconds: float = 5.0,
+    ) -> ArmPlan:  # fmt: skip
+        """The path made shorter and smoother, away from obstacles, by gradients of distances; each motion proved free.
+
+        The best that was proved stays when the budget ends, so the cost is never higher than that of this path.
+
+        Args:
+            clearance: distance below which nearness costs [m].
+            smoothness: weight of bending against length^2 / 2; 0 for the shortest.
+            points: of the new path between its ends.
+            iterations, seconds: the budget; equal iterations give equal paths where the time does not end it.
+
+        Raises:
+            InputError: there is no path; numbers out of range; a path that keeps constraints.
+        """
+        if not self or self.checker is None:
+            raise InputError("planning.no_path", why=self.explain())
+        if self.kept is not None:
+            raise InputError("planning.optimise_kept")
+        positive("clearance", clearance)
+        positive("seconds", seconds)
+        if not np.isfinite(smoothness) or smoothness < 0.0:
+            raise InputError("input.range", name="smoothness", value=smoothness, low=0.0, high=np.inf)
+        whole("points", points, least=1)
+        whole("iterations", iterations, least=1)
+        bounds = bounds_of(self.checker, self.path[[0, -1]])
+        descent = descend(self.checker, self.path, bounds, clearance, smoothness, points, iterations, seconds)
+        return replace(self, path=descent.path, descent=descent)
+
     def joint_path(self, *, share: float = 0.5) -> JointPath:
         """The path with corners rounded as far as that is proved free; motions stop at corners that stay.
 
@@ -66,7 +118,7 @@ class ArmPlan(Plan):
             raise InputError("planning.no_path", why=self.explain())
         if not 0.0 <= share <= 0.5:
             raise InputError("input.range", name="share", value=share, low=0.0, high=0.5)
-        return rounded(self.checker, self.path, share)
+        return rounded(self.checker, self.path, share, self.kept)
 
     def timed(self, limits: MotionLimits, *, share: float = 0.5) -> TimeOptimal:
         """The rounded path in the shortest time within limits: free at every moment, for it is the same path.
@@ -89,9 +141,17 @@ class ArmPlan(Plan):
             which = say("planning.start_itself" if at_start else "planning.goal_number", language=language, number=k)
             contacts = "; ".join(each.sentence(language) for each in check.contacts)
             lines.append(say("planning.end_meets", language=language, which=which, contacts=contacts))
+        if self.descent is not None:
+            before, after, steps = self.descent.before, self.descent.after, self.descent.iterations
+            numbers = {"length": before.length, "shorter": after.length, "cost": before.total, "lower": after.total}
+            lines.append(say("planning.optimised", language=language, steps=steps, **numbers))
+        if self and self.kept is not None and self.checker is not None:
+            worst = self.kept.along(self.checker, self.path[:-1], self.path[1:])
+            lines += [] if worst is None else self.kept.sentences(worst, language)
         return "\n".join(lines)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
         ends = [check.to_dict() for check in self.ends]
-        return super().to_dict() | {"proofs": self.proofs, "goal": self.goal, "ends": ends}
+        kept: dict[str, Any] = {"kept": self.kept_bounds().tolist()} if self and self.kept is not None else {}
+        return super().to_dict() | {"proofs": self.proofs, "goal": self.goal, "ends": ends} | kept

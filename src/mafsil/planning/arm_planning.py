@@ -2,25 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, as_batch, positive, single, whole
 from mafsil.collision import Checker, Obstacle, Scene
-from mafsil.collision.joints import joints_of
 from mafsil.errors import InputError
 from mafsil.geometry import Pose
 from mafsil.ik import inverse_kinematics
 from mafsil.lazy_module import lazily
-from mafsil.messages import say
 from mafsil.model.loading import RobotLike
+from mafsil.planning.arm_limits import beyond_limits, bounds_of
 from mafsil.planning.arm_plan import ArmPlan
+from mafsil.planning.goal_region import GoalRegion
+from mafsil.planning.kept_planning import Kept, search_kept
 from mafsil.planning.outcome import PlanningStatus
+from mafsil.planning.path_constraints import Constraint, kept_of
+from mafsil.planning.path_optimisation import POINTS, optimise_from_straight
 from mafsil.planning.problem import Problem
+from mafsil.planning.roadmap import ArmRoadmap
 from mafsil.planning.search import PLANNERS, Budget
 from mafsil.planning.shortening import shortened
 
@@ -29,21 +33,20 @@ if TYPE_CHECKING:
 else:
     arm_search_loops = lazily("mafsil.planning.arm_search_loops")
 
+LAZY = "lazy_prm_star"
 STEP = 0.1
 """Longest edge of a tree, as share of the diagonal of the limits."""
 FIRST_ROOM = 1024
 """Nodes of each side that there are arrays for at first."""
 SLICE = 512
 """Samples between two looks at the clock."""
-UNBOUNDED = np.pi
-"""Where a joint without limits is searched, to both sides of start and goals [rad | m]."""
 
 
 def plan(
-    robot: RobotLike | Checker,
+    robot: RobotLike | Checker | ArmRoadmap,
     scene: Scene | Iterable[Obstacle] | None,
     start: ArrayLike,
-    goal: ArrayLike | Pose,
+    goal: ArrayLike | Pose | GoalRegion,
     *,
     planner: str = "rrt_connect",
     seed: int = 0,
@@ -51,13 +54,14 @@ def plan(
     nodes: int = 200_000,
     shorten: int = 100,
     margin: float = 0.0,
+    keep: Constraint | Iterable[Constraint] = (),
 ) -> ArmPlan:
     """A path of an arm from a configuration to a goal, each straight motion of it proved free of collisions.
 
     1. Poses become configurations: all solutions of the inverse kinematics within the limits.
     2. Ends that collide or lie outside the limits are named with what they meet.
     3. RRT-Connect in compiled code, or another planner of `PLANNERS`; edges are looked at when they grow and proved
-       when they count.
+       when they count. What is to be kept is kept by projection, and proved between the points of the path.
     4. Shortcuts, proved too.
 
     Coordinates that do not move the tip and are the same at start and goals, such as those of a gripper, stay.
@@ -65,47 +69,79 @@ def plan(
     Many questions about one arm: make a `collision.Checker` once and give it as `robot`.
 
     Args:
-        robot: a Robot, a Mechanism, a library name, a path, or a Checker.
+        robot: a Robot, a Mechanism, a library name, a path, a Checker, or an ArmRoadmap that is asked and grows.
         scene: obstacles in {s}; None for that of a Checker, or none.
         start: (n,) [rad | m].
-        goal: (n,); (k, n) of which any will do; a Pose, or (4, 4) or (k, 4, 4) poses of the tip in {s}.
-        planner: a name of `mafsil.planning.PLANNERS`.
+        goal: (n,); (k, n) of which any will do; a Pose, or (4, 4) or (k, 4, 4) poses of the tip in {s}; a GoalRegion,
+            of whose poses any will do.
+        planner: a name of `mafsil.planning.PLANNERS` or of `ARM_PLANNERS`.
         seed: of the samples; equal seeds give equal paths where the time does not end the search.
         seconds: after which it gives up, or for planners that improve gives the best so far.
         nodes: most that it may make.
         shorten: how many shortcuts are tried; 0 for none.
         margin: clearance to keep, where `robot` is no Checker [m].
+        keep: what the path keeps all along, such as `planning.Upright(0.1)`: one or several constraints. Only with
+            "rrt_connect".
 
     Raises:
         InputError: a wrong shape, a number that is not finite, an unknown planner.
 
     Reference: J. Kuffner, S. LaValle, RRT-Connect, ICRA 2000; proofs as in Schwarzer, Saha, Latombe, IEEE T-RO 2005.
     """
-    checker = _checker(robot, scene, margin)
+    roadmap = robot if isinstance(robot, ArmRoadmap) else None
+    if roadmap is not None:
+        if scene is not None or keep:
+            raise InputError("planning.roadmap_as_it_is")
+        planner = LAZY
+    checker = _checker(robot, scene, margin) if not isinstance(robot, ArmRoadmap) else robot.checker
     n = checker.robot.n
     q = np.asarray(single("start", start, (n,)), dtype=np.float64)
-    if planner not in PLANNERS:
-        raise InputError("input.choice", name="planner", value=planner, known=", ".join(PLANNERS))
+    if planner not in PLANNERS and planner not in ARM_PLANNERS:
+        raise InputError("input.choice", name="planner", value=planner, known=", ".join([*PLANNERS, *ARM_PLANNERS]))
     for name, number, least in (("seed", seed, 0), ("nodes", nodes, 1), ("shorten", shorten, 0)):
         whole(name, number, least=least)
     positive("seconds", seconds)
     begun = perf_counter()
     # 1.
-    goals = _configurations(checker, goal, q)
+    goals = configurations_of(checker, goal, q)
     # 2.
     refused = _refused(checker, q, goals, planner, begun)
     if isinstance(refused, ArmPlan):
         return refused
     open_goals = goals[refused]
-    lower, upper = _bounds(checker, np.concatenate([q[None], goals]))
+    lower, upper = bounds_of(checker, np.concatenate([q[None], goals]))
+    constraints = (keep,) if not isinstance(keep, Iterable) else tuple(keep)
+    kept = Kept(*kept_of(checker, constraints, q, (lower, upper))) if constraints else None
     # 3., 4.
-    search = _compiled if planner == "rrt_connect" else _general
-    path, made, seen = search(checker, (lower, upper), q, open_goals, planner, seed, seconds, nodes, shorten)
+    if kept is not None:
+        if planner != "rrt_connect":
+            raise InputError("planning.keep_planner", planner=planner)
+        off = _not_kept(checker, kept, q, open_goals, begun)
+        if isinstance(off, ArmPlan):
+            return off
+        path, made, seen = search_kept(checker, kept, q, open_goals[off], seed, seconds, nodes, shorten)
+    elif roadmap is not None:
+        path, made, seen = _asked(roadmap, (lower, upper), q, open_goals, seconds, nodes)
+    else:
+        search = ARM_PLANNERS.get(planner, _general)
+        path, made, seen = search(checker, (lower, upper), q, open_goals, planner, seed, seconds, nodes, shorten)
     status = PlanningStatus.NOT_FOUND if path is None else PlanningStatus.FOUND
     points = q[None] if path is None else path
     reached = -1 if path is None else int(np.abs(goals - points[-1]).max(axis=1).argmin())
     return ArmPlan(
-        status, points, planner, seen[2], seen[0], made, perf_counter() - begun, "", checker, (), seen[1], reached
+        status,
+        points,
+        planner,
+        seen[2],
+        seen[0],
+        made,
+        perf_counter() - begun,
+        "",
+        checker,
+        (),
+        seen[1],
+        reached,
+        kept,
     )
 
 
@@ -115,19 +151,25 @@ def _checker(robot: RobotLike | Checker, scene: Scene | Iterable[Obstacle] | Non
     return robot if scene is None else robot.with_scene(scene)
 
 
-def _configurations(checker: Checker, goal: ArrayLike | Pose, start: JointVector) -> JointVector:
+def configurations_of(checker: Checker, goal: ArrayLike | Pose | GoalRegion, start: JointVector) -> JointVector:
     """(k, n) goals; of poses all solutions within the limits."""
     n = checker.robot.n
+    if isinstance(goal, GoalRegion):
+        return _solutions(checker, goal.poses(), start)
     typed = isinstance(goal, Pose)
     array = np.asarray(goal, dtype=np.float64)
     if not typed and array.ndim in (1, 2) and array.shape[-1] == n and not _looks_like_pose(array, n):
         return np.atleast_2d(np.asarray(as_batch("goal", array, (n,), finite=True), dtype=np.float64))
     if array.ndim not in (2, 3) or array.shape[-2:] != (4, 4):
         raise InputError("planning.no_goal", n=n, got=array.shape)
-    rows: list[JointVector] = [np.zeros((0, n))]
-    for T in array.reshape(-1, 4, 4):
+    return _solutions(checker, array.reshape(-1, 4, 4), start)
+
+
+def _solutions(checker: Checker, poses: Floats, start: JointVector) -> JointVector:
+    rows: list[JointVector] = [np.zeros((0, checker.robot.n))]
+    for T in poses:
         found = inverse_kinematics(checker.robot, T, q0=start)
-        rows.append(np.asarray(found.q)[np.asarray(found.within, dtype=np.bool_)].reshape(-1, n))
+        rows.append(np.asarray(found.q)[np.asarray(found.within, dtype=np.bool_)].reshape(-1, checker.robot.n))
     return np.concatenate(rows)
 
 
@@ -145,14 +187,14 @@ def _refused(
         checks = () if ends is None else tuple(checker.check(row) for row in ends[:10])
         return ArmPlan(status, q[None], planner, 1, 0, 0, perf_counter() - begun, reason, checker, checks)
 
-    beyond = _beyond_limits(checker, q)
+    beyond = beyond_limits(checker, q)
     if beyond:
         return ended(PlanningStatus.START_OUTSIDE, beyond)
     if not checker.free(q):
         return ended(PlanningStatus.START_BLOCKED, ends=q[None])
     if not len(goals):
         return ended(PlanningStatus.UNREACHABLE)
-    outside = [_beyond_limits(checker, row) for row in goals]
+    outside = [beyond_limits(checker, row) for row in goals]
     within = np.array([not each for each in outside])
     if not within.any():
         return ended(PlanningStatus.GOAL_OUTSIDE, outside[0])
@@ -162,32 +204,19 @@ def _refused(
     return found
 
 
-def _beyond_limits(checker: Checker, q: JointVector) -> str:
-    """A sentence for the joint that is furthest beyond its limits; empty if none is."""
-    limits = checker.robot.limits
-    beyond = np.maximum(limits.lower - q, q - limits.upper)
-    k = int(beyond.argmax())
-    if not beyond[k] > 0.0:
-        return ""
-    joint = checker.robot.mechanism.coordinates[k].name
-    lower, upper = float(limits.lower[k]), float(limits.upper[k])
-    return say("planning.beyond_limit", joint=joint, value=float(q[k]), lower=lower, upper=upper)
+def _not_kept(
+    checker: Checker, kept: Kept, q: JointVector, goals: JointVector, begun: float
+) -> ArmPlan | np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+    """An end that does not keep what is to be kept, with by how much; else which goals do."""
 
+    def ended(status: PlanningStatus, end: JointVector) -> ArmPlan:
+        reason = "; ".join(kept.sentences(kept.measures(checker, end[None])[0]))
+        return ArmPlan(status, q[None], "rrt_connect", 1, 0, 0, perf_counter() - begun, reason, checker)
 
-def _bounds(checker: Checker, ends: JointVector) -> tuple[Floats, Floats]:
-    """(n,) between which to search: the limits, or around the ends where there are none.
-
-    Coordinates that do not move the tip and have one value at all ends, such as those of a gripper, keep it.
-    """
-    limits, mechanism = checker.robot.limits, checker.robot.mechanism
-    lower = np.where(np.isfinite(limits.lower), limits.lower, ends.min(axis=0) - UNBOUNDED)
-    upper = np.where(np.isfinite(limits.upper), limits.upper, ends.max(axis=0) + UNBOUNDED)
-    joints = joints_of(mechanism)
-    moving = set(joints.column[joints.moves[:, mechanism.link_names.index(mechanism.tip)]].tolist())
-    for k in range(len(lower)):
-        if k not in moving and np.ptp(ends[:, k]) == 0.0:
-            lower[k] = upper[k] = ends[0, k]
-    return lower, upper
+    if not kept.holds(checker, q[None])[0]:
+        return ended(PlanningStatus.START_OFF, q)
+    found = kept.holds(checker, goals)
+    return found if found.any() else ended(PlanningStatus.GOAL_OFF, goals[0])
 
 
 def _compiled(
@@ -209,7 +238,7 @@ def _compiled(
     if straight >= 0:
         return np.stack([q, goals[order[straight]]]), 2, _counted(seen)
     # 2.
-    forests = _forests(q, goals, FIRST_ROOM, random, seen)
+    forests = arm_search_loops.forests_of(q, goals, FIRST_ROOM, random, seen)
     step = STEP * float(np.linalg.norm(upper - lower))
     deadline, made = np.inf, 0
     while (
@@ -220,7 +249,7 @@ def _compiled(
         if made >= nodes or perf_counter() > deadline:
             return None, made, _counted(seen)
         if code == arm_search_loops.FULL:
-            forests = _doubled(forests)
+            forests = arm_search_loops.doubled(forests)
     # 3.
     path = forests.path[: forests.sizes[2]].copy()
     path = arm_search_loops.shorten(world, path, shorten, random, seen)
@@ -230,27 +259,6 @@ def _compiled(
 def _counted(seen: Floats | np.ndarray[tuple[int, ...], np.dtype[np.int64]]) -> tuple[int, int, int]:
     looked_at, proved, states = (int(x) for x in seen)
     return looked_at, proved, states
-
-
-def _forests(
-    q: JointVector, goals: JointVector, most: int,
-    random: np.ndarray[tuple[int, ...], np.dtype[np.uint64]], seen: np.ndarray[tuple[int, ...], np.dtype[np.int64]],
-) -> arm_search_loops.Forests:  # fmt: skip
-    """The roots, with room for as many nodes on each side."""
-    n, most = len(q), max(most, 2 * len(goals) + 2)
-    rows, parent = np.empty((2, most, n)), np.full((2, most), arm_search_loops.ROOT)
-    rows[0, 0], rows[1, : len(goals)] = q, goals
-    count = np.array([1, len(goals), 0])
-    return arm_search_loops.Forests(
-        rows, parent, np.zeros((2, most), np.bool_), count, random, seen, np.empty((2 * most, n))
-    )
-
-
-def _doubled(forests: arm_search_loops.Forests) -> arm_search_loops.Forests:
-    q, parent, proved = (
-        np.concatenate([array, np.zeros_like(array)], axis=1) for array in (forests.q, forests.parent, forests.proved)
-    )
-    return forests._replace(q=q, parent=parent, proved=proved, path=np.empty((2 * q.shape[1], q.shape[2])))
 
 
 def _general(
@@ -265,3 +273,50 @@ def _general(
         path = shortened(problem, path, rng, shorten)
     counts = problem.counts
     return path, made, (counts.segments, counts.segments, counts.configurations)
+
+
+def _optimising(
+    checker: Checker, bounds: tuple[Floats, Floats], q: JointVector, goals: JointVector, planner: str, seed: int,
+    seconds: float, nodes: int, shorten: int,
+) -> tuple[JointVector | None, int, tuple[int, int, int]]:  # fmt: skip
+    """Straight lines bent by the gradients of distances until they are free; nodes are steps."""
+    del planner, shorten
+    path, made = optimise_from_straight(checker, bounds, q, goals, seed, seconds, nodes)
+    return path, made, (made, 0 if path is None else len(path) - 1, made * (POINTS + 2))
+
+
+def _lazy_prm_star(
+    checker: Checker, bounds: tuple[Floats, Floats], q: JointVector, goals: JointVector, planner: str, seed: int,
+    seconds: float, nodes: int, shorten: int,
+) -> tuple[JointVector | None, int, tuple[int, int, int]]:  # fmt: skip
+    """A first path by RRT-Connect, then a roadmap where a shorter one can pass, until the budget ends."""
+    begun = perf_counter()
+    first, made, seen = _compiled(checker, bounds, q, goals, planner, seed, seconds, nodes, shorten)
+    left = max(seconds - (perf_counter() - begun), 1e-9)
+    if first is None or made >= nodes:
+        return first, made, seen
+    path, more, also = _asked(ArmRoadmap(checker, seed), bounds, q, goals, left, nodes - made, first)
+    a, b, c = (x + y for x, y in zip(seen, also, strict=True))
+    return path, made + more, (a, b, c)
+
+
+def _asked(
+    roadmap: ArmRoadmap, bounds: tuple[Floats, Floats], q: JointVector, goals: JointVector, seconds: float, nodes: int,
+    first: JointVector | None = None,
+) -> tuple[JointVector | None, int, tuple[int, int, int]]:  # fmt: skip
+    """A roadmap's answer, with its nodes and what was looked at for it."""
+    before = roadmap.seen
+    path = roadmap.path(q, goals, seconds=seconds, nodes=nodes, first=first, bounds=bounds)
+    a, b, c = (now - then for now, then in zip(roadmap.seen, before, strict=True))
+    return path, roadmap.nodes, (a, b, c)
+
+
+ArmSearch: TypeAlias = Callable[
+    [Checker, tuple[Floats, Floats], JointVector, JointVector, str, int, float, int, int],
+    tuple[JointVector | None, int, tuple[int, int, int]],
+]
+"""(checker, bounds, start, goals, name, seed, seconds, nodes, shorten) -> path, nodes, (edges, proofs, states)."""
+ARM_PLANNERS: dict[str, ArmSearch] = {
+    "rrt_connect": _compiled, LAZY: _lazy_prm_star, "trajectory_optimisation": _optimising,
+}  # fmt: skip
+"""Planners made for arms: they ask a `Checker` itself and not one configuration or segment after the other."""

@@ -48,6 +48,23 @@ class Forests(NamedTuple):
     path: Floats
 
 
+def forests_of(q: Floats, goals: Floats, most: int, random: NDArray[np.uint64], seen: NDArray[np.int64]) -> Forests:
+    """The roots, with place for `most` nodes on each side."""
+    n, most = len(q), max(most, 2 * len(goals) + 2)
+    rows, parent = np.empty((2, most, n)), np.full((2, most), ROOT)
+    rows[0, 0], rows[1, : len(goals)] = q, goals
+    count = np.array([1, len(goals), 0])
+    return Forests(rows, parent, np.zeros((2, most), np.bool_), count, random, seen, np.empty((2 * most, n)))
+
+
+def doubled(forests: Forests) -> Forests:
+    """The same with place for twice as many nodes."""
+    q, parent, proved = (
+        np.concatenate([array, np.zeros_like(array)], axis=1) for array in (forests.q, forests.parent, forests.proved)
+    )
+    return forests._replace(q=q, parent=parent, proved=proved, path=np.empty((2 * q.shape[1], q.shape[2])))
+
+
 class Bench(NamedTuple):
     """Arrays that proofs work in; `bench_for` makes them."""
 
@@ -134,7 +151,8 @@ def _towards(a: Floats, b: Floats, step: float, out: Floats) -> bool:
 
 
 @uncounted
-def _add(forests: Forests, side: int, q: Floats, parent: int) -> int:
+def add(forests: Forests, side: int, q: Floats, parent: int) -> int:
+    """A node more; its index."""
     k = forests.sizes[side]
     for c in range(len(q)):
         forests.q[side, k, c] = q[c]
@@ -144,7 +162,7 @@ def _add(forests: Forests, side: int, q: Floats, parent: int) -> int:
 
 
 @uncounted
-def _cut(forests: Forests, side: int, node: int) -> None:
+def cut(forests: Forests, side: int, node: int) -> None:
     """A node goes, and all that grew from it: parents stand before their children."""
     parent = forests.parent[side]
     parent[node] = CUT
@@ -154,13 +172,13 @@ def _cut(forests: Forests, side: int, node: int) -> None:
 
 
 @uncounted
-def _way_is_proved(world: World, forests: Forests, side: int, node: int, bench: Bench) -> bool:
+def way_is_proved(world: World, forests: Forests, side: int, node: int, bench: Bench) -> bool:
     """Whether all edges from a node to its root are proved; the first that cannot be is cut off."""
     while forests.parent[side, node] != ROOT:
         before = forests.parent[side, node]
         if not forests.proved[side, node]:
             if not proves_free(world, forests.q[side, before], forests.q[side, node], bench, forests.seen):
-                _cut(forests, side, node)
+                cut(forests, side, node)
                 return False
             forests.proved[side, node] = True
         node = before
@@ -168,7 +186,7 @@ def _way_is_proved(world: World, forests: Forests, side: int, node: int, bench: 
 
 
 @uncounted
-def _write_path(forests: Forests, at_start: int, at_goal: int) -> None:
+def write_path(forests: Forests, at_start: int, at_goal: int) -> None:
     """The way from the root of the start over a node that both sides have to a goal's root."""
     length, node = 1, at_start
     while forests.parent[0, node] != ROOT:
@@ -230,25 +248,26 @@ def grow(world: World, lower: Floats, upper: Floats, step: float, iterations: in
         _towards(forests.q[ours, near], sample, step, new)
         if not looks_free(world, forests.q[ours, near], new, bench, forests.seen):
             continue
-        mine = _add(forests, ours, new, near)
+        mine = add(forests, ours, new, near)
         other, arrived = nearest(forests, theirs, new), False  # 2
         while not arrived and forests.sizes[theirs] < most:
             arrived = _towards(forests.q[theirs, other], new, step, further)
             if not looks_free(world, forests.q[theirs, other], further, bench, forests.seen):
                 arrived = False
                 break
-            other = _add(forests, theirs, further, other)
+            other = add(forests, theirs, further, other)
         if not arrived:
             continue
         at_start, at_goal = (mine, other) if ours == 0 else (other, mine)  # 3
-        if _way_is_proved(world, forests, 0, at_start, bench) and _way_is_proved(world, forests, 1, at_goal, bench):
-            _write_path(forests, at_start, at_goal)
+        if way_is_proved(world, forests, 0, at_start, bench) and way_is_proved(world, forests, 1, at_goal, bench):
+            write_path(forests, at_start, at_goal)
             return JOINED
     return GROWING
 
 
 @uncounted
-def _apart(a: Floats, b: Floats) -> float:
+def apart(a: Floats, b: Floats) -> float:
+    """The distance of two configurations [rad | m]."""
     total = 0.0
     for c in range(len(a)):
         total += (a[c] - b[c]) * (a[c] - b[c])
@@ -305,15 +324,15 @@ def shorten(world: World, path: Floats, tries: int, random: NDArray[np.uint64], 
             break
         lengths[0] = 0.0
         for i in range(1, count):
-            lengths[i] = lengths[i - 1] + _apart(rows[i], rows[i - 1])
+            lengths[i] = lengths[i - 1] + apart(rows[i], rows[i - 1])
         s, t = draw(random) * lengths[count - 1], draw(random) * lengths[count - 1]
         if s > t:
             s, t = t, s
-        i = _at(rows, lengths, count, s, first)
-        j = _at(rows, lengths, count, t, second)
+        i = place_on(rows, lengths, count, s, first)
+        j = place_on(rows, lengths, count, t, second)
         if i == j:
             continue
-        away = _apart(first, second)
+        away = apart(first, second)
         if away >= (t - s) * (1.0 - 1e-9) or not _free(world, first, second, bench, seen):
             continue
         shift = j - i - 2
@@ -329,7 +348,7 @@ def shorten(world: World, path: Floats, tries: int, random: NDArray[np.uint64], 
 
 
 @uncounted
-def _at(rows: Floats, lengths: Floats, count: int, s: float, out: Floats) -> int:
+def place_on(rows: Floats, lengths: Floats, count: int, s: float, out: Floats) -> int:
     """The place at a length of a path, in `out`; the motion it lies on."""
     k = 0
     while k + 2 < count and lengths[k + 1] <= s:

@@ -21,10 +21,16 @@ class PlanningStatus(Status):
     GOAL_BLOCKED = ("planning.goal_blocked", False)
     START_OUTSIDE = ("planning.start_outside", False)
     GOAL_OUTSIDE = ("planning.goal_outside", False)
+    START_OFF = ("planning.start_off", False)
+    GOAL_OFF = ("planning.goal_off", False)
     UNREACHABLE = ("planning.unreachable", False)
     SEPARATED = ("planning.separated", False)
     LOCAL_MINIMUM = ("planning.local_minimum", False)
     NOT_FOUND = ("planning.not_found", False)
+    PATH_BLOCKED = ("planning.path_blocked", False)
+    FINE_BLOCKED = ("planning.fine_blocked", False)
+    DEADLOCK = ("planning.deadlock_proved", False)
+    NOT_COORDINATED = ("planning.not_coordinated", False)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -6,6 +6,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.collision import Checker
+from mafsil.planning.kept_planning import Kept
 from mafsil.trajectory import JointPath, PiecewisePolynomial
 
 CHORDS = 8
@@ -14,7 +15,7 @@ HALVINGS = 6
 """How often a corner is rounded more tightly before it stays sharp."""
 
 
-def rounded(checker: Checker, path: JointVector, share: float = 0.5) -> JointPath:
+def rounded(checker: Checker, path: JointVector, share: float = 0.5, kept: Kept | None = None) -> JointPath:
     """A path of proved straight motions with its corners rounded; what is rounded is proved free, too.
 
     1. A corner c between directions d and e becomes, from c - r d to c + r e, the quintic whose control points lie
@@ -27,6 +28,7 @@ def rounded(checker: Checker, path: JointVector, share: float = 0.5) -> JointPat
         checker: the arm in its scene.
         path: (k, n) points; the motions between them are proved.
         share: of the shorter leg that a corner may take, below 1/2 both corners of a leg find their place [0, 0.5].
+        kept: what the curve must keep, too.
     """
     points = np.asarray(path, dtype=np.float64)
     ways = np.linalg.norm(np.diff(points, axis=0), axis=1)
@@ -39,7 +41,7 @@ def rounded(checker: Checker, path: JointVector, share: float = 0.5) -> JointPat
     for k in range(1, len(points) - 1):
         radius = share * min(ways[k - 1], ways[k])
         for _ in range(HALVINGS):
-            if _is_free(checker, _corner(points[k], directions[k - 1], directions[k], radius)):
+            if _is_free(checker, _corner(points[k], directions[k - 1], directions[k], radius), kept):
                 radii[k] = radius
                 break
             radius /= 2.0
@@ -54,13 +56,15 @@ def _corner(c: Floats, d: Floats, e: Floats, radius: float) -> Floats:
     return np.stack([*before, *after])
 
 
-def _is_free(checker: Checker, control: Floats) -> bool:
-    """Whether a curve of control points (6, n) over 0..1 is proved free."""
+def _is_free(checker: Checker, control: Floats, kept: Kept | None) -> bool:
+    """Whether a curve of control points (6, n) over 0..1 is proved free, and to keep what is to be kept."""
     # Second derivatives of a quintic: 20 times second differences of the control points, which bound them.
     second = 20.0 * np.abs(np.diff(control, 2, axis=0)).max(axis=0)
     apart = second / (8.0 * CHORDS**2)
     extra = 2.0 * checker.largest_way(apart, np.abs(control).max(axis=0))
     places = _bernstein(np.linspace(0.0, 1.0, CHORDS + 1)) @ control
+    if kept is not None and not kept.on_curve(checker, places, apart):
+        return False
     return bool(checker.free_segment(places[:-1], places[1:], extra=extra).all())
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 from mafsil.arrays import Floats
+from mafsil.robot import Robot
 from mafsil.scene.solids import Body
 
 Level: TypeAlias = Literal["good", "warning", "failure"]
@@ -60,6 +61,7 @@ class Plot:
         values: (rows, n), at the page's times.
         limits: (n, 2) lower and upper bound, infinite where there is none; None for a quantity without bounds.
         names: of the curves; empty for the joints.
+        keys: of several curves with names, in tables.
     """
 
     column: str
@@ -68,6 +70,23 @@ class Plot:
     values: Floats
     limits: Floats | None = None
     names: tuple[str, ...] = ()
+    keys: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Carried:
+    """A thing that is picked, carried and put down; or, carried in no frame, a link of another robot.
+
+    Attributes:
+        body: its solids.
+        poses: (frames, 7) position and quaternion (w, x, y, z) in {s}.
+        first, end: frames in which the tip carries it: from `first` on, before `end`.
+    """
+
+    body: Body
+    poses: Floats
+    first: int
+    end: int
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -75,11 +94,14 @@ class Scene:
     """What moves in the replay.
 
     Attributes:
-        bodies: k bodies.
+        bodies: of the robot's links.
         period: time between two frames [s].
-        poses: (frames, k, 7) position and quaternion (w, x, y, z) of each body in {s}.
+        times: (frames,) [s].
+        q: (frames, n) coordinates of the robot [rad | m].
         tips, references: (frames, 7) pose of the tip, and where it should be.
         targets: poses worth marking: name, (7,).
+        carried: what is picked, and links of other robots that move.
+        fixed: what stands around, with its pose (7,).
         centre: (3,) middle of the scene [m].
         size: radius of the scene [m].
         floor: height of the floor [m].
@@ -87,10 +109,13 @@ class Scene:
 
     bodies: tuple[Body, ...]
     period: float
-    poses: Floats
+    times: Floats
+    q: Floats
     tips: Floats
     references: Floats
     targets: tuple[tuple[str, Floats], ...]
+    carried: tuple[Carried, ...]
+    fixed: tuple[tuple[Body, Floats], ...]
     centre: tuple[float, float, float]
     size: float
     floor: float
@@ -123,11 +148,14 @@ class Page:
         title, subtitle: headline and the line under it.
         verdict: how the run went, in a few words.
         duration: of the run [s].
+        robot: with its tool, empty-handed; the page computes with its kernels.
+        recipe: lines of Python that do the run again, so that `run.robot` is this robot.
         scene: the replay.
         times: (rows,) [s], of all plots.
         joints: names of the joints, in the order of the plots' columns.
         plots, figures, findings, steps: see their classes.
         joint_table: peaks against limits, joint by joint.
+        limit_table: what limits the cycle, and what more of it would save.
         details: provenance, the job, versions.
     """
 
@@ -136,6 +164,8 @@ class Page:
     subtitle: str
     verdict: Finding
     duration: float
+    robot: Robot
+    recipe: tuple[str, ...]
     scene: Scene
     times: Floats
     joints: tuple[str, ...]
@@ -144,4 +174,5 @@ class Page:
     findings: tuple[Finding, ...]
     steps: tuple[Step, ...]
     joint_table: Table
+    limit_table: Table
     details: tuple[Details, ...] = field(default=())

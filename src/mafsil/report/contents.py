@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import platform
+from collections.abc import Iterator
 from importlib.metadata import PackageNotFoundError, version
 from typing import TypeAlias
 
@@ -10,31 +11,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
+from mafsil.control import explained
 from mafsil.job import judgement
 from mafsil.job.arrival import Arrival
 from mafsil.job.judgement import Summary, error_details, joint_quantity
-from mafsil.job.payload import box_in_tip
 from mafsil.job.plan import Leg
 from mafsil.job.run import Run
 from mafsil.messages import LANGUAGES, say
 from mafsil.messages.quantities import digits, quantity
 from mafsil.model import JointKind
-from mafsil.model.shape import Box, Capsule, Cylinder, Sphere
 from mafsil.report.content import Details, Figure, Finding, Level, Page, Plot, Scene, Step, Table
-from mafsil.scene import Body, Drawing, Solid, compact
+from mafsil.report.limits import limit_plot, limit_table
+from mafsil.report.replay import recipe, replay_scene
 
 PACKAGES = ("mafsil", "numpy", "scipy", "llvmlite", "msgspec")
-MOST_POSES = 60_000
-"""Of all bodies in all frames: a long replay gets fewer frames, so that the page stays below some megabytes."""
 Rows: TypeAlias = NDArray[np.intp]
-
-PART_COLOUR = (0.23, 0.47, 0.70, 1.0)
-OBSTACLE_COLOUR = (0.72, 0.66, 0.58, 1.0)
 
 
 def pages(run: Run, numbers: Summary, language: str) -> tuple[Page, ...]:
     """The page of a run in every language, the given one first; they share what is drawn."""
-    drawn = scene(run)
+    drawn = replay_scene(run)
     return tuple(page(run, numbers, code, drawn) for code in (language, *(c for c in LANGUAGES if c != language)))
 
 
@@ -58,14 +54,17 @@ def page(run: Run, numbers: Summary, language: str, drawn: Scene | None = None) 
         subtitle=f"{robot} · {controller} · {method(run)} · {quantity(run.job.simulation.step, 's')}",
         verdict=verdict(run, language),
         duration=numbers.duration,
-        scene=scene(run) if drawn is None else drawn,
+        robot=run.robot,
+        recipe=recipe(run.job),
+        scene=replay_scene(run) if drawn is None else drawn,
         times=run.recording.t[rows],
         joints=run.robot.joint_names,
-        plots=_plots(run, rows, numbers, words),
+        plots=(*_plots(run, rows, numbers, words), *limit_plot(run, run.recording.t[rows], language)),
         figures=_figures(run, numbers, words),
         findings=findings,
         steps=_steps(run, numbers, words),
         joint_table=_joint_table(run, numbers, words),
+        limit_table=limit_table(run, numbers.cycle, language),
         details=_details(run, words),
     )
 
@@ -108,93 +107,6 @@ def plot_rows(run: Run) -> Rows:
     return np.unique(np.concatenate([even, *peaks]))
 
 
-def scene(run: Run) -> Scene:
-    """Frames of the replay, the part that is carried included."""
-    t = run.recording.t
-    period = max(1.0 / run.job.report.frame_rate, t[-1] * (len(run.robot.mechanism.links) + 3) / MOST_POSES)
-    moments = np.arange(0.0, t[-1] + period * 0.999, period)
-    rows = np.minimum(np.searchsorted(t, np.minimum(moments, t[-1])), len(t) - 1)
-    mechanism = run.robot.mechanism
-    poses = np.asarray(run.robot.link_poses(run.recording.q[rows]))
-    tips, references = run.tips(rows)
-    parts = part_tracks(run, moments)
-    seen = np.concatenate([poses[:, :, :3, 3].reshape(-1, 3), tips[:, :3, 3]])
-    drawing = Drawing(mechanism)
-    centre, size, floor = drawing.extent(seen, poses[0])
-    floor = min([floor, *(_lowest(body, track) for body, track in parts)])
-    fixed = _obstacles(run, size)
-    bodies = (*drawing.bodies(floor, poses[0]), *(body for body, _ in parts), *(body for body, _ in fixed))
-    still = [np.broadcast_to(T, (len(poses), 1, 4, 4)) for _, T in fixed]
-    every = np.concatenate([poses, *(track[:, None] for _, track in parts), *still], axis=1)
-    targets = [(leg.name, compact(leg.target)) for leg in run.plan.legs if leg.target is not None]
-    return Scene(
-        bodies=bodies,
-        period=period,
-        poses=compact(every),
-        tips=compact(tips),
-        references=compact(references),
-        targets=tuple(targets),
-        centre=centre,
-        size=size,
-        floor=floor,
-    )
-
-
-def _obstacles(run: Run, size: float) -> list[tuple[Body, Floats]]:
-    """What stands around the arm, with its pose; a half space is a flat plate as wide as the scene."""
-    around = run.plan.surroundings
-    found: list[tuple[Body, Floats]] = []
-    for obstacle in () if around is None else around.scene:
-        match obstacle.geometry:
-            case Box(size=edges):
-                solid = Solid("box", edges, colour=OBSTACLE_COLOUR)
-            case Sphere(radius=radius):
-                solid = Solid("sphere", (radius,), colour=OBSTACLE_COLOUR)
-            case Cylinder(radius=radius, length=length):
-                solid = Solid("cylinder", (radius, length), colour=OBSTACLE_COLOUR)
-            case Capsule(radius=radius, length=length):
-                solid = Solid("capsule", (radius, length), colour=OBSTACLE_COLOUR)
-            case _:
-                thin = 2e-3 * size
-                below = (0.0, 0.0, -thin / 2, 1.0, 0.0, 0.0, 0.0)
-                solid = Solid("box", (3 * size, 3 * size, thin), below, OBSTACLE_COLOUR)
-        found.append((Body(obstacle.name, (solid,)), np.asarray(obstacle.T_so)))
-    return found
-
-
-def part_tracks(run: Run, moments: Floats) -> list[tuple[Body, Floats]]:
-    """Each thing that is picked, with its pose at each moment: waiting where the plan takes it, carried, left.
-
-    Args:
-        run: what happened.
-        moments: (frames,) times [s].
-    """
-    found: list[tuple[Body, Floats]] = []
-    starts, t = run.plan.starts, run.recording.t
-    tips, _ = run.tips(np.minimum(np.searchsorted(t, np.minimum(moments, t[-1])), len(t) - 1))
-    taken = {one.stretch.first - 1 for one in run.driven if one.gripped}
-    for k, leg in enumerate(run.plan.legs):
-        grasp = run.job.move[leg.index].pick if leg.kind == "pick" else None
-        if grasp is None:
-            continue
-        until = next((j for j in range(k + 1, len(run.plan.legs)) if run.plan.legs[j].kind == "place"), None)
-        goal = leg.trajectory.at(leg.trajectory.duration).u
-        track = np.tile(np.asarray(run.robot.forward_kinematics(goal)), (len(moments), 1, 1))
-        if k in taken:
-            begin = int(np.searchsorted(moments, float(starts[k + 1])))
-            end = len(moments) if until is None else int(np.searchsorted(moments, float(starts[until + 1])))
-            track[begin:end] = tips[begin:end]
-            track[end:] = tips[min(end, len(tips)) - 1]
-        found.append((Body(grasp.name, (Solid("box", grasp.size, colour=PART_COLOUR),)), track @ box_in_tip(grasp)))
-    return found
-
-
-def _lowest(body: Body, track: Floats) -> float:
-    """Height of the lowest corner of a box on its way [m]."""
-    half = np.array(body.solids[0].size) / 2
-    return float((track[:, 2, 3] - np.abs(track[:, 2, :3]) @ half).min())
-
-
 class _Words:
     """Sentences of the report in one language."""
 
@@ -220,6 +132,7 @@ def _plots(run: Run, rows: Rows, numbers: Summary, words: _Words) -> tuple[Plot,
         Plot("tau", words("effort"), effort, tape.tau[rows], both(limits.effort)),
         Plot("q_error", words("error"), angle, (tape.q - tape.q_ref)[rows]),
         *_clearance_plot(tape.t[rows], numbers, words),
+        *_contact_plot(run, rows, words),
     )
 
 
@@ -231,6 +144,15 @@ def _clearance_plot(t: Floats, numbers: Summary, words: _Words) -> tuple[Plot, .
     values = np.interp(t, found.t, found.distance)[:, None]
     wanted = np.array([[found.wanted, np.inf]])
     return (Plot("clearance", words("clearance"), "m", values, wanted, (words("clearance_curve"),)),)
+
+
+def _contact_plot(run: Run, rows: Rows, words: _Words) -> tuple[Plot, ...]:
+    """Force of the surfaces on the tip, over time."""
+    wrench = run.recording.contact_wrench
+    if wrench is None:
+        return ()
+    force = np.linalg.norm(wrench[rows][:, 3:], axis=-1)[:, None]
+    return (Plot("contact_force", words("contact_force"), "N", force, None, (words("contact_force"),)),)
 
 
 def _figures(run: Run, numbers: Summary, words: _Words) -> tuple[Figure, ...]:
@@ -249,6 +171,10 @@ def _figures(run: Run, numbers: Summary, words: _Words) -> tuple[Figure, ...]:
     if np.isfinite(limit).any():
         percent = digits(100 * float(share[hardest]))
         figures.append(Figure(words("peak_effort"), percent, words("percent_limit"), names[hardest], level))
+    pressed = numbers.touching
+    if pressed is not None:
+        note = _at(pressed.peak_time, words)
+        figures.append(_figure(words("contact_force"), quantity(pressed.peak, "N"), note))
     figures.append(Figure(words("energy"), digits(numbers.energy), "J", words("energy_note")))
     seconds = float(run.recording.metadata["seconds"])
     real = numbers.duration / seconds if seconds > 0 else 0.0
@@ -351,9 +277,22 @@ def _details(run: Run, words: _Words) -> tuple[Details, ...]:
     robot += [(words("note"), note) for note in origin.notes]
     return (
         Details(words("robot"), tuple(robot), open=True),
+        Details(words("explained"), tuple(_explained(run, words))),
         Details(words("job_file"), text=run.text),
         Details(words("versions"), tuple(versions().items())),
     )
+
+
+def _explained(run: Run, words: _Words) -> Iterator[tuple[str, str]]:
+    """The law, the measures and the plots of the page in words, each with its formula."""
+    kind = run.job.controller.kind
+    names = {kind: words(f"controller_{kind}"), "tip_error": words("tip_error"), "energy": words("energy")}
+    names |= {"response_plot": words("position"), "effort_plot": words("effort")}
+    if run.recording.contact_wrench is not None:
+        names["contact_force"] = words("contact_force")
+    for name, label in names.items():
+        found = explained(name)
+        yield label, f"{found.paragraph(words.language)} {found.formula}"
 
 
 def versions() -> dict[str, str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib import resources
 from typing import Any
@@ -11,18 +12,24 @@ import numpy as np
 
 from mafsil.messages import direction, say
 from mafsil.messages.visible import visible
+from mafsil.page.arm import Arm
+from mafsil.page.assemble import script
+from mafsil.page.content import content, sentence
 from mafsil.report import fragments
 from mafsil.report.content import Page, Plot, Scene
 from mafsil.scene import as_data, one_script, packed
 from mafsil.scene.inline import attribute, embedded, policy
+from mafsil.scene.modules import read
 
-PAGE_SCRIPTS = ("replay.js", "plot.js", "table.js", "language.js", "main.js")
-PICTURE_SCRIPTS = ("replay.js", "picture.js")
-_LABELS = (
-    "replay", "no_scene", "hint", "hint_still", "play", "time", "speed", "path", "frames", "view", "numbers_title",
-    "warnings_title", "moves_title", "plots_title", "plots_hint", "joints_title", "source_title", "footer",
-    "save_table", "table_hint",
+MAIN, PICTURE = "report/template/main.js", "report/template/picture.js"
+PAGE_LABELS = ("frames", "view", "views", "hint", "other_language", "stage")
+"""Sentences that a report says as the page does that runs a robot."""
+LABELS = (
+    "replay", "play", "pause", "time", "speed", "path", "numbers_title", "warnings_title", "moves_title", "plots_title",
+    "plots_hint", "joints_title", "limits_title", "limits_hint", "source_title", "save_table", "table_hint", "share",
+    "take_over", "to_replay", "taken_over",
 )  # fmt: skip
+"""Of a report alone; no key stands in both."""
 
 
 def render(page: Page, *others: Page) -> str:
@@ -31,12 +38,27 @@ def render(page: Page, *others: Page) -> str:
     Args:
         page: in the language in which it opens.
         others: the same run in other languages, to which its reader may switch.
+
+    Raises:
+        KernelError: LLVM refuses a kernel of the robot.
     """
-    languages = {one.language: _words(one) for one in (page, *others)} if others else {}
-    slots = _frame(page.language, page.title, PAGE_SCRIPTS) | _texts(page)
-    slots["data"] = embedded(_data(page) | {"languages": languages})
+    style = "\n".join((_asset("report.css"), read("page/stage.css").strip(), _cards()))
+    slots = _frame(page.language, page.title, style, _script()) | _texts(page)
+    slots["policy"] = policy(style, _script(), computes=True)
+    slots["alone"] = "" if others else "hidden"
+    slots["data"] = embedded(_data(page, others))
     slots["languages"] = "".join(map(_kept, others))
     return _filled("report.html", slots)
+
+
+@cache
+def _script() -> str:
+    return script(MAIN)
+
+
+@cache
+def _cards() -> str:
+    return "#views {\n" + read("page/cards.css").strip() + "\n}"
 
 
 def _texts(page: Page) -> dict[str, str]:
@@ -47,6 +69,7 @@ def _texts(page: Page) -> dict[str, str]:
         "warnings": fragments.findings(page.findings),
         "moves": fragments.steps(page.steps, page.language),
         "joints": fragments.table(page.joint_table),
+        "limits": fragments.table(page.limit_table),
         "source": fragments.details(page.details),
         "footer": fragments.text(say("report.footer", language=page.language)),
     }
@@ -59,22 +82,28 @@ def _kept(page: Page) -> str:
 
 
 def _words(page: Page) -> dict[str, Any]:
-    """What the script says in a language."""
-    labels = (*_LABELS, "pause", "share", "other_language")
+    """What the script says in a language besides its sentences."""
     return {
-        "direction": direction(page.language),
         "title": visible(page.title),
-        "labels": {name: say(f"report.{name}", language=page.language) for name in labels},
         "moves": [visible(step.name) for step in page.steps],
         "plots": [{"title": plot.title, "names": [visible(name) for name in plot.names]} for plot in page.plots],
     }
 
 
-def render_picture(title: str, subtitle: str, scene: Scene, language: str) -> str:
-    """A page that shows nothing but a scene, as HTML text."""
-    slots = _frame(language, title, PICTURE_SCRIPTS) | {
+def render_picture(title: str, subtitle: str, scene: Mapping[str, Any], language: str) -> str:
+    """A page that shows nothing but a scene, as HTML text.
+
+    Args:
+        title, subtitle: headline and the line under it.
+        scene: as `mafsil.scene.as_data`, with the poses of the bodies, the tip, centre, size and floor.
+        language: of the page.
+    """
+    style, code = "\n".join((_asset("report.css"), read("page/stage.css").strip())), one_script(PICTURE)
+    slots = _frame(language, title, style, code) | {
+        "policy": policy(style, code),
         "header": fragments.header(title, subtitle),
-        "data": embedded({"scene": _scene(scene)}),
+        "hint": attribute(say("report.hint_still", language=language)),
+        "data": embedded({"scene": scene}),
     }
     return _filled("picture.html", slots)
 
@@ -83,33 +112,37 @@ def _filled(template: str, slots: dict[str, str]) -> str:
     return re.sub(r"\{\{(\w+)\}\}", lambda match: slots[match.group(1)], _asset(template))
 
 
-def _frame(language: str, title: str, scripts: tuple[str, ...]) -> dict[str, str]:
-    """What every page has: language, labels, style, script and the policy that allows just these two."""
-    style = _asset("report.css")
-    script = "\n".join([one_script("scene/renderer.js", "scene/shapes.js"), *map(_asset, scripts)])
-    labels = {name: attribute(say(f"report.{name}", language=language)) for name in _LABELS}
+def _frame(language: str, title: str, style: str, code: str) -> dict[str, str]:
+    """What every page has: language, labels, style and script."""
+    labels = {name: attribute(say(f"report.{name}", language=language)) for name in LABELS}
+    labels |= {name: attribute(say(f"page.{name}", language=language)) for name in PAGE_LABELS}
     return labels | {
-        "footer": fragments.text(say("report.footer", language=language)),
         "lang": language,
         "dir": direction(language),
-        "policy": policy(style, script),
         "title": attribute(visible(title)),
         "style": style,
-        "script": script,
+        "script": code,
     }
 
 
-def _data(page: Page) -> dict[str, Any]:
-    return {
+def _data(page: Page, others: Sequence[Page]) -> dict[str, Any]:
+    """What the page of the robot carries, and the run."""
+    scene, every = page.scene, (page, *others)
+    drawn = as_data(scene.bodies) | {"centre": scene.centre, "size": scene.size, "floor": scene.floor}
+    data = content(Arm(page.robot), page.language, "run.robot", scene=drawn)
+    data["robot"]["imports"] = list(page.recipe)
+    data["languages"] = {one.language: data["languages"][one.language] for one in every}
+    for code, language in data["languages"].items():
+        language["sentences"] |= {name: sentence(code, f"report.{name}") for name in LABELS}
+    return data | {
+        "titles": {one.language: visible(one.title) for one in every},
+        "texts": {one.language: _words(one) for one in every},
         "duration": page.duration,
         "joints": [visible(name) for name in page.joints],
         "time": packed(page.times),
-        "labels": {
-            key: say(f"report.{key}", language=page.language) for key in ("play", "pause", "share", "other_language")
-        },
-        "moves": [{"name": visible(step.name), "from": step.start, "to": step.end} for step in page.steps],
+        "moves": [{"from": step.start, "to": step.end} for step in page.steps],
         "plots": [_plot(plot) for plot in page.plots],
-        "scene": _scene(page.scene),
+        "tape": _tape(scene),
     }
 
 
@@ -119,20 +152,22 @@ def _plot(plot: Plot) -> dict[str, Any]:
         limits = [[float(bound) if np.isfinite(bound) else None for bound in row] for row in plot.limits]
     names = [visible(name) for name in plot.names]
     drawn = {"title": plot.title, "unit": plot.unit, "values": packed(plot.values), "limits": limits, "names": names}
-    return drawn | {"column": plot.column}
+    return drawn | {"column": plot.column, "keys": [visible(key) for key in plot.keys]}
 
 
-def _scene(scene: Scene) -> dict[str, Any]:
-    return as_data(scene.bodies) | {
+def _tape(scene: Scene) -> dict[str, Any]:
+    bodies = [one.body for one in scene.carried] + [body for body, _ in scene.fixed]
+    return {
         "period": scene.period,
-        "frames": len(scene.tips),
-        "poses": packed(scene.poses),
+        "end": float(scene.times[-1]),
+        "frames": len(scene.q),
+        "q": packed(scene.q),
         "tips": packed(scene.tips),
         "reference": packed(scene.references),
         "targets": [{"name": visible(name), "pose": pose.tolist()} for name, pose in scene.targets],
-        "centre": scene.centre,
-        "size": scene.size,
-        "floor": scene.floor,
+        "scenery": as_data(bodies),
+        "carried": [{"poses": packed(one.poses), "first": one.first, "end": one.end} for one in scene.carried],
+        "fixed": [pose.tolist() for _, pose in scene.fixed],
     }
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import errno
 import json
+import math
 import os
 import platform
 import shutil
@@ -17,6 +18,7 @@ from typing import Any
 from mafsil.errors import InputError
 from mafsil.job.arrival import goal_of
 from mafsil.job.judgement import Summary, summary
+from mafsil.job.limiting import MORE, CycleLimit
 from mafsil.job.run import Run
 from mafsil.job.tolerance import tolerances
 from mafsil.messages import language
@@ -110,13 +112,16 @@ def as_data(run: Run, numbers: Summary) -> dict[str, Any]:
     return {
         "format": FORMAT,
         **run.to_dict(),
+        "variables": dict(run.job.variables),
         "verdict": contents.verdict(run).level,
         "numbers": {name: float(getattr(numbers, name)) for name in single},
         "joints": [
             {"name": joint} | {name: float(getattr(numbers, name)[k]) for name in per_joint}
             for k, joint in enumerate(names)
         ],
+        "limits": [_limit(run, one) for one in run.limits],
         "clearance": None if numbers.clearances is None else numbers.clearances.to_dict(),
+        "contact": None if numbers.touching is None else numbers.touching.to_dict(),
         "steps": _steps(run),
         "targets": _targets(run, numbers),
         "simulation": {
@@ -127,6 +132,17 @@ def as_data(run: Run, numbers: Summary) -> dict[str, Any]:
         },
         "versions": contents.versions(),
         "files": list(FILES),
+    }
+
+
+def _limit(run: Run, one: CycleLimit) -> dict[str, Any]:
+    """A limit of the cycle; null where more of it leaves a move without a motion."""
+    return {
+        "quantity": one.quantity,
+        "joint": None if one.joint < 0 else run.robot.joint_names[one.joint],
+        "deciding": one.deciding,
+        "more": MORE,
+        "saved": one.saved if math.isfinite(one.saved) else None,
     }
 
 

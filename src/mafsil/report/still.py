@@ -12,10 +12,9 @@ from mafsil.job.resting import resting_place
 from mafsil.messages import language
 from mafsil.model import Mechanism
 from mafsil.model.loading import of_mechanism
-from mafsil.report.content import Scene
 from mafsil.report.page import render_picture
 from mafsil.robot import Robot
-from mafsil.scene import Drawing, compact
+from mafsil.scene import Drawing, as_data, compact, packed
 from mafsil.whole_file import write_whole
 
 
@@ -33,7 +32,12 @@ def write_picture(mechanism: Mechanism, path: Path, q: ArrayLike | None = None) 
     tip = poses[mechanism.link_names.index(mechanism.tip)] @ mechanism.T_lt
     drawing = Drawing(mechanism)
     centre, size, floor = drawing.extent(np.vstack([poses[:, :3, 3], tip[:3, 3]]), poses)
-    at_tip, bodies = compact(tip)[None], drawing.bodies(floor, poses)
-    scene = Scene(bodies, 1.0, compact(poses)[None], at_tip, at_tip, (), centre, size, floor)
+    scene = as_data(drawing.bodies(floor, poses)) | {
+        "poses": packed(compact(poses)),
+        "tip": compact(tip).tolist(),
+        "centre": centre,
+        "size": size,
+        "floor": floor,
+    }
     subtitle = " · ".join(mechanism.joint_names)
     write_whole(path, render_picture(mechanism.name, subtitle, scene, language()).encode())

@@ -8,13 +8,15 @@
 
 import { Matrix, Vector } from "./matrix.js";
 
-// Every program shares this vertex shader: places in the world, in the sun's picture and on the screen.
+// Every program shares this vertex shader: places in the world, in the sun's picture and on the screen, the same to the
+// last bit in all of them.
 const VERTEX_SHADER = `#version 300 es
 layout(location=0) in vec3 position;
 layout(location=1) in vec3 normal;
 uniform mat4 model, camera, light;
 out vec3 world, facing;
 out vec4 shade;
+invariant gl_Position;
 void main() {
   vec4 place = model * vec4(position, 1.);
   world = place.xyz;
@@ -59,6 +61,20 @@ void main() {
   float edge = pow(1. - max(dot(normal, toEye), 0.), 4.);
   linear += gloss * (vec3(highlight) * .35 + edge * .10);
   pixel = vec4(pow(linear, vec3(1. / 2.2)) * colour.a, colour.a);
+}`;
+
+// Ghosts on machines without a graphics processor, where every pixel of a dozen bodies one over the other counts: the same
+// light of sky and sun, without shadow, gloss and powers.
+const GHOST_SHADER = `#version 300 es
+precision mediump float;
+in vec3 facing;
+out vec4 pixel;
+uniform vec4 colour;
+uniform vec3 sun;
+void main() {
+  vec3 normal = normalize(facing);
+  float bright = .62 + .1 * normal.z + .3 * abs(dot(normal, sun));
+  pixel = vec4(colour.rgb * bright * colour.a, colour.a);
 }`;
 
 // The floor: lines one pixel wide at every pitch, stronger at every fifth; all fades out between 0.35 and 1 of the reach.
@@ -114,6 +130,7 @@ export class Renderer {
     this.canvas = canvas;
     this.shown = null; // size in CSS pixels, where somebody watches it; asking the browser makes it lay out the page
     this.bodyProgram = this.compile(VERTEX_SHADER, BODY_SHADER);
+    this.ghostProgram = light ? this.compile(VERTEX_SHADER, GHOST_SHADER) : this.bodyProgram;
     this.floorProgram = this.compile(VERTEX_SHADER, FLOOR_SHADER);
     this.depthProgram = this.compile(VERTEX_SHADER, DEPTH_SHADER);
     this.makeShadowMap();
@@ -275,10 +292,15 @@ export class Renderer {
     gl.enable(gl.POLYGON_OFFSET_FILL); // where a ghost lies in an opaque body, the body is seen
     gl.polygonOffset(...BEHIND);
     gl.colorMask(false, false, false, false);
-    for (const item of ghosts) this.draw(this.bodyProgram, item);
+    gl.useProgram(this.depthProgram.program);
+    this.setUniforms(this.depthProgram, shared);
+    for (const item of ghosts) this.draw(this.depthProgram, item);
+    gl.useProgram(this.ghostProgram.program);
+    this.setUniforms(this.ghostProgram, shared);
     gl.colorMask(true, true, true, true);
     gl.depthFunc(gl.LEQUAL);
-    for (const item of ghosts) this.draw(this.bodyProgram, item);
+    for (const item of ghosts) this.draw(this.ghostProgram, item);
+    gl.useProgram(this.bodyProgram.program);
     gl.disable(gl.POLYGON_OFFSET_FILL);
     gl.depthFunc(gl.LESS);
     gl.depthMask(false);

@@ -1,6 +1,8 @@
 // Triangle meshes of the primitives: {vertices: [x y z nx ny nz ...], indices}.
 import { Vector } from "./matrix.js";
 
+const FINE = 40; // sides of what is round, unless `Shapes.sides` says fewer
+
 export const Shapes = {
   of(kind, size) {
     if (kind === "box") return Shapes.box(size);
@@ -39,8 +41,8 @@ export const Shapes = {
     return { vertices, indices };
   },
   // Points (r, z, nr, nz) of a circle of radius r about (0, z), from one latitude to another [deg].
-  arc(r, z, from, to, steps, inset = 0) {
-    const points = [];
+  arc(r, z, from, to, most, inset = 0) {
+    const points = [], steps = Math.max(1, Math.round(most * Shapes.sides / FINE));
     for (let i = 0; i <= steps; i++) {
       const a = (from + (to - from) * i / steps) * Math.PI / 180;
       points.push([inset + r * Math.cos(a), z + r * Math.sin(a), Math.cos(a), Math.sin(a)]);
@@ -59,7 +61,7 @@ export const Shapes = {
     return Shapes.lathe([[0, 0, 0, -1], [r, 0, 0, -1], [r, 0, height / s, r / s], [0, height, height / s, r / s]], 20);
   },
   // Surface of revolution about z.
-  sides: 40,
+  sides: FINE,
   lathe(profile, sides = Shapes.sides) {
     const vertices = [], indices = [], rows = profile.length;
     for (let k = 0; k <= sides; k++) {

@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mafsil import kernels
 from mafsil.arrays import Floats
-from mafsil.control import Combined, ComputedTorque, Feedforward, Gains, JointFeedback, Law
+from mafsil.control.law_terms import LawTerms, law_terms
 from mafsil.kernels import Kernel, Port, Signature
 from mafsil.kernels.march import march
 from mafsil.lazy_module import lazily
 from mafsil.mechanics.friction import SMOOTHING
-from mafsil.mechanics.loop_terms import Loop, Term, input_sizes, output_sizes
+from mafsil.mechanics.loop_terms import Loop, input_sizes, output_sizes
 from mafsil.model.fingerprint import fingerprint
+from mafsil.simulation.plant import Plant
 from mafsil.simulation.scenario import Scenario
 from mafsil.simulation.stepping import Stepper
 
@@ -32,59 +31,17 @@ WORTH = 5_000
 """Ticks times batch from which on a run is compiled when it is left to us; fewer take less time than compiling."""
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class LawTerms:
-    """A control law as data: its terms, the gains of those that have some."""
-
-    terms: tuple[Term, ...]
-    gains: tuple[Gains, ...]
-
-
-def _computed_torque(law: ComputedTorque) -> LawTerms:
-    return LawTerms((Term("computed_torque", law.robot.mechanism),), (law.gains,))
-
-
-def _joint_feedback(law: JointFeedback) -> LawTerms:
-    gravity = () if law.model is None else (Term("gravity", law.model.mechanism),)
-    return LawTerms((Term("feedback"), *gravity), (law.gains,))
-
-
-def _feedforward(law: Feedforward) -> LawTerms:
-    return LawTerms((Term("feedforward", law.robot.mechanism),), ())
-
-
-def _combined(law: Combined) -> LawTerms | None:
-    parts = [law_terms(part) for part in law.laws]
-    if not parts or any(part is None for part in parts):
-        return None
-    known = cast("list[LawTerms]", parts)
-    return LawTerms(sum((p.terms for p in known), ()), sum((p.gains for p in known), ()))
-
-
-LAWS: dict[type, Callable[[Any], LawTerms | None]] = {
-    ComputedTorque: _computed_torque,
-    JointFeedback: _joint_feedback,
-    Feedforward: _feedforward,
-    Combined: _combined,
-}
-"""Laws that are expressions, and how they are read."""
-
-
-def law_terms(law: Law) -> LawTerms | None:
-    """A law as data, or None if it is Python that only Python can run."""
-    reader = LAWS.get(type(law))
-    return None if reader is None else reader(law)
-
-
 def can_fuse(scenario: Scenario) -> bool:
     """Whether the whole loop of a scenario is an expression of reasonable length."""
-    law, plant = law_terms(scenario.law), scenario.true_plant
+    law, plant = law_terms(scenario.acting_law), scenario.true_plant
     same_width = plant.robot.n == scenario.robot.n
     stepper = Stepper(plant, scenario.chosen_integrator, scenario.step)
     return (
         law is not None
         and plant.environment is None
+        and type(plant) is Plant
         and same_width
+        and (scenario.variants is None or scenario.variants.delay is None)
         and stepper.evaluations() * scenario.substeps <= MOST_EVALUATIONS
     )
 
@@ -98,42 +55,64 @@ class FusedLoop:
         reference: (k, 1 or b, 3, n) positions, rates, accelerations.
         push: (k, 1 or b, 6), or None.
         noise: (k, b, 2, n), or None.
+        window: ticks that are kept at a time, one window after the other; all of them if None.
+
+    Attributes:
+        states: (window + 1, b, 2, n), the state after the window last.
+        command, effort, acceleration: (window, b, n).
+        tip_errors: (window, b, 2) distance and angle of the tip from its reference [m], [rad].
     """
 
     def __init__(
-        self, scenario: Scenario, ticks: int, reference: Floats, push: Floats | None, noise: Floats | None
+        self,
+        scenario: Scenario,
+        ticks: int,
+        reference: Floats,
+        push: Floats | None,
+        noise: Floats | None,
+        window: int | None = None,
     ) -> None:
         q, qd = (x.reshape(-1, scenario.robot.n) for x in scenario.start())
-        law = law_terms(scenario.law)
+        law, variants = law_terms(scenario.acting_law), scenario.variants
         assert law is not None
         self.kernel = _kernel_of(scenario, law, pushed=push is not None)
         sizes = {port.name: port.shape for port in self.kernel.signature.ports}
         rows, n = q.shape
-        self.states = np.empty((ticks + 1, rows, 2, n))
+        self.window = kept = min(window or ticks, ticks)
+        self.states = np.empty((kept + 1, rows, 2, n))
         self.states[0] = np.stack([q, qd], axis=1)
-        self.integrals = np.zeros((ticks + 1, rows, *sizes.get("integral", ())))
-        self.command, self.effort, self.acceleration = (np.empty((ticks, rows, n)) for _ in range(3))
-        self.tip_errors = np.empty((ticks, rows, 2))
+        self.integrals = np.zeros((kept + 1, rows, *sizes.get("integral", ())))
+        self.command, self.effort, self.acceleration = (np.empty((kept, rows, n)) for _ in range(3))
+        self.tip_errors = np.empty((kept, rows, 2))
         desired = scenario.robot.forward_kinematics(reference[..., 0, :])
         period = scenario.control_period
-        gains = [np.stack([g.kp, g.kd, period * g.ki]) for g in law.gains]
+        gains = [np.stack([g.kp, g.kd, period * g.ki], axis=-2) for g in law.gains]
         fixed: dict[str, Floats | None] = {
-            "gains": np.stack(gains) if gains else np.zeros((0, 3, n)),
+            "gains": np.stack(np.broadcast_arrays(*gains), axis=-3) if gains else np.zeros((0, 3, n)),
             "step": np.array(scenario.step),
             "limit": scenario.robot.limits.effort,
         }
+        if variants is not None:
+            fixed["bodies"] = variants.bodies(scenario.true_plant.robot)
+            fixed["friction"] = variants.friction_of(scenario.true_plant.robot)
         over_time = {"reference": reference, "T_desired": desired, "push": push, "noise": noise}
         self.inputs: dict[str, Floats] = {}
         for port in self.kernel.signature.inputs:
             if port.name in fixed:
-                self.inputs[port.name] = np.array(fixed[port.name], order="C")[None, None]
+                numbers = np.array(fixed[port.name], order="C")
+                alike = numbers.ndim == len(port.shape)
+                self.inputs[port.name] = numbers[None, None] if alike else numbers[None]
             elif port.name in over_time:
                 self.inputs[port.name] = np.ascontiguousarray(over_time[port.name])
 
     def advance(self, first: int, last: int) -> None:
-        """Run the ticks first .. last - 1."""
-        ticks, after = slice(first, last), slice(first + 1, last + 1)
-        moving = {"state": self.states[ticks], "integral": self.integrals[ticks]}
+        """Run the ticks first .. last - 1, all of one window."""
+        begin = first % self.window
+        if first and not begin:
+            self.states[0], self.integrals[0] = self.states[-1], self.integrals[-1]
+        ticks, here = slice(first, last), slice(begin, begin + last - first)
+        after = slice(here.start + 1, here.stop + 1)
+        moving = {"state": self.states[here], "integral": self.integrals[here]}
         arrays: list[Floats] = []
         for port in self.kernel.signature.inputs:
             given = moving.get(port.name)
@@ -144,10 +123,10 @@ class FusedLoop:
         outputs = {
             "next_state": self.states[after],
             "next_integral": self.integrals[after],
-            "command": self.command[ticks],
-            "effort": self.effort[ticks],
-            "acceleration": self.acceleration[ticks],
-            "tip_errors": self.tip_errors[ticks],
+            "command": self.command[here],
+            "effort": self.effort[here],
+            "acceleration": self.acceleration[here],
+            "tip_errors": self.tip_errors[here],
         }
         arrays += [outputs[port.name] for port in self.kernel.signature.outputs]
         march(self.kernel, arrays, last - first)
@@ -166,6 +145,7 @@ def _kernel_of(scenario: Scenario, law: LawTerms, *, pushed: bool) -> Kernel:
         noisy=scenario.noise is not None,
         saturated=scenario.saturate,
         integrates=any(gains.integrates for gains in law.gains),
+        varied=scenario.variants is not None and scenario.variants.changes_plant,
     )
     return loop_kernel(loop)
 
@@ -187,7 +167,7 @@ def _key(loop: Loop) -> str:
     """Words that differ whenever the expression does."""
     terms = [(term.kind, None if term.model is None else fingerprint(term.model)) for term in loop.terms]
     same = [term.model is loop.plant for term in loop.terms]
-    flags = (loop.pushed, loop.noisy, loop.saturated, loop.integrates)
+    flags = (loop.pushed, loop.noisy, loop.saturated, loop.integrates, loop.varied)
     robots = (fingerprint(loop.plant), fingerprint(loop.shown), loop.shown is loop.plant, same)
     return f"closed_loop {robots} {terms} {loop.scheme} {loop.substeps} {loop.friction} {flags}"
 

@@ -13,6 +13,7 @@ from mafsil.errors import InputError
 from mafsil.mechanics.friction import FrictionLaw, friction_law
 from mafsil.model import Inertial
 from mafsil.robot import Robot, as_robot
+from mafsil.version import __version__
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -53,6 +54,11 @@ class Plant:
             return push
         touch = tip_wrench_of(self.robot, self.environment, q, qd)
         return touch if push is None else push + touch
+
+    @property
+    def engine(self) -> str:
+        """Who computes the motion, and its version, as a recording names it."""
+        return f"mafsil {__version__}"
 
     @property
     def has_friction(self) -> bool:

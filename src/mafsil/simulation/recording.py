@@ -19,12 +19,18 @@ from mafsil.csv_table import csv_text
 from mafsil.errors import FileError
 from mafsil.messages import say
 from mafsil.messages.tables import in_notebook
+from mafsil.simulation.clock import Deadlines
+from mafsil.simulation.findings import chatter_sentence, near_singular_sentence, saturation_sentence
 from mafsil.simulation.overview import joint_table
 from mafsil.simulation.stepping import IMPLICIT_FRICTION, STIFF
 from mafsil.whole_file import write_whole
 
 FORMAT = 1
 """Version of the file layout."""
+OPTIONAL = ("contact_wrench",)
+"""Arrays that a recording may lack."""
+WRENCH = ("mx", "my", "mz", "fx", "fy", "fz")
+"""Names of its columns in tables."""
 TABLE_NUMBERS = 1_000_000
 """Numbers that the CSV file holds at most (about 20 MB). Longer runs leave ticks out there, never in the npz file."""
 
@@ -36,6 +42,10 @@ class SimulationStatus(Status):
     BLOWN_UP = ("simulation.blown_up", False)
     NOT_FINITE = ("simulation.not_finite", False)
     CANCELLED = ("simulation.cancelled", False)
+    INTERRUPTED = ("simulation.interrupted", False)
+    LAW_RAISED = ("simulation.law_raised", False)
+    LAW_NONSENSE = ("simulation.law_nonsense", False)
+    BLIND = ("simulation.blind", False)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -53,6 +63,8 @@ class Recording(Answer):
         tip_position_error: (k, *batch) distance of the tip from the reference tip [m].
         tip_rotation_error: (k, *batch) angle between them [rad].
         status: how the run ended.
+        contact_wrench: (k, *batch, 6) what the environment exerts on the tip, in the tip frame [N m, N]; None without
+            one.
         metadata: version, robot, joints, integrator, step, period, seeds, seconds of computing.
     """
 
@@ -69,6 +81,7 @@ class Recording(Answer):
     tip_rotation_error: Floats
     status: SimulationStatus
     metadata: dict[str, Any]
+    contact_wrench: Floats | None = None
 
     def __bool__(self) -> bool:
         return self.status.succeeded
@@ -99,8 +112,21 @@ class Recording(Answer):
         return float(self.t[-1]) if len(self.t) else 0.0
 
     def explain(self, language: str | None = None) -> str:
-        """How the run ended, in one sentence."""
+        """How the run ended; if so, that a singular pose was near, efforts were clipped, contact chattered."""
+        timed = Deadlines.of(self.metadata)
+        joints = [str(name) for name in self.metadata["joints"]]
+        found = [
+            self._ending(language),
+            near_singular_sentence(self.metadata.get("near_singular"), language),
+            saturation_sentence(self.t, self.saturated, joints, language),
+            chatter_sentence(self.t, self.contact_wrench, language),
+            None if timed is None else timed.explain(language),
+        ]
+        return ". ".join(sentence for sentence in found if sentence)
+
+    def _ending(self, language: str | None) -> str:
         details = {"time": self.duration, "end": self.metadata.get("end", self.duration), "step": self.metadata["step"]}
+        details |= {name: self.metadata.get(name, "") for name in ("law", "fault")}
         sentence = self.status.sentence(language, **details)
         if self.status is not SimulationStatus.BLOWN_UP or not self._stiff:
             return sentence
@@ -115,7 +141,8 @@ class Recording(Answer):
 
     def arrays(self) -> dict[str, Floats]:
         """All arrays by name."""
-        return {f.name: getattr(self, f.name) for f in fields(self) if f.name not in ("status", "metadata")}
+        named = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in ("status", "metadata")}
+        return {name: array for name, array in named.items() if array is not None}
 
     def columns(self) -> dict[str, Floats]:
         """Every scalar over time, (k,) each, by a name such as `q[joint1]` or, in a batch, `q[3,joint1]`."""
@@ -125,9 +152,10 @@ class Recording(Answer):
             if name == "t":
                 continue
             per_joint = array.ndim == self.q.ndim
+            labels = WRENCH if name == "contact_wrench" else joints
             for index in np.ndindex(array.shape[1:]):
                 batch: tuple[int, ...] = index[:-1] if per_joint else index
-                parts: list[str] = [*map(str, batch), *([joints[index[-1]]] if per_joint else [])]
+                parts: list[str] = [*map(str, batch), *([labels[index[-1]]] if per_joint else [])]
                 table[f"{name}[{','.join(parts)}]" if parts else name] = array[(slice(None), *index)]
         return table
 
@@ -176,7 +204,7 @@ class Recording(Answer):
             with np.load(file, allow_pickle=False) as stored:
                 about = json.loads(str(stored["about"]))
                 names = [f.name for f in fields(cls) if f.name not in ("status", "metadata")]
-                arrays = {name: stored[name] for name in names}
+                arrays = {name: stored[name] for name in names if name in stored or name not in OPTIONAL}
             status = SimulationStatus[about["status"]]
             metadata = dict(about["metadata"])
         except FileNotFoundError:

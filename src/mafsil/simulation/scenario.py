@@ -15,8 +15,16 @@ from mafsil.kernels.lazy import lazy
 from mafsil.robot import Robot, as_robot
 from mafsil.simulation.disturbance import SensorNoise, WrenchPulse
 from mafsil.simulation.plant import Plant
-from mafsil.simulation.stepping import DEFAULT, IMPLICIT_FRICTION, STIFF, friction_stiffness, require_integrator
+from mafsil.simulation.stepping import (
+    DEFAULT,
+    IMPLICIT_FRICTION,
+    STIFF,
+    Stepper,
+    friction_stiffness,
+    require_integrator,
+)
 from mafsil.simulation.tolerances import PART_OF_STEP, PERIOD
+from mafsil.simulation.variation import Variants, with_scaled_gains
 from mafsil.trajectory import Trajectory
 
 MOST_NUMBERS = 400_000_000
@@ -44,6 +52,7 @@ class Scenario:
         integrator: a name of `mafsil.simulation.INTEGRATORS`. If None, semi-implicit Euler; where the friction of light
             links is too stiff for the step, the same with implicit friction.
         saturate: whether efforts are clipped at the limits of the joints.
+        variants: what differs between runs side by side, one row each, or None; see `monte_carlo`.
 
     Raises:
         InputError: a wrong shape, a number that is not finite or not positive, an unknown integrator, a period that is
@@ -63,6 +72,7 @@ class Scenario:
     period: float | None = None
     integrator: str | None = None
     saturate: bool = True
+    variants: Variants | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "robot", as_robot(self.robot))
@@ -85,6 +95,8 @@ class Scenario:
             require_integrator(self.integrator)
         if abs(self.substeps * self.step - self.control_period) > PERIOD * self.control_period:
             raise InputError("simulation.period", period=self.control_period, step=self.step)
+        if self.variants is not None and self.true_plant.environment is not None and not self._asks_once:
+            raise InputError("simulation.varied_environment", integrator=self.chosen_integrator)
         size = max(np.size(x) for x in (self.q, self.qd, np.zeros(self.robot.n)) if x is not None)
         ticks = max(self.length / self.control_period, 1.0)
         if ticks * (NUMBERS_PER_TICK + NUMBERS_PER_COORDINATE * size) > MOST_NUMBERS:
@@ -97,6 +109,13 @@ class Scenario:
     def length(self) -> float:
         """Length of the run [s]."""
         return self.trajectory.duration if self.duration is None else self.duration
+
+    @property
+    def acting_law(self) -> Law:
+        """The law with the gains of each run."""
+        if self.variants is None or self.variants.gains is None:
+            return self.law
+        return with_scaled_gains(self.law, self.variants.gains)
 
     @property
     def true_plant(self) -> Plant:
@@ -122,7 +141,21 @@ class Scenario:
         u = self.trajectory.at(np.linspace(0.0, self.length, PLACES)).u.reshape(-1, self.robot.n)
         q = self._initial[0].reshape(-1, self.robot.n)
         places = np.concatenate([u[:: max(1, len(u) // PLACES)], q[:: max(1, len(q) // PLACES)]])
-        return self.step * friction_stiffness(plant, places)
+        return self.step * friction_stiffness(plant, places) * self._stiffer()
+
+    def _stiffer(self) -> float:
+        """How much faster friction may decay in a variant than in the plant, at most."""
+        if self.variants is None:
+            return 1.0
+        most = 1.0 if self.variants.friction is None else float(self.variants.friction.max(initial=1.0))
+        least = 1.0 if self.variants.inertia is None else float(self.variants.inertia.min(initial=1.0))
+        return most / least
+
+    @property
+    def _asks_once(self) -> bool:
+        """Whether forces are asked for once a step."""
+        stepper = Stepper(self.true_plant, self.chosen_integrator, self.step)
+        return stepper.name == IMPLICIT_FRICTION or stepper.evaluations() == 1
 
     @property
     def chosen_integrator(self) -> str:
@@ -151,4 +184,10 @@ class Scenario:
             require_finite(name, as_batch(name, x, (self.robot.n,))) for name, x in zip(("q", "qd"), given, strict=True)
         )
         shape = np.broadcast_shapes(q.shape, qd.shape)
+        if self.variants is not None:
+            shape = (self.variants.count, self.robot.n)
+            if q.shape[:-1] not in ((), shape[:1]) or qd.shape[:-1] not in ((), shape[:1]):
+                raise InputError("input.shape", name="q", expected=shape, got=q.shape, hint="")
+            if self.variants.start is not None:
+                q = q + self.variants.start
         return np.broadcast_to(q, shape), np.broadcast_to(qd, shape)

@@ -9,10 +9,10 @@ import numpy as np
 
 from mafsil.errors import InputError
 from mafsil.ik import Branch, SolutionSet, inverse_kinematics
-from mafsil.messages import LANGUAGES
 from mafsil.page.arm import Arm
 from mafsil.page.session import pose_from
 from mafsil.studio.protocol import Pose
+from mafsil.studio.sentences import in_all_languages
 
 MOST_SHOWN = 64
 
@@ -37,13 +37,13 @@ def configurations(arm: Arm, asked: Pose) -> Mapping[str, Any]:
     branches: tuple[Branch, ...] = found.branches
     return {
         "count": len(found),
-        "sentence": {code: found.explain(code) for code in LANGUAGES},
+        "sentence": in_all_languages(found.explain),
         "rows": [
             {
                 "q": found.q[k].tolist(),
                 "within": bool(found.within[k]),
                 "residual": float(found.residual[k]),
-                **{code: branches[k].label(code) for code in LANGUAGES},
+                **in_all_languages(branches[k].label),
             }
             for k in map(int, order)
         ],

@@ -10,9 +10,10 @@ from typing import Any
 
 from mafsil.errors import FileError, InputError, MafsilError
 from mafsil.job import Refusal, Run, parse, solve
-from mafsil.messages import LANGUAGES, say
+from mafsil.messages import say
 from mafsil.report.results import require_replaceable, write_results
 from mafsil.studio.broadcast import Broadcast
+from mafsil.studio.sentences import in_all_languages
 from mafsil.whole_file import write_whole
 
 PAUSE = 0.1
@@ -128,10 +129,8 @@ class JobRunner:
         except MafsilError as error:
             self._tell(status="wrong", **complaint(error))
         except Exception as error:
-            failure = {
-                code: say("cli.internal", language=code, kind=type(error).__name__, reason=str(error))
-                for code in LANGUAGES
-            }
+            details = {"kind": type(error).__name__, "reason": str(error)}
+            failure = in_all_languages(lambda code: say("cli.internal", language=code, **details))
             self._tell(status="wrong", code="cli.internal", line=None, sentence=failure)
 
     def _solved(self, text: str) -> Run | Refusal:
@@ -139,13 +138,13 @@ class JobRunner:
         return solve(parse(text, self._source), text, folder, self, self._source)
 
     def _finish(self, outcome: Run | Refusal) -> None:
-        sentence = {code: outcome.explain(code).split("\n")[0] for code in LANGUAGES}
+        sentence = in_all_languages(lambda code: outcome.explain(code).split("\n")[0])
         if isinstance(outcome, Refusal):
             self._tell(status="refused", sentence=sentence, findings=[])
             return
         self._progress("stage_writing", 0.0)
         number = self._finished(outcome, self._written(outcome))
-        findings = [{"level": one.level, **{code: one.sentence(code) for code in LANGUAGES}} for one in outcome.remarks]
+        findings = [{"level": one.level, **in_all_languages(one.sentence)} for one in outcome.remarks]
         self._tell(
             status=outcome.status.name.lower(),
             sentence=sentence,
@@ -187,5 +186,5 @@ class JobRunner:
 def complaint(error: MafsilError) -> dict[str, Any]:
     """An error for windows: its code, the line if it knows one, and its sentence in all languages."""
     line = error.details.get("line")
-    sentence = {code: error.message(code) for code in LANGUAGES}
+    sentence = in_all_languages(error.message)
     return {"code": error.key, "line": line if isinstance(line, int) else None, "sentence": sentence}

@@ -30,12 +30,13 @@ class _Tape:
     folder: Path | None
 
 
-def studio_of(what: Sequence[str], port: int) -> Studio:
+def studio_of(what: Sequence[str], port: int, views: Sequence[str] = ()) -> Studio:
     """The studio of what was given.
 
     Args:
         what: at most one robot or job, any number of recordings.
         port: 0 for any that is free.
+        views: files with views of your own.
 
     Raises:
         InputError: two robots or jobs, a recording of another robot, a port that is taken.
@@ -45,7 +46,7 @@ def studio_of(what: Sequence[str], port: int) -> Studio:
     others = [word for word in what if not _is_tape(Path(word))]
     if len(others) > 1:
         raise InputError("studio.one_robot", first=visible(others[0]), second=visible(others[1]))
-    studio = _studio(others[0], port) if others else _studio_of_tapes(tapes, port)
+    studio = _studio(others[0], port, views) if others else _studio_of_tapes(tapes, port, views)
     _add(studio, tapes)
     return studio
 
@@ -62,27 +63,27 @@ def robot_of_job(path: str | Path) -> Robot:
     return equipped(read(Path(path)), Path(path).parent)
 
 
-def _studio(word: str, port: int) -> Studio:
+def _studio(word: str, port: int, views: Sequence[str]) -> Studio:
     path = Path(word)
     if not _is_job(path):
-        return Studio(word, port=port)
+        return Studio(word, port=port, views=views)
     robot = robot_of_job(path)
-    return Studio(robot, port=port, script=_script(path), job=(text_of(path), path))
+    return Studio(robot, port=port, script=_script(path), job=(text_of(path), path), views=views)
 
 
-def _studio_of_tapes(tapes: Sequence[_Tape], port: int) -> Studio:
+def _studio_of_tapes(tapes: Sequence[_Tape], port: int, views: Sequence[str]) -> Studio:
     """The studio of the robot that the first recording was made with."""
     if not tapes:
-        return Studio(DEFAULT_ROBOT, port=port)
+        return Studio(DEFAULT_ROBOT, port=port, views=views)
     first = tapes[0]
     job = None if first.folder is None else first.folder / JOB
     if job is not None and job.is_file():
         robot, script = _robot_of_results(job), _script(job)
-        return Studio(robot, port=port, script=script, job=(text_of(job), None))
+        return Studio(robot, port=port, script=script, job=(text_of(job), None), views=views)
     name = str(first.recording.metadata.get("robot"))
     if name not in library.names():
         raise InputError("studio.which_robot", path=visible(str(first.path)), robot=visible(name))
-    return Studio(name, port=port)
+    return Studio(name, port=port, views=views)
 
 
 def _robot_of_results(job: Path) -> Robot:

@@ -11,7 +11,7 @@ import msgspec
 
 from mafsil.errors import InputError
 from mafsil.page.arm import Arm
-from mafsil.page.session import ACTIONS, pose_from
+from mafsil.page.session import ACTIONS, pose_from, require_free
 
 MOST_NUMBERS = 256
 """Of one argument."""
@@ -142,6 +142,8 @@ def action(put: Put, arm: Arm) -> dict[str, Any]:
     given: dict[str, Any] = msgspec.structs.asdict(read(kind, bytes(put.given)))
     _require_kernel(put.do, arm)
     _require_range(given, arm)
+    if put.do == "swing":
+        require_free(given["joint"], arm)
     return {"do": put.do, "with": given}
 
 
@@ -164,7 +166,13 @@ def _require_range(given: Mapping[str, Any], arm: Arm) -> None:
         pose_from(given["position"], given["quaternion"])
 
 
-_NEEDS = {"reach": "branches", "choose": "branches", "loop": "closed_loop", "simulate": "closed_loop"}
+_NEEDS = {
+    "reach": "branches",
+    "choose": "branches",
+    "swing": "branches",
+    "loop": "closed_loop",
+    "simulate": "closed_loop",
+}
 """Kernels without which there is no such action."""
 
 

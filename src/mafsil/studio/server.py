@@ -18,9 +18,10 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any, ClassVar, cast
 
 from mafsil.errors import InputError, MafsilError
-from mafsil.messages import LANGUAGES, say
+from mafsil.messages import say
 from mafsil.studio.access import Access
 from mafsil.studio.broadcast import Broadcast, Full, encoded
+from mafsil.studio.sentences import in_all_languages
 
 LOOPBACK = "127.0.0.1"
 MOST_CONNECTIONS = 96
@@ -178,14 +179,14 @@ class _Handler(BaseHTTPRequestHandler):
         try:
             self._send(200, Content(encoded(deed(body))))
         except MafsilError as error:
-            sentences = {code: error.message(code) for code in LANGUAGES}
+            sentences = in_all_languages(error.message)
             status = 400 if isinstance(error, InputError) else 422
             self._send(status, Content(encoded({"error": {"code": error.key, **sentences}})))
         except (OSError, MemoryError):
             raise
         except Exception as error:
             details = {"kind": type(error).__name__, "reason": str(error)}
-            sentences = {code: say("cli.internal", language=code, **details) for code in LANGUAGES}
+            sentences = in_all_languages(lambda code: say("cli.internal", language=code, **details))
             self._send(500, Content(encoded({"error": {"code": "cli.internal", **sentences}})))
 
     def _admitted(self, *, changes: bool) -> str | None:

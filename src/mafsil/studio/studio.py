@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import threading
 import webbrowser
 from collections.abc import Callable, Mapping, Sequence
@@ -17,7 +18,7 @@ from mafsil.kernels.lazy import lazy
 from mafsil.messages import language as current_language
 from mafsil.model.loading import RobotLike
 from mafsil.page.arm import Arm
-from mafsil.page.assemble import assembled
+from mafsil.page.assemble import assembled, needed
 from mafsil.page.content import content
 from mafsil.report.results import FILES
 from mafsil.robot import as_robot
@@ -31,6 +32,7 @@ from mafsil.studio.server import HTML, Content, Server
 
 AREAS = ("page", "studio")
 """Of the catalogue, whose sentences the windows have."""
+MAIN = "studio/main.js"
 RESULTS = Path("mafsil-results")
 PATIENCE = 15.0
 """How long the end waits for a run that was stopped [s]: a report that is being written is finished."""
@@ -60,10 +62,11 @@ class Studio:
         script: how saved scripts name the robot; what was given if None.
         job: text of the job that windows begin with, and its file or None.
         results: folder into which runs write.
+        views: files with views of your own, one each (docs/adding_a_view.md); their script runs in the windows.
 
     Raises:
         InputError: the port is taken.
-        MafsilError: no such robot.
+        MafsilError: no such robot, or a view that cannot be read.
     """
 
     def __init__(
@@ -75,8 +78,10 @@ class Studio:
         script: Script | None = None,
         job: tuple[str, Path | None] | None = None,
         results: Path = RESULTS,
+        views: Sequence[str | os.PathLike[str]] = (),
     ) -> None:
-        self.arm = Arm(as_robot(robot))
+        self._own = tuple(os.path.abspath(view) for view in views)
+        self.arm = Arm(as_robot(robot), needed(self._own))
         self.language = language or current_language()
         self._script = script or Script(
             repr(str(robot)) if isinstance(robot, str | Path) else repr(self.arm.robot.name)
@@ -111,9 +116,8 @@ class Studio:
     def html(self) -> str:
         """The page that the server sends."""
         data = content(self.arm, self.language, self._script.python, AREAS)
-        data["studio"] = True
         data["robot"]["imports"] = list(self._script.imports)
-        return assembled(data, _views())
+        return assembled(data, (*_views(), *self._own), MAIN)
 
     def serve(self, *, show: bool = False) -> None:
         """Serve until Ctrl-C.

@@ -290,11 +290,14 @@ def _grid(path: JointPath, base: PiecewisePolynomial) -> _Grid:
     """
     # 1.
     inner, own = path.breaks()[1:-1], base.knots
-    low, high = np.zeros(len(inner)), np.full(len(inner), base.duration)
+    passed = np.searchsorted(base.derivative(own, 0)[1:-1, 0], inner)
+    powers = base.coefficients[passed, :, 0].T
+    low, high = np.zeros(len(inner)), np.diff(own)[passed]
     for _ in range(BISECTIONS):
         middle = (low + high) / 2.0
-        before = base.at(middle).u[:, 0] < inner
+        before = np.polynomial.polynomial.polyval(middle, powers, tensor=False) < inner
         low, high = np.where(before, middle, low), np.where(before, high, middle)
+    high += own[passed]
     gaps = np.minimum(np.diff(own, prepend=-1.0), np.diff(own, append=base.duration + 1.0))
     apart = np.abs(own[:, None] - high).min(axis=1, initial=np.inf) > NEAREST * gaps
     apart[[0, -1]] = True

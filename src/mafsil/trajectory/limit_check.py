@@ -23,6 +23,8 @@ PLATEAU = 1e-9
 """Share of the largest value by which neighbours differ at least where a peak is looked for between them."""
 HIGH = 0.99
 """Share of the largest value from which on an extreme is looked at closely."""
+ROUNDS = 3
+"""Of looking closely."""
 MOST_SAMPLES = 8192
 """In all pieces, where there are not too many of them."""
 
@@ -121,8 +123,7 @@ def check(
     for order, sides in enumerate(derivatives):
         if not np.isfinite(sides).any():
             continue
-        moments = extreme_times(trajectory, order)
-        values = derivative(trajectory, moments, order)
+        moments, values = extremes(trajectory, order)
         for sign, bound in ((-1.0, sides[0]), (1.0, sides[1])):
             at = (sign * values).argmax(axis=0)
             reached = np.take_along_axis(values, at[None], axis=0)[0]
@@ -144,22 +145,40 @@ def _worst_of_each(found: list[tuple[float, Violation]]) -> tuple[Violation, ...
     return tuple(violation for _, violation in worst.values())
 
 
-def extreme_times(trajectory: Trajectory, order: int) -> Floats:
-    """(k,) times among which every coordinate's derivative of the given order takes its extremes [s]."""
+def extremes(trajectory: Trajectory, order: int) -> tuple[Floats, Floats]:
+    """Times (k,) [s] among which every coordinate's derivative takes its extremes, and its values (k, n) there.
+
+    Piecewise polynomials have roots for that. Of others:
+
+    1. Times between breaks, evenly spaced, are looked at.
+    2. Around the largest and the smallest, and at the vertex of every high extreme, are more times.
+    3. 2 is repeated.
+
+    Args:
+        trajectory: of n coordinates.
+        order: of the derivative, 0 to 3.
+    """
     breaks = trajectory.breaks()
     # Values jump at breaks: the moment just before belongs to the piece that ends there.
     sides = np.concatenate([breaks, np.nextafter(breaks[1:], 0.0)])
     if isinstance(trajectory, PiecewisePolynomial):
-        return np.unique(np.concatenate([sides, trajectory.stationary_times(order)]))
+        moments = np.unique(np.concatenate([sides, trajectory.stationary_times(order)]))
+        return moments, derivative(trajectory, moments, order)
+    # 1.
     samples = max(MOST_SAMPLES // max(len(breaks) - 1, 1), LEAST_PER_PIECE)
     moments = np.unique(np.concatenate([sides, _within(breaks, min(samples, SAMPLES_PER_PIECE))]))
-    for _ in range(3):
-        values = derivative(trajectory, moments, order)
+    values = derivative(trajectory, moments, order)
+    # 3.
+    for _ in range(ROUNDS):
+        # 2.
         peaks = np.unique([values.argmax(axis=0), values.argmin(axis=0)])
         last = len(moments) - 1
         near = [_between(float(moments[max(k - 1, 0)]), float(moments[min(k + 1, last)])) for k in peaks]
-        moments = np.unique(np.concatenate([moments, *near, _vertices(moments, values)]))
-    return moments
+        added = np.setdiff1d(np.concatenate([*near, _vertices(moments, values)]), moments)
+        places = np.searchsorted(moments, added)
+        values = np.insert(values, places, derivative(trajectory, added, order), axis=0)
+        moments = np.insert(moments, places, added)
+    return moments, values
 
 
 def _vertices(t: Floats, values: Floats) -> Floats:

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats
 from mafsil.model import JointLimits
-from mafsil.trajectory.limit_check import derivative, extreme_times
+from mafsil.trajectory.limit_check import extremes
 from mafsil.trajectory.motion import Motion, Stretchable, times
 from mafsil.trajectory.motion_limits import MotionLimits, motion_limits, share_of
 from mafsil.trajectory.overview import Printed
@@ -73,7 +73,7 @@ class PathMotion(Printed):
         bounds, needed = motion_limits(limits, self.n), [0.0]
         for order, sides in ((1, bounds.velocity), (2, bounds.acceleration), (3, bounds.jerk)):
             if np.isfinite(sides).any():
-                shares = share_of(derivative(self, extreme_times(self, order), order), sides)
+                shares = share_of(extremes(self, order)[1], sides)
                 needed.append(float(shares.max()) ** (1.0 / order))
         return max(needed)
 

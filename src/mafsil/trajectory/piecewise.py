@@ -66,7 +66,8 @@ class PiecewisePolynomial(Printed):
         moment = times(t)
         piece, local = self._locate(moment)
         moving = moving_at(moment, self.duration, self.coefficients.ndim - 2)
-        u, v, a = (self._derivative(piece, local, order) for order in range(3))
+        rows = self.coefficients[piece]
+        u, v, a = (self._horner(rows, local, order) for order in range(3))
         return Motion(u, v * moving, a * moving)
 
     def jerk(self, t: ArrayLike) -> Floats:
@@ -113,9 +114,17 @@ class PiecewisePolynomial(Printed):
         return piece, clamped - self.knots[piece]
 
     def _derivative(self, piece: NDArray[np.intp], local: Floats, order: int) -> Floats:
-        """Horner's rule on the derivative of the given order."""
-        rows = self.coefficients[piece]
-        axis = piece.ndim
+        return self._horner(self.coefficients[piece], local, order)
+
+    def _horner(self, rows: Floats, local: Floats, order: int) -> Floats:
+        """Horner's rule on the derivative of the given order.
+
+        Args:
+            rows: (*times, degree + 1, *batch, n) coefficients of the pieces at the times.
+            local: (*times) since the pieces began [s].
+            order: of the derivative.
+        """
+        axis = local.ndim
         local = local.reshape(local.shape + (1,) * (rows.ndim - axis - 1))
         value = np.zeros(rows.shape[:axis] + rows.shape[axis + 1 :])
         for power, factor in reversed(list(enumerate(_factors(self.degree, order), start=order))):

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, called, frozen, positive, real_array, require_finite, require_kind, whole
 from mafsil.errors import InputError
 from mafsil.robot import Robot
-from mafsil.trajectory.limit_check import extreme_times
+from mafsil.trajectory.limit_check import extremes
 from mafsil.trajectory.motion_limits import Limits, MotionLimits, motion_limits
 from mafsil.trajectory.path import JointPath
 from mafsil.trajectory.piecewise import PiecewisePolynomial
@@ -246,8 +246,7 @@ def _answer(
 
 def _position_beyond(path: JointPath, limits: MotionLimits) -> dict[str, object] | None:
     """The joint and the place where the path is farthest beyond a limit of position."""
-    places = extreme_times(path.curve, 0)
-    u = path.at(places).u
+    places, u = extremes(path.curve, 0)
     excess = np.maximum(u - limits.position[1], limits.position[0] - u)
     row, joint = (int(k) for k in np.unravel_index(int(excess.argmax()), excess.shape))
     if excess[row, joint] <= GIVEN:

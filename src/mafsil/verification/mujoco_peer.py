@@ -27,14 +27,18 @@ def answers(mechanism: Mechanism, s: States) -> tuple[dict[str, Floats], list[tu
     """
     if any(joint.kind is JointKind.HELICAL for joint in mechanism.joints):
         return {}, [("mujoco", "verification.helical")]
-    peer = _MuJoCo(mechanism)
+    peer = MuJoCoArm(mechanism)
     rows = [peer.state(s.q[k], s.qd[k], s.qdd[k], s.tau[k]) for k in range(len(s.q))]
     found = {name: np.stack([row[name] for row in rows]) for name in rows[0]}
     return found, [(f"{name}, mujoco", "verification.not_compared") for name in LEFT_OUT]
 
 
-class _MuJoCo:
-    """The compiled model, and the matrix from our coordinates to its joints."""
+class MuJoCoArm:
+    """A mechanism in MuJoCo: the compiled model, and the matrix from our coordinates to its joints.
+
+    Args:
+        mechanism: any open chain or tree without helical joints.
+    """
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mujoco: Any = import_module("mujoco")

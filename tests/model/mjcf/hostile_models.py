@@ -87,7 +87,7 @@ CASES = (
     Case("coupling not linear", equality('<joint joint1="j" joint2="k" polycoef="0 1 2"/>\n'),
          "M0715", 13, False, False),
     Case("coupling with itself", equality('<joint joint1="j" joint2="j"/>\n'), "J0421", 13, True, False),
-    Case("connect", equality(f"{CONNECT}\n"), "M0723", 13, False, True, accepted=True),
+    Case("connect", equality(f"{CONNECT}\n"), "M0728", 13, False, True, accepted=True),
     Case("weld of nothing", equality('<weld body1="x"/>\n'), "M0713", 13, True, True),
     Case("actuator of nothing", model(after='<actuator><motor joint="x"/></actuator>\n'), "M0712", 8, True, True),
     Case("loop named like a joint", equality('<weld name="j" body1="a" body2="b"/>\n'), "S0312", 1, False, False),

@@ -13,10 +13,10 @@ import mafsil.expression as ex
 from mafsil.arrays import Floats
 from mafsil.mechanics.arm_size import ArmSize
 from mafsil.mechanics.body_tree import BodyTree
+from mafsil.mechanics.composite_inertia import CompositeInertia
 from mafsil.mechanics.placement import Expression, constant, placements, world_placements
 from mafsil.mechanics.quantities.center_of_mass import center_of_mass, com_of, moving_links
 from mafsil.mechanics.quantities.link_motion import outward_motion
-from mafsil.mechanics.quantities.mass_matrix import CompositeInertia
 from mafsil.mechanics.quantity import Quantity, SecondMethod
 from mafsil.mechanics.states import States
 from mafsil.mechanics.textbook import Numbers, Textbook, adjoint, along, inverse
@@ -41,10 +41,7 @@ def centroidal_momentum_matrix(tree: BodyTree, q: Expression) -> Expression:
     """
     steps = placements(tree, q)
     # 1.
-    composite = [
-        CompositeInertia(ex.Expression(b.inertia.mass), constant(b.inertia.h), constant(b.inertia.I))
-        for b in tree.bodies
-    ]
+    composite = [CompositeInertia.of(b.inertia) for b in tree.bodies]
     for i, body in reversed(tree.moving):
         if body.parent:
             composite[body.parent] = composite[body.parent].added(composite[i].in_parent(steps[i]))
@@ -88,7 +85,9 @@ def centroidal_momentum_rate(tree: BodyTree, q: Expression, qd: Expression, qdd:
     """
     motion, seen, total = outward_motion(tree, placements(tree, q), qd, qdd), _SeenFromCom(tree, q), ex.zeros(6, 1)
     for i, body in tree.moving:
-        need = Wrench.of_motion(body.inertia, motion.omega[i], motion.alpha[i], motion.a[i], motion.spin[i])
+        need = Wrench.of_motion(
+            CompositeInertia.of(body.inertia), motion.omega[i], motion.alpha[i], motion.a[i], motion.spin[i]
+        )
         total = total + seen(i, need)
     return total
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 import mafsil.expression as ex
 from mafsil.arrays import Floats
 from mafsil.mechanics.body_tree import BodyTree
+from mafsil.mechanics.composite_inertia import CompositeInertia
 from mafsil.mechanics.placement import Expression, coordinate_efforts, joint_values, placements
 from mafsil.mechanics.quantities.link_motion import BodyMotion, outward_motion
 from mafsil.mechanics.quantity import LYNCH, Quantity, SecondMethod
@@ -25,6 +27,7 @@ def inverse_dynamics(
     F_tip: Expression | None = None,
     base_twist: Expression | None = None,
     base_acceleration: Expression | None = None,
+    inertias: Sequence[CompositeInertia] | None = None,
 ) -> Expression:
     """tau (n,) [N m | N] with tau = M(q) qdd + c(q, qd) + g(q) + J' F_tip.
 
@@ -43,12 +46,13 @@ def inverse_dynamics(
         q, qd, qdd: (n,) coordinates [rad | m] and time derivatives.
         F_tip: (6,) wrench (m, f) the tip exerts on the world, in {tip} [N m, N]; None for none.
         base_twist, base_acceleration: (6,) true motion of a carried base, see `base_motion`; None for a fixed base.
+        inertias: of the bodies (base first), where they are not the tree's own numbers.
 
     Reference: Luh, Walker, Paul 1980; Lynch & Park, Modern Robotics, sec. 8.3, gives the same in twists.
     """
     steps = placements(tree, q)
     motion = outward_motion(tree, steps, qd, qdd, base_twist, base_acceleration, fall=tree.gravity)
-    needs = _needs(tree, motion)
+    needs = _needs(tree, motion, inertias)
     if F_tip is not None:
         _add_tip_wrench(tree, F_tip, needs)
     F = transmitted([body.parent for body in tree.bodies], needs, lambda i, wrench: wrench.in_parent(steps[i]))
@@ -71,13 +75,14 @@ def velocity_torque(tree: BodyTree, q: Expression, qd: Expression) -> Expression
     return inverse_dynamics(replace(tree, gravity=0.0 * tree.gravity), q, qd, ex.zeros(tree.n, 1))
 
 
-def _needs(tree: BodyTree, motion: BodyMotion) -> list[Wrench]:
+def _needs(tree: BodyTree, motion: BodyMotion, inertias: Sequence[CompositeInertia] | None) -> list[Wrench]:
     """What each body's own motion needs; the base's is nobody's concern."""
+    own = [CompositeInertia.of(body.inertia) for body in tree.bodies] if inertias is None else inertias
     return [
         Wrench.zero(),
         *(
-            Wrench.of_motion(body.inertia, motion.omega[i], motion.alpha[i], motion.a[i], motion.spin[i])
-            for i, body in tree.moving
+            Wrench.of_motion(own[i], motion.omega[i], motion.alpha[i], motion.a[i], motion.spin[i])
+            for i, _ in tree.moving
         ),
     ]
 

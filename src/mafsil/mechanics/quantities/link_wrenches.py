@@ -17,6 +17,7 @@ import mafsil.expression as ex
 from mafsil.arrays import Floats
 from mafsil.mechanics.body_tree import Attachment, BodyTree
 from mafsil.mechanics.com_frames import link_com_frames
+from mafsil.mechanics.composite_inertia import CompositeInertia
 from mafsil.mechanics.placement import Expression, placements
 from mafsil.mechanics.quantities.link_motion import BodyMotion, com_frames_of, outward_motion
 from mafsil.mechanics.quantity import LYNCH, Quantity, SecondMethod
@@ -94,7 +95,7 @@ def _transmitted(
 def _own(tree: BodyTree, k: int, frame: Attachment, motion: BodyMotion) -> Wrench:
     """The wrench that link k's own motion and weight need, at the origin of its body's frame."""
     inertia, i = tree.links[k].inertia.moved(frame.R, frame.p), frame.body
-    return Wrench.of_motion(inertia, motion.omega[i], motion.alpha[i], motion.a[i], motion.spin[i])
+    return Wrench.of_motion(CompositeInertia.of(inertia), motion.omega[i], motion.alpha[i], motion.a[i], motion.spin[i])
 
 
 def _in_frames(frames: Sequence[Attachment], F: Sequence[Wrench]) -> Expression:

@@ -2,43 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import mafsil.expression as ex
 from mafsil.mechanics.body_tree import BodyTree
+from mafsil.mechanics.composite_inertia import CompositeInertia
 from mafsil.mechanics.ground_frame import along, ground_is_shorter, twist_at_ground, wrench_at_ground
-from mafsil.mechanics.placement import Expression, Placement, constant, placements, world_placements
+from mafsil.mechanics.placement import Expression, Placement, placements, world_placements
 from mafsil.mechanics.quantity import FEATHERSTONE, Quantity, SecondMethod
 from mafsil.mechanics.wrench import Wrench
 
 
-@dataclass(frozen=True, slots=True)
-class CompositeInertia:
-    """Mass, first moment h (3,) and rotational inertia I (3, 3) about the origin, as expressions."""
-
-    mass: Expression
-    h: Expression
-    I: Expression
-
-    def added(self, other: CompositeInertia) -> CompositeInertia:
-        """Both bodies as one."""
-        return CompositeInertia(self.mass + other.mass, self.h + other.h, self.I + other.I)
-
-    def in_parent(self, step: Placement) -> CompositeInertia:
-        """Seen from the parent's frame: turned, then shifted by the offset (Steiner)."""
-        h = step.to_parent(self.h)
-        turned = turned_symmetric(self.I, step)
-        p = step.offset
-        return CompositeInertia(self.mass, h + self.mass * p, turned + _shift(p, h + 0.5 * self.mass * p))
-
-    def unit_acceleration(self, step: Placement) -> tuple[Expression, Expression]:
-        """G S: the wrench (moment, force) per unit acceleration of the joint with the screw S = (w z, v z)."""
-        h = self.h
-        moment = step.omega * self.I[:, 2] + step.v * ex.vertcat(h[1], -h[0], 0)
-        return moment, step.omega * ex.vertcat(-h[1], h[0], 0) + step.v * ex.vertcat(0, 0, self.mass)
-
-
-def mass_matrix(tree: BodyTree, q: Expression) -> Expression:
+def mass_matrix(tree: BodyTree, q: Expression, inertias: Sequence[CompositeInertia] | None = None) -> Expression:
     """M(q) (n, n) [kg m^2 | kg m | kg], symmetric.
 
     Composite inertias are gathered from the leaves; F = I_composite S is the wrench that accelerates joint i by one,
@@ -47,11 +22,12 @@ def mass_matrix(tree: BodyTree, q: Expression) -> Expression:
     Args:
         tree: the bodies.
         q: (n,) joint coordinates [rad | m].
+        inertias: of the bodies (base first), where they are not the tree's own numbers.
 
     Reference: Featherstone, Rigid Body Dynamics Algorithms, sec. 6.2 (composite-rigid-body algorithm).
     """
     steps = placements(tree, q)
-    composite = _composites(tree, steps)
+    composite = _composites(tree, steps, inertias)
     entries: dict[tuple[int, int], Expression] = {}
     if ground_is_shorter(tree, wrenches=1, rows=0):
         _fill_in_ground_frame(tree, steps, composite, entries)
@@ -85,11 +61,10 @@ def _fill_in_ground_frame(
             _accumulate(tree, entries, i, j, along(there, screws[j]))
 
 
-def _composites(tree: BodyTree, steps: list[Placement]) -> list[CompositeInertia]:
-    own = [
-        CompositeInertia(ex.Expression(b.inertia.mass), constant(b.inertia.h), constant(b.inertia.I))
-        for b in tree.bodies
-    ]
+def _composites(
+    tree: BodyTree, steps: list[Placement], inertias: Sequence[CompositeInertia] | None
+) -> list[CompositeInertia]:
+    own = [CompositeInertia.of(body.inertia) for body in tree.bodies] if inertias is None else list(inertias)
     for i, body in reversed(tree.moving):
         if body.parent:
             own[body.parent] = own[body.parent].added(own[i].in_parent(steps[i]))
@@ -110,32 +85,6 @@ def _symmetric(entries: dict[tuple[int, int], Expression], n: int) -> Expression
     zero = ex.Expression(0)
     rows = [[entries.get((max(i, j), min(i, j)), zero) for j in range(n)] for i in range(n)]
     return ex.vertcat(*(ex.horzcat(*row) for row in rows)) if n else ex.zeros(0, 0)
-
-
-def turned_symmetric(inertia: Expression, step: Placement) -> Expression:
-    """R_c Rz I Rz' R_c' for a symmetric I, by double angles about z, then the constant turn."""
-    c, s = step.cosine, step.sine
-    xx, yy, zz, xy, xz, yz = inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2]
-    half_swing = s * (s * (yy - xx) - 2 * c * xy)
-    new_xx, new_yy = xx + half_swing, yy - half_swing
-    new_xy = c * (s * (xx - yy) + 2 * c * xy) - xy
-    new_xz, new_yz = c * xz - s * yz, s * xz + c * yz
-    about_z = _from_six(new_xx, new_yy, zz, new_xy, new_xz, new_yz)
-    return step.R @ about_z @ step.R.T
-
-
-def _from_six(
-    xx: Expression, yy: Expression, zz: Expression, xy: Expression, xz: Expression, yz: Expression
-) -> Expression:
-    return ex.vertcat(ex.horzcat(xx, xy, xz), ex.horzcat(xy, yy, yz), ex.horzcat(xz, yz, zz))
-
-
-def _shift(p: Expression, g: Expression) -> Expression:
-    """(p . g + g . p) E - p g' - g p': what moving the origin by p adds, with g = h + m p / 2."""
-    px, py, pz = p[0], p[1], p[2]
-    gx, gy, gz = g[0], g[1], g[2]
-    x, y, z = 2 * px * gx, 2 * py * gy, 2 * pz * gz
-    return _from_six(y + z, x + z, x + y, -(px * gy + py * gx), -(px * gz + pz * gx), -(py * gz + pz * gy))
 
 
 MASS_MATRIX = Quantity(

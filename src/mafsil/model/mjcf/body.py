@@ -46,6 +46,8 @@ class Tree:
         lines: where each body stands.
         numbers: up to which each made name is used.
         poses: of each body in the world when all coordinates have their reference values.
+        sites: of each named site its body and its element.
+        closing: names of the joints that close loops, and of those that carry their ends.
         declared: names that the files give, which no made name takes.
         floating: bodies in the world that a free joint leaves loose, with what was reported about each and what hangs
             on it.
@@ -61,6 +63,8 @@ class Tree:
     lines: dict[str, int] = field(default_factory=dict[str, int])
     numbers: dict[str, int] = field(default_factory=dict[str, int])
     poses: dict[str, PoseMatrix] = field(default_factory=dict[str, PoseMatrix])
+    sites: dict[str, tuple[str, Part]] = field(default_factory=dict[str, tuple[str, Part]])
+    closing: set[str] = field(default_factory=set[str])
     declared: set[str] = field(default_factory=set[str])
     floating: dict[str, tuple[Element, list[Diagnostic]]] = field(
         default_factory=dict[str, tuple[Element, list[Diagnostic]]]
@@ -123,6 +127,7 @@ class TreeReader:
                 self.reading.report(UNKNOWN_PART, part.element, None, None, **details)
         self.tree.links.append(_link(WORLD, None, self._geoms(parts)))
         self.tree.poses[WORLD] = identity
+        self._note_sites(parts, WORLD)
         self._read_children(parts, Place(WORLD, identity, moves=False))
         return self.tree
 
@@ -170,8 +175,15 @@ class TreeReader:
         inertial = inertial_of(self.reading, element, name, matters, scope.library.settings)
         _add_chain(tree, place.parent, T_own, name, hinges)
         tree.links.append(_link(name, inertial, geoms))
+        self._note_sites(inside, name)
         self._read_children(inside, Place(name, tree.poses[name], moves))
         return name
+
+    def _note_sites(self, parts: list[Part], body: str) -> None:
+        """Named sites, which loops may refer to."""
+        for part in parts:
+            if part.element.tag == "site" and part.element.get("name"):
+                self.tree.sites.setdefault(part.scope.named(part.element.get("name")), (body, part))
 
     def _only_inertial(self, parts: list[Part]) -> Part | None:
         """The `inertial` of a body; a second one is reported."""

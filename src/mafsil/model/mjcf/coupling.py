@@ -1,19 +1,15 @@
-"""Equality constraints of MJCF: mimic joints, welds as loops; loops that a mechanism cannot hold are said."""
+"""Equality constraints of MJCF: mimic and locked joints, and loops."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
-from mafsil.arrays import frozen
-from mafsil.model.faults import COUPLING_NOT_LINEAR, LOOP_OPEN, MISSING_ATTRIBUTE
-from mafsil.model.joint import Joint, JointKind, Mimic
+from mafsil.model.faults import COUPLING_NOT_LINEAR
+from mafsil.model.joint import Joint, Mimic
 from mafsil.model.mimics import Declared, locked_at
-from mafsil.model.mjcf.orientation import rotation_from_quaternion
+from mafsil.model.mjcf.closure import KINDS, read_loops
 from mafsil.model.mjcf.references import References
 from mafsil.model.mjcf.scope import Scope
-from mafsil.model.placement import inverse
 from mafsil.model.xml_tree import Element
 
 
@@ -22,7 +18,7 @@ def read_couplings(references: References, root: Element) -> tuple[list[Declared
 
     1. Every joint of the tree stands for itself.
     2. Constraints that are switched off, one by one or all, are passed over.
-    3. A `joint` constraint makes one joint follow another or locks it, a `weld` closes a loop, a `connect` is reported.
+    3. A `joint` constraint makes one joint follow another or locks it; `weld` and `connect` close loops.
     """
     # 1.
     tree = references.tree
@@ -37,10 +33,11 @@ def read_couplings(references: References, root: Element) -> tuple[list[Declared
         # 3.
         if element.tag == "joint":
             _couple(references, element, scope, joints)
-        elif element.tag == "weld":
-            loops += _weld(references, element, scope, len(loops))
-        elif element.tag == "connect":
-            _open(references, element, scope)
+        elif element.tag in KINDS:
+            for loop, carrier in read_loops(references, element, scope):
+                loops.append(loop)
+                if carrier is not None:
+                    joints[carrier.name] = Declared(carrier, element)
     return list(joints.values()), loops
 
 
@@ -67,44 +64,3 @@ def _couple(references: References, element: Element, scope: Scope, joints: dict
             continue
         offset = tree.references[follower] + a0 - a1 * tree.references[leaders[0]]
         joints[follower] = Declared(replace(declared.joint, mimic=Mimic(leaders[0], a1, offset)), element)
-
-
-def _weld(references: References, element: Element, scope: Scope, number: int) -> list[Joint]:
-    """A loop closed by a fixed joint; welds to sites and to bodies moved by the user stay open and are said."""
-    reading, tree = references.reading, references.tree
-    if "site1" in element.attributes or "site2" in element.attributes:
-        _open(references, element, scope)
-        return []
-    if not reading.reference(element, "body1"):
-        return []
-    numbers = reading.vector(element, "relpose", 7) if "relpose" in element.attributes else None
-    loops: list[Joint] = []
-    for first, second in references.bodies(element, [element.get("body1"), element.get("body2")], scope):
-        if first in tree.guided or second in tree.guided:
-            reading.report(LOOP_OPEN, element, None, None, element="weld", first=first, second=second)
-            continue
-        T = inverse(tree.poses[first]) @ tree.poses[second]
-        if numbers is not None and any(numbers[3:]):
-            quaternion = np.array(numbers[3:])
-            T = np.eye(4)
-            T[:3, :3] = rotation_from_quaternion(quaternion / np.linalg.norm(quaternion))
-            T[:3, 3] = numbers[:3]
-        named = scope.named(element.get("name")) if element.get("name") else ""
-        name = named or f"weld_{number + len(loops) + 1}"
-        loops.append(Joint(name, JointKind.FIXED, first, second, frozen(T), actuated=False))
-    return loops
-
-
-def _open(references: References, element: Element, scope: Scope) -> None:
-    """A loop that is not kept."""
-    reading = references.reading
-    if "site1" in element.attributes:
-        ends = [(element.get("site1"), element.get("site2"))]
-    elif "body1" not in element.attributes:
-        reading.report(MISSING_ATTRIBUTE, element, element=element.tag, attribute="body1")
-        return
-    else:
-        names = [element.get("body1"), element.get("body2")]
-        ends = [(row[0], row[1]) for row in references.bodies(element, names, scope)]
-    for first, second in ends:
-        reading.report(LOOP_OPEN, element, None, None, element=element.tag, first=first, second=second)

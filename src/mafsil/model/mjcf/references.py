@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 
-from mafsil.model.faults import UNKNOWN_BODY, UNKNOWN_JOINT
+from mafsil.model.faults import UNKNOWN_BODY, UNKNOWN_JOINT, UNKNOWN_SITE
 from mafsil.model.mjcf.body import WORLD, Tree
 from mafsil.model.mjcf.scope import Scope, Unfolding
 from mafsil.model.reading import Reading
@@ -35,14 +35,18 @@ class References:
 
     def joints(self, element: Element, names: list[str], scope: Scope) -> list[tuple[str, ...]]:
         """The joints that an element names, once for every replication it belongs to; unknown ones are reported."""
-        return self._instances(element, names, scope, self.tree.elements, bodies=False)
+        return self._instances(element, names, scope, self.tree.elements, "joint")
 
     def bodies(self, element: Element, names: list[str], scope: Scope) -> list[tuple[str, ...]]:
         """The bodies that an element names, as `joints`; an empty name is the world."""
-        return self._instances(element, names, scope, self.tree.poses, bodies=True)
+        return self._instances(element, names, scope, self.tree.poses, "body")
+
+    def sites(self, element: Element, names: list[str], scope: Scope) -> list[tuple[str, ...]]:
+        """The sites that an element names, as `joints`."""
+        return self._instances(element, names, scope, self.tree.sites, "site")
 
     def _instances(
-        self, element: Element, names: list[str], scope: Scope, known: Collection[str], *, bodies: bool
+        self, element: Element, names: list[str], scope: Scope, known: Collection[str], kind: str
     ) -> list[tuple[str, ...]]:
         suffixes = [s for s in self.unfolding.suffixes if s.endswith(scope.suffix) and s != scope.suffix]
         found: list[tuple[str, ...]] = []
@@ -53,7 +57,7 @@ class References:
                 if suffix == scope.suffix:
                     break
         if not found:
-            self._report(element, names, scope, suffixes, known, bodies=bodies)
+            self._report(element, names, scope, suffixes, known, kind)
         return [row for row in found if not any(name in self.tree.left_out for name in row)]
 
     def _lengthened(self, name: str, scope: Scope, suffix: str, known: Collection[str]) -> str:
@@ -69,8 +73,8 @@ class References:
         return ""
 
     def _report(
-        self, element: Element, names: list[str], scope: Scope, suffixes: list[str], known: Collection[str], *,
-        bodies: bool,
+        self, element: Element, names: list[str], scope: Scope, suffixes: list[str], known: Collection[str],
+        kind: str,
     ) -> None:  # fmt: skip
         """An unknown name; what belongs to a part of a model that was not attached is none."""
         if scope.partly:
@@ -79,7 +83,5 @@ class References:
         unknown = (n for n in names if not any(self._lengthened(n, scope, suffix, known) for suffix in places))
         missing = next(unknown, names[0])
         repair = self.reading.remove(element)
-        if bodies:
-            self.reading.report(UNKNOWN_BODY, element, None, repair, body=missing)
-        else:
-            self.reading.report(UNKNOWN_JOINT, element, None, repair, joint=missing)
+        fault = {"body": UNKNOWN_BODY, "joint": UNKNOWN_JOINT, "site": UNKNOWN_SITE}[kind]
+        self.reading.report(fault, element, None, repair, **{kind: missing})

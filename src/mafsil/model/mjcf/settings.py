@@ -15,7 +15,7 @@ from mafsil.model.xml_tree import Element
 MAIN = "main"
 _LISTS = frozenset({"size", "damping", "gear", "stiffness"})
 """Attributes of which a file may give only the first numbers."""
-_STYLED = ("joint", "geom", "mesh", "material", "equality", "tendon")
+_STYLED = ("joint", "geom", "mesh", "material", "equality", "tendon", "site")
 
 
 @dataclass(slots=True)

@@ -65,10 +65,9 @@ class Row:
 
 
 _TURN = "quat axisangle euler xyaxes zaxis"
-_INSIDE = "body frame replicate attach inertial joint freejoint geom"
+_INSIDE = "body frame replicate attach inertial joint freejoint geom site"
 _BESIDE = {
     Treatment.PICTURE: "camera light",
-    Treatment.SENSING: "site",
     Treatment.LEFT_OUT: "plugin",
     Treatment.SOFT: "composite flexcomp",
 }
@@ -92,6 +91,10 @@ _GEOM = Row(
         Treatment.DATA: "user",
     },
     whole={Treatment.DATA: "plugin"},
+)
+_SITE = Row(
+    f"name class pos {_TURN} fromto",
+    {Treatment.SENSING: "type size", Treatment.PICTURE: "rgba material mesh", Treatment.DATA: "group user"},
 )
 _MESH = Row(
     "name class file vertex face refpos refquat scale inertia maxhullvert builtin content_type",
@@ -183,8 +186,8 @@ ROWS: Mapping[str, Row] = MappingProxyType(
         ),
         "default": Row(
             "class",
-            children=f"default joint geom mesh material equality tendon {' '.join(MOTORS[:-1])}",
-            whole={Treatment.PICTURE: "texture camera light", Treatment.SENSING: "site", Treatment.CONTACT: "pair"},
+            children=f"default joint geom mesh material equality tendon site {' '.join(MOTORS[:-1])}",
+            whole={Treatment.PICTURE: "texture camera light", Treatment.CONTACT: "pair"},
         ),
         "asset": Row(
             children="mesh material model",
@@ -194,7 +197,7 @@ ROWS: Mapping[str, Row] = MappingProxyType(
         "mesh/plugin": Row("plugin instance", whole={Treatment.DATA: "config"}),
         "asset/material": _MATERIAL,
         "asset/model": Row("name file content_type"),
-        "worldbody": Row(children="body frame replicate attach geom", whole=_BESIDE),
+        "worldbody": Row(children="body frame replicate attach geom site", whole=_BESIDE),
         "body": Row(
             f"name childclass pos {_TURN}",
             {
@@ -215,6 +218,7 @@ ROWS: Mapping[str, Row] = MappingProxyType(
         "body/joint": _JOINT,
         "freejoint": Row("name", {Treatment.CONVERTING: "align", Treatment.DATA: "group"}),
         "body/geom": _GEOM,
+        "body/site": _SITE,
         "deformable": Row(whole={Treatment.PICTURE: "skin", Treatment.LEFT_OUT: "flex"}),
         "tendon": Row(children="fixed spatial"),
         "tendon/fixed": _TENDON,
@@ -245,6 +249,7 @@ _STYLED = {
     "material": "asset/material",
     "equality": "default/equality",
     "tendon": "default/tendon",
+    "site": "body/site",
 }
 
 

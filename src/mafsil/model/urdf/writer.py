@@ -15,7 +15,7 @@ from mafsil.model.link import Inertial, Link
 from mafsil.model.loading import of_mechanism
 from mafsil.model.mechanism import STANDARD_GRAVITY, Mechanism
 from mafsil.model.numbers import written
-from mafsil.model.reading import FORBIDDEN_IN_NAMES, LONGEST_NAME
+from mafsil.model.reading import LONGEST_NAME, is_writable
 from mafsil.model.rpy import rpy_from_rotation
 from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere
 from mafsil.model.urdf.joint import UNBOUNDED
@@ -58,12 +58,12 @@ def _require_representable(mechanism: Mechanism, without: Collection[str]) -> No
 def _losses(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
     """What URDF cannot keep, with the name of the part that has it."""
     for name in (mechanism.name, *mechanism.link_names, *(joint.name for joint in mechanism.joints)):
-        if not _is_writable(name) or not name or len(name) > LONGEST_NAME:
+        if not is_writable(name) or not name or len(name) > LONGEST_NAME:
             yield "name", repr(name)
     for link in mechanism.links:
         for shape in (*link.visuals, *link.collisions):
             reference = shape.geometry.reference if isinstance(shape.geometry, Mesh) else ""
-            if not _is_writable(shape.name) or not _is_writable(reference):
+            if not is_writable(shape.name) or not is_writable(reference):
                 yield "name", repr(shape.name or reference)
     for loop in mechanism.loops:
         yield "loop", loop.name
@@ -71,11 +71,6 @@ def _losses(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
         yield "gravity", mechanism.name
     for joint in mechanism.joints:
         yield from ((what, joint.name) for what in _losses_of_joint(joint))
-
-
-def _is_writable(text: str) -> bool:
-    """Whether XML holds the text as it is and no xacro would expand it."""
-    return not FORBIDDEN_IN_NAMES.search(text) and text == text.strip() and "${" not in text and "$(" not in text
 
 
 def _losses_of_joint(joint: Joint) -> Iterator[str]:

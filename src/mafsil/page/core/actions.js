@@ -2,12 +2,12 @@
 // Names and arguments are those of the methods of `mafsil.page.Session`, which does the same to the same bits.
 
 import { looped, placed } from "./state.js";
-import { poseFrom, taken, tipPose } from "../loops/reach.js";
+import { poseFrom, swung, taken, tipPose } from "../loops/reach.js";
 import { searched } from "../loops/search.js";
 import { simulated } from "../loops/simulate.js";
 
 /**
- * @typedef {{do: string, with: Object<string, any>}} Action
+ * @typedef {{do: string, with: Object<string, any>, note?: string}} Action  note: a remark on its line of Python
  * @typedef {import("./state.js").State} State
  * @typedef {import("./state.js").Arm} Arm
  */
@@ -18,6 +18,7 @@ export const ACTIONS = {
   set_joints: (state, { values }) => placed(state, numbers(values, state.q.length)),
   reach: (state, { position, quaternion, branch }, arm) => taken(state, poseFrom(position, quaternion), branch, arm),
   choose: (state, { branch }, arm) => taken(state, tipPose(state, arm), branch, arm),
+  swing: (state, given, arm) => swung(state, given, arm),
   search: (state, { position, quaternion }, arm) => searched(state, poseFrom(position, quaternion), arm),
   loop: (state, { closed }) => looped(state, closed),
   push: (state, { wrench }) => ({ ...state, push: numbers(wrench, 6) }),
@@ -42,7 +43,7 @@ function numbers(values, count) {
  *
  * @type {Object<string, "again" | "added">}
  */
-export const JOINS = { set_joint: "again", reach: "again", search: "again", push: "again", simulate: "added" };
+export const JOINS = { set_joint: "again", reach: "again", swing: "again", search: "again", push: "again", simulate: "added" };
 
 /** Whether an action continues the gesture of the one before. @param {Action | undefined} last @param {Action} next */
 export function joins(last, next) {

@@ -24,6 +24,11 @@ export function line(action, args) {
   return `arm.${action.do}(${given.join(", ")})`;
 }
 
+/** The same with what is noted behind it. @param {Action} action */
+export function notedLine(action, args) {
+  return line(action, args) + (action.note ? `  # ${action.note}` : "");
+}
+
 /**
  * The script that does it all again.
  *
@@ -34,5 +39,5 @@ export function line(action, args) {
  */
 export function script(actions, args, robot, imports = []) {
   const head = ["from mafsil.page import Session", ...imports, "", `arm = Session(${robot})`];
-  return [...head, ...actions.map((action) => line(action, args)), "print(arm.status, arm.q.tolist())", ""].join("\n");
+  return [...head, ...actions.map((action) => notedLine(action, args)), "print(arm.status, arm.q.tolist())", ""].join("\n");
 }

@@ -1,4 +1,4 @@
-// Where a page is linked to: nowhere, as a file, or to the server that several windows share.
+// The link of a page to the server that several windows share; a page that is a file has none.
 //
 // The server keeps the journal. A window does its actions at once and sends them; what the server has told is
 // `confirmed`, what it has not yet told is `pending`. A window shows the confirmed journal with its pending actions on
@@ -12,9 +12,6 @@ import { line } from "./journal.js";
  * @typedef {{send: (path: string, body: object) => Promise<{status: number, data: any}>,
  *            listen: (heard: (message: object) => void, connected: (now: boolean) => void) => void}} Transport
  */
-
-/** The link of a page that is a file. */
-export const NO_LINK = { name: () => "", owns: () => true, put() {}, drop() {} };
 
 const RETRY = 1000; // ms before what did not arrive is sent again
 

@@ -1,7 +1,6 @@
 // One state, changed by actions alone; views listen.
 
 import { ACTIONS, JOINS, joins } from "./actions.js";
-import { NO_LINK } from "./link.js";
 import { ScriptError } from "./script.js";
 import { firstState } from "./state.js";
 
@@ -11,20 +10,23 @@ import { firstState } from "./state.js";
  * @typedef {import("./state.js").Arm} Arm
  */
 
+/** The link of a page that is a file: nobody else acts. */
+const NO_LINK = { name: () => "", owns: () => true, put() {}, drop() {} };
+
 export class Store {
   /** @param {Arm} arm */
   constructor(arm) {
     this.arm = arm;
-    /** @type {State} */
-    this.state = firstState(arm.settings);
+    /** Where the actions have led. @type {State} */
+    this.now = firstState(arm.settings);
     /** @type {{id: string, action: Action, before: State}[]} */
     this.entries = [];
     this.link = NO_LINK;
     this.open = false; // a gesture is going on
     /** Actions that views bring: each is a list of actions of the package. @type {Object<string, (state: State, given: any, arm: Arm) => [string, object][]>} */
     this.own = {};
-    /** What views show without being asked by an action: languages, ghosts, the pose that is wished for, a table that was edited. */
-    this.shown = { ghosts: true, frames: false, ellipsoid: false, forces: false, wish: null, refusal: null, frame: -1, replay: null, table: null };
+    /** What views show without being asked by an action: languages, ghosts, the pose that is wished for, the replay that is going on or was left, a table that was edited. */
+    this.shown = { ghosts: true, frames: false, ellipsoid: false, forces: false, wish: null, refusal: null, frame: -1, replay: null, left: null, table: null };
     /** @type {Set<(what: string) => void>} */
     this.listeners = new Set();
   }
@@ -39,29 +41,54 @@ export class Store {
    *
    * @param {string} name
    * @param {Object<string, any>} given
-   * @param {{gesture?: boolean}} how  gesture: one of many that together are one, as while a slider moves
+   * @param {{gesture?: boolean, note?: string}} how  gesture: one of many that together are one, as while a slider
+   *   moves; note: said behind its line of Python
    */
-  do(name, given, { gesture = false } = {}) {
+  do(name, given, { gesture = false, note = "" } = {}) {
     if (Object.hasOwn(this.own, name)) {
       for (const [part, values] of this.own[name](this.state, given, this.arm)) this.do(part, values, { gesture });
       return;
     }
-    const last = this.entries.at(-1), action = { do: name, with: given };
     const known = ACTIONS[name];
     if (!known) throw new RangeError(`no action is called ${name}`);
+    this.takeOver();
+    const last = this.entries.at(-1), action = note ? { do: name, with: given, note } : { do: name, with: given };
     if (gesture && this.open && last && this.link.owns(last.id) && joins(last.action, action)) {
       const added = JOINS[name] === "added";
-      this.state = known(added ? this.state : last.before, given, this.arm);
+      this.now = known(added ? this.now : last.before, given, this.arm);
       last.action = added ? { do: name, with: { ticks: last.action.with.ticks + given.ticks } } : action;
     } else {
-      const before = this.state;
-      this.state = known(before, given, this.arm);
+      const before = this.now;
+      this.now = known(before, given, this.arm);
       this.entries.push({ id: this.link.name(), action, before });
     }
     this.open = gesture;
-    this.shown.replay = null;
     this.link.put(this.entries.at(-1));
     this.changed("state");
+  }
+
+  /** What is shown: the arm where a replay has it, at rest, or else where the actions have led. @returns {State} */
+  get state() {
+    const q = this.shown.replay?.q;
+    if (!q) return this.now;
+    if (this.replayed?.q !== q) this.replayed = firstState({ start: q, n: q.length });
+    return this.replayed;
+  }
+
+  /** Show the arm where the actions have led, instead of a replay; one can come back to that. */
+  leave() {
+    const { replay, left } = this.shown;
+    Object.assign(this.shown, { replay: null, left: replay ? { ...replay, playing: false } : left });
+  }
+
+  /** The arm leaves the replay that is shown and begins where it is, as a line of the journal. */
+  takeOver() {
+    const { replay } = this.shown;
+    if (!replay?.q) return;
+    this.leave();
+    this.open = false;
+    if (this.now.loop) this.do("loop", { closed: false });
+    this.do("set_joints", { values: Array.from(replay.q) }, { note: `t = ${replay.time.toFixed(3)} s` });
   }
 
   /**
@@ -82,21 +109,21 @@ export class Store {
    * @param {{action: Action, line: number}[]} script
    */
   replay(script) {
-    const { state, entries } = this;
-    Object.assign(this, { state: firstState(this.arm.settings), entries: [], open: false });
+    const { now, entries } = this;
+    Object.assign(this, { now: firstState(this.arm.settings), entries: [], open: false });
     for (const { action, line } of script) {
-      const before = this.state;
+      const before = this.now;
       try {
-        this.state = ACTIONS[action.do](before, action.with, this.arm);
+        this.now = ACTIONS[action.do](before, action.with, this.arm);
       } catch {
-        Object.assign(this, { state, entries });
+        Object.assign(this, { now, entries });
         throw new ScriptError("script_line", { line });
       }
       this.entries.push({ id: this.link.name(), action, before });
     }
     for (const { id } of entries) this.link.drop(id);
     for (const entry of this.entries) this.link.put(entry);
-    this.shown.replay = null;
+    this.leave();
     this.changed("state");
   }
 
@@ -109,7 +136,7 @@ export class Store {
   undo() {
     const last = this.entries.pop();
     if (!last) return;
-    this.state = last.before;
+    this.now = last.before;
     this.open = false;
     this.link.drop(last.id);
     this.changed("state");
@@ -129,11 +156,11 @@ export class Store {
     if (k === journal.length && k === this.entries.length) return;
     const mine = this.entries.at(-1)?.id;
     if (!this.lengthened(journal, k)) {
-      if (k < this.entries.length) this.state = this.entries[k].before;
+      if (k < this.entries.length) this.now = this.entries[k].before;
       this.entries.length = k;
       for (const { id, action } of journal.slice(k)) {
-        this.entries.push({ id, action, before: this.state });
-        this.state = ACTIONS[action.do](this.state, action.with, this.arm);
+        this.entries.push({ id, action, before: this.now });
+        this.now = ACTIONS[action.do](this.now, action.with, this.arm);
       }
     }
     this.open = this.open && this.entries.at(-1)?.id === mine;
@@ -145,7 +172,7 @@ export class Store {
     const last = this.entries.at(-1), next = journal[k]?.action;
     if (k !== journal.length - 1 || k !== this.entries.length - 1 || last.id !== journal[k].id) return false;
     if (next.do !== "simulate" || last.action.do !== "simulate" || next.with.ticks < last.action.with.ticks) return false;
-    this.state = ACTIONS.simulate(this.state, { ticks: next.with.ticks - last.action.with.ticks }, this.arm);
+    this.now = ACTIONS.simulate(this.now, { ticks: next.with.ticks - last.action.with.ticks }, this.arm);
     last.action = next;
     return true;
   }

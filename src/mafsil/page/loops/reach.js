@@ -59,6 +59,20 @@ export function taken(state, T, row, arm) {
   return { ...state, status, reason: reasonAt(T, branches, arm) ?? reasonOf(one, branches) };
 }
 
+/**
+ * A joint that is free to choose turned while the tip stays, on a branch of its pose; or where it was, with the reason.
+ *
+ * @param {State} state
+ * @param {{joint: number, value: number, branch: number}} given
+ * @param {Arm} arm
+ * @returns {State}
+ */
+export function swung(state, { joint, value, branch }, arm) {
+  if (!arm.settings.locked.includes(joint)) throw new RangeError(`free to choose are ${arm.settings.locked}, not ${joint}`);
+  const T = tipPose(state, arm), next = taken(placed(state, hereOf(state).with(joint, value)), T, branch, arm);
+  return next.status === "solved" ? next : { ...state, status: next.status, reason: next.reason };
+}
+
 /** Why one branch does not reach a pose that others reach. */
 function reasonOf(one, branches) {
   const count = branches.filter((branch) => branch.within).length;

@@ -23,9 +23,8 @@ export class ToolDrag {
     return { T, ...camera.project([T[3], T[7], T[11]], width, height) };
   }
 
-  /** Whether the pointer is at the tool; in a replay nothing is there to be led. */
+  /** Whether the pointer is at the tool. */
   near({ clientX, clientY }) {
-    if (this.stage.app.store.shown.replay) return false;
     const box = this.stage.canvas.getBoundingClientRect(), { x, y } = this.place();
     return Math.hypot(clientX - box.left - x, clientY - box.top - y) < GRIP;
   }
@@ -38,6 +37,7 @@ export class ToolDrag {
   start(x, y) {
     const { app } = this.stage, { T, depth } = this.place();
     app.store.release();
+    if (app.store.shown.replay) app.store.shown.replay.playing = false;
     this.going = { x, y, depth, position: [T[3], T[7], T[11]], quaternion: quaternionOf(T), row: this.rowAt(T) };
   }
 

@@ -16,19 +16,8 @@ export class Figure {
    */
   constructor(renderer, scene) {
     this.size = scene.size;
-    const meshes = new Map();
-    const mesh = (kind, size) => {
-      const key = kind + size.join();
-      if (!meshes.has(key)) meshes.set(key, renderer.mesh(Shapes.of(kind, size)));
-      return meshes.get(key);
-    };
-    const surfaces = scene.surfaces.map((surface) => renderer.mesh(Shapes.surface(surface)));
-    this.parts = scene.bodies.flatMap((body, link) => body.shapes.map((shape) => ({
-      link,
-      mesh: shape.kind === "surface" ? surfaces[shape.surface] : mesh(shape.kind, shape.size),
-      local: Matrix.pose(...shape.pose),
-      colour: shape.colour,
-    })));
+    this.renderer = renderer;
+    this.parts = this.solids(scene);
     this.shaft = renderer.mesh(Shapes.cylinder(this.size * 0.0042, this.size * 0.085));
     this.head = renderer.mesh(Shapes.cone(this.size * 0.0105, this.size * 0.03));
     this.stick = renderer.mesh(Shapes.cylinder(this.size * 0.01, 1));
@@ -38,9 +27,30 @@ export class Figure {
     this.ground = { mesh: renderer.mesh({ vertices, indices: [0, 1, 2, 0, 2, 3] }), model: Matrix.pose(0, 0, scene.floor, 1, 0, 0, 0) };
   }
 
+  /** The solids of bodies, each with its mesh and the place of its body in the list; equal solids share a mesh. */
+  solids({ bodies, surfaces }) {
+    const { renderer } = this, meshes = new Map(), shared = surfaces.map((surface) => renderer.mesh(Shapes.surface(surface)));
+    const mesh = (kind, size) => {
+      const key = kind + size.join();
+      if (!meshes.has(key)) meshes.set(key, renderer.mesh(Shapes.of(kind, size)));
+      return meshes.get(key);
+    };
+    return bodies.flatMap((body, link) => body.shapes.map((shape) => ({
+      link,
+      mesh: shape.kind === "surface" ? shared[shape.surface] : mesh(shape.kind, shape.size),
+      local: Matrix.pose(...shape.pose),
+      colour: shape.colour,
+    })));
+  }
+
+  /** Solids with their bodies at these poses (column after column). @param {Float32Array[]} poses */
+  placed(solids, poses) {
+    return solids.map(({ link, mesh, local, colour }) => ({ mesh, colour, shadow: true, model: Matrix.multiply(poses[link], local) }));
+  }
+
   /** The robot with its links at these poses (16 numbers each, row after row). */
   robot(poses) {
-    return this.parts.map(({ link, mesh, local, colour }) => ({ mesh, colour, shadow: true, model: Matrix.multiply(columns(poses.subarray(16 * link, 16 * link + 16)), local) }));
+    return this.placed(this.parts, Array.from({ length: poses.length / 16 }, (_, k) => columns(poses.subarray(16 * k, 16 * k + 16))));
   }
 
   /** The same as a ghost. */
@@ -49,10 +59,15 @@ export class Figure {
   }
 
   /** Three arrows. @param {ArrayLike<number>} T  row after row */
-  triad(T, { scale = 1, opacity = 1 } = {}) {
+  triad(T, how = {}) {
+    return this.arrows(columns(T), how);
+  }
+
+  /** The same of a pose column after column. */
+  arrows(T, { scale = 1, opacity = 1 } = {}) {
     const grown = Matrix.pose(0, 0, 0, 1, 0, 0, 0);
     for (const k of [0, 5, 10]) grown[k] = scale;
-    const frame = Matrix.multiply(columns(T), grown), shift = (z) => Matrix.pose(0, 0, this.size * z, 1, 0, 0, 0);
+    const frame = Matrix.multiply(T, grown), shift = (z) => Matrix.pose(0, 0, this.size * z, 1, 0, 0, 0);
     return TURNS.flatMap((turn, axis) => {
       const colour = [...AXES[axis], opacity], along = Matrix.multiply(frame, Matrix.pose(0, 0, 0, ...turn));
       return [

@@ -2,8 +2,8 @@
 
 import { view } from "../core/views.js";
 import { hereOf, lifted } from "../core/state.js";
-import { branchesAt, tipPose } from "../loops/reach.js";
-import { element, number, sentence, written } from "./elements.js";
+import { branchesAt, nearestRow, swung, tipPose } from "../loops/reach.js";
+import { element, isolated, number, sentence, written } from "./elements.js";
 
 view({
   name: "branches",
@@ -21,6 +21,7 @@ view({
     method.checked = store.shown.method === "search";
     place.append(element("div", { class: "buttons" }, element("label", { class: "choice" }, ghosts, sentence(words, "ghosts")), element("label", { class: "choice" }, method, sentence(words, "by_search"))));
     if (arm.settings.locked.length) place.append(element("p", { class: "soft" }, sentence(words, "locked_about", { joint: arm.settings.locked.map((k) => data.robot.joints[k].name).join(", ") })));
+    const swings = arm.settings.locked.map((joint) => swing(place, joint, { store, words, data }));
     const list = element("div", { class: "branches" }), rows = [];
     place.append(list);
     for (let row = 0; row < data.branches.rows; row++) {
@@ -31,6 +32,7 @@ view({
       rows.push({ button, name, state });
     }
     return () => {
+      for (const update of swings) update();
       const here = hereOf(store.state), found = branchesAt(store.state, tipPose(store.state, arm), arm);
       found.forEach((branch, row) => {
         const { button, name, state } = rows[row], q = lifted(arm.settings, here, branch.q);
@@ -44,3 +46,23 @@ view({
     };
   },
 });
+
+/** A slider that turns a free joint while the tool stays; where no configuration does, the arm stays, with the reason. */
+function swing(place, joint, { store, words, data }) {
+  const { arm } = store, { lower, upper } = arm.settings, { name, prismatic } = data.robot.joints[joint];
+  const range = element("input", { type: "range", min: lower[joint] ?? -Math.PI, max: upper[joint] ?? Math.PI, step: "any", dir: "ltr", id: `swing-${joint}`, "aria-label": words.text("swing", { joint: name }), oninput: () => lead(Number(range.value)), onchange: () => { store.release(); store.show({ wish: null }); } });
+  const value = isolated("", { class: "soft" });
+  place.append(element("label", { class: "swing" }, element("span", {}, sentence(words, "swing", { joint: name })), value, range));
+  function lead(wanted) {
+    const { base } = store, T = tipPose(base, arm), row = nearestRow(base, branchesAt(base, T, arm), arm.settings);
+    if (row < 0) return;
+    const given = { joint, value: wanted, branch: row }, { reason } = swung(base, given, arm);
+    if (!reason) store.do("swing", given, { gesture: true });
+    store.show({ wish: reason ? T : null, refusal: reason });
+  }
+  return () => {
+    const here = hereOf(store.state)[joint];
+    if (document.activeElement !== range || !store.shown.wish) range.value = here;
+    written(value, `${number(here, 3)} ${prismatic ? "m" : "rad"}`);
+  };
+}

@@ -1,7 +1,7 @@
 // The journal: every action as a line of Python, to be copied, saved and done again elsewhere to the same bits.
 
 import { view } from "../core/views.js";
-import { line, script } from "../core/journal.js";
+import { notedLine, script } from "../core/journal.js";
 import { ScriptError, scriptActions } from "../core/script.js";
 import { element, sentence } from "./elements.js";
 
@@ -60,7 +60,7 @@ view({
       while (rows.childNodes.length > entries.length) rows.lastChild.remove();
       shown.length = k;
       for (const { action } of entries.slice(k)) {
-        const text = `\n${line(action, data.actions)}`, node = rows.childNodes[shown.length];
+        const text = `\n${notedLine(action, data.actions)}`, node = rows.childNodes[shown.length];
         if (node) node.data = text;
         else rows.append(text);
         shown.push(action);

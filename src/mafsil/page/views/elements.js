@@ -28,6 +28,13 @@ export function sentence(words, key, values = {}) {
   return made;
 }
 
+/** An element of a drawing. @param {string} tag @param {Object<string, any>} attributes */
+export function drawn(tag, attributes = {}) {
+  const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  return made;
+}
+
 /** An element of mathematics, which reads from left to right in every language. */
 function mathematics(tag, ...children) {
   const made = document.createElementNS("http://www.w3.org/1998/Math/MathML", tag);

@@ -2,7 +2,7 @@
 
 import { coneWrenches, fingerAt, graspPython, lengthNear, planarClosure } from "../core/planar_grasp.js";
 import { view } from "../core/views.js";
-import { element, isolated, number, sentence, symbol, written } from "./elements.js";
+import { drawn, element, isolated, number, sentence, symbol, written } from "./elements.js";
 
 const BODIES = {
   rectangle: [[-1, -0.6], [1, -0.6], [1, 0.6], [-1, 0.6]],
@@ -67,14 +67,6 @@ view({
 });
 
 /** The namespace of drawings, from the parser: the page holds no address. */
-const DRAWING = element("div", {});
-DRAWING.innerHTML = "<svg></svg>";
-
-/** An element of a drawing. */
-function drawn(tag, attributes = {}) {
-  return settled(document.createElementNS(DRAWING.firstChild.namespaceURI, tag), attributes);
-}
-
 function settled(made, attributes) {
   for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
   return made;

@@ -21,11 +21,15 @@ view({
       mark.style.background = `var(--s${k % 8})`;
       names.append(element("span", {}, mark, isolated(joint.name)));
     });
+    let painted = "";
     place.append(element("p", { class: "soft" }, sentence(words, "plot_about")), element("label", { class: "choice" }, values, sentence(words, "plot_values")), picture, names);
     return () => {
       const { state } = store, time = state.ticks * step, last = history.length ? history.at(history.length - 1, 0) : -1;
       if (time < last || (!state.loop && history.length)) history.clear();
       if (state.loop && time !== last) history.push([time, ...state.q, ...state.goal]);
+      const shown = [history.count, values.checked, picture.clientWidth, app.stage.colours.s0].join();
+      if (shown === painted) return;
+      painted = shown;
       paintPlot(picture, history, n, values.checked, app.stage.colours);
     };
   },

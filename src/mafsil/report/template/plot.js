@@ -1,17 +1,12 @@
 // Line plots as SVG: shared time axis, hover values, limits of the chosen joint, curves as share of their limit.
-const SVG = "http://www.w3.org/2000/svg";
+
+import { drawn, element } from "../../page/views/elements.js";
+import { floats } from "./scenery.js";
+
 const PAD = { left: 52, right: 10, top: 10, bottom: 26 };
 
 function make(tag, attributes, parent, text) {
-  const node = document.createElementNS(SVG, tag);
-  for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
-  if (text !== undefined) node.textContent = text;
-  if (parent) parent.append(node);
-  return node;
-}
-function element(tag, className, parent, text) {
-  const node = document.createElement(tag);
-  if (className) node.className = className;
+  const node = drawn(tag, attributes);
   if (text !== undefined) node.textContent = text;
   if (parent) parent.append(node);
   return node;
@@ -22,38 +17,52 @@ function ticks(low, high, wanted) {
   for (let v = Math.ceil(low / step - 1e-9) * step; v <= high + step * 1e-9; v += step) list.push(Math.abs(v) < step * 1e-9 ? 0 : v);
   return { list, digits: Math.max(0, Math.min(9, -Math.floor(Math.log10(step) + 1e-9) + (Math.abs(step / power - 2.5) < 1e-9 ? 1 : 0))) };
 }
-const short = v => Math.abs(v) >= 1e4 || (v !== 0 && Math.abs(v) < 1e-3) ? v.toExponential(2) : Number(v.toPrecision(4)).toString();
+/** A patch in the colour of a curve. @param {number} k */
+export function swatch(k) {
+  const patch = element("i");
+  patch.style.background = `var(--s${k % 8})`;
+  return patch;
+}
+const brief = v => Math.abs(v) >= 1e4 || (v !== 0 && Math.abs(v) < 1e-3) ? v.toExponential(2) : Number(v.toPrecision(4)).toString();
 
-class Plot {
-  constructor(parent, plot, time, joints, labels, seek) {
-    Object.assign(this, { plot, time, joints, labels, seek, share: false, chosen: null, hidden: new Set() });
-    this.values = unpack(plot.values);
-    this.card = element("figure", "plot", parent);
-    this.card.style.margin = 0;
-    const head = element("div", "head", this.card);
-    this.title = element("h3", "", head, plot.title);
-    if (plot.limits) {
-      this.button = element("button", "quiet share", head, labels.share);
-      this.button.type = "button";
-      this.button.addEventListener("click", () => { this.share = !this.share; this.draw(); });
-    }
+export class Plot {
+  /**
+   * @param {HTMLElement} parent
+   * @param {object} plot  values, limits, unit, bands in time
+   * @param {Float32Array} time  [s]
+   * @param {string[]} joints  names of the curves
+   * @param {(time: number) => void} seek  called where the plot is clicked
+   */
+  constructor(parent, plot, time, joints, seek) {
+    Object.assign(this, { plot, time, joints, seek, share: false, chosen: null, hidden: new Set() });
+    this.values = floats(plot.values);
+    this.title = element("h3", {});
+    this.button = plot.limits ? element("button", { type: "button", class: "quiet share", onclick: () => { this.share = !this.share; this.draw(); } }) : null;
     this.svg = make("svg", { role: "img", direction: "ltr" });
-    this.svg.setAttribute("aria-label", plot.title);
-    this.card.append(this.svg);
-    this.tip = element("div", "tip", this.card);
-    this.tip.dir = "ltr";
-    this.tip.hidden = true;
+    this.tip = element("div", { class: "tip", dir: "ltr", hidden: true });
+    this.key = element("div", { class: "key" });
+    this.card = element("figure", { class: "plot" }, element("div", { class: "head" }, this.title, ...(this.button ? [this.button] : [])), this.svg, this.tip, this.key);
+    parent.append(this.card);
     this.svg.addEventListener("pointermove", e => this.probe(e));
     this.svg.addEventListener("pointerleave", () => { this.tip.hidden = true; this.probeLine.setAttribute("visibility", "hidden"); });
     this.svg.addEventListener("click", e => this.seek(this.timeAt(e)));
     new ResizeObserver(() => this.draw()).observe(this.svg);
   }
-  // Say it in another language.
-  rename({ title, names }) {
+  // Several curves that are no joints are named below them.
+  nameCurves() {
+    this.key.replaceChildren();
+    if (this.plot.names.length < 2) return;
+    this.joints.forEach((name, j) => {
+      this.key.append(element("span", {}, swatch(j), element("bdi", {}, name)));
+    });
+  }
+  // Say it in a language: its title, the names of its curves, what the button does.
+  rename({ title, names }, share) {
     this.plot.title = title;
     this.svg.setAttribute("aria-label", title);
     if (names.length) this.joints = names;
-    if (this.button) this.button.textContent = this.labels.share;
+    this.nameCurves();
+    if (this.button) this.button.textContent = share;
     this.draw();
   }
   // Value of joint j at row i, as drawn: in its unit, or in percent of the bound it moves towards.
@@ -84,8 +93,7 @@ class Plot {
     this.x = t => PAD.left + (width - PAD.left - PAD.right) * t / last;
     this.y = v => height - PAD.bottom - (height - PAD.top - PAD.bottom) * (v - low) / (high - low);
     this.last = last;
-    this.card.querySelector("h3").textContent = `${this.plot.title} `;
-    element("bdi", "soft", this.title, this.share ? "[%]" : `[${this.plot.unit}]`).dir = "ltr";
+    this.title.replaceChildren(`${this.plot.title ?? ""} `, element("bdi", { class: "soft", dir: "ltr" }, this.share ? "[%]" : `[${this.plot.unit}]`));
     if (this.button) this.button.setAttribute("aria-pressed", this.share);
     this.grid(low, high, width, height);
     this.joints.forEach((_, j) => { if (!this.hidden.has(j)) this.curve(j); });
@@ -135,14 +143,10 @@ class Plot {
     this.probeLine.setAttribute("x1", this.x(this.time[i]));
     this.probeLine.setAttribute("x2", this.x(this.time[i]));
     this.probeLine.setAttribute("visibility", "visible");
-    this.tip.replaceChildren();
-    element("div", "soft", this.tip, `${this.time[i].toFixed(3)} s`);
+    this.tip.replaceChildren(element("div", { class: "soft" }, `${this.time[i].toFixed(3)} s`));
     this.joints.forEach((name, j) => {
-      if (this.hidden.has(j) || (this.chosen !== null && this.chosen !== j)) return;
-      const row = element("div", "", this.tip);
-      element("i", "", row).style.background = `var(--s${j % 8})`;
-      element("span", "", row, name);
-      element("b", "", row, short(this.at(i, j)) + (this.share ? " %" : ""));
+      if (this.hidden.has(j) || (this.chosen !== null && this.chosen !== j) || !Number.isFinite(this.at(i, j))) return;
+      this.tip.append(element("div", {}, swatch(j), element("span", {}, name), element("b", {}, brief(this.at(i, j)) + (this.share ? " %" : ""))));
     });
     this.tip.hidden = false;
     const x = e.clientX - box.left, right = x > box.width / 2;

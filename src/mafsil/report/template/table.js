@@ -5,14 +5,14 @@ const DIGITS = 7; // what the page carries
 const cell = text => /[",\n\r]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
 const figure = value => Number.isFinite(value) ? String(Number(value.toPrecision(DIGITS))) : Number.isNaN(value) ? "nan" : value > 0 ? "inf" : "-inf";
 
-function tableText(data, time, plots) {
-  const heads = ["t", ...data.plots.flatMap(({ column, names }) => names.length ? [column] : data.joints.map(joint => `${column}[${joint}]`))];
+export function tableText(data, time, plots) {
+  const heads = ["t", ...data.plots.flatMap(({ column, names, keys }) => keys.length ? keys.map(key => `${column}[${key}]`) : names.length ? [column] : data.joints.map(joint => `${column}[${joint}]`))];
   const lines = Array.from(time, (t, row) => [t, ...plots.flatMap(({ values, joints }) => Array.from(values.subarray(row * joints.length, (row + 1) * joints.length)))]);
   return [heads.map(cell), ...lines.map(line => line.map(figure))].map(line => line.join(",")).join("\n") + "\n";
 }
 
 // Hand a text to the reader as a file; no request leaves the page.
-function saveTable(name, text) {
+export function saveTable(name, text) {
   const link = document.createElement("a");
   link.setAttribute("href", URL.createObjectURL(new Blob([text], { type: "text/csv" })));
   link.setAttribute("download", name.replace(/[^\p{L}\p{N} ._-]+/gu, "_"));

@@ -9,7 +9,7 @@ view({
   name: "configurations",
   order: 35,
   mount(place, { store, words, link }) {
-    const said = element("p", { role: "status" }), list = element("div", { class: "branches", id: "configurations" });
+    const said = element("p", { class: "lines", role: "status" }), list = element("div", { class: "branches", id: "configurations" });
     const find = element("button", { type: "button", class: "quiet", id: "find", onclick: () => ask() }, sentence(words, "find"));
     place.append(element("p", { class: "soft" }, sentence(words, "configurations_about")), element("div", { class: "buttons" }, find), said, list);
 

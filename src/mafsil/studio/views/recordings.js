@@ -1,7 +1,8 @@
 // Recorded motions: one is replayed by the arm, a second beside it as a ghost, with how far they are apart.
 
+import { goOn, lengthOf, play, posed, seek } from "page/core/tape.js";
 import { view } from "page/core/views.js";
-import { element, number, sentence, symbol, written } from "page/views/elements.js";
+import { drawn, element, number, sentence, symbol, written } from "page/views/elements.js";
 
 const WIDTH = 360, HEIGHT = 110;
 
@@ -12,11 +13,11 @@ view({
     const { link, words, store } = app, tapes = (link.tapes ??= new Map());
     const choices = [0, 1].map((k) => element("select", { id: `recording-${k}`, onchange: (event) => choose(k, Number(event.target.value) || null) }));
     const label = (key, field) => element("label", { class: "choice" }, sentence(words, key), field);
-    const play = element("button", { type: "button", class: "strong", id: "replay", onclick: () => { app.replaying = !app.replaying; app.replayed = 0; app.draw(); } });
-    const slide = element("input", { type: "range", min: 0, max: 1, step: "any", value: 0, dir: "ltr", id: "replay-time", "aria-label": words.text("replay_time"), oninput: (event) => { app.replaying = false; show({ time: Number(event.target.value) }); } });
+    const button = element("button", { type: "button", class: "strong", id: "replay", onclick: () => play(store, !store.shown.replay?.playing) });
+    const slide = element("input", { type: "range", min: 0, max: 1, step: "any", value: 0, dir: "ltr", id: "replay-time", "aria-label": words.text("replay_time"), oninput: (event) => seek(store, Number(event.target.value)) });
     const close = element("button", { type: "button", class: "quiet", onclick: () => choose(0, null) }, sentence(words, "replay_close"));
     const clock = element("bdi", { dir: "ltr" }), plot = new Curve(), said = element("div", { id: "comparison", role: "status" }), none = element("p", { class: "soft" }, sentence(words, "no_recordings"));
-    const body = element("div", {}, element("div", { class: "buttons" }, label("recording_first", choices[0]), label("recording_second", choices[1])), element("div", { class: "buttons" }, play, close, clock), slide, plot.element, said);
+    const body = element("div", {}, element("div", { class: "buttons" }, label("recording_first", choices[0]), label("recording_second", choices[1])), element("div", { class: "buttons" }, button, close, clock), slide, plot.element, said);
     place.append(none, body);
     let listed = null, painted = "", playing = null;
 
@@ -25,10 +26,8 @@ view({
       const chosen = [...(store.shown.chosen ?? [null, null])];
       chosen[k] = number;
       if (k === 0 && !number) chosen[1] = null;
-      app.replaying = false;
-      store.show({ chosen, replay: chosen[0] ? store.shown.replay : null });
+      store.show({ chosen, replay: chosen[0] ? store.shown.replay : null, left: null });
     }
-    const show = (changes) => store.show({ replay: { ...store.shown.replay, ...changes } });
 
     /** What is chosen is fetched once; then the arm shows it. */
     async function load(chosen) {
@@ -39,7 +38,9 @@ view({
       const failed = [first, second, both].find((one) => one?.error);
       said.replaceChildren(...(failed ? [element("p", { class: "wrong" }, words.isolated(failed.error))] : both ? difference(both, words, app.data) : first ? [element("p", { class: "soft" }, sentence(words, "tracking"))] : []));
       if (first?.q) plot.draw(both?.distance ? both.t : first.t, both?.distance ?? first.tip_error);
-      store.show({ replay: first?.q ? { first, second: second?.q ? second : null, time: 0 } : null });
+      const shown = store.shown.replay ?? store.shown.left;
+      if (shown && shown.first === first && shown.second === (second?.q ? second : null)) return;
+      store.show({ left: null, replay: first?.q ? posed({ first, second: second?.q ? second : null, time: 0, playing: false }) : null });
     }
     const update = () => {
       const list = link.heard.get("recordings")?.list ?? [], chosen = store.shown.chosen ?? [null, null], key = JSON.stringify([chosen, words.chosen]);
@@ -48,49 +49,20 @@ view({
       body.hidden = !list.length;
       choices.forEach((field, k) => { field.value = chosen[k] ?? ""; });
       if (key !== painted) { painted = key; load(chosen); }
-      const replay = store.shown.replay;
-      for (const field of [play, slide, close, choices[1]]) field.disabled = !replay;
-      if (playing !== app.replaying) play.replaceChildren(sentence(words, (playing = app.replaying) ? "pause" : "play"));
+      const replay = store.shown.replay ?? store.shown.left;
+      for (const field of [button, slide, close, choices[1]]) field.disabled = !replay;
+      if (playing !== Boolean(replay?.playing)) button.replaceChildren(sentence(words, (playing = Boolean(replay?.playing)) ? "pause" : "play"));
       if (!replay) return;
-      slide.max = replay.first.t.at(-1);
-      if (document.activeElement !== slide || app.replaying) slide.value = replay.time;
+      slide.max = lengthOf(replay.first);
+      if (document.activeElement !== slide || replay.playing) slide.value = replay.time;
       written(clock, `${number(replay.time, 2)} s`);
       plot.mark(replay.time);
     };
-    app.replaying ??= false;
     update();
     return update;
   },
-  tick: replayed,
+  tick: ({ store }, now) => goOn(store, now),
 });
-
-/** Let the replay go on as fast as time passes, and put the arm and the ghost where they were. */
-function replayed(app, now) {
-  const { store } = app, replay = store.shown.replay;
-  if (!replay) return false;
-  const end = replay.first.t.at(-1);
-  if (app.replaying) {
-    if (replay.time >= end && !app.replayed) replay.time = 0;
-    if (app.replayed) replay.time = Math.min(end, replay.time + (now - app.replayed) / 1000);
-    app.replayed = now;
-    if (replay.time >= end) app.replaying = false;
-  }
-  replay.q = between(replay.first, replay.time);
-  replay.ghost = replay.second ? between(replay.second, Math.min(replay.time, replay.second.t.at(-1))) : null;
-  return app.replaying;
-}
-
-/** Coordinates at a time, on straight lines. @param {{t: number[], q: number[][]}} tape @param {number} time */
-function between({ t, q }, time) {
-  let low = 0, high = t.length - 1;
-  while (high - low > 1) {
-    const middle = (low + high) >> 1;
-    if (t[middle] <= time) low = middle;
-    else high = middle;
-  }
-  const span = t[high] - t[low], share = span > 0 ? Math.min(1, Math.max(0, (time - t[low]) / span)) : 0;
-  return q[low].map((value, k) => value + share * (q[high][k] - value));
-}
 
 /** The recordings that can be chosen; those of other robots cannot. */
 function fill(choices, list, words) {
@@ -111,10 +83,9 @@ function difference(both, words, data) {
 /** A curve over time with a mark where the replay is; from left to right in every language. */
 class Curve {
   constructor() {
-    const make = (tag, attributes) => Object.entries(attributes).reduce((made, [name, value]) => (made.setAttribute(name, value), made), document.createElementNS("http://www.w3.org/2000/svg", tag));
-    this.line = make("polyline", { class: "curve", points: "" });
-    this.now = make("line", { class: "now", y1: 0, y2: HEIGHT, x1: 0, x2: 0 });
-    const drawing = make("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, preserveAspectRatio: "none", class: "plot", "aria-hidden": "true" });
+    this.line = drawn("polyline", { class: "curve", points: "" });
+    this.now = drawn("line", { class: "now", y1: 0, y2: HEIGHT, x1: 0, x2: 0 });
+    const drawing = drawn("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, preserveAspectRatio: "none", class: "distance", "aria-hidden": "true" });
     drawing.append(this.line, this.now);
     this.most = element("bdi", { dir: "ltr", class: "soft" });
     this.element = element("div", { dir: "ltr" }, element("div", {}, symbol("d"), " ", this.most), drawing);

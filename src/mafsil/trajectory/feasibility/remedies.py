@@ -11,7 +11,7 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.messages import say
 from mafsil.trajectory.feasibility.request import MotionRequest
-from mafsil.trajectory.limit_check import check, derivative, extreme_times
+from mafsil.trajectory.limit_check import check, extremes
 
 MOST = 1e3
 """A leg that needs to be this many times as long is not found a remedy."""
@@ -84,7 +84,7 @@ def slowing_needed(request: MotionRequest) -> float:
     motion, limits = request.trajectory(), request.limits
     needed = 1.0
     for order, bounds in ((1, limits.velocity), (2, limits.acceleration), (3, limits.jerk)):
-        values = derivative(motion, extreme_times(motion, order), order)
+        _, values = extremes(motion, order)
         needed = max(needed, float(_ratio(values.min(axis=0), bounds[0]).max() ** (1.0 / order)))
         needed = max(needed, float(_ratio(values.max(axis=0), bounds[1]).max() ** (1.0 / order)))
     return needed

@@ -1,0 +1,99 @@
+"""`mafsil bench`: laws or planners side by side on a job."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from mafsil.cli.answer import Answer, Laid
+from mafsil.cli.numerals import count, number
+from mafsil.cli.progress import Progress
+from mafsil.cli.table import table
+from mafsil.errors import InputError
+from mafsil.figures import save_search
+from mafsil.job import Refusal
+from mafsil.job.law_bench import CONDITIONS, bench_laws
+from mafsil.job.planner_queries import queries_of
+from mafsil.job.reading import parse, text_of
+from mafsil.job.solve import prepare
+from mafsil.messages import say
+from mafsil.planning import PLANNERS, Query, bench_planners, watch
+
+SEEDS, SECONDS = 3, 2.0
+
+
+def bench(
+    what: str,
+    job: str,
+    laws: list[str] | None,
+    planners: list[str] | None,
+    seeds: str | None,
+    seconds: str | None,
+    replay: str | None,
+    progress: bool,
+) -> Answer:
+    """Several ways to do the same, side by side.
+
+    Args:
+        what: `control`: laws on a job; `planners`: on its moves of the joints among its obstacles.
+        job: path of the file.
+        laws: names of some; all if empty.
+        planners: names of some; all if empty.
+        seeds: how many searches of each move.
+        seconds: for one search [s].
+        replay: folder for pictures of the searches of the move that took most nodes, slowly; none if None.
+        progress: print progress even when stderr is no terminal.
+
+    Raises:
+        MafsilError: the job or the robot cannot be read, or do not fit each other; an unknown law or planner, options
+            of the other kind.
+    """
+    for name, given, kind in (
+        ("laws", laws, "control"), ("planners", planners, "planners"), ("seeds", seeds, "planners"),
+        ("seconds", seconds, "planners"), ("replay", replay, "planners"),
+    ):  # fmt: skip
+        if given and what != kind:
+            raise InputError("cli.bench_option", name=name, what=what)
+    searches = SEEDS if seeds is None else max(count("--seeds", seeds), 1)
+    budget = SECONDS if seconds is None else number("--seconds", seconds)
+    path = Path(job)
+    text = text_of(path)
+    with Progress(progress) as bar:
+        asked = parse(text, path.name)
+        planned = prepare(asked, text, path.parent, bar, path.name)
+        if isinstance(planned, Refusal):
+            return Answer(planned.to_dict(), refusal=planned.explain())
+        if what == "planners":
+            bar.enter("stage_planning")
+            queries = queries_of(planned[1])
+            found = bench_planners(queries, planners or (), seeds=range(searches), seconds=budget, progress=bar.update)
+            hardest = int(np.argmax(sum(each.nodes.mean(axis=1) for each in found)))
+            pictures = _replayed(queries[hardest], [each.planner for each in found], budget, replay)
+            head, rows = found.columns()
+            shown = ["", *(say(f"cli.bench_{name}") for name in head[1:])]
+            lines = [say("cli.bench_planners_table", moves=len(queries), seeds=len(found.seeds))]
+            lines += [*(Laid(line) for line in table(shown, rows)), *found.explain().splitlines(), *pictures]
+            return Answer({**found.to_dict(), "pictures": pictures}, tuple(lines))
+        bar.enter("stage_simulating")
+        laid = bench_laws(asked, text, *planned, laws or None, bar.update)
+    _, rows = laid.columns()
+    head = ["", *(say(f"cli.bench_{name.replace(' ', '_')}") for name in CONDITIONS)]
+    head += [say(f"cli.bench_{name}") for name in ("tip", "force", "effort", "energy", "growth")]
+    lines = [say("cli.bench_control"), *(Laid(line) for line in table(head, rows)), *laid.explain().splitlines()]
+    return Answer(laid.to_dict(), tuple(lines))
+
+
+def _replayed(query: Query, planners: list[str], seconds: float, replay: str | None) -> list[str]:
+    """Paths of the pictures of those planners that can be watched."""
+    if replay is None:
+        return []
+    folder = Path(replay)
+    folder.mkdir(parents=True, exist_ok=True)
+    written: list[str] = []
+    for name in planners:
+        if name in PLANNERS:
+            file = folder / f"{name}.svg"
+            save_search(watch(query, name, seconds=seconds), file)
+            written.append(str(file))
+    return written

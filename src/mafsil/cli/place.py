@@ -1,0 +1,114 @@
+"""`mafsil place`: where an arm has to stand to reach a list of targets, with a map of the bases that were tried."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from mafsil.arrays import PoseMatrix
+from mafsil.cli.answer import Answer, Laid
+from mafsil.cli.numerals import count, number
+from mafsil.cli.state import shown, unit
+from mafsil.cli.table import brief, table
+from mafsil.cli.typed_pose import PLACES
+from mafsil.collision import Scene
+from mafsil.csv_table import read_csv_table
+from mafsil.errors import InputError
+from mafsil.geometry import rotation
+from mafsil.job.reading import parse_scene, text_of
+from mafsil.job.surroundings import scene_of
+from mafsil.planning import BasePlacement
+from mafsil.planning import place as place_base
+from mafsil.robot import Robot, load
+
+
+def place(
+    robot: str,
+    targets: str,
+    scene: str | None,
+    x: list[str] | None,
+    y: list[str] | None,
+    height: list[str] | None,
+    yaws: str | None,
+    spacing: str | None,
+    clearance: str | None,
+    stands_on: list[str] | None,
+    picture: str | None,
+    tip: str | None,
+    degrees: bool,
+) -> Answer:
+    """The base pose from which an arm reaches all targets best.
+
+    Args:
+        robot: name or file.
+        targets: CSV file with columns x, y, z [m] and roll, pitch, yaw.
+        scene: file of `[[obstacle]]` tables.
+        x, y: from and to, of the base [m].
+        height: of the base [m], one or several.
+        yaws: how many turns of the base are tried.
+        spacing: of the grid [m].
+        clearance: beyond which more does not count [m].
+        stands_on: names of obstacles that the base may touch.
+        picture: file for the map.
+        tip: another tip link.
+        degrees: whether angles of the targets are degrees, and angles are printed so.
+
+    Raises:
+        MafsilError: no such robot or file, numbers out of range.
+    """
+    arm = load(robot, tip=tip)
+    around = Scene() if scene is None else scene_of(parse_scene(text_of(Path(scene)), Path(scene).name))
+    found = place_base(
+        arm, _targets(targets, degrees=degrees), scene=around,
+        region=(_ends("--x", x), _ends("--y", y)),
+        heights=[number("--height", word) for word in height or ["0"]],
+        yaws=8 if yaws is None else count("--yaws", yaws),
+        spacing=0.1 if spacing is None else number("--spacing", spacing),
+        clearance=0.1 if clearance is None else number("--clearance", clearance),
+        stands_on=stands_on or (),
+    )  # fmt: skip
+    data = {"robot": arm.name, **found.to_dict()}
+    if picture is not None:
+        # matplotlib takes half a second to import, and few answers are drawn.
+        from mafsil.figures.base_map import save_placement
+
+        save_placement(found, picture, scene=around)
+        data["picture"] = picture
+    if not found:
+        return Answer(data, (), found.explain())
+    return Answer(data, (*found.explain().splitlines(), *_configurations(arm, found, degrees=degrees)))
+
+
+def _targets(file: str, *, degrees: bool) -> PoseMatrix:
+    """(m, 4, 4) of the rows of a file."""
+    rows = read_csv_table(file, fewest=1)
+    columns = list[int]()
+    for name in PLACES:
+        place = rows.column(name)
+        if place is None:
+            raise rows.no_column(name)
+        columns.append(place)
+    values = rows.numbers(columns)
+    T = np.tile(np.eye(4), (len(values), 1, 1))
+    T[:, :3, 3] = values[:, :3]
+    T[:, :3, :3] = rotation.from_rpy(np.radians(values[:, 3:]) if degrees else values[:, 3:])
+    return T
+
+
+def _ends(name: str, words: list[str] | None) -> tuple[float, float]:
+    if not words:
+        return -1.0, 1.0
+    if len(words) != 2:
+        raise InputError("cli.place_ends", name=name, got=len(words))
+    return number(name, words[0]), number(name, words[1])
+
+
+def _configurations(arm: Robot, found: BasePlacement, *, degrees: bool) -> list[Laid]:
+    joints = arm.mechanism.coordinates
+    head = ["", *(f"{joint.name} [{unit(joint.kind, degrees=degrees)}]" for joint in joints)]
+    rows = [
+        [str(k), *(brief(shown(float(v), joint.kind, degrees=degrees)) for v, joint in zip(row, joints, strict=True))]
+        for k, row in enumerate(found.configurations)
+    ]
+    return [Laid(line) for line in table(head, rows)]

@@ -1,0 +1,209 @@
+"""Several arms in one scene: a checker of all their coordinates at once, arm against arm, each against the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import JointVector, as_batch
+from mafsil.collision.bodies import Body
+from mafsil.collision.checker import Checker
+from mafsil.collision.joints import joints_of
+from mafsil.collision.pairs import Reason
+from mafsil.collision.scene import Obstacle, Scene, placed
+from mafsil.errors import InputError
+from mafsil.lazy_module import lazily
+from mafsil.model.loading import RobotLike
+from mafsil.model.mounting import mounted_together
+from mafsil.robot import Robot, as_robot
+
+if TYPE_CHECKING:
+    import mafsil.collision.layout as layout
+    from mafsil.collision.arm_loops import Arm
+else:
+    layout = lazily("mafsil.collision.layout")
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Mounted:
+    """An arm and where it stands.
+
+    Attributes:
+        name: how answers call it; its bodies are "name/link".
+        robot: a Robot, a Mechanism, a library name or a path.
+        T_sb: (4, 4) pose of its base in {s}, or a position (3,); None for that of the robot itself.
+        attached, srdf, skip, radius, self_collision: as for `Checker`.
+    """
+
+    name: str
+    robot: RobotLike
+    T_sb: ArrayLike | None = None
+    attached: Iterable[Obstacle] = ()
+    srdf: str | Path | None = None
+    skip: Iterable[tuple[str, str]] = ()
+    radius: float | None = None
+    self_collision: bool = True
+
+
+class Arms(Checker):
+    """Several arms in a scene: all that a `Checker` answers, of the coordinates of all arms, one after the other.
+
+    Every body of one arm is checked against every body of the others: no such pair is ever left out.
+
+    Args:
+        arms: each with its base pose.
+        scene: a Scene, or its obstacles, around all of them.
+        margin: clearance below which anything counts as colliding [m].
+        samples, seed: as for `Checker`, for the pairs within each arm.
+
+    Attributes:
+        names: of the arms.
+        robots: of each arm alone, at its base pose.
+        columns: for each name the slice of its coordinates.
+
+    Raises:
+        InputError: no arm, a name used twice, or what `Checker` refuses.
+    """
+
+    def __init__(
+        self,
+        arms: Iterable[Mounted],
+        scene: Scene | Iterable[Obstacle] = (),
+        *,
+        margin: float = 0.0,
+        samples: int = 1000,
+        seed: int = 0,
+    ) -> None:
+        given = tuple(arms)
+        self.names: tuple[str, ...] = tuple(each.name for each in given)
+        if not given or len(set(self.names)) < len(given):
+            raise InputError("collision.arm_names", names=", ".join(self.names) or "-")
+        scene = scene if isinstance(scene, Scene) else Scene(scene)
+        self._alone = {each.name: _alone(each, scene, margin, samples, seed) for each in given}
+        self.robots: dict[str, Robot] = {name: checker.robot for name, checker in self._alone.items()}
+        mechanisms = [(name, robot.mechanism, robot.mechanism.T_sb) for name, robot in self.robots.items()]
+        self.robot = as_robot(mounted_together(mechanisms))
+        self.scene, self.samples, self.seed = scene, samples, seed
+        self.margin = self._alone[self.names[0]].margin
+        self.columns: dict[str, slice] = {}
+        bodies, still, links, n = list[Body](), list[tuple[bool, ...]](), 1, 0
+        self._skipped: dict[tuple[int, int], Reason] = {}
+        for name, checker in self._alone.items():
+            first = len(bodies)
+            bodies += [replace(body, name=f"{name}/{body.name}", link=body.link + links) for body in checker.bodies]
+            still += checker._still
+            self._skipped |= {(first + a, first + b): why for (a, b), why in checker._unchecked().items()}
+            self.columns[name] = slice(n, n + checker.robot.n)
+            links += len(checker.robot.mechanism.links)
+            n += checker.robot.n
+        self.bodies, self._still = tuple(bodies), tuple(still)
+        self._moving, self._passive = self.names, frozenset[str]()
+        self._joints, self._self_collision = joints_of(self.robot.mechanism), True
+
+    @property
+    def tips(self) -> tuple[str, ...]:
+        """Names of the links that carry the tips of the arms."""
+        return tuple(f"{name}/{self.robots[name].mechanism.tip}" for name in self._moving)
+
+    def alone(self, name: str) -> Checker:
+        """One of the arms in the scene, without the others.
+
+        Raises:
+            InputError: there is none of that name.
+        """
+        self._require(name)
+        return self._alone[name].with_scene(self.scene)
+
+    def among(self, names: Iterable[str], moving: Iterable[str] | None = None) -> Self:
+        """The same coordinates with some of the arms only: what the others meet does not count.
+
+        Args:
+            names: of the arms that count.
+            moving: of those whose tips matter to a planner, so that all their joints may move; all that count if None.
+
+        Raises:
+            InputError: an unknown name.
+        """
+        kept = tuple(names)
+        planned = kept if moving is None else tuple(moving)
+        for name in (*kept, *planned):
+            self._require(name)
+        other = self.with_scene(self.scene)
+        owner = [self.arm_of(body.name) for body in self.bodies]
+        pairs = [
+            (a, b)
+            for a, b in self._pairs()
+            if owner[a] in kept and owner[b] in kept and not {owner[a], owner[b]} <= self._passive
+        ]
+        checked = set(kept) - self._passive
+        still = [row if name in checked else (True,) * len(row) for name, row in zip(owner, self._still, strict=True)]
+        other._moving = planned
+        # A cached property is an entry of the dictionary, and in its place stands the arm with fewer pairs.
+        other.__dict__["arm"] = layout.arm_of(self.bodies, pairs, still)
+        return other
+
+    def with_passive(self, names: Iterable[str]) -> Self:
+        """The same arms, of which some are only met by the others: not checked against the scene and among themselves.
+
+        Raises:
+            InputError: an unknown name.
+        """
+        passive = frozenset(names)
+        for name in passive:
+            self._require(name)
+        other = self.with_scene(self.scene)
+        other._passive = passive
+        return other.among(self.names)
+
+    def joined(self, q: Mapping[str, ArrayLike]) -> JointVector:
+        """(*batch, n) coordinates of all arms, from those of each.
+
+        Args:
+            q: for each name (*batch, n of that arm); the batches broadcast.
+
+        Raises:
+            InputError: an arm without coordinates, an unknown name, a wrong shape.
+        """
+        for name in (*q, *self.names):
+            self._require(name)
+            if name not in q:
+                raise InputError("collision.no_coordinates_of", name=name)
+        parts = [as_batch(name, q[name], (self.robots[name].n,), finite=True) for name in self.names]
+        batch = np.broadcast_shapes(*(part.shape[:-1] for part in parts))
+        return np.concatenate([np.broadcast_to(part, (*batch, part.shape[-1])) for part in parts], axis=-1)
+
+    def parted(self, q: ArrayLike) -> dict[str, JointVector]:
+        """Coordinates of each arm (*batch, n of that arm), from those of all (*batch, n)."""
+        rows = as_batch("q", q, (self.robot.n,))
+        return {name: np.asarray(rows[..., columns]) for name, columns in self.columns.items()}
+
+    def arm_of(self, body: str) -> str:
+        """The arm that a body of an answer belongs to; empty for an obstacle."""
+        return next((name for name in self.names if body.startswith(f"{name}/")), "")
+
+    @cached_property
+    def between(self) -> Arm:
+        """The bodies with pairs of different arms only, as the compiled loops read them."""
+        owner = [self.arm_of(body.name) for body in self.bodies]
+        return layout.arm_of(self.bodies, [(a, b) for a, b in self._pairs() if owner[a] != owner[b]], self._still)
+
+    def _require(self, name: str) -> None:
+        if name not in self.robots:
+            raise InputError("collision.no_arm", name=name, known=", ".join(self.names))
+
+
+def _alone(arm: Mounted, scene: Scene, margin: float, samples: int, seed: int) -> Checker:
+    """The checker of one arm at its base pose."""
+    mechanism = as_robot(arm.robot).mechanism
+    if arm.T_sb is not None:
+        mechanism = replace(mechanism, T_sb=placed(arm.name, arm.T_sb))
+    return Checker(
+        mechanism, scene, attached=arm.attached, margin=margin, srdf=arm.srdf, skip=arm.skip,
+        self_collision=arm.self_collision, radius=arm.radius, samples=samples, seed=seed,
+    )  # fmt: skip

@@ -1,0 +1,116 @@
+"""Block diagrams of laws, and a response with the poses of the arm beside it."""
+
+from __future__ import annotations
+
+from os import PathLike
+from typing import Any
+
+import numpy as np
+
+from mafsil.arrays import Floats, require_kind
+from mafsil.control import BlockDiagram
+from mafsil.figures.motion_over_time import COLOURS
+from mafsil.figures.performance_sheet import save, sheet
+from mafsil.figures.picture_file import picture_file
+from mafsil.messages import say
+from mafsil.robot import Robot
+from mafsil.simulation import Recording
+
+WIDE, HIGH = 2.6, 1.1
+"""Of a column and a row [inch]."""
+NAMED = ("trajectory", "amplifier", "actuator", "arm", "sensors", "delay")
+"""Blocks whose names are words."""
+
+
+def save_block_diagram(diagram: BlockDiagram, path: str | PathLike[str], *, language: str | None = None) -> None:
+    """Draw the blocks in columns, the arrows between them, what comes back below.
+
+    Args:
+        diagram: of `mafsil.control.block_diagram`.
+        path: .png, .svg or .pdf.
+        language: of the names; the current one if None.
+
+    Raises:
+        InputError: no diagram, or an ending of no picture.
+    """
+    file = picture_file(path)
+    require_kind("diagram", diagram, "BlockDiagram", "blocks", "arrows")
+    columns = 1 + max(block.column for block in diagram.blocks)
+    rows = 2 + max(block.row for block in diagram.blocks)
+    figure = sheet(WIDE * columns, HIGH * rows)
+    axes: Any = figure.subplots()
+    axes.set(xlim=(-0.5, columns - 0.5), ylim=(-rows + 0.5, 0.5))
+    axes.set_axis_off()
+    place = {block.name: (float(block.column), -float(block.row)) for block in diagram.blocks}
+    boxes: dict[str, Any] = {}
+    for block in diagram.blocks:
+        name = say(f"pictures.block_{block.name}", language=language) if block.name in NAMED else ""
+        words = "\n".join(part for part in (name, block.text) if part)
+        frame = {"boxstyle": "round,pad=0.5", "facecolor": "white", "edgecolor": COLOURS[0]}
+        text = axes.text(*place[block.name], words, fontsize=8, ha="center", va="center", bbox=frame, zorder=2)
+        boxes[block.name] = text.get_bbox_patch()
+    figure.canvas.draw()
+    for arrow in diagram.arrows:
+        start, end = place[arrow.start], place[arrow.end]
+        bend = 0.0 if end[0] > start[0] or arrow.start == "arm" else -0.25 if arrow.start == "sensors" else 0.35
+        axes.annotate(
+            "", end, start, zorder=1,
+            arrowprops={
+                "arrowstyle": "-|>", "color": "0.35", "shrinkA": 1, "shrinkB": 1,
+                "patchA": boxes[arrow.start], "patchB": boxes[arrow.end],
+                "connectionstyle": f"arc3,rad={bend}",
+            },
+        )  # fmt: skip
+        if arrow.signal and end[0] >= start[0]:
+            middle = ((start[0] + end[0]) / 2, (start[1] + end[1]) / 2 + 0.08)
+            axes.text(*middle, arrow.signal, fontsize=7, ha="center", color="0.35")
+    save(figure, file)
+
+
+def save_response(
+    recording: Recording, robot: Robot, path: str | PathLike[str], *, language: str | None = None
+) -> None:
+    """Draw the joints of one run over their reference, and beside it the arm where it began and where it ended.
+
+    Args:
+        recording: of one run.
+        robot: that moved.
+        path: .png, .svg or .pdf.
+        language: of the labels; the current one if None.
+
+    Raises:
+        InputError: no recording of this robot, or an ending of no picture.
+    """
+    file = picture_file(path)
+    require_kind("recording", recording, "Recording", "q_ref", "q")
+    figure = sheet(8.0, 3.2)
+    pose_axes, response = figure.subplots(1, 2, width_ratios=(1, 2))
+    drawn: Any = response
+    for k, name in enumerate(robot.joint_names):
+        colour = COLOURS[k % len(COLOURS)]
+        drawn.plot(recording.t, recording.q[:, k], color=colour, linewidth=1.2, label=name)
+        drawn.plot(recording.t, recording.q_ref[:, k], color=colour, linewidth=0.8, linestyle="--")
+    drawn.set_xlabel("t [s]")
+    drawn.legend(frameon=False, fontsize=7)
+    poses = {"pose_start": recording.q[0], "pose_end": recording.q[-1]}
+    lines = {key: skeleton(robot, q) for key, q in poses.items()}
+    axes_shown = np.argsort(-np.ptp(np.concatenate(list(lines.values())), axis=0), kind="stable")[:2]
+    beside: Any = pose_axes
+    for (key, line), colour in zip(lines.items(), ("0.6", COLOURS[0]), strict=True):
+        label = say(f"pictures.{key}", language=language)
+        beside.plot(line[:, axes_shown.min()], line[:, axes_shown.max()], "o-", color=colour, markersize=3, label=label)
+    beside.set_aspect("equal")
+    beside.set(xlabel="xyz"[axes_shown.min()] + " [m]", ylabel="xyz"[axes_shown.max()] + " [m]")
+    beside.legend(frameon=False, fontsize=7)
+    save(figure, file)
+
+
+def skeleton(robot: Robot, q: Floats) -> Floats:
+    """(joints + 2, 3) origins of the links of a chain from the base to the tip, in {s} [m].
+
+    Args:
+        robot: whose chain it is.
+        q: (n,) configuration.
+    """
+    places = [robot.forward_kinematics(q, frame=link.name)[:3, 3] for link in robot.mechanism.links]
+    return np.array([*places, robot.forward_kinematics(q)[:3, 3]])

@@ -1,0 +1,154 @@
+"""Frames of a job file: where each stands in {s}, and what is said in them as poses in {s}."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TypeAlias
+
+import msgspec
+import numpy as np
+
+from mafsil.arrays import Floats, PoseMatrix
+from mafsil.errors import JobError
+from mafsil.geometry import rotation
+from mafsil.geometry.quaternion import to_quaternion
+from mafsil.job.description import Four, Goal, Obstacle, Pose, Three
+from mafsil.job.language.statements import JobFile, Placed, PlacedGoal, PlacedObstacle
+from mafsil.job.lines import Path
+from mafsil.job.poses import pose_matrix
+from mafsil.messages.visible import visible
+
+SPACE, TOOL = "space", "tool"
+"""Names that frames of a file cannot have."""
+Complaint: TypeAlias = Callable[..., JobError]
+
+
+class Frames:
+    """The frames of a job by name, and inside loops those of the present places of patterns.
+
+    Args:
+        poses: (4, 4) of each in {s}.
+        patterns: names that are frames inside loops only.
+        degrees: whether angles of the file are degrees.
+        error: makes the complaint about a key.
+    """
+
+    def __init__(
+        self, poses: Mapping[str, PoseMatrix], patterns: frozenset[str], degrees: bool, error: Complaint
+    ) -> None:
+        self._poses, self._patterns, self.degrees, self._error = dict(poses), patterns, degrees, error
+
+    @classmethod
+    def of(cls, file: JobFile, error: Complaint) -> Frames:
+        """Of a file.
+
+        Raises:
+            JobError: a frame in an unknown one or in itself, a name that means something else.
+        """
+        frames = cls({}, frozenset(file.pattern), file.angles == "degrees", error)
+        for name in (*file.frame, *file.pattern):
+            place = ("frame" if name in file.frame else "pattern", name)
+            if name in (SPACE, TOOL) or (name in file.frame and name in file.pattern):
+                raise error("job.frame_name", place, frame=visible(name))
+        for name in file.frame:
+            frames._settle(name, file.frame, ())
+        return frames
+
+    def inside(self, places: Mapping[str, PoseMatrix]) -> Frames:
+        """The same and the present places of patterns."""
+        return Frames(self._poses | dict(places), self._patterns, self.degrees, self._error)
+
+    def pose(self, name: str, path: Path) -> PoseMatrix:
+        """(4, 4) of a frame in {s}.
+
+        Raises:
+            JobError: there is none of that name, or it is a pattern and this is no loop over it.
+        """
+        if name == SPACE:
+            return np.eye(4)
+        if name in self._poses:
+            return self._poses[name]
+        if name in self._patterns:
+            raise self._error("job.pattern_outside", path, pattern=visible(name))
+        raise self._error("job.unknown_frame", path, frame=visible(name), known=", ".join(map(visible, self._poses)))
+
+    def placed(self, given: Placed | PlacedObstacle, path: Path) -> PoseMatrix:
+        """(4, 4) in {s} of what is placed; in a frame it has the frame's orientation if it names none."""
+        own = pose_matrix(_plain(given), degrees=self.degrees)
+        return own if given.frame is None else self.pose(given.frame, (*path, "frame")) @ own
+
+    def goal(self, given: PlacedGoal, path: Path) -> Goal:
+        """A goal in {s}, or a displacement along its axes or those of the tool.
+
+        Raises:
+            JobError: an unknown frame, or a pose in a frame that is relative as well.
+        """
+        if given.relative is not None:
+            return msgspec.structs.replace(self._displacement(given, path), branch=given.branch)
+        pose = self.point(given, path, free=given.task == "position")
+        return Goal(
+            position=pose.position, rpy=pose.rpy, quaternion=pose.quaternion, task=given.task, branch=given.branch
+        )
+
+    def point(self, given: Placed, path: Path, free: bool = False) -> Pose:
+        """A pose in {s}; one without a frame stays as it was typed.
+
+        Args:
+            given: a pose in a frame.
+            path: where it stands in the file.
+            free: its orientation does not count.
+        """
+        if given.frame is None:
+            return _plain(given)
+        T = self.placed(given, path)
+        return Pose(position=_three(T), quaternion=None if free else _four(T[:3, :3]))
+
+    def obstacle(self, given: PlacedObstacle, path: Path) -> Obstacle:
+        """A body in {s}."""
+        names = Obstacle.__struct_fields__
+        plain = {name: getattr(given, name) for name in names}
+        if given.frame is not None:
+            T = self.placed(given, path)
+            plain |= {"position": _three(T), "rpy": None, "quaternion": _four(T[:3, :3])}
+        return Obstacle(**plain)
+
+    def _displacement(self, given: PlacedGoal, path: Path) -> Goal:
+        if given.frame is not None:
+            raise self._error("job.relative_frame", (*path, "frame"))
+        if given.relative == TOOL:
+            own = _plain(given)
+            return Goal(position=own.position, rpy=own.rpy, quaternion=own.quaternion, task=given.task, relative="tool")
+        R = self.pose(str(given.relative), (*path, "relative"))[:3, :3]
+        own = pose_matrix(_plain(given), degrees=self.degrees)
+        turned = given.rpy is not None or given.quaternion is not None
+        place = R @ own[:3, 3]
+        return Goal(
+            position=(float(place[0]), float(place[1]), float(place[2])),
+            quaternion=_four(R @ own[:3, :3] @ R.T) if turned else None, task=given.task, relative="space",
+        )  # fmt: skip
+
+    def _settle(self, name: str, frames: Mapping[str, Placed], above: tuple[str, ...]) -> None:
+        """The pose of a frame after that of the one that it stands in."""
+        if name in self._poses:
+            return
+        parent, place = frames[name].frame, ("frame", name, "frame")
+        if parent is not None and parent != SPACE:
+            if parent in (*above, name):
+                circle = " -> ".join(map(visible, (*above, name, parent)))
+                raise self._error("job.frame_circle", place, circle=circle)
+            if parent in frames:
+                self._settle(parent, frames, (*above, name))
+        self._poses[name] = self.placed(frames[name], ("frame", name))
+
+
+def _plain(given: Placed | PlacedObstacle) -> Pose:
+    return Pose(position=given.position, rpy=given.rpy, quaternion=given.quaternion)
+
+
+def _three(T: PoseMatrix) -> Three:
+    return float(T[0, 3]), float(T[1, 3]), float(T[2, 3])
+
+
+def _four(R: Floats) -> Four:
+    w, x, y, z = (float(each) for each in to_quaternion(rotation.check(R)))
+    return w, x, y, z

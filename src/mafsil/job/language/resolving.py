@@ -1,0 +1,149 @@
+"""A job file as a job: names looked up, frames resolved, loops unrolled."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, TypeVar
+
+from mafsil.arrays import PoseMatrix
+from mafsil.job.description import TIP_PATHS, Goal, Head, Job, Move, Pose, Start, Step
+from mafsil.job.language.frames import Complaint, Frames
+from mafsil.job.language.patterns import places
+from mafsil.job.language.statements import JobFile, Placed, PlacedGoal, Statement
+from mafsil.job.lines import Path
+from mafsil.messages.visible import visible
+
+MOST_MOVES = 200_000
+"""After all loops are unrolled."""
+
+Named = TypeVar("Named")
+
+
+def resolved(file: JobFile, error: Complaint) -> Job:
+    """The job that a file asks for.
+
+    1. Frames, each in {s}.
+    2. Places of the patterns.
+    3. Loops become moves, named after the places; each remembers the statement that it comes from.
+    4. Poses go to {s}, names to what they name.
+
+    Args:
+        file: checked statement by statement, lengths in metres.
+        error: makes the complaint about a key.
+
+    Raises:
+        JobError: an unknown name, a frame in itself, a pattern or loop that cannot be, too many moves.
+    """
+    # 1
+    reader = _Resolver(file, Frames.of(file, error), error)
+    # 3
+    made = list(reader.unrolled(file.move, ("move",), reader.frames, ""))
+    start = Start(
+        joints=reader.joints(file.start.joints, ("start", "joints")),
+        pose=reader.goal(file.start.pose, ("start", "pose"), reader.frames),
+    )
+    if start.pose is not None and start.pose.relative is not None:
+        raise error("job.relative_start", ("start", "pose", "relative"))
+    head = {name: getattr(file, name) for name in Head.__struct_fields__}
+    obstacles = tuple(reader.frames.obstacle(each, ("obstacle", k)) for k, each in enumerate(file.obstacle))
+    moves, origins = tuple(move for move, _ in made), tuple(origin for _, origin in made)
+    return Job(**head, start=start, obstacle=obstacles, move=moves, origins=origins)
+
+
+class _Resolver:
+    """Looks up what a file names.
+
+    Args:
+        file: with its tables of names.
+        frames: of it.
+        error: makes the complaint about a key.
+    """
+
+    def __init__(self, file: JobFile, frames: Frames, error: Complaint) -> None:
+        self.file, self.frames, self.error, self.count = file, frames, error, 0
+        # 2
+        self.places = {name: places(pattern, name, frames, error) for name, pattern in file.pattern.items()}
+
+    def unrolled(
+        self, statements: tuple[Statement, ...], path: Path, frames: Frames, place: str
+    ) -> Iterator[tuple[Move, Path]]:
+        """Moves of statements, with where they stand in the file."""
+        for k, statement in enumerate(statements):
+            here = (*path, k)
+            if statement.do is None:
+                self.count += 1
+                if self.count > MOST_MOVES:
+                    raise self.error("job.too_many_moves", here, most=MOST_MOVES)
+                yield self.move(statement, here, frames, place), here
+                continue
+            for _ in range(statement.repeat or 1):
+                for label, poses in self.rounds(statement, here):
+                    both = " ".join(word for word in (place, label) if word)
+                    yield from self.unrolled(statement.do, (*here, "do"), frames.inside(poses), both)
+
+    def rounds(self, statement: Statement, path: Path) -> list[tuple[str, dict[str, PoseMatrix]]]:
+        """Label and frames of each round of a loop; one without both of a plain one."""
+        if statement.each is None:
+            return [("", {})]
+        names = (statement.each,) if isinstance(statement.each, str) else statement.each
+        found = [self.looked_up(name, self.places, "pattern", (*path, "each")) for name in names]
+        if len({len(each) for each in found}) != 1:
+            counts = ", ".join(f"{visible(name)}: {len(each)}" for name, each in zip(names, found, strict=True))
+            raise self.error("job.uneven_patterns", (*path, "each"), counts=counts)
+        return [
+            (
+                " ".join(f"{name} {label}" for name, (label, _) in zip(names, together, strict=True)),
+                {name: T for name, (_, T) in zip(names, together, strict=True)},
+            )
+            for together in zip(*found, strict=True)
+        ]
+
+    def move(self, statement: Statement, path: Path, frames: Frames, place: str) -> Move:
+        """One move, its name with the place of the loop."""
+        given: dict[str, Any] = {each: getattr(statement, each) for each in Step.__struct_fields__}
+        given["name"] = f"{statement.name} ({place})" if statement.name and place else statement.name or place
+        # 4
+        given["joints"] = self.joints(statement.joints, (*path, "joints"))
+        given["pose"] = self.goal(statement.pose, (*path, "pose"), frames)
+        given["via"] = tuple(
+            self.via(each, statement, (*path, "via", k), frames) for k, each in enumerate(statement.via)
+        )
+        return Move(**given)
+
+    def via(
+        self, given: tuple[float, ...] | Placed | str, statement: Statement, path: Path, frames: Frames
+    ) -> tuple[float, ...] | Pose:
+        """A point on the way: of a path of the tip a pose, else joint coordinates."""
+        if isinstance(given, str) and statement.path in TIP_PATHS:
+            given = self.looked_up(given, self.file.pose, "pose", path)
+            if given.relative is not None:
+                raise self.error("job.relative_via", path)
+        if isinstance(given, Placed):
+            return frames.point(given, path)
+        found = self.joints(given, path)
+        assert found is not None
+        return found
+
+    def joints(self, given: tuple[float, ...] | str | None, path: Path) -> tuple[float, ...] | None:
+        """Joint coordinates, of a name those that it names."""
+        return (
+            self.looked_up(given, self.file.configuration, "configuration", path) if isinstance(given, str) else given
+        )
+
+    def goal(self, given: PlacedGoal | str | None, path: Path, frames: Frames) -> Goal | None:
+        """A goal, of a name the pose that it names."""
+        if isinstance(given, str):
+            named = self.looked_up(given, self.file.pose, "pose", path)
+            return frames.goal(named, ("pose", given))
+        return None if given is None else frames.goal(given, path)
+
+    def looked_up(self, name: str, table: Mapping[str, Named], kind: str, path: Path) -> Named:
+        """What a name means.
+
+        Raises:
+            JobError: nothing.
+        """
+        if name not in table:
+            known = ", ".join(map(visible, table)) or "-"
+            raise self.error("job.unknown_name", path, table=kind, given=visible(name), known=known)
+        return table[name]

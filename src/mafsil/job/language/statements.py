@@ -1,0 +1,118 @@
+"""What a job file may say: frames, named poses and configurations, patterns and loops. The field names are the keys."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, TypeAlias
+
+import msgspec
+
+from mafsil.job.description import BranchChoice, Four, Head, Obstacle, Part, Step, Task, Three
+
+Count: TypeAlias = Annotated[int, msgspec.Meta(ge=1, le=100_000)]
+
+
+class Placed(Part, frozen=True, kw_only=True):
+    """A pose in a frame: position and one of rpy and quaternion (w, x, y, z).
+
+    Attributes:
+        position: [m]; in a frame its origin if left out.
+        rpy, quaternion: of the orientation; in a frame that of the frame if neither is there.
+        frame: name of a frame, or of a pattern inside a loop over it; {s} if None.
+    """
+
+    position: Three = (0.0, 0.0, 0.0)
+    rpy: Three | None = None
+    quaternion: Four | None = None
+    frame: str | None = None
+
+
+class PlacedGoal(Placed, frozen=True, kw_only=True):
+    """A pose to be reached, or a displacement.
+
+    Attributes:
+        task: what of it counts, see `Goal`.
+        relative: a displacement from where the tip is then, along the axes of the `tool`, of `space` or of a frame.
+        branch: which of the configurations is taken, such as `{ elbow = "up" }`.
+    """
+
+    task: Task = "pose"
+    relative: str | None = None
+    branch: BranchChoice | None = None
+
+
+class PlacedObstacle(Obstacle, frozen=True, kw_only=True):
+    """A body in a frame.
+
+    Attributes:
+        frame: name of a frame; {s} if None.
+    """
+
+    position: Three = (0.0, 0.0, 0.0)
+    frame: str | None = None
+
+
+class Pattern(Placed, frozen=True, kw_only=True):
+    """Places in rows, columns and layers along x, y and z of its pose.
+
+    Attributes:
+        count: how many along x; along x and y; along x, y and z.
+        pitch: from one to the next, for each of them [m].
+        order: `rows`: x runs fastest, always forwards; `snake`: every second row backwards.
+    """
+
+    count: tuple[Count, ...]
+    pitch: tuple[float, ...]
+    order: Literal["rows", "snake"] = "rows"
+
+
+class Statement(Step, frozen=True, kw_only=True):
+    """A move, or a loop over moves: exactly one of joints, pose, pick, place, pause and do.
+
+    Attributes:
+        joints: goal in joint coordinates, or the name of a configuration.
+        pose: goal of the tip, or the name of a pose.
+        via: points to pass through without stopping, or names of such.
+        do: moves that are repeated.
+        each: a pattern, or several of equally many places: `do` for each place, whose frame has the pattern's name.
+        repeat: how often.
+    """
+
+    joints: tuple[float, ...] | str | None = None
+    pose: PlacedGoal | str | None = None
+    via: tuple[tuple[float, ...] | Placed | str, ...] = ()
+    do: tuple[Statement, ...] | None = None
+    each: str | tuple[str, ...] | None = None
+    repeat: Count | None = None
+
+
+class PlacedStart(Part, frozen=True, kw_only=True):
+    """Where the robot begins, at rest: joints, or a pose; either may be a name.
+
+    If neither, zero, moved into the middle 70 % of each range; a bent configuration near it if the arm is singular
+    there.
+    """
+
+    joints: tuple[float, ...] | str | None = None
+    pose: PlacedGoal | str | None = None
+
+
+class JobFile(Head, frozen=True, kw_only=True):
+    """A whole job file.
+
+    Attributes:
+        start: where the robot begins.
+        frame: frames by name, each in {s} or in another one.
+        pose: poses by name.
+        configuration: joint coordinates by name.
+        pattern: places by name.
+        obstacle: what stands around the arm.
+        move: what it does.
+    """
+
+    start: PlacedStart = PlacedStart()
+    frame: dict[str, Placed] = msgspec.field(default_factory=dict[str, Placed])
+    pose: dict[str, PlacedGoal] = msgspec.field(default_factory=dict[str, PlacedGoal])
+    configuration: dict[str, tuple[float, ...]] = msgspec.field(default_factory=dict[str, tuple[float, ...]])
+    pattern: dict[str, Pattern] = msgspec.field(default_factory=dict[str, Pattern])
+    obstacle: tuple[PlacedObstacle, ...] = ()
+    move: tuple[Statement, ...]

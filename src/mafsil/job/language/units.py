@@ -1,0 +1,71 @@
+"""Files in millimetres: every length of a job in metres."""
+
+from __future__ import annotations
+
+from math import pi
+from typing import Any, cast
+
+import msgspec
+
+from mafsil.job.description import Bounds, Collision, Grasp, Job, Obstacle, Part, Pose, Step, Surface, Tolerance, Tool
+from mafsil.job.language.statements import JobFile, Pattern, Placed
+from mafsil.job.other_robot import OtherRobot
+
+MILLIMETRE, DEGREE = 1e-3, pi / 180.0
+LENGTHS: dict[type[Part], tuple[str, ...]] = {
+    Pose: ("position",),
+    Placed: ("position",),
+    OtherRobot: ("position",),
+    Pattern: ("pitch",),
+    Grasp: ("size", "offset"),
+    Obstacle: ("box", "sphere", "cylinder", "capsule"),
+    Collision: ("clearance",),
+    Tolerance: ("position",),
+    Step: ("blend",),
+    Surface: ("point",),
+    Tool: ("com",),
+    Bounds: ("tip_speed", "tip_acceleration"),
+}
+"""Lengths, also per time, of each table and those derived from it; coordinates of joints are converted elsewhere."""
+
+
+def angle_unit(job: Job) -> float:
+    """Of angles in the file [rad]."""
+    return DEGREE if job.angles == "degrees" else 1.0
+
+
+def length_unit(job: Job) -> float:
+    """Of coordinates of prismatic joints in the file; other lengths are metres already [m]."""
+    return MILLIMETRE if job.lengths == "millimetres" else 1.0
+
+
+def in_metres(file: JobFile, data: dict[str, Any]) -> JobFile:
+    """The same job with all lengths in metres; coordinates of prismatic joints stay as they are.
+
+    Args:
+        file: as it was read.
+        data: its tables: only keys that stand there are converted, defaults are metres already.
+    """
+    return _scaled(file, data) if file.lengths == "millimetres" else file
+
+
+def _scaled(value: Any, given: Any) -> Any:
+    """Lengths of all tables inside a value."""
+    if isinstance(value, Part):
+        lengths = {name for kind, names in LENGTHS.items() if isinstance(value, kind) for name in names}
+        changed = {
+            name: _metres(getattr(value, name)) if name in lengths else _scaled(getattr(value, name), inner)
+            for name, inner in given.items()
+        }
+        return msgspec.structs.replace(value, **changed)
+    if isinstance(value, tuple):
+        return tuple(_scaled(each, inner) for each, inner in zip(cast("tuple[Any, ...]", value), given, strict=True))
+    if isinstance(value, dict):
+        return {name: _scaled(each, given[name]) for name, each in cast("dict[str, Any]", value).items()}
+    return value
+
+
+def _metres(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return tuple(MILLIMETRE * each for each in cast("tuple[float, ...]", value))
+    return MILLIMETRE * value

@@ -1,0 +1,235 @@
+"""Control laws side by side on one job: errors, efforts, energy, and how each bears what it does not know."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from mafsil.answer import Answer, Status
+from mafsil.control.inertia_gains import NATURAL_FREQUENCY
+from mafsil.errors import JobError
+from mafsil.job.causes import Cause, cause, error_growth
+from mafsil.job.description import Controller, Job
+from mafsil.job.drive import drive
+from mafsil.job.judgement import Summary, summary
+from mafsil.job.laws import KINDS, control_period, kinds_for
+from mafsil.job.plan import Plan
+from mafsil.job.reading import GAINS
+from mafsil.job.run import Run
+from mafsil.messages.tables import number, on_screen, table
+from mafsil.robot import Robot
+from mafsil.simulation import SimulationStatus
+
+HEAVIER = 0.2
+"""Share by which all masses are larger than the law knows, under `heavier`."""
+SLOWER = 4
+"""Times as rarely is the law evaluated under `slower`."""
+LATE = 2
+"""Periods of the law by which its efforts come late under `late`."""
+CONDITIONS = ("as asked", "heavier", "slower", "late")
+"""What is tried with every law."""
+
+
+class LawStatus(Status):
+    """What a law made of the job as it is asked."""
+
+    DONE = ("job.law_done", True)
+    MISSED = ("job.law_missed", False)
+    STOPPED = ("job.law_stopped", False)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LawResult:
+    """One law on the job.
+
+    Attributes:
+        kind: of the law, as in `[controller]`.
+        status: whether the run came to its end and reached its targets.
+        numbers: of the run as it is asked.
+        joint_error: root mean square over time and joints, under each of CONDITIONS; NaN where the run stopped early.
+        saturated: time during which it asked for more than the limits [s].
+        growth: largest factor by which small errors grow from tick to tick along the plan, below one for a stable loop;
+            NaN for laws that are not linear near the plan.
+        cause: what remains of the error comes from, where that can be told.
+    """
+
+    kind: str
+    status: LawStatus
+    numbers: Summary
+    joint_error: tuple[float, ...]
+    saturated: float
+    growth: float
+    cause: Cause | None
+
+    @property
+    def peak_force(self) -> float:
+        """Largest force of contact [N]; NaN of a job without surfaces."""
+        return float("nan") if self.numbers.touching is None else self.numbers.touching.peak
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        own = self.numbers
+        return {
+            "kind": self.kind, "status": self.status.name, "tip_error": own.tip_error, "energy": own.energy,
+            "rms_effort": own.rms_effort, "peak_effort": own.peak_effort, "saturated": self.saturated,
+            "contact": None if own.touching is None else own.touching.to_dict(),
+            "growth": _plain(self.growth),
+            "joint_error": {name: _plain(each) for name, each in zip(CONDITIONS, self.joint_error, strict=True)},
+            "cause": None if self.cause is None else self.cause.explain(language="en"),
+        }  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LawBench(Answer):
+    """All laws on one job; true if each did it, iterable over the results, the smallest error first.
+
+    Attributes:
+        results: of the laws.
+    """
+
+    results: tuple[LawResult, ...]
+
+    @property
+    def status(self) -> tuple[LawStatus, ...]:
+        """Of each law."""
+        return tuple(each.status for each in self.results)
+
+    def __bool__(self) -> bool:
+        return all(each.status.succeeded for each in self.results)
+
+    def __len__(self) -> int:
+        return len(self.results)
+
+    def __iter__(self) -> Iterator[LawResult]:
+        return iter(self.results)
+
+    def __repr__(self) -> str:
+        return "\n".join([on_screen(self.explain()), *table(*self.columns())])
+
+    def columns(self) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+        """Head and rows of the table: errors under each condition, tip error, contact force, effort, energy, growth."""
+        head = ("", *CONDITIONS, "tip", "force", "effort", "energy", "growth")
+        rows = [
+            (
+                each.kind, *(number(x) for x in each.joint_error), number(each.numbers.tip_error),
+                number(each.peak_force), number(float(np.linalg.norm(each.numbers.rms_effort))),
+                number(each.numbers.energy), number(each.growth),
+            )
+            for each in self.results
+        ]  # fmt: skip
+        return head, rows
+
+    def explain(self, language: str | None = None) -> str:
+        """A line for each law: what it made of the job, and where its error comes from."""
+        lines: list[str] = []
+        for each in self.results:
+            lines.append(
+                each.status.sentence(
+                    language, law=each.kind, error=each.joint_error[0], tip=each.numbers.tip_error,
+                    worst=float(np.nanmax(each.joint_error)) if np.isfinite(each.joint_error).any() else np.nan,
+                )
+            )  # fmt: skip
+            if each.cause is not None:
+                lines.append(f"  {each.cause.explain(language=language)}")
+        return "\n".join(lines)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {"laws": [each.to_dict() for each in self.results]}
+
+
+def bench_laws(
+    job: Job,
+    text: str,
+    robot: Robot,
+    plan: Plan,
+    kinds: Sequence[str] | None = None,
+    progress: Callable[[float], None] = lambda share: None,
+) -> LawBench:
+    """Drive a planned job with several laws, each as it is asked and under three conditions that no law is told of.
+
+    Laws get the gains that the job gives them, else those that fit the arm; computed torque then the natural frequency
+    that the others ask for, so that bandwidths are alike. `heavier`: all masses are 20 per cent larger; `slower`: the
+    law is evaluated four times as rarely; `late`: its efforts come two periods late. Nothing is driven against
+    the clock.
+
+    Args:
+        job, text: what is asked, and its file.
+        robot: with its tool.
+        plan: the motion.
+        kinds: of the laws; if None, those of the joints, and those of the tip where the job has a surface.
+        progress: called with the share that is done.
+
+    Raises:
+        JobError: an unknown law.
+    """
+    kinds = kinds_for(job) if kinds is None else kinds
+    if "hybrid" in kinds and not job.surface:
+        raise JobError("job.bench_surface")
+    unknown = [kind for kind in kinds if kind not in KINDS]
+    if unknown:
+        raise JobError("job.unknown_law", law=unknown[0], known=", ".join(KINDS))
+    found: list[LawResult] = []
+    for k, kind in enumerate(kinds):
+        runs: list[Run] = []
+        for c, changed in enumerate(_conditions(_with_law(job, kind))):
+            runs.append(drive(changed, text, robot, plan, judged=c == 0))
+            if runs[-1].recording.status is SimulationStatus.INTERRUPTED:
+                raise KeyboardInterrupt
+            progress((k + (c + 1) / len(CONDITIONS)) / len(kinds))
+        found.append(_result(kind, runs))
+    return LawBench(tuple(sorted(found, key=lambda each: (not each.status.succeeded, each.joint_error[0]))))
+
+
+def _with_law(job: Job, kind: str) -> Job:
+    """The job with another law; gains of its own law have no meaning for others."""
+    own = job.controller
+    kept = {name: getattr(own, name) for name in GAINS[kind]} if kind == own.kind else {}
+    if kind == "computed_torque" and kept.get("frequency") is None:
+        kept["frequency"] = NATURAL_FREQUENCY
+    simulated = msgspec.structs.replace(job.simulation, real_time=False)
+    controller = Controller(kind=kind, rate=own.rate, delay=own.delay, **kept)  # pyright: ignore[reportArgumentType]
+    return msgspec.structs.replace(job, controller=controller, simulation=simulated)
+
+
+def _conditions(job: Job) -> list[Job]:
+    """The job as it is asked, and under the other conditions."""
+    own, simulated, period = job.controller, job.simulation, control_period(job)
+    heavier = msgspec.structs.replace(simulated, mass_error=(1.0 + simulated.mass_error) * (1.0 + HEAVIER) - 1.0)
+    slower = msgspec.structs.replace(own, rate=1.0 / (SLOWER * period), delay=0.0)
+    late = msgspec.structs.replace(own, delay=own.delay + LATE * period)
+    return [
+        job,
+        msgspec.structs.replace(job, simulation=heavier),
+        msgspec.structs.replace(job, controller=slower),
+        msgspec.structs.replace(job, controller=late),
+    ]
+
+
+def _result(kind: str, runs: list[Run]) -> LawResult:
+    first = runs[0]
+    numbers = summary(first)
+    if not first.recording:
+        status = LawStatus.STOPPED
+    else:
+        status = LawStatus.DONE if all(each.reached for each in numbers.arrivals) else LawStatus.MISSED
+    errors = tuple(_rms(run) if run.recording else float("nan") for run in runs)
+    grown = [error_growth(driven, driven.stretch.trajectory.at(0.0).u) for driven in first.driven]
+    known = [each for each in grown if each > 0.0]
+    worst = max(numbers.arrivals, key=lambda each: each.share, default=None)
+    reason = None if worst is None else cause(first, worst)
+    saturated = float(numbers.saturated.max(initial=0.0))
+    return LawResult(kind, status, numbers, errors, saturated, max(known, default=float("nan")), reason)
+
+
+def _rms(run: Run) -> float:
+    error = run.recording.q_ref - run.recording.q
+    return float(np.sqrt(np.mean(error**2)))
+
+
+def _plain(value: float) -> float | None:
+    return value if np.isfinite(value) else None

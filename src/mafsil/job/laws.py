@@ -1,0 +1,148 @@
+"""The laws that a job can choose, with gains that fit the arm where the job names none."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.control import (
+    Gains,
+    Law,
+    adaptive_control,
+    combined,
+    computed_torque,
+    delayed,
+    feedforward,
+    gravity_compensation,
+    inertia_gains,
+    pid,
+    sliding_mode,
+)
+from mafsil.job.description import TIP_LAWS, Job
+from mafsil.job.tip_laws import tip_law
+from mafsil.robot import Robot
+from mafsil.simulation import Plant
+from mafsil.trajectory import Trajectory
+
+FREQUENCY, DAMPING = 20.0, 1.0
+"""Of the error dynamics, where the job names none [rad/s, 1]."""
+PLACES = 24
+"""Along a stretch, where inertia and friction are looked at."""
+INTEGRAL_SHARE = 0.1
+"""Of the integral gain at which a joint by itself would become unstable."""
+MASS_SHARE, MARGIN, WIDTH, LEARNING = 0.2, 1.0, 0.02, 1.0
+"""Of sliding mode and of the adaptive law, where the job names none."""
+
+
+def law_of(job: Job, model: Robot, trajectory: Trajectory, true: Robot | None = None) -> Law:
+    """The law of a job for a stretch of its motion.
+
+    Args:
+        job: whose controller it is.
+        model: the arm as the controller knows it.
+        trajectory: of the stretch: gains that the job leaves out fit the inertia along it.
+        true: the arm that moves, at whose tip forces are measured; the model if None.
+    """
+    if job.controller.kind in TIP_LAWS:
+        law = tip_law(job, model, trajectory, model if true is None else true)
+    else:
+        law = _MAKERS[job.controller.kind](job, model, trajectory)
+    return delayed(law, job.controller.delay) if job.controller.delay else law
+
+
+def control_period(job: Job) -> float:
+    """Time between two evaluations of the law [s]."""
+    return job.simulation.step if job.controller.rate is None else 1.0 / job.controller.rate
+
+
+def _computed_torque(job: Job, model: Robot, trajectory: Trajectory) -> Law:
+    own = job.controller
+    frequency = FREQUENCY if own.frequency is None else own.frequency
+    return computed_torque(
+        model, natural_frequency=frequency, damping_ratio=DAMPING if own.damping is None else own.damping
+    )
+
+
+def _pd_gravity(job: Job, model: Robot, trajectory: Trajectory) -> Law:
+    kp, kd = _pd(job, model, trajectory)
+    return gravity_compensation(model, kp, kd)
+
+
+def _pid(job: Job, model: Robot, trajectory: Trajectory) -> Law:
+    kp, kd = _pd(job, model, trajectory)
+    given = job.controller.integral
+    # A joint of inertia M alone is stable below ki = kp kd / M; M = kp / w^2 of its own gains.
+    inertia = np.diagonal(np.asarray(model.mass_matrix(_places(trajectory))), axis1=-2, axis2=-1).max(axis=0)
+    return pid(model.n, kp, kd, INTEGRAL_SHARE * kp * kd / inertia if given is None else _row(given, model))
+
+
+def _feedforward(job: Job, model: Robot, trajectory: Trajectory) -> Law:
+    kp, kd = _pd(job, model, trajectory)
+    return combined(feedforward(model), pid(model.n, kp, kd))
+
+
+def _sliding_mode(job: Job, model: Robot, trajectory: Trajectory) -> Law:
+    own = job.controller
+    share = MASS_SHARE if own.mass_share is None else own.mass_share
+    margin = _friction(job, model) + MARGIN if own.margin is None else _row(own.margin, model)
+    gains = _gains(job, model, trajectory)
+    return sliding_mode(
+        model, share=share, rate=gains.kp / gains.kd, damping=gains.kd, margin=margin,
+        width=WIDTH if own.width is None else own.width,
+    )  # fmt: skip
+
+
+def _adaptive(job: Job, model: Robot, trajectory: Trajectory) -> Law:
+    gains, learning = _gains(job, model, trajectory), job.controller.learning
+    return adaptive_control(
+        model, rate=gains.kp / gains.kd, damping=gains.kd, learning=LEARNING if learning is None else learning
+    )
+
+
+_MAKERS: dict[str, Callable[[Job, Robot, Trajectory], Law]] = {
+    "computed_torque": _computed_torque,
+    "pd_gravity": _pd_gravity,
+    "pid": _pid,
+    "feedforward": _feedforward,
+    "sliding_mode": _sliding_mode,
+    "adaptive": _adaptive,
+}
+KINDS = (*_MAKERS, *TIP_LAWS)
+"""All laws that a job can choose."""
+
+
+def kinds_for(job: Job) -> tuple[str, ...]:
+    """The laws that are compared on a job if none are named: those of the tip too where it touches something."""
+    return KINDS if job.surface else tuple(_MAKERS)
+
+
+def _places(trajectory: Trajectory) -> Floats:
+    return trajectory.at(np.linspace(0.0, trajectory.duration, PLACES)).u
+
+
+def _gains(job: Job, model: Robot, trajectory: Trajectory) -> Gains:
+    """Of the natural frequency that the sampling allows each joint."""
+    return inertia_gains(model, _places(trajectory), control_period(job))
+
+
+def _pd(job: Job, model: Robot, trajectory: Trajectory) -> tuple[Floats, Floats]:
+    """Stiffness and rate gain; a stiffness without a rate gain keeps the damping ratio of our own gains."""
+    own, given = _gains(job, model, trajectory), job.controller
+    kp = own.kp if given.stiffness is None else _row(given.stiffness, model)
+    kd = own.kd * np.sqrt(kp / own.kp) if given.rate_gain is None else _row(given.rate_gain, model)
+    return kp, kd
+
+
+def _friction(job: Job, model: Robot) -> Floats:
+    """(n,) efforts of dry friction of the description [N m | N]."""
+    plant = Plant(model, friction=job.simulation.friction)
+    if not plant.has_friction:
+        return np.zeros(model.n)
+    law = plant.friction_law
+    return np.abs(law.gain.T) @ (np.maximum(law.positive, law.negative) + np.abs(law.offset))
+
+
+def _row(value: float | tuple[float, ...], model: Robot) -> Floats:
+    return np.broadcast_to(np.array(value, dtype=np.float64), (model.n,)).copy()

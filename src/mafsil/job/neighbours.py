@@ -1,0 +1,261 @@
+"""Other robots beside the one of a job: standing ones are obstacles, moving ones are planned past its settled motion.
+
+The robot of the job is planned first and never slowed. Each other robot that moves goes its moves in order, waits and
+goes round so that it meets neither the scene nor the robots before it; that is proved at every moment of the plan.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from mafsil.arrays import Floats, JointVector, PoseMatrix
+from mafsil.collision import Arms, Checker, Clearance, Mounted, Scene
+from mafsil.collision import Obstacle as Body
+from mafsil.job.description import Bounds, Job, Pose
+from mafsil.job.fitting import coordinates
+from mafsil.job.lines import Places
+from mafsil.job.other_robot import OtherRobot
+from mafsil.job.poses import pose_matrix
+from mafsil.job.remark import Refused, Remark
+from mafsil.job.resting import resting_place
+from mafsil.messages.quantities import quantity
+from mafsil.messages.visible import visible
+from mafsil.model.loading import load_mechanism
+from mafsil.model.skeleton import with_skeleton
+from mafsil.planning import TimedArm, plan_past
+from mafsil.planning.waiting_places import standing
+from mafsil.robot import Robot
+from mafsil.trajectory import MotionLimits, rest
+
+MAIN = "job"
+"""How the robot of the job is called among the arms."""
+SECONDS = 30.0
+"""After which the search for a move of another robot gives up."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Neighbour:
+    """Another robot at its base pose.
+
+    Attributes:
+        asked: what the file says of it.
+        robot: at its base pose, with shapes.
+        start: (n,) where it begins [rad | m].
+        goals: (n,) coordinates of each of its moves; None for a pause or a pose.
+        degrees: whether angles of the file are degrees.
+        checks_itself: whether its description has shapes, so that it is checked against itself.
+    """
+
+    asked: OtherRobot
+    robot: Robot
+    start: JointVector
+    goals: tuple[JointVector | None, ...]
+    degrees: bool
+    checks_itself: bool
+
+    @property
+    def name(self) -> str:
+        """Of the robot, as sentences call it."""
+        return visible(self.asked.name)
+
+    @property
+    def stands(self) -> bool:
+        """Whether it has no moves."""
+        return not self.asked.move
+
+    def goal(self, k: int, q: JointVector) -> JointVector | PoseMatrix:
+        """Where move k leads from a configuration: coordinates (n,), or a pose (4, 4) of the tip in {s}."""
+        known, pose = self.goals[k], self.asked.move[k].pose
+        if known is not None or pose is None:
+            return q if known is None else known
+        here = np.asarray(self.robot.forward_kinematics(q))
+        return pose_matrix(pose, degrees=self.degrees, orientation=here[:3, :3])
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class NeighbourMotion:
+    """What another robot does.
+
+    Attributes:
+        neighbour: the robot.
+        motion: of its coordinates; it follows that exactly, its controller is not simulated.
+    """
+
+    neighbour: Neighbour
+    motion: TimedArm
+
+    def poses(self, t: Floats) -> PoseMatrix:
+        """(k, L, 4, 4) of its links in {s} at times (k,) [s]."""
+        return np.asarray(self.neighbour.robot.link_poses(self.motion.at(t)))
+
+
+def neighbours_of(job: Job, folder: Path, places: Places) -> tuple[Neighbour, ...]:
+    """The other robots of a job.
+
+    Args:
+        job: the job.
+        folder: to which paths of robot files are relative.
+        places: of the keys, for errors.
+
+    Raises:
+        MafsilError: a robot cannot be read; numbers that do not fit it, two of one name.
+    """
+    found: list[Neighbour] = []
+    for k, asked in enumerate(job.other_robot):
+        if asked.name in (MAIN, "") or any(asked.name == each.asked.name for each in found) or "/" in asked.name:
+            raise places.error("job.other_name", ("other_robot", k, "name"), given=visible(asked.name))
+        source = folder / asked.robot if Path(asked.robot).suffix else asked.robot
+        mechanism = load_mechanism(source)
+        own = any(link.collisions or link.visuals for link in mechanism.links)
+        if not any(link.collisions for link in mechanism.links):
+            mechanism = with_skeleton(mechanism)
+        pose = Pose(position=asked.position, rpy=asked.rpy, quaternion=asked.quaternion)
+        T_sb = pose_matrix(pose, degrees=job.angles == "degrees", orientation=np.eye(3))
+        robot = Robot(replace(mechanism, T_sb=T_sb))
+        start = resting_place(robot.limits)
+        if asked.joints is not None:
+            start = _coordinates(job, robot, asked.joints, places, ("other_robot", k, "joints"))
+        goals = [
+            None
+            if move.joints is None
+            else _coordinates(job, robot, move.joints, places, ("other_robot", k, "move", i, "joints"))
+            for i, move in enumerate(asked.move)
+        ]
+        found.append(Neighbour(asked, robot, start, tuple(goals), job.angles == "degrees", own))
+    return tuple(found)
+
+
+def _coordinates(
+    job: Job, robot: Robot, values: tuple[float, ...], places: Places, path: tuple[str | int, ...]
+) -> JointVector:
+    """Numbers of the file as joint coordinates within the limits."""
+    if len(values) != robot.n:
+        raise places.error("job.other_count", path, expected=robot.n, got=len(values))
+    q, limits = coordinates(job, robot, values), robot.limits
+    beyond = np.maximum(limits.lower - q, q - limits.upper)
+    if beyond.max(initial=0.0) > 1e-9:
+        k = int(beyond.argmax())
+        raise places.error(
+            "job.other_limit", path, joint=visible(robot.joint_names[k]), value=f"{q[k]:.6g}",
+            lower=f"{limits.lower[k]:.6g}", upper=f"{limits.upper[k]:.6g}",
+        )  # fmt: skip
+    return np.clip(q, limits.lower, limits.upper)
+
+
+def standing_bodies(neighbours: Sequence[Neighbour]) -> list[Body]:
+    """The bodies of robots that only stand there, as obstacles in {s}."""
+    found: list[Body] = []
+    for each in neighbours:
+        if not each.stands:
+            continue
+        poses = np.asarray(each.robot.link_poses(each.start))
+        for body in Checker(each.robot, self_collision=False).bodies:
+            for i, (geometry, T) in enumerate(body.shapes):
+                number = f" {i + 1}" if len(body.shapes) > 1 else ""
+                found.append(Body(geometry, poses[body.link] @ T, f"{each.name}/{body.name}{number}"))
+    return found
+
+
+class Neighbourhood:
+    """The robot of a job, as its plan moves it, with the other robots around it.
+
+    Args:
+        robot: of the job, with its tool and shapes.
+        neighbours: the others.
+        scene: obstacles, standing robots among them.
+        parts: everything that the robot of the job carries at some time: met by the others at all times.
+        clearance: to keep [m].
+    """
+
+    def __init__(
+        self, robot: Robot, neighbours: Sequence[Neighbour], scene: Scene, parts: Sequence[Body], clearance: float
+    ) -> None:
+        self.moving = tuple(each for each in neighbours if not each.stands)
+        mounted = [Mounted(each.asked.name, each.robot, self_collision=each.checks_itself) for each in self.moving]
+        main = Mounted(MAIN, robot, attached=parts, self_collision=False)
+        self.cell = Arms([main, *mounted], scene, margin=clearance).with_passive([MAIN])
+
+    def planned(self, main: TimedArm, bounds: Bounds, seed: int) -> tuple[dict[str, TimedArm], list[Remark]]:
+        """Motions of the others past that of the robot of the job, and what to say of them.
+
+        Args:
+            main: of the robot of the job.
+            bounds: how hard robots may be driven.
+            seed: of the searches.
+
+        Raises:
+            Refused: a move for which no way was found.
+        """
+        settled: dict[str, TimedArm] = {MAIN: main}
+        remarks: list[Remark] = []
+        for each in self.moving:
+            settled[each.asked.name] = self._moves(each, settled, bounds, seed)
+            motion = settled[each.asked.name]
+            details = {
+                "name": each.name, "duration": quantity(motion.duration, "s"), "waiting": quantity(motion.waiting, "s"),
+            }  # fmt: skip
+            remarks.append(Remark("good", "job.other_arrives", details))
+        return settled, remarks
+
+    def _moves(self, each: Neighbour, settled: dict[str, TimedArm], bounds: Bounds, seed: int) -> TimedArm:
+        """All moves of one robot, one after the other, each as early as it may."""
+        q, done = each.start, None
+        for k, (move, goal) in enumerate(zip(each.asked.move, each.goals, strict=True)):
+            limits = self._limits(bounds, move.speed)
+            own = self._own(limits, each.asked.name)
+            if move.pause is not None:
+                part = TimedArm((rest(q, move.pause),), np.array([0.0, move.pause]), (True,), own)
+            elif goal is not None and np.array_equal(goal, q):
+                continue
+            else:
+                clock = 0.0 if done is None else done.duration
+                others = {name: motion.later(clock) for name, motion in settled.items()}
+                start = {name: motion.at(0.0) for name, motion in others.items()} | self._later_starts(settled)
+                found = plan_past(
+                    self.cell, each.asked.name, start | {each.asked.name: q}, each.goal(k, q), limits, others,
+                    seed=seed, seconds=SECONDS,
+                )  # fmt: skip
+                if not found:
+                    raise Refused("job.other_no_way", name=each.name, number=k + 1, reason=found)
+                part = found.motions[each.asked.name]
+                within = each.robot.limits
+                q = np.clip(part.at(part.duration), within.lower, within.upper) if goal is None else goal
+            done = part if done is None else done.then(part)
+        if done is None:
+            return standing(q, self._part(self._limits(bounds, 1.0), each.asked.name))
+        return done
+
+    def _later_starts(self, settled: dict[str, TimedArm]) -> dict[str, JointVector]:
+        return {each.asked.name: each.start for each in self.moving if each.asked.name not in settled}
+
+    def _limits(self, bounds: Bounds, speed: float) -> MotionLimits:
+        """Limits of all coordinates, as jobs drive robots: shares of their own, assumed where there are none."""
+        own = self.cell.robot.limits
+        velocity = _driven(own.velocity, bounds.velocity, bounds.speed_share)
+        acceleration = _driven(own.acceleration, bounds.acceleration, bounds.acceleration_share)
+        return MotionLimits.of(len(velocity), velocity=velocity * speed, acceleration=acceleration * speed**2)
+
+    def _part(self, limits: MotionLimits, name: str) -> MotionLimits:
+        columns = self.cell.columns[name]
+        return MotionLimits.of(
+            columns.stop - columns.start,
+            velocity=limits.velocity[1, columns], acceleration=limits.acceleration[1, columns],
+        )  # fmt: skip
+
+    def _own(self, limits: MotionLimits, name: str) -> Floats:
+        return np.asarray(limits.acceleration[1, self.cell.columns[name]])
+
+    def clearance(self, q: JointVector, t: Floats, motions: dict[str, TimedArm]) -> Clearance:
+        """How near other robots come to anything when the robot of the job is at (k, n) at times (k,) [s]."""
+        places = {name: motion.at(t) for name, motion in motions.items() if name != MAIN}
+        return self.cell.distance(self.cell.joined({MAIN: q, **places}))
+
+
+def _driven(own: Floats, assumed: float, share: float) -> Floats:
+    """Bounds of joints as jobs drive them."""
+    known = np.isfinite(own) & (own > 0.0)
+    return np.where(known, np.where(known, own, 1.0) * share, assumed)

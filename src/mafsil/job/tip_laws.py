@@ -1,0 +1,159 @@
+"""Laws of the tip that a job can choose, with gains that fit the arm where the job names none."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.control import (
+    ContactSwitch,
+    Gains,
+    Impedance,
+    Law,
+    TaskCoordinates,
+    TipDamping,
+    TipForceSensor,
+    TipOfJoints,
+    admittance_control,
+    combined,
+    hybrid_control,
+    impedance_control,
+    null_space_feedback,
+    task_computed_torque,
+    task_dynamics,
+)
+from mafsil.control.environment import CombinedEnvironment, Wall
+from mafsil.job.description import Job
+from mafsil.robot import Robot
+from mafsil.trajectory import Trajectory
+
+FREQUENCY, DAMPING = 20.0, 1.0
+"""Of the tip's motion, where the job names none [rad/s, 1]."""
+PRESS, FORCE_INTEGRAL = 10.0, 10.0
+"""Of hybrid control, where the job names none [N, 1/s]."""
+TOUCH = 0.5
+"""Force from which on the tip counts as touching; with noise, five times its deviation if that is more [N]."""
+REACHED = 1e-4
+"""How far before a surface a planned tip counts as at it [m]."""
+CONTACT_DAMPING = 0.5
+"""Damping ratio that hybrid control gives the arm's inertia on the surface."""
+MOVES = 1e-9
+"""Entry of a Jacobian below which a joint does not move the tip along an axis [m]."""
+
+
+def environment_of(job: Job) -> CombinedEnvironment | None:
+    """What the surfaces of a job do to the tip; None without any."""
+    walls = tuple(
+        Wall(np.array(one.point), np.array(one.normal), one.stiffness, one.damping, one.friction)
+        for one in job.surface
+    )  # fmt: skip
+    return CombinedEnvironment(walls) if walls else None
+
+
+def tip_law(job: Job, model: Robot, trajectory: Trajectory, true: Robot) -> Law:
+    """A law of the tip for a stretch of a job's motion; a redundant arm's joints follow theirs beside it.
+
+    Args:
+        job: whose controller it is; one of `TIP_LAWS`.
+        model: the arm as the controller knows it.
+        trajectory: of the stretch.
+        true: the arm that moves, whose tip carries the force sensor.
+    """
+    task = _coordinates(model, trajectory)
+    law = _MAKERS[job.controller.kind](job, model, trajectory, true, task)
+    if model.n <= len(task.rows) or job.controller.kind == "task_computed_torque":
+        return law
+    return combined(law, null_space_feedback(model, coordinates=task))
+
+
+def _coordinates(model: Robot, trajectory: Trajectory) -> TaskCoordinates:
+    """All six for arms of six joints and more; for others the directions in which they can move the tip."""
+    if model.n >= 6:
+        return TaskCoordinates()
+    places = trajectory.at(np.linspace(0.0, trajectory.duration, 5)).u
+    moved = np.abs(TaskCoordinates(rows=(3, 4, 5)).jacobian(model, places)).max(axis=(0, 2)) > MOVES
+    return TaskCoordinates(rows=tuple(int(k) + 3 for k in np.flatnonzero(moved)[: model.n]))
+
+
+def _task_computed_torque(job: Job, model: Robot, trajectory: Trajectory, true: Robot, task: TaskCoordinates) -> Law:
+    own = job.controller
+    return task_computed_torque(
+        model, TipOfJoints(model, trajectory), coordinates=task,
+        natural_frequency=own.frequency or FREQUENCY, damping_ratio=own.damping or DAMPING, rest_frequency=FREQUENCY,
+    )  # fmt: skip
+
+
+def _impedance(job: Job, model: Robot, trajectory: Trajectory, true: Robot, task: TaskCoordinates) -> Law:
+    inertia = np.diagonal(_inertia(model, trajectory, task))
+    return impedance_control(
+        model, _impedance_of(job, task, inertia), TipOfJoints(model, trajectory), coordinates=task
+    )  # fmt: skip
+
+
+def _admittance(job: Job, model: Robot, trajectory: Trajectory, true: Robot, task: TaskCoordinates) -> Law:
+    own = job.controller
+    inertia = _chosen(task, own.turn_inertia, own.tip_mass, np.diagonal(_inertia(model, trajectory, task)))
+    sensor = _sensor(job, true, task)
+    wanted = _impedance_of(job, task, inertia)
+    return admittance_control(
+        model, wanted, TipOfJoints(model, trajectory), lambda q, qd: -sensor(q, qd), coordinates=task
+    )  # fmt: skip
+
+
+def _hybrid(job: Job, model: Robot, trajectory: Trajectory, true: Robot, task: TaskCoordinates) -> Law:
+    """Motion until the tip touches the first surface, then force into it until the plan leaves it."""
+    own, surface = job.controller, job.surface[0]
+    n = np.array(surface.normal) / np.linalg.norm(surface.normal)
+    along = np.concatenate([np.zeros(3), n])[list(task.rows)]
+    tip, sensor = TipOfJoints(model, trajectory), _sensor(job, true, task)
+    gains = Gains.from_natural_frequency(len(task.rows), own.frequency or FREQUENCY, own.damping or DAMPING)
+    press = -along * (PRESS if own.press is None else own.press)
+    integral = FORCE_INTEGRAL if own.force_integral is None else own.force_integral
+    force = hybrid_control(
+        model, tip, along, press, coordinates=task, gains=gains, sensor=sensor,
+        force_kp=own.force_gain or 0.0, force_ki=integral,
+    )  # fmt: skip
+    mass = float(along @ _inertia(model, trajectory, task) @ along)
+    slowing = 2.0 * CONTACT_DAMPING * np.sqrt(surface.stiffness * max(mass, 0.0))
+    touching = combined(force, TipDamping(model, task, slowing * np.outer(along, along)))
+    return ContactSwitch(
+        free=_task_computed_torque(job, model, trajectory, true, task),
+        touching=touching,
+        intended=lambda t: float((tip(t).pose[:3, 3] - np.array(surface.point)) @ n) < REACHED,
+        sensor=sensor,
+        direction=-n,
+        least=max(TOUCH, 5.0 * job.simulation.noise.force),
+    )
+
+
+_MAKERS: dict[str, Callable[[Job, Robot, Trajectory, Robot, TaskCoordinates], Law]] = {
+    "task_computed_torque": _task_computed_torque,
+    "impedance": _impedance,
+    "admittance": _admittance,
+    "hybrid": _hybrid,
+}
+
+
+def _inertia(model: Robot, trajectory: Trajectory, task: TaskCoordinates) -> Floats:
+    """(m, m) of the tip where the stretch begins."""
+    return task_dynamics(model, trajectory.at(0.0).u, coordinates=task).inertia
+
+
+def _chosen(task: TaskCoordinates, rotations: float | None, shifts: float | None, default: Floats) -> Floats:
+    """(m,) of rotations and shifts: what the job says, or the default."""
+    given = [rotations] * 3 + [shifts] * 3
+    return np.array([value if given[k] is None else given[k] for k, value in zip(task.rows, default, strict=True)])
+
+
+def _impedance_of(job: Job, task: TaskCoordinates, inertia: Floats) -> Impedance:
+    own, ratio = job.controller, DAMPING if job.controller.damping is None else job.controller.damping
+    stiffness = _chosen(task, own.turn_stiffness, own.tip_stiffness, inertia * FREQUENCY**2)
+    damping = 2.0 * ratio * np.sqrt(stiffness * inertia)
+    return Impedance.of(len(task.rows), inertia=inertia, damping=damping, stiffness=stiffness)
+
+
+def _sensor(job: Job, true: Robot, task: TaskCoordinates) -> TipForceSensor:
+    noise = job.simulation.noise
+    return TipForceSensor(true, environment_of(job) or CombinedEnvironment(()), task, noise.force, noise.seed)

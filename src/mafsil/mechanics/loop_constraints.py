@@ -1,0 +1,178 @@
+"""Closed chains as expressions: the tree's mass matrix and bias forces, and what each loop asks of its coordinates.
+
+The joint that closes a loop leads from its frame {p} on the parent to that of its child {c}; the body twist of {c}
+against {p} is V = J_c qd - Ad(T_cp) J_p qd. Rows B select what the joint does not allow: B V = 0, and by time
+
+    B (J qdd + gamma) + dB/dt V = 0,   gamma = dJ_c/dt qd - Ad(T_cp) dJ_p/dt qd + [V, Ad(T_cp) J_p qd].
+
+A joint is the list of its forbidden directions, rotations first: all three, the two across its axis, the one across
+both axes of a universal joint, none. Only the row of a universal joint moves in {c}: (R_cp a) x s, with the axes a on
+the parent and s on the child.
+
+Reference: Featherstone, Rigid Body Dynamics Algorithms, ch. 8.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+import mafsil.expression as ex
+from mafsil.arrays import Floats
+from mafsil.mechanics.body_tree import BodyTree, lumped
+from mafsil.mechanics.frame_choice import in_chosen_frames
+from mafsil.mechanics.placement import Expression, constant
+from mafsil.mechanics.quantities.energy import kinetic_energy, potential_energy
+from mafsil.mechanics.quantities.forward_kinematics import forward_kinematics
+from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
+from mafsil.mechanics.quantities.jacobian import bracket, jacobian_body, jacobian_body_rate
+from mafsil.mechanics.quantities.mass_matrix import mass_matrix
+from mafsil.mechanics.regrouping import regrouped
+from mafsil.model import Joint, JointKind, Mechanism
+
+
+def rows_of(joint: Joint) -> int:
+    """How many motions a joint that closes a loop forbids."""
+    return 6 - joint.kind.freedoms
+
+
+def function(mechanism: Mechanism) -> ex.Function:
+    """All that the dynamics of a closed chain need of one state, columns in C order.
+
+    Inputs q (n,) and qd (n,). Outputs the mass matrix (n, n), the bias forces (n,) that hold the tree at qdd = 0, the
+    rows of the loops (m, n), their bias gamma (m,), their gaps (m,) [rad, m], one number for each loop that is
+    positive unless it is closed the wrong way round, and the energy of the tree.
+
+    Args:
+        mechanism: with loops.
+    """
+    full = in_chosen_frames(lumped(mechanism))
+    short = regrouped(full)
+    q, qd = ex.symbol("q", mechanism.n), ex.symbol("qd", mechanism.n)
+    loops = [_loop(full, joint, q, qd) for joint in mechanism.loops]
+    outputs = [
+        ex.vec(mass_matrix(short, q)),
+        inverse_dynamics(short, q, qd, ex.zeros(mechanism.n, 1)),
+        ex.vec(ex.vertcat(*(each.rows for each in loops)).T),
+        ex.vertcat(*(each.bias for each in loops)),
+        ex.vertcat(*(each.gap for each in loops)),
+        ex.vertcat(*(each.facing for each in loops)),
+        kinetic_energy(full, q, qd) + potential_energy(full, q),
+    ]
+    return ex.Function("closed_chain", [q, qd], ex.cse(outputs))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Loop:
+    """One loop: rows (m, n), bias (m,), gap (m,), and how far it faces the right way."""
+
+    rows: Expression
+    bias: Expression
+    gap: Expression
+    facing: Expression
+
+
+def _loop(tree: BodyTree, joint: Joint, q: Expression, qd: Expression) -> _Loop:
+    """What one joint that closes a loop asks."""
+    parent, child = tree.frames[joint.parent].behind(joint.T_pj), tree.frames[joint.child]
+    T_sp, T_sc = forward_kinematics(tree, q, parent), forward_kinematics(tree, q, child)
+    R_cp = T_sc[:3, :3].T @ T_sp[:3, :3]
+    # Where {p} is, seen from {c}.
+    p_cp = T_sc[:3, :3].T @ (T_sp[:3, 3] - T_sc[:3, 3])
+    J_c, J_p = jacobian_body(tree, q, child), _seen(R_cp, p_cp, jacobian_body(tree, q, parent))
+    rate_c = jacobian_body_rate(tree, q, qd, child) @ qd
+    rate_p = _seen(R_cp, p_cp, jacobian_body_rate(tree, q, qd, parent) @ qd)
+    V_p = J_p @ qd
+    V = J_c @ qd - V_p
+    B, rate = _rows(joint, R_cp, V)
+    return _Loop(B @ (J_c - J_p), B @ (rate_c - rate_p + bracket(V, V_p)) + rate, *_gap(joint, R_cp, p_cp))
+
+
+def forbidden(joint: Joint) -> Floats:
+    """(m, 6) rows B with B V = 0 for the twists V in {c} that a joint allows; a universal one where it is drawn."""
+    turns, shifts = _directions(joint)
+    B = np.zeros((len(turns) + len(shifts), 6))
+    B[: len(turns), :3], B[len(turns) :, 3:] = turns, shifts
+    if joint.pitch and joint.kind is JointKind.HELICAL:
+        B[-1, :3] = -joint.pitch * joint.axis
+    return B
+
+
+def _directions(joint: Joint) -> tuple[Floats, Floats]:
+    """(k, 3) about which and (l, 3) along which a joint does not let its child move."""
+    every, across, axis = np.eye(3), np.stack(_across(joint)), joint.axis[None]
+    match joint.kind:
+        case JointKind.FIXED:
+            return every, every
+        case JointKind.PRISMATIC:
+            return every, across
+        case JointKind.REVOLUTE | JointKind.HELICAL:
+            return across, np.concatenate([across, axis])
+        case JointKind.CYLINDRICAL:
+            return across, across
+        case JointKind.UNIVERSAL:
+            return np.cross(joint.axis, joint.second)[None], every
+        case JointKind.SPHERICAL:
+            return every[:0], every
+        case JointKind.PLANAR:
+            return across, axis
+
+
+def _across(joint: Joint) -> tuple[Floats, Floats]:
+    """Two directions that make a right-handed frame with the axis."""
+    helper = np.eye(3)[int(np.abs(joint.axis).argmin())]
+    first = np.cross(helper, joint.axis)
+    first /= np.linalg.norm(first)
+    return first, np.cross(joint.axis, first)
+
+
+def _rows(joint: Joint, R_cp: Expression, V: Expression) -> tuple[Expression, Expression]:
+    """B (m, 6) and dB/dt V (m,): only what stands across both axes of a universal joint moves in {c}."""
+    drawn = constant(forbidden(joint))
+    if joint.kind is not JointKind.UNIVERSAL:
+        return drawn, ex.zeros(drawn.shape[0], 1)
+    seen, second, omega = R_cp @ constant(joint.axis), constant(joint.second), V[:3]
+    first = ex.cross(seen, second)
+    rate = ex.dot(ex.cross(ex.cross(seen, omega), second), omega)
+    return ex.vertcat(ex.horzcat(first.T, ex.zeros(1, 3)), drawn[1:, :]), ex.vertcat(rate, ex.zeros(3, 1))
+
+
+def _gap(joint: Joint, R_cp: Expression, p_cp: Expression) -> tuple[Expression, Expression]:
+    """How far a loop gapes, with the derivative B V where it is closed, and whether it faces the right way.
+
+    1. `turn` is a vector whose rate, where the loop is closed, is the part of omega that the joint forbids: half of the
+       skew part of R_pc, or a' x a with the axis a' = R_cp a of {p} seen from {c}, which moves with -omega x a'.
+    2. A child that has moved along the joint by -p_cp shifts by -turn x p_cp more than it should; that is taken away.
+    3. The last shift of a helical joint is compared with its angle.
+    """
+    B = forbidden(joint)
+    axis = constant(joint.axis)
+    seen = R_cp @ axis
+    # 1
+    if joint.kind is JointKind.SPHERICAL:
+        return constant(B[:, 3:]) @ -p_cp, ex.ones(1)
+    if joint.kind is JointKind.UNIVERSAL:
+        return ex.vertcat(-ex.dot(constant(joint.second), seen), -p_cp), ex.ones(1)
+    if joint.kind in (JointKind.FIXED, JointKind.PRISMATIC):
+        skew = (R_cp[1, 2] - R_cp[2, 1], R_cp[2, 0] - R_cp[0, 2], R_cp[0, 1] - R_cp[1, 0])
+        turn, facing = ex.vertcat(*skew) / 2, (R_cp[0, 0] + R_cp[1, 1] + R_cp[2, 2] - 1) / 2
+    else:
+        turn, facing = ex.cross(seen, axis), ex.dot(axis, seen)
+    # 2
+    slides = joint.kind not in (JointKind.FIXED, JointKind.REVOLUTE)
+    shift = -p_cp - ex.cross(turn, p_cp) if slides else -p_cp
+    gap = constant(B[:, :3]) @ turn + constant(B[:, 3:]) @ shift
+    # 3
+    if joint.kind is JointKind.HELICAL:
+        first, second = (constant(row) for row in _across(joint))
+        angle = ex.atan2(ex.dot(second, R_cp.T @ first), ex.dot(first, R_cp.T @ first))
+        gap = ex.vertcat(gap[:-1], gap[-1] - joint.pitch * angle)
+    return gap, facing
+
+
+def _seen(R: Expression, p: Expression, V: Expression) -> Expression:
+    """Ad(R, p) V of twists in columns (6, k)."""
+    turned = R @ V[:3, :]
+    columns = [ex.cross(p, turned[:, k]) for k in range(turned.shape[1])]
+    return ex.vertcat(turned, ex.horzcat(*columns) + R @ V[3:, :])

@@ -1,0 +1,42 @@
+"""Limits of an arm: which joint is beyond its own, and between which coordinates a search goes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mafsil.arrays import Floats, JointVector
+from mafsil.collision import Checker
+from mafsil.collision.joints import joints_of
+from mafsil.messages import say
+
+UNBOUNDED = np.pi
+"""Where a joint without limits is searched, to both sides of start and goals [rad | m]."""
+
+
+def beyond_limits(checker: Checker, q: JointVector) -> str:
+    """A sentence for the joint that is furthest beyond its limits; empty if none is."""
+    limits = checker.robot.limits
+    beyond = np.maximum(limits.lower - q, q - limits.upper)
+    k = int(beyond.argmax())
+    if not beyond[k] > 0.0:
+        return ""
+    joint = checker.robot.mechanism.coordinates[k].name
+    lower, upper = float(limits.lower[k]), float(limits.upper[k])
+    return say("planning.beyond_limit", joint=joint, value=float(q[k]), lower=lower, upper=upper)
+
+
+def bounds_of(checker: Checker, ends: JointVector) -> tuple[Floats, Floats]:
+    """(n,) between which to search: the limits, or around the ends where there are none.
+
+    Coordinates that do not move the tip and have one value at all ends, such as those of a gripper, keep it.
+    """
+    limits, mechanism = checker.robot.limits, checker.robot.mechanism
+    lower = np.where(np.isfinite(limits.lower), limits.lower, ends.min(axis=0) - UNBOUNDED)
+    upper = np.where(np.isfinite(limits.upper), limits.upper, ends.max(axis=0) + UNBOUNDED)
+    joints = joints_of(mechanism)
+    tips = [mechanism.link_names.index(tip) for tip in checker.tips]
+    moving = set(joints.column[joints.moves[:, tips].any(axis=1)].tolist())
+    for k in range(len(lower)):
+        if k not in moving and np.ptp(ends[:, k]) == 0.0:
+            lower[k] = upper[k] = ends[0, k]
+    return lower, upper

@@ -1,0 +1,145 @@
+"""How planning of several arms in time ended: a motion for each, proved free of the others, or why there is none."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.answer import SingleAnswer
+from mafsil.arrays import Floats, JointVector
+from mafsil.collision import Arms, Check, Clearance
+from mafsil.messages import say
+from mafsil.planning.outcome import PlanningStatus
+from mafsil.planning.timed_proof import first_unproved
+from mafsil.trajectory import Trajectory
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class TimedArm:
+    """One arm in time: moving and resting by turns.
+
+    Attributes:
+        parts: its motions, rests among them, one after the other.
+        starts: (k + 1,) when they begin, and the end [s].
+        rests: (k,) whether a part is a rest.
+        acceleration: (n,) largest magnitudes while it moves.
+    """
+
+    parts: tuple[Trajectory, ...]
+    starts: Floats
+    rests: tuple[bool, ...]
+    acceleration: Floats
+
+    @property
+    def duration(self) -> float:
+        """When it has arrived [s]."""
+        return float(self.starts[-1])
+
+    @property
+    def waiting(self) -> float:
+        """How long it rests before it arrives [s]."""
+        return float(np.diff(self.starts)[np.array(self.rests, dtype=np.bool_)].sum())
+
+    def at(self, t: ArrayLike) -> JointVector:
+        """(*times, n) coordinates at times (*times) [s]; at its ends before and after."""
+        moments = np.asarray(t, dtype=np.float64)
+        which = np.clip(np.searchsorted(self.starts, moments, side="right") - 1, 0, len(self.parts) - 1)
+        out = np.empty((*moments.shape, len(self.acceleration)))
+        for k, part in enumerate(self.parts):
+            here = which == k
+            out[here] = part.at(np.clip(moments[here] - self.starts[k], 0.0, part.duration)).u
+        return out
+
+    def later(self, begin: float) -> TimedArm:
+        """The same with a clock that starts at a moment of it [s]; parts before it begin at negative times."""
+        return TimedArm(self.parts, self.starts - begin, self.rests, self.acceleration)
+
+    def then(self, other: TimedArm) -> TimedArm:
+        """This one, and another that begins when this one ends."""
+        starts = np.concatenate([self.starts, self.duration + other.starts[1:]])
+        return TimedArm((*self.parts, *other.parts), starts, (*self.rests, *other.rests), self.acceleration)
+
+    def is_moving(self, begin: float, end: float) -> bool:
+        """Whether it moves at any time between two moments [s]."""
+        moving = ~np.array(self.rests, dtype=np.bool_)
+        return bool(np.any(moving & (self.starts[:-1] < end) & (self.starts[1:] > begin)))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ArmsMotion(SingleAnswer):
+    """A motion in time for each of several arms, free at every moment by proof; or why there is none.
+
+    Attributes:
+        status: how it ended.
+        cell: the arms in their scene.
+        motions: of each arm that was planned, in the order of the turns.
+        seconds: that it took.
+        reason: which arm found no way past which others, where that is the end.
+        ends: what the arms meet at the start or at the goals, where that is the reason.
+    """
+
+    status: PlanningStatus
+    cell: Arms
+    motions: Mapping[str, TimedArm] = field(default_factory=dict[str, TimedArm])
+    seconds: float = 0.0
+    reason: str = ""
+    ends: tuple[Check, ...] = ()
+
+    @property
+    def duration(self) -> float:
+        """Until all have arrived; infinite where there is no motion [s]."""
+        return max((each.duration for each in self.motions.values()), default=0.0) if self else np.inf
+
+    def at(self, t: ArrayLike) -> JointVector:
+        """(*times, n) coordinates of all arms at times (*times) [s]."""
+        return self.cell.joined({name: motion.at(t) for name, motion in self.motions.items()})
+
+    def clearance(self, count: int = 200) -> Clearance:
+        """Smallest distances at moments evenly over the motion.
+
+        Args:
+            count: how many moments.
+        """
+        return self.cell.distance(self.at(np.linspace(0.0, self.duration, count)))
+
+    def explain(self, language: str | None = None) -> str:
+        """The status; when each arm arrives and how long it waits, or what stands in the way."""
+        first = self.status.sentence(language) + (f" ({self.reason})" if self.reason else "")
+        lines = [first] + [
+            say(
+                "planning.arm_arrives", language=language, arm=name, duration=each.duration, waiting=each.waiting
+            )
+            for name, each in self.motions.items()
+        ]  # fmt: skip
+        return "\n".join([*lines, *(check.explain(language) for check in self.ends)])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        each = {name: {"duration": motion.duration, "waiting": motion.waiting} for name, motion in self.motions.items()}
+        return {"status": self.status.name, "duration": self.duration, "reason": self.reason, "arms": each}
+
+
+def unproved_moment(cell: Arms, motions: Mapping[str, TimedArm], fixed: Mapping[str, JointVector]) -> float | None:
+    """The earliest moment from which motions are not proved to be free of each other and the scene; None if all are.
+
+    Args:
+        cell: the arms that count.
+        motions: of some of them.
+        fixed: (n of the arm) coordinates of the others, which stand still.
+    """
+    breaks = np.unique(np.concatenate([[0.0], *(np.maximum(each.starts, 0.0) for each in motions.values())]))
+    accelerations = np.zeros((len(breaks) - 1, cell.robot.n))
+    for name, motion in motions.items():
+        for m, (begin, end) in enumerate(pairwise(breaks)):
+            if motion.is_moving(float(begin), float(end)):
+                accelerations[m, cell.columns[name]] = motion.acceleration
+
+    def places(t: Floats) -> Floats:
+        return cell.joined({**fixed, **{name: motion.at(t) for name, motion in motions.items()}})
+
+    return first_unproved(cell, places, breaks, accelerations)

@@ -1,0 +1,139 @@
+"""Paths that keep something, such as a tool upright: the search, and the proof of what a path keeps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats, JointVector
+from mafsil.collision import Checker
+from mafsil.lazy_module import lazily
+from mafsil.planning.path_constraints import Constraint
+
+if TYPE_CHECKING:
+    import mafsil.planning.arm_search_loops as arm_search_loops
+    import mafsil.planning.kept_loops as kept_loops
+    import mafsil.planning.kept_search_loops as kept_search_loops
+else:
+    arm_search_loops = lazily("mafsil.planning.arm_search_loops")
+    kept_loops = lazily("mafsil.planning.kept_loops")
+    kept_search_loops = lazily("mafsil.planning.kept_search_loops")
+
+STEP = 0.2
+"""Longest motion between two projections [rad | m]."""
+REACH = 0.15
+"""Way that a tree is steered towards a sample, as share of the diagonal of the limits."""
+SLACK = 0.8
+"""Share of the limits that a search uses: what is left is for rounded corners."""
+FIRST_NODES = 4096
+SLICE = 32
+"""Samples between two looks at the clock."""
+
+
+@dataclass(frozen=True, eq=False)
+class Kept:
+    """Constraints of one arm as people write them and as loops read them.
+
+    Attributes:
+        constraints: one for each measure.
+        arrays: `kept_loops.Kept`.
+    """
+
+    constraints: tuple[Constraint, ...]
+    arrays: kept_loops.Kept
+
+    def measures(self, checker: Checker, q: JointVector) -> Floats:
+        """(m, k) measures of configurations (m, n)."""
+        return kept_loops.measured(self.arrays, checker.world().kinematics, np.ascontiguousarray(q))
+
+    def holds(self, checker: Checker, q: JointVector) -> NDArray[np.bool_]:
+        """(m,) whether configurations (m, n) keep everything."""
+        return np.atleast_1d((self.measures(checker, q) <= self.arrays.limit).all(axis=1))
+
+    def along(self, checker: Checker, A: JointVector, B: JointVector) -> Floats | None:
+        """(k,) bounds of the measures on straight motions (m, n) to (m, n), proved; None if not within the limits."""
+        worst = np.zeros(len(self.constraints))
+        A, B = np.ascontiguousarray(A), np.ascontiguousarray(B)
+        proved = kept_loops.kept_along(self.arrays, checker.world().kinematics, A, B, worst)
+        return worst if proved == len(A) else None
+
+    def on_curve(self, checker: Checker, places: JointVector, apart: JointVector) -> bool:
+        """Whether a curve through places (m, n) keeps everything that leaves its chords by no more than `apart` (n,).
+
+        A change of the joints by dq moves no point by more than sum |dq_j| reach_j, and turns no direction by more than
+        sum |dq_j|.
+        """
+        worst = self.along(checker, places[:-1], places[1:])
+        if worst is None:
+            return False
+        kept = self.arrays
+        rates = np.abs(kept.joints[:, 2]) * np.abs(apart)[kept.joints[:, 1].astype(np.int64)]
+        furthest = np.abs(places).max(axis=0) + np.abs(apart)
+        turns = kept.joints[:, 3] != 0.0
+        lever = kept.reach + kept.stretch @ furthest + np.abs(kept.joints[:, 4])
+        of_point = (np.where(turns, lever, 1.0) * kept.moves) @ rates
+        of_axis = kept.moves @ (rates * turns)
+        points = np.repeat(kept.rows[:, 0] == kept_loops.POINT, 2)
+        group = np.repeat(kept.rows[:, 3].astype(np.int64), 2) if len(kept.rows) else np.zeros(0, np.int64)
+        real = np.stack([kept.rows[:, 1], kept.rows[:, 2]], axis=1).ravel() >= 0.0
+        extra = np.bincount(group, np.where(points, of_point, of_axis) * real, minlength=len(kept.limit))
+        return bool((worst + extra <= kept.limit).all())
+
+    def sentences(self, measures: Floats, language: str | None = None) -> list[str]:
+        """What each constraint keeps, and within what."""
+        return [one.sentence(float(m), language) for one, m in zip(self.constraints, measures, strict=True)]
+
+
+def search_kept(
+    checker: Checker, kept: Kept, q: JointVector, goals: JointVector, seed: int, seconds: float, nodes: int,
+    shorten: int,
+) -> tuple[JointVector | None, int, tuple[int, int, int]]:  # fmt: skip
+    """RRT-Connect on what keeps the constraints, in slices; the path, the nodes, and what was looked at.
+
+    1. Steering straight to a goal.
+    2. Both sides grow; arrays double where they are full.
+    3. Shorter chains.
+    4. The proof once more, of the whole path.
+    """
+    world, arrays = checker.world(), kept.arrays
+    seen, random = np.zeros(3, np.int64), np.array([seed], np.uint64)
+    ends = kept.measures(checker, np.concatenate([q[None], goals]))
+    slack = SLACK if (ends <= 0.9 * SLACK * arrays.limit).all() else 1.0
+    order = np.argsort(np.linalg.norm(goals - q, axis=1), kind="stable")
+    if np.array_equal(goals[order[0]], q):
+        return np.stack([q, q]), 1, (0, 0, 0)
+    # 1.
+    rows = kept_search_loops.steered(world, arrays, slack, q, np.ascontiguousarray(goals[order]), STEP, seen)
+    made, path = 2, np.concatenate([q[None], rows])
+    if not len(rows):
+        # 2.
+        forests = arm_search_loops.forests_of(q, goals, FIRST_NODES, random, seen)
+        reach = REACH * float(np.linalg.norm(arrays.upper - arrays.lower))
+        deadline = np.inf
+        while (
+            code := kept_search_loops.grow_kept(
+                world, arrays, slack, arrays.lower, arrays.upper, STEP, reach, SLICE, forests
+            )
+        ) != arm_search_loops.JOINED:
+            made = int(forests.sizes[:2].sum())
+            deadline = min(deadline, perf_counter() + seconds)
+            if made >= nodes or perf_counter() > deadline:
+                return None, made, _counted(seen)
+            if code == arm_search_loops.FULL:
+                forests = arm_search_loops.doubled(forests)
+        made, path = int(forests.sizes[:2].sum()), forests.path[: forests.sizes[2]].copy()
+    # 3.
+    path = kept_search_loops.shorten_kept(world, arrays, slack, path, STEP, shorten, random, seen)
+    # 4.
+    if not checker.check_path(path) or kept.along(checker, path[:-1], path[1:]) is None:
+        return None, made, _counted(seen)
+    return path, made, _counted(seen)
+
+
+def _counted(seen: NDArray[np.int64]) -> tuple[int, int, int]:
+    looked_at, proved, states = (int(x) for x in seen)
+    return looked_at, proved, states

@@ -1,0 +1,218 @@
+"""Paths made shorter and smoother with clearance, by the gradients of distances (CHOMP's way, with proofs)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from time import perf_counter
+
+import numpy as np
+
+from mafsil.arrays import Floats, JointVector
+from mafsil.collision import Checker
+from mafsil.planning.problem import length_of
+
+STEEPER = 3.0
+"""Factor of the weight of the clearance where the least cost is not proved free."""
+HEAVIEST = 1e4
+"""How much heavier the clearance gets at most."""
+CLEARANCE_WEIGHT = 10.0
+"""Of the crowding, times 1 + length^2 of the path that is given."""
+CLEARANCE = 0.03
+"""Of searches that descend from straight lines [m]."""
+POINTS = 30
+"""Of their paths."""
+ATTEMPT = 100
+"""Steps from one line before another is tried."""
+LEAST_STEP = 1e-4
+"""Step below which a descent is at its end."""
+QUIET = 1e-5
+"""Share of the cost by which a step must lower it to go on."""
+
+
+@dataclass(frozen=True)
+class PathCost:
+    """What a path costs, measured at points evenly along it.
+
+    Attributes:
+        length: [rad | m].
+        bending: integral of the squared second derivative by the share of the path, [(rad | m)^2].
+        crowding: mean over the points of the hinge (clearance - d)^2 / (2 clearance), and beyond contact linear [m].
+        total: length^2 / 2 + smoothness bending + weight crowding, the weight 10 (1 + length^2 of the path given).
+    """
+
+    length: float
+    bending: float
+    crowding: float
+    total: float
+
+
+@dataclass(frozen=True, eq=False)
+class Descent:
+    """How an optimisation ended.
+
+    Attributes:
+        path: (k, n) of the least cost that was proved free; the one given where none was.
+        before, after: what they cost.
+        iterations: descents that were made.
+        free: whether `path` is proved free.
+    """
+
+    path: JointVector
+    before: PathCost
+    after: PathCost
+    iterations: int
+    free: bool
+
+
+@dataclass(frozen=True, eq=False)
+class _Terms:
+    """The cost of points (k, n) between two ends, with its derivatives."""
+
+    checker: Checker
+    clearance: float
+    smoothness: float
+    moving: Floats
+
+    def at(self, points: Floats, weight: float) -> tuple[PathCost, Floats]:
+        """The cost, and its derivatives (k, n) by all points, zero at the ends.
+
+        1. k sum |x_(i+1) - x_i|^2 / 2, which is length^2 / 2 of points evenly apart.
+        2. smoothness k^3 sum |x_(i+1) - 2 x_i + x_(i-1)|^2 / 2.
+        3. weight times the mean of the hinge of the distance d_i.
+        """
+        k = len(points) - 1
+        first, second = np.diff(points, axis=0), np.diff(points, 2, axis=0)
+        gradient = np.zeros_like(points)
+        # 1.
+        energy = 0.5 * k * float((first**2).sum())
+        gradient[1:-1] -= k * second
+        # 2.
+        bending = 0.5 * k**3 * float((second**2).sum())
+        share = self.smoothness * k**3
+        gradient[:-2] += share * second
+        gradient[1:-1] -= 2.0 * share * second
+        gradient[2:] += share * second
+        # 3.
+        near = self.checker.distance(points, within=self.clearance)
+        d, within = np.minimum(np.asarray(near.distance), self.clearance), self.clearance
+        hinge = np.where(d < 0.0, within / 2.0 - d, (within - d) ** 2 / (2.0 * within))
+        slope = np.where(d < 0.0, -1.0, -(within - d) / within) * np.isfinite(np.asarray(near.distance))
+        gradient += (weight / len(points)) * slope[:, None] * np.nan_to_num(np.asarray(near.gradient))
+        gradient[0] = gradient[-1] = 0.0
+        crowding = float(hinge.mean())
+        total = energy + self.smoothness * bending + weight * crowding
+        return PathCost(length_of(points), bending, crowding, total), gradient * self.moving
+
+
+def evenly(path: JointVector, count: int) -> JointVector:
+    """(count, n) points evenly along a path (k, n)."""
+    places = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
+    s: Floats = np.linspace(0.0, float(places[-1]), count)
+    columns: list[Floats] = [np.interp(s, places, path[:, c]) for c in range(path.shape[1])]
+    return np.stack(columns, axis=1)
+
+
+def descend(
+    checker: Checker, path: JointVector, bounds: tuple[Floats, Floats], clearance: float, smoothness: float,
+    points: int, iterations: int, seconds: float,
+) -> Descent:  # fmt: skip
+    """The path between the same ends, its cost made lower by gradient steps; the best that is proved free.
+
+    1. Points evenly along the path.
+    2. A step against the gradient in the metric of squared differences, so that all points move at once; half of it
+       until the cost is lower, within the limits.
+    3. Each lower cost is proved free, motion by motion; the cheapest that is stays.
+    4. Where steps end and nothing is proved, clearance weighs more.
+
+    Args:
+        checker: the arm in its scene.
+        path: (k, n); free or not.
+        bounds: (n,) limits; equal ones do not move.
+        clearance: distance from which on obstacles do not matter [m].
+        smoothness: weight of bending.
+        points: of the path between its ends.
+        iterations, seconds: after which the best is given.
+
+    Reference:
+        N. Ratliff, M. Zucker, J. A. Bagnell, S. Srinivasa, CHOMP, ICRA 2009; M. Zucker et al., IJRR 32(9), 2013.
+    """
+    lower, upper = bounds
+    terms = _Terms(checker, clearance, smoothness, (upper > lower).astype(np.float64))
+    # 1.
+    now = evenly(path, points + 2)
+    base = weight = CLEARANCE_WEIGHT * (1.0 + length_of(now) ** 2)
+    (cost, gradient), best = terms.at(now, weight), path
+    before = least = cost
+    proved = bool(checker.free_segment(path[:-1], path[1:]).all())
+    metric, step, deadline, made = _inverse(points, smoothness), 0.5, perf_counter() + seconds, 0
+    while made < iterations and perf_counter() < deadline:
+        made += 1
+        # 2.
+        way, lowered, quiet = metric @ gradient[1:-1], False, True
+        while step > LEAST_STEP and not lowered:
+            tried = now.copy()
+            tried[1:-1] = np.clip(now[1:-1] - step * way, lower, upper)
+            next_cost, next_gradient = terms.at(tried, weight)
+            lowered = next_cost.total < cost.total
+            if lowered:
+                quiet = next_cost.total > cost.total * (1.0 - QUIET)
+                now, cost, gradient, step = tried, next_cost, next_gradient, min(1.0, 1.5 * step)
+            else:
+                step /= 2.0
+        # 3.
+        plain = replace(cost, total=cost.total + (base - weight) * cost.crowding)
+        if lowered and (not proved or plain.total < least.total) and _proved(checker, now):
+            best, least, proved = now, plain, True
+        # 4.
+        if quiet:
+            if best is now or weight > HEAVIEST * base:
+                break
+            weight, step = STEEPER * weight, 0.5
+            cost, gradient = terms.at(now, weight)
+    return Descent(best, before, least, made, proved)
+
+
+def _proved(checker: Checker, points: Floats) -> bool:
+    return bool(checker.free(points).all()) and bool(checker.free_segment(points[:-1], points[1:]).all())
+
+
+def _inverse(points: int, smoothness: float) -> Floats:
+    """(points, points) inverse of the second derivative of the first two terms of the cost."""
+    k = points + 1
+    first = np.diff(np.eye(points + 2), axis=0)[:, 1:-1]
+    second = np.diff(np.eye(points + 2), 2, axis=0)[:, 1:-1]
+    return np.asarray(np.linalg.inv(k * first.T @ first + smoothness * k**3 * second.T @ second), dtype=np.float64)
+
+
+def optimise_from_straight(
+    checker: Checker, bounds: tuple[Floats, Floats], q: JointVector, goals: JointVector, seed: int, seconds: float,
+    steps: int,
+) -> tuple[JointVector | None, int]:  # fmt: skip
+    """The first path that descending leads to, and how many steps that took; None if the budget ends before.
+
+    1. From the straight line to each goal, the nearest first.
+    2. Then over a random configuration, to each goal in turn.
+
+    Args:
+        checker: the arm in its scene.
+        bounds: (n,) limits.
+        q: (n,) start.
+        goals: (k, n).
+        seed: of the random configurations.
+        seconds, steps: the budget.
+    """
+    rng, (lower, upper) = np.random.default_rng(seed), bounds
+    order = np.argsort(np.linalg.norm(goals - q, axis=1), kind="stable")
+    deadline, made, attempt = perf_counter() + seconds, 0, 0
+    while made < steps and (left := deadline - perf_counter()) > 0.0:
+        goal = goals[order[attempt % len(goals)]]
+        over = [] if attempt < len(goals) else [lower + rng.random(len(q)) * (upper - lower)]
+        path = np.stack([q, *over, goal])
+        if np.array_equal(q, goal):
+            return path, made
+        found = descend(checker, path, bounds, CLEARANCE, 0.0, POINTS, min(ATTEMPT, steps - made), left)
+        made += found.iterations
+        if found.free:
+            return found.path, made
+        attempt += 1
+    return None, made

@@ -1,0 +1,234 @@
+"""Planners side by side on the same questions with the same seeds: what they solve, how fast, how short."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mafsil.answer import Answer
+from mafsil.arrays import Floats, JointVector, positive, whole
+from mafsil.collision import Checker
+from mafsil.errors import InputError
+from mafsil.messages import say
+from mafsil.messages.tables import number, on_screen, table
+from mafsil.planning.arm_planning import ARM_PLANNERS, plan
+from mafsil.planning.outcome import Plan, PlanningStatus
+from mafsil.planning.pipeline import find_path
+from mafsil.planning.problem import Problem
+from mafsil.planning.search import PLANNERS
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Query:
+    """One question: a path from here to there.
+
+    Attributes:
+        name: of it.
+        space: an arm in its scene, or any problem.
+        start: (n,) [rad | m].
+        goal: (n,), or (k, n) of which any will do.
+    """
+
+    name: str
+    space: Checker | Problem
+    start: JointVector
+    goal: JointVector
+
+    @property
+    def planners(self) -> tuple[str, ...]:
+        """Names of all planners that can be asked."""
+        return tuple(dict.fromkeys([*ARM_PLANNERS, *PLANNERS] if isinstance(self.space, Checker) else PLANNERS))
+
+    def asked(self, planner: str, seed: int, seconds: float, nodes: int, shorten: bool) -> Plan:
+        """The answer of a planner."""
+        if isinstance(self.space, Problem):
+            return find_path(
+                self.space, self.start, self.goal, planner=planner, seed=seed, seconds=seconds, nodes=nodes,
+                shorten=shorten,
+            )  # fmt: skip
+        return plan(
+            self.space, None, self.start, self.goal, planner=planner, seed=seed, seconds=seconds, nodes=nodes,
+            shorten=100 if shorten else 0,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PlannerResult:
+    """What one planner made of all questions.
+
+    Attributes:
+        planner: its name.
+        status: (queries, seeds) how each search ended.
+        seconds, length, clearance: (queries, seeds); length infinite without a path, clearance of the path of an arm
+            at 100 places, NaN where there is none [s], [rad | m], [m].
+        configurations, segments, nodes: (queries, seeds) what was looked at.
+    """
+
+    planner: str
+    status: tuple[tuple[PlanningStatus, ...], ...]
+    seconds: Floats
+    length: Floats
+    clearance: Floats
+    configurations: Floats
+    segments: Floats
+    nodes: Floats
+
+    @property
+    def solved(self) -> int:
+        """Searches that ended with a path."""
+        return int(np.isfinite(self.length).sum())
+
+    @property
+    def median_length(self) -> float:
+        """Of the paths that were found; NaN without any [rad | m]."""
+        found = self.length[np.isfinite(self.length)]
+        return float(np.median(found)) if found.size else np.nan
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "planner": self.planner, "solved": self.solved,
+            "status": [[each.name for each in row] for row in self.status],
+            **{name: getattr(self, name) for name in
+               ("seconds", "length", "clearance", "configurations", "segments", "nodes")},
+        }  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PlannerBench(Answer):
+    """All planners on the same questions; true if each solved all, iterable over the results.
+
+    Those that solved most come first, among equals the quicker ones.
+
+    Attributes:
+        results: of the planners.
+        queries: names of the questions.
+        seeds: of the searches.
+    """
+
+    results: tuple[PlannerResult, ...]
+    queries: tuple[str, ...]
+    seeds: tuple[int, ...]
+
+    def __bool__(self) -> bool:
+        return all(each.solved == each.length.size for each in self.results)
+
+    def __len__(self) -> int:
+        return len(self.results)
+
+    def __iter__(self) -> Iterator[PlannerResult]:
+        return iter(self.results)
+
+    def columns(self) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+        """Head (keys) and rows of the table."""
+        head = ("", "solved", "median_ms", "most_ms", "length", "clearance_mm", "configurations", "segments", "nodes")
+        rows = [
+            (
+                each.planner, f"{each.solved}/{each.length.size}", number(1e3 * float(np.median(each.seconds))),
+                number(1e3 * float(np.quantile(each.seconds, 0.95))), number(each.median_length),
+                number(1e3 * float(np.nanmin(each.clearance))) if np.isfinite(each.clearance).any() else "-",
+                *(number(float(np.median(x))) for x in (each.configurations, each.segments, each.nodes)),
+            )
+            for each in self.results
+        ]  # fmt: skip
+        return head, rows
+
+    def __repr__(self) -> str:
+        head, rows = self.columns()
+        return "\n".join([on_screen(self.explain()), *table(head, rows)])
+
+    def explain(self, language: str | None = None) -> str:
+        """A line for each planner: what it solved, and how the rest ended."""
+        lines: list[str] = []
+        for each in self.results:
+            total = each.length.size
+            lines.append(
+                say("planning.bench_line", language=language, planner=each.planner, solved=each.solved, total=total)
+            )
+            ends = Counter(status for row in each.status for status in row if not status.succeeded)
+            lines += [f"  {count} x {status.sentence(language)}" for status, count in ends.most_common()]
+        return "\n".join(lines)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {"queries": self.queries, "seeds": self.seeds, "planners": [each.to_dict() for each in self.results]}
+
+
+def bench_planners(
+    queries: Sequence[Query],
+    planners: Sequence[str] = (),
+    *,
+    seeds: Sequence[int] = (0, 1, 2),
+    seconds: float = 5.0,
+    nodes: int = 20_000,
+    shorten: bool = True,
+    progress: Callable[[float], None] = lambda share: None,
+) -> PlannerBench:
+    """Ask several planners the same questions, each with the same seeds and the same budget.
+
+    A planner of one's own takes part by its row in `mafsil.planning.PLANNERS`. Planners that improve while there is
+    time use all of it.
+
+    Args:
+        queries: what is asked.
+        planners: names; all that can answer every question if empty.
+        seeds: of the searches.
+        seconds: for one search.
+        nodes: for one search.
+        shorten: whether paths are shortened.
+        progress: called with the share that is done.
+
+    Raises:
+        InputError: no question, an unknown planner, a number out of its range.
+    """
+    if not queries or not seeds:
+        raise InputError("planning.bench_nothing")
+    known = [name for name in queries[0].planners if all(name in query.planners for query in queries)]
+    for name in planners:
+        if name not in known:
+            raise InputError("input.choice", name="planners", value=name, known=", ".join(known))
+    positive("seconds", seconds)
+    whole("nodes", nodes, least=1)
+    numbers = tuple(whole("seeds", seed) for seed in seeds)
+    chosen = list(planners) or known
+    results: list[PlannerResult] = []
+    for k, name in enumerate(chosen):
+        plans: list[list[Plan]] = []
+        for i, query in enumerate(queries):
+            plans.append([query.asked(name, seed, seconds, nodes, shorten) for seed in numbers])
+            progress((k + (i + 1) / len(queries)) / len(chosen))
+        results.append(_result(name, queries, plans))
+    order = sorted(results, key=lambda each: (-each.solved, float(np.median(each.seconds))))
+    return PlannerBench(tuple(order), tuple(query.name for query in queries), numbers)
+
+
+def _result(name: str, queries: Sequence[Query], plans: list[list[Plan]]) -> PlannerResult:
+    def each(value: Callable[[Plan], float]) -> Floats:
+        return np.array([[value(one) for one in row] for row in plans], dtype=np.float64)
+
+    clearance = np.array([[_clearance(query, one) for one in row] for query, row in zip(queries, plans, strict=True)])
+    return PlannerResult(
+        name,
+        tuple(tuple(one.status for one in row) for row in plans),
+        each(lambda one: one.seconds),
+        each(lambda one: one.length),
+        clearance,
+        each(lambda one: one.configurations),
+        each(lambda one: one.segments),
+        each(lambda one: one.nodes),
+    )
+
+
+def _clearance(query: Query, found: Plan) -> float:
+    if not found or isinstance(query.space, Problem):
+        return np.nan
+    path = found.path
+    ways = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
+    places: Floats = np.linspace(0.0, float(ways[-1]), 100)
+    columns: list[Floats] = [np.interp(places, ways, column) for column in path.T]
+    q = np.stack(columns, axis=-1)
+    return float(query.space.distance(q).distance.min())

@@ -1,0 +1,184 @@
+"""One arm on a path among arms that move as is known: where it waits and when it goes on, within its own limits.
+
+Between places at which it may rest an arm moves in the shortest time that its limits allow, so nothing has to brake
+harder than it can. What is searched is place and time: at which places it is free at which moments.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats, JointVector
+from mafsil.planning.arms_motion import TimedArm
+from mafsil.trajectory import JointPath, MotionLimits, TimeOptimal, Trajectory, rest, time_optimal
+
+RESTS = 8
+"""Places at which an arm may wait, besides start and end, at most."""
+ALONG = 200
+"""Places along a path at which is looked."""
+TICK = 0.04
+"""Moments at which is looked are so far apart [s], or less often where there would be more than MOST_TICKS."""
+MOST_TICKS = 400
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Route:
+    """A path with places to rest, and the quickest motions between any two of them.
+
+    Attributes:
+        path: corners rounded.
+        rests: (k,) path parameters of the places to rest, both ends among them.
+        motions: for i < j the motion from rest place i to j.
+        limits: of the coordinates.
+    """
+
+    path: JointPath
+    rests: Floats
+    motions: dict[tuple[int, int], TimeOptimal]
+    limits: MotionLimits
+
+    @property
+    def least(self) -> float:
+        """Time from start to end without a wait [s]."""
+        return self.motions[0, len(self.rests) - 1].duration
+
+    def places(self) -> JointVector:
+        """(ALONG, n) configurations evenly along the path."""
+        return self.path.at(np.linspace(0.0, self.path.length, ALONG)).u
+
+
+def route_along(path: JointPath, limits: MotionLimits) -> Route | None:
+    """Places to rest among the breaks of a path, and motions between them; None where limits forbid one of them.
+
+    Args:
+        path: of proved motions.
+        limits: finite velocities and accelerations.
+    """
+    breaks = path.breaks()
+    even = np.linspace(0.0, path.length, RESTS + 2)
+    rests = breaks[np.unique(np.abs(breaks[None] - even[:, None]).argmin(axis=1))]
+    pairs = [(i, j) for i in range(len(rests)) for j in range(i + 1, len(rests))]
+    answers = time_optimal([path.between(float(rests[i]), float(rests[j])) for i, j in pairs], limits)
+    if not all(answers):
+        return None
+    return Route(path, rests, dict(zip(pairs, answers, strict=True)), limits)
+
+
+def standing(q: JointVector, limits: MotionLimits) -> TimedArm:
+    """An arm that stays where it is."""
+    return TimedArm((rest(q, TICK),), np.array([0.0, TICK]), (True,), _accelerations(limits))
+
+
+def _accelerations(limits: MotionLimits) -> Floats:
+    """(n,) largest magnitudes."""
+    return np.abs(limits.acceleration).max(axis=0)
+
+
+def timed_way(
+    route: Route,
+    is_free: Callable[[JointVector, Floats], NDArray[np.bool_]],
+    horizon: float,
+    tries: int,
+    is_proved: Callable[[TimedArm], float | None],
+) -> TimedArm | None:
+    """The way along a route that arrives first among things that move, with waits at places to rest; None if not found.
+
+    1. Which places are free at which moments.
+    2. The earliest arrival, moment by moment: an arm at rest stays, or goes to a later place to rest.
+    3. The way found is proved; where it cannot be, its place at that moment counts as taken, and 2 again.
+
+    Args:
+        route: of one arm.
+        is_free: (k, n) configurations, (k,) moments [s] -> (k,).
+        horizon: latest departure to look at; after it nothing else moves [s].
+        tries: of 3.
+        is_proved: the moment from which a motion is not proved; None if all of it is.
+    """
+    horizon += route.least
+    ticks = min(int(np.ceil(horizon / TICK)) + 2, MOST_TICKS)
+    moments = np.linspace(0.0, horizon + TICK, ticks)
+    tick = float(moments[1])
+    q = route.places()
+    rows = np.repeat(q, ticks, axis=0)
+    free = is_free(rows, np.tile(moments, len(q))).reshape(len(q), ticks)  # 1
+    steps = {pair: _steps(route, pair, tick) for pair in route.motions}
+    for _ in range(tries):
+        way = _earliest(route, free, steps)  # 2
+        if way is None:
+            return None
+        found = _timed(route, way, tick)
+        moment = is_proved(found)  # 3
+        if moment is None:
+            return found
+        here = int(np.abs(q - found.at(moment)).max(axis=1).argmin())
+        m = int(moment / tick)
+        free[max(here - 2, 0) : here + 3, max(m - 1, 0) : m + 3] = False
+    return None
+
+
+def _steps(route: Route, pair: tuple[int, int], tick: float) -> NDArray[np.intp]:
+    """(ticks + 1,) which of the places a motion is nearest to, tick by tick, until it rests again."""
+    answer = route.motions[pair]
+    s, rate = answer.velocities.T
+    t = np.concatenate([[0.0], np.cumsum(2.0 * np.diff(s) / np.maximum(rate[1:] + rate[:-1], 1e-12))])
+    moments = tick * np.arange(int(np.ceil(answer.duration / tick - 1e-9)) + 1)
+    along = np.asarray(route.rests[pair[0]] + np.interp(moments, t, s), dtype=np.float64)
+    return np.rint(along / route.path.length * (ALONG - 1)).astype(np.intp)
+
+
+def _earliest(
+    route: Route, free: NDArray[np.bool_], steps: dict[tuple[int, int], NDArray[np.intp]]
+) -> list[tuple[int, int]] | None:
+    """(place to rest, tick of departure) one after the other, the last with the arrival; None where there is no way."""
+    count, ticks = len(route.rests), free.shape[1]
+    at = np.rint(route.rests / route.path.length * (ALONG - 1)).astype(np.intp)
+    before: dict[tuple[int, int], tuple[int, int] | None] = {(0, 0): None} if free[0, 0] else {}
+    stays = np.logical_and.accumulate(free[-1, ::-1])[::-1]
+    for m in range(ticks):
+        if (count - 1, m) in before and stays[m]:
+            return _traced(before, (count - 1, m))
+        for i in range(count):
+            if (i, m) not in before:
+                continue
+            if m + 1 < ticks and free[at[i], m + 1]:
+                before.setdefault((i, m + 1), (i, m))
+            for j in range(i + 1, count):
+                way = steps[i, j]
+                arrival = m + len(way) - 1
+                if arrival < ticks and (j, arrival) not in before and free[way, m + np.arange(len(way))].all():
+                    before[j, arrival] = (i, m)
+    return None
+
+
+def _traced(before: dict[tuple[int, int], tuple[int, int] | None], last: tuple[int, int]) -> list[tuple[int, int]]:
+    """The way that led to a place and tick, without the ticks of waiting."""
+    way: list[tuple[int, int]] = []
+    now: tuple[int, int] | None = last
+    while now is not None:
+        if not way or way[-1][0] != now[0]:
+            way.append(now)
+        now = before[now]
+    return way[::-1]
+
+
+def _timed(route: Route, way: list[tuple[int, int]], tick: float) -> TimedArm:
+    """Motions and rests of a way; the arm arrives as early as its last motion ends."""
+    parts, rests, clock = list[Trajectory](), list[bool](), 0.0
+    for (i, m), (j, _) in pairwise(way):
+        answer = route.motions[i, j]
+        motion = answer.trajectory
+        assert motion is not None
+        if tick * m > clock + 1e-12:
+            parts.append(rest(motion.at(0.0).u, tick * m - clock))
+            rests.append(True)
+            clock = tick * m
+        parts.append(motion)
+        rests.append(False)
+        clock += answer.duration
+    starts = np.concatenate([[0.0], np.cumsum([each.duration for each in parts])])
+    return TimedArm(tuple(parts), starts, tuple(rests), _accelerations(route.limits))

@@ -1,0 +1,153 @@
+"""What the replay of a run shows: the coordinates of the arm over time, what it carries, what stands around it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.job import Job, Run
+from mafsil.job.payload import box_in_tip
+from mafsil.model.shape import Box, Capsule, Cylinder, Sphere
+from mafsil.report.content import Carried, Scene
+from mafsil.scene import Body, Drawing, Solid, compact
+
+MOST_NUMBERS = 420_000
+"""Of the replay: a long run gets fewer frames, so that its replay stays below 2.3 MB."""
+PART_COLOUR = (0.23, 0.47, 0.70, 1.0)
+OBSTACLE_COLOUR = (0.72, 0.66, 0.58, 1.0)
+JOB = "job.toml"
+"""The job beside its report."""
+
+
+def recipe(job: Job) -> tuple[str, ...]:
+    """Lines of Python that do a run again, beside its report; the robot is `run.robot` then.
+
+    A robot that is a file is looked for from where the script runs.
+    """
+    folder = ', folder="."' if Path(job.robot).suffix else ""
+    return ("from mafsil.job import solve_file", f'run = solve_file("{JOB}"{folder})')
+
+
+def replay_scene(run: Run) -> Scene:
+    """Frames of the replay, the parts that are carried included."""
+    t, mechanism = run.recording.t, run.robot.mechanism
+    parts = sum(one.kind == "pick" for one in run.plan.legs)
+    parts += sum(len(one.neighbour.robot.mechanism.links) for one in run.plan.neighbours if not one.neighbour.stands)
+    period = max(1.0 / run.job.report.frame_rate, t[-1] * (mechanism.n + 14 + 7 * parts) / MOST_NUMBERS)
+    moments = np.minimum(np.arange(0.0, t[-1] + period * 0.999, period), t[-1])
+    rows = np.minimum(np.searchsorted(t, moments), len(t) - 1)
+    q = run.recording.q[rows]
+    poses = np.asarray(run.robot.link_poses(q))
+    tips, references = run.tips(rows)
+    carried = part_tracks(run, moments)
+    near = [one.poses(moments[:1])[0, :, :3, 3] for one in run.plan.neighbours]
+    seen = np.concatenate([poses[:, :, :3, 3].reshape(-1, 3), tips[:, :3, 3], *near])
+    drawing = Drawing(mechanism)
+    centre, size, floor = drawing.extent(seen, poses[0])
+    floor = min([floor, *(_lowest(one) for one in carried)])
+    beside, standing = _neighbours(run, moments, floor)
+    targets = [(leg.name, compact(leg.target)) for leg in run.plan.legs if leg.target is not None]
+    return Scene(
+        bodies=drawing.bodies(floor, poses[0]),
+        period=period,
+        times=moments,
+        q=q,
+        tips=compact(tips),
+        references=compact(references),
+        targets=tuple(targets),
+        carried=tuple(Carried(one.body, compact(one.track), one.first, one.end) for one in (*carried, *beside)),
+        fixed=tuple((body, compact(T)) for body, T in (*_obstacles(run, size), *standing)),
+        centre=centre,
+        size=size,
+        floor=floor,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A thing that is picked.
+
+    Attributes:
+        body: its solid.
+        track: (frames, 4, 4) its pose in {s}.
+        first, end: frames in which the tip carries it: from `first` on, before `end`.
+    """
+
+    body: Body
+    track: Floats
+    first: int
+    end: int
+
+
+def part_tracks(run: Run, moments: Floats) -> list[Part]:
+    """Each thing that is picked, with its pose at each moment: waiting where the plan takes it, carried, left.
+
+    Args:
+        run: what happened.
+        moments: (frames,) times [s].
+    """
+    found: list[Part] = []
+    starts, t = run.plan.starts, run.recording.t
+    tips, _ = run.tips(np.minimum(np.searchsorted(t, np.minimum(moments, t[-1])), len(t) - 1))
+    taken = {one.stretch.first - 1 for one in run.driven if one.gripped}
+    for k, leg in enumerate(run.plan.legs):
+        grasp = run.job.move[leg.index].pick if leg.kind == "pick" else None
+        if grasp is None:
+            continue
+        until = next((j for j in range(k + 1, len(run.plan.legs)) if run.plan.legs[j].kind == "place"), None)
+        goal = leg.trajectory.at(leg.trajectory.duration).u
+        track = np.tile(np.asarray(run.robot.forward_kinematics(goal)), (len(moments), 1, 1))
+        begin = end = 0
+        if k in taken:
+            begin = int(np.searchsorted(moments, float(starts[k + 1])))
+            end = len(moments) if until is None else int(np.searchsorted(moments, float(starts[until + 1])))
+            track[begin:end] = tips[begin:end]
+            track[end:] = tips[min(end, len(tips)) - 1]
+        body = Body(grasp.name, (Solid("box", grasp.size, colour=PART_COLOUR),))
+        found.append(Part(body, track @ box_in_tip(grasp), begin, end))
+    return found
+
+
+def _neighbours(run: Run, moments: Floats, floor: float) -> tuple[list[Part], list[tuple[Body, Floats]]]:
+    """Links of other robots: of those that move with their poses at each moment, of those that stand with one."""
+    moving: list[Part] = []
+    standing: list[tuple[Body, Floats]] = []
+    for one in run.plan.neighbours:
+        poses = one.poses(moments[:1] if one.neighbour.stands else moments)
+        for k, body in enumerate(Drawing(one.neighbour.robot.mechanism).bodies(floor, poses[0])):
+            if one.neighbour.stands:
+                standing.append((body, poses[0, k]))
+            else:
+                moving.append(Part(body, poses[:, k], 0, 0))
+    return moving, standing
+
+
+def _obstacles(run: Run, size: float) -> list[tuple[Body, Floats]]:
+    """What stands around the arm, with its pose; a half space is a flat plate as wide as the scene."""
+    around = run.plan.surroundings
+    found: list[tuple[Body, Floats]] = []
+    for obstacle in () if around is None else around.obstacles:
+        match obstacle.geometry:
+            case Box(size=edges):
+                solid = Solid("box", edges, colour=OBSTACLE_COLOUR)
+            case Sphere(radius=radius):
+                solid = Solid("sphere", (radius,), colour=OBSTACLE_COLOUR)
+            case Cylinder(radius=radius, length=length):
+                solid = Solid("cylinder", (radius, length), colour=OBSTACLE_COLOUR)
+            case Capsule(radius=radius, length=length):
+                solid = Solid("capsule", (radius, length), colour=OBSTACLE_COLOUR)
+            case _:
+                thin = 2e-3 * size
+                below = (0.0, 0.0, -thin / 2, 1.0, 0.0, 0.0, 0.0)
+                solid = Solid("box", (3 * size, 3 * size, thin), below, OBSTACLE_COLOUR)
+        found.append((Body(obstacle.name, (solid,)), np.asarray(obstacle.T_so)))
+    return found
+
+
+def _lowest(part: Part) -> float:
+    """Height of the lowest corner of a box on its way [m]."""
+    half = np.array(part.body.solids[0].size) / 2
+    return float((part.track[:, 2, 3] - np.abs(part.track[:, 2, :3]) @ half).min())

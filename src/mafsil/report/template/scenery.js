@@ -1,0 +1,93 @@
+// What stands around the arm of a run: things that are carried, obstacles, the path of the tip, targets.
+
+import { Matrix, Vector } from "../../scene/matrix.js";
+import { Shapes } from "../../scene/shapes.js";
+import { columns } from "../../page/stage/figure.js";
+import { bytes } from "../../page/core/kernels.js";
+
+const FEW_TARGETS = 12; // more are drawn as thin sticks, three meshes in all, however many there are
+const RODS = 80; // of the path where outlines are drawn, which cannot be hollow
+const AXES_SEEN = [[0.83, 0.24, 0.22, 0.62], [0.25, 0.62, 0.32, 0.62], [0.22, 0.44, 0.84, 0.62]];
+const HERE = Matrix.pose(0, 0, 0, 1, 0, 0, 0);
+const TUBE = 6 * 8; // indices of a step of the path
+
+/** Numbers of single precision. @param {string} text  base64 */
+export const floats = (text) => new Float32Array(bytes(text).buffer);
+
+export class Scenery {
+  /**
+   * @param {import("page/stage/figure.js").Figure} figure
+   * @param {object} tape  tips, reference, carried, fixed, scenery, targets; see `mafsil.report.page`
+   * @param {boolean} flat  whether outlines are drawn
+   */
+  constructor(figure, tape, flat = false) {
+    const { size, renderer } = figure;
+    Object.assign(this, { figure, tape, flat, shown: true, tips: floats(tape.tips), reference: floats(tape.reference) });
+    this.solids = figure.solids(tape.scenery);
+    this.carried = tape.carried.map(({ poses, first, end }) => ({ poses: floats(poses), first, end }));
+    this.fixed = tape.fixed.map((pose) => Matrix.pose(...pose));
+    this.points = Array.from({ length: tape.frames }, (_, k) => Array.from(this.tips.subarray(7 * k, 7 * k + 3)));
+    this.path = renderer.mesh(Shapes.tube(this.points, size * 0.0032));
+    const places = tape.targets.map(({ pose }) => Matrix.pose(...pose));
+    this.few = places.length <= FEW_TARGETS ? places : [];
+    this.many = places.length <= FEW_TARGETS || flat ? [] : AXES_SEEN.map((colour, axis) => ({
+      colour,
+      mesh: renderer.mesh(Shapes.sticks(places.map((T) => [Array.from(T.slice(12, 15)), Array.from(T.slice(4 * axis, 4 * axis + 3))]), size * 0.035, size * 0.0016)),
+    }));
+  }
+
+  /** Pose of a row at a fractional frame: positions on a line, quaternions on a line and made unit again. */
+  pose(rows, frame) {
+    const last = rows.length / 7 - 1, i = Math.min(Math.floor(frame), last), j = Math.min(i + 1, last), f = frame - i;
+    const a = rows.subarray(7 * i, 7 * i + 7), b = rows.subarray(7 * j, 7 * j + 7);
+    const sign = a[3] * b[3] + a[4] * b[4] + a[5] * b[5] + a[6] * b[6] < 0 ? -1 : 1;
+    const out = Array.from(a, (value, k) => value * (1 - f) + (k > 2 ? sign : 1) * b[k] * f);
+    const norm = Math.hypot(...out.slice(3));
+    return Matrix.pose(...out.map((value, k) => (k > 2 ? value / norm : value)));
+  }
+
+  /**
+   * @param {number} frame  of the run, fractional
+   * @param {ArrayLike<number>} tip  where the tip is, row after row: what it carries goes with it
+   * @param {number[]} colour  of the path
+   */
+  items(frame, tip, colour) {
+    const before = this.pose(this.tips, frame), now = columns(tip);
+    const parts = this.carried.map(({ poses, first, end }) => {
+      const pose = this.pose(poses, frame);
+      return first <= frame && frame < end - 1 ? along(now, before, pose) : pose;
+    });
+    const list = this.figure.placed(this.solids, [...parts, ...this.fixed]);
+    if (!this.shown) return list;
+    const aim = this.pose(this.reference, frame);
+    list.push(this.figure.dot(Array.from(aim.slice(12, 15)), this.figure.size * 0.0085, colour));
+    for (const place of this.few) list.push(...this.figure.arrows(place, { scale: 0.75, opacity: 0.62 }));
+    for (const axis of this.many) list.push({ ...axis, model: HERE });
+    return list.concat(this.flat ? this.rods(colour) : this.tube(frame, colour));
+  }
+
+  /** The path of the tip: what lies behind in full colour, the rest faint. */
+  tube(frame, colour) {
+    const past = Math.min(Math.floor(frame), this.tape.frames - 1) * TUBE, rest = this.path.count - past, list = [];
+    if (past > 0) list.push({ mesh: this.path, model: HERE, colour, count: past, gloss: 0 });
+    if (rest > 0) list.push({ mesh: this.path, model: HERE, colour: [...colour.slice(0, 3), 0.32], first: past, count: rest, gloss: 0 });
+    return list;
+  }
+
+  /** The path as some straight rods. */
+  rods(colour) {
+    const step = Math.max(1, Math.ceil(this.points.length / RODS)), few = this.points.filter((_, k) => k % step === 0 || k === this.points.length - 1);
+    return few.slice(1).flatMap((to, k) => (Math.hypot(...Vector.minus(to, few[k])) > 1e-6 ? [this.figure.rod(few[k], to, colour)] : []));
+  }
+}
+
+/** What was carried at one pose of the tip, with the tip at another: T_now T_before^-1 T_part, column after column. */
+function along(now, before, part) {
+  const back = new Float32Array(16), p = before.slice(12, 15);
+  for (let i = 0; i < 3; i++) {
+    for (let j = 0; j < 3; j++) back[4 * j + i] = before[4 * i + j];
+    back[12 + i] = -(before[4 * i] * p[0] + before[4 * i + 1] * p[1] + before[4 * i + 2] * p[2]);
+  }
+  back[15] = 1;
+  return Matrix.multiply(Matrix.multiply(now, back), part);
+}

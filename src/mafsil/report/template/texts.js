@@ -1,0 +1,16 @@
+// The texts of the other language: they wait in templates and change places with those that are shown.
+
+export class Texts {
+  /** @param {string} shown  the language that stands in the page */
+  constructor(shown) {
+    this.slots = [...document.querySelectorAll("[data-slot]")];
+    this.kept = { [shown]: Object.fromEntries(this.slots.map((slot) => [slot.dataset.slot, [...slot.childNodes]])) };
+    for (const { content, dataset } of document.querySelectorAll("template[data-language]"))
+      this.kept[dataset.language] = Object.fromEntries([...content.children].map((part) => [part.dataset.for, [...part.childNodes]]));
+  }
+
+  /** @param {string} code  of the language */
+  show(code) {
+    for (const slot of this.slots) slot.replaceChildren(...this.kept[code][slot.dataset.slot]);
+  }
+}

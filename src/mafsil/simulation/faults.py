@@ -1,0 +1,117 @@
+"""What a sensor or a law can do wrong in a run: each fault is named, and ends the run with what has been recorded."""
+
+from __future__ import annotations
+
+from typing import cast
+
+import numpy as np
+
+from mafsil.arrays import Floats, JointVector
+from mafsil.control import Combined, ContactSwitch, CurrentLoop, Delayed, Law, TaskCoordinates
+from mafsil.errors import InputError
+from mafsil.messages.visible import visible
+from mafsil.simulation.recording import SimulationStatus
+from mafsil.trajectory import Motion
+
+LONGEST = 200
+"""Characters of what a law says about its failure."""
+
+
+class Stopped(InputError):
+    """A run cannot go on; many runs at once let it through, a single one ends with its status.
+
+    Attributes:
+        status: how it ended.
+        fault: what was wrong, in a few words.
+    """
+
+    def __init__(self, status: SimulationStatus, fault: str, time: float, law: str) -> None:
+        super().__init__(status.key, fault=fault, time=time, end=time, law=law, step=0.0)
+        self.status, self.fault = status, fault
+
+
+def law_name(law: Law) -> str:
+    """What a law is called: its class; of a delayed one or one behind a current loop, that of the law inside."""
+    return law_name(law.law) if isinstance(law, Delayed | CurrentLoop) else type(law).__name__
+
+
+def decided(law: Law, t: float, q: JointVector, qd: JointVector, reference: Motion, whole: Law) -> JointVector:
+    """The efforts of a law at one tick, real and of the shape of q.
+
+    Args:
+        law: of the session.
+        t: time [s].
+        q, qd: (*batch, n) measured.
+        reference: at this time.
+        whole: the law of the scenario, for its name.
+
+    Raises:
+        InputError: at the first tick, efforts of a wrong shape or kind.
+        Stopped: a measured number that is not finite; the law raises; later on, efforts of a wrong shape or kind.
+    """
+    try:
+        command = law(t, q, qd, reference)
+    except Exception as error:
+        words = visible(f"{type(error).__name__}: {error}")[:LONGEST]
+        raise Stopped(SimulationStatus.LAW_RAISED, words, t, law_name(whole)) from error
+    if type(command) is np.ndarray and command.shape == q.shape and command.dtype.kind in "fiu":
+        return command
+    if t == 0.0:
+        raise InputError("simulation.efforts", expected=q.shape, got=_said(command))
+    raise Stopped(SimulationStatus.LAW_NONSENSE, _said(command), t, law_name(whole))
+
+
+def require_measured(t: float, q: JointVector, qd: JointVector, names: tuple[str, ...], law: Law) -> None:
+    """Refuse a measured state that is not finite.
+
+    Args:
+        t: time [s].
+        q, qd: (*batch, n) measured.
+        names: of the joints.
+        law: for its name.
+
+    Raises:
+        Stopped: a sensor gave a number that is not finite; it names the joint.
+    """
+    if np.isfinite(np.vdot(q, q) + np.vdot(qd, qd)):
+        return
+    bad = ~(np.isfinite(q) & np.isfinite(qd)).reshape(-1, q.shape[-1]).all(axis=0)
+    if bad.any():
+        raise Stopped(SimulationStatus.BLIND, visible(names[int(bad.argmax())]), t, law_name(law))
+
+
+def require_efforts(t: float, command: JointVector, law: Law) -> None:
+    """Refuse efforts that are not finite, before limits clip them.
+
+    Args:
+        t: time [s].
+        command: (*batch, n) of the law.
+        law: for its name.
+
+    Raises:
+        Stopped: some are infinite or NaN.
+    """
+    if not np.isfinite(np.vdot(command, command)) and not np.isfinite(command).all():
+        raise Stopped(SimulationStatus.NOT_FINITE, "", t, law_name(law))
+
+
+def task_of(law: object) -> TaskCoordinates | None:
+    """The coordinates in which a law moves the tip; None of laws of the joints."""
+    found = getattr(law, "coordinates", None)
+    if isinstance(found, TaskCoordinates):
+        return found
+    inside: tuple[object, ...] = ()
+    if isinstance(law, Combined):
+        inside = law.laws
+    elif isinstance(law, Delayed | CurrentLoop):
+        inside = (law.law,)
+    elif isinstance(law, ContactSwitch):
+        inside = (law.free,)
+    return next((task for part in inside if (task := task_of(part)) is not None), None)
+
+
+def _said(command: object) -> str:
+    if not isinstance(command, np.ndarray):
+        return type(command).__name__
+    array = cast("Floats", command)
+    return f"{array.shape} {array.dtype}"

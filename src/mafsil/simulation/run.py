@@ -1,0 +1,290 @@
+"""One run tick by tick: sense, decide, move, record; in Python, or compiled as a whole."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats, JointVector
+from mafsil.control import Law, saturated, tip_wrench_of
+from mafsil.errors import InputError
+from mafsil.geometry import rotation
+from mafsil.simulation.clock import RealTime
+from mafsil.simulation.disturbance import push_at
+from mafsil.simulation.faults import decided, law_name, require_efforts, require_measured, task_of
+from mafsil.simulation.fused import FusedLoop
+from mafsil.simulation.mujoco_plant import stepper_of
+from mafsil.simulation.recording import Recording, SimulationStatus
+from mafsil.simulation.scenario import Scenario
+from mafsil.simulation.stepping import Stepper
+from mafsil.simulation.tolerances import SMALLEST
+from mafsil.trajectory import Motion
+from mafsil.version import __version__
+
+RUNAWAY = 1e6
+"""Root mean square joint rate [rad/s | m/s] beyond which a run counts as blown up."""
+MOST_LOOKED_AT, NEAR_SINGULAR = 5_000, 0.02
+"""Ticks that are looked at, and the ratio of singular values of the tip's Jacobian below which a pose is named."""
+PIECE = 150_000
+"""Ticks times batch that compiled code runs without a break: at most some tenths of a second."""
+
+Progress = Callable[[float], object]
+
+
+class Run:
+    """The arrays and clocks of one run, tick by tick in Python."""
+
+    fused = False
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.scenario = scenario
+        self.t = scenario.ticks()
+        self.reference = scenario.trajectory.at(self.t)
+        self.start = scenario.start()
+        self.pushes = push_at(scenario.disturbances, self.t)
+        self.noise = None if scenario.noise is None else scenario.noise.drawn(len(self.t), self.start[0].shape)
+        self.stepper = self._stepper()
+        self.done = self.tick = 0
+        self.fault = ""
+        self.clock: RealTime | None = None
+        self._allocate()
+
+    def _stepper(self) -> Stepper:
+        scenario = self.scenario
+        return stepper_of(scenario.true_plant, scenario.chosen_integrator, scenario.step)
+
+    def _allocate(self) -> None:
+        self.q, self.qd, self.commanded, self.tau = np.empty((4, len(self.t), *self.start[0].shape))
+
+    @property
+    def runaway(self) -> float:
+        """Sum of squared rates beyond which the run has blown up."""
+        return RUNAWAY**2 * max(self.start[0].size, 1)
+
+    def to_the_end(self, progress: Progress | None) -> SimulationStatus:
+        """The loop; every tick costs a handful of array operations."""
+        scenario, stepper = self.scenario, self.stepper
+        law, step = scenario.acting_law.session(scenario.control_period), stepper.move()
+        limit = scenario.robot.limits.effort if scenario.saturate else None
+        h, substeps, last = scenario.step, scenario.substeps, len(self.t) - 1
+        every = max(1, last // 100)
+        references = [Motion(*row) for row in zip(*self.reference, strict=True)]
+        q, qd = self.start
+        clock = self.clock
+        for k, t in enumerate(self.t.tolist()):
+            if clock is not None:
+                clock.begin()
+            self.tick = k
+            command = self._command(law, k, t, q, qd, references[k])
+            if clock is not None:
+                clock.decided()
+            self._require_finite(t, command)
+            command = self._acting(k, command)
+            effort = command if limit is None else saturated(command, limit)
+            self.q[k], self.qd[k], self.commanded[k], self.tau[k] = q, qd, command, effort
+            if progress is not None and k % every == 0 and progress(k / max(last, 1)) is False:
+                return self._ended(k, SimulationStatus.CANCELLED)
+            if k == last:
+                break
+            stepper.effort, stepper.push = effort, self.pushes[k]
+            try:
+                for i in range(substeps):
+                    q, qd = step(t + i * h, (q, qd), h)
+            except InputError:
+                # Single calls refuse NaN; in batches it shows in the rates below.
+                qd = np.full_like(qd, np.nan)
+            if clock is not None:
+                clock.end()
+            if not self._sound(k, q, qd):
+                return self._ended(k, SimulationStatus.BLOWN_UP)
+        return self._ended(last, SimulationStatus.COMPLETED)
+
+    def _command(self, law: Law, k: int, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
+        """What the law asks for at tick k, from what the sensors say."""
+        whole = self.scenario.law
+        if self.noise is not None:
+            q, qd = q + self.noise[0][k], qd + self.noise[1][k]
+            require_measured(t, q, qd, self.scenario.robot.joint_names, whole)
+        return decided(law, t, q, qd, reference, whole)
+
+    def _require_finite(self, t: float, command: JointVector) -> None:
+        require_efforts(t, command, self.scenario.law)
+
+    def stopped(self, status: SimulationStatus, fault: str = "") -> SimulationStatus:
+        """Keep the ticks before the present one.
+
+        Args:
+            status: why the run stops.
+            fault: in a few words.
+        """
+        self.done, self.fault = self.tick, fault
+        return status
+
+    def _acting(self, k: int, command: JointVector) -> JointVector:
+        """What acts at tick k of the commands so far."""
+        return command
+
+    def _sound(self, k: int, q: JointVector, qd: JointVector) -> bool:
+        """Whether the run goes on from the state after tick k. Also false for NaN: the law never sees one."""
+        return bool(np.vdot(qd, qd) <= self.runaway)
+
+    def _ended(self, k: int, status: SimulationStatus) -> SimulationStatus:
+        """Keep the ticks up to k; tick k itself only with finite efforts, without which it is the law that failed."""
+        effort: Floats = np.asarray(self.tau[k])
+        healthy = bool(np.isfinite(np.vdot(effort, effort)))
+        self.done = k + healthy
+        return status if healthy or status is SimulationStatus.CANCELLED else SimulationStatus.NOT_FINITE
+
+    def recording(self, status: SimulationStatus, seconds: float) -> Recording:
+        """What was recorded, with what follows from it: accelerations and tip errors."""
+        kept = slice(0, self.done)
+        q, qd, tau = self.q[kept], self.qd[kept], self.tau[kept]
+        u, v, a = (np.broadcast_to(_aligned(part[kept], q), q.shape) for part in self.reference)
+        distance, angle = self.tip_errors(q, u)
+        return Recording(
+            t=self.t[kept],
+            q=q,
+            qd=qd,
+            qdd=self._accelerations(q, qd, tau),
+            q_ref=u,
+            qd_ref=v,
+            qdd_ref=a,
+            tau=tau,
+            tau_commanded=self.commanded[kept],
+            tip_position_error=distance,
+            tip_rotation_error=angle,
+            status=status,
+            metadata=_metadata(self, seconds) | self._near_singular(q),
+            contact_wrench=self._contact(q, qd),
+        )
+
+    def _near_singular(self, q: Floats) -> dict[str, object]:
+        """Where a law of the tip came near a pose at which the tip loses a direction."""
+        task = task_of(self.scenario.law)
+        if task is None or not len(q):
+            return {}
+        every = max(1, q[..., 0].size // MOST_LOOKED_AT)
+        J = task.jacobian(self.scenario.robot, q[::every])
+        sizes = np.linalg.svd(J, compute_uv=False)
+        ratio = (sizes[..., -1] / np.maximum(sizes[..., 0], SMALLEST)).reshape(len(J), -1).min(axis=1)
+        worst = int(ratio.argmin())
+        if ratio[worst] >= NEAR_SINGULAR:
+            return {}
+        return {"near_singular": {"ratio": float(ratio[worst]), "time": float(self.t[worst * every])}}
+
+    def _contact(self, q: Floats, qd: Floats) -> Floats | None:
+        """(k, *batch, 6) what the environment exerts on the tip."""
+        plant = self.scenario.true_plant
+        return None if plant.environment is None else tip_wrench_of(plant.robot, plant.environment, q, qd)
+
+    def tip_errors(self, q: Floats, u: Floats) -> tuple[Floats, Floats]:
+        """Distance and angle (k, *batch) of the tip from the reference tip."""
+        T, T_desired = (self.scenario.robot.forward_kinematics(x) for x in (q, u))
+        distance = np.linalg.norm(T_desired[..., :3, 3] - T[..., :3, 3], axis=-1)
+        return distance, np.asarray(rotation.angle_between(T[..., :3, :3], T_desired[..., :3, :3]))
+
+    def _accelerations(self, q: Floats, qd: Floats, tau: Floats) -> Floats:
+        return self.stepper.acceleration(q, qd, tau, self._pushes(q))
+
+    def _pushes(self, q: Floats) -> Floats | None:
+        """(k, *batch, 6) the pushes of all ticks of q (k, *batch, n), or None if there are none."""
+        if not self.scenario.disturbances or not any(push is not None for push in self.pushes[: len(q)]):
+            return None
+        still = np.zeros((*q.shape[1:-1], 6))
+        return np.stack([still if push is None else still + push for push in self.pushes[: len(q)]])
+
+
+class FusedRun(Run):
+    """The same run as compiled code."""
+
+    fused = True
+    window: int | None = None
+    """Ticks that are kept at a time; None for all, as a recording needs them."""
+
+    def _allocate(self) -> None:
+        shape, n, ticks = self.start[0].shape, self.scenario.robot.n, len(self.t)
+        reference = np.stack(np.broadcast_arrays(*self.reference), axis=-2)
+        if reference.ndim > 3:
+            reference = np.broadcast_to(_aligned(reference, np.empty((0, *shape, 0))), (ticks, *shape[:-1], 3, n))
+        push = self._pushes(np.empty((ticks, *shape)))
+        noise = None if self.noise is None else np.stack(self.noise, axis=-2).reshape(ticks, -1, 2, n)
+        self.loop = FusedLoop(
+            self.scenario,
+            ticks,
+            reference.reshape(ticks, -1, 3, n),
+            None if push is None else push.reshape(ticks, -1, 6),
+            noise,
+            self.window,
+        )
+        if self.window is None:
+            self._see_all(self.loop)
+
+    def _see_all(self, loop: FusedLoop) -> None:
+        shape, ticks = self.start[0].shape, len(self.t)
+        self.q, self.qd = (loop.states[:ticks, :, part].reshape(ticks, *shape) for part in (0, 1))
+        self.commanded, self.tau = loop.command.reshape(ticks, *shape), loop.effort.reshape(ticks, *shape)
+
+    def to_the_end(self, progress: Progress | None) -> SimulationStatus:
+        """The loop in pieces, between which progress is reported and Ctrl-C is heard."""
+        ticks, last = len(self.t), len(self.t) - 1
+        piece = max(1, PIECE // max(1, self.loop.states.shape[1]))
+        every = max(1, last // 100)
+        piece = piece if progress is None else min(piece, every)
+        first = 0
+        while first < ticks:
+            end = min(first + piece, ticks)
+            self.tick = first
+            self.loop.advance(first, end)
+            good = self._sound_until(first, end)
+            if end == ticks:
+                good[-1] = True
+            if not good.all():
+                return self._ended(first + int(np.argmin(good)), SimulationStatus.BLOWN_UP)
+            if progress is not None and progress(min(end, last) / max(last, 1)) is False:
+                return self._ended(end - 1, SimulationStatus.CANCELLED)
+            first = end
+        return self._ended(last, SimulationStatus.COMPLETED)
+
+    def _sound_until(self, first: int, end: int) -> NDArray[np.bool_]:
+        """(end - first,) whether the run goes on from the states after these ticks."""
+        rates = self.loop.states[first + 1 : end + 1, :, 1]
+        with np.errstate(over="ignore", invalid="ignore"):
+            return np.asarray(np.einsum("kbi,kbi->k", rates, rates) <= self.runaway)
+
+    def tip_errors(self, q: Floats, u: Floats) -> tuple[Floats, Floats]:
+        """The same as the compiled code found them."""
+        errors = self.loop.tip_errors[: len(q)].reshape(*q.shape[:-1], 2)
+        return errors[..., 0], errors[..., 1]
+
+    def _accelerations(self, q: Floats, qd: Floats, tau: Floats) -> Floats:
+        return self.loop.acceleration[: len(q)].reshape(q.shape)
+
+
+def _aligned(part: Floats, q: Floats) -> Floats:
+    """A reference (k, n) for a batch of states (k, *batch, n)."""
+    return part.reshape(part.shape[0], *(1,) * (q.ndim - part.ndim), *part.shape[1:])
+
+
+def _metadata(run: Run, seconds: float) -> dict[str, object]:
+    """What one needs to know besides the numbers."""
+    scenario = run.scenario
+    return {
+        "version": __version__,
+        "robot": scenario.robot.name,
+        "plant": run.stepper.plant.engine,
+        "joints": list(scenario.robot.joint_names),
+        "integrator": run.stepper.name,
+        "step": scenario.step,
+        "period": scenario.control_period,
+        "end": float(run.t[-1]),
+        "saturate": scenario.saturate,
+        "noise_seed": None if scenario.noise is None else scenario.noise.seed,
+        "friction_stiffness": scenario.stiffness,
+        "fused": run.fused,
+        "seconds": seconds,
+        "law": law_name(scenario.law),
+        "fault": run.fault,
+        **({} if run.clock is None else {"clock": run.clock.deadlines().to_dict()}),
+    }

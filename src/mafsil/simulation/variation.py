@@ -1,0 +1,243 @@
+"""What may differ from run to run, and what was drawn of it: payloads, inertias, friction, gains, delays, starts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats, real_array
+from mafsil.control import Combined, ComputedTorque, Gains, JointFeedback, Law
+from mafsil.errors import InputError
+from mafsil.mechanics.inertial_parameters import inertial_parameters
+from mafsil.mechanics.varied_bodies import body_parameters, friction_rows
+from mafsil.robot import Robot
+
+MOST_DELAY = 10_000
+"""Control periods that a command may be late."""
+
+
+@dataclass(frozen=True, slots=True)
+class Uniform:
+    """Any value between two, all alike."""
+
+    low: float
+    high: float
+
+    def value(self, uniform: Floats, normal: Floats) -> Floats:
+        """Values from draws of both kinds."""
+        return self.low + (self.high - self.low) * uniform
+
+
+@dataclass(frozen=True, slots=True)
+class Normal:
+    """Values about a mean."""
+
+    mean: float
+    deviation: float
+
+    def value(self, uniform: Floats, normal: Floats) -> Floats:
+        """Values from draws of both kinds."""
+        return self.mean + self.deviation * normal
+
+
+Spread: TypeAlias = Uniform | Normal | tuple[float, float]
+"""A distribution; two numbers are the ends of a uniform one."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Variation:
+    """What differs from run to run; what is None does not.
+
+    Attributes:
+        payload: mass at the tip that the law does not know [kg].
+        payload_offset: of its centre of mass from the tip, drawn for each axis of the tip frame [m].
+        inertia: factor of mass and inertia, drawn for each link; 1 is the model.
+        friction: factor of all coefficients of friction, drawn for each joint.
+        gains: factor of all gains of the law, drawn once a run.
+        delay: of the commands, rounded to whole control periods [s].
+        start: added to each initial position [rad | m].
+    """
+
+    payload: Spread | None = None
+    payload_offset: Spread | None = None
+    inertia: Spread | None = None
+    friction: Spread | None = None
+    gains: Spread | None = None
+    delay: Spread | None = None
+    start: Spread | None = None
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            given = getattr(self, field.name)
+            if given is not None:
+                object.__setattr__(self, field.name, _spread(field.name, given))
+
+
+@dataclass(frozen=True, eq=False, slots=True, kw_only=True)
+class Variants:
+    """What was drawn for b runs; None where all are alike.
+
+    Attributes:
+        count: b.
+        payload: (b,) [kg].
+        payload_offset: (b, 3) [m].
+        inertia: (b, L) factors.
+        friction: (b, joints with friction) factors.
+        gains: (b,) factors.
+        delay: (b,) control periods.
+        start: (b, n) [rad | m].
+    """
+
+    count: int
+    payload: Floats | None = None
+    payload_offset: Floats | None = None
+    inertia: Floats | None = None
+    friction: Floats | None = None
+    gains: Floats | None = None
+    delay: NDArray[np.int64] | None = None
+    start: Floats | None = None
+
+    @property
+    def changes_plant(self) -> bool:
+        """Whether the plants differ from each other."""
+        return any(each is not None for each in (self.payload, self.inertia, self.friction))
+
+    def bodies(self, robot: Robot) -> Floats:
+        """(b, bodies, 10) inertial parameters of the plants, `mafsil.mechanics.varied_bodies`."""
+        parameters = np.broadcast_to(
+            inertial_parameters(robot.mechanism), (self.count, len(robot.mechanism.links), 10)
+        ).copy()
+        if self.inertia is not None:
+            parameters *= self.inertia[..., None]
+        payload = None
+        if self.payload is not None:
+            c = np.zeros((self.count, 3)) if self.payload_offset is None else self.payload_offset
+            x, y, z = c.T
+            about = np.stack([y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z], axis=-1)
+            payload = self.payload[:, None] * np.concatenate([np.ones((self.count, 1)), c, about], axis=1)
+        return body_parameters(robot.mechanism, parameters, payload)
+
+    def friction_of(self, robot: Robot) -> Floats:
+        """(b, joints with friction, 4) coefficients of the plants."""
+        rows = friction_rows(robot.mechanism)
+        factors = np.ones((self.count, len(rows))) if self.friction is None else self.friction
+        return factors[..., None] * rows
+
+    def columns(self) -> dict[str, Floats]:
+        """(b,) each: every drawn number by its name, such as `inertia[3]`."""
+        table: dict[str, Floats] = {}
+        for field in fields(self):
+            drawn = getattr(self, field.name)
+            if field.name == "count" or drawn is None:
+                continue
+            array = np.asarray(drawn, dtype=np.float64)
+            if array.ndim == 1:
+                table[field.name] = array
+            else:
+                table |= {f"{field.name}[{k}]": array[:, k] for k in range(array.shape[1])}
+        return table
+
+    def rows(self, first: int, last: int) -> Variants:
+        """Those of the runs first .. last - 1."""
+        parts: dict[str, Any] = {
+            field.name: None if getattr(self, field.name) is None else getattr(self, field.name)[first:last]
+            for field in fields(self)
+            if field.name != "count"
+        }
+        return Variants(count=min(last, self.count) - first, **parts)
+
+
+def drawn(
+    variation: Variation, robot: Robot, period: float, runs: int, seed: int, *, first: int = 0
+) -> Variants:  # fmt: skip
+    """What differs in each of many runs; run k depends on the seed and on k alone.
+
+    Args:
+        variation: what may differ.
+        robot: the true arm.
+        period: between two calls of the law [s].
+        runs: how many.
+        seed: of the draws.
+        first: number of the first run.
+
+    Raises:
+        InputError: a mass, a factor or a delay came out negative, a factor of inertia not positive.
+    """
+    links, joints, n = len(robot.mechanism.links), len(friction_rows(robot.mechanism)), robot.n
+    sizes = {
+        "payload": 1, "payload_offset": 3, "inertia": links, "friction": joints, "gains": 1, "delay": 1, "start": n
+    }  # fmt: skip
+    total = sum(sizes.values())
+    uniform, normal = np.empty((2, runs, total))
+    for k in range(runs):
+        source = np.random.default_rng([seed, first + k])
+        uniform[k], normal[k] = source.random(total), source.standard_normal(total)
+    parts: dict[str, Any] = {}
+    at = 0
+    for name, size in sizes.items():
+        spread, columns = getattr(variation, name), slice(at, at + size)
+        at += size
+        if spread is None or not size:
+            continue
+        values = spread.value(uniform[:, columns], normal[:, columns])
+        if name not in ("payload_offset", "start"):
+            _require_sensible(name, values)
+        parts[name] = values[:, 0] if name in ("payload", "gains", "delay") else values
+    if "delay" in parts:
+        late = np.rint(parts["delay"] / period)
+        if (late > MOST_DELAY).any():
+            raise InputError("input.range", name="delay", value=late.max() * period, low=0.0, high=MOST_DELAY * period)
+        parts["delay"] = late.astype(np.int64)
+    return Variants(count=runs, **parts)
+
+
+def with_scaled_gains(law: Law, factors: Floats) -> Law:
+    """A law whose gains differ from run to run.
+
+    Args:
+        law: with gains, or the sum of such laws.
+        factors: (b,).
+
+    Raises:
+        InputError: a law without gains that are known here.
+    """
+    if isinstance(law, (ComputedTorque, JointFeedback)):
+        scale = factors[:, None]
+        gains = law.gains
+        return replace(law, gains=Gains(scale * gains.kp, scale * gains.kd, scale * gains.ki))
+    if isinstance(law, Combined):
+        changed = tuple(
+            with_scaled_gains(part, factors) if isinstance(part, (ComputedTorque, JointFeedback, Combined)) else part
+            for part in law.laws
+        )
+        if any(new is not old for new, old in zip(changed, law.laws, strict=True)):
+            return Combined(changed)
+    raise InputError("simulation.no_gains", law=type(law).__name__)
+
+
+def _spread(name: str, given: Spread) -> Uniform | Normal:
+    if isinstance(given, Uniform):
+        numbers = real_array(name, (given.low, given.high))
+    elif isinstance(given, Normal):
+        numbers = real_array(name, (given.mean, given.deviation))
+    else:
+        numbers = real_array(name, given)
+    if numbers.shape != (2,) or not np.isfinite(numbers).all():
+        raise InputError("simulation.spread", name=name, value=given)
+    first, second = map(float, numbers)
+    if isinstance(given, Normal):
+        if second < 0.0:
+            raise InputError("input.range", name=f"{name}.deviation", value=second, low=0.0, high=np.inf)
+        return Normal(first, second)
+    if second < first:
+        raise InputError("simulation.spread", name=name, value=given)
+    return Uniform(first, second)
+
+
+def _require_sensible(name: str, values: Floats) -> None:
+    least = float(values.min())
+    if least < 0.0 or (least == 0.0 and name == "inertia"):
+        raise InputError("simulation.drawn", name=name, value=least)

@@ -1,0 +1,158 @@
+"""Runs side by side whose plants, gains, delays and starts differ; each ends by itself, the others go on."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats, JointVector, Vector6
+from mafsil.errors import InputError
+from mafsil.kernels import Kernel
+from mafsil.mechanics.friction import SMOOTHING
+from mafsil.mechanics.loop_terms import Loop, Term
+from mafsil.simulation.fused import loop_kernel
+from mafsil.simulation.plant import Plant
+from mafsil.simulation.run import RUNAWAY, FusedRun, Run
+from mafsil.simulation.scenario import Scenario
+from mafsil.simulation.stepping import Stepper
+from mafsil.simulation.variation import Variants
+from mafsil.solvers.integrate import State, Step
+
+
+class VariedStepper(Stepper):
+    """Steps of plants that differ from row to row: one compiled step with their numbers as inputs."""
+
+    def __init__(self, scenario: Scenario, variants: Variants) -> None:
+        plant = scenario.true_plant
+        if type(plant) is not Plant:
+            raise InputError("simulation.varied_engine", engine=plant.engine)
+        super().__init__(plant, scenario.chosen_integrator, scenario.step)
+        self.variants = variants
+
+    def move(self) -> Step:
+        """The step as a function of (t, state, h)."""
+        return self._moved
+
+    def acceleration(self, q: JointVector, qd: JointVector, effort: JointVector, push: Vector6 | None) -> JointVector:
+        """qdd (*batch, b, n) with which a step begins."""
+        return np.asarray(self._results(q, qd, effort, push, self.step)["acceleration"])
+
+    def _moved(self, t: float, state: State, h: float) -> State:
+        q, qd = state
+        after = self._results(q, qd, self.effort, self.push, h)["next_state"]
+        return after[..., 0, :], after[..., 1, :]
+
+    def _results(
+        self, q: JointVector, qd: JointVector, effort: JointVector, push: Vector6 | None, h: float
+    ) -> dict[str, Floats]:
+        push = self.plant.tip_push(q, qd, push)
+        given = self._numbers | {
+            "state": np.stack([q, qd], axis=-2),
+            "given": effort,
+            "step": np.array(h),
+            "push": np.zeros(6) if push is None else push,
+        }
+        signature = self._kernel.signature
+        results = self._kernel(*(given[port.name] for port in signature.inputs))
+        return dict(zip((port.name for port in signature.outputs), results, strict=True))
+
+    @cached_property
+    def _numbers(self) -> dict[str, Floats]:
+        robot = self.plant.robot
+        return {
+            "bodies": self.variants.bodies(robot),
+            "friction": self.variants.friction_of(robot),
+            "reference": np.zeros((3, robot.n)),
+            "T_desired": np.eye(4),
+        }
+
+    @cached_property
+    def _kernel(self) -> Kernel:
+        plant = self.plant
+        return loop_kernel(
+            Loop(
+                plant=plant.robot.mechanism,
+                terms=(Term("given"),),
+                shown=plant.robot.mechanism,
+                scheme=self.scheme(),
+                substeps=1,
+                friction=SMOOTHING if plant.has_friction else None,
+                pushed=True,
+                noisy=False,
+                saturated=False,
+                integrates=False,
+                varied=True,
+            )
+        )
+
+
+class VariedRun(Run):
+    """Runs tick by tick in Python.
+
+    Attributes:
+        ends: (b,) ticks of each run; fewer than all where it blew up.
+        waiting: (most late + 1, b, n) commands that are still to act.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.variants = variants_of(scenario)
+        self.ends = np.full(self.variants.count, len(scenario.ticks()))
+        super().__init__(scenario)
+
+    def _stepper(self) -> Stepper:
+        return VariedStepper(self.scenario, self.variants) if self.variants.changes_plant else super()._stepper()
+
+    def _acting(self, k: int, command: JointVector) -> JointVector:
+        delay = self.variants.delay
+        if delay is None:
+            return command
+        if k == 0:
+            self.waiting = np.empty((int(delay.max(initial=0)) + 1, *command.shape))
+        size = len(self.waiting)
+        self.waiting[k % size] = command
+        return self.waiting[np.maximum(k - delay, 0) % size, np.arange(len(delay))]
+
+    def _require_finite(self, t: float, command: JointVector) -> None:
+        """A run whose efforts are not finite blows up by itself; the others go on."""
+
+    def _sound(self, k: int, q: JointVector, qd: JointVector) -> bool:
+        """A run that blew up stays where it was, so that no law sees what is not finite."""
+        good = np.einsum("bi,bi->b", qd, qd) <= runaway_of(qd.shape[-1])
+        bad = ~good
+        if bad.any():
+            self.ends[bad] = np.minimum(self.ends[bad], k + 1)
+            q[bad], qd[bad] = self.q[k][bad], 0.0
+        return True
+
+
+class VariedFusedRun(FusedRun):
+    """The same runs as compiled code."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.variants = variants_of(scenario)
+        self.ends = np.full(self.variants.count, len(scenario.ticks()))
+        super().__init__(scenario)
+
+    def _stepper(self) -> Stepper:
+        return VariedStepper(self.scenario, self.variants) if self.variants.changes_plant else super()._stepper()
+
+    def _sound_until(self, first: int, end: int) -> NDArray[np.bool_]:
+        rates = self.loop.states[first + 1 : end + 1, :, 1]
+        with np.errstate(over="ignore", invalid="ignore"):
+            good = np.einsum("kbi,kbi->kb", rates, rates) <= runaway_of(rates.shape[-1])
+        bad = ~good.all(axis=0)
+        self.ends[bad] = np.minimum(self.ends[bad], first + 1 + good[:, bad].argmin(axis=0))
+        return np.ones(end - first, np.bool_)
+
+
+def runaway_of(n: int) -> float:
+    """Sum of squared rates of one run beyond which it has blown up."""
+    return RUNAWAY**2 * n
+
+
+def variants_of(scenario: Scenario) -> Variants:
+    """Those of a scenario that has some."""
+    assert scenario.variants is not None
+    return scenario.variants

@@ -1,0 +1,135 @@
+"""Jobs choose any law: each does a motion, and the bench says what each bears."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mafsil as mf
+from mafsil.control import combined, delayed, feedforward, inertia_gains, pid
+from mafsil.errors import InputError, JobError
+from mafsil.job import Run, bench_laws, parse, solve
+from mafsil.job.law_bench import CONDITIONS, LawStatus
+from mafsil.job.laws import KINDS
+from mafsil.simulation import Plant, Scenario
+from mafsil.trajectory import quintic, rest
+from tests.job.test_job_planning import planned
+
+JOB = """
+robot = "puma560"
+[simulation]
+friction = {friction}
+[controller]
+kind = "{kind}"
+{gains}
+[[move]]
+joints = [0.4, -0.3, 0.5, 0.3, -0.4, 0.5]
+[[move]]
+pause = 0.2
+"""
+
+
+def run(kind, gains="", friction="true"):
+    text = JOB.format(kind=kind, gains=gains, friction=friction)
+    found = solve(parse(text), text, Path())
+    assert isinstance(found, Run)
+    return found
+
+
+@pytest.mark.capability("10-2")
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "hybrid"])
+def test_every_law_brings_the_arm_to_its_target(kind):
+    found = run(kind, friction="false")
+    assert found.recording
+    assert {remark.key for remark in found.remarks} >= {"job.all_reached"}
+    error = found.recording.q_ref - found.recording.q
+    assert np.sqrt(np.mean(error**2)) < 0.02
+
+
+def test_gains_of_a_law_belong_to_it():
+    soft, stiff = (run("pid", f"stiffness = {k}\nrate_gain = {d}\nintegral = 0") for k, d in ((100, 20), (900, 60)))
+    errors = [np.abs(each.recording.q_ref - each.recording.q).max() for each in (soft, stiff)]
+    assert errors[1] < 0.5 * errors[0]
+    narrow, wide = (run("sliding_mode", f"width = {w}") for w in (0.02, 0.5))
+    errors = [np.abs(each.recording.q_ref - each.recording.q).max() for each in (narrow, wide)]
+    assert errors[0] < errors[1]
+    with pytest.raises(JobError, match="margin"):
+        run("adaptive", "margin = 1")
+    with pytest.raises(JobError, match="learning"):
+        run("pid", "learning = 1")
+
+
+def test_a_delay_keeps_efforts_back():
+    robot = mf.load("planar2r")
+    law = delayed(pid(2, [30.0, 20.0], [5.0, 3.0]), 0.003)
+    start = np.array([0.1, -0.2])
+    late, now = (
+        mf.simulate(Scenario(robot=robot, trajectory=rest(np.zeros(2), 0.2), law=each, q=start, qd=np.zeros(2)))
+        for each in (law, law.law)
+    )
+    asked = -np.array([30.0, 20.0]) * late.q - np.array([5.0, 3.0]) * late.qd
+    np.testing.assert_allclose(late.tau_commanded[3:-1], asked[:-4], atol=1e-9)
+    np.testing.assert_allclose(late.tau_commanded[:3], asked[[0, 0, 0]], atol=1e-9)
+    assert np.abs(late.q - now.q).max() > 1e-6
+    with pytest.raises(InputError, match="whole number"):
+        delayed(law.law, 0.0015).session(0.001)
+    with pytest.raises(InputError, match="delay"):
+        delayed(law.law, -1.0)
+    in_job = run("pid", "delay = 0.004")
+    assert in_job.recording
+
+
+def test_the_bench_measures_what_each_law_bears():
+    text = JOB.format(kind="computed_torque", gains="", friction="false")
+    robot, plan = planned(text)
+    shares: list[float] = []
+    found = bench_laws(parse(text), text, robot, plan, ("computed_torque", "pd_gravity", "pid"), shares.append)
+    assert found
+    assert len(shares) == 3 * len(CONDITIONS)
+    assert shares[-1] == 1.0
+    by_law = {each.kind: each for each in found}
+    ideal = by_law["computed_torque"]
+    assert found.results[0] is ideal, "without friction and with its own masses the model is exact"
+    assert ideal.joint_error[0] < 1e-4
+    assert ideal.joint_error[1] > 5 * ideal.joint_error[0], "masses that it does not know"
+    assert all(each.status is LawStatus.DONE for each in found)
+    alone = run("pd_gravity", friction="false")
+    rms = np.sqrt(np.mean((alone.recording.q_ref - alone.recording.q) ** 2))
+    assert by_law["pd_gravity"].joint_error[0] == pytest.approx(rms)
+    assert 0 < by_law["pid"].growth < 1
+    assert found.to_dict()["laws"][0]["kind"] == "computed_torque"
+    assert found.explain("en") != found.explain("ar")
+    assert "pd_gravity" in repr(found)
+    with pytest.raises(JobError, match="computed_torque"):
+        bench_laws(parse(text), text, robot, plan, ("magic",))
+
+
+def test_the_command_prints_a_row_for_each_law(tmp_path, capsys):
+    from mafsil.cli.main import main
+
+    path = tmp_path / "job.toml"
+    path.write_text(JOB.format(kind="pid", gains="", friction="true"))
+    assert main(["bench", "control", str(path), "--laws", "pid", "pd_gravity"]) == 0
+    out = capsys.readouterr().out
+    assert "pid" in out
+    assert "friction accounts for" in out
+
+
+@pytest.mark.capability("02-24")
+def test_feedforward_needs_feedback_and_helps_it_where_the_model_is_wrong():
+    """The usual scheme: each joint by itself; the model beside it makes it better, alone it drifts."""
+    robot = mf.load("puma560")
+    arm = mf.Robot(robot.mechanism.with_payload(1.0))
+    path = quintic(np.zeros(6), [0.8, -0.5, 0.6, 0.4, -0.4, 0.5], 0.6)
+    own = inertia_gains(robot, path.at(np.linspace(0, 0.6, 20)).u, 1e-3)
+    joints, model = pid(6, own.kp, own.kd), feedforward(robot)
+    errors = []
+    for law in (model, joints, combined(model, joints)):
+        plant = Plant(arm, friction=False)
+        run = mf.simulate(Scenario(robot=robot, plant=plant, trajectory=path, law=law, saturate=False))
+        errors.append(np.sqrt(np.mean((run.q_ref - run.q) ** 2)))
+    alone, feedback, both = errors
+    assert both < 0.5 * feedback
+    assert feedback < 0.2 * alone

@@ -1,0 +1,240 @@
+"""Several arms: the coordination diagram with proved cells, planning in turn and together, deadlocks named."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from mafsil.collision import Arms, Box, Mounted, Obstacle, Scene
+from mafsil.errors import InputError
+from mafsil.model.placement import rotation_z
+from mafsil.planning import PlanningStatus, coordinate_arms, plan_in_turn, plan_past, plan_together
+from mafsil.trajectory import MotionLimits
+from tests.collision.arms import arm
+from tests.collision.peer import CoalChecker
+
+FACING = rotation_z(np.pi)
+FACING[0, 3] = 1.4
+OUT = np.array([0.0, 1.2, 0.3, 0.0, 0.0, 0.0])
+TURN = np.eye(6)[0]
+MET = OUT - 0.1 * TURN
+SWEEP = OUT + np.array([[-0.9], [0.9]]) * TURN
+BACK = np.array([-2.2, 0.2, 0.3, 0.0, 0.0, 0.0])
+DIP = np.stack([BACK, OUT, BACK])
+LIMITS = MotionLimits.of(12, velocity=2.0, acceleration=8.0)
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory):
+    return arm(tmp_path_factory.mktemp("arm"))
+
+
+@pytest.fixture(scope="module")
+def cell(robot):
+    table = Scene([Obstacle(Box((3.0, 2.0, 0.1)), (0.6, 0.0, -0.1), "table")])
+    return Arms([Mounted("left", robot), Mounted("right", robot, FACING)], table)
+
+
+def dense(at, duration, step=9e-4):
+    """Configurations of a motion in time, no coordinate further apart than a step from one to the next."""
+    t = np.linspace(0.0, duration, 400)
+    way = np.abs(np.diff(at(t), axis=0)).max(axis=1)
+    return at(
+        np.concatenate([np.linspace(a, b, int(w / step) + 2) for (a, b), w in zip(pairwise(t), way, strict=True)])
+    )
+
+
+def largest_step(q):
+    return np.abs(np.diff(q, axis=0)).max()
+
+
+@pytest.mark.capability("11-45")
+def test_a_built_deadlock_is_proved_and_named(cell):
+    """Both sweep to the other's side: whoever goes first meets the other. Planned together they pass."""
+    found = coordinate_arms(cell, {"left": SWEEP, "right": SWEEP})
+    assert found.status is PlanningStatus.DEADLOCK
+    assert [each.arm for each in found.waits] == ["left", "right"]
+    for each in found.waits:
+        assert 0.0 < each.share < 1.0
+        assert {cell.arm_of(each.contact.first), cell.arm_of(each.contact.second)} == {"left", "right"}
+        assert each.arm in found.explain("en")
+        assert each.arm in found.explain("ar")
+    shares = np.linspace(0.0, 1.0, 41)
+    rows = SWEEP[0] + shares[:, None] * (SWEEP[1] - SWEEP[0])
+    free = cell.free(cell.joined({"left": rows[:, None], "right": rows[None]}))
+    reached = np.zeros_like(free)
+    for i, j in np.ndindex(free.shape):
+        before = i == j == 0 or any(
+            reached[a, b] for a, b in ((i - 1, j), (i, j - 1), (i - 1, j - 1)) if min(a, b) >= 0
+        )
+        reached[i, j] = free[i, j] and before
+    assert not reached[-1, -1]
+    ends = [{"left": row, "right": row} for row in SWEEP]
+    assert plan_together(cell, *ends, seed=1)
+    assert plan_in_turn(cell, *ends, LIMITS, seed=1)
+
+
+@pytest.mark.capability("11-45")
+def test_cells_are_what_they_are_proved_to_be(cell):
+    found = coordinate_arms(cell, {"left": SWEEP, "right": SWEEP}, cells=50)
+    assert set(np.unique(found.diagram)) >= {0, 3}
+    rng = np.random.default_rng(2)
+    spans = [found.shares[0], found.shares[1]]
+    for code, free in ((0, True), (3, False)):
+        for i, j in rng.permutation(np.argwhere(found.diagram == code))[:80]:
+            s, t = (rng.uniform(span[k], span[k + 1], 25) for span, k in zip(spans, (i, j), strict=True))
+            left = SWEEP[0] + s[:, None] * (SWEEP[1] - SWEEP[0])
+            right = SWEEP[0] + t[:, None] * (SWEEP[1] - SWEEP[0])
+            assert (cell.free(cell.joined({"left": left, "right": right})) == free).all()
+
+
+@pytest.mark.capability("11-45", "11-46")
+def test_one_arm_waits_for_the_other_on_given_paths(cell):
+    """Each keeps to its own path, the whole is proved, and nothing collides at 0.001 rad while it runs."""
+    found = coordinate_arms(cell, {"left": SWEEP, "right": DIP})
+    assert found, found.explain("en")
+    assert cell.check_path(found.path)
+    assert (np.diff(found.places, axis=0) >= 0.0).all()
+    np.testing.assert_array_equal(found.places[[0, -1]], [[0, 0], [1, 1]])
+    assert np.abs(found.places[:, 0] - found.places[:, 1]).max() > 0.1, "somebody has to wait"
+    motion = found.timed(LIMITS)
+    q = dense(lambda t: motion.trajectory.at(t).u, motion.duration)
+    assert largest_step(q) <= 1e-3
+    assert cell.free(q).all()
+    left = cell.parted(q)["left"]
+    assert np.abs(left[:, 1:] - OUT[1:]).max() < 1e-9, "on a straight path nothing is rounded away"
+    alone = [(np.abs(np.diff(rows, axis=0)) / 2.0).max(axis=1).sum() for rows in (SWEEP, DIP)]
+    assert motion.duration > max(alone)
+
+
+@pytest.mark.capability("11-45")
+def test_what_stands_in_the_way_of_coordination_is_said(cell):
+    walled = cell.with_scene([Obstacle(Box((0.1, 0.1, 2.0)), (0.3, 0.3, 0.5), "post")])
+    blocked = coordinate_arms(walled, {"left": SWEEP, "right": DIP})
+    assert blocked.status is PlanningStatus.PATH_BLOCKED
+    assert "post" in blocked.reason
+    ends = coordinate_arms(cell, {"left": np.stack([SWEEP[0], MET]), "right": np.stack([BACK, MET])})
+    assert ends.status is PlanningStatus.GOAL_BLOCKED
+    assert {cell.arm_of(ends.ends[0].contacts[0].first), cell.arm_of(ends.ends[0].contacts[0].second)} == {
+        "left",
+        "right",
+    }
+    still = coordinate_arms(cell, {"left": SWEEP, "right": BACK[None]})
+    assert still
+    np.testing.assert_array_equal(cell.parted(still.path)["right"], np.repeat(BACK[None], len(still.path), axis=0))
+    with pytest.raises(InputError, match="'right' are missing"):
+        coordinate_arms(cell, {"left": SWEEP})
+    with pytest.raises(InputError, match="no arm 'middle'"):
+        coordinate_arms(cell, {"left": SWEEP, "right": DIP, "middle": DIP})
+    with pytest.raises(InputError):
+        coordinate_arms(cell, {"left": SWEEP[:, :5], "right": DIP})
+
+
+@pytest.mark.capability("11-45")
+@pytest.mark.parametrize("seed", [1, 2])
+def test_planned_together_nothing_meets_and_coal_agrees(cell, seed):
+    start, goal = ({"left": row, "right": row} for row in SWEEP)
+    found = plan_together(cell, start, goal, seed=seed)
+    assert found
+    motion = found.timed(LIMITS)
+    q = dense(lambda t: motion.trajectory.at(t).u, motion.duration)
+    assert largest_step(q) <= 1e-3
+    assert cell.free(q).all()
+    peer = CoalChecker(cell)
+    assert min(peer.distance(row) for row in q[:: max(len(q) // 150, 1)]) > 0.0
+    np.testing.assert_array_equal(found.path, plan_together(cell, start, goal, seed=seed).path)
+
+
+@pytest.mark.capability("11-45")
+def test_an_arm_that_only_stands_there_makes_way(cell):
+    """Right stands where left has to pass and is to stand there again: its goal is not named."""
+    there = MET
+    start, goal = {"left": SWEEP[0], "right": there}, {"left": SWEEP[1]}
+    assert not cell.free_segment(cell.joined(start), cell.joined({**start, **goal}))
+    for found in (plan_together(cell, start, goal, seed=3), plan_in_turn(cell, start, goal, LIMITS, seed=3)):
+        assert found, found.explain("en")
+    q = dense(found.at, found.duration)
+    assert cell.free(q).all()
+    np.testing.assert_allclose(cell.parted(q[-1])["right"], there, atol=1e-12)
+
+
+@pytest.mark.capability("11-45", "11-46")
+def test_in_turn_the_first_is_not_slowed_and_the_second_waits(cell):
+    start, goal = {"left": SWEEP[0], "right": BACK}, {"left": SWEEP[1], "right": OUT + 0.5 * TURN}
+    found = plan_in_turn(cell, start, goal, LIMITS, order=("left", "right"))
+    assert found, found.explain("en")
+    alone = plan_in_turn(cell.among(["left"]), start, goal, LIMITS, order=("left", "right"))
+    assert found.motions["left"].duration == pytest.approx(alone.motions["left"].duration)
+    assert found.motions["left"].waiting == 0.0
+    q = dense(found.at, found.duration)
+    assert largest_step(q) <= 1e-3
+    assert cell.free(q).all()
+    np.testing.assert_allclose(q[[0, -1]], [cell.joined(start), cell.joined(goal)], atol=1e-9)
+    t = np.linspace(0.0, found.duration, 4000)
+    velocity = np.diff(found.at(t), axis=0) / np.diff(t)[:, None]
+    assert np.abs(velocity).max() <= 2.0 + 1e-6
+    assert np.abs(np.diff(velocity, axis=0) / np.diff(t)[1:, None]).max() <= 8.0 * (1.0 + 1e-3)
+    assert found.explain("en") != found.explain("ar")
+    assert found.to_dict()["arms"]["right"]["duration"] == found.motions["right"].duration
+
+
+@pytest.mark.capability("11-45")
+def test_three_arms_in_turn(robot):
+    """Around a common middle; each goes to its neighbour's side."""
+    mounted = []
+    for k in range(3):
+        T = rotation_z(2.0 * np.pi * k / 3.0)
+        T[:3, 3] = -0.75 * T[:3, 0]
+        mounted.append(Mounted(f"arm {k}", robot, T))
+    cell = Arms(mounted)
+    start, goal = ({name: OUT * [1, 0.6, 1, 1, 1, 1] + side * TURN for name in cell.names} for side in (-0.9, 0.9))
+    limits = MotionLimits.of(18, velocity=2.0, acceleration=8.0)
+    found = plan_in_turn(cell, start, goal, limits, seed=1, seconds=60.0)
+    assert found, found.explain("en")
+    assert cell.free(dense(found.at, found.duration)).all()
+
+
+@pytest.mark.capability("11-45")
+def test_what_cannot_be_planned_in_turn_is_named(cell):
+    meeting = plan_in_turn(cell, {"left": SWEEP[0], "right": BACK}, {"left": MET, "right": MET}, LIMITS)
+    assert meeting.status is PlanningStatus.GOAL_BLOCKED
+    assert "left/" in meeting.explain("en")
+    started = plan_in_turn(cell, {"left": MET, "right": MET}, {}, LIMITS)
+    assert started.status is PlanningStatus.START_BLOCKED
+    none = plan_in_turn(
+        cell, {"left": SWEEP[0], "right": SWEEP[0]}, {"left": SWEEP[1], "right": SWEEP[1]}, LIMITS, seconds=1e-6
+    )
+    assert none.status is PlanningStatus.NOT_FOUND
+    assert none.duration == np.inf
+    assert "found no way" in none.explain("en")
+    ends = {"left": SWEEP[0], "right": BACK}
+    with pytest.raises(InputError, match="have to be finite"):
+        plan_in_turn(cell, ends, {}, MotionLimits.of(12, velocity=1.0))
+    with pytest.raises(InputError, match="no order of the arms"):
+        plan_in_turn(cell, ends, {}, LIMITS, order=("left", "left"))
+    with pytest.raises(InputError, match="no arm 'up'"):
+        plan_in_turn(cell, ends, {"up": BACK}, LIMITS)
+
+
+@pytest.mark.capability("11-45", "11-46")
+def test_one_arm_past_settled_motions_and_arms_that_are_only_met(cell):
+    """Left's motion is settled and runs through a block; only right has to keep clear of everything."""
+    low = Scene([Obstacle(Box((0.2, 0.2, 0.3)), (0.6, 0.1, 0.35), "block")])
+    alone = cell.with_scene(()).among(["left"])
+    left = plan_in_turn(alone, {"left": SWEEP[0], "right": BACK}, {"left": SWEEP[1]}, LIMITS).motions["left"]
+    met = cell.with_scene(low).with_passive(["left"])
+    start = {"left": SWEEP[0], "right": BACK}
+    assert met.free(met.joined({"left": OUT, "right": BACK}))
+    assert not cell.with_scene(low).free(met.joined({"left": OUT, "right": BACK}))
+    found = plan_past(met, "right", start, BACK + 2.0 * TURN, LIMITS, {"left": left})
+    assert found, found.explain("en")
+    assert met.free(dense(found.at, found.duration)).all()
+    assert found.motions["left"] is left
+    begun = left.later(0.5)
+    np.testing.assert_array_equal(begun.at([0.0, 0.2, 9.0]), left.at([0.5, 0.7, 9.0]))
+    twice = left.then(found.motions["right"])
+    assert twice.duration == pytest.approx(left.duration + found.motions["right"].duration)
+    into = plan_past(met, "right", start, np.array([-0.9, 1.2, 0.3, 0.0, 0.0, 0.0]), LIMITS, {})
+    assert into

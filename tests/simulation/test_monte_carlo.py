@@ -1,0 +1,267 @@
+"""Many drawn runs: each equals the run of its own plant, whatever runs beside it and wherever."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import mafsil as mf
+from mafsil import figures
+from mafsil.control import ComputedTorque, Wall, combined, computed_torque, feedforward, gravity_compensation
+from mafsil.errors import InputError
+from mafsil.mechanics.inertial_parameters import inertial_of, moved_parameters, parameters_of
+from mafsil.model import Inertial
+from mafsil.simulation import MonteCarloStatus, Normal, Plant, Scenario, Uniform, Variation, monte_carlo, simulate
+from mafsil.simulation.many_runs import chunk_size, wilson
+from mafsil.simulation.variation import drawn
+from mafsil.trajectory import quintic
+
+ALL = Variation(payload=(0.0, 2.0), payload_offset=(-0.05, 0.05), inertia=(0.9, 1.1), friction=(0.5, 2.0),
+                gains=(0.8, 1.2), start=Normal(0.0, 0.01))  # fmt: skip
+
+
+@cache
+def scenario(law="computed_torque", seconds=0.2, **options):
+    robot = mf.load("puma560")
+    laws = {
+        "computed_torque": lambda: computed_torque(robot, natural_frequency=25.0, integral=50.0),
+        "pd_gravity": lambda: gravity_compensation(robot, kp=200.0, kd=20.0),
+        "two": lambda: combined(feedforward(robot), gravity_compensation(robot, kp=200.0, kd=20.0)),
+        "own": lambda: Own(computed_torque(robot)),
+    }
+    path = quintic(np.zeros(6), [0.3, -0.2, 0.2, 0.4, -0.4, 0.5], seconds)
+    return Scenario(robot=robot, trajectory=path, law=laws[law](), **options)
+
+
+class Own:
+    """A law that only Python knows."""
+
+    def __init__(self, law):
+        self.law = law
+
+    def __call__(self, t, q, qd, reference):
+        return self.law(t, q, qd, reference)
+
+    def session(self, period):
+        return self
+
+
+def plant_of(robot, variants, k):
+    """The plant of run k by the models' own means."""
+    joints, row = [], 0
+    for joint in robot.mechanism.joints:
+        if joint.moves and joint.friction is not None:
+            f, factor = joint.friction, variants.friction[k, row]
+            row += 1
+            back = None if f.coulomb_negative is None else f.coulomb_negative * factor
+            joint = replace(joint, friction=replace(f, viscous=f.viscous * factor, coulomb=f.coulomb * factor,
+                                                    coulomb_negative=back, offset=f.offset * factor))  # fmt: skip
+        joints.append(joint)
+    arm = mf.Robot(replace(robot.mechanism, joints=tuple(joints)))
+    plant = Plant(arm).with_scaled_inertia(variants.inertia[k])
+    return plant.with_payload(variants.payload[k], com=variants.payload_offset[k], inertia=np.zeros((3, 3)))
+
+
+@pytest.mark.parametrize("fused", [True, False])
+def test_each_variant_is_the_run_of_its_own_plant(fused):
+    given = scenario()
+    variants = drawn(ALL, given.robot, 1e-3, 3, 7)
+    assert variants.friction is not None
+    assert variants.friction.shape[1] > 0
+    many = simulate(replace(given, variants=variants), fused=fused)
+    for k in range(3):
+        law = given.law
+        gains = type(law.gains)(*(x * variants.gains[k] for x in (law.gains.kp, law.gains.kd, law.gains.ki)))
+        law = ComputedTorque(given.robot, gains)
+        alone = simulate(replace(given, law=law, plant=plant_of(given.robot, variants, k),
+                                 q=variants.start[k] + given.trajectory.at(0.0).u,
+                                 integrator=replace(given, variants=variants).chosen_integrator))  # fmt: skip
+        assert np.allclose(many.q[:, k], alone.q, rtol=0, atol=1e-11)
+        assert np.allclose(many.tau[:, k], alone.tau, rtol=0, atol=1e-8)
+        assert np.allclose(many.qdd[:, k], alone.qdd, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("law", ["computed_torque", "pd_gravity", "two", "own"])
+def test_runs_are_the_same_alone_and_in_any_company(law):
+    variation = Variation(payload=(0.0, 2.0), inertia=(0.9, 1.1), start=Normal(0.0, 0.01))
+    given = scenario(law)
+    few, many = monte_carlo(given, variation, 3, seed=5), monte_carlo(given, variation, 9, seed=5)
+    assert all(np.array_equal(a, many.variants.columns()[name][:3]) for name, a in few.variants.columns().items())
+    for k in range(3):
+        recording = many.again(k)
+        assert recording.tip_position_error.max() == many.outcomes.tip_error[k]
+        assert np.array_equal(np.abs(recording.tau).max(axis=0), few.outcomes.effort[k])
+        rms = np.sqrt(np.mean(recording.tip_position_error**2))
+        assert rms == pytest.approx(many.outcomes.tip_rms[k], rel=1e-12)
+        work = np.abs(recording.tau * recording.qd).sum() * 1e-3
+        assert work == pytest.approx(many.outcomes.work[k], rel=1e-12)
+
+
+def test_an_executor_gives_the_same_bits(monkeypatch):
+    monkeypatch.setattr("mafsil.simulation.many_runs.MOST_IN_CHUNK", 4)
+    given, seen = scenario(), []
+    here = monte_carlo(given, ALL, 10, progress=seen.append)
+    with ThreadPoolExecutor(2) as pool:
+        there = monte_carlo(given, ALL, 10, executor=pool)
+    for name, array in here.outcomes.arrays().items():
+        assert np.array_equal(array, there.outcomes.arrays()[name]), name
+    assert seen == [0.4, 0.8, 1.0]
+    stopped = monte_carlo(given, ALL, 10, progress=lambda done: False)
+    assert len(stopped) == 4
+    assert np.array_equal(stopped.outcomes.tip_error, here.outcomes.tip_error[:4])
+
+
+def test_two_dask_workers_give_the_same_bits(monkeypatch):
+    distributed = pytest.importorskip("distributed")
+    given = scenario()
+    variation = Variation(payload=(0.0, 2.0), inertia=(0.9, 1.1))
+    size = chunk_size(given)
+    here = monte_carlo(given, variation, size + 5)
+    with (
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        there = monte_carlo(given, variation, size + 5, executor=client)
+        assert len(client.scheduler_info(n_workers=-1)["workers"]) == 2
+    for name, array in here.outcomes.arrays().items():
+        assert np.array_equal(array, there.outcomes.arrays()[name]), name
+
+
+def test_runs_that_blow_up_leave_the_others_alone():
+    given = scenario("pd_gravity", seconds=0.3, saturate=False)
+    variation = Variation(gains=(0.5, 30.0), start=Normal(0.0, 0.02))
+    found = monte_carlo(given, variation, 24, seed=1, bound=0.05)
+    assert found.status is MonteCarloStatus.SOME_FAILED
+    assert not found
+    finished = found.outcomes.finished
+    assert 0 < finished.sum() < 24
+    assert np.isinf(found.outcomes.tip_error[~finished]).all()
+    assert np.isfinite(found.outcomes.tip_error[finished]).all()
+    assert (found.outcomes.end[~finished] < 0.3 - 1e-9).all()
+    alone = found.again(int(np.flatnonzero(finished)[0]))
+    assert alone.tip_position_error.max() == found.outcomes.tip_error[finished][0]
+    assert next(iter(found.influence)) == "gains"
+    assert f"{int(finished.sum())} of 24" in found.explain("en")
+    assert np.isinf(found.quantile(1.0))
+    assert np.isfinite(found.quantile(0.01))
+    assert not finished[next(iter(found))]
+
+
+@pytest.mark.parametrize("law", ["computed_torque", "own"])
+def test_a_delay_is_that_of_the_delayed_law(law):
+    given = scenario(law)
+    found = monte_carlo(given, Variation(delay=Uniform(0.0, 0.004)), 6, seed=2)
+    late = found.variants.delay
+    assert late is not None
+    assert len(set(late.tolist())) > 2
+    for k in range(3):
+        alone = simulate(replace(given, law=mf.control.delayed(given.law, late[k] * 1e-3)))
+        assert alone.tip_position_error.max() == pytest.approx(found.outcomes.tip_error[k], rel=1e-9)
+
+
+def test_walls_are_felt_by_every_variant():
+    robot = mf.load("puma560")
+    tip = robot.forward_kinematics(np.zeros(6))
+    stands = Wall(point=tip[:3, 3] + [0.0, 0.0, 0.01], normal=[0.0, 0.0, -1.0], stiffness=2e4, damping=50.0)
+    given = scenario(plant=Plant(robot, environment=stands))
+    variation = Variation(payload=(0.0, 1.0))
+    found = monte_carlo(given, variation, 2, seed=3)
+    plant = given.plant.with_payload(found.variants.payload[1])
+    alone = simulate(replace(given, plant=plant, integrator=given.chosen_integrator))
+    assert alone.tip_position_error.max() == pytest.approx(found.outcomes.tip_error[1], rel=1e-9)
+    with pytest.raises(InputError, match="once a step"):
+        monte_carlo(replace(given, integrator="rk4"), variation, 2)
+
+
+@given(st.integers(0, 60), st.integers(1, 60))
+def test_the_interval_of_a_share_is_wilsons(good, count):
+    """Its ends are the shares from which what was seen lies 1.96 standard deviations away."""
+    good = min(good, count)
+    share, low, high = wilson(good, count)
+    assert 0.0 <= low <= share <= high <= 1.0
+    for end in (low, high):
+        if 1e-12 < end < 1.0 - 1e-12:
+            assert abs(share - end) == pytest.approx(1.959963984540054 * np.sqrt(end * (1 - end) / count), rel=1e-6)
+
+
+def test_draws_have_their_distributions():
+    robot = mf.load("puma560")
+    variants = drawn(Variation(payload=(1.0, 3.0), start=Normal(0.5, 0.1)), robot, 1e-3, 4000, 0)
+    assert variants.payload.min() >= 1.0
+    assert variants.payload.max() <= 3.0
+    assert variants.payload.mean() == pytest.approx(2.0, abs=0.05)
+    assert variants.start.mean() == pytest.approx(0.5, abs=0.005)
+    assert variants.start.std() == pytest.approx(0.1, rel=0.03)
+    together = np.corrcoef(variants.payload, variants.start[:, 0])[0, 1]
+    assert abs(together) < 0.06
+
+
+@given(st.integers(0, 10_000))
+def test_parameters_seen_from_another_frame(seed):
+    rng = np.random.default_rng(seed)
+    A = rng.normal(size=(3, 3))
+    body = Inertial(float(rng.uniform(0.1, 5)), rng.normal(size=3), A @ A.T)
+    R = np.linalg.qr(A)[0]
+    R, p = R * np.sign(np.linalg.det(R)), rng.normal(size=3)
+    moved = inertial_of(moved_parameters(parameters_of(body), R, p))
+    assert moved.mass == pytest.approx(body.mass)
+    assert np.allclose(moved.com, R @ body.com + p)
+    assert np.allclose(moved.inertia, R @ body.inertia @ R.T, atol=1e-8)
+
+
+def test_what_makes_no_sense_is_refused():
+    given = scenario()
+    for bad in ((1.0,), (2.0, 1.0), (0.0, np.nan), "wide", Normal(0.0, -1.0)):
+        with pytest.raises(InputError, match="payload"):
+            Variation(payload=bad)
+    for name, spread in (
+        ("payload", (-2.0, -1.0)),
+        ("inertia", (0.0, 0.0)),
+        ("friction", (-1.0, -0.5)),
+        ("delay", (-1, -1)),
+    ):
+        with pytest.raises(InputError, match=name):
+            monte_carlo(given, Variation(**{name: spread}), 4)
+    with pytest.raises(InputError, match="gains"):
+        monte_carlo(scenario("own"), Variation(gains=(0.9, 1.1)), 4)
+    with pytest.raises(InputError, match="batch"):
+        monte_carlo(replace(given, q=np.zeros((2, 6))), Variation(), 4)
+    for options in ({"runs": 0}, {"seed": -1}, {"bound": 0.0}, {"executor": 3}, {"progress": 3}):
+        with pytest.raises(InputError):
+            monte_carlo(given, Variation(), **{"runs": 2, **options})
+    with pytest.raises(InputError, match="delay"):
+        monte_carlo(given, Variation(delay=(1e3, 1e3)), 2)
+
+
+def test_the_answer_in_words_and_as_a_picture(tmp_path):
+    found = monte_carlo(scenario(), Variation(payload=(0.0, 2.0), inertia=(0.99, 1.01)), 40, bound=1e-3)
+    share, low, high = found.share_within
+    assert share == np.mean(found.outcomes.tip_error <= 1e-3)
+    for language in ("en", "ar"):
+        text = found.explain(language)
+        assert f"{100 * share:.4g}" in text
+        assert f"{100 * low:.4g}" in text
+        assert "payload" in text
+    worst = list(found)
+    assert all(a >= b for a, b in pairwise(found.outcomes.tip_error[worst]))
+    assert str(worst[0]) in repr(found)
+    assert set(found.to_dict()) >= {"influence", "drawn", "tip_error", "share_within"}
+    for name in ("a.png", "b.svg"):
+        figures.save_monte_carlo(found, tmp_path / name, language="ar")
+        assert (tmp_path / name).stat().st_size > 5000
+    assert high > share
+
+
+def test_other_engines_run_what_they_can_vary():
+    given = scenario(plant=mf.simulation.MuJoCoPlant(mf.load("puma560"), friction=False))
+    found = monte_carlo(given, Variation(gains=(0.8, 1.2), start=Normal(0.0, 0.01)), 2)
+    assert found
+    with pytest.raises(InputError, match="MuJoCo"):
+        monte_carlo(given, Variation(payload=(0.0, 1.0)), 2)
