@@ -7,7 +7,10 @@ pytest.importorskip("matplotlib")
 
 from mafsil import mobility as mo
 from mafsil.cli.main import main
+from mafsil.errors import InputError
 from mafsil.figures.linkage import draw_linkage, is_flat, lifted, save_linkage, save_torus
+from mafsil.figures.linkage_motion import motion_frames, save_linkage_motion
+from mafsil.mobility.loop_closure import largest_gap
 
 
 @pytest.mark.parametrize("name", ["four_bar", "bennett", "six_sps", "truss", "chain"])
@@ -35,6 +38,29 @@ def test_curves_on_the_torus(tmp_path):
     np.testing.assert_allclose(np.linalg.norm(up - mo.torus.embedded(curves[0]), axis=1), 0.05, atol=1e-9)
     out = np.hypot(np.hypot(up[:, 0], up[:, 1]) - 2.0, up[:, 2])
     assert (out > 0.7).all()
+
+
+@pytest.mark.parametrize("name", mo.library.names())
+def test_motions_that_are_shown_close_all_loops(name):
+    linkage = mo.library.linkage(name)
+    found = mo.mobility(linkage)
+    if not found.finite.mobility:
+        with pytest.raises(InputError, match=linkage.name):
+            motion_frames(linkage, found)
+        return
+    frames = motion_frames(linkage, found)
+    assert 20 < len(frames) < 200
+    assert largest_gap(linkage, frames).max() < 1e-9
+    assert np.ptp(frames, axis=0).max() > 0.1
+
+
+@pytest.mark.parametrize("name", ["four_bar", "door"])
+def test_moving_pictures(name, tmp_path):
+    image = pytest.importorskip("PIL.Image")
+    path = tmp_path / "linkage.gif"
+    save_linkage_motion(mo.library.linkage(name), path)
+    with image.open(path) as moving:
+        assert moving.n_frames > 20
 
 
 def test_the_command_draws(tmp_path, capsys):

@@ -72,8 +72,10 @@ def _count(value: str | int) -> int:
 
 def _draw(linkage: Linkage, found: Mobility, picture: str) -> None:
     from mafsil.figures.linkage import save_linkage
+    from mafsil.figures.linkage_motion import save_linkage_motion
 
+    save = save_linkage_motion if picture.lower().endswith(".gif") else save_linkage
     try:
-        save_linkage(linkage, picture, found=found)
+        save(linkage, picture, found=found)
     except OSError as error:
         raise FileError("file.cannot_write", path=picture, reason=error.strerror or str(error)) from None

@@ -11,7 +11,7 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.figures.picture_file import picture_file
 from mafsil.messages.visible import visible
-from mafsil.mobility import Kind, Linkage, Mobility, body_poses, closed_near, mobility, torus, trace
+from mafsil.mobility import Kind, Linkage, LinkageJoint, Mobility, body_poses, closed_near, mobility, torus, trace
 from mafsil.mobility.loop_closure import units
 from mafsil.mobility.motion_group import cross
 
@@ -58,15 +58,30 @@ def draw_linkage(linkage: Linkage, found: Mobility) -> Any:
     axes: Any = figure.add_axes((0.02, 0.02, 0.96, 0.88), projection=None if flat else "3d")
     for theta in _along_the_motion(linkage, found):
         _bodies(axes, linkage, theta, flat, ghost=True)
-    _bodies(axes, linkage, np.zeros(linkage.coordinates), flat, ghost=False)
-    idle = {name for one in found.instantaneous.idle for name in one.joints}
-    for each in linkage.joints:
-        _joint(axes, linkage, each.name, _IDLE if each.name in idle else _DRIVEN if each.actuated else _INK, flat)
+    skeleton(axes, linkage, np.zeros(linkage.coordinates), found)
     axes.set_aspect("equal")
     axes.margins(0.1)
     axes.axis("off")
     figure.suptitle(visible(found.explain().split("\n")[0]), fontsize=10, wrap=True)
     return figure
+
+
+def skeleton(axes: Any, linkage: Linkage, theta: Floats, found: Mobility) -> None:
+    """Draw bodies and joints.
+
+    Args:
+        axes: of matplotlib; flat if the linkage is, else 3D.
+        linkage: as drawn.
+        theta: (F,) closed configuration.
+        found: its report: idle joints are shown in orange, driven ones in green.
+    """
+    flat = is_flat(linkage)
+    _bodies(axes, linkage, theta, flat, ghost=False)
+    T = body_poses(linkage, theta)
+    idle = {name for one in found.instantaneous.idle for name in one.joints}
+    for each in linkage.joints:
+        colour = _IDLE if each.name in idle else _DRIVEN if each.actuated else _INK
+        _joint(axes, linkage, each, T[linkage.bodies.index(each.parent)], colour)
 
 
 def is_flat(linkage: Linkage) -> bool:
@@ -93,9 +108,19 @@ def _along_the_motion(linkage: Linkage, found: Mobility) -> list[Floats]:
 
 
 def _places(linkage: Linkage, body: str) -> Floats:
-    """(k, 3) points of the joints of a body where it is drawn, without repeats."""
-    points = [each.point for each in linkage.joints if body in (each.parent, each.child)]
-    return np.unique(np.round(np.array(points), 12), axis=0)
+    """(k, 3) points of the joints of a body where it is drawn, without repeats.
+
+    A body whose joints all stand on one axis would rotate unseen, so it gets one more point, beside the axis.
+    """
+    own = [each for each in linkage.joints if body in (each.parent, each.child)]
+    points = np.unique(np.round(np.array([each.point for each in own]), 12), axis=0)
+    axis = own[0].axis
+    rotating = all(each.kind in (Kind.REVOLUTE, Kind.CYLINDRICAL, Kind.HELICAL) for each in own)
+    off_axis = np.cross(points - points[0], axis).any() or any(np.cross(each.axis, axis).any() for each in own)
+    if not rotating or off_axis or body == linkage.ground:
+        return points
+    beside = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+    return np.vstack([points, points.mean(axis=0) + 0.3 * linkage.size * beside / np.linalg.norm(beside)])
 
 
 def _bodies(axes: Any, linkage: Linkage, theta: Floats, flat: bool, *, ghost: bool) -> None:
@@ -125,24 +150,22 @@ def _around(points: Floats) -> list[int]:
     return np.argsort(np.arctan2(flat[:, -1], flat[:, 0])).tolist()
 
 
-def _joint(axes: Any, linkage: Linkage, name: str, colour: str, flat: bool) -> None:
-    each = linkage.joints[linkage.index_of([name])[0]]
-    size = 2 if flat else 3
-    marker = MARKERS.get(each.kind, "o")
-    axes.plot(
-        *each.point[:size, None],
-        marker=marker,
-        markersize=6,
-        color="white",
-        markeredgecolor=colour,
-        markeredgewidth=1.8,
-        zorder=4,
-    )
+def _joint(axes: Any, linkage: Linkage, each: LinkageJoint, T_parent: Floats, colour: str) -> None:
+    flat = is_flat(linkage)
+    point, axis = T_parent[:3, :3] @ each.point + T_parent[:3, 3], T_parent[:3, :3] @ each.axis
+    look = {
+        "marker": MARKERS.get(each.kind, "o"),
+        "markersize": 6,
+        "color": "white",
+        "markeredgewidth": 1.8,
+        "zorder": 4,
+    }
+    axes.plot(*point[: 2 if flat else 3, None], markeredgecolor=colour, **look)
     if flat:
-        axes.annotate(visible(name), each.point[:2], (5, 5), textcoords="offset points", zorder=5)
+        axes.annotate(visible(each.name), point[:2], (5, 5), textcoords="offset points", zorder=5)
     elif each.kind in (Kind.REVOLUTE, Kind.CYLINDRICAL, Kind.HELICAL, Kind.PRISMATIC, Kind.UNIVERSAL):
-        half = 0.12 * linkage.size * each.axis
-        axes.plot(*np.array([each.point - half, each.point + half]).T, color=colour, linewidth=1.6, zorder=3)
+        half = 0.12 * linkage.size * axis
+        axes.plot(*np.array([point - half, point + half]).T, color=colour, linewidth=1.6, zorder=3)
 
 
 def save_torus(curves: Sequence[Floats], path: str | PathLike[str], *, names: tuple[str, str] = ("a", "b")) -> None:
