@@ -41,7 +41,7 @@ def _has_all(tree: Mechanism) -> bool:
     kinds = {joint.kind for joint in tree.joints}
     branches = len(set(tree.parents)) < len(tree.parents)
     massless = any(link.inertial is None for link in tree.links[1:])
-    return kinds == set(JointKind) and branches and massless and any(joint.mimic for joint in tree.joints)
+    return kinds == {kind for kind in JointKind if kind.freedoms <= 1} and branches and massless and any(joint.mimic for joint in tree.joints)
 
 
 @cache
