@@ -22,6 +22,7 @@ from tests.oracles.states import States, sample
 
 ROBOTS = ("panda", "puma560", "stanford_arm", "cobra600", "planar2r_point_masses", "tree")
 SHAPES = ((), (1,), (3, 1, 2), (0,))
+ONE_FREEDOM = {kind for kind in JointKind if kind.freedoms <= 1}
 EXACT = 1e-12
 """Relative to the robot's natural scale."""
 
@@ -41,7 +42,7 @@ def _has_all(tree: Mechanism) -> bool:
     kinds = {joint.kind for joint in tree.joints}
     branches = len(set(tree.parents)) < len(tree.parents)
     massless = any(link.inertial is None for link in tree.links[1:])
-    return kinds == {kind for kind in JointKind if kind.freedoms <= 1} and branches and massless and any(joint.mimic for joint in tree.joints)
+    return kinds == ONE_FREEDOM and branches and massless and any(joint.mimic for joint in tree.joints)
 
 
 @cache
