@@ -277,6 +277,19 @@ OPERATIONS: tuple[Operation, ...] = (
         ),
     ),
     Operation(
+        "parallel",
+        "mafsil.cli.parallel:parallel",
+        (
+            Parameter("file", "path", positional=True, required=True, reads=True),
+            Parameter("pose", "angle", many=True, metavar="X"),
+            Parameter("motors", "angle", many=True, metavar="Q"),
+            Parameter("load", "number", many=True, metavar="F"),
+            Parameter("ways", "flag"),
+            _DEGREES,
+            Parameter("picture", "path"),
+        ),
+    ),
+    Operation(
         "grasp",
         "mafsil.cli.grasp:grasp",
         (

@@ -69,6 +69,13 @@ from mafsil.parallel.platform_workspace import PlatformLimits as PlatformLimits
 from mafsil.parallel.platform_workspace import PlatformWorkspace as PlatformWorkspace
 from mafsil.parallel.platform_workspace import WorkspaceStatus as WorkspaceStatus
 from mafsil.parallel.platform_workspace import platform_workspace as platform_workspace
+from mafsil.parallel.regular_way import ModePath as ModePath
+from mafsil.parallel.regular_way import ModePathStatus as ModePathStatus
+from mafsil.parallel.regular_way import mode_path as mode_path
+from mafsil.parallel.robot_file import read_parallel as read_parallel
+from mafsil.parallel.singular_distance import NearestSingularity as NearestSingularity
+from mafsil.parallel.singular_distance import NearestStatus as NearestStatus
+from mafsil.parallel.singular_distance import nearest_singularity as nearest_singularity
 from mafsil.parallel.singular_kinds import SingularKind as SingularKind
 from mafsil.parallel.singular_kinds import SingularKinds as SingularKinds
 from mafsil.parallel.stewart import StewartPlatform as StewartPlatform

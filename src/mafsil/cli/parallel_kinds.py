@@ -1,0 +1,324 @@
+"""What `mafsil parallel` asks of each kind of parallel robot, under one name each."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.errors import InputError
+from mafsil.geometry import pose, rotation
+from mafsil.parallel import (
+    AssemblyModes,
+    CableRobot,
+    CableTensions,
+    DeltaRobot,
+    FiveBar,
+    ModePath,
+    NearestSingularity,
+    PlanarPoses,
+    PlanarThreeRPR,
+    PlanarThreeRRR,
+    SingularKinds,
+    StewartPlatform,
+    cable_tensions,
+    mode_path,
+    nearest_singularity,
+)
+from mafsil.parallel.robot_file import ParallelRobot
+
+Found = AssemblyModes | PlanarPoses | CableTensions
+
+SPATIAL = ("x", "y", "z", "roll", "pitch", "yaw")
+PLANAR = ("x", "y", "phi")
+ANGLES = ("roll", "pitch", "yaw", "phi")
+SPATIAL_WRENCH = ("mx", "my", "mz", "fx", "fy", "fz")
+PLANAR_WRENCH = ("mz", "fx", "fy")
+
+
+class Asked:
+    """A robot of one kind; what a kind does not answer is None.
+
+    Attributes:
+        pose: names of the numbers of a pose.
+        wrench: names of the components of a load.
+        rotary: whether coordinates of motors are angles.
+        count: of motors.
+    """
+
+    pose: ClassVar[tuple[str, ...]] = SPATIAL
+    wrench: ClassVar[tuple[str, ...]] = SPATIAL_WRENCH
+    rotary: ClassVar[bool] = False
+    count: int = 3
+
+    def motors(self, x: Floats) -> Floats:
+        """(m, k) coordinates of the motors at a pose, k choices each; NaN out of reach."""
+        raise NotImplementedError
+
+    def poses(self, motors: Floats) -> tuple[Found | None, Floats]:
+        """What was found for coordinates of the motors, and the poses as rows.
+
+        Raises:
+            InputError: this kind has no such function.
+        """
+        raise InputError("cli.parallel_no_poses")
+
+    def singularity(self, x: Floats) -> SingularKinds | None:
+        """At a pose, with the first choice of each motor."""
+        return None
+
+    def nearest(self, x: Floats) -> NearestSingularity | None:
+        """The nearest singular pose."""
+        return None
+
+    def way(self, x: Floats, y: Floats) -> ModePath | None:
+        """From pose to pose past singular ones."""
+        return None
+
+    def efforts(self, x: Floats, F: Floats) -> tuple[Found | None, Floats]:
+        """(m,) of the motors so that the platform exerts a wrench at a pose that is not singular."""
+        raise NotImplementedError
+
+    def draw(self, x: Floats, path: str) -> None:
+        """A picture at a pose into a file.
+
+        Raises:
+            InputError: this kind has none; the file is no picture.
+        """
+        raise InputError("cli.parallel_no_picture")
+
+
+class AskedStewart(Asked):
+    """A platform on six legs."""
+
+    count = 6
+
+    def __init__(self, robot: StewartPlatform) -> None:
+        self.robot = robot
+
+    def motors(self, x: Floats) -> Floats:
+        """One length each."""
+        return self.robot.lengths(matrix(x))[:, None]
+
+    def poses(self, motors: Floats) -> tuple[Found | None, Floats]:
+        """All assembly modes."""
+        found = self.robot.assembly_modes(motors)
+        T = found.T[: int(found.count)]
+        return found, np.concatenate([T[..., :3, 3], rotation.to_rpy(T[..., :3, :3])], axis=-1)
+
+    def singularity(self, x: Floats) -> SingularKinds | None:
+        """Of the second kind, if any."""
+        return self.robot.singularity(matrix(x))
+
+    def nearest(self, x: Floats) -> NearestSingularity | None:
+        """By searches."""
+        return nearest_singularity(self.robot, matrix(x))
+
+    def way(self, x: Floats, y: Floats) -> ModePath | None:
+        """By random trees."""
+        return mode_path(self.robot, matrix(x), matrix(y))
+
+    def efforts(self, x: Floats, F: Floats) -> tuple[Found | None, Floats]:
+        """Forces of the legs."""
+        return None, self.robot.leg_forces(matrix(x), F)
+
+    def draw(self, x: Floats, path: str) -> None:
+        """In space."""
+        from mafsil.figures import save_platform
+
+        save_platform(self.robot, matrix(x), path)
+
+
+class AskedThreeRPR(Asked):
+    """A planar platform on three sliders."""
+
+    pose, wrench = PLANAR, PLANAR_WRENCH
+
+    def __init__(self, robot: PlanarThreeRPR) -> None:
+        self.robot = robot
+
+    def motors(self, x: Floats) -> Floats:
+        """One length each."""
+        return self.robot.lengths(x)[:, None]
+
+    def poses(self, motors: Floats) -> tuple[Found | None, Floats]:
+        """All, by the sextic."""
+        found = self.robot.poses(motors)
+        return found, found.x[: int(found.count)]
+
+    def singularity(self, x: Floats) -> SingularKinds | None:
+        """Of the second kind, if any."""
+        return self.robot.singularity(x)
+
+    def nearest(self, x: Floats) -> NearestSingularity | None:
+        """By searches."""
+        return nearest_singularity(self.robot, x)
+
+    def way(self, x: Floats, y: Floats) -> ModePath | None:
+        """By random trees."""
+        return mode_path(self.robot, x, y)
+
+    def efforts(self, x: Floats, F: Floats) -> tuple[Found | None, Floats]:
+        """Forces of the legs."""
+        return None, self.robot.leg_forces(x, F)
+
+    def draw(self, x: Floats, path: str) -> None:
+        """In the plane."""
+        from mafsil.figures import save_planar_platform
+
+        save_planar_platform(self.robot, x, path)
+
+
+class AskedThreeRRR(Asked):
+    """A planar platform on three cranks."""
+
+    pose, wrench, rotary = PLANAR, PLANAR_WRENCH, True
+
+    def __init__(self, robot: PlanarThreeRRR) -> None:
+        self.robot = robot
+
+    def motors(self, x: Floats) -> Floats:
+        """Two angles each."""
+        return self.robot.angles(x)
+
+    def poses(self, motors: Floats) -> tuple[Found | None, Floats]:
+        """All, by the sextic."""
+        found = self.robot.poses(motors)
+        return found, found.x[: int(found.count)]
+
+    def singularity(self, x: Floats) -> SingularKinds | None:
+        """Of any kind."""
+        return self.robot.singularity(x, self.motors(x)[:, 0])
+
+    def efforts(self, x: Floats, F: Floats) -> tuple[Found | None, Floats]:
+        """By virtual work."""
+        return None, by_virtual_work(*self.robot.motor_matrices(x, self.motors(x)[:, 0]), F)
+
+
+class AskedDelta(Asked):
+    """A Delta robot."""
+
+    pose, wrench, rotary = SPATIAL[:3], SPATIAL_WRENCH[3:], True
+
+    def __init__(self, robot: DeltaRobot) -> None:
+        self.robot = robot
+
+    def motors(self, x: Floats) -> Floats:
+        """Two angles each, the knee outside first."""
+        return self.robot.angles(x)
+
+    def poses(self, motors: Floats) -> tuple[Found | None, Floats]:
+        """Both places."""
+        return None, real(self.robot.positions(motors))
+
+    def singularity(self, x: Floats) -> SingularKinds | None:
+        """Of any kind."""
+        return self.robot.singularity(self.motors(x)[:, 0], x)
+
+    def efforts(self, x: Floats, F: Floats) -> tuple[Found | None, Floats]:
+        """Torques."""
+        return None, self.robot.torques(self.motors(x)[:, 0], x, F)
+
+    def draw(self, x: Floats, path: str) -> None:
+        """In space."""
+        from mafsil.figures import save_delta
+
+        save_delta(self.robot, self.motors(x)[:, 0], path)
+
+
+class AskedFiveBar(Asked):
+    """A five-bar with motors at both ground pivots."""
+
+    pose, wrench, rotary, count = PLANAR[:2], PLANAR_WRENCH[1:], True, 2
+
+    def __init__(self, robot: FiveBar) -> None:
+        self.robot = robot
+
+    def motors(self, x: Floats) -> Floats:
+        """Two angles each; the elbow left of the line to the point first."""
+        pairs = self.robot.angles(x)
+        return np.stack([pairs[:, 0, 0], pairs[0, :, 1]])
+
+    def poses(self, motors: Floats) -> tuple[Found | None, Floats]:
+        """Both places."""
+        return None, real(self.robot.points(motors))
+
+    def singularity(self, x: Floats) -> SingularKinds | None:
+        """Of any kind, with the cranks outside."""
+        return self.robot.motor_singularity(self._outside(x), x)
+
+    def efforts(self, x: Floats, F: Floats) -> tuple[Found | None, Floats]:
+        """By virtual work, with the cranks outside."""
+        return None, by_virtual_work(*self.robot.motor_matrices(self._outside(x), x), F)
+
+    def draw(self, x: Floats, path: str) -> None:
+        """In the plane, with the cranks outside."""
+        from mafsil.figures import save_five_bar
+
+        angles = self._outside(x)
+        mode = int(np.linalg.norm(self.robot.points(angles) - x, axis=-1).argmin())
+        save_five_bar(self.robot, self.robot.chain_angles(angles, mode)[:4], path)
+
+    def _outside(self, x: Floats) -> Floats:
+        return self.robot.angles(x)[0, 1]
+
+
+class AskedCables(Asked):
+    """A platform in cables, in space."""
+
+    def __init__(self, robot: CableRobot) -> None:
+        self.robot, self.count = robot, robot.m
+
+    def motors(self, x: Floats) -> Floats:
+        """One length each."""
+        return self.robot.lengths(self._own(x))[:, None]
+
+    def efforts(self, x: Floats, F: Floats) -> tuple[Found | None, Floats]:
+        """Tensions, if cables can hold it."""
+        found = cable_tensions(self.robot, self._own(x), -F)
+        return found, found.tensions
+
+    def _own(self, x: Floats) -> Floats:
+        return matrix(x)
+
+
+class AskedPlanarCables(AskedCables):
+    """A platform in cables, in the plane."""
+
+    pose, wrench = PLANAR, PLANAR_WRENCH
+
+    def _own(self, x: Floats) -> Floats:
+        return x
+
+
+def asked(robot: ParallelRobot) -> Asked:
+    """A robot with the questions of the command."""
+    match robot:
+        case StewartPlatform():
+            return AskedStewart(robot)
+        case PlanarThreeRPR():
+            return AskedThreeRPR(robot)
+        case PlanarThreeRRR():
+            return AskedThreeRRR(robot)
+        case DeltaRobot():
+            return AskedDelta(robot)
+        case FiveBar():
+            return AskedFiveBar(robot)
+        case CableRobot():
+            return AskedPlanarCables(robot) if robot.planar else AskedCables(robot)
+
+
+def matrix(x: Floats) -> Floats:
+    """(4, 4) from x, y, z, roll, pitch, yaw."""
+    return pose.from_rotation_translation(rotation.from_rpy(x[3:]), x[:3])
+
+
+def by_virtual_work(A: Floats, B: Floats, F: Floats) -> Floats:
+    """(m,) efforts tau with tau . q' = F . V for A V = B q'."""
+    return np.asarray(B.T @ np.linalg.solve(A.T, F), dtype=np.float64)
+
+
+def real(x: Floats) -> Floats:
+    """The rows that exist."""
+    return x[np.isfinite(x).all(axis=-1)]

@@ -1,0 +1,99 @@
+"""Parallel robots in TOML files: a kind, and the numbers of its class.
+
+    kind = "stewart"
+    base_radius = 2.0
+    platform_radius = 1.0
+    base_angles = [-15, 15, 105, 135, 225, 255]         # degrees
+    platform_angles = [-45, 45, 75, 165, 195, 285]
+
+or `base` and `platform`, six places each; `3rpr`, `3rrr`, `delta`, `five_bar` and `cable` have the names of the
+attributes of `PlanarThreeRPR`, `PlanarThreeRRR`, `DeltaRobot`, `FiveBar` and `CableRobot`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mafsil.arrays import single
+from mafsil.errors import FileError, InputError
+from mafsil.parallel.cable_robot import CableRobot
+from mafsil.parallel.delta import DeltaRobot
+from mafsil.parallel.five_bar import FiveBar
+from mafsil.parallel.planar_legs import PlanarThreeRPR, PlanarThreeRRR
+from mafsil.parallel.stewart import StewartPlatform
+from mafsil.toml_source import parsed_toml
+
+ParallelRobot = StewartPlatform | PlanarThreeRPR | PlanarThreeRRR | DeltaRobot | FiveBar | CableRobot
+
+KINDS: dict[str, type[ParallelRobot]] = {
+    "stewart": StewartPlatform,
+    "3rpr": PlanarThreeRPR,
+    "3rrr": PlanarThreeRRR,
+    "delta": DeltaRobot,
+    "five_bar": FiveBar,
+    "cable": CableRobot,
+}
+CIRCLES = ("base_radius", "platform_radius", "base_angles", "platform_angles")
+"""Another way to describe a platform on six legs: two circles, angles in degrees."""
+LARGEST_FILE = 1_000_000
+HEADING = ("kind", "name")
+
+
+def read_parallel(path: str | PathLike[str]) -> ParallelRobot:
+    """The parallel robot in a TOML file.
+
+    Args:
+        path: of the file.
+
+    Raises:
+        FileError: missing, unreadable, malformed, an unknown kind, unknown or missing keys, numbers that make no robot.
+    """
+    file = Path(path)
+    try:
+        if file.is_file() and file.stat().st_size > LARGEST_FILE:
+            raise FileError("mobility.file_too_large", path=str(path), limit=LARGEST_FILE)
+        data = parsed_toml(file.read_text("utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise FileError("mobility.file_unreadable", path=str(path), reason=reason) from None
+    except ValueError as error:
+        raise FileError("mobility.file_malformed", path=str(path), reason=str(error)) from None
+    return parse_parallel(data, file.name)
+
+
+def parse_parallel(data: dict[str, Any], source: str) -> ParallelRobot:
+    """The parallel robot in plain data.
+
+    Args:
+        data: as read from TOML.
+        source: name for errors.
+
+    Raises:
+        FileError: as `read_parallel`.
+    """
+    kind = data.get("kind")
+    if not isinstance(kind, str) or kind not in KINDS:
+        raise FileError("parallel.file_kind", path=source, given=repr(kind), known=", ".join(KINDS))
+    numbers = {key: value for key, value in data.items() if key not in HEADING}
+    circles = kind == "stewart" and any(key in numbers for key in CIRCLES)
+    keys = CIRCLES if circles else tuple(each.name for each in fields(KINDS[kind]))
+    for key in numbers:
+        if key not in keys:
+            raise FileError("mobility.file_key", path=source, place="", name=key, known=", ".join((*HEADING, *keys)))
+    for key in keys:
+        if key not in numbers:
+            raise FileError("mobility.file_missing", path=source, place=kind, name=key)
+    try:
+        return _on_circles(numbers) if circles else KINDS[kind](**numbers)
+    except InputError as error:
+        raise FileError("mobility.file_joint", path=source, place=kind, reason=error.message()) from None
+
+
+def _on_circles(numbers: dict[str, Any]) -> StewartPlatform:
+    angles = [np.radians(single(name, numbers[name], (6,))) for name in CIRCLES[2:]]
+    return StewartPlatform.on_circles(numbers["base_radius"], numbers["platform_radius"], *angles)
