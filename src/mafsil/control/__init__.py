@@ -11,6 +11,12 @@ from mafsil.control.citation import CITATIONS as CITATIONS
 from mafsil.control.citation import Citation as Citation
 from mafsil.control.citation import citation as citation
 from mafsil.control.citation import citations_of as citations_of
+from mafsil.control.closed_chain_laws import ClosedComputedTorque as ClosedComputedTorque
+from mafsil.control.closed_chain_laws import ClosedGravityCompensation as ClosedGravityCompensation
+from mafsil.control.closed_chain_laws import closed_computed_torque as closed_computed_torque
+from mafsil.control.closed_chain_laws import closed_gravity_compensation as closed_gravity_compensation
+from mafsil.control.closed_reference import DrivenTrajectory as DrivenTrajectory
+from mafsil.control.closed_reference import driven_trajectory as driven_trajectory
 from mafsil.control.computed_torque import ComputedTorque as ComputedTorque
 from mafsil.control.computed_torque import computed_torque as computed_torque
 from mafsil.control.constraint import ConstrainedDynamics as ConstrainedDynamics

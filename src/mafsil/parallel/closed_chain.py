@@ -168,7 +168,34 @@ class ClosedChain:
         result[..., free] += change.reshape(*shape, len(free))
         return result
 
-    def forward_dynamics(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike) -> ClosedAccelerations:
+    def accelerations(self, q: ArrayLike, qd: ArrayLike, driven: ArrayLike) -> JointVector:
+        """(*batch, n) accelerations of all joints that keep the loops closed, from those of the driven joints.
+
+        Where the driven joints do not decide the others, the shortest; where they contradict the loops, in the sense of
+        least squares.
+
+        Args:
+            q, qd: (*batch, n) coordinates and rates.
+            driven: (*batch, a) accelerations of the driven joints [rad/s^2 | m/s^2].
+        """
+        found, given = self.terms(q, qd), as_batch("driven", driven, (len(self.actuated),), finite=True)
+        shape = np.broadcast_shapes(found.h.shape[:-1], given.shape[:-1])
+        result = np.zeros((*shape, self.n))
+        result[..., self.actuated] = given
+        passive = self._free(self.actuated)
+        missing = np.einsum("...mn,...n->...m", found.J, result) + found.gamma
+        change = _correction(
+            np.ascontiguousarray(np.broadcast_to(found.J[..., passive], (*shape, self.m, len(passive)))).reshape(
+                -1, self.m, len(passive)
+            ),
+            missing.reshape(-1, self.m),
+        )
+        result[..., passive] += change.reshape(*shape, len(passive))
+        return result
+
+    def forward_dynamics(
+        self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, *, added_inertia: ArrayLike | None = None
+    ) -> ClosedAccelerations:
         """Accelerations of all joints and the forces that hold the loops together.
 
         Loops that ask the same thing several times have no unique forces: the shortest are taken.
@@ -177,8 +204,13 @@ class ClosedChain:
             q: (*batch, n) coordinates that close the loops [rad | m].
             qd: (*batch, n) rates that keep them closed.
             tau: (*batch, n) efforts, or (*batch, a) of the driven joints alone [N m | N].
+            added_inertia: (*batch, n, n) that the mass matrix gets besides, such as step times damping; none if None.
         """
         found = self.terms(q, qd)
+        if added_inertia is not None:
+            found = found._replace(
+                M=np.ascontiguousarray(found.M + as_batch("added_inertia", added_inertia, (self.n,) * 2))
+            )
         qdd, force, ranks = _solved(found, self._efforts(tau))
         return ClosedAccelerations(qdd, force, ranks, self.m, _error(found))
 

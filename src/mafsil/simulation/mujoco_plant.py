@@ -46,20 +46,6 @@ class MuJoCoPlant(Plant):
         return f"MuJoCo {import_module('mujoco').__version__}"
 
 
-def stepper_of(plant: Plant, name: str, step: float) -> Stepper:
-    """What moves a plant: our integrators, or MuJoCo.
-
-    Args:
-        plant: that moves.
-        name: of the integrator.
-        step: its length [s].
-
-    Raises:
-        InputError: MuJoCo has no such integrator.
-    """
-    return MuJoCoStepper(plant, name, step) if isinstance(plant, MuJoCoPlant) else Stepper(plant, name, step)
-
-
 class MuJoCoStepper(Stepper):
     """Steps of a plant in MuJoCo; batches one after the other."""
 

@@ -46,6 +46,7 @@ class SimulationStatus(Status):
     LAW_RAISED = ("simulation.law_raised", False)
     LAW_NONSENSE = ("simulation.law_nonsense", False)
     BLIND = ("simulation.blind", False)
+    LOOPS_LOST = ("simulation.run_lost_loops", False)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)

@@ -12,10 +12,10 @@ from mafsil.control import Law, saturated, tip_wrench_of
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
 from mafsil.simulation.clock import RealTime
+from mafsil.simulation.closed_plant import LoopsLost, stepper_of
 from mafsil.simulation.disturbance import push_at
 from mafsil.simulation.faults import decided, law_name, require_efforts, require_measured, task_of
 from mafsil.simulation.fused import FusedLoop
-from mafsil.simulation.mujoco_plant import stepper_of
 from mafsil.simulation.recording import Recording, SimulationStatus
 from mafsil.simulation.scenario import Scenario
 from mafsil.simulation.stepping import Stepper
@@ -92,6 +92,8 @@ class Run:
             try:
                 for i in range(substeps):
                     q, qd = step(t + i * h, (q, qd), h)
+            except LoopsLost as lost:
+                return self._lost(k, lost)
             except InputError:
                 # Single calls refuse NaN; in batches it shows in the rates below.
                 qd = np.full_like(qd, np.nan)
@@ -121,6 +123,10 @@ class Run:
         """
         self.done, self.fault = self.tick, fault
         return status
+
+    def _lost(self, k: int, lost: LoopsLost) -> SimulationStatus:
+        self.fault = lost.message()
+        return self._ended(k, SimulationStatus.LOOPS_LOST)
 
     def _acting(self, k: int, command: JointVector) -> JointVector:
         """What acts at tick k of the commands so far."""

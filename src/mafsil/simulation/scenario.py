@@ -13,6 +13,7 @@ from mafsil.control import Law
 from mafsil.errors import InputError
 from mafsil.kernels.lazy import lazy
 from mafsil.robot import Robot, as_robot
+from mafsil.simulation.closed_plant import ClosedPlant, plant_of
 from mafsil.simulation.disturbance import SensorNoise, WrenchPulse
 from mafsil.simulation.plant import Plant
 from mafsil.simulation.stepping import (
@@ -42,7 +43,7 @@ class Scenario:
         robot: the arm as its model knows it.
         trajectory: the reference, of robot.n coordinates.
         law: the controller.
-        plant: the true arm; the robot itself, with its friction, if None.
+        plant: the true arm; the robot itself, with its friction and its loops, if None.
         q, qd: (*batch, n) initial state; the start of the trajectory, at its velocity, if None [rad | m], [.../s].
         disturbances: pushes at the tip.
         noise: of the sensors, or None.
@@ -103,7 +104,12 @@ class Scenario:
             limit = MOST_NUMBERS / (NUMBERS_PER_TICK + NUMBERS_PER_COORDINATE * size)
             details = {"duration": self.length, "ticks": ticks, "limit": limit}
             raise InputError("simulation.too_long", **details, period=self.control_period)
-        self.start()
+        start = self.start()[0]
+        plant = self.true_plant
+        if isinstance(plant, ClosedPlant):
+            if self.variants is not None:
+                raise InputError("simulation.varied_loops")
+            plant.require_closed(start)
 
     @property
     def length(self) -> float:
@@ -120,7 +126,7 @@ class Scenario:
     @property
     def true_plant(self) -> Plant:
         """The plant that moves."""
-        return self.plant or Plant(self.robot)
+        return self.plant or plant_of(self.robot)
 
     @property
     def control_period(self) -> float:

@@ -148,7 +148,7 @@ def damped_acceleration(
     load = load - law.offset @ law.gain
     after, acceleration = qd, np.zeros_like(qd)
     for _ in range(ITERATIONS):
-        slope = _secant(law, after)
+        slope = friction_slope(law, after)
         acceleration = _solved(M + h * slope, load - (slope @ qd[..., None])[..., 0])
         after = qd + h * acceleration
     return acceleration
@@ -162,7 +162,7 @@ def _solved(M: Floats, b: Floats) -> Floats:
         return np.full_like(b, np.nan)
 
 
-def _secant(law: FrictionLaw, v: Floats) -> Floats:
+def friction_slope(law: FrictionLaw, v: Floats) -> Floats:
     """D (*batch, n, n): D v + offset is the friction at the rates v (*batch, n)."""
     w = v @ law.gain.T
     moving = np.abs(w) > NEGLIGIBLE_RATE * SMOOTHING

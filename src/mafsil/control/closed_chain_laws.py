@@ -1,0 +1,110 @@
+"""Laws of closed chains: efforts of the driven joints alone, by the dynamics with the forces of the loops.
+
+Reference: Nakamura and Ghodoussi, Dynamics computation of closed-link robot mechanisms with nonredundant and redundant
+actuators, IEEE Trans. Rob. Autom. 5, 1989.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, JointVector, require_kind
+from mafsil.control.gains import Gains
+from mafsil.control.law import Law
+from mafsil.parallel import ClosedChain
+from mafsil.trajectory import Motion
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ClosedComputedTorque:
+    """Efforts of the driven joints that give them the acceleration a + Kd (v - qd) + Kp (u - q) with closed loops.
+
+    Attributes:
+        chain: the model; it may differ from the plant.
+        gains: of the driven joints, in units of acceleration.
+    """
+
+    chain: ClosedChain
+    gains: Gains
+
+    def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
+        """Efforts (*batch, n), zero for joints that are not driven [N m | N]."""
+        driven = reference.a[..., self.chain.actuated] + _feedback(self.chain, self.gains, q, qd, reference)
+        acceleration = self.chain.accelerations(q, qd, driven)
+        return _of_all(self.chain, self.chain.inverse_dynamics(q, qd, acceleration).tau)
+
+    def session(self, period: float) -> Law:
+        """The law itself: it needs no memory."""
+        return self
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ClosedGravityCompensation:
+    """Springs and dampers at the driven joints, and the efforts that hold the mechanism up where it is.
+
+    Attributes:
+        chain: the model.
+        gains: of the driven joints, in units of effort.
+    """
+
+    chain: ClosedChain
+    gains: Gains
+
+    def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
+        """Efforts (*batch, n), zero for joints that are not driven [N m | N]."""
+        still = np.zeros(q.shape)
+        holding = self.chain.inverse_dynamics(q, still, still).tau
+        return _of_all(self.chain, holding + _feedback(self.chain, self.gains, q, qd, reference))
+
+    def session(self, period: float) -> Law:
+        """The law itself: it needs no memory."""
+        return self
+
+
+def closed_computed_torque(
+    chain: ClosedChain, *, natural_frequency: ArrayLike = 20.0, damping_ratio: ArrayLike = 1.0
+) -> ClosedComputedTorque:
+    """Computed torque of a closed chain; the errors of the driven joints obey e'' + 2 zeta w e' + w^2 e = 0.
+
+    Args:
+        chain: the model.
+        natural_frequency: w, a number or one per driven joint [rad/s].
+        damping_ratio: zeta, a number or one per driven joint; 1 is critical damping.
+
+    Raises:
+        InputError: a wrong shape, a negative number.
+    """
+    require_kind("chain", chain, "ClosedChain", "inverse_dynamics", "actuated")
+    gains = Gains.from_natural_frequency(len(chain.actuated), natural_frequency, damping_ratio, 0.0)
+    return ClosedComputedTorque(chain, gains)
+
+
+def closed_gravity_compensation(chain: ClosedChain, kp: ArrayLike, kd: ArrayLike) -> ClosedGravityCompensation:
+    """Springs and dampers at the driven joints of a closed chain, and what holds it up.
+
+    Args:
+        chain: the model.
+        kp: stiffness, a number or one per driven joint [N m/rad | N/m].
+        kd: damping, likewise [N m s/rad | N s/m].
+
+    Raises:
+        InputError: a wrong shape, a negative number.
+    """
+    require_kind("chain", chain, "ClosedChain", "inverse_dynamics", "actuated")
+    return ClosedGravityCompensation(chain, Gains.of(len(chain.actuated), kp, kd))
+
+
+def _feedback(chain: ClosedChain, gains: Gains, q: JointVector, qd: JointVector, reference: Motion) -> Floats:
+    """(*batch, a) Kp (u - q) + Kd (v - qd) of the driven joints."""
+    a = chain.actuated
+    return gains.kp * (reference.u[..., a] - q[..., a]) + gains.kd * (reference.v[..., a] - qd[..., a])
+
+
+def _of_all(chain: ClosedChain, driven: Floats) -> JointVector:
+    """(*batch, n) efforts of all joints."""
+    effort = np.zeros((*driven.shape[:-1], chain.n))
+    effort[..., chain.actuated] = driven
+    return effort

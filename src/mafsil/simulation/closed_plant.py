@@ -1,0 +1,172 @@
+"""Mechanisms with loops as plants: only driven joints get efforts, and every step ends with closed loops.
+
+1. A step of the integrator with the accelerations of the closed chain.
+2. Newton's method takes the coordinates back to closed loops by the shortest step.
+3. Rates lose what would open the loops, with the least kinetic energy.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mafsil.arrays import Floats, JointVector, Vector6
+from mafsil.errors import InputError
+from mafsil.kernels.lazy import lazy
+from mafsil.parallel import ClosedChain
+from mafsil.robot import Robot
+from mafsil.simulation.mujoco_plant import MuJoCoPlant, MuJoCoStepper
+from mafsil.simulation.plant import Plant
+from mafsil.simulation.stepping import IMPLICIT_FRICTION, ITERATIONS, Stepper, friction_slope
+from mafsil.solvers import method, second_order
+from mafsil.solvers.integrate import State, Step
+
+STARTS_OPEN = 1e-6
+"""Gap over the size beyond which a start is refused instead of closed."""
+
+
+class LoopsLost(InputError):
+    """After a step the loops could not be closed any more."""
+
+
+@dataclass(frozen=True, eq=False)
+class ClosedPlant(Plant):
+    """A mechanism with loops; efforts of joints that are not driven do nothing.
+
+    Attributes:
+        actuated: names of the driven joints; those that the description drives if None.
+
+    Raises:
+        ModelError: the mechanism has no loops, or a joint is unknown.
+    """
+
+    actuated: tuple[str, ...] | None = None
+
+    @lazy
+    def chain(self) -> ClosedChain:
+        """The dynamics with the forces of the loops."""
+        return ClosedChain(self.robot, self.actuated)
+
+    def require_closed(self, q: JointVector) -> None:
+        """Refuse a start whose loops gape.
+
+        Args:
+            q: (*batch, n) coordinates.
+
+        Raises:
+            InputError: the sentence says how far, and where the nearest closed configuration is.
+        """
+        error = float(self.chain.error(q).max(initial=0.0))
+        if error > STARTS_OPEN * self.chain.size:
+            raise InputError("parallel.starts_open", error=error, why=self.chain.closed(q).explain())
+
+    def acceleration(self, q: JointVector, qd: JointVector, tau: JointVector, push: Vector6 | None = None) -> Floats:
+        """Joint accelerations (*batch, n) with closed loops; arguments as for `Plant.acceleration`."""
+        return self.chain.forward_dynamics(q, qd, self._applied(q, qd, tau, push, friction=True)).qdd
+
+    def damped(self, q: JointVector, qd: JointVector, tau: JointVector, push: Vector6 | None, h: float) -> Floats:
+        """Mean acceleration (*batch, n) over a step, friction taken at its end; see `damped_acceleration`.
+
+        Args:
+            q, qd: (*batch, n) state at the beginning of the step.
+            tau: (*batch, n) efforts of the motors [N m | N].
+            push: (*batch, 6) of the world on the tip, or None.
+            h: length of the step [s].
+        """
+        load = self._applied(q, qd, tau, push, friction=False)
+        if not self.has_friction:
+            return self.chain.forward_dynamics(q, qd, load).qdd
+        law = self.friction_law
+        load = load - law.offset @ law.gain
+        after, acceleration = qd, np.zeros_like(qd)
+        for _ in range(ITERATIONS):
+            slope = friction_slope(law, after)
+            held = (slope @ qd[..., None])[..., 0]
+            acceleration = self.chain.forward_dynamics(q, qd, load - held, added_inertia=h * slope).qdd
+            after = qd + h * acceleration
+        return acceleration
+
+    def loop_forces(self, q: JointVector, qd: JointVector, tau: JointVector) -> Floats:
+        """(*batch, m) forces that hold the loops together, without pushes [N m, N]; as a recording has its arguments.
+
+        Args:
+            q, qd: (*batch, n) motion.
+            tau: (*batch, n) efforts that acted.
+        """
+        return self.chain.forward_dynamics(q, qd, self._applied(q, qd, tau, None, friction=True)).force
+
+    def _applied(
+        self, q: JointVector, qd: JointVector, tau: JointVector, push: Vector6 | None, *, friction: bool
+    ) -> Floats:
+        """(*batch, n) efforts of motors, friction and world."""
+        shape = np.broadcast_shapes(np.shape(q), np.shape(tau))
+        applied = np.zeros(shape)
+        applied[..., self.chain.actuated] = np.broadcast_to(tau, shape)[..., self.chain.actuated]
+        if friction and self.has_friction:
+            applied -= self.robot.friction_torque(qd)
+        push = self.tip_push(q, qd, push)
+        if push is not None:
+            J = self.robot.jacobian_body(q)
+            applied = applied + (np.swapaxes(J, -1, -2) @ push[..., None])[..., 0]
+        return applied
+
+
+class ClosedStepper(Stepper):
+    """Steps of a closed plant."""
+
+    def __init__(self, plant: ClosedPlant, name: str, step: float) -> None:
+        super().__init__(plant, name, step)
+        self._closed = plant
+        self._free = self._damped if name == IMPLICIT_FRICTION else second_order(method(name), self._accelerated)
+
+    def move(self) -> Step:
+        """The step as a function of (t, state, h)."""
+        return self._step
+
+    def acceleration(self, q: JointVector, qd: JointVector, effort: JointVector, push: Vector6 | None) -> JointVector:
+        """qdd (*batch, n) with which a step begins; with implicit friction, its mean over the step."""
+        if self.name == IMPLICIT_FRICTION:
+            return self._closed.damped(q, qd, effort, push, self.step)
+        return self._closed.acceleration(q, qd, effort, push)
+
+    def _step(self, t: float, state: State, h: float) -> State:
+        q, qd = self._free(t, state, h)
+        chain = self._closed.chain
+        back = chain.closed(q)
+        if not back:
+            raise LoopsLost("simulation.loops_lost", gap=float(back.error.max(initial=0.0)))
+        return back.q, chain.rates(back.q, qd)
+
+    def _accelerated(self, t: float, q: JointVector, qd: JointVector) -> JointVector:
+        return self._closed.acceleration(q, qd, self.effort, self.push)
+
+    def _damped(self, t: float, state: State, h: float) -> State:
+        q, qd = state
+        qd = qd + h * self._closed.damped(q, qd, self.effort, self.push, h)
+        return q + h * qd, qd
+
+
+def plant_of(robot: Robot) -> Plant:
+    """The plant of a robot as it is: with loops if it has some."""
+    return ClosedPlant(robot) if robot.mechanism.loops else Plant(robot)
+
+
+def stepper_of(plant: Plant, name: str, step: float) -> Stepper:
+    """What moves a plant: our integrators for trees or for loops, or MuJoCo.
+
+    Args:
+        plant: that moves.
+        name: of the integrator.
+        step: its length [s].
+
+    Raises:
+        InputError: MuJoCo has no such integrator.
+    """
+    match plant:
+        case MuJoCoPlant():
+            return MuJoCoStepper(plant, name, step)
+        case ClosedPlant():
+            return ClosedStepper(plant, name, step)
+        case _:
+            return Stepper(plant, name, step)
