@@ -36,8 +36,8 @@ pose = { position = [0.36796872, -0.3, 0.139410612], quaternion = [-1.09494382e-
 VIA = "joints = [0.3, -0.2, 0.1, -1.8, 0.1, 1.7, 0.6]\nvia = [[0.1, -0.2, 0.1, -1.8, 0.1, 1.7, 0.6]]\n"
 
 
-def planned(text: str) -> tuple[Robot, Plan]:
-    answer = prepare(parse(text, "x.toml"), text, HERE, source="x.toml")
+def planned(text: str, folder: Path = HERE) -> tuple[Robot, Plan]:
+    answer = prepare(parse(text, "x.toml"), text, folder, source="x.toml")
     assert not isinstance(answer, Refusal), answer.explain()
     return answer
 
@@ -389,4 +389,4 @@ BLOCKS = re.findall(r"```toml\n(.*?)```", (DOCS / "job_files.md").read_text(enco
 
 @pytest.mark.parametrize("text", BLOCKS)
 def test_jobs_of_the_docs_can_be_planned(text: str) -> None:
-    planned(text)
+    planned(text, DOCS)

@@ -12,9 +12,23 @@ from tests.model.sdf.test_sdf import HOSTILE as SDF_CASES
 from tests.model.urdf.hostile_files import CASES as URDF_CASES
 from tests.model.xacro.hostile_xacros import CASES as XACRO_CASES
 
-ELSEWHERE = {"F0101", "F0102", "F0103", "M0704", "F0138", "X1114", "X1119", "X1121", "D1205", "D1207", "T1301"}
-"""Faults of files on disk, raised in test_robot_file_source.py, test_hostile_models.py, test_xacro.py
-and test_sdf.py."""
+ELSEWHERE = {
+    "F0101",
+    "F0102",
+    "F0103",
+    "M0704",
+    "F0138",
+    "X1114",
+    "X1119",
+    "X1121",
+    "D1205",
+    "D1207",
+    "T1301",
+    "M0723",
+    "M0727",
+}
+"""Faults of files on disk and of loops, raised in test_robot_file_source.py, test_hostile_models.py, test_xacro.py,
+test_sdf.py and test_mjcf_loops.py."""
 
 
 def test_every_fault_is_raised() -> None:

@@ -59,7 +59,7 @@ def test_computed_torque_follows_with_closed_loops(integrator):
     assert np.abs(tape.q - tape.q_ref).max() < 5e-3
     assert not tape.tau[:, 1:].any()
     # An error at the start dies out as e'' + 2 w e' + w^2 e = 0 says.
-    away = chain.closed(scenario.trajectory.at(0.0).u + [0.02, 0, 0], hold=["A"]).q
+    away = chain.closed(scenario.trajectory.at(0.0).u + np.array([0.02, 0, 0]), hold=["A"]).q
     moved = simulate(replace(scenario, q=away, integrator="rk4"))
     e, t = (moved.q_ref - moved.q)[:, 0], moved.t
     assert np.abs(e + 0.02 * np.exp(-20 * t) * (1 + 20 * t)).max() < 1e-3
@@ -159,8 +159,8 @@ def test_what_cannot_be_run_is_said():
     q = stiff.closed([0.3, 0.5, 1.5], hold=["A"]).q
     with pytest.raises(InputError, match="cannot follow"):
         driven_trajectory(stiff, quintic([0.3], [2.5], 1.0), q)
+    parallelogram = ClosedChain(four_bar(1.0, 0.5, 1.0, 0.5))
     with pytest.raises(InputError, match="do not decide"):
-        parallelogram = ClosedChain(four_bar(1.0, 0.5, 1.0, 0.5))
         driven_trajectory(parallelogram, rest([0.0], 1.0), [0.0, 0.0, 0.0])
     from mafsil.simulation import Normal, Variation, monte_carlo
 

@@ -22,7 +22,17 @@ from mafsil.job.stretch import Driven, Stretch, stretches
 from mafsil.job.tip_laws import environment_of
 from mafsil.messages.quantities import digits, quantity
 from mafsil.robot import Robot
-from mafsil.simulation import Deadlines, MuJoCoPlant, Plant, Recording, Scenario, SensorNoise, WrenchPulse, simulate
+from mafsil.simulation import (
+    ClosedPlant,
+    Deadlines,
+    MuJoCoPlant,
+    Plant,
+    Recording,
+    Scenario,
+    SensorNoise,
+    WrenchPulse,
+    simulate,
+)
 from mafsil.simulation.stepping import IMPLICIT_FRICTION, STIFF, friction_stiffness
 
 EXPLICIT = "rk4"
@@ -115,7 +125,7 @@ def _loaded(robot: Robot, carried: Grasp | None, *, known: bool = False) -> Robo
 
 def _plant(job: Job, robot: Robot) -> Plant:
     """The true arm: its friction, and the masses that its model does not know."""
-    kind = MuJoCoPlant if job.simulation.plant == "mujoco" else Plant
+    kind = ClosedPlant if robot.mechanism.loops else MuJoCoPlant if job.simulation.plant == "mujoco" else Plant
     plant = kind(robot, friction=job.simulation.friction, environment=environment_of(job))
     error = job.simulation.mass_error
     return plant if error == 0.0 else plant.with_scaled_inertia(1.0 + error)

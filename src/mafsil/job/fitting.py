@@ -10,6 +10,7 @@ import numpy as np
 
 from mafsil.arrays import JointVector
 from mafsil.ik.problem import reach_bound
+from mafsil.job.closed_moves import limits_of, listed_joints, require_closed_job
 from mafsil.job.description import Job, Pose
 from mafsil.job.language.units import angle_unit, length_unit
 from mafsil.job.lines import Path, Places, dotted
@@ -28,9 +29,10 @@ FAR = 20.0
 
 
 def coordinates(job: Job, robot: Robot, values: tuple[float, ...]) -> JointVector:
-    """(n,) numbers of the job as joint coordinates [rad | m]."""
+    """(n,) numbers of the job as joint coordinates [rad | m]; (a,) driven ones of a mechanism with loops."""
     q = np.array(values, dtype=np.float64)
-    return q * np.where(revolute(robot), angle_unit(job), length_unit(job))
+    turns = revolute(robot)[listed_joints(robot, len(values))]
+    return q * np.where(turns, angle_unit(job), length_unit(job))
 
 
 def revolute(robot: Robot) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
@@ -45,13 +47,16 @@ def require_fit(job: Job, robot: Robot, places: Places) -> None:
         JobError: a list has not one number per joint, a joint would be outside its limits, or something is let go of
             that is not carried, or taken while something is carried.
     """
+    if robot.mechanism.loops:
+        require_closed_job(job, robot, places)
     for path, values in _configurations(job):
         _require_count(robot, places, path, values)
         _require_within(job, robot, places, path, values)
     for path, values in _lists(job):
         count = len(cast("tuple[float, ...]", values)) if isinstance(values, tuple) else robot.n
-        if count != robot.n:
-            raise places.error("job.list_count", path, expected=robot.n, got=count)
+        expected = robot.n if path[0] != "controller" else _driven(robot)
+        if isinstance(values, tuple) and count != expected:
+            raise places.error("job.list_count", path, expected=expected, got=count)
     carried = None
     for k, move in enumerate(job.move):
         if move.pick is not None:
@@ -116,7 +121,8 @@ def _lists(job: Job) -> Iterator[tuple[Path, object]]:
 def _angles(job: Job, robot: Robot) -> Iterator[tuple[Path, tuple[float, ...]]]:
     """Every list of angles."""
     for path, values in _configurations(job):
-        yield path, tuple(x for x, turns in zip(values, revolute(robot), strict=True) if turns)
+        turns = revolute(robot)[listed_joints(robot, len(values))]
+        yield path, tuple(x for x, angle in zip(values, turns, strict=True) if angle)
     poses: list[tuple[Path, Pose | None]] = [(("tool", "offset"), job.tool.offset), (("start", "pose"), job.start.pose)]
     for k, move in enumerate(job.move):
         poses.append((("move", k, "pose"), move.pose))
@@ -127,14 +133,20 @@ def _angles(job: Job, robot: Robot) -> Iterator[tuple[Path, tuple[float, ...]]]:
 
 
 def _require_count(robot: Robot, places: Places, path: Path, values: tuple[float, ...]) -> None:
-    if len(values) != robot.n:
-        joints = ", ".join(visible(joint) for joint in robot.joint_names)
-        details = {"robot": visible(robot.name), "joints": joints}
-        raise places.error("job.joint_count", path, **details, expected=robot.n, got=len(values))
+    if len(values) not in (robot.n, _driven(robot)):
+        named: list[str] = [robot.joint_names[k] for k in listed_joints(robot, -1).tolist()]
+        details = {"robot": visible(robot.name), "joints": ", ".join(map(visible, named))}
+        raise places.error("job.joint_count", path, **details, expected=len(named), got=len(values))
+
+
+def _driven(robot: Robot) -> int:
+    """How many joints a list names at least."""
+    return len(listed_joints(robot, -1))
 
 
 def _require_within(job: Job, robot: Robot, places: Places, path: Path, values: tuple[float, ...]) -> None:
-    q, limits, turns = coordinates(job, robot, values), robot.limits, revolute(robot)
+    columns = listed_joints(robot, len(values))
+    q, limits, turns = coordinates(job, robot, values), limits_of(robot.limits, columns), revolute(robot)[columns]
     outside = np.flatnonzero((q < limits.lower - DIGITS) | (q > limits.upper + DIGITS))
     if not len(outside):
         return
@@ -145,7 +157,7 @@ def _require_within(job: Job, robot: Robot, places: Places, path: Path, values: 
             return quantity(x, "m")
         return quantity(x, "rad") if job.angles == "degrees" else f"{x:.4g} rad"
 
-    details = {"joint": visible(robot.joint_names[k]), "value": said(float(q[k]))}
+    details = {"joint": visible(robot.joint_names[int(columns[k])]), "value": said(float(q[k]))}
     details |= {"lower": said(float(limits.lower[k])), "upper": said(float(limits.upper[k]))}
     key = "job.outside_limits"
     if job.angles == "radians" and np.abs(q[turns]).max(initial=0.0) > TURN:

@@ -7,10 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
+from mafsil.job.closed_moves import holding_efforts
 from mafsil.job.description import Grasp
 from mafsil.job.run import Run
 from mafsil.job.stretch import Driven
 from mafsil.robot import Robot
+from mafsil.simulation import ClosedPlant
 
 PLACES_PER_LEG = 40
 
@@ -56,10 +58,13 @@ def holding_effort(run: Run, driven: Driven, q: JointVector) -> Floats:
         q: (k, n) configurations [rad | m].
     """
     plant = driven.scenario.true_plant
-    gravity = np.asarray(run.robot.gravity_torque(q))
-    if driven.carried is not None:
-        gravity = gravity + _weight(run.robot, driven.carried, q)
-    load = np.abs((1.0 + run.job.simulation.mass_error) * gravity)
+    if isinstance(plant, ClosedPlant):
+        load = np.abs(holding_efforts(plant.chain, q))
+    else:
+        gravity = np.asarray(run.robot.gravity_torque(q))
+        if driven.carried is not None:
+            gravity = gravity + _weight(run.robot, driven.carried, q)
+        load = np.abs((1.0 + run.job.simulation.mass_error) * gravity)
     if plant.has_friction:
         law = plant.friction_law
         load = load - (np.maximum(law.positive, law.negative) + np.abs(law.offset)) @ np.abs(law.gain)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mafsil.arrays import Floats, JointVector
+from mafsil.arrays import Floats, Integers, JointVector
 from mafsil.job.description import Move
 from mafsil.job.quickest import UNKNOWN, Deciding, along_joints, along_path, different, with_limited_jerk
 from mafsil.job.remark import Refused
@@ -38,7 +38,10 @@ class JointMove:
     binding: Deciding = UNKNOWN
 
 
-def joint_motion(robot: Robot, points: list[JointVector], move: Move, limits: JointLimits, where: object) -> JointMove:
+def joint_motion(
+    robot: Robot, points: list[JointVector], move: Move, limits: JointLimits, where: object,
+    columns: Integers | None = None,
+) -> JointMove:  # fmt: skip
     """From the first point to the last, through those between them without a stop.
 
     Args:
@@ -47,6 +50,7 @@ def joint_motion(robot: Robot, points: list[JointVector], move: Move, limits: Jo
         move: duration and law of time.
         limits: of the joints, for this move.
         where: how the move is called in a refusal.
+        columns: which joints these are; all if None.
 
     Raises:
         Refused: it is to be driven faster than the limits allow, or leaves the range of a joint between the points.
@@ -54,7 +58,7 @@ def joint_motion(robot: Robot, points: list[JointVector], move: Move, limits: Jo
     way = different(points)
     if np.abs(way - way[0]).max(initial=0.0) < STILL:
         return JointMove(rest(way[-1], move.duration or SHORTEST))
-    return _within(robot, *_shortest(way, move, limits, where), move, limits, where)
+    return _within(robot, *_shortest(way, move, limits, where), move, limits, where, columns)
 
 
 def motion_on_path(robot: Robot, path: JointPath, move: Move, limits: JointLimits, where: object) -> JointMove:
@@ -75,8 +79,9 @@ def motion_on_path(robot: Robot, path: JointPath, move: Move, limits: JointLimit
 
 
 def _within(
-    robot: Robot, shortest: Stretchable, binding: Deciding, move: Move, limits: JointLimits, where: object
-) -> JointMove:
+    robot: Robot, shortest: Stretchable, binding: Deciding, move: Move, limits: JointLimits, where: object,
+    columns: Integers | None = None,
+) -> JointMove:  # fmt: skip
     """The motion in the time that the move names, if any; refused where that is too fast or a range is left."""
     motion = shortest
     if move.duration is not None:
@@ -85,7 +90,8 @@ def _within(
         motion, binding = shortest.stretched(move.duration / shortest.duration), UNKNOWN
     verdict = check(motion, limits, tolerance=1e-6)
     if not verdict:
-        raise _beyond(robot, verdict.violations[0], where)
+        worst = verdict.violations[0]
+        raise _beyond(robot, int(worst.joint) if columns is None else int(columns[int(worst.joint)]), worst, where)
     return JointMove(motion, binding)
 
 
@@ -103,9 +109,8 @@ def _shortest(points: Floats, move: Move, limits: JointLimits, where: object) ->
     return law.fastest(points[0], points[-1], **bounds, margin=PEAK_MARGIN, least=SHORTEST), UNKNOWN
 
 
-def _beyond(robot: Robot, worst: Violation, where: object) -> Refused:
+def _beyond(robot: Robot, joint: int, worst: Violation, where: object) -> Refused:
     """The refusal of a curve that leaves the range of a joint between its points, all of them within it."""
-    joint = int(worst.joint)
     unit = "m" if robot.mechanism.coordinates[joint].kind is JointKind.PRISMATIC else "rad"
     details = {
         "value": quantity(worst.value, unit),

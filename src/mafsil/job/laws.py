@@ -20,6 +20,7 @@ from mafsil.control import (
     pid,
     sliding_mode,
 )
+from mafsil.job.closed_moves import closed_law
 from mafsil.job.description import TIP_LAWS, Job
 from mafsil.job.tip_laws import tip_law
 from mafsil.robot import Robot
@@ -45,7 +46,9 @@ def law_of(job: Job, model: Robot, trajectory: Trajectory, true: Robot | None = 
         trajectory: of the stretch: gains that the job leaves out fit the inertia along it.
         true: the arm that moves, at whose tip forces are measured; the model if None.
     """
-    if job.controller.kind in TIP_LAWS:
+    if model.mechanism.loops:
+        law = closed_law(job, model, trajectory)
+    elif job.controller.kind in TIP_LAWS:
         law = tip_law(job, model, trajectory, model if true is None else true)
     else:
         law = _MAKERS[job.controller.kind](job, model, trajectory)

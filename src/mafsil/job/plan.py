@@ -10,6 +10,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.job.called import Where
+from mafsil.job.closed_moves import ClosedMoves
 from mafsil.job.description import QUICKEST, TIP_PATHS, Bounds, BranchChoice, Goal, Grasp, Job, Move, Task
 from mafsil.job.fitting import coordinates, unit_remarks
 from mafsil.job.goals import FIXES, Goals
@@ -129,6 +130,7 @@ class _Planner:
         self.limits, self.remarks = driving_limits(job, robot)
         self.remarks += unit_remarks(job, robot, places)
         self.goals = Goals(robot)
+        self.loops = ClosedMoves(robot) if robot.mechanism.loops else None
         meets = job.obstacle or neighbours or job.collision is not None
         self.surroundings = Surroundings(job, robot, neighbours) if meets else None
         self.beside: tuple[NeighbourMotion, ...] = ()
@@ -171,7 +173,11 @@ class _Planner:
     def start(self) -> None:
         """Where the robot begins."""
         given = self.job.start
-        if given.joints is not None:
+        if self.loops is not None:
+            place = starting_place(self.robot)
+            values = place if given.joints is None else coordinates(self.job, self.robot, given.joints)
+            self.q = self.loops.closed(values, place, self.where(-1))
+        elif given.joints is not None:
             self.q = coordinates(self.job, self.robot, given.joints)
         else:
             self.q = starting_place(self.robot)
@@ -197,6 +203,8 @@ class _Planner:
             return self.along(index)
         elif move.pose is not None:
             self.reach(index, name, move.pose)
+        elif self.loops is not None:
+            self.append(index, name, "joint", self.closed_motion(self.loops, index))
         else:
             self.goals.forget()
             goal = coordinates(self.job, self.robot, move.joints or ())
@@ -387,6 +395,13 @@ class _Planner:
             return within(limits).trajectory.duration
 
         return planned.trajectory, Timing(limits, self.job.limits, None, again)
+
+    def closed_motion(self, loops: ClosedMoves, index: int) -> Trajectory:
+        """The driven joints of a mechanism with loops to a goal, through the points on the way."""
+        move = self.job.move[index]
+        ways = [coordinates(self.job, self.robot, via) for via in move.via if isinstance(via, tuple)]
+        points = [*ways, coordinates(self.job, self.robot, move.joints or ())]
+        return loops.motion(self.q, points, move, self.scaled(move), self.where(index))
 
     def way_round(self, index: int, goal: JointVector) -> JointPath | None:
         """A path round obstacles; None where the move does not ask for one, or where the straight way is free."""

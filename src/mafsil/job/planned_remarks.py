@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.job.called import Where
+from mafsil.job.closed_moves import listed_joints
 from mafsil.job.description import Job, Task
 from mafsil.job.fitting import revolute
 from mafsil.job.goals import FIXES
@@ -128,17 +129,20 @@ def nearly_met(robot: Robot, q: JointVector, target: PoseMatrix, task: Task, whe
 def driving_limits(job: Job, robot: Robot) -> tuple[JointLimits, list[Remark]]:
     """Limits as the job wants them, finite wherever motion needs them, with a remark on what was assumed."""
     own, bounds = robot.limits, job.limits
+    driven = np.zeros(robot.n, dtype=np.bool_)
+    driven[listed_joints(robot, -1)] = True
     remarks: list[Remark] = []
     values: dict[str, Floats] = {}
     for name, share in (("velocity", bounds.speed_share), ("acceleration", bounds.acceleration_share)):
         known: Floats = getattr(own, name)
-        assumed = ~(np.isfinite(known) & (known > 0.0))
+        assumed = ~(np.isfinite(known) & (known > 0.0)) & driven
         values[name] = np.where(assumed, getattr(bounds, name), np.where(assumed, 1.0, known) * share)
         if assumed.any():
             details = {"joints": _listed(robot, assumed), "value": getattr(bounds, name)}
             remarks.append(Remark("good", f"job.{name}_assumed", details))
-    if not np.isfinite(own.effort).all():
-        remarks.append(Remark("good", "job.effort_unknown", {"joints": _listed(robot, ~np.isfinite(own.effort))}))
+    without = ~np.isfinite(own.effort) & driven
+    if without.any():
+        remarks.append(Remark("good", "job.effort_unknown", {"joints": _listed(robot, without)}))
     jerk = np.full(robot.n, np.inf)
     if any(move.profile == "jerk_limited" for move in job.move):
         unknown = ~(np.isfinite(own.jerk) & (own.jerk > 0.0))

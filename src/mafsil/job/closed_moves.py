@@ -1,0 +1,179 @@
+"""Jobs of mechanisms with loops: lists of joints name the driven ones, and motions keep the loops closed."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+
+import numpy as np
+
+from mafsil.arrays import Floats, Integers, JointVector
+from mafsil.control import Law, closed_computed_torque, closed_gravity_compensation, driven_trajectory
+from mafsil.errors import InputError
+from mafsil.job.description import Job, Move
+from mafsil.job.joint_motion import joint_motion
+from mafsil.job.lines import Places
+from mafsil.job.remark import Refused
+from mafsil.messages.visible import visible
+from mafsil.model import JointLimits
+from mafsil.parallel import ClosedChain
+from mafsil.robot import Robot
+from mafsil.trajectory import Trajectory, check
+
+LAWS = ("computed_torque", "pd_gravity")
+"""The laws that know loops."""
+FREQUENCY, DAMPING = 20.0, 1.0
+"""Of the error dynamics, where the job names none [rad/s, 1]."""
+STIFFNESS_FREQUENCY, STIFFNESS_DAMPING = 55.0, 0.7
+"""Of springs and dampers that fit the inertia, where the job names none, as for open arms [rad/s, 1]."""
+
+
+def listed_joints(robot: Robot, count: int) -> Integers:
+    """Indices of the coordinates that a list of so many numbers names: all, or the driven ones where there are loops.
+
+    Args:
+        robot: of the job.
+        count: of numbers.
+    """
+    if count == robot.n or not robot.mechanism.loops:
+        return np.arange(robot.n)
+    return np.flatnonzero([joint.actuated for joint in robot.mechanism.coordinates])
+
+
+def require_closed_job(job: Job, robot: Robot, places: Places) -> None:
+    """Refuse what jobs of mechanisms with loops cannot say.
+
+    Args:
+        job: what is asked.
+        robot: a mechanism with loops.
+        places: for the lines of errors.
+
+    Raises:
+        JobError: poses, another law, going round obstacles, MuJoCo, or no driven joint.
+    """
+    name = visible(robot.name)
+    if not len(listed_joints(robot, -1)):
+        raise places.error("job.loops_no_drive", ("robot",), robot=name)
+    if job.start.pose is not None:
+        raise places.error("job.loops_pose", ("start", "pose"), robot=name)
+    for k, move in enumerate(job.move):
+        if move.pose is not None:
+            raise places.error("job.loops_pose", ("move", k, "pose"), robot=name)
+        if move.avoid:
+            raise places.error("job.loops_avoid", ("move", k, "avoid"), robot=name)
+    if job.collision is not None and job.collision.avoid:
+        raise places.error("job.loops_avoid", ("collision", "avoid"), robot=name)
+    if job.controller.kind not in LAWS:
+        raise places.error("job.loops_law", ("controller", "kind"), robot=name, known=", ".join(LAWS))
+    if job.simulation.plant == "mujoco":
+        raise places.error("job.loops_mujoco", ("simulation", "plant"), robot=name)
+
+
+class ClosedMoves:
+    """Motions of the driven joints of one mechanism.
+
+    Args:
+        robot: with loops.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self.robot, self.chain = robot, ClosedChain(robot)
+
+    def closed(self, values: JointVector, near: JointVector, where: object) -> JointVector:
+        """(n,) the closed configuration in which the driven joints are as given.
+
+        Args:
+            values: (a,) of the driven joints, or (n,) of all, the others as a guess [rad | m].
+            near: (n,) which way the loops are closed, where the values do not say it.
+            where: how the move is called in a refusal.
+
+        Raises:
+            Refused: none was found; it says how far the loops gape.
+        """
+        guess, a = near.copy(), self.chain.actuated
+        if len(values) == self.chain.n:
+            guess, values = values.copy(), values[a]
+        guess[a] = values
+        found = self.chain.closed(guess, hold=a)
+        if not found:
+            raise Refused("job.loops_open", move=where, reason=found)
+        return found.q
+
+    def motion(
+        self, q: JointVector, points: list[JointVector], move: Move, limits: JointLimits, where: object
+    ) -> Trajectory:
+        """All joints from a configuration while the driven ones go from point to point.
+
+        Args:
+            q: (n,) where it begins, closed.
+            points: (a,) or (n,) each, after the beginning [rad | m].
+            move: duration and law of time.
+            limits: of all joints, for this move.
+            where: how the move is called in a refusal.
+
+        Raises:
+            Refused: the limits do not allow it, the loops cannot be closed on the way, or a joint leaves its range.
+        """
+        a = self.chain.actuated
+        way = [q[a], *(point[a] if len(point) == self.chain.n else point for point in points)]
+        planned = joint_motion(self.robot, way, move, limits_of(limits, a), where, a)
+        try:
+            found = driven_trajectory(self.chain, planned.trajectory, q)
+        except InputError as error:
+            raise Refused("job.loops_way", move=where, reason=error.message()) from None
+        verdict = check(found, _ranges(limits), tolerance=1e-6)
+        if not verdict:
+            worst = verdict.violations[0]
+            details = {"joint": visible(self.robot.joint_names[int(worst.joint)]), "time": worst.time}
+            raise Refused("job.loops_range", move=where, **details)
+        return found
+
+
+def closed_law(job: Job, model: Robot, trajectory: Trajectory) -> Law:
+    """The law of a job for a mechanism with loops.
+
+    Args:
+        job: whose controller it is.
+        model: as the controller knows it.
+        trajectory: of the stretch: gains that the job leaves out fit the inertia along it.
+    """
+    chain, own = ClosedChain(model), job.controller
+    if own.kind == "computed_torque":
+        frequency = FREQUENCY if own.frequency is None else own.frequency
+        damping = DAMPING if own.damping is None else own.damping
+        return closed_computed_torque(chain, natural_frequency=frequency, damping_ratio=damping)
+    inertia = _felt_inertia(chain, trajectory)
+    kp = inertia * STIFFNESS_FREQUENCY**2 if own.stiffness is None else np.asarray(own.stiffness)
+    kd = 2.0 * STIFFNESS_DAMPING * np.sqrt(inertia * kp) if own.rate_gain is None else own.rate_gain
+    return closed_gravity_compensation(chain, kp, kd)
+
+
+def holding_efforts(chain: ClosedChain, q: Floats) -> Floats:
+    """(k, n) efforts of the driven joints that hold configurations (k, n) still; zero for the others."""
+    still = np.zeros_like(q)
+    found = np.zeros_like(q)
+    found[..., chain.actuated] = chain.inverse_dynamics(q, still, still).tau
+    return found
+
+
+def limits_of(limits: JointLimits, columns: Integers) -> JointLimits:
+    """The limits of some of the joints."""
+    return JointLimits(**{each.name: getattr(limits, each.name)[columns] for each in fields(limits)})
+
+
+def _ranges(limits: JointLimits) -> JointLimits:
+    """Only the ranges: rates of passive joints are what the loops make of them."""
+    free = np.full(len(limits.lower), np.inf)
+    return replace(limits, velocity=free, acceleration=free, jerk=free)
+
+
+def _felt_inertia(chain: ClosedChain, trajectory: Trajectory, places: int = 24) -> Floats:
+    """(a,) the largest inertia that each driven joint feels along a motion, the others held as the loops allow."""
+    q = trajectory.at(np.linspace(0.0, trajectory.duration, places)).u
+    M, a = chain.terms(q).M, chain.actuated
+    felt: list[float] = []
+    for column in a.tolist():
+        unit = np.zeros(q.shape)
+        unit[..., column] = 1.0
+        rates = chain.rates(q, unit, hold=a)
+        felt.append(float(np.einsum("ki,kij,kj->k", rates, M, rates).max()))
+    return np.array(felt)

@@ -1,0 +1,131 @@
+"""Jobs of mechanisms with loops."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mafsil.cli.main import main
+from mafsil.errors import JobError
+from mafsil.job import Refusal, Run, parse, solve
+from mafsil.parallel import ClosedChain
+
+ROOT = Path(__file__).resolve().parents[2]
+JOBS = ROOT / "examples" / "jobs"
+JOB = """
+robot = "../robots/palletiser.xml"
+[tool]
+link = "forearm"
+offset = { position = [0.35, 0, 0] }
+[simulation]
+step = 0.002
+"""
+
+
+def run(text: str):
+    return solve(parse(JOB + text), JOB + text, JOBS)
+
+
+def test_the_palletiser_does_its_job():
+    text = (JOBS / "palletiser.toml").read_text()
+    done = solve(parse(text), text, JOBS)
+    assert isinstance(done, Run)
+    assert done
+    tape, chain = done.recording, ClosedChain(done.robot)
+    assert chain.error(tape.q).max() < 1e-10
+    assert not tape.tau[:, [k for k in range(4) if k not in chain.actuated]].any()
+    names = list(done.robot.joint_names)
+    goals = np.radians([[0, 0], [40, 10], [60, 45], [60, 45], [10, -20], [10, -20]])
+    at = np.searchsorted(tape.t, done.plan.starts[: len(goals)] - 1e-9)
+    ends = tape.q[np.minimum(at, len(tape.t) - 1)][:, [names.index("shoulder"), names.index("lever")]]
+    assert np.abs(ends - goals).max() < 2e-4
+    # A parallelogram: the forearm turns with the lever, whatever the shoulder does.
+    forearm = tape.q[:, names.index("shoulder")] + tape.q[:, names.index("elbow")]
+    assert np.abs(forearm - tape.q[:, names.index("lever")]).max() < 1e-9
+
+
+@pytest.mark.parametrize("law", ["computed_torque", "pd_gravity"])
+def test_laws_hold_it_and_errors_of_the_model_show(law):
+    text = f"""
+[controller]
+kind = "{law}"
+[[move]]
+joints = [0.4, 0.2]
+"""
+    done = run(text)
+    assert isinstance(done, Run)
+    assert done
+    heavy = run("mass_error = 0.3\n" + text)
+    assert isinstance(heavy, Run)
+    assert (
+        np.abs(heavy.recording.q - heavy.recording.q_ref).max() > np.abs(done.recording.q - done.recording.q_ref).max()
+    )
+
+
+def test_a_robot_that_is_too_weak_is_said_to_be():
+    weak = (ROOT / "examples" / "robots" / "palletiser.xml").read_text().replace(
+        'joint name="shoulder" type="hinge"', 'joint name="shoulder" type="hinge" actuatorfrcrange="-5 5"'
+    )  # fmt: skip
+    text = 'robot = "weak.xml"\n[tool]\nlink = "forearm"\n[[move]]\njoints = [1.0, 0.2]\n'
+
+    def solved(folder: Path):
+        (folder / "weak.xml").write_text(weak)
+        return solve(parse(text), text, folder)
+
+    import tempfile
+
+    with tempfile.TemporaryDirectory() as folder:
+        done = solved(Path(folder))
+    assert isinstance(done, Run)
+    assert not done
+    assert any(remark.key.startswith("job.cannot_hold") or "hold" in remark.key for remark in done.remarks)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("[[move]]\npose = { position = [0.3, 0, 0.5] }", "joints"),
+        ("[start]\npose = { position = [0.3, 0, 0.5] }\n[[move]]\njoints = [0, 0]", "joints"),
+        ('[controller]\nkind = "sliding_mode"\n[[move]]\njoints = [0, 0]', "computed_torque, pd_gravity"),
+        ('plant = "mujoco"\n[[move]]\njoints = [0, 0]', "plant"),
+        ("[[move]]\njoints = [0, 0, 0]", "shoulder, lever"),
+        ("[[move]]\njoints = [2, 0]", "shoulder"),
+        ("[collision]\navoid = true\n[[move]]\njoints = [0, 0]", "via"),
+        (
+            '[controller]\nkind = "pd_gravity"\nstiffness = [1, 2, 3]\n[[move]]\njoints = [0, 0]',
+            "needs one number or 2",
+        ),
+    ],
+)
+def test_what_such_jobs_cannot_say_is_named(text, said):
+    with pytest.raises(JobError, match=said):
+        run(text)
+
+
+def test_moves_that_the_loops_forbid_are_refused(tmp_path):
+    from mafsil.model import mjcf
+    from tests.parallel.closed_chains import four_bar
+
+    (tmp_path / "bars.xml").write_text(mjcf.write(four_bar(1.0, 0.7, 0.6, 0.5)))
+    head = 'robot = "bars.xml"\n[tool]\nlink = "coupler"\n[start]\njoints = [0.3, 0.5, 1.5]\n'
+    for goal in (2.5, -2.5):
+        text = head + f"[[move]]\nname = 'over'\njoints = [{goal}]\n"
+        refused = solve(parse(text), text, tmp_path)
+        assert isinstance(refused, Refusal)
+        assert "cannot follow" in refused.explain("en")
+        assert "over" in refused.explain("en")
+        assert "over" in refused.explain("ar")
+    text = 'robot = "bars.xml"\n[tool]\nlink = "coupler"\n[start]\njoints = [3.1]\n[[move]]\njoints = [3.0]\n'
+    refused = solve(parse(text), text, tmp_path)
+    assert isinstance(refused, Refusal)
+    assert "not found" in refused.explain("en")
+
+
+def test_the_command_writes_a_report(tmp_path, capsys):
+    assert main(["run", str(JOBS / "palletiser.toml"), "--out", str(tmp_path / "out"), "--lang", "ar"]) == 0
+    assert (tmp_path / "out" / "report.html").stat().st_size > 10_000
+    results = json.loads((tmp_path / "out" / "results.json").read_text())
+    assert results["verdict"] == "good"
