@@ -115,6 +115,8 @@ from mafsil.control.motion_estimator import accelerometer as accelerometer
 from mafsil.control.motion_estimator import joint_acceleration as joint_acceleration
 from mafsil.control.null_space import NullSpaceFeedback as NullSpaceFeedback
 from mafsil.control.null_space import null_space_feedback as null_space_feedback
+from mafsil.control.receding_horizon import ModelPredictive as ModelPredictive
+from mafsil.control.receding_horizon import model_predictive as model_predictive
 from mafsil.control.sliding_mode import SlidingCertificate as SlidingCertificate
 from mafsil.control.sliding_mode import SlidingMode as SlidingMode
 from mafsil.control.sliding_mode import SlidingStatus as SlidingStatus
@@ -140,3 +142,5 @@ from mafsil.control.tip_motion import TipOfJoints as TipOfJoints
 from mafsil.control.tip_motion import hold as hold
 from mafsil.control.tip_motion import target_in_axes as target_in_axes
 from mafsil.control.tip_sensor import TipForceSensor as TipForceSensor
+from mafsil.control.worst_case import MinMax as MinMax
+from mafsil.control.worst_case import min_max as min_max

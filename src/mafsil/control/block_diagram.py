@@ -24,8 +24,10 @@ from mafsil.control.joint_feedback import Feedforward, JointFeedback
 from mafsil.control.law import Combined, Law
 from mafsil.control.linear_quadratic import LinearQuadratic
 from mafsil.control.null_space import NullSpaceFeedback
+from mafsil.control.receding_horizon import ModelPredictive
 from mafsil.control.sliding_mode import SlidingMode
 from mafsil.control.task_space import TaskComputedTorque
+from mafsil.control.worst_case import MinMax
 from mafsil.trajectory import Motion
 
 Effort = Callable[[float, JointVector, JointVector, Motion], Floats]
@@ -242,6 +244,8 @@ READERS: dict[type, Callable[[Any], list[Term]]] = {
     ForceControl: _force,
     ContactFeedforward: _whole("M(u) a + c(u, v) + g(u) - J(u)' F(u, v)"),
     SlidingMode: _as_written("M q̈_r + C q̇_r + g", "Kd s", "k sat(s / φ)"),
+    MinMax: _as_written("M q̈_r + C q̇_r + g", "Kd s", "Y w"),
+    ModelPredictive: _whole("M (a + w) + c + g, best over the horizon"),
     AdaptiveControl: _as_written("M q̈_r + C q̇_r + g", "Y a", "Kd s"),
     LinearQuadratic: _whole("M(u) a + c(u, v) + g(u) + K (u - q, v - q̇)"),
     TaskComputedTorque: _as_written("J' Λ (A_d + Kp X_e + Kd V_e)", "J' (γ + η)"),

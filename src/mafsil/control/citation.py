@@ -88,6 +88,22 @@ CITATIONS = (
         _control("adaptive", "sliding_mode"),
     ),
     Citation(
+        "spong1992",
+        "M. W. Spong",
+        "On the robust control of robot manipulators",
+        "IEEE Transactions on Automatic Control 37",
+        1992,
+        _control("worst_case"),
+    ),
+    Citation(
+        "mayne2000",
+        "D. Q. Mayne, J. B. Rawlings, C. V. Rao, P. O. M. Scokaert",
+        "Constrained model predictive control: stability and optimality",
+        "Automatica 36",
+        2000,
+        _control("receding_horizon"),
+    ),
+    Citation(
         "spong1987",
         "M. W. Spong",
         "Modeling and control of elastic joint robots",

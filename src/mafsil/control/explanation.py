@@ -17,9 +17,11 @@ from mafsil.control.hybrid import HybridControl
 from mafsil.control.impedance import AdmittanceControl, ImpedanceControl
 from mafsil.control.joint_feedback import Feedforward, JointFeedback
 from mafsil.control.linear_quadratic import LinearQuadratic
+from mafsil.control.receding_horizon import ModelPredictive
 from mafsil.control.sliding_mode import SlidingMode
 from mafsil.control.task_coordinates import TaskCoordinates
 from mafsil.control.task_space import TaskComputedTorque
+from mafsil.control.worst_case import MinMax
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.messages.quantities import digits, quantity
@@ -33,6 +35,8 @@ FORMULAS: dict[str, tuple[str, tuple[str, ...]]] = {
     "computed_torque": ("τ = M(q) (a + Kp e + Kd ė) + c(q, q̇) + g(q),  ë + Kd ė + Kp e = 0", ("lynch2017",)),
     "feedforward": ("τ = M(u) a + c(u, v) + g(u)", ("lynch2017",)),
     "sliding_mode": ("τ = M q̈_r + C q̇_r + g + Kd s + k sat(s/φ),  s = ė + L e", ("slotine1987",)),
+    "min_max": ("τ = Y (p + w) + Kd s,  w = ρ D x / max(|x|, φ),  x = D Y' s", ("spong1992",)),
+    "model_predictive": ("min Σ (Q e² + R ė² + r w²) + x_N' P x_N,  |M (a + w) + c + g| <= τ_max", ("mayne2000",)),
     "adaptive": ("τ = M q̈_r + C q̇_r + g + Y a + Kd s,  ȧ = G Y' s,  s = ė + L e", ("slotine1987",)),
     "task_computed_torque": ("τ = J' (Λ (A_d + Kp X_e + Kd V_e) + γ + η)", ("khatib1987", "lynch2017")),
     "impedance": ("τ = J' (Λ A_d + γ + η + K X_e + B V_e)", ("hogan1985",)),
@@ -67,6 +71,8 @@ CLASSES: dict[type, str] = {
     ComputedTorque: "computed_torque",
     Feedforward: "feedforward",
     SlidingMode: "sliding_mode",
+    MinMax: "min_max",
+    ModelPredictive: "model_predictive",
     AdaptiveControl: "adaptive",
     TaskComputedTorque: "task_computed_torque",
     ImpedanceControl: "impedance",

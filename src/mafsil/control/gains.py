@@ -30,7 +30,7 @@ class Gains:
         Raises:
             InputError: a wrong shape, a number that is not finite, a negative gain.
         """
-        return cls(*(_row(name, value, n) for name, value in (("kp", kp), ("kd", kd), ("ki", ki))))
+        return cls(*(per_joint(name, value, n) for name, value in (("kp", kp), ("kd", kd), ("ki", ki))))
 
     @classmethod
     def from_natural_frequency(
@@ -49,9 +49,11 @@ class Gains:
 
         Reference: Lynch and Park, Modern Robotics, sec. 11.4.1.
         """
-        w = _row("natural_frequency", natural_frequency, n)
+        w = per_joint("natural_frequency", natural_frequency, n)
         gains = cls(
-            frozen(w**2), frozen(2.0 * _row("damping_ratio", damping_ratio, n) * w), _row("integral", integral, n)
+            frozen(w**2),
+            frozen(2.0 * per_joint("damping_ratio", damping_ratio, n) * w),
+            per_joint("integral", integral, n),
         )
         bound = gains.kp * gains.kd
         if ((gains.ki > 0.0) & (gains.ki >= bound)).any():
@@ -65,10 +67,23 @@ class Gains:
         return bool(self.ki.any())
 
 
-def _row(name: str, value: ArrayLike, n: int) -> Floats:
+def per_joint(name: str, value: ArrayLike, n: int, *, positive: bool = False) -> Floats:
+    """(n,) a number, or one per joint, finite and not negative.
+
+    Args:
+        name: of the argument, for errors.
+        value: as it was given.
+        n: number of joints.
+        positive: whether zero is refused too.
+
+    Raises:
+        InputError: a wrong shape, a number that is not finite, or negative.
+    """
     array = require_finite(name, real_array(name, value))
     if array.shape not in ((), (1,), (n,)):
         raise InputError("input.shape", name=name, expected=(n,), got=array.shape, hint="")
     if (array < 0.0).any():
         raise InputError("input.range", name=name, value=array.min(), low=0.0, high=np.inf)
+    if positive and not (array > 0.0).all():
+        raise InputError("input.positive", name=name, value=array.min())
     return frozen(np.broadcast_to(array, (n,)))

@@ -76,17 +76,21 @@ class SlidingMode:
         growth = reference.a + self.rates * (reference.v - qd)
         Y = christoffel_regressor(self.robot, q, qd, rate, growth)
         p = self.robot.inertial_parameters.reshape(-1)
-        return Y @ p + self._rotors * growth, self.share * (np.abs(Y) @ np.abs(p)) + self.margin, rate - qd
+        return (
+            Y @ p + rotor_inertias(self.robot) * growth,
+            self.share * (np.abs(Y) @ np.abs(p)) + self.margin,
+            rate - qd,
+        )
 
     def session(self, period: float) -> Law:
         """The law itself: it has no memory."""
         return self
 
-    @property
-    def _rotors(self) -> Floats:
-        """(n,) inertias of the rotors, as the joints feel them."""
-        joints = self.robot.mechanism.coordinates
-        return np.array([0.0 if j.actuator is None else j.actuator.reflected_inertia for j in joints])
+
+def rotor_inertias(robot: Robot) -> Floats:
+    """(n,) inertias of the rotors, as the joints feel them [kg m^2 | kg]."""
+    joints = robot.mechanism.coordinates
+    return np.array([0.0 if j.actuator is None else j.actuator.reflected_inertia for j in joints])
 
 
 def christoffel_regressor(robot: Robot, q: JointVector, qd: JointVector, rate: Floats, growth: Floats) -> Floats:

@@ -39,7 +39,14 @@ class SuitableFamily(Status):
 
 
 LAWS = {
-    SuitableFamily.MOTION: ("computed_torque", "task_computed_torque", "gravity_compensation", "sliding_mode"),
+    SuitableFamily.MOTION: (
+        "computed_torque",
+        "task_computed_torque",
+        "gravity_compensation",
+        "sliding_mode",
+        "min_max",
+        "model_predictive",
+    ),
     SuitableFamily.FORCE: ("force_control",),
     SuitableFamily.HYBRID: ("hybrid_control",),
     SuitableFamily.IMPEDANCE: ("impedance_control", "admittance_control"),

@@ -241,8 +241,8 @@ class Surface(Part, frozen=True, kw_only=True):
 
 
 LawKind: TypeAlias = Literal[
-    "computed_torque", "pd_gravity", "pid", "feedforward", "sliding_mode", "adaptive",
-    "task_computed_torque", "impedance", "admittance", "hybrid",
+    "computed_torque", "pd_gravity", "pid", "feedforward", "sliding_mode", "min_max", "adaptive",
+    "model_predictive", "task_computed_torque", "impedance", "admittance", "hybrid",
 ]  # fmt: skip
 """Laws of the joints, then laws of the tip."""
 TIP_LAWS: tuple[LawKind, ...] = ("task_computed_torque", "impedance", "admittance", "hybrid")
@@ -253,18 +253,21 @@ class Controller(Part, frozen=True, kw_only=True):
 
     Attributes:
         kind: `computed_torque`; `pd_gravity`, PD with gravity compensation; `pid` of each joint by itself;
-            `feedforward` of the model with PD; `sliding_mode`; `adaptive`, which learns what the tool carries. Of the
-            tip: `task_computed_torque`; `impedance` and `admittance`, a tip that gives way; `hybrid`, motion along the
-            first surface and force into it.
+            `feedforward` of the model with PD; `sliding_mode` and `min_max`, for masses known within a share;
+            `adaptive`, which learns what the tool carries; `model_predictive`, which looks ahead and keeps efforts
+            within their limits. Of the tip: `task_computed_torque`; `impedance` and `admittance`, a tip that gives
+            way; `hybrid`, motion along the first surface and force into it.
         frequency: natural frequency of the error dynamics of computed torque, in joints or at the tip, and of
-            the motion of `hybrid`; 20 if None [rad/s].
+            the motion of `hybrid`, 20 if None; of `model_predictive` away from limits, 80 if None [rad/s].
         damping: its damping ratio, or that of the tip's impedance; 1 if None.
         stiffness, rate_gain: of the PD and PID laws, one number or one per joint; from the inertia of each joint if
             None [N m/rad, N m s/rad].
         integral: gain of PID, likewise; a tenth of what would make it unstable if None [N m/(rad s)].
-        mass_share: by which sliding mode takes every mass to be wrong; 0.2 if None.
+        mass_share: by which sliding mode takes every mass, and min-max all together, to be wrong; 0.2 if None.
         margin: effort of sliding mode for friction; what the model's friction asks for and 1 if None [N m | N].
-        width: of its boundary layer; 0.02 if None [rad/s | m/s].
+        width: of the boundary layer; 0.02 if None [rad/s | m/s], of min-max 1 [N m/s | N/s].
+        horizon: intervals that `model_predictive` looks ahead; 20 if None.
+        interval: length of one; 0.005 if None [s].
         tip_stiffness, turn_stiffness: of impedance and admittance, against shifts and against rotations; if None, what
             makes the arm's inertia at the start swing with 20 rad/s [N/m, N m/rad].
         tip_mass, turn_inertia: of admittance; those of the arm at the start if None [kg, kg m^2].
@@ -284,6 +287,8 @@ class Controller(Part, frozen=True, kw_only=True):
     mass_share: NotNegative | None = None
     margin: NotNegative | tuple[NotNegative, ...] | None = None
     width: Positive | None = None
+    horizon: Annotated[int, msgspec.Meta(ge=1, le=200)] | None = None
+    interval: Positive | None = None
     learning: NotNegative | None = None
     tip_stiffness: Positive | None = None
     turn_stiffness: Positive | None = None

@@ -17,6 +17,8 @@ from mafsil.control import (
     feedforward,
     gravity_compensation,
     inertia_gains,
+    min_max,
+    model_predictive,
     pid,
     sliding_mode,
 )
@@ -35,6 +37,8 @@ INTEGRAL_SHARE = 0.1
 """Of the integral gain at which a joint by itself would become unstable."""
 MASS_SHARE, MARGIN, WIDTH, LEARNING = 0.2, 1.0, 0.02, 1.0
 """Of sliding mode and of the adaptive law, where the job names none."""
+LAYER, AHEAD, INTERVAL, STIFFNESS = 1.0, 20, 0.005, 80.0
+"""Of min-max and of model-predictive control, where the job names none [N m/s, 1, s, rad/s]."""
 
 
 def law_of(job: Job, model: Robot, trajectory: Trajectory, true: Robot | None = None) -> Law:
@@ -97,6 +101,24 @@ def _sliding_mode(job: Job, model: Robot, trajectory: Trajectory) -> Law:
     )  # fmt: skip
 
 
+def _min_max(job: Job, model: Robot, trajectory: Trajectory) -> Law:
+    own, gains = job.controller, _gains(job, model, trajectory)
+    share = MASS_SHARE if own.mass_share is None else own.mass_share
+    layer = LAYER if own.width is None else own.width
+    return min_max(model, share=share, rate=gains.kp / gains.kd, damping=gains.kd, width=layer)
+
+
+def _model_predictive(job: Job, model: Robot, trajectory: Trajectory) -> Law:
+    own = job.controller
+    w = STIFFNESS if own.frequency is None else own.frequency
+    # Without limits and with short intervals these weights make e'' + 2 w e' + w^2 e = 0.
+    return model_predictive(
+        model, horizon=AHEAD if own.horizon is None else own.horizon,
+        interval=INTERVAL if own.interval is None else own.interval,
+        position=w**4, rate=2.0 * w**2, acceleration=1.0,
+    )  # fmt: skip
+
+
 def _adaptive(job: Job, model: Robot, trajectory: Trajectory) -> Law:
     gains, learning = _gains(job, model, trajectory), job.controller.learning
     return adaptive_control(
@@ -110,6 +132,8 @@ _MAKERS: dict[str, Callable[[Job, Robot, Trajectory], Law]] = {
     "pid": _pid,
     "feedforward": _feedforward,
     "sliding_mode": _sliding_mode,
+    "min_max": _min_max,
+    "model_predictive": _model_predictive,
     "adaptive": _adaptive,
 }
 KINDS = (*_MAKERS, *TIP_LAWS)

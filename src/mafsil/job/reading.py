@@ -49,6 +49,8 @@ GAINS = {
     "pid": ("stiffness", "rate_gain", "integral"),
     "feedforward": ("stiffness", "rate_gain"),
     "sliding_mode": ("mass_share", "margin", "width"),
+    "min_max": ("mass_share", "width"),
+    "model_predictive": ("frequency", "horizon", "interval"),
     "adaptive": ("learning",),
     "task_computed_torque": ("frequency", "damping"),
     "impedance": ("tip_stiffness", "turn_stiffness", "damping"),
