@@ -38,7 +38,7 @@ class Ranking:
     """Candidates of a synthesis, counted and in order.
 
     Attributes:
-        candidates: the best ones, good ones first: fewest defects, then the better transmission angle at worst.
+        candidates: the best ones, good ones first: mildest defects, then the better transmission angle at worst.
         count: of all that were assessed.
         free, circuit, branch, order: how many have no defect, and how many have each.
     """
@@ -71,32 +71,33 @@ def ranked(batches: Sequence[Positions], size: float, *, either_side: bool) -> R
         bulky = found.lengths.max(axis=1) > BULKY * size
         place = np.stack([np.full(len(positions), len(parts)), np.arange(len(positions))], axis=1)
         quality = -found.worst if positions.misses is None else positions.misses
-        keys.append(np.column_stack([found.defects, bulky, quality, place]))
+        keys.append(np.column_stack([found.severity.astype(float), bulky.astype(float), quality, place.astype(float)]))
         parts.append((positions, found))
     rows = np.concatenate(keys) if keys else np.zeros((0, 5))
     rows = rows[np.lexsort(rows.T[::-1])]
     counts = [sum(int(np.sum(getattr(found, name))) for _, found in parts) for name in (
         "circuit_defect", "branch_defect", "order_defect")]  # fmt: skip
-    chosen = rows[:MOST_CANDIDATES, 3:].astype(int).tolist()
-    best = tuple(candidate(*parts[part], k) for part, k in chosen)
-    return Ranking(best, len(rows), int((rows[:, 0] == 0).sum()), *counts)
+    best = tuple(candidate(*parts[int(part)], int(k)) for part, k in rows[:MOST_CANDIDATES, 3:])
+    return Ranking(best, len(rows), int((rows[:, 0] == 0).sum()), counts[0], counts[1], counts[2])
 
 
 def _better_sides(positions: Positions, found: Assessment) -> tuple[Positions, Assessment]:
-    """Each four-bar driven by the side link with fewer defects, then with the better transmission angle."""
+    """Each four-bar driven by the side link with milder defects, then with the better transmission angle."""
     other = positions.driven_from_the_other_side()
     seen = other.assessed()
     better: Booleans = np.asarray(
-        (seen.defects < found.defects) | ((seen.defects == found.defects) & (seen.worst > found.worst)), dtype=np.bool_
+        (seen.severity < found.severity) | ((seen.severity == found.severity) & (seen.worst > found.worst)),
+        dtype=np.bool_,
     )
-    mixed = Positions(*(_either(better, getattr(other, name), getattr(positions, name)) for name in (
-        "A", "B", "C", "D", "frame")))  # fmt: skip
+    rows = better[:, None]
+    mixed = Positions(
+        np.where(better, other.A, positions.A),
+        np.where(rows, other.B, positions.B),
+        np.where(rows, other.C, positions.C),
+        np.where(better, other.D, positions.D),
+        np.where(rows, other.frame, positions.frame),
+    )
     return mixed, mixed.assessed()
-
-
-def _either(which: Booleans, first: Any, second: Any) -> Any:
-    """Rows of the first array where `which` holds, else of the second."""
-    return np.where(which.reshape(-1, *[1] * (first.ndim - 1)), first, second)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

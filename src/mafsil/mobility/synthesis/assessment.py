@@ -67,9 +67,9 @@ class Assessment:
         return np.asarray(~self.ordered, dtype=np.bool_)
 
     @property
-    def defects(self) -> Integers:
-        """(k,) number of defects."""
-        return self.circuit_defect.astype(int) + self.branch_defect + self.order_defect
+    def severity(self) -> Integers:
+        """(k,) 0 without defects; a circuit defect weighs more than a branch defect, that more than one of order."""
+        return 4 * self.circuit_defect.astype(int) + 2 * self.branch_defect + self.order_defect
 
 
 def assess_four_bars(A: Complexes, B: Complexes, C: Complexes, D: Complexes) -> Assessment:

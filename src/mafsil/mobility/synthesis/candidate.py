@@ -152,7 +152,8 @@ class Candidate(SingleAnswer):
             "direction": self.direction, "B": self.B, "C": self.C, "theta": self.theta, "modes": self.modes,
             "circuits": self.circuits, "defects": [each.name.lower() for each in self.defects],
             "kind": self.kind.rpartition(".")[2], "transmission": self.transmission, "worst_transmission": self.worst,
-            "residual": self.residual, "miss": self.miss, "along": self.along, "across": self.across, "turned": self.turned,
+            "residual": self.residual, "miss": self.miss, "along": self.along, "across": self.across,
+            "turned": self.turned,
         }  # fmt: skip
 
 
@@ -185,11 +186,12 @@ def candidate(positions: Positions, found: Assessment, k: int) -> Candidate:
         (CandidateStatus.ORDER, found.order_defect[k]),
     )
     along, across, turned = positions.frame[k].tolist()
+    miss = 0.0 if positions.misses is None else float(positions.misses[k])
     return Candidate(
         linkage, np.array([A.real, A.imag]), np.array([D.real, D.imag]), direction,
         _points(positions.B[k]), _points(positions.C[k]), found.theta[k], modes, found.circuits[k],
         tuple(status for status, defect in checks if defect), found.transmission[k], float(found.worst[k]),
-        float(found.residual[k]), 0.0 if positions.misses is None else float(positions.misses[k]), along, across, turned,
+        float(found.residual[k]), miss, along, across, turned,
     )  # fmt: skip
 
 

@@ -107,13 +107,13 @@ def homogeneous(unit: Complexes) -> Floats:
 def fixed_pivots_of(given: PoseConditions, moving: Floats) -> Floats:
     """(k, 3) fixed pivots for points of the coupler (k, 2) [m] in three poses: the middles of their circles."""
     q = homogeneous(given.from_body(as_complex(moving)))
-    return np.cross(q @ given.M[0].T, q @ given.M[1].T)
+    return np.asarray(np.cross(q @ given.M[0].T, q @ given.M[1].T), dtype=np.float64)
 
 
 def moving_pivots_of(given: PoseConditions, fixed: Floats) -> Floats:
     """(k, 3) moving pivots, where the first pose puts them, for fixed ones (k, 2) [m] in three poses."""
     p = homogeneous(given.to_unit(as_complex(fixed)))
-    return np.cross(p @ given.M[0], p @ given.M[1])
+    return np.asarray(np.cross(p @ given.M[0], p @ given.M[1]), dtype=np.float64)
 
 
 def three_pose_dyads(given: PoseConditions, fixed: Floats | None, moving: Floats | None, samples: int) -> list[Dyad]:

@@ -137,8 +137,10 @@ def _positions(fit: CouplerFit, x: Floats, middle: complex, size: float) -> Posi
     C = B + x[5] * np.exp(1j * psi)
     miss = np.abs(B + complex(x[7], x[8]) * np.exp(1j * psi) - fit.z).max() * size
     frame = np.array([[x[7] * size, x[8] * size, 0.0]]) * np.sign(x[5])
-    world = [middle + size * each for each in (np.array([A]), B[None], C[None], np.array([A + ground]))]
-    return Positions(*world, frame, misses=np.array([miss]))
+    pivots = np.asarray(middle + size * np.array([A, A + ground]), dtype=np.complex128)
+    return Positions(
+        pivots[:1], middle + size * B[None], middle + size * C[None], pivots[1:], frame, misses=np.array([miss])
+    )
 
 
 def _joined(parts: Sequence[Positions], count: int) -> Positions:
@@ -147,7 +149,6 @@ def _joined(parts: Sequence[Positions], count: int) -> Positions:
         none, empty = np.zeros(0, dtype=np.complex128), np.zeros((0, count), dtype=np.complex128)
         return Positions(none, empty, empty, none, np.zeros((0, 3)), misses=np.zeros(0))
     misses = np.concatenate([part.misses for part in parts if part.misses is not None])
-    A, B, C, D, frame = (
-        np.concatenate([getattr(part, name) for part in parts]) for name in ("A", "B", "C", "D", "frame")
-    )
-    return Positions(A, B, C, D, frame, misses=misses)
+    A, D = (np.concatenate([getattr(part, name) for part in parts]) for name in ("A", "D"))
+    B, C = (np.concatenate([getattr(part, name) for part in parts]) for name in ("B", "C"))
+    return Positions(A, B, C, D, np.concatenate([part.frame for part in parts]), misses=misses)

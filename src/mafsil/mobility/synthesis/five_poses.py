@@ -115,8 +115,8 @@ def _real_scaled(v: NDArray[Any]) -> NDArray[Any]:
 def _polished(p: NDArray[Any], q: NDArray[Any], M: Floats) -> tuple[Floats, Floats, Booleans]:
     """The real pairs after Newton's method, and which they are."""
     with np.errstate(invalid="ignore"):
-        likely = (np.abs(p.imag).max(axis=-1) < COMPLEX) & (np.abs(q.imag).max(axis=-1) < COMPLEX)
-    x, y = np.where(likely[..., None], p.real, 1.0), np.where(likely[..., None], q.real, 1.0)
+        likely = (np.abs(np.imag(p)).max(axis=-1) < COMPLEX) & (np.abs(np.imag(q)).max(axis=-1) < COMPLEX)
+    x, y = np.where(likely[..., None], np.real(p), 1.0), np.where(likely[..., None], np.real(q), 1.0)
     forms = M[..., None, :, :, :]
     for _ in range(_NEWTON_STEPS):
         x, y = _newton_step(x, y, forms)
@@ -139,9 +139,10 @@ def _newton_step(x: Floats, y: Floats, forms: Floats) -> tuple[Floats, Floats]:
     zero = np.zeros_like(x)[..., None, :]
     top = np.concatenate([by_x, by_y], axis=-1)
     rows = [top, np.concatenate([x[..., None, :], zero], -1), np.concatenate([zero, y[..., None, :]], -1)]
-    step = np.linalg.pinv(np.concatenate(rows, axis=-2), rcond=1e-14) @ np.concatenate(
-        [r, np.zeros((*r.shape[:-1], 2))], axis=-1
-    )[..., None]
+    step = (
+        np.linalg.pinv(np.concatenate(rows, axis=-2), rcond=1e-14)
+        @ np.concatenate([r, np.zeros((*r.shape[:-1], 2))], axis=-1)[..., None]
+    )
     x, y = x - step[..., :3, 0], y - step[..., 3:, 0]
     return x / np.linalg.norm(x, axis=-1, keepdims=True), y / np.linalg.norm(y, axis=-1, keepdims=True)
 

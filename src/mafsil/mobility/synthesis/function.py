@@ -55,11 +55,20 @@ def synthesise_function(inputs: ArrayLike, outputs: ArrayLike, *, ground: float 
     if len(theta) == 5:
         return _five(theta, phi, g)
     shifts = [0.0] if len(theta) == 3 else _rocker_lines(theta, phi)
+    if any(_is_free(theta, phi + shift) for shift in shifts or [0.0]):
+        return Synthesis(SynthesisStatus.INFINITE, NOTHING, task, (), None, "", {"ground": g})
     solved = [(K, shift) for shift in shifts for K in _ratios(theta, phi + shift)]
     batches = [one for K, shift in solved if (one := _linkage(K, theta, phi + shift, g)) is not None]
     ranking = ranked(batches, g, either_side=False)
     method = "function_by_three" if len(theta) == 3 else "function_by_four"
     return Synthesis(outcome(ranking), ranking, task, (), None, method, {"real": len(solved), "ground": g})
+
+
+def _is_free(theta: Floats, phi: Floats) -> bool:
+    """Whether the pairs fit Freudenstein's equation with more than one choice of ratios, as equal angles do."""
+    rows = np.stack([np.cos(phi), -np.cos(theta), np.ones(len(theta)), np.cos(theta - phi)], axis=1)
+    first, whole = (np.linalg.svd(each, compute_uv=False) > SAME_POSE for each in (rows[:, :3], rows))
+    return bool(first.sum() < 3 and whole.sum() == first.sum())
 
 
 def _ratios(theta: Floats, phi: Floats) -> list[Floats]:
@@ -68,7 +77,7 @@ def _ratios(theta: Floats, phi: Floats) -> list[Floats]:
     s = np.linalg.svd(rows, compute_uv=False)
     if s[-1] < SINGULAR_PENCIL * s[0]:
         return []
-    return [np.linalg.lstsq(rows, np.cos(theta - phi), rcond=None)[0]]
+    return [np.asarray(np.linalg.lstsq(rows, np.cos(theta - phi), rcond=None)[0], dtype=np.float64)]
 
 
 def _rocker_lines(theta: Floats, phi: Floats) -> list[float]:

@@ -91,7 +91,9 @@ class FunctionTask:
         Raises:
             InputError: one is not finite.
         """
-        return require_finite("function", single("function", self.function(np.asarray(x, dtype=np.float64)), np.shape(x)))
+        return require_finite(
+            "function", single("function", self.function(np.asarray(x, dtype=np.float64)), np.shape(x))
+        )
 
     def crank_angles(self, x: ArrayLike) -> Floats:
         """(k,) where the dial of the crank shows x [rad]."""

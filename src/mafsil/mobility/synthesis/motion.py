@@ -23,6 +23,7 @@ from mafsil.mobility.synthesis.poses import (
 )
 from mafsil.mobility.synthesis.positions import four_bars_of, slider_cranks_of
 from mafsil.mobility.synthesis.tolerances import EXACT
+from mafsil.mobility.synthesis.two_angles import larger_group, two_angle_pairs
 
 
 def synthesise_motion(
@@ -50,20 +51,21 @@ def synthesise_motion(
     if given.ndim != 2:
         raise InputError("synthesis.pose_count", got=given.shape, least=3, most=5)
     whole("samples", samples, 4, 4000)
-    choices = [None if each is None else pivots(name, each) for name, each in (("fixed", fixed), ("moving", moving))]
-    if any(each is not None for each in choices) and (len(given) > 3 or None not in choices):
+    chosen = (fixed is not None) + (moving is not None)
+    if chosen > (1 if len(given) == 3 else 0):
         raise InputError("synthesis.too_many_choices", count=len(given))
     conditions = PoseConditions.of(given)
     special = _special(conditions)
     if special is not None:
         return special
+    choices = [None if each is None else pivots(name, each) for name, each in (("fixed", fixed), ("moving", moving))]
     dyads, curves, infinite = dyads_through(conditions, samples, *choices)
     if infinite:
         return Synthesis(SynthesisStatus.INFINITE, NOTHING, given, (), None, "", {})
     cranks, blocks = cranks_and_blocks(dyads)
     batches = [four_bars_of(cranks), slider_cranks_of(cranks, blocks)]
     ranking = ranked(batches, float(conditions.size), either_side=True)
-    method = {3: "by_grid" if choices == [None, None] else "by_choice", 4: "by_curve", 5: "by_five"}[len(given)]
+    method = {3: "by_choice" if chosen else "by_grid", 4: "by_curve", 5: "by_five"}[len(given)]
     return Synthesis(outcome(ranking), ranking, given, tuple(dyads), curves, method, counted(dyads))
 
 
@@ -105,6 +107,10 @@ def dyads_through(
     if count == 4:
         curves = curves_of(conditions, samples)
         return dyads_of(conditions, curves.p.reshape(-1, 3), curves.q.reshape(-1, 3)), curves, False
+    group = larger_group(conditions)
+    if group is not None and not group.all():
+        p, q, infinite = two_angle_pairs(conditions, group)
+        return dyads_of(conditions, p, q), None, infinite
     pairs = five_pose_pairs(conditions.M)
     return dyads_of(conditions, pairs.p, pairs.q), None, bool(pairs.infinite)
 
@@ -114,15 +120,20 @@ def _special(conditions: PoseConditions) -> Synthesis | None:
     poses = conditions.poses
     pole = common_pole(conditions)
     if pole is not None:
-        place = complex(conditions.in_world(np.complex128(pole)))
-        details = {"count": len(poses), "x": place.real, "y": place.imag}
-        return Synthesis(SynthesisStatus.ONE_POLE, NOTHING, poses, (), None, "", details)
+        return Synthesis(SynthesisStatus.ONE_POLE, NOTHING, poses, (), None, "", pole_details(conditions, pole))
     if not is_translation(conditions) or len(poses) == 3:
         return None
     error = circle_error(as_complex(poses[:, :2])) / float(conditions.size)
     method = "translation_on_circle" if error <= EXACT else "translation_off_circle"
     return Synthesis(SynthesisStatus.TRANSLATION, NOTHING, poses, (), None, method, {
         "count": len(poses), "error": error * float(conditions.size)})  # fmt: skip
+
+
+def pole_details(conditions: PoseConditions, pole: complex) -> dict[str, Any]:
+    """Where a pole of size one lies in the world, without digits that are rounding, and how many poses there are."""
+    place, size = complex(conditions.in_world(np.complex128(pole))), float(conditions.size)
+    x, y = (size * round(each / size, 9) + 0.0 for each in (place.real, place.imag))
+    return {"count": len(conditions.poses), "x": x, "y": y}
 
 
 def circle_error(z: Complexes) -> float:

@@ -22,7 +22,7 @@ from mafsil.mobility.planar_positions import wrapped
 from mafsil.mobility.synthesis.answers import NOTHING, Synthesis, SynthesisStatus, outcome, ranked
 from mafsil.mobility.synthesis.dyads import Dyad, DyadKind, cranks_and_blocks
 from mafsil.mobility.synthesis.fitting import fitted
-from mafsil.mobility.synthesis.motion import counted, dyads_through
+from mafsil.mobility.synthesis.motion import counted, dyads_through, pole_details
 from mafsil.mobility.synthesis.poses import PoseConditions, as_complex, common_pole, spread
 from mafsil.mobility.synthesis.positions import Positions, four_bars_of, slider_cranks_of
 from mafsil.mobility.synthesis.tolerances import SAME_POSE
@@ -89,9 +89,7 @@ def _exact(z: Floats, angles: Floats, samples: int) -> Synthesis:
     task = np.column_stack([z, angles])
     pole = common_pole(conditions)
     if pole is not None:
-        place = complex(conditions.in_world(np.complex128(pole)))
-        details = {"count": len(z), "x": place.real, "y": place.imag}
-        return Synthesis(SynthesisStatus.ONE_POLE, NOTHING, task, (), None, "", details)
+        return Synthesis(SynthesisStatus.ONE_POLE, NOTHING, task, (), None, "", pole_details(conditions, pole))
     first, batches, infinite = exact_linkages(conditions, samples)
     if infinite:
         return Synthesis(SynthesisStatus.INFINITE, NOTHING, task, (), None, "", {})
@@ -150,7 +148,11 @@ def _fitted(z: Floats, angles: Floats | None, samples: int) -> Synthesis:
     found = fitted(as_complex(z), angles, starts)
     ranking = ranked([found], size, either_side=False)
     task = z if angles is None else np.column_stack([z, angles])
-    details = {"starts": len(starts), "points": len(z), "miss": min((one.miss for one in ranking.candidates), default=0.0)}
+    details = {
+        "starts": len(starts),
+        "points": len(z),
+        "miss": min((one.miss for one in ranking.candidates), default=0.0),
+    }
     return Synthesis(outcome(ranking, SynthesisStatus.NOT_FOUND), ranking, task, (), None, "by_fit", details)
 
 
@@ -163,7 +165,7 @@ def _guesses(z: Floats) -> list[Floats]:
 
 
 def _starts(z: Floats, angles: Floats, samples: int) -> list[Positions]:
-    """Linkages through five and through four of the points, one in each batch: those that meet the others best first."""
+    """Linkages through five and through four of the points, one in each batch; of four those of mildest defects."""
     found: list[Positions] = []
     for count in (5, 4):
         if len(z) < count:
@@ -171,10 +173,10 @@ def _starts(z: Floats, angles: Floats, samples: int) -> list[Positions]:
         chosen = np.unique(np.round(np.linspace(0, len(z) - 1, count)).astype(int))
         conditions = PoseConditions.of(np.column_stack([z[chosen], angles[chosen]]))
         _, batches, _ = exact_linkages(conditions, min(samples, 8) if count == 4 else samples)
-        batches = [batch.built(float(conditions.size)) for batch in batches if not batch.slider]
-        singles = [batch.chosen(np.array([k])) for batch in batches for k in range(len(batch))]
+        built = [batch.built(float(conditions.size)) for batch in batches if not batch.slider]
+        singles = [batch.chosen(np.array([k])) for batch in built for k in range(len(batch))]
         if count == 4:
-            defects = np.array([int(one.assessed().defects[0]) for one in singles])
-            singles = [singles[k] for k in np.argsort(defects, kind="stable")[:FEW_STARTS]]
+            singles.sort(key=lambda one: int(one.assessed().severity[0]))
+            singles = singles[:FEW_STARTS]
         found += singles
     return found

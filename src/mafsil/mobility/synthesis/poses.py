@@ -10,7 +10,6 @@ q = (n, 0) leads a line of the coupler through a fixed point (a slider on the co
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,9 +28,10 @@ def as_complex(points: Floats) -> Complexes:
     return points[..., 0] + 1j * points[..., 1]
 
 
-def as_points(numbers: NDArray[Any]) -> Floats:
+def as_points(numbers: Complexes | complex) -> Floats:
     """(*batch,) complex numbers as (*batch, 2) points."""
-    return np.stack([numbers.real, numbers.imag], axis=-1)
+    z = np.asarray(numbers, dtype=np.complex128)
+    return np.stack([z.real, z.imag], axis=-1)
 
 
 def checked_poses(poses: ArrayLike, least: int, most: int) -> Floats:
@@ -96,7 +96,7 @@ class PoseConditions:
         """(*batch, N) places of a moving pivot (*batch,), both of size one."""
         return self.d + self.E * w[..., None]
 
-    def in_world(self, unit: Complexes) -> Complexes:
+    def in_world(self, unit: Complexes | complex) -> Complexes:
         """Points of size one as points of the world [m]."""
         return self.middle + self.size * unit
 
@@ -104,7 +104,7 @@ class PoseConditions:
         """Points of the world [m] as points of size one."""
         return (world - self.middle) / self.size
 
-    def on_body(self, unit: Complexes) -> Complexes:
+    def on_body(self, unit: Complexes | complex) -> Complexes:
         """Moving pivots of size one, where the first pose puts them, in the coordinates of the coupler [m]."""
         origin, angle = as_complex(self.poses[..., 0, :2]), self.poses[..., 0, 2]
         return (self.in_world(unit) - origin) * np.exp(-1j * angle)

@@ -59,6 +59,8 @@ class Positions:
 
     def built(self, size: float) -> Positions:
         """Those all of whose links have a length, for a task of a size [m]."""
+        if not len(self):
+            return self
         least = NO_LENGTH * size
         links = [np.abs(self.B - self.A[:, None]).min(axis=1), np.abs(self.C - self.B).min(axis=1)]
         if not self.slider:
@@ -89,7 +91,7 @@ def slider_cranks_of(cranks: Sequence[Dyad], blocks: Sequence[Dyad]) -> Position
 def _paired(first: Sequence[Dyad], second: Sequence[Dyad], pairs: list[tuple[int, int]], *, slider: bool) -> Positions:
     i, j = np.array(pairs, dtype=int).reshape(-1, 2).T
     N = len(first[0].places) if first else 0
-    left, right = (np.array([one.places for one in side]).reshape(-1, N, 2) for side in (first, second))
+    left, right = (np.array([one.places for one in side]).reshape(len(side), N, 2) for side in (first, second))
     m, n = (as_complex(np.array([one.pivot for one in side]).reshape(-1, 2)) for side in (first, second))
     v, w = (as_complex(np.array([one.point for one in side]).reshape(-1, 2)) for side in (first, second))
     rod = w[j] - v[i]
