@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -106,8 +106,9 @@ class Synthesis(Answer):
 
     Attributes:
         status: how it ended.
+        aim: motion, path or function.
         ranking: the candidates and how many of all have which defect.
-        task: (N, 3) poses, (N, 2) points or (N, 2) angles that were asked for.
+        task: what was asked for: poses (N, 3), points (N, 2) or with timing (N, 3), angles (N, 2).
         dyads: all dyads of five poses, or those sampled of a family.
         curves: Burmester's curves of four poses.
         method: key of the sentence that says how the candidates were found.
@@ -115,6 +116,7 @@ class Synthesis(Answer):
     """
 
     status: SynthesisStatus
+    aim: Literal["motion", "path", "function"]
     ranking: Ranking
     task: Floats
     dyads: tuple[Dyad, ...]
@@ -170,7 +172,7 @@ class Synthesis(Answer):
         """Plain data."""
         ranking = self.ranking
         return {
-            "status": self.status.name.lower(), "count": ranking.count, "free": ranking.free,
+            "status": self.status.name.lower(), "aim": self.aim, "count": ranking.count, "free": ranking.free,
             "circuit_defects": ranking.circuit, "branch_defects": ranking.branch, "order_defects": ranking.order,
             "task": self.task, "candidates": [one.to_dict() for one in self.candidates],
             "dyads": [one.to_dict() for one in self.dyads],

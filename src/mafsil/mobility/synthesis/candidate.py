@@ -107,7 +107,8 @@ class Candidate(SingleAnswer):
         """(*batch, 3) poses (x, y, phi) of the coupler's frame at angles of the crank [m, rad]."""
         B, C = self.moving_pivots(theta, mode)
         step = (C - B)[..., 0] + 1j * (C - B)[..., 1]
-        u = step / np.abs(step)
+        with np.errstate(invalid="ignore"):
+            u = step / np.abs(step)
         z = (self.along + 1j * self.across) * u
         return np.stack([B[..., 0] + z.real, B[..., 1] + z.imag, wrapped(np.angle(u) + self.turned)], axis=-1)
 

@@ -56,12 +56,12 @@ def synthesise_function(inputs: ArrayLike, outputs: ArrayLike, *, ground: float 
         return _five(theta, phi, g)
     shifts = [0.0] if len(theta) == 3 else _rocker_lines(theta, phi)
     if any(_is_free(theta, phi + shift) for shift in shifts or [0.0]):
-        return Synthesis(SynthesisStatus.INFINITE, NOTHING, task, (), None, "", {"ground": g})
+        return Synthesis(SynthesisStatus.INFINITE, "function", NOTHING, task, (), None, "", {"ground": g})
     solved = [(K, shift) for shift in shifts for K in _ratios(theta, phi + shift)]
     batches = [one for K, shift in solved if (one := _linkage(K, theta, phi + shift, g)) is not None]
     ranking = ranked(batches, g, either_side=False)
     method = "function_by_three" if len(theta) == 3 else "function_by_four"
-    return Synthesis(outcome(ranking), ranking, task, (), None, method, {"real": len(solved), "ground": g})
+    return Synthesis(outcome(ranking), "function", ranking, task, (), None, method, {"real": len(solved), "ground": g})
 
 
 def _is_free(theta: Floats, phi: Floats) -> bool:
@@ -129,10 +129,10 @@ def _five(theta: Floats, phi: Floats, ground: float) -> Synthesis:
     conditions = PoseConditions.of(np.stack([D.real, D.imag, phi - theta], axis=1))
     details: dict[str, Any] = {"ground": ground}
     if common_pole(conditions) is not None:
-        return Synthesis(SynthesisStatus.INFINITE, NOTHING, task, (), None, "", details)
+        return Synthesis(SynthesisStatus.INFINITE, "function", NOTHING, task, (), None, "", details)
     dyads, _, infinite = dyads_through(conditions, 0)
     if infinite:
-        return Synthesis(SynthesisStatus.INFINITE, NOTHING, task, (), None, "", details)
+        return Synthesis(SynthesisStatus.INFINITE, "function", NOTHING, task, (), None, "", details)
     pins = _without_ground(cranks_and_blocks(dyads)[0], ground)
     on_crank, on_rocker = (
         as_complex(np.array([getattr(one, name) for one in pins]).reshape(-1, 2)) for name in ("pivot", "point")
@@ -141,7 +141,7 @@ def _five(theta: Floats, phi: Floats, ground: float) -> Synthesis:
     C = ground + on_rocker[:, None] * np.exp(1j * phi)
     ranking = ranked([_between(B, C, ground)], ground, either_side=False)
     details["real"] = len(pins)
-    return Synthesis(outcome(ranking), ranking, task, tuple(pins), None, "function_by_five", details)
+    return Synthesis(outcome(ranking), "function", ranking, task, tuple(pins), None, "function_by_five", details)
 
 
 def _without_ground(dyads: list[Dyad], ground: float) -> list[Dyad]:

@@ -61,12 +61,12 @@ def synthesise_motion(
     choices = [None if each is None else pivots(name, each) for name, each in (("fixed", fixed), ("moving", moving))]
     dyads, curves, infinite = dyads_through(conditions, samples, *choices)
     if infinite:
-        return Synthesis(SynthesisStatus.INFINITE, NOTHING, given, (), None, "", {})
+        return Synthesis(SynthesisStatus.INFINITE, "motion", NOTHING, given, (), None, "", {})
     cranks, blocks = cranks_and_blocks(dyads)
     batches = [four_bars_of(cranks), slider_cranks_of(cranks, blocks)]
     ranking = ranked(batches, float(conditions.size), either_side=True)
     method = {3: "by_choice" if chosen else "by_grid", 4: "by_curve", 5: "by_five"}[len(given)]
-    return Synthesis(outcome(ranking), ranking, given, tuple(dyads), curves, method, counted(dyads))
+    return Synthesis(outcome(ranking), "motion", ranking, given, tuple(dyads), curves, method, counted(dyads))
 
 
 def counted(dyads: list[Dyad]) -> dict[str, Any]:
@@ -120,12 +120,14 @@ def _special(conditions: PoseConditions) -> Synthesis | None:
     poses = conditions.poses
     pole = common_pole(conditions)
     if pole is not None:
-        return Synthesis(SynthesisStatus.ONE_POLE, NOTHING, poses, (), None, "", pole_details(conditions, pole))
+        return Synthesis(
+            SynthesisStatus.ONE_POLE, "motion", NOTHING, poses, (), None, "", pole_details(conditions, pole)
+        )
     if not is_translation(conditions) or len(poses) == 3:
         return None
     error = circle_error(as_complex(poses[:, :2])) / float(conditions.size)
     method = "translation_on_circle" if error <= EXACT else "translation_off_circle"
-    return Synthesis(SynthesisStatus.TRANSLATION, NOTHING, poses, (), None, method, {
+    return Synthesis(SynthesisStatus.TRANSLATION, "motion", NOTHING, poses, (), None, method, {
         "count": len(poses), "error": error * float(conditions.size)})  # fmt: skip
 
 

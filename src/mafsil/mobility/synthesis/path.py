@@ -89,13 +89,13 @@ def _exact(z: Floats, angles: Floats, samples: int) -> Synthesis:
     task = np.column_stack([z, angles])
     pole = common_pole(conditions)
     if pole is not None:
-        return Synthesis(SynthesisStatus.ONE_POLE, NOTHING, task, (), None, "", pole_details(conditions, pole))
+        return Synthesis(SynthesisStatus.ONE_POLE, "path", NOTHING, task, (), None, "", pole_details(conditions, pole))
     first, batches, infinite = exact_linkages(conditions, samples)
     if infinite:
-        return Synthesis(SynthesisStatus.INFINITE, NOTHING, task, (), None, "", {})
+        return Synthesis(SynthesisStatus.INFINITE, "path", NOTHING, task, (), None, "", {})
     ranking = ranked(batches, float(conditions.size), either_side=False)
     method = {3: "path_by_grid", 4: "path_by_curve", 5: "path_by_five"}[len(z)]
-    return Synthesis(outcome(ranking), ranking, task, tuple(first), None, method, counted(first))
+    return Synthesis(outcome(ranking), "path", ranking, task, tuple(first), None, method, counted(first))
 
 
 def exact_linkages(conditions: PoseConditions, samples: int) -> tuple[list[Dyad], list[Positions], bool]:
@@ -153,7 +153,7 @@ def _fitted(z: Floats, angles: Floats | None, samples: int) -> Synthesis:
         "points": len(z),
         "miss": min((one.miss for one in ranking.candidates), default=0.0),
     }
-    return Synthesis(outcome(ranking, SynthesisStatus.NOT_FOUND), ranking, task, (), None, "by_fit", details)
+    return Synthesis(outcome(ranking, SynthesisStatus.NOT_FOUND), "path", ranking, task, (), None, "by_fit", details)
 
 
 def _guesses(z: Floats) -> list[Floats]:
