@@ -155,7 +155,7 @@ ANSWERS: dict[str, tuple[Callable[[], Any], bool]] = {
     "polygon": (lambda: mobility.polygon_space([1, 1, 5]), False),
     "synthesis": (lambda: mobility.synthesise_motion([[0, 0, 0], [1, 0.6, 0.3], [2, 0.8, 0.8]]), True),
     "no synthesis": (lambda: mobility.synthesise_motion([[1, 0, 0], [0, 1, np.pi / 2], [-1, 0, np.pi]]), False),
-    "candidate": (lambda: mobility.synthesise_function([0, 1, 2], [0.3, 0.9, 2.0]).best, True),
+    "candidate": (lambda: mobility.synthesise_motion([[0, 0, 0], [1, 0.6, 0.3], [2, 0.8, 0.8]])[0], True),
     "seven joints": (lambda: mf.inverse_kinematics(IIWA, IIWA.forward_kinematics(Q7)), True),
 }  # fmt: skip
 

@@ -253,3 +253,16 @@ def test_five_poses_of_two_angles_that_are_special():
     assert syn.synthesise_motion(circle).status is syn.SynthesisStatus.INFINITE
     circle[0, 0] += 0.3
     assert syn.synthesise_motion(circle).status is syn.SynthesisStatus.NONE
+
+
+@pytest.mark.parametrize("count", [3, 4])
+def test_three_and_four_poses_have_blocks_too(count):
+    rng = np.random.default_rng(count)
+    for _ in range(10):
+        poses = np.column_stack([rng.normal(size=(count, 2)), rng.uniform(-2, 2, count)])
+        found = syn.synthesise_motion(poses, samples=16)
+        blocks = [one for one in found.dyads if one.kind is syn.DyadKind.BLOCK]
+        assert len(blocks) == (12 if count == 3 else 1)
+        for one in blocks:
+            across = one.places @ one.pivot
+            assert np.ptp(across) < 1e-9 * (1 + np.abs(one.places).max())

@@ -155,3 +155,13 @@ def test_collinear_points_have_linkages():
     found = syn.synthesise_path(points, [0.0, 0.5, 1.0, 1.6, 2.1])
     assert found.status in (syn.SynthesisStatus.FREE, syn.SynthesisStatus.DEFECTIVE, syn.SynthesisStatus.NONE)
     assert all(path_error(one, points) < 1e-8 for one in found)
+
+
+def test_points_that_no_linkage_passes_are_said():
+    zigzag = np.array([[0, 0], [1, 1], [2, 0], [3, 1], [4, 0], [5, 1], [6, 0], [7, 1]], float)
+    found = syn.synthesise_path(zigzag, np.linspace(0, 2, 8), tolerance=1e-3)
+    assert found.status is syn.SynthesisStatus.FAR
+    assert not found
+    assert len(found)
+    assert f"{found.details['miss']:.3g} m" in found.explain("en")
+    assert "distance of at most" in found[0].explain("en")

@@ -31,6 +31,7 @@ class SynthesisStatus(Status):
     ONE_POLE = ("synthesis.one_pole", False)
     INFINITE = ("synthesis.infinite", False)
     NOT_FOUND = ("synthesis.not_found", False)
+    FAR = ("synthesis.far", False)
 
 
 @dataclass(frozen=True, eq=False)

@@ -74,6 +74,17 @@ def curves_of(given: PoseConditions, samples: int) -> BurmesterCurves:
     return BurmesterCurves(_in_world(given, p), _in_world(given, q), p, q)
 
 
+def block_of(given: PoseConditions) -> tuple[Floats, Floats]:
+    """(1, 3), (1, 3) the pair whose fixed pivot is at infinity: the one coupler point with four places on a line.
+
+    At infinity the cubic is (x^2 + y^2) (a x + b y), with a and b its values at (1, 0, 0) and (0, 1, 0).
+    """
+    a, b = _cubic(given.M, np.eye(3)[:2]).tolist()
+    p = np.array([-b, a, 0.0]) / max(float(np.hypot(a, b)), 1e-300)
+    rows = np.einsum("i,jik->jk", p, given.M)
+    return p[None], np.linalg.svd(rows)[2][-1:]
+
+
 def _cubic(M: Floats, p: Floats) -> Floats:
     """(k,) the determinant of the three rows p^T M_j at points (k, 3)."""
     return np.linalg.det(np.einsum("ai,jik->ajk", p, M))

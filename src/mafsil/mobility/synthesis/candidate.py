@@ -124,6 +124,8 @@ class Candidate(SingleAnswer):
         lines = [say(f"synthesis.{self._form()}", language=language, kind=kind, **self._lengths())]
         details = self._details()
         lines += [each.sentence(language, **details) for each in self.defects or (CandidateStatus.FREE,)]
+        if self.miss > 0.0:
+            lines.append(say("synthesis.misses", language=language, miss=self.miss))
         return "\n".join(lines)
 
     def _form(self) -> str:

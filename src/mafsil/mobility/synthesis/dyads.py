@@ -12,7 +12,10 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.messages import say
 from mafsil.mobility.synthesis.poses import Complexes, PoseConditions, as_complex, as_points
-from mafsil.mobility.synthesis.tolerances import AT_INFINITY, NO_LENGTH
+from mafsil.mobility.synthesis.tolerances import AT_INFINITY, NO_LENGTH, UNDETERMINED
+
+DIRECTIONS = 12
+"""Directions of lines that are tried for blocks through three poses."""
 
 
 class DyadKind(Enum):
@@ -62,7 +65,10 @@ def dyad_of(given: PoseConditions, p: Floats, q: Floats) -> Dyad | None:
         given: one list of poses.
         p, q: (3,) fixed and moving pivot.
     """
-    p, q = p / np.linalg.norm(p), q / np.linalg.norm(q)
+    lengths = float(np.linalg.norm(p)), float(np.linalg.norm(q))
+    if min(lengths) < UNDETERMINED:
+        return None
+    p, q = p / lengths[0], q / lengths[1]
     far_p, far_q = abs(p[2]) < AT_INFINITY, abs(q[2]) < AT_INFINITY
     nowhere = np.full((len(given.d), 2), np.nan)
     if far_p and far_q:
@@ -80,11 +86,11 @@ def dyad_of(given: PoseConditions, p: Floats, q: Floats) -> Dyad | None:
         error = float(np.abs(along - along.mean()).max())
         return Dyad(DyadKind.BLOCK, as_points(np.complex128(n)), point, as_points(W), float(along.mean()), error)
     m = given.in_world(np.complex128(complex(p[0], p[1]) / p[2]))
-    lengths: Floats = np.abs(W - m)
-    if lengths.mean() < NO_LENGTH * float(given.size):
+    arms: Floats = np.abs(W - m)
+    if arms.mean() < NO_LENGTH * float(given.size):
         return None
-    error = float(np.abs(lengths - lengths.mean()).max())
-    return Dyad(DyadKind.CRANK, as_points(m), point, as_points(W), float(lengths.mean()), error)
+    error = float(np.abs(arms - arms.mean()).max())
+    return Dyad(DyadKind.CRANK, as_points(m), point, as_points(W), float(arms.mean()), error)
 
 
 def dyads_of(given: PoseConditions, p: Floats, q: Floats) -> list[Dyad]:
@@ -130,7 +136,15 @@ def three_pose_dyads(given: PoseConditions, fixed: Floats | None, moving: Floats
         return dyads_of(given, p, moving_pivots_of(given, fixed))
     points = grid(given, samples) if moving is None else moving
     q = homogeneous(given.from_body(as_complex(points)))
-    return dyads_of(given, fixed_pivots_of(given, points), q)
+    cranks = dyads_of(given, fixed_pivots_of(given, points), q)
+    return cranks if moving is not None else cranks + blocks_along(given)
+
+
+def blocks_along(given: PoseConditions) -> list[Dyad]:
+    """Blocks through three poses on lines of several directions: each direction has one point that stays on a line."""
+    angle = np.pi * (np.arange(DIRECTIONS) + 0.5) / DIRECTIONS
+    p = np.stack([np.cos(angle), np.sin(angle), np.zeros(DIRECTIONS)], axis=1)
+    return dyads_of(given, p, np.asarray(np.cross(p @ given.M[0], p @ given.M[1]), dtype=np.float64))
 
 
 def grid(given: PoseConditions, samples: int) -> Floats:

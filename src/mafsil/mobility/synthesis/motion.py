@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, real_array, whole
 from mafsil.errors import InputError
 from mafsil.mobility.synthesis.answers import NOTHING, Synthesis, SynthesisStatus, outcome, ranked
-from mafsil.mobility.synthesis.burmester import BurmesterCurves, curves_of
+from mafsil.mobility.synthesis.burmester import BurmesterCurves, block_of, curves_of
 from mafsil.mobility.synthesis.dyads import Dyad, DyadKind, cranks_and_blocks, dyads_of, three_pose_dyads
 from mafsil.mobility.synthesis.five_poses import five_pose_pairs
 from mafsil.mobility.synthesis.poses import (
@@ -106,7 +106,9 @@ def dyads_through(
         return three_pose_dyads(conditions, fixed, moving, samples), None, False
     if count == 4:
         curves = curves_of(conditions, samples)
-        return dyads_of(conditions, curves.p.reshape(-1, 3), curves.q.reshape(-1, 3)), curves, False
+        p, q = block_of(conditions)
+        p, q = np.concatenate([curves.p.reshape(-1, 3), p]), np.concatenate([curves.q.reshape(-1, 3), q])
+        return dyads_of(conditions, p, q), curves, False
     group = larger_group(conditions)
     if group is not None and not group.all():
         p, q, infinite = two_angle_pairs(conditions, group)

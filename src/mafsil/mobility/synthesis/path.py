@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, as_batch, single, whole
+from mafsil.arrays import Floats, as_batch, positive, single, whole
 from mafsil.errors import InputError
 from mafsil.mobility.planar_positions import wrapped
 from mafsil.mobility.synthesis.answers import NOTHING, Synthesis, SynthesisStatus, outcome, ranked
@@ -31,11 +31,15 @@ MOST_POINTS = 400
 """Points of a path: unknown angles of the crank make dense equations of so many columns."""
 SAME_DYAD = 1e-3
 """A dyad nearer than it is the known one: an ill-conditioned root keeps three digits at least."""
+FIT = 0.02
+"""Distance of a fit from its points, over their spread, up to which it counts as one if nothing else is said."""
 FEW_STARTS = 12
 """Linkages of four of the points from which least squares start, besides all of five points."""
 
 
-def synthesise_path(points: ArrayLike, timing: ArrayLike | None = None, *, samples: int = 24) -> Synthesis:
+def synthesise_path(
+    points: ArrayLike, timing: ArrayLike | None = None, *, samples: int = 24, tolerance: float | None = None
+) -> Synthesis:
     """Linkages a coupler point of which passes points of the plane in their order.
 
     With timing three to five points are met exactly: of five all linkages are found, of fewer a sample of the
@@ -45,6 +49,7 @@ def synthesise_path(points: ArrayLike, timing: ArrayLike | None = None, *, sampl
         points: (N, 2), N from 3 with timing, from 5 without [m].
         timing: (N,) angles of the crank at the points, from any line [rad]; free if None.
         samples: of a family: points of the grid for three points, lines across the curve for four.
+        tolerance: greatest distance from a point at which a fit counts as one [m]; 2 % of the points' spread if None.
 
     Returns:
         All candidates, driven by the crank that keeps the timing; good ones first.
@@ -55,11 +60,12 @@ def synthesise_path(points: ArrayLike, timing: ArrayLike | None = None, *, sampl
     """
     z = _checked_points(points, 3 if timing is not None else 5)
     whole("samples", samples, 4, 400)
+    near = FIT * float(spread(as_complex(z))) if tolerance is None else positive("tolerance", tolerance)
     if timing is None:
-        return _fitted(z, None, samples)
+        return _fitted(z, None, samples, near)
     angles = single("timing", timing, (len(z),))
     _require_apart(angles)
-    return _fitted(z, angles, samples) if len(z) > 5 else _exact(z, angles, samples)
+    return _fitted(z, angles, samples, near) if len(z) > 5 else _exact(z, angles, samples)
 
 
 def _checked_points(points: ArrayLike, least: int) -> Floats:
@@ -138,22 +144,28 @@ def _exchanged(one: Dyad, z: Floats) -> Dyad:
     return Dyad(DyadKind.CRANK, one.pivot, np.array([-one.length, 0.0]), places, arm, one.residual)
 
 
-def _fitted(z: Floats, angles: Floats | None, samples: int) -> Synthesis:
-    """Least squares from linkages that meet some of the points."""
+def _fitted(z: Floats, angles: Floats | None, samples: int, tolerance: float) -> Synthesis:
+    """Least squares from linkages that meet some of the points: fits within the tolerance, or else the nearest few.
+
+    Args:
+        z: (N, 2) points.
+        angles: (N,) of the crank, or None.
+        samples: of the families from which fits start.
+        tolerance: of a fit [m].
+    """
     if angles is None:
         starts = [one for guess in _guesses(z) for one in _starts(z, guess, samples)]
     else:
         starts = _starts(z, angles, samples)
     size = float(spread(as_complex(z)))
     found = fitted(as_complex(z), angles, starts)
-    ranking = ranked([found], size, either_side=False)
+    misses = np.zeros(0) if found.misses is None else found.misses
+    least = float(misses.min(initial=np.inf))
+    ranking = ranked([found.chosen(misses <= max(tolerance, 2 * least))], size, either_side=False)
     task = z if angles is None else np.column_stack([z, angles])
-    details = {
-        "starts": len(starts),
-        "points": len(z),
-        "miss": min((one.miss for one in ranking.candidates), default=0.0),
-    }
-    return Synthesis(outcome(ranking, SynthesisStatus.NOT_FOUND), "path", ranking, task, (), None, "by_fit", details)
+    details = {"starts": len(starts), "points": len(z), "miss": least, "tolerance": tolerance}
+    status = SynthesisStatus.FAR if ranking.count and least > tolerance else outcome(ranking, SynthesisStatus.NOT_FOUND)
+    return Synthesis(status, "path", ranking, task, (), None, "by_fit" if ranking.count else "", details)
 
 
 def _guesses(z: Floats) -> list[Floats]:

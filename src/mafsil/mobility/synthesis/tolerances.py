@@ -25,3 +25,5 @@ BULKY = 30.0
 """Linkages with links longer than so many sizes of the task stand behind the others of as many defects."""
 MOST_CANDIDATES = 60
 """Candidates that an answer keeps of a family; those of finite problems are all kept (at most twelve)."""
+UNDETERMINED = 1e-13
+"""Shorter homogeneous points are rounding: the conditions leave their place open, as at a pole."""
