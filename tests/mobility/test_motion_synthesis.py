@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import fsolve
 
@@ -266,3 +266,21 @@ def test_three_and_four_poses_have_blocks_too(count):
         for one in blocks:
             across = one.places @ one.pivot
             assert np.ptp(across) < 1e-9 * (1 + np.abs(one.places).max())
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.tuples(*[st.integers(-2, 2)] * 3), min_size=3, max_size=5, unique=True))
+def test_poses_on_a_grid_are_answered_and_taken(rows):
+    """Equal angles, equal places, lines and circles abound there."""
+    poses = np.array(rows) * [1.0, 1.0, np.pi / 4]
+    found = syn.synthesise_motion(poses, samples=9)
+    assert found.explain("en") != found.explain("ar")
+    assume(found.candidates)
+    for one in found:
+        step = (one.C - one.B) @ [1, 1j]
+        u = step / np.abs(step)
+        z = one.B @ [1, 1j] + (one.along + 1j * one.across) * u
+        size = 1 + np.abs(one.B).max()
+        assert np.abs(z - poses[:, :2] @ [1, 1j]).max() < 1e-7 * size
+        assert np.abs(wrapped(np.angle(u) + one.turned - poses[:, 2])).max() < 1e-7
+        assert one.residual < 1e-7 * size

@@ -193,8 +193,8 @@ def _row(one: Candidate) -> tuple[str, ...]:
 NOTHING = Ranking((), 0, 0, 0, 0, 0)
 
 
-def outcome(ranking: Ranking, none: SynthesisStatus = SynthesisStatus.NONE) -> SynthesisStatus:
-    """The status that a ranking gives; `none` if it is empty."""
+def outcome(ranking: Ranking, *, sampled: bool = False) -> SynthesisStatus:
+    """The status that a ranking gives; an empty one proves that there is none, unless its linkages were sampled."""
     if not ranking.count:
-        return none
+        return SynthesisStatus.NOT_FOUND if sampled else SynthesisStatus.NONE
     return SynthesisStatus.FREE if ranking.free else SynthesisStatus.DEFECTIVE

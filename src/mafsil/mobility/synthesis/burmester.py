@@ -67,6 +67,7 @@ def curves_of(given: PoseConditions, samples: int) -> BurmesterCurves:
         root = np.sqrt(linear**2 - 4 * square * last)
         stable = -(linear + np.copysign(root, linear)) / 2
         s = np.stack([stable / square, last / stable], axis=-1)
+    s = np.where(np.isfinite(s), s, np.nan)
     p = s[..., None] * start + Q[:, None]
     p /= np.linalg.norm(p, axis=-1, keepdims=True)
     rows = np.einsum("abi,jik->abjk", np.nan_to_num(p), M)

@@ -66,7 +66,9 @@ def synthesise_motion(
     batches = [four_bars_of(cranks), slider_cranks_of(cranks, blocks)]
     ranking = ranked(batches, float(conditions.size), either_side=True)
     method = {3: "by_choice" if chosen else "by_grid", 4: "by_curve", 5: "by_five"}[len(given)]
-    return Synthesis(outcome(ranking), "motion", ranking, given, tuple(dyads), curves, method, counted(dyads))
+    return Synthesis(
+        outcome(ranking, sampled=len(given) < 5), "motion", ranking, given, tuple(dyads), curves, method, counted(dyads)
+    )
 
 
 def counted(dyads: list[Dyad]) -> dict[str, Any]:

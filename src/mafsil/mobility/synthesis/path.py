@@ -101,7 +101,9 @@ def _exact(z: Floats, angles: Floats, samples: int) -> Synthesis:
         return Synthesis(SynthesisStatus.INFINITE, "path", NOTHING, task, (), None, "", {})
     ranking = ranked(batches, float(conditions.size), either_side=False)
     method = {3: "path_by_grid", 4: "path_by_curve", 5: "path_by_five"}[len(z)]
-    return Synthesis(outcome(ranking), "path", ranking, task, tuple(first), None, method, counted(first))
+    return Synthesis(
+        outcome(ranking, sampled=len(z) < 5), "path", ranking, task, tuple(first), None, method, counted(first)
+    )
 
 
 def exact_linkages(conditions: PoseConditions, samples: int) -> tuple[list[Dyad], list[Positions], bool]:
@@ -164,7 +166,7 @@ def _fitted(z: Floats, angles: Floats | None, samples: int, tolerance: float) ->
     ranking = ranked([found.chosen(misses <= max(tolerance, 2 * least))], size, either_side=False)
     task = z if angles is None else np.column_stack([z, angles])
     details = {"starts": len(starts), "points": len(z), "miss": least, "tolerance": tolerance}
-    status = SynthesisStatus.FAR if ranking.count and least > tolerance else outcome(ranking, SynthesisStatus.NOT_FOUND)
+    status = SynthesisStatus.FAR if ranking.count and least > tolerance else outcome(ranking, sampled=True)
     return Synthesis(status, "path", ranking, task, (), None, "by_fit" if ranking.count else "", details)
 
 

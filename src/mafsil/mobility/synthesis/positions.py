@@ -90,7 +90,7 @@ def slider_cranks_of(cranks: Sequence[Dyad], blocks: Sequence[Dyad]) -> Position
 
 def _paired(first: Sequence[Dyad], second: Sequence[Dyad], pairs: list[tuple[int, int]], *, slider: bool) -> Positions:
     i, j = np.array(pairs, dtype=int).reshape(-1, 2).T
-    N = len(first[0].places) if first else 0
+    N = max((len(one.places) for one in (*first, *second)), default=0)
     left, right = (np.array([one.places for one in side]).reshape(len(side), N, 2) for side in (first, second))
     m, n = (as_complex(np.array([one.pivot for one in side]).reshape(-1, 2)) for side in (first, second))
     v, w = (as_complex(np.array([one.point for one in side]).reshape(-1, 2)) for side in (first, second))
