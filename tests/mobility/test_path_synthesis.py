@@ -54,8 +54,6 @@ def test_its_cognates_draw_the_same_curve():
     sides = [np.abs(found_at(one, plant)).max() for one in found]
     assert min(sides) < 1e-5
     one = found[int(np.argmin(sides))]
-    original = plant.bar.coupler_curves(0.0, 0.0)
-    assert original
     more = planted_points(plant, 9)
     curve = np.concatenate(one.coupler_curves(20001))
     curve = curve[np.isfinite(curve).all(axis=1)]

@@ -116,19 +116,26 @@ def _polished(p: NDArray[Any], q: NDArray[Any], M: Floats) -> tuple[Floats, Floa
     """The real pairs after Newton's method, and which they are."""
     with np.errstate(invalid="ignore"):
         likely = (np.abs(np.imag(p)).max(axis=-1) < COMPLEX) & (np.abs(np.imag(q)).max(axis=-1) < COMPLEX)
-    x, y = np.where(likely[..., None], np.real(p), 1.0), np.where(likely[..., None], np.real(q), 1.0)
-    forms = M[..., None, :, :, :]
+    forms = np.broadcast_to(M[..., None, :, :, :], (*likely.shape, 4, 3, 3))[likely]
+    u, v = np.real(p)[likely], np.real(q)[likely]
     for _ in range(_NEWTON_STEPS):
-        x, y = _newton_step(x, y, forms)
-    r = np.einsum("...i,...jik,...k->...j", x, forms, y)
-    good = likely & (np.abs(r).max(axis=-1) < SOLVED)
-    for k in range(1, x.shape[-2]):
+        before = u, v
+        u, v = _newton_step(u, v, forms)
+        if max(np.abs(u - before[0]).max(initial=0.0), np.abs(v - before[1]).max(initial=0.0)) < SOLVED:
+            break
+    r = np.einsum("ai,ajik,ak->aj", u, forms, v)
+    x: Floats = np.full(p.shape, np.nan)
+    y: Floats = np.full(q.shape, np.nan)
+    good: Booleans = likely.copy()
+    x[likely], y[likely], good[likely] = u, v, np.abs(r).max(axis=-1) < SOLVED
+    for k in range(1, len(MONOMIALS)):
         twin = np.zeros(good.shape[:-1], dtype=np.bool_)
         for m in range(k):
             near = _apart(x[..., k, :], x[..., m, :]) + _apart(y[..., k, :], y[..., m, :]) < APART
             twin |= near & good[..., m]
         good[..., k] &= ~twin
-    return np.where(good[..., None], x, np.nan), np.where(good[..., None], y, np.nan), good
+    x[~good], y[~good] = np.nan, np.nan
+    return x, y, good
 
 
 def _newton_step(x: Floats, y: Floats, forms: Floats) -> tuple[Floats, Floats]:
