@@ -20,7 +20,8 @@ from mafsil.grasp.closure_methods import closure_by_all_methods
 
 FACES = (
     "mafsil", "mafsil.control", "mafsil.derivation", "mafsil.geometry", "mafsil.grasp", "mafsil.identification",
-    "mafsil.ik", "mafsil.mobility", "mafsil.one_joint", "mafsil.model", "mafsil.model.lint", "mafsil.performance",
+    "mafsil.ik", "mafsil.mobility", "mafsil.mobility.synthesis",
+    "mafsil.one_joint", "mafsil.model", "mafsil.model.lint", "mafsil.performance",
     "mafsil.collision", "mafsil.planning", "mafsil.simulation", "mafsil.solvers", "mafsil.trajectory",
     "mafsil.verification", "mafsil.job",
 )  # fmt: skip
