@@ -20,7 +20,8 @@ from mafsil.grasp.closure_methods import closure_by_all_methods
 
 FACES = (
     "mafsil", "mafsil.control", "mafsil.derivation", "mafsil.geometry", "mafsil.grasp", "mafsil.identification",
-    "mafsil.ik", "mafsil.mobility", "mafsil.one_joint", "mafsil.model", "mafsil.model.lint", "mafsil.performance",
+    "mafsil.ik", "mafsil.mobility", "mafsil.mobility.synthesis",
+    "mafsil.one_joint", "mafsil.model", "mafsil.model.lint", "mafsil.performance",
     "mafsil.collision", "mafsil.planning", "mafsil.simulation", "mafsil.solvers", "mafsil.trajectory",
     "mafsil.verification", "mafsil.job",
 )  # fmt: skip
@@ -153,6 +154,9 @@ ANSWERS: dict[str, tuple[Callable[[], Any], bool]] = {
     "integrability": (lambda: mobility.Coin(0.1).constraints.integrability, False),
     "points": (lambda: mobility.count_points([[0, 0], [1, 0], [0, 1]]), True),
     "polygon": (lambda: mobility.polygon_space([1, 1, 5]), False),
+    "synthesis": (lambda: mobility.synthesise_motion([[0, 0, 0], [1, 0.6, 0.3], [2, 0.8, 0.8]]), True),
+    "no synthesis": (lambda: mobility.synthesise_motion([[1, 0, 0], [0, 1, np.pi / 2], [-1, 0, np.pi]]), False),
+    "candidate": (lambda: mobility.synthesise_motion([[0, 0, 0], [1, 0.6, 0.3], [2, 0.8, 0.8]])[0], True),
     "seven joints": (lambda: mf.inverse_kinematics(IIWA, IIWA.forward_kinematics(Q7)), True),
 }  # fmt: skip
 

@@ -290,6 +290,15 @@ OPERATIONS: tuple[Operation, ...] = (
         ),
     ),
     Operation(
+        "synthesis",
+        "mafsil.cli.synthesis:synthesis_of",
+        (
+            Parameter("file", "path", positional=True, required=True, reads=True),
+            Parameter("candidate", "count"),
+            Parameter("picture", "path"),
+        ),
+    ),
+    Operation(
         "grasp",
         "mafsil.cli.grasp:grasp",
         (

@@ -33,6 +33,7 @@ from mafsil.figures.pole import save_pole as save_pole
 from mafsil.figures.profiles import save_profiles as save_profiles
 from mafsil.figures.screw_motion import save_screw_motion as save_screw_motion
 from mafsil.figures.search import save_search as save_search
+from mafsil.figures.synthesis import save_synthesis as save_synthesis
 from mafsil.figures.velocity_and_force import save_free_bodies as save_free_bodies
 from mafsil.figures.velocity_and_force import save_joint_screws as save_joint_screws
 from mafsil.figures.velocity_and_force import save_unreachable_frame as save_unreachable_frame

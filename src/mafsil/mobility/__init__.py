@@ -6,6 +6,7 @@ from types import ModuleType
 from numpy.typing import ArrayLike
 
 from mafsil.mobility import library as library
+from mafsil.mobility import synthesis as synthesis
 from mafsil.mobility import torus as torus
 from mafsil.mobility.actuation import Actuation as Actuation
 from mafsil.mobility.actuation import ActuationStatus as ActuationStatus
@@ -102,6 +103,10 @@ from mafsil.mobility.slider_crank import SliderCrank as SliderCrank
 from mafsil.mobility.structure import Structure as Structure
 from mafsil.mobility.structure import StructureStatus as StructureStatus
 from mafsil.mobility.structure import structure as structure
+from mafsil.mobility.synthesis.answers import Synthesis as Synthesis
+from mafsil.mobility.synthesis.function import synthesise_function as synthesise_function
+from mafsil.mobility.synthesis.motion import synthesise_motion as synthesise_motion
+from mafsil.mobility.synthesis.path import synthesise_path as synthesise_path
 from mafsil.mobility.task_space import SphereBand as SphereBand
 from mafsil.mobility.task_space import angles_of_direction as angles_of_direction
 from mafsil.mobility.task_space import annulus as annulus

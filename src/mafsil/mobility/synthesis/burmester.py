@@ -1,0 +1,98 @@
+"""Burmester's curves of four poses: all fixed pivots (centre points) and moving pivots (circle points) of dyads.
+
+Four poses give three bilinear equations p^T M_j q = 0. A fixed pivot p has a moving one if the three rows p^T M_j
+depend on each other: det [M_2^T p, M_3^T p, M_4^T p] = 0, a circular cubic. The pole of the first two poses lies on it
+(there the first row vanishes), so that a line through the pole meets the curve in two more points, by a quadratic.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, whole
+from mafsil.mobility.synthesis.poses import PoseConditions, as_points, checked_poses
+from mafsil.mobility.synthesis.tolerances import AT_INFINITY
+
+
+@dataclass(frozen=True, eq=False)
+class BurmesterCurves:
+    """Points of both curves that belong together, two for each line through the pole.
+
+    Attributes:
+        centre_points: (samples, 2, 2) fixed pivots [m]; NaN where a line meets the curve in no real point, or far off.
+        circle_points: (samples, 2, 2) moving pivots in the first pose, in the world [m].
+        p, q: (samples, 2, 3) the same homogeneous, of size one, with points at infinity.
+    """
+
+    centre_points: Floats
+    circle_points: Floats
+    p: Floats
+    q: Floats
+
+
+def burmester_curves(poses: ArrayLike, samples: int = 181) -> BurmesterCurves:
+    """Centre-point and circle-point curve of four poses.
+
+    Args:
+        poses: (4, 3) poses (x, y, phi) of the coupler [m, rad].
+        samples: lines through the pole of the first two poses.
+
+    Raises:
+        InputError: not four poses, or two of them coincide.
+
+    Reference: L. Burmester, Lehrbuch der Kinematik, 1888; as a cubic: J. M. McCarthy, Geometric Design of Linkages.
+    """
+    given = PoseConditions.of(checked_poses(poses, 4, 4))
+    return curves_of(given, whole("samples", samples, 3, 100_000))
+
+
+def curves_of(given: PoseConditions, samples: int) -> BurmesterCurves:
+    """The curves of four checked poses.
+
+    Args:
+        given: four poses.
+        samples: lines through the pole.
+    """
+    M = given.M
+    start = np.linalg.svd(M[0].T)[2][-1]  # the pole, homogeneous: M[0]^T start = 0
+    angle = np.linspace(0.0, np.pi, samples, endpoint=False) + 0.5 * np.pi / samples
+    first, second = np.linalg.svd(start[None])[2][1:]
+    Q = np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * second
+    last, plus, minus = (_cubic(M, shift * start + Q) for shift in (0.0, 1.0, -1.0))
+    square, linear = (plus + minus) / 2 - last, (plus - minus) / 2
+    with np.errstate(invalid="ignore", divide="ignore"):
+        root = np.sqrt(linear**2 - 4 * square * last)
+        stable = -(linear + np.copysign(root, linear)) / 2
+        s = np.stack([stable / square, last / stable], axis=-1)
+    s = np.where(np.isfinite(s), s, np.nan)
+    p = s[..., None] * start + Q[:, None]
+    p /= np.linalg.norm(p, axis=-1, keepdims=True)
+    rows = np.einsum("abi,jik->abjk", np.nan_to_num(p), M)
+    q = np.where(np.isfinite(p).all(axis=-1, keepdims=True), np.linalg.svd(rows)[2][..., -1, :], np.nan)
+    return BurmesterCurves(_in_world(given, p), _in_world(given, q), p, q)
+
+
+def block_of(given: PoseConditions) -> tuple[Floats, Floats]:
+    """(1, 3), (1, 3) the pair whose fixed pivot is at infinity: the one coupler point with four places on a line.
+
+    At infinity the cubic is (x^2 + y^2) (a x + b y), with a and b its values at (1, 0, 0) and (0, 1, 0).
+    """
+    a, b = _cubic(given.M, np.eye(3)[:2]).tolist()
+    p = np.array([-b, a, 0.0]) / max(float(np.hypot(a, b)), 1e-300)
+    rows = np.einsum("i,jik->jk", p, given.M)
+    return p[None], np.linalg.svd(rows)[2][-1:]
+
+
+def _cubic(M: Floats, p: Floats) -> Floats:
+    """(k,) the determinant of the three rows p^T M_j at points (k, 3)."""
+    return np.linalg.det(np.einsum("ai,jik->ajk", p, M))
+
+
+def _in_world(given: PoseConditions, points: Floats) -> Floats:
+    """(*batch, 2) homogeneous points of size one as points of the world [m]; NaN at infinity."""
+    third = np.where(np.abs(points[..., 2]) < AT_INFINITY, np.nan, points[..., 2])
+    with np.errstate(invalid="ignore"):
+        return as_points(given.in_world((points[..., 0] + 1j * points[..., 1]) / third))

@@ -1,0 +1,159 @@
+"""All dyads through five poses: four bilinear equations in two points of the plane, by an eigenvalue problem.
+
+In homogeneous coordinates four bilinear equations in P^2 x P^2 have six common roots. Two of them are always the
+circular points (1, +-i, 0) in both places, so that at most four dyads are left, as Burmester found.
+
+1. The moving pivot is q = Q (x, 1, y) with a generic rotation Q, so that points at infinity are none in x and y.
+2. Each equation times each coordinate of p: 12 equations in 6 monomials p_i p_l, times x and times 1. They are linear
+   in y: a Sylvester matrix of twelve rows.
+3. The left null space of the columns with x leaves a pencil of size six: its eigenvalues are y, and its eigenvectors
+   are p p^T, from which p is read. q spans the null space of the four rows p^T M_j.
+4. Real candidates are polished by Newton's method on the four equations in homogeneous coordinates, and kept if they
+   solve them and are no circular points; double roots are kept once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Booleans, Floats
+from mafsil.mobility.synthesis.tolerances import APART, COMPLEX, SINGULAR_PENCIL, SOLVED
+
+MONOMIALS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+_PLACE = {pair: k for k, pair in enumerate(MONOMIALS)} | {(b, a): k for k, (a, b) in enumerate(MONOMIALS)}
+_NEWTON_STEPS = 8
+
+
+def _generic_rotation() -> Floats:
+    """A rotation without special directions: of a quaternion of square roots of primes."""
+    w, x, y, z = np.sqrt([2.0, 3.0, 5.0, 7.0]) / np.sqrt(17.0)
+    return np.array([
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ])  # fmt: skip
+
+
+_Q = _generic_rotation()
+
+
+@dataclass(frozen=True, eq=False)
+class PointPairs:
+    """Pairs of points (fixed p, moving q) that solve the equations of batches of poses.
+
+    Attributes:
+        p, q: (*batch, 6, 3) homogeneous, of length one; NaN where `real` is false.
+        real: (*batch, 6) which of the places hold a dyad.
+        infinite: (*batch,) whether infinitely many solve them, so that the list is not complete.
+    """
+
+    p: Floats
+    q: Floats
+    real: Booleans
+    infinite: Booleans
+
+
+def five_pose_pairs(M: Floats) -> PointPairs:
+    """All real dyads of the forms (*batch, 4, 3, 3) of five poses; numbered steps in the module's text."""
+    M = M / np.maximum(np.linalg.norm(M, axis=(-1, -2), keepdims=True), 1e-300)
+    X, Y0, Y1 = _sylvester(M @ _Q)  # 1, 2
+    left = np.swapaxes(np.linalg.svd(X)[0][..., 6:], -1, -2)  # 3
+    K0, K1 = left @ Y0, left @ Y1
+    infinite = _singular_everywhere(K0, K1)
+    safe = np.where(infinite[..., None, None], np.eye(6), K1)
+    _, vectors = np.linalg.eig(-np.linalg.solve(safe, np.where(infinite[..., None, None], np.eye(6), K0)))
+    p = _real_scaled(_factor(vectors))
+    q = _real_scaled(_null_vector(np.einsum("...ki,...jil->...kjl", p, M)))
+    p, q, good = _polished(p, q, M)  # 4
+    return PointPairs(p, q, good & ~infinite[..., None], infinite)
+
+
+def _sylvester(M: Floats) -> tuple[Floats, Floats, Floats]:
+    """(*batch, 12, 6) the columns with x, those without, and what y adds to them."""
+    blocks = [np.zeros((*M.shape[:-3], 4, 3, 6)) for _ in range(3)]
+    for i in range(3):
+        for times in range(3):
+            for block, column in zip(blocks, range(3), strict=True):
+                block[..., times, _PLACE[i, times]] += M[..., i, column]
+    X, Y0, Y1 = (block.reshape(*M.shape[:-3], 12, 6) for block in blocks)
+    return X, Y0, Y1
+
+
+def _singular_everywhere(K0: Floats, K1: Floats) -> Booleans:
+    """(*batch,) whether det(K0 + y K1) vanishes for all y, by its least singular values at generic places."""
+    worst = np.zeros(K0.shape[:-2])
+    for y in (0.3819, -1.2720, 2.6180):
+        s = np.linalg.svd(K0 + y * K1, compute_uv=False)
+        worst = np.maximum(worst, s[..., -1] / np.maximum(s[..., 0], 1e-300))
+    return np.asarray(worst < SINGULAR_PENCIL, dtype=np.bool_)
+
+
+def _factor(vectors: NDArray[Any]) -> NDArray[Any]:
+    """(*batch, 6, 3) p of the eigenvectors p p^T in the columns of (*batch, 6, 6): the longest of its columns."""
+    rows = np.swapaxes(vectors, -1, -2)
+    S = np.stack([np.stack([rows[..., _PLACE[i, k]] for k in range(3)], axis=-1) for i in range(3)], axis=-2)
+    longest = np.argmax(np.linalg.norm(S, axis=-2), axis=-1)
+    return np.take_along_axis(S, longest[..., None, None], axis=-1)[..., 0]
+
+
+def _null_vector(rows: NDArray[Any]) -> NDArray[Any]:
+    """(*batch, 3) the vector that rows (*batch, m, 3) send to zero, or most nearly."""
+    return np.conj(np.linalg.svd(rows)[2][..., -1, :])
+
+
+def _real_scaled(v: NDArray[Any]) -> NDArray[Any]:
+    """(*batch, 3) complex vectors of length one whose largest entry is real."""
+    largest = np.take_along_axis(v, np.argmax(np.abs(v), axis=-1)[..., None], axis=-1)
+    scaled = v * np.conj(largest) / np.maximum(np.abs(largest), 1e-300)
+    return scaled / np.maximum(np.linalg.norm(scaled, axis=-1, keepdims=True), 1e-300)
+
+
+def _polished(p: NDArray[Any], q: NDArray[Any], M: Floats) -> tuple[Floats, Floats, Booleans]:
+    """The real pairs after Newton's method, and which they are."""
+    with np.errstate(invalid="ignore"):
+        likely = (np.abs(np.imag(p)).max(axis=-1) < COMPLEX) & (np.abs(np.imag(q)).max(axis=-1) < COMPLEX)
+    forms = np.broadcast_to(M[..., None, :, :, :], (*likely.shape, 4, 3, 3))[likely]
+    u, v = np.real(p)[likely], np.real(q)[likely]
+    for _ in range(_NEWTON_STEPS):
+        before = u, v
+        u, v = _newton_step(u, v, forms)
+        if max(np.abs(u - before[0]).max(initial=0.0), np.abs(v - before[1]).max(initial=0.0)) < SOLVED:
+            break
+    r = np.einsum("ai,ajik,ak->aj", u, forms, v)
+    x: Floats = np.full(p.shape, np.nan)
+    y: Floats = np.full(q.shape, np.nan)
+    good: Booleans = likely.copy()
+    x[likely], y[likely], good[likely] = u, v, np.abs(r).max(axis=-1) < SOLVED
+    for k in range(1, len(MONOMIALS)):
+        twin = np.zeros(good.shape[:-1], dtype=np.bool_)
+        for m in range(k):
+            near = _apart(x[..., k, :], x[..., m, :]) + _apart(y[..., k, :], y[..., m, :]) < APART
+            twin |= near & good[..., m]
+        good[..., k] &= ~twin
+    x[~good], y[~good] = np.nan, np.nan
+    return x, y, good
+
+
+def _newton_step(x: Floats, y: Floats, forms: Floats) -> tuple[Floats, Floats]:
+    """One step on the four equations, across x and across y, which stay of length one."""
+    by_x = np.einsum("...jik,...k->...ji", forms, y)
+    by_y = np.einsum("...jik,...i->...jk", forms, x)
+    r = np.einsum("...ji,...i->...j", by_x, x)
+    zero = np.zeros_like(x)[..., None, :]
+    top = np.concatenate([by_x, by_y], axis=-1)
+    rows = [top, np.concatenate([x[..., None, :], zero], -1), np.concatenate([zero, y[..., None, :]], -1)]
+    step = (
+        np.linalg.pinv(np.concatenate(rows, axis=-2), rcond=1e-14)
+        @ np.concatenate([r, np.zeros((*r.shape[:-1], 2))], axis=-1)[..., None]
+    )
+    x, y = x - step[..., :3, 0], y - step[..., 3:, 0]
+    return x / np.linalg.norm(x, axis=-1, keepdims=True), y / np.linalg.norm(y, axis=-1, keepdims=True)
+
+
+def _apart(a: Floats, b: Floats) -> Floats:
+    """(*batch,) sine of the angle between vectors (*batch, 3) of length one."""
+    return np.linalg.norm(a - b * np.sum(a * b, axis=-1, keepdims=True), axis=-1)

@@ -1,0 +1,154 @@
+"""Motion generation: all four-bars and slider-cranks whose coupler takes three, four or five poses of the plane."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, real_array, whole
+from mafsil.errors import InputError
+from mafsil.mobility.synthesis.answers import NOTHING, Synthesis, SynthesisStatus, outcome, ranked
+from mafsil.mobility.synthesis.burmester import BurmesterCurves, block_of, curves_of
+from mafsil.mobility.synthesis.dyads import Dyad, DyadKind, cranks_and_blocks, dyads_of, three_pose_dyads
+from mafsil.mobility.synthesis.five_poses import five_pose_pairs
+from mafsil.mobility.synthesis.poses import (
+    Complexes,
+    PoseConditions,
+    as_complex,
+    checked_poses,
+    common_pole,
+    is_translation,
+)
+from mafsil.mobility.synthesis.positions import four_bars_of, slider_cranks_of
+from mafsil.mobility.synthesis.tolerances import EXACT
+from mafsil.mobility.synthesis.two_angles import larger_group, two_angle_pairs
+
+
+def synthesise_motion(
+    poses: ArrayLike, *, fixed: ArrayLike | None = None, moving: ArrayLike | None = None, samples: int = 100
+) -> Synthesis:
+    """Linkages whose coupler takes poses in the plane, in their order.
+
+    Five poses have at most four dyads: all are found, and all pairs of them (up to six four-bars). Four poses have a
+    curve of dyads, which is sampled. Three poses take any point of the coupler, or of the ground, as a pivot: those
+    given, or a grid. Each four-bar is driven by the side link that does it better.
+
+    Args:
+        poses: (N, 3) of the coupler, N from 3 to 5: (x, y, phi) [m, rad].
+        fixed: (k, 2) fixed pivots to choose from [m]; three poses only.
+        moving: (k, 2) moving pivots to choose from, in the frame of the coupler [m]; three poses only.
+        samples: of three poses points of the grid, of four poses lines across the curve.
+
+    Returns:
+        All candidates with their defects, good ones first.
+
+    Raises:
+        InputError: another number of poses, two poses that coincide, pivots with more than three poses, or both kinds.
+    """
+    given = checked_poses(poses, 3, 5)
+    if given.ndim != 2:
+        raise InputError("synthesis.pose_count", got=given.shape, least=3, most=5)
+    whole("samples", samples, 4, 4000)
+    chosen = (fixed is not None) + (moving is not None)
+    if chosen > (1 if len(given) == 3 else 0):
+        raise InputError("synthesis.too_many_choices", count=len(given))
+    conditions = PoseConditions.of(given)
+    special = _special(conditions)
+    if special is not None:
+        return special
+    choices = [None if each is None else pivots(name, each) for name, each in (("fixed", fixed), ("moving", moving))]
+    dyads, curves, infinite = dyads_through(conditions, samples, *choices)
+    if infinite:
+        return Synthesis(SynthesisStatus.INFINITE, "motion", NOTHING, given, (), None, "", {})
+    cranks, blocks = cranks_and_blocks(dyads)
+    batches = [four_bars_of(cranks), slider_cranks_of(cranks, blocks)]
+    ranking = ranked(batches, float(conditions.size), either_side=True)
+    method = {3: "by_choice" if chosen else "by_grid", 4: "by_curve", 5: "by_five"}[len(given)]
+    return Synthesis(
+        outcome(ranking, sampled=len(given) < 5), "motion", ranking, given, tuple(dyads), curves, method, counted(dyads)
+    )
+
+
+def counted(dyads: list[Dyad]) -> dict[str, Any]:
+    """How many dyads there are of each kind, for sentences."""
+    kinds = [one.kind for one in dyads]
+    return {"real": len(kinds), **{kind.name.lower() + "s": kinds.count(kind) for kind in DyadKind}}
+
+
+def pivots(name: str, value: ArrayLike) -> Floats:
+    """(k, 2) points to choose from.
+
+    Args:
+        name: of the argument, for the error.
+        value: what the user gave.
+
+    Raises:
+        InputError: another shape, fewer than two, or not finite.
+    """
+    points = real_array(name, value)
+    if points.ndim != 2 or points.shape[1] != 2 or len(points) < 2 or not np.isfinite(points).all():
+        raise InputError("synthesis.pivots", name=name, got=points.shape)
+    return points
+
+
+def dyads_through(
+    conditions: PoseConditions, samples: int, fixed: Floats | None = None, moving: Floats | None = None
+) -> tuple[list[Dyad], BurmesterCurves | None, bool]:
+    """Dyads of one list of poses, the curves of four poses, and whether five poses have infinitely many.
+
+    Args:
+        conditions: three, four or five poses.
+        samples: of three poses points of a grid, of four poses lines across the curve.
+        fixed, moving: pivots to choose from for three poses, or None.
+    """
+    count = len(conditions.d)
+    if count == 3:
+        return three_pose_dyads(conditions, fixed, moving, samples), None, False
+    if count == 4:
+        curves = curves_of(conditions, samples)
+        p, q = block_of(conditions)
+        p, q = np.concatenate([curves.p.reshape(-1, 3), p]), np.concatenate([curves.q.reshape(-1, 3), q])
+        return dyads_of(conditions, p, q), curves, False
+    group = larger_group(conditions)
+    if group is not None and not group.all():
+        p, q, infinite = two_angle_pairs(conditions, group)
+        return dyads_of(conditions, p, q), None, infinite
+    pairs = five_pose_pairs(conditions.M)
+    return dyads_of(conditions, pairs.p, pairs.q), None, bool(pairs.infinite)
+
+
+def _special(conditions: PoseConditions) -> Synthesis | None:
+    """The answer to poses that need no four-bar, or None."""
+    poses = conditions.poses
+    pole = common_pole(conditions)
+    if pole is not None:
+        return Synthesis(
+            SynthesisStatus.ONE_POLE, "motion", NOTHING, poses, (), None, "", pole_details(conditions, pole)
+        )
+    if not is_translation(conditions) or len(poses) == 3:
+        return None
+    error = circle_error(as_complex(poses[:, :2])) / float(conditions.size)
+    method = "translation_on_circle" if error <= EXACT else "translation_off_circle"
+    return Synthesis(SynthesisStatus.TRANSLATION, "motion", NOTHING, poses, (), None, method, {
+        "count": len(poses), "error": error * float(conditions.size)})  # fmt: skip
+
+
+def pole_details(conditions: PoseConditions, pole: complex) -> dict[str, Any]:
+    """Where a pole of size one lies in the world, without digits that are rounding, and how many poses there are."""
+    place, size = complex(conditions.in_world(np.complex128(pole))), float(conditions.size)
+    x, y = (size * round(each / size, 9) + 0.0 for each in (place.real, place.imag))
+    return {"count": len(conditions.poses), "x": x, "y": y}
+
+
+def circle_error(z: Complexes) -> float:
+    """Largest distance of points (N,) from the circle (or line) that fits them best by its equation [m]."""
+    middle = z.mean()
+    size = max(float(np.abs(z - middle).max()), 1e-300)
+    unit = (z - middle) / size
+    rows = np.stack([np.abs(unit) ** 2, unit.real, unit.imag, np.ones(len(z))], axis=1)
+    a, b, c, d = np.linalg.svd(rows)[2][-1]
+    value = rows @ np.array([a, b, c, d])
+    slope = np.abs(2 * a * unit + complex(b, c))
+    return float(np.abs(value / np.maximum(slope, 1e-300)).max()) * size

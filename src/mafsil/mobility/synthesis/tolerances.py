@@ -1,0 +1,29 @@
+"""Every threshold of the synthesis with its reason.
+
+Poses are first brought to size one: origins about their middle, over their spread.
+"""
+
+SAME_POSE = 1e-9
+"""Poses nearer than it, in angle and in size, are one pose typed twice with nine digits."""
+COMPLEX = 1e-5
+"""Imaginary parts of normalised eigenvectors up to it may be rounding of a double root; Newton's method decides."""
+SOLVED = 1e-11
+"""Conditions of size one that are below it hold: Newton's method reaches 1e-15, a pair of complex roots does not."""
+APART = 1e-7
+"""Normalised solutions nearer than it are one double root: roots of multiplicity two carry half of the digits."""
+AT_INFINITY = 1e-7
+"""Third coordinates of points of length one below it are zero: a crank of 10^7 sizes is a straight line."""
+NO_LENGTH = 1e-6
+"""Links shorter than this share of the size of the poses are points: no linkage is built with them."""
+SINGULAR_PENCIL = 1e-12
+"""Least singular value of a pencil at generic places, over its largest, below which it is singular everywhere."""
+DEAD = 1e-9
+"""Sine of the transmission angle below which a position is a dead point itself."""
+EXACT = 1e-9
+"""Largest error, over the size of the linkage, up to which a position is met: a hundred times what Newton leaves."""
+BULKY = 30.0
+"""Linkages with links longer than so many sizes of the task stand behind the others of as many defects."""
+MOST_CANDIDATES = 60
+"""Candidates that an answer keeps of a family; those of finite problems are all kept (at most twelve)."""
+UNDETERMINED = 1e-13
+"""Shorter homogeneous points are rounding: the conditions leave their place open, as at a pole."""
