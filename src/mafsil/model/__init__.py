@@ -14,6 +14,7 @@ from mafsil.model.joint import Mimic as Mimic
 from mafsil.model.limits import Limits as Limits
 from mafsil.model.link import Inertial as Inertial
 from mafsil.model.link import Link as Link
+from mafsil.model.loop_file import with_loops as with_loops
 from mafsil.model.mechanism import JointLimits as JointLimits
 from mafsil.model.mechanism import Mechanism as Mechanism
 from mafsil.model.mechanism import Provenance as Provenance

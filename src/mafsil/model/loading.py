@@ -16,6 +16,7 @@ from mafsil.lazy_module import lazily
 from mafsil.model.diagnostics import shown
 from mafsil.model.file_format import reader_of
 from mafsil.model.file_reader import warn_of
+from mafsil.model.loop_file import loop_file_of, with_loops
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.tip import choose_tip
 
@@ -114,7 +115,8 @@ def load_mechanism(
 
     Args:
         source: a name of the library, or a path: of a URDF, xacro, MJCF or SDFormat file, distinguished by their root
-            elements, or of a .toml file (DH or screws).
+            elements, or of a .toml file (DH or screws). Loops that the format cannot say stand beside it in a file
+            called like it with the ending .loops.toml.
         tip: name of the link that carries the tip frame; that of the description, or the chosen one, if None.
         xacro_args: arguments of a xacro file, by name.
         **dimensions: of an arm of the library that takes some, such as `lengths=(0.4, 0.3)` of `planar2r`.
@@ -174,7 +176,8 @@ def _read(
     reader = reader_of(path, arguments=arguments)
     if reader is None:
         raise FileError("robot.kind", source=shown(str(source)), suffix=path.suffix)
-    return reader.read(path, repair=False, silent=True), True
+    mechanism, beside = reader.read(path, repair=False, silent=True), loop_file_of(path)
+    return (mechanism if beside is None else with_loops(mechanism, beside)), True
 
 
 def _arguments(source: str | PathLike[str], xacro_args: Mapping[str, object] | None) -> dict[str, str]:

@@ -1,0 +1,173 @@
+"""Loops of a robot whose format cannot say them: `arm.urdf` is read with `arm.loops.toml` beside it.
+
+driven = ["shoulder", "lever"]         # the joints with motors; all of them if left away
+
+[[loop]]
+name = "rod end"
+kind = "revolute"                       # or prismatic, helical, cylindrical, universal, spherical, planar, fixed
+parent = "rod"                          # two links of the tree
+child = "forearm"
+parent_at = { xyz = [0, 0, 0.4] }       # the joint's frame in each of them; rpy too
+child_at = { xyz = [-0.12, 0, 0] }
+axis = [0, 1, 0]                        # in the joint's frame; second for universal, pitch for helical joints
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from mafsil.arrays import PoseMatrix, single
+from mafsil.errors import FileError, MafsilError
+from mafsil.messages import say
+from mafsil.model.joint import Joint, JointKind
+from mafsil.model.link import Link
+from mafsil.model.mechanism import Mechanism
+from mafsil.model.placement import pose_from_xyz_rpy
+from mafsil.toml_source import parsed_toml
+
+ENDING = ".loops.toml"
+LARGEST_FILE = 1_000_000
+_KEYS = ("driven", "loop")
+_LOOP_KEYS = ("name", "kind", "parent", "child", "parent_at", "child_at", "axis", "second", "pitch")
+_FRAME_KEYS = ("xyz", "rpy")
+
+
+def loop_file_of(path: Path) -> Path | None:
+    """The file of loops beside the file of a robot, if there is one."""
+    beside = path.with_suffix(ENDING)
+    return beside if beside.is_file() else None
+
+
+def with_loops(mechanism: Mechanism, path: str | Path) -> Mechanism:
+    """The mechanism with the loops that a TOML file names.
+
+    Args:
+        mechanism: the tree.
+        path: of the file.
+
+    Raises:
+        FileError: missing, unreadable, malformed, unknown keys, links or kinds; the sentence names the loop.
+    """
+    file = Path(path)
+    try:
+        if file.is_file() and file.stat().st_size > LARGEST_FILE:
+            raise FileError("mobility.file_too_large", path=str(path), limit=LARGEST_FILE)
+        data = parsed_toml(file.read_text("utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise FileError("mobility.file_unreadable", path=str(path), reason=reason) from None
+    except ValueError as error:
+        raise FileError("mobility.file_malformed", path=str(path), reason=str(error)) from None
+    return _Reader(mechanism, file.name).read(data)
+
+
+class _Reader:
+    """Reads one file.
+
+    Args:
+        mechanism: the tree.
+        source: name of the file, for errors.
+    """
+
+    def __init__(self, mechanism: Mechanism, source: str) -> None:
+        self.mechanism, self.source = mechanism, source
+        self.links: list[Link] = []
+        self.joints: list[Joint] = []
+
+    def read(self, data: dict[str, Any]) -> Mechanism:
+        """The mechanism with its loops."""
+        self.known(data, _KEYS, "")
+        entries = data.get("loop")
+        if not isinstance(entries, list) or not entries:
+            raise FileError("model.loops_none", path=self.source)
+        loops = [self.loop(entry, k + 1) for k, entry in enumerate(cast("list[object]", entries))]
+        own = self.mechanism
+        joints = self.driven(data.get("driven")) if "driven" in data else own.joints
+        note = say("model.loops_read", language="en", source=self.source, loops=", ".join(each.name for each in loops))
+        try:
+            return Mechanism.assemble(
+                own.name, (*own.links, *self.links), (*joints, *self.joints), loops=(*own.loops, *loops), tip=own.tip,
+                T_lt=own.T_lt, T_sb=own.T_sb, gravity=cast("Any", own.gravity),
+                provenance=replace(own.provenance, notes=(*own.provenance.notes, note)),
+            )  # fmt: skip
+        except FileError:
+            raise
+        except MafsilError as error:
+            raise FileError("mobility.file_joint", path=self.source, place="loop", reason=error.message()) from None
+
+    def loop(self, entry: object, number: int) -> Joint:
+        """One joint that closes a loop; a massless link carries the joint's frame where it is not the child's."""
+        place = f"loop {number}"
+        table = self.table(entry, place)
+        place = f"{place} ({table['name']})" if isinstance(table.get("name"), str) else place
+        self.known(table, _LOOP_KEYS, f"{place}: ")
+        for key in ("name", "kind", "parent", "child"):
+            if not isinstance(table.get(key), str):
+                raise FileError("mobility.file_missing", path=self.source, place=place, name=key)
+        kinds = [kind.value for kind in JointKind]
+        if table["kind"] not in kinds:
+            known = ", ".join(kinds)
+            raise FileError("mobility.file_value", path=self.source, place=f"{place}: kind", expected=known)
+        for end in ("parent", "child"):
+            if table[end] not in self.mechanism.link_names:
+                known = ", ".join(self.mechanism.link_names)
+                raise FileError("mobility.file_value", path=self.source, place=f"{place}: {end}", expected=known)
+        child, T_cj = table["child"], self.frame(table.get("child_at"), f"{place}: child_at")
+        if np.any(T_cj != np.eye(4)):
+            child = f"{table['name']}/end"
+            self.links.append(Link(child))
+            self.joints.append(Joint(child, JointKind.FIXED, table["child"], child, T_cj))
+        axes = {key: self.numbers(table[key], f"{place}: {key}") for key in ("axis", "second") if key in table}
+        pitch = table.get("pitch", 0.0)
+        if not isinstance(pitch, int | float) or isinstance(pitch, bool):
+            raise FileError("mobility.file_value", path=self.source, place=f"{place}: pitch", expected="number")
+        try:
+            return Joint(
+                table["name"], JointKind(table["kind"]), table["parent"], child,
+                self.frame(table.get("parent_at"), f"{place}: parent_at"), actuated=False, pitch=float(pitch), **axes,
+            )  # fmt: skip
+        except MafsilError as error:
+            raise FileError("mobility.file_joint", path=self.source, place=place, reason=error.message()) from None
+
+    def driven(self, given: object) -> tuple[Joint, ...]:
+        """The joints, actuated if they are named."""
+        names = cast("list[object]", given) if isinstance(given, list) else [None]
+        known = [joint.name for joint in self.mechanism.joints if joint.moves]
+        for name in names:
+            if name not in known:
+                expected = ", ".join(known)
+                raise FileError("mobility.file_value", path=self.source, place="driven", expected=expected)
+        return tuple(replace(joint, actuated=joint.name in names) for joint in self.mechanism.joints)
+
+    def frame(self, given: object, place: str) -> PoseMatrix:
+        """(4, 4) of a table with xyz and rpy; the link's own frame if there is none."""
+        if given is None:
+            return np.eye(4)
+        table = self.table(given, place)
+        self.known(table, _FRAME_KEYS, f"{place}: ")
+        xyz, rpy = (self.numbers(table.get(key, [0.0, 0.0, 0.0]), f"{place}: {key}") for key in _FRAME_KEYS)
+        return pose_from_xyz_rpy(xyz, rpy)
+
+    def numbers(self, given: object, place: str) -> Any:
+        """(3,) finite numbers."""
+        try:
+            return single(place, cast("Any", given), (3,))
+        except MafsilError:
+            raise FileError("mobility.file_value", path=self.source, place=place, expected="[x, y, z]") from None
+
+    def table(self, given: object, place: str) -> dict[str, Any]:
+        """A table of TOML."""
+        if not isinstance(given, dict):
+            raise FileError("mobility.file_value", path=self.source, place=place, expected="table")
+        return cast("dict[str, Any]", given)
+
+    def known(self, table: dict[str, Any], keys: tuple[str, ...], place: str) -> None:
+        """Refuse keys that mean nothing."""
+        for key in table:
+            if key not in keys:
+                known = ", ".join(keys)
+                raise FileError("mobility.file_key", path=self.source, place=place, name=key, known=known)
