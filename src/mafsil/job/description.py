@@ -58,6 +58,10 @@ class Goal(Pose, frozen=True, kw_only=True):
     branch: BranchChoice | None = None
 
 
+UNNAMED = "part"
+"""What a part is called that has no name."""
+
+
 class Grasp(Part, frozen=True, kw_only=True):
     """A box that the tool takes.
 
@@ -65,13 +69,18 @@ class Grasp(Part, frozen=True, kw_only=True):
         mass: [kg].
         size: edge lengths [m].
         offset: its centre in the tip frame [m].
+        com: centre of mass, from the centre of the box, along the axes of the tip frame [m].
+        inertia: about the centre of mass, along the axes of the tip frame: xx, yy, zz, then perhaps xy, xz, yz; of an
+            even box if None [kg m^2].
         known: whether the controller knows the mass.
     """
 
-    name: str = "part"
+    name: str = UNNAMED
     mass: NotNegative
     size: tuple[Positive, Positive, Positive] = (0.05, 0.05, 0.05)
     offset: Three = (0.0, 0.0, 0.0)
+    com: Three = (0.0, 0.0, 0.0)
+    inertia: Annotated[tuple[float, ...], msgspec.Meta(min_length=3, max_length=6)] | None = None
     known: bool = True
 
 

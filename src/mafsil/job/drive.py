@@ -14,7 +14,7 @@ from mafsil.job.arrival import arrival
 from mafsil.job.description import Grasp, Job
 from mafsil.job.laws import PLACES, control_period, law_of
 from mafsil.job.limiting import limits_of_cycle
-from mafsil.job.payload import box_inertia
+from mafsil.job.payload import centre_of_mass, part_inertia
 from mafsil.job.plan import Plan
 from mafsil.job.remark import Remark
 from mafsil.job.run import Run
@@ -120,7 +120,7 @@ def _loaded(robot: Robot, carried: Grasp | None, *, known: bool = False) -> Robo
     """The robot with what it carries; with `known` only if the controller knows of it."""
     if carried is None or (known and not carried.known):
         return robot
-    return Plant(robot).with_payload(carried.mass, carried.offset, box_inertia(carried)).robot
+    return Plant(robot).with_payload(carried.mass, centre_of_mass(carried), part_inertia(carried)).robot
 
 
 def _plant(job: Job, robot: Robot) -> Plant:

@@ -9,6 +9,7 @@ import numpy as np
 from mafsil.arrays import Floats, JointVector
 from mafsil.job.closed_moves import holding_efforts
 from mafsil.job.description import Grasp
+from mafsil.job.payload import centre_of_mass
 from mafsil.job.run import Run
 from mafsil.job.stretch import Driven
 from mafsil.robot import Robot
@@ -76,5 +77,5 @@ def _weight(robot: Robot, carried: Grasp, q: JointVector) -> Floats:
     """(k, n) efforts that hold a part up: tau = -J' F, F its weight at the tip, in the tip frame."""
     R = np.asarray(robot.forward_kinematics(q))[:, :3, :3]
     force = carried.mass * np.einsum("kij,i->kj", R, robot.mechanism.gravity)
-    wrench = np.concatenate([np.cross(np.array(carried.offset), force), force], axis=1)
+    wrench = np.concatenate([np.cross(centre_of_mass(carried), force), force], axis=1)
     return -np.einsum("kij,ki->kj", np.asarray(robot.jacobian_body(q)), wrench)

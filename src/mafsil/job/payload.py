@@ -8,6 +8,7 @@ from mafsil.arrays import Floats, PoseMatrix
 from mafsil.job.description import Grasp, Tool
 from mafsil.job.poses import pose_matrix
 from mafsil.model import Mechanism
+from mafsil.model.tolerances import WRITTEN
 
 
 def with_tool(mechanism: Mechanism, tool: Tool, *, degrees: bool) -> Mechanism:
@@ -23,10 +24,26 @@ def with_tool(mechanism: Mechanism, tool: Tool, *, degrees: bool) -> Mechanism:
     return mechanism.with_tool(offset, mass=tool.mass, com=tool.com, link=link)
 
 
-def box_inertia(grasp: Grasp) -> Floats:
-    """(3, 3) rotational inertia of the box about its centre [kg m^2]."""
-    a, b, c = (edge**2 for edge in grasp.size)
-    return grasp.mass / 12 * np.diag([b + c, a + c, a + b])
+def part_inertia(grasp: Grasp) -> Floats:
+    """(3, 3) rotational inertia of a part about its centre of mass [kg m^2]; of an even box if it names none."""
+    if grasp.inertia is None:
+        a, b, c = (edge**2 for edge in grasp.size)
+        return grasp.mass / 12 * np.diag([b + c, a + c, a + b])
+    xx, yy, zz, xy, xz, yz = (*grasp.inertia, 0.0, 0.0, 0.0)[:6]
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def centre_of_mass(grasp: Grasp) -> Floats:
+    """(3,) of a part, in the tip frame [m]."""
+    return np.add(grasp.offset, grasp.com)
+
+
+def is_possible(grasp: Grasp) -> bool:
+    """Whether some body has the inertia of a part: three or six numbers, moments that keep the triangle inequality."""
+    if grasp.inertia is not None and len(grasp.inertia) not in (3, 6):
+        return False
+    moments = np.linalg.eigvalsh(part_inertia(grasp))
+    return bool(moments[0] >= 0.0 and moments[0] + moments[1] >= moments[2] * (1.0 - WRITTEN))
 
 
 def box_in_tip(grasp: Grasp) -> PoseMatrix:

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any, TypeVar
 
+import msgspec
+
 from mafsil.arrays import PoseMatrix
-from mafsil.job.description import TIP_PATHS, Goal, Head, Job, Move, Pose, Start, Step
+from mafsil.job.description import TIP_PATHS, UNNAMED, Goal, Grasp, Head, Job, Move, Pose, Start, Step
 from mafsil.job.language.frames import Complaint, Frames
 from mafsil.job.language.patterns import places
 from mafsil.job.language.statements import JobFile, Placed, PlacedGoal, Statement
 from mafsil.job.lines import Path
+from mafsil.job.payload import is_possible
 from mafsil.messages.visible import visible
 
 MOST_MOVES = 200_000
@@ -104,6 +107,7 @@ class _Resolver:
         given["name"] = f"{statement.name} ({place})" if statement.name and place else statement.name or place
         # 4
         given["joints"] = self.joints(statement.joints, (*path, "joints"))
+        given["pick"] = self.part(statement.pick, (*path, "pick"))
         given["pose"] = self.goal(statement.pose, (*path, "pose"), frames)
         given["via"] = tuple(
             self.via(each, statement, (*path, "via", k), frames) for k, each in enumerate(statement.via)
@@ -129,6 +133,18 @@ class _Resolver:
         return (
             self.looked_up(given, self.file.configuration, "configuration", path) if isinstance(given, str) else given
         )
+
+    def part(self, given: Grasp | str | None, path: Path) -> Grasp | None:
+        """What is picked, of a name the part that it names."""
+        if isinstance(given, str):
+            named = self.looked_up(given, self.file.part, "part", path)
+            given, path = (
+                named if named.name != UNNAMED else msgspec.structs.replace(named, name=given),
+                ("part", given),
+            )
+        if given is not None and not is_possible(given):
+            raise self.error("job.part_inertia", (*path, "inertia"))
+        return given
 
     def goal(self, given: PlacedGoal | str | None, path: Path, frames: Frames) -> Goal | None:
         """A goal, of a name the pose that it names."""

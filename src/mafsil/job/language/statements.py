@@ -6,7 +6,7 @@ from typing import Annotated, Literal, TypeAlias
 
 import msgspec
 
-from mafsil.job.description import BranchChoice, Four, Head, Obstacle, Part, Step, Task, Three
+from mafsil.job.description import BranchChoice, Four, Grasp, Head, Obstacle, Part, Step, Task, Three
 
 Count: TypeAlias = Annotated[int, msgspec.Meta(ge=1, le=100_000)]
 
@@ -72,6 +72,7 @@ class Statement(Step, frozen=True, kw_only=True):
         joints: goal in joint coordinates, or the name of a configuration.
         pose: goal of the tip, or the name of a pose.
         via: points to pass through without stopping, or names of such.
+        pick: what is taken, or the name of a part.
         do: moves that are repeated.
         each: a pattern, or several of equally many places: `do` for each place, whose frame has the pattern's name.
         repeat: how often.
@@ -80,6 +81,7 @@ class Statement(Step, frozen=True, kw_only=True):
     joints: tuple[float, ...] | str | None = None
     pose: PlacedGoal | str | None = None
     via: tuple[tuple[float, ...] | Placed | str, ...] = ()
+    pick: Grasp | str | None = None  # pyright: ignore[reportIncompatibleVariableOverride]
     do: tuple[Statement, ...] | None = None
     each: str | tuple[str, ...] | None = None
     repeat: Count | None = None
@@ -105,6 +107,7 @@ class JobFile(Head, frozen=True, kw_only=True):
         pose: poses by name.
         configuration: joint coordinates by name.
         pattern: places by name.
+        part: what can be picked, by name.
         obstacle: what stands around the arm.
         move: what it does.
     """
@@ -114,5 +117,6 @@ class JobFile(Head, frozen=True, kw_only=True):
     pose: dict[str, PlacedGoal] = msgspec.field(default_factory=dict[str, PlacedGoal])
     configuration: dict[str, tuple[float, ...]] = msgspec.field(default_factory=dict[str, tuple[float, ...]])
     pattern: dict[str, Pattern] = msgspec.field(default_factory=dict[str, Pattern])
+    part: dict[str, Grasp] = msgspec.field(default_factory=dict[str, Grasp])
     obstacle: tuple[PlacedObstacle, ...] = ()
     move: tuple[Statement, ...]

@@ -17,7 +17,7 @@ LENGTHS: dict[type[Part], tuple[str, ...]] = {
     Placed: ("position",),
     OtherRobot: ("position",),
     Pattern: ("pitch",),
-    Grasp: ("size", "offset"),
+    Grasp: ("size", "offset", "com"),
     Obstacle: ("box", "sphere", "cylinder", "capsule"),
     Collision: ("clearance",),
     Tolerance: ("position",),
