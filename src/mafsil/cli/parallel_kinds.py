@@ -11,6 +11,7 @@ from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
 from mafsil.parallel import (
     AssemblyModes,
+    CablePoses,
     CableRobot,
     CableTensions,
     DeltaRobot,
@@ -22,13 +23,14 @@ from mafsil.parallel import (
     PlanarThreeRRR,
     SingularKinds,
     StewartPlatform,
+    cable_poses,
     cable_tensions,
     mode_path,
     nearest_singularity,
 )
 from mafsil.parallel.robot_file import ParallelRobot
 
-Found = AssemblyModes | PlanarPoses | CableTensions
+Found = AssemblyModes | PlanarPoses | CablePoses | CableTensions
 
 SPATIAL = ("x", "y", "z", "roll", "pitch", "yaw")
 PLANAR = ("x", "y", "phi")
@@ -57,12 +59,8 @@ class Asked:
         raise NotImplementedError
 
     def poses(self, motors: Floats) -> tuple[Found | None, Floats]:
-        """What was found for coordinates of the motors, and the poses as rows.
-
-        Raises:
-            InputError: this kind has no such function.
-        """
-        raise InputError("cli.parallel_no_poses")
+        """What was found for coordinates of the motors, and the poses as rows."""
+        raise NotImplementedError
 
     def singularity(self, x: Floats) -> SingularKinds | None:
         """At a pose, with the first choice of each motor."""
@@ -274,6 +272,13 @@ class AskedCables(Asked):
         """One length each."""
         return self.robot.lengths(self._own(x))[:, None]
 
+    def poses(self, motors: Floats) -> tuple[Found | None, Floats]:
+        """The one near the middle of the frame, if the lengths fit it."""
+        middle = self.robot.base.mean(axis=0) - self.robot.platform.mean(axis=0)
+        guess = np.append(middle, 0.0) if self.robot.planar else pose.from_translation(middle)
+        found = cable_poses(self.robot, motors, guess)
+        return found, self._typed(found.x)[None] if found else np.zeros((0, len(self.pose)))
+
     def efforts(self, x: Floats, F: Floats) -> tuple[Found | None, Floats]:
         """Tensions, if cables can hold it."""
         found = cable_tensions(self.robot, self._own(x), -F)
@@ -282,6 +287,9 @@ class AskedCables(Asked):
     def _own(self, x: Floats) -> Floats:
         return matrix(x)
 
+    def _typed(self, x: Floats) -> Floats:
+        return np.concatenate([x[:3, 3], rotation.to_rpy(x[:3, :3])])
+
 
 class AskedPlanarCables(AskedCables):
     """A platform in cables, in the plane."""
@@ -289,6 +297,9 @@ class AskedPlanarCables(AskedCables):
     pose, wrench = PLANAR, PLANAR_WRENCH
 
     def _own(self, x: Floats) -> Floats:
+        return x
+
+    def _typed(self, x: Floats) -> Floats:
         return x
 
 

@@ -2,6 +2,9 @@
 
 from mafsil.parallel.assembly_modes import AssemblyModes as AssemblyModes
 from mafsil.parallel.assembly_modes import AssemblyModesStatus as AssemblyModesStatus
+from mafsil.parallel.cable_pose import CablePoses as CablePoses
+from mafsil.parallel.cable_pose import CablePoseStatus as CablePoseStatus
+from mafsil.parallel.cable_pose import cable_poses as cable_poses
 from mafsil.parallel.cable_robot import CableRobot as CableRobot
 from mafsil.parallel.cable_tensions import CableStatus as CableStatus
 from mafsil.parallel.cable_tensions import CableTensions as CableTensions
