@@ -133,7 +133,7 @@ def equipped(job: Job, folder: Path) -> Robot:
         MafsilError: no such robot, no such joint to lock, or it has links without mass.
     """
     source = folder / job.robot if Path(job.robot).suffix else job.robot
-    mechanism = load_mechanism(source, tip=job.tool.link)
+    mechanism = load_mechanism(source, tip=job.tool.link, keeps_loops=True)
     if job.lock:
         mechanism = mechanism.locked(_locked(job, mechanism))
     mechanism = with_tool(mechanism, job.tool, degrees=job.angles == "degrees")

@@ -161,12 +161,18 @@ class FileReader:
         return None
 
 
-def warn_of(mechanism: Mechanism, choice: TipChoice | None = None) -> None:
+def warn_of(mechanism: Mechanism, choice: TipChoice | None = None, silent: tuple[str, ...] = ()) -> None:
     """One Python warning per load, if the file was changed or looks wrong, or its tip had to be chosen among several.
 
     It shows the first remark of each kind, beside a tip only the first one, and how many more there are.
+
+    Args:
+        mechanism: as it was read.
+        choice: the tip, if it had to be chosen.
+        silent: codes of remarks that need no warning.
     """
-    source, remarks = mechanism.provenance.source, mechanism.provenance.remarks
+    source = mechanism.provenance.source
+    remarks = tuple(remark for remark in mechanism.provenance.remarks if remark.code not in silent)
     kinds = list({remark.code: remark for remark in reversed(remarks)}.values())[::-1]
     kinds = kinds[: _MOST_SHOWN if choice is None else 1]
     shown = "; ".join(remark.line_of_text() for remark in kinds)

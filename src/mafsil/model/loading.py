@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from mafsil.errors import FileError, InputError
 from mafsil.lazy_module import lazily
 from mafsil.model.diagnostics import shown
+from mafsil.model.faults import LOOP_CLOSED
 from mafsil.model.file_format import reader_of
 from mafsil.model.file_reader import warn_of
 from mafsil.model.loop_file import loop_file_of, with_loops
@@ -109,6 +110,7 @@ def load_mechanism(
     *,
     tip: str | None = None,
     xacro_args: Mapping[str, object] | None = None,
+    keeps_loops: bool = False,
     **dimensions: ArrayLike,
 ) -> Mechanism:
     """The description of a robot from the library or a file; a tip that had to be chosen among several is said.
@@ -119,6 +121,7 @@ def load_mechanism(
             called like it with the ending .loops.toml.
         tip: name of the link that carries the tip frame; that of the description, or the chosen one, if None.
         xacro_args: arguments of a xacro file, by name.
+        keeps_loops: whether the caller keeps loops closed, so that nobody has to be warned of them.
         **dimensions: of an arm of the library that takes some, such as `lengths=(0.4, 0.3)` of `planar2r`.
 
     Warns:
@@ -137,7 +140,9 @@ def load_mechanism(
     if chosen and tip is not None:
         mechanism = replace(mechanism, provenance=replace(origin, notes=tuple(n for n in origin.notes if n != note)))
     if from_file:
-        warn_of(mechanism, choice if chosen and tip is None else None)
+        warn_of(
+            mechanism, choice if chosen and tip is None else None, silent=(LOOP_CLOSED.code,) if keeps_loops else ()
+        )
     mechanism = mechanism if tip is None else mechanism.with_tip(tip)
     equip = source.equip if isinstance(source, RobotFile) else None
     return mechanism if equip is None else equip(mechanism)
