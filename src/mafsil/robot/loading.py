@@ -41,7 +41,7 @@ def load(
         FileError: no such file or name, or a malformed file; the sentence says where and what to do.
         ModelError: the file describes something that is no robot.
     """
-    return Robot(load_mechanism(source, tip=tip, xacro_args=xacro_args, **dimensions))
+    return Robot(load_mechanism(source, tip=tip, xacro_args=xacro_args, keeps_loops=False, **dimensions))
 
 
 def as_robot(robot: RobotLike) -> Robot:
