@@ -4,9 +4,15 @@ from __future__ import annotations
 
 import re
 import tomllib
+from os import PathLike
+from pathlib import Path
 from typing import Any
 
+from mafsil.errors import FileError
 from mafsil.messages import say
+
+LARGEST_FILE = 1_000_000
+"""Bytes of a file of a mechanism, by far more than any needs."""
 
 LONGEST_KEY = 32
 """Most parts of a dotted key: the parser's time and memory grow with their square."""
@@ -33,3 +39,27 @@ def parsed_toml(text: str) -> dict[str, Any]:
         return tomllib.loads(text)
     except RecursionError:
         raise ValueError(say("input.toml_depth")) from None
+
+
+def read_toml(path: str | PathLike[str]) -> dict[str, Any]:
+    """The tables of a file of a mechanism.
+
+    Args:
+        path: of the file.
+
+    Raises:
+        FileError: missing, unreadable, larger than LARGEST_FILE, or no TOML.
+    """
+    file = Path(path)
+    try:
+        size = file.stat().st_size if file.is_file() else 0
+        text = file.read_text("utf-8") if size <= LARGEST_FILE else None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise FileError("mobility.file_unreadable", path=str(path), reason=reason) from None
+    if text is None:
+        raise FileError("mobility.file_too_large", path=str(path), limit=LARGEST_FILE)
+    try:
+        return parsed_toml(text)
+    except ValueError as error:
+        raise FileError("mobility.file_malformed", path=str(path), reason=str(error)) from None

@@ -167,3 +167,9 @@ def test_stewart_by_places(tmp_path):
     robot = read_parallel(file)
     assert isinstance(robot, parallel.StewartPlatform)
     assert np.array_equal(robot.base, base)
+
+
+def test_a_file_that_is_too_large_is_said_to_be(tmp_path):
+    with pytest.raises(FileError, match="larger than 1000000 bytes") as caught:
+        read_parallel(written(tmp_path, "# " + "x" * 1_000_001))
+    assert "no TOML" not in str(caught.value)

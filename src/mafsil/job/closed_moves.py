@@ -8,6 +8,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, Integers, JointVector
 from mafsil.control import Law, closed_computed_torque, closed_gravity_compensation, driven_trajectory
+from mafsil.control.inertia_gains import DAMPING_RATIO, NATURAL_FREQUENCY
 from mafsil.errors import InputError
 from mafsil.job.description import Job, Move
 from mafsil.job.joint_motion import joint_motion
@@ -23,8 +24,6 @@ LAWS = ("computed_torque", "pd_gravity")
 """The laws that know loops."""
 FREQUENCY, DAMPING = 20.0, 1.0
 """Of the error dynamics, where the job names none [rad/s, 1]."""
-STIFFNESS_FREQUENCY, STIFFNESS_DAMPING = 55.0, 0.7
-"""Of springs and dampers that fit the inertia, where the job names none, as for open arms [rad/s, 1]."""
 
 
 def listed_joints(robot: Robot, count: int) -> Integers:
@@ -142,8 +141,8 @@ def closed_law(job: Job, model: Robot, trajectory: Trajectory) -> Law:
         damping = DAMPING if own.damping is None else own.damping
         return closed_computed_torque(chain, natural_frequency=frequency, damping_ratio=damping)
     inertia = _felt_inertia(chain, trajectory)
-    kp = inertia * STIFFNESS_FREQUENCY**2 if own.stiffness is None else np.asarray(own.stiffness)
-    kd = 2.0 * STIFFNESS_DAMPING * np.sqrt(inertia * kp) if own.rate_gain is None else own.rate_gain
+    kp = inertia * NATURAL_FREQUENCY**2 if own.stiffness is None else np.asarray(own.stiffness)
+    kd = 2.0 * DAMPING_RATIO * np.sqrt(inertia * kp) if own.rate_gain is None else own.rate_gain
     return closed_gravity_compensation(chain, kp, kd)
 
 

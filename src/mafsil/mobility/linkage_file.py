@@ -25,9 +25,8 @@ from typing import Any, cast
 from mafsil.errors import FileError, MafsilError
 from mafsil.mobility.linkage import Coupling, Linkage
 from mafsil.mobility.linkage_joint import LinkageJoint, joint
-from mafsil.toml_source import parsed_toml
+from mafsil.toml_source import read_toml
 
-LARGEST_FILE = 1_000_000
 _KEYS = {"name", "planar", "ground", "output", "bodies", "joint", "coupling"}
 _COUPLING_KEYS = {"follower", "leader", "ratio"}
 _JOINT_KEYS = {"name", "kind", "bodies", "at", "axis", "second", "pitch", "actuated", "limits", "child_at"}
@@ -40,17 +39,7 @@ def read_linkage(path: str | Path) -> Linkage:
         FileError: missing, unreadable, malformed, unknown or missing keys; the sentence names the joint and the key.
         ModelError: joints that make no linkage.
     """
-    file = Path(path)
-    try:
-        if file.is_file() and file.stat().st_size > LARGEST_FILE:
-            raise FileError("mobility.file_too_large", path=str(path), limit=LARGEST_FILE)
-        data = parsed_toml(file.read_text("utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise FileError("mobility.file_unreadable", path=str(path), reason=reason) from None
-    except ValueError as error:
-        raise FileError("mobility.file_malformed", path=str(path), reason=str(error)) from None
-    return parse_linkage(data, file.name)
+    return parse_linkage(read_toml(path), Path(path).name)
 
 
 def is_linkage(data: object) -> bool:

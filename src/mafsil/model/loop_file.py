@@ -27,10 +27,9 @@ from mafsil.model.joint import Joint, JointKind
 from mafsil.model.link import Link
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.placement import pose_from_xyz_rpy
-from mafsil.toml_source import parsed_toml
+from mafsil.toml_source import read_toml
 
 ENDING = ".loops.toml"
-LARGEST_FILE = 1_000_000
 _KEYS = ("driven", "loop")
 _LOOP_KEYS = ("name", "kind", "parent", "child", "parent_at", "child_at", "axis", "second", "pitch")
 _FRAME_KEYS = ("xyz", "rpy")
@@ -52,17 +51,7 @@ def with_loops(mechanism: Mechanism, path: str | Path) -> Mechanism:
     Raises:
         FileError: missing, unreadable, malformed, unknown keys, links or kinds; the sentence names the loop.
     """
-    file = Path(path)
-    try:
-        if file.is_file() and file.stat().st_size > LARGEST_FILE:
-            raise FileError("mobility.file_too_large", path=str(path), limit=LARGEST_FILE)
-        data = parsed_toml(file.read_text("utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise FileError("mobility.file_unreadable", path=str(path), reason=reason) from None
-    except ValueError as error:
-        raise FileError("mobility.file_malformed", path=str(path), reason=str(error)) from None
-    return _Reader(mechanism, file.name).read(data)
+    return _Reader(mechanism, Path(path).name).read(read_toml(path))
 
 
 class _Reader:

@@ -26,7 +26,7 @@ from mafsil.parallel.delta import DeltaRobot
 from mafsil.parallel.five_bar import FiveBar
 from mafsil.parallel.planar_legs import PlanarThreeRPR, PlanarThreeRRR
 from mafsil.parallel.stewart import StewartPlatform
-from mafsil.toml_source import parsed_toml
+from mafsil.toml_source import read_toml
 
 ParallelRobot = StewartPlatform | PlanarThreeRPR | PlanarThreeRRR | DeltaRobot | FiveBar | CableRobot
 
@@ -40,7 +40,6 @@ KINDS: dict[str, type[ParallelRobot]] = {
 }
 CIRCLES = ("base_radius", "platform_radius", "base_angles", "platform_angles")
 """Another way to describe a platform on six legs: two circles, angles in degrees."""
-LARGEST_FILE = 1_000_000
 HEADING = ("kind", "name")
 
 
@@ -53,17 +52,7 @@ def read_parallel(path: str | PathLike[str]) -> ParallelRobot:
     Raises:
         FileError: missing, unreadable, malformed, an unknown kind, unknown or missing keys, numbers that make no robot.
     """
-    file = Path(path)
-    try:
-        if file.is_file() and file.stat().st_size > LARGEST_FILE:
-            raise FileError("mobility.file_too_large", path=str(path), limit=LARGEST_FILE)
-        data = parsed_toml(file.read_text("utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise FileError("mobility.file_unreadable", path=str(path), reason=reason) from None
-    except ValueError as error:
-        raise FileError("mobility.file_malformed", path=str(path), reason=str(error)) from None
-    return parse_parallel(data, file.name)
+    return parse_parallel(read_toml(path), Path(path).name)
 
 
 def parse_parallel(data: dict[str, Any], source: str) -> ParallelRobot:

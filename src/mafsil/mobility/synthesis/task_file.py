@@ -28,14 +28,13 @@ from typing import Any, cast
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.errors import FileError, MafsilError
+from mafsil.errors import FileError
 from mafsil.mobility.synthesis.answers import Synthesis
 from mafsil.mobility.synthesis.function_task import FunctionTask
 from mafsil.mobility.synthesis.motion import synthesise_motion
 from mafsil.mobility.synthesis.path import synthesise_path
-from mafsil.toml_source import parsed_toml
+from mafsil.toml_source import read_toml
 
-LARGEST_FILE = 1_000_000
 AIMS = {
     "poses": {"poses", "fixed", "moving", "samples", "degrees"},
     "points": {"points", "timing", "samples", "degrees"},
@@ -60,7 +59,7 @@ def synthesise_file(path: str | Path) -> tuple[Synthesis, FunctionTask | None]:
         FileError: missing, unreadable, no TOML, unknown or missing keys, values of another kind.
         InputError: poses, points or angles that cannot be a task.
     """
-    data = _read(Path(path), str(path))
+    data = read_toml(path)
     source = Path(path).name
     given = [key for key in AIMS if key in data]
     if len(given) != 1:
@@ -79,20 +78,6 @@ def synthesise_file(path: str | Path) -> tuple[Synthesis, FunctionTask | None]:
         timing = lists["timing"] * unit if "timing" in lists else None
         return synthesise_path(lists["points"], timing, **sampled), None
     return _function(data["function"], unit, source)
-
-
-def _read(file: Path, shown: str) -> dict[str, Any]:
-    try:
-        if file.is_file() and file.stat().st_size > LARGEST_FILE:
-            raise FileError("mobility.file_too_large", path=shown, limit=LARGEST_FILE)
-        return parsed_toml(file.read_text("utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise FileError("mobility.file_unreadable", path=shown, reason=reason) from None
-    except MafsilError:
-        raise
-    except ValueError as error:
-        raise FileError("mobility.file_malformed", path=shown, reason=str(error)) from None
 
 
 def _function(entry: object, unit: float, source: str) -> tuple[Synthesis, FunctionTask]:
