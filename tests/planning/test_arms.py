@@ -21,6 +21,7 @@ from tests.collision.peer import CoalChecker
 
 PROBLEMS = Path(__file__).parents[3] / "shared" / "data" / "planning"
 WALL = Scene([Obstacle(Box((0.7, 0.1, 1.2)), (0.65, 0.0, 0.6), "wall")])
+GRAZING = ("table_pick", 72)
 LEFT, RIGHT = np.array([1.1, 0.9, 0.3, 0.0, 0.2, 0.0]), np.array([-1.1, 0.9, 0.3, 0.0, 0.2, 0.0])
 
 
@@ -214,3 +215,24 @@ def test_problems_of_others_are_solved(name):
                 continue
             assert path, path.explain("en")
             assert there.free(dense(path.path, 0.005)).all()
+
+
+@pytest.mark.capability("11-50")
+@pytest.mark.skipif(not PROBLEMS.exists(), reason="the problems of others are not here")
+@pytest.mark.filterwarnings("ignore")
+def test_what_shortcuts_leave_of_other_motions_stands_a_proof_of_its_own():
+    """On this problem a shortcut left a part of a motion that passes within a micrometre of an obstacle."""
+    with lzma.open(PROBLEMS / "panda.json.xz") as file:
+        data = json.load(file)
+    checker = Checker(str(PROBLEMS / "panda_spherized.urdf"), srdf=PROBLEMS / "panda.srdf")
+    names = [each.name for each in checker.robot.mechanism.coordinates]
+    found = data["sets"][GRAZING[0]]
+    problem = found["problems"][GRAZING[1]]
+    ends = []
+    for key in ("start", "goal"):
+        values = dict(zip(found["joints"], problem[key], strict=True)) | (data["other_joints"] or {})
+        ends.append(np.array([values[each] for each in names]))
+    there = checker.with_scene(Scene(map(problem_obstacle, problem["obstacles"])))
+    path = mf.plan(there, None, *ends)
+    assert path
+    assert there.check_path(path.path)

@@ -293,22 +293,38 @@ def first_free(world: World, start: Floats, goals: Floats, seen: NDArray[np.int6
 def shorten(world: World, path: Floats, tries: int, random: NDArray[np.uint64], seen: NDArray[np.int64]) -> Floats:
     """A path of proved motions, made shorter by proved motions.
 
-    1. From each point on, the furthest point that a straight motion reaches follows.
-    2. Two random places; if the straight motion between them is shorter and free, it replaces the way between. What it
-       leaves of other motions is part of what was proved.
+    1. Corners are left out.
+    2. Shortcuts. What they leave of other motions is part of what was proved.
+    3. Such a part can fail a proof of its own where the whole passed within a micrometre of the margin. So each motion
+       of the result is proved; if one cannot be, the shortcuts are made again, and what they leave is proved each time.
 
     Args:
         world: what is free.
         path: (k, n) proved.
-        tries: of step 2.
+        tries: how many shortcuts are tried.
         random: (1,) state of the source of samples.
         seen: (3,) counts.
     """
-    bench, n = bench_for(world.arm, world.motion), path.shape[1]
-    rows = np.empty((len(path) + 2 * tries + 2, n))
+    bench = bench_for(world.arm, world.motion)
+    rows, lengths = np.empty((len(path) + 2 * tries, path.shape[1])), np.empty(len(path) + 2 * tries)
+    ends = np.empty((2, path.shape[1]))
     rows[: len(path)] = path
-    count, k = len(path), 0
-    while k + 2 < count:  # 1
+    straight = _leave_out_corners(world, rows, len(path), bench, seen)  # 1
+    before = rows[:straight].copy()
+    count = _cut_short(world, rows, straight, tries, False, random, lengths, ends, bench, seen)  # 2
+    for k in range(count - 1 if count > 2 else 0):  # 3
+        if not proves_free(world, rows[k], rows[k + 1], bench, seen):
+            rows[:straight] = before
+            count = _cut_short(world, rows, straight, tries, True, random, lengths, ends, bench, seen)
+            break
+    return rows[:count].copy()
+
+
+@compiled
+def _leave_out_corners(world: World, rows: Floats, count: int, bench: Bench, seen: NDArray[np.int64]) -> int:
+    """After each point the furthest one follows that a straight motion reaches; how many points are left."""
+    k = 0
+    while k + 2 < count:
         j = count - 1
         while j > k + 1 and not _free(world, rows[k], rows[j], bench, seen):
             j -= 1
@@ -317,15 +333,32 @@ def shorten(world: World, path: Floats, tries: int, random: NDArray[np.uint64], 
             rows[i] = rows[i + gone]
         count -= gone
         k += 1
-    lengths = np.empty(len(rows))
-    first, second = np.empty(n), np.empty(n)
-    for _ in range(tries):  # 2
+    return count
+
+
+@compiled
+def _cut_short(
+    world: World, rows: Floats, count: int, tries: int, careful: bool, random: NDArray[np.uint64], lengths: Floats,
+    ends: Floats, bench: Bench, seen: NDArray[np.int64],
+) -> int:  # fmt: skip
+    """Straight motions between random places of a path; how many points it has then.
+
+    1. Two places; the straight motion between them has to be shorter and free.
+    2. It replaces the way between them.
+
+    Args:
+        rows: (count + 2 tries, n) at least, the path in the first ones; out.
+        careful: whether what a shortcut leaves of the motions that it cuts is proved by itself.
+        lengths, ends, bench: arrays to work in, as long as `rows`, and (2, n).
+    """
+    first, second = ends[0], ends[1]
+    for _ in range(tries):
         if count < 3:
             break
         lengths[0] = 0.0
         for i in range(1, count):
             lengths[i] = lengths[i - 1] + apart(rows[i], rows[i - 1])
-        s, t = draw(random) * lengths[count - 1], draw(random) * lengths[count - 1]
+        s, t = draw(random) * lengths[count - 1], draw(random) * lengths[count - 1]  # 1
         if s > t:
             s, t = t, s
         i = place_on(rows, lengths, count, s, first)
@@ -335,7 +368,11 @@ def shorten(world: World, path: Floats, tries: int, random: NDArray[np.uint64], 
         away = apart(first, second)
         if away >= (t - s) * (1.0 - 1e-9) or not _free(world, first, second, bench, seen):
             continue
-        shift = j - i - 2
+        if careful and not proves_free(world, rows[i], first, bench, seen):
+            continue
+        if careful and not proves_free(world, second, rows[j + 1], bench, seen):
+            continue
+        shift = j - i - 2  # 2
         if shift > 0:
             for m in range(j + 1, count):
                 rows[m - shift] = rows[m]
@@ -344,7 +381,7 @@ def shorten(world: World, path: Floats, tries: int, random: NDArray[np.uint64], 
                 rows[m - shift] = rows[m]
         rows[i + 1], rows[i + 2] = first, second
         count -= shift
-    return rows[:count].copy()
+    return count
 
 
 @uncounted
