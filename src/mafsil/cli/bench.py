@@ -15,8 +15,9 @@ from mafsil.figures import save_search
 from mafsil.job import Refusal
 from mafsil.job.law_bench import CONDITIONS, bench_laws
 from mafsil.job.planner_queries import queries_of
-from mafsil.job.reading import parse, text_of
+from mafsil.job.reading import parse
 from mafsil.job.solve import prepare
+from mafsil.job.text import text_of
 from mafsil.messages import say
 from mafsil.planning import PLANNERS, Query, bench_planners, watch
 
@@ -60,7 +61,7 @@ def bench(
     path = Path(job)
     text = text_of(path)
     with Progress(progress) as bar:
-        asked = parse(text, path.name)
+        asked = parse(text, path.name, folder=path.parent)
         planned = prepare(asked, text, path.parent, bar, path.name)
         if isinstance(planned, Refusal):
             return Answer(planned.to_dict(), refusal=planned.explain())

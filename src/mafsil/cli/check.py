@@ -1,6 +1,8 @@
 """`mafsil check`: homework against a robot: a Denavit-Hartenberg table, screw axes or a Jacobian, in a file or typed.
 
-A file is a robot table in TOML, of which only the rows count, or holds a Jacobian:
+A job file by itself is planned and not run, as by `mafsil run --dry-run`.
+
+A file of homework is a robot table in TOML, of which only the rows count, or holds a Jacobian:
 
     jacobian = [["-L1*s1 - L2*s12", "-L2*s12"], ["L1*c1 + L2*c12", "L2*c12"]]
     kind = "tip"                 # space (default), body or tip
@@ -22,10 +24,12 @@ from numpy.typing import ArrayLike
 
 from mafsil.cli.answer import Answer
 from mafsil.cli.numerals import coordinate, number
+from mafsil.cli.run import run
 from mafsil.cli.state import joint_values
 from mafsil.derivation import Review, check_dh, check_jacobian, check_screws
 from mafsil.derivation.check_jacobian import Kind
 from mafsil.errors import FileError, InputError
+from mafsil.job.text import tables_of, text_of
 from mafsil.messages import in_sentence, say
 from mafsil.model import Mechanism
 from mafsil.model.denavit_hartenberg import DHRow
@@ -65,7 +69,7 @@ def check(
     """Whether a student's table, screws or Jacobian are those of a robot, and where they are wrong.
 
     Args:
-        robot: name or file.
+        robot: name or file; of a job file by itself, the job is planned.
         file: with the work, or None if it is typed.
         dh: rows `a alpha d theta [R|P]`, or with names: `alpha=90 d=0.4`.
         screws: rows of six numbers (omega, v).
@@ -80,6 +84,8 @@ def check(
     Raises:
         MafsilError: nothing to check or too much, no such robot, a file or a row that cannot be read.
     """
+    if file is None and dh is None and screws is None and jacobian is None and _is_job(Path(robot)):
+        return run(robot, None, progress=False, open=False, dry_run=True)
     mechanism = load_mechanism(robot, tip=tip)
     if sum(work is not None for work in (file, dh, screws, jacobian)) != 1:
         raise InputError("cli.check_one")
@@ -97,6 +103,11 @@ def check(
     lines = tuple(in_sentence(line) for line in review.message().split("\n"))
     refusal = None if review.correct else say("cli.check_wrong", robot=mechanism.name, count=len(review.findings))
     return Answer({"robot": mechanism.name, **review.to_dict()}, lines, refusal)
+
+
+def _is_job(path: Path) -> bool:
+    """Whether a file has moves."""
+    return path.suffix == ".toml" and path.is_file() and "move" in tables_of(text_of(path), path.name)
 
 
 def _of_file(file: str, mechanism: Mechanism, convention: str | None, kind: str | None) -> Review:

@@ -16,8 +16,9 @@ from mafsil.collision import Scene
 from mafsil.csv_table import read_csv_table
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
-from mafsil.job.reading import parse_scene, text_of
+from mafsil.job.reading import parse_scene
 from mafsil.job.surroundings import scene_of
+from mafsil.job.text import text_of
 from mafsil.planning import BasePlacement
 from mafsil.planning import place as place_base
 from mafsil.robot import Robot, load

@@ -14,8 +14,9 @@ from mafsil.cli.table import brief, table
 from mafsil.cli.typed_pose import typed_pose
 from mafsil.collision import Checker, Scene
 from mafsil.errors import InputError
-from mafsil.job.reading import parse_scene, text_of
+from mafsil.job.reading import parse_scene
 from mafsil.job.surroundings import scene_of, with_shapes
+from mafsil.job.text import text_of
 from mafsil.messages import say
 from mafsil.planning import ArmPlan
 from mafsil.planning import plan as plan_path

@@ -13,8 +13,9 @@ from mafsil.cli.table import table
 from mafsil.errors import FileError, InputError
 from mafsil.job import Refusal, Run, solve
 from mafsil.job.judgement import joint_quantity, summary
-from mafsil.job.reading import parse, text_of
+from mafsil.job.reading import parse
 from mafsil.job.solve import prepare, simulated_by
+from mafsil.job.text import text_of
 from mafsil.messages import language, say
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
@@ -92,7 +93,7 @@ def _run(
 ) -> Answer:
     require_replaceable(target)
     with Progress(progress) as bar:
-        job = simulated_by(parse(text, source, variables), plant, real_time=real_time)
+        job = simulated_by(parse(text, source, variables, folder=folder), plant, real_time=real_time)
         outcome = solve(job, text, folder, bar, source)
         if isinstance(outcome, Refusal):
             return _refused(outcome)
@@ -108,7 +109,7 @@ def _run(
 def _planned(text: str, source: str, folder: Path, variables: Mapping[str, object], *, progress: bool) -> Answer:
     """The motion of a job, and how long it takes."""
     with Progress(progress) as bar:
-        job = parse(text, source, variables)
+        job = parse(text, source, variables, folder=folder)
         outcome = prepare(job, text, folder, bar, source)
     if isinstance(outcome, Refusal):
         return _refused(outcome)

@@ -8,8 +8,8 @@ from mafsil.cli.answer import Answer, Laid
 from mafsil.cli.progress import Progress
 from mafsil.cli.table import table
 from mafsil.errors import InputError
-from mafsil.job.reading import text_of
 from mafsil.job.sweep import sweep as swept
+from mafsil.job.text import text_of
 from mafsil.messages import say
 
 

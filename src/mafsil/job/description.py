@@ -383,10 +383,25 @@ class Report(Part, frozen=True, kw_only=True):
     rows: Annotated[int, msgspec.Meta(ge=50, le=20000)] = 1500
 
 
+class Cell(msgspec.Struct, frozen=True, kw_only=True):
+    """A file that a job includes.
+
+    Attributes:
+        source: its path as it was typed.
+        text: of it.
+        gave: keys of the job that it gave, each with the keys under which they stand in it.
+    """
+
+    source: str
+    text: str
+    gave: tuple[tuple[tuple[str | int, ...], tuple[str | int, ...]], ...]
+
+
 class Head(Part, frozen=True, kw_only=True):
     """All of a job but what is to be done.
 
     Attributes:
+        include: paths of files with tables for this and other jobs, relative to the file.
         robot: name of the library, or path of a file.
         angles: unit of all angles of the file.
         lengths: unit of all lengths of the file, and of what is per length or per time.
@@ -397,6 +412,7 @@ class Head(Part, frozen=True, kw_only=True):
     """
 
     title: str = ""
+    include: str | tuple[str, ...] = ()
     robot: str
     angles: Literal["radians", "degrees"] = "radians"
     lengths: Literal["metres", "millimetres"] = "metres"
@@ -424,9 +440,11 @@ class Job(Head, frozen=True, kw_only=True):
         obstacle: what stands around it.
         move: one after the other.
         origins: for each move the keys in the file that it comes from; empty if they are its own.
+        cells: what the file includes.
     """
 
     start: Start = Start()
     obstacle: tuple[Obstacle, ...] = ()
     move: tuple[Move, ...]
     origins: tuple[tuple[str | int, ...], ...] = ()
+    cells: tuple[Cell, ...] = ()

@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import TypeAlias
 
 from mafsil.errors import FileError, JobError
-from mafsil.job.description import Job
+from mafsil.job.description import Cell, Job
 from mafsil.job.remark import said
 from mafsil.messages import say
 from mafsil.messages.visible import visible
@@ -35,24 +35,38 @@ class BilingualFileError(FileError):
 
 
 class Places:
-    """Where the keys of a text stand."""
+    """Where the keys of a text stand.
 
-    def __init__(self, text: str, source: str = "", origins: tuple[Path, ...] = ()) -> None:
+    Args:
+        text: TOML.
+        source: name of the file, for errors.
+        origins: for each move the keys of the statement that it comes from.
+        cells: files that it includes.
+    """
+
+    def __init__(
+        self, text: str, source: str = "", origins: tuple[Path, ...] = (), cells: tuple[Cell, ...] = ()
+    ) -> None:
         self.source = source
         self._text = text
         self._origins = origins
+        self._cells = cells
 
     def of(self, job: Job) -> Places:
         """The same for the moves of a job, each where the statement stands that it comes from."""
-        return Places(self._text, self.source, job.origins)
+        return Places(self._text, self.source, job.origins, job.cells)
 
     def line(self, path: Path) -> int | None:
         """Line, counted from 1, of a key; of the nearest enclosing table if the key stands in a value or is missing.
+
+        None of what stands nowhere, or in an included file.
 
         Args:
             path: keys and indices, such as ("move", 2, "pose", "position").
         """
         path = self.typed(path)
+        if self._included(path) is not None:
+            return None
         for length in range(len(path), 0, -1):
             if path[:length] in self._lines:
                 return self._lines[path[:length]]
@@ -64,9 +78,21 @@ class Places:
 
     def error(self, key: str, path: Path, **details: object) -> JobError:
         """The complaint about a key, with its place."""
+        elsewhere = self._included(path)
+        if elsewhere is not None:
+            places, keys = elsewhere
+            return places.error(key, keys, **details)
         line = self.line(path)
         place = f"{self.source}:{line}" if line else self.source
         return BilingualJobError(key, place=place, name=dotted(self.typed(path)), line=line, **details)
+
+    def _included(self, path: Path) -> tuple[Places, Path] | None:
+        """The places of the included file that a key comes from, and the key in it."""
+        for cell in self._cells:
+            for here, there in cell.gave:
+                if path[: len(here)] == here:
+                    return Places(cell.text, cell.source), (*there, *path[len(here) :])
+        return None
 
     def typed(self, path: Path) -> Path:
         """Keys of a move as they are typed in the file."""

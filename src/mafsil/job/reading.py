@@ -13,11 +13,12 @@ from typing import Any, Literal, cast, get_args, get_origin, get_type_hints
 
 import msgspec
 
-from mafsil.errors import FileError, JobError
+from mafsil.errors import JobError
 from mafsil.job import lines
 from mafsil.job.description import (
     QUICKEST,
     TIP_PATHS,
+    Cell,
     Controller,
     Job,
     Move,
@@ -27,17 +28,13 @@ from mafsil.job.description import (
     SceneFile,
     Simulation,
 )
-from mafsil.job.language import JobFile, in_metres, resolved, substituted
+from mafsil.job.language import JobFile, in_metres, resolved, substituted, with_cells
 from mafsil.job.language.statements import Placed, PlacedGoal, Statement
 from mafsil.job.other_robot import OtherRobot
-from mafsil.job.syntax import syntax_error
+from mafsil.job.text import tables_of, text_of
 from mafsil.messages import say
 from mafsil.messages.visible import visible
-from mafsil.model.source import regular_bytes
-from mafsil.toml_source import parsed_toml
 
-LARGEST_FILE = 20_000_000
-"""In bytes: some hundred thousand points."""
 LARGEST_NUMBER = 1e9
 """Of any quantity of a job: larger than that is a slip of the unit or the exponent."""
 ACTIONS = ("joints", "pose", "pick", "place", "pause", "do")
@@ -104,53 +101,30 @@ def read(path: Path) -> Job:
         FileError: it cannot be read, or is no TOML.
         JobError: a key is unknown, missing, of the wrong type or out of range.
     """
-    return parse(text_of(path), source=path.name)
+    return parse(text_of(path), source=path.name, folder=path.parent)
 
 
-def text_of(path: Path) -> str:
-    """The text of a job file.
-
-    Raises:
-        FileError: missing, unreadable, too large, not UTF-8.
-    """
-    shown = visible(str(path))
-    if path.is_dir():
-        raise FileError("job.directory", path=shown)
-    try:
-        data = regular_bytes(path, LARGEST_FILE + 1)
-    except FileNotFoundError:
-        raise FileError("job.no_file", path=shown) from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise FileError("job.unreadable", path=shown, reason=reason) from None
-    if len(data) > LARGEST_FILE:
-        raise FileError("job.too_large", path=shown, limit=LARGEST_FILE // 1_000_000)
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise FileError("job.encoding", path=shown, position=error.start) from None
-
-
-def parse(text: str, source: str = "<text>", variables: Mapping[str, object] | None = None) -> Job:
+def parse(
+    text: str, source: str = "<text>", variables: Mapping[str, object] | None = None, *, folder: Path | None = None
+) -> Job:
     """The job in a text.
 
     Args:
         text: TOML.
         source: name of the file, for errors.
         variables: values by name, instead of those of the file.
+        folder: to which paths of included files are relative; the present one if None.
 
     Raises:
-        FileError: it is no TOML.
+        FileError: it is no TOML, or includes a file that cannot be read.
         JobError: a key is unknown, missing, of the wrong type or out of range; a variable is unknown.
     """
-    try:
-        data = parsed_toml(text)
-    except ValueError as error:
-        raise syntax_error(visible(source), str(error)) from None
-    reader = _Reader(text, visible(source))
+    data = tables_of(text, source)
+    data, cells = with_cells(data, folder or Path(), lines.Places(text, visible(source)).error)
+    reader = _Reader(text, visible(source), cells)
     data = substituted(data, variables or {}, reader.error)
     file = reader.file(data)
-    job = resolved(in_metres(file, data), reader.error)
+    job = msgspec.structs.replace(resolved(in_metres(file, data), reader.error), cells=cells)
     if not job.move:
         raise reader.error("job.no_moves", ("move",))
     reader.check_moves(job)
@@ -159,10 +133,7 @@ def parse(text: str, source: str = "<text>", variables: Mapping[str, object] | N
 
 def parse_scene(text: str, source: str = "<text>") -> SceneFile:
     """Obstacles from a text: `[[obstacle]]` tables as in job files; arguments and errors as `parse`."""
-    try:
-        data = parsed_toml(text)
-    except ValueError as error:
-        raise syntax_error(visible(source), str(error)) from None
+    data = tables_of(text, source)
     reader = _Reader(text, visible(source))
     reader.refuse_unknown(data, SceneFile, ())
     reader.require(data, SceneFile, ())
@@ -190,8 +161,8 @@ class _Types:
 class _Reader:
     """Knows the text, so that each error can say the line."""
 
-    def __init__(self, text: str, source: str) -> None:
-        self.places = lines.Places(text, source)
+    def __init__(self, text: str, source: str, cells: tuple[Cell, ...] = ()) -> None:
+        self.places = lines.Places(text, source, cells=cells)
 
     def error(self, key: str, path: lines.Path, **details: object) -> JobError:
         """The complaint about a key, with its place."""

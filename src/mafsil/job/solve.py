@@ -18,9 +18,10 @@ from mafsil.job.lines import Places
 from mafsil.job.neighbours import neighbours_of
 from mafsil.job.payload import with_tool
 from mafsil.job.plan import Plan, plan
-from mafsil.job.reading import parse, text_of
+from mafsil.job.reading import parse
 from mafsil.job.remark import Refusal
 from mafsil.job.run import Run
+from mafsil.job.text import text_of
 from mafsil.messages.visible import visible
 from mafsil.model import JointKind, Mechanism
 from mafsil.model.loading import load_mechanism
@@ -91,8 +92,9 @@ def solve_file(
     """
     place = Path(path)
     text = text_of(place)
-    job = simulated_by(parse(text, place.name), plant, real_time=real_time)
-    return solve(job, text, place.parent if folder is None else Path(folder), source=place.name)
+    home = place.parent if folder is None else Path(folder)
+    job = simulated_by(parse(text, place.name, folder=home), plant, real_time=real_time)
+    return solve(job, text, home, source=place.name)
 
 
 def simulated_by(job: Job, plant: Literal["mafsil", "mujoco"] | None, *, real_time: bool = False) -> Job:

@@ -151,7 +151,7 @@ def sweep(
     cases: list[Case] = []
     for values in product(*grid.values()):
         named = dict(zip(grid, values, strict=True))
-        job = parse(text, source, named)
+        job = parse(text, source, named, folder=folder)
         planned = prepare(job, text, folder, None, source)
         if isinstance(planned, Refusal):
             cases.append(Case(named, np.nan, planned, None))

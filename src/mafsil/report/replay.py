@@ -25,9 +25,9 @@ JOB = "job.toml"
 def recipe(job: Job) -> tuple[str, ...]:
     """Lines of Python that do a run again, beside its report; the robot is `run.robot` then.
 
-    A robot that is a file is looked for from where the script runs.
+    Robots and included files are looked for from where the script runs.
     """
-    folder = ', folder="."' if Path(job.robot).suffix else ""
+    folder = ', folder="."' if Path(job.robot).suffix or job.cells else ""
     return ("from mafsil.job import solve_file", f'run = solve_file("{JOB}"{folder})')
 
 

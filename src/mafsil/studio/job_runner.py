@@ -134,8 +134,12 @@ class JobRunner:
             self._tell(status="wrong", code="cli.internal", line=None, sentence=failure)
 
     def _solved(self, text: str) -> Run | Refusal:
-        folder = Path() if self._path is None else self._path.parent
-        return solve(parse(text, self._source), text, folder, self, self._source)
+        return solve(parse(text, self._source, folder=self._folder), text, self._folder, self, self._source)
+
+    @property
+    def _folder(self) -> Path:
+        """To which paths in the job are relative."""
+        return Path() if self._path is None else self._path.parent
 
     def _finish(self, outcome: Run | Refusal) -> None:
         sentence = in_all_languages(lambda code: outcome.explain(code).split("\n")[0])
@@ -168,7 +172,7 @@ class JobRunner:
     def _job(self, text: str, window: str) -> Mapping[str, Any]:
         job: dict[str, Any] = {"kind": "job", "text": text, "window": window, "file": self._path is not None}
         try:
-            parse(text, self._source)
+            parse(text, self._source, folder=self._folder)
         except MafsilError as error:
             job["wrong"] = complaint(error)
         return job

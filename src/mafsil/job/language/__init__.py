@@ -1,5 +1,6 @@
 """The language of job files: frames, names, patterns, loops and units; and the job that a file asks for."""
 
+from mafsil.job.language.cells import with_cells as with_cells
 from mafsil.job.language.resolving import resolved as resolved
 from mafsil.job.language.statements import JobFile as JobFile
 from mafsil.job.language.units import in_metres as in_metres

@@ -1,0 +1,104 @@
+"""Files that a job file includes: a cell with its robot, frames and obstacles, said once for many jobs.
+
+What a cell says counts as if it stood in the job. What the job says itself wins: key by key in tables such as
+`[limits]`, whole entries in tables of names such as `[frame.NAME]`; lists of tables such as `[[obstacle]]` go on after
+the job's own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+from mafsil.job.description import Cell
+from mafsil.job.language.frames import Complaint
+from mafsil.job.lines import Path as Keys
+from mafsil.job.lines import Places
+from mafsil.job.text import tables_of, text_of
+from mafsil.messages.visible import visible
+
+TABLE = "include"
+DEEPEST = 8
+"""Files that include files."""
+MOST_CELLS = 100
+UNITS = ("angles", "lengths")
+"""Keys that a cell and its job cannot say differently."""
+OF_THE_JOB = ("move", "start", "title")
+"""What only a job has."""
+
+
+def with_cells(data: dict[str, Any], folder: Path, error: Complaint) -> tuple[dict[str, Any], tuple[Cell, ...]]:
+    """The tables of a job file and of all that it includes, and which key comes from which file.
+
+    Args:
+        data: of the job file.
+        folder: to which its paths are relative.
+        error: makes the complaint about a key of the job file.
+
+    Raises:
+        FileError: a cell that cannot be read or is no TOML.
+        JobError: a cell that includes itself, has moves, or says angles or lengths in another unit.
+    """
+    merging = _Merging(dict(data), [])
+    merging.include(data.get(TABLE, ()), folder, (), error)
+    return merging.data, tuple(merging.cells)
+
+
+@dataclass(frozen=True, slots=True)
+class _Merging:
+    """The job so far.
+
+    Attributes:
+        data: its tables.
+        cells: what was included.
+    """
+
+    data: dict[str, Any]
+    cells: list[Cell]
+
+    def include(self, names: object, folder: Path, above: tuple[Path, ...], error: Complaint) -> None:
+        """The cells of one file, each followed by those that it includes itself."""
+        for k, name in enumerate([names] if isinstance(names, str) else cast("list[object]", names or ())):
+            keys: Keys = (TABLE,) if isinstance(names, str) else (TABLE, k)
+            if not isinstance(name, str):
+                continue
+            path = (folder / name).resolve()
+            if path in above or len(above) >= DEEPEST or len(self.cells) >= MOST_CELLS:
+                raise error("job.include_circle", keys, cell=visible(name), most=DEEPEST)
+            text, source = text_of(folder / name), visible(name)
+            places = Places(text, source)
+            given = tables_of(text, source)
+            self._require_cell(given, places)
+            self.cells.append(Cell(source=source, text=text, gave=tuple(self._merged(given))))
+            self.include(given.get(TABLE, ()), path.parent, (*above, path), places.error)
+
+    def _require_cell(self, given: dict[str, Any], places: Places) -> None:
+        for name in OF_THE_JOB:
+            if name in given:
+                here: Keys = (name, 0) if isinstance(given[name], list) else (name,)
+                raise places.error("job.include_own", here, own=", ".join(OF_THE_JOB))
+        for name in UNITS:
+            if name in given and given[name] != self.data.get(name, given[name]):
+                raise places.error("job.include_units", (name,), unit=name, own=visible(str(self.data[name])))
+
+    def _merged(self, given: dict[str, Any]) -> list[tuple[Keys, Keys]]:
+        """Takes what is new; where it stands then, and where it stood."""
+        taken: list[tuple[Keys, Keys]] = []
+        for key, value in given.items():
+            own = self.data.get(key)
+            if key == TABLE:
+                continue
+            if key not in self.data:
+                self.data[key] = value
+                taken.append(((key,), (key,)))
+            elif isinstance(own, dict) and isinstance(value, dict):
+                table, more = cast("dict[str, Any]", own), cast("dict[str, Any]", value)
+                new = [name for name in more if name not in table]
+                self.data[key] = table | {name: more[name] for name in new}
+                taken += [((key, name), (key, name)) for name in new]
+            elif isinstance(own, list) and isinstance(value, list):
+                rows, added = cast("list[Any]", own), cast("list[Any]", value)
+                self.data[key] = [*rows, *added]
+                taken += [((key, len(rows) + k), (key, k)) for k in range(len(added))]
+        return taken

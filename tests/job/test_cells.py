@@ -1,0 +1,144 @@
+"""Files that a job includes."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from mafsil.cli.main import main
+from mafsil.errors import FileError, JobError
+from mafsil.job import parse, solve_file
+
+CELL = """
+robot = "planar2r"
+angles = "degrees"
+
+[limits]
+speed_share = 0.5
+acceleration_share = 0.6
+
+[variables]
+height = 0.2
+
+[frame.feeder]
+position = [1.2, 0.3, 0]
+rpy = [0, 0, 90]
+
+[frame.table]
+position = [1.0, "$height", 0]
+
+[[obstacle]]
+name = "far wall"
+box = [0.1, 1, 1]
+position = [-3, 0, 0]
+"""
+JOB = """
+include = "cells/cell.toml"
+
+[limits]
+speed_share = 0.9
+
+[frame.table]
+position = [1.0, 0.5, 0]
+
+[[obstacle]]
+name = "post"
+sphere = 0.1
+position = [-3, -3, 0]
+
+[[move]]
+pose = { frame = "feeder", task = "position" }
+"""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "cells").mkdir()
+    (tmp_path / "cells" / "cell.toml").write_text(CELL)
+    (tmp_path / "job.toml").write_text(JOB)
+    return tmp_path
+
+
+@pytest.mark.capability("11-40")
+def test_a_cell_counts_as_if_it_were_typed_in_the_job_and_the_job_wins(folder):
+    job = parse(JOB, "job.toml", folder=folder)
+    assert job.robot == "planar2r"
+    assert job.angles == "degrees"
+    assert (job.limits.speed_share, job.limits.acceleration_share) == (0.9, 0.6)
+    assert [one.name for one in job.obstacle] == ["post", "far wall"]
+    np.testing.assert_allclose(job.move[0].pose.position, [1.2, 0.3, 0.0])
+    whole = parse(JOB.replace(', task = "position"', ""), folder=folder)
+    np.testing.assert_allclose(whole.move[0].pose.quaternion[3], np.sin(np.pi / 4))
+    own = parse(JOB.replace('"feeder"', '"table"'), folder=folder)
+    np.testing.assert_allclose(own.move[0].pose.position, [1.0, 0.5, 0.0])
+    bare = parse(JOB.replace("[frame.table]\nposition = [1.0, 0.5, 0]", "").replace('"feeder"', '"table"'),
+                 "job", {"height": 0.7}, folder=folder)  # fmt: skip
+    np.testing.assert_allclose(bare.move[0].pose.position, [1.0, 0.7, 0.0])
+
+
+def test_a_whole_job_with_a_cell_runs_and_its_copy_runs_beside_it(folder, tmp_path, monkeypatch):
+    run = solve_file(folder / "job.toml")
+    assert run.status.succeeded
+    tip = run.tips()[0][-1, :2, 3]
+    np.testing.assert_allclose(tip, [1.2, 0.3], atol=1e-3)
+    monkeypatch.chdir(folder)
+    assert main(["run", "job.toml", "--out", "results"]) == 0
+    script = (folder / "results" / "report.html").read_text(encoding="utf-8")
+    assert 'folder=\\".\\"' in script or 'folder="."' in script
+    again = solve_file(folder / "results" / "job.toml", folder=folder)
+    np.testing.assert_array_equal(again.recording.q, run.recording.q)
+
+
+def test_cells_include_cells_relative_to_themselves(folder):
+    (folder / "cells" / "parts.toml").write_text("[part.cube]\nmass = 0.1\n")
+    (folder / "cells" / "cell.toml").write_text('include = ["parts.toml"]\n' + CELL)
+    job = parse(JOB + '\n[[move]]\npick = "cube"\n', folder=folder)
+    assert job.move[1].pick.mass == 0.1
+
+
+@pytest.mark.parametrize(
+    ("cell", "words"),
+    [
+        ('[frame.feeder]\nposishun = [1, 2, 3]\nrobot = "x"', ("cells/cell.toml:2", "posishun")),
+        ("[limits]\nacceleration_share = 7", ("cells/cell.toml:2", "acceleration_share")),
+        ("[[obstacle]]\nbox = [1, 1]", ("cells/cell.toml:2", "box")),
+        ("[[move]]\npause = 1", ("cells/cell.toml:1", "move")),
+        ('include = "cell.toml"', ("cells/cell.toml:1", "include")),
+        ("angles = 3", ("cells/cell.toml:1", "angles")),
+        ("[frame.feeder\n", ("cells/cell.toml", "1")),
+    ],
+)
+def test_what_is_wrong_in_a_cell_is_said_with_its_file_and_line(folder, cell, words):
+    (folder / "cells" / "cell.toml").write_text(cell + "\n")
+    job = JOB if "robot" in cell else 'robot = "planar2r"\n' + JOB if cell.startswith("angles") else JOB
+    with pytest.raises((JobError, FileError)) as error:
+        parse('robot = "planar2r"\n' + job if "robot =" not in job else job, folder=folder)
+    for word in words:
+        assert word in error.value.message("en")
+    assert error.value.message("ar") != error.value.message("en")
+
+
+def test_units_of_a_cell_are_those_of_its_job(folder):
+    with pytest.raises(JobError, match="angles"):
+        parse('angles = "radians"\n' + JOB, folder=folder)
+
+
+@pytest.mark.parametrize("name", ["nowhere.toml", "cells", "/dev/zero", "../" * 30 + "etc/passwd"])
+def test_what_cannot_be_included_is_refused(folder, name):
+    with pytest.raises((JobError, FileError)):
+        parse(f'include = "{name}"\nrobot = "planar2r"\n[[move]]\njoints = [0, 0]\n', folder=folder)
+
+
+@pytest.mark.capability("11-41")
+def test_check_of_a_job_plans_it_and_writes_nothing(folder, monkeypatch, capsys):
+    monkeypatch.chdir(folder)
+    before = sorted(folder.rglob("*"))
+    assert main(["check", "job.toml", "--json"]) == 0
+    checked = json.loads(capsys.readouterr().out)
+    assert main(["run", "job.toml", "--dry-run", "--json"]) == 0
+    assert checked == json.loads(capsys.readouterr().out)
+    assert sorted(folder.rglob("*")) == before
+    (folder / "job.toml").write_text(JOB.replace('frame = "feeder"', "position = [9, 9, 0]"))
+    assert main(["check", "job.toml"]) != 0
