@@ -138,6 +138,7 @@ def test_every_key_is_documented() -> None:
     names = {field.name for part in parts for field in msgspec.structs.fields(part)} - {"origins", "cells"}
     tables = {
         "tool",
+        "tools",
         "start",
         "limits",
         "controller",

@@ -7,10 +7,10 @@ import pytest
 
 from mafsil.errors import JobError, MafsilError
 from mafsil.job import Refusal, Run, parse, solve
+from mafsil.job.equipment import equipment_of
 from mafsil.job.judgement import summary
 from mafsil.job.plan import Plan, plan
 from mafsil.job.poses import pose_matrix
-from mafsil.job.solve import equipped
 from mafsil.trajectory import check
 
 JOBS = Path(__file__).parents[2] / "examples" / "jobs"
@@ -62,8 +62,8 @@ def test_examples_reach_every_target_within_limits(name: str) -> None:
 def test_plans_are_continuous_at_rest_and_within_speed_limits(name: str) -> None:
     path = JOBS / f"{name}.toml"
     job = parse(path.read_text(encoding="utf-8"))
-    robot = equipped(job, path.parent)
-    motion = plan(job, robot)
+    tools = equipment_of(job, path.parent)
+    robot, motion = tools[0].robot, plan(job, tools)
     assert isinstance(motion, Plan)
     q = motion.start
     for leg in motion.legs:
@@ -77,8 +77,8 @@ def test_plans_are_continuous_at_rest_and_within_speed_limits(name: str) -> None
 def test_lines_are_straight() -> None:
     path = JOBS / "pick_and_place_panda.toml"
     job = parse(path.read_text(encoding="utf-8"))
-    robot = equipped(job, path.parent)
-    motion = plan(job, robot)
+    tools = equipment_of(job, path.parent)
+    robot, motion = tools[0].robot, plan(job, tools)
     assert isinstance(motion, Plan)
     for leg in motion.legs:
         if leg.kind != "line":

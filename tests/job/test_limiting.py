@@ -10,8 +10,6 @@ import pytest
 
 import mafsil as mf
 from mafsil.job.limiting import DECIDES, MORE, labels_of, limits_of_cycle, most_used, named, would_save
-from mafsil.job.plan import plan
-from mafsil.job.reading import parse
 from mafsil.messages.quantities import quantity
 from tests.job.test_job_planning import planned
 
@@ -49,11 +47,11 @@ TEXT = JOB.format(**BOUNDS)
 @pytest.fixture(scope="module")
 def job():
     robot, found = planned(TEXT)
-    return robot, found, limits_of_cycle(robot, found)
+    return robot, found, limits_of_cycle(found)
 
 
-def cycle_with(robot, text=TEXT):
-    again = plan(parse(text), robot, text=text)
+def cycle_with(text=TEXT):
+    _, again = planned(text)
     assert again.legs
     return again.duration
 
@@ -66,7 +64,7 @@ def test_more_of_each_limit_saves_what_planning_the_job_again_saves(job):
     for one in limits:
         if one.joint < 0 and one.quantity in BOUNDS:
             more = JOB.format(**BOUNDS | {one.quantity: BOUNDS[one.quantity] * (1 + MORE)})
-            duration = cycle_with(robot, more)
+            duration = cycle_with(more)
         elif one.quantity in ("velocity", "acceleration") and np.isfinite(getattr(robot.limits, one.quantity)).all():
             values = np.array(getattr(robot.limits, one.quantity))
             values[one.joint] *= 1 + MORE
@@ -88,7 +86,7 @@ def test_more_of_each_limit_saves_what_planning_the_job_again_saves(job):
 def test_where_a_limit_decides_the_motion_uses_it_up(job):
     robot, found, limits = job
     t = np.linspace(0.0, found.duration, 4001)
-    values, labels = most_used(robot, found, t)
+    values, labels = most_used(found, t)
     assert labels[-1] == ("others", -1)
     assert set(labels[:-1]) <= set(labels_of(robot.n))
     assert np.nanmax(values) <= 1.0 + 1e-3
@@ -105,8 +103,8 @@ def test_where_a_limit_decides_the_motion_uses_it_up(job):
 
 def test_a_pause_has_no_limits_and_a_given_duration_saves_nothing():
     slow = 'robot = "panda"\n[[move]]\njoints = [0.3, 0, 0, -1.5, 0, 1.5, 0]\nduration = 20\n[[move]]\npause = 1\n'
-    robot, found = planned(slow)
-    assert limits_of_cycle(robot, found) == ()
+    _, found = planned(slow)
+    assert limits_of_cycle(found) == ()
     assert found.legs[1].timing is None
 
 

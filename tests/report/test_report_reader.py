@@ -104,7 +104,7 @@ def test_the_data_are_saved_offline(browser: Browser, results: Path, small_run: 
         places = mine.joint_columns(name, small_run.robot.joint_names, required=True)
         assert places is not None
         assert np.allclose(mine.numbers(places), values[rows], rtol=SEVEN_DIGITS, atol=1e-12)
-    used, labels = most_used(small_run.robot, small_run.plan, tape.t[rows])
+    used, labels = most_used(small_run.plan, tape.t[rows])
     places = [k for k, head in enumerate(mine.heads) if head.startswith("limit_used[")]
     assert len(places) == len(labels) > 1
     numbers = np.array([[float(row[k]) for k in places] for row in mine.rows])

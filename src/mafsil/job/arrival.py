@@ -12,7 +12,6 @@ from mafsil.geometry import rotation
 from mafsil.job.description import Job, Task
 from mafsil.job.plan import Leg, Plan
 from mafsil.job.tolerance import Tolerances, tolerances
-from mafsil.robot import Robot
 from mafsil.simulation import Recording
 
 INSTANT = 1e-9
@@ -65,11 +64,11 @@ def goal_of(leg: Leg) -> Goal | None:
     return kinds.get(leg.kind)
 
 
-def arrival(job: Job, robot: Robot, plan: Plan, index: int, tape: Recording, start: float = 0.0) -> Arrival | None:
+def arrival(job: Job, plan: Plan, index: int, tape: Recording, start: float = 0.0) -> Arrival | None:
     """The judgement of one leg; None where there is no target, or the recording ends before.
 
     Args:
-        job, robot, plan: what was asked; the robot with its tool.
+        job, plan: what was asked.
         index: of the leg.
         tape: what happened.
         start: when the recording begins, in the time of the plan [s].
@@ -80,6 +79,7 @@ def arrival(job: Job, robot: Robot, plan: Plan, index: int, tape: Recording, sta
         return None
     q = configuration(tape, end - start)
     planned = leg.trajectory.at(leg.trajectory.duration).u
+    robot = leg.load.robot
     T = np.asarray(robot.forward_kinematics(q))
     T_planned = np.asarray(robot.forward_kinematics(planned)) if leg.target is None else leg.target
     return Arrival(
@@ -102,9 +102,9 @@ def _turn(R: Floats, R_planned: Floats, task: Task) -> float:
     return float(np.arctan2(np.linalg.norm(np.cross(z, planned)), z @ planned)) if task == "axis" else 0.0
 
 
-def arrivals(job: Job, robot: Robot, plan: Plan, tape: Recording) -> tuple[Arrival, ...]:
+def arrivals(job: Job, plan: Plan, tape: Recording) -> tuple[Arrival, ...]:
     """The judgements of all legs that have a target and came to their end."""
-    found = (arrival(job, robot, plan, k, tape) for k in range(len(plan.legs)))
+    found = (arrival(job, plan, k, tape) for k in range(len(plan.legs)))
     return tuple(one for one in found if one is not None)
 
 

@@ -162,7 +162,7 @@ def worst_joint(run: Run, judged: Arrival) -> int:
     allowed = judged.tolerances
     if judged.goal == "joints":
         return int((judged.joint_errors / allowed.joints).argmax())
-    J = np.abs(np.asarray(run.robot.jacobian_body(judged.q)))
+    J = np.abs(np.asarray(run.plan.legs[judged.leg].load.robot.jacobian_body(judged.q)))
     turn, way = np.linalg.norm(J[:3], axis=0) / allowed.orientation, np.linalg.norm(J[3:], axis=0) / allowed.position
     return int((judged.joint_errors * (turn + way)).argmax())
 

@@ -65,7 +65,7 @@ def clearances(run: Run) -> Clearances | None:
     first, second = ([""] * len(rows) for _ in range(2))
     for leg in np.unique(legs):
         chosen = np.flatnonzero(legs == leg)
-        found = around.clearance(q[rows[chosen]], run.plan.legs[int(leg)].carried)
+        found = around.clearance(q[rows[chosen]], run.plan.legs[int(leg)].load)
         distance[chosen] = found.distance
         for place, contact in zip(chosen.tolist(), found, strict=True):
             first[place], second[place] = contact.first, contact.second

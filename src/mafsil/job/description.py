@@ -148,9 +148,10 @@ class Step(Part, frozen=True, kw_only=True):
         duration: [s]; the shortest within the limits if left out.
         speed: share of the limits for this move.
         pick: take something: the tool closes, its mass hangs on the tip from then on.
+        tool: change to a tool, by its name.
         place: let go of it.
         pause: rest [s].
-        hold: time that pick and place take [s].
+        hold: time that pick, place and a change of tools take [s].
         avoid: whether a move of the joints goes round what stands in its way; as the job says if None.
         tolerance: of this move, if another than the job's.
     """
@@ -163,6 +164,7 @@ class Step(Part, frozen=True, kw_only=True):
     speed: Share = 1.0
     pick: Grasp | None = None
     place: bool = False
+    tool: str | None = None
     pause: Positive | None = None
     hold: NotNegative = 0.3
     avoid: bool | None = None
@@ -170,7 +172,7 @@ class Step(Part, frozen=True, kw_only=True):
 
 
 class Move(Step, frozen=True, kw_only=True):
-    """One step: exactly one of joints, pose, pick, place and pause.
+    """One step: exactly one of joints, pose, pick, place, tool and pause.
 
     Attributes:
         joints: goal in joint coordinates.
@@ -188,10 +190,14 @@ class Start(Part, frozen=True, kw_only=True):
 
     If neither, zero, moved into the middle 70 % of each range; a bent configuration near it if the arm is singular
     there.
+
+    Attributes:
+        tool: name of the tool that is mounted; `[tool]` if None.
     """
 
     joints: tuple[float, ...] | None = None
     pose: Goal | None = None
+    tool: str | None = None
 
 
 class Tool(Part, frozen=True, kw_only=True):
@@ -201,12 +207,16 @@ class Tool(Part, frozen=True, kw_only=True):
         link: that carries the tip frame; the description's own tip if None.
         offset: pose of the tip frame in that link, if another than the description's.
         mass: of the tool [kg], a point at `com` in the link's frame [m].
+        size: edge lengths of a box around it, along the axes of the link's frame, that is drawn and meets things [m].
+        centre: of that box, in the link's frame [m].
     """
 
     link: str | None = None
     offset: Pose | None = None
     mass: NotNegative = 0.0
     com: Three = (0.0, 0.0, 0.0)
+    size: tuple[Positive, Positive, Positive] | None = None
+    centre: Three = (0.0, 0.0, 0.0)
 
 
 class Bounds(Part, frozen=True, kw_only=True):
@@ -407,6 +417,8 @@ class Head(Part, frozen=True, kw_only=True):
         lengths: unit of all lengths of the file, and of what is per length or per time.
         lock: joints that are locked, by name [rad, or degrees; m]; they are no coordinates of the arm then.
         variables: by name; `"$name"` anywhere in the file stands for its value.
+        tool: on the flange, unless the arm starts with another one.
+        tools: that moves change to, by name.
         surface: what the tip can touch.
         other_robot: robots beside it.
     """
@@ -421,6 +433,7 @@ class Head(Part, frozen=True, kw_only=True):
     )
     lock: dict[str, float] = msgspec.field(default_factory=dict[str, float])
     tool: Tool = Tool()
+    tools: dict[str, Tool] = msgspec.field(default_factory=dict[str, Tool])
     limits: Bounds = Bounds()
     tolerance: Tolerance = Tolerance()
     controller: Controller = Controller()

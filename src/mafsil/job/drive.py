@@ -11,7 +11,8 @@ from mafsil.arrays import Floats
 from mafsil.errors import JobError
 from mafsil.job import judgement
 from mafsil.job.arrival import arrival
-from mafsil.job.description import Grasp, Job
+from mafsil.job.description import Job
+from mafsil.job.equipment import Load
 from mafsil.job.laws import PLACES, control_period, law_of
 from mafsil.job.limiting import limits_of_cycle
 from mafsil.job.payload import centre_of_mass, part_inertia
@@ -65,9 +66,9 @@ def drive(
     """
     _require_short(job, plan)
     planned = tuple(stretches(plan))
-    models = [_loaded(robot, stretch.carried, known=True) for stretch in planned]
+    models = [_loaded(stretch.load, known=True) for stretch in planned]
     plants = [
-        _plant(job, model if stretch.carried is None or stretch.carried.known else _loaded(robot, stretch.carried))
+        _plant(job, model if stretch.carried is None or stretch.carried.known else _loaded(stretch.load))
         for stretch, model in zip(planned, models, strict=True)
     ]
     method, remark = _method(job, planned, plants)
@@ -76,8 +77,8 @@ def drive(
     recordings: list[Recording] = []
     driven: list[Driven] = []
     for stretch, model, loaded in zip(planned, models, plants, strict=True):
-        gripped = stretch.carried is None or _gripped(job, robot, plan, stretch, recordings[-1], driven[-1])
-        plant = loaded if gripped else _plant(job, robot)
+        gripped = stretch.carried is None or _gripped(job, plan, stretch, recordings[-1], driven[-1])
+        plant = loaded if gripped else _plant(job, stretch.load.robot)
         scenario = _scenario(job, model, stretch, plant, recordings, method)
         driven.append(Driven(stretch, scenario, gripped))
 
@@ -98,14 +99,14 @@ def drive(
     stopped = None
     if not recording.status.succeeded:
         stopped = Remark("failure", "job.stopped", {"time": quantity(recording.duration, "s"), "reason": recording})
-    limits = limits_of_cycle(robot, plan) if judged else ()
+    limits = limits_of_cycle(plan) if judged else ()
     run = Run(job, text, robot, plan, recording, tuple(driven), stopped, limits=limits)
     return replace(run, remarks=(*judgement.remarks(run, judgement.summary(run)), *remark)) if judged else run
 
 
-def _gripped(job: Job, robot: Robot, plan: Plan, stretch: Stretch, tape: Recording, before: Driven) -> bool:
-    """Whether the tip was at the part when the pick that begins this stretch ended."""
-    judged = arrival(job, robot, plan, stretch.first - 1, tape, before.stretch.start)
+def _gripped(job: Job, plan: Plan, stretch: Stretch, tape: Recording, before: Driven) -> bool:
+    """Whether the tip was at the part when the pick before this stretch ended."""
+    judged = arrival(job, plan, stretch.first - 1, tape, before.stretch.start)
     return judged is not None and judged.reached
 
 
@@ -116,8 +117,9 @@ def _require_short(job: Job, plan: Plan) -> None:
         raise JobError("job.too_long", duration=plan.duration, ticks=max(ticks, integration), limit=MOST_TICKS)
 
 
-def _loaded(robot: Robot, carried: Grasp | None, *, known: bool = False) -> Robot:
+def _loaded(load: Load, *, known: bool = False) -> Robot:
     """The robot with what it carries; with `known` only if the controller knows of it."""
+    robot, carried = load.robot, load.carried
     if carried is None or (known and not carried.known):
         return robot
     return Plant(robot).with_payload(carried.mass, centre_of_mass(carried), part_inertia(carried)).robot

@@ -45,7 +45,7 @@ def require_fit(job: Job, robot: Robot, places: Places) -> None:
 
     Raises:
         JobError: a list has not one number per joint, a joint would be outside its limits, or something is let go of
-            that is not carried, or taken while something is carried.
+            that is not carried, or something taken or another tool while something is carried.
     """
     if robot.mechanism.loops:
         require_closed_job(job, robot, places)
@@ -63,6 +63,8 @@ def require_fit(job: Job, robot: Robot, places: Places) -> None:
             if carried is not None:
                 raise places.error("job.already_carried", ("move", k, "pick"), part=visible(carried.name))
             carried = move.pick
+        elif move.tool is not None and carried is not None:
+            raise places.error("job.tool_carrying", ("move", k, "tool"), part=visible(carried.name))
         elif move.place:
             if carried is None:
                 raise places.error("job.nothing_carried", ("move", k, "place"))
@@ -124,6 +126,7 @@ def _angles(job: Job, robot: Robot) -> Iterator[tuple[Path, tuple[float, ...]]]:
         turns = revolute(robot)[listed_joints(robot, len(values))]
         yield path, tuple(x for x, angle in zip(values, turns, strict=True) if angle)
     poses: list[tuple[Path, Pose | None]] = [(("tool", "offset"), job.tool.offset), (("start", "pose"), job.start.pose)]
+    poses += [(("tools", name, "offset"), tool.offset) for name, tool in job.tools.items()]
     for k, move in enumerate(job.move):
         poses.append((("move", k, "pose"), move.pose))
         poses += [(("move", k, "via", i), via) for i, via in enumerate(move.via) if isinstance(via, Pose)]

@@ -9,6 +9,7 @@ import numpy as np
 from mafsil.arrays import Floats, JointVector
 from mafsil.job.closed_moves import holding_efforts
 from mafsil.job.description import Grasp
+from mafsil.job.equipment import Equipment
 from mafsil.job.payload import centre_of_mass
 from mafsil.job.run import Run
 from mafsil.job.stretch import Driven
@@ -36,17 +37,18 @@ class Overload:
 
 
 def overloads(run: Run) -> tuple[Overload, ...]:
-    """Where static equilibrium is beyond the effort limits: the hardest place of each part, and of the empty arm."""
-    worst: dict[int, Overload] = {}
+    """Where static equilibrium is beyond the effort limits: the hardest place of each part and of each empty tool."""
+    worst: dict[tuple[Grasp | None, Equipment], Overload] = {}
     for driven in run.driven:
-        legs = sum(leg.carried is driven.stretch.carried for leg in run.plan.legs)
+        legs = sum(leg.load == driven.stretch.load for leg in run.plan.legs)
         t = np.linspace(0.0, driven.stretch.trajectory.duration, 2 + PLACES_PER_LEG * legs)
         share = holding_effort(run, driven, driven.stretch.trajectory.at(t).u)
         row, joint = np.unravel_index(int(share.argmax()), share.shape)
         most = float(share[row, joint])
-        before = worst.get(id(driven.carried))
+        kind = (driven.carried, driven.stretch.load.equipment)
+        before = worst.get(kind)
         if most > 1.0 and (before is None or most > before.share):
-            worst[id(driven.carried)] = Overload(driven.carried, most, int(joint), driven.stretch.start + float(t[row]))
+            worst[kind] = Overload(driven.carried, most, int(joint), driven.stretch.start + float(t[row]))
     return tuple(worst.values())
 
 
@@ -62,9 +64,10 @@ def holding_effort(run: Run, driven: Driven, q: JointVector) -> Floats:
     if isinstance(plant, ClosedPlant):
         load = np.abs(holding_efforts(plant.chain, q))
     else:
-        gravity = np.asarray(run.robot.gravity_torque(q))
+        robot = driven.stretch.load.robot
+        gravity = np.asarray(robot.gravity_torque(q))
         if driven.carried is not None:
-            gravity = gravity + _weight(run.robot, driven.carried, q)
+            gravity = gravity + _weight(robot, driven.carried, q)
         load = np.abs((1.0 + run.job.simulation.mass_error) * gravity)
     if plant.has_friction:
         law = plant.friction_law

@@ -111,7 +111,7 @@ def summary(run: Run) -> Summary:
         tip_error_time=float(t[astray.argmax()]),
         tip_turn=float(turned.max()),
         tip_turn_time=float(t[turned.argmax()]),
-        arrivals=arrivals(run.job, run.robot, run.plan, tape),
+        arrivals=arrivals(run.job, run.plan, tape),
         targets=targets(run.plan),
         peak_effort=np.abs(tape.tau).max(axis=0),
         peak_effort_time=t[peak],

@@ -92,7 +92,7 @@ def would_save(robot: Robot, limits: tuple[CycleLimit, ...], cycle: float) -> li
     return [Remark("good", "job.would_save", {"more": digits(100 * MORE), "limit": limit, "saved": saved})]
 
 
-def limits_of_cycle(robot: Robot, plan: Plan) -> tuple[CycleLimit, ...]:
+def limits_of_cycle(plan: Plan) -> tuple[CycleLimit, ...]:
     """Limits that decide for at least a thousandth of the cycle or would save as much, the most precious first.
 
     1. How much of each limit every leg uses over time; where the greatest share is at least 99 per cent, it decides.
@@ -101,17 +101,16 @@ def limits_of_cycle(robot: Robot, plan: Plan) -> tuple[CycleLimit, ...]:
     3. Sums over all legs, for they follow each other.
 
     Args:
-        robot: with its tool.
         plan: of a job.
     """
-    labels = labels_of(robot.n)
+    labels = labels_of(len(plan.start))
     deciding, saved = np.zeros(len(labels)), np.zeros(len(labels))
     for leg in plan.legs:
         if leg.timing is None or leg.trajectory.duration == 0.0:
             continue
         # 1
         t = np.linspace(0.0, leg.trajectory.duration, SAMPLES)
-        used = shares(robot, leg.trajectory, leg.timing, t)
+        used = shares(leg.load.robot, leg.trajectory, leg.timing, t)
         step = leg.trajectory.duration / SAMPLES
         greatest = used.argmax(axis=1)[used.max(axis=1) >= DECIDES]
         deciding += step * np.bincount(greatest, minlength=len(labels))
@@ -162,20 +161,19 @@ def shares(robot: Robot, motion: Trajectory, timing: Timing, t: Floats) -> Float
     return np.concatenate([*columns, of_tip], axis=1)
 
 
-def most_used(robot: Robot, plan: Plan, t: Floats) -> tuple[Floats, tuple[tuple[str, int], ...]]:
+def most_used(plan: Plan, t: Floats) -> tuple[Floats, tuple[tuple[str, int], ...]]:
     """(k, m) share of each limit while it is the one that is used most, else NaN; and what the columns mean.
 
     Args:
-        robot: with its tool.
         plan: of a job.
         t: (k,) increasing times since the job began [s].
     """
-    labels, starts = labels_of(robot.n), plan.starts
+    labels, starts = labels_of(len(plan.start)), plan.starts
     used = np.zeros((len(t), len(labels)))
     for leg, begin, end in zip(plan.legs, starts, starts[1:], strict=False):
         rows = (t >= begin) & (t < end)
         if leg.timing is not None and rows.any():
-            used[rows] = shares(robot, leg.trajectory, leg.timing, t[rows] - begin)
+            used[rows] = shares(leg.load.robot, leg.trajectory, leg.timing, t[rows] - begin)
     most = used.argmax(axis=1)[:, None] == np.arange(len(labels))
     most &= used.max(axis=1)[:, None] > 0.0
     # A curve goes on to the row after its last one, so that the next begins where it ends.

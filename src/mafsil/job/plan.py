@@ -11,7 +11,8 @@ import numpy as np
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.job.called import Where
 from mafsil.job.closed_moves import ClosedMoves
-from mafsil.job.description import QUICKEST, TIP_PATHS, Bounds, BranchChoice, Goal, Grasp, Job, Move, Task
+from mafsil.job.description import QUICKEST, TIP_PATHS, Bounds, BranchChoice, Goal, Job, Move, Task
+from mafsil.job.equipment import Equipment, Load
 from mafsil.job.fitting import coordinates, unit_remarks
 from mafsil.job.goals import FIXES, Goals
 from mafsil.job.joint_motion import JointMove, joint_motion, motion_on_path
@@ -21,7 +22,7 @@ from mafsil.job.planned_remarks import SLOW, decided_by, driving_limits, near_li
 from mafsil.job.poses import goal_matrix, pose_matrix
 from mafsil.job.remark import Refusal, Refused, Remark
 from mafsil.job.resting import starting_place
-from mafsil.job.surroundings import Surroundings, said_of
+from mafsil.job.surroundings import RESTS, Surroundings, said_of
 from mafsil.job.timing import Timing
 from mafsil.job.tip_motion import TipMotion, motion_along, tip_motion
 from mafsil.job.tip_paths import path_or_refusal
@@ -43,9 +44,9 @@ class Leg:
     Attributes:
         index: of the move in the job, the last of several without a stop between; -1 for the rest at the end.
         name: in the job, or empty.
-        kind: joint, line, arc, spline, screw, blended, pick, place, pause or settle.
+        kind: joint, line, arc, spline, screw, blended, pick, place, tool, pause or settle.
         trajectory: of the joints.
-        carried: what the tool carries while it moves.
+        load: what hangs on the flange while it moves.
         target: (4, 4) pose it ends at, if the job names a pose.
         task: what of that pose counts.
         timing: what limits it; None of rests.
@@ -55,7 +56,7 @@ class Leg:
     name: str
     kind: str
     trajectory: Trajectory
-    carried: Grasp | None = None
+    load: Load
     target: PoseMatrix | None = None
     task: Task = "pose"
     timing: Timing | None = None
@@ -95,21 +96,31 @@ class Plan:
         """(legs + 1,) beginning of each leg, and the end [s]."""
         return np.concatenate([[0.0], np.cumsum([leg.trajectory.duration for leg in self.legs])])
 
+    def tips(self, t: Floats, q: Floats) -> PoseMatrix:
+        """(k, 4, 4) poses in {s} of the tip of the tool that is mounted at times (k,), at configurations (k, n)."""
+        legs = np.clip(np.searchsorted(self.starts, t, side="right") - 1, 0, len(self.legs) - 1)
+        robots = [leg.load.robot for leg in self.legs]
+        found = np.empty((len(t), 4, 4))
+        for robot in dict.fromkeys(robots):
+            rows = np.array([each is robot for each in robots])[legs]
+            found[rows] = robot.forward_kinematics(q[rows])
+        return found
+
 
 def plan(
-    job: Job, robot: Robot, progress: Callable[[float], None] = lambda share: None, text: str = "",
+    job: Job, tools: tuple[Equipment, ...], progress: Callable[[float], None] = lambda share: None, text: str = "",
     neighbours: tuple[Neighbour, ...] = (),
 ) -> Plan | Refusal:  # fmt: skip
     """The motion that a job asks for, or why there is none.
 
     Args:
         job: the job; its numbers fit the robot.
-        robot: with its tool.
+        tools: the robot with each of its tools, that of the start first.
         progress: called with the share of moves done.
         text: of the job file, for the lines of its moves.
         neighbours: other robots around.
     """
-    planner = _Planner(job, robot, Places(text).of(job), neighbours)
+    planner = _Planner(job, tools, Places(text).of(job), neighbours)
     try:
         planner.walk(progress)
     except Refused as no:
@@ -122,23 +133,36 @@ def plan(
 class _Planner:
     """Walks through the moves, remembering where the robot is and what it carries."""
 
-    def __init__(self, job: Job, robot: Robot, places: Places, neighbours: tuple[Neighbour, ...]) -> None:
+    def __init__(
+        self, job: Job, tools: tuple[Equipment, ...], places: Places, neighbours: tuple[Neighbour, ...]
+    ) -> None:
         self.job = job
-        self.robot = robot
+        self.tools = {each.name: each for each in tools}
+        self.load = Load(tools[0])
+        robot = tools[0].robot
         self.places = places
         self.degrees = job.angles == "degrees"
         self.limits, self.remarks = driving_limits(job, robot)
         self.remarks += unit_remarks(job, robot, places)
-        self.goals = Goals(robot)
+        self.goals_of = {name: Goals(each.robot) for name, each in self.tools.items()}
         self.loops = ClosedMoves(robot) if robot.mechanism.loops else None
         meets = job.obstacle or neighbours or job.collision is not None
         self.surroundings = Surroundings(job, robot, neighbours) if meets else None
         self.beside: tuple[NeighbourMotion, ...] = ()
         self.lines: dict[tuple[object, ...], TipMotion] = {}
         self.legs: list[Leg] = []
-        self.carried: Grasp | None = None
         self.q: JointVector = np.zeros(robot.n)
         self.origin = self.q
+
+    @property
+    def robot(self) -> Robot:
+        """With the tool that is mounted."""
+        return self.load.robot
+
+    @property
+    def goals(self) -> Goals:
+        """Configurations for poses of the tool that is mounted."""
+        return self.goals_of[self.load.equipment.name]
 
     def walk(self, progress: Callable[[float], None]) -> None:
         """The start, all moves, the rest at the end."""
@@ -156,8 +180,8 @@ class _Planner:
         """What other robots do past the motion planned so far; at its end the robot waits until all have arrived."""
         if self.surroundings is None:
             return
-        parts = [move.pick for move in self.job.move if move.pick is not None]
-        self.beside, said = self.surroundings.neighbours_past(self.legs, self.limits.acceleration, parts)
+        loads = list(dict.fromkeys(leg.load for leg in self.legs))
+        self.beside, said = self.surroundings.neighbours_past(self.legs, self.limits.acceleration, loads)
         self.remarks += said
         past = sum(leg.trajectory.duration for leg in self.legs)
         last = max((each.motion.duration for each in self.beside), default=0.0)
@@ -184,8 +208,8 @@ class _Planner:
             if given.pose is not None:
                 self.q = self.configuration(-1, given.pose, pose_matrix(given.pose, degrees=self.degrees))
         self.origin = self.q
-        if self.surroundings is not None and not self.surroundings.is_free(self.q, None):
-            contact = self.surroundings.checker(None).check(self.q).contacts[0]
+        if self.surroundings is not None and not self.surroundings.is_free(self.q, self.load):
+            contact = self.surroundings.checker(self.load).check(self.q).contacts[0]
             raise Refused("job.start_meets", move=self.where(-1), contact=said_of(contact))
 
     def add(self, index: int, move: Move) -> int:
@@ -195,10 +219,14 @@ class _Planner:
             self.append(index, name, "pause", rest(self.q, move.pause))
         elif move.pick is not None:
             self.append(index, name, "pick", rest(self.q, self.on_tick(move.hold)))
-            self.carried = move.pick
+            self.load = replace(self.load, carried=move.pick)
         elif move.place:
             self.append(index, name, "place", rest(self.q, self.on_tick(move.hold)))
-            self.carried = None
+            self.load = replace(self.load, carried=None)
+        elif move.tool is not None:
+            self.append(index, name, "tool", rest(self.q, self.on_tick(move.hold)))
+            self.load = Load(self.tools[move.tool])
+            self.require_mounted(index)
         elif move.path in TIP_PATHS:
             return self.along(index)
         elif move.pose is not None:
@@ -210,6 +238,12 @@ class _Planner:
             goal = coordinates(self.job, self.robot, move.joints or ())
             self.append(index, name, "joint", *self.joint_motion(index, goal))
         return index + 1
+
+    def require_mounted(self, index: int) -> None:
+        """A tool that meets something as soon as it is mounted is refused."""
+        if self.surroundings is not None and not self.surroundings.is_free(self.q, self.load):
+            contact = self.surroundings.checker(self.load).check(self.q).contacts[0]
+            raise Refused("job.tool_meets", move=self.where(index), contact=said_of(contact))
 
     def on_tick(self, hold: float) -> float:
         """A rest at least this long that ends on a tick of the controller: there the load of the tool changes [s]."""
@@ -293,24 +327,25 @@ class _Planner:
     def on_branch(self, index: int, branch: BranchChoice, target: PoseMatrix) -> JointVector:
         """The nearest configuration of a branch that is free, if one of them is."""
         found = self.goals.on_branch(target, branch, self.q, self.where(index))
-        free = [q for q in found if self.surroundings is None or self.surroundings.is_free(q, self.carried)]
+        free = [q for q in found if self.surroundings is None or self.surroundings.is_free(q, self.load)]
         return (free or found)[0]
 
     def trouble(self, index: int, q: JointVector) -> float:
         """How many times longer than the tip's bounds ask for the worst line after a move takes; inf if impossible."""
         worst = 1.0
-        if self.surroundings is not None and not self.surroundings.is_free(q, self.carried):
+        if self.surroundings is not None and not self.surroundings.is_free(q, self.load):
             return np.inf
         for k in range(index + 1, len(self.job.move)):
             move = self.job.move[k]
             if move.pause is not None or move.pick is not None or move.place:
                 continue
             if move.path not in TIP_PATHS or move.pose is None:
+                # A change of tools, too: from there on other poses count.
                 break
             planned = self.line(k, k, q)
             if isinstance(planned, Refused):
                 return np.inf
-            if self.surroundings is not None and self.surroundings.first_hit(planned.trajectory, self.carried):
+            if self.surroundings is not None and self.surroundings.first_hit(planned.trajectory, self.load):
                 return np.inf
             worst = max(worst, planned.factor)
             q = planned.trajectory.at(planned.trajectory.duration).u
@@ -320,7 +355,12 @@ class _Planner:
         """The motion along the paths of some moves from q; planned once."""
         moves, targets = self.job.move[first : last + 1], self.targets(first, last, q)
         asked = self.asked(first, last)
-        key = (q.tobytes(), *(target.tobytes() for target in targets), *(_asked(move) for move in moves))
+        key = (
+            self.load.equipment,
+            q.tobytes(),
+            *(target.tobytes() for target in targets),
+            *(_asked(move) for move in moves),
+        )
         if key not in self.lines:
             where = self.where(last)
             start = np.asarray(self.robot.forward_kinematics(q))
@@ -369,8 +409,8 @@ class _Planner:
         target: PoseMatrix | None = None,
         task: Task = "pose",
     ) -> None:
-        self.legs.append(Leg(index, name, kind, trajectory, self.carried, target, task, timing))
-        if kind not in ("pick", "place", "pause", "settle"):
+        self.legs.append(Leg(index, name, kind, trajectory, self.load, target, task, timing))
+        if kind not in RESTS:
             self.require_free(index, kind, trajectory)
             self.remarks += near_limits(self.robot, trajectory, self.where(index))
         self.q = trajectory.at(trajectory.duration).u
@@ -410,10 +450,10 @@ class _Planner:
             return None
         if not (around.rule.avoid if move.avoid is None else move.avoid):
             return None
-        straight = around.checker(self.carried).check_path(self.q, goal)
+        straight = around.checker(self.load).check_path(self.q, goal)
         if straight:
             return None
-        found = around.way_round(self.q, goal, self.carried)
+        found = around.way_round(self.q, goal, self.load)
         if not found:
             raise Refused("job.no_way_round", move=self.where(index), reason=found)
         contact = straight.contacts[0] if straight.contacts else None
@@ -427,7 +467,7 @@ class _Planner:
         """A motion that meets something is refused, with the place and what helps."""
         if self.surroundings is None:
             return
-        hit = self.surroundings.first_hit(trajectory, self.carried)
+        hit = self.surroundings.first_hit(trajectory, self.load)
         if hit is None:
             return
         key = "job.meets_avoidable" if kind == "joint" else "job.meets"

@@ -37,7 +37,7 @@ from mafsil.messages.visible import visible
 
 LARGEST_NUMBER = 1e9
 """Of any quantity of a job: larger than that is a slip of the unit or the exponent."""
-ACTIONS = ("joints", "pose", "pick", "place", "pause", "do")
+ACTIONS = ("joints", "pose", "pick", "place", "tool", "pause", "do")
 KINDS_OF_OBSTACLE = ("box", "sphere", "cylinder", "capsule", "floor")
 TIP_TOLERANCES = ("position", "orientation")
 GAINS = {
@@ -62,6 +62,7 @@ EFFECTIVE = {
     "pose": (*_TRAVEL, "blend"),
     "pick": (*_ALL, "hold"),
     "place": (*_ALL, "hold"),
+    "tool": (*_ALL, "hold"),
     "pause": _ALL,
     "do": ("each", "repeat"),
 }
@@ -238,7 +239,8 @@ class _Reader:
         if isinstance(move.pose, PlacedGoal):
             self.check_pose(move.pose, (*path, "pose"), data["pose"])
         if move.tolerance is not None:
-            judged = () if move.pause is not None else ("joints",) if move.joints is not None else TIP_TOLERANCES
+            rests = move.pause is not None or move.tool is not None
+            judged = () if rests else ("joints",) if move.joints is not None else TIP_TOLERANCES
             for name in move.tolerance.__struct_fields__:
                 if getattr(move.tolerance, name) is not None and name not in judged:
                     raise self.error("job.no_tolerance", (*path, "tolerance", name), action=given[0])
@@ -327,8 +329,9 @@ class _Reader:
             raise self.error("job.two_starts", ("start", "pose"))
         if isinstance(file.start.pose, PlacedGoal):
             self.check_pose(file.start.pose, ("start", "pose"), data["pose"])
-        if file.tool.offset is not None:
-            self.check_pose(file.tool.offset, ("tool", "offset"), {"position": ()})
+        for path, tool in ((("tool",), file.tool), *((("tools", name), tool) for name, tool in file.tools.items())):
+            if tool.offset is not None:
+                self.check_pose(tool.offset, (*path, "offset"), {"position": ()})
 
     def check_surfaces(self, file: JobFile) -> None:
         """Every surface has a normal; a law that presses has something to press on."""

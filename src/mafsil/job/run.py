@@ -33,7 +33,7 @@ class Run(Answer):
     Attributes:
         job: what was asked.
         text: of the job file.
-        robot: with its tool, empty-handed.
+        robot: with the tool that it starts with, empty-handed.
         plan: the motion that was asked of the controller.
         recording: what happened, tick by tick.
         driven: what was simulated, stretch by stretch.
@@ -54,8 +54,8 @@ class Run(Answer):
 
     def tips(self, rows: slice | NDArray[np.intp] = slice(None)) -> tuple[PoseMatrix, PoseMatrix]:
         """(rows, 4, 4) poses of the tip as it was and as it should be, in {s}."""
-        forward = self.robot.forward_kinematics
-        return np.asarray(forward(self.recording.q[rows])), np.asarray(forward(self.recording.q_ref[rows]))
+        tape = self.recording
+        return self.plan.tips(tape.t[rows], tape.q[rows]), self.plan.tips(tape.t[rows], tape.q_ref[rows])
 
     @property
     def status(self) -> JobStatus:

@@ -7,24 +7,18 @@ from pathlib import Path
 from typing import Literal, Protocol
 
 import msgspec
-import numpy as np
 
-from mafsil.errors import JobError
 from mafsil.job.description import Job
 from mafsil.job.drive import drive
+from mafsil.job.equipment import equipment_of
 from mafsil.job.fitting import require_fit
-from mafsil.job.language.units import angle_unit, length_unit
 from mafsil.job.lines import Places
 from mafsil.job.neighbours import neighbours_of
-from mafsil.job.payload import with_tool
 from mafsil.job.plan import Plan, plan
 from mafsil.job.reading import parse
 from mafsil.job.remark import Refusal
 from mafsil.job.run import Run
 from mafsil.job.text import text_of
-from mafsil.messages.visible import visible
-from mafsil.model import JointKind, Mechanism
-from mafsil.model.loading import load_mechanism
 from mafsil.robot import Robot
 
 
@@ -120,47 +114,10 @@ def prepare(
     """
     eye = watcher or _Nobody()
     eye.enter("stage_robot")
-    robot = equipped(job, folder)
+    tools = equipment_of(job, folder)
+    robot = tools[0].robot
     require_fit(job, robot, Places(text, source).of(job))
     neighbours = neighbours_of(job, folder, Places(text, source))
     eye.enter("stage_planning")
-    motion = plan(job, robot, eye.update, text, neighbours)
+    motion = plan(job, tools, eye.update, text, neighbours)
     return motion if isinstance(motion, Refusal) else (robot, motion)
-
-
-def equipped(job: Job, folder: Path) -> Robot:
-    """The robot of a job, with its locked joints and its tool.
-
-    Raises:
-        MafsilError: no such robot, no such joint to lock, or it has links without mass.
-    """
-    source = folder / job.robot if Path(job.robot).suffix else job.robot
-    mechanism = load_mechanism(source, tip=job.tool.link, keeps_loops=True)
-    if job.lock:
-        mechanism = mechanism.locked(_locked(job, mechanism))
-    mechanism = with_tool(mechanism, job.tool, degrees=job.angles == "degrees")
-    _require_masses(mechanism)
-    return Robot(mechanism)
-
-
-def _locked(job: Job, mechanism: Mechanism) -> dict[str, float]:
-    """Coordinates of the joints that the job locks [rad | m]."""
-    prismatic = {joint.name for joint in mechanism.joints if joint.kind is JointKind.PRISMATIC}
-    units = {True: length_unit(job), False: angle_unit(job)}
-    return {name: units[name in prismatic] * value for name, value in job.lock.items()}
-
-
-def _require_masses(mechanism: Mechanism) -> None:
-    """Every moving joint moves some mass (or inertia), else its acceleration is not defined."""
-    carried = [link.inertial is not None and link.inertial.mass > 0.0 for link in mechanism.links]
-    for k in reversed(range(len(mechanism.joints))):
-        parent = mechanism.parents[k]
-        if mechanism.joints[k].kind is JointKind.FIXED or parent:
-            carried[parent] = carried[parent] or carried[k + 1]
-    light = [
-        joint.child
-        for k, joint in enumerate(mechanism.joints)
-        if joint.moves and not carried[k + 1] and not (joint.actuator and joint.actuator.reflected_inertia > 0.0)
-    ]
-    if light or not np.any(carried):
-        raise JobError("job.no_mass", robot=visible(mechanism.name), links=", ".join(map(visible, light)))

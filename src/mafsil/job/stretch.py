@@ -1,4 +1,4 @@
-"""A stretch of the plan: legs that follow each other while the tool holds the same thing."""
+"""A stretch of the plan: legs that follow each other while the same things hang on the flange."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import groupby
 
 from mafsil.job.description import Grasp
+from mafsil.job.equipment import Load
 from mafsil.job.plan import Plan
 from mafsil.simulation import Scenario
 from mafsil.trajectory import Trajectory, sequence
@@ -14,19 +15,24 @@ from mafsil.trajectory import Trajectory, sequence
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Stretch:
-    """Legs during which the tool should hold the same thing.
+    """Legs during which tool and part should be the same.
 
     Attributes:
         start: in the time of the plan [s].
         first: index of its first leg.
         trajectory: of all its legs.
-        carried: what the plan has in the tool.
+        load: what the plan has on the flange.
     """
 
     start: float
     first: int
     trajectory: Trajectory
-    carried: Grasp | None
+    load: Load
+
+    @property
+    def carried(self) -> Grasp | None:
+        """What the plan has in the tool."""
+        return self.load.carried
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -52,8 +58,8 @@ class Driven:
 def stretches(plan: Plan) -> Iterator[Stretch]:
     """The stretches of a plan, in order."""
     start, first = 0.0, 0
-    for _, group in groupby(plan.legs, key=lambda leg: id(leg.carried)):
+    for _, group in groupby(plan.legs, key=lambda leg: leg.load):
         legs = list(group)
         whole = sequence(*(leg.trajectory for leg in legs))
-        yield Stretch(start, first, whole, legs[0].carried)
+        yield Stretch(start, first, whole, legs[0].load)
         start, first = start + whole.duration, first + len(legs)

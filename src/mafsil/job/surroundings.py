@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Protocol
 
-import msgspec
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.collision import Box, Capsule, Checker, Clearance, Contact, Cylinder, Plane, Scene, Sphere
 from mafsil.collision import Obstacle as Body
-from mafsil.job.description import Collision, Grasp, Job, Obstacle, SceneFile
+from mafsil.job.description import Collision, Grasp, Job, Obstacle, SceneFile, Tool
+from mafsil.job.equipment import UNNAMED_TOOL, Load, box_of_tool
 from mafsil.job.neighbours import Neighbour, Neighbourhood, NeighbourMotion, standing_bodies
 from mafsil.job.payload import box_in_tip
 from mafsil.job.poses import pose_matrix
@@ -28,7 +28,7 @@ from mafsil.trajectory import MotionLimits, Trajectory
 STEP = 0.02
 """Largest change of a coordinate over a chord by which a motion is proved free [rad | m]."""
 MOST_CHORDS = 4000
-RESTS = ("pick", "place", "pause", "settle")
+RESTS = ("pick", "place", "tool", "pause", "settle")
 """Kinds of legs at which nothing moves."""
 RESTING = 1e-4
 """How much smaller than itself a carried part counts: it may stand on something [m]."""
@@ -81,11 +81,11 @@ class Surroundings:
     """The arm of a job among its obstacles.
 
     What the report draws is what is checked: the description's collision shapes, else what it shows, else tubes along
-    the links. A carried part counts, smaller by the clearance, so that it may stand on a table.
+    the links, and the boxes of tools. A carried part counts, smaller by the clearance, so that it may stand on a table.
 
     Args:
         job: its obstacles and clearance.
-        robot: with its tool.
+        robot: with the tool with which it starts.
         neighbours: other robots; those that only stand there belong to the scene.
     """
 
@@ -96,36 +96,36 @@ class Surroundings:
         self.obstacles = scene_of(job)
         self.scene = Scene([*self.obstacles, *standing_bodies(neighbours)])
         self._others: tuple[Neighbourhood, dict[str, TimedArm]] | None = None
-        self._checkers: dict[Grasp | None, Checker] = {}
+        self._checkers: dict[Load, Checker] = {}
         links = robot.mechanism.links
         self.has_shapes = any(link.collisions or link.visuals for link in links)
         self._mechanism = with_shapes(robot.mechanism)
 
-    def checker(self, carried: Grasp | None) -> Checker:
-        """The arm with what it carries."""
-        if carried not in self._checkers:
+    def checker(self, load: Load) -> Checker:
+        """The arm with what hangs on its flange."""
+        if load not in self._checkers:
             itself = self.has_shapes if self.rule.self_collision is None else self.rule.self_collision
-            self._checkers[carried] = Checker(
-                self._mechanism, self.scene, attached=[] if carried is None else _part(carried, self.rule.clearance),
-                margin=self.rule.clearance, self_collision=itself,
+            self._checkers[load] = Checker(
+                self._mechanism, self.scene, attached=_hanging(load, self.rule.clearance), margin=self.rule.clearance,
+                self_collision=itself,
             )  # fmt: skip
-        return self._checkers[carried]
+        return self._checkers[load]
 
-    def is_free(self, q: JointVector, carried: Grasp | None) -> bool:
+    def is_free(self, q: JointVector, load: Load) -> bool:
         """Whether a configuration keeps the clearance."""
-        return bool(self.checker(carried).free(q))
+        return bool(self.checker(load).free(q))
 
-    def first_hit(self, trajectory: Trajectory, carried: Grasp | None) -> Hit | None:
+    def first_hit(self, trajectory: Trajectory, load: Load) -> Hit | None:
         """Where a motion first comes nearer than the clearance, by chords of it that are proved free; None if nowhere.
 
         Args:
             trajectory: of the joints.
-            carried: what the tool carries.
+            load: what hangs on the flange.
         """
         t = np.linspace(0.0, trajectory.duration, 65)
         way = np.abs(np.diff(trajectory.at(t).u, axis=0)).sum(axis=0).max(initial=0.0)
         t = np.linspace(0.0, trajectory.duration, int(min(max(way / STEP, 1.0), MOST_CHORDS)) + 2)
-        checker, q = self.checker(carried), trajectory.at(t).u
+        checker, q = self.checker(load), trajectory.at(t).u
         found = checker.check_path(q)
         if found:
             return None
@@ -133,23 +133,23 @@ class Surroundings:
         contact = found.contacts[0] if found.contacts else next(iter(checker.distance(found.q)))
         return Hit(time, contact)
 
-    def way_round(self, q: JointVector, goal: JointVector, carried: Grasp | None) -> ArmPlan:
+    def way_round(self, q: JointVector, goal: JointVector, load: Load) -> ArmPlan:
         """A path between two configurations."""
-        return plan(self.checker(carried), None, q, goal, seed=self.rule.seed)
+        return plan(self.checker(load), None, q, goal, seed=self.rule.seed)
 
-    def clearance(self, q: Floats, carried: Grasp | None) -> Clearance:
+    def clearance(self, q: Floats, load: Load) -> Clearance:
         """Smallest distances at configurations (k, n)."""
-        return self.checker(carried).distance(q)
+        return self.checker(load).distance(q)
 
     def neighbours_past(
-        self, legs: Sequence[Leg], acceleration: Floats, parts: Sequence[Grasp]
+        self, legs: Sequence[Leg], acceleration: Floats, loads: Sequence[Load]
     ) -> tuple[tuple[NeighbourMotion, ...], list[Remark]]:
         """What the other robots do while the robot moves as planned.
 
         Args:
             legs: of the robot.
             acceleration: (n,) that its joints have at most.
-            parts: that it carries at some time; other robots keep clear of them at all times.
+            loads: what hangs on its flange at some time; other robots keep clear of all of it at all times.
 
         Raises:
             Refused: a move of another robot for which no way was found.
@@ -161,8 +161,8 @@ class Surroundings:
         ]
         if len(still) == len(self.neighbours):
             return tuple(still), []
-        named = [msgspec.structs.replace(part, name=f"{part.name} {k + 1}") for k, part in enumerate(parts)]
-        boxes = [body for part in named for body in _part(part, 0.0)]
+        hanging = {id(thing): body for load in loads for thing, body in _boxes(load, 0.0)}
+        boxes = [replace(body, name=f"{body.name} {k + 1}") for k, body in enumerate(hanging.values())]
         around = Neighbourhood(Robot(self._mechanism), self.neighbours, self.scene, boxes, self.rule.clearance)
         rests = tuple(leg.kind in RESTS for leg in legs)
         starts = np.concatenate([[0.0], np.cumsum([leg.trajectory.duration for leg in legs])])
@@ -219,7 +219,19 @@ def body_of(obstacle: Obstacle, index: int, degrees: bool) -> Body:
     return Body(geometry, T, visible(obstacle.name) or f"obstacle[{index}]")
 
 
-def _part(carried: Grasp, clearance: float) -> list[Body]:
-    smaller = np.array(carried.size) - 2.0 * (clearance + RESTING)
-    size = np.maximum(smaller, 0.05 * np.array(carried.size))
-    return [Body(Box((float(size[0]), float(size[1]), float(size[2]))), box_in_tip(carried), visible(carried.name))]
+def _hanging(load: Load, clearance: float) -> list[Body]:
+    """Tool and part, in the tip frame of the tool with which the robot starts."""
+    return [body for _, body in _boxes(load, clearance)]
+
+
+def _boxes(load: Load, clearance: float) -> Iterator[tuple[Tool | Grasp, Body]]:
+    """Tool and part, each with its box; the part smaller by the clearance and what it may stand on."""
+    equipment, carried = load.equipment, load.carried
+    tool = equipment.tool
+    if tool.size is not None:
+        T = equipment.T_of_first @ box_of_tool(equipment)
+        yield tool, Body(Box(tool.size), T, visible(equipment.name or UNNAMED_TOOL))
+    if carried is not None:
+        smaller = np.array(carried.size) - 2.0 * (clearance + RESTING)
+        x, y, z = np.maximum(smaller, 0.05 * np.array(carried.size)).tolist()
+        yield carried, Body(Box((x, y, z)), equipment.T_of_first @ box_in_tip(carried), visible(carried.name))

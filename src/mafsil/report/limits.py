@@ -32,7 +32,7 @@ def limit_plot(run: Run, t: Floats, language: str) -> tuple[Plot, ...]:
         t: (rows,) times [s].
         language: of all texts.
     """
-    values, labels = most_used(run.robot, run.plan, t)
+    values, labels = most_used(run.plan, t)
     if len(labels) < 2:
         return ()
     names = tuple(limit_name(run, *label, language) for label in labels)

@@ -9,6 +9,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.job import Job, Run
+from mafsil.job.equipment import UNNAMED_TOOL, box_of_tool
 from mafsil.job.payload import box_in_tip
 from mafsil.model.shape import Box, Capsule, Cylinder, Sphere
 from mafsil.report.content import Carried, Scene
@@ -17,6 +18,7 @@ from mafsil.scene import Body, Drawing, Solid, compact
 MOST_NUMBERS = 420_000
 """Of the replay: a long run gets fewer frames, so that its replay stays below 2.3 MB."""
 PART_COLOUR = (0.23, 0.47, 0.70, 1.0)
+TOOL_COLOUR = (0.35, 0.35, 0.38, 1.0)
 OBSTACLE_COLOUR = (0.72, 0.66, 0.58, 1.0)
 JOB = "job.toml"
 """The job beside its report."""
@@ -34,7 +36,7 @@ def recipe(job: Job) -> tuple[str, ...]:
 def replay_scene(run: Run) -> Scene:
     """Frames of the replay, the parts that are carried included."""
     t, mechanism = run.recording.t, run.robot.mechanism
-    parts = sum(one.kind == "pick" for one in run.plan.legs)
+    parts = sum(one.kind == "pick" for one in run.plan.legs) + len({one.load.equipment for one in run.plan.legs})
     parts += sum(len(one.neighbour.robot.mechanism.links) for one in run.plan.neighbours if not one.neighbour.stands)
     period = max(1.0 / run.job.report.frame_rate, t[-1] * (mechanism.n + 14 + 7 * parts) / MOST_NUMBERS)
     moments = np.minimum(np.arange(0.0, t[-1] + period * 0.999, period), t[-1])
@@ -42,7 +44,7 @@ def replay_scene(run: Run) -> Scene:
     q = run.recording.q[rows]
     poses = np.asarray(run.robot.link_poses(q))
     tips, references = run.tips(rows)
-    carried = part_tracks(run, moments)
+    carried = [*part_tracks(run, moments), *tool_tracks(run, moments)]
     near = [one.poses(moments[:1])[0, :, :3, 3] for one in run.plan.neighbours]
     seen = np.concatenate([poses[:, :, :3, 3].reshape(-1, 3), tips[:, :3, 3], *near])
     drawing = Drawing(mechanism)
@@ -68,7 +70,7 @@ def replay_scene(run: Run) -> Scene:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A thing that is picked.
+    """A thing that is picked, or a tool.
 
     Attributes:
         body: its solid.
@@ -99,7 +101,7 @@ def part_tracks(run: Run, moments: Floats) -> list[Part]:
             continue
         until = next((j for j in range(k + 1, len(run.plan.legs)) if run.plan.legs[j].kind == "place"), None)
         goal = leg.trajectory.at(leg.trajectory.duration).u
-        track = np.tile(np.asarray(run.robot.forward_kinematics(goal)), (len(moments), 1, 1))
+        track = np.tile(np.asarray(leg.load.robot.forward_kinematics(goal)), (len(moments), 1, 1))
         begin = end = 0
         if k in taken:
             begin = int(np.searchsorted(moments, float(starts[k + 1])))
@@ -108,6 +110,30 @@ def part_tracks(run: Run, moments: Floats) -> list[Part]:
             track[end:] = tips[min(end, len(tips)) - 1]
         body = Body(grasp.name, (Solid("box", grasp.size, colour=PART_COLOUR),))
         found.append(Part(body, track @ box_in_tip(grasp), begin, end))
+    return found
+
+
+def tool_tracks(run: Run, moments: Floats) -> list[Part]:
+    """Each tool with a box, with its pose at each moment: on the flange, else where it was taken or left.
+
+    Args:
+        run: what happened.
+        moments: (frames,) times [s].
+    """
+    legs, t = run.plan.legs, run.recording.t
+    tips, _ = run.tips(np.minimum(np.searchsorted(t, np.minimum(moments, t[-1])), len(t) - 1))
+    at = np.clip(np.searchsorted(run.plan.starts, moments, side="right") - 1, 0, len(legs) - 1)
+    found: list[Part] = []
+    for equipment in dict.fromkeys(leg.load.equipment for leg in legs):
+        mounted = np.flatnonzero(np.array([leg.load.equipment is equipment for leg in legs])[at])
+        if equipment.tool.size is None or not len(mounted):
+            continue
+        begin, end = int(mounted[0]), int(mounted[-1]) + 1
+        # The frame before each moment at which it was on the flange; the first one before it ever was.
+        latest = mounted[np.maximum(np.searchsorted(mounted, np.arange(len(moments)), "right") - 1, 0)]
+        body = Body(equipment.name or UNNAMED_TOOL, (Solid("box", equipment.tool.size, colour=TOOL_COLOUR),))
+        interval = (begin, end) if len(mounted) == end - begin else (0, 0)
+        found.append(Part(body, tips[latest] @ box_of_tool(equipment), *interval))
     return found
 
 

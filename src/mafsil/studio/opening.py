@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mafsil.errors import FileError, InputError, MafsilError
+from mafsil.job.equipment import equipped
 from mafsil.job.reading import parse, read
-from mafsil.job.solve import equipped
 from mafsil.job.text import text_of
 from mafsil.messages.visible import visible
 from mafsil.model import library

@@ -44,6 +44,7 @@ def resolved(file: JobFile, error: Complaint) -> Job:
     start = Start(
         joints=reader.joints(file.start.joints, ("start", "joints")),
         pose=reader.goal(file.start.pose, ("start", "pose"), reader.frames),
+        tool=reader.tool(file.start.tool, ("start", "tool")),
     )
     if start.pose is not None and start.pose.relative is not None:
         raise error("job.relative_start", ("start", "pose", "relative"))
@@ -107,6 +108,7 @@ class _Resolver:
         given["name"] = f"{statement.name} ({place})" if statement.name and place else statement.name or place
         # 4
         given["joints"] = self.joints(statement.joints, (*path, "joints"))
+        given["tool"] = self.tool(statement.tool, (*path, "tool"))
         given["pick"] = self.part(statement.pick, (*path, "pick"))
         given["pose"] = self.goal(statement.pose, (*path, "pose"), frames)
         given["via"] = tuple(
@@ -133,6 +135,12 @@ class _Resolver:
         return (
             self.looked_up(given, self.file.configuration, "configuration", path) if isinstance(given, str) else given
         )
+
+    def tool(self, given: str | None, path: Path) -> str | None:
+        """The name of a tool that there is."""
+        if given is not None:
+            self.looked_up(given, self.file.tools, "tools", path)
+        return given
 
     def part(self, given: Grasp | str | None, path: Path) -> Grasp | None:
         """What is picked, of a name the part that it names."""

@@ -66,7 +66,7 @@ class Pattern(Placed, frozen=True, kw_only=True):
 
 
 class Statement(Step, frozen=True, kw_only=True):
-    """A move, or a loop over moves: exactly one of joints, pose, pick, place, pause and do.
+    """A move, or a loop over moves: exactly one of joints, pose, pick, place, tool, pause and do.
 
     Attributes:
         joints: goal in joint coordinates, or the name of a configuration.
@@ -92,10 +92,14 @@ class PlacedStart(Part, frozen=True, kw_only=True):
 
     If neither, zero, moved into the middle 70 % of each range; a bent configuration near it if the arm is singular
     there.
+
+    Attributes:
+        tool: name of the tool that is mounted; `[tool]` if None.
     """
 
     joints: tuple[float, ...] | str | None = None
     pose: PlacedGoal | str | None = None
+    tool: str | None = None
 
 
 class JobFile(Head, frozen=True, kw_only=True):

@@ -23,7 +23,7 @@ LENGTHS: dict[type[Part], tuple[str, ...]] = {
     Tolerance: ("position",),
     Step: ("blend",),
     Surface: ("point",),
-    Tool: ("com",),
+    Tool: ("com", "size", "centre"),
     Bounds: ("tip_speed", "tip_acceleration"),
 }
 """Lengths, also per time, of each table and those derived from it; coordinates of joints are converted elsewhere."""

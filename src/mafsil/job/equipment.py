@@ -1,0 +1,147 @@
+"""The robot of a job with each of its tools, and what hangs on its flange: a tool, and perhaps a part."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from mafsil.arrays import PoseMatrix
+from mafsil.errors import JobError
+from mafsil.job.description import Grasp, Job, Tool
+from mafsil.job.language.units import angle_unit, length_unit
+from mafsil.job.payload import with_tool
+from mafsil.messages.visible import visible
+from mafsil.model import JointKind, Mechanism
+from mafsil.model.loading import load_mechanism
+from mafsil.robot import Robot
+
+UNNAMED_TOOL = "tool"
+"""What the tool of `[tool]` is called."""
+FIXED = 1e-9
+"""Tips that move against each other by less sit on one flange [m, and entries of the rotation]."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Equipment:
+    """The robot with one of its tools.
+
+    Attributes:
+        name: of the tool; None for that of `[tool]`.
+        tool: as the job describes it.
+        robot: with it.
+        T_of_first: (4, 4) its tip frame in that of the tool with which the robot starts.
+    """
+
+    name: str | None
+    tool: Tool
+    robot: Robot
+    T_of_first: PoseMatrix
+
+
+@dataclass(frozen=True, slots=True)
+class Load:
+    """What hangs on the flange.
+
+    Attributes:
+        equipment: the tool, with the robot that it makes.
+        carried: what the tool holds.
+    """
+
+    equipment: Equipment
+    carried: Grasp | None = None
+
+    @property
+    def robot(self) -> Robot:
+        """With the tool, empty-handed."""
+        return self.equipment.robot
+
+
+def equipped(job: Job, folder: Path) -> Robot:
+    """The robot of a job, with its locked joints and the tool with which it starts.
+
+    Args:
+        job: the job.
+        folder: to which the path of a robot file is relative.
+
+    Raises:
+        MafsilError: no such robot, no such joint to lock, or it has links without mass.
+    """
+    return _robot(job, _bare(job, folder), job.start.tool)
+
+
+def equipment_of(job: Job, folder: Path) -> tuple[Equipment, ...]:
+    """The robot with each tool that the job uses, that of the start first. Arguments and errors as for `equipped`.
+
+    Raises:
+        JobError: tools on links that move against each other.
+    """
+    bare = _bare(job, folder)
+    names = dict.fromkeys([job.start.tool, *(move.tool for move in job.move if move.tool is not None)])
+    robots = {name: _robot(job, bare, name) for name in names}
+    first = robots[job.start.tool]
+    return tuple(
+        Equipment(name, _tool(job, name), robot, _between(first, robot, name)) for name, robot in robots.items()
+    )
+
+
+def box_of_tool(equipment: Equipment) -> PoseMatrix:
+    """(4, 4) centre of the tool's box, in the tip frame."""
+    robot, q = equipment.robot, np.zeros(equipment.robot.n)
+    link = [each.name for each in robot.mechanism.links].index(equipment.tool.link or robot.mechanism.tip)
+    T = np.asarray(robot.link_poses(q))[link]
+    centre = np.eye(4)
+    centre[:3, 3] = equipment.tool.centre
+    return np.asarray(np.linalg.solve(np.asarray(robot.forward_kinematics(q)), T @ centre))
+
+
+def _bare(job: Job, folder: Path) -> Mechanism:
+    """The mechanism without tools; the tip link is that of `[tool]`."""
+    source = folder / job.robot if Path(job.robot).suffix else job.robot
+    mechanism = load_mechanism(source, tip=job.tool.link, keeps_loops=True)
+    return mechanism.locked(_locked(job, mechanism)) if job.lock else mechanism
+
+
+def _tool(job: Job, name: str | None) -> Tool:
+    return job.tool if name is None else job.tools[name]
+
+
+def _robot(job: Job, bare: Mechanism, name: str | None) -> Robot:
+    mechanism = with_tool(bare, _tool(job, name), degrees=job.angles == "degrees")
+    _require_masses(mechanism)
+    return Robot(mechanism)
+
+
+def _between(first: Robot, robot: Robot, name: str | None) -> PoseMatrix:
+    """(4, 4) the tip frame of a robot in that of the first one, the same in all configurations."""
+    if robot is first:
+        return np.eye(4)
+    q = np.stack([np.zeros(first.n), np.linspace(0.3, 0.7, first.n)])
+    here, there = np.linalg.solve(np.asarray(first.forward_kinematics(q)), np.asarray(robot.forward_kinematics(q)))
+    if np.abs(here - there).max() > FIXED * max(1.0, np.abs(here).max()):
+        raise JobError("job.tool_flange", tool=visible(str(name)))
+    return here
+
+
+def _locked(job: Job, mechanism: Mechanism) -> dict[str, float]:
+    """Coordinates of the joints that the job locks [rad | m]."""
+    prismatic = {joint.name for joint in mechanism.joints if joint.kind is JointKind.PRISMATIC}
+    units = {True: length_unit(job), False: angle_unit(job)}
+    return {name: units[name in prismatic] * value for name, value in job.lock.items()}
+
+
+def _require_masses(mechanism: Mechanism) -> None:
+    """Every moving joint moves some mass (or inertia), else its acceleration is not defined."""
+    carried = [link.inertial is not None and link.inertial.mass > 0.0 for link in mechanism.links]
+    for k in reversed(range(len(mechanism.joints))):
+        parent = mechanism.parents[k]
+        if mechanism.joints[k].kind is JointKind.FIXED or parent:
+            carried[parent] = carried[parent] or carried[k + 1]
+    light = [
+        joint.child
+        for k, joint in enumerate(mechanism.joints)
+        if joint.moves and not carried[k + 1] and not (joint.actuator and joint.actuator.reflected_inertia > 0.0)
+    ]
+    if light or not np.any(carried):
+        raise JobError("job.no_mass", robot=visible(mechanism.name), links=", ".join(map(visible, light)))
