@@ -9,7 +9,10 @@ import numpy as np
 import pytest
 
 import mafsil as mf
+from mafsil.job.equipment import Equipment
 from mafsil.job.limiting import DECIDES, MORE, labels_of, limits_of_cycle, most_used, named, would_save
+from mafsil.job.plan import plan
+from mafsil.job.reading import parse
 from mafsil.messages.quantities import quantity
 from tests.job.test_job_planning import planned
 
@@ -50,8 +53,13 @@ def job():
     return robot, found, limits_of_cycle(found)
 
 
-def cycle_with(text=TEXT):
-    _, again = planned(text)
+def cycle_with(text=TEXT, robot=None):
+    """Of the job, planned again; with another robot if one is given."""
+    if robot is None:
+        _, again = planned(text)
+    else:
+        job = parse(text)
+        again = plan(job, (Equipment(None, job.tool, robot, np.eye(4)),), text=text)
     assert again.legs
     return again.duration
 
@@ -76,7 +84,7 @@ def test_more_of_each_limit_saves_what_planning_the_job_again_saves(job):
                 for each in robot.mechanism.joints
             )
             faster = mf.Robot(replace(robot.mechanism, joints=changed))
-            duration = cycle_with(faster)
+            duration = cycle_with(robot=faster)
         else:
             continue
         assert found.duration - duration == pytest.approx(one.saved, abs=1e-6 * found.duration)

@@ -40,7 +40,7 @@ def test_the_job_goes_round_the_wall(run: Run) -> None:
     starts = run.plan.starts
     legs = np.clip(np.searchsorted(starts, run.recording.t, side="right") - 1, 0, len(run.plan.legs) - 1)
     for leg in np.unique(legs):
-        checker: Checker = around.checker(run.plan.legs[leg].carried)
+        checker: Checker = around.checker(run.plan.legs[leg].load)
         near = checker.distance(run.recording.q[legs == leg])
         assert near.distance.min() > 0.8 * 0.02, run.plan.legs[leg].name
     said = run.explain("en")

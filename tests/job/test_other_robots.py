@@ -101,7 +101,8 @@ def test_a_robot_that_only_stands_there_is_gone_round():
     assert "right/" in refused.explain("en")
     text = HEAD.replace("clearance = 0.01", "clearance = 0.01\navoid = true") + RIGHT
     _, plan = planned(text)
-    assert plan.surroundings.checker(None).free(plan.legs[0].trajectory.at(np.linspace(0, plan.duration, 3000)).u).all()
+    leg = plan.legs[0]
+    assert plan.surroundings.checker(leg.load).free(leg.trajectory.at(np.linspace(0, plan.duration, 3000)).u).all()
     (beside,) = plan.neighbours
     assert beside.neighbour.stands
     np.testing.assert_allclose(beside.motion.at([0.0, 5.0]), np.radians([[180, -35, 60, -25, -90, 0]] * 2))

@@ -90,10 +90,11 @@ def box_of_tool(equipment: Equipment) -> PoseMatrix:
     """(4, 4) centre of the tool's box, in the tip frame."""
     robot, q = equipment.robot, np.zeros(equipment.robot.n)
     link = [each.name for each in robot.mechanism.links].index(equipment.tool.link or robot.mechanism.tip)
-    T = np.asarray(robot.link_poses(q))[link]
-    centre = np.eye(4)
-    centre[:3, 3] = equipment.tool.centre
-    return np.asarray(np.linalg.solve(np.asarray(robot.forward_kinematics(q)), T @ centre))
+    T_link: PoseMatrix = np.asarray(robot.link_poses(q))[link]
+    T_tip: PoseMatrix = np.asarray(robot.forward_kinematics(q))
+    T_box: PoseMatrix = np.eye(4)
+    T_box[:3, 3] = equipment.tool.centre
+    return np.linalg.solve(T_tip, T_link @ T_box).astype(float)
 
 
 def _bare(job: Job, folder: Path) -> Mechanism:
