@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import ctypes
 import json
 import multiprocessing
 import os
@@ -39,7 +40,8 @@ from mafsil.kernels import (
     warm,
 )
 from mafsil.kernels.cache import Store
-from mafsil.kernels.layout import BATCH, SINGLE
+from mafsil.kernels.call import CALL
+from mafsil.kernels.layout import BATCH, LANE_COUNT, SINGLE
 from tests.reliability import specimens
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -165,7 +167,7 @@ def keys(k: Kernel, hash: str = "0" * 32) -> tuple[str, ...]:
 def test_whatever_shapes_a_level_changes_its_key(change, tape, code, around, monkeypatch):
     base = compile(VECTOR, partial(scaled, 1.0), key="a", fingerprints=("f",))
     before = keys(base)
-    assert len(set(before)) == 4
+    assert len(set(before)) == 1 + len(image.ENTRIES)
     assert before == keys(compile(VECTOR, partial(scaled, 9.0), key="a", fingerprints=("f",), doc="other"))
     other = {
         "key": {"key": "b"},
@@ -182,7 +184,7 @@ def test_whatever_shapes_a_level_changes_its_key(change, tape, code, around, mon
     given = {"signature": VECTOR, "key": "a", "fingerprints": ("f",), "target": None} | other
     signature = given.pop("signature")
     after = keys(compile(signature, partial(scaled, 1.0), **given), "1" * 32 if change == "tape" else "0" * 32)
-    assert [a != b for a, b in zip(before, after, strict=True)] == [tape, code, code, around]
+    assert [a != b for a, b in zip(before, after, strict=True)] == [tape, code, code, code, around]
 
 
 def test_fingerprint_follows_the_sources(tmp_path, monkeypatch):
@@ -321,8 +323,19 @@ def test_each_part_is_compiled_when_it_is_needed(folder):
     assert k.image.parts.keys() == {call.CALL, BATCH}
     assert (k(X) == k(rows)[-1]).all()
     assert (k(rows[:3]) == k(rows)[:3]).all()
-    assert k.image.parts.keys() == image.ENTRIES.keys()
+    assert k.image.parts.keys() == {BATCH, SINGLE, CALL}
     assert builds == [7.0]
+
+
+def test_rows_in_lanes_give_the_bits_of_a_batch(folder):
+    """Eight rows side by side go in and come out without being transposed."""
+    k = scaled_kernel(7.0)
+    rows = np.random.default_rng(0).normal(size=(LANE_COUNT, 4)) * 1e3
+    x, y = (np.empty(4 * LANE_COUNT + 8) for _ in range(2))
+    x, y = (room[-(room.ctypes.data // 8) % 8 :][: 4 * LANE_COUNT].reshape(4, LANE_COUNT) for room in (x, y))
+    x[:] = rows.T
+    ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(k.addresses.lanes)(x.ctypes.data, y.ctypes.data)
+    assert (y.T == k(rows)).all()
 
 
 def test_one_row_of_a_batch_takes_the_single_entry_where_it_is(folder):
@@ -350,7 +363,7 @@ def test_threads_compile_both_parts_once(monkeypatch):
         thread.start()
     for thread in threads:
         thread.join()
-    assert sorted(made) == sorted(image.ENTRIES)
+    assert sorted(made) == sorted((BATCH, SINGLE, CALL))
     assert builds == [8.0]
 
 
@@ -360,7 +373,7 @@ def test_an_edit_that_changes_no_operation_costs_tracing_only(folder, monkeypatc
     honest = translation.translate
     monkeypatch.setattr(translation, "translate", lambda part, *rest: made.append(part) or honest(part, *rest))
     warm([compile(VECTOR, partial(scaled, 2.0), key="scaled", fingerprints=("before",))])
-    assert sorted(made) == sorted(image.ENTRIES)
+    assert sorted(made) == sorted((BATCH, SINGLE, CALL))
     made.clear()
     edited = compile(VECTOR, partial(scaled, 2.0), key="scaled", fingerprints=("after",))
     warm([edited])
@@ -576,5 +589,5 @@ def test_llvm_loads_where_the_small_linker_declines(monkeypatch):
     k = scaled_kernel(2.0)
     assert (k(X) == want).all()
     assert (k(np.stack([X, X])) == want).all()
-    assert k.image.parts.keys() == image.ENTRIES.keys()
+    assert k.image.parts.keys() == {BATCH, SINGLE, CALL}
     assert k.provenance.cached

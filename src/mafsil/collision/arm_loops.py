@@ -258,30 +258,3 @@ def gap_between(arm: Arm, a: int, b: int, poses: Floats, cutoff: float, enough: 
             if best <= enough and best < cutoff:
                 return best
     return best
-
-
-@uncounted
-def collides(arm: Arm, poses: Floats, around: Surroundings, margin: float, s: Scratch) -> bool:
-    """Whether a state brings the arm within a margin of its surroundings or of itself."""
-    place_bodies(arm, poses, s)
-    cutoff = just_above(margin)
-    for b in range(len(arm.bodies)):
-        if arm.bodies[b, 3] == arm.bodies[b, 1]:
-            continue
-        count = _gather(around, s.balls[b], cutoff, s.near)
-        if count != 0 and _gap_to_found(arm, b, poses, around, count, cutoff, margin, s) <= margin:
-            return True
-    for k in range(len(arm.pairs)):
-        a, b = arm.pairs[k, 0], arm.pairs[k, 1]
-        if not _beyond(s.balls[a], s.balls[b], cutoff):
-            if gap_between(arm, a, b, poses, cutoff, margin, s) <= margin:
-                return True
-    return False
-
-
-@compiled
-def collide(arm: Arm, poses: Floats, around: Surroundings, margin: float, out: NDArray[np.bool_]) -> None:
-    """`collides` for each of (m, L, 4, 4) states."""
-    s = scratch_for(arm)
-    for r in range(len(poses)):
-        out[r] = collides(arm, poses[r], around, margin, s)

@@ -27,15 +27,14 @@ from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot
 
 if TYPE_CHECKING:
-    import mafsil.collision.arm_loops as arm_loops
     import mafsil.collision.distance_loops as distance_loops
     import mafsil.collision.layout as layout
     import mafsil.collision.pair_counts_loops as pair_counts_loops
     import mafsil.collision.segment_loops as segment_loops
     from mafsil.collision.arm_loops import Arm
-    from mafsil.collision.segment_loops import Kinematics, Motion, World
+    from mafsil.collision.segment_loops import Kinematics, World
+    from mafsil.collision.speed_loops import Motion
 else:
-    arm_loops = lazily("mafsil.collision.arm_loops")
     distance_loops = lazily("mafsil.collision.distance_loops")
     layout = lazily("mafsil.collision.layout")
     pair_counts_loops = lazily("mafsil.collision.pair_counts_loops")
@@ -131,9 +130,7 @@ class Checker:
         """
         rows, batch = self._rows(q)
         found = np.empty(len(rows), np.bool_)
-        for begin, poses in self._poses(rows):
-            part = found[begin : begin + len(poses)]
-            arm_loops.collide(self.arm, poses, self.scene.surroundings, self.margin, part)
+        segment_loops.collide(self.world(), rows, found)
         return found.reshape(batch)
 
     def free(self, q: ArrayLike) -> Truth:
@@ -243,19 +240,8 @@ class Checker:
         if not n:
             codes[:] = self.in_collision(A)
             return codes, t, evaluations + 1, batch
-        kinematics = self._kinematics()
-        segment_loops.prove_segments(
-            self.arm,
-            self.scene.surroundings,
-            kinematics,
-            self._motion,
-            A,
-            B,
-            self.margin + extra,
-            codes,
-            t,
-            evaluations,
-        )
+        world = self.world()._replace(margin=self.margin + extra)
+        segment_loops.prove_segments(world, A, B, codes, t, evaluations)
         return codes, t, evaluations, batch
 
     def _kinematics(self) -> Kinematics:
@@ -292,6 +278,15 @@ class Checker:
     def tips(self) -> tuple[str, ...]:
         """Names of the links that carry the tip frame."""
         return (self.robot.mechanism.tip,)
+
+    @cached_property
+    def moves_tip(self) -> Truth:
+        """(n,) whether a coordinate moves a tip; those of a gripper do not."""
+        mechanism, joints = self.robot.mechanism, joints_of(self.robot.mechanism)
+        tips = [mechanism.link_names.index(tip) for tip in self.tips]
+        moves = np.zeros(self.robot.n, np.bool_)
+        moves[joints.column[joints.moves[:, tips].any(axis=1)]] = True
+        return moves
 
     @property
     def skipped(self) -> tuple[SkippedPair, ...]:

@@ -6,16 +6,19 @@ from collections.abc import Sequence
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.collision.arm_loops import Arm
 from mafsil.collision.bodies import Body
 from mafsil.collision.joints import Joints
 from mafsil.collision.pieces import boxes, pieces_of
-from mafsil.collision.segment_loops import STATES, Kinematics, Motion
+from mafsil.collision.segment_loops import STATES, Kinematics
+from mafsil.collision.speed_loops import Motion
 from mafsil.collision.support_loops import BALL, BODY, Pieces
 from mafsil.kernels import Kernel
 from mafsil.model import Mechanism
+from mafsil.solvers.lane_loops import in_lanes
 
 Still: TypeAlias = Sequence[Sequence[bool]]
 
@@ -57,12 +60,12 @@ def motion_of(mechanism: Mechanism, joints: Joints, arm: Arm) -> Motion:
     """
     links = arm.bodies[:, 0].astype(np.int64)
     rows, bodies, n = len(joints.link), len(links), mechanism.n
-    table = np.zeros((rows, 8))
+    table = np.zeros((rows, 11))
     table[:, 0], table[:, 1], table[:, 2] = joints.link, joints.column, joints.factor
     revolute = joints.screw[:, :3].any(axis=1)
     table[:, 3] = revolute
     table[:, 4] = np.where(revolute, np.linalg.norm(joints.screw[:, 3:], axis=1), 0.0)
-    table[:, 5:] = joints.screw[:, :3]
+    table[:, 5:8], table[:, 8:] = joints.screw[:, :3], joints.screw[:, 3:]
     reach, stretch = np.zeros((rows, bodies)), np.zeros((rows, bodies, n))
     of_link = {int(link): j for j, link in enumerate(joints.link)}
     for b in range(bodies):
@@ -78,16 +81,32 @@ def motion_of(mechanism: Mechanism, joints: Joints, arm: Arm) -> Motion:
                 far += along * (0.0 if joint.mimic is None else abs(joint.mimic.offset))
             far += float(np.linalg.norm(joint.T_pj[:3, 3]))
             link = mechanism.parents[link - 1]
-    return Motion(table, np.ascontiguousarray(joints.moves[:, links]), reach, stretch)
+    moves = np.ascontiguousarray(joints.moves[:, links])
+    return Motion(
+        table, moves, reach, stretch, np.flatnonzero(stretch.any(axis=(0, 1))),
+        _last(joints.moves[:, joints.link] & ~np.eye(rows, dtype=np.bool_)), _last(moves),
+        _last(moves[:, arm.pairs[:, 0]] & moves[:, arm.pairs[:, 1]]),
+    )  # fmt: skip
+
+
+def _last(moves: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """For each column the last row that is set, joints standing before those that they carry; -1 for none."""
+    rows = np.arange(len(moves))[:, None]
+    return np.where(moves, rows, -1).max(axis=0, initial=-1)
 
 
 def kinematics_of(kernel: Kernel, n: int, links: int) -> tuple[Kinematics, list[object]]:
     """The kernel of link poses for compiled loops, with fresh arrays; and what must live as long as it is used."""
     q, poses = np.zeros((STATES, n)), np.zeros((STATES, links, 4, 4))
+    q_lanes, pose_lanes = in_lanes(n), in_lanes(16 * links)
     addresses = np.array([q.ctypes.data, poses.ctypes.data], np.uint64)
     strides = np.array([q.strides[0], poses.strides[0], q.strides[1], *poses.strides[1:]], np.int64)
     rows = np.ones(1, np.int64)
     entry, arguments, number, at_strides = (
         int(x) for x in (kernel.addresses.batch, addresses.ctypes.data, rows.ctypes.data, strides.ctypes.data)
     )
-    return Kinematics(entry, arguments, number, at_strides, rows, q, poses), [kernel, addresses, strides]
+    lanes, at_q, at_poses = (int(x) for x in (kernel.addresses.lanes, q_lanes.ctypes.data, pose_lanes.ctypes.data))
+    found = Kinematics(
+        entry, arguments, number, at_strides, rows, q, poses, lanes, at_q, at_poses, q_lanes, pose_lanes
+    )  # fmt: skip
+    return found, [kernel, addresses, strides]

@@ -1,51 +1,60 @@
 """A straight motion of the joints proved free or shown to collide, compiled.
 
-A point of a body moves, while the motion runs from t - h to t + h (t in 0..1), by no more than
-
-    M(h) = h sum_j |dq_j| min(R_j, rho_j + h D_j)
-
-over the joints j that move the body: rho_j is how far the ball around the body reaches from axis j at t, D_j the speed
-that joints behind j give it, R_j its reach from the axis at any configuration; a sliding joint adds |dq_j| itself. Two
-bodies of the arm move against each other by the joints that move one of them alone.
-
-1. The ends, and up to six states between: most collisions show here.
-2. Intervals, halved: at the middle of one, every body and pair that is not yet proved there is asked whether anything
-   is within M(h) and the margin. If nothing is, it is proved for the whole interval, and its halves need not ask again.
+1. Eight intervals of the motion are looked at together, one a lane, at first all of it in equal parts. At the middle of
+   each the arm is posed, and bounds M follow of how far bodies can move in the interval (`speed_loops`).
+2. Every body and pair of bodies that is not yet proved there is asked whether anything is within the margin and M
+   (`meeting_loops`). If nothing is, it is proved for the whole interval, and its parts need not ask again.
 3. A state within the margin ends it; so does a gap that is open by less than TOUCH: what is that near is not called
    free.
+4. Intervals in which something is left are divided, into as many parts as there are lanes for.
 
-No step is longer than its proof, so nothing thin is stepped over. Memory: (bodies + pairs) times LEVELS numbers.
+No step is longer than its proof, so nothing thin is stepped over. Memory: (bodies + pairs) times 8 LEVELS numbers.
 
 Reference:
     F. Schwarzer, M. Saha, J.-C. Latombe, Adaptive dynamic collision checking for single and multiple articulated robots
-    in complex environments, IEEE Trans. Robotics 21(3), 2005.
+    in complex environments, IEEE Trans. Robotics 21(3), 2005: clearances as proofs; the bounds here are others.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.collision.arm_loops import Arm, Scratch, collides, gap_around, gap_between, place_bodies, scratch_for
+from mafsil.collision.arm_loops import Arm
+from mafsil.collision.meeting_loops import bodies_near, colliding_lanes, meets_around, meets_itself
+from mafsil.collision.placing_loops import ALL, LaneScratch, lane_scratch_for, place_bodies_in_lanes
+from mafsil.collision.speed_loops import (
+    ROUNDING,
+    Motion,
+    Pace,
+    place_twists,
+    speeds_for,
+    take_motion,
+    way_of_body,
+)  # fmt: skip
 from mafsil.collision.tree_loops import Surroundings
-from mafsil.solvers.kernel_loops import call_kernel
-from mafsil.solvers.loops import compiled, uncounted
+from mafsil.solvers.kernel_loops import call_lanes
+from mafsil.solvers.lane_loops import WIDTH, get, in_lanes, lane_bits, lanes, put, seen, where
+from mafsil.solvers.loops import compiled, inlined, uncounted
 
-FREE, COLLIDING, TOUCHING = range(3)
+if TYPE_CHECKING:
+    from mafsil.solvers.lane_loops import Lanes
+
+FREE, COLLIDING, TOUCHING, OPEN = range(4)
+"""Proved free; some state is within the margin; too near to be called free; neither, where blocks were counted."""
 TOUCH = 1e-6
 """Gap beyond the margin [m] below which a motion is no longer divided."""
-ROUNDING = 1e-12
-"""Slack [m] for the rounding of poses and bounds."""
-LEVELS = 64
+HOT = 2
+"""Items that are asked first, at the middles alone."""
+LEVELS = 32
+"""How often intervals are divided at most: halves of any motion's are shorter than TOUCH before."""
+UNCOUNTED = 1 << 40
+"""Blocks that no proof needs."""
 STATES = 8
-"""States along a motion that are looked at first, at most."""
-FIRST_STEP = 0.3
-"""Way of a body [m] from which on one more state is looked at first."""
-WIDE = 0.02
-"""M(h) [m] from which on it is enough to know that something is within it, not how near."""
+"""Rows of the kernel's plain arrays."""
 
 
 class Kinematics(NamedTuple):
@@ -57,6 +66,10 @@ class Kinematics(NamedTuple):
         rows: (1,) the number of rows.
         q: (STATES, n) in.
         poses: (STATES, L, 4, 4) out.
+        lanes: address of its entry for rows in lanes.
+        q_address, pose_address: of the following.
+        q_lanes: (n,) lanes in.
+        pose_lanes: (16 L,) lanes out.
     """
 
     entry: int
@@ -66,22 +79,11 @@ class Kinematics(NamedTuple):
     rows: NDArray[np.int64]
     q: Floats
     poses: Floats
-
-
-class Motion(NamedTuple):
-    """How joints move bodies.
-
-    Attributes:
-        joints: (j, 8) link, column, factor, 1 if it turns, pitch [m/rad], axis in the frame of the link.
-        moves: (j, b) whether it moves a body.
-        reach: (j, b) furthest a body gets from the joint's axis [m], sliding joints between at zero.
-        stretch: (j, b, n) what that grows by per coordinate of a sliding joint between.
-    """
-
-    joints: Floats
-    moves: NDArray[np.bool_]
-    reach: Floats
-    stretch: Floats
+    lanes: int
+    q_address: int
+    pose_address: int
+    q_lanes: Floats
+    pose_lanes: Floats
 
 
 class World(NamedTuple):
@@ -99,45 +101,38 @@ class World(NamedTuple):
     margin: float
 
 
-@uncounted
-def bound(
-    arm: Arm, motion: Motion, b: int, other: int, rates: Floats, R: Floats, poses: Floats, h: float, s: Scratch
-) -> float:  # fmt: skip
-    """M(h) of body b by the joints that do not move the other one (-1: by all).
+class Bench(NamedTuple):
+    """Arrays that proofs work in, for one thread; `bench_for` makes them.
 
-    Args:
-        rates: (j,) |dq| of each joint.
-        R: (j, b) reaches for this motion.
-        poses: of the links at the middle.
+    Attributes:
+        s, pace: for the steps of a block.
+        items: what is left to prove in the intervals that wait.
+        intervals: (8 LEVELS, 4) middle, half length, where its items begin, how many.
+        asked: (bodies + pairs) bits of the lanes in which each item is to be proved.
+        order: of the items, those that met something last first.
+        t: three lanes: middles and half lengths of the intervals of a block, bounds M of an item.
     """
-    ball, behind, total = s.balls[b], 0.0, 0.0
-    for j in range(len(motion.joints) - 1, -1, -1):
-        rate = rates[j]
-        if rate == 0.0 or not motion.moves[j, b] or (other >= 0 and motion.moves[j, other]):
-            continue
-        row = motion.joints[j]
-        if row[3] == 0.0:
-            speed = rate
-            furthest = rate
-        else:
-            T = poses[int(row[0])]
-            ux = T[0, 0] * row[5] + T[0, 1] * row[6] + T[0, 2] * row[7]
-            uy = T[1, 0] * row[5] + T[1, 1] * row[6] + T[1, 2] * row[7]
-            uz = T[2, 0] * row[5] + T[2, 1] * row[6] + T[2, 2] * row[7]
-            dx, dy, dz = ball[0] - T[0, 3], ball[1] - T[1, 3], ball[2] - T[2, 3]
-            cx, cy, cz = uy * dz - uz * dy, uz * dx - ux * dz, ux * dy - uy * dx
-            rho = np.sqrt(cx * cx + cy * cy + cz * cz) + ball[3]
-            speed = rate * (min(R[j, b], rho + h * behind) + row[4])
-            furthest = rate * (R[j, b] + row[4])
-        total += speed
-        behind += furthest
-    return h * total
+
+    s: LaneScratch
+    pace: Pace
+    items: NDArray[np.int64]
+    intervals: Floats
+    asked: NDArray[np.int64]
+    order: NDArray[np.int64]
+    t: Floats
 
 
-@uncounted
-def _first_places(r: int) -> float:
-    """Where along the motion state r of the first ones is."""
-    return 0.0 if r == 0 else 1.0 if r == 1 else (0.5, 0.25, 0.75, 0.125, 0.625, 0.375)[r - 2]
+@compiled
+def bench_for(world: World) -> Bench:
+    """Arrays for one thread."""
+    bodies, total = len(world.arm.bodies), len(world.arm.bodies) + len(world.arm.pairs)
+    order = np.arange(total)
+    order[:bodies] = order[:bodies][::-1].copy()  # What is far from the base meets more.
+    return Bench(
+        lane_scratch_for(world.arm, world.kinematics.pose_lanes), Pace(world.motion, speeds_for(world.motion)),
+        np.empty(total * WIDTH * LEVELS, np.int64), np.empty((WIDTH * LEVELS, 4)), np.zeros(total, np.int64),
+        order, in_lanes(3),
+    )  # fmt: skip
 
 
 @uncounted
@@ -147,106 +142,260 @@ def state_along(kinematics: Kinematics, a: Floats, b: Floats, t: float, row: int
         kinematics.q[row, c] = a[c] + t * (b[c] - a[c])
 
 
+@inlined
+def pose_lanes_along(kinematics: Kinematics, a: Floats, b: Floats, t: Lanes) -> None:
+    """Link poses in lanes at shares t of the motion from a to b."""
+    q = seen(kinematics.q_lanes)
+    for c in range(len(a)):
+        q[c] = a[c] + t * (b[c] - a[c])
+    call_lanes(kinematics.lanes, kinematics.q_address, kinematics.pose_address)
+
+
+@inlined
+def _everything(world: World, bench: Bench) -> int:
+    """All bodies and pairs as items; how many."""
+    bodies, count = len(world.arm.bodies), 0
+    for k in range(bodies + len(world.arm.pairs)):
+        body = world.arm.bodies[min(k, bodies - 1)]
+        if k >= bodies or (len(world.around.pieces.rows) > 0 and body[3] > body[1]):
+            bench.items[count] = k
+            count += 1
+    return count
+
+
+@inlined
+def _claim(bench: Bench, waiting: int, used: int) -> None:
+    """Bits of the lanes that ask for each item: lane l holds interval waiting - 1 - l."""
+    lane = 0
+    while lane < used:
+        first, bits = int(bench.intervals[waiting - 1 - lane, 2]), 0
+        count = int(bench.intervals[waiting - 1 - lane, 3])
+        while lane < used and bench.intervals[waiting - 1 - lane, 2] == first:
+            bits |= 1 << lane
+            lane += 1
+        for i in range(first, first + count):
+            bench.asked[bench.items[i]] |= bits
+
+
+@inlined
+def _ask(world: World, k: int, h: Lanes, wanted: int, bench: Bench) -> int:
+    """Bits of `meets_around` or `meets_itself` for item k; its bounds go to the third lanes of `bench.t` (step 2)."""
+    arm, motion, speeds, s, places = world.arm, world.motion, bench.pace.speeds, bench.s, seen(bench.t)
+    bodies = len(arm.bodies)
+    if k < bodies:
+        way = way_of_body(arm, motion, speeds, k, -1, h, s) + ROUNDING
+        places[2] = way
+        return meets_around(arm, k, world.around, world.margin, way, wanted, bench.pace, h, True, s)
+    p, q, since = arm.pairs[k - bodies, 0], arm.pairs[k - bodies, 1], motion.common[k - bodies]
+    steady = speeds.steady[p, since + 1] + speeds.steady[q, since + 1]
+    wanted &= bodies_near(arm, p, q, world.margin, h * float(steady) + ROUNDING, s)
+    if wanted == 0:
+        return 0
+    way = way_of_body(arm, motion, speeds, p, since, h, s) + way_of_body(arm, motion, speeds, q, since, h, s) + ROUNDING
+    places[2] = way
+    wanted &= bodies_near(arm, p, q, world.margin, way, s)
+    if wanted == 0:
+        return 0
+    return meets_itself(arm, p, q, world.margin, way, wanted, bench.pace, since, h, True, s)
+
+
 @uncounted
-def prove(
-    arm: Arm, around: Surroundings, kinematics: Kinematics, motion: Motion, a: Floats, b: Floats, margin: float,
-    s: Scratch, rates: Floats, R: Floats, items: NDArray[np.int64], intervals: Floats,
-) -> tuple[int, float, int]:  # fmt: skip
-    """One motion of `prove_segments`, with arrays to work in.
+def _hot_meets(world: World, bench: Bench) -> int:
+    """Bits of the lanes in which an item that met something lately does so again; most collisions show here."""
+    arm, s, bodies, none = world.arm, bench.s, len(world.arm.bodies), lanes(0.0)
+    for r in range(min(HOT, len(bench.order))):
+        k = bench.order[r]
+        if bench.asked[k] == 0:
+            continue
+        if k < bodies:
+            found = meets_around(
+                arm, k, world.around, world.margin, none, int(bench.asked[k]), bench.pace, none, False, s
+            )
+        else:
+            p, q = arm.pairs[k - bodies, 0], arm.pairs[k - bodies, 1]
+            near = bodies_near(arm, p, q, world.margin, none, s) & int(bench.asked[k])
+            found = 0
+            if near != 0:
+                found = meets_itself(arm, p, q, world.margin, none, near, bench.pace, -1, none, False, s)
+        if found != 0:
+            return found >> WIDTH
+    return 0
+
+
+@inlined
+def _to_front(order: NDArray[np.int64], r: int) -> None:
+    """What stands at place r comes first."""
+    k = order[r]
+    for i in range(r, 0, -1):
+        order[i] = order[i - 1]
+    order[0] = k
+
+
+@inlined
+def _divide(bench: Bench, used: int, waiting: int, open: int) -> int:
+    """The parts of the intervals in which something is left, with it (step 4); how many wait then, -1 for no room.
 
     Args:
-        items: ((bodies + pairs) (LEVELS + 2),) what is left to prove in the intervals that wait.
-        intervals: (2 LEVELS, 4) middle, half length, where its items begin, how many.
+        used, waiting: how many intervals were looked at, how many wait.
+        open: bits of the lanes in which something is left.
     """
-    bodies, pairs = len(arm.bodies), len(arm.pairs)
-    for j in range(len(motion.joints)):
-        row = motion.joints[j]
-        rates[j] = abs(row[2] * (b[int(row[1])] - a[int(row[1])]))
-        for k in range(bodies):
-            R[j, k] = motion.reach[j, k]
-            for c in range(len(a)):
-                R[j, k] += motion.stretch[j, k, c] * max(abs(a[c]), abs(b[c]))
-    longest = 0.0
-    for k in range(bodies):
-        way = 0.0
-        for j in range(len(motion.joints)):
-            if motion.moves[j, k]:
-                way += rates[j] * (R[j, k] + motion.joints[j, 4] if motion.joints[j, 3] != 0.0 else 1.0)
-        longest = max(longest, way)
-    states = min(STATES, 2 + int(min(longest, 100.0) / FIRST_STEP))
-    for r in range(states):  # 1
-        state_along(kinematics, a, b, _first_places(r), r)
-    kinematics.rows[0] = states
-    call_kernel(kinematics.entry, kinematics.arguments, kinematics.number, kinematics.strides)
-    for r in range(states):
-        if collides(arm, kinematics.poses[r], around, margin, s):
-            return COLLIDING, _first_places(r), r + 1
-    count = 0
-    for k in range(bodies + pairs):
-        if k >= bodies or (len(around.pieces.rows) > 0 and arm.bodies[k, 3] > arm.bodies[k, 1]):
-            items[count] = k
-            count += 1
-    intervals[0, 0], intervals[0, 1], intervals[0, 2], intervals[0, 3] = 0.5, 0.5, 0.0, count
-    waiting, evaluations = 1 if count else 0, states
-    kinematics.rows[0] = 1
-    while waiting > 0:  # 2
-        waiting -= 1
-        t, h = intervals[waiting, 0], intervals[waiting, 1]
-        start, count = int(intervals[waiting, 2]), int(intervals[waiting, 3])
-        state_along(kinematics, a, b, t, 0)
-        call_kernel(kinematics.entry, kinematics.arguments, kinematics.number, kinematics.strides)
-        evaluations += 1
-        poses = kinematics.poses[0]
-        place_bodies(arm, poses, s)
-        left, widest = 0, 0.0
-        for i in range(start, start + count):
-            k = items[i]
-            if k < bodies:
-                M = bound(arm, motion, k, -1, rates, R, poses, h, s) + ROUNDING
-                enough = margin if M < WIDE else np.inf
-                gap = gap_around(arm, k, poses, around, margin + M, enough, s)
-            else:
-                p, q = arm.pairs[k - bodies, 0], arm.pairs[k - bodies, 1]
-                M = bound(arm, motion, p, q, rates, R, poses, h, s) + ROUNDING
-                M += bound(arm, motion, q, p, rates, R, poses, h, s)
-                enough = margin if M < WIDE else np.inf
-                gap = gap_between(arm, p, q, poses, margin + M, enough, s)
-            if gap >= margin + M:
-                continue
-            if gap <= margin:  # 3
-                return COLLIDING, t, evaluations
-            items[start + count + left] = k
-            left += 1
-            widest = max(widest, M)
-        if left == 0:
+    asked, items, intervals, total = bench.asked, bench.items, bench.intervals, len(bench.asked)
+    top = int(intervals[waiting - 1, 2] + intervals[waiting - 1, 3]) if waiting > 0 else 0
+    lanes_open = 0
+    for lane in range(used):
+        lanes_open += (open >> lane) & 1
+    ways = max(2, WIDTH // lanes_open)
+    if waiting + ways * lanes_open > len(intervals) or top + total * lanes_open > len(items):
+        return -1
+    places = seen(bench.t)
+    for lane in range(used - 1, -1, -1):
+        if (open >> lane) & 1 == 0:
             continue
-        if widest < TOUCH or waiting + 2 > LEVELS:
-            return TOUCHING, t, evaluations
-        for side in (1.0, -1.0):
-            intervals[waiting, 0], intervals[waiting, 1] = t + side * h / 2.0, h / 2.0
-            intervals[waiting, 2], intervals[waiting, 3] = start + count, left
+        first = top
+        for k in range(total):
+            if (asked[k] >> lane) & 1:
+                items[top] = k
+                top += 1
+        middle, half = get(places, 0, lane), get(places, 1, lane)
+        for part_of in range(ways - 1, -1, -1):
+            intervals[waiting, 0] = middle + half * ((2.0 * part_of + 1.0) / ways - 1.0)
+            intervals[waiting, 1] = half / ways
+            intervals[waiting, 2], intervals[waiting, 3] = first, top - first
             waiting += 1
-    return FREE, 1.0, evaluations
+    return waiting
+
+
+@inlined
+def _take_block(world: World, a: Floats, b: Floats, waiting: int, bench: Bench) -> int:
+    """Poses at the middles of the intervals on top, what is to be proved in them; how many they are (step 1)."""
+    intervals, places, used = bench.intervals, seen(bench.t), min(WIDTH, waiting)
+    for lane in range(WIDTH):
+        row = waiting - 1 - min(lane, used - 1)
+        put(places, 0, lane, intervals[row, 0])
+        put(places, 1, lane, intervals[row, 1])
+    pose_lanes_along(world.kinematics, a, b, places[0])
+    place_bodies_in_lanes(world.arm, bench.s)
+    _claim(bench, waiting, used)
+    return used
+
+
+@inlined
+def _ask_all(world: World, bench: Bench) -> tuple[int, int, bool]:
+    """Each item in the lanes that ask for it (step 2); `asked` becomes what is left.
+
+    Returns:
+        Bits of the lanes in which something is left, bits of those in which something meets, and whether what is left
+        is too narrow to be divided.
+    """
+    open, widest, places = 0, lanes(0.0), seen(bench.t)
+    for r in range(len(bench.order)):
+        k = bench.order[r]
+        if bench.asked[k] == 0:
+            continue
+        found = _ask(world, k, places[1], int(bench.asked[k]), bench)
+        bench.asked[k] = found & ALL
+        open |= found & ALL
+        if found >> WIDTH:
+            _to_front(bench.order, r)
+            return open, found >> WIDTH, False
+        if found != 0:
+            widest = where(places[2] > widest, places[2], widest)
+    return open, 0, lane_bits(widest < TOUCH) & open != 0
+
+
+@uncounted
+def prove(world: World, a: Floats, b: Floats, blocks: int, bench: Bench) -> tuple[int, float, int]:
+    """Whether the straight motion from a to b is free: code, where that shows (0..1), states looked at.
+
+    Args:
+        blocks: after which it ends with OPEN if it has not ended before.
+    """
+    count, waiting, states, intervals = _everything(world, bench), WIDTH, 0, bench.intervals
+    for lane in range(WIDTH):
+        intervals[lane, 0], intervals[lane, 1] = 1.0 - (lane + 0.5) / WIDTH, 0.5 / WIDTH
+        intervals[lane, 2], intervals[lane, 3] = 0, count
+    code, place = FREE, 1.0
+    while waiting > 0 and count > 0 and code == FREE:
+        if states == WIDTH * blocks:
+            code, place = OPEN, 0.0
+            break
+        used = _take_block(world, a, b, waiting, bench)  # 1
+        waiting -= used
+        meeting = _hot_meets(world, bench) if states == 0 else 0
+        if states == 0 and meeting == 0:
+            take_motion(world.motion, a, b, bench.pace.speeds)
+        states += WIDTH
+        open, narrow = meeting, False
+        if meeting == 0:
+            place_twists(world.motion, bench.pace.speeds, bench.s)
+            open, meeting, narrow = _ask_all(world, bench)  # 2
+        if meeting != 0:  # 3
+            code, place = COLLIDING, _first_place(bench.t, meeting)
+        elif open != 0:
+            waiting = -1 if narrow else _divide(bench, used, waiting, open)  # 4
+            if waiting < 0:
+                code, place = TOUCHING, _first_place(bench.t, open)
+        if open != 0:
+            bench.asked[:] = 0
+    return code, place, states
+
+
+@uncounted
+def _first_place(t: Floats, bits: int) -> float:
+    """The middle of the first interval of some."""
+    lane = 0
+    while (bits >> lane) & 1 == 0:
+        lane += 1
+    return t[lane]
 
 
 @compiled
 def prove_segments(
-    arm: Arm, around: Surroundings, kinematics: Kinematics, motion: Motion, A: Floats, B: Floats, margin: float,
-    code: NDArray[np.int64], t: Floats, evaluations: NDArray[np.int64],
+    world: World, A: Floats, B: Floats, code: NDArray[np.int64], t: Floats, evaluations: NDArray[np.int64]
 ) -> None:  # fmt: skip
-    """Whether straight motions of the joints keep more than a margin.
+    """Whether straight motions of the joints keep more than the margin.
 
     Args:
+        world: what is free.
         A, B: (m, n) where they begin and end.
-        margin: [m].
         code: (m,) out: FREE, COLLIDING or TOUCHING.
         t: (m,) out: where along the motion that shows, 0..1.
         evaluations: (m,) out: states that were looked at.
     """
-    s, total = scratch_for(arm), len(arm.bodies) + len(arm.pairs)
-    rates, R = np.empty(len(motion.joints)), np.empty(motion.reach.shape)
-    items, intervals = np.empty(total * (LEVELS + 2), np.int64), np.empty((2 * LEVELS, 4))
+    _prove_each(world, A, B, code, t, evaluations, bench_for(world))
+
+
+@uncounted
+def _prove_each(
+    world: World, A: Floats, B: Floats, code: NDArray[np.int64], t: Floats, evaluations: NDArray[np.int64], bench: Bench
+) -> None:  # fmt: skip
     for r in range(len(A)):
-        code[r], t[r], evaluations[r] = prove(
-            arm, around, kinematics, motion, A[r], B[r], margin, s, rates, R, items, intervals
-        )
+        code[r], t[r], evaluations[r] = prove(world, A[r], B[r], UNCOUNTED, bench)
+
+
+@uncounted
+def free_at(world: World, q: Floats, bench: Bench) -> bool:
+    """Whether one configuration keeps more than the margin."""
+    pose_lanes_along(world.kinematics, q, q, lanes(0.0))
+    return colliding_lanes(world.arm, world.around, world.margin, bench.pace, bench.s) == 0
+
+
+@compiled
+def collide(world: World, q: Floats, out: NDArray[np.bool_]) -> None:
+    """Whether each of (m, n) configurations brings the arm within the margin of its surroundings or of itself."""
+    _collide(world, q, out, bench_for(world))
+
+
+@uncounted
+def _collide(world: World, q: Floats, out: NDArray[np.bool_], bench: Bench) -> None:
+    kinematics = world.kinematics
+    lanes_in = seen(kinematics.q_lanes)
+    for first in range(0, len(q), WIDTH):
+        for lane in range(WIDTH):
+            row = min(first + lane, len(q) - 1)
+            for c in range(q.shape[1]):
+                put(lanes_in, c, lane, q[row, c])
+        call_lanes(kinematics.lanes, kinematics.q_address, kinematics.pose_address)
+        bits = colliding_lanes(world.arm, world.around, world.margin, bench.pace, bench.s)
+        for lane in range(min(WIDTH, len(q) - first)):
+            out[first + lane] = (bits >> lane) & 1 != 0

@@ -2,7 +2,7 @@
 
 1. The words for an expression lead to its tape: from the cache, or traced and reduced (`obtain`).
 2. The tape leads to the code of a part of the kernel: from the cache, if its canary sings, or compiled (`_made`).
-3. Batch entry and single entry must give the same bits: whichever comes second is held against the first.
+3. Batch entry, single entry and the one for lanes must give the same bits: each is held against another.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from mafsil.kernels import cache, identity, image, target
 from mafsil.kernels.cache import Entry, Store, TapeEntry
 from mafsil.kernels.call import CALL
 from mafsil.kernels.image import Image, Part
-from mafsil.kernels.layout import BATCH, SINGLE, Signature
+from mafsil.kernels.layout import BATCH, LANES, SINGLE, Signature
 from mafsil.kernels.provenance import Provenance
 from mafsil.kernels.target import Target
 from mafsil.lazy_module import lazily
@@ -64,7 +64,7 @@ class Order:
         """Key of the code of a part.
 
         Args:
-            part: BATCH, SINGLE or CALL.
+            part: BATCH, SINGLE, LANES or CALL.
             hash: of the tape.
         """
         return identity.object_key(part, "" if part == CALL else hash, self.signature, self.machine)
@@ -185,7 +185,7 @@ def _tape_text(order: Order, whole: Image) -> str:
 
 
 def _other_answers(order: Order, whole: Image, name: str) -> bytes | None:
-    """The answers of the other of batch and single entry to the canary, where they are known."""
+    """The answers of another entry to the canary, where they are known."""
     other = _OTHER.get(name, "")
     if not other:
         return None
@@ -200,7 +200,7 @@ def _load(order: Order, name: str, entry: Entry, *, cached: bool) -> Part | None
         return image.load(name, entry, order.signature, cached=cached)
 
 
-_OTHER = {BATCH: SINGLE, SINGLE: BATCH}
+_OTHER = {BATCH: SINGLE, SINGLE: BATCH, LANES: BATCH}
 _images: WeakValueDictionary[str, Image] = WeakValueDictionary()
 
 

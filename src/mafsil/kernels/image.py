@@ -13,13 +13,27 @@ from mafsil.arrays import Floats
 from mafsil.kernels import cost, elf, target
 from mafsil.kernels.cache import Entry, TapeEntry
 from mafsil.kernels.call import BIND, CALL
-from mafsil.kernels.layout import ALONE, BATCH, LOOP, SINGLE, Signature, contiguous_steps
+from mafsil.kernels.layout import (
+    ALONE,
+    BATCH,
+    LANE_COUNT,
+    LANES,
+    LOOP,
+    SINGLE,
+    Signature,
+    contiguous_steps,
+)
 from mafsil.kernels.provenance import Provenance, from_json
 from mafsil.kernels.small_batch import FEW, MOST, TO_LOOP, TO_SINGLE, most_rows
 from mafsil.kernels.target import Code
 
-CANARY_ROWS = 8
-ENTRIES = {BATCH: (BATCH, LOOP, ALONE), SINGLE: (SINGLE,), CALL: (CALL, BIND, FEW, TO_SINGLE, TO_LOOP, MOST)}
+CANARY_ROWS = LANE_COUNT
+ENTRIES = {
+    BATCH: (BATCH, LOOP, ALONE),
+    SINGLE: (SINGLE,),
+    LANES: (LANES,),
+    CALL: (CALL, BIND, FEW, TO_SINGLE, TO_LOOP, MOST),
+}
 """The parts of a kernel, named after their first entry, and the symbols of each."""
 
 
@@ -67,7 +81,7 @@ class Image:
         """A part of the code; compiled, or loaded from the cache, at its first use.
 
         Args:
-            name: BATCH, SINGLE or CALL.
+            name: BATCH, SINGLE, LANES or CALL.
         """
         if name not in self.parts:
             self._make(self, name)
@@ -150,7 +164,7 @@ def canary_outputs(part: Part | Code, name: str, signature: Signature, inputs: b
 
     Args:
         part: loaded code.
-        name: of the part: BATCH or SINGLE.
+        name: of the part: BATCH, SINGLE or LANES.
         signature: ports.
         inputs: as `canary_inputs`.
     """
@@ -158,6 +172,8 @@ def canary_outputs(part: Part | Code, name: str, signature: Signature, inputs: b
     found = [np.full((CANARY_ROWS, port.size), np.nan) for port in signature.outputs]
     if name == BATCH:
         _run_batch(part.addresses[LOOP], signature, [*given, *found])
+    elif name == LANES:
+        _run_lanes(part.addresses[LANES], given, found)
     else:
         call = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * len(signature.ports))(part.addresses[SINGLE])
         places = [(x.ctypes.data, x.shape[1] * 8) for x in (*given, *found)]
@@ -185,6 +201,22 @@ def _ports(numbers: Floats, signature: Signature, side: str) -> list[Floats]:
         views.append(numbers[start:stop].reshape(CANARY_ROWS, port.size))
         start = stop
     return views
+
+
+def _run_lanes(address: int, given: list[Floats], found: list[Floats]) -> None:
+    tiles = [_aligned(np.concatenate([x.T for x in given])), *(_aligned(x.T) for x in found)]
+    ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * len(tiles))(address)(*(tile.ctypes.data for tile in tiles))
+    for x, tile in zip(found, tiles[1:], strict=True):
+        x[:] = tile.T
+
+
+def _aligned(numbers: Floats) -> Floats:
+    """A copy that begins at a multiple of 64 bytes."""
+    room = np.empty(numbers.size + 8)
+    first = -(room.ctypes.data // 8) % 8
+    copy = room[first : first + numbers.size].reshape(numbers.shape)
+    copy[:] = numbers
+    return copy
 
 
 def _run_batch(address: int, signature: Signature, arrays: list[Floats]) -> None:

@@ -13,7 +13,7 @@ from mafsil.kernels.cache import Store
 from mafsil.kernels.call import BIND, CALL
 from mafsil.kernels.compiler import Order, obtain
 from mafsil.kernels.image import Image
-from mafsil.kernels.layout import BATCH, SINGLE, Signature
+from mafsil.kernels.layout import BATCH, LANES, SINGLE, Signature
 from mafsil.kernels.lazy import lazy
 from mafsil.kernels.provenance import Provenance
 from mafsil.kernels.streaming import STREAMED
@@ -48,6 +48,11 @@ class Addresses:
     def single(self) -> int:
         """One row: void (double *in0, ..., double *out0, ...)."""
         return self.image.part(SINGLE).addresses[SINGLE]
+
+    @property
+    def lanes(self) -> int:
+        """Eight rows side by side, element by element (`layout.LANES`): void (double *in, double *out0, ...)."""
+        return self.image.part(LANES).addresses[LANES]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -9,6 +9,11 @@ BATCH = "mafsil_batch"
 """Symbol of the batch entry, a gufunc inner loop: void (char **args, npy_intp *dims, npy_intp *steps, void *data)."""
 SINGLE = "mafsil_single"
 """Symbol of the single entry: void (double *in0, ..., double *out0, ...), one evaluation on contiguous ports."""
+LANES = "mafsil_lanes"
+"""Symbol of the entry for LANE_COUNT rows side by side: void (double *in, double *out0, ...), element e of row l at
+place e LANE_COUNT + l; the inputs lie one after another. Every array begins at a multiple of 64 bytes."""
+LANE_COUNT = 8
+"""Rows of the LANES entry, whatever the width of the processor's vectors."""
 LOOP = "mafsil_loop"
 """Symbol of the batch entry inside a standard floating-point environment, for NumPy."""
 ALONE = "mafsil_alone"

@@ -1,6 +1,7 @@
-"""A tape as LLVM IR: the batch entry (W rows at once), the single entry (one row, shortest way), or both in a module.
+"""A tape as LLVM IR: entries for batches, for one row, and for rows that are in lanes already, alone or in one module.
 
-A tape is a list of operations on numbers, each needing earlier ones. In C the single entry would be
+The batch entry takes W rows at once, the single entry one row by the shortest way. A tape is a list of operations on
+numbers, each needing earlier ones. In C the single entry would be
 `void single(const double *x0, ..., double *y0, ...) { double t5 = x0[1] * x0[2]; ... y0[0] = t9; }`; the batch entry
 does the same with W numbers in place of one (`<W x double>`), element e of W rows of the batch in the W lanes. Steps:
 
@@ -21,7 +22,7 @@ from __future__ import annotations
 from mafsil.errors import KernelError
 from mafsil.kernels.argument import huge_function, huge_value_function
 from mafsil.kernels.emitter import Text
-from mafsil.kernels.layout import ALONE, BATCH, SINGLE, Signature
+from mafsil.kernels.layout import ALONE, BATCH, LANE_COUNT, LANES, SINGLE, Signature
 from mafsil.kernels.program import Program
 from mafsil.kernels.rows import blocks
 from mafsil.kernels.segments import Segment, segments
@@ -40,7 +41,7 @@ def lower(tape: Tape, signature: Signature, target: Target, entries: tuple[str, 
         tape: the program, reduced or not.
         signature: its ports; sizes must be those of the tape.
         target: lanes, and whether products and sums may be fused.
-        entries: `mafsil_batch`, `mafsil_single` or both.
+        entries: which of `mafsil_batch`, `mafsil_single` and `mafsil_lanes`.
 
     Raises:
         KernelError: the ports do not fit the tape, or a tile not the stack.
@@ -49,7 +50,7 @@ def lower(tape: Tape, signature: Signature, target: Target, entries: tuple[str, 
     _check(tape, signature)
     # 2. to 5. for each entry.
     declared, lines = {"declare i64 @llvm.ctlz.i64(i64, i1)"}, [f'target triple = "{target.triple}"']
-    for name, body in ((BATCH, _batch), (SINGLE, _single)):
+    for name, body in ((BATCH, _batch), (SINGLE, _single), (LANES, _lanes)):
         if name in entries:
             found, text = body(tape, signature, target)
             declared |= found
@@ -67,7 +68,7 @@ def lower(tape: Tape, signature: Signature, target: Target, entries: tuple[str, 
         lines.append(huge)
     # LLVM would split vectors of 512 bits on processors where it thinks them slow; "no-builtins" keeps it from turning
     # loops into calls of memcpy, which nobody would link. The weights are those of `argument`: one in a million.
-    bits = 64 * target.lanes
+    bits = 64 * target.lanes  # The lanes of LANES are split where vectors are narrower.
     attributes = f'"min-legal-vector-width"="{bits}" "prefer-vector-width"="{bits}" "no-builtins" nounwind'
     weights = '!0 = !{!"branch_weights", i32 1, i32 1000000}'
     return "\n".join([*lines[:1], *sorted(declared), *lines[1:], f"attributes #0 = {{ {attributes} }}", weights, ""])
@@ -93,6 +94,14 @@ def _single(tape: Tape, signature: Signature, target: Target) -> tuple[set[str],
     gathered = _gathered(signature) if entry.functions else []
     head = f"define dso_local void @{SINGLE}({', '.join(_single_ports(signature))}) #0 {{"
     return entry.declared, [*entry.functions, head, "entry:", *gathered, *entry.lines, "}"]
+
+
+def _lanes(tape: Tape, signature: Signature, target: Target) -> tuple[set[str], list[str]]:
+    """Declarations and text of the entry for rows in lanes, and all it calls: nothing is transposed."""
+    ports = ", ".join(["ptr noalias %in", *_pointers("noalias %y", len(signature.outputs))])
+    entry = _Entry(tape, segments(tape), target, LANE_COUNT, ports, in_rows=False)
+    head = f"define dso_local void @{LANES}({ports}) #0 {{"
+    return entry.declared, [*entry.functions, head, "entry:", *entry.lines, "}"]
 
 
 def point(tape: Tape, signature: Signature, target: Target, name: str, *, inline: bool = False) -> str:
@@ -158,13 +167,21 @@ class _Entry:
         declared: declarations of the intrinsics in use.
     """
 
-    def __init__(self, tape: Tape, pieces: tuple[list[Segment], int], target: Target, width: int, ports: str) -> None:
+    def __init__(
+        self,
+        tape: Tape,
+        pieces: tuple[list[Segment], int],
+        target: Target,
+        width: int,
+        ports: str,
+        in_rows: bool = True,
+    ) -> None:
         self.functions: list[str] = []
         self.lines: list[str] = []
         self.declared: set[str] = set()
         # 3.
         found, cells = pieces
-        texts = [_emitted(tape, found, k, target, width) for k in range(len(found))]
+        texts = [_emitted(tape, found, k, target, width, in_rows) for k in range(len(found))]
         for text in texts:
             self.declared |= text.declared
         # 4.
@@ -188,20 +205,22 @@ class _Entry:
         self.lines.append("  ret void")
 
 
-def _emitted(tape: Tape, pieces: list[Segment], k: int, target: Target, width: int) -> Text:
+def _emitted(tape: Tape, pieces: list[Segment], k: int, target: Target, width: int, in_rows: bool) -> Text:
     """The text of piece k; the first also stores the outputs that are inputs or constants."""
     # Stack space is reserved in the entry block, whose lines are known last; the arithmetic begins in another one.
     text = Text(target.fma, target.rounding)
     text.do("br label %body")
     text.label("body")
-    _fill(tape, pieces[k], text, width, first=k == 0, only=len(pieces) == 1)
+    _fill(tape, pieces[k], text, width, first=k == 0, only=len(pieces) == 1, in_rows=in_rows)
     return text
 
 
-def _fill(tape: Tape, piece: Segment, text: Text, width: int, *, first: bool = True, only: bool = True) -> None:
+def _fill(
+    tape: Tape, piece: Segment, text: Text, width: int, *, first: bool = True, only: bool = True, in_rows: bool = True
+) -> None:  # fmt: skip
     """The arithmetic of a piece; `first` of the tape, the `only` one."""
     places = _places(tape)
-    program = Program(tape, piece, text, width)
+    program = Program(tape, piece, text, width, in_rows)
     # Outputs may overwrite inputs: a single piece on one row reads all of them first.
     if width == 1 and only:
         program.preload()

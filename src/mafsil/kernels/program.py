@@ -32,15 +32,17 @@ class Program:
     """Emits a segment into `text`.
 
     Inputs lie one after another at %in unless preloaded, values of other segments at %far. With several lanes the
-    outputs are written by blocks to rows at %rows0, %rows1, ...; with one lane every output port has its own pointer
-    %y0, %y1, ..., and independent expensive functions share a vector.
+    outputs are written by blocks to rows at %rows0, %rows1, ..., or stay lanes (`in_rows` is False); with one lane or
+    as lanes every output port has its own pointer %y0, %y1, .... On one lane independent expensive functions share a
+    vector.
     """
 
-    def __init__(self, tape: Tape, segment: Segment, text: Text, width: int) -> None:
+    def __init__(self, tape: Tape, segment: Segment, text: Text, width: int, in_rows: bool = True) -> None:
         self.tape = tape
         self.segment = segment
         self.text = text
         self.lanes = Lanes(text, width)
+        self.by_blocks = in_rows and width > 1
         self.first_in = _firsts(tape.input_sizes)
         self.names: dict[int, str] = {}
         self.masks: dict[int, str] = {}
@@ -59,8 +61,8 @@ class Program:
         """Emit all nodes; outputs and values for later segments are stored as soon as they are known.
 
         Args:
-            places: for every node, the (port, element) of the outputs that it is; with several lanes the segment's
-                blocks count instead.
+            places: for every node, the (port, element) of the outputs that it is; where outputs are written in blocks,
+                the segment's blocks count instead.
         """
         # 1.
         self.open_blocks()
@@ -88,7 +90,7 @@ class Program:
 
     def store(self, i: int, places: list[tuple[int, int]]) -> None:
         """Write node i to its places in the outputs, and to its memory cell."""
-        if self.lanes.width == 1:
+        if not self.by_blocks:
             for port, element in places:
                 self.lanes.store(self.value(i), f"%y{port}", element)
         for block in self.completes.get(i, ()):

@@ -35,7 +35,7 @@ def translate(part: str, program: str | None, signature: Signature, machine: Tar
     """LLVM IR of the module of a part.
 
     Args:
-        part: BATCH, SINGLE or CALL.
+        part: BATCH, SINGLE, LANES or CALL.
         program: text of the reduced tape; None for CALL, which does no arithmetic.
         signature: ports.
         machine: to compile for.

@@ -6,7 +6,6 @@ import numpy as np
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.collision import Checker
-from mafsil.collision.joints import joints_of
 from mafsil.messages import say
 
 UNBOUNDED = np.pi
@@ -30,13 +29,8 @@ def bounds_of(checker: Checker, ends: JointVector) -> tuple[Floats, Floats]:
 
     Coordinates that do not move the tip and have one value at all ends, such as those of a gripper, keep it.
     """
-    limits, mechanism = checker.robot.limits, checker.robot.mechanism
+    limits = checker.robot.limits
     lower = np.where(np.isfinite(limits.lower), limits.lower, ends.min(axis=0) - UNBOUNDED)
     upper = np.where(np.isfinite(limits.upper), limits.upper, ends.max(axis=0) + UNBOUNDED)
-    joints = joints_of(mechanism)
-    tips = [mechanism.link_names.index(tip) for tip in checker.tips]
-    moving = set(joints.column[joints.moves[:, tips].any(axis=1)].tolist())
-    for k in range(len(lower)):
-        if k not in moving and np.ptp(ends[:, k]) == 0.0:
-            lower[k] = upper[k] = ends[0, k]
-    return lower, upper
+    still = ~checker.moves_tip & (np.ptp(ends, axis=0) == 0.0)
+    return np.where(still, ends[0], lower), np.where(still, ends[0], upper)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from threading import local
 from time import perf_counter
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -16,7 +17,7 @@ from mafsil.geometry import Pose
 from mafsil.ik import inverse_kinematics
 from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
-from mafsil.planning.arm_limits import beyond_limits, bounds_of
+from mafsil.planning.arm_limits import UNBOUNDED, beyond_limits, bounds_of
 from mafsil.planning.arm_plan import ArmPlan
 from mafsil.planning.goal_region import GoalRegion
 from mafsil.planning.kept_planning import Kept, search_kept
@@ -30,6 +31,7 @@ from mafsil.planning.shortening import shortened
 
 if TYPE_CHECKING:
     import mafsil.planning.arm_search_loops as arm_search_loops
+    from mafsil.planning.arm_search_loops import Forests
 else:
     arm_search_loops = lazily("mafsil.planning.arm_search_loops")
 
@@ -40,6 +42,16 @@ FIRST_ROOM = 1024
 """Nodes of each side that there are arrays for at first."""
 SLICE = 512
 """Samples between two looks at the clock."""
+Searched: TypeAlias = tuple[JointVector | None, int, tuple[int, int, int]]
+"""Path, nodes, (edges looked at, proofs, states)."""
+
+
+class _OfThread(local):
+    def __init__(self) -> None:
+        self.forests: dict[int, Forests] = {}
+
+
+_OF_THREAD = _OfThread()
 
 
 def plan(
@@ -95,7 +107,7 @@ def plan(
         planner = LAZY
     checker = _checker(robot, scene, margin) if not isinstance(robot, ArmRoadmap) else robot.checker
     n = checker.robot.n
-    q = np.asarray(single("start", start, (n,)), dtype=np.float64)
+    q = np.array(single("start", start, (n,)))
     if planner not in PLANNERS and planner not in ARM_PLANNERS:
         raise InputError("input.choice", name="planner", value=planner, known=", ".join([*PLANNERS, *ARM_PLANNERS]))
     for name, number, least in (("seed", seed, 0), ("nodes", nodes, 1), ("shorten", shorten, 0)):
@@ -104,6 +116,10 @@ def plan(
     begun = perf_counter()
     # 1.
     goals = configurations_of(checker, goal, q)
+    if planner == "rrt_connect" and not keep and roadmap is None and len(goals):
+        path, made, seen = _search(checker, q, goals, seed, seconds, nodes, shorten)
+        if made:  # Else an end cannot be, which follows by name.
+            return _answer(checker, path, planner, made, seen, q, goals, begun)
     # 2.
     refused = _refused(checker, q, goals, planner, begun)
     if isinstance(refused, ArmPlan):
@@ -125,24 +141,21 @@ def plan(
     else:
         search = ARM_PLANNERS.get(planner, _general)
         path, made, seen = search(checker, (lower, upper), q, open_goals, planner, seed, seconds, nodes, shorten)
+    return _answer(checker, path, planner, made, seen, q, goals, begun, kept)
+
+
+def _answer(
+    checker: Checker, path: JointVector | None, planner: str, made: int, seen: tuple[int, int, int], q: JointVector,
+    goals: JointVector, begun: float, kept: Kept | None = None,
+) -> ArmPlan:  # fmt: skip
     status = PlanningStatus.NOT_FOUND if path is None else PlanningStatus.FOUND
     points = q[None] if path is None else path
-    reached = -1 if path is None else int(np.abs(goals - points[-1]).max(axis=1).argmin())
+    reached = -1 if path is None else 0 if len(goals) == 1 else int(np.abs(goals - points[-1]).max(axis=1).argmin())
+    looked_at, proofs, states = seen
+    seconds = perf_counter() - begun
     return ArmPlan(
-        status,
-        points,
-        planner,
-        seen[2],
-        seen[0],
-        made,
-        perf_counter() - begun,
-        "",
-        checker,
-        (),
-        seen[1],
-        reached,
-        kept,
-    )
+        status, points, planner, states, looked_at, made, seconds, "", checker, (), proofs, reached, kept
+    )  # fmt: skip
 
 
 def _checker(robot: RobotLike | Checker, scene: Scene | Iterable[Obstacle] | None, margin: float) -> Checker:
@@ -159,7 +172,7 @@ def configurations_of(checker: Checker, goal: ArrayLike | Pose | GoalRegion, sta
     typed = isinstance(goal, Pose)
     array = np.asarray(goal, dtype=np.float64)
     if not typed and array.ndim in (1, 2) and array.shape[-1] == n and not _looks_like_pose(array, n):
-        return np.atleast_2d(np.asarray(as_batch("goal", array, (n,), finite=True), dtype=np.float64))
+        return np.array(as_batch("goal", array, (n,), finite=True), ndmin=2)
     if array.ndim not in (2, 3) or array.shape[-2:] != (4, 4):
         raise InputError("planning.no_goal", n=n, got=array.shape)
     return _solutions(checker, array.reshape(-1, 4, 4), start)
@@ -219,41 +232,61 @@ def _not_kept(
     return found if found.any() else ended(PlanningStatus.GOAL_OFF, goals[0])
 
 
+def _search(
+    checker: Checker, q: JointVector, goals: JointVector, seed: int, seconds: float, nodes: int, shorten: int
+) -> Searched:  # fmt: skip
+    """RRT-Connect in slices: the clock and an interruption are looked at between them.
+
+    1. The first slice is one compiled call that also looks at the ends, tries straight motions and makes shortcuts.
+    2. Arrays double where they are full. The clock starts after the first slice: a first call ever also waits for the
+       compiler.
+    3. Shortcuts.
+
+    Returns:
+        None in place of the path if there is none, or if an end cannot be, which leaves no nodes.
+    """
+    loops, limits = arm_search_loops, checker.robot.limits
+    world, forests = checker.world(), _forests_for(len(q), len(goals))
+    bounds = np.empty((2, len(q)))
+    # 1.
+    between = loops.Limits(limits.lower.copy(), limits.upper.copy(), checker.moves_tip, UNBOUNDED)
+    samples = max(min(SLICE, nodes), 1)
+    code, path = loops.solve(world, between, q, goals, seed, STEP, samples, shorten, forests, bounds)
+    if code == loops.REFUSED:
+        return None, 0, (0, 0, 0)
+    made = int(forests.sizes[0] + forests.sizes[1])
+    if code == loops.JOINED:
+        return path, made, _counted(forests.seen)
+    # 2.
+    step, deadline = STEP * float(np.linalg.norm(bounds[1] - bounds[0])), perf_counter() + seconds
+    while code != loops.JOINED:
+        made = int(forests.sizes[:2].sum())
+        if made >= nodes or perf_counter() > deadline:
+            return None, made, _counted(forests.seen)
+        if code == loops.FULL:
+            forests = loops.doubled(forests)
+        code = loops.grow(world, bounds, step, max(min(SLICE, nodes - made), 1), forests)
+    # 3.
+    path = loops.shorten(world, forests.path[: forests.sizes[2]].copy(), shorten, forests.random, forests.seen)
+    return path, int(forests.sizes[:2].sum()), _counted(forests.seen)
+
+
+def _forests_for(n: int, goals: int) -> Forests:
+    """Arrays of this thread for a search, used again by the next one."""
+    known = _OF_THREAD.forests
+    if n not in known or known[n].q.shape[1] < goals + 2:
+        ends, random = np.zeros((goals, n)), np.zeros(1, np.uint64)
+        known[n] = arm_search_loops.forests_of(np.zeros(n), ends, FIRST_ROOM, random, np.zeros(3, np.int64))
+    return known[n]
+
+
 def _compiled(
     checker: Checker, bounds: tuple[Floats, Floats], q: JointVector, goals: JointVector, planner: str, seed: int,
     seconds: float, nodes: int, shorten: int,
-) -> tuple[JointVector | None, int, tuple[int, int, int]]:  # fmt: skip
-    """RRT-Connect in slices: the clock and an interruption are looked at between them.
-
-    1. A straight motion to a goal is the path where it is free.
-    2. Both sides grow; arrays double where they are full. The clock starts after the first slice: a first call ever
-       also waits for the compiler.
-    3. Shortcuts.
-    """
-    world, (lower, upper) = checker.world(), bounds
-    seen, random = np.zeros(3, np.int64), np.array([seed], np.uint64)
-    order = np.argsort(np.linalg.norm(goals - q, axis=1), kind="stable")
-    # 1.
-    straight = arm_search_loops.first_free(world, q, goals[order], seen)
-    if straight >= 0:
-        return np.stack([q, goals[order[straight]]]), 2, _counted(seen)
-    # 2.
-    forests = arm_search_loops.forests_of(q, goals, FIRST_ROOM, random, seen)
-    step = STEP * float(np.linalg.norm(upper - lower))
-    deadline, made = np.inf, 0
-    while (
-        code := arm_search_loops.grow(world, lower, upper, step, max(min(SLICE, nodes - made), 1), forests)
-    ) != arm_search_loops.JOINED:
-        made = int(forests.sizes[:2].sum())
-        deadline = min(deadline, perf_counter() + seconds)
-        if made >= nodes or perf_counter() > deadline:
-            return None, made, _counted(seen)
-        if code == arm_search_loops.FULL:
-            forests = arm_search_loops.doubled(forests)
-    # 3.
-    path = forests.path[: forests.sizes[2]].copy()
-    path = arm_search_loops.shorten(world, path, shorten, random, seen)
-    return path, int(forests.sizes[:2].sum()), _counted(seen)
+) -> Searched:  # fmt: skip
+    """As every search of `ARM_PLANNERS`."""
+    del bounds, planner
+    return _search(checker, q, goals, seed, seconds, nodes, shorten)
 
 
 def _counted(seen: Floats | np.ndarray[tuple[int, ...], np.dtype[np.int64]]) -> tuple[int, int, int]:
@@ -264,7 +297,7 @@ def _counted(seen: Floats | np.ndarray[tuple[int, ...], np.dtype[np.int64]]) -> 
 def _general(
     checker: Checker, bounds: tuple[Floats, Floats], q: JointVector, goals: JointVector, planner: str, seed: int,
     seconds: float, nodes: int, shorten: int,
-) -> tuple[JointVector | None, int, tuple[int, int, int]]:  # fmt: skip
+) -> Searched:  # fmt: skip
     """Any planner of `PLANNERS`; each segment is proved."""
     problem = Problem(*bounds, checker.free, checker.free_segment)
     rng = np.random.default_rng(seed)
@@ -278,7 +311,7 @@ def _general(
 def _optimising(
     checker: Checker, bounds: tuple[Floats, Floats], q: JointVector, goals: JointVector, planner: str, seed: int,
     seconds: float, nodes: int, shorten: int,
-) -> tuple[JointVector | None, int, tuple[int, int, int]]:  # fmt: skip
+) -> Searched:  # fmt: skip
     """Straight lines bent by the gradients of distances until they are free; nodes are steps."""
     del planner, shorten
     path, made = optimise_from_straight(checker, bounds, q, goals, seed, seconds, nodes)
@@ -288,7 +321,7 @@ def _optimising(
 def _lazy_prm_star(
     checker: Checker, bounds: tuple[Floats, Floats], q: JointVector, goals: JointVector, planner: str, seed: int,
     seconds: float, nodes: int, shorten: int,
-) -> tuple[JointVector | None, int, tuple[int, int, int]]:  # fmt: skip
+) -> Searched:  # fmt: skip
     """A first path by RRT-Connect, then a roadmap where a shorter one can pass, until the budget ends."""
     begun = perf_counter()
     first, made, seen = _compiled(checker, bounds, q, goals, planner, seed, seconds, nodes, shorten)
@@ -303,7 +336,7 @@ def _lazy_prm_star(
 def _asked(
     roadmap: ArmRoadmap, bounds: tuple[Floats, Floats], q: JointVector, goals: JointVector, seconds: float, nodes: int,
     first: JointVector | None = None,
-) -> tuple[JointVector | None, int, tuple[int, int, int]]:  # fmt: skip
+) -> Searched:  # fmt: skip
     """A roadmap's answer, with its nodes and what was looked at for it."""
     before = roadmap.seen
     path = roadmap.path(q, goals, seconds=seconds, nodes=nodes, first=first, bounds=bounds)
@@ -312,8 +345,7 @@ def _asked(
 
 
 ArmSearch: TypeAlias = Callable[
-    [Checker, tuple[Floats, Floats], JointVector, JointVector, str, int, float, int, int],
-    tuple[JointVector | None, int, tuple[int, int, int]],
+    [Checker, tuple[Floats, Floats], JointVector, JointVector, str, int, float, int, int], Searched
 ]
 """(checker, bounds, start, goals, name, seed, seconds, nodes, shorten) -> path, nodes, (edges, proofs, states)."""
 ARM_PLANNERS: dict[str, ArmSearch] = {

@@ -1,8 +1,8 @@
 """RRT-Connect of an arm in a scene, compiled: two forests, edges looked at when they grow and proved when they count.
 
-A proof that a motion is free at every moment costs as much as many states. So an edge is first only looked at, at
-states LOOK apart; when start and goal are joined, the edges of that path are proved, and one that cannot be is cut off
-with all that grew from it.
+A proof that a motion is free at every moment can take many states where it passes near something. So an edge is first
+given the beginning of a proof; when start and goal are joined, the edges of that path that are not proved yet are, and
+one that cannot be is cut off with all that grew from it.
 """
 
 from __future__ import annotations
@@ -13,17 +13,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.collision.arm_loops import Arm, Scratch, collides, scratch_for
-from mafsil.collision.segment_loops import FREE, LEVELS, STATES, Motion, World, prove, state_along
-from mafsil.solvers.kernel_loops import call_kernel
-from mafsil.solvers.loops import compiled, uncounted
+from mafsil.collision.segment_loops import FREE, OPEN, Bench, World, bench_for, free_at, prove
+from mafsil.solvers.loops import compiled, inlined, uncounted
 
-LOOK = 0.1
-"""Largest change of a coordinate between two states of an edge that are looked at [rad | m]."""
-JOINED, GROWING, FULL = range(3)
+LOOK = 8
+"""Blocks of a proof, of eight intervals each, that an edge is worth while it is not known whether it counts."""
+PROOF = 256
+"""Blocks that a motion of a path is worth; one that takes more passes something so closely that another is sought."""
+JOINED, GROWING, FULL, REFUSED = range(4)
 ROOT, CUT = -1, -2
 LOOKED_AT, PROVED, STATES_SEEN = range(3)
 """Places in `Forests.seen`: edges looked at, edges proved or tried to be, states."""
+
+
+class Limits(NamedTuple):
+    """Between which configurations a search goes.
+
+    Attributes:
+        lower, upper: (n,) of the coordinates; infinite where there are none.
+        moves: (n,) whether a coordinate moves the tip.
+        around: how far beyond start and goals one without limits is searched [rad | m].
+    """
+
+    lower: Floats
+    upper: Floats
+    moves: NDArray[np.bool_]
+    around: float
 
 
 class Forests(NamedTuple):
@@ -65,16 +80,6 @@ def doubled(forests: Forests) -> Forests:
     return forests._replace(q=q, parent=parent, proved=proved, path=np.empty((2 * q.shape[1], q.shape[2])))
 
 
-class Bench(NamedTuple):
-    """Arrays that proofs work in; `bench_for` makes them."""
-
-    s: Scratch
-    rates: Floats
-    R: Floats
-    items: NDArray[np.int64]
-    intervals: Floats
-
-
 @uncounted
 def draw(random: NDArray[np.uint64]) -> float:
     """The next number of [0, 1), by splitmix64."""
@@ -87,40 +92,26 @@ def draw(random: NDArray[np.uint64]) -> float:
 
 
 @uncounted
-def looks_free(world: World, a: Floats, b: Floats, bench: Bench, seen: NDArray[np.int64]) -> bool:
-    """Whether the states of a motion that are looked at are free, its end included, its start not.
-
-    1. States LOOK apart, in blocks that each span the whole motion: what is in the way shows early.
-    2. A block's poses are one call of the kernel.
-    """
-    kinematics = world.kinematics
-    widest = 0.0
-    for c in range(len(a)):
-        widest = max(widest, abs(b[c] - a[c]))
-    blocks = int(np.ceil(widest / (LOOK * STATES)))
-    blocks = max(blocks, 1)
-    steps = blocks * STATES
-    kinematics.rows[0] = STATES
+def look(world: World, a: Floats, b: Floats, bench: Bench, seen: NDArray[np.int64]) -> int:
+    """What the first blocks of a proof say of a motion: FREE, OPEN, or that it is not free."""
     seen[LOOKED_AT] += 1
-    for block in range(blocks):
-        for r in range(STATES):  # 1
-            state_along(kinematics, a, b, (r * blocks + blocks - block) / steps, r)
-        call_kernel(kinematics.entry, kinematics.arguments, kinematics.number, kinematics.strides)  # 2
-        for r in range(STATES - 1, -1, -1):
-            seen[STATES_SEEN] += 1
-            if collides(world.arm, kinematics.poses[r], world.around, world.margin, bench.s):
-                return False
-    return True
+    code, _, states = prove(world, a, b, LOOK, bench)
+    seen[STATES_SEEN] += states
+    return code
+
+
+@uncounted
+def looks_free(world: World, a: Floats, b: Floats, bench: Bench, seen: NDArray[np.int64]) -> bool:
+    """Whether the first blocks of a proof leave it possible that a motion is free."""
+    code = look(world, a, b, bench, seen)
+    return code in (FREE, OPEN)
 
 
 @uncounted
 def proves_free(world: World, a: Floats, b: Floats, bench: Bench, seen: NDArray[np.int64]) -> bool:
     """Whether a motion is proved free."""
     seen[PROVED] += 1
-    code, _, states = prove(
-        world.arm, world.around, world.kinematics, world.motion, a, b, world.margin,
-        bench.s, bench.rates, bench.R, bench.items, bench.intervals,
-    )  # fmt: skip
+    code, _, states = prove(world, a, b, PROOF, bench)
     seen[STATES_SEEN] += states
     return code == FREE
 
@@ -151,12 +142,12 @@ def _towards(a: Floats, b: Floats, step: float, out: Floats) -> bool:
 
 
 @uncounted
-def add(forests: Forests, side: int, q: Floats, parent: int) -> int:
-    """A node more; its index."""
+def add(forests: Forests, side: int, q: Floats, parent: int, proved: bool) -> int:
+    """A node more, with whether the motion to it is proved; its index."""
     k = forests.sizes[side]
     for c in range(len(q)):
         forests.q[side, k, c] = q[c]
-    forests.parent[side, k], forests.proved[side, k] = parent, False
+    forests.parent[side, k], forests.proved[side, k] = parent, proved
     forests.sizes[side] = k + 1
     return k
 
@@ -207,26 +198,12 @@ def write_path(forests: Forests, at_start: int, at_goal: int) -> None:
 
 
 @compiled
-def bench_for(arm: Arm, motion: Motion) -> Bench:
-    """Arrays that proofs work in."""
-    total = len(arm.bodies) + len(arm.pairs)
-    return Bench(
-        scratch_for(arm), np.empty(len(motion.joints)), np.empty(motion.reach.shape),
-        np.empty(total * (LEVELS + 2), np.int64), np.empty((2 * LEVELS, 4)),
-    )  # fmt: skip
-
-
-@compiled
-def grow(world: World, lower: Floats, upper: Floats, step: float, iterations: int, forests: Forests) -> int:
+def grow(world: World, bounds: Floats, step: float, iterations: int, forests: Forests) -> int:
     """Both sides grow until a path of proved motions joins start and goal: JOINED, GROWING, or FULL.
-
-    1. The side with fewer nodes goes one step towards a sample, from its nearest node.
-    2. The other side goes step by step towards the new node, as far as it looks free.
-    3. If it arrives, the edges of the path are proved; one that cannot be is cut off, and growing goes on.
 
     Args:
         world: what is free.
-        lower, upper: (n,) of the samples.
+        bounds: (2, n) lowest and highest coordinates of the samples.
         step: longest edge.
         iterations: samples before it comes back.
         forests: the roots stand in them.
@@ -234,8 +211,20 @@ def grow(world: World, lower: Floats, upper: Floats, step: float, iterations: in
     Reference:
         J. Kuffner, S. LaValle, RRT-Connect, ICRA 2000. R. Bohlin, L. Kavraki, Path planning using lazy PRM, ICRA 2000.
     """
-    bench, n = bench_for(world.arm, world.motion), len(lower)
-    sample, new, further = np.empty(n), np.empty(n), np.empty(n)
+    return _grow(world, bounds, step, iterations, forests, np.empty((3, bounds.shape[1])), bench_for(world))
+
+
+@uncounted
+def _grow(
+    world: World, bounds: Floats, step: float, iterations: int, forests: Forests, rows: Floats, bench: Bench
+) -> int:  # fmt: skip
+    """As `grow`, with arrays to work in.
+
+    1. The side with fewer nodes goes one step towards a sample, from its nearest node.
+    2. The other side goes step by step towards the new node, as far as it looks free.
+    3. If it arrives, the edges of the path are proved; one that cannot be is cut off, and growing goes on.
+    """
+    sample, new, further, n = rows[0], rows[1], rows[2], bounds.shape[1]
     most = forests.q.shape[1]
     for _ in range(iterations):
         ours = 0 if forests.sizes[0] <= forests.sizes[1] else 1
@@ -243,19 +232,21 @@ def grow(world: World, lower: Floats, upper: Floats, step: float, iterations: in
         if max(forests.sizes[0], forests.sizes[1]) + 1 >= most:
             return FULL
         for c in range(n):  # 1
-            sample[c] = lower[c] + draw(forests.random) * (upper[c] - lower[c])
+            sample[c] = bounds[0, c] + draw(forests.random) * (bounds[1, c] - bounds[0, c])
         near = nearest(forests, ours, sample)
         _towards(forests.q[ours, near], sample, step, new)
-        if not looks_free(world, forests.q[ours, near], new, bench, forests.seen):
+        code = look(world, forests.q[ours, near], new, bench, forests.seen)
+        if code not in (FREE, OPEN):
             continue
-        mine = add(forests, ours, new, near)
+        mine = add(forests, ours, new, near, code == FREE)
         other, arrived = nearest(forests, theirs, new), False  # 2
         while not arrived and forests.sizes[theirs] < most:
             arrived = _towards(forests.q[theirs, other], new, step, further)
-            if not looks_free(world, forests.q[theirs, other], further, bench, forests.seen):
+            code = look(world, forests.q[theirs, other], further, bench, forests.seen)
+            if code not in (FREE, OPEN):
                 arrived = False
                 break
-            other = add(forests, theirs, further, other)
+            other = add(forests, theirs, further, other, code == FREE)
         if not arrived:
             continue
         at_start, at_goal = (mine, other) if ours == 0 else (other, mine)  # 3
@@ -274,21 +265,6 @@ def apart(a: Floats, b: Floats) -> float:
     return np.sqrt(total)
 
 
-@uncounted
-def _free(world: World, a: Floats, b: Floats, bench: Bench, seen: NDArray[np.int64]) -> bool:
-    return looks_free(world, a, b, bench, seen) and proves_free(world, a, b, bench, seen)
-
-
-@compiled
-def first_free(world: World, start: Floats, goals: Floats, seen: NDArray[np.int64]) -> int:
-    """The first of (k, n) goals to which the straight motion is proved free; -1 if none is."""
-    bench = bench_for(world.arm, world.motion)
-    for k in range(len(goals)):
-        if _free(world, start, goals[k], bench, seen):
-            return k
-    return -1
-
-
 @compiled
 def shorten(world: World, path: Floats, tries: int, random: NDArray[np.uint64], seen: NDArray[np.int64]) -> Floats:
     """A path of proved motions, made shorter by proved motions.
@@ -305,7 +281,7 @@ def shorten(world: World, path: Floats, tries: int, random: NDArray[np.uint64], 
         random: (1,) state of the source of samples.
         seen: (3,) counts.
     """
-    bench = bench_for(world.arm, world.motion)
+    bench = bench_for(world)
     rows, lengths = np.empty((len(path) + 2 * tries, path.shape[1])), np.empty(len(path) + 2 * tries)
     ends = np.empty((2, path.shape[1]))
     rows[: len(path)] = path
@@ -326,7 +302,7 @@ def _leave_out_corners(world: World, rows: Floats, count: int, bench: Bench, see
     k = 0
     while k + 2 < count:
         j = count - 1
-        while j > k + 1 and not _free(world, rows[k], rows[j], bench, seen):
+        while j > k + 1 and not proves_free(world, rows[k], rows[j], bench, seen):
             j -= 1
         gone = j - k - 1
         for i in range(k + 1, count - gone):
@@ -366,7 +342,7 @@ def _cut_short(
         if i == j:
             continue
         away = apart(first, second)
-        if away >= (t - s) * (1.0 - 1e-9) or not _free(world, first, second, bench, seen):
+        if away >= (t - s) * (1.0 - 1e-9) or not proves_free(world, first, second, bench, seen):
             continue
         if careful and not proves_free(world, rows[i], first, bench, seen):
             continue
@@ -395,3 +371,101 @@ def place_on(rows: Floats, lengths: Floats, count: int, s: float, out: Floats) -
     for c in range(len(out)):
         out[c] = rows[k, c] + share * (rows[k + 1, c] - rows[k, c])
     return k
+
+
+@uncounted
+def bounds_around(limits: Limits, start: Floats, goals: Floats, bounds: Floats) -> None:
+    """Lowest and highest coordinates of samples, (2, n), out.
+
+    Coordinates that do not move the tip and have one value at all ends, such as those of a gripper, keep it.
+    """
+    for c in range(len(start)):
+        low, high = start[c], start[c]
+        for k in range(len(goals)):
+            low, high = min(low, goals[k, c]), max(high, goals[k, c])
+        bounds[0, c] = limits.lower[c] if limits.lower[c] > -np.inf else low - limits.around
+        bounds[1, c] = limits.upper[c] if limits.upper[c] < np.inf else high + limits.around
+        if not limits.moves[c] and low == high:
+            bounds[0, c], bounds[1, c] = low, low
+
+
+@uncounted
+def _is_open(world: World, limits: Limits, q: Floats, bench: Bench) -> bool:
+    """Whether a configuration is within the limits and keeps more than the margin."""
+    for c in range(len(q)):
+        if not limits.lower[c] <= q[c] <= limits.upper[c]:
+            return False
+    return free_at(world, q, bench)
+
+
+@inlined
+def _copy(row: Floats, to: Floats) -> None:
+    for c in range(len(row)):
+        to[c] = row[c]
+
+
+@uncounted
+def _begin(
+    world: World, limits: Limits, start: Floats, goals: Floats, seed: int, forests: Forests, bounds: Floats,
+    bench: Bench,
+) -> int:  # fmt: skip
+    """Steps 1 and 2 of `solve`: REFUSED, JOINED or GROWING."""
+    forests.sizes[0], forests.sizes[1], forests.sizes[2] = 0, 0, 0
+    if not _is_open(world, limits, start, bench):
+        return REFUSED
+    roots, count = forests.q[1], 0
+    for k in range(len(goals)):  # 1
+        if not _is_open(world, limits, goals[k], bench):
+            continue
+        place, away = count, apart(start, goals[k])
+        while place > 0 and apart(start, roots[place - 1]) > away:
+            _copy(roots[place - 1], roots[place])
+            place -= 1
+        _copy(goals[k], roots[place])
+        count += 1
+    if count == 0:
+        return REFUSED
+    _copy(start, forests.q[0, 0])
+    forests.parent[:, :count] = ROOT
+    forests.sizes[0], forests.sizes[1], forests.sizes[2] = 1, count, 0
+    forests.random[0] = seed
+    forests.seen[:] = 0
+    bounds_around(limits, start, roots[:count], bounds)
+    for k in range(count):  # 2
+        if proves_free(world, start, roots[k], bench, forests.seen):
+            _copy(start, forests.path[0])
+            _copy(roots[k], forests.path[1])
+            forests.sizes[2] = 2
+            return JOINED
+    return GROWING
+
+
+@compiled
+def solve(
+    world: World, limits: Limits, start: Floats, goals: Floats, seed: int, share: float, samples: int, tries: int,
+    forests: Forests, bounds: Floats,
+) -> tuple[int, Floats]:  # fmt: skip
+    """A whole question in one call: how it stands, and the path if there is one.
+
+    1. Start and goals are looked at; without a start or a goal that is open it is REFUSED. Goals are roots, nearest
+       first.
+    2. A straight motion to a goal is the path where it is free.
+    3. Both sides grow; if that does not join them, the forests hold what to go on from.
+    4. Shortcuts.
+
+    Args:
+        world, limits: what is free.
+        start, goals: (n,), (k, n).
+        seed: of the samples.
+        share: longest edge, as share of the diagonal of the bounds.
+        samples: before it comes back.
+        tries: shortcuts that are tried.
+        forests: with place for two nodes more than there are goals.
+        bounds: (2, n) out: between which it samples.
+    """
+    bench = bench_for(world)
+    code = _begin(world, limits, start, goals, seed, forests, bounds, bench)
+    if code == GROWING:  # 3
+        code = grow(world, bounds, share * apart(bounds[0], bounds[1]), samples, forests)
+    path = forests.path[: forests.sizes[2] if code == JOINED else 0].copy()
+    return code, shorten(world, path, tries, forests.random, forests.seen) if len(path) > 2 and tries > 0 else path

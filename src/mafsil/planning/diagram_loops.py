@@ -1,8 +1,8 @@
 """The coordination diagram of two arms on their paths, compiled: cells proved free or full, the quickest way through.
 
 A cell is a piece of one path times a piece of the other. At its middle every pair of bodies of different arms is asked
-how near it is; over the whole cell that changes by no more than the bound M of `collision.segment_loops`, for the bound
-holds wherever each coordinate stays within its own half range, not on the diagonal alone:
+how near it is; over the whole cell that changes by no more than M (`bound`), which holds wherever each coordinate stays
+within its own half range, not on the diagonal alone:
 
 1. further apart than the margin and M: the pair is proved free for the whole cell; most pairs are by the balls around
    them and the longest ways that they can go in the cell;
@@ -17,8 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.collision.arm_loops import Scratch, gap_between, just_above, place_bodies, scratch_for
-from mafsil.collision.segment_loops import ROUNDING, World, bound
+from mafsil.collision.arm_loops import Arm, Scratch, gap_between, just_above, place_bodies, scratch_for
+from mafsil.collision.segment_loops import World
+from mafsil.collision.speed_loops import ROUNDING, Motion
 from mafsil.solvers.kernel_loops import call_kernel
 from mafsil.solvers.loops import compiled, uncounted
 
@@ -40,6 +41,45 @@ def _state(world: World, A: Floats, i: int, s: float, B: Floats, j: int, t: floa
         kinematics.q[0, c] = first + second
     kinematics.rows[0] = 1
     call_kernel(kinematics.entry, kinematics.arguments, kinematics.number, kinematics.strides)
+
+
+@uncounted
+def bound(
+    arm: Arm, motion: Motion, b: int, other: int, rates: Floats, R: Floats, poses: Floats, h: float, s: Scratch
+) -> float:  # fmt: skip
+    """M of body b by the joints that do not move the other one (-1: by all), each within its own half range.
+
+    M = h sum_j |dq_j| min(R_j, rho_j + h D_j): rho_j is how far the ball around the body reaches from axis j at the
+    middle, D_j the speed that joints behind j give it, R_j its reach from the axis at any configuration; a sliding
+    joint adds |dq_j| itself.
+
+    Args:
+        rates: (j,) |dq| of each joint.
+        R: (j, b) reaches for this motion.
+        poses: of the links at the middle.
+    """
+    ball, behind, total = s.balls[b], 0.0, 0.0
+    for j in range(len(motion.joints) - 1, -1, -1):
+        rate = rates[j]
+        if rate == 0.0 or not motion.moves[j, b] or (other >= 0 and motion.moves[j, other]):
+            continue
+        row = motion.joints[j]
+        if row[3] == 0.0:
+            speed = rate
+            furthest = rate
+        else:
+            T = poses[int(row[0])]
+            ux = T[0, 0] * row[5] + T[0, 1] * row[6] + T[0, 2] * row[7]
+            uy = T[1, 0] * row[5] + T[1, 1] * row[6] + T[1, 2] * row[7]
+            uz = T[2, 0] * row[5] + T[2, 1] * row[6] + T[2, 2] * row[7]
+            dx, dy, dz = ball[0] - T[0, 3], ball[1] - T[1, 3], ball[2] - T[2, 3]
+            cx, cy, cz = uy * dz - uz * dy, uz * dx - ux * dz, ux * dy - uy * dx
+            rho = np.sqrt(cx * cx + cy * cy + cz * cz) + ball[3]
+            speed = rate * (min(R[j, b], rho + h * behind) + row[4])
+            furthest = rate * (R[j, b] + row[4])
+        total += speed
+        behind += furthest
+    return h * total
 
 
 @uncounted

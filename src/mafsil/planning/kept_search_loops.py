@@ -11,16 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.collision.segment_loops import World
+from mafsil.collision.segment_loops import Bench, World, bench_for
 from mafsil.planning.arm_search_loops import (
     FULL,
     GROWING,
     JOINED,
-    Bench,
     Forests,
     add,
     apart,
-    bench_for,
     draw,
     looks_free,
     nearest,
@@ -116,7 +114,7 @@ def grow_kept(
     Reference:
         D. Berenson, S. Srinivasa, J. Kuffner, Task space regions, IJRR 30(12), 2011 (CBiRRT2).
     """
-    bench, sheet, n = bench_for(world.arm, world.motion), sheet_for(kept), len(lower)
+    bench, sheet, n = bench_for(world), sheet_for(kept), len(lower)
     sample, rows = np.empty(n), np.empty((CHAIN, n))
     most = forests.q.shape[1]
     for _ in range(iterations):
@@ -133,14 +131,14 @@ def grow_kept(
         if count == 0:
             continue
         for k in range(count):
-            mine = add(forests, ours, rows[k], mine)
+            mine = add(forests, ours, rows[k], mine, False)
         goal = forests.q[ours, mine]
         other = nearest(forests, theirs, goal)  # 2
         count, arrived = steer(
             world, kept, slack, forests.q[theirs, other], goal, True, step, np.inf, rows, bench, sheet, forests.seen
         )
         for k in range(count):
-            other = add(forests, theirs, rows[k], other)
+            other = add(forests, theirs, rows[k], other, False)
         if not arrived:
             continue
         at_start, at_goal = (mine, other) if ours == 0 else (other, mine)  # 3
@@ -171,7 +169,7 @@ def steered(
     world: World, kept: Kept, slack: float, a: Floats, goals: Floats, step: float, seen: NDArray[np.int64]
 ) -> Floats:
     """A proved chain (m, n) steered from a to the first of (k, n) goals that it reaches; empty if to none."""
-    bench, sheet, rows = bench_for(world.arm, world.motion), sheet_for(kept), np.empty((CHAIN, len(a)))
+    bench, sheet, rows = bench_for(world), sheet_for(kept), np.empty((CHAIN, len(a)))
     for k in range(len(goals)):
         count, arrived = steer(world, kept, slack, a, goals[k], True, step, np.inf, rows, bench, sheet, seen)
         if arrived and _chain_is_proved(world, a, rows, count, bench, seen):
@@ -194,7 +192,7 @@ def shorten_kept(
         random: (1,) state of the source of samples.
         seen: (3,) counts.
     """
-    bench, sheet, n = bench_for(world.arm, world.motion), sheet_for(kept), path.shape[1]
+    bench, sheet, n = bench_for(world), sheet_for(kept), path.shape[1]
     rows, now = np.empty((CHAIN, n)), path.copy()
     for _ in range(tries):
         if len(now) < 3:

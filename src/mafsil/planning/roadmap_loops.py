@@ -16,10 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.collision.arm_loops import collides
-from mafsil.collision.segment_loops import World, state_along
-from mafsil.planning.arm_search_loops import Bench, apart, bench_for, draw, looks_free, proves_free
-from mafsil.solvers.kernel_loops import call_kernel
+from mafsil.collision.segment_loops import Bench, World, bench_for, free_at
+from mafsil.planning.arm_search_loops import apart, draw, looks_free, proves_free
 from mafsil.solvers.loops import compiled, uncounted
 
 UNKNOWN, LOOKS_FREE, PROVED, BLOCKED = range(4)
@@ -134,7 +132,7 @@ def grow_roadmap(
     Sampling heuristics for optimal motion planning in high dimensions, IROS 2011.
     """
     start, goal = (best[0], best[-1]) if len(best) > 0 else (lower, lower)
-    bench, n, kinematics = bench_for(world.arm, world.motion), len(lower), world.kinematics
+    bench, n = bench_for(world), len(lower)
     q, x, away, order = np.empty(n), np.empty(n), np.empty(joined), np.empty(joined, np.int64)
     across, apart_by, volume, moving = 0.0, apart(start, goal), 1.0, 0
     for c in range(n):
@@ -171,11 +169,8 @@ def grow_roadmap(
             inside = inside and lower[c] <= q[c] <= upper[c]
         if not inside:
             continue
-        state_along(kinematics, q, q, 0.0, 0)
-        kinematics.rows[0] = 1
-        call_kernel(kinematics.entry, kinematics.arguments, kinematics.number, kinematics.strides)
         roadmap.seen[2] += 1
-        if not collides(world.arm, kinematics.poses[0], world.around, world.margin, bench.s):
+        if free_at(world, q, bench):
             _add(roadmap, q, joined, away, order)
 
 
@@ -293,7 +288,7 @@ def shortest_proved(
     1. The shortest way by motions that may be free.
     2. Its motions are looked at, then proved; what is blocked is left out the next time.
     """
-    bench, nodes, edges = bench_for(world.arm, world.motion), roadmap.sizes[0], roadmap.sizes[1]
+    bench, nodes, edges = bench_for(world), roadmap.sizes[0], roadmap.sizes[1]
     cost, before, ahead = np.empty(nodes), np.empty(nodes, np.int64), np.full(nodes, np.nan)
     keys, waiting, way = np.empty(2 * edges + 2), np.empty(2 * edges + 2, np.int64), np.empty(nodes, np.int64)
     for _ in range(rounds):

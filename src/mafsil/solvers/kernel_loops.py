@@ -9,6 +9,27 @@ from numba.core import cgutils, types
 from numba.extending import intrinsic
 
 
+@cast("Callable[[Any], Callable[[int, int, int], None]]", intrinsic)
+def call_lanes(_typing: Any, entry: Any, given: Any, result: Any) -> Any:
+    """Run a kernel of one result on eight rows in lanes (`lane_loops`): void (double *in, double *out).
+
+    Args:
+        entry: address, `Kernel.addresses.lanes`; the caller keeps the kernel alive.
+        given: address of the inputs, one after another, each element eight numbers; a multiple of 64.
+        result: address of the result, in the same form.
+    """
+
+    def generate(context: Any, builder: Any, _signature: Any, values: Any) -> Any:
+        pointer = context.get_value_type(types.voidptr)
+        nothing = cgutils.ir.VoidType()  # pyright: ignore[reportPrivateImportUsage]
+        function = type(builder.function.function_type)(nothing, [pointer] * 2)
+        place, *places = (builder.inttoptr(value, pointer) for value in values)
+        builder.call(builder.bitcast(place, function.as_pointer()), places)
+        return context.get_dummy_value()
+
+    return types.void(types.uintp, types.uintp, types.uintp), generate
+
+
 @cast("Callable[[Any], Callable[[int, int, int, int], None]]", intrinsic)
 def call_kernel(_typing: Any, entry: Any, arguments: Any, dimensions: Any, strides: Any) -> Any:
     """Run a kernel's batch entry: void (char **args, npy_intp *dims, npy_intp *steps, void *data).

@@ -1,0 +1,324 @@
+"""Which of eight states bring an arm near its surroundings or itself, compiled: one question, eight lanes.
+
+The states lie side by side (`solvers.lane_loops`): one instruction compares a ball of the arm with an obstacle in all
+of them. A lane is asked for two things at once: does the body come within margin + M (M one number a lane: how far it
+can move meanwhile), and within the margin itself.
+
+1. The ball around a body against the surroundings: the few pieces that matter, and in which lanes.
+2. The balls around its pieces against those; exact where the piece is a ball and the other neither cone nor hull.
+3. What is left goes lane by lane to `separation`.
+
+Answers are bits: bit l for lane l within margin + M, bit 8 + l for lane l within the margin.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from mafsil.arrays import Floats
+from mafsil.collision.arm_loops import FEW, Arm, gap_around, just_above
+from mafsil.collision.pair_loops import separation
+from mafsil.collision.placing_loops import ALL, LaneScratch, place_bodies_in_lanes, place_pieces_in_lanes
+from mafsil.collision.speed_loops import ROUNDING, Pace, way_of_ball
+from mafsil.collision.support_loops import BALL, CONE, CYLINDER, HULL, PLANE, POINT, SEGMENT, Pieces, product
+from mafsil.collision.tree_loops import DEPTH, Surroundings
+from mafsil.solvers.lane_loops import (
+    WIDTH,
+    any_lane,
+    buffer,
+    get,
+    lane_bits,
+    lanes,
+    magnitude,
+    part,
+    seen,
+    square_root,
+    where,
+)  # fmt: skip
+from mafsil.solvers.loops import inlined, uncounted
+
+if TYPE_CHECKING:
+    from mafsil.solvers.lane_loops import Buffer, Lanes, Mask
+
+AT_ONCE = 24
+"""Pieces of the surroundings up to which looking at each is quicker than a tree."""
+
+
+@inlined
+def _beyond(x: Lanes) -> Lanes:
+    """What of a number is above zero."""
+    return where(x > 0.0, x, 0.0)
+
+
+@inlined
+def within_reach(B: Pieces, j: int, ball: Buffer, reach: Lanes) -> Mask:
+    """Where a point is within reach (>= 0) of piece j; of cones and hulls, of the ball around them."""
+    row, x, y, z = B.rows[j], ball[0], ball[1], ball[2]
+    kind = int(row[0])
+    if kind in (HULL, CONE):
+        x, y, z, reach = x - row[BALL], y - row[BALL + 1], z - row[BALL + 2], reach + row[BALL + 3]
+        return x * x + y * y + z * z <= reach * reach
+    T = B.T[j]
+    x, y, z = x - T[0, 3], y - T[1, 3], z - T[2, 3]
+    if kind == POINT:
+        reach = reach + row[4]
+        return x * x + y * y + z * z <= reach * reach
+    along = x * T[0, 2] + y * T[1, 2] + z * T[2, 2]
+    if kind == PLANE:
+        return along <= reach
+    over = _beyond(magnitude(along) - row[3])
+    if kind == SEGMENT:
+        reach = reach + row[4]
+        return (x * x + y * y + z * z) - along * along + over * over <= reach * reach
+    if kind == CYLINDER:
+        out = _beyond(square_root(_beyond(x * x + y * y + z * z - along * along)) - row[1])
+        return out * out + over * over <= reach * reach
+    u = _beyond(magnitude(x * T[0, 0] + y * T[1, 0] + z * T[2, 0]) - row[1])
+    v = _beyond(magnitude(x * T[0, 1] + y * T[1, 1] + z * T[2, 1]) - row[2])
+    return u * u + v * v + over * over <= reach * reach
+
+
+@inlined
+def _found(B: Pieces, j: int, ball: Buffer, reach: Lanes, wanted: int, count: int, s: LaneScratch) -> int:
+    """One piece looked at; how many are found then, -1 if they are too many."""
+    bits = lane_bits(within_reach(B, j, ball, reach)) & wanted
+    if bits == 0:
+        return count
+    if count == FEW:
+        return -1
+    s.near[0, DEPTH + count], s.near[1, DEPTH + count] = j, bits
+    return count + 1
+
+
+@inlined
+def _meets_box(node: Floats, ball: Buffer, reach: Lanes) -> bool:
+    """Whether a point is within reach of a box of the tree in some lane."""
+    square = lanes(0.0)
+    for r in range(3):
+        low, high = node[r] - ball[r], ball[r] - node[3 + r]
+        over = _beyond(where(low > high, low, high))
+        square = square + over * over
+    return any_lane(square <= reach * reach)
+
+
+@inlined
+def _gather(around: Surroundings, ball: Buffer, reach: Lanes, wanted: int, s: LaneScratch) -> int:
+    """Pieces of the surroundings within reach of a point in some lane (step 1); how many, -1 if more than FEW."""
+    B, count, waiting = around.pieces, 0, s.near[0]
+    if len(B.rows) <= AT_ONCE:
+        for j in range(len(B.rows)):
+            count = _found(B, j, ball, reach, wanted, count, s)
+        return count
+    for j in range(around.planes):
+        count = _found(B, j, ball, reach, wanted, count, s)
+        if count < 0:
+            return count
+    waiting[0], left = 0, 1
+    while left > 0:
+        left -= 1
+        node = around.nodes[waiting[left]]
+        if not _meets_box(node, ball, reach):
+            continue
+        child = int(node[6])
+        if child >= 0:
+            waiting[left], waiting[left + 1] = child + 1, child
+            left += 2
+            continue
+        first = around.planes + int(node[7])
+        for j in range(first, first + int(node[8])):
+            count = _found(B, j, ball, reach, wanted, count, s)
+            if count < 0:
+                return count
+    return count
+
+
+@inlined
+def _pose_of_lane(s: LaneScratch, link: int, lane: int) -> None:
+    T = part(seen(s.poses), 16 * link)
+    for r in range(3):
+        for c in range(4):
+            s.T[link, r, c] = get(T, 4 * r + c, lane)
+
+
+@uncounted
+def _lane_by_lane(
+    arm: Arm, i: int, p: int, B: Pieces, j: int, q: int, margin: float, M: Lanes, bits: int, s: LaneScratch
+) -> int:  # fmt: skip
+    """Answers of `separation` for piece i of the arm, carried by link p, and piece j, by link q or still (-1)."""
+    A, cutoff, found, per_lane = arm.pieces, just_above(margin), 0, buffer(1)
+    P, Q = s.one.W[24:27], s.one.W[28:31]
+    per_lane[0] = M
+    for lane in range(WIDTH):
+        if (bits >> lane) & 1 == 0:
+            continue
+        _pose_of_lane(s, p, lane)
+        product(s.T[p], A.T[i], P)
+        if q >= 0:
+            _pose_of_lane(s, q, lane)
+            product(s.T[q], B.T[j], Q)
+        further = cutoff + get(per_lane, 0, lane)
+        gap = separation(A, i, P, B, j, Q if q >= 0 else B.T[j], further, False, s.one.W, s.one.W[32])
+        if gap <= margin:
+            found |= 257 << lane
+        elif gap < further:
+            found |= 1 << lane
+    return found
+
+
+@uncounted
+def _many_around(
+    arm: Arm, b: int, around: Surroundings, margin: float, M: Lanes, wanted: int, s: LaneScratch
+) -> int:  # fmt: skip
+    """As `meets_around`, where more pieces matter than are kept: lane by lane through the tree."""
+    cutoff, found, per_lane, link = just_above(margin), 0, buffer(1), int(arm.bodies[b, 0])
+    balls, radius = seen(s.balls), arm.bodies[b, 7]
+    per_lane[0] = M
+    for lane in range(WIDTH):
+        if (wanted >> lane) & 1 == 0:
+            continue
+        _pose_of_lane(s, link, lane)
+        for r in range(3):
+            s.one.balls[b, r] = get(balls, 3 * b + r, lane)
+        s.one.balls[b, 3], s.one.balls[b, 4] = radius, 0.0
+        further = cutoff + get(per_lane, 0, lane)
+        gap = gap_around(arm, b, s.T, around, further, margin, s.one)
+        if gap <= margin:
+            found |= 257 << lane
+        elif gap < further:
+            found |= 1 << lane
+    return found
+
+
+@inlined
+def meets_around(
+    arm: Arm, b: int, around: Surroundings, margin: float, M: Lanes, wanted: int, pace: Pace, h: Lanes, moving: bool,
+    s: LaneScratch,
+) -> int:  # fmt: skip
+    """Which lanes bring body b within margin + M of the surroundings, and which within the margin.
+
+    Args:
+        margin: [m].
+        M: [m], >= 0.
+        wanted: bits of the lanes that matter.
+        pace, h, moving: whether M is a way in an interval of half length h; then a piece that is within it is asked
+            again with its own way, for what is near an axis hardly moves.
+        s: `place_bodies_in_lanes` went before.
+    """
+    balls, body, found = seen(s.balls), arm.bodies[b], 0
+    A, B = arm.pieces, around.pieces
+    count = _gather(around, part(balls, 3 * b), M + (body[7] + margin), wanted, s)
+    if count <= 0:
+        return 0 if count == 0 else _many_around(arm, b, around, margin, M, wanted, s)
+    place_pieces_in_lanes(arm, b, s)
+    for i in range(int(body[1]), int(body[3])):
+        ball, radius, point = part(balls, 3 * (len(arm.bodies) + i)), A.rows[i, BALL + 3], A.rows[i, 0] == POINT
+        for k in range(count):
+            j, open = s.near[0, DEPTH + k], s.near[1, DEPTH + k] & ~(found >> WIDTH)
+            if open == 0:
+                continue
+            bits, way = lane_bits(within_reach(B, j, ball, M + (radius + margin))) & open, M  # 2
+            if bits != 0 and moving:
+                way = way_of_ball(pace.motion, pace.speeds, b, -1, h, ball, radius) + ROUNDING
+                bits = lane_bits(within_reach(B, j, ball, way + (radius + margin))) & bits
+            if bits == 0:
+                continue
+            if point and B.rows[j, 0] != HULL and B.rows[j, 0] != CONE:
+                hits = lane_bits(within_reach(B, j, ball, lanes(radius + margin))) & bits
+                found |= bits | (hits << WIDTH)
+            else:
+                found |= _lane_by_lane(arm, i, int(body[0]), B, j, -1, margin, way, bits, s)  # 3
+            if (found >> WIDTH) == wanted:
+                return found
+    return found
+
+
+@inlined
+def _balls_meet(a: Buffer, b: Buffer, reach: Lanes) -> Mask:
+    x, y, z = a[0] - b[0], a[1] - b[1], a[2] - b[2]
+    return x * x + y * y + z * z <= reach * reach
+
+
+@inlined
+def bodies_near(arm: Arm, a: int, b: int, margin: float, M: Lanes, s: LaneScratch) -> int:
+    """Bits of the lanes in which the balls around two bodies are within margin + M."""
+    balls = seen(s.balls)
+    return lane_bits(
+        _balls_meet(part(balls, 3 * a), part(balls, 3 * b), M + (arm.bodies[a, 7] + arm.bodies[b, 7] + margin))
+    )
+
+
+@inlined
+def _pieces_near(arm: Arm, a: int, b: int, margin: float, M: Lanes, wanted: int, s: LaneScratch) -> int:
+    """Pieces of body a within margin + M of the ball around body b in some lane, by their balls; how many."""
+    place_pieces_in_lanes(arm, a, s)
+    A, bodies, balls, count = arm.pieces, len(arm.bodies), seen(s.balls), 0
+    for i in range(int(arm.bodies[a, 1]), int(arm.bodies[a, 2])):
+        reach = M + (A.rows[i, BALL + 3] + arm.bodies[b, 7] + margin)
+        bits = lane_bits(_balls_meet(part(balls, 3 * (bodies + i)), part(balls, 3 * b), reach)) & wanted
+        if bits != 0:
+            s.near[0, DEPTH + count], s.near[1, DEPTH + count] = i, bits
+            count += 1
+    return count
+
+
+@inlined
+def meets_itself(
+    arm: Arm, a: int, b: int, margin: float, M: Lanes, wanted: int, pace: Pace, since: int, h: Lanes, moving: bool,
+    s: LaneScratch,
+) -> int:  # fmt: skip
+    """Which lanes bring two bodies of the arm near each other.
+
+    Args:
+        wanted: bits of the lanes that matter; those of `bodies_near`.
+        since: the last joint that carries both.
+        margin, M, pace, h, moving, s: as in `meets_around`.
+    """
+    A, bodies, balls, found = arm.pieces, len(arm.bodies), seen(s.balls), 0
+    count = _pieces_near(arm, b, a, margin, M, wanted, s)  # 1
+    if count == 0:
+        return 0
+    place_pieces_in_lanes(arm, a, s)
+    p, q = int(arm.bodies[a, 0]), int(arm.bodies[b, 0])
+    for i in range(int(arm.bodies[a, 1]), int(arm.bodies[a, 2])):
+        ball, radius = part(balls, 3 * (bodies + i)), A.rows[i, BALL + 3] + margin
+        open = lane_bits(_balls_meet(ball, part(balls, 3 * b), M + (radius + arm.bodies[b, 7]))) & wanted
+        if open == 0:
+            continue
+        for k in range(count):
+            j = s.near[0, DEPTH + k]
+            other, reach = part(balls, 3 * (bodies + j)), radius + A.rows[j, BALL + 3]
+            bits = lane_bits(_balls_meet(ball, other, M + reach)) & open & s.near[1, DEPTH + k] & ~(found >> WIDTH)
+            way = M
+            if bits != 0 and moving:
+                way = way_of_ball(pace.motion, pace.speeds, a, since, h, ball, A.rows[i, BALL + 3]) + ROUNDING
+                way = way + way_of_ball(pace.motion, pace.speeds, b, since, h, other, A.rows[j, BALL + 3])
+                bits = lane_bits(_balls_meet(ball, other, way + reach)) & bits
+            if bits == 0:
+                continue
+            if A.rows[i, 0] == POINT and A.rows[j, 0] == POINT:  # 2
+                found |= bits | ((lane_bits(_balls_meet(ball, other, lanes(reach))) & bits) << WIDTH)
+            else:
+                found |= _lane_by_lane(arm, i, p, A, j, q, margin, way, bits, s)  # 3
+            if (found >> WIDTH) == wanted:
+                return found
+    return found
+
+
+@inlined
+def colliding_lanes(arm: Arm, around: Surroundings, margin: float, pace: Pace, s: LaneScratch) -> int:
+    """Bits of the lanes whose state brings the arm within the margin of its surroundings or of itself."""
+    place_bodies_in_lanes(arm, s)
+    found, none, some = 0, lanes(0.0), len(around.pieces.rows) > 0
+    for b in range(len(arm.bodies)):
+        if some and arm.bodies[b, 3] > arm.bodies[b, 1]:
+            found |= meets_around(arm, b, around, margin, none, ALL & ~found, pace, none, False, s) >> WIDTH
+            if found == ALL:
+                return found
+    for k in range(len(arm.pairs)):
+        a, b = arm.pairs[k, 0], arm.pairs[k, 1]
+        near = bodies_near(arm, a, b, margin, none, s) & ~found
+        if near != 0:
+            found |= meets_itself(arm, a, b, margin, none, near, pace, -1, none, False, s) >> WIDTH
+            if found == ALL:
+                return found
+    return found
