@@ -17,6 +17,7 @@ from mafsil.job.part import Pose as Pose
 from mafsil.job.part import Positive as Positive
 from mafsil.job.part import Share as Share
 from mafsil.job.part import Three as Three
+from mafsil.job.signals import Condition, Input, SignalValue
 from mafsil.trajectory.laws import LawName
 
 Profile: TypeAlias = LawName | Literal["time_optimal", "jerk_limited"]
@@ -151,6 +152,9 @@ class Step(Part, frozen=True, kw_only=True):
         tool: change to a tool, by its name.
         place: let go of it.
         pause: rest [s].
+        set: values that outputs take.
+        wait: conditions on signals, all of them: rest until they hold.
+        timeout: longest wait [s]; what does not come within it is a refusal.
         hold: time that pick, place and a change of tools take [s].
         avoid: whether a move of the joints goes round what stands in its way; as the job says if None.
         tolerance: of this move, if another than the job's.
@@ -166,13 +170,16 @@ class Step(Part, frozen=True, kw_only=True):
     place: bool = False
     tool: str | None = None
     pause: Positive | None = None
+    set: dict[str, SignalValue] = msgspec.field(default_factory=dict[str, SignalValue])
+    wait: dict[str, Condition] = msgspec.field(default_factory=dict[str, Condition])
+    timeout: Positive | None = None
     hold: NotNegative = 0.3
     avoid: bool | None = None
     tolerance: Tolerance | None = None
 
 
 class Move(Step, frozen=True, kw_only=True):
-    """One step: exactly one of joints, pose, pick, place, tool and pause.
+    """One step: exactly one of joints, pose, pick, place, tool, pause, set and wait.
 
     Attributes:
         joints: goal in joint coordinates.
@@ -183,6 +190,11 @@ class Move(Step, frozen=True, kw_only=True):
     joints: tuple[float, ...] | None = None
     pose: Goal | None = None
     via: tuple[tuple[float, ...] | Pose, ...] = ()
+
+    @property
+    def stays(self) -> bool:
+        """Whether the arm stands still, and has the same tool afterwards."""
+        return self.joints is None and self.pose is None and self.tool is None
 
 
 class Start(Part, frozen=True, kw_only=True):
@@ -419,6 +431,8 @@ class Head(Part, frozen=True, kw_only=True):
         variables: by name; `"$name"` anywhere in the file stands for its value.
         tool: on the flange, unless the arm starts with another one.
         tools: that moves change to, by name.
+        output: signals that moves set, by name, with the values that they begin with.
+        input: signals that the cell gives, by name.
         surface: what the tip can touch.
         other_robot: robots beside it.
     """
@@ -434,6 +448,8 @@ class Head(Part, frozen=True, kw_only=True):
     lock: dict[str, float] = msgspec.field(default_factory=dict[str, float])
     tool: Tool = Tool()
     tools: dict[str, Tool] = msgspec.field(default_factory=dict[str, Tool])
+    output: dict[str, SignalValue] = msgspec.field(default_factory=dict[str, SignalValue])
+    input: dict[str, Input] = msgspec.field(default_factory=dict[str, Input])
     limits: Bounds = Bounds()
     tolerance: Tolerance = Tolerance()
     controller: Controller = Controller()

@@ -10,12 +10,14 @@ import numpy as np
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.job.called import Where
+from mafsil.job.cell_signals import CellSignals, assignments, conditions
 from mafsil.job.closed_moves import ClosedMoves
 from mafsil.job.description import QUICKEST, TIP_PATHS, Bounds, BranchChoice, Goal, Job, Move, Task
 from mafsil.job.equipment import Equipment, Load
 from mafsil.job.fitting import coordinates, unit_remarks
 from mafsil.job.goals import FIXES, Goals
 from mafsil.job.joint_motion import JointMove, joint_motion, motion_on_path
+from mafsil.job.laws import control_period
 from mafsil.job.lines import Places
 from mafsil.job.neighbours import Neighbour, NeighbourMotion
 from mafsil.job.planned_remarks import SLOW, decided_by, driving_limits, near_limits, nearly_met, slowed
@@ -44,7 +46,7 @@ class Leg:
     Attributes:
         index: of the move in the job, the last of several without a stop between; -1 for the rest at the end.
         name: in the job, or empty.
-        kind: joint, line, arc, spline, screw, blended, pick, place, tool, pause or settle.
+        kind: joint, line, arc, spline, screw, blended, pick, place, tool, pause, set, wait or settle.
         trajectory: of the joints.
         load: what hangs on the flange while it moves.
         target: (4, 4) pose it ends at, if the job names a pose.
@@ -72,6 +74,7 @@ class Plan:
         remarks: what the reader should know.
         surroundings: what the arm may meet; None where the job names nothing.
         neighbours: what other robots do meanwhile.
+        signals: between the arm and its cell; None where the job names none.
     """
 
     start: JointVector
@@ -79,6 +82,7 @@ class Plan:
     remarks: tuple[Remark, ...]
     surroundings: Surroundings | None = None
     neighbours: tuple[NeighbourMotion, ...] = ()
+    signals: CellSignals | None = None
 
     @property
     def duration(self) -> float:
@@ -90,6 +94,27 @@ class Plan:
         """Until the last move ends, without the rest after it [s]."""
         moves = self.legs[:-1] if self.legs and self.legs[-1].kind == "settle" else self.legs
         return float(sum(leg.trajectory.duration for leg in moves))
+
+    def lasting(self, durations: Floats) -> float:
+        """How long it takes if its legs take other times: waits end when their signals come [s]; NaN if one never does.
+
+        Args:
+            durations: (legs,) of its legs, those of waits aside [s].
+        """
+        if not any(leg.kind == "wait" for leg in self.legs) or self.signals is None:
+            return float(durations.sum())
+        signals, time = CellSignals(self.signals.job, self.signals.period), 0.0
+        for leg, duration in zip(self.legs, durations, strict=True):
+            if leg.kind == "wait":
+                end = signals.end_of_wait(time, signals.job.move[leg.index])
+                if end is None:
+                    return float("nan")
+                time = end
+                continue
+            time += float(duration)
+            if leg.kind == "set":
+                signals.put(time, signals.job.move[leg.index].set)
+        return time
 
     @property
     def starts(self) -> Floats:
@@ -126,8 +151,13 @@ def plan(
     except Refused as no:
         return no.refusal
     return Plan(
-        planner.origin, tuple(planner.legs), tuple(planner.remarks), planner.surroundings, planner.beside
-    )  # fmt: skip
+        start=planner.origin,
+        legs=tuple(planner.legs),
+        remarks=tuple(planner.remarks),
+        surroundings=planner.surroundings,
+        neighbours=planner.beside,
+        signals=planner.signals if planner.signals.names else None,
+    )
 
 
 class _Planner:
@@ -149,6 +179,7 @@ class _Planner:
         meets = job.obstacle or neighbours or job.collision is not None
         self.surroundings = Surroundings(job, robot, neighbours) if meets else None
         self.beside: tuple[NeighbourMotion, ...] = ()
+        self.signals = CellSignals(job, control_period(job))
         self.lines: dict[tuple[object, ...], TipMotion] = {}
         self.legs: list[Leg] = []
         self.q: JointVector = np.zeros(robot.n)
@@ -173,6 +204,7 @@ class _Planner:
             progress(k / len(job.move))
             k = self.add(k, job.move[k])
         self.past_neighbours()
+        self.remarks += self.waited()
         if job.simulation.settle > 0.0:
             self.append(-1, "", "settle", rest(self.q, job.simulation.settle))
 
@@ -227,6 +259,11 @@ class _Planner:
             self.append(index, name, "tool", rest(self.q, self.on_tick(move.hold)))
             self.load = Load(self.tools[move.tool])
             self.require_mounted(index)
+        elif move.set:
+            self.append(index, name or assignments(move.set), "set", rest(self.q, self.on_tick(0.0)))
+            self.signals.put(self.past, move.set)
+        elif move.wait:
+            self.wait(index, name, move)
         elif move.path in TIP_PATHS:
             return self.along(index)
         elif move.pose is not None:
@@ -247,10 +284,41 @@ class _Planner:
 
     def on_tick(self, hold: float) -> float:
         """A rest at least this long that ends on a tick of the controller: there the load of the tool changes [s]."""
-        rate, step = self.job.controller.rate, self.job.simulation.step
-        period = step if rate is None else 1.0 / rate
-        past = sum(leg.trajectory.duration for leg in self.legs)
-        return float(np.ceil((past + max(hold, period)) / period - 1e-9) * period - past)
+        return self.signals.tick_after(self.past, hold) - self.past
+
+    @property
+    def past(self) -> float:
+        """End of what is planned so far [s]."""
+        return float(sum(leg.trajectory.duration for leg in self.legs))
+
+    def waited(self) -> tuple[Remark, ...]:
+        """How long the arm waits for signals, if it does."""
+        waits = [leg for leg in self.legs if leg.kind == "wait"]
+        if not waits:
+            return ()
+        longest = max(waits, key=lambda leg: leg.trajectory.duration)
+        details = {
+            "total": quantity(sum(leg.trajectory.duration for leg in waits), "s"),
+            "longest": quantity(longest.trajectory.duration, "s"),
+            "move": self.where(longest.index),
+            "wanted": conditions(self.job.move[longest.index].wait),
+        }
+        return (Remark("good", "job.waited", details),)
+
+    def wait(self, index: int, name: str, move: Move) -> None:
+        """A rest until all conditions hold; one that never ends, or too late, is refused."""
+        past, wanted = self.past, conditions(move.wait)
+        end = self.signals.end_of_wait(past, move)
+        if end is not None:
+            self.append(index, name or wanted, "wait", rest(self.q, end - past))
+            return
+        details = {"move": self.where(index), "time": quantity(past, "s"), "wanted": wanted}
+        forgiving = msgspec.structs.replace(move, timeout=None)
+        late = None if move.timeout is None else self.signals.end_of_wait(past, forgiving)
+        if late is not None and move.timeout is not None:
+            times = {"limit": quantity(move.timeout, "s"), "needed": quantity(late - past, "s")}
+            raise Refused("job.wait_late", **details, **times)
+        raise Refused("job.wait_never", **details, state=self.signals.states(tuple(move.wait), past))
 
     def reach(self, index: int, name: str, goal: Goal) -> None:
         """To a pose, all joints together."""
@@ -337,7 +405,7 @@ class _Planner:
             return np.inf
         for k in range(index + 1, len(self.job.move)):
             move = self.job.move[k]
-            if move.pause is not None or move.pick is not None or move.place:
+            if move.stays:
                 continue
             if move.path not in TIP_PATHS or move.pose is None:
                 # A change of tools, too: from there on other poses count.

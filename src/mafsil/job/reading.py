@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Literal, cast, get_args, get_origin, get_type_hints
+from types import UnionType
+from typing import Annotated, Any, Literal, Union, cast, get_args, get_origin, get_type_hints
 
 import msgspec
 
@@ -28,7 +29,7 @@ from mafsil.job.description import (
     SceneFile,
     Simulation,
 )
-from mafsil.job.language import JobFile, in_metres, resolved, substituted, with_cells
+from mafsil.job.language import JobFile, in_metres, require_signals, resolved, substituted, with_cells
 from mafsil.job.language.statements import Placed, PlacedGoal, Statement
 from mafsil.job.other_robot import OtherRobot
 from mafsil.job.text import tables_of, text_of
@@ -37,9 +38,17 @@ from mafsil.messages.visible import visible
 
 LARGEST_NUMBER = 1e9
 """Of any quantity of a job: larger than that is a slip of the unit or the exponent."""
-ACTIONS = ("joints", "pose", "pick", "place", "tool", "pause", "do")
+ACTIONS = ("joints", "pose", "pick", "place", "tool", "pause", "set", "wait", "do")
 KINDS_OF_OBSTACLE = ("box", "sphere", "cylinder", "capsule", "floor")
 TIP_TOLERANCES = ("position", "orientation")
+JUDGED: dict[str, tuple[str, ...]] = {
+    "joints": ("joints",),
+    "pause": (),
+    "tool": (),
+    "set": (),
+    "wait": (),
+}
+"""By what the end of a move is judged, where not by the tip."""
 GAINS = {
     "computed_torque": ("frequency", "damping"),
     "pd_gravity": ("stiffness", "rate_gain"),
@@ -64,6 +73,8 @@ EFFECTIVE = {
     "place": (*_ALL, "hold"),
     "tool": (*_ALL, "hold"),
     "pause": _ALL,
+    "set": _ALL,
+    "wait": (*_ALL, "timeout"),
     "do": ("each", "repeat"),
 }
 """Keys that do something next to each action; a tolerance has a sentence of its own."""
@@ -188,6 +199,7 @@ class _Reader:
         self.check_controller(file.controller, file.simulation)
         self.check_surfaces(file)
         self.check_other_robots(file.other_robot)
+        require_signals(file, self.error)
         return file
 
     def check_moves(self, job: Job) -> None:
@@ -223,7 +235,7 @@ class _Reader:
 
     def check_statement(self, move: Statement, path: lines.Path, data: dict[str, Any]) -> None:
         """A move asks for exactly one thing, and its options fit it."""
-        given = [name for name in ACTIONS if getattr(move, name) not in (None, False)]
+        given = [name for name in ACTIONS if getattr(move, name) not in (None, False, {})]
         if len(given) != 1:
             key = "job.move_empty" if not given else "job.move_many"
             raise self.error(key, path, given=", ".join(given), known=", ".join(ACTIONS))
@@ -239,8 +251,7 @@ class _Reader:
         if isinstance(move.pose, PlacedGoal):
             self.check_pose(move.pose, (*path, "pose"), data["pose"])
         if move.tolerance is not None:
-            rests = move.pause is not None or move.tool is not None
-            judged = () if rests else ("joints",) if move.joints is not None else TIP_TOLERANCES
+            judged = JUDGED.get(given[0], TIP_TOLERANCES)
             for name in move.tolerance.__struct_fields__:
                 if getattr(move.tolerance, name) is not None and name not in judged:
                     raise self.error("job.no_tolerance", (*path, "tolerance", name), action=given[0])
@@ -440,7 +451,7 @@ def _path(text: str, data: Any) -> lines.Path:
 
 def _wrong_name(data: Any, path: lines.Path) -> str:
     """The first name of a table of names whose value is of the wrong kind."""
-    kind = get_args(_field_type(JobFile, str(path[0])))[1]
+    kind = next(get_args(each)[1] for each in _options(_annotation(path)) if get_origin(each) is dict)
     table = cast("dict[str, Any]", _value(data, path))
     for name, value in table.items():
         try:
@@ -450,6 +461,28 @@ def _wrong_name(data: Any, path: lines.Path) -> str:
     return next(iter(table), "")
 
 
+def _annotation(path: lines.Path) -> Any:
+    """The type of what stands at a place of a job file."""
+    kind: Any = JobFile
+    for step in path:
+        options = _options(kind)
+        if isinstance(step, int):
+            rows = next(get_args(each) for each in options if get_origin(each) is tuple)
+            kind = rows[0] if rows[-1] is ... else rows[min(step, len(rows) - 1)]
+            continue
+        named = [get_args(each)[1] for each in options if get_origin(each) is dict]
+        tables = [each for each in options if isinstance(each, type) and issubclass(each, Part)]
+        kind = named[0] if named else next(_field_type(each, step) for each in tables if step in each.__struct_fields__)
+    return kind
+
+
+def _options(annotation: Any) -> tuple[Any, ...]:
+    """What a type allows: the members of a union, else the type itself; without bounds of numbers."""
+    if get_origin(annotation) in (Union, UnionType):
+        return tuple(each for member in get_args(annotation) for each in _options(member))
+    return _options(get_args(annotation)[0]) if get_origin(annotation) is Annotated else (annotation,)
+
+
 def _value(data: Any, path: lines.Path) -> Any:
     for step in path:
         data = data[step]
@@ -457,11 +490,5 @@ def _value(data: Any, path: lines.Path) -> Any:
 
 
 def _choices(path: lines.Path) -> tuple[str, ...]:
-    kind: Any = JobFile
-    for step in path:
-        if isinstance(step, str):
-            annotation = _field_type(kind, step)
-            options = [annotation, *get_args(annotation)]
-            kind = next((o for o in options if isinstance(o, type) and issubclass(o, Part)), annotation)
-    literals = [kind, *get_args(kind)]
-    return tuple(str(x) for option in literals if get_origin(option) is Literal for x in get_args(option))
+    options = _options(_annotation(path))
+    return tuple(str(x) for option in options if get_origin(option) is Literal for x in get_args(option))

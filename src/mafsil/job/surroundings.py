@@ -28,7 +28,7 @@ from mafsil.trajectory import MotionLimits, Trajectory
 STEP = 0.02
 """Largest change of a coordinate over a chord by which a motion is proved free [rad | m]."""
 MOST_CHORDS = 4000
-RESTS = ("pick", "place", "tool", "pause", "settle")
+RESTS = ("pick", "place", "tool", "pause", "set", "wait", "settle")
 """Kinds of legs at which nothing moves."""
 RESTING = 1e-4
 """How much smaller than itself a carried part counts: it may stand on something [m]."""
