@@ -256,6 +256,16 @@ ROWS = (
         "The dense look is by the same checker, which coal confirms in tests; not found is counted, not judged.",
     ),
     Row(
+        "R20",
+        "Random configurations of three arms in random scenes and those of MotionBenchMaker: every verdict is coal's "
+        "on the same shapes; distances of primitives and hulls apart lie between two bounds 1e-9 m apart (with a "
+        "cylinder or cone 1e-9 of their size).",
+        "states",
+        1_000_000,
+        "coal_verdicts --states 1000000 --resume DIR",
+        "Where coal's verdict and its own distance disagree, its distance decides, beyond its tolerance of 1e-6 m.",
+    ),
+    Row(
         "F4",
         "Hostile frames and requests against the studio: foreign origins, hosts, tokens, what is no HTTP or no JSON, "
         "false lengths, numbers out of range: refused; meanwhile a window is answered within 2 s, no line of its "
