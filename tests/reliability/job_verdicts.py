@@ -18,7 +18,8 @@ import numpy as np
 from mafsil.errors import JobError
 from mafsil.job import parse
 from mafsil.job.drive import drive
-from mafsil.job.plan import Plan, plan
+from mafsil.job.move_planner import plan
+from mafsil.job.plan import Plan
 from mafsil.job.resting import resting_place
 from mafsil.model import Friction, JointKind, Mechanism, library
 from mafsil.robot import Robot

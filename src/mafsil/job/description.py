@@ -27,6 +27,8 @@ QUICKEST = ("time_optimal", "jerk_limited")
 PathKind: TypeAlias = Literal["joint", "line", "arc", "spline", "screw"]
 TIP_PATHS: tuple[PathKind, ...] = ("line", "arc", "spline", "screw")
 """Paths of the tip: their goal is a pose."""
+PlannerName: TypeAlias = Literal["rrt_connect", "lazy_prm_star", "trajectory_optimisation", "prm", "rrt_star"]
+"""Planners of `mafsil.planning` for ways round obstacles."""
 Task: TypeAlias = Literal["pose", "axis", "position"]
 Six: TypeAlias = tuple[float, float, float, float, float, float]
 
@@ -112,12 +114,16 @@ class Collision(Part, frozen=True, kw_only=True):
         avoid: moves of the joints go round what stands in their way, unless a move says otherwise.
         self_collision: whether the arm is checked against itself; if None, where the description has shapes.
         seed: of the search for ways round.
+        planner: that searches them.
+        seconds: after which it gives up, or for planners that improve takes the best so far [s].
     """
 
     clearance: NotNegative = 0.0
     avoid: bool = False
     self_collision: bool | None = None
     seed: Annotated[int, msgspec.Meta(ge=0)] = 0
+    planner: PlannerName = "rrt_connect"
+    seconds: Positive = 10.0
 
 
 class Tolerance(Part, frozen=True, kw_only=True):
@@ -157,6 +163,8 @@ class Step(Part, frozen=True, kw_only=True):
         timeout: longest wait [s]; what does not come within it is a refusal.
         hold: time that pick, place and a change of tools take [s].
         avoid: whether a move of the joints goes round what stands in its way; as the job says if None.
+        planner: that searches the way round; that of the job if None.
+        clearance: that it keeps, if another than the job's [m].
         tolerance: of this move, if another than the job's.
     """
 
@@ -175,6 +183,8 @@ class Step(Part, frozen=True, kw_only=True):
     timeout: Positive | None = None
     hold: NotNegative = 0.3
     avoid: bool | None = None
+    planner: PlannerName | None = None
+    clearance: NotNegative | None = None
     tolerance: Tolerance | None = None
 
 

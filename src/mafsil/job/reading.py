@@ -65,7 +65,7 @@ GAINS = {
 }
 """Gains of each law; those of another one have no effect and are refused."""
 _ALL = ("name", "tolerance")
-_TRAVEL = (*_ALL, "path", "via", "profile", "duration", "speed", "avoid")
+_TRAVEL = (*_ALL, "path", "via", "profile", "duration", "speed", "avoid", "planner", "clearance")
 EFFECTIVE = {
     "joints": _TRAVEL,
     "pose": (*_TRAVEL, "blend"),
@@ -210,7 +210,7 @@ class _Reader:
             goal = job.move[k].pose
             if goal is not None and goal.branch is not None and job.move[k].path in TIP_PATHS:
                 raise self.error("job.branch_path", ("move", k, "pose", "branch"), kind=job.move[k].path)
-        self.check_avoiding(job.move)
+        self.check_avoiding(job)
 
     def refuse_unknown(self, data: Any, kind: type[Part], path: lines.Path) -> None:
         """Every key of every table is one that we know; close matches are offered."""
@@ -322,9 +322,13 @@ class _Reader:
                 raise self.error("job.obstacle_kind", ("obstacle", k), given=", ".join(given) or "-", known=known)
             self.check_pose(obstacle, ("obstacle", k), data[k])
 
-    def check_avoiding(self, moves: tuple[Move, ...]) -> None:
-        """Only moves of the joints without points on the way go round."""
-        for k, move in enumerate(moves):
+    def check_avoiding(self, job: Job) -> None:
+        """Only moves of the joints without points on the way go round, and only they have a planner."""
+        usual = job.collision is not None and job.collision.avoid
+        for k, move in enumerate(job.move):
+            goes_round = (usual if move.avoid is None else move.avoid) and move.path == "joint" and not move.via
+            if move.planner is not None and not goes_round:
+                raise self.error("job.planner_avoid", ("move", k, "planner"))
             if not move.avoid:
                 continue
             if move.path in TIP_PATHS:

@@ -146,8 +146,12 @@ def _clearance_plot(t: Floats, numbers: Summary, words: _Words) -> tuple[Plot, .
     if found is None or not np.isfinite(found.distance).all():
         return ()
     values = np.interp(t, found.t, found.distance)[:, None]
-    wanted = np.array([[found.wanted, np.inf]])
-    return (Plot("clearance", words("clearance"), "m", values, wanted, (words("clearance_curve"),)),)
+    title, name = words("clearance"), words("clearance_curve")
+    if np.ptp(found.wanted) == 0.0:
+        return (Plot("clearance", title, "m", values, np.array([[found.wanted[0], np.inf]]), (name,)),)
+    wanted = found.wanted[np.searchsorted(found.t, t).clip(0, len(found.t) - 1)][:, None]
+    names, keys = (name, words("clearance_wanted")), ("distance", "wanted")
+    return (Plot("clearance", title, "m", np.concatenate([values, wanted], axis=1), None, names, keys),)
 
 
 def _contact_plot(run: Run, rows: Rows, words: _Words) -> tuple[Plot, ...]:
@@ -294,10 +298,22 @@ def _details(run: Run, words: _Words) -> tuple[Details, ...]:
     robot += [(words("note"), note) for note in origin.notes]
     return (
         Details(words("robot"), tuple(robot), open=True),
+        *_ways(run, words),
         Details(words("explained"), tuple(_explained(run, words))),
         Details(words("job_file"), text=run.text),
         Details(words("versions"), tuple(versions().items())),
     )
+
+
+def _ways(run: Run, words: _Words) -> Iterator[Details]:
+    """The planner's account of each move that goes round something."""
+    rounds = [leg for leg in run.plan.legs if leg.way is not None]
+    if rounds:
+        accounts = [leg.way.details() for leg in rounds if leg.way is not None]
+        pairs = (
+            (_name(leg, words), words("way_round", **account)) for leg, account in zip(rounds, accounts, strict=True)
+        )
+        yield Details(words("ways_round"), tuple(pairs), open=True)
 
 
 def _explained(run: Run, words: _Words) -> Iterator[tuple[str, str]]:
