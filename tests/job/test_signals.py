@@ -254,3 +254,13 @@ def test_a_job_may_end_with_a_signal_and_no_rest():
     run = solved(CELL + MOVES + end)
     assert run.plan.legs[-1].kind == "set"
     assert run.recording.t[-1] == pytest.approx(run.plan.duration)
+
+
+def test_the_conveyor_of_the_examples_waits_for_each_part():
+    path = Path(__file__).parents[2] / "examples" / "jobs" / "conveyor_panda.toml"
+    text = path.read_text(encoding="utf-8")
+    _, plan = prepare(parse(text, path.name), text, path.parent)
+    for leg, end in zip(plan.legs, plan.starts[1:], strict=True):
+        if leg.kind == "wait" and leg.name.startswith("part"):
+            assert plan.signals.value("part_present", end) is True
+    assert sum(leg.kind == "wait" for leg in plan.legs) == 9
