@@ -41,9 +41,11 @@ class Clearances:
         """The moment of the smallest distance."""
         return int(self.distance.argmin())
 
-    def to_dict(self) -> dict[str, Any]:
-        """The smallest distance, when, and between what."""
+    def to_dict(self) -> dict[str, Any] | None:
+        """The smallest distance, when, and between what; None where there is nothing to come near to."""
         k = self.least
+        if not np.isfinite(self.distance[k]):
+            return None
         found = {"least": float(self.distance[k]), "time": float(self.t[k]), "wanted": float(self.wanted[k])}
         return found | {"first": self.first[k], "second": self.second[k]}
 

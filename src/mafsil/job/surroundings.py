@@ -187,6 +187,9 @@ class Surroundings:
             checker = roomy
         search = planner or rule.planner
         found = plan(checker, None, q, goal, planner=search, seed=rule.seed, seconds=rule.seconds)
+        if found.interrupted:
+            # Who stops a job wants no more of it than of its planner.
+            raise KeyboardInterrupt
         return WayRound(found, straight.contacts[0] if straight.contacts else None)
 
     def clearance(self, q: Floats, load: Load, kept: float | None = None) -> Clearance:
