@@ -60,7 +60,7 @@ def tells_of_interruption(search: Callable[P, Answered]) -> Callable[P, Answered
     """
 
     @wraps(search)
-    def told(*args: P.args, **kwargs: P.kwargs) -> Answered:
+    def answered(*args: P.args, **kwargs: P.kwargs) -> Answered:
         _OF_THREAD.interrupted = False
         try:
             found = search(*args, **kwargs)
@@ -70,4 +70,4 @@ def tells_of_interruption(search: Callable[P, Answered]) -> Callable[P, Answered
             raise
         return replace(found, interrupted=True) if _OF_THREAD.interrupted else found
 
-    return told
+    return answered
