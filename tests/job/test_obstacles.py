@@ -201,3 +201,8 @@ def test_wrong_planners_and_clearances_are_named(move, key):
         parse(text, "job.toml")
     assert caught.value.key == key
     assert "job.toml:1" in caught.value.message("ar")
+
+
+def test_clearances_of_moves_are_lengths_of_the_file():
+    text = 'robot = "panda"\nlengths = "millimetres"\n[[move]]\njoints = [0, 0, 0, -1.5, 0, 1.5, 0]\nclearance = 20\n'
+    assert parse(text).move[0].clearance == pytest.approx(0.02)
