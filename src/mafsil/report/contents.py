@@ -170,7 +170,7 @@ def _signal_plot(run: Run, rows: Rows, words: _Words) -> tuple[Plot, ...]:
         return ()
     t = run.recording.t[rows].tolist()
     values = np.array([[float(signals.value(name, time)) for name in signals.names] for time in t])
-    return (Plot("signals", words("signals"), "1", values, None, signals.names, signals.names),)
+    return (Plot("signals", words("signals"), words("signals_unit"), values, None, signals.names, signals.names),)
 
 
 def _figures(run: Run, numbers: Summary, words: _Words) -> tuple[Figure, ...]:
@@ -238,7 +238,8 @@ def _steps(run: Run, numbers: Summary, words: _Words) -> tuple[Step, ...]:
             text, level = words("not_finished"), "failure"
         elif leg.kind in ("set", "wait"):
             move = run.job.move[leg.index]
-            text = assignments(move.set) or conditions(move.wait)
+            said = assignments(move.set) or conditions(move.wait)
+            text = "" if said == leg.name else said
         steps.append(Step(_name(leg, words), words(f"kind_{leg.kind}"), float(start), float(end), text, level))
     return tuple(steps)
 
