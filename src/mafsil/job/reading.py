@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
-from functools import lru_cache
 from pathlib import Path
-from types import UnionType
-from typing import Annotated, Any, Literal, Union, cast, get_args, get_origin, get_type_hints
+from typing import Any, cast
 
 import msgspec
 
@@ -31,6 +29,7 @@ from mafsil.job.description import (
 )
 from mafsil.job.language import JobFile, in_metres, require_signals, resolved, substituted, with_cells
 from mafsil.job.language.statements import Placed, PlacedGoal, Statement
+from mafsil.job.language.types_of_keys import choices_at, field_type, path_of, tables_in, value_at
 from mafsil.job.other_robot import OtherRobot
 from mafsil.job.text import tables_of, text_of
 from mafsil.messages import say
@@ -221,7 +220,7 @@ class _Reader:
                 close = get_close_matches(str(name), known, n=_MOST_CLOSE, cutoff=0.55)
                 key = "job.unknown_key_close" if close else "job.unknown_key"
                 raise self.error(key, here, close=", ".join(close), known=", ".join(known))
-            for inner, place, part in _tables(value, _field_type(kind, name), here):
+            for inner, place, part in tables_in(value, field_type(kind, name), here):
                 self.refuse_unknown(inner, part, place)
 
     def require(self, data: Any, kind: type[Part], path: lines.Path) -> None:
@@ -230,7 +229,7 @@ class _Reader:
             if field.required and field.name not in data:
                 raise self.error("job.missing_key", (*path, field.name))
             if field.name in data:
-                for inner, place, part in _tables(data[field.name], field.type, (*path, field.name)):
+                for inner, place, part in tables_in(data[field.name], field.type, (*path, field.name)):
                     self.require(inner, part, place)
 
     def check_statement(self, move: Statement, path: lines.Path, data: dict[str, Any]) -> None:
@@ -400,13 +399,13 @@ class _Reader:
     def translated(self, error: msgspec.ValidationError, data: Any) -> JobError:
         """Msgspec's complaint with its path, in our words."""
         text = str(error)
-        path = _path(text, data)
-        value = _value(data, path)
+        path = path_of(text, data)
+        value = value_at(data, path)
         details = {"got": visible(repr(value))[:60], "reason": text.split(" - at ")[0].replace("`", "")}
         if length := re.search(r"of length (\d+)", text):
             return self.error("job.length", path, expected=length.group(1), **details)
         if "Invalid enum value" in text:
-            known = ", ".join(_choices(path))
+            known = ", ".join(choices_at(path))
             return self.error("job.choice", path, known=known, **details)
         if bound := re.search(r"Expected `\w+` (<=|>=|<|>) (\S+)", text):
             return self.error("job.bound", path, relation=bound.group(1), limit=bound.group(2), **details)
@@ -414,85 +413,3 @@ class _Reader:
             expected = _Types(tuple(TYPES[one] for one in kind.group(1).split(" | ") if one in TYPES))
             return self.error("job.type", path, expected=expected, **details)
         return self.error("job.wrong", path, **details)
-
-
-def _field_type(kind: type[Part], name: str) -> Any:
-    return _hints(kind)[name]
-
-
-@lru_cache
-def _hints(kind: type[Part]) -> dict[str, Any]:
-    return get_type_hints(kind)
-
-
-def _tables(value: Any, annotation: Any, path: lines.Path) -> Iterator[tuple[dict[str, Any], lines.Path, type[Part]]]:
-    """The tables inside a value, with their places and types."""
-    if get_origin(annotation) is dict:
-        for name, item in cast("dict[str, Any]", value).items() if isinstance(value, dict) else ():
-            yield from _tables(item, get_args(annotation)[1], (*path, name))
-        return
-    inner = get_args(annotation)
-    for option in (annotation, *inner, *(part for one in inner for part in get_args(one))):
-        if isinstance(option, type) and issubclass(option, Part):
-            if isinstance(value, dict):
-                yield value, path, option
-            elif isinstance(value, list) and any(get_origin(one) is tuple for one in (annotation, *inner)):
-                for k, item in enumerate(cast("list[Any]", value)):
-                    if isinstance(item, dict):
-                        yield item, (*path, k), option
-            return
-
-
-def _path(text: str, data: Any) -> lines.Path:
-    """`$.move[2].pose` as ("move", 2, "pose"); msgspec leaves out names of tables: the first that is wrong is meant."""
-    found = re.search(r"at `\$([^`]*)`", text)
-    steps = re.findall(r"\.([^.\[\]]+)|\[(\d+)\]|(\[\.\.\.\])", found.group(1)) if found else []
-    path: lines.Path = ()
-    for name, index, some in steps:
-        path = (*path, _wrong_name(data, path) if some else name or int(index))
-    return path
-
-
-def _wrong_name(data: Any, path: lines.Path) -> str:
-    """The first name of a table of names whose value is of the wrong kind."""
-    kind = next(get_args(each)[1] for each in _options(_annotation(path)) if get_origin(each) is dict)
-    table = cast("dict[str, Any]", _value(data, path))
-    for name, value in table.items():
-        try:
-            msgspec.convert(value, kind, strict=True)
-        except msgspec.ValidationError:
-            return name
-    return next(iter(table), "")
-
-
-def _annotation(path: lines.Path) -> Any:
-    """The type of what stands at a place of a job file."""
-    kind: Any = JobFile
-    for step in path:
-        options = _options(kind)
-        if isinstance(step, int):
-            rows = next(get_args(each) for each in options if get_origin(each) is tuple)
-            kind = rows[0] if rows[-1] is ... else rows[min(step, len(rows) - 1)]
-            continue
-        named = [get_args(each)[1] for each in options if get_origin(each) is dict]
-        tables = [each for each in options if isinstance(each, type) and issubclass(each, Part)]
-        kind = named[0] if named else next(_field_type(each, step) for each in tables if step in each.__struct_fields__)
-    return kind
-
-
-def _options(annotation: Any) -> tuple[Any, ...]:
-    """What a type allows: the members of a union, else the type itself; without bounds of numbers."""
-    if get_origin(annotation) in (Union, UnionType):
-        return tuple(each for member in get_args(annotation) for each in _options(member))
-    return _options(get_args(annotation)[0]) if get_origin(annotation) is Annotated else (annotation,)
-
-
-def _value(data: Any, path: lines.Path) -> Any:
-    for step in path:
-        data = data[step]
-    return data
-
-
-def _choices(path: lines.Path) -> tuple[str, ...]:
-    options = _options(_annotation(path))
-    return tuple(str(x) for option in options if get_origin(option) is Literal for x in get_args(option))
