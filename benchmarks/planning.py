@@ -1,10 +1,12 @@
 """Planning problems of MotionBenchMaker: how many are solved, how fast, how short; every path looked at densely.
 
 python benchmarks/planning.py [--problems FOLDER] [--count 100] [--shorten 100] [--peer N] [--optimise N]
-    [--anytime N] [--json FILE]
+    [--anytime N] [--roboplan PYTHON N] [--json FILE]
 
 VAMP 0.6.4 names 111 us as its median for the Panda, without
 proofs; ours is the whole call with every motion proved free. Each path is checked again at states 0.001 rad apart.
+roboplan (Pinocchio and coal) gets an environment of its own: `python -m venv E; E/bin/pip install roboplan`, then
+`--roboplan E/bin/python 10`.
 """
 
 from __future__ import annotations
@@ -12,9 +14,12 @@ from __future__ import annotations
 import argparse
 import json
 import lzma
+import subprocess
 import sys
+import tempfile
 import warnings
 from collections.abc import Iterator
+from itertools import combinations, pairwise
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -60,9 +65,11 @@ def solved(folder: Path, name: str, count: int, shorten: int) -> list[tuple[ArmP
 
 
 def _free(checker: Checker, plan: ArmPlan) -> bool:
-    if not plan:
-        return True
-    for a, b in zip(plan.path[:-1], plan.path[1:], strict=True):
+    return not plan or _path_free(checker, plan.path)
+
+
+def _path_free(checker: Checker, path: Floats) -> bool:
+    for a, b in pairwise(path):
         states = a + np.linspace(0.0, 1.0, int(np.abs(b - a).max() / 0.001) + 2)[:, None] * (b - a)
         if not checker.free(states).all():
             return False
@@ -108,6 +115,69 @@ def race_ompl(folder: Path, name: str, count: int) -> None:
     ratio = np.median(theirs) / np.median(ours)
     print(
         f"{name}: OMPL median {1e3 * np.median(theirs):.1f} ms, ours {1e3 * np.median(ours):.2f} ms, ratio {ratio:.1f}"
+    )
+
+
+def race_roboplan(folder: Path, name: str, count: int, python: str) -> None:
+    """roboplan's RRT-Connect, C++ throughout, on the same problems, balls and disabled pairs; whole calls, in turns."""
+    with lzma.open(folder / f"{name}.json.xz") as file:
+        data: dict[str, Any] = json.load(file)
+    problems = [row for each in data["sets"].values() for row in each["problems"][:count]]
+    cases = list(posed(folder, name, count))
+    coordinates = [each.name for each in cases[0][0].robot.mechanism.coordinates]
+    joints = next(iter(data["sets"].values()))["joints"]
+    rows = [
+        {"start": a.tolist(), "goal": b.tolist(), "obstacles": row["obstacles"]}
+        for (_, a, b), row in zip(cases, problems, strict=True)
+    ]
+    first = cases[0][0]
+    still = [body.name for body, row in zip(first.bodies, first.arm.bodies, strict=True) if row[3] == row[1]]
+    named = [body.name for body in first.bodies]
+    looked_at = {frozenset((named[a], named[b])) for a, b in first.arm.pairs}
+    files: dict[str, Any] = {
+        "urdf": str(folder / f"{name}_spherized.urdf"), "srdf": str(folder / f"{name}.srdf"), "still": still,
+        "skipped": [pair for pair in combinations(named, 2) if frozenset(pair) not in looked_at],
+    }  # fmt: skip
+    with tempfile.TemporaryDirectory() as place:
+        asked = Path(place) / "problems.json"
+        asked.write_text(json.dumps(files | {"joints": joints, "coordinates": coordinates, "problems": rows}))
+        rival = subprocess.Popen(
+            [python, str(Path(__file__).with_name("planning_rival_roboplan.py")), str(asked)],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+        )  # fmt: skip
+        assert rival.stdin is not None
+        assert rival.stdout is not None
+        version = json.loads(rival.stdout.readline())["version"]
+        theirs, ours, failed, hit, lengths = [], [], 0, 0, []
+        columns = [coordinates.index(each) for each in joints]
+        mf.plan(*cases[0][:1], None, *cases[0][1:], shorten=0)
+        for k, (checker, a, b) in enumerate(cases):
+            if not checker.free(np.stack([a, b])).all():
+                continue
+            rival.stdin.write(f"{k}\n")
+            rival.stdin.flush()
+            answer = json.loads(rival.stdout.readline())
+            begun = perf_counter()
+            plan = mf.plan(checker, None, a, b, shorten=0)
+            ours.append(perf_counter() - begun)
+            theirs.append(answer["seconds"])
+            if answer["path"] is None or not plan:
+                failed += answer["path"] is None
+                continue
+            path = np.tile(a, (len(answer["path"]), 1))
+            path[:, columns] = answer["path"]
+            hit += not _path_free(checker, path)
+            lengths.append([float(np.linalg.norm(np.diff(each, axis=0), axis=1).sum()) for each in (path, plan.path)])
+        rival.stdin.close()
+        rival.wait()
+    quantiles = [[1e3 * float(np.quantile(each, p)) for p in (0.5, 0.95, 1.0)] for each in (theirs, ours)]
+    length = np.mean(np.array(lengths).reshape(-1, 2), axis=0)
+    print(
+        f"{name}, {len(theirs)} problems: roboplan {version} median / 95 % / worst "
+        f"{quantiles[0][0]:.2f} / {quantiles[0][1]:.1f} / {quantiles[0][2]:.0f} ms, not found {failed}, "
+        f"in collision at 0.001 rad {hit}, mean length {length[0]:.2f}; ours {quantiles[1][0]:.3f} / "
+        f"{quantiles[1][1]:.2f} / {quantiles[1][2]:.1f} ms, mean length {length[1]:.2f}; "
+        f"ratio of medians {quantiles[0][0] / quantiles[1][0]:.1f}"
     )
 
 
@@ -163,6 +233,7 @@ def main() -> None:
     parser.add_argument("--peer", type=int, default=0, help="problems of each set to race OMPL on")
     parser.add_argument("--optimise", type=int, default=0, help="problems of each set to optimise after shortcuts")
     parser.add_argument("--anytime", type=int, default=0, help="problems of each set for the anytime planner")
+    parser.add_argument("--roboplan", nargs=2, metavar=("PYTHON", "N"), help="its interpreter, problems of each set")
     parser.add_argument("--json", type=Path)
     given = parser.parse_args()
     warnings.simplefilter("ignore")
@@ -173,6 +244,9 @@ def main() -> None:
             continue
         if given.anytime:
             anytime(given.problems, name, given.anytime)
+            continue
+        if given.roboplan:
+            race_roboplan(given.problems, name, int(given.roboplan[1]), given.roboplan[0])
             continue
         if given.peer:
             race_ompl(given.problems, name, given.peer)

@@ -256,6 +256,26 @@ ROWS = (
         "The dense look is by the same checker, which coal confirms in tests; not found is counted, not judged.",
     ),
     Row(
+        "R20",
+        "Random configurations of three arms in random scenes and those of MotionBenchMaker: every verdict is coal's "
+        "on the same shapes; distances of primitives and hulls apart lie between two bounds 1e-9 m apart (with a "
+        "cylinder or cone 1e-9 of their size).",
+        "states",
+        1_000_000,
+        "coal_verdicts --states 1000000 --resume DIR",
+        "Where coal's verdict and its own distance disagree, its distance decides, beyond its tolerance of 1e-6 m.",
+    ),
+    Row(
+        "R21",
+        "What is checked of the robots of example-robot-data holds every vertex of their meshes, as Pinocchio's reader "
+        "gives and places them, to 1e-7 m; and nothing is thickened.",
+        "robots",
+        69,
+        "mesh_cover --robots 69 --resume DIR",
+        "Of meshes with more than 4,000 vertices their extremes along 200 directions and 4,000 others are looked at; "
+        "one file has no shapes, one no links.",
+    ),
+    Row(
         "F4",
         "Hostile frames and requests against the studio: foreign origins, hosts, tokens, what is no HTTP or no JSON, "
         "false lengths, numbers out of range: refused; meanwhile a window is answered within 2 s, no line of its "

@@ -152,6 +152,8 @@ def test_every_key_is_documented() -> None:
         "frame",
         "pattern",
         "configuration",
+        "output",
+        "input",
     }
     for name in names:
         assert (f"[{name}]" if name in tables else f"`{name}`") in text, name

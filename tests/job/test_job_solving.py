@@ -9,7 +9,8 @@ from mafsil.errors import JobError, MafsilError
 from mafsil.job import Refusal, Run, parse, solve
 from mafsil.job.equipment import equipment_of
 from mafsil.job.judgement import summary
-from mafsil.job.plan import Plan, plan
+from mafsil.job.move_planner import plan
+from mafsil.job.plan import Plan
 from mafsil.job.poses import pose_matrix
 from mafsil.trajectory import check
 

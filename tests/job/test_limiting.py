@@ -11,7 +11,7 @@ import pytest
 import mafsil as mf
 from mafsil.job.equipment import Equipment
 from mafsil.job.limiting import DECIDES, MORE, labels_of, limits_of_cycle, most_used, named, would_save
-from mafsil.job.plan import plan
+from mafsil.job.move_planner import plan
 from mafsil.job.reading import parse
 from mafsil.messages.quantities import quantity
 from tests.job.test_job_planning import planned

@@ -10,12 +10,15 @@ import pytest
 
 import mafsil as mf
 from mafsil.collision import Checker
+from mafsil.errors import JobError
 from mafsil.job import solve
 from mafsil.job.judgement import summary
 from mafsil.job.reading import parse
 from mafsil.job.remark import Refusal
 from mafsil.job.run import Run
+from mafsil.job.solve import prepare
 from mafsil.report.contents import page
+from mafsil.report.results import as_data
 
 EXAMPLE = (Path(__file__).parents[2] / "examples" / "jobs" / "around_a_wall_panda.toml").read_text("utf-8")
 HERE = Path()
@@ -126,3 +129,80 @@ pause = 0.1
     assert isinstance(capsule.geometry, mf.collision.Capsule)
     assert sphere.geometry.radius == 0.3
     assert sphere.name == "obstacle[2]"
+
+
+PER_MOVE = """
+robot = "panda"
+[collision]
+clearance = 0.02
+avoid = true
+seconds = 0.3
+[[obstacle]]
+name = "wall"
+box = [0.5, 0.04, 0.45]
+position = [0.6, 0.0, 0.225]
+[start]
+joints = [0.8, -0.3, 0.0, -2.2, 0.0, 1.9, 0.8]
+[[move]]
+name = "round"
+joints = [-0.8, -0.3, 0.0, -2.2, 0.0, 1.9, 0.8]
+clearance = 0.05
+planner = "PLANNER"
+"""
+
+
+@pytest.mark.capability("11-39", "11-40")
+@pytest.mark.parametrize("planner", ["rrt_connect", "lazy_prm_star", "trajectory_optimisation", "prm"])
+def test_a_move_has_its_own_clearance_and_planner(planner):
+    """Also planners whose best way keeps just the clearance: what they find is not refused afterwards."""
+    text = PER_MOVE.replace("PLANNER", planner)
+    _, motion = prepare(parse(text), text, Path())
+    leg = motion.legs[0]
+    assert leg.clearance == 0.05
+    assert leg.way.plan.planner == planner
+    assert leg.way.contact.second == "wall"
+    q = leg.trajectory.at(np.linspace(0.0, leg.trajectory.duration, 2000)).u
+    checker = motion.surroundings.checker(leg.load, 0.0)
+    assert checker.distance(q).distance.min() > 0.05 - 1e-9
+    assert any(remark.key == "job.went_round" and planner in remark.sentence("en") for remark in motion.remarks)
+
+
+@pytest.mark.capability("11-40")
+def test_report_and_results_have_the_account_and_the_clearance_over_time():
+    line = '[[move]]\npose = { relative = "space", position = [0, 0, 0.05] }\npath = "line"\nclearance = 0.0\n'
+    text = PER_MOVE.replace("PLANNER", "rrt_connect") + line
+    run = solve(parse(text), text, Path())
+    data = as_data(run, summary(run))
+    way = data["steps"][0]["way_round"]
+    assert way["planner"] == "rrt_connect"
+    assert way["would_hit"][1] == "wall"
+    assert way["path"][0] == pytest.approx([0.8, -0.3, 0.0, -2.2, 0.0, 1.9, 0.8])
+    assert data["steps"][1]["way_round"] is None
+    for language in ("en", "ar"):
+        shown = page(run, summary(run), language)
+        plot = next(each for each in shown.plots if each.column == "clearance")
+        assert set(plot.values[:, 1]) == {0.0, 0.05}
+        account = next(each for each in shown.details if each.pairs and "rrt_connect" in each.pairs[0][1])
+        assert account.pairs[0][0] == "round"
+
+
+@pytest.mark.parametrize(
+    ("move", "key"),
+    [
+        ("avoid = false\nplanner = 'prm'", "job.planner_avoid"),
+        ("via = [[0, 0, 0, -2, 0, 1.9, 0.8]]\nplanner = 'prm'", "job.planner_avoid"),
+        ("planner = 'teleport'", "job.choice"),
+        ("clearance = -0.1", "job.bound"),
+    ],
+)
+def test_wrong_planners_and_clearances_are_named(move, key):
+    text = PER_MOVE.replace('clearance = 0.05\nplanner = "PLANNER"', move)
+    with pytest.raises(JobError) as caught:
+        parse(text, "job.toml")
+    assert caught.value.key == key
+    assert "job.toml:1" in caught.value.message("ar")
+
+
+def test_clearances_of_moves_are_lengths_of_the_file():
+    text = 'robot = "panda"\nlengths = "millimetres"\n[[move]]\njoints = [0, 0, 0, -1.5, 0, 1.5, 0]\nclearance = 20\n'
+    assert parse(text).move[0].clearance == pytest.approx(0.02)

@@ -53,6 +53,32 @@ class Peer:
 
     def first_contact(self, checker: Checker, states: np.ndarray) -> int:
         """The first of (k, n) states that collides; -1 if none does."""
+        shapes = self._with_scene(checker)
+        data = shapes.createData()
+        for k, q in enumerate(states):
+            if self._touches(shapes, data, q) and self._distance(shapes, data, q) <= 0.0:
+                return k
+        return -1
+
+    def verdicts(self, checker: Checker, states: np.ndarray, asked: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Which of (k, n) states collide, and the least distance where that is not what is asked; else NaN."""
+        shapes = self._with_scene(checker)
+        data = shapes.createData()
+        found = np.array([self._touches(shapes, data, q) for q in states])
+        distance = np.full(len(states), np.nan)
+        for k in np.flatnonzero(found != asked):
+            distance[k] = self._distance(shapes, data, states[k])
+        return found, distance
+
+    def _touches(self, shapes: Any, data: Any, q: np.ndarray) -> bool:
+        return self.pin.computeCollisions(self.model, self.data, shapes, data, q, True)
+
+    def _distance(self, shapes: Any, data: Any, q: np.ndarray) -> float:
+        self.pin.computeDistances(self.model, self.data, shapes, data, q)
+        return min(each.min_distance for each in data.distanceResults)
+
+    def _with_scene(self, checker: Checker) -> Any:
+        """The arm's shapes and the obstacles, with the pairs that the checker looks at."""
         pin, shapes = self.pin, self.shapes.copy()
         own = len(self.links)
         for each in checker.scene:
@@ -66,13 +92,7 @@ class Peer:
             if self.links[a] not in self.still:
                 for b in range(own, len(shapes.geometryObjects)):
                     shapes.addCollisionPair(pin.CollisionPair(a, b))
-        data = shapes.createData()
-        for k, q in enumerate(states):
-            if pin.computeCollisions(self.model, self.data, shapes, data, q, True):
-                pin.computeDistances(self.model, self.data, shapes, data, q)
-                if min(each.min_distance for each in data.distanceResults) <= 0.0:
-                    return k
-        return -1
+        return shapes
 
 
 def dense(path: np.ndarray) -> np.ndarray:

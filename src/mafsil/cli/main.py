@@ -62,6 +62,10 @@ def main(arguments: list[str] | None = None) -> int:
         _complain(say("cli.machine", reason=str(error) or type(error).__name__))
         return FAILED
     except Exception as error:
+        if isinstance(error, SystemError) and isinstance(error.__cause__, KeyboardInterrupt):
+            # Ctrl-C just when a compiled loop gave its result.
+            _complain(say("cli.interrupted"))
+            return INTERRUPTED
         if "--debug" in words:
             raise
         _complain(say("cli.internal", kind=type(error).__name__, reason=str(error)))

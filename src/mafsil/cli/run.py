@@ -11,8 +11,10 @@ from mafsil.cli.answer import Answer
 from mafsil.cli.progress import Progress
 from mafsil.cli.table import table
 from mafsil.errors import FileError, InputError
-from mafsil.job import Refusal, Run, solve
+from mafsil.job import Job, Refusal, Run, solve
+from mafsil.job.cell_signals import assignments, conditions
 from mafsil.job.judgement import joint_quantity, summary
+from mafsil.job.plan import Leg
 from mafsil.job.reading import parse
 from mafsil.job.solve import prepare, simulated_by
 from mafsil.job.text import text_of
@@ -20,7 +22,7 @@ from mafsil.messages import language, say
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
 from mafsil.report.contents import verdict
-from mafsil.report.results import as_data, require_replaceable, write_results
+from mafsil.report.results import as_data, require_replaceable, signals_data, write_results
 from mafsil.simulation import SimulationStatus
 
 MARKS = {"good": "-", "warning": "!", "failure": "!!"}
@@ -131,20 +133,28 @@ def _planned(text: str, source: str, folder: Path, variables: Mapping[str, objec
             }
             for k, leg in moves
         ],
+        "signals": signals_data(motion.signals, motion.duration),
         "findings": [
             {"level": one.level, "code": one.key, "en": one.sentence("en"), "ar": one.sentence("ar")}
             for one in motion.remarks
         ],
     }
     rows = [
-        (f"{leg.index + 1} {leg.name}".strip(), say(f"report.kind_{leg.kind}"), quantity(leg.trajectory.duration, "s"))
-        for _, leg in moves
+        (_called(job, leg), say(f"report.kind_{leg.kind}"), quantity(leg.trajectory.duration, "s")) for _, leg in moves
     ]
     heading = tuple(say(f"cli.run_{name}") for name in ("move", "kind", "duration"))
     lines = [say("cli.run_planned", title=visible(job.title or robot.name), cycle=quantity(cycle, "s"))]
     lines += table(heading, rows)
     lines += [f"  {MARKS[remark.level]} {remark.sentence()}" for remark in motion.remarks]
     return Answer(data, tuple(lines))
+
+
+def _called(job: Job, leg: Leg) -> str:
+    """Number and name of a move, and what it does with signals."""
+    move = job.move[leg.index]
+    signals = assignments(move.set) or conditions(move.wait)
+    words = (str(leg.index + 1), leg.name, signals if signals != leg.name else "")
+    return " ".join(word for word in words if word)
 
 
 def _refused(outcome: Refusal) -> Answer:

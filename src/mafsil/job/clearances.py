@@ -27,24 +27,26 @@ class Clearances:
         t: (k,) moments [s].
         distance: (k,) between the arm and anything, or two of its own bodies [m]; minus the depth where they meet.
         first, second: (k,) the two bodies.
-        wanted: the clearance that the job asks for [m].
+        wanted: (k,) the clearance that is to be kept then [m].
     """
 
     t: Floats
     distance: Floats
     first: tuple[str, ...]
     second: tuple[str, ...]
-    wanted: float
+    wanted: Floats
 
     @property
     def least(self) -> int:
         """The moment of the smallest distance."""
         return int(self.distance.argmin())
 
-    def to_dict(self) -> dict[str, Any]:
-        """The smallest distance, when, and between what."""
+    def to_dict(self) -> dict[str, Any] | None:
+        """The smallest distance, when, and between what; None where there is nothing to come near to."""
         k = self.least
-        found = {"least": float(self.distance[k]), "time": float(self.t[k]), "wanted": self.wanted}
+        if not np.isfinite(self.distance[k]):
+            return None
+        found = {"least": float(self.distance[k]), "time": float(self.t[k]), "wanted": float(self.wanted[k])}
         return found | {"first": self.first[k], "second": self.second[k]}
 
 
@@ -65,7 +67,8 @@ def clearances(run: Run) -> Clearances | None:
     first, second = ([""] * len(rows) for _ in range(2))
     for leg in np.unique(legs):
         chosen = np.flatnonzero(legs == leg)
-        found = around.clearance(q[rows[chosen]], run.plan.legs[int(leg)].load)
+        own = run.plan.legs[int(leg)]
+        found = around.clearance(q[rows[chosen]], own.load, own.clearance)
         distance[chosen] = found.distance
         for place, contact in zip(chosen.tolist(), found, strict=True):
             first[place], second[place] = contact.first, contact.second
@@ -74,7 +77,8 @@ def clearances(run: Run) -> Clearances | None:
         for k, contact in enumerate(beside):
             if contact.distance < distance[k]:
                 distance[k], first[k], second[k] = contact.distance, contact.first, contact.second
-    return Clearances(t[rows], distance, tuple(first), tuple(second), around.rule.clearance)
+    wanted = np.array([leg.clearance for leg in run.plan.legs])[legs]
+    return Clearances(t[rows], distance, tuple(first), tuple(second), wanted)
 
 
 def clearance_remarks(found: Clearances | None) -> list[Remark]:
@@ -86,14 +90,18 @@ def clearance_remarks(found: Clearances | None) -> list[Remark]:
     if found is None or not np.isfinite(found.distance).any():
         return []
     k = found.least
-    least = float(found.distance[k])
+    if found.distance[k] > 0.0:
+        # What is left of the clearance counts, not the distance: some moves may come nearer than others.
+        near = np.where(found.wanted > 0.0, found.distance / np.maximum(found.wanted, 1e-300), np.inf)
+        k = int(near.argmin()) if near.min() < NEARLY else k
+    least, wanted = float(found.distance[k]), float(found.wanted[k])
     details = {
         "first": visible(found.first[k]), "second": visible(found.second[k]),
         "distance": quantity(abs(least), "m"), "time": quantity(float(found.t[k]), "s"),
-        "wanted": quantity(found.wanted, "m"),
+        "wanted": quantity(wanted, "m"),
     }  # fmt: skip
     if least <= 0.0:
         return [Remark("failure", "job.hit", details)]
-    if least < NEARLY * found.wanted:
+    if least < NEARLY * wanted:
         return [Remark("warning", "job.near_miss", details)]
     return [Remark("good", "job.least_clearance", details)]

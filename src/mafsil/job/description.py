@@ -9,6 +9,12 @@ from typing import Annotated, Literal, TypeAlias
 
 import msgspec
 
+from mafsil.job.driving_tables import TIP_LAWS as TIP_LAWS
+from mafsil.job.driving_tables import Controller as Controller
+from mafsil.job.driving_tables import Disturbance as Disturbance
+from mafsil.job.driving_tables import LawKind as LawKind
+from mafsil.job.driving_tables import Noise as Noise
+from mafsil.job.driving_tables import Simulation as Simulation
 from mafsil.job.other_robot import OtherRobot
 from mafsil.job.part import Four as Four
 from mafsil.job.part import NotNegative as NotNegative
@@ -17,6 +23,7 @@ from mafsil.job.part import Pose as Pose
 from mafsil.job.part import Positive as Positive
 from mafsil.job.part import Share as Share
 from mafsil.job.part import Three as Three
+from mafsil.job.signals import Condition, Input, SignalValue
 from mafsil.trajectory.laws import LawName
 
 Profile: TypeAlias = LawName | Literal["time_optimal", "jerk_limited"]
@@ -26,8 +33,9 @@ QUICKEST = ("time_optimal", "jerk_limited")
 PathKind: TypeAlias = Literal["joint", "line", "arc", "spline", "screw"]
 TIP_PATHS: tuple[PathKind, ...] = ("line", "arc", "spline", "screw")
 """Paths of the tip: their goal is a pose."""
+PlannerName: TypeAlias = Literal["rrt_connect", "lazy_prm_star", "trajectory_optimisation", "prm", "rrt_star"]
+"""Planners of `mafsil.planning` for ways round obstacles."""
 Task: TypeAlias = Literal["pose", "axis", "position"]
-Six: TypeAlias = tuple[float, float, float, float, float, float]
 
 
 class BranchChoice(Part, frozen=True, kw_only=True):
@@ -111,12 +119,16 @@ class Collision(Part, frozen=True, kw_only=True):
         avoid: moves of the joints go round what stands in their way, unless a move says otherwise.
         self_collision: whether the arm is checked against itself; if None, where the description has shapes.
         seed: of the search for ways round.
+        planner: that searches them.
+        seconds: after which it gives up, or for planners that improve takes the best so far [s].
     """
 
     clearance: NotNegative = 0.0
     avoid: bool = False
     self_collision: bool | None = None
     seed: Annotated[int, msgspec.Meta(ge=0)] = 0
+    planner: PlannerName = "rrt_connect"
+    seconds: Positive = 10.0
 
 
 class Tolerance(Part, frozen=True, kw_only=True):
@@ -151,8 +163,13 @@ class Step(Part, frozen=True, kw_only=True):
         tool: change to a tool, by its name.
         place: let go of it.
         pause: rest [s].
+        set: values that outputs take.
+        wait: conditions on signals, all of them: rest until they hold.
+        timeout: longest wait [s]; what does not come within it is a refusal.
         hold: time that pick, place and a change of tools take [s].
         avoid: whether a move of the joints goes round what stands in its way; as the job says if None.
+        planner: that searches the way round; that of the job if None.
+        clearance: that it keeps, if another than the job's [m].
         tolerance: of this move, if another than the job's.
     """
 
@@ -166,13 +183,18 @@ class Step(Part, frozen=True, kw_only=True):
     place: bool = False
     tool: str | None = None
     pause: Positive | None = None
+    set: dict[str, SignalValue] = msgspec.field(default_factory=dict[str, SignalValue])
+    wait: dict[str, Condition] = msgspec.field(default_factory=dict[str, Condition])
+    timeout: Positive | None = None
     hold: NotNegative = 0.3
     avoid: bool | None = None
+    planner: PlannerName | None = None
+    clearance: NotNegative | None = None
     tolerance: Tolerance | None = None
 
 
 class Move(Step, frozen=True, kw_only=True):
-    """One step: exactly one of joints, pose, pick, place, tool and pause.
+    """One step: exactly one of joints, pose, pick, place, tool, pause, set and wait.
 
     Attributes:
         joints: goal in joint coordinates.
@@ -183,6 +205,11 @@ class Move(Step, frozen=True, kw_only=True):
     joints: tuple[float, ...] | None = None
     pose: Goal | None = None
     via: tuple[tuple[float, ...] | Pose, ...] = ()
+
+    @property
+    def stays(self) -> bool:
+        """Whether the arm stands still, and has the same tool afterwards."""
+        return self.joints is None and self.pose is None and self.tool is None
 
 
 class Start(Part, frozen=True, kw_only=True):
@@ -259,115 +286,6 @@ class Surface(Part, frozen=True, kw_only=True):
     friction: NotNegative = 0.0
 
 
-LawKind: TypeAlias = Literal[
-    "computed_torque", "pd_gravity", "pid", "feedforward", "sliding_mode", "min_max", "adaptive",
-    "model_predictive", "task_computed_torque", "impedance", "admittance", "hybrid",
-]  # fmt: skip
-"""Laws of the joints, then laws of the tip."""
-TIP_LAWS: tuple[LawKind, ...] = ("task_computed_torque", "impedance", "admittance", "hybrid")
-
-
-class Controller(Part, frozen=True, kw_only=True):
-    """The law that drives the joints.
-
-    Attributes:
-        kind: `computed_torque`; `pd_gravity`, PD with gravity compensation; `pid` of each joint by itself;
-            `feedforward` of the model with PD; `sliding_mode` and `min_max`, for masses known within a share;
-            `adaptive`, which learns what the tool carries; `model_predictive`, which looks ahead and keeps efforts
-            within their limits. Of the tip: `task_computed_torque`; `impedance` and `admittance`, a tip that gives
-            way; `hybrid`, motion along the first surface and force into it.
-        frequency: natural frequency of the error dynamics of computed torque, in joints or at the tip, and of
-            the motion of `hybrid`, 20 if None; of `model_predictive` away from limits, 80 if None [rad/s].
-        damping: its damping ratio, or that of the tip's impedance; 1 if None.
-        stiffness, rate_gain: of the PD and PID laws, one number or one per joint; from the inertia of each joint if
-            None [N m/rad, N m s/rad].
-        integral: gain of PID, likewise; a tenth of what would make it unstable if None [N m/(rad s)].
-        mass_share: by which sliding mode takes every mass, and min-max all together, to be wrong; 0.2 if None.
-        margin: effort of sliding mode for friction; what the model's friction asks for and 1 if None [N m | N].
-        width: of the boundary layer; 0.02 if None [rad/s | m/s], of min-max 1 [N m/s | N/s].
-        horizon: intervals that `model_predictive` looks ahead; 20 if None.
-        interval: length of one; 0.005 if None [s].
-        tip_stiffness, turn_stiffness: of impedance and admittance, against shifts and against rotations; if None, what
-            makes the arm's inertia at the start swing with 20 rad/s [N/m, N m/rad].
-        tip_mass, turn_inertia: of admittance; those of the arm at the start if None [kg, kg m^2].
-        press: force of `hybrid` into the surface; 10 if None [N].
-        force_gain, force_integral: of the error of that force; 0 and 10 if None [1, 1/s].
-        learning: how fast the adaptive law learns; 1 if None.
-        rate: how often the law is evaluated [Hz]; each simulation step if None.
-        delay: from the measurement to the effort, a whole number of periods of the law [s].
-    """
-
-    kind: LawKind = "computed_torque"
-    frequency: Positive | None = None
-    damping: Positive | None = None
-    stiffness: Positive | tuple[Positive, ...] | None = None
-    rate_gain: Positive | tuple[Positive, ...] | None = None
-    integral: NotNegative | tuple[NotNegative, ...] | None = None
-    mass_share: NotNegative | None = None
-    margin: NotNegative | tuple[NotNegative, ...] | None = None
-    width: Positive | None = None
-    horizon: Annotated[int, msgspec.Meta(ge=1, le=200)] | None = None
-    interval: Positive | None = None
-    learning: NotNegative | None = None
-    tip_stiffness: Positive | None = None
-    turn_stiffness: Positive | None = None
-    tip_mass: Positive | None = None
-    turn_inertia: Positive | None = None
-    press: Positive | None = None
-    force_gain: NotNegative | None = None
-    force_integral: NotNegative | None = None
-    rate: Positive | None = None
-    delay: NotNegative = 0.0
-
-
-class Noise(Part, frozen=True, kw_only=True):
-    """Errors of the sensors: standard deviations, reproducible by the seed; of forces at the tip [N]."""
-
-    position: NotNegative = 0.0
-    velocity: NotNegative = 0.0
-    force: NotNegative = 0.0
-    seed: Annotated[int, msgspec.Meta(ge=0)] = 0
-
-
-class Simulation(Part, frozen=True, kw_only=True):
-    """How the motion is simulated.
-
-    Attributes:
-        step: of the integrator [s].
-        method: integrator; rk4 if None, or implicit_friction where the friction of light links is too stiff for the
-            step. A method that is named is used or refused, never replaced.
-        settle: time at rest after the last move [s].
-        friction: whether the joints have the friction of the description.
-        mass_error: the real masses are this much larger than the controller believes (0.1 is ten per cent).
-        noise: of the sensors.
-        plant: who computes the motion: `mafsil`, or `mujoco` where it is installed.
-        real_time: every evaluation of the law begins when it is due, and those that come late are counted; a run takes
-            as long as the motion.
-    """
-
-    step: Annotated[float, msgspec.Meta(ge=1e-6, le=0.1)] = 0.001
-    method: Literal["rk4", "semi_implicit_euler", "implicit_friction"] | None = None
-    settle: NotNegative = 0.3
-    friction: bool = True
-    mass_error: Annotated[float, msgspec.Meta(gt=-1, le=10)] = 0.0
-    noise: Noise = Noise()
-    plant: Literal["mafsil", "mujoco"] = "mafsil"
-    real_time: bool = False
-
-
-class Disturbance(Part, frozen=True, kw_only=True):
-    """A push of the world on the tip.
-
-    Attributes:
-        start, duration: [s].
-        wrench: (m, f) on the tip, in the tip frame [N m, N].
-    """
-
-    start: NotNegative
-    duration: Positive
-    wrench: Six
-
-
 class SceneFile(Part, frozen=True, kw_only=True):
     """A file of obstacles alone.
 
@@ -419,6 +337,8 @@ class Head(Part, frozen=True, kw_only=True):
         variables: by name; `"$name"` anywhere in the file stands for its value.
         tool: on the flange, unless the arm starts with another one.
         tools: that moves change to, by name.
+        output: signals that moves set, by name, with the values that they begin with.
+        input: signals that the cell gives, by name.
         surface: what the tip can touch.
         other_robot: robots beside it.
     """
@@ -434,6 +354,8 @@ class Head(Part, frozen=True, kw_only=True):
     lock: dict[str, float] = msgspec.field(default_factory=dict[str, float])
     tool: Tool = Tool()
     tools: dict[str, Tool] = msgspec.field(default_factory=dict[str, Tool])
+    output: dict[str, SignalValue] = msgspec.field(default_factory=dict[str, SignalValue])
+    input: dict[str, Input] = msgspec.field(default_factory=dict[str, Input])
     limits: Bounds = Bounds()
     tolerance: Tolerance = Tolerance()
     controller: Controller = Controller()

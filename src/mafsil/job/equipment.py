@@ -9,6 +9,7 @@ import numpy as np
 
 from mafsil.arrays import PoseMatrix
 from mafsil.errors import JobError
+from mafsil.geometry import pose
 from mafsil.job.description import Grasp, Job, Tool
 from mafsil.job.language.units import angle_unit, length_unit
 from mafsil.job.payload import with_tool
@@ -90,11 +91,9 @@ def box_of_tool(equipment: Equipment) -> PoseMatrix:
     """(4, 4) centre of the tool's box, in the tip frame."""
     robot, q = equipment.robot, np.zeros(equipment.robot.n)
     link = [each.name for each in robot.mechanism.links].index(equipment.tool.link or robot.mechanism.tip)
-    T_link: PoseMatrix = np.asarray(robot.link_poses(q))[link]
-    T_tip: PoseMatrix = np.asarray(robot.forward_kinematics(q))
-    T_box: PoseMatrix = np.eye(4)
-    T_box[:3, 3] = equipment.tool.centre
-    return np.linalg.solve(T_tip, T_link @ T_box).astype(float)
+    T_link: PoseMatrix = robot.link_poses(q)[link]
+    T_box = pose.from_translation(equipment.tool.centre)
+    return pose.compose(pose.inverse(robot.forward_kinematics(q)), pose.compose(T_link, T_box))
 
 
 def _bare(job: Job, folder: Path) -> Mechanism:
@@ -119,7 +118,7 @@ def _between(first: Robot, robot: Robot, name: str | None) -> PoseMatrix:
     if robot is first:
         return np.eye(4)
     q = np.stack([np.zeros(first.n), np.linspace(0.3, 0.7, first.n)])
-    here, there = np.linalg.solve(np.asarray(first.forward_kinematics(q)), np.asarray(robot.forward_kinematics(q)))
+    here, there = pose.compose(pose.inverse(first.forward_kinematics(q)), robot.forward_kinematics(q))
     if np.abs(here - there).max() > FIXED * max(1.0, np.abs(here).max()):
         raise JobError("job.tool_flange", tool=visible(str(name)))
     return here

@@ -98,14 +98,16 @@ def limits_of_cycle(plan: Plan) -> tuple[CycleLimit, ...]:
     1. How much of each limit every leg uses over time; where the greatest share is at least 99 per cent, it decides.
     2. Limits that a leg uses up somewhere, and those of the tip on its paths, are raised one by one, the leg solved
        again: paths and configurations stay as they were planned.
-    3. Sums over all legs, for they follow each other.
+    3. What that saves in all, for legs follow each other; waits for signals take back what comes too early.
 
     Args:
         plan: of a job.
     """
     labels = labels_of(len(plan.start))
-    deciding, saved = np.zeros(len(labels)), np.zeros(len(labels))
-    for leg in plan.legs:
+    deciding = np.zeros(len(labels))
+    planned = np.array([leg.trajectory.duration for leg in plan.legs])
+    shorter = np.tile(planned, (len(labels), 1))
+    for i, leg in enumerate(plan.legs):
         if leg.timing is None or leg.trajectory.duration == 0.0:
             continue
         # 1
@@ -118,8 +120,9 @@ def limits_of_cycle(plan: Plan) -> tuple[CycleLimit, ...]:
         for k, (bounded, joint) in enumerate(labels):
             spent = used[:, k].max() >= DECIDES or (joint < 0 and leg.timing.speed is not None)
             if spent:
-                # 3
-                saved[k] += leg.trajectory.duration - _again(leg.timing, bounded, joint)
+                shorter[k, i] = _again(leg.timing, bounded, joint)
+    # 3
+    saved = np.array([plan.duration - plan.lasting(row) if (row != planned).any() else 0.0 for row in shorter])
     least = SMALL * plan.duration
     found = [CycleLimit(*labels[k], float(deciding[k]), float(saved[k])) for k in range(len(labels))]
     kept = [one for one in found if one.deciding >= least or not one.saved < least]

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
-from functools import lru_cache
 from pathlib import Path
-from typing import Any, Literal, cast, get_args, get_origin, get_type_hints
+from typing import Any, cast
 
 import msgspec
 
@@ -28,8 +27,9 @@ from mafsil.job.description import (
     SceneFile,
     Simulation,
 )
-from mafsil.job.language import JobFile, in_metres, resolved, substituted, with_cells
+from mafsil.job.language import JobFile, in_metres, require_signals, resolved, substituted, with_cells
 from mafsil.job.language.statements import Placed, PlacedGoal, Statement
+from mafsil.job.language.types_of_keys import choices_at, field_type, path_of, tables_in, value_at
 from mafsil.job.other_robot import OtherRobot
 from mafsil.job.text import tables_of, text_of
 from mafsil.messages import say
@@ -37,9 +37,17 @@ from mafsil.messages.visible import visible
 
 LARGEST_NUMBER = 1e9
 """Of any quantity of a job: larger than that is a slip of the unit or the exponent."""
-ACTIONS = ("joints", "pose", "pick", "place", "tool", "pause", "do")
+ACTIONS = ("joints", "pose", "pick", "place", "tool", "pause", "set", "wait", "do")
 KINDS_OF_OBSTACLE = ("box", "sphere", "cylinder", "capsule", "floor")
 TIP_TOLERANCES = ("position", "orientation")
+JUDGED: dict[str, tuple[str, ...]] = {
+    "joints": ("joints",),
+    "pause": (),
+    "tool": (),
+    "set": (),
+    "wait": (),
+}
+"""By what the end of a move is judged, where not by the tip."""
 GAINS = {
     "computed_torque": ("frequency", "damping"),
     "pd_gravity": ("stiffness", "rate_gain"),
@@ -56,7 +64,7 @@ GAINS = {
 }
 """Gains of each law; those of another one have no effect and are refused."""
 _ALL = ("name", "tolerance")
-_TRAVEL = (*_ALL, "path", "via", "profile", "duration", "speed", "avoid")
+_TRAVEL = (*_ALL, "path", "via", "profile", "duration", "speed", "avoid", "planner", "clearance")
 EFFECTIVE = {
     "joints": _TRAVEL,
     "pose": (*_TRAVEL, "blend"),
@@ -64,6 +72,8 @@ EFFECTIVE = {
     "place": (*_ALL, "hold"),
     "tool": (*_ALL, "hold"),
     "pause": _ALL,
+    "set": _ALL,
+    "wait": (*_ALL, "timeout"),
     "do": ("each", "repeat"),
 }
 """Keys that do something next to each action; a tolerance has a sentence of its own."""
@@ -188,6 +198,7 @@ class _Reader:
         self.check_controller(file.controller, file.simulation)
         self.check_surfaces(file)
         self.check_other_robots(file.other_robot)
+        require_signals(file, self.error)
         return file
 
     def check_moves(self, job: Job) -> None:
@@ -198,7 +209,7 @@ class _Reader:
             goal = job.move[k].pose
             if goal is not None and goal.branch is not None and job.move[k].path in TIP_PATHS:
                 raise self.error("job.branch_path", ("move", k, "pose", "branch"), kind=job.move[k].path)
-        self.check_avoiding(job.move)
+        self.check_avoiding(job)
 
     def refuse_unknown(self, data: Any, kind: type[Part], path: lines.Path) -> None:
         """Every key of every table is one that we know; close matches are offered."""
@@ -209,7 +220,7 @@ class _Reader:
                 close = get_close_matches(str(name), known, n=_MOST_CLOSE, cutoff=0.55)
                 key = "job.unknown_key_close" if close else "job.unknown_key"
                 raise self.error(key, here, close=", ".join(close), known=", ".join(known))
-            for inner, place, part in _tables(value, _field_type(kind, name), here):
+            for inner, place, part in tables_in(value, field_type(kind, name), here):
                 self.refuse_unknown(inner, part, place)
 
     def require(self, data: Any, kind: type[Part], path: lines.Path) -> None:
@@ -218,12 +229,12 @@ class _Reader:
             if field.required and field.name not in data:
                 raise self.error("job.missing_key", (*path, field.name))
             if field.name in data:
-                for inner, place, part in _tables(data[field.name], field.type, (*path, field.name)):
+                for inner, place, part in tables_in(data[field.name], field.type, (*path, field.name)):
                     self.require(inner, part, place)
 
     def check_statement(self, move: Statement, path: lines.Path, data: dict[str, Any]) -> None:
         """A move asks for exactly one thing, and its options fit it."""
-        given = [name for name in ACTIONS if getattr(move, name) not in (None, False)]
+        given = [name for name in ACTIONS if getattr(move, name) not in (None, False, {})]
         if len(given) != 1:
             key = "job.move_empty" if not given else "job.move_many"
             raise self.error(key, path, given=", ".join(given), known=", ".join(ACTIONS))
@@ -239,8 +250,7 @@ class _Reader:
         if isinstance(move.pose, PlacedGoal):
             self.check_pose(move.pose, (*path, "pose"), data["pose"])
         if move.tolerance is not None:
-            rests = move.pause is not None or move.tool is not None
-            judged = () if rests else ("joints",) if move.joints is not None else TIP_TOLERANCES
+            judged = JUDGED.get(given[0], TIP_TOLERANCES)
             for name in move.tolerance.__struct_fields__:
                 if getattr(move.tolerance, name) is not None and name not in judged:
                     raise self.error("job.no_tolerance", (*path, "tolerance", name), action=given[0])
@@ -311,9 +321,13 @@ class _Reader:
                 raise self.error("job.obstacle_kind", ("obstacle", k), given=", ".join(given) or "-", known=known)
             self.check_pose(obstacle, ("obstacle", k), data[k])
 
-    def check_avoiding(self, moves: tuple[Move, ...]) -> None:
-        """Only moves of the joints without points on the way go round."""
-        for k, move in enumerate(moves):
+    def check_avoiding(self, job: Job) -> None:
+        """Only moves of the joints without points on the way go round, and only they have a planner."""
+        usual = job.collision is not None and job.collision.avoid
+        for k, move in enumerate(job.move):
+            goes_round = (usual if move.avoid is None else move.avoid) and move.path == "joint" and not move.via
+            if move.planner is not None and not goes_round:
+                raise self.error("job.planner_avoid", ("move", k, "planner"))
             if not move.avoid:
                 continue
             if move.path in TIP_PATHS:
@@ -385,13 +399,13 @@ class _Reader:
     def translated(self, error: msgspec.ValidationError, data: Any) -> JobError:
         """Msgspec's complaint with its path, in our words."""
         text = str(error)
-        path = _path(text, data)
-        value = _value(data, path)
+        path = path_of(text, data)
+        value = value_at(data, path)
         details = {"got": visible(repr(value))[:60], "reason": text.split(" - at ")[0].replace("`", "")}
         if length := re.search(r"of length (\d+)", text):
             return self.error("job.length", path, expected=length.group(1), **details)
         if "Invalid enum value" in text:
-            known = ", ".join(_choices(path))
+            known = ", ".join(choices_at(path))
             return self.error("job.choice", path, known=known, **details)
         if bound := re.search(r"Expected `\w+` (<=|>=|<|>) (\S+)", text):
             return self.error("job.bound", path, relation=bound.group(1), limit=bound.group(2), **details)
@@ -399,69 +413,3 @@ class _Reader:
             expected = _Types(tuple(TYPES[one] for one in kind.group(1).split(" | ") if one in TYPES))
             return self.error("job.type", path, expected=expected, **details)
         return self.error("job.wrong", path, **details)
-
-
-def _field_type(kind: type[Part], name: str) -> Any:
-    return _hints(kind)[name]
-
-
-@lru_cache
-def _hints(kind: type[Part]) -> dict[str, Any]:
-    return get_type_hints(kind)
-
-
-def _tables(value: Any, annotation: Any, path: lines.Path) -> Iterator[tuple[dict[str, Any], lines.Path, type[Part]]]:
-    """The tables inside a value, with their places and types."""
-    if get_origin(annotation) is dict:
-        for name, item in cast("dict[str, Any]", value).items() if isinstance(value, dict) else ():
-            yield from _tables(item, get_args(annotation)[1], (*path, name))
-        return
-    inner = get_args(annotation)
-    for option in (annotation, *inner, *(part for one in inner for part in get_args(one))):
-        if isinstance(option, type) and issubclass(option, Part):
-            if isinstance(value, dict):
-                yield value, path, option
-            elif isinstance(value, list) and any(get_origin(one) is tuple for one in (annotation, *inner)):
-                for k, item in enumerate(cast("list[Any]", value)):
-                    if isinstance(item, dict):
-                        yield item, (*path, k), option
-            return
-
-
-def _path(text: str, data: Any) -> lines.Path:
-    """`$.move[2].pose` as ("move", 2, "pose"); msgspec leaves out names of tables: the first that is wrong is meant."""
-    found = re.search(r"at `\$([^`]*)`", text)
-    steps = re.findall(r"\.([^.\[\]]+)|\[(\d+)\]|(\[\.\.\.\])", found.group(1)) if found else []
-    path: lines.Path = ()
-    for name, index, some in steps:
-        path = (*path, _wrong_name(data, path) if some else name or int(index))
-    return path
-
-
-def _wrong_name(data: Any, path: lines.Path) -> str:
-    """The first name of a table of names whose value is of the wrong kind."""
-    kind = get_args(_field_type(JobFile, str(path[0])))[1]
-    table = cast("dict[str, Any]", _value(data, path))
-    for name, value in table.items():
-        try:
-            msgspec.convert(value, kind, strict=True)
-        except msgspec.ValidationError:
-            return name
-    return next(iter(table), "")
-
-
-def _value(data: Any, path: lines.Path) -> Any:
-    for step in path:
-        data = data[step]
-    return data
-
-
-def _choices(path: lines.Path) -> tuple[str, ...]:
-    kind: Any = JobFile
-    for step in path:
-        if isinstance(step, str):
-            annotation = _field_type(kind, step)
-            options = [annotation, *get_args(annotation)]
-            kind = next((o for o in options if isinstance(o, type) and issubclass(o, Part)), annotation)
-    literals = [kind, *get_args(kind)]
-    return tuple(str(x) for option in literals if get_origin(option) is Literal for x in get_args(option))

@@ -13,8 +13,9 @@ from mafsil.job.drive import drive
 from mafsil.job.equipment import equipment_of
 from mafsil.job.fitting import require_fit
 from mafsil.job.lines import Places
+from mafsil.job.move_planner import plan
 from mafsil.job.neighbours import neighbours_of
-from mafsil.job.plan import Plan, plan
+from mafsil.job.plan import Plan
 from mafsil.job.reading import parse
 from mafsil.job.remark import Refusal
 from mafsil.job.run import Run

@@ -28,8 +28,10 @@ from mafsil.trajectory import MotionLimits, Trajectory
 STEP = 0.02
 """Largest change of a coordinate over a chord by which a motion is proved free [rad | m]."""
 MOST_CHORDS = 4000
-RESTS = ("pick", "place", "tool", "pause", "settle")
+RESTS = ("pick", "place", "tool", "pause", "set", "wait", "settle")
 """Kinds of legs at which nothing moves."""
+ROOM = 1e-4
+"""What ways round keep on top of the clearance: more than a chord by which they are proved again leaves them [m]."""
 RESTING = 1e-4
 """How much smaller than itself a carried part counts: it may stand on something [m]."""
 
@@ -77,6 +79,37 @@ def said_of(contact: Contact) -> Meeting:
     return Meeting(contact)
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class WayRound:
+    """How a move of the joints goes round what stands in its way.
+
+    Attributes:
+        plan: of the planner.
+        contact: what the straight way would meet first, if that is known.
+    """
+
+    plan: ArmPlan
+    contact: Contact | None
+
+    def details(self) -> dict[str, object]:
+        """For the sentence about it."""
+        found = self.plan
+        first, second = ("?", "?") if self.contact is None else (self.contact.first, self.contact.second)
+        return {
+            "planner": found.planner, "count": len(found.path) - 2, "states": found.configurations,
+            "proofs": found.proofs, "length": f"{found.length:.3g}", "first": visible(first), "second": visible(second),
+        }  # fmt: skip
+
+    def to_dict(self) -> dict[str, object]:
+        """The planner's account: what it looked at, the corners of its path, what stands in the straight way."""
+        found = self.plan
+        return {
+            "planner": found.planner, "nodes": found.nodes, "configurations": found.configurations,
+            "segments": found.segments, "proofs": found.proofs, "length": found.length, "path": found.path.tolist(),
+            "would_hit": None if self.contact is None else [self.contact.first, self.contact.second],
+        }  # fmt: skip
+
+
 class Surroundings:
     """The arm of a job among its obstacles.
 
@@ -96,36 +129,37 @@ class Surroundings:
         self.obstacles = scene_of(job)
         self.scene = Scene([*self.obstacles, *standing_bodies(neighbours)])
         self._others: tuple[Neighbourhood, dict[str, TimedArm]] | None = None
-        self._checkers: dict[Load, Checker] = {}
+        self._checkers: dict[tuple[Load, float], Checker] = {}
         links = robot.mechanism.links
         self.has_shapes = any(link.collisions or link.visuals for link in links)
         self._mechanism = with_shapes(robot.mechanism)
 
-    def checker(self, load: Load) -> Checker:
-        """The arm with what hangs on its flange."""
-        if load not in self._checkers:
+    def checker(self, load: Load, clearance: float | None = None) -> Checker:
+        """The arm with what hangs on its flange, keeping a clearance; that of the job if None."""
+        kept = self.rule.clearance if clearance is None else clearance
+        if (load, kept) not in self._checkers:
             itself = self.has_shapes if self.rule.self_collision is None else self.rule.self_collision
-            self._checkers[load] = Checker(
-                self._mechanism, self.scene, attached=_hanging(load, self.rule.clearance), margin=self.rule.clearance,
-                self_collision=itself,
-            )  # fmt: skip
-        return self._checkers[load]
+            self._checkers[load, kept] = Checker(
+                self._mechanism, self.scene, attached=_hanging(load, kept), margin=kept, self_collision=itself
+            )
+        return self._checkers[load, kept]
 
-    def is_free(self, q: JointVector, load: Load) -> bool:
-        """Whether a configuration keeps the clearance."""
-        return bool(self.checker(load).free(q))
+    def is_free(self, q: JointVector, load: Load, clearance: float | None = None) -> bool:
+        """Whether a configuration keeps a clearance; that of the job if None."""
+        return bool(self.checker(load, clearance).free(q))
 
-    def first_hit(self, trajectory: Trajectory, load: Load) -> Hit | None:
+    def first_hit(self, trajectory: Trajectory, load: Load, clearance: float | None = None) -> Hit | None:
         """Where a motion first comes nearer than the clearance, by chords of it that are proved free; None if nowhere.
 
         Args:
             trajectory: of the joints.
             load: what hangs on the flange.
+            clearance: that is kept; that of the job if None [m].
         """
         t = np.linspace(0.0, trajectory.duration, 65)
         way = np.abs(np.diff(trajectory.at(t).u, axis=0)).sum(axis=0).max(initial=0.0)
         t = np.linspace(0.0, trajectory.duration, int(min(max(way / STEP, 1.0), MOST_CHORDS)) + 2)
-        checker, q = self.checker(load), trajectory.at(t).u
+        checker, q = self.checker(load, clearance), trajectory.at(t).u
         found = checker.check_path(q)
         if found:
             return None
@@ -133,13 +167,34 @@ class Surroundings:
         contact = found.contacts[0] if found.contacts else next(iter(checker.distance(found.q)))
         return Hit(time, contact)
 
-    def way_round(self, q: JointVector, goal: JointVector, load: Load) -> ArmPlan:
-        """A path between two configurations."""
-        return plan(self.checker(load), None, q, goal, seed=self.rule.seed)
+    def way_round(
+        self, q: JointVector, goal: JointVector, load: Load, clearance: float, planner: str | None = None
+    ) -> WayRound | None:
+        """A way between two configurations, or why there is none; None where the straight one is free.
 
-    def clearance(self, q: Floats, load: Load) -> Clearance:
-        """Smallest distances at configurations (k, n)."""
-        return self.checker(load).distance(q)
+        Args:
+            q, goal: (n,) where it begins and ends.
+            load: what hangs on the flange.
+            clearance: that is kept [m].
+            planner: which one searches; that of the job if None.
+        """
+        checker = self.checker(load, clearance)
+        straight = checker.check_path(q, goal)
+        if straight:
+            return None
+        roomy, rule = checker.with_margin(clearance + ROOM), self.rule
+        if roomy.free(np.stack([q, goal])).all():
+            checker = roomy
+        search = planner or rule.planner
+        found = plan(checker, None, q, goal, planner=search, seed=rule.seed, seconds=rule.seconds)
+        if found.interrupted:
+            # Who stops a job wants no more of it than of its planner.
+            raise KeyboardInterrupt
+        return WayRound(found, straight.contacts[0] if straight.contacts else None)
+
+    def clearance(self, q: Floats, load: Load, kept: float | None = None) -> Clearance:
+        """Smallest distances at configurations (k, n); a carried part is smaller by the clearance that is kept."""
+        return self.checker(load, kept).distance(q)
 
     def neighbours_past(
         self, legs: Sequence[Leg], acceleration: Floats, loads: Sequence[Load]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from threading import local
 from time import perf_counter
 from typing import TYPE_CHECKING, TypeAlias
@@ -20,6 +21,7 @@ from mafsil.model.loading import RobotLike
 from mafsil.planning.arm_limits import UNBOUNDED, beyond_limits, bounds_of
 from mafsil.planning.arm_plan import ArmPlan
 from mafsil.planning.goal_region import GoalRegion
+from mafsil.planning.interruption import tells_of_interruption
 from mafsil.planning.kept_planning import Kept, search_kept
 from mafsil.planning.outcome import PlanningStatus
 from mafsil.planning.path_constraints import Constraint, kept_of
@@ -54,6 +56,7 @@ class _OfThread(local):
 _OF_THREAD = _OfThread()
 
 
+@tells_of_interruption
 def plan(
     robot: RobotLike | Checker | ArmRoadmap,
     scene: Scene | Iterable[Obstacle] | None,
@@ -67,6 +70,7 @@ def plan(
     shorten: int = 100,
     margin: float = 0.0,
     keep: Constraint | Iterable[Constraint] = (),
+    radius: float | None = None,
 ) -> ArmPlan:
     """A path of an arm from a configuration to a goal, each straight motion of it proved free of collisions.
 
@@ -94,6 +98,9 @@ def plan(
         margin: clearance to keep, where `robot` is no Checker [m].
         keep: what the path keeps all along, such as `planning.Upright(0.1)`: one or several constraints. Only with
             "rrt_connect".
+        radius: of capsules along the links, for a robot without shapes [m].
+
+    Ctrl-C ends planners that improve with the best so far, `interrupted`; others raise `KeyboardInterrupt`.
 
     Raises:
         InputError: a wrong shape, a number that is not finite, an unknown planner.
@@ -105,11 +112,11 @@ def plan(
         if scene is not None or keep:
             raise InputError("planning.roadmap_as_it_is")
         planner = LAZY
-    checker = _checker(robot, scene, margin) if not isinstance(robot, ArmRoadmap) else robot.checker
+    checker = _checker(robot, scene, margin, radius) if not isinstance(robot, ArmRoadmap) else robot.checker
     n = checker.robot.n
     q = np.array(single("start", start, (n,)))
     if planner not in PLANNERS and planner not in ARM_PLANNERS:
-        raise InputError("input.choice", name="planner", value=planner, known=", ".join([*PLANNERS, *ARM_PLANNERS]))
+        raise InputError("input.choice", name="planner", value=planner, known=", ".join({**ARM_PLANNERS, **PLANNERS}))
     for name, number, least in (("seed", seed, 0), ("nodes", nodes, 1), ("shorten", shorten, 0)):
         whole(name, number, least=least)
     positive("seconds", seconds)
@@ -123,7 +130,7 @@ def plan(
     # 2.
     refused = _refused(checker, q, goals, planner, begun)
     if isinstance(refused, ArmPlan):
-        return refused
+        return _reasoned(refused, checker, goal, q)
     open_goals = goals[refused]
     lower, upper = bounds_of(checker, np.concatenate([q[None], goals]))
     constraints = (keep,) if not isinstance(keep, Iterable) else tuple(keep)
@@ -158,9 +165,11 @@ def _answer(
     )  # fmt: skip
 
 
-def _checker(robot: RobotLike | Checker, scene: Scene | Iterable[Obstacle] | None, margin: float) -> Checker:
+def _checker(
+    robot: RobotLike | Checker, scene: Scene | Iterable[Obstacle] | None, margin: float, radius: float | None
+) -> Checker:
     if not isinstance(robot, Checker):
-        return Checker(robot, () if scene is None else scene, margin=margin)
+        return Checker(robot, () if scene is None else scene, margin=margin, radius=radius)
     return robot if scene is None else robot.with_scene(scene)
 
 
@@ -171,6 +180,8 @@ def configurations_of(checker: Checker, goal: ArrayLike | Pose | GoalRegion, sta
         return _solutions(checker, goal.poses(), start)
     typed = isinstance(goal, Pose)
     array = np.asarray(goal, dtype=np.float64)
+    if not array.size:
+        raise InputError("planning.no_goals")
     if not typed and array.ndim in (1, 2) and array.shape[-1] == n and not _looks_like_pose(array, n):
         return np.array(as_batch("goal", array, (n,), finite=True), ndmin=2)
     if array.ndim not in (2, 3) or array.shape[-2:] != (4, 4):
@@ -184,6 +195,15 @@ def _solutions(checker: Checker, poses: Floats, start: JointVector) -> JointVect
         found = inverse_kinematics(checker.robot, T, q0=start)
         rows.append(np.asarray(found.q)[np.asarray(found.within, dtype=np.bool_)].reshape(-1, checker.robot.n))
     return np.concatenate(rows)
+
+
+def _reasoned(refused: ArmPlan, checker: Checker, goal: ArrayLike | Pose | GoalRegion, q: JointVector) -> ArmPlan:
+    """The same, for poses without a configuration with what inverse kinematics says of the first of them."""
+    if refused.status is not PlanningStatus.UNREACHABLE:
+        return refused
+    poses = goal.poses() if isinstance(goal, GoalRegion) else np.asarray(goal, dtype=np.float64).reshape(-1, 4, 4)
+    found = inverse_kinematics(checker.robot, poses[0], q0=q)
+    return replace(refused, reason=found.explain().split("\n")[0])
 
 
 def _looks_like_pose(array: Floats, n: int) -> bool:

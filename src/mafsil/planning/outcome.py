@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -47,6 +47,7 @@ class Plan(SingleAnswer):
         nodes: of the graph or trees.
         seconds: that it took.
         reason: what stands in the way, in words, where that is known.
+        interrupted: whether Ctrl-C ended the search, which gave its best so far.
     """
 
     status: PlanningStatus
@@ -57,6 +58,7 @@ class Plan(SingleAnswer):
     nodes: int
     seconds: float
     reason: str = ""
+    interrupted: bool = field(default=False, kw_only=True)
 
     @property
     def length(self) -> float:
@@ -68,10 +70,16 @@ class Plan(SingleAnswer):
         first = self.status.sentence(language) + (f" ({self.reason})" if self.reason else "")
         details = {"planner": self.planner, "nodes": self.nodes, "configurations": self.configurations}
         more = {"segments": self.segments, "seconds": self.seconds, "points": len(self.path), "length": self.length}
-        lines = [first, say("planning.account", language=language, **details, **more)]
+        account = "planning.account" if self else "planning.account_no_path"
+        lines = [first, say(account, language=language, **details, **more)]
+        if self.interrupted:
+            lines.insert(1, say("planning.interrupted", language=language))
         return "\n".join(lines)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
         account = {name: getattr(self, name) for name in ("planner", "configurations", "segments", "nodes", "seconds")}
-        return {"status": self.status.name, "path": self.path, "length": self.length, "reason": self.reason, **account}
+        return {
+            "status": self.status.name, "path": self.path, "length": self.length, "reason": self.reason,
+            "interrupted": self.interrupted, **account,
+        }  # fmt: skip

@@ -9,12 +9,14 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import JointVector, as_batch, positive, require_kind, whole
 from mafsil.errors import InputError
+from mafsil.planning.interruption import tells_of_interruption
 from mafsil.planning.outcome import Plan, PlanningStatus
 from mafsil.planning.problem import Problem
 from mafsil.planning.search import PLANNERS, Budget
 from mafsil.planning.shortening import shortened
 
 
+@tells_of_interruption
 def find_path(
     problem: Problem,
     start: ArrayLike,

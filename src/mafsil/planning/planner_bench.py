@@ -44,7 +44,17 @@ class Query:
         return tuple(dict.fromkeys([*ARM_PLANNERS, *PLANNERS] if isinstance(self.space, Checker) else PLANNERS))
 
     def asked(self, planner: str, seed: int, seconds: float, nodes: int, shorten: bool) -> Plan:
-        """The answer of a planner."""
+        """The answer of a planner; Ctrl-C goes on to who asked for the table.
+
+        Raises:
+            KeyboardInterrupt: Ctrl-C.
+        """
+        found = self._asked(planner, seed, seconds, nodes, shorten)
+        if found.interrupted:
+            raise KeyboardInterrupt
+        return found
+
+    def _asked(self, planner: str, seed: int, seconds: float, nodes: int, shorten: bool) -> Plan:
         if isinstance(self.space, Problem):
             return find_path(
                 self.space, self.start, self.goal, planner=planner, seed=seed, seconds=seconds, nodes=nodes,

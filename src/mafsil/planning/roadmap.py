@@ -13,6 +13,7 @@ from mafsil.collision import Checker
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
 from mafsil.planning.arm_limits import bounds_of
+from mafsil.planning.interruption import best_kept
 from mafsil.planning.problem import length_of
 
 if TYPE_CHECKING:
@@ -126,29 +127,31 @@ class ArmRoadmap:
         if first is not None:
             best, length = first, length_of(first)
             self._include(first)
-        while True:
-            # 2.
-            code = -1
-            while code != 0 and perf_counter() < deadline:
-                code, way = roadmap_loops.shortest_proved(world, self._arrays, at_start, ends, length, ROUNDS)
-                if code == 1:
-                    arrays = self._arrays
-                    best = arrays.q[way].copy()
-                    short = arm_search_loops.shorten(world, best, SHORTCUTS, arrays.random, arrays.seen)
-                    if self.checker.free_segment(short[:-1], short[1:]).all():
-                        best = short
-                    length = length_of(best) * (1.0 - 1e-9)
-                    self._include(best)
-            ended = perf_counter() >= deadline or self.nodes >= nodes
-            if ended or length <= shortest * (1.0 + 1e-9):
-                return best if len(best) else None
-            # 3.
-            tries = min(BATCH, nodes - self.nodes)
-            self._reserve(tries)
-            joined = roadmap_loops.neighbours(self.nodes, len(start))
-            # Other goals may be nearer than that of the best path: then its ellipsoid is no bound.
-            bound = length if len(goals) == 1 else np.inf
-            roadmap_loops.grow_roadmap(world, self._arrays, lower, upper, best, bound, tries, joined)
+        with best_kept(lambda: len(best) > 0):
+            while True:
+                # 2.
+                code = -1
+                while code != 0 and perf_counter() < deadline:
+                    code, way = roadmap_loops.shortest_proved(world, self._arrays, at_start, ends, length, ROUNDS)
+                    if code == 1:
+                        arrays = self._arrays
+                        best = arrays.q[way].copy()
+                        short = arm_search_loops.shorten(world, best, SHORTCUTS, arrays.random, arrays.seen)
+                        if self.checker.free_segment(short[:-1], short[1:]).all():
+                            best = short
+                        length = length_of(best) * (1.0 - 1e-9)
+                        self._include(best)
+                ended = perf_counter() >= deadline or self.nodes >= nodes
+                if ended or length <= shortest * (1.0 + 1e-9):
+                    return best if len(best) else None
+                # 3.
+                tries = min(BATCH, nodes - self.nodes)
+                self._reserve(tries)
+                joined = roadmap_loops.neighbours(self.nodes, len(start))
+                # Other goals may be nearer than that of the best path: then its ellipsoid is no bound.
+                bound = length if len(goals) == 1 else np.inf
+                roadmap_loops.grow_roadmap(world, self._arrays, lower, upper, best, bound, tries, joined)
+        return best
 
     def _include(self, path: JointVector) -> None:
         self._reserve(2 * len(path))

@@ -16,6 +16,7 @@ from typing import TypeAlias
 import numpy as np
 
 from mafsil.arrays import JointVector
+from mafsil.planning.interruption import best_kept
 from mafsil.planning.problem import Problem, length_of
 from mafsil.planning.tree import Tree
 
@@ -221,37 +222,40 @@ def rrt_star(
     for place in first[1:]:
         root = tree.add(place, root)
     reached = [root]
-    while budget.left(nodes + tree.count) and length_of(best) > float(np.linalg.norm(goal - start)) * (1 + 1e-9):
-        # 2.
-        sample = (
-            goal if budget.rng.random() < GOAL_BIAS else _informed(problem, start, goal, length_of(best), budget.rng)
-        )
-        node = tree.nearest(sample)
-        way = sample - tree.q[node]
-        distance = float(np.linalg.norm(way))
-        if distance == 0.0:
-            continue
-        new = sample if distance <= STEP * span else tree.q[node] + way * (STEP * span / distance)
-        # 3.
-        radius = min(STEP * span, span * (np.log(tree.count + 1) / (tree.count + 1)) ** (1.0 / n))
-        near = sorted(
-            tree.near(new, radius) or [node], key=lambda k: tree.cost[k] + float(np.linalg.norm(tree.q[k] - new))
-        )
-        parent = next((k for k in near if problem.is_free_segment(tree.q[k].copy(), new)), None)
-        if parent is None:
-            continue
-        added = tree.add(new, parent)
-        for k in near:
-            cost = tree.cost[added] + float(np.linalg.norm(tree.q[k] - new))
-            if cost < tree.cost[k] - 1e-12 and problem.is_free_segment(new, tree.q[k].copy()):
-                tree.parent[k] = added
-                _recosted(tree)
-        if np.array_equal(new, goal):
-            reached.append(added)
-        # 4.
-        end = min(reached, key=lambda k: tree.cost[k])
-        if tree.cost[end] < length_of(best) - 1e-12:
-            best = tree.way(end)
+    with best_kept(lambda: True):
+        while budget.left(nodes + tree.count) and length_of(best) > float(np.linalg.norm(goal - start)) * (1 + 1e-9):
+            # 2.
+            sample = (
+                goal
+                if budget.rng.random() < GOAL_BIAS
+                else _informed(problem, start, goal, length_of(best), budget.rng)
+            )
+            node = tree.nearest(sample)
+            way = sample - tree.q[node]
+            distance = float(np.linalg.norm(way))
+            if distance == 0.0:
+                continue
+            new = sample if distance <= STEP * span else tree.q[node] + way * (STEP * span / distance)
+            # 3.
+            radius = min(STEP * span, span * (np.log(tree.count + 1) / (tree.count + 1)) ** (1.0 / n))
+            near = sorted(
+                tree.near(new, radius) or [node], key=lambda k: tree.cost[k] + float(np.linalg.norm(tree.q[k] - new))
+            )
+            parent = next((k for k in near if problem.is_free_segment(tree.q[k].copy(), new)), None)
+            if parent is None:
+                continue
+            added = tree.add(new, parent)
+            for k in near:
+                cost = tree.cost[added] + float(np.linalg.norm(tree.q[k] - new))
+                if cost < tree.cost[k] - 1e-12 and problem.is_free_segment(new, tree.q[k].copy()):
+                    tree.parent[k] = added
+                    _recosted(tree)
+            if np.array_equal(new, goal):
+                reached.append(added)
+            # 4.
+            end = min(reached, key=lambda k: tree.cost[k])
+            if tree.cost[end] < length_of(best) - 1e-12:
+                best = tree.way(end)
     return best, nodes + tree.count
 
 

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats
 from mafsil.control import explained
 from mafsil.job import judgement
-from mafsil.job.arrival import Arrival
+from mafsil.job.arrival import INSTANT, Arrival
+from mafsil.job.cell_signals import assignments, conditions
 from mafsil.job.judgement import Summary, error_details, joint_quantity
 from mafsil.job.plan import Leg
 from mafsil.job.run import Run
@@ -98,13 +99,15 @@ def verdict(run: Run, language: str | None = None) -> Finding:
 
 
 def plot_rows(run: Run) -> Rows:
-    """Rows to plot: evenly spaced ones, and every extreme of every curve, so that no peak is lost."""
+    """Rows to plot: evenly spaced ones, every extreme of every curve, and before and after each change of a signal."""
     tape = run.recording
     count = len(tape.t)
     even = np.unique(np.linspace(0, count - 1, min(count, run.job.report.rows)).round().astype(np.intp))
     curves = (tape.q, tape.qd, tape.tau, tape.q - tape.q_ref)
     peaks = [side(curve, axis=0) for curve in curves for side in (np.argmax, np.argmin)]
-    return np.unique(np.concatenate([even, *peaks]))
+    changes = [] if run.plan.signals is None else run.plan.signals.timeline(float(tape.t[-1]), run.job.report.rows)
+    after = np.searchsorted(tape.t, [change.time - INSTANT for change in changes]).clip(1, count - 1)
+    return np.unique(np.concatenate([even, *peaks, after, after - 1]))
 
 
 class _Words:
@@ -133,6 +136,7 @@ def _plots(run: Run, rows: Rows, numbers: Summary, words: _Words) -> tuple[Plot,
         Plot("q_error", words("error"), angle, (tape.q - tape.q_ref)[rows]),
         *_clearance_plot(tape.t[rows], numbers, words),
         *_contact_plot(run, rows, words),
+        *_signal_plot(run, rows, words),
     )
 
 
@@ -142,8 +146,12 @@ def _clearance_plot(t: Floats, numbers: Summary, words: _Words) -> tuple[Plot, .
     if found is None or not np.isfinite(found.distance).all():
         return ()
     values = np.interp(t, found.t, found.distance)[:, None]
-    wanted = np.array([[found.wanted, np.inf]])
-    return (Plot("clearance", words("clearance"), "m", values, wanted, (words("clearance_curve"),)),)
+    title, name = words("clearance"), words("clearance_curve")
+    if np.ptp(found.wanted) == 0.0:
+        return (Plot("clearance", title, "m", values, np.array([[found.wanted[0], np.inf]]), (name,)),)
+    wanted = found.wanted[np.searchsorted(found.t, t).clip(0, len(found.t) - 1)][:, None]
+    names, keys = (name, words("clearance_wanted")), ("distance", "wanted")
+    return (Plot("clearance", title, "m", np.concatenate([values, wanted], axis=1), None, names, keys),)
 
 
 def _contact_plot(run: Run, rows: Rows, words: _Words) -> tuple[Plot, ...]:
@@ -153,6 +161,16 @@ def _contact_plot(run: Run, rows: Rows, words: _Words) -> tuple[Plot, ...]:
         return ()
     force = np.linalg.norm(wrench[rows][:, 3:], axis=-1)[:, None]
     return (Plot("contact_force", words("contact_force"), "N", force, None, (words("contact_force"),)),)
+
+
+def _signal_plot(run: Run, rows: Rows, words: _Words) -> tuple[Plot, ...]:
+    """Outputs and inputs over time; true is 1."""
+    signals = run.plan.signals
+    if signals is None:
+        return ()
+    t = run.recording.t[rows].tolist()
+    values = np.array([[float(signals.value(name, time)) for name in signals.names] for time in t])
+    return (Plot("signals", words("signals"), words("signals_unit"), values, None, signals.names, signals.names),)
 
 
 def _figures(run: Run, numbers: Summary, words: _Words) -> tuple[Figure, ...]:
@@ -218,6 +236,10 @@ def _steps(run: Run, numbers: Summary, words: _Words) -> tuple[Step, ...]:
             level = "good" if judged[k].reached else "failure"
         elif end > run.recording.t[-1] + 2 * run.job.simulation.step:
             text, level = words("not_finished"), "failure"
+        elif leg.kind in ("set", "wait"):
+            move = run.job.move[leg.index]
+            said = assignments(move.set) or conditions(move.wait)
+            text = "" if said == leg.name else said
         steps.append(Step(_name(leg, words), words(f"kind_{leg.kind}"), float(start), float(end), text, level))
     return tuple(steps)
 
@@ -277,10 +299,22 @@ def _details(run: Run, words: _Words) -> tuple[Details, ...]:
     robot += [(words("note"), note) for note in origin.notes]
     return (
         Details(words("robot"), tuple(robot), open=True),
+        *_ways(run, words),
         Details(words("explained"), tuple(_explained(run, words))),
         Details(words("job_file"), text=run.text),
         Details(words("versions"), tuple(versions().items())),
     )
+
+
+def _ways(run: Run, words: _Words) -> Iterator[Details]:
+    """The planner's account of each move that goes round something."""
+    rounds = [leg for leg in run.plan.legs if leg.way is not None]
+    if rounds:
+        accounts = [leg.way.details() for leg in rounds if leg.way is not None]
+        pairs = (
+            (_name(leg, words), words("way_round", **account)) for leg, account in zip(rounds, accounts, strict=True)
+        )
+        yield Details(words("ways_round"), tuple(pairs), open=True)
 
 
 def _explained(run: Run, words: _Words) -> Iterator[tuple[str, str]]:

@@ -17,6 +17,7 @@ from typing import Any
 
 from mafsil.errors import InputError
 from mafsil.job.arrival import goal_of
+from mafsil.job.cell_signals import CellSignals
 from mafsil.job.judgement import Summary, summary
 from mafsil.job.limiting import MORE, CycleLimit
 from mafsil.job.run import Run
@@ -27,6 +28,8 @@ from mafsil.model.diagnostics import shown
 from mafsil.report import contents, page
 
 FILES = ("report.html", "recording.npz", "recording.csv", "recording.json", "results.json", "job.toml")
+MOST_CHANGES = 20_000
+"""Of signals, that are listed."""
 FORMAT = "mafsil-results-1"
 _ORPHAN_AGE = 3600.0
 _EXCHANGE = 2
@@ -122,6 +125,7 @@ def as_data(run: Run, numbers: Summary) -> dict[str, Any]:
         "limits": [_limit(run, one) for one in run.limits],
         "clearance": None if numbers.clearances is None else numbers.clearances.to_dict(),
         "contact": None if numbers.touching is None else numbers.touching.to_dict(),
+        "signals": signals_data(run.plan.signals, numbers.duration),
         "steps": _steps(run),
         "targets": _targets(run, numbers),
         "simulation": {
@@ -132,6 +136,25 @@ def as_data(run: Run, numbers: Summary) -> dict[str, Any]:
         },
         "versions": contents.versions(),
         "files": list(FILES),
+    }
+
+
+def signals_data(signals: CellSignals | None, duration: float) -> dict[str, Any] | None:
+    """Values of all signals at the beginning, and their changes; None where the job names none.
+
+    Args:
+        signals: of a plan.
+        duration: until when [s].
+    """
+    if signals is None:
+        return None
+    changes = signals.timeline(duration, MOST_CHANGES)[len(signals.names) :]
+    return {
+        "outputs": list(signals.job.output),
+        "inputs": list(signals.job.input),
+        "start": {name: signals.value(name, 0.0) for name in signals.names},
+        "changes": [change._asdict() for change in changes],
+        "complete": len(changes) + len(signals.names) < MOST_CHANGES,
     }
 
 
@@ -154,6 +177,7 @@ def _steps(run: Run) -> list[dict[str, Any]]:
             "start": float(start),
             "end": float(start + leg.trajectory.duration),
             "target": None if leg.target is None else leg.target.tolist(),
+            "way_round": None if leg.way is None else leg.way.to_dict(),
         }
         for leg, start in zip(run.plan.legs, run.plan.starts, strict=False)
     ]

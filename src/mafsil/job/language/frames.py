@@ -70,7 +70,9 @@ class Frames:
             return self._poses[name]
         if name in self._patterns:
             raise self._error("job.pattern_outside", path, pattern=visible(name))
-        raise self._error("job.unknown_frame", path, frame=visible(name), known=", ".join(map(visible, self._poses)))
+        raise self._error(
+            "job.unknown_frame", path, frame=visible(name), known=", ".join(map(visible, self._poses)) or "-"
+        )
 
     def placed(self, given: Placed | PlacedObstacle, path: Path) -> PoseMatrix:
         """(4, 4) in {s} of what is placed; in a frame it has the frame's orientation if it names none."""

@@ -66,7 +66,7 @@ class Pattern(Placed, frozen=True, kw_only=True):
 
 
 class Statement(Step, frozen=True, kw_only=True):
-    """A move, or a loop over moves: exactly one of joints, pose, pick, place, tool, pause and do.
+    """A move, or a loop over moves: exactly one of joints, pose, pick, place, tool, pause, set, wait and do.
 
     Attributes:
         joints: goal in joint coordinates, or the name of a configuration.

@@ -21,7 +21,7 @@ LENGTHS: dict[type[Part], tuple[str, ...]] = {
     Obstacle: ("box", "sphere", "cylinder", "capsule"),
     Collision: ("clearance",),
     Tolerance: ("position",),
-    Step: ("blend",),
+    Step: ("blend", "clearance"),
     Surface: ("point",),
     Tool: ("com", "size", "centre"),
     Bounds: ("tip_speed", "tip_acceleration"),

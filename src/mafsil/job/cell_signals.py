@@ -1,0 +1,194 @@
+"""Signals of a job over time: outputs as its moves set them, inputs as the cell gives them, and when waits end."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from heapq import merge
+from itertools import chain, count, islice
+from typing import NamedTuple
+
+from mafsil.job.description import Job, Move
+from mafsil.job.signals import Between, Condition, SignalValue
+from mafsil.messages import say
+from mafsil.messages.quantities import quantity
+from mafsil.messages.visible import visible
+
+LONGEST_WAIT = 3600.0
+"""How long is waited for a signal where a move names no time-out [s]."""
+MOST_LOOKS = 200_000
+"""Changes of signals at which a wait looks before it gives up."""
+INSTANT = 1e-9
+"""Times closer than this are the same [s]."""
+
+
+class Change(NamedTuple):
+    """A signal takes a value.
+
+    Attributes:
+        time: [s].
+        signal: its name.
+        value: from then on.
+    """
+
+    time: float
+    signal: str
+    value: SignalValue
+
+
+@dataclass(frozen=True, slots=True)
+class SignalStates:
+    """Values of signals and since when, in the reader's language.
+
+    Attributes:
+        changes: the latest of each signal.
+        again: those whose tables begin again, and after which time [s].
+    """
+
+    changes: tuple[Change, ...]
+    again: Mapping[str, float]
+
+    def explain(self, *, language: str | None = None) -> str:
+        """`part_present is false since 6.5 s`."""
+        return say("job.list_separator", language=language).join(self._said(each, language) for each in self.changes)
+
+    def _said(self, change: Change, language: str | None) -> str:
+        signal = visible(change.signal)
+        if change.signal in self.again:
+            every = quantity(self.again[change.signal], "s")
+            return say("job.signal_again", language=language, signal=signal, every=every)
+        details = {"signal": signal, "value": value_text(change.value), "since": quantity(change.time, "s")}
+        return say("job.signal_since" if change.time > 0.0 else "job.signal_always", language=language, **details)
+
+
+class CellSignals:
+    """Every signal of a job, as far as its moves have been planned.
+
+    Args:
+        job: names the signals.
+        period: of the controller, which reads and sets signals at its ticks [s].
+    """
+
+    def __init__(self, job: Job, period: float) -> None:
+        self.job, self.period = job, period
+        self._past = {name: [Change(0.0, name, value)] for name, value in job.output.items()}
+        self._given = {
+            name: [Change(0.0, name, each.start), *(Change(t, name, value) for t, value in each.changes)]
+            for name, each in job.input.items()
+        }
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of outputs, then inputs."""
+        return (*self.job.output, *self.job.input)
+
+    def put(self, time: float, values: Mapping[str, SignalValue]) -> None:
+        """Outputs take values at a time, not before those that they took last."""
+        for name, value in values.items():
+            self._past[name].append(Change(time, name, value))
+
+    def tick_after(self, time: float, hold: float = 0.0) -> float:
+        """The first tick that is at least `hold`, and at least a period, after a time [s]."""
+        return math.ceil((time + max(hold, self.period)) / self.period - INSTANT) * self.period
+
+    def end_of_wait(self, time: float, move: Move) -> float | None:
+        """The first tick at which all conditions of a move hold; None if there is none before its time-out.
+
+        A change that is over before the next tick is not seen, as by a controller.
+
+        Args:
+            time: when the move begins [s].
+            move: a wait.
+        """
+        first = self.tick_after(time)
+        until = max(first, time + (LONGEST_WAIT if move.timeout is None else move.timeout))
+        coming = merge(*(self._changes_after(name, first) for name in move.wait), key=lambda change: change.time)
+        for moment in islice(chain([first], (change.time for change in coming)), MOST_LOOKS):
+            tick = max(first, math.ceil(moment / self.period - INSTANT) * self.period)
+            if tick > until + INSTANT:
+                break
+            if all(holds(wanted, self.value(name, tick)) for name, wanted in move.wait.items()):
+                return tick
+        return None
+
+    def value(self, name: str, time: float) -> SignalValue:
+        """Of a signal at a time."""
+        return self.latest(name, time).value
+
+    def latest(self, name: str, time: float) -> Change:
+        """The change that gave a signal the value that it has at a time; at 0 what it begins with."""
+        source = self.job.input.get(name)
+        if source is not None and source.follows is not None:
+            cause = self.latest(source.follows, time - source.after)
+            return Change(cause.time + source.after if cause.time > 0.0 else 0.0, name, cause.value)
+        begin = 0.0
+        if source is not None and source.every is not None:
+            begin = math.floor((time + INSTANT) / source.every) * source.every
+        table = self._table(name)
+        k = bisect_right(table, time - begin + INSTANT, key=lambda change: change.time) - 1
+        found = table[max(k, 0)]
+        return Change(begin + found.time, name, found.value)
+
+    def states(self, names: tuple[str, ...], time: float) -> SignalStates:
+        """What signals are at the end of the longest wait that begins at a time, and since when."""
+        again = {name: each.every for name, each in self.job.input.items() if each.every is not None}
+        return SignalStates(tuple(self.latest(name, time + LONGEST_WAIT) for name in names), again)
+
+    def timeline(self, until: float, most: int) -> list[Change]:
+        """All changes up to a time, the initial values first, in the order of time; `most` of them at most."""
+        found = [self.latest(name, 0.0) for name in self.names]
+        coming = merge(*(self._changes_after(name, 0.0) for name in self.names), key=lambda change: change.time)
+        for change in coming:
+            if change.time > until + INSTANT or len(found) >= most:
+                break
+            found.append(change)
+        return found
+
+    def _changes_after(self, name: str, time: float) -> Iterator[Change]:
+        """Of one signal, later than a time, in order; without end where its table begins again and again."""
+        source = self.job.input.get(name)
+        if source is not None and source.follows is not None:
+            for cause in self._changes_after(source.follows, max(time - source.after, 0.0)):
+                if cause.time + source.after > time + INSTANT:
+                    yield Change(cause.time + source.after, name, cause.value)
+            return
+        table = self._table(name)
+        if source is not None and source.every is not None:
+            for turn in count(math.floor(time / source.every)):
+                moved = (Change(turn * source.every + one.time, name, one.value) for one in table)
+                yield from (change for change in moved if change.time > time + INSTANT)
+        yield from table[bisect_right(table, time + INSTANT, key=lambda change: change.time) :]
+
+    def _table(self, name: str) -> Sequence[Change]:
+        """What a signal begins with at 0, and its changes; of outputs as far as they are known."""
+        return self._past[name] if name in self._past else self._given[name]
+
+
+def holds(wanted: Condition, value: SignalValue) -> bool:
+    """Whether a value is what is waited for."""
+    return wanted.holds(float(value)) if isinstance(wanted, Between) else wanted == value
+
+
+def value_text(value: SignalValue) -> str:
+    """As it is typed in a job file."""
+    return str(value).lower() if isinstance(value, bool) else f"{value:g}"
+
+
+def assignments(values: Mapping[str, SignalValue]) -> str:
+    """`close = true, speed = 2`."""
+    return ", ".join(f"{visible(name)} = {value_text(value)}" for name, value in values.items())
+
+
+def conditions(wanted: Mapping[str, Condition]) -> str:
+    """`part = true, 2 < pressure < 3`."""
+    return ", ".join(_condition(visible(name), each) for name, each in wanted.items())
+
+
+def _condition(name: str, wanted: Condition) -> str:
+    if not isinstance(wanted, Between):
+        return f"{name} = {value_text(wanted)}"
+    below = "" if wanted.below is None else f" < {wanted.below:g}"
+    above = "" if wanted.above is None else f"{wanted.above:g} < "
+    return f"{above}{name}{below}"

@@ -1,0 +1,117 @@
+"""How the joints of a job are driven, disturbed and simulated, as typed data. Field names are the keys of the file."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, TypeAlias
+
+import msgspec
+
+from mafsil.job.part import NotNegative, Part, Positive, Six
+
+LawKind: TypeAlias = Literal[
+    "computed_torque", "pd_gravity", "pid", "feedforward", "sliding_mode", "min_max", "adaptive",
+    "model_predictive", "task_computed_torque", "impedance", "admittance", "hybrid",
+]  # fmt: skip
+"""Laws of the joints, then laws of the tip."""
+TIP_LAWS: tuple[LawKind, ...] = ("task_computed_torque", "impedance", "admittance", "hybrid")
+
+
+class Controller(Part, frozen=True, kw_only=True):
+    """The law that drives the joints.
+
+    Attributes:
+        kind: `computed_torque`; `pd_gravity`, PD with gravity compensation; `pid` of each joint by itself;
+            `feedforward` of the model with PD; `sliding_mode` and `min_max`, for masses known within a share;
+            `adaptive`, which learns what the tool carries; `model_predictive`, which looks ahead and keeps efforts
+            within their limits. Of the tip: `task_computed_torque`; `impedance` and `admittance`, a tip that gives
+            way; `hybrid`, motion along the first surface and force into it.
+        frequency: natural frequency of the error dynamics of computed torque, in joints or at the tip, and of
+            the motion of `hybrid`, 20 if None; of `model_predictive` away from limits, 80 if None [rad/s].
+        damping: its damping ratio, or that of the tip's impedance; 1 if None.
+        stiffness, rate_gain: of the PD and PID laws, one number or one per joint; from the inertia of each joint if
+            None [N m/rad, N m s/rad].
+        integral: gain of PID, likewise; a tenth of what would make it unstable if None [N m/(rad s)].
+        mass_share: by which sliding mode takes every mass, and min-max all together, to be wrong; 0.2 if None.
+        margin: effort of sliding mode for friction; what the model's friction asks for and 1 if None [N m | N].
+        width: of the boundary layer; 0.02 if None [rad/s | m/s], of min-max 1 [N m/s | N/s].
+        horizon: intervals that `model_predictive` looks ahead; 20 if None.
+        interval: length of one; 0.005 if None [s].
+        tip_stiffness, turn_stiffness: of impedance and admittance, against shifts and against rotations; if None, what
+            makes the arm's inertia at the start swing with 20 rad/s [N/m, N m/rad].
+        tip_mass, turn_inertia: of admittance; those of the arm at the start if None [kg, kg m^2].
+        press: force of `hybrid` into the surface; 10 if None [N].
+        force_gain, force_integral: of the error of that force; 0 and 10 if None [1, 1/s].
+        learning: how fast the adaptive law learns; 1 if None.
+        rate: how often the law is evaluated [Hz]; each simulation step if None.
+        delay: from the measurement to the effort, a whole number of periods of the law [s].
+    """
+
+    kind: LawKind = "computed_torque"
+    frequency: Positive | None = None
+    damping: Positive | None = None
+    stiffness: Positive | tuple[Positive, ...] | None = None
+    rate_gain: Positive | tuple[Positive, ...] | None = None
+    integral: NotNegative | tuple[NotNegative, ...] | None = None
+    mass_share: NotNegative | None = None
+    margin: NotNegative | tuple[NotNegative, ...] | None = None
+    width: Positive | None = None
+    horizon: Annotated[int, msgspec.Meta(ge=1, le=200)] | None = None
+    interval: Positive | None = None
+    learning: NotNegative | None = None
+    tip_stiffness: Positive | None = None
+    turn_stiffness: Positive | None = None
+    tip_mass: Positive | None = None
+    turn_inertia: Positive | None = None
+    press: Positive | None = None
+    force_gain: NotNegative | None = None
+    force_integral: NotNegative | None = None
+    rate: Positive | None = None
+    delay: NotNegative = 0.0
+
+
+class Noise(Part, frozen=True, kw_only=True):
+    """Errors of the sensors: standard deviations, reproducible by the seed; of forces at the tip [N]."""
+
+    position: NotNegative = 0.0
+    velocity: NotNegative = 0.0
+    force: NotNegative = 0.0
+    seed: Annotated[int, msgspec.Meta(ge=0)] = 0
+
+
+class Simulation(Part, frozen=True, kw_only=True):
+    """How the motion is simulated.
+
+    Attributes:
+        step: of the integrator [s].
+        method: integrator; rk4 if None, or implicit_friction where the friction of light links is too stiff for the
+            step. A method that is named is used or refused, never replaced.
+        settle: time at rest after the last move [s].
+        friction: whether the joints have the friction of the description.
+        mass_error: the real masses are this much larger than the controller believes (0.1 is ten per cent).
+        noise: of the sensors.
+        plant: who computes the motion: `mafsil`, or `mujoco` where it is installed.
+        real_time: every evaluation of the law begins when it is due, and those that come late are counted; a run takes
+            as long as the motion.
+    """
+
+    step: Annotated[float, msgspec.Meta(ge=1e-6, le=0.1)] = 0.001
+    method: Literal["rk4", "semi_implicit_euler", "implicit_friction"] | None = None
+    settle: NotNegative = 0.3
+    friction: bool = True
+    mass_error: Annotated[float, msgspec.Meta(gt=-1, le=10)] = 0.0
+    noise: Noise = Noise()
+    plant: Literal["mafsil", "mujoco"] = "mafsil"
+    real_time: bool = False
+
+
+class Disturbance(Part, frozen=True, kw_only=True):
+    """A push of the world on the tip.
+
+    Attributes:
+        start, duration: [s].
+        wrench: (m, f) on the tip, in the tip frame [N m, N].
+    """
+
+    start: NotNegative
+    duration: Positive
+    wrench: Six

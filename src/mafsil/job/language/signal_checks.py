@@ -1,0 +1,86 @@
+"""Whether the signals of a job file fit each other: names, kinds of values, tables in order."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from difflib import get_close_matches
+
+from mafsil.job.language.frames import Complaint
+from mafsil.job.language.statements import JobFile, Statement
+from mafsil.job.lines import Path
+from mafsil.job.signals import Between, Condition, Input, SignalValue
+from mafsil.messages.visible import visible
+
+
+def require_signals(file: JobFile, error: Complaint) -> None:
+    """Refuse what cannot be set, waited for or answered.
+
+    Args:
+        file: checked key by key.
+        error: makes the complaint about a key.
+
+    Raises:
+        JobError: a name that is output and input, or neither; a value of another kind; a table out of order.
+    """
+    for name, source in file.input.items():
+        if name in file.output:
+            raise error("job.signal_twice", ("input", name), signal=visible(name))
+        _require_source(source, ("input", name), file, error)
+    digital = {name: isinstance(value, bool) for name, value in file.output.items()}
+    for name, source in file.input.items():
+        digital[name] = isinstance(source.start, bool) if source.follows is None else digital[source.follows]
+    for statement, path in _statements(file.move, ("move",)):
+        for name, value in statement.set.items():
+            here = (*path, "set", name)
+            if name in file.input:
+                raise error("job.signal_input", here, signal=visible(name))
+            _require_kind(value, digital, name, here, error)
+        for name, wanted in statement.wait.items():
+            _require_kind(wanted, digital, name, (*path, "wait", name), error)
+
+
+def _require_source(source: Input, path: Path, file: JobFile, error: Complaint) -> None:
+    """A table in order, or the answer to an output."""
+    if source.follows is not None:
+        given = {"start": source.start is not False, "changes": bool(source.changes), "every": source.every is not None}
+        for key in (key for key, there in given.items() if there):
+            raise error("job.signal_answer", (*path, key))
+        if source.follows not in file.output:
+            known = ", ".join(map(visible, file.output)) or "-"
+            raise error("job.signal_follows", (*path, "follows"), given=visible(source.follows), known=known)
+        return
+    if source.after > 0.0:
+        raise error("job.signal_after", (*path, "after"))
+    if source.every is not None and not source.changes:
+        raise error("job.signal_every", (*path, "every"))
+    last = -1.0
+    for k, (time, value) in enumerate(source.changes):
+        if time <= last or (source.every is not None and time >= source.every):
+            raise error("job.signal_order", (*path, "changes", k), time=f"{time:g}")
+        if isinstance(value, bool) is not isinstance(source.start, bool):
+            raise error("job.signal_start", (*path, "changes", k))
+        last = time
+
+
+def _require_kind(
+    given: SignalValue | Condition, digital: Mapping[str, bool], name: str, path: Path, error: Complaint
+) -> None:
+    """The name of a signal, and a value, or condition, of its kind."""
+    if name not in digital:
+        close = get_close_matches(name, digital, n=1, cutoff=0.55)
+        known = ", ".join(map(visible, close or digital)) or "-"
+        raise error("job.signal_unknown", path, signal=visible(name), known=known)
+    if isinstance(given, Between):
+        if given.above is None and given.below is None:
+            raise error("job.signal_bounds", path)
+        if given.above is not None and given.below is not None and not given.above < given.below:
+            raise error("job.signal_bounds", path)
+    if isinstance(given, bool) is not digital[name]:
+        raise error("job.signal_digital" if digital[name] else "job.signal_number", path, signal=visible(name))
+
+
+def _statements(statements: tuple[Statement, ...], path: Path) -> Iterator[tuple[Statement, Path]]:
+    """All statements, those in loops too, each with its place."""
+    for k, statement in enumerate(statements):
+        yield statement, (*path, k)
+        yield from _statements(statement.do or (), (*path, k, "do"))

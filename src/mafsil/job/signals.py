@@ -1,0 +1,51 @@
+"""Signals between an arm and its cell, as typed data: outputs that the job sets, inputs that the cell gives.
+
+The field names are the keys of the file.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, TypeAlias
+
+import msgspec
+
+from mafsil.job.part import NotNegative, Part
+
+SHORTEST_EVERY = 0.01
+"""Least time after which an input begins again [s]."""
+
+SignalValue: TypeAlias = bool | float
+"""Of a digital signal, or of an analogue one or a group."""
+
+
+class Between(Part, frozen=True, kw_only=True):
+    """A condition on a number: above and below, or one of them; the bounds do not count."""
+
+    above: float | None = None
+    below: float | None = None
+
+    def holds(self, value: float) -> bool:
+        """Whether a number is between them."""
+        return (self.above is None or value > self.above) and (self.below is None or value < self.below)
+
+
+Condition: TypeAlias = bool | float | Between
+"""What is waited for: a value, or bounds."""
+
+
+class Input(Part, frozen=True, kw_only=True):
+    """What the cell gives to the controller, as the simulation knows it: a table over time, or an answer to an output.
+
+    Attributes:
+        start: value at the beginning.
+        changes: times [s] and new values, in order.
+        every: after which the table begins again [s]; never if None.
+        follows: an output of which it has the value.
+        after: so much later [s].
+    """
+
+    start: SignalValue = False
+    changes: tuple[tuple[NotNegative, SignalValue], ...] = ()
+    every: Annotated[float, msgspec.Meta(ge=SHORTEST_EVERY)] | None = None
+    follows: str | None = None
+    after: NotNegative = 0.0
