@@ -41,6 +41,7 @@ OPERATIONS: tuple[Operation, ...] = (
             Parameter("set", "text", many=True, metavar="NAME=VALUE"),
             Parameter("plant", "text", choices=("mafsil", "mujoco")),
             Parameter("real_time", "flag"),
+            Parameter("log", "path", metavar="FILE.mcap"),
         ),
     ),
     Operation("demo", "mafsil.cli.run:demo", _RUNS),

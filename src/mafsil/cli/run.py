@@ -36,6 +36,7 @@ def run(
     set: list[str] | None = None,
     plant: Literal["mafsil", "mujoco"] | None = None,
     real_time: bool = False,
+    log: str | None = None,
 ) -> Answer:
     """Solve a job file and write the report.
 
@@ -48,6 +49,7 @@ def run(
         set: `name=value` of variables of the job.
         plant: who computes the motion; as the job says if None.
         real_time: drive against the clock, and count what comes late.
+        log: path of a live log, `.mcap`; none if None.
 
     Raises:
         MafsilError: the job or the robot cannot be read, or do not fit each other.
@@ -57,7 +59,7 @@ def run(
         return _planned(text_of(path), path.name, path.parent, variables, progress=progress)
     target = Path("mafsil-results") / path.stem if out is None else Path(out)
     return _run(
-        text_of(path), path.name, path.parent, target, variables, plant, real_time, progress=progress, show=open
+        text_of(path), path.name, path.parent, target, variables, plant, real_time, log, progress=progress, show=open
     )
 
 
@@ -87,6 +89,7 @@ def _run(
     variables: Mapping[str, object] | None = None,
     plant: Literal["mafsil", "mujoco"] | None = None,
     real_time: bool = False,
+    log: str | None = None,
     *,
     progress: bool,
     show: bool,
@@ -94,7 +97,7 @@ def _run(
     require_replaceable(target)
     with Progress(progress) as bar:
         job = simulated_by(parse(text, source, variables, folder=folder), plant, real_time=real_time)
-        outcome = solve(job, text, folder, bar, source)
+        outcome = solve(job, text, folder, bar, source, log=log)
         if isinstance(outcome, Refusal):
             return _refused(outcome)
         bar.enter("stage_writing")

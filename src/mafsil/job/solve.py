@@ -38,7 +38,15 @@ class _Nobody:
     def update(self, share: float) -> None: ...
 
 
-def solve(job: Job, text: str, folder: Path, watcher: Watcher | None = None, source: str = "<text>") -> Run | Refusal:
+def solve(
+    job: Job,
+    text: str,
+    folder: Path,
+    watcher: Watcher | None = None,
+    source: str = "<text>",
+    *,
+    log: str | os.PathLike[str] | None = None,
+) -> Run | Refusal:
     """Solve a job end to end.
 
     Args:
@@ -47,12 +55,13 @@ def solve(job: Job, text: str, folder: Path, watcher: Watcher | None = None, sou
         folder: to which the path of a robot file is relative.
         watcher: called as it goes on.
         source: name of the file, for errors.
+        log: path of a live log of the run, `.mcap`; none if None.
 
     Returns:
         What happened, or which move is impossible and why.
 
     Raises:
-        MafsilError: the robot cannot be read, or numbers of the job do not fit it.
+        MafsilError: the robot cannot be read, or numbers of the job do not fit it; the log cannot be written.
     """
     eye = watcher or _Nobody()
     planned = prepare(job, text, folder, eye, source)
@@ -60,7 +69,7 @@ def solve(job: Job, text: str, folder: Path, watcher: Watcher | None = None, sou
         return planned
     robot, motion = planned
     eye.enter("stage_simulating")
-    return drive(job, text, robot, motion, eye.update)
+    return drive(job, text, robot, motion, eye.update, log=log)
 
 
 def solve_file(
@@ -69,6 +78,7 @@ def solve_file(
     *,
     plant: Literal["mafsil", "mujoco"] | None = None,
     real_time: bool = False,
+    log: str | os.PathLike[str] | None = None,
 ) -> Run | Refusal:
     """Read a job file and solve it end to end.
 
@@ -77,6 +87,7 @@ def solve_file(
         folder: to which the path of a robot file is relative; that of the job if None.
         plant: who computes the motion; as the job says if None.
         real_time: whether it is driven against the clock even if the job does not say so.
+        log: path of a live log of the run, `.mcap`; none if None.
 
     Returns:
         What happened, or which move is impossible and why.
@@ -88,7 +99,7 @@ def solve_file(
     text = text_of(place)
     home = place.parent if folder is None else Path(folder)
     job = simulated_by(parse(text, place.name, folder=home), plant, real_time=real_time)
-    return solve(job, text, home, source=place.name)
+    return solve(job, text, home, source=place.name, log=log)
 
 
 def simulated_by(job: Job, plant: Literal["mafsil", "mujoco"] | None, *, real_time: bool = False) -> Job:

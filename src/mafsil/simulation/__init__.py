@@ -11,6 +11,7 @@ from mafsil.simulation.iterative_learning import LearningRun as LearningRun
 from mafsil.simulation.iterative_learning import LearningStatus as LearningStatus
 from mafsil.simulation.iterative_learning import learn as learn
 from mafsil.simulation.iterative_learning import learning_factor as learning_factor
+from mafsil.simulation.live_log import LiveLog as LiveLog
 from mafsil.simulation.loop import simulate as simulate
 from mafsil.simulation.many_runs import MonteCarlo as MonteCarlo
 from mafsil.simulation.many_runs import MonteCarloStatus as MonteCarloStatus

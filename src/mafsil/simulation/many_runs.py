@@ -331,7 +331,7 @@ def _tally(run: VariedRun) -> Tally:
     """Of runs that were recorded."""
     n, u = run.q.shape[-1], np.ascontiguousarray(run.reference.u)[:, None]
     tally = tally_loops.tally_of(run.ends.copy(), n)
-    tip = np.stack(run.tip_errors(run.q, u), axis=-1)
+    tip = np.stack(run.tip_errors(slice(None), run.q, u), axis=-1)
     tally_loops.add(tally, 0, run.q, run.qd, run.tau, run.commanded, u, tip, runaway_of(n))
     return tally
 
