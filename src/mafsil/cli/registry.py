@@ -42,6 +42,8 @@ OPERATIONS: tuple[Operation, ...] = (
             Parameter("plant", "text", choices=("mafsil", "mujoco")),
             Parameter("real_time", "flag"),
             Parameter("log", "path", metavar="FILE.mcap"),
+            Parameter("runs", "text", metavar="N"),
+            Parameter("cluster", "text", metavar="N|ADDRESS"),
         ),
     ),
     Operation("demo", "mafsil.cli.run:demo", _RUNS),

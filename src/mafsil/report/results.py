@@ -122,6 +122,7 @@ def as_data(run: Run, numbers: Summary) -> dict[str, Any]:
         "limits": [_limit(run, one) for one in run.limits],
         "clearance": None if numbers.clearances is None else numbers.clearances.to_dict(),
         "contact": None if numbers.touching is None else numbers.touching.to_dict(),
+        "variation": None if run.variation is None else run.variation.to_dict(),
         "steps": _steps(run),
         "targets": _targets(run, numbers),
         "simulation": {

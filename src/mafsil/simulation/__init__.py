@@ -3,6 +3,7 @@
 from mafsil.simulation.clock import Deadlines as Deadlines
 from mafsil.simulation.clock import DeadlineStatus as DeadlineStatus
 from mafsil.simulation.closed_plant import ClosedPlant as ClosedPlant
+from mafsil.simulation.cluster import cluster_of as cluster_of
 from mafsil.simulation.disturbance import SensorNoise as SensorNoise
 from mafsil.simulation.disturbance import WrenchPulse as WrenchPulse
 from mafsil.simulation.elastic_run import ElasticRun as ElasticRun

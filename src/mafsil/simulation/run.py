@@ -46,7 +46,7 @@ class Run:
         self.start = scenario.start()
         self.pushes = push_at(scenario.disturbances, self.t)
         self.pushed = any(push is not None for push in self.pushes)
-        self.noise = None if scenario.noise is None else scenario.noise.drawn(len(self.t), self.start[0].shape)
+        self.noise = self._noise()
         self.stepper = self._stepper()
         self.done = self.tick = 0
         self.fault = ""
@@ -58,6 +58,15 @@ class Run:
     def _stepper(self) -> Stepper:
         scenario = self.scenario
         return stepper_of(scenario.true_plant, scenario.chosen_integrator, scenario.step)
+
+    def _noise(self) -> tuple[Floats, Floats] | None:
+        """Of every tick; of runs that differ each its own, whatever runs beside it."""
+        scenario, shape = self.scenario, self.start[0].shape
+        if scenario.noise is None:
+            return None
+        if scenario.variants is None:
+            return scenario.noise.drawn(len(self.t), shape)
+        return scenario.variants.noise_of(scenario.noise, len(self.t), shape[-1])
 
     def _allocate(self) -> None:
         self.q, self.qd, self.commanded, self.tau = np.empty((4, len(self.t), *self.start[0].shape))
