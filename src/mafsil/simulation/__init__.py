@@ -4,6 +4,10 @@ from mafsil.simulation.clock import Deadlines as Deadlines
 from mafsil.simulation.clock import DeadlineStatus as DeadlineStatus
 from mafsil.simulation.closed_plant import ClosedPlant as ClosedPlant
 from mafsil.simulation.cluster import cluster_of as cluster_of
+from mafsil.simulation.contact_scenes import chalk_on_board as chalk_on_board
+from mafsil.simulation.contact_scenes import eraser_on_board as eraser_on_board
+from mafsil.simulation.contact_scenes import open_a_door as open_a_door
+from mafsil.simulation.contact_scenes import peg_in_hole as peg_in_hole
 from mafsil.simulation.disturbance import SensorNoise as SensorNoise
 from mafsil.simulation.disturbance import WrenchPulse as WrenchPulse
 from mafsil.simulation.elastic_run import ElasticRun as ElasticRun
