@@ -18,6 +18,7 @@ import numpy as np
 from mafsil.errors import JobError
 from mafsil.job import parse
 from mafsil.job.drive import drive
+from mafsil.job.equipment import Equipment
 from mafsil.job.plan import Plan, plan
 from mafsil.job.resting import resting_place
 from mafsil.model import Friction, JointKind, Mechanism, library
@@ -129,7 +130,7 @@ def judged(number: int) -> dict[str, int]:
     robot = Robot(arm(rng, gentle=gentle))
     text = text_of(rng, robot, gentle=gentle)
     job = parse(text)
-    motion = plan(job, robot)
+    motion = plan(job, (Equipment(None, job.tool, robot, np.eye(4)),))
     if not isinstance(motion, Plan):
         return {"refused": 1}
     try:

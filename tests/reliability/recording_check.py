@@ -76,7 +76,7 @@ class Check:
     def stretch_of(self) -> np.ndarray:
         """Which stretch a leg belongs to: it changes where the load does."""
         legs = self.run.plan.legs
-        return np.cumsum([0, *(int(a.carried is not b.carried) for a, b in pairwise(legs))])
+        return np.cumsum([0, *(int(a.load is not b.load and a.load != b.load) for a, b in pairwise(legs))])
 
     @cached_property
     def misses(self) -> dict[int, tuple[float, float, np.ndarray, float]]:
@@ -131,7 +131,7 @@ class Check:
 
     def loads(self, stretch: int) -> tuple[Load | None, Load | None]:
         """What the tool really holds in a stretch, and what the controller believes."""
-        held = self.run.plan.legs[int(np.argmax(self.stretch_of == stretch))].carried
+        held = self.run.plan.legs[int(np.argmax(self.stretch_of == stretch))].load.carried
         if held is None:
             return None, None
         a, b, c = np.square(held.size)
@@ -270,7 +270,7 @@ def _holding(check: Check) -> None:
         arm = PlainArm(run.robot.mechanism, 1.0 + run.job.simulation.mass_error, load)
         q = np.concatenate([leg.trajectory.at(np.linspace(0, leg.trajectory.duration, 30)).u for leg in legs])
         most = float((_need(check, arm, q) / _efforts(check)).max())
-        held = legs[0].carried if load is not None else None
+        held = legs[0].load.carried if load is not None else None
         needed[id(held)] = max(most, needed.get(id(held), 0.0))
         held_of[id(held)] = held
     said = _said(check, "job.cannot_hold", "job.cannot_hold_part")
@@ -452,10 +452,15 @@ def _parts(check: Check, k: int, row: int) -> dict[str, np.ndarray]:
     moving, freely = true.efforts(q, qd, qdd, push), true.efforts(q, qd, qdd)
     known = model.efforts(q, qd, qdd)
     gains = run.driven[stretch].scenario.law.gains  # type: ignore[attr-defined]
-    feedback = gains.kp * (u - q) + gains.kd * (v - qd)
+    begin = run.driven[stretch].stretch.start
+    since = (tape.t > begin - 1e-9) & (np.arange(len(tape.t)) <= row)
+    period = 1.0 / run.job.controller.rate if run.job.controller.rate else run.job.simulation.step
+    stored = gains.ki * period * (tape.q_ref - tape.q)[since].sum(axis=0)
+    feedback = gains.kp * (u - q) + gains.kd * (v - qd) + stored
     if run.job.controller.kind == "computed_torque":
         told, K = model.efforts(q, qd, a + feedback), model.mass_matrix(q[0]) * gains.kp
         rest = model.efforts(q, qd, a + gains.kd * (v - qd))
+        stored = model.mass_matrix(q[0]) @ stored
     else:
         gravity = model.gravity(q)
         told, K, rest = gravity + feedback, np.diag(gains.kp), gravity + gains.kd * (v - qd)
@@ -465,6 +470,7 @@ def _parts(check: Check, k: int, row: int) -> dict[str, np.ndarray]:
         "push": moving - freely,
         "model": freely - known,
         "lag": known - rest,
+        "integral": -stored[None],
         "noise": told - asked,
     }
     return {name: np.linalg.solve(K, part[0]) for name, part in parts.items()}

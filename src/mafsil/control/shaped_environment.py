@@ -177,7 +177,7 @@ class Door:
         2. What is left of the moment about the hinge balances: the grip's and the tip's, friction and closer.
         """
         R, p, velocity = T[..., :3, :3], T[..., :3, 3] - self.hinge, _velocity(T, V)
-        turning = (R @ V[..., :3, None])[..., 0]
+        spin = (R @ V[..., :3, None])[..., 0]
         aside = self._aside(T[..., :3, 3])
         radius = np.maximum(np.linalg.norm(aside, axis=-1), TINY)
         out = aside / radius[..., None]
@@ -191,7 +191,7 @@ class Door:
         angle, rate = self.angle(T), (velocity * along).sum(axis=-1) / radius
         of_door = rotation.exp(angle[..., None] * self.axis) @ self.handle[:3, :3]
         twisted = rotation.log(R @ np.swapaxes(of_door, -1, -2))
-        moment = -self.turn_stiffness * twisted - self.turn_damping * (turning - rate[..., None] * self.axis)
+        moment = -self.turn_stiffness * twisted - self.turn_damping * (spin - rate[..., None] * self.axis)
         held = moment @ self.axis + self.friction * rate + self.closer * angle  # 2
         return _in_tip(T, moment, force - (held / radius)[..., None] * along)
 
