@@ -49,6 +49,7 @@ GAINS = {
     "sliding_mode": ("mass_share", "margin", "width"),
     "min_max": ("mass_share", "width"),
     "model_predictive": ("frequency", "horizon", "interval"),
+    "linear_quadratic": ("frequency",),
     "adaptive": ("learning",),
     "task_computed_torque": ("frequency", "damping"),
     "impedance": ("tip_stiffness", "turn_stiffness", "damping"),
