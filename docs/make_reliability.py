@@ -314,6 +314,17 @@ ROWS = (
         "state alone changes the energy by up to 1e-11 a step; a finer tolerance does not help.",
     ),
     Row(
+        "R22",
+        "Routh's array on random polynomials of order 1 to 10 (normal and positive coefficients, roots planted over "
+        "six decades, near the axis): stability and the number of roots on the right are those of the companion's "
+        "eigenvalues.",
+        "polynomials",
+        1_000_000,
+        "routh_roots --polynomials 1000000 --resume DIR",
+        "Polynomials of which a root is nearer to the axis than a hundred times its uncertainty are counted as "
+        "unclear.",
+    ),
+    Row(
         "K6",
         "Ctrl-C at random instants of batches, inverse kinematics and compilations: heard within 0.2 s (compiling: "
         "1 s), and the next call gives what it gave before.",

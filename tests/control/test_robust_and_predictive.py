@@ -12,11 +12,13 @@ from scipy.linalg import solve_discrete_are
 from scipy.optimize import minimize
 
 import mafsil as mf
+from mafsil.arrays import frozen
 from mafsil.control import min_max, model_predictive
 from mafsil.errors import InputError
 from mafsil.simulation import Plant, Scenario
-from mafsil.solvers.box_quadratic import box_minimum
+from mafsil.solvers import horizon_loops
 from mafsil.trajectory import Motion, quintic
+from tests.oracles.box_quadratic import box_minimum
 
 
 def wrong(robot, rng, length):
@@ -123,21 +125,113 @@ def test_a_run_stays_within_limits_and_arrives():
     assert np.abs(run.q[-1] - run.q_ref[-1]).max() < 1e-2
 
 
+def in_numpy(law, q, qd, reference):
+    """The same program as one large Hessian, solved by projected Newton steps."""
+    n, N = law.slope.shape[:2]
+    errors = np.stack([reference.u - q, reference.v - qd], axis=-1)
+    M, known = law.robot.mass_matrix(q), law.robot.inverse_dynamics(q, qd, reference.a)
+    W = np.linalg.inv(M)
+    H = np.einsum("ja,jkl,jb->kalb", W, law.hessian, W).reshape(N * n, N * n)
+    gradient = (law.slope @ errors[..., None])[..., 0] - law.hessian.sum(axis=-1) * (W @ known)[:, None]
+    g, bound = (W.T @ gradient).T.reshape(-1), np.tile(law.limit, N)
+    return box_minimum(H, g, -bound, bound, np.tile(known, N)), H, g, bound
+
+
+@pytest.mark.parametrize("horizon", [10, 20])
+def test_the_compiled_law_is_that_of_arrays(horizon):
+    rng = np.random.default_rng(horizon)
+    robot = mf.load("panda")
+    law = model_predictive(robot, horizon=horizon, interval=0.01)
+    middle, seen = (robot.limits.lower + robot.limits.upper) / 2, set()
+    for _ in range(12):
+        q, qd, e = middle + 0.3 * rng.normal(size=7), 0.3 * rng.normal(size=7), rng.normal(size=7)
+        reference = Motion(q + rng.choice([0.02, 0.1, 0.3]) * e, np.zeros(7), rng.normal(size=7))
+        (x, _, _, residual), _, g, _ = in_numpy(law, q, qd, reference)
+        if residual > 1e-9 * np.abs(g).max():
+            continue  # Newton steps of arrays that did not settle
+        plan = law.plan(q, qd, reference)
+        assert np.abs(plan.reshape(-1) - x).max() < 1e-9 * np.abs(x).max()
+        assert np.array_equal(law(0.0, q, qd, reference), plan[0])
+        seen.add(int((np.abs(plan) == law.limit).sum()))
+    assert max(seen) >= 3
+    assert len(seen) > 2
+
+
+def test_far_beyond_the_limits_it_is_the_best_as_daqp_says():
+    """Errors of a radian: most efforts are at their limits. (The Newton steps of arrays do not settle there.)"""
+    daqp = pytest.importorskip("daqp")
+    rng = np.random.default_rng(2)
+    robot = mf.load("panda")
+    law = model_predictive(robot, horizon=12, interval=0.01, position=80.0**4, rate=2 * 80.0**2, acceleration=1.0)
+    middle, held = (robot.limits.lower + robot.limits.upper) / 2, []
+    for size in (0.1, 0.3, 1.0, 1.0):
+        q, qd = middle + 0.3 * rng.normal(size=7), rng.normal(size=7)
+        reference = Motion(q + size * rng.normal(size=7), np.zeros(7), np.zeros(7))
+        plan = law.plan(q, qd, reference)
+        _, H, g, bound = in_numpy(law, q, qd, reference)
+        x, _, flag, _ = daqp.solve(H, g, np.zeros((0, len(g))), bound.copy(), -bound.copy(), np.zeros(len(g), np.intc))
+        assert flag == 1
+        assert np.abs(plan.reshape(-1) - x).max() < 1e-7 * np.abs(x).max()
+        held.append(int((np.abs(plan) == law.limit).sum()))
+    assert max(held) > 20
+
+
 @given(st.integers(0, 2**32 - 1))
-def test_box_minimum_meets_the_conditions(seed):
+def test_what_is_found_meets_the_conditions_of_the_best(seed):
     rng = np.random.default_rng(seed)
-    n = int(rng.integers(1, 12))
-    A = rng.normal(size=(n, n))
-    H, g = A @ A.T + 0.01 * np.eye(n), 3 * rng.normal(size=n)
-    lower = np.where(rng.random(n) < 0.2, -np.inf, -rng.random(n))
-    upper = np.where(rng.random(n) < 0.2, np.inf, rng.random(n))
-    found = box_minimum(H, g, lower, upper, rng.normal(size=n))
-    gradient = H @ found.x + g
-    assert ((found.x >= lower) & (found.x <= upper)).all()
-    inside = (found.x > lower) & (found.x < upper)
-    assert np.abs(gradient[inside]).max(initial=0.0) < 1e-6
-    assert (gradient[found.x == lower] > -1e-6).all()
-    assert (gradient[found.x == upper] < 1e-6).all()
+    n, N = int(rng.integers(1, 5)), int(rng.integers(1, 9))
+    A, B = rng.normal(size=(n, N, N)), rng.normal(size=(n, n))
+    K = A @ np.swapaxes(A, 1, 2) + 0.01 * np.eye(N)
+    M = B @ B.T + 0.1 * np.eye(n)
+    bound = np.where(rng.random(n) < 0.2, np.inf, 0.1 + rng.random(n))
+    free, x = 3 * rng.normal(size=(N, n)), np.empty((N, n))
+    assert horizon_loops.within(frozen(K), M, free, frozen(bound), x)
+    W = np.linalg.inv(M)
+    H = np.einsum("ja,jkl,jb->kalb", W, np.linalg.inv(K), W).reshape(N * n, N * n)
+    gradient = (H @ (x - free).reshape(-1)).reshape(N, n)
+    size = max(np.abs(H).max(), 1.0)
+    assert (np.abs(x) <= bound).all()
+    assert np.abs(gradient[np.abs(x) < bound]).max(initial=0.0) < 1e-8 * size
+    assert (gradient[x == bound * np.ones((N, 1))] < 1e-8 * size).all()
+    assert (gradient[x == -bound * np.ones((N, 1))] > -1e-8 * size).all()
+
+
+def test_one_at_a_time_where_blocks_do_not_settle(monkeypatch):
+    """Both ways by themselves."""
+    rng = np.random.default_rng(7)
+    for _ in range(20):
+        n, N = 3, 6
+        A, B = rng.normal(size=(n, N, N)), rng.normal(size=(n, n))
+        K, M = A @ np.swapaxes(A, 1, 2) + 0.01 * np.eye(N), B @ B.T + 0.1 * np.eye(n)
+        K, bound, free = frozen(K), frozen(0.1 + rng.random(n)), 3 * rng.normal(size=(N, n))
+        x, y, side = np.empty((N, n)), np.empty((N, n)), np.zeros((N, n), np.int64)
+        assert horizon_loops.within(K, M, free, bound, x)
+        work = (np.empty((18, 2), np.int64), np.empty((18, 18)), np.empty(18), np.zeros((N, n)), np.empty((2, n, N)))
+        assert horizon_loops.one_by_one(K, M, free, bound, y, side, *work)
+        assert np.abs(x - y).max() < 1e-9
+
+
+def test_a_batch_is_its_states_one_by_one():
+    rng = np.random.default_rng(4)
+    robot = mf.load("planar2r")
+    law = model_predictive(robot, horizon=6, effort_limit=[6.0, 3.0])
+    q, qd = rng.normal(size=(2, 3, 4, 2))
+    reference = Motion(*rng.normal(size=(3, 2)))
+    together = law(0.0, q, qd, reference)
+    assert together.shape == (3, 4, 2)
+    for at in np.ndindex(3, 4):
+        assert np.array_equal(together[at], law(0.0, q[at], qd[at], reference))
+    assert law(0.0, q[:0], qd[:0], reference).shape == (0, 4, 2)
+
+
+def test_efforts_that_cannot_be_found_are_an_error(monkeypatch):
+    law = model_predictive(mf.load("planar2r"), effort_limit=[1.0, 1.0])
+    q = np.ones(2)
+    monkeypatch.setattr(horizon_loops, "first_efforts", lambda *arrays: 0)
+    monkeypatch.setattr(horizon_loops, "planned", lambda *arrays: False)
+    for action in (lambda: law(0.0, q, q, Motion(q, q, q)), lambda: law.plan(q, q, Motion(q, q, q))):
+        with pytest.raises(InputError, match="best efforts"):
+            action()
 
 
 def test_bad_settings_are_named():

@@ -298,3 +298,25 @@ def test_digits_never_have_an_exponent() -> None:
         assert "e" not in text
         if power > -7:
             assert float(text.replace(",", "")) == pytest.approx(1.2345 * 10.0**power, rel=5e-3)
+
+
+def test_what_an_integral_has_stored_is_no_noise():
+    """Without noisy sensors nothing of the error of a PID law comes from noise, and the parts add up."""
+    text = """
+robot = "puma560"
+[controller]
+kind = "pid"
+[simulation]
+mass_error = 0.03
+settle = 0.1
+[[move]]
+joints = [0.3, -0.2, 0.2, 0.2, -0.2, 0.3]
+"""
+    run = solve(parse(text), text, Path())
+    for row in (0, 57, len(run.recording.t) - 1):
+        parts = split(run, run.driven[0], row).parts()
+        assert np.abs(parts["noise"]).max() < 1e-12
+        e = run.recording.q_ref[row] - run.recording.q[row]
+        assert np.abs(sum(parts.values()) - e).max() < 1e-9
+    assert np.abs(parts["integral"]).max() > 1e-3
+    assert "noise" not in run.explain("en")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,9 @@ import mafsil as mf
 from mafsil.control import combined, delayed, feedforward, inertia_gains, pid
 from mafsil.errors import InputError, JobError
 from mafsil.job import Run, bench_laws, parse, solve
+from mafsil.job.causes import error_growth
 from mafsil.job.law_bench import CONDITIONS, LawStatus
+from mafsil.job.law_stability import _by_differences, growth_along
 from mafsil.job.laws import KINDS
 from mafsil.simulation import Plant, Scenario
 from mafsil.trajectory import quintic, rest
@@ -133,3 +136,24 @@ def test_feedforward_needs_feedback_and_helps_it_where_the_model_is_wrong():
     alone, feedback, both = errors
     assert both < 0.5 * feedback
     assert feedback < 0.2 * alone
+
+
+def test_stability_is_looked_at_along_the_run():
+    """By differences of the loop as by the gains, below one where it is stable and above where it is not."""
+    text = JOB.format(kind="pd_gravity", gains="", friction="true")
+    for kind in ("computed_torque", "model_predictive"):
+        driven = run(kind).driven[0]
+        law, trajectory = driven.scenario.law, driven.stretch.trajectory
+        growth = growth_along(driven)
+        assert 0.5 < growth < 1.0, kind
+        if kind == "computed_torque":
+            late = replace(driven, scenario=replace(driven.scenario, law=delayed(law, 0.002)))
+            assert growth_along(late) == pytest.approx(growth, abs=2e-3)
+            t = 0.4 * trajectory.duration
+            found = _by_differences(driven, law, t, trajectory.at(t))
+            assert found == pytest.approx(error_growth(driven, trajectory.at(t).u), abs=2e-3)
+    hard = 'kind = "model_predictive"\nfrequency = 3000\nhorizon = 3\ninterval = 0.0005'
+    wild = text.replace('kind = "pd_gravity"', hard)
+    wild = wild.replace("[simulation]", "[simulation]\nstep = 0.005")
+    found = solve(parse(wild), wild, Path())
+    assert growth_along(found.driven[0]) > 1.0

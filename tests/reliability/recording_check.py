@@ -452,10 +452,15 @@ def _parts(check: Check, k: int, row: int) -> dict[str, np.ndarray]:
     moving, freely = true.efforts(q, qd, qdd, push), true.efforts(q, qd, qdd)
     known = model.efforts(q, qd, qdd)
     gains = run.driven[stretch].scenario.law.gains  # type: ignore[attr-defined]
-    feedback = gains.kp * (u - q) + gains.kd * (v - qd)
+    begin = run.driven[stretch].stretch.start
+    since = (tape.t > begin - 1e-9) & (np.arange(len(tape.t)) <= row)
+    period = 1.0 / run.job.controller.rate if run.job.controller.rate else run.job.simulation.step
+    stored = gains.ki * period * (tape.q_ref - tape.q)[since].sum(axis=0)
+    feedback = gains.kp * (u - q) + gains.kd * (v - qd) + stored
     if run.job.controller.kind == "computed_torque":
         told, K = model.efforts(q, qd, a + feedback), model.mass_matrix(q[0]) * gains.kp
         rest = model.efforts(q, qd, a + gains.kd * (v - qd))
+        stored = model.mass_matrix(q[0]) @ stored
     else:
         gravity = model.gravity(q)
         told, K, rest = gravity + feedback, np.diag(gains.kp), gravity + gains.kd * (v - qd)
@@ -465,6 +470,7 @@ def _parts(check: Check, k: int, row: int) -> dict[str, np.ndarray]:
         "push": moving - freely,
         "model": freely - known,
         "lag": known - rest,
+        "integral": -stored[None],
         "noise": told - asked,
     }
     return {name: np.linalg.solve(K, part[0]) for name, part in parts.items()}

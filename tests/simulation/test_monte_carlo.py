@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import cache
@@ -18,8 +19,19 @@ from mafsil.control import ComputedTorque, Wall, combined, computed_torque, feed
 from mafsil.errors import InputError
 from mafsil.mechanics.inertial_parameters import inertial_of, moved_parameters, parameters_of
 from mafsil.model import Inertial
-from mafsil.simulation import MonteCarloStatus, Normal, Plant, Scenario, Uniform, Variation, monte_carlo, simulate
-from mafsil.simulation.many_runs import chunk_size, wilson
+from mafsil.simulation import (
+    MonteCarloStatus,
+    Normal,
+    Plant,
+    Scenario,
+    Uniform,
+    Variation,
+    cluster_of,
+    monte_carlo,
+    simulate,
+)
+from mafsil.simulation.chunk_runs import chunk_size
+from mafsil.simulation.many_runs import wilson
 from mafsil.simulation.variation import drawn
 from mafsil.trajectory import quintic
 
@@ -105,7 +117,7 @@ def test_runs_are_the_same_alone_and_in_any_company(law):
 
 
 def test_an_executor_gives_the_same_bits(monkeypatch):
-    monkeypatch.setattr("mafsil.simulation.many_runs.MOST_IN_CHUNK", 4)
+    monkeypatch.setattr("mafsil.simulation.chunk_runs.MOST_IN_CHUNK", 4)
     given, seen = scenario(), []
     here = monte_carlo(given, ALL, 10, progress=seen.append)
     with ThreadPoolExecutor(2) as pool:
@@ -122,16 +134,25 @@ def test_two_dask_workers_give_the_same_bits(monkeypatch):
     distributed = pytest.importorskip("distributed")
     given = scenario()
     variation = Variation(payload=(0.0, 2.0), inertia=(0.9, 1.1))
-    size = chunk_size(given)
+    size = chunk_size([given])
     here = monte_carlo(given, variation, size + 5)
-    with (
-        distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster,
-        distributed.Client(cluster) as client,
-    ):
+    with cluster_of("2") as client:
+        assert isinstance(client, distributed.Client)
         there = monte_carlo(given, variation, size + 5, executor=client)
         assert len(client.scheduler_info(n_workers=-1)["workers"]) == 2
     for name, array in here.outcomes.arrays().items():
         assert np.array_equal(array, there.outcomes.arrays()[name]), name
+
+
+def test_clusters_that_are_none_are_named(monkeypatch):
+    with cluster_of(None) as nobody:
+        assert nobody is None
+    for where in ("0", "100000", "nonsense://somewhere"):
+        with pytest.raises(InputError, match="cluster"), cluster_of(where):
+            pass
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(InputError, match=r"mafsil\[distributed\]"), cluster_of("2"):
+        pass
 
 
 def test_runs_that_blow_up_leave_the_others_alone():
@@ -265,3 +286,112 @@ def test_other_engines_run_what_they_can_vary():
     assert found
     with pytest.raises(InputError, match="MuJoCo"):
         monte_carlo(given, Variation(payload=(0.0, 1.0)), 2)
+
+
+def several(law="computed_torque", **options):
+    """Three motions that follow each other; the plant of the second carries something that its law knows."""
+    robot = mf.load("puma560")
+    carrying = Plant(robot).with_payload(1.0, com=np.zeros(3), inertia=np.zeros((3, 3)))
+    stops = np.array(
+        [[0, 0, 0, 0, 0, 0], [0.1, -0.1, 0.1, 0.1, -0.1, 0.2], [0.2, 0, 0, 0.2, 0, 0], [0, 0, 0, 0, 0, 0.1]]
+    )
+    made = {
+        "computed_torque": lambda r: computed_torque(r, natural_frequency=25.0),
+        "own": lambda r: Own(computed_torque(r)),
+    }
+    for k, (a, b) in enumerate(pairwise(stops)):
+        plant = carrying if k == 1 else Plant(robot)
+        yield Scenario(
+            robot=plant.robot, plant=plant, trajectory=quintic(a, b, 0.05), law=made[law](plant.robot), **options
+        )
+
+
+@pytest.mark.parametrize("law", ["computed_torque", "own"])
+def test_motions_that_follow_each_other(law):
+    parts = list(several(law, noise=mf.simulation.SensorNoise(1e-4, 1e-3, 5)))
+    variation = Variation(payload=(0.0, 2.0), inertia=(0.9, 1.1), noise=(0.0, 3.0), start=Normal(0.0, 0.01))
+    marks = [0.0, 0.02, 0.05, 0.0725, 0.15]
+    found = monte_carlo(parts, variation, 5, seed=5, marks=marks)
+    assert found
+    for k in (0, 4):
+        tape = found.again(k)
+        assert tape.t[-1] == found.outcomes.end[k] == pytest.approx(0.15)
+        assert len(tape.t) == 151
+        assert tape.tip_position_error.max() == found.outcomes.tip_error[k]
+        assert np.array_equal(np.abs(tape.tau).max(axis=0), found.outcomes.effort[k])
+        assert np.sqrt(np.mean(tape.tip_position_error**2)) == pytest.approx(found.outcomes.tip_rms[k], rel=1e-12)
+        for mark, q in zip(marks, found.outcomes.marked[k], strict=True):
+            near = np.abs(tape.t - mark).argmin()
+            between = 0.0 if abs(tape.t[near] - mark) < 1e-9 else np.abs(tape.qd[near]).max() * 6e-4
+            assert np.abs(tape.q[near] - q).max() <= between + 1e-12
+    few = monte_carlo(parts, variation, 2, seed=5, marks=marks)
+    assert np.array_equal(few.outcomes.marked, found.outcomes.marked[:2])
+
+
+def test_a_run_that_ends_in_one_motion_is_not_in_the_next():
+    parts = [replace(each, law=gravity_compensation(each.robot, 200.0, 20.0), saturate=False) for each in several()]
+    found = monte_carlo(parts, Variation(gains=(0.5, 80.0)), 12, seed=1, marks=[0.0, 0.15])
+    done = found.outcomes.finished
+    assert 0 < done.sum() < 12
+    assert np.isnan(found.outcomes.marked[~done, 1]).all()
+    assert np.isfinite(found.outcomes.marked[done]).all()
+    for k in np.flatnonzero(~done)[:2]:
+        tape = found.again(int(k))
+        assert tape.status.name == "BLOWN_UP"
+        assert tape.t[-1] == pytest.approx(found.outcomes.end[k])
+        assert np.isfinite(tape.tau).all()
+        assert found.outcomes.end[k] < 0.15
+
+
+def test_the_integrator_is_one_for_all_runs_whatever_runs_beside_them():
+    given = scenario("own", step=1.2e-4, seconds=0.02)
+    alone = given.stiffness
+    assert alone < 1.0
+    variation = Variation(friction=(0.1, 1.5 / alone))
+    found = monte_carlo(given, variation, 6, seed=3)
+    assert found.scenarios[0].integrator == "implicit_friction"
+    for k in range(6):
+        assert found.again(k).tip_position_error.max() == found.outcomes.tip_error[k]
+
+
+def test_the_noise_of_a_run_is_its_own(monkeypatch):
+    monkeypatch.setattr("mafsil.simulation.chunk_runs.MOST_IN_CHUNK", 2)
+    given = scenario(noise=mf.simulation.SensorNoise(1e-3, 1e-2, 7), seconds=0.05)
+    found = monte_carlo(given, Variation(noise=(1.0, 1.0)), 5)
+    assert len(set(found.outcomes.tip_error.tolist())) == 5
+    assert found.again(4).tip_position_error.max() == found.outcomes.tip_error[4]
+    loud = monte_carlo(given, Variation(noise=(10.0, 10.0)), 5)
+    assert loud.outcomes.tip_rms.std() > 3 * found.outcomes.tip_rms.std()
+    with pytest.raises(InputError, match="noise"):
+        monte_carlo(scenario(), Variation(noise=(1.0, 2.0)), 2)
+
+
+def test_gains_behind_a_delay_are_varied_too():
+    given = scenario()
+    late = replace(given, law=mf.control.delayed(given.law, 0.002))
+    found = monte_carlo(late, Variation(gains=(0.5, 2.0)), 2, seed=1)
+    slow = mf.control.delayed(computed_torque(given.robot, natural_frequency=25.0, integral=50.0), 0.002)
+    factor = found.variants.gains[0]
+    law = ComputedTorque(
+        given.robot,
+        type(slow.law.gains)(*(x * factor for x in (slow.law.gains.kp, slow.law.gains.kd, slow.law.gains.ki))),
+    )
+    alone = simulate(replace(given, law=mf.control.delayed(law, 0.002), integrator=found.scenarios[0].integrator))
+    assert alone.tip_position_error.max() == pytest.approx(found.outcomes.tip_error[0], rel=1e-9)
+
+
+def test_sequences_and_marks_that_make_no_sense_are_refused():
+    with pytest.raises(InputError, match="scenario"):
+        monte_carlo([], Variation(), 2)
+    with pytest.raises(InputError, match="scenario"):
+        monte_carlo([3], Variation(), 2)
+    other = mf.load("planar2r")
+    with pytest.raises(InputError, match="same coordinates"):
+        monte_carlo(
+            [scenario(), Scenario(robot=other, trajectory=quintic([0, 0], [1, 1], 0.1), law=computed_torque(other))],
+            Variation(),
+            2,
+        )
+    for marks in ([-0.1], [0.3], [0.1, 0.05], [np.nan]):
+        with pytest.raises(InputError, match="marks"):
+            monte_carlo(scenario(), Variation(), 2, marks=marks)

@@ -80,7 +80,7 @@ def bench(
         laid = bench_laws(asked, text, *planned, laws or None, bar.update)
     _, rows = laid.columns()
     head = ["", *(say(f"cli.bench_{name.replace(' ', '_')}") for name in CONDITIONS)]
-    head += [say(f"cli.bench_{name}") for name in ("tip", "force", "effort", "energy", "growth")]
+    head += [say(f"cli.bench_{name}") for name in ("tip", "force", "effort", "peak", "energy", "growth")]
     lines = [say("cli.bench_control"), *(Laid(line) for line in table(head, rows)), *laid.explain().splitlines()]
     return Answer(laid.to_dict(), tuple(lines))
 

@@ -70,6 +70,10 @@ def questions() -> Iterator[tuple[str, Callable[[], object]]]:
     scenario = mf.Scenario(
         robot=panda, trajectory=mf.trajectory.quintic(q, q + 0.1, 0.05), law=mf.control.computed_torque(panda)
     )
+    ahead = mf.control.model_predictive(mf.load("planar2r"), effort_limit=[1.0, 1.0])
+    two = np.ones(2)
+    still = mf.trajectory.rest(two, 1.0).at(0.0)
+    yield "model_predictive", lambda: (ahead(0.0, two, two, still), ahead.plan(two, two, still))
     variation = mf.simulation.Variation(payload=(0.0, 1.0))
     yield "monte_carlo", lambda: mf.simulation.monte_carlo(scenario, variation, 2)
     weak = mf.trajectory.MotionLimits.of(7, velocity=1.0, effort=panda.limits.effort)

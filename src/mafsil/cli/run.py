@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 from typing import Literal
 
-from mafsil.cli.answer import Answer
+from mafsil.cli.answer import Answer, Laid
+from mafsil.cli.numerals import count
 from mafsil.cli.progress import Progress
 from mafsil.cli.table import table
 from mafsil.errors import FileError, InputError
@@ -16,8 +18,9 @@ from mafsil.job.cell_signals import assignments, conditions
 from mafsil.job.judgement import joint_quantity, summary
 from mafsil.job.plan import Leg
 from mafsil.job.reading import parse
-from mafsil.job.solve import prepare, simulated_by
+from mafsil.job.solve import prepare, simulated_by, with_runs
 from mafsil.job.text import text_of
+from mafsil.job.variation import SHARES
 from mafsil.messages import language, say
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
@@ -38,6 +41,9 @@ def run(
     set: list[str] | None = None,
     plant: Literal["mafsil", "mujoco"] | None = None,
     real_time: bool = False,
+    log: str | None = None,
+    runs: str | None = None,
+    cluster: str | None = None,
 ) -> Answer:
     """Solve a job file and write the report.
 
@@ -50,6 +56,9 @@ def run(
         set: `name=value` of variables of the job.
         plant: who computes the motion; as the job says if None.
         real_time: drive against the clock, and count what comes late.
+        log: path of a live log, `.mcap`; none if None.
+        runs: of a job with `[variation]`, if others than it says; 0 for none.
+        cluster: who drives them: a number of processes here, or the address of a dask scheduler.
 
     Raises:
         MafsilError: the job or the robot cannot be read, or do not fit each other.
@@ -58,9 +67,8 @@ def run(
     if dry_run:
         return _planned(text_of(path), path.name, path.parent, variables, progress=progress)
     target = Path("mafsil-results") / path.stem if out is None else Path(out)
-    return _run(
-        text_of(path), path.name, path.parent, target, variables, plant, real_time, progress=progress, show=open
-    )
+    options = _Options(variables, plant, real_time, log, None if runs is None else count("--runs", runs), cluster)
+    return _run(text_of(path), path.name, path.parent, target, options, progress=progress, show=open)
 
 
 def _assigned(words: str) -> tuple[str, float | str]:
@@ -81,22 +89,43 @@ def demo(out: str | None, progress: bool, open: bool) -> Answer:
     return _run(text, "demo.toml", Path(), target, progress=progress, show=open)
 
 
+@dataclass(frozen=True, slots=True)
+class _Options:
+    """How a job is run for once; see `run`."""
+
+    variables: Mapping[str, object] | None = None
+    plant: Literal["mafsil", "mujoco"] | None = None
+    real_time: bool = False
+    log: str | None = None
+    runs: int | None = None
+    cluster: str | None = None
+
+    def of(self, job: Job) -> Job:
+        """The job with them.
+
+        Raises:
+            InputError: many runs of a job that does not say what differs between them.
+        """
+        if job.variation is None and (self.runs is not None or self.cluster is not None):
+            raise InputError("cli.run_no_variation")
+        changed = simulated_by(job, self.plant, real_time=self.real_time)
+        return changed if self.runs is None else with_runs(changed, self.runs)
+
+
 def _run(
     text: str,
     source: str,
     folder: Path,
     target: Path,
-    variables: Mapping[str, object] | None = None,
-    plant: Literal["mafsil", "mujoco"] | None = None,
-    real_time: bool = False,
+    options: _Options = _Options(),
     *,
     progress: bool,
     show: bool,
 ) -> Answer:
     require_replaceable(target)
     with Progress(progress) as bar:
-        job = simulated_by(parse(text, source, variables, folder=folder), plant, real_time=real_time)
-        outcome = solve(job, text, folder, bar, source)
+        job = options.of(parse(text, source, options.variables, folder=folder))
+        outcome = solve(job, text, folder, bar, source, log=options.log, cluster=options.cluster)
         if isinstance(outcome, Refusal):
             return _refused(outcome)
         bar.enter("stage_writing")
@@ -187,7 +216,18 @@ def _answer(outcome: Run, report: Path) -> Answer:
         rows.insert(1, (say("report.targets"), say("report.targets_value", reached=reached, total=numbers.targets)))
     lines += table(("", ""), rows)[1:]
     lines += [f"  {MARKS[remark.level]} {remark.sentence()}" for remark in outcome.remarks]
+    lines += _varied(outcome)
     lines.append(say("cli.run_written", path=report))
     failures = [remark.sentence(language()) for remark in outcome.remarks if remark.level == "failure"]
     broken = outcome.recording.status is SimulationStatus.INTERRUPTED
     return Answer(data, tuple(lines), failures[0] if failures else None, broken)
+
+
+def _varied(outcome: Run) -> list[str]:
+    """The many runs of a job: a table, and what failed by what."""
+    found = outcome.variation
+    if found is None:
+        return []
+    head = ("", *(f"{100.0 * share:g} %" for share in SHARES))
+    rows = [(say(f"report.variation_{name}"), *cells) for name, *cells in found.rows()]
+    return [*(Laid(line) for line in table(head, rows)), *found.explain().splitlines()]

@@ -117,6 +117,12 @@ from mafsil.control.null_space import NullSpaceFeedback as NullSpaceFeedback
 from mafsil.control.null_space import null_space_feedback as null_space_feedback
 from mafsil.control.receding_horizon import ModelPredictive as ModelPredictive
 from mafsil.control.receding_horizon import model_predictive as model_predictive
+from mafsil.control.shaped_environment import AtPoints as AtPoints
+from mafsil.control.shaped_environment import Door as Door
+from mafsil.control.shaped_environment import Hole as Hole
+from mafsil.control.shaped_environment import RoundSurface as RoundSurface
+from mafsil.control.shaped_environment import guiding_line as guiding_line
+from mafsil.control.shaped_environment import guiding_plane as guiding_plane
 from mafsil.control.sliding_mode import SlidingCertificate as SlidingCertificate
 from mafsil.control.sliding_mode import SlidingMode as SlidingMode
 from mafsil.control.sliding_mode import SlidingStatus as SlidingStatus
@@ -142,5 +148,7 @@ from mafsil.control.tip_motion import TipOfJoints as TipOfJoints
 from mafsil.control.tip_motion import hold as hold
 from mafsil.control.tip_motion import target_in_axes as target_in_axes
 from mafsil.control.tip_sensor import TipForceSensor as TipForceSensor
+from mafsil.control.virtual_environment import VirtualEnvironment as VirtualEnvironment
+from mafsil.control.virtual_environment import virtual_environment as virtual_environment
 from mafsil.control.worst_case import MinMax as MinMax
 from mafsil.control.worst_case import min_max as min_max

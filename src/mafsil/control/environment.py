@@ -68,14 +68,8 @@ class Wall:
         """(*batch, 6) on the tip, in the tip frame [N m, N]."""
         R = T[..., :3, :3]
         velocity = (R @ V[..., 3:, None])[..., 0]
-        away, depth = velocity @ self.normal, self.depth(T)
-        push = np.where(depth > 0.0, np.maximum(self.stiffness * depth - self.damping * away, 0.0), 0.0)
-        force = push[..., None] * self.normal
-        if self.friction:
-            sliding = velocity - away[..., None] * self.normal
-            speed = np.linalg.norm(sliding, axis=-1)
-            force = force - (self.friction * push / np.maximum(speed, self.slow))[..., None] * sliding
-        return _at_tip(R, force)
+        constants = (self.stiffness, self.damping, self.friction, self.slow)
+        return _at_tip(R, pressed(self.depth(T), self.normal, velocity, *constants))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -130,6 +124,28 @@ def tip_wrench_of(robot: Robot, environment: Environment, q: JointVector, qd: Jo
     """
     V = (robot.jacobian_body(q) @ qd[..., None])[..., 0]
     return environment.wrench(robot.forward_kinematics(q), V)
+
+
+def pressed(
+    depth: Floats, outward: Vector3, velocity: Vector3, stiffness: float, damping: float, friction: float, slow: float
+) -> Vector3:
+    """(*batch, 3) force in {s} of a surface that gives way and never pulls, with friction that opposes sliding.
+
+    Args:
+        depth: (*batch,) in the surface [m].
+        outward: (3,) or (*batch, 3) normal.
+        velocity: (*batch, 3) of the point [m/s].
+        stiffness, damping, friction: as `Wall`.
+        slow: speed of sliding below which friction falls off [m/s].
+    """
+    away = (velocity * outward).sum(axis=-1)
+    push = np.where(depth > 0.0, np.maximum(stiffness * depth - damping * away, 0.0), 0.0)
+    force = push[..., None] * outward
+    if friction:
+        sliding = velocity - away[..., None] * outward
+        speed = np.linalg.norm(sliding, axis=-1)
+        force = force - (friction * push / np.maximum(speed, slow))[..., None] * sliding
+    return np.asarray(force)
 
 
 def _at_tip(R: Floats, force: Floats) -> Vector6:

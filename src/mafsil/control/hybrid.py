@@ -83,11 +83,13 @@ class HybridControl:
         now = task_dynamics(self.robot, q, qd, self.coordinates)
         T = self.coordinates.pose(self.robot, q)
         X_e, V_e, ahead = self.coordinates.error(T, self.reference(t), now.V)
-        F_e = np.zeros_like(self.force) if self.sensor is None else self.force - self.sensor(q, qd)
-        push = self.force + self.force_gains.kp * F_e + force_integral
         A, A_rate = self.constraint(T, now.V)
+        along = np.linalg.pinv(A) @ A
         # A wall that gives way leaves errors along A: taken out, or Lambda would turn them into others.
-        free = np.eye(len(X_e)) - np.linalg.pinv(A) @ A
+        free = np.eye(len(X_e)) - along
+        # Friction is felt across A: taken out, or its integral would grow and Lambda turn it into a force along A.
+        F_e = np.zeros_like(self.force) if self.sensor is None else along @ (self.force - self.sensor(q, qd))
+        push = self.force + self.force_gains.kp * F_e + force_integral
         pull = self.gains.kp * X_e + self.gains.kd * V_e + position_integral
         motion = now.inertia @ (ahead + free @ pull)
         held = constrained_dynamics(now.inertia, np.zeros_like(motion), A, motion, now.V, A_rate)

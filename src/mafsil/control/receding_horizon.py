@@ -14,6 +14,7 @@ Automatica 36, 2000.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,15 +23,20 @@ from mafsil.arrays import Floats, JointVector, as_batch, frozen, positive, whole
 from mafsil.control.gains import per_joint
 from mafsil.control.law import Law
 from mafsil.errors import InputError
+from mafsil.lazy_module import lazily
 from mafsil.robot import Robot, of_robot
-from mafsil.solvers.box_quadratic import box_minimum
 from mafsil.trajectory import Motion
+
+if TYPE_CHECKING:
+    import mafsil.solvers.horizon_loops as horizon_loops
+else:
+    horizon_loops = lazily("mafsil.solvers.horizon_loops")
 
 ROUNDS = 100_000
 SETTLED = 1e-13
 """Relative change of the cost in one round below which it is that of an infinite horizon."""
 MOST_NUMBERS = 2000
-"""Joints times intervals: matrices of that size are factored at each tick where a limit is reached."""
+"""Joints times intervals: a matrix of that size is kept where every effort is at its limit."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -41,6 +47,7 @@ class ModelPredictive:
         robot: the model.
         interval: of the prediction, during which efforts are constant [s].
         hessian: (n, N, N) of the cost of each joint by its accelerations over the horizon.
+        inverse: (n, N, N) of the Hessians.
         slope: (n, N, 2) of its gradient by the present error and its rate.
         gain: (n, 2) from error and rate to the acceleration where no limit is reached.
         limit: (n,) magnitudes of efforts that are never exceeded; infinite where there is none [N m | N].
@@ -49,6 +56,7 @@ class ModelPredictive:
     robot: Robot
     interval: float
     hessian: Floats
+    inverse: Floats
     slope: Floats
     gain: Floats
     limit: Floats
@@ -59,19 +67,24 @@ class ModelPredictive:
         return int(self.hessian.shape[1])
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
-        """Joint efforts (*batch, n) [N m | N]."""
-        errors = np.stack(np.broadcast_arrays(reference.u - q, reference.v - qd), axis=-1)
-        wanted = np.broadcast_to(reference.a, errors.shape[:-1])
-        free = -np.linalg.solve(self.hessian, (self.slope @ errors[..., None]))[..., 0]
+        """Joint efforts (*batch, n) [N m | N].
+
+        Raises:
+            InputError: the best efforts were not found: the weights differ too much for floating point.
+        """
+        e, rate = np.broadcast_arrays(reference.u - q, reference.v - qd)
+        n, shape = self.robot.n, e.shape
         M = self.robot.mass_matrix(q)
-        known = self.robot.inverse_dynamics(q, qd, wanted)
-        efforts = known[..., None] + M @ free
-        effort = np.array(efforts[..., 0])
-        beyond = (np.abs(efforts) > self.limit[:, None]).any(axis=(-2, -1))
-        for row in np.argwhere(beyond):
-            at = tuple(row.tolist())
-            effort[at] = self._limited(M[at], known[at], errors[at], efforts[at])
-        return effort
+        known = self.robot.inverse_dynamics(q, qd, reference.a)
+        if len(shape) > 1 or M.ndim > 2 or known.ndim > 1:
+            M, known = np.broadcast_to(M, (*shape, n)), np.broadcast_to(known, shape)
+        effort = np.empty((e.size // n, n))
+        failed = horizon_loops.first_efforts(
+            self.inverse, self.slope, _rows(M, n, n), _rows(known, n), _rows(e, n), _rows(rate, n), self.limit, effort
+        )
+        if failed >= 0:
+            raise InputError("control.no_best_efforts")
+        return effort.reshape(shape)
 
     def plan(self, q: JointVector, qd: JointVector, reference: Motion) -> Floats:
         """(N, n) efforts over the horizon at one state, as the law would give them [N m | N].
@@ -79,29 +92,26 @@ class ModelPredictive:
         Args:
             q, qd: (n,) state.
             reference: desired motion now.
+
+        Raises:
+            InputError: the best efforts were not found: the weights differ too much for floating point.
         """
-        errors = np.stack([reference.u - q, reference.v - qd], axis=-1)
         M, known = self.robot.mass_matrix(q), self.robot.inverse_dynamics(q, qd, reference.a)
-        free = -np.linalg.solve(self.hessian, self.slope @ errors[..., None])[..., 0]
-        return self._planned(M, known, errors, known[:, None] + M @ free)
+        w, free, efforts = np.empty((3, self.horizon, self.robot.n))
+        errors, rates = (np.asarray(x, dtype=np.float64) for x in (reference.u - q, reference.v - qd))
+        arrays = (self.inverse, self.slope, M, known, errors, rates, self.limit, w, free, efforts)
+        if not horizon_loops.planned(*arrays):
+            raise InputError("control.no_best_efforts")
+        return efforts
 
     def session(self, period: float) -> Law:
         """The law itself: it has no memory."""
         return self
 
-    def _limited(self, M: Floats, known: Floats, errors: Floats, efforts: Floats) -> Floats:
-        return self._planned(M, known, errors, efforts)[0]
 
-    def _planned(self, M: Floats, known: Floats, errors: Floats, efforts: Floats) -> Floats:
-        """(N, n) the best efforts within their limits: w = M^-1 (tau - known) makes their cost quadratic in a box."""
-        n, N = self.slope.shape[:2]
-        W = np.linalg.inv(M)
-        H = np.einsum("ja,jkl,jb->kalb", W, self.hessian, W).reshape(N * n, N * n)
-        at_zero = -(W @ known)
-        gradient = (self.slope @ errors[..., None])[..., 0] + self.hessian.sum(axis=-1) * at_zero[:, None]
-        g = (W.T @ gradient).T.reshape(-1)
-        bound = np.tile(self.limit, N)
-        return box_minimum(H, g, -bound, bound, efforts.T.reshape(-1)).x.reshape(N, n)
+def _rows(array: Floats, *core: int) -> Floats:
+    """(b, *core), row after row, of one kind of array: loops are compiled for each kind."""
+    return np.require(array, np.float64, ("C", "W")).reshape(-1, *core)
 
 
 @of_robot
@@ -140,7 +150,9 @@ def model_predictive(
     Q = np.einsum("ni,ij->nij", np.stack(weights, axis=-1), np.eye(2))
     P, gain = _endless(A, B, Q, spent)
     hessian, slope = _condensed(A, B, Q, spent, P, N)
-    return ModelPredictive(robot, h, frozen(hessian), frozen(slope), frozen(gain), frozen(np.asarray(limit)))
+    inverse = np.linalg.inv(hessian)
+    parts = (hessian, (inverse + np.swapaxes(inverse, 1, 2)) / 2.0, slope, gain, np.asarray(limit, dtype=np.float64))
+    return ModelPredictive(robot, h, *(frozen(np.ascontiguousarray(part)) for part in parts))
 
 
 def _endless(A: Floats, B: Floats, Q: Floats, R: Floats) -> tuple[Floats, Floats]:

@@ -21,6 +21,10 @@ from mafsil.figures.moving_body import save_solid_ball as save_solid_ball
 from mafsil.figures.moving_body import save_space_velocity as save_space_velocity
 from mafsil.figures.moving_body import save_two_frames as save_two_frames
 from mafsil.figures.newton_tangents import save_newton_tangents as save_newton_tangents
+from mafsil.figures.one_joint import save_error_response as save_error_response
+from mafsil.figures.one_joint import save_friction_laws as save_friction_laws
+from mafsil.figures.one_joint import save_joint_runs as save_joint_runs
+from mafsil.figures.one_joint import save_root_locus as save_root_locus
 from mafsil.figures.parallel_robot import save_delta as save_delta
 from mafsil.figures.parallel_robot import save_eclipse as save_eclipse
 from mafsil.figures.parallel_robot import save_five_bar as save_five_bar

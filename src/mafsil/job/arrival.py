@@ -78,28 +78,41 @@ def arrival(job: Job, plan: Plan, index: int, tape: Recording, start: float = 0.
     if goal is None or not len(tape.t) or end - start > tape.t[-1] + INSTANT:
         return None
     q = configuration(tape, end - start)
-    planned = leg.trajectory.at(leg.trajectory.duration).u
-    robot = leg.load.robot
-    T = np.asarray(robot.forward_kinematics(q))
-    T_planned = np.asarray(robot.forward_kinematics(planned)) if leg.target is None else leg.target
+    position, turn, joints = errors_of(leg, q)
     return Arrival(
         leg=index,
         goal=goal,
         time=end,
         q=q,
-        position_error=float(np.linalg.norm(T[:3, 3] - T_planned[:3, 3])),
-        orientation_error=_turn(T[:3, :3], T_planned[:3, :3], leg.task),
-        joint_errors=np.abs(q - planned),
-        tolerances=tolerances(job, robot, leg.index),
+        position_error=float(position),
+        orientation_error=float(turn),
+        joint_errors=joints,
+        tolerances=tolerances(job, leg.load.robot, leg.index),
     )
 
 
-def _turn(R: Floats, R_planned: Floats, task: Task) -> float:
+def errors_of(leg: Leg, q: JointVector) -> tuple[Floats, Floats, Floats]:
+    """Where the arm is off the end of a leg: the tip (*batch) [m], (*batch) [rad], and joints (*batch, n) [rad | m].
+
+    Args:
+        leg: with a target.
+        q: (*batch, n) where the arm is.
+    """
+    planned = leg.trajectory.at(leg.trajectory.duration).u
+    robot = leg.load.robot
+    T = np.asarray(robot.forward_kinematics(q))
+    T_planned = np.asarray(robot.forward_kinematics(planned)) if leg.target is None else leg.target
+    position = np.linalg.norm(T[..., :3, 3] - T_planned[:3, 3], axis=-1)
+    return np.asarray(position), _turn(T[..., :3, :3], T_planned[:3, :3], leg.task), np.abs(q - planned)
+
+
+def _turn(R: Floats, R_planned: Floats, task: Task) -> Floats:
     """How far the tip is turned from what counts: the whole orientation, the direction of its z axis, or nothing."""
     if task == "pose":
-        return float(rotation.angle_between(R, R_planned))
-    z, planned = R[:, 2], R_planned[:, 2]
-    return float(np.arctan2(np.linalg.norm(np.cross(z, planned)), z @ planned)) if task == "axis" else 0.0
+        return np.asarray(rotation.angle_between(R, R_planned))
+    z, planned = R[..., 2], R_planned[:, 2]
+    angle = np.arctan2(np.linalg.norm(np.cross(z, planned), axis=-1), z @ planned)
+    return np.asarray(angle if task == "axis" else np.zeros_like(angle))
 
 
 def arrivals(job: Job, plan: Plan, tape: Recording) -> tuple[Arrival, ...]:

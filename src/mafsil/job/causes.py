@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.control import ComputedTorque, JointFeedback
+from mafsil.control import ComputedTorque, Gains, JointFeedback
 from mafsil.job.arrival import INSTANT, Arrival
 from mafsil.job.remark import said
 from mafsil.job.run import Run
@@ -46,15 +46,16 @@ class Split:
 
     With the law and the equations of the true arm written out, the error e = u - q obeys exactly
 
-        K e = (commanded - applied) + friction - J' push + (true - model) + (model - modelled)
+        K e = (commanded - applied) + friction - J' push + (true - model) + (model - modelled) - integral
 
     K is the stiffness of the law (Kp, or M Kp for computed torque); `commanded - applied` is what the effort limit
     took; `true - model` the effort by which the real masses differ from the model's in the recorded motion;
-    `model - modelled` what the law lacks because the arm does not follow the reference's rate and acceleration.
+    `model - modelled` what the law lacks because the arm does not follow the reference's rate and acceleration;
+    `integral` what the law has stored of earlier errors.
 
     Attributes:
         error: u - q.
-        limit, friction, push, model, lag, noise: the parts.
+        limit, friction, push, model, lag, integral, noise: the parts.
     """
 
     error: Floats
@@ -63,11 +64,12 @@ class Split:
     push: Floats
     model: Floats
     lag: Floats
+    integral: Floats
     noise: Floats
 
     def parts(self) -> dict[str, Floats]:
         """All parts by name; their sum is the error."""
-        names = ("limit", "friction", "push", "model", "lag", "noise")
+        names = ("limit", "friction", "push", "model", "lag", "integral", "noise")
         return {name: getattr(self, name) for name in names}
 
 
@@ -93,25 +95,27 @@ def split(run: Run, driven: Driven, row: int) -> Split | None:
     pushed = np.zeros(len(q)) if pulse is None else np.asarray(true.jacobian_body(q)).T @ pulse
     moving = np.asarray(true.inverse_dynamics(q, qd, qdd))
     friction = applied + pushed - moving
-    kp, kd = law.gains.kp, law.gains.kd
+    kp, kd, stored = law.gains.kp, law.gains.kd, _stored(run, driven, law.gains, row)
     if isinstance(law, ComputedTorque):
         model = np.asarray(law.robot.inverse_dynamics(q, qd, qdd))
         M = np.asarray(law.robot.mass_matrix(q))
         stiffness = M * kp
         lag = M @ (qdd - tape.qdd_ref[row] - kd * de)
-        modelled = np.asarray(law.robot.inverse_dynamics(q, qd, tape.qdd_ref[row] + kp * e + kd * de))
+        modelled = np.asarray(law.robot.inverse_dynamics(q, qd, tape.qdd_ref[row] + kp * e + kd * de + stored))
+        stored = M @ stored
     else:
         known = law.model
         model = moving if known is None else np.asarray(known.inverse_dynamics(q, qd, qdd))
         gravity = np.zeros(len(q)) if known is None else np.asarray(known.gravity_torque(q))
         stiffness, lag = np.diag(kp), model - gravity - kd * de
-        modelled = kp * e + kd * de + gravity
+        modelled = kp * e + kd * de + gravity + stored
     parts = {
         "limit": commanded - applied,
         "friction": friction,
         "push": -pushed,
         "model": moving - model,
         "lag": lag,
+        "integral": -stored,
         "noise": modelled - commanded,
     }
     try:
@@ -119,6 +123,14 @@ def split(run: Run, driven: Driven, row: int) -> Split | None:
     except np.linalg.LinAlgError:
         return None
     return Split(e, **{name: inverse @ part for name, part in parts.items()})
+
+
+def _stored(run: Run, driven: Driven, gains: Gains, row: int) -> Floats:
+    """(n,) what an integral has summed up from the beginning of a stretch to a tick, by the rectangle rule."""
+    tape, start = run.recording, driven.stretch.start
+    first = int(np.searchsorted(tape.t, start - INSTANT))
+    errors = (tape.q_ref[first : row + 1] - tape.q[first : row + 1]).sum(axis=0)
+    return np.asarray(gains.ki * driven.scenario.control_period * errors)
 
 
 def cause(run: Run, judged: Arrival) -> Cause | None:

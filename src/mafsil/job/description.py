@@ -24,6 +24,7 @@ from mafsil.job.part import Positive as Positive
 from mafsil.job.part import Share as Share
 from mafsil.job.part import Three as Three
 from mafsil.job.signals import Condition, Input, SignalValue
+from mafsil.job.variation_table import VariationTable
 from mafsil.trajectory.laws import LawName
 
 Profile: TypeAlias = LawName | Literal["time_optimal", "jerk_limited"]
@@ -341,6 +342,7 @@ class Head(Part, frozen=True, kw_only=True):
         input: signals that the cell gives, by name.
         surface: what the tip can touch.
         other_robot: robots beside it.
+        variation: what differs if the job is driven many times; once if None.
     """
 
     title: str = ""
@@ -365,6 +367,7 @@ class Head(Part, frozen=True, kw_only=True):
     disturbance: tuple[Disturbance, ...] = ()
     surface: tuple[Surface, ...] = ()
     other_robot: tuple[OtherRobot, ...] = ()
+    variation: VariationTable | None = None
 
 
 class Job(Head, frozen=True, kw_only=True):

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from dataclasses import replace
 
 import numpy as np
 
-from mafsil.arrays import Floats
 from mafsil.errors import JobError
 from mafsil.job import judgement
 from mafsil.job.arrival import arrival
@@ -22,10 +23,12 @@ from mafsil.job.run import Run
 from mafsil.job.stretch import Driven, Stretch, stretches
 from mafsil.job.tip_laws import environment_of
 from mafsil.messages.quantities import digits, quantity
+from mafsil.messages.visible import visible
 from mafsil.robot import Robot
 from mafsil.simulation import (
     ClosedPlant,
     Deadlines,
+    LiveLog,
     MuJoCoPlant,
     Plant,
     Recording,
@@ -34,6 +37,7 @@ from mafsil.simulation import (
     WrenchPulse,
     simulate,
 )
+from mafsil.simulation.recording import joined
 from mafsil.simulation.stepping import IMPLICIT_FRICTION, STIFF, friction_stiffness
 
 EXPLICIT = "rk4"
@@ -50,6 +54,7 @@ def drive(
     progress: Callable[[float], None] = lambda share: None,
     *,
     judged: bool = True,
+    log: str | os.PathLike[str] | None = None,
 ) -> Run:
     """Simulate a plan.
 
@@ -59,10 +64,12 @@ def drive(
         plan: the motion.
         progress: called with the share of the time that has been simulated.
         judged: whether remarks and the limits of the cycle are found, too.
+        log: path of a live log, `.mcap`; none if None.
 
     Raises:
         JobError: friction is too stiff for the integrator that is asked
             for, or the motion is too long to be simulated.
+        MafsilError: the log cannot be written.
     """
     _require_short(job, plan)
     planned = tuple(stretches(plan))
@@ -74,9 +81,40 @@ def drive(
     method, remark = _method(job, planned, plants)
     if job.simulation.plant == "mujoco":
         remark = (*remark, Remark("good", "job.other_plant", {"plant": plants[0].engine}))
+    with nullcontext() if log is None else LiveLog(log, plan.duration) as live:
+        recordings, driven = _recorded(
+            job, plan, list(zip(planned, models, plants, strict=True)), method, progress, live
+        )
+    recording = joined(recordings)
+    timed = Deadlines.of(recording.metadata)
+    if timed is not None:
+        remark = (*remark, Remark("warning" if timed.missed else "good", "job.deadlines", {"deadlines": timed}))
+    if "near_singular" in recording.metadata:
+        found = recording.metadata["near_singular"]
+        details = {"time": quantity(found["time"], "s"), "ratio": digits(found["ratio"])}
+        remark = (*remark, Remark("warning", "simulation.near_singular", details))
+    if fault := recording.metadata.get("log_fault"):
+        remark = (*remark, Remark("warning", "simulation.log_fault", {"fault": visible(str(fault))}))
+    stopped = None
+    if not recording.status.succeeded:
+        stopped = Remark("failure", "job.stopped", {"time": quantity(recording.duration, "s"), "reason": recording})
+    limits = limits_of_cycle(plan) if judged else ()
+    run = Run(job, text, robot, plan, recording, tuple(driven), stopped, limits=limits)
+    return replace(run, remarks=(*judgement.remarks(run, judgement.summary(run)), *remark)) if judged else run
+
+
+def _recorded(
+    job: Job,
+    plan: Plan,
+    parts: list[tuple[Stretch, Robot, Plant]],
+    method: str,
+    progress: Callable[[float], None],
+    log: LiveLog | None,
+) -> tuple[list[Recording], list[Driven]]:
+    """Stretch by stretch, up to the first that fails."""
     recordings: list[Recording] = []
     driven: list[Driven] = []
-    for stretch, model, loaded in zip(planned, models, plants, strict=True):
+    for stretch, model, loaded in parts:
         gripped = stretch.carried is None or _gripped(job, plan, stretch, recordings[-1], driven[-1])
         plant = loaded if gripped else _plant(job, stretch.load.robot)
         scenario = _scenario(job, model, stretch, plant, recordings, method)
@@ -85,23 +123,11 @@ def drive(
         def report(share: float, begin: float = stretch.start, length: float = stretch.trajectory.duration) -> None:
             progress((begin + share * length) / plan.duration)
 
-        recordings.append(simulate(scenario, report, clock="real" if job.simulation.real_time else None))
+        clock = "real" if job.simulation.real_time else None
+        recordings.append(simulate(scenario, report, clock=clock, log=log))
         if not recordings[-1].status.succeeded:
             break
-    recording = _joined(recordings)
-    timed = Deadlines.of(recording.metadata)
-    if timed is not None:
-        remark = (*remark, Remark("warning" if timed.missed else "good", "job.deadlines", {"deadlines": timed}))
-    if "near_singular" in recording.metadata:
-        found = recording.metadata["near_singular"]
-        details = {"time": quantity(found["time"], "s"), "ratio": digits(found["ratio"])}
-        remark = (*remark, Remark("warning", "simulation.near_singular", details))
-    stopped = None
-    if not recording.status.succeeded:
-        stopped = Remark("failure", "job.stopped", {"time": quantity(recording.duration, "s"), "reason": recording})
-    limits = limits_of_cycle(plan) if judged else ()
-    run = Run(job, text, robot, plan, recording, tuple(driven), stopped, limits=limits)
-    return replace(run, remarks=(*judgement.remarks(run, judgement.summary(run)), *remark)) if judged else run
+    return recordings, driven
 
 
 def _gripped(job: Job, plan: Plan, stretch: Stretch, tape: Recording, before: Driven) -> bool:
@@ -178,28 +204,3 @@ def _pushes(job: Job, stretch: Stretch) -> Iterator[WrenchPulse]:
         begin, end = push.start - stretch.start, push.start + push.duration - stretch.start
         if end > 0.0 and begin < stretch.trajectory.duration:
             yield WrenchPulse(max(begin, 0.0), end - max(begin, 0.0), np.array(push.wrench))
-
-
-def _joined(recordings: list[Recording]) -> Recording:
-    """One recording of all stretches: each last tick is the first one of what follows."""
-    last = recordings[-1]
-    starts = np.concatenate([[0.0], np.cumsum([recording.t[-1] for recording in recordings])])
-    parts: dict[str, list[Floats]] = {name: [] for name in last.arrays()}
-    for recording, start in zip(recordings, starts, strict=False):
-        kept = slice(None) if recording is last else slice(0, -1)
-        for name, array in recording.arrays().items():
-            parts[name].append(array[kept] + start if name == "t" else array[kept])
-    joined = {name: np.concatenate(arrays) for name, arrays in parts.items()}
-    seconds = sum(float(recording.metadata["seconds"]) for recording in recordings)
-    timed = [found for each in recordings if (found := Deadlines.of(each.metadata)) is not None]
-    clock = {"clock": Deadlines.of_all(timed).to_dict()} if timed else {}
-    near = [
-        each.metadata["near_singular"] | {"begin": float(start)}
-        for each, start in zip(recordings, starts, strict=False)
-        if "near_singular" in each.metadata
-    ]
-    if near:
-        worst = min(near, key=lambda found: found["ratio"])
-        clock["near_singular"] = {"ratio": worst["ratio"], "time": worst["time"] + worst["begin"]}
-    metadata = last.metadata | clock | {"seconds": seconds, "end": float(starts[-2] + last.metadata["end"])}
-    return Recording(**joined, status=last.status, metadata=metadata)

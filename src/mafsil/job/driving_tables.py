@@ -10,7 +10,7 @@ from mafsil.job.part import NotNegative, Part, Positive, Six
 
 LawKind: TypeAlias = Literal[
     "computed_torque", "pd_gravity", "pid", "feedforward", "sliding_mode", "min_max", "adaptive",
-    "model_predictive", "task_computed_torque", "impedance", "admittance", "hybrid",
+    "model_predictive", "linear_quadratic", "task_computed_torque", "impedance", "admittance", "hybrid",
 ]  # fmt: skip
 """Laws of the joints, then laws of the tip."""
 TIP_LAWS: tuple[LawKind, ...] = ("task_computed_torque", "impedance", "admittance", "hybrid")
@@ -23,10 +23,12 @@ class Controller(Part, frozen=True, kw_only=True):
         kind: `computed_torque`; `pd_gravity`, PD with gravity compensation; `pid` of each joint by itself;
             `feedforward` of the model with PD; `sliding_mode` and `min_max`, for masses known within a share;
             `adaptive`, which learns what the tool carries; `model_predictive`, which looks ahead and keeps efforts
-            within their limits. Of the tip: `task_computed_torque`; `impedance` and `admittance`, a tip that gives
-            way; `hybrid`, motion along the first surface and force into it.
+            within their limits; `linear_quadratic`, of least cost about the middle of the motion. Of the tip:
+            `task_computed_torque`; `impedance` and `admittance`, a tip that gives way; `hybrid`, motion along the first
+            surface and force into it.
         frequency: natural frequency of the error dynamics of computed torque, in joints or at the tip, and of
-            the motion of `hybrid`, 20 if None; of `model_predictive` away from limits, 80 if None [rad/s].
+            the motion of `hybrid`, 20 if None; of `model_predictive` away from limits 80, of `linear_quadratic` about
+            its pose 40 if None [rad/s].
         damping: its damping ratio, or that of the tip's impedance; 1 if None.
         stiffness, rate_gain: of the PD and PID laws, one number or one per joint; from the inertia of each joint if
             None [N m/rad, N m s/rad].

@@ -12,10 +12,11 @@ import numpy as np
 from mafsil.answer import Answer, Status
 from mafsil.control.inertia_gains import NATURAL_FREQUENCY
 from mafsil.errors import JobError
-from mafsil.job.causes import Cause, cause, error_growth
+from mafsil.job.causes import Cause, cause
 from mafsil.job.description import Controller, Job
 from mafsil.job.drive import drive
 from mafsil.job.judgement import Summary, summary
+from mafsil.job.law_stability import growth_along
 from mafsil.job.laws import KINDS, control_period, kinds_for
 from mafsil.job.plan import Plan
 from mafsil.job.reading import GAINS
@@ -53,7 +54,7 @@ class LawResult:
         joint_error: root mean square over time and joints, under each of CONDITIONS; NaN where the run stopped early.
         saturated: time during which it asked for more than the limits [s].
         growth: largest factor by which small errors grow from tick to tick along the plan, below one for a stable loop;
-            NaN for laws that are not linear near the plan.
+            NaN of laws that have no slope there.
         cause: what remains of the error comes from, where that can be told.
     """
 
@@ -111,12 +112,13 @@ class LawBench(Answer):
         return "\n".join([on_screen(self.explain()), *table(*self.columns())])
 
     def columns(self) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-        """Head and rows of the table: errors under each condition, tip error, contact force, effort, energy, growth."""
-        head = ("", *CONDITIONS, "tip", "force", "effort", "energy", "growth")
+        """Head and rows: errors under each condition, tip error, contact force, effort and its peak, energy, growth."""
+        head = ("", *CONDITIONS, "tip", "force", "effort", "peak", "energy", "growth")
         rows = [
             (
                 each.kind, *(number(x) for x in each.joint_error), number(each.numbers.tip_error),
                 number(each.peak_force), number(float(np.linalg.norm(each.numbers.rms_effort))),
+                number(float(each.numbers.peak_effort.max(initial=0.0))),
                 number(each.numbers.energy), number(each.growth),
             )
             for each in self.results
@@ -218,7 +220,7 @@ def _result(kind: str, runs: list[Run]) -> LawResult:
     else:
         status = LawStatus.DONE if all(each.reached for each in numbers.arrivals) else LawStatus.MISSED
     errors = tuple(_rms(run) if run.recording else float("nan") for run in runs)
-    grown = [error_growth(driven, driven.stretch.trajectory.at(0.0).u) for driven in first.driven]
+    grown = [growth_along(driven) for driven in first.driven]
     known = [each for each in grown if each > 0.0]
     worst = max(numbers.arrivals, key=lambda each: each.share, default=None)
     reason = None if worst is None else cause(first, worst)

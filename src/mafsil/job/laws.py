@@ -17,6 +17,7 @@ from mafsil.control import (
     feedforward,
     gravity_compensation,
     inertia_gains,
+    linear_quadratic,
     min_max,
     model_predictive,
     pid,
@@ -37,8 +38,8 @@ INTEGRAL_SHARE = 0.1
 """Of the integral gain at which a joint by itself would become unstable."""
 MASS_SHARE, MARGIN, WIDTH, LEARNING = 0.2, 1.0, 0.02, 1.0
 """Of sliding mode and of the adaptive law, where the job names none."""
-LAYER, AHEAD, INTERVAL, STIFFNESS = 1.0, 20, 0.005, 80.0
-"""Of min-max and of model-predictive control, where the job names none [N m/s, 1, s, rad/s]."""
+LAYER, AHEAD, INTERVAL, STIFFNESS, ABOUT_POSE = 1.0, 20, 0.005, 80.0, 40.0
+"""Of min-max, model-predictive and linear-quadratic control, where the job names none [N m/s, 1, s, rad/s, rad/s]."""
 
 
 def law_of(job: Job, model: Robot, trajectory: Trajectory, true: Robot | None = None) -> Law:
@@ -119,6 +120,14 @@ def _model_predictive(job: Job, model: Robot, trajectory: Trajectory) -> Law:
     )  # fmt: skip
 
 
+def _linear_quadratic(job: Job, model: Robot, trajectory: Trajectory) -> Law:
+    w = ABOUT_POSE if job.controller.frequency is None else job.controller.frequency
+    pose = trajectory.at(trajectory.duration / 2.0).u
+    # Of one joint of inertia M these weights make e'' + 2 w e' + w^2 e = 0.
+    M = np.diagonal(np.asarray(model.mass_matrix(pose)))
+    return linear_quadratic(model, pose, position=(M * w**2) ** 2, rate=2.0 * (M * w) ** 2, effort=1.0)
+
+
 def _adaptive(job: Job, model: Robot, trajectory: Trajectory) -> Law:
     gains, learning = _gains(job, model, trajectory), job.controller.learning
     return adaptive_control(
@@ -134,6 +143,7 @@ _MAKERS: dict[str, Callable[[Job, Robot, Trajectory], Law]] = {
     "sliding_mode": _sliding_mode,
     "min_max": _min_max,
     "model_predictive": _model_predictive,
+    "linear_quadratic": _linear_quadratic,
     "adaptive": _adaptive,
 }
 KINDS = (*_MAKERS, *TIP_LAWS)

@@ -32,6 +32,7 @@ from mafsil.job.language.statements import Placed, PlacedGoal, Statement
 from mafsil.job.language.types_of_keys import choices_at, field_type, path_of, tables_in, value_at
 from mafsil.job.other_robot import OtherRobot
 from mafsil.job.text import tables_of, text_of
+from mafsil.job.variation_table import EXACT_GAINS, SPREADS, Normal, Spread
 from mafsil.messages import say
 from mafsil.messages.visible import visible
 
@@ -56,6 +57,7 @@ GAINS = {
     "sliding_mode": ("mass_share", "margin", "width"),
     "min_max": ("mass_share", "width"),
     "model_predictive": ("frequency", "horizon", "interval"),
+    "linear_quadratic": ("frequency",),
     "adaptive": ("learning",),
     "task_computed_torque": ("frequency", "damping"),
     "impedance": ("tip_stiffness", "turn_stiffness", "damping"),
@@ -196,6 +198,7 @@ class _Reader:
         self.check_obstacles(file.obstacle, data.get("obstacle", ()))
         self.check_start(file, data.get("start", {}))
         self.check_controller(file.controller, file.simulation)
+        self.check_variation(file)
         self.check_surfaces(file)
         self.check_other_robots(file.other_robot)
         require_signals(file, self.error)
@@ -354,6 +357,30 @@ class _Reader:
                 raise self.error("job.no_normal", ("surface", k, "normal"))
         if file.controller.kind == "hybrid" and not file.surface:
             raise self.error("job.no_surface", ("controller", "kind"))
+
+    def check_variation(self, file: JobFile) -> None:
+        """What is drawn has an order, changes something, and makes sense."""
+        asked = file.variation
+        if asked is None:
+            return
+        given: dict[str, Spread] = {name: getattr(asked, name) for name in SPREADS if getattr(asked, name) is not None}
+        if not given:
+            raise self.error("job.variation_empty", ("variation",), known=", ".join(SPREADS))
+        for name, spread in given.items():
+            path = ("variation", name)
+            low = spread.mean if isinstance(spread, Normal) else spread[0]
+            if isinstance(spread, tuple) and spread[1] < low:
+                raise self.error("job.variation_order", path, low=low, high=spread[1])
+            if low < 0.0 and name != "payload_offset":
+                raise self.error("job.variation_negative", path, value=low)
+        noise = file.simulation.noise
+        if "noise" in given and noise.position == noise.velocity == 0.0:
+            raise self.error("job.variation_noise", ("variation", "noise"))
+        if "payload_offset" in given and "payload" not in given:
+            raise self.error("job.variation_offset", ("variation", "payload_offset"))
+        if "gains" in given and file.controller.kind not in EXACT_GAINS:
+            known = ", ".join(EXACT_GAINS)
+            raise self.error("job.variation_gains", ("variation", "gains"), kind=file.controller.kind, known=known)
 
     def check_controller(self, controller: Controller, simulation: Simulation) -> None:
         """Every gain that is given belongs to the law that is chosen, whose period is a whole number of steps."""

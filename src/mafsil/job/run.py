@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,9 @@ from mafsil.messages import LANGUAGES
 from mafsil.messages.visible import visible
 from mafsil.robot import Robot
 from mafsil.simulation import Recording
+
+if TYPE_CHECKING:
+    from mafsil.job.variation import JobVariation
 
 MOST_SHOWN = 20
 """Remarks that are printed; the rest are counted."""
@@ -40,6 +43,7 @@ class Run(Answer):
         stopped: why the simulation ended early, or None.
         remarks: what the reader should know.
         limits: of the cycle: how long each decides, and what ten per cent more of it would save.
+        variation: the job driven many times, where it asks for that.
     """
 
     job: Job
@@ -51,6 +55,7 @@ class Run(Answer):
     stopped: Remark | None = None
     remarks: tuple[Remark, ...] = field(default=())
     limits: tuple[CycleLimit, ...] = ()
+    variation: JobVariation | None = None
 
     def tips(self, rows: slice | NDArray[np.intp] = slice(None)) -> tuple[PoseMatrix, PoseMatrix]:
         """(rows, 4, 4) poses of the tip as it was and as it should be, in {s}."""

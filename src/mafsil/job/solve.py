@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal, Protocol
 
 import msgspec
 
+from mafsil.arrays import whole
 from mafsil.job.description import Job
 from mafsil.job.drive import drive
 from mafsil.job.equipment import equipment_of
@@ -17,17 +19,21 @@ from mafsil.job.move_planner import plan
 from mafsil.job.neighbours import neighbours_of
 from mafsil.job.plan import Plan
 from mafsil.job.reading import parse
-from mafsil.job.remark import Refusal
+from mafsil.job.remark import Refusal, Remark
 from mafsil.job.run import Run
 from mafsil.job.text import text_of
+from mafsil.job.variation import vary
 from mafsil.robot import Robot
+
+MOST_RUNS = 100_000
+"""Of a job that is driven many times."""
 
 
 class Watcher(Protocol):
     """Is called as the work goes on."""
 
     def enter(self, stage: str) -> None:
-        """A stage begins: stage_robot, stage_planning, stage_simulating."""
+        """A stage begins: stage_robot, stage_planning, stage_simulating, stage_varying."""
 
     def update(self, share: float) -> None:
         """Share of the stage that is done."""
@@ -39,7 +45,16 @@ class _Nobody:
     def update(self, share: float) -> None: ...
 
 
-def solve(job: Job, text: str, folder: Path, watcher: Watcher | None = None, source: str = "<text>") -> Run | Refusal:
+def solve(
+    job: Job,
+    text: str,
+    folder: Path,
+    watcher: Watcher | None = None,
+    source: str = "<text>",
+    *,
+    log: str | os.PathLike[str] | None = None,
+    cluster: str | None = None,
+) -> Run | Refusal:
     """Solve a job end to end.
 
     Args:
@@ -48,12 +63,15 @@ def solve(job: Job, text: str, folder: Path, watcher: Watcher | None = None, sou
         folder: to which the path of a robot file is relative.
         watcher: called as it goes on.
         source: name of the file, for errors.
+        log: path of a live log of the run, `.mcap`; none if None.
+        cluster: for a job with `[variation]`, a number of worker processes here, or the address of a dask scheduler;
+            this process if None.
 
     Returns:
         What happened, or which move is impossible and why.
 
     Raises:
-        MafsilError: the robot cannot be read, or numbers of the job do not fit it.
+        MafsilError: the robot cannot be read, or numbers of the job do not fit it; the log cannot be written.
     """
     eye = watcher or _Nobody()
     planned = prepare(job, text, folder, eye, source)
@@ -61,7 +79,18 @@ def solve(job: Job, text: str, folder: Path, watcher: Watcher | None = None, sou
         return planned
     robot, motion = planned
     eye.enter("stage_simulating")
-    return drive(job, text, robot, motion, eye.update)
+    run = drive(job, text, robot, motion, eye.update, log=log)
+    return run if job.variation is None else _varied(run, eye, cluster)
+
+
+def _varied(run: Run, eye: Watcher, cluster: str | None) -> Run:
+    """The run, and the same job driven many times, unless the run itself came to no end."""
+    if run.stopped is not None:
+        return replace(run, remarks=(*run.remarks, Remark("warning", "job.not_varied")))
+    eye.enter("stage_varying")
+    found = vary(run, cluster=cluster, progress=eye.update)
+    remark = Remark("good" if found else "warning", "job.varied", {"done": found.done, "runs": found.runs})
+    return replace(run, remarks=(*run.remarks, remark), variation=found)
 
 
 def solve_file(
@@ -70,6 +99,8 @@ def solve_file(
     *,
     plant: Literal["mafsil", "mujoco"] | None = None,
     real_time: bool = False,
+    log: str | os.PathLike[str] | None = None,
+    cluster: str | None = None,
 ) -> Run | Refusal:
     """Read a job file and solve it end to end.
 
@@ -78,6 +109,8 @@ def solve_file(
         folder: to which the path of a robot file is relative; that of the job if None.
         plant: who computes the motion; as the job says if None.
         real_time: whether it is driven against the clock even if the job does not say so.
+        log: path of a live log of the run, `.mcap`; none if None.
+        cluster: for a job with `[variation]`, a number of worker processes here, or the address of a dask scheduler.
 
     Returns:
         What happened, or which move is impossible and why.
@@ -89,7 +122,7 @@ def solve_file(
     text = text_of(place)
     home = place.parent if folder is None else Path(folder)
     job = simulated_by(parse(text, place.name, folder=home), plant, real_time=real_time)
-    return solve(job, text, home, source=place.name)
+    return solve(job, text, home, source=place.name, log=log, cluster=cluster)
 
 
 def simulated_by(job: Job, plant: Literal["mafsil", "mujoco"] | None, *, real_time: bool = False) -> Job:
@@ -103,6 +136,22 @@ def simulated_by(job: Job, plant: Literal["mafsil", "mujoco"] | None, *, real_ti
     own = job.simulation
     changed = msgspec.structs.replace(own, plant=plant or own.plant, real_time=real_time or own.real_time)
     return msgspec.structs.replace(job, simulation=changed)
+
+
+def with_runs(job: Job, runs: int) -> Job:
+    """A job with `[variation]`, driven so many times; once if 0.
+
+    Args:
+        job: as it is asked.
+        runs: how many.
+
+    Raises:
+        InputError: more than a hundred thousand.
+    """
+    whole("runs", runs, 0, MOST_RUNS)
+    assert job.variation is not None
+    variation = msgspec.structs.replace(job.variation, runs=runs) if runs else None
+    return msgspec.structs.replace(job, variation=variation)
 
 
 def prepare(

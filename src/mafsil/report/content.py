@@ -157,6 +157,7 @@ class Page:
         joint_table: peaks against limits, joint by joint.
         limit_table: what limits the cycle, and what more of it would save.
         details: provenance, the job, versions.
+        variation_table, variation_findings: many runs of the job; None and empty where it was driven once.
     """
 
     language: str
@@ -176,3 +177,5 @@ class Page:
     joint_table: Table
     limit_table: Table
     details: tuple[Details, ...] = field(default=())
+    variation_table: Table | None = None
+    variation_findings: tuple[Finding, ...] = ()

@@ -24,6 +24,7 @@ from mafsil.model import JointKind
 from mafsil.report.content import Details, Figure, Finding, Level, Page, Plot, Scene, Step, Table
 from mafsil.report.limits import limit_plot, limit_table
 from mafsil.report.replay import recipe, replay_scene
+from mafsil.report.variation import variation_findings, variation_table
 
 PACKAGES = ("mafsil", "numpy", "scipy", "llvmlite", "msgspec")
 Rows: TypeAlias = NDArray[np.intp]
@@ -67,6 +68,8 @@ def page(run: Run, numbers: Summary, language: str, drawn: Scene | None = None) 
         joint_table=_joint_table(run, numbers, words),
         limit_table=limit_table(run, numbers.cycle, language),
         details=_details(run, words),
+        variation_table=variation_table(run, language),
+        variation_findings=variation_findings(run, language),
     )
 
 

@@ -16,7 +16,7 @@ from mafsil.page.arm import Arm
 from mafsil.page.assemble import script
 from mafsil.page.content import content, sentence
 from mafsil.report import fragments
-from mafsil.report.content import Page, Plot, Scene
+from mafsil.report.content import Page, Plot, Scene, Table
 from mafsil.scene import as_data, one_script, packed
 from mafsil.scene.inline import attribute, embedded, policy
 from mafsil.scene.modules import read
@@ -26,7 +26,8 @@ PAGE_LABELS = ("frames", "view", "views", "hint", "other_language", "stage")
 """Sentences that a report says as the page does that runs a robot."""
 LABELS = (
     "replay", "play", "pause", "time", "speed", "path", "numbers_title", "warnings_title", "moves_title", "plots_title",
-    "plots_hint", "joints_title", "limits_title", "limits_hint", "source_title", "save_table", "table_hint", "share",
+    "plots_hint", "joints_title", "limits_title", "limits_hint",
+    "variation_title", "variation_hint", "source_title", "save_table", "table_hint", "share",
     "take_over", "to_replay", "taken_over",
 )  # fmt: skip
 """Of a report alone; no key stands in both."""
@@ -45,6 +46,7 @@ def render(page: Page, *others: Page) -> str:
     style = "\n".join((_asset("report.css"), read("page/stage.css").strip(), _cards()))
     slots = _frame(page.language, page.title, style, _script()) | _texts(page)
     slots["policy"] = policy(style, _script(), computes=True)
+    slots["varied"] = "hidden" if page.variation_table is None else ""
     slots["alone"] = "" if others else "hidden"
     slots["data"] = embedded(_data(page, others))
     slots["languages"] = "".join(map(_kept, others))
@@ -70,9 +72,14 @@ def _texts(page: Page) -> dict[str, str]:
         "moves": fragments.steps(page.steps, page.language),
         "joints": fragments.table(page.joint_table),
         "limits": fragments.table(page.limit_table),
+        "variation": fragments.findings(page.variation_findings) + _optional(page.variation_table),
         "source": fragments.details(page.details),
         "footer": fragments.text(say("report.footer", language=page.language)),
     }
+
+
+def _optional(content: Table | None) -> str:
+    return "" if content is None else f'<div class="wide">{fragments.table(content)}</div>'
 
 
 def _kept(page: Page) -> str:

@@ -126,6 +126,7 @@ def as_data(run: Run, numbers: Summary) -> dict[str, Any]:
         "clearance": None if numbers.clearances is None else numbers.clearances.to_dict(),
         "contact": None if numbers.touching is None else numbers.touching.to_dict(),
         "signals": signals_data(run.plan.signals, numbers.duration),
+        "variation": None if run.variation is None else run.variation.to_dict(),
         "steps": _steps(run),
         "targets": _targets(run, numbers),
         "simulation": {

@@ -3,6 +3,11 @@
 from mafsil.simulation.clock import Deadlines as Deadlines
 from mafsil.simulation.clock import DeadlineStatus as DeadlineStatus
 from mafsil.simulation.closed_plant import ClosedPlant as ClosedPlant
+from mafsil.simulation.cluster import cluster_of as cluster_of
+from mafsil.simulation.contact_scenes import chalk_on_board as chalk_on_board
+from mafsil.simulation.contact_scenes import eraser_on_board as eraser_on_board
+from mafsil.simulation.contact_scenes import open_a_door as open_a_door
+from mafsil.simulation.contact_scenes import peg_in_hole as peg_in_hole
 from mafsil.simulation.disturbance import SensorNoise as SensorNoise
 from mafsil.simulation.disturbance import WrenchPulse as WrenchPulse
 from mafsil.simulation.elastic_run import ElasticRun as ElasticRun
@@ -11,6 +16,7 @@ from mafsil.simulation.iterative_learning import LearningRun as LearningRun
 from mafsil.simulation.iterative_learning import LearningStatus as LearningStatus
 from mafsil.simulation.iterative_learning import learn as learn
 from mafsil.simulation.iterative_learning import learning_factor as learning_factor
+from mafsil.simulation.live_log import LiveLog as LiveLog
 from mafsil.simulation.loop import simulate as simulate
 from mafsil.simulation.many_runs import MonteCarlo as MonteCarlo
 from mafsil.simulation.many_runs import MonteCarloStatus as MonteCarloStatus

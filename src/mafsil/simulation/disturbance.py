@@ -44,7 +44,7 @@ class SensorNoise:
 
     position: Floats | float = 0.0
     velocity: Floats | float = 0.0
-    seed: int = 0
+    seed: int | tuple[int, ...] = 0
 
     def drawn(self, ticks: int, shape: tuple[int, ...]) -> tuple[Floats, Floats]:
         """Noise of every control tick, (ticks, *shape) for positions and for rates."""

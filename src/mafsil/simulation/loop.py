@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from time import perf_counter
 from typing import Literal
 
@@ -10,6 +11,7 @@ from mafsil.errors import InputError
 from mafsil.simulation.clock import RealTime
 from mafsil.simulation.faults import Stopped, law_name
 from mafsil.simulation.fused import WORTH, can_fuse
+from mafsil.simulation.live_log import LiveLog, log_of
 from mafsil.simulation.recording import Recording, SimulationStatus
 from mafsil.simulation.run import FusedRun, Progress, Run
 from mafsil.simulation.scenario import Scenario
@@ -22,6 +24,7 @@ def simulate(
     *,
     fused: bool | None = None,
     clock: Literal["real"] | None = None,
+    log: LiveLog | str | os.PathLike[str] | None = None,
 ) -> Recording:
     """Run a scenario.
 
@@ -35,6 +38,8 @@ def simulate(
         fused: whether the loop is compiled as a whole; None compiles long runs of laws that allow it.
         clock: `real` lets every tick begin when it is due and counts those that are not done within their period; a
             run then takes as long as the motion. As fast as it goes if None.
+        log: a file `.mcap` that grows with the run and survives the process (`pip install mafsil[record]`), or a
+            `LiveLog` for several runs; `Recording.load` reads it. None for none.
 
     Returns:
         The recording up to the end, or up to the last good state: if the motion blows up, a sensor or the law fails,
@@ -42,7 +47,9 @@ def simulate(
 
     Raises:
         InputError: the law returns efforts of a wrong shape; progress cannot be called; `fused` is asked of a law or a
-            number of substeps that cannot be compiled, or together with a clock.
+            number of substeps that cannot be compiled, or together with a clock; a log of another suffix, or `mcap` is
+            not installed.
+        FileError: the log cannot be written.
     """
     require_kind("scenario", scenario, "Scenario", "trajectory", "law", "ticks")
     if progress is not None:
@@ -58,13 +65,19 @@ def simulate(
     run = kinds[clock is None and _is_fused(scenario, fused)](scenario)
     if clock:
         run.clock = RealTime(law_name(scenario.law), scenario.control_period)
-    try:
-        status = run.to_the_end(progress)
-    except Stopped as stop:
-        status = run.stopped(stop.status, stop.fault)
-    except KeyboardInterrupt:
-        status = run.stopped(SimulationStatus.INTERRUPTED)
-    return run.recording(status, perf_counter() - began)
+    with log_of(log) as run.log:
+        run.begin_log()
+        try:
+            status = run.to_the_end(progress)
+        except Stopped as stop:
+            status = run.stopped(stop.status, stop.fault)
+        except KeyboardInterrupt:
+            status = run.stopped(SimulationStatus.INTERRUPTED)
+        recording = run.recording(status, perf_counter() - began)
+        run.end_log(recording)
+    if run.log is not None and run.log.fault:
+        recording.metadata["log_fault"] = run.log.fault
+    return recording
 
 
 def _is_fused(scenario: Scenario, requested: bool | None) -> bool:

@@ -8,38 +8,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Floats, positive, require_function, require_kind, whole
+from mafsil.arrays import Floats, positive, real_array, require_finite, require_function, require_kind, whole
 from mafsil.errors import InputError
-from mafsil.lazy_module import lazily
 from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table
+from mafsil.simulation.chunk_runs import Outcomes, chunk_outcomes, chunk_size
 from mafsil.simulation.fused import can_fuse
 from mafsil.simulation.loop import simulate
-from mafsil.simulation.recording import Recording
-from mafsil.simulation.run import FusedRun, Progress
+from mafsil.simulation.recording import Recording, SimulationStatus, joined
+from mafsil.simulation.run import Progress
 from mafsil.simulation.scenario import Scenario
 from mafsil.simulation.variation import Variants, Variation, drawn
-from mafsil.simulation.varied_run import VariedRun, runaway_of
 
-if TYPE_CHECKING:
-    import mafsil.simulation.tally_loops as tally_loops
-    from mafsil.simulation.tally_loops import Tally
-else:
-    tally_loops = lazily("mafsil.simulation.tally_loops")
-
-WINDOW_NUMBERS = 40_000
-"""Numbers of each kind that pass through the processor's cache at a time."""
-CHUNK_NUMBERS = 16_000_000
-"""Numbers of eight bytes that the recordings of a chunk hold, about."""
-MOST_IN_CHUNK = 256
+INSTANT = 1e-9
+"""Times closer than this are the same [s]."""
 MOST_RUNS = 1_000_000
 CONFIDENCE = 1.959963984540054
 """Standard deviations of a confidence of 95 %."""
@@ -68,48 +58,19 @@ class MonteCarloStatus(Status):
     SOME_FAILED = ("simulation.some_failed", False)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Outcomes:
-    """What is kept of b runs.
-
-    Attributes:
-        end: (b,) when the run ended [s].
-        finished: (b,) whether it reached its end with finite numbers.
-        tip_error, tip_rotation: (b,) largest on the way, infinite where it did not [m], [rad].
-        tip_rms: (b,) root mean square over time [m].
-        joint_rms: (b, n) of the error of each joint [rad | m].
-        effort: (b, n) largest magnitude [N m | N].
-        saturated: (b,) share of the ticks at which an effort was clipped.
-        work: (b,) sum of the magnitudes of power times time [J].
-    """
-
-    end: Floats
-    finished: NDArray[np.bool_]
-    tip_error: Floats
-    tip_rotation: Floats
-    tip_rms: Floats
-    joint_rms: Floats
-    effort: Floats
-    saturated: Floats
-    work: Floats
-
-    def arrays(self) -> dict[str, Any]:
-        """By name."""
-        return {name: getattr(self, name) for name in Outcomes.__slots__}
-
-
 @dataclass(frozen=True, eq=False, repr=False, slots=True)
 class MonteCarlo(Answer):
     """All runs; true if each reached its end; iterable over the numbers of runs from the worst tip error on.
 
     Attributes:
-        scenario, variation, seed: what was run.
+        scenarios: what was run, one after the other.
+        variation, seed: of the draws.
         variants: what was drawn.
         outcomes: of the runs.
         bound: of the tip's error that counts as good, or None [m].
     """
 
-    scenario: Scenario
+    scenarios: tuple[Scenario, ...]
     variation: Variation
     seed: int
     variants: Variants
@@ -158,15 +119,24 @@ class MonteCarlo(Answer):
         return dict(sorted(found.items(), key=lambda item: -abs(item[1])))
 
     def again(self, run: int) -> Recording:
-        """The recording of one run.
+        """The recording of one run, up to its end: that of one that blew up says so.
 
         Args:
             run: its number.
         """
         k = whole("run", run, 0, len(self) - 1)
-        scenario = replace(self.scenario, variants=self.variants.rows(k, k + 1))
-        (only,) = simulate(scenario, fused=can_fuse(scenario))
-        return only
+        variants, parts = self.variants.rows(k, k + 1), list[Recording]()
+        for scenario in self.scenarios:
+            if parts:
+                q, qd = (x[-1:] for x in (parts[-1].q, parts[-1].qd))
+                scenario, variants = replace(scenario, q=q, qd=qd), replace(variants, start=None)
+            scenario = replace(scenario, variants=variants)
+            (only,) = simulate(scenario, fused=can_fuse(scenario))
+            parts.append(only)
+            if sum(part.duration for part in parts) > self.outcomes.end[k] + INSTANT:
+                break
+        tape = joined(parts)
+        return tape if self.outcomes.finished[k] else _broken_off(tape, float(self.outcomes.end[k]))
 
     def explain(self, language: str | None = None) -> str:
         """How many ended well, how far off the tip was, what mattered most."""
@@ -205,26 +175,29 @@ class MonteCarlo(Answer):
 
 
 def monte_carlo(
-    scenario: Scenario,
+    scenario: Scenario | Sequence[Scenario],
     variation: Variation,
     runs: int = 1000,
     *,
     seed: int = 0,
     bound: float | None = None,
+    marks: ArrayLike = (),
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> MonteCarlo:
-    """Run a scenario many times with drawn payloads, inertias, friction, gains, delays and starts.
+    """Run a scenario many times with drawn payloads, inertias, friction, gains, delays, noise and starts.
 
     Laws that are expressions run as one compiled loop with all runs of a chunk side by side, on all cores; other laws
     are asked for a whole chunk at each tick, and a chunk takes about 130 MB.
 
     Args:
-        scenario: one run; its plant is what the drawn numbers change.
+        scenario: one run; its plant is what the drawn numbers change. Several follow each other: each begins where the
+            one before ended, with the same numbers.
         variation: what differs from run to run.
         runs: how many.
         seed: of the draws.
         bound: tip error [m] whose share of runs is reported.
+        marks: (m,) times at which the positions of each run are kept, in order [s].
         executor: where chunks are worked on, such as a `concurrent.futures.ProcessPoolExecutor` or a
             `dask.distributed.Client` (`pip install mafsil[distributed]`); None for this process. The numbers are the
             same to the last bit.
@@ -234,7 +207,7 @@ def monte_carlo(
         InputError: a scenario that has variants or a batch already, numbers out of their range, drawn numbers that make
             no sense (a negative mass), a variation of gains for a law without known gains.
     """
-    require_kind("scenario", scenario, "Scenario", "trajectory", "law", "ticks")
+    scenarios = _sequence(scenario)
     require_kind("variation", variation, "Variation", "payload", "gains")
     count, seed = whole("runs", runs, 1, MOST_RUNS), whole("seed", seed)
     if bound is not None:
@@ -243,42 +216,54 @@ def monte_carlo(
         require_function("progress", progress, "function of the fraction done", 1)
     if executor is not None:
         require_kind("executor", executor, "Executor", "submit")
-    if scenario.variants is not None or scenario.start()[0].ndim != 1:
-        raise InputError("simulation.varied_batch", shape=scenario.start()[0].shape)
-    variants = drawn(variation, scenario.true_plant.robot, scenario.control_period, count, seed)
-    size = chunk_size(scenario)
+    if variation.noise is not None and all(each.noise is None for each in scenarios):
+        raise InputError("simulation.no_noise")
+    marked = _marks(scenarios, marks)
+    variants = drawn(variation, scenarios[0].true_plant.robot, scenarios[0].control_period, count, seed)
+    # Chosen once for all runs, so that each moves alike in any company.
+    methods = (replace(each, variants=variants).chosen_integrator for each in scenarios)
+    scenarios = tuple(replace(each, integrator=method) for each, method in zip(scenarios, methods, strict=True))
+    size = chunk_size(scenarios)
     edges = [(first, min(first + size, count)) for first in range(0, count, size)]
+    work = [(scenarios, marked, variants.rows(*edge)) for edge in edges]
     parts: list[Outcomes] = []
-    for part in _worked(scenario, variants, edges, executor):
+    for part in _worked(work, executor):
         parts.append(part)
         done = edges[len(parts) - 1][1]
         if progress is not None and progress(done / count) is False:
             break
     done = edges[len(parts) - 1][1]
-    return MonteCarlo(scenario, variation, seed, variants.rows(0, done), _joined(parts), bound)
+    return MonteCarlo(scenarios, variation, seed, variants.rows(0, done), _joined(parts), bound)
 
 
-def chunk_size(scenario: Scenario) -> int:
-    """Runs in a chunk: decided by the scenario alone, so that chunks are the same everywhere."""
-    if can_fuse(scenario):
-        return MOST_IN_CHUNK
-    numbers = len(scenario.ticks()) * (8 * scenario.robot.n + 8)
-    return max(1, min(MOST_IN_CHUNK, CHUNK_NUMBERS // numbers))
+def _sequence(given: Scenario | Sequence[Scenario]) -> tuple[Scenario, ...]:
+    """The scenarios that follow each other.
 
-
-def chunk_outcomes(scenario: Scenario, variants: Variants) -> Outcomes:
-    """What is kept of the runs of one chunk.
-
-    Args:
-        scenario: one run.
-        variants: what differs between them.
+    Raises:
+        InputError: none, other things, scenarios with a batch, of different coordinates or links.
     """
-    varied = replace(scenario, variants=variants)
-    if can_fuse(varied):
-        return _outcomes(_Passing(varied).tally(), varied)
-    run = VariedRun(varied)
-    run.to_the_end(None)
-    return _outcomes(_tally(run), varied)
+    several = tuple(given) if isinstance(given, Sequence) else (given,)
+    if not several:
+        raise InputError("input.kind", name="scenario", expected="Scenario", got="()")
+    for each in several:
+        require_kind("scenario", each, "Scenario", "trajectory", "law", "ticks")
+        if each.variants is not None or each.start()[0].ndim != 1:
+            raise InputError("simulation.varied_batch", shape=each.start()[0].shape)
+        robot, first = each.true_plant.robot, several[0].true_plant.robot
+        if robot.n != first.n or len(robot.mechanism.links) != len(first.mechanism.links):
+            raise InputError("simulation.varied_arms")
+    return several
+
+
+def _marks(scenarios: Sequence[Scenario], marks: ArrayLike) -> tuple[Floats, ...]:
+    """The marked times of each scenario, from its own start on."""
+    times = require_finite("marks", real_array("marks", marks)).reshape(-1)
+    ends = np.cumsum([scenario.ticks()[-1] for scenario in scenarios])
+    if len(times) and (times[0] < 0.0 or times[-1] > ends[-1] + INSTANT or (np.diff(times) < 0.0).any()):
+        raise InputError("simulation.marks", end=float(ends[-1]))
+    place = np.minimum(np.searchsorted(ends + INSTANT, times), len(ends) - 1)
+    begins = np.concatenate([[0.0], ends[:-1]])
+    return tuple(times[place == k] - begin for k, begin in enumerate(begins))
 
 
 def wilson(good: int, count: int) -> tuple[float, float, float]:
@@ -294,62 +279,20 @@ def wilson(good: int, count: int) -> tuple[float, float, float]:
     return share, max(0.0, min(share, float(middle - half))), min(1.0, max(share, float(middle + half)))
 
 
+def _broken_off(tape: Recording, end: float) -> Recording:
+    """The ticks of a run before it blew up."""
+    kept = {name: array[tape.t <= end + INSTANT] for name, array in tape.arrays().items()}
+    return replace(tape, **kept, status=SimulationStatus.BLOWN_UP)
+
+
 def _worked(
-    scenario: Scenario, variants: Variants, edges: list[tuple[int, int]], executor: Executor | None
+    work: Sequence[tuple[Sequence[Scenario], Sequence[Floats], Variants]], executor: Executor | None
 ) -> Iterator[Outcomes]:
-    parts = (variants.rows(*edge) for edge in edges)
     if executor is None:
-        yield from (chunk_outcomes(scenario, part) for part in parts)
+        yield from (chunk_outcomes(*each) for each in work)
         return
-    for future in [executor.submit(chunk_outcomes, scenario, part) for part in parts]:
+    for future in [executor.submit(chunk_outcomes, *each) for each in work]:
         yield future.result()
-
-
-class _Passing(FusedRun):
-    """Runs of which only sums and peaks are kept: ticks pass in windows that fit into the processor's cache."""
-
-    def __init__(self, scenario: Scenario) -> None:
-        rows = scenario.start()[0].size
-        self.window = max(8, WINDOW_NUMBERS // rows)
-        super().__init__(scenario)
-
-    def tally(self) -> Tally:
-        """All ticks."""
-        loop, total, n = self.loop, len(self.t), self.scenario.robot.n
-        tally = tally_loops.tally_of(np.full(loop.states.shape[1], total), n)
-        reference = np.ascontiguousarray(self.reference.u)[:, None]
-        for first in range(0, total, loop.window):
-            last = min(first + loop.window, total)
-            loop.advance(first, last)
-            q, qd = (loop.states[: last - first, :, part] for part in (0, 1))
-            tau, command, tip = (x[: last - first] for x in (loop.effort, loop.command, loop.tip_errors))
-            tally_loops.add(tally, first, q, qd, tau, command, reference[first:last], tip, runaway_of(n))
-        return tally
-
-
-def _tally(run: VariedRun) -> Tally:
-    """Of runs that were recorded."""
-    n, u = run.q.shape[-1], np.ascontiguousarray(run.reference.u)[:, None]
-    tally = tally_loops.tally_of(run.ends.copy(), n)
-    tip = np.stack(run.tip_errors(run.q, u), axis=-1)
-    tally_loops.add(tally, 0, run.q, run.qd, run.tau, run.commanded, u, tip, runaway_of(n))
-    return tally
-
-
-def _outcomes(tally: Tally, scenario: Scenario) -> Outcomes:
-    times, ends = scenario.ticks(), tally.ends
-    finished, ticks = ends == len(times), np.maximum(ends, 1)
-    return Outcomes(
-        end=times[ticks - 1],
-        finished=finished,
-        tip_error=np.where(finished, tally.tip[:, 0], np.inf),
-        tip_rotation=np.where(finished, tally.tip[:, 1], np.inf),
-        tip_rms=np.where(finished, np.sqrt(tally.tip_squares / ticks), np.inf),
-        joint_rms=np.sqrt(tally.joint_squares / ticks[:, None]),
-        effort=tally.effort,
-        saturated=tally.clipped / ticks,
-        work=tally.power * scenario.control_period,
-    )
 
 
 def _ranks(values: Floats) -> Floats:

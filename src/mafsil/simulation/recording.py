@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -19,8 +19,11 @@ from mafsil.csv_table import csv_text
 from mafsil.errors import FileError
 from mafsil.messages import say
 from mafsil.messages.tables import in_notebook
+from mafsil.messages.visible import visible
 from mafsil.simulation.clock import Deadlines
 from mafsil.simulation.findings import chatter_sentence, near_singular_sentence, saturation_sentence
+from mafsil.simulation.live_log import SUFFIX
+from mafsil.simulation.log_reading import LoggedRun, logged_runs
 from mafsil.simulation.overview import joint_table
 from mafsil.simulation.stepping import IMPLICIT_FRICTION, STIFF
 from mafsil.whole_file import write_whole
@@ -47,6 +50,7 @@ class SimulationStatus(Status):
     LAW_NONSENSE = ("simulation.law_nonsense", False)
     BLIND = ("simulation.blind", False)
     LOOPS_LOST = ("simulation.run_lost_loops", False)
+    LOG_TORN = ("simulation.log_torn", False)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -122,6 +126,7 @@ class Recording(Answer):
             saturation_sentence(self.t, self.saturated, joints, language),
             chatter_sentence(self.t, self.contact_wrench, language),
             None if timed is None else timed.explain(language),
+            self._log_fault(language),
         ]
         return ". ".join(sentence for sentence in found if sentence)
 
@@ -133,6 +138,10 @@ class Recording(Answer):
             return sentence
         known = {"integrator": self.metadata["integrator"], "other": IMPLICIT_FRICTION}
         return f"{sentence}. {say('simulation.stiff_friction', language=language, **known)}"
+
+    def _log_fault(self, language: str | None) -> str | None:
+        fault = self.metadata.get("log_fault")
+        return say("simulation.log_fault", language=language, fault=visible(str(fault))) if fault else None
 
     @property
     def _stiff(self) -> bool:
@@ -192,14 +201,16 @@ class Recording(Answer):
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Recording:
-        """Read what `save` wrote.
+        """Read what `save` wrote, or a live log (`.mcap`): that of a run that still goes on or was killed, too.
 
         Args:
-            path: as given to `save`.
+            path: as given to `save`, or to `LiveLog`.
 
         Raises:
-            FileError: the file is missing, damaged or not a recording.
+            FileError: the file is missing, damaged or not a recording; a log of several runs, see `load_runs`.
         """
+        if Path(path).suffix == SUFFIX:
+            return _from_log(Path(path))
         file = _stem(path).with_name(_stem(path).name + ".npz")
         try:
             with np.load(file, allow_pickle=False) as stored:
@@ -215,6 +226,18 @@ class Recording(Answer):
         if about.get("format") != FORMAT:
             raise FileError("simulation.format", path=str(file), got=about.get("format"), known=FORMAT)
         return cls(**arrays, status=status, metadata=metadata)
+
+    @classmethod
+    def load_runs(cls, path: str | os.PathLike[str]) -> tuple[Recording, ...]:
+        """All runs of a live log, each in its own time.
+
+        Args:
+            path: of the log.
+
+        Raises:
+            FileError: the file is missing or not a log of runs.
+        """
+        return tuple(_of_logged(run, Path(path)) for run in logged_runs(Path(path)))
 
     def _run(self, k: int) -> Recording:
         """One run of a batch."""
@@ -239,3 +262,57 @@ def _every(table: dict[str, Floats], every: int) -> dict[str, Floats]:
     count = len(table["t"])
     rows = np.unique(np.append(np.arange(0, count, every), count - 1)) if count else np.zeros(0, dtype=int)
     return {name: column[rows] for name, column in table.items()}
+
+
+def _of_logged(run: LoggedRun, path: Path) -> Recording:
+    """One run of a log."""
+    metadata = {name: value for name, value in run.metadata.items() if not name.startswith("log_")}
+    try:
+        status = SimulationStatus[metadata.pop("status")] if run.ended else SimulationStatus.LOG_TORN
+        return Recording(**run.rows(), status=status, metadata=metadata)
+    except (KeyError, TypeError) as fault:
+        raise FileError("simulation.foreign_log", path=str(path), fault=str(fault)) from None
+
+
+def _from_log(path: Path) -> Recording:
+    """The one motion that a log holds."""
+    runs = logged_runs(path)
+    duration = runs[0].metadata.get("log_duration")
+    if duration is None and len(runs) > 1:
+        raise FileError("simulation.several_runs", path=str(path), count=len(runs))
+    whole = joined([_of_logged(run, path) for run in runs])
+    if duration is None:
+        return whole
+    # Between two of its runs a log may end, too.
+    missing = duration - whole.duration > whole.metadata["period"] and whole.status.succeeded
+    status = SimulationStatus.LOG_TORN if missing else whole.status
+    return replace(whole, status=status, metadata=whole.metadata | {"end": duration})
+
+
+def joined(recordings: Sequence[Recording]) -> Recording:
+    """One recording of runs that follow each other: each last tick is the first one of what follows.
+
+    Args:
+        recordings: at least one, all with the same arrays.
+    """
+    last = recordings[-1]
+    starts = np.concatenate([[0.0], np.cumsum([recording.t[-1] for recording in recordings])])
+    parts: dict[str, list[Floats]] = {name: [] for name in last.arrays()}
+    for recording, start in zip(recordings, starts, strict=False):
+        kept = slice(None) if recording is last else slice(0, -1)
+        for name, array in recording.arrays().items():
+            parts[name].append(array[kept] + start if name == "t" else array[kept])
+    arrays = {name: np.concatenate(rows) for name, rows in parts.items()}
+    seconds = sum(float(recording.metadata.get("seconds", 0.0)) for recording in recordings)
+    timed = [kept for each in recordings if (kept := Deadlines.of(each.metadata)) is not None]
+    found: dict[str, Any] = {"clock": Deadlines.of_all(timed).to_dict()} if timed else {}
+    near = [
+        each.metadata["near_singular"] | {"begin": float(start)}
+        for each, start in zip(recordings, starts, strict=False)
+        if "near_singular" in each.metadata
+    ]
+    if near:
+        worst = min(near, key=lambda one: one["ratio"])
+        found["near_singular"] = {"ratio": worst["ratio"], "time": worst["time"] + worst["begin"]}
+    metadata = last.metadata | found | {"seconds": seconds, "end": float(starts[-2] + last.metadata["end"])}
+    return Recording(**arrays, status=last.status, metadata=metadata)

@@ -16,6 +16,7 @@ from mafsil.simulation.closed_plant import LoopsLost, stepper_of
 from mafsil.simulation.disturbance import push_at
 from mafsil.simulation.faults import decided, law_name, require_efforts, require_measured, task_of
 from mafsil.simulation.fused import FusedLoop
+from mafsil.simulation.live_log import LiveLog
 from mafsil.simulation.recording import Recording, SimulationStatus
 from mafsil.simulation.scenario import Scenario
 from mafsil.simulation.stepping import Stepper
@@ -27,8 +28,8 @@ RUNAWAY = 1e6
 """Root mean square joint rate [rad/s | m/s] beyond which a run counts as blown up."""
 MOST_LOOKED_AT, NEAR_SINGULAR = 5_000, 0.02
 """Ticks that are looked at, and the ratio of singular values of the tip's Jacobian below which a pose is named."""
-PIECE = 150_000
-"""Ticks times batch that compiled code runs without a break: at most some tenths of a second."""
+PIECE, LOGGED_PIECE = 150_000, 500
+"""Ticks times batch that compiled code runs without a break: at most some tenths of a second, with a log some ms."""
 
 Progress = Callable[[float], object]
 
@@ -44,16 +45,28 @@ class Run:
         self.reference = scenario.trajectory.at(self.t)
         self.start = scenario.start()
         self.pushes = push_at(scenario.disturbances, self.t)
-        self.noise = None if scenario.noise is None else scenario.noise.drawn(len(self.t), self.start[0].shape)
+        self.pushed = any(push is not None for push in self.pushes)
+        self.noise = self._noise()
         self.stepper = self._stepper()
         self.done = self.tick = 0
         self.fault = ""
         self.clock: RealTime | None = None
+        self.log: LiveLog | None = None
+        self.logged = 0
         self._allocate()
 
     def _stepper(self) -> Stepper:
         scenario = self.scenario
         return stepper_of(scenario.true_plant, scenario.chosen_integrator, scenario.step)
+
+    def _noise(self) -> tuple[Floats, Floats] | None:
+        """Of every tick; of runs that differ each its own, whatever runs beside it."""
+        scenario, shape = self.scenario, self.start[0].shape
+        if scenario.noise is None:
+            return None
+        if scenario.variants is None:
+            return scenario.noise.drawn(len(self.t), shape)
+        return scenario.variants.noise_of(scenario.noise, len(self.t), shape[-1])
 
     def _allocate(self) -> None:
         self.q, self.qd, self.commanded, self.tau = np.empty((4, len(self.t), *self.start[0].shape))
@@ -72,7 +85,7 @@ class Run:
         every = max(1, last // 100)
         references = [Motion(*row) for row in zip(*self.reference, strict=True)]
         q, qd = self.start
-        clock = self.clock
+        clock, log = self.clock, self.log
         for k, t in enumerate(self.t.tolist()):
             if clock is not None:
                 clock.begin()
@@ -84,6 +97,8 @@ class Run:
             command = self._acting(k, command)
             effort = command if limit is None else saturated(command, limit)
             self.q[k], self.qd[k], self.commanded[k], self.tau[k] = q, qd, command, effort
+            if log is not None and log.is_due():
+                self._keep(log, k)
             if progress is not None and k % every == 0 and progress(k / max(last, 1)) is False:
                 return self._ended(k, SimulationStatus.CANCELLED)
             if k == last:
@@ -145,26 +160,52 @@ class Run:
 
     def recording(self, status: SimulationStatus, seconds: float) -> Recording:
         """What was recorded, with what follows from it: accelerations and tip errors."""
-        kept = slice(0, self.done)
+        rows = self.rows(0, self.done)
+        metadata = self.metadata() | {"seconds": seconds} | self._near_singular(rows["q"])
+        return Recording(**rows, status=status, metadata=metadata)
+
+    def begin_log(self) -> None:
+        """Say in the log, if there is one, that the run begins."""
+        if self.log is not None:
+            self.log.begin(self.metadata())
+
+    def end_log(self, recording: Recording) -> None:
+        """Write the last ticks into the log, if there is one, and how the run ended.
+
+        Args:
+            recording: of the run.
+        """
+        if self.log is not None:
+            self._keep(self.log, self.done)
+            self.log.end(recording.metadata | {"status": recording.status.name})
+
+    def _keep(self, log: LiveLog, last: int) -> None:
+        """Write the ticks before tick `last` into the log."""
+        if last > self.logged:
+            log.add(self.rows(self.logged, last))
+            self.logged = last
+
+    def rows(self, first: int, last: int) -> dict[str, Floats]:
+        """The arrays of a recording, by name, for the ticks first .. last - 1."""
+        kept = slice(first, last)
         q, qd, tau = self.q[kept], self.qd[kept], self.tau[kept]
         u, v, a = (np.broadcast_to(_aligned(part[kept], q), q.shape) for part in self.reference)
-        distance, angle = self.tip_errors(q, u)
-        return Recording(
-            t=self.t[kept],
-            q=q,
-            qd=qd,
-            qdd=self._accelerations(q, qd, tau),
-            q_ref=u,
-            qd_ref=v,
-            qdd_ref=a,
-            tau=tau,
-            tau_commanded=self.commanded[kept],
-            tip_position_error=distance,
-            tip_rotation_error=angle,
-            status=status,
-            metadata=_metadata(self, seconds) | self._near_singular(q),
-            contact_wrench=self._contact(q, qd),
-        )
+        distance, angle = self.tip_errors(kept, q, u)
+        contact = self._contact(q, qd)
+        return {
+            "t": self.t[kept],
+            "q": q,
+            "qd": qd,
+            "qdd": self._accelerations(kept, q, qd, tau),
+            "q_ref": u,
+            "qd_ref": v,
+            "qdd_ref": a,
+            "tau": tau,
+            "tau_commanded": self.commanded[kept],
+            "tip_position_error": distance,
+            "tip_rotation_error": angle,
+            **({} if contact is None else {"contact_wrench": contact}),
+        }
 
     def _near_singular(self, q: Floats) -> dict[str, object]:
         """Where a law of the tip came near a pose at which the tip loses a direction."""
@@ -185,21 +226,47 @@ class Run:
         plant = self.scenario.true_plant
         return None if plant.environment is None else tip_wrench_of(plant.robot, plant.environment, q, qd)
 
-    def tip_errors(self, q: Floats, u: Floats) -> tuple[Floats, Floats]:
-        """Distance and angle (k, *batch) of the tip from the reference tip."""
+    def tip_errors(self, kept: slice, q: Floats, u: Floats) -> tuple[Floats, Floats]:
+        """Distance and angle (k, *batch) of the tip from the reference tip.
+
+        Args:
+            kept: the k ticks.
+            q, u: (k, *batch, n) where the arm is there and where it should be.
+        """
         T, T_desired = (self.scenario.robot.forward_kinematics(x) for x in (q, u))
         distance = np.linalg.norm(T_desired[..., :3, 3] - T[..., :3, 3], axis=-1)
         return distance, np.asarray(rotation.angle_between(T[..., :3, :3], T_desired[..., :3, :3]))
 
-    def _accelerations(self, q: Floats, qd: Floats, tau: Floats) -> Floats:
-        return self.stepper.acceleration(q, qd, tau, self._pushes(q))
+    def _accelerations(self, kept: slice, q: Floats, qd: Floats, tau: Floats) -> Floats:
+        return self.stepper.acceleration(q, qd, tau, self._pushes(kept))
 
-    def _pushes(self, q: Floats) -> Floats | None:
-        """(k, *batch, 6) the pushes of all ticks of q (k, *batch, n), or None if there are none."""
-        if not self.scenario.disturbances or not any(push is not None for push in self.pushes[: len(q)]):
+    def _pushes(self, kept: slice) -> Floats | None:
+        """(k, *batch, 6) the pushes of k ticks, or None if there are none."""
+        if not self.pushed or not len(self.t[kept]):
             return None
-        still = np.zeros((*q.shape[1:-1], 6))
-        return np.stack([still if push is None else still + push for push in self.pushes[: len(q)]])
+        still = np.zeros((*self.start[0].shape[:-1], 6))
+        return np.stack([still if push is None else still + push for push in self.pushes[kept]])
+
+    def metadata(self) -> dict[str, object]:
+        """What one needs to know besides the numbers, but for how long it took."""
+        scenario = self.scenario
+        return {
+            "version": __version__,
+            "robot": scenario.robot.name,
+            "plant": self.stepper.plant.engine,
+            "joints": list(scenario.robot.joint_names),
+            "integrator": self.stepper.name,
+            "step": scenario.step,
+            "period": scenario.control_period,
+            "end": float(self.t[-1]),
+            "saturate": scenario.saturate,
+            "noise_seed": None if scenario.noise is None else scenario.noise.seed,
+            "friction_stiffness": scenario.stiffness,
+            "fused": self.fused,
+            "law": law_name(scenario.law),
+            "fault": self.fault,
+            **({} if self.clock is None else {"clock": self.clock.deadlines().to_dict()}),
+        }
 
 
 class FusedRun(Run):
@@ -214,7 +281,7 @@ class FusedRun(Run):
         reference = np.stack(np.broadcast_arrays(*self.reference), axis=-2)
         if reference.ndim > 3:
             reference = np.broadcast_to(_aligned(reference, np.empty((0, *shape, 0))), (ticks, *shape[:-1], 3, n))
-        push = self._pushes(np.empty((ticks, *shape)))
+        push = self._pushes(slice(ticks))
         noise = None if self.noise is None else np.stack(self.noise, axis=-2).reshape(ticks, -1, 2, n)
         self.loop = FusedLoop(
             self.scenario,
@@ -238,6 +305,8 @@ class FusedRun(Run):
         piece = max(1, PIECE // max(1, self.loop.states.shape[1]))
         every = max(1, last // 100)
         piece = piece if progress is None else min(piece, every)
+        if self.log is not None:
+            piece = max(1, min(piece, LOGGED_PIECE // max(1, self.loop.states.shape[1])))
         first = 0
         while first < ticks:
             end = min(first + piece, ticks)
@@ -248,6 +317,8 @@ class FusedRun(Run):
                 good[-1] = True
             if not good.all():
                 return self._ended(first + int(np.argmin(good)), SimulationStatus.BLOWN_UP)
+            if self.log is not None and self.log.is_due():
+                self._keep(self.log, end)
             if progress is not None and progress(min(end, last) / max(last, 1)) is False:
                 return self._ended(end - 1, SimulationStatus.CANCELLED)
             first = end
@@ -259,38 +330,15 @@ class FusedRun(Run):
         with np.errstate(over="ignore", invalid="ignore"):
             return np.asarray(np.einsum("kbi,kbi->k", rates, rates) <= self.runaway)
 
-    def tip_errors(self, q: Floats, u: Floats) -> tuple[Floats, Floats]:
-        """The same as the compiled code found them."""
-        errors = self.loop.tip_errors[: len(q)].reshape(*q.shape[:-1], 2)
+    def tip_errors(self, kept: slice, q: Floats, u: Floats) -> tuple[Floats, Floats]:
+        """The same as the compiled code found them; arguments as there."""
+        errors = self.loop.tip_errors[kept].reshape(*q.shape[:-1], 2)
         return errors[..., 0], errors[..., 1]
 
-    def _accelerations(self, q: Floats, qd: Floats, tau: Floats) -> Floats:
-        return self.loop.acceleration[: len(q)].reshape(q.shape)
+    def _accelerations(self, kept: slice, q: Floats, qd: Floats, tau: Floats) -> Floats:
+        return self.loop.acceleration[kept].reshape(q.shape)
 
 
 def _aligned(part: Floats, q: Floats) -> Floats:
     """A reference (k, n) for a batch of states (k, *batch, n)."""
     return part.reshape(part.shape[0], *(1,) * (q.ndim - part.ndim), *part.shape[1:])
-
-
-def _metadata(run: Run, seconds: float) -> dict[str, object]:
-    """What one needs to know besides the numbers."""
-    scenario = run.scenario
-    return {
-        "version": __version__,
-        "robot": scenario.robot.name,
-        "plant": run.stepper.plant.engine,
-        "joints": list(scenario.robot.joint_names),
-        "integrator": run.stepper.name,
-        "step": scenario.step,
-        "period": scenario.control_period,
-        "end": float(run.t[-1]),
-        "saturate": scenario.saturate,
-        "noise_seed": None if scenario.noise is None else scenario.noise.seed,
-        "friction_stiffness": scenario.stiffness,
-        "fused": run.fused,
-        "seconds": seconds,
-        "law": law_name(scenario.law),
-        "fault": run.fault,
-        **({} if run.clock is None else {"clock": run.clock.deadlines().to_dict()}),
-    }

@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, real_array
-from mafsil.control import Combined, ComputedTorque, Gains, JointFeedback, Law
+from mafsil.control import Combined, ComputedTorque, CurrentLoop, Delayed, Gains, JointFeedback, Law
 from mafsil.errors import InputError
 from mafsil.mechanics.inertial_parameters import inertial_parameters
 from mafsil.mechanics.varied_bodies import body_parameters, friction_rows
 from mafsil.robot import Robot
+from mafsil.simulation.disturbance import SensorNoise
 
 MOST_DELAY = 10_000
 """Control periods that a command may be late."""
@@ -58,6 +59,7 @@ class Variation:
         friction: factor of all coefficients of friction, drawn for each joint.
         gains: factor of all gains of the law, drawn once a run.
         delay: of the commands, rounded to whole control periods [s].
+        noise: factor of the scenario's sensor noise, drawn once a run.
         start: added to each initial position [rad | m].
     """
 
@@ -67,6 +69,7 @@ class Variation:
     friction: Spread | None = None
     gains: Spread | None = None
     delay: Spread | None = None
+    noise: Spread | None = None
     start: Spread | None = None
 
     def __post_init__(self) -> None:
@@ -88,7 +91,9 @@ class Variants:
         friction: (b, joints with friction) factors.
         gains: (b,) factors.
         delay: (b,) control periods.
+        noise: (b,) factors.
         start: (b, n) [rad | m].
+        numbers: (b,) of the runs, which seed their noise; 0, 1, .. if None.
     """
 
     count: int
@@ -98,7 +103,9 @@ class Variants:
     friction: Floats | None = None
     gains: Floats | None = None
     delay: NDArray[np.int64] | None = None
+    noise: Floats | None = None
     start: Floats | None = None
+    numbers: NDArray[np.int64] | None = None
 
     @property
     def changes_plant(self) -> bool:
@@ -126,12 +133,26 @@ class Variants:
         factors = np.ones((self.count, len(rows))) if self.friction is None else self.friction
         return factors[..., None] * rows
 
+    def noise_of(self, noise: SensorNoise, ticks: int, n: int) -> tuple[Floats, Floats]:
+        """(ticks, b, n) of positions and of rates: that of a run depends on the seed and on its number alone.
+
+        Args:
+            noise: of one run.
+            ticks: how many.
+            n: coordinates.
+        """
+        numbers = np.arange(self.count) if self.numbers is None else self.numbers
+        factors = np.ones(self.count) if self.noise is None else self.noise
+        rows = [replace(noise, seed=(noise.seed, int(number))).drawn(ticks, (n,)) for number in numbers]
+        positions, rates = (np.stack(part, axis=1) * factors[:, None] for part in zip(*rows, strict=True))
+        return positions, rates
+
     def columns(self) -> dict[str, Floats]:
         """(b,) each: every drawn number by its name, such as `inertia[3]`."""
         table: dict[str, Floats] = {}
         for field in fields(self):
             drawn = getattr(self, field.name)
-            if field.name == "count" or drawn is None:
+            if field.name in ("count", "numbers") or drawn is None:
                 continue
             array = np.asarray(drawn, dtype=np.float64)
             if array.ndim == 1:
@@ -168,7 +189,8 @@ def drawn(
     """
     links, joints, n = len(robot.mechanism.links), len(friction_rows(robot.mechanism)), robot.n
     sizes = {
-        "payload": 1, "payload_offset": 3, "inertia": links, "friction": joints, "gains": 1, "delay": 1, "start": n
+        "payload": 1, "payload_offset": 3, "inertia": links, "friction": joints, "gains": 1, "delay": 1, "start": n,
+        "noise": 1,
     }  # fmt: skip
     total = sum(sizes.values())
     uniform, normal = np.empty((2, runs, total))
@@ -185,13 +207,13 @@ def drawn(
         values = spread.value(uniform[:, columns], normal[:, columns])
         if name not in ("payload_offset", "start"):
             _require_sensible(name, values)
-        parts[name] = values[:, 0] if name in ("payload", "gains", "delay") else values
+        parts[name] = values[:, 0] if name in ("payload", "gains", "delay", "noise") else values
     if "delay" in parts:
         late = np.rint(parts["delay"] / period)
         if (late > MOST_DELAY).any():
             raise InputError("input.range", name="delay", value=late.max() * period, low=0.0, high=MOST_DELAY * period)
         parts["delay"] = late.astype(np.int64)
-    return Variants(count=runs, **parts)
+    return Variants(count=runs, numbers=np.arange(first, first + runs), **parts)
 
 
 def with_scaled_gains(law: Law, factors: Floats) -> Law:
@@ -208,6 +230,8 @@ def with_scaled_gains(law: Law, factors: Floats) -> Law:
         scale = factors[:, None]
         gains = law.gains
         return replace(law, gains=Gains(scale * gains.kp, scale * gains.kd, scale * gains.ki))
+    if isinstance(law, (Delayed, CurrentLoop)):
+        return replace(law, law=with_scaled_gains(law.law, factors))
     if isinstance(law, Combined):
         changed = tuple(
             with_scaled_gains(part, factors) if isinstance(part, (ComputedTorque, JointFeedback, Combined)) else part

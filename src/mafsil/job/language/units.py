@@ -10,6 +10,7 @@ import msgspec
 from mafsil.job.description import Bounds, Collision, Grasp, Job, Obstacle, Part, Pose, Step, Surface, Tolerance, Tool
 from mafsil.job.language.statements import JobFile, Pattern, Placed
 from mafsil.job.other_robot import OtherRobot
+from mafsil.job.variation_table import Normal, VariationTable
 
 MILLIMETRE, DEGREE = 1e-3, pi / 180.0
 LENGTHS: dict[type[Part], tuple[str, ...]] = {
@@ -25,6 +26,7 @@ LENGTHS: dict[type[Part], tuple[str, ...]] = {
     Surface: ("point",),
     Tool: ("com", "size", "centre"),
     Bounds: ("tip_speed", "tip_acceleration"),
+    VariationTable: ("bound", "payload_offset"),
 }
 """Lengths, also per time, of each table and those derived from it; coordinates of joints are converted elsewhere."""
 
@@ -68,4 +70,6 @@ def _scaled(value: Any, given: Any) -> Any:
 def _metres(value: Any) -> Any:
     if isinstance(value, tuple):
         return tuple(MILLIMETRE * each for each in cast("tuple[float, ...]", value))
+    if isinstance(value, Normal):
+        return Normal(mean=MILLIMETRE * value.mean, deviation=MILLIMETRE * value.deviation)
     return MILLIMETRE * value

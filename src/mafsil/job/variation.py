@@ -1,0 +1,249 @@
+"""A job driven many times with drawn payloads, friction, gains, delays and noise: what fails how often, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.answer import Answer, Status
+from mafsil.arrays import Floats
+from mafsil.job.arrival import errors_of, goal_of
+from mafsil.job.description import Job
+from mafsil.job.plan import Plan
+from mafsil.job.run import Run
+from mafsil.job.tolerance import tolerances
+from mafsil.job.variation_table import SPREADS, Normal, VariationTable
+from mafsil.messages import say
+from mafsil.messages.quantities import quantity
+from mafsil.messages.tables import number, on_screen, table
+from mafsil.simulation import MonteCarlo, Scenario, Variation, cluster_of, monte_carlo
+from mafsil.simulation import Normal as DrawnNormal
+from mafsil.simulation.many_runs import wilson
+from mafsil.simulation.run import Progress
+from mafsil.simulation.stepping import IMPLICIT_FRICTION, STIFF
+
+SHARES = (0.5, 0.9, 0.95, 0.99, 1.0)
+"""Of the runs, up to whose worst errors are told."""
+CLIPPED = 0.01
+"""Share of the time with clipped efforts from which on they are taken as the cause of a missed target."""
+CAUSES = ("blown_up", "saturated", "not_reached")
+"""Why a run fails: the motion ran away; a target was missed while efforts were clipped, or without that."""
+
+
+class VariationStatus(Status):
+    """Whether all runs did the job."""
+
+    ALL_DONE = ("job.variation_all", True)
+    SOME_FAILED = ("job.variation_some", False)
+
+
+@dataclass(frozen=True, eq=False, repr=False, slots=True)
+class JobVariation(Answer):
+    """Many runs of a job; true if each did it; iterable over the numbers of those that did not.
+
+    Attributes:
+        drawn: the runs: what was drawn, and what came out.
+        asked: the table of the job.
+        missed: (b,) index of the leg whose target was missed first, -1 where none was.
+        legs: names of the legs.
+    """
+
+    drawn: MonteCarlo
+    asked: VariationTable
+    missed: NDArray[np.int64]
+    legs: tuple[str, ...]
+
+    @property
+    def causes(self) -> dict[str, NDArray[np.bool_]]:
+        """(b,) each: which runs failed by what; no run by two causes."""
+        ended, clipped = self.drawn.outcomes.finished, self.drawn.outcomes.saturated > CLIPPED
+        off = ended & (self.missed >= 0)
+        return dict(zip(CAUSES, (~ended, off & clipped, off & ~clipped), strict=True))
+
+    @property
+    def failed(self) -> NDArray[np.bool_]:
+        """(b,) which runs did not do the job."""
+        return np.logical_or.reduce(list(self.causes.values()))
+
+    @property
+    def runs(self) -> int:
+        """How many there are."""
+        return len(self.missed)
+
+    @property
+    def done(self) -> int:
+        """How many did the job."""
+        return self.runs - len(self)
+
+    @property
+    def status(self) -> VariationStatus:
+        """Whether all did."""
+        return VariationStatus.SOME_FAILED if self.failed.any() else VariationStatus.ALL_DONE
+
+    def __bool__(self) -> bool:
+        return self.status.succeeded
+
+    def __len__(self) -> int:
+        return int(self.failed.sum())
+
+    def __iter__(self) -> Iterator[int]:
+        return iter(np.flatnonzero(self.failed).tolist())
+
+    def quantiles(self) -> dict[str, Floats]:
+        """Values that SHARES of the runs do not exceed: tip error [m, rad], its mean square, clipped time, work [J]."""
+        found = self.drawn.outcomes
+        names = ("tip_error", "tip_rotation", "tip_rms", "saturated", "work")
+        place = [max(0, int(np.ceil(share * len(found.end))) - 1) for share in SHARES]
+        return {name: np.sort(getattr(found, name))[place] for name in names}
+
+    def rows(self) -> list[tuple[str, ...]]:
+        """The table of quantiles: a row for each quantity, with its key first."""
+        units = {"tip_error": "m", "tip_rotation": "rad", "tip_rms": "m", "work": "J"}
+        shown: list[tuple[str, ...]] = []
+        for name, values in self.quantiles().items():
+            cells = (
+                "–" if not np.isfinite(value) else quantity(value, units[name]) if name in units
+                else f"{number(100.0 * value)} %"
+                for value in values.tolist()
+            )  # fmt: skip
+            shown.append((name, *cells))
+        return shown
+
+    def explain(self, language: str | None = None) -> str:
+        """How many runs did the job, what the others failed by, and what goes most with the error."""
+        share, low, high = wilson(self.done, self.runs)
+        details = {"runs": self.runs, "done": self.done, "seed": self.asked.seed}
+        percent = {"share": 100.0 * share, "low": 100.0 * low, "high": 100.0 * high}
+        lines = [self.status.sentence(language, **details, **percent)]
+        for name, which in self.causes.items():
+            if which.any():
+                lines.append(self._cause(name, which, language))
+        if self.asked.bound is not None:
+            within, low, high = (100.0 * x for x in self.drawn.share_within)
+            bound = {"share": within, "low": low, "high": high, "bound": 1e3 * self.asked.bound}
+            lines.append(say("simulation.share_within", language=language, **bound))
+        strongest = next(iter(self.drawn.influence.items()), None)
+        if strongest is not None:
+            words = {"name": strongest[0], "correlation": strongest[1]}
+            lines.append(say("simulation.influence", language=language, **words))
+        return "\n".join(lines)
+
+    def __repr__(self) -> str:
+        head = ("", *(f"{100.0 * share:g} %" for share in SHARES))
+        return "\n".join([on_screen(self.explain()), *table(head, self.rows())])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data: the counts, the quantiles, and every run."""
+        found, causes = self.drawn.outcomes, self.causes
+        return {
+            "status": self.status.name.lower(),
+            "runs": self.runs, "asked": self.asked.runs, "seed": self.asked.seed,
+            "done": self.done, "done_share": wilson(self.done, self.runs),
+            "failed_by": {name: int(which.sum()) for name, which in causes.items()},
+            "missed": {name: int(count) for name, count in self._missed_legs().items()},
+            "bound": self.asked.bound,
+            "within_bound": None if self.asked.bound is None else self.drawn.share_within,
+            "shares": SHARES,
+            "quantiles": {name: _plain(values) for name, values in self.quantiles().items()},
+            "influence": self.drawn.influence,
+            "sentence": {language: self.explain(language) for language in ("en", "ar")},
+            "each": {
+                "drawn": {name: _plain(column) for name, column in self.drawn.variants.columns().items()},
+                "tip_error": _plain(found.tip_error), "tip_rms": _plain(found.tip_rms),
+                "saturated": _plain(found.saturated), "work": _plain(found.work), "end": _plain(found.end),
+                "failed_by": [next((name for name in CAUSES if causes[name][k]), None) for k in range(self.runs)],
+            },
+        }  # fmt: skip
+
+    def _cause(self, name: str, which: NDArray[np.bool_], language: str | None) -> str:
+        details: dict[str, object] = {"count": int(which.sum()), "total": len(which), "first": int(which.argmax())}
+        if name != "blown_up":
+            legs, counts = np.unique(self.missed[which], return_counts=True)
+            details["move"] = self.legs[int(legs[counts.argmax()])]
+        return say(f"job.variation_{name}", language=language, **details)
+
+    def _missed_legs(self) -> dict[str, int]:
+        legs, counts = np.unique(self.missed[self.missed >= 0], return_counts=True)
+        return {self.legs[int(leg)]: int(count) for leg, count in zip(legs, counts, strict=True)}
+
+
+def vary(run: Run, *, cluster: str | None = None, progress: Progress | None = None) -> JobVariation:
+    """Drive the motion of a job many times, as its `[variation]` says.
+
+    1. All stretches of the plan follow each other in each run, with the same drawn numbers; what the job itself
+       gripped is gripped in every run.
+    2. Each run is judged where its moves end, as the run of the job is.
+
+    Args:
+        run: of the job, come to its end.
+        cluster: a number of worker processes here, or the address of a dask scheduler; this process if None.
+        progress: called with the share that is done; False ends it with the runs done so far.
+
+    Raises:
+        InputError: what is drawn makes no sense; MuJoCo's arm or loops, which are not varied; dask is not installed.
+    """
+    asked = run.job.variation
+    assert asked is not None
+    scenarios = [driven.scenario for driven in run.driven]
+    variation = Variation(**{name: _spread(getattr(asked, name)) for name in SPREADS})
+    legs = [k for k, leg in enumerate(run.plan.legs) if goal_of(leg) is not None]
+    marks = np.minimum([float(run.plan.starts[k + 1]) for k in legs], sum(each.ticks()[-1] for each in scenarios))
+    with cluster_of(cluster) as executor:
+        drawn = monte_carlo(
+            _stable(run.job, scenarios, asked), variation, asked.runs, seed=asked.seed, bound=asked.bound,
+            marks=marks, executor=executor, progress=progress,
+        )  # fmt: skip
+    names = tuple(leg.name or str(leg.index + 1) for leg in run.plan.legs)
+    return JobVariation(drawn, asked, _missed(run.job, run.plan, legs, drawn.outcomes.marked), names)
+
+
+def _stable(job: Job, scenarios: list[Scenario], asked: VariationTable) -> list[Scenario]:
+    """With an integrator that no drawn friction makes unstable, unless the job names one."""
+    if job.simulation.method is not None:
+        return scenarios
+    if asked.friction is None and asked.inertia is None:
+        return scenarios
+    most, least = _largest(asked.friction), _smallest(asked.inertia)
+    stiff = any(scenario.stiffness * most / least > STIFF for scenario in scenarios)
+    return [replace(each, integrator=IMPLICIT_FRICTION) for each in scenarios] if stiff else scenarios
+
+
+def _largest(spread: tuple[float, float] | Normal | None) -> float:
+    if spread is None:
+        return 1.0
+    return spread.mean + 4.0 * spread.deviation if isinstance(spread, Normal) else spread[1]
+
+
+def _smallest(spread: tuple[float, float] | Normal | None) -> float:
+    if spread is None:
+        return 1.0
+    low = spread.mean - 4.0 * spread.deviation if isinstance(spread, Normal) else spread[0]
+    return max(low, 1e-3)
+
+
+def _spread(given: tuple[float, float] | Normal | None) -> DrawnNormal | tuple[float, float] | None:
+    return DrawnNormal(given.mean, given.deviation) if isinstance(given, Normal) else given
+
+
+def _missed(job: Job, plan: Plan, legs: list[int], q: Floats) -> NDArray[np.int64]:
+    """(b,) the first leg whose target each run missed, from its positions (b, m, n) where they end; -1 for none."""
+    first = np.full(len(q), -1, dtype=np.int64)
+    for m, k in reversed(list(enumerate(legs))):
+        leg = plan.legs[k]
+        allowed = tolerances(job, leg.load.robot, leg.index)
+        position, turn, joints = errors_of(leg, q[:, m])
+        if goal_of(leg) == "joints":
+            share = (joints / allowed.joints).max(axis=-1)
+        else:
+            share = np.maximum(position / allowed.position, turn / allowed.orientation)
+        first[share > 1.0] = k
+    return first
+
+
+def _plain(values: Floats) -> list[float | None]:
+    """Numbers as JSON can hold them."""
+    return [value if np.isfinite(value) else None for value in np.asarray(values, dtype=float).tolist()]

@@ -1,0 +1,216 @@
+"""The live log of a run: an MCAP file that grows with it, so that a process that is killed loses a moment of it."""
+
+from __future__ import annotations
+
+import json
+import os
+import zlib
+from collections.abc import Generator, Mapping
+from contextlib import contextmanager, suppress
+from importlib.util import find_spec
+from pathlib import Path
+from time import perf_counter
+from types import TracebackType
+from typing import BinaryIO
+
+import msgspec
+import numpy as np
+
+from mafsil.arrays import Floats, positive, require_kind
+from mafsil.errors import FileError, InputError
+from mafsil.version import __version__
+
+SUFFIX = ".mcap"
+TOPIC = "run"
+BEGINS, ENDS = "mafsil.run_begins", "mafsil.run_ends"
+"""Names of the metadata records before and after the ticks of a run."""
+CHECKSUM = "log_checksum"
+"""Their key for the checksum of all others: MCAP has none for metadata."""
+INTERVAL = 5e-3
+"""Real time between two blocks of ticks on their way to the file [s]."""
+CHUNK = 1 << 20
+"""Bytes of a block from which on it is written in parts."""
+NANOSECONDS = 1e9
+
+
+class LiveLog:
+    """A log that runs write while they go on: one message a tick, with all that a recording holds, in JSON.
+
+    What is older than 5 ms, or than the piece that compiled code is just running, is with the operating system: it
+    survives the process, killed or not, but not a power cut, for which every block would have to wait for the disk.
+    `Recording.load` reads the file, torn or whole, while the run goes on, too; so do Foxglove and the tools of MCAP
+    (https://mcap.dev). Numbers that are not finite are kept as NaN. If the disk is full, the run goes on without its
+    log and says so.
+
+    Args:
+        path: of a file with suffix .mcap; what is there is replaced.
+        duration: length of the one motion that all runs of the log make together, one after the other [s]; None for
+            runs that have nothing to do with each other.
+
+    Attributes:
+        path: of the file.
+        fault: why the log ends early, or empty.
+
+    Raises:
+        InputError: the package `mcap` is not installed, or the suffix is another.
+        FileError: the place cannot be written.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], duration: float | None = None) -> None:
+        place = Path(path)
+        if place.suffix != SUFFIX:
+            raise InputError("simulation.log_suffix", path=str(path), suffix=SUFFIX)
+        if duration is not None:
+            positive("duration", duration)
+        require_mcap()
+        from mcap.writer import CompressionType, Writer
+
+        self.path, self.duration, self.fault = place, duration, ""
+        self._file = _opened(place)
+        self._writer = Writer(self._file, chunk_size=CHUNK, compression=CompressionType.NONE)
+        self._channels: dict[bytes, int] = {}
+        self._start = self._past = self._due = 0.0
+        self._count = 0
+        try:
+            self._writer.start(profile="", library=f"mafsil {__version__}")
+            self._file.flush()
+        except OSError as fault:
+            self._failed(fault)
+
+    def __enter__(self) -> LiveLog:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def begin(self, metadata: Mapping[str, object]) -> None:
+        """A run begins; in the time of the log it follows the one before.
+
+        Args:
+            metadata: what one needs to know of it, as JSON can hold it.
+        """
+        self._start = self._past
+        self._note(BEGINS, {**metadata, "log_start": self._start, "log_duration": self.duration})
+
+    def is_due(self) -> bool:
+        """Whether the next block of ticks should be added."""
+        return perf_counter() >= self._due
+
+    def add(self, rows: Mapping[str, Floats]) -> None:
+        """Ticks of the run.
+
+        Args:
+            rows: arrays by name, the ticks first; `t` is among them.
+        """
+        if self.fault or not len(rows["t"]):
+            return
+        times = np.rint((rows["t"] + self._start) * NANOSECONDS).astype(np.int64).tolist()
+        self._past = self._start + float(rows["t"][-1])
+        try:
+            channel = self._channel_for(rows)
+            for time, *row in zip(times, *(array.tolist() for array in rows.values()), strict=True):
+                text = msgspec.json.encode(dict(zip(rows, row, strict=True)))
+                self._writer.add_message(channel, time, text, time, self._counted())
+            self._writer.flush()
+        except OSError as fault:
+            self._failed(fault)
+        self._due = perf_counter() + INTERVAL
+
+    def end(self, metadata: Mapping[str, object]) -> None:
+        """The run has ended.
+
+        Args:
+            metadata: its `status`, and what became known of it meanwhile.
+        """
+        self._note(ENDS, metadata)
+
+    def close(self) -> None:
+        """No more runs: the file gets its index."""
+        if self._file.closed:
+            return
+        try:
+            if not self.fault:
+                self._writer.finish()
+            self._file.close()
+        except OSError as fault:
+            self._failed(fault)
+
+    def _note(self, name: str, metadata: Mapping[str, object]) -> None:
+        if self.fault:
+            return
+        texts = {key: json.dumps(value) for key, value in {**metadata, "log_number": self._counted()}.items()}
+        try:
+            self._writer.add_metadata(name, texts | {CHECKSUM: checksum(texts)})
+            self._writer.flush()
+        except OSError as fault:
+            self._failed(fault)
+
+    def _counted(self) -> int:
+        """The number of the next message or note: where one is missing, the reader sees it."""
+        self._count += 1
+        return self._count - 1
+
+    def _channel_for(self, rows: Mapping[str, Floats]) -> int:
+        """The channel of messages with these arrays."""
+        properties = {name: _json_type(np.ndim(array) - 1) for name, array in rows.items()}
+        schema = msgspec.json.encode({"title": "mafsil.tick", "type": "object", "properties": properties})
+        if schema not in self._channels:
+            number = self._writer.register_schema("mafsil.tick", "jsonschema", schema)
+            self._channels[schema] = self._writer.register_channel(TOPIC, "json", number)
+        return self._channels[schema]
+
+    def _failed(self, fault: OSError) -> None:
+        self.fault = fault.strerror or str(fault)
+        with suppress(OSError):
+            # What is left in its buffer cannot be written either, which is known by now.
+            self._file.close()
+
+
+@contextmanager
+def log_of(log: LiveLog | str | os.PathLike[str] | None) -> Generator[LiveLog | None]:
+    """A log to write to: one that is open stays so, one that is named is closed at the end.
+
+    Args:
+        log: open, or its path, or None for none.
+    """
+    if log is None or isinstance(log, LiveLog):
+        yield log
+        return
+    require_kind("log", log, "LiveLog or path", *(() if isinstance(log, str) else ("__fspath__",)))
+    with LiveLog(log) as opened:
+        yield opened
+
+
+def checksum(texts: Mapping[str, str]) -> str:
+    """Of keys and values.
+
+    Args:
+        texts: by key.
+    """
+    return f"{zlib.crc32(json.dumps(sorted(texts.items())).encode()):08x}"
+
+
+def require_mcap() -> None:
+    """Refuse to go on without the package.
+
+    Raises:
+        InputError: `mcap` is not installed.
+    """
+    if find_spec("mcap") is None:
+        raise InputError("simulation.no_mcap")
+
+
+def _opened(place: Path) -> BinaryIO:
+    try:
+        return place.open("wb")
+    except OSError as fault:
+        raise FileError("file.cannot_write", path=str(place), reason=fault.strerror or str(fault)) from None
+
+
+def _json_type(dimensions: int) -> dict[str, object]:
+    """The JSON schema of an array of so many dimensions."""
+    if dimensions > 0:
+        return {"type": "array", "items": _json_type(dimensions - 1)}
+    return {"type": ["number", "null"]}

@@ -1,0 +1,192 @@
+"""Live logs read back, whole or torn: all that stands before the tear."""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+import msgspec
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.errors import FileError
+from mafsil.simulation.live_log import BEGINS, CHECKSUM, ENDS, TOPIC, checksum, require_mcap
+
+if TYPE_CHECKING:
+    from mcap.records import Chunk, McapRecord
+
+BLOCK = 1024
+"""Ticks that are held as objects until they become arrays."""
+MAGIC_SIZE = 8
+
+
+@dataclass(slots=True)
+class LoggedRun:
+    """One run of a log.
+
+    Attributes:
+        metadata: of its beginning, and of its end if it came to one.
+        ended: whether it did.
+        blocks: arrays by name, in order.
+    """
+
+    metadata: dict[str, Any]
+    ended: bool = False
+    blocks: list[dict[str, Floats]] = field(default_factory=list[dict[str, Floats]])
+
+    def rows(self) -> dict[str, Floats]:
+        """Arrays by name, the ticks first."""
+        names = self.blocks[0] if self.blocks else {}
+        joined = {name: np.concatenate([block[name] for block in self.blocks]) for name in names}
+        if not joined:
+            return {}
+        # A run that Ctrl-C met while it wrote may have written a block again.
+        _, fresh = np.unique(joined["t"], return_index=True)
+        return {name: array[fresh] for name, array in joined.items()}
+
+
+class ForeignLogError(ValueError):
+    """The file is sound, but holds something else than runs of ours."""
+
+
+def logged_runs(path: Path) -> list[LoggedRun]:
+    """The runs of a log that have ticks, one after the other, as far as the file holds them.
+
+    1. Records are read in order until the file ends or makes no sense: a record longer than the file, a wrong
+       checksum, half a text, a number that is missing in the count of ticks and notes.
+    2. Metadata begin and end runs; the messages of every chunk are their ticks.
+
+    Args:
+        path: of the file.
+
+    Raises:
+        InputError: the package `mcap` is not installed.
+        FileError: there is no such file, or it is no log of runs.
+    """
+    require_mcap()
+    from mcap.exceptions import InvalidMagic
+    from mcap.records import Chunk, Metadata
+
+    reading = _Reading()
+    try:
+        for record in _records(path):
+            if isinstance(record, Metadata) and record.name in (BEGINS, ENDS):
+                reading.note(record.name, record.metadata)
+            elif isinstance(record, Chunk):
+                reading.unpack(record)
+            if reading.torn:
+                break
+        reading.close_block()
+    except FileNotFoundError:
+        raise FileError("simulation.no_file", path=str(path)) from None
+    except (OSError, InvalidMagic) as fault:
+        raise FileError("simulation.bad_file", path=str(path), fault=str(fault)) from None
+    except ForeignLogError as fault:
+        raise FileError("simulation.foreign_log", path=str(path), fault=str(fault)) from None
+    runs = [run for run in reading.runs if run.blocks]
+    if not runs:
+        raise FileError("simulation.empty_log", path=str(path))
+    return runs
+
+
+def _records(path: Path) -> Iterator[McapRecord]:
+    """All records before the tear, if there is one."""
+    from mcap.exceptions import InvalidMagic, McapError
+    from mcap.stream_reader import StreamReader
+
+    with path.open("rb") as file:
+        try:
+            yield from StreamReader(file, emit_chunks=True, record_size_limit=path.stat().st_size).records
+        except InvalidMagic:
+            if file.tell() <= MAGIC_SIZE:
+                raise
+        except (McapError, struct.error, UnicodeDecodeError, OverflowError, MemoryError):
+            return
+
+
+class _Reading:
+    """What has been read so far."""
+
+    def __init__(self) -> None:
+        self.runs: list[LoggedRun] = []
+        self.torn = False
+        self._ours: set[int] = set()
+        self._ticks: list[dict[str, Any]] = []
+        self._count = 0
+
+    def note(self, name: str, metadata: Mapping[str, str]) -> None:
+        """A metadata record of ours."""
+        self.close_block()
+        texts = dict(metadata)
+        if texts.pop(CHECKSUM, None) != checksum(texts):
+            self.torn = True
+            return
+        values: dict[str, Any] = {key: json.loads(text) for key, text in texts.items()}
+        if not self._follows(values.pop("log_number", None)):
+            return
+        if name == BEGINS:
+            self.runs.append(LoggedRun(values))
+        elif self.runs:
+            self.runs[-1].metadata |= values
+            self.runs[-1].ended = True
+
+    def unpack(self, chunk: Chunk) -> None:
+        """A chunk: channels, of which others than ours may stand beside it, and messages."""
+        from mcap.exceptions import McapError
+        from mcap.records import Channel, Message
+        from mcap.stream_reader import breakup_chunk
+
+        if chunk.compression:
+            raise ForeignLogError(f"compression {chunk.compression}")
+        try:
+            records = breakup_chunk(chunk, validate_crc=True)
+        except (McapError, struct.error, ValueError, OverflowError, MemoryError):
+            self.torn = True
+            return
+        for record in records:
+            if isinstance(record, Channel) and record.topic == TOPIC and record.message_encoding == "json":
+                self._ours.add(record.id)
+            elif isinstance(record, Message) and record.channel_id in self._ours and self._follows(record.sequence):
+                self._take(record.data)
+
+    def _follows(self, number: object) -> bool:
+        """Whether nothing is missing before a tick or note of this number."""
+        self.torn = self.torn or number != self._count
+        self._count += 1
+        return not self.torn
+
+    def _take(self, text: bytes) -> None:
+        if not self.runs:
+            raise ForeignLogError("messages before a run")
+        try:
+            tick = msgspec.json.decode(text)
+        except msgspec.DecodeError as fault:
+            raise ForeignLogError(str(fault)) from None
+        if not isinstance(tick, dict) or "t" not in tick:
+            raise ForeignLogError("a message without t")
+        self._ticks.append(cast("dict[str, Any]", tick))
+        if len(self._ticks) >= BLOCK:
+            self.close_block()
+
+    def close_block(self) -> None:
+        """The ticks held as objects become arrays."""
+        if not self._ticks:
+            return
+        names = self._ticks[0].keys()
+        try:
+            block = {name: np.array([tick[name] for tick in self._ticks], dtype=float) for name in names}
+        except (KeyError, TypeError, ValueError) as fault:
+            raise ForeignLogError(f"ticks of different shapes: {fault}") from None
+        before = self.runs[-1].blocks
+        if before and _shapes(before[0]) != _shapes(block):
+            raise ForeignLogError("ticks of different shapes")
+        before.append(block)
+        self._ticks = []
+
+
+def _shapes(block: Mapping[str, Floats]) -> dict[str, tuple[int, ...]]:
+    return {name: array.shape[1:] for name, array in block.items()}
