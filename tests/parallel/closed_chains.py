@@ -120,8 +120,8 @@ class Twin:
         for a, b in pairs:
             self.contacts.append(pin.RigidConstraintModel(kind, self.model, ids[0], a, ids[1], b, frame))
             self.states.append(self.contacts[-1].createData())
+        self.settings = pin.ProximalSettings(1e-14, 1e-12, 50)
         pin.initConstraintDynamics(self.model, self.data, self.contacts, self.states)
 
     def accelerations(self, q, qd, tau):
-        settings = pin.ProximalSettings(1e-14, 1e-12, 50)
-        return pin.constraintDynamics(self.model, self.data, q, qd, tau, self.contacts, self.states, settings)
+        return pin.constraintDynamics(self.model, self.data, q, qd, tau, self.contacts, self.states, self.settings)

@@ -98,7 +98,13 @@ def loops(tree: BodyTree, joints: Sequence[Joint], q: Expression, qd: Expression
 
 
 def gaps(tree: BodyTree, joints: Sequence[Joint], q: Expression) -> tuple[Expression, Expression]:
-    """Gaps (m,) and facing (loops,) alone, as in `Loops`."""
+    """Gaps (m,) and facing (loops,) alone, as in `Loops`.
+
+    Args:
+        tree: the bodies.
+        joints: that close the loops.
+        q: (n,) coordinates [rad | m].
+    """
     R, o = world_placements(tree, placements(tree, q))
     found: list[tuple[Expression, Expression]] = []
     for joint in joints:
@@ -127,10 +133,10 @@ def _loop(
     w_c, w_p = C @ motion.omega[child.body], P @ motion.omega[parent.body]
     V = ex.vertcat(w_c - w_p, apart[3:, :] @ qd)
     point = constant(parent.p) - constant(parent.R) @ (R_cp.T @ p_cp)
-    turning = C @ motion.alpha[child.body] - P @ motion.alpha[parent.body] + ex.cross(V[:3], w_p)
-    moving = C @ _acceleration(motion, child.body, constant(child.p)) - P @ _acceleration(motion, parent.body, point)
+    alpha = C @ motion.alpha[child.body] - P @ motion.alpha[parent.body] + ex.cross(V[:3], w_p)
+    a = C @ _acceleration(motion, child.body, constant(child.p)) - P @ _acceleration(motion, parent.body, point)
     B, rate = _rows(joint, R_cp, V)
-    bias = B @ ex.vertcat(turning, moving - ex.cross(w_p + w_c, V[3:])) + rate
+    bias = B @ ex.vertcat(alpha, a - ex.cross(w_p + w_c, V[3:])) + rate
     return Loops(B @ apart, bias, *_gap(joint, R_cp, p_cp))
 
 

@@ -78,7 +78,6 @@ class ClosedMotionStatus(Status):
     SINGULAR_MASS = ("parallel.closed_singular_mass", False)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class ClosedAccelerations(Answer):
     """Accelerations under efforts and forces of the loops; true if known in every row, iterable over the rows.
 
@@ -90,11 +89,20 @@ class ClosedAccelerations(Answer):
         error: (*batch) largest gap of a loop [rad | m].
     """
 
-    qdd: JointVector
-    force: Floats
-    rank: Integers
-    rows: int
-    error: Floats
+    __slots__ = ("_rank", "error", "force", "qdd", "rows")
+
+    # A single call takes a microsecond: a frozen dataclass would add half of that.
+    def __init__(self, qdd: JointVector, force: Floats, rank: Integers | int, rows: int, error: Floats | float) -> None:
+        self.qdd = qdd
+        self.force = force
+        self._rank = rank
+        self.rows = rows
+        self.error = error
+
+    @property
+    def rank(self) -> Integers:
+        """(*batch) independent rows of the loops; -1 where the mass matrix is singular."""
+        return np.broadcast_to(np.asarray(self._rank, dtype=np.int64), np.shape(self.error))
 
     @property
     def redundant(self) -> Integers:
@@ -122,7 +130,7 @@ class ClosedAccelerations(Answer):
         """The rank of the loops, and how far they gape."""
         return self.status.sentence(
             language, rank=int(self.rank.min(initial=self.rows)), rows=self.rows,
-            redundant=int(self.rows - self.rank.max(initial=0)), error=float(self.error.max(initial=0.0)),
+            redundant=int(self.rows - self.rank.max(initial=0)), error=float(np.max(self.error, initial=0.0)),
         )  # fmt: skip
 
     def to_dict(self) -> dict[str, Any]:

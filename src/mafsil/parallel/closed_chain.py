@@ -7,30 +7,28 @@ Reference: Featherstone, Rigid Body Dynamics Algorithms, ch. 8; Udwadia and Kala
 
 from __future__ import annotations
 
-from functools import cached_property, lru_cache, partial
+from collections.abc import Callable
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil import kernels
 from mafsil.arrays import Floats, Integers, JointVector, as_batch, real_array, require_finite, whole
 from mafsil.errors import ModelError
-from mafsil.kernels import Kernel, Port, Signature
+from mafsil.kernels import Kernel
 from mafsil.lazy_module import lazily
 from mafsil.model import JointKind, Mechanism
-from mafsil.model.fingerprint import fingerprint
 from mafsil.model.loading import RobotLike
 from mafsil.parallel.closed_answers import ActuatorEfforts, ClosedAccelerations, ClosedConfigurations
+from mafsil.parallel.closed_kernels import Rows, forward_kernel, independent_rows, terms_kernel
 from mafsil.parallel.tolerances import RANK
 from mafsil.robot import Robot, as_robot
 from mafsil.solvers import decompositions
 
 if TYPE_CHECKING:
-    import mafsil.mechanics.loop_constraints as loop_constraints
     import mafsil.parallel.closed_dynamics_loops as closed_dynamics_loops
 else:
-    loop_constraints = lazily("mafsil.mechanics.loop_constraints")
     closed_dynamics_loops = lazily("mafsil.parallel.closed_dynamics_loops")
 
 CLOSED = 1e-13
@@ -39,6 +37,8 @@ TINY = 1e-300
 MOST_STEPS = 100
 LONGEST_STEP = 0.3
 """Of one coordinate in a Newton step [rad | sizes]."""
+STARTS, FARTHEST_START, STEPS_OF_START = 24, 2.0, 40
+"""Searches for configurations anywhere, how far from zero they begin [rad | sizes], and how long they may take."""
 
 
 class Terms(NamedTuple):
@@ -91,7 +91,8 @@ class ClosedChain:
             if name not in names:
                 raise ModelError("parallel.no_joint", joint=name, known=", ".join(names))
         self.actuated: Integers = np.array([names.index(name) for name in driven], dtype=np.int64)
-        self.kernel: Kernel = _kernel_of(mechanism)
+        self.kernel: Kernel = terms_kernel(mechanism)
+        self._quick: dict[int, Callable[..., Any] | None] = {}
         self.m = next(port.shape[0] for port in self.kernel.signature.outputs if port.name == "gap")
 
     def terms(self, q: ArrayLike, qd: ArrayLike | None = None) -> Terms:
@@ -138,7 +139,7 @@ class ClosedChain:
             if not len(open_):
                 break
             move = _correction(found.J[going][:, :, free], found.gap[going])
-            longest = np.abs(move / self._unit[free]).max(axis=1, initial=0.0)
+            longest = np.abs(move / self.unit[free]).max(axis=1, initial=0.0)
             rows[open_[:, None], free] += move * np.minimum(1.0, LONGEST_STEP / np.maximum(longest, TINY))[:, None]
             steps[open_] += 1
             found = self.terms(rows[open_])
@@ -206,6 +207,17 @@ class ClosedChain:
             tau: (*batch, n) efforts, or (*batch, a) of the driven joints alone [N m | N].
             added_inertia: (*batch, n, n) that the mass matrix gets besides, such as step times damping; none if None.
         """
+        if added_inertia is None:
+            try:
+                run = self._quick[tau.shape[-1]]  # pyright: ignore[reportAttributeAccessIssue, reportUnknownMemberType]
+            except (KeyError, IndexError, AttributeError):
+                run = self._prepared(tau, q)
+            if run is not None:
+                qdd, force, error, doubt = run(q, qd, tau)
+                if not isinstance(doubt, float):
+                    return self._looked_at((q, qd, tau), qdd, force, error, doubt)
+                if doubt < 1.0:
+                    return ClosedAccelerations(qdd, force, self._rank, self.m, error)
         found = self.terms(q, qd)
         if added_inertia is not None:
             found = found._replace(
@@ -213,6 +225,38 @@ class ClosedChain:
             )
         qdd, force, ranks = _solved(found, self._efforts(tau))
         return ClosedAccelerations(qdd, force, ranks, self.m, _error(found))
+
+    def _looked_at(
+        self, given: tuple[ArrayLike, ...], qdd: Floats, force: Floats, error: Floats, doubt: Floats
+    ) -> ClosedAccelerations:
+        """Results of compiled code; doubtful rows are found again with their rank, what is not finite is refused."""
+        doubtful = ~(doubt < 1.0)
+        if not doubtful.any():
+            return ClosedAccelerations(qdd, force, self._rank, self.m, error)
+        q, qd, tau = (np.broadcast_to(x, (*doubt.shape, np.shape(x)[-1]))[doubtful] for x in given)
+        found, rank = self.terms(q, qd), np.full(doubt.shape, self._rank, dtype=np.int64)
+        qdd[doubtful], force[doubtful], rank[doubtful] = _solved(found, self._efforts(tau))
+        error[doubtful] = _error(found)
+        return ClosedAccelerations(qdd, force, rank, self.m, error)
+
+    def _prepared(self, tau: ArrayLike, q: ArrayLike) -> Callable[..., Any] | None:
+        """Compiled forward dynamics for efforts of this many joints; None where there is no such code."""
+        width = np.shape(tau)[-1] if np.ndim(tau) else 0
+        if width not in self._quick and width in (self.n, len(self.actuated)):
+            driven = range(self.n) if width == self.n else self.actuated.tolist()
+            rows, self._quick[width] = self._independent(q), None
+            if rows is not None:
+                self._rank = len(rows)
+                self._quick[width] = forward_kernel(self.robot.mechanism, rows, tuple(driven)).call
+        return self._quick.get(width)
+
+    def _independent(self, q: ArrayLike) -> Rows | None:
+        """Independent rows of the loops, where no configuration was found by chance those at the given ones."""
+        usual = _usual_rows(self.robot.mechanism)
+        if usual is None:
+            terms = self.terms(as_batch("q", q, (self.n,), finite=True).reshape(-1, self.n)[:STARTS])
+            usual = independent_rows(terms.M, terms.J)
+        return usual
 
     def inverse_dynamics(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> ActuatorEfforts:
         """Efforts of the driven joints for a motion, and the forces of the loops.
@@ -245,7 +289,7 @@ class ClosedChain:
         return max(1.0, float(max(np.linalg.norm(place) for place in places)))
 
     @cached_property
-    def _unit(self) -> Floats:
+    def unit(self) -> Floats:
         """(n,) one for angles, the size for lengths."""
         prismatic = [joint.kind is JointKind.PRISMATIC for joint in self.robot.mechanism.coordinates]
         return np.where(prismatic, self.size, 1.0)
@@ -312,21 +356,12 @@ def _solved(found: Terms, tau: Floats) -> tuple[Floats, Floats, Integers]:
 
 
 @lru_cache(maxsize=32)
-def _kernel_of(mechanism: Mechanism) -> Kernel:
-    n, loops = mechanism.n, mechanism.loops
-    m = sum(loop_constraints.rows_of(joint) for joint in loops)
-    shapes = {"M": (n, n), "h": (n,), "J": (m, n), "gamma": (m,), "gap": (m,), "facing": (len(loops),), "energy": ()}
-    return kernels.compile(
-        Signature(
-            "closed_chain", (Port("q", (n,)), Port("qd", (n,))),
-            tuple(Port(name, shape) for name, shape in shapes.items()),
-        ),
-        partial(_build, mechanism),
-        key=f"closed_chain {fingerprint(mechanism)}",
-        fingerprints=(kernels.fingerprint("mafsil.algebra", "mafsil.mechanics"),),
-    )  # fmt: skip
-
-
-def _build(mechanism: Mechanism) -> Any:
-    """The function; its expressions are loaded only when a kernel has to be made."""
-    return loop_constraints.function(mechanism)
+def _usual_rows(mechanism: Mechanism) -> Rows | None:
+    """Rows of loops that are independent at configurations anywhere; None if none were met."""
+    chain = ClosedChain(mechanism)
+    starts = np.random.default_rng(0).uniform(-FARTHEST_START, FARTHEST_START, (STARTS, chain.n)) * chain.unit
+    found = chain.closed(starts, max_steps=STEPS_OF_START)
+    if not found.found.any():
+        return None
+    terms = chain.terms(found.q[found.found])
+    return independent_rows(terms.M, terms.J)
