@@ -12,6 +12,7 @@ from mafsil import parallel
 from mafsil.errors import InputError
 from mafsil.geometry import pose
 from mafsil.model import JointKind
+from mafsil.parallel import closed_terms
 from mafsil.parallel.closed_kernels import independent_rows
 from tests.parallel.closed_chains import four_bar, random_body, random_chain
 
@@ -107,6 +108,37 @@ def test_batches_broadcast_and_may_be_empty():
     assert len(chain.forward_dynamics(np.zeros((0, 9)), np.zeros((0, 9)), np.zeros((0, 9)))) == 0
     with pytest.raises(InputError, match="tau"):
         chain.forward_dynamics(q, q, np.zeros(4))
+
+
+@pytest.mark.parametrize("driven", [("j0", "j1", "j2"), ("j0", "j3"), ("j1", "j2", "j4", "j7"), None])
+def test_efforts_are_the_shortest_however_many_joints_are_driven(driven):
+    mechanism, q = random_chain(np.random.default_rng(2), JointKind.FIXED)
+    chain, rng = parallel.ClosedChain(mechanism, driven), np.random.default_rng(1)
+    qd = chain.rates(q, rng.normal(size=(5, 9)))
+    qdd = chain.forward_dynamics(q, qd, rng.normal(size=(5, 9))).qdd
+    found = chain.inverse_dynamics(q, qd, qdd)
+    expected = parallel.ActuatorEfforts(*closed_terms.efforts(chain.terms(q, qd), qdd, chain.actuated))
+    for name in ("tau", "force", "missing", "broken", "needed", "driven"):
+        a, b = getattr(found, name), getattr(expected, name)
+        np.testing.assert_allclose(a, b, atol=1e-9 * max(1.0, np.abs(b).max()))
+    assert (found.redundancy == expected.redundancy).all()
+    assert found.status is expected.status
+    alone = chain.inverse_dynamics(q, qd[0], qdd[0])
+    np.testing.assert_allclose(alone.tau, found.tau[0], atol=1e-10)
+    assert alone.status is found.status
+    opened = chain.inverse_dynamics(q, qd[0], qdd[0] + 1.0)
+    assert opened.status.name == "BROKEN"
+
+
+def test_efforts_at_a_singular_configuration_take_the_careful_way():
+    chain = parallel.ClosedChain(four_bar(1.0, 0.5, 1.0, 0.5))
+    q = np.array([[0.7, -0.7, 0.7], [0.0, 0.0, 0.0]])
+    found = chain.inverse_dynamics(q, 0 * q, 0 * q)
+    expected = closed_terms.efforts(chain.terms(q), 0 * q, chain.actuated)
+    for a, b in zip((found.tau, found.force, found.missing), expected[:3], strict=True):
+        np.testing.assert_allclose(a, b, atol=1e-10)
+    with pytest.raises(InputError, match="qdd"):
+        chain.inverse_dynamics(q, 0 * q, 0 * q + np.nan)
 
 
 def test_independent_rows_are_the_first_that_are_well_apart():

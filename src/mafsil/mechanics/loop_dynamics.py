@@ -56,9 +56,7 @@ class HeldTree:
         A = [[self._between(self._half[k], self._half[i]) for i in self.chosen] for k in self.chosen]
         self._rows = BranchFactor(ex.blockcat(A)) if A else None
         scale = _total([A[k][k] for k in range(len(A))])
-        self.doubt = _total(
-            [(WEAK_ROW * A[k][k] + DEPENDENT_ROW * scale) * self._inverse_pivot(k) for k in range(len(A))]
-        )
+        self.doubt = ex.Expression(0) if self._rows is None else pivot_doubt(self._rows, ex.blockcat(A))
         self._follow: dict[int, Column] = {}
         for k in self.others:
             across = [self._between(self._half[k], self._half[i]) for i in self.chosen]
@@ -120,7 +118,25 @@ class HeldTree:
         size = _total([ex.fabs(part) for k in asked for part in asked[k]]) if self.others else SMALLEST
         for k in self.others:
             doubt = doubt + ex.fabs(_total(asked[k])) / (FOLLOWS * size + SMALLEST)
-        return ex.if_else(ex.fabs(_total(motion)) < LARGEST, doubt, nan)
+        return doubt + self.finite(qdd)
+
+    def carried(self, load: Expression) -> Column:
+        """Forces x of the chosen rows that carry a load in the sense of least squares: M^-1 (load - J_B' x) is closed.
+
+        Args:
+            load: (n,) efforts.
+        """
+        y = self.factor.halved(_entries(load))
+        return self._solved([self._between(self._half[k], y) for k in self.chosen])
+
+    @staticmethod
+    def finite(x: Expression) -> Expression:
+        """Zero, or NaN where an entry is not finite.
+
+        Args:
+            x: (k,) numbers.
+        """
+        return ex.if_else(ex.fabs(_total(_entries(x))) < LARGEST, 0.0, nan)
 
     def _moved(self, y: Row, x: Column) -> Expression:
         """M^-1 (b + J_B' x), with y of b."""
@@ -136,8 +152,16 @@ class HeldTree:
     def _solved(self, b: Column) -> Column:
         return [] if self._rows is None else self._rows.solved(b)
 
-    def _inverse_pivot(self, k: int) -> Expression:
-        return ex.Expression(0) if self._rows is None else self._rows.inverse_pivots[k]
+
+def pivot_doubt(factor: BranchFactor, A: Expression) -> Expression:
+    """Sum of what pivots say against a factorisation: of one, pivots as large as the entries; NaN, not definite.
+
+    Args:
+        factor: of A.
+        A: (k, k) symmetric.
+    """
+    scale = ex.trace(A)
+    return _total([(WEAK_ROW * A[k, k] + DEPENDENT_ROW * scale) * factor.inverse_pivots[k] for k in range(factor.n)])
 
 
 def forward_function(mechanism: Mechanism, chosen: Sequence[int], driven: Sequence[int]) -> ex.Function:

@@ -154,7 +154,6 @@ ATTAINED = 1e-7
 """Share of the needed efforts that may be missing, and acceleration by which loops may break."""
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class ActuatorEfforts(Answer):
     """Efforts of the driven joints for a motion; true if they make it in every row, iterable over the rows.
 
@@ -167,16 +166,31 @@ class ActuatorEfforts(Answer):
         driven: (*batch, n, a) what the driven joints do to motions that the loops allow.
     """
 
-    tau: Floats
-    force: Floats
-    missing: Floats
-    broken: Floats
-    needed: Floats
-    driven: Floats
+    __slots__ = ("_redundancy", "broken", "driven", "force", "missing", "needed", "tau")
+
+    def __init__(
+        self,
+        tau: Floats,
+        force: Floats,
+        missing: Floats,
+        broken: Floats,
+        needed: Floats,
+        driven: Floats,
+        redundancy: int | None = None,
+    ) -> None:
+        self.tau = tau
+        self.force = force
+        self.missing = missing
+        self.broken = broken
+        self.needed = needed
+        self.driven = driven
+        self._redundancy = redundancy
 
     @property
     def redundancy(self) -> Integers:
         """(*batch) dimensions of the preload."""
+        if self._redundancy is not None:
+            return np.broadcast_to(np.int64(self._redundancy), np.shape(self.missing))
         values = np.linalg.svd(self.driven, compute_uv=False)
         return np.asarray(self.driven.shape[-1] - (values > RANK).sum(axis=-1), dtype=np.int64)
 
@@ -192,17 +206,17 @@ class ActuatorEfforts(Answer):
     @property
     def status(self) -> EffortStatus:
         """The worst of the rows."""
-        if (self.broken > ATTAINED * (1.0 + self.needed)).any():
+        if np.any(self.broken > ATTAINED * (1.0 + self.needed)):
             return EffortStatus.BROKEN
-        if (self.missing > ATTAINED * np.maximum(self.needed, 1e-300)).any():
+        if np.any(self.missing > ATTAINED * np.maximum(self.needed, 1e-300)):
             return EffortStatus.IMPOSSIBLE
-        return EffortStatus.SEVERAL if (self.redundancy > 0).any() else EffortStatus.UNIQUE
+        return EffortStatus.SEVERAL if np.any(self.redundancy > 0) else EffortStatus.UNIQUE
 
     def __bool__(self) -> bool:
-        return self.status.succeeded and self.missing.size > 0
+        return self.status.succeeded and np.size(self.missing) > 0
 
     def __len__(self) -> int:
-        return self.missing.size
+        return np.size(self.missing)
 
     def __iter__(self) -> Iterator[Floats]:
         return iter(self.tau.reshape(-1, self.tau.shape[-1]))
@@ -213,7 +227,7 @@ class ActuatorEfforts(Answer):
     def explain(self, language: str | None = None) -> str:
         """Whether they are unique, and what is missing."""
         return self.status.sentence(
-            language, missing=float(self.missing.max(initial=0.0)), broken=float(self.broken.max(initial=0.0)),
+            language, missing=float(np.max(self.missing, initial=0.0)), broken=float(np.max(self.broken, initial=0.0)),
             preload=int(self.redundancy.max(initial=0)), actuators=self.tau.shape[-1],
         )  # fmt: skip
 

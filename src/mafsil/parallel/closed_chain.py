@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,19 +17,20 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, Integers, JointVector, as_batch, real_array, require_finite, whole
 from mafsil.errors import ModelError
 from mafsil.kernels import Kernel
-from mafsil.lazy_module import lazily
 from mafsil.model import JointKind, Mechanism
 from mafsil.model.loading import RobotLike
+from mafsil.parallel import closed_terms
 from mafsil.parallel.closed_answers import ActuatorEfforts, ClosedAccelerations, ClosedConfigurations
-from mafsil.parallel.closed_kernels import Rows, forward_kernel, independent_rows, terms_kernel
-from mafsil.parallel.tolerances import RANK
+from mafsil.parallel.closed_kernels import (
+    Rows,
+    deciding_joints,
+    forward_kernel,
+    independent_rows,
+    inverse_kernel,
+    terms_kernel,
+)
+from mafsil.parallel.closed_terms import Terms
 from mafsil.robot import Robot, as_robot
-from mafsil.solvers import decompositions
-
-if TYPE_CHECKING:
-    import mafsil.parallel.closed_dynamics_loops as closed_dynamics_loops
-else:
-    closed_dynamics_loops = lazily("mafsil.parallel.closed_dynamics_loops")
 
 CLOSED = 1e-13
 """Gap over the size of the mechanism, or in radians, at which a loop is closed: some hundred roundings."""
@@ -39,28 +40,6 @@ LONGEST_STEP = 0.3
 """Of one coordinate in a Newton step [rad | sizes]."""
 STARTS, FARTHEST_START, STEPS_OF_START = 24, 2.0, 40
 """Searches for configurations anywhere, how far from zero they begin [rad | sizes], and how long they may take."""
-
-
-class Terms(NamedTuple):
-    """All that the dynamics need of states.
-
-    Attributes:
-        M: (*batch, n, n) mass matrix of the tree.
-        h: (*batch, n) efforts that hold the tree at qdd = 0.
-        J: (*batch, m, n) rows of the loops: J qd = 0.
-        gamma: (*batch, m) with J qdd + gamma = 0.
-        gap: (*batch, m) how far the loops gape [rad, m].
-        facing: (*batch, loops) positive unless a loop is closed the wrong way round.
-        energy: (*batch) kinetic and potential [J].
-    """
-
-    M: Floats
-    h: Floats
-    J: Floats
-    gamma: Floats
-    gap: Floats
-    facing: Floats
-    energy: Floats
 
 
 class ClosedChain:
@@ -93,6 +72,8 @@ class ClosedChain:
         self.actuated: Integers = np.array([names.index(name) for name in driven], dtype=np.int64)
         self.kernel: Kernel = terms_kernel(mechanism)
         self._quick: dict[int, Callable[..., Any] | None] = {}
+        self._inverse: Callable[..., Any] | Literal[False] | None = False
+        self._chosen: tuple[Rows | None, Rows | None] | None = None
         self.m = next(port.shape[0] for port in self.kernel.signature.outputs if port.name == "gap")
 
     def terms(self, q: ArrayLike, qd: ArrayLike | None = None) -> Terms:
@@ -109,7 +90,7 @@ class ClosedChain:
 
     def error(self, q: ArrayLike) -> Floats:
         """(*batch) largest gap of a loop [rad | m]; infinite where one is closed the wrong way round."""
-        return _error(self.terms(q))
+        return closed_terms.error_of(self.terms(q))
 
     def closed(
         self, q: ArrayLike, *, hold: ArrayLike | None = None, max_steps: int = MOST_STEPS
@@ -131,14 +112,14 @@ class ClosedChain:
         error = np.full(len(rows), np.inf)
         open_, found = np.arange(len(rows)), self.terms(rows)
         for _ in range(most + 1):
-            gap = _error(found)
+            gap = closed_terms.error_of(found)
             better = gap < error[open_]
             error[open_[better]], best[open_[better]] = gap[better], rows[open_[better]]
             going = gap > CLOSED * self.size
             open_ = open_[going]
             if not len(open_):
                 break
-            move = _correction(found.J[going][:, :, free], found.gap[going])
+            move = closed_terms.correction(found.J[going][:, :, free], found.gap[going])
             longest = np.abs(move / self.unit[free]).max(axis=1, initial=0.0)
             rows[open_[:, None], free] += move * np.minimum(1.0, LONGEST_STEP / np.maximum(longest, TINY))[:, None]
             steps[open_] += 1
@@ -160,12 +141,14 @@ class ClosedChain:
         found = self.terms(q, rate)
         if hold is None:
             momentum = np.einsum("...ij,...j->...i", found.M, rate)
-            return _solved(found._replace(h=-momentum, gamma=np.zeros_like(found.gamma)), np.zeros(self.n))[0]
+            return closed_terms.accelerations(
+                found._replace(h=-momentum, gamma=np.zeros_like(found.gamma)), np.zeros(self.n)
+            )[0]
         free = self._free(hold)
         shape = found.M.shape[:-2]
         result = np.array(np.broadcast_to(rate, (*shape, self.n)))
         missing = np.einsum("...mn,...n->...m", found.J, result)
-        change = _correction(found.J[..., free].reshape(-1, self.m, len(free)), missing.reshape(-1, self.m))
+        change = closed_terms.correction(found.J[..., free].reshape(-1, self.m, len(free)), missing.reshape(-1, self.m))
         result[..., free] += change.reshape(*shape, len(free))
         return result
 
@@ -185,7 +168,7 @@ class ClosedChain:
         result[..., self.actuated] = given
         passive = self._free(self.actuated)
         missing = np.einsum("...mn,...n->...m", found.J, result) + found.gamma
-        change = _correction(
+        change = closed_terms.correction(
             np.ascontiguousarray(np.broadcast_to(found.J[..., passive], (*shape, self.m, len(passive)))).reshape(
                 -1, self.m, len(passive)
             ),
@@ -223,8 +206,8 @@ class ClosedChain:
             found = found._replace(
                 M=np.ascontiguousarray(found.M + as_batch("added_inertia", added_inertia, (self.n,) * 2))
             )
-        qdd, force, ranks = _solved(found, self._efforts(tau))
-        return ClosedAccelerations(qdd, force, ranks, self.m, _error(found))
+        qdd, force, ranks = closed_terms.accelerations(found, self._efforts(tau))
+        return ClosedAccelerations(qdd, force, ranks, self.m, closed_terms.error_of(found))
 
     def _looked_at(
         self, given: tuple[ArrayLike, ...], qdd: Floats, force: Floats, error: Floats, doubt: Floats
@@ -235,8 +218,8 @@ class ClosedChain:
             return ClosedAccelerations(qdd, force, self._rank, self.m, error)
         q, qd, tau = (np.broadcast_to(x, (*doubt.shape, np.shape(x)[-1]))[doubtful] for x in given)
         found, rank = self.terms(q, qd), np.full(doubt.shape, self._rank, dtype=np.int64)
-        qdd[doubtful], force[doubtful], rank[doubtful] = _solved(found, self._efforts(tau))
-        error[doubtful] = _error(found)
+        qdd[doubtful], force[doubtful], rank[doubtful] = closed_terms.accelerations(found, self._efforts(tau))
+        error[doubtful] = closed_terms.error_of(found)
         return ClosedAccelerations(qdd, force, rank, self.m, error)
 
     def _prepared(self, tau: ArrayLike, q: ArrayLike) -> Callable[..., Any] | None:
@@ -244,19 +227,25 @@ class ClosedChain:
         width = np.shape(tau)[-1] if np.ndim(tau) else 0
         if width not in self._quick and width in (self.n, len(self.actuated)):
             driven = range(self.n) if width == self.n else self.actuated.tolist()
-            rows, self._quick[width] = self._independent(q), None
+            rows, run = self._independent(q)[0], None
             if rows is not None:
                 self._rank = len(rows)
-                self._quick[width] = forward_kernel(self.robot.mechanism, rows, tuple(driven)).call
+                run = forward_kernel(self.robot.mechanism, rows, tuple(driven)).call
+            self._quick[width] = run
         return self._quick.get(width)
 
-    def _independent(self, q: ArrayLike) -> Rows | None:
-        """Independent rows of the loops, where no configuration was found by chance those at the given ones."""
-        usual = _usual_rows(self.robot.mechanism)
-        if usual is None:
-            terms = self.terms(as_batch("q", q, (self.n,), finite=True).reshape(-1, self.n)[:STARTS])
-            usual = independent_rows(terms.M, terms.J)
-        return usual
+    def _independent(self, q: ArrayLike) -> tuple[Rows | None, Rows | None]:
+        """Independent rows of the loops, and the driven joints that decide; see `mafsil.mechanics.loop_efforts`.
+
+        Where no configuration was found by chance, those at the given ones.
+        """
+        if self._chosen is None:
+            found = _anywhere(self.robot.mechanism)
+            if found is None:
+                found = self.terms(as_batch("q", q, (self.n,), finite=True).reshape(-1, self.n)[:STARTS])
+            rows = independent_rows(found.M, found.J)
+            self._chosen = rows, None if rows is None else deciding_joints(found.J, self.actuated, self.n - len(rows))
+        return self._chosen
 
     def inverse_dynamics(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> ActuatorEfforts:
         """Efforts of the driven joints for a motion, and the forces of the loops.
@@ -266,21 +255,24 @@ class ClosedChain:
         Args:
             q, qd, qdd: (*batch, n) coordinates, rates and accelerations that keep the loops closed.
         """
-        found = self.terms(q, qd)
-        acceleration = as_batch("qdd", qdd, (self.n,), finite=True)
-        needed = np.einsum("...ij,...j->...i", found.M, acceleration) + found.h
-        across = decompositions.pinv(found.J, RANK)
-        # Motions that the loops allow feel only efforts, no forces of the loops.
-        allowed = np.eye(self.n) - across @ found.J
-        driven = allowed[..., self.actuated]
-        tau = np.einsum("...an,...n->...a", decompositions.pinv(driven, RANK), needed)
-        rest = needed.copy()
-        rest[..., self.actuated] -= tau
-        force = np.einsum("...nm,...n->...m", across, rest)
-        missing = np.einsum("...ij,...j->...i", allowed, rest)
-        broken = np.einsum("...mn,...n->...m", found.J, acceleration) + found.gamma
-        scale = np.linalg.norm(needed, axis=-1)
-        return ActuatorEfforts(tau, force, np.linalg.norm(missing, axis=-1), np.abs(broken).max(axis=-1), scale, driven)
+        run = self._compiled_inverse(q)
+        if run is not None:
+            *found, doubt = run(q, qd, qdd)
+            if (doubt < 1.0) if isinstance(doubt, float) else (doubt < 1.0).all():
+                return ActuatorEfforts(*found, redundancy=self._redundancy)
+        qdd = as_batch("qdd", qdd, (self.n,), finite=True)
+        return ActuatorEfforts(*closed_terms.efforts(self.terms(q, qd), qdd, self.actuated))
+
+    def _compiled_inverse(self, q: ArrayLike) -> Callable[..., Any] | None:
+        """Compiled inverse dynamics; None where there is no such code."""
+        if self._inverse is False:
+            rows, deciding = self._independent(q)
+            self._inverse = None
+            if rows is not None and deciding is not None:
+                driven = tuple(self.actuated.tolist())
+                self._redundancy = len(driven) - len(deciding)
+                self._inverse = inverse_kernel(self.robot.mechanism, rows, driven, deciding).call
+        return self._inverse
 
     @cached_property
     def size(self) -> float:
@@ -318,50 +310,10 @@ class ClosedChain:
         return full
 
 
-def _error(found: Terms) -> Floats:
-    gap = np.abs(found.gap).max(axis=-1, initial=0.0)
-    return np.where((found.facing > 0.0).all(axis=-1), gap, np.inf)
-
-
-def _correction(J: Floats, gap: Floats) -> Floats:
-    """(rows, k) shortest steps with J step = -gap."""
-    step, ranks = np.empty((len(J), J.shape[2])), np.zeros(len(J), dtype=np.int64)
-    closed_dynamics_loops.corrections(np.ascontiguousarray(J), np.ascontiguousarray(gap), step, ranks)
-    return step
-
-
-def _solved(found: Terms, tau: Floats) -> tuple[Floats, Floats, Integers]:
-    """Accelerations, forces and ranks."""
-    m, n = found.J.shape[-2:]
-    if found.h.ndim == tau.ndim == 1:
-        # A single state needs no copies, which would cost more than its solution.
-        alone, across, rank = np.empty((1, n)), np.empty((1, m)), np.empty(1, dtype=np.int64)
-        given = np.ascontiguousarray(tau)
-        closed_dynamics_loops.accelerations(
-            found.M[None], found.h[None], found.J[None], found.gamma[None], given[None], alone, across, rank
-        )
-        return alone[0], across[0], rank.reshape(())
-    shape = np.broadcast_shapes(found.h.shape[:-1], tau.shape[:-1])
-
-    def rows(values: Floats, *core: int) -> Floats:
-        return np.ascontiguousarray(np.broadcast_to(values, (*shape, *core)).reshape(-1, *core))
-
-    efforts = rows(tau, n)
-    qdd, force = np.empty_like(efforts), np.empty((len(efforts), m))
-    ranks = np.empty(len(efforts), dtype=np.int64)
-    closed_dynamics_loops.accelerations(
-        rows(found.M, n, n), rows(found.h, n), rows(found.J, m, n), rows(found.gamma, m), efforts, qdd, force, ranks
-    )
-    return qdd.reshape(*shape, n), force.reshape(*shape, m), ranks.reshape(shape)
-
-
 @lru_cache(maxsize=32)
-def _usual_rows(mechanism: Mechanism) -> Rows | None:
-    """Rows of loops that are independent at configurations anywhere; None if none were met."""
+def _anywhere(mechanism: Mechanism) -> Terms | None:
+    """Terms at configurations anywhere on the motion; None if none were met."""
     chain = ClosedChain(mechanism)
     starts = np.random.default_rng(0).uniform(-FARTHEST_START, FARTHEST_START, (STARTS, chain.n)) * chain.unit
     found = chain.closed(starts, max_steps=STEPS_OF_START)
-    if not found.found.any():
-        return None
-    terms = chain.terms(found.q[found.found])
-    return independent_rows(terms.M, terms.J)
+    return chain.terms(found.q[found.found]) if found.found.any() else None

@@ -12,19 +12,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mafsil import kernels
-from mafsil.arrays import Floats
+from mafsil.arrays import Floats, Integers
 from mafsil.kernels import Kernel, Port, Signature
 from mafsil.lazy_module import lazily
 from mafsil.model import Mechanism
 from mafsil.model.fingerprint import fingerprint
 from mafsil.parallel.tolerances import RANK
+from mafsil.solvers import decompositions
 
 if TYPE_CHECKING:
     import mafsil.mechanics.loop_constraints as loop_constraints
     import mafsil.mechanics.loop_dynamics as loop_dynamics
+    import mafsil.mechanics.loop_efforts as loop_efforts
 else:
     loop_constraints = lazily("mafsil.mechanics.loop_constraints")
     loop_dynamics = lazily("mafsil.mechanics.loop_dynamics")
+    loop_efforts = lazily("mafsil.mechanics.loop_efforts")
 
 Rows = tuple[int, ...]
 REMAINDERS = (0.2, 0.02, 2e-3)
@@ -65,6 +68,22 @@ def independent_rows(M: Floats, J: Floats) -> Rows | None:
     return tuple(sorted(taken)) if len(taken) == rank else None
 
 
+def deciding_joints(J: Floats, driven: Integers, freedoms: int) -> Rows | None:
+    """Which driven joints decide the efforts of all: as many as freedoms or as driven; None where they do not.
+
+    Args:
+        J: (k, m, n) rows of the loops.
+        driven: (a,) coordinates of the driven joints.
+        freedoms: of the mechanism.
+    """
+    if not len(driven) or not freedoms:
+        return None
+    allowed = np.eye(J.shape[-1]) - decompositions.pinv(J, RANK) @ J
+    across = np.swapaxes(allowed[..., driven], -1, -2)
+    rows = independent_rows(np.broadcast_to(np.eye(J.shape[-1]), (len(J), *allowed.shape[1:])), across)
+    return rows if rows is not None and len(rows) == min(freedoms, len(driven)) else None
+
+
 @lru_cache(maxsize=32)
 def terms_kernel(mechanism: Mechanism) -> Kernel:
     """All that the dynamics need of a state; see `mafsil.mechanics.loop_constraints.function`.
@@ -92,6 +111,23 @@ def forward_kernel(mechanism: Mechanism, rows: Rows, driven: Rows) -> Kernel:
     outputs = {"qdd": (n,), "force": (_rows_of(mechanism),), "error": (), "doubt": ()}
     build = partial(_forward, mechanism, rows, driven)
     return _kernel("closed_forward_dynamics", inputs, outputs, build, mechanism, rows, driven)
+
+
+@lru_cache(maxsize=64)
+def inverse_kernel(mechanism: Mechanism, rows: Rows, driven: Rows, deciding: Rows) -> Kernel:
+    """Efforts for a motion; see `mafsil.mechanics.loop_efforts.inverse_function`.
+
+    Args:
+        mechanism: with loops.
+        rows: independent rows of the loops.
+        driven, deciding: the driven joints, and those of them that decide.
+    """
+    n, a = mechanism.n, len(driven)
+    outputs = {"tau": (a,), "force": (_rows_of(mechanism),), "missing": (), "broken": (), "needed": ()}
+    outputs |= {"driven": (n, a), "doubt": ()}
+    build = partial(_inverse, mechanism, rows, driven, deciding)
+    inputs = {"q": (n,), "qd": (n,), "qdd": (n,)}
+    return _kernel("closed_inverse_dynamics", inputs, outputs, build, mechanism, rows, driven, deciding)
 
 
 def _kernel(
@@ -122,3 +158,7 @@ def _terms(mechanism: Mechanism) -> Any:
 
 def _forward(mechanism: Mechanism, rows: Rows, driven: Rows) -> Any:
     return loop_dynamics.forward_function(mechanism, rows, driven)
+
+
+def _inverse(mechanism: Mechanism, rows: Rows, driven: Rows, deciding: Rows) -> Any:
+    return loop_efforts.inverse_function(mechanism, rows, driven, deciding)
