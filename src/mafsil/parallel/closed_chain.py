@@ -17,12 +17,14 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, Integers, JointVector, as_batch, real_array, require_finite, whole
 from mafsil.errors import ModelError
 from mafsil.kernels import Kernel
+from mafsil.mechanics.loop_terms import Holding
 from mafsil.model import JointKind, Mechanism
 from mafsil.model.loading import RobotLike
 from mafsil.parallel import closed_terms
 from mafsil.parallel.closed_answers import ActuatorEfforts, ClosedAccelerations, ClosedConfigurations
 from mafsil.parallel.closed_kernels import (
     Rows,
+    closing_kernel,
     deciding_joints,
     forward_kernel,
     independent_rows,
@@ -36,9 +38,11 @@ CLOSED = 1e-13
 """Gap over the size of the mechanism, or in radians, at which a loop is closed: some hundred roundings."""
 TINY = 1e-300
 MOST_STEPS = 100
+NEWTON_STEPS = 3
+"""That compiled code takes."""
 LONGEST_STEP = 0.3
 """Of one coordinate in a Newton step [rad | sizes]."""
-STARTS, FARTHEST_START, STEPS_OF_START = 24, 2.0, 40
+STARTS, FARTHEST_START, STEPS_OF_START = 24, 1.0, 40
 """Searches for configurations anywhere, how far from zero they begin [rad | sizes], and how long they may take."""
 
 
@@ -72,6 +76,7 @@ class ClosedChain:
         self.actuated: Integers = np.array([names.index(name) for name in driven], dtype=np.int64)
         self.kernel: Kernel = terms_kernel(mechanism)
         self._quick: dict[int, Callable[..., Any] | None] = {}
+        self._closing: Callable[..., Any] | Literal[False] | None = False
         self._inverse: Callable[..., Any] | Literal[False] | None = False
         self._chosen: tuple[Rows | None, Rows | None] | None = None
         self.m = next(port.shape[0] for port in self.kernel.signature.outputs if port.name == "gap")
@@ -151,6 +156,27 @@ class ClosedChain:
         change = closed_terms.correction(found.J[..., free].reshape(-1, self.m, len(free)), missing.reshape(-1, self.m))
         result[..., free] += change.reshape(*shape, len(free))
         return result
+
+    def closed_state(self, q: ArrayLike, qd: ArrayLike) -> tuple[ClosedConfigurations, JointVector]:
+        """Configurations that close all loops, and rates that keep them closed there, as by `closed` and `rates`.
+
+        Args:
+            q, qd: (*batch, n) coordinates and rates, such as an integrator leaves them, near closed loops.
+        """
+        run = self._compiled_closing(q)
+        if run is not None:
+            here, rate, error, doubt = run(q, qd)
+            if (doubt < 1.0) if isinstance(doubt, float) else (doubt < 1.0).all():
+                steps = np.broadcast_to(np.int64(NEWTON_STEPS), np.shape(error))
+                return ClosedConfigurations(here, np.asarray(error), steps, CLOSED * self.size), rate
+        back = self.closed(q)
+        return back, self.rates(back.q, qd) if back else np.zeros_like(back.q)
+
+    def _compiled_closing(self, q: ArrayLike) -> Callable[..., Any] | None:
+        if self._closing is False:
+            holding = self.holding(q)
+            self._closing = None if holding is None else closing_kernel(self.robot.mechanism, holding).call
+        return self._closing
 
     def accelerations(self, q: ArrayLike, qd: ArrayLike, driven: ArrayLike) -> JointVector:
         """(*batch, n) accelerations of all joints that keep the loops closed, from those of the driven joints.
@@ -246,6 +272,17 @@ class ClosedChain:
             rows = independent_rows(found.M, found.J)
             self._chosen = rows, None if rows is None else deciding_joints(found.J, self.actuated, self.n - len(rows))
         return self._chosen
+
+    def holding(self, q: ArrayLike) -> Holding | None:
+        """How the loops hold the mechanism, as compiled code has to know it; None where there is none.
+
+        Args:
+            q: (*batch, n) configurations that close the loops, looked at if no others are met by chance.
+        """
+        rows, deciding = self._independent(q)
+        if rows is None:
+            return None
+        return Holding(rows, tuple(self.actuated.tolist()), deciding or (), CLOSED * self.size)
 
     def inverse_dynamics(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> ActuatorEfforts:
         """Efforts of the driven joints for a motion, and the forces of the loops.

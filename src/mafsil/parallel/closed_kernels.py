@@ -15,16 +15,19 @@ from mafsil import kernels
 from mafsil.arrays import Floats, Integers
 from mafsil.kernels import Kernel, Port, Signature
 from mafsil.lazy_module import lazily
+from mafsil.mechanics.loop_terms import Holding
 from mafsil.model import Mechanism
 from mafsil.model.fingerprint import fingerprint
 from mafsil.parallel.tolerances import RANK
 from mafsil.solvers import decompositions
 
 if TYPE_CHECKING:
+    import mafsil.mechanics.held_plant as held_plant
     import mafsil.mechanics.loop_constraints as loop_constraints
     import mafsil.mechanics.loop_dynamics as loop_dynamics
     import mafsil.mechanics.loop_efforts as loop_efforts
 else:
+    held_plant = lazily("mafsil.mechanics.held_plant")
     loop_constraints = lazily("mafsil.mechanics.loop_constraints")
     loop_dynamics = lazily("mafsil.mechanics.loop_dynamics")
     loop_efforts = lazily("mafsil.mechanics.loop_efforts")
@@ -34,12 +37,15 @@ REMAINDERS = (0.2, 0.02, 2e-3)
 """Shares of a row that must be left beside the rows before it for it to be taken, one pass after the other: the first
 rows that are well apart, so that the choice is the same at nearly all configurations."""
 
+MOST = 0.75
+"""Share of the states at which that has to be so: a few may happen to be nearly singular."""
+
 
 def independent_rows(M: Floats, J: Floats) -> Rows | None:
-    """Rows of loops that span all others, the same at every state; None where no such rows are found.
+    """Rows of loops that span all others, the same at most states; None where no such rows are found.
 
     1. Rows in kinetic energy, W = J L'^-1 with M = L L', and their rank; states of less than the largest are singular.
-    2. A row is taken if at every other state enough of it is left beside those taken before.
+    2. A row is taken if at most of the other states enough of it is left beside those taken before.
 
     Args:
         M: (k, n, n) mass matrices of the tree.
@@ -61,8 +67,9 @@ def independent_rows(M: Floats, J: Floats) -> Rows | None:
     for share in REMAINDERS:
         for k in range(W.shape[1]):
             left = np.linalg.norm(W[:, k], axis=-1)
-            if len(taken) < rank and (left > share * np.maximum(length[:, k], share)).all():
-                along = W[:, k] / left[:, None]
+            apart = left > share * np.maximum(length[:, k], share)
+            if len(taken) < rank and apart.mean() >= MOST:
+                along = np.where(apart, 1.0 / np.where(apart, left, 1.0), 0.0)[:, None] * W[:, k]
                 W = W - (W @ along[..., None]) * along[:, None, :]
                 taken.append(k)
     return tuple(sorted(taken)) if len(taken) == rank else None
@@ -130,13 +137,27 @@ def inverse_kernel(mechanism: Mechanism, rows: Rows, driven: Rows, deciding: Row
     return _kernel("closed_inverse_dynamics", inputs, outputs, build, mechanism, rows, driven, deciding)
 
 
+@lru_cache(maxsize=64)
+def closing_kernel(mechanism: Mechanism, holding: Holding) -> Kernel:
+    """States taken back to closed loops; see `mafsil.mechanics.held_plant.closing_function`.
+
+    Args:
+        mechanism: with loops.
+        holding: how they hold it.
+    """
+    n = mechanism.n
+    outputs = {"here": (n,), "rate": (n,), "error": (), "doubt": ()}
+    build = partial(_closing, mechanism, holding)
+    return _kernel("closed_state", {"q": (n,), "qd": (n,)}, outputs, build, mechanism, holding.rows, holding.tolerance)
+
+
 def _kernel(
     name: str,
     inputs: dict[str, tuple[int, ...]],
     outputs: dict[str, tuple[int, ...]],
     build: Any,
     mechanism: Mechanism,
-    *details: Rows,
+    *details: Rows | float,
 ) -> Kernel:
     given, found = (tuple(Port(port, shape) for port, shape in side.items()) for side in (inputs, outputs))
     return kernels.compile(
@@ -162,3 +183,7 @@ def _forward(mechanism: Mechanism, rows: Rows, driven: Rows) -> Any:
 
 def _inverse(mechanism: Mechanism, rows: Rows, driven: Rows, deciding: Rows) -> Any:
     return loop_efforts.inverse_function(mechanism, rows, driven, deciding)
+
+
+def _closing(mechanism: Mechanism, holding: Holding) -> Any:
+    return held_plant.closing_function(mechanism, holding)

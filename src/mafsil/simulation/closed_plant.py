@@ -131,12 +131,10 @@ class ClosedStepper(Stepper):
         return self._closed.acceleration(q, qd, effort, push)
 
     def _step(self, t: float, state: State, h: float) -> State:
-        q, qd = self._free(t, state, h)
-        chain = self._closed.chain
-        back = chain.closed(q)
+        back, rates = self._closed.chain.closed_state(*self._free(t, state, h))
         if not back:
             raise LoopsLost("simulation.loops_lost", gap=float(back.error.max(initial=0.0)))
-        return back.q, chain.rates(back.q, qd)
+        return back.q, rates
 
     def _accelerated(self, t: float, q: JointVector, qd: JointVector) -> JointVector:
         return self._closed.acceleration(q, qd, self.effort, self.push)

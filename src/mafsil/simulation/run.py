@@ -243,6 +243,10 @@ class FusedRun(Run):
             end = min(first + piece, ticks)
             self.tick = first
             self.loop.advance(first, end)
+            try:
+                end = self._trusted_until(first, end)
+            except LoopsLost as lost:
+                return self._lost(self.tick, lost)
             good = self._sound_until(first, end)
             if end == ticks:
                 good[-1] = True
@@ -252,6 +256,42 @@ class FusedRun(Run):
                 return self._ended(end - 1, SimulationStatus.CANCELLED)
             first = end
         return self._ended(last, SimulationStatus.COMPLETED)
+
+    def _trusted_until(self, first: int, end: int) -> int:
+        """Up to which tick the results hold, one step made by hand where a closed chain was too near a singular state.
+
+        Raises:
+            LoopsLost: the loops cannot be closed after that step.
+        """
+        doubtful = ~(self.loop.doubt[first:end] < 1.0).all(axis=1)
+        if not doubtful.any():
+            return end
+        self.tick = tick = first + int(np.argmax(doubtful))
+        self._by_hand(tick)
+        return tick + 1
+
+    def _by_hand(self, k: int) -> None:
+        """Tick k as `Run` does it."""
+        scenario, loop, shape = self.scenario, self.loop, self.start[0].shape
+        q, qd = (loop.states[k, :, part].reshape(shape) for part in (0, 1))
+        law = scenario.acting_law.session(scenario.control_period)
+        command = self._command(law, k, float(self.t[k]), q, qd, Motion(*(part[k] for part in self.reference)))
+        self._require_finite(float(self.t[k]), command)
+        effort = saturated(command, scenario.robot.limits.effort) if scenario.saturate else command
+        loop.command[k], loop.effort[k] = (x.reshape(loop.effort[k].shape) for x in (command, effort))
+        stepper, h = self.stepper, scenario.step
+        stepper.effort, stepper.push = effort, self.pushes[k]
+        loop.acceleration[k] = stepper.acceleration(q, qd, effort, stepper.push).reshape(loop.effort[k].shape)
+        if k == len(self.t) - 1:
+            return
+        try:
+            for i in range(scenario.substeps):
+                q, qd = stepper.move()(self.t[k] + i * h, (q, qd), h)
+        except LoopsLost:
+            raise
+        except InputError:
+            qd = np.full_like(qd, np.nan)
+        loop.states[k + 1, :, 0], loop.states[k + 1, :, 1] = (x.reshape(loop.effort[k].shape) for x in (q, qd))
 
     def _sound_until(self, first: int, end: int) -> NDArray[np.bool_]:
         """(end - first,) whether the run goes on from the states after these ticks."""
