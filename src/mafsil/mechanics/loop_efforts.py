@@ -20,8 +20,9 @@ import mafsil.expression as ex
 from mafsil.mechanics.body_tree import lumped
 from mafsil.mechanics.branch_factor import BranchFactor
 from mafsil.mechanics.frame_choice import in_chosen_frames
-from mafsil.mechanics.loop_constraints import loops
-from mafsil.mechanics.loop_dynamics import HeldTree, pivot_doubt, spread
+from mafsil.mechanics.loop_constraints import gaps, loops
+from mafsil.mechanics.loop_dynamics import HeldTree, error_of, pivot_doubt, spread
+from mafsil.mechanics.loop_terms import Holding
 from mafsil.mechanics.placement import Expression
 from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
 from mafsil.mechanics.regrouping import regrouped
@@ -64,6 +65,51 @@ def efforts(held: HeldTree, w: Expression, driven: Sequence[int], deciding: Sequ
     return Efforts(tau, w - spread(tau, driven, n), allowed, held.doubt + pivot_doubt(factor, A))
 
 
+class Passive:
+    """What joints that are not driven do so that the loops stay closed, the driven ones as they are.
+
+    The shortest change where the driven joints do not decide it, least squares where they contradict the loops.
+
+    Args:
+        J: (m, n) rows of the loops.
+        driven: coordinates of the driven joints.
+        chosen: independent rows.
+
+    Attributes:
+        doubt: as of `HeldTree`.
+    """
+
+    def __init__(self, J: Expression, driven: Sequence[int], chosen: Sequence[int]) -> None:
+        self.n = J.shape[1]
+        self.others = [k for k in range(self.n) if k not in driven]
+        self.doubt = ex.Expression(0)
+        if not self.others:
+            return
+        self._across = ex.horzcat(*(J[:, k] for k in self.others))
+        self._held: HeldTree | None = None
+        if len(self.others) >= len(chosen):
+            self._held = HeldTree(ex.eye(len(self.others)), self._across, chosen)
+            self.doubt = self._held.doubt
+        else:
+            A = self._across.T @ self._across
+            self._factor = BranchFactor(A)
+            self.doubt = pivot_doubt(self._factor, A)
+
+    def change(self, missing: Expression) -> Expression:
+        """(n,) with J change = -missing, zero for driven joints.
+
+        Args:
+            missing: (m,).
+        """
+        if not self.others:
+            return ex.zeros(self.n, 1)
+        if self._held is not None:
+            part = self._held.accelerations(ex.zeros(len(self.others), 1), missing)[0]
+        else:
+            part = -ex.vertcat(*self._factor.solved(list(self._across.T @ missing)))
+        return spread(part, self.others, self.n)
+
+
 def accelerations_of_all(
     J: Expression, gamma: Expression, given: Expression, driven: Sequence[int], chosen: Sequence[int]
 ) -> tuple[Expression, Expression]:
@@ -75,25 +121,11 @@ def accelerations_of_all(
         driven: their coordinates.
         chosen: independent rows.
     """
-    n = J.shape[1]
-    others = [k for k in range(n) if k not in driven]
-    part = spread(given, driven, n)
-    if not others:
-        return part, ex.Expression(0)
-    across, missing = ex.horzcat(*(J[:, k] for k in others)), J @ part + gamma
-    if len(others) >= len(chosen):
-        held = HeldTree(ex.eye(len(others)), across, chosen)
-        change, doubt = held.accelerations(ex.zeros(len(others), 1), missing)[0], held.doubt
-    else:
-        A = across.T @ across
-        factor = BranchFactor(A)
-        change, doubt = -ex.vertcat(*factor.solved(list(across.T @ missing))), pivot_doubt(factor, A)
-    return part + spread(change, others, n), doubt
+    part, passive = spread(given, driven, J.shape[1]), Passive(J, driven, chosen)
+    return part + passive.change(J @ part + gamma), passive.doubt
 
 
-def inverse_function(
-    mechanism: Mechanism, chosen: Sequence[int], driven: Sequence[int], deciding: Sequence[int]
-) -> ex.Function:
+def inverse_function(mechanism: Mechanism, holding: Holding) -> ex.Function:
     """Efforts for a motion: q, qd, qdd (n,) to tau (a,), force (m,), missing, broken, needed, P S (n, a) and doubt.
 
     Missing is the size of what no driven joint makes, broken the acceleration with which the motion opens a loop, and
@@ -101,16 +133,15 @@ def inverse_function(
 
     Args:
         mechanism: with loops.
-        chosen: independent rows.
-        driven, deciding: as for `efforts`.
+        holding: how they hold it.
     """
     n = mechanism.n
     full = in_chosen_frames(lumped(mechanism))
     q, qd, qdd = ex.symbol("q", n), ex.symbol("qd", n), ex.symbol("qdd", n)
     asked = loops(full, mechanism.loops, q, qd)
-    held = HeldTree(ex.eye(n), asked.rows, chosen)
+    held = HeldTree(ex.eye(n), asked.rows, holding.rows)
     w = inverse_dynamics(regrouped(full), q, qd, qdd)
-    found = efforts(held, w, driven, deciding)
+    found = efforts(held, w, holding.driven, holding.deciding)
     force = held.forces(held.carried(found.rest))
     missing = ex.sqrt(ex.sumsqr(held.closing(found.rest)))
     broken = ex.Expression(0)
@@ -119,3 +150,43 @@ def inverse_function(
     doubt = found.doubt + held.finite(ex.vertcat(found.tau, w))
     outputs = [found.tau, force, missing, broken, ex.sqrt(ex.sumsqr(w)), ex.vec(found.allowed.T), doubt]
     return ex.Function("closed_inverse_dynamics", [q, qd, qdd], ex.cse(outputs))
+
+
+CORRECTIONS = 3
+"""Steps of Newton's method with the matrix of the first, after it."""
+
+
+def following_function(mechanism: Mechanism, holding: Holding) -> ex.Function:
+    """All joints while the driven ones move: guess (n,), driven (3, a) to positions, rates, accelerations (n,), doubt.
+
+    1. Newton's method from the guess, the driven joints where they should be.
+    2. Rates and accelerations of the others, by the rows of the loops there.
+
+    Args:
+        mechanism: with loops.
+        holding: how they hold it.
+    """
+    tree, n, a = in_chosen_frames(lumped(mechanism)), mechanism.n, len(holding.driven)
+    guess, given = ex.symbol("guess", n), ex.symbol("driven", 3 * a)
+    u, v, acceleration = (given[part * a : (part + 1) * a] for part in range(3))
+    rest, joints = ex.zeros(n, 1), mechanism.loops
+    # 1
+    q = ex.vertcat(*(guess[k] for k in range(n)))
+    for value, k in zip(u, holding.driven, strict=True):
+        q[k] = value
+    asked = loops(tree, joints, q, rest)
+    passive = Passive(asked.rows, holding.driven, holding.rows)
+    doubt = passive.doubt
+    q = q + passive.change(asked.gap)
+    for _ in range(CORRECTIONS):
+        q = q + passive.change(gaps(tree, joints, q)[0])
+    # 2
+    rows = loops(tree, joints, q, rest)
+    passive = Passive(rows.rows, holding.driven, holding.rows)
+    qd = spread(v, holding.driven, n)
+    qd = qd + passive.change(rows.rows @ qd)
+    qdd = spread(acceleration, holding.driven, n)
+    qdd = qdd + passive.change(rows.rows @ qdd + loops(tree, joints, q, qd).bias)
+    doubt = doubt + passive.doubt + error_of(rows.gap, rows.facing) / holding.tolerance
+    doubt = doubt + HeldTree.finite(ex.vertcat(q, qd, qdd))
+    return ex.Function("closed_following", [guess, given], ex.cse([q, qd, qdd, doubt]))

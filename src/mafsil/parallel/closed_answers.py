@@ -48,7 +48,7 @@ class ClosedConfigurations(Answer):
         return ClosingStatus.CLOSED if self.found.all() else ClosingStatus.NOT_FOUND
 
     def __bool__(self) -> bool:
-        return self.status.succeeded and self.error.size > 0
+        return bool(self.found.all()) and self.error.size > 0
 
     def __len__(self) -> int:
         return self.error.size

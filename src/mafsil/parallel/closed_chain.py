@@ -7,9 +7,7 @@ Reference: Featherstone, Rigid Body Dynamics Algorithms, ch. 8; Udwadia and Kala
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import cached_property, lru_cache
-from typing import Any, Literal
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,15 +20,8 @@ from mafsil.model import JointKind, Mechanism
 from mafsil.model.loading import RobotLike
 from mafsil.parallel import closed_terms
 from mafsil.parallel.closed_answers import ActuatorEfforts, ClosedAccelerations, ClosedConfigurations
-from mafsil.parallel.closed_kernels import (
-    Rows,
-    closing_kernel,
-    deciding_joints,
-    forward_kernel,
-    independent_rows,
-    inverse_kernel,
-    terms_kernel,
-)
+from mafsil.parallel.closed_compiled import CompiledChain, trusted
+from mafsil.parallel.closed_kernels import terms_kernel
 from mafsil.parallel.closed_terms import Terms
 from mafsil.robot import Robot, as_robot
 
@@ -75,11 +66,9 @@ class ClosedChain:
                 raise ModelError("parallel.no_joint", joint=name, known=", ".join(names))
         self.actuated: Integers = np.array([names.index(name) for name in driven], dtype=np.int64)
         self.kernel: Kernel = terms_kernel(mechanism)
-        self._quick: dict[int, Callable[..., Any] | None] = {}
-        self._closing: Callable[..., Any] | Literal[False] | None = False
-        self._inverse: Callable[..., Any] | Literal[False] | None = False
-        self._chosen: tuple[Rows | None, Rows | None] | None = None
         self.m = next(port.shape[0] for port in self.kernel.signature.outputs if port.name == "gap")
+        places = tuple(self.actuated.tolist())
+        self._compiled = CompiledChain(mechanism, places, CLOSED * self.size, _anywhere, self.terms)
 
     def terms(self, q: ArrayLike, qd: ArrayLike | None = None) -> Terms:
         """Everything the dynamics need, in one compiled call.
@@ -163,20 +152,14 @@ class ClosedChain:
         Args:
             q, qd: (*batch, n) coordinates and rates, such as an integrator leaves them, near closed loops.
         """
-        run = self._compiled_closing(q)
+        run = self._compiled.closing(q)
         if run is not None:
             here, rate, error, doubt = run(q, qd)
-            if (doubt < 1.0) if isinstance(doubt, float) else (doubt < 1.0).all():
+            if trusted(doubt):
                 steps = np.broadcast_to(np.int64(NEWTON_STEPS), np.shape(error))
                 return ClosedConfigurations(here, np.asarray(error), steps, CLOSED * self.size), rate
         back = self.closed(q)
         return back, self.rates(back.q, qd) if back else np.zeros_like(back.q)
-
-    def _compiled_closing(self, q: ArrayLike) -> Callable[..., Any] | None:
-        if self._closing is False:
-            holding = self.holding(q)
-            self._closing = None if holding is None else closing_kernel(self.robot.mechanism, holding).call
-        return self._closing
 
     def accelerations(self, q: ArrayLike, qd: ArrayLike, driven: ArrayLike) -> JointVector:
         """(*batch, n) accelerations of all joints that keep the loops closed, from those of the driven joints.
@@ -218,15 +201,15 @@ class ClosedChain:
         """
         if added_inertia is None:
             try:
-                run = self._quick[tau.shape[-1]]  # pyright: ignore[reportAttributeAccessIssue, reportUnknownMemberType]
+                run = self._compiled.forward[tau.shape[-1]]  # pyright: ignore[reportAttributeAccessIssue, reportUnknownMemberType]
             except (KeyError, IndexError, AttributeError):
-                run = self._prepared(tau, q)
+                run = self._compiled.forward_for(tau, q)
             if run is not None:
                 qdd, force, error, doubt = run(q, qd, tau)
                 if not isinstance(doubt, float):
                     return self._looked_at((q, qd, tau), qdd, force, error, doubt)
                 if doubt < 1.0:
-                    return ClosedAccelerations(qdd, force, self._rank, self.m, error)
+                    return ClosedAccelerations(qdd, force, self._compiled.rank, self.m, error)
         found = self.terms(q, qd)
         if added_inertia is not None:
             found = found._replace(
@@ -241,37 +224,38 @@ class ClosedChain:
         """Results of compiled code; doubtful rows are found again with their rank, what is not finite is refused."""
         doubtful = ~(doubt < 1.0)
         if not doubtful.any():
-            return ClosedAccelerations(qdd, force, self._rank, self.m, error)
+            return ClosedAccelerations(qdd, force, self._compiled.rank, self.m, error)
         q, qd, tau = (np.broadcast_to(x, (*doubt.shape, np.shape(x)[-1]))[doubtful] for x in given)
-        found, rank = self.terms(q, qd), np.full(doubt.shape, self._rank, dtype=np.int64)
+        found, rank = self.terms(q, qd), np.full(doubt.shape, self._compiled.rank, dtype=np.int64)
         qdd[doubtful], force[doubtful], rank[doubtful] = closed_terms.accelerations(found, self._efforts(tau))
         error[doubtful] = closed_terms.error_of(found)
         return ClosedAccelerations(qdd, force, rank, self.m, error)
 
-    def _prepared(self, tau: ArrayLike, q: ArrayLike) -> Callable[..., Any] | None:
-        """Compiled forward dynamics for efforts of this many joints; None where there is no such code."""
-        width = np.shape(tau)[-1] if np.ndim(tau) else 0
-        if width not in self._quick and width in (self.n, len(self.actuated)):
-            driven = range(self.n) if width == self.n else self.actuated.tolist()
-            rows, run = self._independent(q)[0], None
-            if rows is not None:
-                self._rank = len(rows)
-                run = forward_kernel(self.robot.mechanism, rows, tuple(driven)).call
-            self._quick[width] = run
-        return self._quick.get(width)
+    def following(self, guess: ArrayLike, driven: ArrayLike) -> tuple[JointVector, JointVector, JointVector]:
+        """Positions, rates and accelerations (*batch, n) of all joints while the driven ones move.
 
-    def _independent(self, q: ArrayLike) -> tuple[Rows | None, Rows | None]:
-        """Independent rows of the loops, and the driven joints that decide; see `mafsil.mechanics.loop_efforts`.
+        As `closed`, `rates` and `accelerations` find them with the driven joints held: where the loops cannot be
+        closed, the nearest that was found.
 
-        Where no configuration was found by chance, those at the given ones.
+        Args:
+            guess: (*batch, n) configurations near closed loops.
+            driven: (*batch, 3, a) positions, rates and accelerations of the driven joints.
         """
-        if self._chosen is None:
-            found = _anywhere(self.robot.mechanism)
-            if found is None:
-                found = self.terms(as_batch("q", q, (self.n,), finite=True).reshape(-1, self.n)[:STARTS])
-            rows = independent_rows(found.M, found.J)
-            self._chosen = rows, None if rows is None else deciding_joints(found.J, self.actuated, self.n - len(rows))
-        return self._chosen
+        start = as_batch("guess", guess, (self.n,), finite=True)
+        motion = as_batch("driven", driven, (3, len(self.actuated)), finite=True)
+        run = self._compiled.following(start)
+        if run is not None:
+            q, qd, qdd, doubt = run(start, motion)
+            if trusted(doubt):
+                return q, qd, qdd
+        u, v, a = (motion[..., k, :] for k in range(3))
+        place = np.array(np.broadcast_to(start, (*np.broadcast_shapes(start.shape[:-1], u.shape[:-1]), self.n)))
+        place[..., self.actuated] = u
+        q = self.closed(place, hold=self.actuated).q
+        qd = np.zeros(q.shape)
+        qd[..., self.actuated] = v
+        qd = self.rates(q, qd, hold=self.actuated)
+        return q, qd, self.accelerations(q, qd, a)
 
     def holding(self, q: ArrayLike) -> Holding | None:
         """How the loops hold the mechanism, as compiled code has to know it; None where there is none.
@@ -279,10 +263,7 @@ class ClosedChain:
         Args:
             q: (*batch, n) configurations that close the loops, looked at if no others are met by chance.
         """
-        rows, deciding = self._independent(q)
-        if rows is None:
-            return None
-        return Holding(rows, tuple(self.actuated.tolist()), deciding or (), CLOSED * self.size)
+        return self._compiled.holding(q)
 
     def inverse_dynamics(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> ActuatorEfforts:
         """Efforts of the driven joints for a motion, and the forces of the loops.
@@ -292,24 +273,14 @@ class ClosedChain:
         Args:
             q, qd, qdd: (*batch, n) coordinates, rates and accelerations that keep the loops closed.
         """
-        run = self._compiled_inverse(q)
+        run = self._compiled.inverse(q)
         if run is not None:
-            *found, doubt = run(q, qd, qdd)
-            if (doubt < 1.0) if isinstance(doubt, float) else (doubt < 1.0).all():
-                return ActuatorEfforts(*found, redundancy=self._redundancy)
+            tau, force, missing, broken, needed, driven, doubt = run(q, qd, qdd)
+            if trusted(doubt):
+                redundancy = self._compiled.redundancy
+                return ActuatorEfforts(tau, force, missing, broken, needed, driven, redundancy)
         qdd = as_batch("qdd", qdd, (self.n,), finite=True)
         return ActuatorEfforts(*closed_terms.efforts(self.terms(q, qd), qdd, self.actuated))
-
-    def _compiled_inverse(self, q: ArrayLike) -> Callable[..., Any] | None:
-        """Compiled inverse dynamics; None where there is no such code."""
-        if self._inverse is False:
-            rows, deciding = self._independent(q)
-            self._inverse = None
-            if rows is not None and deciding is not None:
-                driven = tuple(self.actuated.tolist())
-                self._redundancy = len(driven) - len(deciding)
-                self._inverse = inverse_kernel(self.robot.mechanism, rows, driven, deciding).call
-        return self._inverse
 
     @cached_property
     def size(self) -> float:
@@ -347,7 +318,6 @@ class ClosedChain:
         return full
 
 
-@lru_cache(maxsize=32)
 def _anywhere(mechanism: Mechanism) -> Terms | None:
     """Terms at configurations anywhere on the motion; None if none were met."""
     chain = ClosedChain(mechanism)

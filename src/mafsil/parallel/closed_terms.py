@@ -94,7 +94,7 @@ def accelerations(found: Terms, tau: Floats) -> tuple[Floats, Floats, Integers]:
     return qdd.reshape(*shape, n), force.reshape(*shape, m), ranks.reshape(shape)
 
 
-def efforts(found: Terms, qdd: Floats, driven: Integers) -> tuple[Floats, ...]:
+def efforts(found: Terms, qdd: Floats, driven: Integers) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:
     """The fields of `ActuatorEfforts`, in their order.
 
     Args:
