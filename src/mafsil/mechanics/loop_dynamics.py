@@ -165,9 +165,10 @@ def pivot_doubt(factor: BranchFactor, A: Expression) -> Expression:
 
 
 def forward_function(mechanism: Mechanism, chosen: Sequence[int], driven: Sequence[int]) -> ex.Function:
-    """Accelerations under efforts: q, qd (n,), tau (a,) of the driven joints to qdd (n,), force (m,), error and doubt.
+    """Accelerations under efforts: q, qd (n,), tau (a,) of the driven joints to qdd (n,), force (m,) and error.
 
-    The error is the largest gap of a loop, infinite where one is closed the wrong way round.
+    The error is the largest gap of a loop, infinite where one is closed the wrong way round, and not a number where
+    the results do not hold.
 
     Args:
         mechanism: with loops.
@@ -182,8 +183,8 @@ def forward_function(mechanism: Mechanism, chosen: Sequence[int], driven: Sequen
     held = HeldTree(mass_matrix(short, q), asked.rows, chosen)
     load = spread(tau, driven, n) - inverse_dynamics(short, q, qd, ex.zeros(n, 1))
     qdd, x = held.accelerations(load, asked.bias)
-    outputs = [qdd, held.forces(x), error_of(asked.gap, asked.facing), held.distrust(qdd, asked.bias)]
-    return ex.Function("closed_forward_dynamics", [q, qd, tau], ex.cse(outputs))
+    error = ex.if_else(held.distrust(qdd, asked.bias) < 1, error_of(asked.gap, asked.facing), nan)
+    return ex.Function("closed_forward_dynamics", [q, qd, tau], ex.cse([qdd, held.forces(x), error]))
 
 
 def error_of(gap: Expression, facing: Expression) -> Expression:

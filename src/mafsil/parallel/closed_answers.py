@@ -87,17 +87,38 @@ class ClosedAccelerations(Answer):
         rank: (*batch) independent rows of the loops; -1 where the mass matrix is singular.
         rows: number of rows.
         error: (*batch) largest gap of a loop [rad | m].
+
+    Args:
+        found: qdd, force and error.
+        rank: of all rows, or of each.
     """
 
-    __slots__ = ("_rank", "error", "force", "qdd", "rows")
+    __slots__ = ("_found", "_rank")
 
     # A single call takes a microsecond: a frozen dataclass would add half of that.
-    def __init__(self, qdd: JointVector, force: Floats, rank: Integers | int, rows: int, error: Floats | float) -> None:
-        self.qdd = qdd
-        self.force = force
+    def __init__(self, found: tuple[JointVector, Floats, Floats], rank: Integers | int) -> None:
+        self._found = found
         self._rank = rank
-        self.rows = rows
-        self.error = error
+
+    @property
+    def qdd(self) -> JointVector:
+        """(*batch, n) accelerations of all joints [rad/s^2 | m/s^2]."""
+        return self._found[0]
+
+    @property
+    def force(self) -> Floats:
+        """(*batch, m) forces along the rows of the loops, the shortest that do it [N m, N]."""
+        return self._found[1]
+
+    @property
+    def error(self) -> Floats:
+        """(*batch) largest gap of a loop [rad | m]."""
+        return self._found[2]
+
+    @property
+    def rows(self) -> int:
+        """Number of rows of the loops."""
+        return self.force.shape[-1]
 
     @property
     def rank(self) -> Integers:

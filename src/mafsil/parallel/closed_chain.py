@@ -205,31 +205,31 @@ class ClosedChain:
             except (KeyError, IndexError, AttributeError):
                 run = self._compiled.forward_for(tau, q)
             if run is not None:
-                qdd, force, error, doubt = run(q, qd, tau)
-                if not isinstance(doubt, float):
-                    return self._looked_at((q, qd, tau), qdd, force, error, doubt)
-                if doubt < 1.0:
-                    return ClosedAccelerations(qdd, force, self._compiled.rank, self.m, error)
+                found = run(q, qd, tau)
+                if not isinstance(found[2], float):
+                    return self._looked_at((q, qd, tau), *found)
+                if found[2] >= 0.0:
+                    return ClosedAccelerations(found, self._compiled.rank)
         found = self.terms(q, qd)
         if added_inertia is not None:
             found = found._replace(
                 M=np.ascontiguousarray(found.M + as_batch("added_inertia", added_inertia, (self.n,) * 2))
             )
         qdd, force, ranks = closed_terms.accelerations(found, self._efforts(tau))
-        return ClosedAccelerations(qdd, force, ranks, self.m, closed_terms.error_of(found))
+        return ClosedAccelerations((qdd, force, closed_terms.error_of(found)), ranks)
 
     def _looked_at(
-        self, given: tuple[ArrayLike, ...], qdd: Floats, force: Floats, error: Floats, doubt: Floats
+        self, given: tuple[ArrayLike, ...], qdd: Floats, force: Floats, error: Floats
     ) -> ClosedAccelerations:
-        """Results of compiled code; doubtful rows are found again with their rank, what is not finite is refused."""
-        doubtful = ~(doubt < 1.0)
+        """Results of compiled code; rows that do not hold are found with their rank, what is not finite is refused."""
+        doubtful = np.isnan(error)
         if not doubtful.any():
-            return ClosedAccelerations(qdd, force, self._compiled.rank, self.m, error)
-        q, qd, tau = (np.broadcast_to(x, (*doubt.shape, np.shape(x)[-1]))[doubtful] for x in given)
-        found, rank = self.terms(q, qd), np.full(doubt.shape, self._compiled.rank, dtype=np.int64)
+            return ClosedAccelerations((qdd, force, error), self._compiled.rank)
+        q, qd, tau = (np.broadcast_to(x, (*error.shape, np.shape(x)[-1]))[doubtful] for x in given)
+        found, rank = self.terms(q, qd), np.full(error.shape, self._compiled.rank, dtype=np.int64)
         qdd[doubtful], force[doubtful], rank[doubtful] = closed_terms.accelerations(found, self._efforts(tau))
         error[doubtful] = closed_terms.error_of(found)
-        return ClosedAccelerations(qdd, force, rank, self.m, error)
+        return ClosedAccelerations((qdd, force, error), rank)
 
     def following(self, guess: ArrayLike, driven: ArrayLike) -> tuple[JointVector, JointVector, JointVector]:
         """Positions, rates and accelerations (*batch, n) of all joints while the driven ones move.

@@ -22,7 +22,7 @@ LOOKED_AT = 24
 
 
 class CompiledChain:
-    """Compiled code of a closed chain, called like kernels; its last result is the doubt.
+    """Compiled code of a closed chain, called like kernels; the last result says whether the others hold.
 
     Args:
         mechanism: with loops.

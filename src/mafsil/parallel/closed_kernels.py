@@ -49,7 +49,7 @@ def forward_kernel(mechanism: Mechanism, holding: Holding, driven: Rows) -> Kern
     """
     n = mechanism.n
     inputs = {"q": (n,), "qd": (n,), "tau": (len(driven),)}
-    outputs = {"qdd": (n,), "force": (_rows_of(mechanism),), "error": (), "doubt": ()}
+    outputs = {"qdd": (n,), "force": (_rows_of(mechanism),), "error": ()}
     build = partial(_forward, mechanism, holding.rows, driven)
     return _kernel("closed_forward_dynamics", inputs, outputs, build, mechanism, holding.rows, driven)
 
