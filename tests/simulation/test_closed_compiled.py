@@ -15,12 +15,12 @@ from mafsil.control import (
     driven_trajectory,
     pid,
 )
-from mafsil.model import Friction
+from mafsil.model import Friction, JointKind
 from mafsil.parallel import ClosedChain
-from mafsil.simulation import Scenario, SensorNoise, SimulationStatus, WrenchPulse, simulate
+from mafsil.simulation import ClosedPlant, Scenario, SensorNoise, SimulationStatus, WrenchPulse, simulate
 from mafsil.simulation.run import FusedRun
 from mafsil.trajectory import quintic, rest
-from tests.parallel.closed_chains import four_bar
+from tests.parallel.closed_chains import four_bar, random_chain
 
 FIELDS = ("q", "qd", "qdd", "tau", "tau_commanded", "tip_position_error", "tip_rotation_error")
 
@@ -130,3 +130,17 @@ def test_a_run_that_cannot_be_followed_ends_in_words():
         assert tape.status in (SimulationStatus.LOOPS_LOST, SimulationStatus.BLOWN_UP)
         assert np.isfinite(tape.q).all()
         assert tape.explain("en")
+
+
+def test_a_loop_in_space_runs_compiled():
+    mechanism, q = random_chain(np.random.default_rng(5), JointKind.REVOLUTE)
+    chain = ClosedChain(mechanism, ("j0", "j1", "j2", "j3"))
+    a = chain.actuated
+    motion = driven_trajectory(chain, quintic(q[a], q[a] + 0.1, 0.2), q)
+    plant = ClosedPlant(chain.robot, actuated=("j0", "j1", "j2", "j3"))
+    scenario = Scenario(robot=chain.robot, trajectory=motion, law=closed_computed_torque(chain), plant=plant)
+    tape = compare(scenario)
+    assert chain.error(tape.q).max() < 1e-12
+    assert np.abs(tape.q - tape.q_ref).max() < 1e-2
+    forces = plant.loop_forces(tape.q, tape.qd, tape.tau)
+    assert np.isfinite(forces).all()

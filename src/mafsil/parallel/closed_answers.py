@@ -48,6 +48,8 @@ class ClosedConfigurations(Answer):
         return ClosingStatus.CLOSED if self.found.all() else ClosingStatus.NOT_FOUND
 
     def __bool__(self) -> bool:
+        if not self.error.ndim:
+            return bool(self.error <= self.tolerance)
         return bool(self.found.all()) and self.error.size > 0
 
     def __len__(self) -> int:

@@ -29,7 +29,7 @@ CLOSED = 1e-13
 """Gap over the size of the mechanism, or in radians, at which a loop is closed: some hundred roundings."""
 TINY = 1e-300
 MOST_STEPS = 100
-NEWTON_STEPS = 3
+NEWTON_STEPS: Integers = np.array(3)
 """That compiled code takes."""
 LONGEST_STEP = 0.3
 """Of one coordinate in a Newton step [rad | sizes]."""
@@ -156,8 +156,9 @@ class ClosedChain:
         if run is not None:
             here, rate, error, doubt = run(q, qd)
             if trusted(doubt):
-                steps = np.broadcast_to(np.int64(NEWTON_STEPS), np.shape(error))
-                return ClosedConfigurations(here, np.asarray(error), steps, CLOSED * self.size), rate
+                left: Floats = np.asarray(error)
+                steps = np.full(left.shape, NEWTON_STEPS) if left.ndim else NEWTON_STEPS
+                return ClosedConfigurations(here, left, steps, CLOSED * self.size), rate
         back = self.closed(q)
         return back, self.rates(back.q, qd) if back else np.zeros_like(back.q)
 
