@@ -134,10 +134,11 @@ def test_a_run_that_cannot_be_followed_ends_in_words():
 
 def test_a_loop_in_space_runs_compiled():
     mechanism, q = random_chain(np.random.default_rng(5), JointKind.REVOLUTE, 7)
-    chain = ClosedChain(mechanism, ("j0", "j1"))
+    # Not in the order of the joints.
+    chain = ClosedChain(mechanism, ("j1", "j0"))
     a = chain.actuated
     motion = driven_trajectory(chain, quintic(q[a], q[a] + 0.1, 0.2), q)
-    plant = ClosedPlant(chain.robot, actuated=("j0", "j1"))
+    plant = ClosedPlant(chain.robot, actuated=("j1", "j0"))
     scenario = Scenario(robot=chain.robot, trajectory=motion, law=closed_computed_torque(chain), plant=plant)
     tape = compare(scenario)
     assert chain.error(tape.q).max() < 1e-12

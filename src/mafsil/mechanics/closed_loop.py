@@ -9,7 +9,7 @@ from mafsil.mechanics.frame_choice import in_chosen_frames
 from mafsil.mechanics.held_plant import HeldPlant
 from mafsil.mechanics.loop_constraints import loops
 from mafsil.mechanics.loop_dynamics import HeldTree, spread
-from mafsil.mechanics.loop_efforts import accelerations_of_all, efforts
+from mafsil.mechanics.loop_efforts import Passive, accelerations_of_all, efforts
 from mafsil.mechanics.loop_terms import Holding, Loop, Term, input_sizes, output_sizes
 from mafsil.mechanics.placement import Expression
 from mafsil.mechanics.quantities.forward_dynamics import by_mass_matrix_shorter
@@ -141,10 +141,14 @@ class Commands:
             given = ex.vertcat(*(wanted[k] for k in holding.driven))
             qdd, doubt = accelerations_of_all(asked.rows, asked.bias, given, holding.driven, holding.rows)
             self.doubt = self.doubt + doubt
-        held = HeldTree(ex.eye(n), asked.rows, holding.rows)
-        found = efforts(held, inverse_dynamics(tree, q, qd, qdd), holding.driven, holding.deciding)
-        self.doubt = self.doubt + found.doubt + held.finite(found.tau)
-        return spread(found.tau, holding.driven, n)
+        w, passive = inverse_dynamics(tree, q, qd, qdd), Passive(asked.rows, holding.driven, holding.rows)
+        if passive.decided:
+            tau, doubt = passive.efforts(asked.rows, w), passive.doubt
+        else:
+            found = efforts(HeldTree(ex.eye(n), asked.rows, holding.rows), w, holding.driven, holding.deciding)
+            tau, doubt = found.tau, found.doubt
+        self.doubt = self.doubt + doubt + HeldTree.finite(tau)
+        return spread(tau, holding.driven, n)
 
 
 def _plant(loop: Loop, tree: BodyTree, effort: Expression, x: dict[str, Expression]) -> TreePlant:

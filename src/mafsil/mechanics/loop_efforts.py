@@ -80,13 +80,13 @@ class Passive:
     """
 
     def __init__(self, J: Expression, driven: Sequence[int], chosen: Sequence[int]) -> None:
-        self.n = J.shape[1]
+        self.n, self.driven = J.shape[1], list(driven)
         self.others = [k for k in range(self.n) if k not in driven]
         self.doubt = ex.Expression(0)
+        self._held: HeldTree | None = None
         if not self.others:
             return
         self._across = ex.horzcat(*(J[:, k] for k in self.others))
-        self._held: HeldTree | None = None
         if len(self.others) >= len(chosen):
             self._held = HeldTree(ex.eye(len(self.others)), self._across, chosen)
             self.doubt = self._held.doubt
@@ -108,6 +108,27 @@ class Passive:
         else:
             part = -ex.vertcat(*self._factor.solved(list(self._across.T @ missing)))
         return spread(part, self.others, self.n)
+
+    @property
+    def decided(self) -> bool:
+        """Whether the driven joints decide the others, and are no more than that takes."""
+        return not self.others or (self._held is not None and len(self.others) == len(self._held.chosen))
+
+    def efforts(self, J: Expression, w: Expression) -> Expression:
+        """(a,) the only efforts of the driven joints that do what is needed, where they decide the others.
+
+        The loops carry what the others need, J_p' x = w_p; the driven joints feel w_a - J_a' x.
+
+        Args:
+            J: (m, n) rows of the loops.
+            w: (n,) efforts that are needed.
+        """
+        if self._held is None:
+            return ex.vertcat(*(w[k] for k in self.driven))
+        x = self._held.carried(ex.vertcat(*(w[k] for k in self.others)))
+        rows = ex.vertcat(*(J[k, :] for k in self._held.chosen))
+        felt = rows.T @ ex.vertcat(*x)
+        return ex.vertcat(*(w[k] - felt[k] for k in self.driven))
 
 
 def accelerations_of_all(
