@@ -37,12 +37,12 @@ def scenario_of(mechanism, law, **more):
     return Scenario(robot=mf.Robot(mechanism), trajectory=motion, law=law(ClosedChain(mechanism)), **more)
 
 
-def compare(scenario, bound=1e-9):
+def compare(scenario, bound=1e-9, fields=FIELDS):
     slow, quick = simulate(scenario, fused=False), simulate(scenario, fused=True)
     assert quick.metadata["fused"]
     assert not slow.metadata["fused"]
     assert quick.status is slow.status
-    for name in FIELDS:
+    for name in fields:
         a, b = getattr(quick, name), getattr(slow, name)
         assert a.shape == b.shape
         assert np.abs(a - b).max() <= bound * max(1.0, np.abs(b).max()), name
@@ -93,7 +93,11 @@ def test_steps_near_a_singular_configuration_are_made_by_hand(monkeypatch):
     q = np.array([-0.01, 0.01, -0.01])
     law = pid(3, 0.0)
     scenario = Scenario(robot=robot, trajectory=rest(q, 0.05), law=law, q=q, qd=[2.0, -2.0, 2.0])
-    tape = compare(scenario, 1e-6)
+    # Accelerations there magnify what rounding leaves of the gaps: they are compared at the same states.
+    fields = [name for name in FIELDS if name != "qdd"]
+    tape = compare(scenario, 1e-6, fields)
+    again = ClosedPlant(robot).acceleration(tape.q, tape.qd, tape.tau)
+    assert np.abs(again - tape.qdd).max() < 1e-8 * np.abs(again).max()
     assert (tape.q[:, 0] > 0.0).any()
     assert np.isfinite(tape.qdd).all()
     assert chain.error(tape.q).max() < 1e-10
@@ -101,9 +105,12 @@ def test_steps_near_a_singular_configuration_are_made_by_hand(monkeypatch):
     step = FusedRun._by_hand
     monkeypatch.setattr(FusedRun, "_by_hand", lambda run, k: (by_hand.append(k), step(run, k)))
     folded = replace(scenario, q=np.zeros(3), qd=np.zeros(3))
-    assert np.isfinite(compare(folded, 1e-6).q).all()
-    assert by_hand
+    assert np.isfinite(compare(folded, 1e-6, fields).q).all()
     assert by_hand[0] == 0
+    both = compare(
+        replace(scenario, q=np.stack([np.zeros(3), q - 0.3 * np.sign(q)]), qd=np.zeros((2, 3))), 1e-6, fields
+    )
+    assert both.q.shape == (51, 2, 3)
 
 
 def test_ten_seconds_of_free_motion_keep_loops_and_energy():

@@ -6,7 +6,7 @@ import mafsil.expression as ex
 from mafsil.algebra import so3
 from mafsil.mechanics.body_tree import BodyTree, lumped
 from mafsil.mechanics.frame_choice import in_chosen_frames
-from mafsil.mechanics.held_plant import HeldPlant
+from mafsil.mechanics.held_plant import HeldPlant, closed_state
 from mafsil.mechanics.loop_constraints import loops
 from mafsil.mechanics.loop_dynamics import HeldTree, spread
 from mafsil.mechanics.loop_efforts import Passive, accelerations_of_all, efforts
@@ -30,22 +30,25 @@ def function(loop: Loop) -> ex.Function:
     sizes = input_sizes(loop)
     x = {name: symbol_of(name, shape) for name, shape in sizes.items()}
     n, trees = loop.plant.n, Trees()
-    q, qd = x["state"][:n], x["state"][n:]
+    tree = trees.true(loop.plant) if loop.varied else trees.of(loop.plant)
+    q, qd, doubt = _closed(loop, tree, x["state"][:n], x["state"][n:])
     measured_q, measured_qd = (q + x["noise"][:n], qd + x["noise"][n:]) if loop.noisy else (q, qd)
     law = Commands(loop, trees, measured_q, measured_qd, x)
     effort = clipped(law.effort, x["limit"]) if loop.saturated else law.effort
-    plant = _plant(loop, trees.true(loop.plant) if loop.varied else trees.of(loop.plant), effort, x)
-    here, rate, first = q, qd, ex.zeros(n, 1)
-    for count in range(loop.substeps):
-        here, rate, slope = plant.stepped(here, rate, x["step"])
-        first = first if count else slope
+    plant = _plant(loop, tree, effort, x)
+    here, rate, first = plant.stepped(q, qd, x["step"])
+    for _ in range(loop.substeps - 1):
+        here, rate, more = _closed(loop, tree, here, rate)
+        here, rate, _ = plant.stepped(here, rate, x["step"])
+        doubt = doubt + more
     T = forward_kinematics(trees.true(loop.shown), q, trees.true(loop.shown).tip)
     desired = ex.reshape(x["T_desired"], 4, 4).T
     distance = ex.sqrt(ex.sumsqr(desired[:3, 3] - T[:3, 3]))
     angle = so3.angle_between(T[:3, :3], desired[:3, :3])
     results = {
         "next_state": ex.vertcat(here, rate), "next_integral": law.integral, "command": law.effort, "effort": effort,
-        "acceleration": first, "tip_errors": ex.vertcat(distance, angle), "doubt": law.doubt + plant.doubt,
+        "acceleration": first, "tip_errors": ex.vertcat(distance, angle),
+        "closed_state": ex.vertcat(q, qd), "doubt": doubt + law.doubt + plant.doubt,
     }  # fmt: skip
     return ex.Function("closed_loop", list(x.values()), ex.cse([results[name] for name in output_sizes(loop)]))
 
@@ -149,6 +152,14 @@ class Commands:
             tau, doubt = found.tau, found.doubt
         self.doubt = self.doubt + doubt + HeldTree.finite(tau)
         return spread(tau, holding.driven, n)
+
+
+def _closed(loop: Loop, tree: BodyTree, q: Expression, qd: Expression) -> tuple[Expression, Expression, Expression]:
+    """Coordinates and rates with closed loops, if the plant has any, and the doubt of them."""
+    if loop.holding is None:
+        return q, qd, ex.Expression(0)
+    q, qd, _, doubt = closed_state(tree, loop.plant.loops, loop.holding, q, qd)
+    return q, qd, doubt
 
 
 def _plant(loop: Loop, tree: BodyTree, effort: Expression, x: dict[str, Expression]) -> TreePlant:

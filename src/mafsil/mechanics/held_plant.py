@@ -1,9 +1,10 @@
-"""One integration step of a closed chain as an expression: driven joints get efforts, and it ends with closed loops.
+"""One integration step of a closed chain as an expression: it begins with closed loops, only driven joints get efforts.
 
-1. A step of the integrator with the accelerations of the closed chain.
-2. Newton's method with the shortest steps takes the coordinates back to closed loops; the matrix of its first step
-   serves the others, which correct far less.
-3. Rates lose what would open the loops, with the least kinetic energy.
+1. Newton's method with the shortest steps takes the coordinates that the step before left back to closed loops; the
+   matrix of its first step serves the others, which correct far less.
+2. Rates lose what would open the loops, with the least kinetic energy.
+3. A step of the integrator with the accelerations of the closed chain: mass matrix and rows of the loops are those of
+   the second step, so that the whole is shorter than with closed loops at its end.
 
 Reference: Hairer, Lubich and Wanner, Geometric Numerical Integration, sec. IV.4 (standard projection).
 """
@@ -45,24 +46,9 @@ class HeldPlant(TreePlant):
     def __init__(
         self, loop: Loop, holding: Holding, tree: BodyTree, effort: Expression, x: dict[str, Expression]
     ) -> None:
-        driven = list(holding.driven)
-        super().__init__(
-            loop, tree, spread(ex.vertcat(ex.zeros(0, 1), *(effort[k] for k in driven)), driven, tree.n), x
-        )
+        driven = ex.vertcat(ex.zeros(0, 1), *(effort[k] for k in holding.driven))
+        super().__init__(loop, tree, spread(driven, holding.driven, tree.n), x)
         self.holding, self.joints = holding, loop.plant.loops
-        self.doubt = ex.Expression(0)
-
-    def stepped(self, q: Expression, v: Expression, h: Expression) -> tuple[Expression, Expression, Expression]:
-        """State after one step with closed loops, and the acceleration at its beginning.
-
-        Args:
-            q, v: (n,) coordinates and rates.
-            h: length of the step.
-        """
-        q, v, acceleration = super().stepped(q, v, h)
-        q, v, _, doubt = closed_state(self.tree, self.joints, self.holding, q, v)
-        self.doubt = self.doubt + doubt
-        return q, v, acceleration
 
     def _free(self, q: Expression, v: Expression, load: Expression) -> Expression:
         M, bias = self._terms(q, v)

@@ -116,7 +116,8 @@ def input_sizes(loop: Loop) -> dict[str, tuple[int, ...]]:
 def output_sizes(loop: Loop) -> dict[str, tuple[int, ...]]:
     """Names and core shapes of the outputs; tip errors are the tip's distance and angle from the reference.
 
-    Of a closed chain also the doubt of the step, below one where it holds; see `mafsil.mechanics.loop_dynamics`.
+    The state that a closed chain gets is closed first, and its next state not yet. Doubt is below one where the step
+    holds; see `mafsil.mechanics.loop_dynamics`.
     """
     n = loop.plant.n
     sizes: dict[str, tuple[int, ...]] = {
@@ -124,7 +125,7 @@ def output_sizes(loop: Loop) -> dict[str, tuple[int, ...]]:
         "acceleration": (n,), "tip_errors": (2,),
     }  # fmt: skip
     if loop.holding is not None:
-        sizes["doubt"] = ()
+        sizes |= {"closed_state": (2, n), "doubt": ()}
     return _present(sizes)
 
 

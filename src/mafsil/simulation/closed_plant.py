@@ -125,11 +125,22 @@ class ClosedStepper(Stepper):
             return self._closed.damped(q, qd, effort, push, self.step)
         return self._closed.acceleration(q, qd, effort, push)
 
-    def _step(self, t: float, state: State, h: float) -> State:
-        back, rates = self._closed.chain.closed_state(*self._free(t, state, h))
+    def settled(self, q: JointVector, qd: JointVector) -> State:
+        """The state with closed loops near one that an integrator has left.
+
+        Args:
+            q, qd: (*batch, n) coordinates and rates.
+
+        Raises:
+            LoopsLost: they cannot be closed.
+        """
+        back, rates = self._closed.chain.closed_state(q, qd)
         if not back:
             raise LoopsLost("simulation.loops_lost", gap=float(back.error.max(initial=0.0)))
         return back.q, rates
+
+    def _step(self, t: float, state: State, h: float) -> State:
+        return self.settled(*self._free(t, state, h))
 
     def _accelerated(self, t: float, q: JointVector, qd: JointVector) -> JointVector:
         return self._closed.acceleration(q, qd, self.effort, self.push)

@@ -78,7 +78,8 @@ class FusedLoop:
         window: ticks that are kept at a time, one window after the other; all of them if None.
 
     Attributes:
-        states: (window + 1, b, 2, n), the state after the window last.
+        states: (window + 1, b, 2, n), the state after the window last; of closed chains as the step left it.
+        closed: (window, b, 2, n) the states that were recorded: of closed chains with closed loops.
         command, effort, acceleration: (window, b, n).
         tip_errors: (window, b, 2) distance and angle of the tip from its reference [m], [rad].
         doubt: (window, b) of the steps of closed chains, below one where they hold; zero of trees.
@@ -106,6 +107,7 @@ class FusedLoop:
         self.command, self.effort, self.acceleration = (np.empty((kept, rows, n)) for _ in range(3))
         self.tip_errors = np.empty((kept, rows, 2))
         self.doubt = np.zeros((kept, rows))
+        self.closed = np.empty((kept, rows, 2, n)) if "closed_state" in sizes else self.states
         desired = scenario.robot.forward_kinematics(reference[..., 0, :])
         period = scenario.control_period
         gains = [np.stack([g.kp, g.kd, period * g.ki], axis=-2) for g in law.gains]
@@ -149,6 +151,7 @@ class FusedLoop:
             "effort": self.effort[here],
             "acceleration": self.acceleration[here],
             "tip_errors": self.tip_errors[here],
+            "closed_state": self.closed[here],
             "doubt": self.doubt[here],
         }
         arrays += [outputs[port.name] for port in self.kernel.signature.outputs]

@@ -97,6 +97,14 @@ class Stepper:
             return damped_acceleration(self.plant, q, qd, effort, push, self.step)
         return self.plant.acceleration(q, qd, effort, push)
 
+    def settled(self, q: JointVector, qd: JointVector) -> State:
+        """The state that a step begins with: of a tree the one that the step before left.
+
+        Args:
+            q, qd: (*batch, n) coordinates and rates.
+        """
+        return q, qd
+
     def scheme(self) -> tuple[object, ...]:
         """The method as data for the compiled loop."""
         if self.name == IMPLICIT_FRICTION:
