@@ -30,6 +30,9 @@ MOST_LOOKED_AT, NEAR_SINGULAR = 5_000, 0.02
 PIECE = 150_000
 """Ticks times batch that compiled code runs without a break: at most some tenths of a second."""
 
+AFTER_DOUBT = 16
+"""Ticks that are run at once after one that did not hold, then twice as many: what is run beyond the next is lost."""
+
 Progress = Callable[[float], object]
 
 
@@ -238,14 +241,15 @@ class FusedRun(Run):
         piece = max(1, PIECE // max(1, self.loop.states.shape[1]))
         every = max(1, last // 100)
         piece = piece if progress is None else min(piece, every)
-        first = 0
+        first, reach = 0, piece
         while first < ticks:
-            end = min(first + piece, ticks)
+            end = min(first + reach, ticks)
             self.tick = first
             self.loop.advance(first, end)
             doubtful = self._trusted_until(first, end)
+            reach = min(2 * reach, piece)
             if doubtful < end:
-                end = doubtful
+                end, reach = doubtful, min(AFTER_DOUBT, piece)
                 if self._sound_until(first, doubtful).all():
                     try:
                         self._by_hand(doubtful)
