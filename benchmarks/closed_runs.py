@@ -1,8 +1,12 @@
-"""A palletiser with a loop, driven for a second at 1 kHz: ours with loops closed to rounding, MuJoCo with soft ones.
+"""Closed chains driven at 1 kHz: ours with loops closed to rounding, MuJoCo's equality constraints with soft ones.
 
     python benchmarks/closed_runs.py
 
-Same mechanism, same trajectory and gains, semi-implicit Euler in both; the minimum of several runs.
+Same mechanism, same trajectory and gains, semi-implicit Euler in both, all in one process; the minimum of several runs.
+Ours is `simulate(scenario, fused=True)` as a whole: reference, loop, tip errors, recording; `batch` the same for runs
+side by side from different starts, per run and tick on all cores; `steps` one tick at a time in Python. MuJoCo's loop
+writes its feedback with two lines of NumPy (`mj_step` alone stands beside), and holds the mechanism up by itself:
+`qfrc_applied = qfrc_bias` is left out, which saves it time.
 """
 
 from __future__ import annotations
@@ -16,12 +20,14 @@ import numpy as np
 
 import mafsil as mf
 from mafsil.control import closed_gravity_compensation, driven_trajectory
+from mafsil.model import mjcf
 from mafsil.parallel import ClosedChain
 from mafsil.simulation import Scenario, simulate
 from mafsil.trajectory import quintic
+from tests.parallel.closed_chains import four_bar, hexapod
 
 FILE = Path(__file__).resolve().parents[1] / "examples" / "robots" / "palletiser.xml"
-REPEATS, TICKS, KP, KD = 5, 1000, 2000.0, 120.0
+REPEATS, TICKS, ROWS, KP, KD = 5, 1000, 64, 2000.0, 120.0
 
 
 def least(run) -> float:
@@ -34,36 +40,68 @@ def least(run) -> float:
     return min(times)
 
 
-def main() -> None:
-    """Print both times, their ratio, and how far the loops gape."""
-    warnings.simplefilter("ignore")
-    robot = mf.load(str(FILE), tip="forearm")
+def compare(name, robot, near, away, text) -> None:
+    """One mechanism, driven `away` from where it is closed near some coordinates."""
     chain = ClosedChain(robot)
-    start = chain.closed(np.zeros(4), hold=["shoulder", "lever"]).q
-    motion = driven_trajectory(chain, quintic([0, 0], [0.7, 0.4], TICKS * 1e-3), start)
+    start = chain.closed(near, hold=chain.actuated).q
+    here = start[chain.actuated]
+    motion = driven_trajectory(chain, quintic(here, here + away, TICKS * 1e-3), start)
     law = closed_gravity_compensation(chain, KP, KD)
-    scenario = Scenario(robot=robot, trajectory=motion, law=law, integrator="semi_implicit_euler", saturate=False)
-    gap = chain.error(simulate(scenario).q).max()
-    ours = least(lambda: simulate(scenario))
+    settings = {"robot": robot, "trajectory": motion, "law": law, "integrator": "semi_implicit_euler"}
+    scenario = Scenario(**settings, saturate=False)
+    beside = np.random.default_rng(0).uniform(-0.02, 0.02, (ROWS, chain.n))
+    many = Scenario(**settings, saturate=False, q=chain.closed(start + beside).q, qd=np.zeros(chain.n))
+    gap = chain.error(simulate(scenario, fused=True).q).max()
+    ours = least(lambda: simulate(scenario, fused=True)) / TICKS
+    batch = least(lambda: simulate(many, fused=True)) / TICKS / ROWS
+    steps = least(lambda: simulate(scenario, fused=False)) / TICKS
 
-    model = mujoco.MjModel.from_xml_path(str(FILE))
+    model = mujoco.MjModel.from_xml_string(text)
     model.opt.timestep = 1e-3
     data = mujoco.MjData(model)
-    driven = [model.joint(name).qposadr[0] for name in ("shoulder", "lever")]
+    names = [joint.name for joint in chain.robot.mechanism.coordinates]
+    places = [model.joint(name).qposadr[0] for name in names]
+    dofs = [model.joint(names[k]).dofadr[0] for k in chain.actuated]
+    driven = [places[k] for k in chain.actuated]
     reference = motion.driven.at(np.arange(TICKS) * 1e-3)
     worst = [0.0]
 
-    def theirs() -> None:
+    def theirs(feedback=True) -> None:
         mujoco.mj_resetData(model, data)
+        data.qpos[places] = start
         for k in range(TICKS):
-            data.ctrl[:] = KP * (reference.u[k] - data.qpos[driven]) + KD * (reference.v[k] - data.qvel[driven])
+            if feedback:
+                error, rate = reference.u[k] - data.qpos[driven], reference.v[k] - data.qvel[dofs]
+                data.qfrc_applied[dofs] = KP * error + KD * rate
+            mujoco.mj_step(model, data)
+
+    def gaps() -> None:
+        mujoco.mj_resetData(model, data)
+        data.qpos[places] = start
+        for k in range(TICKS):
+            data.qfrc_applied[dofs] = KP * (reference.u[k] - data.qpos[driven])
+            data.qfrc_applied[dofs] += KD * (reference.v[k] - data.qvel[dofs])
             mujoco.mj_step(model, data)
             worst[0] = max(worst[0], float(np.abs(data.efc_pos[: data.ne]).max(initial=0.0)))
 
-    other = least(theirs)
-    print(f"mafsil  {1e6 * ours / TICKS:8.1f} us a tick, loops gape by {gap:.1e}")
-    print(f"MuJoCo  {1e6 * other / TICKS:8.1f} us a tick, loops gape by {worst[0]:.1e}")
-    print(f"ratio   {other / ours:8.3f}")
+    gaps()
+    other, alone = least(theirs) / TICKS, least(lambda: theirs(False)) / TICKS
+    print(f"{name}: {chain.n} joints, {len(chain.actuated)} driven, {chain.m} rows of loops; us a tick")
+    print(f"  mafsil  {1e6 * ours:7.2f}   batch {1e6 * batch:7.3f}   steps {1e6 * steps:7.1f}   gap {gap:.1e}")
+    print(f"  MuJoCo  {1e6 * other:7.2f}   mj_step alone {1e6 * alone:7.2f}   gap {worst[0]:.1e}")
+    print(f"  ratio   {other / ours:7.2f}   batch {other / batch:7.1f}   steps {other / steps:7.2f}   "
+          f"beside mj_step alone {alone / ours:.2f}, batch {alone / batch:.1f}")  # fmt: skip
+
+
+def main() -> None:
+    """All mechanisms."""
+    warnings.simplefilter("ignore")
+    bars, platform = four_bar(), hexapod()
+    compare("four-bar", mf.Robot(bars), np.array([0.5, 0.5, 1.5]), np.array([1.5]), mjcf.write(bars))
+    palletiser = mf.load(str(FILE), tip="forearm")
+    compare("palletiser", palletiser, np.zeros(4), np.array([0.7, 0.4]), FILE.read_text(encoding="utf-8"))
+    legs = 0.1 * np.array([1, -1, 0.5, 0, 1, -0.5])
+    compare("hexapod", mf.Robot(platform), np.zeros(platform.n), legs, mjcf.write(platform))
 
 
 if __name__ == "__main__":

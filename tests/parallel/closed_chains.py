@@ -120,8 +120,53 @@ class Twin:
         for a, b in pairs:
             self.contacts.append(pin.RigidConstraintModel(kind, self.model, ids[0], a, ids[1], b, frame))
             self.states.append(self.contacts[-1].createData())
+        self.settings = pin.ProximalSettings(1e-14, 1e-12, 50)
         pin.initConstraintDynamics(self.model, self.data, self.contacts, self.states)
 
     def accelerations(self, q, qd, tau):
-        settings = pin.ProximalSettings(1e-14, 1e-12, 50)
-        return pin.constraintDynamics(self.model, self.data, q, qd, tau, self.contacts, self.states, settings)
+        return pin.constraintDynamics(self.model, self.data, q, qd, tau, self.contacts, self.states, self.settings)
+
+
+def hexapod(height=1.2):
+    """A Stewart-Gough platform, 6-UPS: its first leg carries the platform, the other five end in balls on it."""
+    foot = [np.array([np.cos(a), np.sin(a), 0.0]) for a in np.deg2rad([0, 30, 120, 150, 240, 270])]
+    top = [0.6 * np.array([np.cos(a), np.sin(a), 0.0]) for a in np.deg2rad([-15, 45, 105, 165, 225, 285])]
+    rod = Inertial(mass=0.5, com=np.array([0, 0, 0.1]), inertia=np.diag([0.01, 0.01, 0.005]))
+    ring = Inertial(mass=0.2, com=np.zeros(3), inertia=0.01 * np.eye(3))
+    table = Inertial(mass=5.0, com=-top[0], inertia=np.diag([0.3, 0.3, 0.5]))
+    links, joints, loops = [Link("base")], [], []
+    x, y, z = np.eye(3)
+
+    def joint(name, kind, parent, link, T=None, axis=z, driven=False):
+        links.append(link)
+        joints.append(Joint(name, kind, parent, link.name, np.eye(4) if T is None else T, axis, actuated=driven))
+
+    for k in range(6):
+        along = top[k] + height * z - foot[k]
+        length = np.linalg.norm(along)
+        turn = _upright(along / length)
+        T = np.eye(4)
+        T[:3, :3], T[:3, 3] = turn, foot[k]
+        joint(f"a{k}", JointKind.REVOLUTE, "base", Link(f"fork{k}", inertial=rod), T, x)
+        joint(f"b{k}", JointKind.REVOLUTE, f"fork{k}", Link(f"tube{k}", inertial=rod), axis=y)
+        joint(f"P{k}", JointKind.PRISMATIC, f"tube{k}", Link(f"rod{k}", inertial=rod), driven=True)
+        end = np.eye(4)
+        end[2, 3] = length
+        if k:
+            joint(f"e{k}", JointKind.FIXED, f"rod{k}", Link(f"ball{k}"), end)
+            seat = np.eye(4)
+            seat[:3, 3] = top[k] - top[0]
+            loops.append(Joint(f"loop{k}", JointKind.SPHERICAL, "platform", f"ball{k}", seat, z, actuated=False))
+            continue
+        end[:3, :3] = turn.T
+        joint("s1", JointKind.REVOLUTE, "rod0", Link("ring1", inertial=ring), end, x)
+        joint("s2", JointKind.REVOLUTE, "ring1", Link("ring2", inertial=ring), axis=y)
+        joint("s3", JointKind.REVOLUTE, "ring2", Link("platform", inertial=table))
+    return Mechanism.assemble("hexapod", links, joints, loops=loops, tip="platform")
+
+
+def _upright(z):
+    """(3, 3) a rotation that takes z there."""
+    x = np.cross([0, 1.0, 0], z)
+    x /= np.linalg.norm(x)
+    return np.stack([x, np.cross(z, x), z], axis=1)

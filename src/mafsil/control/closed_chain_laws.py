@@ -100,7 +100,7 @@ def closed_gravity_compensation(chain: ClosedChain, kp: ArrayLike, kd: ArrayLike
 def _feedback(chain: ClosedChain, gains: Gains, q: JointVector, qd: JointVector, reference: Motion) -> Floats:
     """(*batch, a) Kp (u - q) + Kd (v - qd) of the driven joints."""
     a = chain.actuated
-    return gains.kp * (reference.u[..., a] - q[..., a]) + gains.kd * (reference.v[..., a] - qd[..., a])
+    return gains.kp * (reference.u - q).take(a, axis=-1) + gains.kd * (reference.v - qd).take(a, axis=-1)
 
 
 def _of_all(chain: ClosedChain, driven: Floats) -> JointVector:

@@ -58,16 +58,11 @@ class DrivenTrajectory:
 
     def at(self, t: ArrayLike) -> Motion:
         """Position, velocity and acceleration of all joints at the times `t` (*times) [s]."""
-        motion, chain, a = self.driven.at(t), self.chain, self.chain.actuated
+        motion, chain = self.driven.at(t), self.chain
         moment = np.clip(np.asarray(t, dtype=np.float64), 0.0, self.duration)
         columns: list[Floats] = [np.interp(moment, self.places, column) for column in self.known.T]
         guess: Floats = np.stack(columns, axis=-1)
-        guess[..., a] = motion.u
-        found = chain.closed(guess, hold=a)
-        qd = np.zeros(found.q.shape)
-        qd[..., a] = motion.v
-        qd = chain.rates(found.q, qd, hold=a)
-        return Motion(found.q, qd, chain.accelerations(found.q, qd, motion.a))
+        return Motion(*chain.following(guess, np.stack([motion.u, motion.v, motion.a], axis=-2)))
 
     def jerk(self, t: ArrayLike) -> Floats:
         """(*times, n) third derivative, by differences of accelerations on the side that moves [rad/s^3 | m/s^3]."""

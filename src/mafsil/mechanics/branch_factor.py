@@ -63,11 +63,27 @@ class BranchFactor:
 
     def solved(self, b: Sequence[Expression]) -> list[Expression]:
         """x (n) with M x = b (n), structural zeros of b used (step 2)."""
+        return self.completed(self.halved(b))
+
+    def halved(self, b: Sequence[Expression]) -> Row:
+        """Nonzeros of y = L'^-1 b: then b' M^-1 c is the sum of y_k z_k / D_k, with z of c.
+
+        Args:
+            b: (n) one column.
+        """
         y = {k: value for k, value in enumerate(b) if not value.is_zero()}
         for k in reversed(range(self.n)):
             if k in y:
                 for i, factor in self.rows[k].items():
                     y[i] = y[i] - factor * y[k] if i in y else -(factor * y[k])
+        return y
+
+    def completed(self, y: Row) -> list[Expression]:
+        """x (n) = L^-1 D^-1 y.
+
+        Args:
+            y: from `halved`.
+        """
         x: list[Expression] = []
         for k in range(self.n):
             if k in y:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import mafsil.expression as ex
 from mafsil.arrays import Floats
-from mafsil.mechanics.closed_loop import Trees, clipped, commanded, symbol_of
+from mafsil.mechanics.closed_loop import Commands, Trees, clipped, symbol_of
 from mafsil.mechanics.loop_terms import Loop, input_sizes, output_sizes
 
 
@@ -43,8 +43,7 @@ def law_step(loop: Loop, gains: Floats | None, limit: Floats | None) -> ex.Funct
     if gains is not None:
         x["gains"] = ex.Expression(gains.reshape(-1))
     law = replace(loop, noisy=True)  # The state is measured: nothing is shared with the plant's own step.
-    effort, integral = commanded(law, Trees(), x["q"], x["qd"], x)
-    if limit is not None:
-        effort = clipped(effort, ex.Expression(limit))
-    results = {"effort": effort, "next_integral": integral}
+    commands = Commands(law, Trees(), x["q"], x["qd"], x)
+    effort = commands.effort if limit is None else clipped(commands.effort, ex.Expression(limit))
+    results = {"effort": effort, "next_integral": commands.integral}
     return ex.Function("law", list(symbols.values()), ex.cse([results[name] for name in law_outputs(loop)]))

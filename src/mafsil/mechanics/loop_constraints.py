@@ -3,7 +3,7 @@
 The joint that closes a loop leads from its frame {p} on the parent to that of its child {c}; the body twist of {c}
 against {p} is V = J_c qd - Ad(T_cp) J_p qd. Rows B select what the joint does not allow: B V = 0, and by time
 
-    B (J qdd + gamma) + dB/dt V = 0,   gamma = dJ_c/dt qd - Ad(T_cp) dJ_p/dt qd + [V, Ad(T_cp) J_p qd].
+    B (J_c - Ad(T_cp) J_p) qdd + gamma = 0.
 
 A joint is the list of its forbidden directions, rotations first: all three, the two across its axis, the one across
 both axes of a universal joint, none. Only the row of a universal joint moves in {c}: (R_cp a) x s, with the axes a on
@@ -14,6 +14,7 @@ Reference: Featherstone, Rigid Body Dynamics Algorithms, ch. 8.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,11 +23,19 @@ import mafsil.expression as ex
 from mafsil.arrays import Floats
 from mafsil.mechanics.body_tree import BodyTree, lumped
 from mafsil.mechanics.frame_choice import in_chosen_frames
-from mafsil.mechanics.placement import Expression, constant
+from mafsil.mechanics.placement import (
+    Expression,
+    Placement,
+    attached,
+    constant,
+    placements,
+    poses_inward,
+    world_placements,
+)
 from mafsil.mechanics.quantities.energy import kinetic_energy, potential_energy
-from mafsil.mechanics.quantities.forward_kinematics import forward_kinematics
 from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
-from mafsil.mechanics.quantities.jacobian import bracket, jacobian_body, jacobian_body_rate
+from mafsil.mechanics.quantities.jacobian import jacobian_body
+from mafsil.mechanics.quantities.link_motion import BodyMotion, outward_motion
 from mafsil.mechanics.quantities.mass_matrix import mass_matrix
 from mafsil.mechanics.regrouping import regrouped
 from mafsil.model import Joint, JointKind, Mechanism
@@ -50,22 +59,22 @@ def function(mechanism: Mechanism) -> ex.Function:
     full = in_chosen_frames(lumped(mechanism))
     short = regrouped(full)
     q, qd = ex.symbol("q", mechanism.n), ex.symbol("qd", mechanism.n)
-    loops = [_loop(full, joint, q, qd) for joint in mechanism.loops]
+    asked = loops(full, mechanism.loops, q, qd)
     outputs = [
         ex.vec(mass_matrix(short, q)),
         inverse_dynamics(short, q, qd, ex.zeros(mechanism.n, 1)),
-        ex.vec(ex.vertcat(*(each.rows for each in loops)).T),
-        ex.vertcat(*(each.bias for each in loops)),
-        ex.vertcat(*(each.gap for each in loops)),
-        ex.vertcat(*(each.facing for each in loops)),
+        ex.vec(asked.rows.T),
+        asked.bias,
+        asked.gap,
+        asked.facing,
         kinetic_energy(full, q, qd) + potential_energy(full, q),
     ]
     return ex.Function("closed_chain", [q, qd], ex.cse(outputs))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _Loop:
-    """One loop: rows (m, n), bias (m,), gap (m,), and how far it faces the right way."""
+class Loops:
+    """What loops ask: rows (m, n), bias (m,), gap (m,), and how far each faces the right way (loops,)."""
 
     rows: Expression
     bias: Expression
@@ -73,20 +82,67 @@ class _Loop:
     facing: Expression
 
 
-def _loop(tree: BodyTree, joint: Joint, q: Expression, qd: Expression) -> _Loop:
-    """What one joint that closes a loop asks."""
+def loops(tree: BodyTree, joints: Sequence[Joint], q: Expression, qd: Expression) -> Loops:
+    """Rows, bias and gaps of all loops: what `rows` J and `bias` gamma say is J qd = 0 and J qdd + gamma = 0.
+
+    Args:
+        tree: the bodies.
+        joints: that close the loops.
+        q, qd: (n,) coordinates [rad | m] and rates.
+    """
+    steps = placements(tree, q)
+    # Falling does not show between two bodies; so the motion is the one that the bias forces need.
+    motion = outward_motion(tree, steps, qd, ex.zeros(tree.n, 1), fall=tree.gravity)
+    found = [_loop(tree, steps, motion, joint, q, qd) for joint in joints]
+    return Loops(*(ex.vertcat(*(getattr(each, name) for each in found)) for name in Loops.__slots__))
+
+
+def gaps(tree: BodyTree, joints: Sequence[Joint], q: Expression) -> tuple[Expression, Expression]:
+    """Gaps (m,) and facing (loops,) alone, as in `Loops`.
+
+    Args:
+        tree: the bodies.
+        joints: that close the loops.
+        q: (n,) coordinates [rad | m].
+    """
+    R, o = world_placements(tree, placements(tree, q))
+    found: list[tuple[Expression, Expression]] = []
+    for joint in joints:
+        R_p, p_p = attached(tree.frames[joint.parent].behind(joint.T_pj), R, o)
+        R_c, p_c = attached(tree.frames[joint.child], R, o)
+        found.append(_gap(joint, R_c.T @ R_p, R_c.T @ (p_p - p_c)))
+    return ex.vertcat(*(gap for gap, _ in found)), ex.vertcat(*(facing for _, facing in found))
+
+
+def _loop(
+    tree: BodyTree, steps: list[Placement], motion: BodyMotion, joint: Joint, q: Expression, qd: Expression
+) -> Loops:
+    """What one joint that closes a loop asks.
+
+    With w, alpha, a of the points that the two bodies have at the origin of {c}, all seen from {c}:
+
+        gamma = B (alpha_c - alpha_p + w x w_p, a_c - a_p - (w_p + w_c) x v) + dB/dt V,   V = (w, v) of {c} against {p}
+    """
     parent, child = tree.frames[joint.parent].behind(joint.T_pj), tree.frames[joint.child]
-    T_sp, T_sc = forward_kinematics(tree, q, parent), forward_kinematics(tree, q, child)
-    R_cp = T_sc[:3, :3].T @ T_sp[:3, :3]
+    R_p, p_p = poses_inward(tree, steps, parent)[0]
+    R_c, p_c = poses_inward(tree, steps, child)[0]
     # Where {p} is, seen from {c}.
-    p_cp = T_sc[:3, :3].T @ (T_sp[:3, 3] - T_sc[:3, 3])
-    J_c, J_p = jacobian_body(tree, q, child), _seen(R_cp, p_cp, jacobian_body(tree, q, parent))
-    rate_c = jacobian_body_rate(tree, q, qd, child) @ qd
-    rate_p = _seen(R_cp, p_cp, jacobian_body_rate(tree, q, qd, parent) @ qd)
-    V_p = J_p @ qd
-    V = J_c @ qd - V_p
+    R_cp, p_cp = R_c.T @ R_p, R_c.T @ (p_p - p_c)
+    apart = jacobian_body(tree, q, child) - _seen(R_cp, p_cp, jacobian_body(tree, q, parent))
+    C, P = constant(child.R).T, R_cp @ constant(parent.R).T
+    w_c, w_p = C @ motion.omega[child.body], P @ motion.omega[parent.body]
+    V = ex.vertcat(w_c - w_p, apart[3:, :] @ qd)
+    point = constant(parent.p) - constant(parent.R) @ (R_cp.T @ p_cp)
+    alpha = C @ motion.alpha[child.body] - P @ motion.alpha[parent.body] + ex.cross(V[:3], w_p)
+    a = C @ _acceleration(motion, child.body, constant(child.p)) - P @ _acceleration(motion, parent.body, point)
     B, rate = _rows(joint, R_cp, V)
-    return _Loop(B @ (J_c - J_p), B @ (rate_c - rate_p + bracket(V, V_p)) + rate, *_gap(joint, R_cp, p_cp))
+    bias = B @ ex.vertcat(alpha, a - ex.cross(w_p + w_c, V[3:])) + rate
+    return Loops(B @ apart, bias, *_gap(joint, R_cp, p_cp))
+
+
+def _acceleration(motion: BodyMotion, body: int, point: Expression) -> Expression:
+    """(3,) of a point (3,) of a body."""
+    return motion.a[body] + motion.spin[body] @ point
 
 
 def forbidden(joint: Joint) -> Floats:

@@ -9,17 +9,42 @@ from mafsil.model import Mechanism
 
 
 @dataclass(frozen=True, slots=True)
+class Holding:
+    """How the loops of a closed chain hold it.
+
+    Attributes:
+        rows: independent rows of its loops.
+        driven: coordinates of the driven joints.
+        deciding: which of them decide; see `mafsil.mechanics.loop_efforts`.
+        tolerance: gap of a closed loop [rad | m].
+    """
+
+    rows: tuple[int, ...]
+    driven: tuple[int, ...]
+    deciding: tuple[int, ...]
+    tolerance: float
+
+
+@dataclass(frozen=True, slots=True)
 class Term:
     """One summand of a control law.
 
     Attributes:
-        kind: "computed_torque" (of the model), "feedback" (of each joint), "gravity", "feedforward" (of the model), or
-            "given": efforts that somebody else decides.
+        kind: "computed_torque" (of the model), "feedback" (of each joint), "gravity", "feedforward" (of the model),
+            "closed_computed_torque", "closed_gravity" (of a closed chain), or "given": efforts that somebody else
+            decides.
         model: the mechanism the law believes in; None for "feedback" and "given".
+        holding: of the model, where it is taken as a closed chain.
     """
 
     kind: str
     model: Mechanism | None = None
+    holding: Holding | None = None
+
+    @property
+    def fed_back(self) -> bool:
+        """Whether it has gains."""
+        return self.kind in ("computed_torque", "feedback", "closed_computed_torque")
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +61,7 @@ class Loop:
         pushed, noisy, saturated: whether these inputs exist.
         integrates: whether the laws have an integral.
         varied: whether the inertias and the friction of the plant are inputs instead of its own numbers.
+        holding: of the plant, if it is a closed chain.
     """
 
     plant: Mechanism
@@ -49,11 +75,12 @@ class Loop:
     saturated: bool
     integrates: bool
     varied: bool = False
+    holding: Holding | None = None
 
     @property
     def gains(self) -> int:
         """Number of terms that have gains."""
-        return sum(term.kind in ("computed_torque", "feedback") for term in self.terms)
+        return sum(term.fed_back for term in self.terms)
 
     @property
     def integrals(self) -> int:
@@ -87,12 +114,18 @@ def input_sizes(loop: Loop) -> dict[str, tuple[int, ...]]:
 
 
 def output_sizes(loop: Loop) -> dict[str, tuple[int, ...]]:
-    """Names and core shapes of the outputs; the last holds the tip's distance and angle from the reference."""
+    """Names and core shapes of the outputs; tip errors are the tip's distance and angle from the reference.
+
+    The state that a closed chain gets is closed first, and its next state not yet. Doubt is below one where the step
+    holds; see `mafsil.mechanics.loop_dynamics`.
+    """
     n = loop.plant.n
     sizes: dict[str, tuple[int, ...]] = {
         "next_state": (2, n), "next_integral": (loop.integrals, n), "command": (n,), "effort": (n,),
         "acceleration": (n,), "tip_errors": (2,),
     }  # fmt: skip
+    if loop.holding is not None:
+        sizes |= {"closed_state": (2, n), "doubt": ()}
     return _present(sizes)
 
 

@@ -36,3 +36,12 @@ NEGLIGIBLE_RATE = 1e-8
 """Share of the smoothing rate below which tanh(x)/x is 1 to the last digit: x^2/3 < EPS."""
 SMALLEST = 1e-300
 """In place of a zero to divide by."""
+WEAK_ROW = 1e-6
+"""Square of the share of a row of loops, in kinetic energy, that is left beside the other rows: a factorisation without
+choice of pivots then loses six of sixteen digits, and whoever can choose is asked."""
+DEPENDENT_ROW = 1e-12
+"""The same over all rows together, from which on a row counts: below it, rounding of a difference (EPS) shows."""
+FOLLOWS = 1e-9
+"""Share of its terms by which a row that follows from others may miss a solution: what a `WEAK_ROW` leaves."""
+LARGEST = 1e300
+"""In place of infinity to compare with."""

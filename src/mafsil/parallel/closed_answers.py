@@ -48,7 +48,9 @@ class ClosedConfigurations(Answer):
         return ClosingStatus.CLOSED if self.found.all() else ClosingStatus.NOT_FOUND
 
     def __bool__(self) -> bool:
-        return self.status.succeeded and self.error.size > 0
+        if not self.error.ndim:
+            return bool(self.error <= self.tolerance)
+        return bool(self.found.all()) and self.error.size > 0
 
     def __len__(self) -> int:
         return self.error.size
@@ -78,7 +80,6 @@ class ClosedMotionStatus(Status):
     SINGULAR_MASS = ("parallel.closed_singular_mass", False)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class ClosedAccelerations(Answer):
     """Accelerations under efforts and forces of the loops; true if known in every row, iterable over the rows.
 
@@ -88,13 +89,43 @@ class ClosedAccelerations(Answer):
         rank: (*batch) independent rows of the loops; -1 where the mass matrix is singular.
         rows: number of rows.
         error: (*batch) largest gap of a loop [rad | m].
+
+    Args:
+        found: qdd, force and error.
+        rank: of all rows, or of each.
     """
 
-    qdd: JointVector
-    force: Floats
-    rank: Integers
-    rows: int
-    error: Floats
+    __slots__ = ("_found", "_rank")
+
+    # A single call takes a microsecond: a frozen dataclass would add half of that.
+    def __init__(self, found: tuple[JointVector, Floats, Floats], rank: Integers | int) -> None:
+        self._found = found
+        self._rank = rank
+
+    @property
+    def qdd(self) -> JointVector:
+        """(*batch, n) accelerations of all joints [rad/s^2 | m/s^2]."""
+        return self._found[0]
+
+    @property
+    def force(self) -> Floats:
+        """(*batch, m) forces along the rows of the loops, the shortest that do it [N m, N]."""
+        return self._found[1]
+
+    @property
+    def error(self) -> Floats:
+        """(*batch) largest gap of a loop [rad | m]."""
+        return self._found[2]
+
+    @property
+    def rows(self) -> int:
+        """Number of rows of the loops."""
+        return self.force.shape[-1]
+
+    @property
+    def rank(self) -> Integers:
+        """(*batch) independent rows of the loops; -1 where the mass matrix is singular."""
+        return np.broadcast_to(np.asarray(self._rank, dtype=np.int64), np.shape(self.error))
 
     @property
     def redundant(self) -> Integers:
@@ -122,7 +153,7 @@ class ClosedAccelerations(Answer):
         """The rank of the loops, and how far they gape."""
         return self.status.sentence(
             language, rank=int(self.rank.min(initial=self.rows)), rows=self.rows,
-            redundant=int(self.rows - self.rank.max(initial=0)), error=float(self.error.max(initial=0.0)),
+            redundant=int(self.rows - self.rank.max(initial=0)), error=float(np.max(self.error, initial=0.0)),
         )  # fmt: skip
 
     def to_dict(self) -> dict[str, Any]:
@@ -146,7 +177,6 @@ ATTAINED = 1e-7
 """Share of the needed efforts that may be missing, and acceleration by which loops may break."""
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class ActuatorEfforts(Answer):
     """Efforts of the driven joints for a motion; true if they make it in every row, iterable over the rows.
 
@@ -159,16 +189,31 @@ class ActuatorEfforts(Answer):
         driven: (*batch, n, a) what the driven joints do to motions that the loops allow.
     """
 
-    tau: Floats
-    force: Floats
-    missing: Floats
-    broken: Floats
-    needed: Floats
-    driven: Floats
+    __slots__ = ("_redundancy", "broken", "driven", "force", "missing", "needed", "tau")
+
+    def __init__(
+        self,
+        tau: Floats,
+        force: Floats,
+        missing: Floats,
+        broken: Floats,
+        needed: Floats,
+        driven: Floats,
+        redundancy: int | None = None,
+    ) -> None:
+        self.tau = tau
+        self.force = force
+        self.missing = missing
+        self.broken = broken
+        self.needed = needed
+        self.driven = driven
+        self._redundancy = redundancy
 
     @property
     def redundancy(self) -> Integers:
         """(*batch) dimensions of the preload."""
+        if self._redundancy is not None:
+            return np.broadcast_to(np.int64(self._redundancy), np.shape(self.missing))
         values = np.linalg.svd(self.driven, compute_uv=False)
         return np.asarray(self.driven.shape[-1] - (values > RANK).sum(axis=-1), dtype=np.int64)
 
@@ -184,17 +229,17 @@ class ActuatorEfforts(Answer):
     @property
     def status(self) -> EffortStatus:
         """The worst of the rows."""
-        if (self.broken > ATTAINED * (1.0 + self.needed)).any():
+        if np.any(self.broken > ATTAINED * (1.0 + self.needed)):
             return EffortStatus.BROKEN
-        if (self.missing > ATTAINED * np.maximum(self.needed, 1e-300)).any():
+        if np.any(self.missing > ATTAINED * np.maximum(self.needed, 1e-300)):
             return EffortStatus.IMPOSSIBLE
-        return EffortStatus.SEVERAL if (self.redundancy > 0).any() else EffortStatus.UNIQUE
+        return EffortStatus.SEVERAL if np.any(self.redundancy > 0) else EffortStatus.UNIQUE
 
     def __bool__(self) -> bool:
-        return self.status.succeeded and self.missing.size > 0
+        return self.status.succeeded and np.size(self.missing) > 0
 
     def __len__(self) -> int:
-        return self.missing.size
+        return np.size(self.missing)
 
     def __iter__(self) -> Iterator[Floats]:
         return iter(self.tau.reshape(-1, self.tau.shape[-1]))
@@ -205,7 +250,7 @@ class ActuatorEfforts(Answer):
     def explain(self, language: str | None = None) -> str:
         """Whether they are unique, and what is missing."""
         return self.status.sentence(
-            language, missing=float(self.missing.max(initial=0.0)), broken=float(self.broken.max(initial=0.0)),
+            language, missing=float(np.max(self.missing, initial=0.0)), broken=float(np.max(self.broken, initial=0.0)),
             preload=int(self.redundancy.max(initial=0)), actuators=self.tau.shape[-1],
         )  # fmt: skip
 

@@ -7,60 +7,34 @@ Reference: Featherstone, Rigid Body Dynamics Algorithms, ch. 8; Udwadia and Kala
 
 from __future__ import annotations
 
-from functools import cached_property, lru_cache, partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil import kernels
 from mafsil.arrays import Floats, Integers, JointVector, as_batch, real_array, require_finite, whole
 from mafsil.errors import ModelError
-from mafsil.kernels import Kernel, Port, Signature
-from mafsil.lazy_module import lazily
+from mafsil.kernels import Kernel
+from mafsil.mechanics.loop_terms import Holding
 from mafsil.model import JointKind, Mechanism
-from mafsil.model.fingerprint import fingerprint
 from mafsil.model.loading import RobotLike
+from mafsil.parallel import closed_terms
 from mafsil.parallel.closed_answers import ActuatorEfforts, ClosedAccelerations, ClosedConfigurations
-from mafsil.parallel.tolerances import RANK
+from mafsil.parallel.closed_compiled import CompiledChain, trusted
+from mafsil.parallel.closed_kernels import terms_kernel
+from mafsil.parallel.closed_terms import Terms
 from mafsil.robot import Robot, as_robot
-from mafsil.solvers import decompositions
-
-if TYPE_CHECKING:
-    import mafsil.mechanics.loop_constraints as loop_constraints
-    import mafsil.parallel.closed_dynamics_loops as closed_dynamics_loops
-else:
-    loop_constraints = lazily("mafsil.mechanics.loop_constraints")
-    closed_dynamics_loops = lazily("mafsil.parallel.closed_dynamics_loops")
 
 CLOSED = 1e-13
 """Gap over the size of the mechanism, or in radians, at which a loop is closed: some hundred roundings."""
 TINY = 1e-300
 MOST_STEPS = 100
+NEWTON_STEPS: Integers = np.array(3)
+"""That compiled code takes."""
 LONGEST_STEP = 0.3
 """Of one coordinate in a Newton step [rad | sizes]."""
-
-
-class Terms(NamedTuple):
-    """All that the dynamics need of states.
-
-    Attributes:
-        M: (*batch, n, n) mass matrix of the tree.
-        h: (*batch, n) efforts that hold the tree at qdd = 0.
-        J: (*batch, m, n) rows of the loops: J qd = 0.
-        gamma: (*batch, m) with J qdd + gamma = 0.
-        gap: (*batch, m) how far the loops gape [rad, m].
-        facing: (*batch, loops) positive unless a loop is closed the wrong way round.
-        energy: (*batch) kinetic and potential [J].
-    """
-
-    M: Floats
-    h: Floats
-    J: Floats
-    gamma: Floats
-    gap: Floats
-    facing: Floats
-    energy: Floats
+STARTS, FARTHEST_START, STEPS_OF_START = 24, 1.0, 40
+"""Searches for configurations anywhere, how far from zero they begin [rad | sizes], and how long they may take."""
 
 
 class ClosedChain:
@@ -91,8 +65,10 @@ class ClosedChain:
             if name not in names:
                 raise ModelError("parallel.no_joint", joint=name, known=", ".join(names))
         self.actuated: Integers = np.array([names.index(name) for name in driven], dtype=np.int64)
-        self.kernel: Kernel = _kernel_of(mechanism)
+        self.kernel: Kernel = terms_kernel(mechanism)
         self.m = next(port.shape[0] for port in self.kernel.signature.outputs if port.name == "gap")
+        places = tuple(self.actuated.tolist())
+        self._compiled = CompiledChain(mechanism, places, CLOSED * self.size, _anywhere, self.terms)
 
     def terms(self, q: ArrayLike, qd: ArrayLike | None = None) -> Terms:
         """Everything the dynamics need, in one compiled call.
@@ -108,7 +84,7 @@ class ClosedChain:
 
     def error(self, q: ArrayLike) -> Floats:
         """(*batch) largest gap of a loop [rad | m]; infinite where one is closed the wrong way round."""
-        return _error(self.terms(q))
+        return closed_terms.error_of(self.terms(q))
 
     def closed(
         self, q: ArrayLike, *, hold: ArrayLike | None = None, max_steps: int = MOST_STEPS
@@ -130,15 +106,15 @@ class ClosedChain:
         error = np.full(len(rows), np.inf)
         open_, found = np.arange(len(rows)), self.terms(rows)
         for _ in range(most + 1):
-            gap = _error(found)
+            gap = closed_terms.error_of(found)
             better = gap < error[open_]
             error[open_[better]], best[open_[better]] = gap[better], rows[open_[better]]
             going = gap > CLOSED * self.size
             open_ = open_[going]
             if not len(open_):
                 break
-            move = _correction(found.J[going][:, :, free], found.gap[going])
-            longest = np.abs(move / self._unit[free]).max(axis=1, initial=0.0)
+            move = closed_terms.correction(found.J[going][:, :, free], found.gap[going])
+            longest = np.abs(move / self.unit[free]).max(axis=1, initial=0.0)
             rows[open_[:, None], free] += move * np.minimum(1.0, LONGEST_STEP / np.maximum(longest, TINY))[:, None]
             steps[open_] += 1
             found = self.terms(rows[open_])
@@ -159,14 +135,32 @@ class ClosedChain:
         found = self.terms(q, rate)
         if hold is None:
             momentum = np.einsum("...ij,...j->...i", found.M, rate)
-            return _solved(found._replace(h=-momentum, gamma=np.zeros_like(found.gamma)), np.zeros(self.n))[0]
+            return closed_terms.accelerations(
+                found._replace(h=-momentum, gamma=np.zeros_like(found.gamma)), np.zeros(self.n)
+            )[0]
         free = self._free(hold)
         shape = found.M.shape[:-2]
         result = np.array(np.broadcast_to(rate, (*shape, self.n)))
         missing = np.einsum("...mn,...n->...m", found.J, result)
-        change = _correction(found.J[..., free].reshape(-1, self.m, len(free)), missing.reshape(-1, self.m))
+        change = closed_terms.correction(found.J[..., free].reshape(-1, self.m, len(free)), missing.reshape(-1, self.m))
         result[..., free] += change.reshape(*shape, len(free))
         return result
+
+    def closed_state(self, q: ArrayLike, qd: ArrayLike) -> tuple[ClosedConfigurations, JointVector]:
+        """Configurations that close all loops, and rates that keep them closed there, as by `closed` and `rates`.
+
+        Args:
+            q, qd: (*batch, n) coordinates and rates, such as an integrator leaves them, near closed loops.
+        """
+        run = self._compiled.closing(q)
+        if run is not None:
+            here, rate, error, doubt = run(q, qd)
+            if trusted(doubt):
+                left: Floats = np.asarray(error)
+                steps = np.full(left.shape, NEWTON_STEPS) if left.ndim else NEWTON_STEPS
+                return ClosedConfigurations(here, left, steps, CLOSED * self.size), rate
+        back = self.closed(q)
+        return back, self.rates(back.q, qd) if back else np.zeros_like(back.q)
 
     def accelerations(self, q: ArrayLike, qd: ArrayLike, driven: ArrayLike) -> JointVector:
         """(*batch, n) accelerations of all joints that keep the loops closed, from those of the driven joints.
@@ -184,7 +178,7 @@ class ClosedChain:
         result[..., self.actuated] = given
         passive = self._free(self.actuated)
         missing = np.einsum("...mn,...n->...m", found.J, result) + found.gamma
-        change = _correction(
+        change = closed_terms.correction(
             np.ascontiguousarray(np.broadcast_to(found.J[..., passive], (*shape, self.m, len(passive)))).reshape(
                 -1, self.m, len(passive)
             ),
@@ -206,13 +200,71 @@ class ClosedChain:
             tau: (*batch, n) efforts, or (*batch, a) of the driven joints alone [N m | N].
             added_inertia: (*batch, n, n) that the mass matrix gets besides, such as step times damping; none if None.
         """
+        if added_inertia is None:
+            try:
+                run = self._compiled.forward[tau.shape[-1]]  # pyright: ignore[reportAttributeAccessIssue, reportUnknownMemberType]
+            except (KeyError, IndexError, AttributeError):
+                run = self._compiled.forward_for(tau, q)
+            if run is not None:
+                found = run(q, qd, tau)
+                if not isinstance(found[2], float):
+                    return self._looked_at((q, qd, tau), *found)
+                if found[2] >= 0.0:
+                    return ClosedAccelerations(found, self._compiled.rank)
         found = self.terms(q, qd)
         if added_inertia is not None:
             found = found._replace(
                 M=np.ascontiguousarray(found.M + as_batch("added_inertia", added_inertia, (self.n,) * 2))
             )
-        qdd, force, ranks = _solved(found, self._efforts(tau))
-        return ClosedAccelerations(qdd, force, ranks, self.m, _error(found))
+        qdd, force, ranks = closed_terms.accelerations(found, self._efforts(tau))
+        return ClosedAccelerations((qdd, force, closed_terms.error_of(found)), ranks)
+
+    def _looked_at(
+        self, given: tuple[ArrayLike, ...], qdd: Floats, force: Floats, error: Floats
+    ) -> ClosedAccelerations:
+        """Results of compiled code; rows that do not hold are found with their rank, what is not finite is refused."""
+        doubtful = np.isnan(error)
+        if not doubtful.any():
+            return ClosedAccelerations((qdd, force, error), self._compiled.rank)
+        q, qd, tau = (np.broadcast_to(x, (*error.shape, np.shape(x)[-1]))[doubtful] for x in given)
+        found, rank = self.terms(q, qd), np.full(error.shape, self._compiled.rank, dtype=np.int64)
+        qdd[doubtful], force[doubtful], rank[doubtful] = closed_terms.accelerations(found, self._efforts(tau))
+        error[doubtful] = closed_terms.error_of(found)
+        return ClosedAccelerations((qdd, force, error), rank)
+
+    def following(self, guess: ArrayLike, driven: ArrayLike) -> tuple[JointVector, JointVector, JointVector]:
+        """Positions, rates and accelerations (*batch, n) of all joints while the driven ones move.
+
+        As `closed`, `rates` and `accelerations` find them with the driven joints held: where the loops cannot be
+        closed, the nearest that was found.
+
+        Args:
+            guess: (*batch, n) configurations near closed loops.
+            driven: (*batch, 3, a) positions, rates and accelerations of the driven joints.
+        """
+        start = as_batch("guess", guess, (self.n,), finite=True)
+        motion = as_batch("driven", driven, (3, len(self.actuated)), finite=True)
+        run = self._compiled.following(start)
+        if run is not None:
+            q, qd, qdd, doubt = run(start, motion)
+            if trusted(doubt):
+                return q, qd, qdd
+        u, v, a = (motion[..., k, :] for k in range(3))
+        place = np.array(np.broadcast_to(start, (*np.broadcast_shapes(start.shape[:-1], u.shape[:-1]), self.n)))
+        place[..., self.actuated] = u
+        q = self.closed(place, hold=self.actuated).q
+        qd = np.zeros(q.shape)
+        qd[..., self.actuated] = v
+        qd = self.rates(q, qd, hold=self.actuated)
+        return q, qd, self.accelerations(q, qd, a)
+
+    def holding(self, q: ArrayLike) -> Holding | None:
+        """How the loops hold the mechanism, as compiled code has to know it; None where there is none.
+
+        Args:
+            q: (*batch, n) configurations that close the loops, looked at if no others are met by chance.
+        """
+        return self._compiled.holding(q)
 
     def inverse_dynamics(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> ActuatorEfforts:
         """Efforts of the driven joints for a motion, and the forces of the loops.
@@ -222,21 +274,14 @@ class ClosedChain:
         Args:
             q, qd, qdd: (*batch, n) coordinates, rates and accelerations that keep the loops closed.
         """
-        found = self.terms(q, qd)
-        acceleration = as_batch("qdd", qdd, (self.n,), finite=True)
-        needed = np.einsum("...ij,...j->...i", found.M, acceleration) + found.h
-        across = decompositions.pinv(found.J, RANK)
-        # Motions that the loops allow feel only efforts, no forces of the loops.
-        allowed = np.eye(self.n) - across @ found.J
-        driven = allowed[..., self.actuated]
-        tau = np.einsum("...an,...n->...a", decompositions.pinv(driven, RANK), needed)
-        rest = needed.copy()
-        rest[..., self.actuated] -= tau
-        force = np.einsum("...nm,...n->...m", across, rest)
-        missing = np.einsum("...ij,...j->...i", allowed, rest)
-        broken = np.einsum("...mn,...n->...m", found.J, acceleration) + found.gamma
-        scale = np.linalg.norm(needed, axis=-1)
-        return ActuatorEfforts(tau, force, np.linalg.norm(missing, axis=-1), np.abs(broken).max(axis=-1), scale, driven)
+        run = self._compiled.inverse(q)
+        if run is not None:
+            tau, force, missing, broken, needed, driven, doubt = run(q, qd, qdd)
+            if trusted(doubt):
+                redundancy = self._compiled.redundancy
+                return ActuatorEfforts(tau, force, missing, broken, needed, driven, redundancy)
+        qdd = as_batch("qdd", qdd, (self.n,), finite=True)
+        return ActuatorEfforts(*closed_terms.efforts(self.terms(q, qd), qdd, self.actuated))
 
     @cached_property
     def size(self) -> float:
@@ -245,7 +290,7 @@ class ClosedChain:
         return max(1.0, float(max(np.linalg.norm(place) for place in places)))
 
     @cached_property
-    def _unit(self) -> Floats:
+    def unit(self) -> Floats:
         """(n,) one for angles, the size for lengths."""
         prismatic = [joint.kind is JointKind.PRISMATIC for joint in self.robot.mechanism.coordinates]
         return np.where(prismatic, self.size, 1.0)
@@ -274,59 +319,9 @@ class ClosedChain:
         return full
 
 
-def _error(found: Terms) -> Floats:
-    gap = np.abs(found.gap).max(axis=-1, initial=0.0)
-    return np.where((found.facing > 0.0).all(axis=-1), gap, np.inf)
-
-
-def _correction(J: Floats, gap: Floats) -> Floats:
-    """(rows, k) shortest steps with J step = -gap."""
-    step, ranks = np.empty((len(J), J.shape[2])), np.zeros(len(J), dtype=np.int64)
-    closed_dynamics_loops.corrections(np.ascontiguousarray(J), np.ascontiguousarray(gap), step, ranks)
-    return step
-
-
-def _solved(found: Terms, tau: Floats) -> tuple[Floats, Floats, Integers]:
-    """Accelerations, forces and ranks."""
-    m, n = found.J.shape[-2:]
-    if found.h.ndim == tau.ndim == 1:
-        # A single state needs no copies, which would cost more than its solution.
-        alone, across, rank = np.empty((1, n)), np.empty((1, m)), np.empty(1, dtype=np.int64)
-        given = np.ascontiguousarray(tau)
-        closed_dynamics_loops.accelerations(
-            found.M[None], found.h[None], found.J[None], found.gamma[None], given[None], alone, across, rank
-        )
-        return alone[0], across[0], rank.reshape(())
-    shape = np.broadcast_shapes(found.h.shape[:-1], tau.shape[:-1])
-
-    def rows(values: Floats, *core: int) -> Floats:
-        return np.ascontiguousarray(np.broadcast_to(values, (*shape, *core)).reshape(-1, *core))
-
-    efforts = rows(tau, n)
-    qdd, force = np.empty_like(efforts), np.empty((len(efforts), m))
-    ranks = np.empty(len(efforts), dtype=np.int64)
-    closed_dynamics_loops.accelerations(
-        rows(found.M, n, n), rows(found.h, n), rows(found.J, m, n), rows(found.gamma, m), efforts, qdd, force, ranks
-    )
-    return qdd.reshape(*shape, n), force.reshape(*shape, m), ranks.reshape(shape)
-
-
-@lru_cache(maxsize=32)
-def _kernel_of(mechanism: Mechanism) -> Kernel:
-    n, loops = mechanism.n, mechanism.loops
-    m = sum(loop_constraints.rows_of(joint) for joint in loops)
-    shapes = {"M": (n, n), "h": (n,), "J": (m, n), "gamma": (m,), "gap": (m,), "facing": (len(loops),), "energy": ()}
-    return kernels.compile(
-        Signature(
-            "closed_chain", (Port("q", (n,)), Port("qd", (n,))),
-            tuple(Port(name, shape) for name, shape in shapes.items()),
-        ),
-        partial(_build, mechanism),
-        key=f"closed_chain {fingerprint(mechanism)}",
-        fingerprints=(kernels.fingerprint("mafsil.algebra", "mafsil.mechanics"),),
-    )  # fmt: skip
-
-
-def _build(mechanism: Mechanism) -> Any:
-    """The function; its expressions are loaded only when a kernel has to be made."""
-    return loop_constraints.function(mechanism)
+def _anywhere(mechanism: Mechanism) -> Terms | None:
+    """Terms at configurations anywhere on the motion; None if none were met."""
+    chain = ClosedChain(mechanism)
+    starts = np.random.default_rng(0).uniform(-FARTHEST_START, FARTHEST_START, (STARTS, chain.n)) * chain.unit
+    found = chain.closed(starts, max_steps=STEPS_OF_START)
+    return chain.terms(found.q[found.found]) if found.found.any() else None

@@ -128,12 +128,11 @@ def simulate_closed(
         if not (np.isfinite(x).all() and np.isfinite(v).all()):
             status, last = ClosedRunStatus.NOT_FINITE, k
             break
-        back = chain.closed(x)
+        back, v = chain.closed_state(x, v)
         if not back:
             status, last = ClosedRunStatus.LOST, k
             break
         x = back.q
-        v = chain.rates(x, v)
     kept = slice(0, last + 1)
     return ClosedMotion(status, t[kept], places[kept], rates[kept], energy[kept], error[kept], rank[kept])
 

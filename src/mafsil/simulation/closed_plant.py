@@ -18,7 +18,7 @@ from mafsil.parallel import ClosedChain
 from mafsil.robot import Robot
 from mafsil.simulation.mujoco_plant import MuJoCoPlant, MuJoCoStepper
 from mafsil.simulation.plant import Plant
-from mafsil.simulation.stepping import IMPLICIT_FRICTION, ITERATIONS, Stepper, friction_slope
+from mafsil.simulation.stepping import IMPLICIT_FRICTION, Stepper, by_secants
 from mafsil.solvers import method, second_order
 from mafsil.solvers.integrate import State, Step
 
@@ -48,6 +48,13 @@ class ClosedPlant(Plant):
         """The dynamics with the forces of the loops."""
         return ClosedChain(self.robot, self.actuated)
 
+    @lazy
+    def _driven(self) -> Floats:
+        """(n,) one for driven joints, zero for the others."""
+        driven = np.zeros(self.robot.n)
+        driven[self.chain.actuated] = 1.0
+        return driven
+
     def require_closed(self, q: JointVector) -> None:
         """Refuse a start whose loops gape.
 
@@ -75,17 +82,7 @@ class ClosedPlant(Plant):
             h: length of the step [s].
         """
         load = self._applied(q, qd, tau, push, friction=False)
-        if not self.has_friction:
-            return self.chain.forward_dynamics(q, qd, load).qdd
-        law = self.friction_law
-        load = load - law.offset @ law.gain
-        after, acceleration = qd, np.zeros_like(qd)
-        for _ in range(ITERATIONS):
-            slope = friction_slope(law, after)
-            held = (slope @ qd[..., None])[..., 0]
-            acceleration = self.chain.forward_dynamics(q, qd, load - held, added_inertia=h * slope).qdd
-            after = qd + h * acceleration
-        return acceleration
+        return by_secants(self, qd, load, h, lambda D, b: self.chain.forward_dynamics(q, qd, b, added_inertia=D).qdd)
 
     def loop_forces(self, q: JointVector, qd: JointVector, tau: JointVector) -> Floats:
         """(*batch, m) forces that hold the loops together, without pushes [N m, N]; as a recording has its arguments.
@@ -100,11 +97,9 @@ class ClosedPlant(Plant):
         self, q: JointVector, qd: JointVector, tau: JointVector, push: Vector6 | None, *, friction: bool
     ) -> Floats:
         """(*batch, n) efforts of motors, friction and world."""
-        shape = np.broadcast_shapes(np.shape(q), np.shape(tau))
-        applied = np.zeros(shape)
-        applied[..., self.chain.actuated] = np.broadcast_to(tau, shape)[..., self.chain.actuated]
+        applied = tau * self._driven
         if friction and self.has_friction:
-            applied -= self.robot.friction_torque(qd)
+            applied = applied - self.robot.friction_torque(qd)
         push = self.tip_push(q, qd, push)
         if push is not None:
             J = self.robot.jacobian_body(q)
@@ -130,13 +125,22 @@ class ClosedStepper(Stepper):
             return self._closed.damped(q, qd, effort, push, self.step)
         return self._closed.acceleration(q, qd, effort, push)
 
-    def _step(self, t: float, state: State, h: float) -> State:
-        q, qd = self._free(t, state, h)
-        chain = self._closed.chain
-        back = chain.closed(q)
+    def settled(self, q: JointVector, qd: JointVector) -> State:
+        """The state with closed loops near one that an integrator has left.
+
+        Args:
+            q, qd: (*batch, n) coordinates and rates.
+
+        Raises:
+            LoopsLost: they cannot be closed.
+        """
+        back, rates = self._closed.chain.closed_state(q, qd)
         if not back:
             raise LoopsLost("simulation.loops_lost", gap=float(back.error.max(initial=0.0)))
-        return back.q, chain.rates(back.q, qd)
+        return back.q, rates
+
+    def _step(self, t: float, state: State, h: float) -> State:
+        return self.settled(*self._free(t, state, h))
 
     def _accelerated(self, t: float, q: JointVector, qd: JointVector) -> JointVector:
         return self._closed.acceleration(q, qd, self.effort, self.push)

@@ -9,6 +9,7 @@ import numpy as np
 
 from mafsil import kernels
 from mafsil.arrays import Floats
+from mafsil.control.closed_law_terms import closed_law_terms
 from mafsil.control.law_terms import LawTerms, law_terms
 from mafsil.kernels import Kernel, Port, Signature
 from mafsil.kernels.march import march
@@ -16,6 +17,7 @@ from mafsil.lazy_module import lazily
 from mafsil.mechanics.friction import SMOOTHING
 from mafsil.mechanics.loop_terms import Loop, input_sizes, output_sizes
 from mafsil.model.fingerprint import fingerprint
+from mafsil.simulation.closed_plant import ClosedPlant
 from mafsil.simulation.plant import Plant
 from mafsil.simulation.scenario import Scenario
 from mafsil.simulation.stepping import Stepper
@@ -33,17 +35,35 @@ WORTH = 5_000
 
 def can_fuse(scenario: Scenario) -> bool:
     """Whether the whole loop of a scenario is an expression of reasonable length."""
-    law, plant = law_terms(scenario.acting_law), scenario.true_plant
+    plant = scenario.true_plant
+    if type(plant) not in (Plant, ClosedPlant):
+        return False
+    law = _law_of(scenario)
     same_width = plant.robot.n == scenario.robot.n
     stepper = Stepper(plant, scenario.chosen_integrator, scenario.step)
     return (
         law is not None
         and plant.environment is None
-        and type(plant) is Plant
         and same_width
+        and _holds(scenario, law)
         and (scenario.variants is None or scenario.variants.delay is None)
         and stepper.evaluations() * scenario.substeps <= MOST_EVALUATIONS
     )
+
+
+def _law_of(scenario: Scenario) -> LawTerms | None:
+    law = scenario.acting_law
+    if isinstance(scenario.true_plant, ClosedPlant):
+        return closed_law_terms(law, scenario.start()[0])
+    return law_terms(law)
+
+
+def _holds(scenario: Scenario, law: LawTerms) -> bool:
+    """Whether steps of a closed chain can be compiled; doubtful ones are taken again, so that laws keep no memory."""
+    plant = scenario.true_plant
+    if not isinstance(plant, ClosedPlant):
+        return True
+    return plant.chain.holding(scenario.start()[0]) is not None and not any(gains.integrates for gains in law.gains)
 
 
 class FusedLoop:
@@ -58,9 +78,11 @@ class FusedLoop:
         window: ticks that are kept at a time, one window after the other; all of them if None.
 
     Attributes:
-        states: (window + 1, b, 2, n), the state after the window last.
+        states: (window + 1, b, 2, n), the state after the window last; of closed chains as the step left it.
+        closed: (window, b, 2, n) the states that were recorded: of closed chains with closed loops.
         command, effort, acceleration: (window, b, n).
         tip_errors: (window, b, 2) distance and angle of the tip from its reference [m], [rad].
+        doubt: (window, b) of the steps of closed chains, below one where they hold; zero of trees.
     """
 
     def __init__(
@@ -73,7 +95,7 @@ class FusedLoop:
         window: int | None = None,
     ) -> None:
         q, qd = (x.reshape(-1, scenario.robot.n) for x in scenario.start())
-        law, variants = law_terms(scenario.acting_law), scenario.variants
+        law, variants = _law_of(scenario), scenario.variants
         assert law is not None
         self.kernel = _kernel_of(scenario, law, pushed=push is not None)
         sizes = {port.name: port.shape for port in self.kernel.signature.ports}
@@ -84,6 +106,8 @@ class FusedLoop:
         self.integrals = np.zeros((kept + 1, rows, *sizes.get("integral", ())))
         self.command, self.effort, self.acceleration = (np.empty((kept, rows, n)) for _ in range(3))
         self.tip_errors = np.empty((kept, rows, 2))
+        self.doubt = np.zeros((kept, rows))
+        self.closed = np.empty((kept, rows, 2, n)) if "closed_state" in sizes else self.states
         desired = scenario.robot.forward_kinematics(reference[..., 0, :])
         period = scenario.control_period
         gains = [np.stack([g.kp, g.kd, period * g.ki], axis=-2) for g in law.gains]
@@ -127,6 +151,8 @@ class FusedLoop:
             "effort": self.effort[here],
             "acceleration": self.acceleration[here],
             "tip_errors": self.tip_errors[here],
+            "closed_state": self.closed[here],
+            "doubt": self.doubt[here],
         }
         arrays += [outputs[port.name] for port in self.kernel.signature.outputs]
         march(self.kernel, arrays, last - first)
@@ -146,6 +172,7 @@ def _kernel_of(scenario: Scenario, law: LawTerms, *, pushed: bool) -> Kernel:
         saturated=scenario.saturate,
         integrates=any(gains.integrates for gains in law.gains),
         varied=scenario.variants is not None and scenario.variants.changes_plant,
+        holding=plant.chain.holding(scenario.start()[0]) if isinstance(plant, ClosedPlant) else None,
     )
     return loop_kernel(loop)
 
@@ -169,7 +196,8 @@ def _key(loop: Loop) -> str:
     same = [term.model is loop.plant for term in loop.terms]
     flags = (loop.pushed, loop.noisy, loop.saturated, loop.integrates, loop.varied)
     robots = (fingerprint(loop.plant), fingerprint(loop.shown), loop.shown is loop.plant, same)
-    return f"closed_loop {robots} {terms} {loop.scheme} {loop.substeps} {loop.friction} {flags}"
+    holding = (loop.holding, [term.holding for term in loop.terms])
+    return f"closed_loop {robots} {terms} {loop.scheme} {loop.substeps} {loop.friction} {flags} {holding}"
 
 
 def _build(loop: Loop) -> Any:

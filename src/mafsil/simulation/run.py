@@ -31,6 +31,9 @@ MOST_LOOKED_AT, NEAR_SINGULAR = 5_000, 0.02
 PIECE, LOGGED_PIECE = 150_000, 500
 """Ticks times batch that compiled code runs without a break: at most some tenths of a second, with a log some ms."""
 
+AFTER_DOUBT = 16
+"""Ticks that are run at once after one that did not hold, then twice as many: what is run beyond the next is lost."""
+
 Progress = Callable[[float], object]
 
 
@@ -296,7 +299,7 @@ class FusedRun(Run):
 
     def _see_all(self, loop: FusedLoop) -> None:
         shape, ticks = self.start[0].shape, len(self.t)
-        self.q, self.qd = (loop.states[:ticks, :, part].reshape(ticks, *shape) for part in (0, 1))
+        self.q, self.qd = (loop.closed[:ticks, :, part].reshape(ticks, *shape) for part in (0, 1))
         self.commanded, self.tau = loop.command.reshape(ticks, *shape), loop.effort.reshape(ticks, *shape)
 
     def to_the_end(self, progress: Progress | None) -> SimulationStatus:
@@ -307,11 +310,21 @@ class FusedRun(Run):
         piece = piece if progress is None else min(piece, every)
         if self.log is not None:
             piece = max(1, min(piece, LOGGED_PIECE // max(1, self.loop.states.shape[1])))
-        first = 0
+        first, reach = 0, piece
         while first < ticks:
-            end = min(first + piece, ticks)
+            end = min(first + reach, ticks)
             self.tick = first
             self.loop.advance(first, end)
+            doubtful = self._trusted_until(first, end)
+            reach = min(2 * reach, piece)
+            if doubtful < end:
+                end, reach = doubtful, min(AFTER_DOUBT, piece)
+                if self._sound_until(first, doubtful).all():
+                    try:
+                        self._by_hand(doubtful)
+                    except LoopsLost as lost:
+                        return self._lost(max(self.tick - 1, 0), lost)
+                    end = doubtful + 1
             good = self._sound_until(first, end)
             if end == ticks:
                 good[-1] = True
@@ -323,6 +336,43 @@ class FusedRun(Run):
                 return self._ended(end - 1, SimulationStatus.CANCELLED)
             first = end
         return self._ended(last, SimulationStatus.COMPLETED)
+
+    def _trusted_until(self, first: int, end: int) -> int:
+        """The first tick whose results do not hold: where a closed chain is too near a singular state."""
+        doubtful = ~(self.loop.doubt[first:end] < 1.0).all(axis=1)
+        return first + int(np.argmax(doubtful)) if doubtful.any() else end
+
+    def _by_hand(self, k: int) -> None:
+        """Tick k as `Run` does it, from the state that the step before left.
+
+        Raises:
+            LoopsLost: the loops cannot be closed before or after the step.
+        """
+        self.tick = k
+        scenario, loop, shape = self.scenario, self.loop, self.start[0].shape
+        stepper, h, flat = self.stepper, scenario.step, loop.effort[k].shape
+        q, qd = stepper.settled(*(loop.states[k, :, part].reshape(shape) for part in (0, 1)))
+        law = scenario.acting_law.session(scenario.control_period)
+        command = self._command(law, k, float(self.t[k]), q, qd, Motion(*(part[k] for part in self.reference)))
+        self._require_finite(float(self.t[k]), command)
+        effort = saturated(command, scenario.robot.limits.effort) if scenario.saturate else command
+        stepper.effort, stepper.push = effort, self.pushes[k]
+        acceleration = stepper.acceleration(q, qd, effort, stepper.push)
+        loop.command[k], loop.effort[k], loop.acceleration[k] = (
+            x.reshape(flat) for x in (command, effort, acceleration)
+        )
+        loop.closed[k, :, 0], loop.closed[k, :, 1] = q.reshape(flat), qd.reshape(flat)
+        tip_errors = super().tip_errors(slice(k, k + 1), q, np.broadcast_to(self.reference.u[k], q.shape))
+        loop.tip_errors[k] = np.stack(tip_errors, axis=-1).reshape(loop.tip_errors[k].shape)
+        for i in range(scenario.substeps if k < len(self.t) - 1 else 0):
+            try:
+                q, qd = stepper.move()(self.t[k] + i * h, (q, qd), h)
+            except LoopsLost:
+                self.tick = k + 1
+                raise
+            except InputError:
+                qd = np.full_like(qd, np.nan)
+        loop.states[k + 1, :, 0], loop.states[k + 1, :, 1] = q.reshape(flat), qd.reshape(flat)
 
     def _sound_until(self, first: int, end: int) -> NDArray[np.bool_]:
         """(end - first,) whether the run goes on from the states after these ticks."""

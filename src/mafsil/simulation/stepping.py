@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -96,6 +97,14 @@ class Stepper:
             return damped_acceleration(self.plant, q, qd, effort, push, self.step)
         return self.plant.acceleration(q, qd, effort, push)
 
+    def settled(self, q: JointVector, qd: JointVector) -> State:
+        """The state that a step begins with: of a tree the one that the step before left.
+
+        Args:
+            q, qd: (*batch, n) coordinates and rates.
+        """
+        return q, qd
+
     def scheme(self) -> tuple[object, ...]:
         """The method as data for the compiled loop."""
         if self.name == IMPLICIT_FRICTION:
@@ -126,9 +135,6 @@ def damped_acceleration(
 ) -> JointVector:
     """Mean acceleration (*batch, n) over a step, friction taken at its end: M a = tau - c - g - f(qd + h a).
 
-    The friction curve is replaced by its secant through rest, D v with D >= 0, at the rate found before, several times;
-    (M + h D) a = tau - c - g - D qd.
-
     Args:
         plant: that moves.
         q, qd: (*batch, n) state at the beginning of the step.
@@ -142,14 +148,36 @@ def damped_acceleration(
     else:
         load = effort - robot.inverse_dynamics(q, qd, np.zeros(robot.n), -push)
     M = robot.mass_matrix(q)
+    return by_secants(plant, qd, load, h, lambda D, b: _solved(M if D is None else M + D, b))
+
+
+def by_secants(
+    plant: Plant,
+    qd: JointVector,
+    load: JointVector,
+    h: float,
+    solve: Callable[[Floats | None, JointVector], JointVector],
+) -> JointVector:
+    """Mean acceleration (*batch, n) over a step with the plant's friction at its end: M a = load - f(qd + h a).
+
+    The friction curve is replaced by its secant through rest, D v with D >= 0, at the rate found before, several times:
+    (M + h D) a = load - D qd.
+
+    Args:
+        plant: whose friction it is.
+        qd: (*batch, n) rates at the beginning of the step.
+        load: (*batch, n) efforts without friction.
+        h: length of the step [s].
+        solve: gives accelerations.
+    """
     if not plant.has_friction:
-        return _solved(M, load)
+        return solve(None, load)
     law = plant.friction_law
     load = load - law.offset @ law.gain
     after, acceleration = qd, np.zeros_like(qd)
     for _ in range(ITERATIONS):
         slope = friction_slope(law, after)
-        acceleration = _solved(M + h * slope, load - (slope @ qd[..., None])[..., 0])
+        acceleration = solve(h * slope, load - (slope @ qd[..., None])[..., 0])
         after = qd + h * acceleration
     return acceleration
 

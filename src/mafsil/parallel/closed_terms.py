@@ -1,0 +1,121 @@
+"""What the dynamics of closed chains need of states, and their solution where the rank of the loops is found each time.
+
+Reference: Featherstone, Rigid Body Dynamics Algorithms, ch. 8.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from mafsil.arrays import Floats, Integers
+from mafsil.lazy_module import lazily
+from mafsil.parallel.tolerances import RANK
+from mafsil.solvers import decompositions
+
+if TYPE_CHECKING:
+    import mafsil.parallel.closed_dynamics_loops as closed_dynamics_loops
+else:
+    closed_dynamics_loops = lazily("mafsil.parallel.closed_dynamics_loops")
+
+
+class Terms(NamedTuple):
+    """All that the dynamics need of states.
+
+    Attributes:
+        M: (*batch, n, n) mass matrix of the tree.
+        h: (*batch, n) efforts that hold the tree at qdd = 0.
+        J: (*batch, m, n) rows of the loops: J qd = 0.
+        gamma: (*batch, m) with J qdd + gamma = 0.
+        gap: (*batch, m) how far the loops gape [rad, m].
+        facing: (*batch, loops) positive unless a loop is closed the wrong way round.
+        energy: (*batch) kinetic and potential [J].
+    """
+
+    M: Floats
+    h: Floats
+    J: Floats
+    gamma: Floats
+    gap: Floats
+    facing: Floats
+    energy: Floats
+
+
+def error_of(found: Terms) -> Floats:
+    """(*batch) largest gap of a loop [rad | m]; infinite where one is closed the wrong way round.
+
+    Args:
+        found: terms of the states.
+    """
+    gap = np.abs(found.gap).max(axis=-1, initial=0.0)
+    return np.where((found.facing > 0.0).all(axis=-1), gap, np.inf)
+
+
+def correction(J: Floats, gap: Floats) -> Floats:
+    """(rows, k) shortest steps with J step = -gap, in the sense of least squares.
+
+    Args:
+        J: (rows, m, k) rows of the loops.
+        gap: (rows, m).
+    """
+    step, ranks = np.empty((len(J), J.shape[2])), np.zeros(len(J), dtype=np.int64)
+    closed_dynamics_loops.corrections(np.ascontiguousarray(J), np.ascontiguousarray(gap), step, ranks)
+    return step
+
+
+def accelerations(found: Terms, tau: Floats) -> tuple[Floats, Floats, Integers]:
+    """Accelerations (*batch, n), forces (*batch, m) and ranks (*batch).
+
+    Args:
+        found: terms of the states.
+        tau: (*batch, n) efforts.
+    """
+    m, n = found.J.shape[-2:]
+    if found.h.ndim == tau.ndim == 1:
+        # A single state needs no copies, which would cost more than its solution.
+        alone, across, rank = np.empty((1, n)), np.empty((1, m)), np.empty(1, dtype=np.int64)
+        given = np.ascontiguousarray(tau)
+        closed_dynamics_loops.accelerations(
+            found.M[None], found.h[None], found.J[None], found.gamma[None], given[None], alone, across, rank
+        )
+        return alone[0], across[0], rank.reshape(())
+    shape = np.broadcast_shapes(found.h.shape[:-1], tau.shape[:-1])
+
+    def rows(values: Floats, *core: int) -> Floats:
+        return np.ascontiguousarray(np.broadcast_to(values, (*shape, *core)).reshape(-1, *core))
+
+    efforts = rows(tau, n)
+    qdd, force = np.empty_like(efforts), np.empty((len(efforts), m))
+    ranks = np.empty(len(efforts), dtype=np.int64)
+    closed_dynamics_loops.accelerations(
+        rows(found.M, n, n), rows(found.h, n), rows(found.J, m, n), rows(found.gamma, m), efforts, qdd, force, ranks
+    )
+    return qdd.reshape(*shape, n), force.reshape(*shape, m), ranks.reshape(shape)
+
+
+def efforts(found: Terms, qdd: Floats, driven: Integers) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:
+    """The fields of `ActuatorEfforts`, in their order.
+
+    Args:
+        found: terms of the states.
+        qdd: (*batch, n) accelerations.
+        driven: (a,) coordinates of the driven joints.
+    """
+    needed = np.einsum("...ij,...j->...i", found.M, qdd) + found.h
+    across = decompositions.pinv(found.J, RANK)
+    # Motions that the loops allow feel only efforts, no forces of the loops.
+    allowed = np.eye(needed.shape[-1]) - across @ found.J
+    columns = allowed[..., driven]
+    tau = np.einsum("...an,...n->...a", decompositions.pinv(columns, RANK), needed)
+    rest = needed.copy()
+    rest[..., driven] -= tau
+    force = np.einsum("...nm,...n->...m", across, rest)
+    missing = np.einsum("...ij,...j->...i", allowed, rest)
+    broken = np.einsum("...mn,...n->...m", found.J, qdd) + found.gamma
+    sizes = (
+        np.linalg.norm(missing, axis=-1),
+        np.abs(broken).max(axis=-1, initial=0.0),
+        np.linalg.norm(needed, axis=-1),
+    )
+    return tau, force, *sizes, columns
