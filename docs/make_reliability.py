@@ -116,16 +116,16 @@ ROWS = (
     ),
     Row(
         "R9",
-        "Random mechanisms of 3 to 8 bodies with up to three loops of all kinds of joints, half of them on special axes, "
-        "as drawn and elsewhere: mobility by rank, and of the compiled loops, is that of Pinocchio's constraint Jacobian; "
-        "over-constrained ones (planar, spherical, Sarrus, Bennett, Goldberg, Bricard, translating platforms, "
-        "parallelograms, bent ones), hung on each other and closed by general chains: finite mobility is that of the "
-        "theorem.",
+        "Random mechanisms of 3 to 8 bodies with up to three loops of all kinds of joints, half of them on special "
+        "axes, as drawn and elsewhere: mobility by rank, and of the compiled loops, is that of Pinocchio's constraint "
+        "Jacobian; over-constrained ones (planar, spherical, Sarrus, Bennett, Goldberg, Bricard, translating "
+        "platforms, parallelograms, bent ones), hung on each other and closed by general chains: finite mobility is "
+        "that of the theorem.",
         "mechanisms",
         100_000,
         "mechanisms --mechanisms 100000 --resume DIR",
-        "Ranks within four digits of the tolerance are counted as doubtful, not judged. Of finite mobility about a third "
-        "is proven, the rest found; residuals and assembly modes of closed chains are shown by tests alone.",
+        "Ranks within four digits of the tolerance are counted as doubtful, not judged. Of finite mobility about a "
+        "third is proven, the rest found; residuals and assembly modes of closed chains are shown by tests alone.",
     ),
     Row(
         "R16",

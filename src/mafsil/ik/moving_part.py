@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector
+from mafsil.errors import ModelWarning, warn
 from mafsil.kernels.lazy import lazy
 from mafsil.model import Joint, JointKind, Mechanism
 from mafsil.robot import Robot
@@ -97,7 +98,8 @@ def middle_of(robot: Robot) -> JointVector:
 def moving_part(robot: Robot, frame: str | None = None) -> MovingPart:
     """The part of a robot that moves a frame; made once.
 
-    A joint that follows another moves the frame if it is on the way; its leader then counts, wherever it is.
+    A joint that follows another moves the frame if it is on the way; its leader then counts, wherever it is. The loops
+    of a mechanism are not looked at, which is said once in a warning.
 
     Args:
         robot: any.
@@ -105,8 +107,13 @@ def moving_part(robot: Robot, frame: str | None = None) -> MovingPart:
 
     Raises:
         ModelError: an unknown frame.
+
+    Warns:
+        ModelWarning: the robot has loops.
     """
     mechanism = robot.mechanism
+    if mechanism.loops:
+        warn(ModelWarning("ik.loops_open", robot=mechanism.name))
     if frame is not None:
         mechanism.link(frame)
     path = _path(mechanism, mechanism.tip if frame is None else frame)

@@ -9,6 +9,7 @@ import msgspec
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
+from mafsil.collision import Contact
 from mafsil.job.called import Where
 from mafsil.job.closed_moves import ClosedMoves
 from mafsil.job.description import QUICKEST, TIP_PATHS, Bounds, BranchChoice, Goal, Job, Move, Task
@@ -200,7 +201,11 @@ class _Planner:
         if self.loops is not None:
             place = starting_place(self.robot)
             values = place if given.joints is None else coordinates(self.job, self.robot, given.joints)
-            self.q = self.loops.closed(values, place, self.where(-1))
+            if given.pose is None:
+                self.q = self.loops.closed(values, place, self.where(-1))
+            else:
+                T = pose_matrix(given.pose, degrees=self.degrees)
+                self.q = self.closed_configurations(self.loops, -1, given.pose.task, T, place)[0]
         elif given.joints is not None:
             self.q = coordinates(self.job, self.robot, given.joints)
         else:
@@ -229,10 +234,14 @@ class _Planner:
             self.require_mounted(index)
         elif move.path in TIP_PATHS:
             return self.along(index)
+        elif move.pose is not None and self.loops is not None:
+            self.reach_closed(self.loops, index, name, move.pose)
         elif move.pose is not None:
             self.reach(index, name, move.pose)
         elif self.loops is not None:
-            self.append(index, name, "joint", self.closed_motion(self.loops, index))
+            self.goals.forget()
+            goal = coordinates(self.job, self.robot, move.joints or ())
+            self.append(index, name, "joint", self.closed_motion(self.loops, index, goal))
         else:
             self.goals.forget()
             goal = coordinates(self.job, self.robot, move.joints or ())
@@ -436,27 +445,69 @@ class _Planner:
 
         return planned.trajectory, Timing(limits, self.job.limits, None, again)
 
-    def closed_motion(self, loops: ClosedMoves, index: int) -> Trajectory:
-        """The driven joints of a mechanism with loops to a goal, through the points on the way."""
-        move = self.job.move[index]
+    def reach_closed(self, loops: ClosedMoves, index: int, name: str, goal: Goal) -> None:
+        """To a pose with closed loops: of its configurations the nearest to which there is a motion."""
+        target = self.target(goal, self.q)
+        known = self.goals.taken(target, goal.task)
+        found = [known] if known is not None else self.closed_configurations(loops, index, goal.task, target, self.q)
+        refusals: list[Refused] = []
+        for q in found[: MOST_CONFIGURATIONS + 1]:
+            try:
+                trajectory = self.closed_motion(loops, index, q)
+                loops.require_at(trajectory, q, self.where(index))
+                self.require_free(index, "joint", trajectory)
+            except Refused as no:
+                refusals.append(no)
+                continue
+            self.append(index, name, "joint", trajectory, None, target, goal.task)
+            return self.arrived(index, goal, target)
+        raise refusals[0]
+
+    def closed_configurations(
+        self, loops: ClosedMoves, index: int, task: Task, target: PoseMatrix, near: JointVector
+    ) -> list[JointVector]:
+        """Configurations with closed loops for a pose, those that meet nothing first, then the nearest."""
+        allowed = tolerances(self.job, self.robot, None if index < 0 else index)
+        found = loops.at_pose(self.robot, target, task, near, allowed, self.where(index))
+        around = self.surroundings
+        return found if around is None else sorted(found, key=lambda q: not around.is_free(q, self.load))
+
+    def closed_motion(self, loops: ClosedMoves, index: int, goal: JointVector) -> Trajectory:
+        """The driven joints of a mechanism with loops to a goal, through the points on the way, or round obstacles."""
+        move, where, limits = self.job.move[index], self.where(index), self.scaled(self.job.move[index])
         ways = [coordinates(self.job, self.robot, via) for via in move.via if isinstance(via, tuple)]
-        points = [*ways, coordinates(self.job, self.robot, move.joints or ())]
-        return loops.motion(self.q, points, move, self.scaled(move), self.where(index))
+        straight = loops.motion(self.q, [*ways, goal], move, limits, where)
+        if not self.goes_round(move) or self.surroundings is None:
+            return straight
+        hit = self.surroundings.first_hit(straight, self.load)
+        if hit is None:
+            return straight
+        around = self.path_round(index, straight.at(straight.duration).u, hit.contact)
+        return loops.along(self.q, around, move, limits, where)
+
+    def goes_round(self, move: Move) -> bool:
+        """Whether a move may leave the straight way of its joints for one round obstacles."""
+        around = self.surroundings
+        if around is None or move.via or move.profile not in (None, *QUICKEST):
+            return False
+        return around.rule.avoid if move.avoid is None else move.avoid
 
     def way_round(self, index: int, goal: JointVector) -> JointPath | None:
         """A path round obstacles; None where the move does not ask for one, or where the straight way is free."""
-        move, around = self.job.move[index], self.surroundings
-        if around is None or move.via or move.profile not in (None, *QUICKEST):
-            return None
-        if not (around.rule.avoid if move.avoid is None else move.avoid):
+        around = self.surroundings
+        if around is None or not self.goes_round(self.job.move[index]):
             return None
         straight = around.checker(self.load).check_path(self.q, goal)
         if straight:
             return None
-        found = around.way_round(self.q, goal, self.load)
+        return self.path_round(index, goal, straight.contacts[0] if straight.contacts else None)
+
+    def path_round(self, index: int, goal: JointVector, contact: Contact | None) -> JointPath:
+        """A path round what stands in the way, or the refusal; the remark names what would have been met."""
+        assert self.surroundings is not None
+        found = self.surroundings.way_round(self.q, goal, self.load)
         if not found:
             raise Refused("job.no_way_round", move=self.where(index), reason=found)
-        contact = straight.contacts[0] if straight.contacts else None
         details = {"move": self.where(index), "count": len(found.path) - 2, "states": found.configurations}
         if contact is not None:
             details |= {"first": visible(contact.first), "second": visible(contact.second)}

@@ -28,13 +28,14 @@ def beyond_limits(checker: Checker, q: JointVector) -> str:
 def bounds_of(checker: Checker, ends: JointVector) -> tuple[Floats, Floats]:
     """(n,) between which to search: the limits, or around the ends where there are none.
 
-    Coordinates that do not move the tip and have one value at all ends, such as those of a gripper, keep it.
+    Coordinates that move neither tip nor loops and have one value at all ends, such as those of a gripper, keep it.
     """
     limits, mechanism = checker.robot.limits, checker.robot.mechanism
     lower = np.where(np.isfinite(limits.lower), limits.lower, ends.min(axis=0) - UNBOUNDED)
     upper = np.where(np.isfinite(limits.upper), limits.upper, ends.max(axis=0) + UNBOUNDED)
     joints = joints_of(mechanism)
-    tips = [mechanism.link_names.index(tip) for tip in checker.tips]
+    ends_of_loops = [name for loop in mechanism.loops for name in (loop.parent, loop.child)]
+    tips = [mechanism.link_names.index(name) for name in (*checker.tips, *ends_of_loops)]
     moving = set(joints.column[joints.moves[:, tips].any(axis=1)].tolist())
     for k in range(len(lower)):
         if k not in moving and np.ptp(ends[:, k]) == 0.0:

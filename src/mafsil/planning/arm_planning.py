@@ -18,6 +18,7 @@ from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
 from mafsil.planning.arm_limits import beyond_limits, bounds_of
 from mafsil.planning.arm_plan import ArmPlan
+from mafsil.planning.closed_arms import closed_configurations, loops_kept
 from mafsil.planning.goal_region import GoalRegion
 from mafsil.planning.kept_planning import Kept, search_kept
 from mafsil.planning.outcome import PlanningStatus
@@ -65,6 +66,8 @@ def plan(
     4. Shortcuts, proved too.
 
     Coordinates that do not move the tip and are the same at start and goals, such as those of a gripper, stay.
+    The loops of a mechanism stay closed: its poses become configurations with closed loops by a search, and every path
+    keeps `loops_kept` as well.
 
     Many questions about one arm: make a `collision.Checker` once and give it as `robot`.
 
@@ -81,10 +84,11 @@ def plan(
         shorten: how many shortcuts are tried; 0 for none.
         margin: clearance to keep, where `robot` is no Checker [m].
         keep: what the path keeps all along, such as `planning.Upright(0.1)`: one or several constraints. Only with
-            "rrt_connect".
+            "rrt_connect", which alone knows loops too.
 
     Raises:
-        InputError: a wrong shape, a number that is not finite, an unknown planner.
+        InputError: a wrong shape, a number that is not finite, an unknown planner; a loop that is closed by a joint
+            other than a hinge, a ball or a fixed one.
 
     Reference: J. Kuffner, S. LaValle, RRT-Connect, ICRA 2000; proofs as in Schwarzer, Saha, Latombe, IEEE T-RO 2005.
     """
@@ -94,7 +98,7 @@ def plan(
             raise InputError("planning.roadmap_as_it_is")
         planner = LAZY
     checker = _checker(robot, scene, margin) if not isinstance(robot, ArmRoadmap) else robot.checker
-    n = checker.robot.n
+    n, loops = checker.robot.n, loops_kept(checker.robot.mechanism)
     q = np.asarray(single("start", start, (n,)), dtype=np.float64)
     if planner not in PLANNERS and planner not in ARM_PLANNERS:
         raise InputError("input.choice", name="planner", value=planner, known=", ".join([*PLANNERS, *ARM_PLANNERS]))
@@ -110,12 +114,12 @@ def plan(
         return refused
     open_goals = goals[refused]
     lower, upper = bounds_of(checker, np.concatenate([q[None], goals]))
-    constraints = (keep,) if not isinstance(keep, Iterable) else tuple(keep)
+    constraints = ((keep,) if not isinstance(keep, Iterable) else tuple(keep)) + loops
     kept = Kept(*kept_of(checker, constraints, q, (lower, upper))) if constraints else None
     # 3., 4.
     if kept is not None:
         if planner != "rrt_connect":
-            raise InputError("planning.keep_planner", planner=planner)
+            raise InputError("planning.loops_planner" if loops else "planning.keep_planner", planner=planner)
         off = _not_kept(checker, kept, q, open_goals, begun)
         if isinstance(off, ArmPlan):
             return off
@@ -166,6 +170,8 @@ def configurations_of(checker: Checker, goal: ArrayLike | Pose | GoalRegion, sta
 
 
 def _solutions(checker: Checker, poses: Floats, start: JointVector) -> JointVector:
+    if checker.robot.mechanism.loops:
+        return closed_configurations(checker.robot, poses, start)
     rows: list[JointVector] = [np.zeros((0, checker.robot.n))]
     for T in poses:
         found = inverse_kinematics(checker.robot, T, q0=start)
