@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import warnings
+from importlib import metadata
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -91,3 +94,29 @@ def test_parts_that_hang_on_nothing_are_still_named():
     lonely = text.replace("</model>", '<link name="lonely"/></model>')
     with pytest.raises(FileError, match="lonely"):
         sdf.read(lonely)
+
+
+@pytest.mark.parametrize(
+    ("name", "coordinates", "mobility"),
+    [
+        ("cassie_reduced", 23, 11),
+        ("cassie_simple", 27, 11),
+        ("cassie_v2", 22, 12),
+        ("cassie_wo_gearbox_spring", 27, 13),
+    ],
+)
+def test_cassie_with_its_rods_on_balls(name, coordinates, mobility):
+    """Published files with four loops: each freedom of the loops is one of real motions."""
+    try:
+        package = metadata.distribution("example-robot-data")
+    except metadata.PackageNotFoundError:
+        pytest.skip("example-robot-data is not installed")
+    folder = Path(package.locate_file("cmeel.prefix/share/example-robot-data/robots/cassie_description/robots"))
+    if not (folder / f"{name}.sdf").exists():
+        pytest.skip("no such file in this version")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        mechanism = mf.load(folder / f"{name}.sdf").mechanism
+    assert (mechanism.n, len(mechanism.loops)) == (coordinates, 4)
+    found = mf.mobility(mechanism)
+    assert found.mobility == found.instantaneous.mobility == mobility
