@@ -36,7 +36,7 @@ NEAR = 1e-6
 
 
 def equations(x: Floats, poses: Floats) -> tuple[Floats, Floats]:
-    """|P_k m - a|^2 - |P_0 m - a|^2 for k = 1..4 and its derivatives, x = (a, m): fixed pivot, and moving one in {b}."""
+    """|P_k m - a|^2 - |P_0 m - a|^2 for k = 1..4, and its derivatives; x = (a, m): fixed pivot, moving one in {b}."""
     c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
     dx = poses[:, 0] + c * x[2] - s * x[3] - x[0]
     dy = poses[:, 1] + s * x[2] + c * x[3] - x[1]
