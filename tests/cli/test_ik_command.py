@@ -91,6 +91,5 @@ def test_mechanisms_with_loops_get_configurations_that_close_them(capsys):
     assert main([*words, "--all"]) == 0
     assert "closed loops reach the pose" in capsys.readouterr().out
     far = ["ik", str(ROBOTS / "palletiser.xml"), "--pose", "3", "0", "0.7", "--tip", "forearm"]
-    assert main([*far, "--lang", "ar"]) == 1
-    assert main(far) == 1
+    assert main([*far, "--lang", "en"]) == 1
     assert "not found" in capsys.readouterr().err

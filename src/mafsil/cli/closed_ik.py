@@ -11,10 +11,12 @@ from mafsil.cli.table import number as printed
 from mafsil.cli.table import table
 from mafsil.errors import InputError
 from mafsil.messages import say
-from mafsil.parallel import ClosedPoses, closed_inverse_kinematics
+from mafsil.parallel import ClosedChain, ClosedPoses, closed_inverse_kinematics
 from mafsil.robot import Robot
 
 TASKS = ("pose", "axis", "position")
+ROUNDED = 1e-6
+"""How far the tip may be from a typed pose that is not met exactly [m, rad]."""
 
 
 def closed_ik(arm: Robot, T: PoseMatrix, task: str, frame: str | None, *, everything: bool, degrees: bool) -> Answer:
@@ -34,7 +36,10 @@ def closed_ik(arm: Robot, T: PoseMatrix, task: str, frame: str | None, *, everyt
     if task not in TASKS:
         raise InputError("input.choice", name="task", value=task, known=", ".join(TASKS))
     robot = arm if frame is None else Robot(arm.mechanism.with_tip(frame))
-    found = closed_inverse_kinematics(robot, T, task=task)
+    chain = ClosedChain(robot)
+    found = closed_inverse_kinematics(chain, T, task=task)
+    if not len(found):
+        found = closed_inverse_kinematics(chain, T, task=task, tolerance=ROUNDED, rotation_tolerance=ROUNDED)
     rows = list(range(len(found)))[: None if everything else 1]
     explanation = found.explain().splitlines()
     lines = [say("cli.ik_title", robot=arm.name), *_rows(robot, found, rows, degrees=degrees), *explanation]

@@ -17,7 +17,8 @@ TOLERANCE = 1e-3
 """How far the points of a loop may part between two points of a path [m]."""
 AIM = 1e-7
 """Share of it to which points of a path close their loops."""
-STARTS = 48
+ROUNDED = 1e-6
+"""How far the tip may be from a pose that is not met exactly [m, rad]: typed digits, where freedoms are few."""
 KINDS = (JointKind.SPHERICAL, JointKind.REVOLUTE, JointKind.FIXED)
 """Joints that keep points of two links together, which is what a path can keep."""
 
@@ -75,7 +76,9 @@ def closed_configurations(robot: Robot, poses: Floats, start: JointVector) -> Jo
     chain = _chain_of(robot)
     rows = [np.zeros((0, chain.n))]
     for T in poses:
-        found = closed_inverse_kinematics(chain, T, start, starts=STARTS)
+        found = closed_inverse_kinematics(chain, T, start)
+        if not len(found):
+            found = closed_inverse_kinematics(chain, T, start, tolerance=ROUNDED, rotation_tolerance=ROUNDED)
         rows.append(found.q[found.within])
     return np.concatenate(rows)
 
