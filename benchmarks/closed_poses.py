@@ -78,13 +78,9 @@ def main() -> None:
         )
         ours, theirs = (times[key].least * 1e6 for key in ("ours", "scipy"))
         found.add("closed_inverse_kinematics(chain, T)", name, ours, "scipy least_squares, same starts", theirs)
-        print(
-            f"{name:11} n={chain.n:2} {len(starts[0]):3} starts {ours / 1e3:8.2f} ms, SciPy {theirs / 1e3:9.2f} ms ",
-            end="",
-        )
-        print(
-            f"({theirs / ours:5.1f}x); planted found {sum(hit)} of {len(hit)}, SciPy {sum(theirs_hit)} of {len(theirs_hit)}"
-        )
+        print(f"{name:11} n={chain.n:2} {len(starts[0]):3} starts {ours / 1e3:8.2f} ms, ", end="")
+        print(f"SciPy {theirs / 1e3:9.2f} ms ({theirs / ours:5.1f}x); planted found {sum(hit)} of {len(hit)}, ", end="")
+        print(f"SciPy {sum(theirs_hit)} of {len(theirs_hit)}")
     platform = mf.load(ROBOTS / "stewart.xml", tip="platform")
     chain, T = ClosedChain(platform), platform.forward_kinematics(np.zeros(platform.n))
     ends: list[Floats] = []

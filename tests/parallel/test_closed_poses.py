@@ -11,7 +11,9 @@ import mafsil as mf
 from mafsil import mobility as mo
 from mafsil import parallel
 from mafsil.errors import InputError, ModelError, ModelWarning
+from mafsil.model import JointKind
 from mafsil.parallel import ClosedChain, ClosedPoseStatus, closed_inverse_kinematics
+from tests.parallel.closed_chains import random_chain
 
 ROBOTS = Path(__file__).resolve().parents[2] / "examples" / "robots"
 
@@ -99,6 +101,20 @@ def test_out_of_its_plane_and_beyond_its_limits(palletiser):
     assert found.status is ClosedPoseStatus.OUTSIDE
     assert len(found)
     assert not found
+
+
+@pytest.mark.capability("08-32")
+@pytest.mark.parametrize("kind", list(JointKind), ids=lambda kind: kind.value)
+def test_loops_closed_by_any_joint(kind):
+    mechanism, q = random_chain(np.random.default_rng(0), kind)
+    chain = ClosedChain(mechanism)
+    T = chain.robot.forward_kinematics(q)
+    for task in ("pose", "axis", "position"):
+        found = closed_inverse_kinematics(chain, T, q + 0.05, task=task, starts=6)
+        assert len(found)
+        assert chain.error(found.q).max() < 1e-9
+        reached = chain.robot.forward_kinematics(found.q)
+        np.testing.assert_allclose(reached[:, :3, 3], np.broadcast_to(T[:3, 3], (len(found), 3)), atol=1e-8)
 
 
 def test_families_are_called_so():
