@@ -10,11 +10,12 @@ import pytest
 
 import mafsil as mf
 from mafsil import planning
-from mafsil.collision import Checker, Obstacle, Sphere
+from mafsil.collision import Arms, Checker, Mounted, Obstacle, Sphere
 from mafsil.errors import InputError, ModelWarning
 from mafsil.model import Joint, JointKind
 from mafsil.parallel import ClosedChain
 from mafsil.planning import PlanningStatus
+from mafsil.trajectory import MotionLimits
 
 ROBOTS = Path(__file__).resolve().parents[2] / "examples" / "robots"
 
@@ -112,6 +113,18 @@ def test_what_is_not_planned_is_said(palletiser, ends):
     )
     with pytest.raises(InputError, match=r"slot.*prismatic"):
         mf.plan(slot, None, *ends)
+
+
+def test_planners_that_would_leave_loops_open_refuse_them(palletiser, ends):
+    with pytest.raises(InputError, match="palletiser has loops"):
+        planning.ArmRoadmap(Checker(palletiser))
+    cell = Arms([Mounted("one", palletiser), Mounted("two", palletiser, [3.0, 0, 0])])
+    for call in (
+        planning.plan_together,
+        lambda *a: planning.plan_in_turn(*a, MotionLimits.of(8, velocity=1.0, acceleration=1.0)),
+    ):
+        with pytest.raises(InputError, match="palletiser has loops"):
+            call(cell, {"one": ends[0], "two": ends[0]}, {"one": ends[1]})
 
 
 def test_hinges_and_fixed_joints_are_kept_by_points(palletiser):

@@ -65,6 +65,17 @@ def _lever(mechanism: Mechanism) -> float:
     return 0.5 * max(lengths, default=0.0) or 1.0
 
 
+def require_trees(*robots: Robot) -> None:
+    """Refuse robots with loops where these would be left open.
+
+    Raises:
+        InputError: one has loops.
+    """
+    for robot in robots:
+        if robot.mechanism.loops:
+            raise InputError("planning.loops_left_open", robot=robot.name)
+
+
 def closed_configurations(robot: Robot, poses: Floats, start: JointVector) -> JointVector:
     """(k, n) configurations with closed loops and the tip at one of some poses (m, 4, 4), within the limits.
 
