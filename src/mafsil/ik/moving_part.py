@@ -94,12 +94,21 @@ def middle_of(robot: Robot) -> JointVector:
     return np.where(both, (np.where(both, lower, 0.0) + np.where(both, upper, 0.0)) / 2, 0.0)
 
 
+def warn_of_loops(robot: Robot) -> None:
+    """Say that the loops of a robot are not looked at.
+
+    Warns:
+        ModelWarning: it has some.
+    """
+    if robot.mechanism.loops:
+        warn(ModelWarning("ik.loops_open", robot=robot.name))
+
+
 @lru_cache(maxsize=128)
 def moving_part(robot: Robot, frame: str | None = None) -> MovingPart:
     """The part of a robot that moves a frame; made once.
 
-    A joint that follows another moves the frame if it is on the way; its leader then counts, wherever it is. The loops
-    of a mechanism are not looked at, which is said once in a warning.
+    A joint that follows another moves the frame if it is on the way; its leader then counts, wherever it is.
 
     Args:
         robot: any.
@@ -107,13 +116,8 @@ def moving_part(robot: Robot, frame: str | None = None) -> MovingPart:
 
     Raises:
         ModelError: an unknown frame.
-
-    Warns:
-        ModelWarning: the robot has loops.
     """
     mechanism = robot.mechanism
-    if mechanism.loops:
-        warn(ModelWarning("ik.loops_open", robot=mechanism.name))
     if frame is not None:
         mechanism.link(frame)
     path = _path(mechanism, mechanism.tip if frame is None else frame)
