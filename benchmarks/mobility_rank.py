@@ -27,8 +27,8 @@ from benchmarks.comparison import Comparisons  # noqa: E402
 from benchmarks.stopwatch import machine, race  # noqa: E402
 from mafsil import mobility as mo  # noqa: E402
 from mafsil.arrays import Floats  # noqa: E402
+from tests.mobility.mechanisms import random_linkage  # noqa: E402
 from tests.mobility.pinocchio_rank import PinocchioLinkage  # noqa: E402
-from tests.mobility.test_against_peers import random_linkage  # noqa: E402
 
 NAMES = ("four_bar", "watt", "bennett", "three_rpr", "delta", "six_ups", "six_sps")
 

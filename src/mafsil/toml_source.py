@@ -6,7 +6,7 @@ import re
 import tomllib
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from mafsil.errors import FileError
 from mafsil.messages import say
@@ -50,6 +50,8 @@ def read_toml(path: str | PathLike[str]) -> dict[str, Any]:
     Raises:
         FileError: missing, unreadable, larger than LARGEST_FILE, or no TOML.
     """
+    if not isinstance(cast("object", path), (str, PathLike)):
+        raise FileError("input.kind", name="path", expected="text or a path", got=type(path).__name__)
     file = Path(path)
     try:
         size = file.stat().st_size if file.is_file() else 0

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import mafsil as mf
 from mafsil.cli.main import main
+from mafsil.parallel import ClosedChain
 
+ROBOTS = Path(__file__).resolve().parents[2] / "examples" / "robots"
 POSE = ["0.4", "0.1", "0.3", "180", "0", "90"]
 
 
@@ -72,3 +75,21 @@ def test_tables_and_refusals(capsys, language):
     assert capsys.readouterr().err
     assert main(["ik", "ur5e", "--pose", "5", "0", "--lang", language]) == 2
     assert capsys.readouterr().err
+
+
+def test_mechanisms_with_loops_get_configurations_that_close_them(capsys):
+    place = ["0.2121", "-0.2121", "0.65", "0", "0", "10deg"]
+    words = ["ik", str(ROBOTS / "stewart.xml"), "--pose", *place, "--tip", "platform"]
+    assert main([*words, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["status"] == "found"
+    chain = ClosedChain(mf.load(ROBOTS / "stewart.xml", tip="platform"))
+    (only,) = found["solutions"]
+    assert only["within_limits"]
+    assert chain.error(only["q"]) < 1e-12
+    np.testing.assert_allclose(chain.robot.forward_kinematics(only["q"])[:3, 3], [0.2121, -0.2121, 0.65], atol=1e-9)
+    assert main([*words, "--all"]) == 0
+    assert "closed loops reach the pose" in capsys.readouterr().out
+    far = ["ik", str(ROBOTS / "palletiser.xml"), "--pose", "3", "0", "0.7", "--tip", "forearm"]
+    assert main([*far, "--lang", "en"]) == 1
+    assert "not found" in capsys.readouterr().err

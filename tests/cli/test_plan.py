@@ -12,6 +12,7 @@ import mafsil as mf
 from mafsil.cli.main import main
 from mafsil.job.reading import parse_scene
 from mafsil.job.surroundings import scene_of, with_shapes
+from mafsil.parallel import ClosedChain
 
 SCENE = str(Path(__file__).parents[2] / "examples" / "scenes" / "wall.toml")
 LEFT, RIGHT = ["45", "20", "0", "-110", "0", "130", "45"], ["-45", "20", "0", "-110", "0", "130", "45"]
@@ -61,3 +62,36 @@ def test_what_stands_in_the_way_is_named(capsys, tmp_path):
     code, _, err = asked(capsys, "--start", *LEFT, "--goal", *RIGHT, "--scene", str(tmp_path / "none.toml"))
     assert code == 2
     assert "none.toml" in err
+
+
+def test_a_pose_of_an_arm_with_four_joints_is_a_pose(capsys):
+    words = [
+        "plan",
+        "cobra600",
+        "--start",
+        "0",
+        "0.3",
+        "0.05",
+        "0",
+        "--pose",
+        "0.4",
+        "0.3",
+        "0.3",
+        "180deg",
+        "0",
+        "0.5",
+    ]
+    assert main([*words, "--json"]) == 0
+    path = np.array(json.loads(capsys.readouterr().out)["path"])
+    place = mf.load("cobra600").forward_kinematics(path[-1])[:3, 3]
+    np.testing.assert_allclose(place, [0.4, 0.3, 0.3], atol=1e-6)
+
+
+def test_a_typed_pose_of_a_mechanism_with_loops_is_met_to_its_digits(capsys):
+    robot = str(Path(__file__).resolve().parents[2] / "examples" / "robots" / "palletiser.xml")
+    words = ["plan", robot, "--start", "0", "0", "0", "0", "--pose", "0.24480733", "0", "0.59342704", "0", "0.7", "0"]
+    assert main([*words, "--json"]) == 0
+    path = np.array(json.loads(capsys.readouterr().out)["path"])
+    chain = ClosedChain(mf.load(robot))
+    assert chain.error(path).max() < 1e-9
+    np.testing.assert_allclose(path[-1][[0, 2]], [1.0, 0.7], atol=1e-6)

@@ -38,7 +38,7 @@ class Nothing:
         return self
 
 
-@pytest.mark.capability("10-89")
+@pytest.mark.capability("10-89", "02-10")
 def test_energy_is_kept_without_a_law_and_falls_with_damping(arm):
     start = ElasticState(*np.random.default_rng(3).normal(size=(4, 5, 2)) * [[[1.0]], [[0.5]], [[1.0]], [[0.5]]])
     start = start._replace(motor=start.q + 0.01)

@@ -87,13 +87,12 @@ def test_a_robot_that_is_too_weak_is_said_to_be():
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("[[move]]\npose = { position = [0.3, 0, 0.5] }", "joints"),
-        ("[start]\npose = { position = [0.3, 0, 0.5] }\n[[move]]\njoints = [0, 0]", "joints"),
+        ("[[move]]\npath = 'line'\npose = { position = [0.3, 0, 0.5] }", "leave path away"),
+        ("[[move]]\npose = { position = [0.3, 0, 0.5], branch = { elbow = 'up' } }", "leave branch away"),
         ('[controller]\nkind = "sliding_mode"\n[[move]]\njoints = [0, 0]', "computed_torque, pd_gravity"),
         ('plant = "mujoco"\n[[move]]\njoints = [0, 0]', "plant"),
         ("[[move]]\njoints = [0, 0, 0]", "shoulder, lever"),
         ("[[move]]\njoints = [2, 0]", "shoulder"),
-        ("[collision]\navoid = true\n[[move]]\njoints = [0, 0]", "via"),
         (
             '[controller]\nkind = "pd_gravity"\nstiffness = [1, 2, 3]\n[[move]]\njoints = [0, 0]',
             "needs one number or 2",

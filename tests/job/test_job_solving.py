@@ -34,6 +34,7 @@ def solved(text: str) -> Run:
     return run
 
 
+@pytest.mark.capability("02-12")
 @pytest.mark.parametrize("name", NAMES)
 def test_examples_reach_every_target_within_limits(name: str) -> None:
     path = JOBS / f"{name}.toml"

@@ -270,7 +270,7 @@ def test_prismatic_joints_are_in_millimetres_too():
     assert robot.n == 6
 
 
-@pytest.mark.capability("02-11")
+@pytest.mark.capability("02-11", "02-12")
 def test_the_pallet_of_the_examples_is_planned_to_its_places():
     path = Path(__file__).parents[2] / "examples" / "jobs" / "pallet_panda.toml"
     text = path.read_text("utf-8")

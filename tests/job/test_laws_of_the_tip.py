@@ -60,7 +60,7 @@ def polished():
     return found
 
 
-@pytest.mark.capability("10-74", "10-2")
+@pytest.mark.capability("10-74", "10-2", "02-12")
 def test_a_plate_is_polished_with_the_force_that_is_asked_for(polished, tmp_path):
     assert polished.status.succeeded
     tape = polished.recording

@@ -55,3 +55,22 @@ def three_upu(axes, offset=(0.0, 0.0, 0.0), radius=0.5):
             joint(f"B{k}", "U", [f"upper{k}", "platform"], B, inner, second=outer),
         ]
     return Linkage.of(joints, name=f"3UPU {axes}", output="platform")
+
+
+def random_linkage(rng, loops, bodies):
+    """A random connected graph of bodies and joints R, P, H, C, U, S, with special axes now and then."""
+    kinds = ["R", "R", "R", "P", "H", "C", "U", "S"]
+    edges = [(int(rng.integers(0, k)), k) for k in range(1, bodies)]
+    while len(edges) < bodies - 1 + loops:
+        a, b = rng.integers(0, bodies, 2)
+        if a != b:
+            edges.append((int(a), int(b)))
+    special, joints = rng.random() < 0.5, []
+    for k, (a, b) in enumerate(edges):
+        kind = kinds[rng.integers(len(kinds))]
+        axis = np.eye(3)[rng.integers(3)] if special else rng.normal(size=3)
+        second = np.cross(axis, rng.normal(size=3)) if kind == "U" else None
+        place = rng.integers(-2, 3, 3).astype(float) if special else rng.normal(size=3)
+        pitch = 0.3 if kind == "H" else 0.0
+        joints.append(joint(f"J{k}", kind, [f"b{a}", f"b{b}"], place, axis, second=second, pitch=pitch))
+    return Linkage.of(joints, ground="b0")

@@ -22,6 +22,7 @@ class PinocchioLinkage:
             index, origin = self._add(each.parent, each, 1.0)
             other, other_origin = self.where[each.child]
             ends.append((index, pin.SE3.Identity(), other, pin.SE3(np.eye(3), origin - other_origin)))
+        self.columns = [int(fine.columns_of([name])[0]) for name in list(self.model.names)[1:]]
         rigid, local = pin.ContactType.CONTACT_6D, pin.ReferenceFrame.LOCAL
         self.constraints = [pin.RigidConstraintModel(rigid, self.model, *given, local) for given in ends]
         self.data = self.model.createData()
@@ -36,6 +37,10 @@ class PinocchioLinkage:
             mo.Kind.HELICAL: lambda: pin.JointModelHelicalUnaligned(axis, each.pitch),
         }[each.kind]()
         return self.model.addJoint(above, kind, pin.SE3(np.eye(3), each.point - origin), each.name), each.point
+
+    def configuration(self, theta):
+        """Coordinates in the order of Pinocchio's joints, of coordinates of the linkage, which `split` leaves."""
+        return np.asarray(theta, dtype=float)[self.columns]
 
     def jacobian(self, q=None):
         """Of all constraints, at coordinates in the order of Pinocchio's joints; as drawn if None."""

@@ -8,25 +8,7 @@ from hypothesis import strategies as st
 import mafsil as mf
 from mafsil import mobility as mo
 from mafsil.geometry import pose
-
-
-def random_linkage(rng, loops, bodies):
-    """A random connected graph of bodies and joints R, P, H, C, U, S, with special axes now and then."""
-    kinds = ["R", "R", "R", "P", "H", "C", "U", "S"]
-    edges = [(int(rng.integers(0, k)), k) for k in range(1, bodies)]
-    while len(edges) < bodies - 1 + loops:
-        a, b = rng.integers(0, bodies, 2)
-        if a != b:
-            edges.append((int(a), int(b)))
-    special, joints = rng.random() < 0.5, []
-    for k, (a, b) in enumerate(edges):
-        kind = kinds[rng.integers(len(kinds))]
-        axis = np.eye(3)[rng.integers(3)] if special else rng.normal(size=3)
-        second = np.cross(axis, rng.normal(size=3)) if kind == "U" else None
-        place = rng.integers(-2, 3, 3).astype(float) if special else rng.normal(size=3)
-        pitch = 0.3 if kind == "H" else 0.0
-        joints.append(mo.joint(f"J{k}", kind, [f"b{a}", f"b{b}"], place, axis, second=second, pitch=pitch))
-    return mo.Linkage.of(joints, ground="b0")
+from tests.mobility.mechanisms import random_linkage
 
 
 @pytest.mark.parametrize("seed", range(60))

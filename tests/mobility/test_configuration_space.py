@@ -296,3 +296,20 @@ def test_curves_of_other_mechanisms():
     crossing = mo.configuration_curves(library.parallelogram(), starts=32)
     assert [len(curve.branch_points) for curve in crossing] == [2, 2]
     assert not mo.configuration_curves(mo.locked(library.four_bar(), ["A"]), starts=8)
+
+
+@pytest.mark.capability("02-53")
+def test_bars_that_do_not_close_say_how_much_is_missing():
+    bar = mo.FourBar(1, 1, 1, 3.5)
+    found = bar.positions([0.1, 0.7])
+    way = np.hypot(3.5 - np.cos([0.1, 0.7]), np.sin([0.1, 0.7]))
+    np.testing.assert_allclose(found.missing, way - 2.0)
+    assert "0.507 m" in found.explain("en")
+    short = mo.FourBar(2, 4, 1, 2.5).positions(0.0)
+    assert short.missing == pytest.approx(3 - 0.5)
+    assert mo.FourBar(2, 4, 3.5, 4.5).positions([0.0, 1.0]).missing.tolist() == [0.0, 0.0]
+    assert mo.SliderCrank(3, 1).missing([0.0, np.pi / 2]).tolist() == [0.0, 2.0]
+    with pytest.raises(mf.InputError, match=r"0\.5\d* m are missing"):
+        bar.linkage(0.1)
+    with pytest.raises(mf.InputError, match="m are missing"):
+        mo.SliderCrank(3, 1).linkage(1.0)

@@ -1,5 +1,6 @@
 """Wrong input is our own error with a remedy, NaN stays in its row, and nothing else is raised."""
 
+import contextlib
 import warnings
 
 import numpy as np
@@ -73,3 +74,50 @@ def test_nan_and_infinity_stay_in_their_rows():
 def test_trivial_constraints():
     assert mo.Pfaffian(("x", "y"), lambda q: [[1, 0], [0, 1]]).integrability.first_integrals == 2
     assert mo.Pfaffian(("x", "y"), lambda q: [[0, 0]]).integrability.first_integrals == 0
+
+
+NO_LINKAGE = (None, 3, "four_bar", [0, 1], np.zeros((2, 2)), {}, object(), mo.Linkage)
+ON_A_LINKAGE = (
+    mo.actuation, mo.assembled, mo.assembly_modes, mo.body_poses, mo.configuration_curves, mo.configuration_space,
+    mo.drawn_at, mo.existence, mo.finite_mobility, mo.generic_mobility, mo.gruebler, mo.instantaneous, mo.loop_matrix,
+    mo.mechanism_of, mo.redundancy, mo.split, mo.structure, mo.trace,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("function", ON_A_LINKAGE, ids=lambda function: function.__name__)
+def test_what_is_no_linkage_is_told_how_to_make_one(function):
+    for given in NO_LINKAGE:
+        with pytest.raises(mf.InputError, match="as_linkage"):
+            function(given)
+    with pytest.raises(mf.InputError, match="as_linkage"):
+        function(linkage=None)
+
+
+NONSENSE = (None, 3.5, np.inf, [np.nan], np.zeros((3, 5)), object(), [[1, 2], [3]], "x", {}, -1, 10**9)
+TAKES = {
+    "rule": lambda x: mf.mobility("four_bar", rule=x),
+    "theta": lambda x: mo.instantaneous(library.four_bar(), x),
+    "theta of finite": lambda x: mo.finite_mobility(library.four_bar(), x),
+    "theta of trace": lambda x: mo.trace(library.four_bar(), x),
+    "locked": lambda x: mo.instantaneous(library.four_bar(), locked=x),
+    "driven": lambda x: mo.actuation(library.four_bar(), joints=x),
+    "given": lambda x: mo.assembly_modes(library.four_bar(), x),
+    "bodies": lambda x: mo.joint("A", "R", x, [0, 0]),
+    "joints": mo.Linkage.of,
+    "name": library.linkage,
+    "legs": library.stewart_gough,
+    "axes": library.three_upu,
+    "space": mo.space_named,
+    "distance": lambda x: mo.fibre([1, 1], x),
+    "angles": lambda x: mo.torus.distance(x, [0, 0]),
+    "freedoms": lambda x: mo.task_redundancy(x, "pose"),
+    "row": lambda x: mo.Pfaffian(("x", "y"), lambda q: [[1, x]]).integrability,
+    "file": mo.read_linkage,
+}
+
+
+@pytest.mark.parametrize("name", TAKES)
+def test_nonsense_raises_nothing_foreign(name):
+    for given in NONSENSE:
+        with contextlib.suppress(mf.MafsilError):
+            TAKES[name](given)

@@ -255,6 +255,20 @@ def test_spherical_shoulder_and_wrist_of_the_iiwa():
             np.testing.assert_allclose(-np.cross(S[:3], [0, 0, height]), S[3:], atol=1e-12)
 
 
+@pytest.mark.capability("02-13")
+def test_melfa_has_its_published_reach_and_stands_upright_at_zero():
+    """RV-7FL: 908 mm from axis 2 to the wrist centre, joint 3 such that elbow and wrist are in line."""
+    robot = ROBOTS["rv7flm"]
+    np.testing.assert_allclose(tip_pose(robot, np.zeros(6))[:3, 3], [-0.05, 0, 0.4 + 0.435 + 0.47 + 0.085], atol=1e-15)
+    q = np.array([0, 0, np.arctan2(0.05, 0.47), 0, 0, 0])
+    T = tip_pose(robot, q)
+    wrist = T[:3, 3] - 0.085 * T[:3, 2]
+    assert np.linalg.norm(wrist - [0, 0, 0.4]) == pytest.approx(0.908, abs=5e-4)
+    forward = tip_pose(robot, np.radians([0, 0, 90, 0, 0, 0]))
+    np.testing.assert_allclose(forward[:3, 2], [1, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(np.degrees(robot.limits.velocity), [288, 321, 360, 337, 450, 720])
+
+
 def test_stanford_arm_has_its_boom_third_and_its_wrist_in_one_point():
     robot = ROBOTS["stanford_arm"]
     assert [joint.kind is JointKind.PRISMATIC for joint in robot.joints] == [False, False, True, False, False, False]

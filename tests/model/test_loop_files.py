@@ -101,3 +101,48 @@ def test_without_the_file_it_is_a_tree(tmp_path):
 def test_bad_files_are_named(text, said, tmp_path):
     with pytest.raises(FileError, match=said):
         mf.load(urdf(tmp_path, text))
+
+
+def xacro(folder: Path) -> Path:
+    """The same arm with its lengths as a property and its bars from a macro."""
+    plain = urdf(folder, None).read_text()
+    (folder / "arm.urdf").unlink()
+    text = plain.replace('<robot name="palletiser">', '<robot name="palletiser" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+                         '<xacro:property name="reach" value="${2 * 0.2}"/>')  # fmt: skip
+    path = folder / "arm.xacro"
+    path.write_text(text.replace('<origin xyz="0 0 0.4"/>', '<origin xyz="0 0 ${reach}"/>'))
+    return path
+
+
+def sdf(folder: Path) -> Path:
+    """The same arm in SDFormat, every pose given against the link before."""
+    text = '<sdf version="1.9"><model name="palletiser"><link name="column"/>'
+    for name, (parent, xyz, joint, mass, com, (x, y, z)) in BODIES.items():
+        place, middle = (" ".join(map(str, each)) for each in (xyz, com))
+        text += (
+            f'<link name="{name}"><pose relative_to="{parent}">{place} 0 0 0</pose><inertial><mass>{mass}</mass>'
+            f"<pose>{middle} 0 0 0</pose><inertia><ixx>{x}</ixx><iyy>{y}</iyy><izz>{z}</izz></inertia>"
+            f'</inertial></link><joint name="{joint}" type="continuous"><parent>{parent}</parent><child>{name}</child>'
+            "<axis><xyz>0 1 0</xyz></axis></joint>"
+        )
+    stand = '<joint name="stand" type="fixed"><parent>world</parent><child>column</child></joint></model></sdf>'
+    path = folder / "arm.sdf"
+    path.write_text(text + stand)
+    return path
+
+
+@pytest.mark.parametrize("written", [xacro, sdf])
+def test_xacro_and_sdf_have_loops_beside_them_too(written, tmp_path):
+    path = written(tmp_path)
+    (tmp_path / "arm.loops.toml").write_text(LOOP)
+    one = ClosedChain(mf.load(path, tip="forearm"))
+    (tmp_path / "other").mkdir()
+    two = ClosedChain(mf.load(urdf(tmp_path / "other"), tip="forearm"))
+    assert [one.robot.joint_names[k] for k in one.actuated] == ["shoulder", "lever"]
+    assert one.robot.joint_names == two.robot.joint_names
+    rng = np.random.default_rng(1)
+    q = two.closed(rng.uniform(-0.4, 0.4, (10, 4)), hold=["shoulder", "lever"]).q
+    assert one.error(q).max() < 1e-12
+    qd, tau = two.rates(q, rng.normal(size=(10, 4))), rng.normal(size=(10, 2))
+    found, expected = one.forward_dynamics(q, qd, tau).qdd, two.forward_dynamics(q, qd, tau).qdd
+    assert np.abs(found - expected).max() < 1e-9 * np.abs(expected).max()

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import simpson
 
-from mafsil import parallel
+from mafsil import mobility, parallel
 from mafsil.errors import InputError, ModelError
 from mafsil.model import JointKind
 from tests.parallel.closed_chains import Twin, four_bar, random_chain
@@ -173,3 +173,10 @@ def test_what_cannot_be_is_said():
     assert not wild
     assert wild.status.name in ("LOST", "NOT_FINITE")
     assert np.isfinite(wild.q).all()
+
+
+def test_a_mechanism_without_mass_is_told_so_before_it_runs():
+    chain = parallel.ClosedChain(mobility.mechanism_of(mobility.library.four_bar()))
+    assert not chain.forward_dynamics(np.zeros(chain.n), np.zeros(chain.n), np.zeros(chain.n))
+    with pytest.raises(ModelError, match="moves no mass"):
+        parallel.simulate_closed(chain, np.zeros(chain.n), duration=0.1)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.cli.answer import Answer
+from mafsil.cli.closed_ik import closed_ik
 from mafsil.cli.picture import PLAIN, drawn, require_kind
 from mafsil.cli.state import angle_remarks, shown, unit
 from mafsil.cli.table import number as printed
@@ -29,7 +30,7 @@ def ik(
     degrees: bool,
     picture: str | None,
 ) -> Answer:
-    """Joint coordinates that bring the tip to a pose.
+    """Joint coordinates that bring the tip to a pose; of mechanisms with loops those that close them, without pictures.
 
     Args:
         robot: name or file.
@@ -49,6 +50,8 @@ def ik(
     arm = load(robot, tip=tip)
     T = typed_pose("pose", pose, degrees=degrees)
     requested = task or ("position" if len(pose) == 3 else "pose")
+    if arm.mechanism.loops:
+        return closed_ik(arm, T, requested, frame, everything=all, degrees=degrees)
     answer = inverse_kinematics(arm, T, frame=frame, task=requested)  # pyright: ignore[reportArgumentType]
     assert isinstance(answer, SolutionSet)
     explanation = answer.explain().splitlines()

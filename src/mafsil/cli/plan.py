@@ -14,6 +14,7 @@ from mafsil.cli.table import brief, table
 from mafsil.cli.typed_pose import typed_pose
 from mafsil.collision import Checker, Scene
 from mafsil.errors import InputError
+from mafsil.geometry import Pose
 from mafsil.job.reading import parse_scene
 from mafsil.job.surroundings import scene_of, with_shapes
 from mafsil.job.text import text_of
@@ -65,7 +66,8 @@ def plan(
         raise InputError("cli.plan_one_goal")
     q = joint_values("start", start, arm.mechanism, degrees=degrees)
     wanted = (
-        typed_pose("pose", pose, degrees=degrees)
+        # An array of four rows could be four configurations of an arm with four joints.
+        Pose(typed_pose("pose", pose, degrees=degrees))
         if pose
         else joint_values("goal", goal, arm.mechanism, degrees=degrees)
     )

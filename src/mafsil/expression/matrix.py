@@ -300,6 +300,8 @@ def _converted(value: Number | NDArray[np.generic] | Nested) -> tuple[int, int, 
         rows = value.shape[0] if value.ndim else 1
         flat: list[float] = value.astype(np.float64).ravel(order="F").tolist()
         return rows, columns, [constant(x) for x in flat]
+    if isinstance(value, str) or not hasattr(value, "__iter__"):
+        raise OperandError("expression.operand", got=type(value).__name__)
     rows = [_row(row) for row in value]
     width = len(rows[0]) if rows else 1
     if any(len(row) != width for row in rows):

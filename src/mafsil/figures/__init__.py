@@ -12,6 +12,9 @@ from mafsil.figures.frames import save_frame_graph as save_frame_graph
 from mafsil.figures.frames import save_frames as save_frames
 from mafsil.figures.frames import save_rotation as save_rotation
 from mafsil.figures.gimbals import save_gimbals as save_gimbals
+from mafsil.figures.ik_constructions import save_distance_construction as save_distance_construction
+from mafsil.figures.ik_constructions import save_shoulder_plan as save_shoulder_plan
+from mafsil.figures.ik_constructions import save_sphere_construction as save_sphere_construction
 from mafsil.figures.mechanism import save_mechanism as save_mechanism
 from mafsil.figures.monte_carlo import save_monte_carlo as save_monte_carlo
 from mafsil.figures.motion import save_motion as save_motion

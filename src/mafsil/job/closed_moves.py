@@ -6,24 +6,27 @@ from dataclasses import fields, replace
 
 import numpy as np
 
-from mafsil.arrays import Floats, Integers, JointVector
+from mafsil.arrays import Floats, Integers, JointVector, PoseMatrix
 from mafsil.control import Law, closed_computed_torque, closed_gravity_compensation, driven_trajectory
 from mafsil.control.inertia_gains import DAMPING_RATIO, NATURAL_FREQUENCY
 from mafsil.errors import InputError
-from mafsil.job.description import Job, Move
-from mafsil.job.joint_motion import joint_motion
+from mafsil.job.description import TIP_PATHS, Job, Move, Task
+from mafsil.job.joint_motion import joint_motion, motion_on_path
 from mafsil.job.lines import Places
 from mafsil.job.remark import Refused
+from mafsil.job.tolerance import Tolerances
 from mafsil.messages.visible import visible
-from mafsil.model import JointLimits
-from mafsil.parallel import ClosedChain
+from mafsil.model import JointKind, JointLimits
+from mafsil.parallel import ClosedChain, closed_inverse_kinematics
 from mafsil.robot import Robot
-from mafsil.trajectory import Trajectory, check
+from mafsil.trajectory import JointPath, PiecewisePolynomial, Trajectory, check
 
 LAWS = ("computed_torque", "pd_gravity")
 """The laws that know loops."""
 FREQUENCY, DAMPING = 20.0, 1.0
 """Of the error dynamics, where the job names none [rad/s, 1]."""
+SAME = 1e-6
+"""Configurations that differ by less are one [rad | m]."""
 
 
 def listed_joints(robot: Robot, count: int) -> Integers:
@@ -47,20 +50,18 @@ def require_closed_job(job: Job, robot: Robot, places: Places) -> None:
         places: for the lines of errors.
 
     Raises:
-        JobError: poses, another law, going round obstacles, MuJoCo, or no driven joint.
+        JobError: paths of the tip, branches, another law, MuJoCo, or no driven joint.
     """
     name = visible(robot.name)
     if not len(listed_joints(robot, -1)):
         raise places.error("job.loops_no_drive", ("robot",), robot=name)
-    if job.start.pose is not None:
-        raise places.error("job.loops_pose", ("start", "pose"), robot=name)
+    if job.start.pose is not None and job.start.pose.branch is not None:
+        raise places.error("job.loops_branch", ("start", "pose", "branch"), robot=name)
     for k, move in enumerate(job.move):
-        if move.pose is not None:
-            raise places.error("job.loops_pose", ("move", k, "pose"), robot=name)
-        if move.avoid:
-            raise places.error("job.loops_avoid", ("move", k, "avoid"), robot=name)
-    if job.collision is not None and job.collision.avoid:
-        raise places.error("job.loops_avoid", ("collision", "avoid"), robot=name)
+        if move.path in TIP_PATHS and move.pose is not None:
+            raise places.error("job.loops_path", ("move", k, "path"), robot=name)
+        if move.pose is not None and move.pose.branch is not None:
+            raise places.error("job.loops_branch", ("move", k, "pose", "branch"), robot=name)
     if job.controller.kind not in LAWS:
         raise places.error("job.loops_law", ("controller", "kind"), robot=name, known=", ".join(LAWS))
     if job.simulation.plant == "mujoco":
@@ -68,14 +69,15 @@ def require_closed_job(job: Job, robot: Robot, places: Places) -> None:
 
 
 class ClosedMoves:
-    """Motions of the driven joints of one mechanism.
+    """Motions of the driven joints of one mechanism, and configurations with closed loops for its goals.
 
     Args:
-        robot: with loops.
+        robot: with loops, and the tool with which it starts.
     """
 
     def __init__(self, robot: Robot) -> None:
         self.robot, self.chain = robot, ClosedChain(robot)
+        self.turns = np.array([joint.kind is not JointKind.PRISMATIC for joint in robot.mechanism.coordinates])
 
     def closed(self, values: JointVector, near: JointVector, where: object) -> JointVector:
         """(n,) the closed configuration in which the driven joints are as given.
@@ -97,6 +99,35 @@ class ClosedMoves:
             raise Refused("job.loops_open", move=where, reason=found)
         return found.q
 
+    def at_pose(
+        self, robot: Robot, T: PoseMatrix, task: Task, near: JointVector, allowed: Tolerances, where: object
+    ) -> list[JointVector]:
+        """Configurations with closed loops and within the limits whose tip is at a pose, the nearest first.
+
+        Where none reaches it exactly, as where the mechanism has fewer freedoms than the task asks, those within the
+        tolerance.
+
+        Args:
+            robot: with the tool that is mounted.
+            T: (4, 4) of the tip in {s}.
+            task: what of it counts.
+            near: (n,) where the search begins.
+            allowed: what may be left.
+            where: how the move is called in a refusal.
+
+        Raises:
+            Refused: none was found; it says how near the nearest comes.
+        """
+        chain = self.chain if robot is self.robot else ClosedChain(robot)
+        found = closed_inverse_kinematics(chain, T, near, task=task)
+        if not len(found):
+            found = closed_inverse_kinematics(
+                chain, T, near, task=task, tolerance=allowed.position, rotation_tolerance=allowed.orientation
+            )
+        if not found:
+            raise Refused("job.loops_unreached", move=where, reason=found)
+        return list(found.q[found.within])
+
     def motion(
         self, q: JointVector, points: list[JointVector], move: Move, limits: JointLimits, where: object
     ) -> Trajectory:
@@ -115,8 +146,44 @@ class ClosedMoves:
         a = self.chain.actuated
         way = [q[a], *(point[a] if len(point) == self.chain.n else point for point in points)]
         planned = joint_motion(self.robot, way, move, limits_of(limits, a), where, a)
+        return self._followed(planned.trajectory, q, limits, where)
+
+    def along(self, q: JointVector, path: JointPath, move: Move, limits: JointLimits, where: object) -> Trajectory:
+        """All joints while the driven ones follow what a path of all of them does with them.
+
+        Args:
+            q: (n,) where it begins, closed.
+            path: of all joints; between its points its loops may gape a little, the motion's do not.
+            move, limits, where: as for `motion`.
+
+        Raises:
+            Refused: as `motion`.
+        """
+        a, curve = self.chain.actuated, path.curve
+        driven = JointPath(PiecewisePolynomial(curve.knots, curve.coefficients[..., a]))
+        planned = motion_on_path(self.robot, driven, move, limits_of(limits, a), where, a)
+        return self._followed(planned.trajectory, q, limits, where)
+
+    def require_at(self, trajectory: Trajectory, q: JointVector, where: object) -> None:
+        """Refuse a motion whose loops are closed another way at its end than they should be.
+
+        Args:
+            trajectory: of all joints.
+            q: (n,) where it should end.
+            where: how the move is called in a refusal.
+
+        Raises:
+            Refused: it ends elsewhere.
+        """
+        apart = trajectory.at(trajectory.duration).u - q
+        apart = np.abs(np.where(self.turns, np.remainder(apart + np.pi, 2 * np.pi) - np.pi, apart))
+        if apart.max() > SAME:
+            k = int(apart.argmax())
+            raise Refused("job.loops_other_way", move=where, joint=visible(self.robot.joint_names[k]))
+
+    def _followed(self, driven: Trajectory, q: JointVector, limits: JointLimits, where: object) -> Trajectory:
         try:
-            found = driven_trajectory(self.chain, planned.trajectory, q)
+            found = driven_trajectory(self.chain, driven, q)
         except InputError as error:
             raise Refused("job.loops_way", move=where, reason=error.message()) from None
         verdict = check(found, _ranges(limits), tolerance=1e-6)

@@ -61,7 +61,9 @@ def joint_motion(
     return _within(robot, *_shortest(way, move, limits, where), move, limits, where, columns)
 
 
-def motion_on_path(robot: Robot, path: JointPath, move: Move, limits: JointLimits, where: object) -> JointMove:
+def motion_on_path(
+    robot: Robot, path: JointPath, move: Move, limits: JointLimits, where: object, columns: Integers | None = None
+) -> JointMove:
     """Along a path of the joints in the shortest time, or in the time that the move names.
 
     Args:
@@ -70,12 +72,13 @@ def motion_on_path(robot: Robot, path: JointPath, move: Move, limits: JointLimit
         move: its duration.
         limits: of the joints, for this move.
         where: how the move is called in a refusal.
+        columns: which joints these are; all if None.
 
     Raises:
         Refused: it is to be driven faster than the limits allow, or leaves the range of a joint.
     """
     found = along_path(path, limits, where)
-    return _within(robot, found.motion, found.binding, move, limits, where)
+    return _within(robot, found.motion, found.binding, move, limits, where, columns)
 
 
 def _within(

@@ -9,6 +9,7 @@ import msgspec
 import numpy as np
 
 from mafsil.arrays import JointVector, PoseMatrix
+from mafsil.collision import Contact
 from mafsil.job.called import Where
 from mafsil.job.cell_signals import CellSignals, assignments, conditions
 from mafsil.job.closed_moves import ClosedMoves
@@ -141,7 +142,11 @@ class _Planner:
         if self.loops is not None:
             place = starting_place(self.robot)
             values = place if given.joints is None else coordinates(self.job, self.robot, given.joints)
-            self.q = self.loops.closed(values, place, self.where(-1))
+            if given.pose is None:
+                self.q = self.loops.closed(values, place, self.where(-1))
+            else:
+                T = pose_matrix(given.pose, degrees=self.degrees)
+                self.q = self.closed_configurations(self.loops, -1, given.pose.task, T, place)[0]
         elif given.joints is not None:
             self.q = coordinates(self.job, self.robot, given.joints)
         else:
@@ -175,10 +180,15 @@ class _Planner:
             self.wait(index, name, move)
         elif move.path in TIP_PATHS:
             return self.along(index)
+        elif move.pose is not None and self.loops is not None:
+            self.reach_closed(self.loops, index, name, move.pose)
         elif move.pose is not None:
             self.reach(index, name, move.pose)
         elif self.loops is not None:
-            self.append(index, name, "joint", self.closed_motion(self.loops, index))
+            self.goals.forget()
+            goal = coordinates(self.job, self.robot, move.joints or ())
+            trajectory, way = self.closed_motion(self.loops, index, goal)
+            self.append(index, name, "joint", trajectory, way=way)
         else:
             self.goals.forget()
             goal = coordinates(self.job, self.robot, move.joints or ())
@@ -437,19 +447,67 @@ class _Planner:
 
         return planned.trajectory, Timing(limits, self.job.limits, None, again), way
 
-    def closed_motion(self, loops: ClosedMoves, index: int) -> Trajectory:
-        """The driven joints of a mechanism with loops to a goal, through the points on the way."""
-        move = self.job.move[index]
-        ways = [coordinates(self.job, self.robot, via) for via in move.via if isinstance(via, tuple)]
-        points = [*ways, coordinates(self.job, self.robot, move.joints or ())]
-        return loops.motion(self.q, points, move, self.scaled(move), self.where(index))
+    def reach_closed(self, loops: ClosedMoves, index: int, name: str, goal: Goal) -> None:
+        """To a pose with closed loops: of its configurations the nearest to which there is a motion."""
+        target = self.target(goal, self.q)
+        known = self.goals.taken(target, goal.task)
+        found = [known] if known is not None else self.closed_configurations(loops, index, goal.task, target, self.q)
+        refusals: list[Refused] = []
+        for q in found[: MOST_CONFIGURATIONS + 1]:
+            try:
+                trajectory, way = self.closed_motion(loops, index, q)
+                loops.require_at(trajectory, q, self.where(index))
+                self.require_free(index, "joint", trajectory, self.clearance(index, index))
+            except Refused as no:
+                refusals.append(no)
+                continue
+            self.append(index, name, "joint", trajectory, None, target, goal.task, way=way)
+            return self.arrived(index, goal, target)
+        raise refusals[0]
 
-    def way_round(self, index: int, goal: JointVector) -> WayRound | None:
-        """A way round obstacles; None where the move does not ask for one, or where the straight way is free."""
+    def closed_configurations(
+        self, loops: ClosedMoves, index: int, task: Task, target: PoseMatrix, near: JointVector
+    ) -> list[JointVector]:
+        """Configurations with closed loops for a pose, those that meet nothing first, then the nearest."""
+        allowed = tolerances(self.job, self.robot, None if index < 0 else index)
+        found = loops.at_pose(self.robot, target, task, near, allowed, self.where(index))
+        around = self.surroundings
+        return found if around is None else sorted(found, key=lambda q: not around.is_free(q, self.load))
+
+    def closed_motion(
+        self, loops: ClosedMoves, index: int, goal: JointVector
+    ) -> tuple[Trajectory, WayRound | None]:  # fmt: skip
+        """The driven joints of a mechanism with loops to a goal, through the points on the way, or round obstacles."""
+        move, where, limits = self.job.move[index], self.where(index), self.scaled(self.job.move[index])
+        ways = [coordinates(self.job, self.robot, via) for via in move.via if isinstance(via, tuple)]
+        straight = loops.motion(self.q, [*ways, goal], move, limits, where)
+        around = self.surroundings
+        if around is None or not self.goes_round(index):
+            return straight, None
+        hit = around.first_hit(straight, self.load, self.clearance(index, index))
+        if hit is None:
+            return straight, None
+        way = self.way_round(index, straight.at(straight.duration).u, hit.contact)
+        assert way is not None
+        return loops.along(self.q, way.plan.joint_path(), move, limits, where), way
+
+    def goes_round(self, index: int) -> bool:
+        """Whether a move may leave the straight way of its joints for one round obstacles."""
+        move = self.job.move[index]
+        return not move.via and move.profile in (None, *QUICKEST) and self.avoids(index)
+
+    def way_round(self, index: int, goal: JointVector, met: Contact | None = None) -> WayRound | None:
+        """A way round obstacles; None where the move does not ask for one, or where the straight way is free.
+
+        Args:
+            index: of the move.
+            goal: (n,) where it ends.
+            met: what the way without it meets, where that is no straight way of the joints.
+        """
         move, around = self.job.move[index], self.surroundings
-        if around is None or move.via or move.profile not in (None, *QUICKEST) or not self.avoids(index):
+        if around is None or not self.goes_round(index):
             return None
-        found = around.way_round(self.q, goal, self.load, self.clearance(index, index), move.planner)
+        found = around.way_round(self.q, goal, self.load, self.clearance(index, index), move.planner, met)
         if found is None:
             return None
         if not found.plan:

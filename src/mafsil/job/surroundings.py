@@ -168,8 +168,9 @@ class Surroundings:
         return Hit(time, contact)
 
     def way_round(
-        self, q: JointVector, goal: JointVector, load: Load, clearance: float, planner: str | None = None
-    ) -> WayRound | None:
+        self, q: JointVector, goal: JointVector, load: Load, clearance: float, planner: str | None = None,
+        met: Contact | None = None,
+    ) -> WayRound | None:  # fmt: skip
         """A way between two configurations, or why there is none; None where the straight one is free.
 
         Args:
@@ -177,11 +178,14 @@ class Surroundings:
             load: what hangs on the flange.
             clearance: that is kept [m].
             planner: which one searches; that of the job if None.
+            met: what stands in the way, if that is known; the straight way is not asked then.
         """
         checker = self.checker(load, clearance)
-        straight = checker.check_path(q, goal)
-        if straight:
-            return None
+        if met is None:
+            straight = checker.check_path(q, goal)
+            if straight:
+                return None
+            met = straight.contacts[0] if straight.contacts else None
         roomy, rule = checker.with_margin(clearance + ROOM), self.rule
         if roomy.free(np.stack([q, goal])).all():
             checker = roomy
@@ -190,7 +194,7 @@ class Surroundings:
         if found.interrupted:
             # Who stops a job wants no more of it than of its planner.
             raise KeyboardInterrupt
-        return WayRound(found, straight.contacts[0] if straight.contacts else None)
+        return WayRound(found, met)
 
     def clearance(self, q: Floats, load: Load, kept: float | None = None) -> Clearance:
         """Smallest distances at configurations (k, n); a carried part is smaller by the clearance that is kept."""

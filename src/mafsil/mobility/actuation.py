@@ -17,6 +17,7 @@ from mafsil.errors import InputError
 from mafsil.mobility.instantaneous import instantaneous
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.loop_closure import loop_matrix
+from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tolerances import RANK
 
 MOST_SUBSETS = 20_000
@@ -86,6 +87,7 @@ class Actuation(SingleAnswer):
         }  # fmt: skip
 
 
+@on_linkage
 def actuation(linkage: Linkage, theta: ArrayLike | None = None, *, joints: Iterable[str] | None = None) -> Actuation:
     """Whether driven joints determine the motion at a configuration.
 
@@ -94,16 +96,19 @@ def actuation(linkage: Linkage, theta: ArrayLike | None = None, *, joints: Itera
         theta: (F,) [rad | m].
         joints: names of the driven ones; those marked as actuated if None.
     """
-    names = [each.name for each in linkage.joints if each.actuated] if joints is None else list(joints)
+    names = [each.name for each in linkage.joints if each.actuated] if joints is None else joints
+    names = [linkage.joints[k].name for k in linkage.index_of(names)]
     free, rest = instantaneous(linkage, theta), instantaneous(linkage, theta, locked=names)
     return Actuation(len(linkage.columns_of(names)), free.mobility, rest.mobility, rest.output_mobility)
 
 
+@on_linkage
 def locked_mobility(linkage: Linkage, names: Iterable[str], theta: ArrayLike | None = None) -> int:
     """Mobility by rank that is left when joints are locked at a configuration (F,)."""
     return instantaneous(linkage, theta, locked=names).mobility
 
 
+@on_linkage
 def locked_subsets(linkage: Linkage, size: int, theta: ArrayLike | None = None) -> dict[tuple[str, ...], int]:
     """Mobility by rank that is left, for every choice of `size` locked joints.
 

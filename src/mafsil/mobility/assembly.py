@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Floats, whole
+from mafsil.arrays import Floats, require_kind, whole
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.loop_closure import body_poses, closed_near, units
+from mafsil.mobility.on_linkage import on_linkage
 
 SAME = 1e-6
 """Bodies that stand this near to each other (angles, lengths over the size) stand alike: ten digits after Newton."""
@@ -79,6 +80,7 @@ class AssemblyModes(Answer):
         }  # fmt: skip
 
 
+@on_linkage
 def assembly_modes(
     linkage: Linkage, given: Mapping[str, float] | None = None, *, starts: int = 256, seed: int = 0
 ) -> AssemblyModes:
@@ -96,6 +98,8 @@ def assembly_modes(
     Raises:
         InputError: a joint of several freedoms is given.
     """
+    if given is not None:
+        require_kind("given", given, "dictionary of coordinates by name", "items")
     count, fixed = whole("starts", starts, 1, 100_000), dict(given or {})
     spread = np.random.default_rng(seed).uniform(-np.pi, np.pi, (count, linkage.coordinates))
     start = spread * np.where(units(linkage) == 1.0, 1.0, linkage.size / np.pi)

@@ -15,6 +15,7 @@ from mafsil.messages.tables import number, on_screen, table
 from mafsil.mobility.instantaneous import instantaneous
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.loop_closure import body_poses, closed_near, units
+from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tracing import LONGEST, Trace, trace
 
 ON_CURVE = 0.75
@@ -84,6 +85,7 @@ class ConfigurationCurves(Answer):
         }  # fmt: skip
 
 
+@on_linkage
 def configuration_curves(
     linkage: Linkage, *, starts: int = 64, step: float = LONGEST, steps: int = 4000, seed: int = 0
 ) -> ConfigurationCurves:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,6 +14,7 @@ from mafsil.arrays import Floats, as_batch
 from mafsil.errors import InputError
 from mafsil.mobility.joint_kind import Kind
 from mafsil.mobility.linkage import Linkage
+from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.planar_positions import wrapped
 from mafsil.mobility.torus import chart
 
@@ -129,11 +130,12 @@ def space_named(name: str) -> ProductSpace:
     Raises:
         InputError: another name; deformable bodies have no finite number of coordinates and are not in it.
     """
-    if name not in DICTIONARY:
+    if not isinstance(cast("object", name), str) or name not in DICTIONARY:
         raise InputError("mobility.unknown_space", name=name, known=", ".join(DICTIONARY))
     return DICTIONARY[name]
 
 
+@on_linkage
 def configuration_space(linkage: Linkage) -> ProductSpace:
     """The configuration space of a chain or tree as the product over its joints; a limited angle is an interval.
 

@@ -13,11 +13,13 @@ from mafsil.errors import ModelError
 from mafsil.mobility.joint_kind import Kind
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.linkage_joint import LinkageJoint
-from mafsil.mobility.loop_closure import body_poses, coordinates, largest_gap, loop_state
+from mafsil.mobility.loop_closure import body_poses, configuration, largest_gap, loop_state
 from mafsil.mobility.motion_group import span
+from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tolerances import AS_DRAWN, RANK
 
 
+@on_linkage
 def drawn_at(linkage: Linkage, theta: ArrayLike) -> Linkage:
     """The linkage drawn where coordinates take it: coordinates of the result count from there.
 
@@ -30,7 +32,7 @@ def drawn_at(linkage: Linkage, theta: ArrayLike) -> Linkage:
     Raises:
         ModelError: the loops gape there; the sentence has the gap.
     """
-    value = coordinates(linkage, theta)
+    value = configuration(linkage, theta)
     gap = float(largest_gap(linkage, value))
     if gap > AS_DRAWN:
         raise ModelError("mobility.gapes", name=linkage.name or "-", gap=gap)
@@ -61,6 +63,7 @@ def _moved(each: LinkageJoint, T_parent: Floats, T_child: Floats, screws: Floats
     )  # fmt: skip
 
 
+@on_linkage
 def locked(linkage: Linkage, names: Iterable[str]) -> Linkage:
     """The linkage with joints locked where they are drawn; their bodies become one, named after the first of them.
 
@@ -105,6 +108,7 @@ def _with_coupled(linkage: Linkage, fixed: set[int]) -> set[int]:
     return fixed
 
 
+@on_linkage
 def split(linkage: Linkage) -> Linkage:
     """The linkage with every joint of several freedoms as a chain of joints of one, with massless bodies between.
 

@@ -15,6 +15,7 @@ from mafsil.mobility.drawing import drawn_at
 from mafsil.mobility.joint_kind import Kind
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.loop_closure import closed_near
+from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tolerances import TYPED
 
 SHARED_POINT = (Kind.REVOLUTE, Kind.UNIVERSAL, Kind.SPHERICAL)
@@ -59,6 +60,7 @@ class Existence(SingleAnswer):
         }  # fmt: skip
 
 
+@on_linkage
 def existence(linkage: Linkage, *, starts: int = 256, seed: int = 0) -> Existence:
     """Whether the links of a linkage can meet in all its joints.
 
@@ -107,6 +109,7 @@ def loop_sides(linkage: Linkage, loop: int) -> tuple[tuple[float, ...], tuple[st
     return tuple(float(np.linalg.norm(ends[0] - ends[1])) for ends in on_body.values()), names
 
 
+@on_linkage
 def assembled(linkage: Linkage) -> Linkage:
     """A linkage that is drawn apart, drawn where its loops close.
 

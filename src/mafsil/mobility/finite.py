@@ -12,8 +12,9 @@ from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats
 from mafsil.mobility.instantaneous import at_state, null_space
 from mafsil.mobility.linkage import Linkage
-from mafsil.mobility.loop_closure import closed_near, coordinates, loop_state, reduced_screws, units
+from mafsil.mobility.loop_closure import closed_near, configuration, loop_state, reduced_screws, units
 from mafsil.mobility.many import by_singular_values
+from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.redundancy import loop_groups
 from mafsil.mobility.second_order import admitted, second_order_forms
 from mafsil.mobility.tolerances import NEAR, PATH_STEP
@@ -76,6 +77,7 @@ class FiniteMobility(SingleAnswer):
         }  # fmt: skip
 
 
+@on_linkage
 def finite_mobility(linkage: Linkage, theta: ArrayLike | None = None, *, seed: int = 0) -> FiniteMobility:
     """How many independent motions a linkage really has around a configuration.
 
@@ -94,7 +96,7 @@ def finite_mobility(linkage: Linkage, theta: ArrayLike | None = None, *, seed: i
 
     Reference: A. Mueller, Local kinematic analysis of closed-loop linkages, Mechanism and Machine Theory 139 (2019).
     """
-    value = coordinates(linkage, theta)
+    value = configuration(linkage, theta)
     state = loop_state(linkage, value)
     here = at_state(linkage, value, state, np.ones(linkage.coordinates))
     d, none = here.mobility, np.zeros((0, linkage.coordinates))
@@ -168,6 +170,7 @@ def _bends(tangents: Floats, dimension: int) -> bool:
     return int((s > SAME_BRANCH * s[0]).sum()) > dimension
 
 
+@on_linkage
 def generic_mobility(
     linkage: Linkage, theta: ArrayLike | None = None, *, step: float = 0.05, samples: int = 12, seed: int = 0
 ) -> int | None:
@@ -180,7 +183,7 @@ def generic_mobility(
         samples: number of steps.
         seed: of their directions.
     """
-    value = coordinates(linkage, theta)
+    value = configuration(linkage, theta)
     here = at_state(linkage, value, loop_state(linkage, value), np.ones(linkage.coordinates))
     if not here.mobility:
         return 0

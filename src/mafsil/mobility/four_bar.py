@@ -63,12 +63,15 @@ class FourBarPositions(Answer):
         C: (*batch, 2, 2) joint of coupler and rocker [m].
         turns: (*batch, 2) the sum of the angles over pi: an odd number.
         residual: largest closure error [m, rad].
+        missing: (*batch,) length by which coupler and rocker are too short or too unequal to meet; zero where they do
+            [m].
     """
 
     theta: Floats
     C: Floats
     turns: Floats
     residual: float
+    missing: Floats
 
     @property
     def reachable(self) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
@@ -104,14 +107,15 @@ class FourBarPositions(Answer):
     def explain(self, language: str | None = None) -> str:
         """How many inputs close, and how exactly."""
         return self.status.sentence(
-            language, reached=int(self.reachable.sum()), count=self.reachable.size, residual=self.residual
-        )
+            language, reached=int(self.reachable.sum()), count=self.reachable.size, residual=self.residual,
+            missing=float(np.min(self.missing[self.missing > 0.0], initial=np.inf)),
+        )  # fmt: skip
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
         return {
             "status": self.status.name.lower(), "theta": self.theta, "C": self.C, "turns": self.turns,
-            "residual": self.residual,
+            "residual": self.residual, "missing": self.missing,
         }  # fmt: skip
 
 
@@ -190,7 +194,11 @@ class FourBar:
         theta = wrapped(absolute - before)
         gap: Floats = np.abs(self.closure(theta))
         residual = max([0.0, *gap[np.isfinite(gap)].tolist()])
-        return FourBarPositions(theta, C, np.asarray(np.round(theta.sum(axis=-1) / np.pi), dtype=np.float64), residual)
+        turns = np.asarray(np.round(theta.sum(axis=-1) / np.pi), dtype=np.float64)
+        way = np.linalg.norm(D - B, axis=-1)
+        missing = np.maximum(np.maximum(way - (L2 + L3), abs(L2 - L3) - way), 0.0)
+        closes = np.isfinite(theta).all(axis=(-1, -2))
+        return FourBarPositions(theta, C, turns, residual, np.where(closes, 0.0, missing))
 
     def closure(self, theta: ArrayLike) -> Floats:
         """(*batch, 3) sum L cos s [m], sum L sin s [m], s_4 - pi in (-pi, pi], with s_j = theta_1 + ... + theta_j."""
@@ -269,7 +277,7 @@ class FourBar:
             InputError: it does not close there.
         """
         found = self.positions(theta_1)
-        require_reached(bool(found.reachable), float(theta_1))
+        require_reached(float(found.missing), float(theta_1))
         B = self.crank * np.array([np.cos(theta_1), np.sin(theta_1)])
         return Linkage.of(
             [
@@ -282,7 +290,7 @@ class FourBar:
         )  # fmt: skip
 
 
-def require_reached(reached: bool, angle: float) -> None:
-    """Refuse an input at which a linkage does not close."""
-    if not reached:
-        raise InputError("mobility.not_reached", angle=angle)
+def require_reached(missing: float, angle: float) -> None:
+    """Refuse an input at which a linkage does not close, by how much [m]."""
+    if not missing <= 0.0:
+        raise InputError("mobility.not_reached", angle=angle, missing=missing)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import whole
@@ -13,6 +13,7 @@ from mafsil.messages import say
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.loop_closure import reduced_screws
 from mafsil.mobility.motion_group import Group, MotionGroup, motion_group
+from mafsil.mobility.on_linkage import on_linkage
 
 RULES = {"planar": 3, "spherical": 3, "spatial": 6}
 """Freedoms m of a body that nothing holds back."""
@@ -128,6 +129,7 @@ def count(links: int, freedoms: Sequence[int], rule: str = "spatial") -> Grueble
     return GrueblerCount(rule, number, each)
 
 
+@on_linkage
 def gruebler(linkage: Linkage, rule: str | None = None) -> GrueblerCount:
     """Gruebler's count of a linkage, with the rule that its joints allow, or with another and a warning.
 
@@ -139,7 +141,7 @@ def gruebler(linkage: Linkage, rule: str | None = None) -> GrueblerCount:
     group = motion_group(reduced_screws(linkage))
     right = "planar" if linkage.planar else natural_rule(group)
     chosen = right if rule is None else rule
-    if chosen not in RULES:
+    if not isinstance(cast("object", chosen), str) or chosen not in RULES:
         raise InputError("mobility.unknown_rule", rule=chosen, known=", ".join(RULES))
     freedoms = tuple(joint.freedoms for joint in linkage.joints)
     if max(freedoms) > RULES[chosen]:

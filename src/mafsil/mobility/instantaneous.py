@@ -13,7 +13,8 @@ from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats
 from mafsil.messages import say
 from mafsil.mobility.linkage import Linkage
-from mafsil.mobility.loop_closure import LoopState, loop_state, reduced_screws, units
+from mafsil.mobility.loop_closure import LoopState, configuration, loop_state, reduced_screws, units
+from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tolerances import IN_SUPPORT, RANK
 
 
@@ -115,6 +116,7 @@ class InstantaneousMobility(SingleAnswer):
         }  # fmt: skip
 
 
+@on_linkage
 def instantaneous(
     linkage: Linkage, theta: ArrayLike | None = None, *, locked: Iterable[str] = ()
 ) -> InstantaneousMobility:
@@ -129,8 +131,8 @@ def instantaneous(
         theta: (F,) coordinates that close all loops [rad | m]; as drawn if None.
         locked: names of joints that do not move.
     """
-    state = loop_state(linkage, theta)
-    value = np.zeros(linkage.coordinates) if theta is None else np.asarray(theta, dtype=np.float64)
+    value = configuration(linkage, theta)
+    state = loop_state(linkage, value)
     moving = np.ones(linkage.coordinates)
     moving[linkage.columns_of(locked)] = 0.0
     return at_state(linkage, value, state, moving)

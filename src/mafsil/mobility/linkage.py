@@ -9,11 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.arrays import Floats, frozen
+from mafsil.arrays import Floats, frozen, require_kind
 from mafsil.errors import ModelError
 from mafsil.messages import say
 from mafsil.mobility.joint_kind import Kind
@@ -87,7 +88,10 @@ class Linkage:
             ModelError: no joints, doubled or unknown names, bodies that nothing joins to the ground, a joint that
                 leaves the plane of a planar linkage. The sentence names the joint.
         """
+        require_kind("joints", joints, "list of joints", "__iter__")
         given = tuple(joints)
+        for each in cast("tuple[object, ...]", given):
+            require_kind("joints", each, "LinkageJoint, as `joint(...)` makes one", "child_point", "freedoms")
         if not given:
             raise ModelError("mobility.no_joints", name=name or "-")
         _require_once([each.name for each in given])
@@ -237,15 +241,17 @@ class Linkage:
         return np.array([each.point for each in self.joints if each.kind is not Kind.PRISMATIC]).reshape(-1, 3)
 
     def index_of(self, names: Iterable[str]) -> tuple[int, ...]:
-        """Indices of joints by name.
+        """Indices of joints by name; one name alone counts as a list of one.
 
         Raises:
             ModelError: there is no such joint; the sentence lists them.
+            InputError: no list of names.
         """
         known = {each.name: k for k, each in enumerate(self.joints)}
         found: list[int] = []
-        for name in names:
-            if name not in known:
+        require_kind("joints", names, "list of names", "__iter__")
+        for name in (names,) if isinstance(names, str) else names:
+            if not isinstance(cast("object", name), str) or name not in known:
                 raise ModelError("mobility.unknown_joint", joint=name, known=", ".join(known))
             found.append(known[name])
         return tuple(found)

@@ -39,7 +39,8 @@ def read_linkage(path: str | Path) -> Linkage:
         FileError: missing, unreadable, malformed, unknown or missing keys; the sentence names the joint and the key.
         ModelError: joints that make no linkage.
     """
-    return parse_linkage(read_toml(path), Path(path).name)
+    data = read_toml(path)
+    return parse_linkage(data, Path(path).name)
 
 
 def is_linkage(data: object) -> bool:

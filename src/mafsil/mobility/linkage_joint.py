@@ -9,7 +9,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, frozen, real_array, single
+from mafsil.arrays import Floats, frozen, real_array, require_kind, single
 from mafsil.errors import InputError, ModelError
 from mafsil.mobility.joint_kind import KINDS, Kind
 from mafsil.mobility.tolerances import TYPED
@@ -94,6 +94,7 @@ def joint(
     found = KINDS.get(kind) if isinstance(kind, str) else kind
     if not isinstance(cast("object", found), Kind) or found is None:
         raise ModelError("mobility.unknown_kind", joint=name, kind=kind, known=", ".join(k.title for k in Kind))
+    require_kind(f"{name}: bodies", bodies, "pair of names", "__len__", "__getitem__")
     if isinstance(bodies, str) or len(bodies) != 2 or bodies[0] == bodies[1]:
         raise ModelError("mobility.two_bodies", joint=name, bodies=", ".join(map(str, bodies)))
     point = _in_space(f"{name}: at", at)

@@ -17,6 +17,7 @@ from mafsil.arrays import Floats, as_batch, single
 from mafsil.errors import ModelError
 from mafsil.geometry import pose
 from mafsil.mobility.linkage import Linkage
+from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tolerances import CLOSED, RANK
 from mafsil.solvers import decompositions
 
@@ -30,6 +31,11 @@ def coordinates(linkage: Linkage, theta: ArrayLike | None) -> Floats:
     if theta is None:
         return np.zeros(linkage.coordinates)
     return as_batch("theta", theta, (linkage.coordinates,), finite=True)
+
+
+def configuration(linkage: Linkage, theta: ArrayLike | None) -> Floats:
+    """Coordinates of one configuration (F,); zero, where the linkage is drawn, if None."""
+    return np.zeros(linkage.coordinates) if theta is None else single("theta", theta, (linkage.coordinates,))
 
 
 def units(linkage: Linkage) -> Floats:
@@ -56,6 +62,7 @@ def _joint_motions(linkage: Linkage, theta: Floats) -> tuple[Floats, Floats]:
     return np.stack(motions, axis=-3), np.stack(before, axis=-3) if before else empty
 
 
+@on_linkage
 def body_poses(linkage: Linkage, theta: ArrayLike | None = None) -> Floats:
     """Displacements of the bodies from where they are drawn, along the walk from the ground.
 
@@ -80,6 +87,7 @@ def _poses(linkage: Linkage, theta: Floats, motions: Floats) -> Floats:
     return T
 
 
+@on_linkage
 def point_position(linkage: Linkage, body: str, point: ArrayLike, theta: ArrayLike | None = None) -> Floats:
     """(*batch, 3) where a point of a body is: R p + o, for p where it is drawn [m].
 
@@ -179,6 +187,7 @@ def reduced_screws(linkage: Linkage, screws: Floats | None = None) -> Floats:
     return _without_units(linkage) @ given * units(linkage)
 
 
+@on_linkage
 def loop_matrix(linkage: Linkage, theta: ArrayLike | None = None) -> Floats:
     """(*batch, 6 L, F) what the loops ask: loop_matrix @ (rates of coordinates over `units`) = 0."""
     return loop_state(linkage, theta).matrix
@@ -222,6 +231,7 @@ class Closure(SingleAnswer):
         return {"status": self.status.name.lower(), "theta": self.theta, "gap": self.gap, "closed": self.closed}
 
 
+@on_linkage
 def closed_near(
     linkage: Linkage, theta: ArrayLike | None = None, *, fixed: Iterable[str] = (), steps: int = MOST_STEPS
 ) -> Closure:

@@ -13,6 +13,7 @@ from mafsil.arrays import Floats
 from mafsil.lazy_module import lazily
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.loop_closure import coordinates, loop_state, reduced_screws, units
+from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tolerances import RANK
 
 if TYPE_CHECKING:
@@ -43,6 +44,7 @@ def _pattern(linkage: Linkage) -> _Pattern:
     return _Pattern(units(linkage), screws, first, tree, ends, closing, cycles)
 
 
+@on_linkage
 def mobilities(linkage: Linkage, theta: ArrayLike) -> NDArray[np.intp]:
     """(*batch,) mobility by rank of many configurations (*batch, F) at once; each must close the loops [rad | m].
 

@@ -20,6 +20,7 @@ from mafsil.mobility.linkage import Coupling, Linkage
 from mafsil.mobility.linkage_file import is_linkage, read_linkage
 from mafsil.mobility.linkage_joint import LinkageJoint
 from mafsil.mobility.loop_closure import closed_near, largest_gap
+from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tolerances import CLOSED
 from mafsil.model import Joint, JointKind, Limits, Link, Mechanism, Mimic
 from mafsil.model.loading import RobotLike, as_mechanism
@@ -173,6 +174,7 @@ def _drawn(each: Joint, T: Floats, at: float, about: float = 0.0) -> LinkageJoin
     )  # fmt: skip
 
 
+@on_linkage
 def mechanism_of(linkage: Linkage) -> Mechanism:
     """A linkage as a mechanism: a tree of joints of one freedom, and loops closed by the joints left over.
 

@@ -114,8 +114,12 @@ class Pfaffian:
         return ex.Function("A", [self.symbols], [self.expression])
 
     def matrix(self, q: ArrayLike) -> Floats:
-        """(k, n) A at coordinates (n,)."""
-        return _numbers(self._values(single("q", q, (self.n,))))
+        """(k, n) A at coordinates (n,).
+
+        Raises:
+            InputError: the rows have no finite value there.
+        """
+        return _finite(_numbers(self._values(single("q", q, (self.n,)))))
 
     def rank(self, q: ArrayLike) -> int:
         """Number of independent constraints at coordinates (n,)."""
@@ -139,7 +143,10 @@ class Pfaffian:
     def samples(self) -> Floats:
         """(SAMPLES, n) configurations in general position around `about`."""
         middle = np.zeros(self.n) if self.about is None else np.array(self.about)
-        return middle + np.random.default_rng(0).uniform(-0.45, 0.45, (SAMPLES, self.n))
+        found = middle + np.random.default_rng(0).uniform(-0.45, 0.45, (SAMPLES, self.n))
+        for q in found:
+            self.matrix(q)
+        return found
 
     @cached_property
     def fields(self) -> tuple[Any, ...]:
@@ -283,6 +290,12 @@ def _kernel(A: Any, q: Any, samples: Floats) -> tuple[Any, ...]:
 def _numbers(value: Any) -> Floats:
     """A constant matrix of expressions as an array."""
     return np.array([[float(value[i, j]) for j in range(value.columns)] for i in range(value.rows)])
+
+
+def _finite(A: Floats) -> Floats:
+    if not np.isfinite(A).all():
+        raise InputError("mobility.pfaffian_finite", row=int(np.flatnonzero(~np.isfinite(A).all(axis=1))[0]))
+    return A
 
 
 def _rank(A: Floats) -> int:

@@ -16,6 +16,7 @@ from mafsil.messages.tables import on_screen
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.loop_closure import loop_state, reduced_screws
 from mafsil.mobility.motion_group import MotionGroup, motion_group
+from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tolerances import IN_SUPPORT, RANK
 
 
@@ -120,6 +121,7 @@ def loop_groups(linkage: Linkage, screws: Floats) -> tuple[tuple[tuple[str, ...]
     return tuple(found)
 
 
+@on_linkage
 def redundancy(linkage: Linkage, theta: ArrayLike | None = None) -> Redundancy:
     """Redundant constraints at a configuration, and why they are.
 

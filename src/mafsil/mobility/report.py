@@ -21,6 +21,7 @@ from mafsil.mobility.instantaneous import InstantaneousMobility, instantaneous
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.loop_closure import largest_gap
 from mafsil.mobility.mechanism_linkage import LinkageLike, as_linkage
+from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.redundancy import Redundancy, redundancy
 from mafsil.mobility.structure import Structure, structure
 from mafsil.mobility.tolerances import CLOSED
@@ -152,6 +153,7 @@ def mobility(source: LinkageLike, q: ArrayLike | None = None, *, rule: str | Non
     )  # fmt: skip
 
 
+@on_linkage
 def rates(linkage: Linkage, driven: str, theta: ArrayLike | None = None) -> dict[str, float]:
     """Rates of all joints of one freedom for unit rate of one of them, of a linkage of mobility 1.
 
@@ -173,6 +175,7 @@ def rates(linkage: Linkage, driven: str, theta: ArrayLike | None = None) -> dict
     return dict(zip(linkage.coordinate_names, (values / values[column]).tolist(), strict=True))
 
 
+@on_linkage
 def body_rates(linkage: Linkage, driven: str, bodies: Iterable[str], theta: ArrayLike | None = None) -> Floats:
     """(len(bodies),) angular velocities of bodies of a planar linkage for unit rate of one joint, at mobility 1.
 

@@ -33,7 +33,7 @@ class SliderCrank:
         object.__setattr__(self, "offset", float(real_array("offset", self.offset)))
 
     def positions(self, theta: ArrayLike) -> Floats:
-        """(*batch, 2) place x of the block in both modes, the farther one first [m]; NaN where the rod is too short.
+        """(*batch, 2) place x of the block in both modes, the farther one first [m]; NaN where length is `missing`.
 
         x = r cos theta +- sqrt(l^2 - (r sin theta - e)^2)
         """
@@ -43,6 +43,10 @@ class SliderCrank:
             half = np.sqrt((self.rod - rise) * (self.rod + rise))
         middle = self.crank * np.cos(angle)
         return np.stack([middle + half, middle - half], axis=-1)
+
+    def missing(self, theta: ArrayLike) -> Floats:
+        """(*batch,) length by which the rod is too short to reach the line of the block; zero where it does [m]."""
+        return np.maximum(np.abs(self.crank * np.sin(numbers_or_nan("theta", theta)) - self.offset) - self.rod, 0.0)
 
     def rod_angles(self, theta: ArrayLike) -> Floats:
         """(*batch, 2) direction of the rod from crank pin to block, in both modes, in (-pi, pi] [rad]."""
@@ -69,7 +73,7 @@ class SliderCrank:
             InputError: the rod does not reach the line there.
         """
         x = float(self.positions(theta)[mode])
-        require_reached(bool(np.isfinite(x)), float(theta))
+        require_reached(float(self.missing(theta)), float(theta))
         pin, block = self.crank * np.array([np.cos(theta), np.sin(theta)]), [x, self.offset]
         joints = [joint("A", "R", ["ground", "crank"], [0, 0], actuated=True), joint("B", "R", ["crank", "rod"], pin)]
         if merged:

@@ -9,6 +9,7 @@ import numpy as np
 
 from mafsil.answer import SingleAnswer, Status
 from mafsil.mobility.linkage import Linkage
+from mafsil.mobility.on_linkage import on_linkage
 
 
 class StructureStatus(Status):
@@ -51,6 +52,7 @@ class Structure(SingleAnswer):
         }  # fmt: skip
 
 
+@on_linkage
 def structure(linkage: Linkage) -> Structure:
     """The kind of chain: a tree has no loop, a serial chain no body with more than two joints besides."""
     degrees = np.bincount(linkage.ends.ravel(), minlength=len(linkage.bodies))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, as_batch, positive, real_array, single
+from mafsil.arrays import Floats, as_batch, positive, real_array, single, whole
 from mafsil.errors import InputError
 from mafsil.mobility.configuration_space import space_named
 from mafsil.mobility.planar_positions import PolygonSpace, polygon_space
@@ -38,7 +38,7 @@ def fibre(lengths: ArrayLike, distance: float) -> PolygonSpace:
         lengths: (n,) of the links [m].
         distance: of the tip from the base [m], zero or more.
     """
-    return polygon_space(np.append(real_array("lengths", lengths), distance))
+    return polygon_space(np.append(real_array("lengths", lengths), real_array("distance", distance)))
 
 
 @dataclass(frozen=True)
@@ -91,4 +91,4 @@ def angles_of_direction(direction: ArrayLike) -> tuple[Floats, np.ndarray[tuple[
 
 def task_redundancy(freedoms: int, task: str) -> int:
     """Freedoms of an arm beyond those of a task, named as in `configuration_space.DICTIONARY`."""
-    return freedoms - space_named(task).dimension
+    return whole("freedoms", freedoms) - space_named(task).dimension

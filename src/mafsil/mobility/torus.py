@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, real_array
+from mafsil.errors import InputError
 from mafsil.mobility.planar_positions import numbers_or_nan, wrapped
 
 
@@ -17,7 +18,11 @@ def chart(q: ArrayLike) -> Floats:
 
 def difference(a: ArrayLike, b: ArrayLike) -> Floats:
     """(*batch, n) shortest way b - a of each angle in (-pi, pi] [rad]."""
-    return wrapped(numbers_or_nan("b", b) - numbers_or_nan("a", a))
+    start, end = numbers_or_nan("a", a), numbers_or_nan("b", b)
+    try:
+        return wrapped(end - start)
+    except ValueError:
+        raise InputError("input.shape", name="b", expected=start.shape, got=end.shape, hint="") from None
 
 
 def distance(a: ArrayLike, b: ArrayLike) -> Floats:

@@ -16,7 +16,8 @@ from mafsil.arrays import Floats, positive, whole
 from mafsil.errors import InputError
 from mafsil.mobility.instantaneous import null_space
 from mafsil.mobility.linkage import Linkage
-from mafsil.mobility.loop_closure import body_poses, closed_near, coordinates, loop_matrix, units
+from mafsil.mobility.loop_closure import body_poses, closed_near, configuration, loop_matrix, units
+from mafsil.mobility.on_linkage import on_linkage
 
 SHORTEST = 1e-5
 LONGEST = 0.1
@@ -89,6 +90,7 @@ class Trace(SingleAnswer):
         }  # fmt: skip
 
 
+@on_linkage
 def trace(linkage: Linkage, theta: ArrayLike | None = None, *, step: float = LONGEST, steps: int = 4000) -> Trace:
     """Follow the configurations of a linkage of mobility 1 from a regular one, until they lead back.
 
@@ -106,7 +108,7 @@ def trace(linkage: Linkage, theta: ArrayLike | None = None, *, step: float = LON
     Raises:
         InputError: the mobility by rank is not 1 at the start.
     """
-    scale, here = units(linkage), coordinates(linkage, theta)
+    scale, here = units(linkage), configuration(linkage, theta)
     largest, most = positive("step", step), whole("steps", steps, 1)
     frame = _Frame.at(linkage, here, None)
     path, tangents, branches = [here], [frame.tangent], list[Floats]()

@@ -165,6 +165,7 @@ NO_SUCH_PART = _error("M0725", "no_such_part")
 SECOND_INERTIAL = _error("M0726", "second_inertial")
 UNKNOWN_SITE = _error("M0727", "unknown_site")
 LOOP_CLOSED = _warning("M0728", "loop_closed")
+LOOSE_HELD = _warning("M0729", "loose_held")
 
 # Only in xacro
 XACRO_MACRO = _error("X1101", "xacro_macro")

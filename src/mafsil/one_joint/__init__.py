@@ -54,6 +54,7 @@ from mafsil.one_joint.motor import CurrentLoop as CurrentLoop
 from mafsil.one_joint.motor import Motor as Motor
 from mafsil.one_joint.motor import drive as drive
 from mafsil.one_joint.motor import joint_with_drive as joint_with_drive
+from mafsil.one_joint.play import Play as Play
 from mafsil.one_joint.polynomial import roots as roots
 from mafsil.one_joint.response_measures import MeasureStatus as MeasureStatus
 from mafsil.one_joint.response_measures import ResponseMeasures as ResponseMeasures

@@ -23,6 +23,9 @@ from mafsil.parallel.closed_answers import ClosedConfigurations as ClosedConfigu
 from mafsil.parallel.closed_chain import ClosedChain as ClosedChain
 from mafsil.parallel.closed_motion import ClosedMotion as ClosedMotion
 from mafsil.parallel.closed_motion import simulate_closed as simulate_closed
+from mafsil.parallel.closed_pose_answer import ClosedPoses as ClosedPoses
+from mafsil.parallel.closed_pose_answer import ClosedPoseStatus as ClosedPoseStatus
+from mafsil.parallel.closed_poses import closed_inverse_kinematics as closed_inverse_kinematics
 from mafsil.parallel.closure import DrivenRates as DrivenRates
 from mafsil.parallel.closure import DrivenStatus as DrivenStatus
 from mafsil.parallel.closure import driven_rates as driven_rates

@@ -50,7 +50,7 @@ class ClosedChain:
         actuated: (a,) indices of the driven coordinates.
 
     Raises:
-        ModelError: it has no loops, or a joint is unknown.
+        ModelError: it has no loops or no joint that moves, or a joint is unknown.
     """
 
     def __init__(self, robot: RobotLike, actuated: tuple[str, ...] | None = None) -> None:
@@ -58,6 +58,8 @@ class ClosedChain:
         mechanism = self.robot.mechanism
         if not mechanism.loops:
             raise ModelError("parallel.no_loops", robot=mechanism.name)
+        if not mechanism.n:
+            raise ModelError("robot.no_joints", robot=mechanism.name)
         self.n = mechanism.n
         names = [joint.name for joint in mechanism.coordinates]
         driven = [j.name for j in mechanism.coordinates if j.actuated] if actuated is None else list(actuated)

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, Integers, JointVector, as_batch, positive
-from mafsil.errors import InputError
+from mafsil.errors import InputError, ModelError
 from mafsil.parallel.closed_chain import ClosedChain
 
 Efforts: TypeAlias = Callable[[float, JointVector, JointVector], ArrayLike]
@@ -98,6 +98,7 @@ def simulate_closed(
 
     Raises:
         InputError: the start does not close the loops, too many steps, efforts of a wrong shape.
+        ModelError: a joint moves no mass.
     """
     h, end = positive("step", step), positive("duration", duration)
     if end / h > MOST_STEPS:
@@ -107,6 +108,8 @@ def simulate_closed(
     if not start or moved > STARTS_OPEN * chain.size:
         raise InputError("parallel.starts_open", error=float(chain.error(q).max(initial=0.0)), why=start.explain())
     x = start.q
+    if not chain.forward_dynamics(x, np.zeros_like(x), np.zeros(chain.n)):
+        raise ModelError("parallel.closed_singular_mass")
     given = np.zeros_like(x) if qd is None else as_batch("qd", qd, (chain.n,), finite=True)
     x, v = np.broadcast_arrays(x, chain.rates(x, np.broadcast_to(given, np.broadcast_shapes(x.shape, given.shape))))
     torque = _torque(chain, efforts)

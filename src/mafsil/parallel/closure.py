@@ -130,7 +130,10 @@ def driven_rates(H: ArrayLike, driven: Sequence[int], rank: int | None = None) -
     if matrix.ndim != 2:
         raise InputError("input.shape", name="H", expected="(m, n)", got=matrix.shape, hint="")
     n = matrix.shape[1]
-    chosen = tuple(int(k) for k in driven)
+    given = real_array("driven", driven)
+    if given.ndim != 1 or not (np.isfinite(given) & (given == np.round(given))).all():
+        raise InputError("parallel.driven", driven=given.tolist(), most=n - 1)
+    chosen = tuple(int(k) for k in given)
     if len(set(chosen)) != len(chosen) or not all(0 <= k < n for k in chosen):
         raise InputError("parallel.driven", driven=list(chosen), most=n - 1)
     passive = tuple(k for k in range(n) if k not in chosen)

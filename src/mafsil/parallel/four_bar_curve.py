@@ -16,7 +16,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Booleans, Floats
+from mafsil.arrays import Booleans, Floats, require_kind
 from mafsil.mobility.four_bar import FourBar
 from mafsil.mobility.planar_positions import numbers_or_nan, wrapped
 from mafsil.mobility.tolerances import TOUCHING, TYPED
@@ -65,6 +65,7 @@ def output_angles(linkage: FourBar, theta: ArrayLike) -> tuple[Floats, Booleans]
         (*batch, 2) phi in (-pi, pi], the coupler's end to the left of the line from crank pin to ground pivot last;
         NaN where it does not close or any phi closes; (*batch,) whether any does.
     """
+    require_kind("linkage", linkage, "FourBar", "lengths", "grashof")
     angle = numbers_or_nan("theta", theta)
     L1, L2, L3, L4 = linkage.lengths.tolist()
     alpha, beta = 2 * L3 * (L4 - L1 * np.cos(angle)), -2 * L1 * L3 * np.sin(angle)
@@ -83,6 +84,7 @@ def output_angles(linkage: FourBar, theta: ArrayLike) -> tuple[Floats, Booleans]
 
 def singular_points(linkage: FourBar) -> tuple[FourBarPoint, ...]:
     """All configurations with every link on one line: where the curve crosses itself or is a point."""
+    require_kind("linkage", linkage, "FourBar", "lengths", "grashof")
     L1, L2, L3, L4 = linkage.lengths.tolist()
     found: list[FourBarPoint] = []
     for e1, e2, e3 in product((1.0, -1.0), repeat=3):

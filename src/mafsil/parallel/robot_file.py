@@ -52,7 +52,8 @@ def read_parallel(path: str | PathLike[str]) -> ParallelRobot:
     Raises:
         FileError: missing, unreadable, malformed, an unknown kind, unknown or missing keys, numbers that make no robot.
     """
-    return parse_parallel(read_toml(path), Path(path).name)
+    data = read_toml(path)
+    return parse_parallel(data, Path(path).name)
 
 
 def parse_parallel(data: dict[str, Any], source: str) -> ParallelRobot:

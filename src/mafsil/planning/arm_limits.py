@@ -27,7 +27,7 @@ def beyond_limits(checker: Checker, q: JointVector) -> str:
 def bounds_of(checker: Checker, ends: JointVector) -> tuple[Floats, Floats]:
     """(n,) between which to search: the limits, or around the ends where there are none.
 
-    Coordinates that do not move the tip and have one value at all ends, such as those of a gripper, keep it.
+    Coordinates that move neither tip nor loops and have one value at all ends, such as those of a gripper, keep it.
     """
     limits = checker.robot.limits
     lower = np.where(np.isfinite(limits.lower), limits.lower, ends.min(axis=0) - UNBOUNDED)

@@ -20,6 +20,7 @@ from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
 from mafsil.planning.arm_limits import UNBOUNDED, beyond_limits, bounds_of
 from mafsil.planning.arm_plan import ArmPlan
+from mafsil.planning.closed_arms import closed_configurations, loops_kept
 from mafsil.planning.goal_region import GoalRegion
 from mafsil.planning.interruption import tells_of_interruption
 from mafsil.planning.kept_planning import Kept, search_kept
@@ -81,6 +82,8 @@ def plan(
     4. Shortcuts, proved too.
 
     Coordinates that do not move the tip and are the same at start and goals, such as those of a gripper, stay.
+    The loops of a mechanism stay closed: its poses become configurations with closed loops by a search, and every path
+    keeps `loops_kept` as well.
 
     Many questions about one arm: make a `collision.Checker` once and give it as `robot`.
 
@@ -97,13 +100,14 @@ def plan(
         shorten: how many shortcuts are tried; 0 for none.
         margin: clearance to keep, where `robot` is no Checker [m].
         keep: what the path keeps all along, such as `planning.Upright(0.1)`: one or several constraints. Only with
-            "rrt_connect".
+            "rrt_connect", which alone knows loops too.
         radius: of capsules along the links, for a robot without shapes [m].
 
     Ctrl-C ends planners that improve with the best so far, `interrupted`; others raise `KeyboardInterrupt`.
 
     Raises:
-        InputError: a wrong shape, a number that is not finite, an unknown planner.
+        InputError: a wrong shape, a number that is not finite, an unknown planner; a loop that is closed by a joint
+            other than a hinge, a ball or a fixed one.
 
     Reference: J. Kuffner, S. LaValle, RRT-Connect, ICRA 2000; proofs as in Schwarzer, Saha, Latombe, IEEE T-RO 2005.
     """
@@ -113,7 +117,8 @@ def plan(
             raise InputError("planning.roadmap_as_it_is")
         planner = LAZY
     checker = _checker(robot, scene, margin, radius) if not isinstance(robot, ArmRoadmap) else robot.checker
-    n = checker.robot.n
+    n, mechanism = checker.robot.n, checker.robot.mechanism
+    loops = loops_kept(mechanism) if mechanism.loops else ()
     q = np.array(single("start", start, (n,)))
     if planner not in PLANNERS and planner not in ARM_PLANNERS:
         raise InputError("input.choice", name="planner", value=planner, known=", ".join({**ARM_PLANNERS, **PLANNERS}))
@@ -123,7 +128,7 @@ def plan(
     begun = perf_counter()
     # 1.
     goals = configurations_of(checker, goal, q)
-    if planner == "rrt_connect" and not keep and roadmap is None and len(goals):
+    if planner == "rrt_connect" and not keep and not loops and roadmap is None and len(goals):
         path, made, seen = _search(checker, q, goals, seed, seconds, nodes, shorten)
         if made:  # Else an end cannot be, which follows by name.
             return _answer(checker, path, planner, made, seen, q, goals, begun)
@@ -133,12 +138,12 @@ def plan(
         return _reasoned(refused, checker, goal, q)
     open_goals = goals[refused]
     lower, upper = bounds_of(checker, np.concatenate([q[None], goals]))
-    constraints = (keep,) if not isinstance(keep, Iterable) else tuple(keep)
+    constraints = ((keep,) if not isinstance(keep, Iterable) else tuple(keep)) + loops
     kept = Kept(*kept_of(checker, constraints, q, (lower, upper))) if constraints else None
     # 3., 4.
     if kept is not None:
         if planner != "rrt_connect":
-            raise InputError("planning.keep_planner", planner=planner)
+            raise InputError("planning.loops_planner" if loops else "planning.keep_planner", planner=planner)
         off = _not_kept(checker, kept, q, open_goals, begun)
         if isinstance(off, ArmPlan):
             return off
@@ -190,6 +195,8 @@ def configurations_of(checker: Checker, goal: ArrayLike | Pose | GoalRegion, sta
 
 
 def _solutions(checker: Checker, poses: Floats, start: JointVector) -> JointVector:
+    if checker.robot.mechanism.loops:
+        return closed_configurations(checker.robot, poses, start)
     rows: list[JointVector] = [np.zeros((0, checker.robot.n))]
     for T in poses:
         found = inverse_kinematics(checker.robot, T, q0=start)
@@ -199,7 +206,7 @@ def _solutions(checker: Checker, poses: Floats, start: JointVector) -> JointVect
 
 def _reasoned(refused: ArmPlan, checker: Checker, goal: ArrayLike | Pose | GoalRegion, q: JointVector) -> ArmPlan:
     """The same, for poses without a configuration with what inverse kinematics says of the first of them."""
-    if refused.status is not PlanningStatus.UNREACHABLE:
+    if refused.status is not PlanningStatus.UNREACHABLE or checker.robot.mechanism.loops:
         return refused
     poses = goal.poses() if isinstance(goal, GoalRegion) else np.asarray(goal, dtype=np.float64).reshape(-1, 4, 4)
     found = inverse_kinematics(checker.robot, poses[0], q0=q)

@@ -16,6 +16,7 @@ from mafsil.geometry import Pose
 from mafsil.messages import say
 from mafsil.planning.arm_planning import configurations_of, plan
 from mafsil.planning.arms_motion import ArmsMotion, TimedArm, unproved_moment
+from mafsil.planning.closed_arms import require_trees
 from mafsil.planning.outcome import PlanningStatus
 from mafsil.planning.rounding import rounded
 from mafsil.planning.waiting_places import RESTS, route_along, standing, timed_way
@@ -73,6 +74,7 @@ def plan_in_turn(
         M. Erdmann, T. Lozano-Perez, On multiple moving objects, Algorithmica 1987; K. Kant, S. Zucker, Toward
         efficient trajectory planning: the path-velocity decomposition, IJRR 1986.
     """
+    require_trees(*(cell.alone(name).robot for name in cell.names))
     begun = perf_counter()
     turns = _Turns(cell, start, goal, limits, whole("seed", seed), positive("seconds", seconds))
     blocked = turns.blocked_end()

@@ -209,6 +209,7 @@ class LoopClosed(_Place):
         frame, other: links.
         at, other_at: (3,) the points, in the frames of their links [m].
         tolerance: distance between them that is allowed [m].
+        aim: share of the tolerance to which points of the path close it.
     """
 
     frame: str
@@ -216,7 +217,12 @@ class LoopClosed(_Place):
     at: ArrayLike = (0.0, 0.0, 0.0)
     other_at: ArrayLike = (0.0, 0.0, 0.0)
     tolerance: float = 0.001
+    aim: float = AIM
     key = "planning.keeps_loop"
+
+    def limits(self) -> tuple[float, float]:
+        """The tolerance [m], and the share of it that is aimed at."""
+        return positive("tolerance", self.tolerance), positive("aim", self.aim)
 
     def rows(self, mechanism: Mechanism, poses: Floats) -> list[Row]:
         """The difference of the two points."""

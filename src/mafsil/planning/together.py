@@ -13,6 +13,7 @@ from mafsil.collision import Arms
 from mafsil.geometry import Pose
 from mafsil.planning.arm_plan import ArmPlan
 from mafsil.planning.arm_planning import configurations_of, plan
+from mafsil.planning.closed_arms import require_trees
 
 MOST_GOALS = 256
 """Combinations of the arms' goals that are tried, the nearest to the start first."""
@@ -47,6 +48,7 @@ def plan_together(
     Raises:
         InputError: an unknown arm, a start that is missing, a wrong shape.
     """
+    require_trees(*(cell.alone(name).robot for name in cell.names))
     q = cell.joined(start)
     goals = _combined(cell, cell.parted(q), goal)
     return plan(

@@ -40,6 +40,11 @@ CASES = (
     Case("free joint inside", inertial(f'{MASS}<body name="b"><freejoint/>{MASS}</body>'), "M0710", 5, True, True),
     Case("loose object", model(BODY + f'<body name="cube"><freejoint/>{MASS}</body>\n'), "M0722", 7, False, True,
          accepted=True),
+    Case("floating in a loop", model(
+        BODY + f'<body name="cube"><freejoint/>{MASS}</body>\n' + BODY.replace('"a"', '"b"').replace('"j"', '"k"'),
+        after='<equality><connect body1="a" body2="cube" anchor="1 0 0"/>'
+              '<connect body1="cube" body2="b" anchor="0 1 0"/></equality>\n',
+    ), "M0729", 7, False, True, accepted=True),
     Case("ball joint", joint('<joint name="j" type="ball" pos="0 0 1"/>'), "M0711", 4, True, True),
     Case("unknown joint type", joint('<joint type="screw"/>'), "J0401", 4, True, True),
     Case("zero axis", joint('<joint axis="0 0 0"/>'), "J0404", 4, True, True),

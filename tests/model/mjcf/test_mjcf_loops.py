@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -232,3 +234,59 @@ def test_loops_that_contradict_each_other_are_not_closed():
     assert not found
     assert found.error >= 0.05
     assert f"{float(found.error):.2g}" in found.explain("en")
+
+
+def floating_platform(text):
+    """The file of a platform on six legs with its platform loose in the world, all six legs tied to it."""
+    begin, end = (
+        text.index('          <body name="platform"'),
+        text.index("          </body>") + len("          </body>\n"),
+    )
+    platform = re.sub(r'.*<joint name="ball.*\n| xyaxes="[^"]*"', "", text[begin:end])
+    platform = platform.replace('name="platform"', 'name="platform" pos="0.212132 -0.212132 0.6"')
+    platform = platform.replace("<inertial", "<freejoint/><inertial")
+    rest = (text[:begin] + text[end:]).replace("    </body>\n  </worldbody>", f"    </body>\n{platform}  </worldbody>")
+    return rest.replace(
+        "<equality>", '<equality><connect name="ball 1" body1="rod 1" body2="platform" anchor="0 0 0"/>'
+    )
+
+
+def test_a_platform_that_floats_is_held_by_its_legs():
+    """The same robot as the file in which one leg carries the platform: legs accelerate alike at a random place."""
+    text = (Path(__file__).resolve().parents[3] / "examples" / "robots" / "stewart.xml").read_text()
+    one, two = (mf.Robot(read(each).with_tip("platform")) for each in (text, floating_platform(text)))
+    assert (one.n, two.n) == (21, 24)
+    first, second = parallel.ClosedChain(one), parallel.ClosedChain(two)
+    legs = [f"leg {k}" for k in range(1, 7)]
+    assert [two.joint_names[k] for k in second.actuated] == legs
+    rng = np.random.default_rng(0)
+    q = first.closed(0.1 * rng.normal(size=21)).q
+    home = [robot.forward_kinematics(np.zeros(robot.n)) for robot in (one, two)]
+    found = parallel.closed_inverse_kinematics(second, one.forward_kinematics(q) @ np.linalg.inv(home[0]) @ home[1])
+    assert found
+    places = [[robot.joint_names.index(name) for name in legs] for robot in (one, two)]
+    # The file gives lengths and directions to six digits.
+    np.testing.assert_allclose(found.q[0][places[1]], q[places[0]], atol=1e-5)
+    tau = 50 * rng.normal(size=6)
+    expected = first.forward_dynamics(q, 0 * q, tau).qdd[places[0]]
+    qdd = second.forward_dynamics(found.q[0], 0 * found.q[0], tau).qdd[places[1]]
+    np.testing.assert_allclose(qdd, expected, rtol=1e-4)
+
+
+def test_what_is_tied_once_hangs_on_the_robot_and_is_left_out():
+    arm = '<body name="hand"><joint name="j" axis="0 0 1"/>' + LUMP + "</body>"
+    cube = '<body name="cube" pos="0 0 1"><freejoint/>' + LUMP + "</body>"
+    tie = '<connect body1="hand" body2="cube" anchor="0 0 1"/>'
+    for count, loops in ((1, 0), (2, 2)):
+        text = f"<mujoco><worldbody>{arm}{cube}</worldbody><equality>{tie * count}</equality></mujoco>"
+        mechanism = read(text)
+        assert len(mechanism.loops) == loops
+        assert ("cube" in mechanism.link_names) is (loops > 0)
+
+
+def test_a_mechanism_without_a_moving_joint_has_no_closed_chain():
+    cubes = "".join(f'<body name="{name}" pos="{k} 0 0"><freejoint/>{LUMP}</body>' for k, name in enumerate("ab"))
+    tie = '<equality><weld body1="a" body2="b"/></equality>'
+    mechanism = read(f"<mujoco><worldbody>{cubes}</worldbody>{tie}</mujoco>")
+    with pytest.raises(ModelError, match="no moving joint"):
+        parallel.ClosedChain(mechanism)

@@ -191,7 +191,7 @@ def test_mimics() -> None:
 
 
 HOSTILE = {
-    "D1201": model(link("a") + link("b") + joint("j", "a", "b", "ball", "")),
+    "D1201": model(link("a") + link("b") + joint("j", "a", "b", "gearbox", "")),
     "D1202": model(link("a", '<pose relative_to="nothing"/>')),
     "D1203": model(link("a", '<pose relative_to="f"/>') + '<frame name="f"><pose relative_to="a"/></frame>'),
     "D1204": '<sdf version="1.7"/>',

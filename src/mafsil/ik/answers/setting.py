@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, JointVector
 from mafsil.ik.analysis import Analysis, Task, analysis
 from mafsil.ik.answers.candidate_table import CandidateTable
-from mafsil.ik.moving_part import MovingPart, middle_of, moving_part
+from mafsil.ik.moving_part import MovingPart, middle_of, moving_part, warn_of_loops
 from mafsil.ik.numerical.problem import problem_of
 from mafsil.ik.numerical.search import SearchPlan, cached_plan
 from mafsil.ik.numerical.task import pose_task
@@ -216,6 +216,7 @@ def setting(robot: Robot, frame: str | None, task: Task) -> Setting:
         frame: name of a link; the tip if None.
         task: `pose`, `position` or `axis`.
     """
+    warn_of_loops(robot)
     return Setting(moving_part(robot, frame), task)
 
 

@@ -1,7 +1,7 @@
 """Named mechanisms by parameters, each drawn in a configuration that closes; `linkage("bennett")`, `names()`."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
 from mafsil.errors import InputError
 from mafsil.mobility.library.planar import chain as chain
@@ -73,6 +73,6 @@ def linkage(name: str, **parameters: Any) -> Linkage:
     Raises:
         InputError: there is none of that name; the sentence lists them.
     """
-    if name not in MECHANISMS:
+    if not isinstance(cast("object", name), str) or name not in MECHANISMS:
         raise InputError("mobility.unknown_mechanism", name=name, known=", ".join(MECHANISMS))
     return MECHANISMS[name](**parameters)

@@ -152,7 +152,8 @@ def peaucellier(arm: float = 3, side: float = 1.2, crank: float = 1, theta: floa
     pivot = np.array([crank, 0.0])
     P = pivot + crank * direction(theta)
     ends = circle_crossings([0.0, 0.0], arm, P, side)
-    require_reached(bool(np.isfinite(ends).all()), theta)
+    way = float(np.linalg.norm(P))
+    require_reached(max(way - (arm + side), abs(arm - side) - way), theta)
     Q = ends[0] + ends[1] - P
     places = [
         ("O1", "ground", "arm 1", [0, 0]), ("O2", "ground", "arm 2", [0, 0]), ("A", "ground", "crank", pivot),

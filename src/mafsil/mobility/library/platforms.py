@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -36,7 +37,7 @@ def stewart_gough(
     Raises:
         InputError: other letters.
     """
-    if legs not in ("UPS", "SPS"):
+    if not isinstance(cast("object", legs), str) or legs not in ("UPS", "SPS"):
         raise InputError("mobility.legs", legs=legs, known="UPS, SPS")
     middle = as_batch("center", center, (3,), finite=True)
     joints: list[LinkageJoint] = []
@@ -81,7 +82,7 @@ def three_upu(
         height: of the platform [m].
         offset: (3,) of the platform from the axis [m].
     """
-    if axes not in ("tangent", "radial"):
+    if not isinstance(cast("object", axes), str) or axes not in ("tangent", "radial"):
         raise InputError("mobility.legs", legs=axes, known="tangent, radial")
     joints: list[LinkageJoint] = []
     for k, angle in enumerate(THIRDS):

@@ -12,13 +12,14 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import single
 from mafsil.errors import InputError, ModelError
-from mafsil.model.library import franka, kuka, planar, puma, scara, stanford, textbook, universal_robots
+from mafsil.model.library import franka, kuka, mitsubishi, planar, puma, scara, stanford, textbook, universal_robots
 from mafsil.model.mechanism import Mechanism
 
 _MAKERS: tuple[Callable[..., Mechanism], ...] = (
     franka.panda,
     franka.fr3,
     kuka.iiwa7,
+    mitsubishi.rv7flm,
     universal_robots.ur3e,
     universal_robots.ur5e,
     universal_robots.ur10e,

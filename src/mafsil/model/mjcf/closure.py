@@ -115,6 +115,8 @@ def _sites(references: References, element: Element, scope: Scope) -> Iterator[t
             return
     for pair in references.sites(element, names, scope):
         ends: list[End] = []
+        if any(sites[name][0] in references.tree.left_out for name in pair):
+            continue
         for name in pair:
             body, part = sites[name]
             settings = part.scope.library.settings

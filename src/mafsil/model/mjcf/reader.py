@@ -41,8 +41,8 @@ def _build(reading: Reading, assets: Assets, _source: str, limits: ReadLimits) -
     scope = Scope(model)
     unfolding = Unfolding(reading, [scope])
     tree = TreeReader(reading, unfolding, limits).read(scope)
-    settle(reading, tree)
     references = References(reading, unfolding, tree)
+    settle(reading, tree, references)
     declared, loops = read_couplings(references, root)
     joints = Driving(references, resolve_mimics(reading, declared)).finished()
     if reading.failed:

@@ -45,8 +45,15 @@ class References:
         """The sites that an element names, as `joints`."""
         return self._instances(element, names, scope, self.tree.sites, "site")
 
+    def tied(self, element: Element, scope: Scope) -> list[tuple[str, ...]]:
+        """The pairs of bodies that a constraint ties, by themselves or by their sites; unknown ones are passed over."""
+        between_sites = "site1" in element.attributes or "site2" in element.attributes
+        keys, known = (("site1", "site2"), self.tree.sites) if between_sites else (("body1", "body2"), self.tree.poses)
+        rows = self._instances(element, [element.get(key) for key in keys], scope, known, None)
+        return [tuple(self.tree.sites[name][0] for name in row) for row in rows] if between_sites else rows
+
     def _instances(
-        self, element: Element, names: list[str], scope: Scope, known: Collection[str], kind: str
+        self, element: Element, names: list[str], scope: Scope, known: Collection[str], kind: str | None
     ) -> list[tuple[str, ...]]:
         suffixes = [s for s in self.unfolding.suffixes if s.endswith(scope.suffix) and s != scope.suffix]
         found: list[tuple[str, ...]] = []
@@ -56,7 +63,7 @@ class References:
                 found.append(tuple(lengthened))
                 if suffix == scope.suffix:
                     break
-        if not found:
+        if not found and kind is not None:
             self._report(element, names, scope, suffixes, known, kind)
         return [row for row in found if not any(name in self.tree.left_out for name in row)]
 

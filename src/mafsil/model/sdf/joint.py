@@ -37,6 +37,7 @@ KINDS = {
     "fixed": (JointKind.FIXED,),
     "universal": (JointKind.REVOLUTE, JointKind.REVOLUTE),
     "revolute2": (JointKind.REVOLUTE, JointKind.REVOLUTE),
+    "ball": (JointKind.REVOLUTE, JointKind.REVOLUTE, JointKind.REVOLUTE),
 }
 """Joints of one freedom after one another for every type that can be read."""
 UNBOUNDED = 1e16
@@ -60,6 +61,11 @@ class Chain:
     child: str
     T_jc: PoseMatrix
 
+    @property
+    def is_ball(self) -> bool:
+        """Whether it is a ball joint, which in a tree is three hinges across each other."""
+        return len(self.joints) == len(KINDS["ball"])
+
 
 def read_joint(reading: Reading, part: Part, frames: Frames, version: tuple[int, int]) -> Chain | None:
     """A joint, or None after an error that leaves nothing to go on with."""
@@ -81,12 +87,15 @@ def read_joint(reading: Reading, part: Part, frames: Frames, version: tuple[int,
     kinds = KINDS[kind]
     for k, one in enumerate(kinds):
         last = k == len(kinds) - 1
-        end = f"{name}/frame" if last else f"{name}/between"
+        end = f"{name}/frame" if last else f"{name}/between{'' if k == 0 else k + 1}"
+        own, start = name if k == 0 else f"{name}/axis{k + 1}", parent if k == 0 else links[-1].name
+        if kind == "ball":
+            joint = Joint(own, one, start, end, frozen(T_pj), frozen(np.eye(3)[k]), wraps=True)
+        else:
+            axis = reading.one(element, "axis" if k == 0 else "axis2")
+            joint = _one(reading, part, axis, frames, version, one, own, start, end, T_pj)
         if not last:
             links.append(Link(end))
-        own = name if k == 0 else f"{name}/axis2"
-        axis = reading.one(element, "axis" if k == 0 else "axis2")
-        joint = _one(reading, part, axis, frames, version, one, own, parent if k == 0 else f"{name}/between", end, T_pj)
         joints.append(Declared(joint, element))
         T_pj = frozen(np.eye(4))
     return Chain(joints, links, parent, child, frozen(T_jc))

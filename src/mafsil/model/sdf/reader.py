@@ -17,7 +17,7 @@ from mafsil.model.faults import (
     WRONG_ROOT,
 )
 from mafsil.model.file_reader import Format
-from mafsil.model.joint import Joint
+from mafsil.model.joint import Joint, JointKind
 from mafsil.model.link import Link
 from mafsil.model.mechanism import STANDARD_GRAVITY, Mechanism
 from mafsil.model.mimics import Declared, resolve_mimics
@@ -27,6 +27,7 @@ from mafsil.model.sdf.inclusion import Inclusion
 from mafsil.model.sdf.joint import Chain, fixed, inverted, is_identity, read_joint
 from mafsil.model.sdf.link import read_link
 from mafsil.model.sdf.scope import Part, Parts, gathered
+from mafsil.model.sdf.spanning import spanning
 from mafsil.model.sdf.values import flag, numbers
 from mafsil.model.xml_tree import Element, ReadLimits
 
@@ -122,15 +123,15 @@ class _Assembly:
 
 
 def _assembled(reading: Reading, model: Element, parts: Parts, assets: Assets, version: tuple[int, int]) -> _Assembly:
-    """Joints as links of a tree: the first joint that reaches a link carries it, later ones close loops."""
+    """Joints as links of a tree, and those that close its loops."""
     result = _Assembly([read_link(reading, part, parts.frames, assets) for part in parts.links])
     static = flag(reading, model, "static", default=False)
+    read = [] if static else [read_joint(reading, part, parts.frames, version) for part in parts.joints]
+    chains = [chain for chain in read if chain is not None]
     carried: set[str] = set()
-    for part in [] if static else parts.joints:
-        chain = read_joint(reading, part, parts.frames, version)
-        if chain is not None:
-            _append(result, chain, closes=chain.child in carried)
-            carried.add(chain.child)
+    for chain, closes in spanning(chains, [part.name for part in parts.links], WORLD):
+        _append(result, chain, closes=closes)
+        carried.add(chain.child)
     loose = [part for part in parts.links if part.name not in carried]
     names = {part.name for part in parts.links}
     on_world = WORLD not in names and any(declared.joint.parent == WORLD for declared in result.joints)
@@ -153,6 +154,8 @@ def _on_world(parts: Parts, part: Part, space: str, model: Element, reading: Rea
 
 def _append(result: _Assembly, chain: Chain, *, closes: bool) -> None:
     """A joint in the tree, or one that closes a loop; the child's own frame hangs fixed on the joint's."""
+    if closes and chain.is_ball:
+        chain = _as_ball(chain)
     result.links += chain.links
     *first, last = chain.joints
     direct = is_identity(chain.T_jc)
@@ -167,6 +170,13 @@ def _append(result: _Assembly, chain: Chain, *, closes: bool) -> None:
         result.loops.append(last.joint)
     else:
         result.joints += [*first, last]
+
+
+def _as_ball(chain: Chain) -> Chain:
+    """A ball joint that closes a loop is one joint, not three hinges."""
+    first = chain.joints[0]
+    ball = replace(first.joint, kind=JointKind.SPHERICAL, child=chain.joints[-1].joint.child)
+    return replace(chain, joints=[Declared(ball, first.element)], links=[])
 
 
 SDF = Format(_build)

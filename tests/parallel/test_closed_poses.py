@@ -1,0 +1,148 @@
+"""Inverse kinematics of mechanisms with loops: every configuration checked again, planted ones found."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mafsil as mf
+from mafsil import mobility as mo
+from mafsil import parallel
+from mafsil.errors import InputError, ModelError, ModelWarning
+from mafsil.model import JointKind
+from mafsil.parallel import ClosedChain, ClosedPoseStatus, closed_inverse_kinematics
+from tests.parallel.closed_chains import random_chain
+
+ROBOTS = Path(__file__).resolve().parents[2] / "examples" / "robots"
+
+
+@pytest.fixture(scope="module")
+def palletiser():
+    with pytest.warns(ModelWarning):
+        return ClosedChain(mf.load(ROBOTS / "palletiser.xml"))
+
+
+@pytest.fixture(scope="module")
+def hexapod():
+    return ClosedChain(mf.load(ROBOTS / "stewart.xml", tip="platform"))
+
+
+@pytest.mark.capability("08-31", "08-32", "08-35")
+@pytest.mark.parametrize("seed", range(4))
+def test_planted_poses_of_a_platform_are_found(hexapod, seed):
+    rng = np.random.default_rng(seed)
+    planted = hexapod.closed(0.12 * rng.normal(size=hexapod.n))
+    assert planted
+    T = hexapod.robot.forward_kinematics(planted.q)
+    found = closed_inverse_kinematics(hexapod, T, seed=seed)
+    limits = hexapod.robot.limits
+    assert bool(found) == bool(((found.q >= limits.lower) & (found.q <= limits.upper)).all(axis=1).any())
+    assert found.freedom == 0
+    assert hexapod.error(found.q).max() < 1e-12
+    reached = hexapod.robot.forward_kinematics(found.q)
+    np.testing.assert_allclose(reached, np.broadcast_to(T, reached.shape), atol=1e-8)
+    assert np.abs(found.q - planted.q).max(axis=1).min() < 1e-8
+
+
+def test_leg_lengths_are_those_of_the_platform_in_closed_form(hexapod):
+    base = np.radians([-15, 15, 105, 135, 225, 255])
+    top = np.radians([-45, 45, 75, 165, 195, 285])
+    closed_form = parallel.StewartPlatform.on_circles(0.5, 0.3, base, top)
+    tip = hexapod.robot.forward_kinematics(np.zeros(hexapod.n))
+    T = np.eye(4)
+    T[:3, :3] = mf.geometry.rotation.exp([0.1, -0.15, 0.2])
+    T[:3, 3] = [0.05, -0.04, 0.63]
+    lengths, home = closed_form.lengths(T), closed_form.lengths(_raised(0.6))
+    found = closed_inverse_kinematics(hexapod, T @ np.linalg.inv(_raised(0.6)) @ tip)
+    slides = [hexapod.robot.joint_names.index(f"leg {k}") for k in range(1, 7)]
+    np.testing.assert_allclose(found.q[0][slides], lengths - home, atol=1e-5)
+
+
+def _raised(z):
+    T = np.eye(4)
+    T[2, 3] = z
+    return T
+
+
+@pytest.mark.capability("08-33", "08-35")
+def test_all_ways_to_close_a_palletiser_are_found(palletiser):
+    """Two elbows of the tip, two ways to close the parallelogram: four by elementary geometry."""
+    q = palletiser.closed([0.3, 0.2, 0.1, -0.1], hold=["shoulder", "lever"]).q
+    T = palletiser.robot.forward_kinematics(q)
+    found = closed_inverse_kinematics(palletiser, T, task="position")
+    assert len(found) == 4
+    assert found.within.sum() == 2
+    places = palletiser.robot.forward_kinematics(found.q)[:, :3, 3]
+    np.testing.assert_allclose(places, np.broadcast_to(T[:3, 3], places.shape), atol=1e-9)
+    assert closed_inverse_kinematics(palletiser, T)
+    T[0, 3] += 5.0
+    missed = closed_inverse_kinematics(palletiser, T, task="position")
+    assert missed.status is ClosedPoseStatus.NOT_FOUND
+    # The tip is the end of the rod, 0.12 m from the elbow, that 0.4 m from the shoulder.
+    shoulder = np.array([0, 0, 0.3])
+    assert missed.position_error == pytest.approx(np.linalg.norm(T[:3, 3] - shoulder) - 0.52, abs=1e-6)
+    assert "nothing is proved" in missed.explain("en").lower()
+    assert missed.explain("ar") != missed.explain("en")
+
+
+def test_out_of_its_plane_and_beyond_its_limits(palletiser):
+    q = palletiser.closed([0.3, 0.2, 0.1, -0.1], hold=["shoulder", "lever"]).q
+    T = palletiser.robot.forward_kinematics(q)
+    T[1, 3] = 0.05
+    missed = closed_inverse_kinematics(palletiser, T, task="position")
+    assert not missed
+    assert missed.position_error == pytest.approx(0.05, abs=1e-9)
+    assert closed_inverse_kinematics(palletiser, T, task="position", tolerance=0.06)
+    bent = palletiser.closed([-1.5, 0.2, -1.2, 0.1], hold=["shoulder", "lever"])
+    assert bent
+    found = closed_inverse_kinematics(palletiser, palletiser.robot.forward_kinematics(bent.q))
+    assert found.status is ClosedPoseStatus.OUTSIDE
+    assert len(found)
+    assert not found
+
+
+@pytest.mark.capability("08-32")
+@pytest.mark.parametrize("kind", list(JointKind), ids=lambda kind: kind.value)
+def test_loops_closed_by_any_joint(kind):
+    mechanism, q = random_chain(np.random.default_rng(0), kind)
+    chain = ClosedChain(mechanism)
+    T = chain.robot.forward_kinematics(q)
+    for task in ("pose", "axis", "position"):
+        found = closed_inverse_kinematics(chain, T, q + 0.05, task=task, starts=6)
+        assert len(found)
+        assert chain.error(found.q).max() < 1e-9
+        reached = chain.robot.forward_kinematics(found.q)
+        np.testing.assert_allclose(reached[:, :3, 3], np.broadcast_to(T[:3, 3], (len(found), 3)), atol=1e-8)
+
+
+def test_families_are_called_so():
+    """The legs of a platform with two balls each spin: a pose is reached by a family of six freedoms."""
+    chain = ClosedChain(mo.mechanism_of(mo.library.stewart_gough("SPS")))
+    found = closed_inverse_kinematics(
+        chain, chain.robot.forward_kinematics(np.zeros(chain.n)), np.zeros(chain.n), starts=4
+    )
+    assert found.status is ClosedPoseStatus.FAMILY
+    assert found.freedom == 6
+
+
+def test_wrong_input_is_named(palletiser):
+    T = np.eye(4)
+    with pytest.raises(InputError, match="task"):
+        closed_inverse_kinematics(palletiser, T, task="place")
+    with pytest.raises(InputError, match="T"):
+        closed_inverse_kinematics(palletiser, np.full((4, 4), np.nan))
+    with pytest.raises(InputError, match="T"):
+        closed_inverse_kinematics(palletiser, np.ones((4, 4)))
+    with pytest.raises(InputError, match="q_0"):
+        closed_inverse_kinematics(palletiser, T, [0.0, 0.0])
+    with pytest.raises(InputError, match="starts"):
+        closed_inverse_kinematics(palletiser, T, starts=-1)
+    with pytest.raises(ModelError, match="loop"):
+        closed_inverse_kinematics("ur5e", T)
+
+
+def test_open_chain_functions_say_that_they_leave_loops_open(palletiser):
+    with pytest.warns(ModelWarning, match="closed_inverse_kinematics"):
+        mf.inverse_kinematics(mf.Robot(palletiser.robot.mechanism), np.eye(4))
