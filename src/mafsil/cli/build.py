@@ -56,7 +56,10 @@ def questions() -> Iterator[tuple[str, Callable[[], object]]]:
     slow = mf.trajectory.MotionLimits.of(7, velocity=1.0, acceleration=1.0)
     yield "time_optimal", lambda: mf.trajectory.time_optimal(path, slow)
     checker = mf.collision.Checker(panda, [mf.collision.Obstacle(mf.collision.Sphere(0.05), T)], radius=0.05)
-    yield "collision", lambda: (checker.check(q), checker.distance(q), checker.free_segment(q, q + 0.1))
+    yield (
+        "collision",
+        lambda: (checker.free(q), checker.check(q), checker.distance(q), checker.free_segment(q, q + 0.1)),
+    )
     yield "plan", lambda: mf.plan(checker, None, q, q + np.array([2.0, 0, 0, 0, 0, 0, 0]), shorten=5)
     linkage = mf.mobility.library.four_bar()
     yield "mobilities", lambda: mf.mobility.mobilities(linkage, np.zeros(4))

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, Truth, as_batch, positive, real_array, single, whole
 from mafsil.collision.bodies import Body, bodies_of
-from mafsil.collision.joints import joints_of, point_rates
+from mafsil.collision.joints import joints_of
 from mafsil.collision.pairs import Reason, SkippedPair, named_pairs, skipped_by_structure, still_shapes
 from mafsil.collision.path_check import PathCheck, PathStatus, path_points
 from mafsil.collision.scene import Obstacle, Scene
@@ -130,7 +130,7 @@ class Checker:
         """
         rows, batch = self._rows(q)
         found = np.empty(len(rows), np.bool_)
-        segment_loops.collide(self.world(), rows, found)
+        segment_loops.collide(self._world(0), rows, found)
         return found.reshape(batch)
 
     def free(self, q: ArrayLike) -> Truth:
@@ -153,7 +153,7 @@ class Checker:
         for begin, poses in self._poses(rows):
             part = slice(begin, begin + len(poses))
             distance_loops.distances(self.arm, poses, self.scene.surroundings, float(within), out[part], who[part])
-            gradient[part] = self._gradient(poses, out[part], who[part])
+            distance_loops.gradients(self._motion, poses, out[part], who[part], gradient[part])
         first, second = self._names(out, who)
         point_first, point_second, normal = (out[:, k : k + 3].reshape(*batch, 3) for k in (1, 4, 7))
         return Clearance(
@@ -268,7 +268,20 @@ class Checker:
 
     def world(self) -> World:
         """All that compiled loops ask whether a motion is free, with arrays of this thread alone."""
-        return segment_loops.World(self.arm, self.scene.surroundings, self._kinematics(), self._motion, self.margin)
+        return self._world(self._proof)
+
+    def _world(self, proof: int) -> World:
+        around, kinematics = self.scene.surroundings, self._kinematics()
+        return segment_loops.World(self.arm, around, kinematics, self._motion, self.margin, proof)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What another process can use: all but an address of this one."""
+        return {name: value for name, value in self.__dict__.items() if name != "_proof"}
+
+    @cached_property
+    def _proof(self) -> int:
+        """Address of the compiled proof."""
+        return segment_loops.proof_address(self._world(0))
 
     @cached_property
     def _motion(self) -> Motion:
@@ -304,6 +317,7 @@ class Checker:
         """The same arm in another scene: nothing of the arm is computed again."""
         other = object.__new__(type(self))
         other.__dict__.update(self.__dict__ | {"arm": self.arm, "_motion": self._motion})
+        other.__dict__.pop("_proof", None)
         other.scene = scene if isinstance(scene, Scene) else Scene(scene)
         return other
 
@@ -354,15 +368,6 @@ class Checker:
         for begin in range(0, len(rows), CHUNK):
             part = rows[begin : begin + CHUNK]
             yield begin, self.robot.link_poses(part, out=room[: len(part)])
-
-    def _gradient(self, poses: Floats, out: Floats, who: NDArray[np.int64]) -> Floats:
-        """(m, n) rates of distances: those of the first body's point along the normal, less those of the second's."""
-        carried = self.arm.bodies[:, 0].astype(np.int64)
-        first = carried[who[:, 0]]
-        second = np.where(who[:, 1] < 0, carried[np.maximum(-1 - who[:, 1], 0)], -1)
-        n, normal = self.robot.n, out[:, 7:10]
-        away = point_rates(self._joints, n, poses, first, out[:, 1:4], normal)
-        return away - point_rates(self._joints, n, poses, second, out[:, 4:7], normal)
 
     def _names(self, out: Floats, who: NDArray[np.int64]) -> tuple[NDArray[np.object_], NDArray[np.object_]]:
         bodies = np.array([body.name for body in self.bodies], object)

@@ -17,6 +17,7 @@ from mafsil.collision.arm_loops import (
 )
 from mafsil.collision.near_loops import nearest
 from mafsil.collision.pair_loops import ROW, separation
+from mafsil.collision.speed_loops import Motion
 from mafsil.collision.support_loops import body_of, product
 from mafsil.collision.tree_loops import Surroundings, box_gap
 from mafsil.solvers.loops import compiled, uncounted
@@ -93,46 +94,94 @@ def distances(
 ) -> None:  # fmt: skip
     """The smallest distance of each of (m, L, 4, 4) states.
 
-    1. For each body and pair how near it may be, by balls and the root of the tree; the least of them goes first.
-    2. The gaps of the others, each with the best so far as cutoff: most end at once.
-    3. Points and normal of the nearest pair alone.
-
     Args:
         cutoff: distances beyond it do not matter.
         out: (m, ROW) separation of the nearest pair; distance infinite where there is none.
         who: (m, 2) out: a body and an obstacle, or two bodies of which the second is written as -1 - body.
     """
-    s, row = scratch_for(arm), np.zeros(ROW)
-    bodies, pairs = len(arm.bodies), len(arm.pairs)
-    lower = np.empty(bodies + pairs)
+    s, row, lower = scratch_for(arm), np.zeros(ROW), np.empty(len(arm.bodies) + len(arm.pairs))
+    out[:], out[:, 0] = 0.0, np.inf
     for r in range(len(poses)):
-        place_bodies(arm, poses[r], s)
-        out[r] = 0.0
-        out[r, 0] = np.inf
-        best, first, nearest_item = cutoff, 0, -1
-        for k in range(bodies + pairs):  # 1
-            lower[k] = _at_least(arm, around, k, s)
-            if lower[k] < lower[first]:
-                first = k
-        for step in range(-1, bodies + pairs):  # 2
-            k = first if step < 0 else step
-            if step == first or lower[k] >= best:
-                continue
-            if k < bodies:
-                gap = gap_around(arm, k, poses[r], around, best, -np.inf, s)
-            else:
-                gap = gap_between(arm, arm.pairs[k - bodies, 0], arm.pairs[k - bodies, 1], poses[r], best, -np.inf, s)
-            if gap < best:
-                best, nearest_item = gap, k
-        k = nearest_item  # 3
-        if 0 <= k < bodies:
-            found = separation_around(arm, k, poses[r], around, best + SLACK, s, row)
-            if found >= 0:
-                out[r], who[r, 0], who[r, 1] = row, k, found
-        elif k >= bodies:
-            a, b = arm.pairs[k - bodies, 0], arm.pairs[k - bodies, 1]
-            if separation_between(arm, a, b, poses[r], best + SLACK, s, row):
-                out[r], who[r, 0], who[r, 1] = row, a, -1 - b
+        _distance(arm, poses[r], around, cutoff, out[r], who[r], s, row, lower)
+
+
+@uncounted
+def _distance(
+    arm: Arm, poses: Floats, around: Surroundings, cutoff: float, out: Floats, who: NDArray[np.int64], s: Scratch,
+    row: Floats, lower: Floats,
+) -> None:  # fmt: skip
+    """One state of `distances`.
+
+    1. For each body and pair how near it may be, by balls and the root of the tree; the least of them goes first.
+    2. The gaps of the others, each with the best so far as cutoff: most end at once.
+    3. Points and normal of the nearest pair alone.
+    """
+    bodies, pairs = len(arm.bodies), len(arm.pairs)
+    place_bodies(arm, poses, s)
+    best, first, nearest_item = cutoff, 0, -1
+    for k in range(bodies + pairs):  # 1
+        lower[k] = _at_least(arm, around, k, s)
+        if lower[k] < lower[first]:
+            first = k
+    for step in range(-1, bodies + pairs):  # 2
+        k = first if step < 0 else step
+        if step == first or lower[k] >= best:
+            continue
+        if k < bodies:
+            gap = gap_around(arm, k, poses, around, best, -np.inf, s)
+        else:
+            gap = gap_between(arm, arm.pairs[k - bodies, 0], arm.pairs[k - bodies, 1], poses, best, -np.inf, s)
+        if gap < best:
+            best, nearest_item = gap, k
+    k = nearest_item  # 3
+    if 0 <= k < bodies:
+        found = separation_around(arm, k, poses, around, best + SLACK, s, row)
+        if found >= 0:
+            who[0], who[1] = k, found
+            for c in range(ROW):
+                out[c] = row[c]
+    elif k >= bodies:
+        a, b = arm.pairs[k - bodies, 0], arm.pairs[k - bodies, 1]
+        if separation_between(arm, a, b, poses, best + SLACK, s, row):
+            who[0], who[1] = a, -1 - b
+            for c in range(ROW):
+                out[c] = row[c]
+
+
+@uncounted
+def _add_rates(motion: Motion, poses: Floats, b: int, row: Floats, at: int, sign: float, out: Floats) -> None:
+    """How fast a point of body b moves along the normal, per rate of each coordinate, added with a sign.
+
+    Args:
+        row: (ROW,) a separation; the point begins at column `at`.
+    """
+    for j in range(len(motion.joints)):
+        if not motion.moves[j, b]:
+            continue
+        joint, T = motion.joints[j], poses[int(motion.joints[j, 0])]
+        rate = 0.0
+        for k in range(3):
+            m, n = (k + 1) % 3, (k + 2) % 3
+            turn_m = T[m, 0] * joint[5] + T[m, 1] * joint[6] + T[m, 2] * joint[7]
+            turn_n = T[n, 0] * joint[5] + T[n, 1] * joint[6] + T[n, 2] * joint[7]
+            slide = T[k, 0] * joint[8] + T[k, 1] * joint[9] + T[k, 2] * joint[10]
+            rate += row[7 + k] * (turn_m * (row[at + n] - T[n, 3]) - turn_n * (row[at + m] - T[m, 3]) + slide)
+        out[int(joint[1])] += sign * joint[2] * rate
+
+
+@compiled
+def gradients(motion: Motion, poses: Floats, rows: Floats, who: NDArray[np.int64], out: Floats) -> None:
+    """Rates of distances by the coordinates: those of the first body's point along the normal, less the second's.
+
+    Args:
+        poses: (m, L, 4, 4) of the links.
+        rows, who: (m, ROW), (m, 2) as `distances` found them.
+        out: (m, n) out, zero before.
+    """
+    for r in range(len(rows)):
+        _add_rates(motion, poses[r], who[r, 0], rows[r], 1, 1.0, out[r])
+        if who[r, 1] < 0:
+            _add_rates(motion, poses[r], -1 - who[r, 1], rows[r], 4, -1.0, out[r])
 
 
 @compiled

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.arrays import Floats, JointVector, PoseMatrix, Vector3
+from mafsil.arrays import Floats
 from mafsil.model import Mechanism
 
 
@@ -47,25 +47,3 @@ def joints_of(mechanism: Mechanism) -> Joints:
         np.array([joint.screw for joint in joints]).reshape(-1, 6),
         np.ascontiguousarray(above[:, kept].T),
     )
-
-
-def point_rates(
-    joints: Joints, n: int, poses: PoseMatrix, link: NDArray[np.int64], point: Vector3, direction: Vector3
-) -> JointVector:
-    """How fast points of links move along directions, per joint rate: (m, n).
-
-    Args:
-        joints: of the arm.
-        n: number of coordinates.
-        poses: (m, L, 4, 4) of the links.
-        link: (m,) the link that each point belongs to; -1 for one that stands still.
-        point, direction: (m, 3) in {s}.
-    """
-    rates = np.zeros((len(poses), n))
-    for k, carried in enumerate(joints.link):
-        T = poses[:, carried]
-        omega, v = T[:, :3, :3] @ joints.screw[k, :3], T[:, :3, :3] @ joints.screw[k, 3:]
-        along = np.einsum("mi,mi->m", direction, np.cross(omega, point - T[:, :3, 3]) + v)
-        moved = joints.moves[k][link] & (link >= 0)
-        rates[:, joints.column[k]] += joints.factor[k] * np.where(moved, along, 0.0)
-    return rates

@@ -16,7 +16,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from mafsil.arrays import Floats
-from mafsil.collision.arm_loops import FEW, Arm, gap_around, just_above
+from mafsil.collision.arm_loops import FEW, Arm, just_above
 from mafsil.collision.pair_loops import separation
 from mafsil.collision.placing_loops import ALL, LaneScratch, place_bodies_in_lanes, place_pieces_in_lanes
 from mafsil.collision.speed_loops import ROUNDING, Pace, way_of_ball
@@ -40,6 +40,8 @@ from mafsil.solvers.loops import inlined, uncounted
 if TYPE_CHECKING:
     from mafsil.solvers.lane_loops import Buffer, Lanes, Mask
 
+NEXT, LAST, LEFT = range(3)
+"""Places of `walk`: the piece to look at next, the end of its leaf, nodes that wait."""
 AT_ONCE = 24
 """Pieces of the surroundings up to which looking at each is quicker than a tree."""
 
@@ -79,18 +81,6 @@ def within_reach(B: Pieces, j: int, ball: Buffer, reach: Lanes) -> Mask:
 
 
 @inlined
-def _found(B: Pieces, j: int, ball: Buffer, reach: Lanes, wanted: int, count: int, s: LaneScratch) -> int:
-    """One piece looked at; how many are found then, -1 if they are too many."""
-    bits = lane_bits(within_reach(B, j, ball, reach)) & wanted
-    if bits == 0:
-        return count
-    if count == FEW:
-        return -1
-    s.near[0, DEPTH + count], s.near[1, DEPTH + count] = j, bits
-    return count + 1
-
-
-@inlined
 def _meets_box(node: Floats, ball: Buffer, reach: Lanes) -> bool:
     """Whether a point is within reach of a box of the tree in some lane."""
     square = lanes(0.0)
@@ -102,34 +92,54 @@ def _meets_box(node: Floats, ball: Buffer, reach: Lanes) -> bool:
 
 
 @inlined
-def _gather(around: Surroundings, ball: Buffer, reach: Lanes, wanted: int, s: LaneScratch) -> int:
-    """Pieces of the surroundings within reach of a point in some lane (step 1); how many, -1 if more than FEW."""
-    B, count, waiting = around.pieces, 0, s.near[0]
-    if len(B.rows) <= AT_ONCE:
-        for j in range(len(B.rows)):
-            count = _found(B, j, ball, reach, wanted, count, s)
-        return count
-    for j in range(around.planes):
-        count = _found(B, j, ball, reach, wanted, count, s)
-        if count < 0:
-            return count
-    waiting[0], left = 0, 1
-    while left > 0:
-        left -= 1
-        node = around.nodes[waiting[left]]
-        if not _meets_box(node, ball, reach):
-            continue
-        child = int(node[6])
-        if child >= 0:
-            waiting[left], waiting[left + 1] = child + 1, child
-            left += 2
-            continue
-        first = around.planes + int(node[7])
-        for j in range(first, first + int(node[8])):
-            count = _found(B, j, ball, reach, wanted, count, s)
-            if count < 0:
+def _begin_walk(around: Surroundings, s: LaneScratch) -> None:
+    """Few pieces are looked at one after another; of many the half spaces, then the leaves of the tree."""
+    few = len(around.pieces.rows) <= AT_ONCE
+    s.walk[NEXT], s.walk[LAST] = 0, len(around.pieces.rows) if few else around.planes
+    s.walk[LEFT] = 0 if few or len(around.nodes) == 0 else 1
+    s.near[0, 0] = 0
+
+
+@inlined
+def _walk_on(around: Surroundings, ball: Buffer, reach: Lanes, wanted: int, s: LaneScratch) -> int:
+    """Pieces of the surroundings within reach of a point in some lane (step 1), FEW of them; how many.
+
+    1. The pieces of the leaf at hand; where FEW are found, the walk can go on later.
+    2. The next leaf whose box is within reach. Without one the walk has ended: nothing is left of `walk`.
+    """
+    B, waiting, count = around.pieces, s.near[0], 0
+    j, last, left = s.walk[NEXT], s.walk[LAST], s.walk[LEFT]
+    while True:
+        while j < last:  # 1
+            if count == FEW:
+                s.walk[NEXT], s.walk[LAST], s.walk[LEFT] = j, last, left
                 return count
-    return count
+            bits = lane_bits(within_reach(B, j, ball, reach)) & wanted
+            if bits != 0:
+                s.near[0, DEPTH + count], s.near[1, DEPTH + count] = j, bits
+                count += 1
+            j += 1
+        while left > 0 and j == last:  # 2
+            left -= 1
+            node = around.nodes[waiting[left]]
+            if not _meets_box(node, ball, reach):
+                continue
+            child = int(node[6])
+            if child >= 0:
+                waiting[left], waiting[left + 1] = child + 1, child
+                left += 2
+            else:
+                j = around.planes + int(node[7])
+                last = j + int(node[8])
+        if j == last:
+            s.walk[NEXT], s.walk[LAST], s.walk[LEFT] = 0, 0, 0
+            return count
+
+
+@uncounted
+def _walk_to_piece(around: Surroundings, ball: Buffer, reach: Lanes, wanted: int, s: LaneScratch) -> int:
+    """As `_walk_on`, out of line: where there is much around, the walk is longer than the call."""
+    return _walk_on(around, ball, reach, wanted, s)
 
 
 @inlined
@@ -165,30 +175,6 @@ def _lane_by_lane(
     return found
 
 
-@uncounted
-def _many_around(
-    arm: Arm, b: int, around: Surroundings, margin: float, M: Lanes, wanted: int, s: LaneScratch
-) -> int:  # fmt: skip
-    """As `meets_around`, where more pieces matter than are kept: lane by lane through the tree."""
-    cutoff, found, per_lane, link = just_above(margin), 0, buffer(1), int(arm.bodies[b, 0])
-    balls, radius = seen(s.balls), arm.bodies[b, 7]
-    per_lane[0] = M
-    for lane in range(WIDTH):
-        if (wanted >> lane) & 1 == 0:
-            continue
-        _pose_of_lane(s, link, lane)
-        for r in range(3):
-            s.one.balls[b, r] = get(balls, 3 * b + r, lane)
-        s.one.balls[b, 3], s.one.balls[b, 4] = radius, 0.0
-        further = cutoff + get(per_lane, 0, lane)
-        gap = gap_around(arm, b, s.T, around, further, margin, s.one)
-        if gap <= margin:
-            found |= 257 << lane
-        elif gap < further:
-            found |= 1 << lane
-    return found
-
-
 @inlined
 def meets_around(
     arm: Arm, b: int, around: Surroundings, margin: float, M: Lanes, wanted: int, pace: Pace, h: Lanes, moving: bool,
@@ -206,29 +192,38 @@ def meets_around(
     """
     balls, body, found = seen(s.balls), arm.bodies[b], 0
     A, B = arm.pieces, around.pieces
-    count = _gather(around, part(balls, 3 * b), M + (body[7] + margin), wanted, s)
-    if count <= 0:
-        return 0 if count == 0 else _many_around(arm, b, around, margin, M, wanted, s)
+    _begin_walk(around, s)
+    count = _walk_on(around, part(balls, 3 * b), M + (body[7] + margin), wanted, s)
+    if count == 0:
+        return 0
     place_pieces_in_lanes(arm, b, s)
+    crowded = s.walk[LEFT] > 0 or s.walk[NEXT] < s.walk[LAST]  # Then each piece looks for what is near it by itself.
     for i in range(int(body[1]), int(body[3])):
         ball, radius, point = part(balls, 3 * (len(arm.bodies) + i)), A.rows[i, BALL + 3], A.rows[i, 0] == POINT
-        for k in range(count):
-            j, open = s.near[0, DEPTH + k], s.near[1, DEPTH + k] & ~(found >> WIDTH)
-            if open == 0:
-                continue
-            bits, way = lane_bits(within_reach(B, j, ball, M + (radius + margin))) & open, M  # 2
-            if bits != 0 and moving:
-                way = way_of_ball(pace.motion, pace.speeds, b, -1, h, ball, radius) + ROUNDING
-                bits = lane_bits(within_reach(B, j, ball, way + (radius + margin))) & bits
-            if bits == 0:
-                continue
-            if point and B.rows[j, 0] != HULL and B.rows[j, 0] != CONE:
-                hits = lane_bits(within_reach(B, j, ball, lanes(radius + margin))) & bits
-                found |= bits | (hits << WIDTH)
-            else:
-                found |= _lane_by_lane(arm, i, int(body[0]), B, j, -1, margin, way, bits, s)  # 3
-            if (found >> WIDTH) == wanted:
-                return found
+        if crowded:
+            _begin_walk(around, s)
+        more = True
+        while more:
+            if crowded:
+                count = _walk_to_piece(around, ball, M + (radius + margin), wanted, s)
+            more = crowded and (s.walk[LEFT] > 0 or s.walk[NEXT] < s.walk[LAST])
+            for k in range(count):
+                j, open = s.near[0, DEPTH + k], s.near[1, DEPTH + k] & ~(found >> WIDTH)
+                if open == 0:
+                    continue
+                bits, way = lane_bits(within_reach(B, j, ball, M + (radius + margin))) & open, M  # 2
+                if bits != 0 and moving:
+                    way = way_of_ball(pace.motion, pace.speeds, b, -1, h, ball, radius) + ROUNDING
+                    bits = lane_bits(within_reach(B, j, ball, way + (radius + margin))) & bits
+                if bits == 0:
+                    continue
+                if point and B.rows[j, 0] != HULL and B.rows[j, 0] != CONE:
+                    hits = lane_bits(within_reach(B, j, ball, lanes(radius + margin))) & bits
+                    found |= bits | (hits << WIDTH)
+                else:
+                    found |= _lane_by_lane(arm, i, int(body[0]), B, j, -1, margin, way, bits, s)  # 3
+                if (found >> WIDTH) == wanted:
+                    return found
     return found
 
 

@@ -29,6 +29,7 @@ class LaneScratch(NamedTuple):
         balls: (3 (bodies + pieces)) lanes: centres of balls of bodies, then of pieces, in {s}.
         placed: (bodies,) whether the balls of its pieces are placed.
         near: (2, DEPTH + FEW or more) nodes that wait; pieces found, and the bits of their lanes.
+        walk: (3,) where a walk through the tree goes on.
         one: for what is looked at lane by lane.
         T: (L, 4, 4) poses of one lane.
     """
@@ -37,6 +38,7 @@ class LaneScratch(NamedTuple):
     balls: Floats
     placed: NDArray[np.int64]
     near: NDArray[np.int64]
+    walk: NDArray[np.int64]
     one: Scratch
     T: Floats
 
@@ -48,7 +50,8 @@ def lane_scratch_for(arm: Arm, poses: Floats) -> LaneScratch:
     links = len(poses) // (16 * WIDTH)
     near = np.zeros((2, DEPTH + max(FEW, len(arm.pieces.rows))), np.int64)
     placed = np.zeros(len(arm.bodies), np.int64)
-    return LaneScratch(poses, in_lanes(3 * rows), placed, near, scratch_for(arm), np.zeros((links, 4, 4)))
+    walk = np.zeros(3, np.int64)
+    return LaneScratch(poses, in_lanes(3 * rows), placed, near, walk, scratch_for(arm), np.zeros((links, 4, 4)))
 
 
 @inlined

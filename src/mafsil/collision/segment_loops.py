@@ -36,7 +36,7 @@ from mafsil.collision.speed_loops import (
     way_of_body,
 )  # fmt: skip
 from mafsil.collision.tree_loops import Surroundings
-from mafsil.solvers.kernel_loops import call_lanes
+from mafsil.solvers.kernel_loops import call_lanes, loop_address, loop_caller
 from mafsil.solvers.lane_loops import WIDTH, get, in_lanes, lane_bits, lanes, put, seen, where
 from mafsil.solvers.loops import compiled, inlined, uncounted
 
@@ -92,6 +92,7 @@ class World(NamedTuple):
     Attributes:
         arm, around, kinematics, motion: as above.
         margin: clearance to keep [m].
+        proof: address of `prove`; 0 for who proves nothing.
     """
 
     arm: Arm
@@ -99,6 +100,7 @@ class World(NamedTuple):
     kinematics: Kinematics
     motion: Motion
     margin: float
+    proof: int
 
 
 class Bench(NamedTuple):
@@ -340,6 +342,15 @@ def prove(world: World, a: Floats, b: Floats, blocks: int, bench: Bench) -> tupl
     return code, place, states
 
 
+call_prove = loop_caller("int64", "float64", "int64")
+
+
+def proof_address(world: World) -> int:
+    """Where `prove` is for worlds of this kind; compiled at the first question."""
+    q = np.empty(len(world.kinematics.q_lanes) // WIDTH)
+    return loop_address(prove, world, q, q, 1, bench_for(world))
+
+
 @uncounted
 def _first_place(t: Floats, bits: int) -> float:
     """The middle of the first interval of some."""
@@ -370,14 +381,13 @@ def _prove_each(
     world: World, A: Floats, B: Floats, code: NDArray[np.int64], t: Floats, evaluations: NDArray[np.int64], bench: Bench
 ) -> None:  # fmt: skip
     for r in range(len(A)):
-        code[r], t[r], evaluations[r] = prove(world, A[r], B[r], UNCOUNTED, bench)
+        code[r], t[r], evaluations[r] = call_prove(world.proof, world, A[r], B[r], UNCOUNTED, bench)
 
 
 @uncounted
 def free_at(world: World, q: Floats, bench: Bench) -> bool:
     """Whether one configuration keeps more than the margin."""
-    pose_lanes_along(world.kinematics, q, q, lanes(0.0))
-    return colliding_lanes(world.arm, world.around, world.margin, bench.pace, bench.s) == 0
+    return call_prove(world.proof, world, q, q, 1, bench)[0] == FREE
 
 
 @compiled

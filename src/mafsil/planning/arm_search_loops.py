@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.collision.segment_loops import FREE, OPEN, Bench, World, bench_for, free_at, prove
+from mafsil.collision.segment_loops import FREE, OPEN, Bench, World, bench_for, call_prove, free_at
 from mafsil.solvers.loops import compiled, inlined, uncounted
 
 LOOK = 8
@@ -95,7 +95,7 @@ def draw(random: NDArray[np.uint64]) -> float:
 def look(world: World, a: Floats, b: Floats, bench: Bench, seen: NDArray[np.int64]) -> int:
     """What the first blocks of a proof say of a motion: FREE, OPEN, or that it is not free."""
     seen[LOOKED_AT] += 1
-    code, _, states = prove(world, a, b, LOOK, bench)
+    code, _, states = call_prove(world.proof, world, a, b, LOOK, bench)
     seen[STATES_SEEN] += states
     return code
 
@@ -111,7 +111,7 @@ def looks_free(world: World, a: Floats, b: Floats, bench: Bench, seen: NDArray[n
 def proves_free(world: World, a: Floats, b: Floats, bench: Bench, seen: NDArray[np.int64]) -> bool:
     """Whether a motion is proved free."""
     seen[PROVED] += 1
-    code, _, states = prove(world, a, b, PROOF, bench)
+    code, _, states = call_prove(world.proof, world, a, b, PROOF, bench)
     seen[STATES_SEEN] += states
     return code == FREE
 

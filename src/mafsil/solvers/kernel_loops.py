@@ -1,10 +1,15 @@
-"""Kernels called from compiled loops: a kernel's batch entry by its address, without Python in between."""
+"""Kernels and long loops called from compiled loops by their address, without Python in between.
+
+A loop that is called the usual way becomes part of each of its callers, and is compiled again with each of them, and
+with their callers; one that is called by its address is compiled once.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Any, cast
 
+from numba import typeof
 from numba.core import cgutils, types
 from numba.extending import intrinsic
 
@@ -51,3 +56,37 @@ def call_kernel(_typing: Any, entry: Any, arguments: Any, dimensions: Any, strid
         return context.get_dummy_value()
 
     return types.void(types.uintp, types.uintp, types.uintp, types.uintp), generate
+
+
+def loop_caller(*results: str) -> Any:
+    """What calls an `uncounted` loop of five arguments by its address: `call(address, *arguments)`.
+
+    Args:
+        results: names of the types of what the loop returns.
+    """
+    result = types.Tuple([getattr(types, name) for name in results])
+
+    @cast("Callable[[Any], Any]", intrinsic)
+    def call(_typing: Any, address: Any, a: Any, b: Any, c: Any, d: Any, e: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            given = signature.args[1:]
+            kind = context.call_conv.get_function_type(result, given)
+            place = builder.inttoptr(values[0], kind.as_pointer())
+            return context.call_conv.call_function(builder, place, result, given, values[1:])[1]
+
+        return result(types.uintp, a, b, c, d, e), generate
+
+    return call
+
+
+def loop_address(loop: Any, *arguments: Any) -> int:
+    """Where the code of a loop for such arguments begins; it stays as long as the process.
+
+    Args:
+        loop: compiled.
+        arguments: examples.
+    """
+    kinds = tuple(typeof(argument) for argument in arguments)
+    loop.compile(kinds)
+    made = loop.overloads[kinds]
+    return int(made.library.get_pointer_to_function(made.fndesc.llvm_func_name))
