@@ -33,9 +33,11 @@ from mafsil.planning.search import PLANNERS, Budget
 from mafsil.planning.shortening import shortened
 
 if TYPE_CHECKING:
+    import mafsil.planning.arm_question_loops as arm_question_loops
     import mafsil.planning.arm_search_loops as arm_search_loops
     from mafsil.planning.arm_search_loops import Forests
 else:
+    arm_question_loops = lazily("mafsil.planning.arm_question_loops")
     arm_search_loops = lazily("mafsil.planning.arm_search_loops")
 
 LAZY = "lazy_prm_star"
@@ -273,13 +275,14 @@ def _search(
         None in place of the path if there is none, or if an end cannot be, which leaves no nodes.
     """
     loops, limits = arm_search_loops, checker.robot.limits
+    question = arm_question_loops
     world, forests = checker.world(), _forests_for(len(q), len(goals))
     bounds = np.empty((2, len(q)))
     # 1.
-    between = loops.Limits(limits.lower.copy(), limits.upper.copy(), checker.moves_tip, UNBOUNDED)
+    between = question.Limits(limits.lower.copy(), limits.upper.copy(), checker.moves_tip, UNBOUNDED)
     samples = max(min(SLICE, nodes), 1)
-    code, path = loops.solve(world, between, q, goals, seed, STEP, samples, shorten, forests, bounds)
-    if code == loops.REFUSED:
+    code, path = question.solve(world, between, q, goals, seed, STEP, samples, shorten, forests, bounds)
+    if code == question.REFUSED:
         return None, 0, (0, 0, 0)
     made = int(forests.sizes[0] + forests.sizes[1])
     if code == loops.JOINED:

@@ -1,0 +1,129 @@
+"""A whole question about a path of an arm in one compiled call: ends, straight motions, first samples, shortcuts."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats
+from mafsil.collision.segment_loops import Bench, World, bench_for, free_at
+from mafsil.planning.arm_search_loops import FULL, GROWING, JOINED, ROOT, Forests, apart, grow, proves_free, shorten
+from mafsil.solvers.loops import compiled, inlined, uncounted
+
+REFUSED = FULL + 1
+"""An end cannot be; beside JOINED, GROWING and FULL."""
+
+
+class Limits(NamedTuple):
+    """Between which configurations a search goes.
+
+    Attributes:
+        lower, upper: (n,) of the coordinates; infinite where there are none.
+        moves: (n,) whether a coordinate moves the tip.
+        around: how far beyond start and goals one without limits is searched [rad | m].
+    """
+
+    lower: Floats
+    upper: Floats
+    moves: NDArray[np.bool_]
+    around: float
+
+
+@uncounted
+def bounds_around(limits: Limits, start: Floats, goals: Floats, bounds: Floats) -> None:
+    """Lowest and highest coordinates of samples, (2, n), out.
+
+    Coordinates that do not move the tip and have one value at all ends, such as those of a gripper, keep it.
+    """
+    for c in range(len(start)):
+        low, high = start[c], start[c]
+        for k in range(len(goals)):
+            low, high = min(low, goals[k, c]), max(high, goals[k, c])
+        bounds[0, c] = limits.lower[c] if limits.lower[c] > -np.inf else low - limits.around
+        bounds[1, c] = limits.upper[c] if limits.upper[c] < np.inf else high + limits.around
+        if not limits.moves[c] and low == high:
+            bounds[0, c], bounds[1, c] = low, low
+
+
+@uncounted
+def _is_open(world: World, limits: Limits, q: Floats, bench: Bench) -> bool:
+    """Whether a configuration is within the limits and keeps more than the margin."""
+    for c in range(len(q)):
+        if not limits.lower[c] <= q[c] <= limits.upper[c]:
+            return False
+    return free_at(world, q, bench)
+
+
+@inlined
+def _copy(row: Floats, to: Floats) -> None:
+    for c in range(len(row)):
+        to[c] = row[c]
+
+
+@uncounted
+def _begin(
+    world: World, limits: Limits, start: Floats, goals: Floats, seed: int, forests: Forests, bounds: Floats,
+    bench: Bench,
+) -> int:  # fmt: skip
+    """Steps 1 and 2 of `solve`: REFUSED, JOINED or GROWING."""
+    forests.sizes[0], forests.sizes[1], forests.sizes[2] = 0, 0, 0
+    if not _is_open(world, limits, start, bench):
+        return REFUSED
+    roots, count = forests.q[1], 0
+    for k in range(len(goals)):  # 1
+        if not _is_open(world, limits, goals[k], bench):
+            continue
+        place, away = count, apart(start, goals[k])
+        while place > 0 and apart(start, roots[place - 1]) > away:
+            _copy(roots[place - 1], roots[place])
+            place -= 1
+        _copy(goals[k], roots[place])
+        count += 1
+    if count == 0:
+        return REFUSED
+    _copy(start, forests.q[0, 0])
+    forests.parent[:, :count] = ROOT
+    forests.sizes[0], forests.sizes[1], forests.sizes[2] = 1, count, 0
+    forests.random[0] = seed
+    forests.seen[:] = 0
+    bounds_around(limits, start, roots[:count], bounds)
+    for k in range(count):  # 2
+        if proves_free(world, start, roots[k], bench, forests.seen):
+            _copy(start, forests.path[0])
+            _copy(roots[k], forests.path[1])
+            forests.sizes[2] = 2
+            return JOINED
+    return GROWING
+
+
+@compiled
+def solve(
+    world: World, limits: Limits, start: Floats, goals: Floats, seed: int, share: float, samples: int, tries: int,
+    forests: Forests, bounds: Floats,
+) -> tuple[int, Floats]:  # fmt: skip
+    """A whole question in one call: how it stands, and the path if there is one.
+
+    1. Start and goals are looked at; without a start or a goal that is open it is REFUSED. Goals are roots, nearest
+       first.
+    2. A straight motion to a goal is the path where it is free.
+    3. Both sides grow; if that does not join them, the forests hold what to go on from.
+    4. Shortcuts.
+
+    Args:
+        world, limits: what is free.
+        start, goals: (n,), (k, n).
+        seed: of the samples.
+        share: longest edge, as share of the diagonal of the bounds.
+        samples: before it comes back.
+        tries: shortcuts that are tried.
+        forests: with place for two nodes more than there are goals.
+        bounds: (2, n) out: between which it samples.
+    """
+    bench = bench_for(world)
+    code = _begin(world, limits, start, goals, seed, forests, bounds, bench)
+    if code == GROWING:  # 3
+        code = grow(world, bounds, share * apart(bounds[0], bounds[1]), samples, forests)
+    path = forests.path[: forests.sizes[2] if code == JOINED else 0].copy()
+    return code, shorten(world, path, tries, forests.random, forests.seen) if len(path) > 2 and tries > 0 else path
