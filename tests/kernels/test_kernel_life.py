@@ -40,7 +40,6 @@ from mafsil.kernels import (
     warm,
 )
 from mafsil.kernels.cache import Store
-from mafsil.kernels.call import CALL
 from mafsil.kernels.layout import BATCH, LANE_COUNT, SINGLE
 from tests.reliability import specimens
 
@@ -323,7 +322,7 @@ def test_each_part_is_compiled_when_it_is_needed(folder):
     assert k.image.parts.keys() == {call.CALL, BATCH}
     assert (k(X) == k(rows)[-1]).all()
     assert (k(rows[:3]) == k(rows)[:3]).all()
-    assert k.image.parts.keys() == {BATCH, SINGLE, CALL}
+    assert k.image.parts.keys() == set(image.FROM_PYTHON)
     assert builds == [7.0]
 
 
@@ -363,7 +362,7 @@ def test_threads_compile_both_parts_once(monkeypatch):
         thread.start()
     for thread in threads:
         thread.join()
-    assert sorted(made) == sorted((BATCH, SINGLE, CALL))
+    assert sorted(made) == sorted(image.FROM_PYTHON)
     assert builds == [8.0]
 
 
@@ -373,7 +372,7 @@ def test_an_edit_that_changes_no_operation_costs_tracing_only(folder, monkeypatc
     honest = translation.translate
     monkeypatch.setattr(translation, "translate", lambda part, *rest: made.append(part) or honest(part, *rest))
     warm([compile(VECTOR, partial(scaled, 2.0), key="scaled", fingerprints=("before",))])
-    assert sorted(made) == sorted((BATCH, SINGLE, CALL))
+    assert sorted(made) == sorted(image.FROM_PYTHON)
     made.clear()
     edited = compile(VECTOR, partial(scaled, 2.0), key="scaled", fingerprints=("after",))
     warm([edited])
@@ -589,5 +588,5 @@ def test_llvm_loads_where_the_small_linker_declines(monkeypatch):
     k = scaled_kernel(2.0)
     assert (k(X) == want).all()
     assert (k(np.stack([X, X])) == want).all()
-    assert k.image.parts.keys() == {BATCH, SINGLE, CALL}
+    assert k.image.parts.keys() == set(image.FROM_PYTHON)
     assert k.provenance.cached

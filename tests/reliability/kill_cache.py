@@ -16,7 +16,7 @@ from pathlib import Path
 from mafsil.code_store import CACHE_VARIABLE
 from mafsil.kernels import compiler
 from mafsil.kernels.cache import TAPE, Entry, Store, TapeEntry, decode, encode
-from mafsil.kernels.image import ENTRIES
+from mafsil.kernels.image import FROM_PYTHON
 from tests.reliability import figures, specimens
 
 SPECIMENS = tuple((links, 0) for links in (1, 2, 3, 4, 6))
@@ -119,7 +119,7 @@ def _compile_again(folder: str) -> None:
     for links, seed in SPECIMENS:
         kernel = specimens.kernel(links, seed)
         order = kernel.order(Store(Path(folder)))
-        for part in ENTRIES:
+        for part in FROM_PYTHON:
             order.store.discard(order.object_key(part, kernel.image.hash))
         order.store.discard(order.key)
         compiler._images.clear()

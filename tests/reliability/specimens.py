@@ -56,7 +56,7 @@ def keys(k: Kernel) -> tuple[str, list[str]]:
 
     warm([k])
     order = k.order(Store(None))
-    return order.key, [order.object_key(part, k.image.hash) for part in image.ENTRIES]
+    return order.key, [order.object_key(part, k.image.hash) for part in image.FROM_PYTHON]
 
 
 def reference(links: int, seed: int, q: np.ndarray, shift: np.ndarray | float):

@@ -19,7 +19,7 @@ from pathlib import Path
 from mafsil.code_store import CACHE_VARIABLE
 from mafsil.kernels import Kernel, compiler, target
 from mafsil.kernels.cache import Store
-from mafsil.kernels.image import ENTRIES
+from mafsil.kernels.image import FROM_PYTHON
 from tests.reliability import figures, specimens
 from tests.reliability.kill_cache import _fork
 
@@ -68,12 +68,12 @@ def work(seed: int, rounds: int) -> dict[str, int]:
             count["bad_bits"] += len({a.split()[0] for a in answers}) != 1
             machines = {_identity(features) for features, _ in variants}
             versions = {version for _, version in variants}
-            count["bad_entries"] += _entries(folder) != (len(versions), len(machines) * len(ENTRIES))
-            count["bad_twice"] += compiles != len(machines) * len(ENTRIES)
+            count["bad_entries"] += _entries(folder) != (len(versions), len(machines) * len(FROM_PYTHON))
+            count["bad_twice"] += compiles != len(machines) * len(FROM_PYTHON)
         with tempfile.TemporaryDirectory(prefix="mafsil-K3-") as folder:
             os.environ[CACHE_VARIABLE] = folder
             count["bad_bits"] += len(_threads()) != 1
-            count["bad_entries"] += _entries(folder) != (1, len(ENTRIES))
+            count["bad_entries"] += _entries(folder) != (1, len(FROM_PYTHON))
             count["thread_rounds"] += 1
     return count
 

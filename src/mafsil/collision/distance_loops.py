@@ -164,8 +164,8 @@ def _add_rates(motion: Motion, poses: Floats, b: int, row: Floats, at: int, sign
             m, n = (k + 1) % 3, (k + 2) % 3
             turn_m = T[m, 0] * joint[5] + T[m, 1] * joint[6] + T[m, 2] * joint[7]
             turn_n = T[n, 0] * joint[5] + T[n, 1] * joint[6] + T[n, 2] * joint[7]
-            slide = T[k, 0] * joint[8] + T[k, 1] * joint[9] + T[k, 2] * joint[10]
-            rate += row[7 + k] * (turn_m * (row[at + n] - T[n, 3]) - turn_n * (row[at + m] - T[m, 3]) + slide)
+            along = T[k, 0] * joint[8] + T[k, 1] * joint[9] + T[k, 2] * joint[10]
+            rate += row[7 + k] * (turn_m * (row[at + n] - T[n, 3]) - turn_n * (row[at + m] - T[m, 3]) + along)
         out[int(joint[1])] += sign * joint[2] * rate
 
 

@@ -35,6 +35,8 @@ ENTRIES = {
     CALL: (CALL, BIND, FEW, TO_SINGLE, TO_LOOP, MOST),
 }
 """The parts of a kernel, named after their first entry, and the symbols of each."""
+FROM_PYTHON = (CALL, SINGLE, BATCH)
+"""The parts that calls from Python bring in; LANES is for compiled loops alone."""
 
 
 @dataclass(frozen=True, eq=False)

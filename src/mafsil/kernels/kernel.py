@@ -12,7 +12,7 @@ from mafsil.kernels import batch, cache, call, identity, runtime, ufunc
 from mafsil.kernels.cache import Store
 from mafsil.kernels.call import BIND, CALL
 from mafsil.kernels.compiler import Order, obtain
-from mafsil.kernels.image import Image
+from mafsil.kernels.image import FROM_PYTHON, Image
 from mafsil.kernels.layout import BATCH, LANES, SINGLE, Signature
 from mafsil.kernels.lazy import lazy
 from mafsil.kernels.provenance import Provenance
@@ -202,7 +202,7 @@ def warm(kernels: Sequence[Kernel], workers: int | None = None) -> None:
 
     def ready(index: int) -> None:
         kernel = kernels[index]
-        for part in (CALL, SINGLE, BATCH):
+        for part in FROM_PYTHON:
             kernel.image.part(part)
         _ = kernel.call
 

@@ -67,7 +67,11 @@ def _begin(
     world: World, limits: Limits, start: Floats, goals: Floats, seed: int, forests: Forests, bounds: Floats,
     bench: Bench,
 ) -> int:  # fmt: skip
-    """Steps 1 and 2 of `solve`: REFUSED, JOINED or GROWING."""
+    """The beginning of `solve`: REFUSED, JOINED or GROWING.
+
+    1. Goals that are open become roots, nearest first.
+    2. A straight motion to one of them.
+    """
     forests.sizes[0], forests.sizes[1], forests.sizes[2] = 0, 0, 0
     if not _is_open(world, limits, start, bench):
         return REFUSED
@@ -105,11 +109,9 @@ def solve(
 ) -> tuple[int, Floats]:  # fmt: skip
     """A whole question in one call: how it stands, and the path if there is one.
 
-    1. Start and goals are looked at; without a start or a goal that is open it is REFUSED. Goals are roots, nearest
-       first.
-    2. A straight motion to a goal is the path where it is free.
-    3. Both sides grow; if that does not join them, the forests hold what to go on from.
-    4. Shortcuts.
+    Start and goals are looked at; without a start or a goal that is open it is REFUSED. A straight motion to a goal is
+    the path where it is free. Else both sides grow; if that does not join them, the forests hold what to go on from.
+    Shortcuts make the path shorter.
 
     Args:
         world, limits: what is free.
@@ -123,7 +125,7 @@ def solve(
     """
     bench = bench_for(world)
     code = _begin(world, limits, start, goals, seed, forests, bounds, bench)
-    if code == GROWING:  # 3
+    if code == GROWING:
         code = grow(world, bounds, share * apart(bounds[0], bounds[1]), samples, forests)
     path = forests.path[: forests.sizes[2] if code == JOINED else 0].copy()
     return code, shorten(world, path, tries, forests.random, forests.seen) if len(path) > 2 and tries > 0 else path

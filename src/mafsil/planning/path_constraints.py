@@ -296,7 +296,7 @@ def _points_as_bodies(checker: Checker, rows: Sequence[tuple[int, int, int, int,
     for r, (_, _, link, other, x, to, _) in enumerate(rows):
         table[2 * r, 0], table[2 * r, 4:7] = link, x
         table[2 * r + 1, 0], table[2 * r + 1, 4:7] = max(other, 0), to if other >= 0 else 0.0
-    return checker.arm._replace(bodies=table)
+    return checker.arm._replace(bodies=table, pairs=checker.arm.pairs[:0])
 
 
 def _by_row(array: NDArray[Scalar]) -> NDArray[Scalar]:
