@@ -17,7 +17,8 @@ Reference:
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -343,12 +344,30 @@ def prove(world: World, a: Floats, b: Floats, blocks: int, bench: Bench) -> tupl
 
 
 call_prove = loop_caller("int64", "float64", "int64")
+_KNOWN: list[int] = []
+"""The address of `prove` in this process, once it is compiled."""
 
 
 def proof_address(world: World) -> int:
-    """Where `prove` is for worlds of this kind; compiled at the first question."""
+    """Where `prove` is, for worlds whose arrays lie in order, as all of ours do; compiled at the first question."""
+    if not all(array.flags.c_contiguous for array in _arrays_in(world)):
+        return _address(world)
+    if not _KNOWN:
+        _KNOWN.append(_address(world))
+    return _KNOWN[0]
+
+
+def _address(world: World) -> int:
     q = np.empty(len(world.kinematics.q_lanes) // WIDTH)
     return loop_address(prove, world, q, q, 1, bench_for(world))
+
+
+def _arrays_in(parts: tuple[Any, ...]) -> Iterator[NDArray[Any]]:
+    for part in parts:
+        if isinstance(part, tuple):
+            yield from _arrays_in(cast("tuple[Any, ...]", part))
+        elif isinstance(part, np.ndarray):
+            yield cast("NDArray[Any]", part)
 
 
 @uncounted
