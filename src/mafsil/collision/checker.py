@@ -295,7 +295,7 @@ class Checker:
     @cached_property
     def moves_tip(self) -> Truth:
         """(n,) whether a coordinate moves a tip or what closes a loop; those of a gripper do not."""
-        mechanism, joints = self.robot.mechanism, joints_of(self.robot.mechanism)
+        mechanism, joints = self.robot.mechanism, self._joints
         ends_of_loops = [name for loop in mechanism.loops for name in (loop.parent, loop.child)]
         tips = [mechanism.link_names.index(name) for name in (*self.tips, *ends_of_loops)]
         moves = np.zeros(self.robot.n, np.bool_)

@@ -274,8 +274,7 @@ def _search(
     Returns:
         None in place of the path if there is none, or if an end cannot be, which leaves no nodes.
     """
-    loops, limits = arm_search_loops, checker.robot.limits
-    question = arm_question_loops
+    loops, question, limits = arm_search_loops, arm_question_loops, checker.robot.limits
     world, forests = checker.world(), _forests_for(len(q), len(goals))
     bounds = np.empty((2, len(q)))
     # 1.
