@@ -142,6 +142,16 @@ def test_derivative_of_a_branch_that_is_not_taken_passes_no_nan() -> None:
     assert float(found) == 0.0
 
 
+@pytest.mark.parametrize("value", [0.0, 1.0, -0.249, 2.0, float("nan")])
+def test_twice_not_is_a_truth_value_whatever_it_is_asked_of(value: float) -> None:
+    x = ex.symbol("x")
+    twice = ex.logic_not(ex.logic_not(x))
+    of_a_truth = ex.logic_not(ex.logic_not(x < 1.0))
+    chosen = ex.if_else(twice, 3.0, 5.0)
+    found = ex.Function("f", [x], [twice, of_a_truth, chosen]).call([value])
+    assert [float(y) for y in found] == [float(value != 0.0), float(value < 1.0), 3.0 if value != 0.0 else 5.0]
+
+
 def test_steps_have_slope_zero() -> None:
     x = ex.symbol("x")
     for f in (ex.floor(x), ex.ceil(x), ex.sign(x), x < 0.5, ex.logic_not(x)):

@@ -302,6 +302,8 @@ def if_else_zero(condition: Node, x: Node) -> Node:
         return x
     if condition.op == CONSTANT:
         return x if condition.value != 0.0 else ZERO
+    if condition.op == "not" and condition.a.op == "not":
+        condition = condition.a.a
     return Node("if_else_zero", condition, x)
 
 

@@ -5,7 +5,19 @@ from __future__ import annotations
 import math
 
 from mafsil.expression import arithmetic
-from mafsil.expression.node import CONSTANT, NEVER_NEGATIVE, ONE, ZERO, Node, Rule, binary, constant, same, unary
+from mafsil.expression.node import (
+    CONSTANT,
+    NEVER_NEGATIVE,
+    ONE,
+    TRUTH_VALUES,
+    ZERO,
+    Node,
+    Rule,
+    binary,
+    constant,
+    same,
+    unary,
+)
 
 
 def sqrt(x: Node) -> Node:
@@ -31,8 +43,8 @@ def log(x: Node) -> Node:
 
 
 def not_(x: Node) -> Node:
-    """1 where x is zero, else 0."""
-    return x.a if x.op == "not" else unary("not", x)
+    """1 where x is zero, else 0; twice not is x again where x is a truth value, 0 or 1."""
+    return x.a if x.op == "not" and x.a.op in TRUTH_VALUES else unary("not", x)
 
 
 def power(x: Node, y: Node) -> Node:

@@ -86,7 +86,9 @@ def _identical(x: Node, y: Node) -> bool:
 
 
 COMMUTATIVE = frozenset(("add", "mul", "eq", "ne", "and", "or", "fmin", "fmax"))
-NEVER_NEGATIVE = frozenset(("sqrt", "sq", "exp", "fabs", "lt", "le", "eq", "ne", "not", "and", "or"))
+TRUTH_VALUES = frozenset(("lt", "le", "eq", "ne", "not", "and", "or"))
+"""Operations whose value is 0 or 1."""
+NEVER_NEGATIVE = frozenset(("sqrt", "sq", "exp", "fabs", *TRUTH_VALUES))
 """Operations whose value is not below zero."""
 
 
