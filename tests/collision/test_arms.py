@@ -166,3 +166,23 @@ def test_what_is_refused(pair, robot):
         pair.joined({"left": np.zeros(6), "right": [np.nan] * 6})
     with pytest.raises(ModelError, match="a: T_so is no pose"):
         Arms([Mounted("a", robot, np.ones((4, 4)))])
+
+
+@pytest.mark.capability("11-45")
+@pytest.mark.parametrize("kept", [("right",), ("left",), ("right", "left")])
+def test_motions_of_some_of_the_arms_are_proved_with_their_own_pairs(robot, kept):
+    """What is laid out for pairs of bodies is laid out again where the pairs are others."""
+    both = Arms([Mounted("left", robot), Mounted("right", robot, TURNED)]).with_passive([])
+    both.free_segment(*both.random_configurations(2))
+    some = both.among(kept)
+    world = some.world()
+    both_moved = world.motion.moves[:, world.arm.pairs[:, 0]] & world.motion.moves[:, world.arm.pairs[:, 1]]
+    last = [max(np.flatnonzero(column), default=-1) for column in both_moved.T]
+    assert world.motion.common.tolist() == last
+    q = some.random_configurations(120).reshape(60, 2, -1)
+    proved = some.free_segment(q[:, 0], q[:, 1])
+    along = q[:, :1] + np.linspace(0.0, 1.0, 400)[:, None] * (q[:, 1:] - q[:, :1])
+    dense = some.free(along).all(axis=1)
+    assert 0.05 < dense.mean() < 0.95
+    assert not (proved & ~dense).any()
+    assert (proved == dense).mean() > 0.95

@@ -9,9 +9,11 @@ from mafsil.solvers.lane_loops import (
     get,
     lane_bits,
     lanes,
+    looked_up,
     magnitude,
     part,
     put,
+    rounded_down,
     seen,
     spread,
     square_root,
@@ -49,3 +51,11 @@ def arithmetic(x, y, out):
 def angles(cosines, sines, out):
     """The angle of each column."""
     seen(out)[0] = angle_of(seen(cosines)[0], seen(sines)[0])
+
+
+@reordered
+def table(x, numbers, out):
+    """Each column rounded down, and what stands in a table at its magnitude."""
+    a, results = seen(x)[0], seen(out)
+    results[0] = rounded_down(a)
+    results[1] = looked_up(numbers, magnitude(a))

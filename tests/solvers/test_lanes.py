@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.solvers.lanes_probe_loops import angles, arithmetic
+from tests.solvers.lanes_probe_loops import angles, arithmetic, table
 
 
 def test_every_operation_is_that_of_numpy():
@@ -63,3 +63,14 @@ def test_a_lane_does_not_depend_on_its_neighbours():
     x[0, 1:], y[0, 1:] = np.nan, 0.0
     arithmetic(x, y, again)
     assert (out[:4, 0] == again[:4, 0]).all()
+
+
+def test_lanes_look_up_a_table_each_for_itself():
+    x, numbers, out = (
+        np.array([[0.0, 1.2, -1.2, 6.999, 3.0, -0.5, 2.5, -6.0]]),
+        np.arange(7.0) ** 2 + 0.5,
+        np.empty((2, 8)),
+    )
+    table(x, numbers, out)
+    assert out[0].tolist() == np.floor(x[0]).tolist()
+    assert out[1].tolist() == numbers[np.abs(x[0]).astype(int)].tolist()

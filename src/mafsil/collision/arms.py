@@ -105,6 +105,7 @@ class Arms(Checker):
         self.bodies, self._still = tuple(bodies), tuple(still)
         self._moving, self._passive = self.names, frozenset[str]()
         self._joints, self._self_collision = joints_of(self.robot.mechanism), True
+        self._workshops = {}
 
     @property
     def tips(self) -> tuple[str, ...]:
@@ -134,7 +135,6 @@ class Arms(Checker):
         planned = kept if moving is None else tuple(moving)
         for name in (*kept, *planned):
             self._require(name)
-        other = self.with_scene(self.scene)
         owner = [self.arm_of(body.name) for body in self.bodies]
         pairs = [
             (a, b)
@@ -143,9 +143,8 @@ class Arms(Checker):
         ]
         checked = set(kept) - self._passive
         still = [row if name in checked else (True,) * len(row) for name, row in zip(owner, self._still, strict=True)]
+        other = self._with_arm(layout.arm_of(self.bodies, pairs, still))
         other._moving = planned
-        # A cached property is an entry of the dictionary, and in its place stands the arm with fewer pairs.
-        other.__dict__["arm"] = layout.arm_of(self.bodies, pairs, still)
         return other
 
     def with_passive(self, names: Iterable[str]) -> Self:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from functools import cached_property
 from pathlib import Path
-from threading import local
+from threading import get_ident
 from typing import TYPE_CHECKING, Any, Self
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,35 +23,28 @@ from mafsil.collision.status import Check, CheckStatus, Clearance, Contact
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
-from mafsil.robot import Robot, as_robot
+from mafsil.robot import as_robot
 
 if TYPE_CHECKING:
     import mafsil.collision.distance_loops as distance_loops
+    import mafsil.collision.laid_arm as laid_arm
     import mafsil.collision.layout as layout
     import mafsil.collision.pair_counts_loops as pair_counts_loops
     import mafsil.collision.segment_loops as segment_loops
     from mafsil.collision.arm_loops import Arm
-    from mafsil.collision.segment_loops import Kinematics, World
-    from mafsil.collision.speed_loops import Motion
+    from mafsil.collision.laid_arm import LaidArm
+    from mafsil.collision.workshop_loops import Workshop, World
+    from mafsil.solvers.held_loops import Held
 else:
     distance_loops = lazily("mafsil.collision.distance_loops")
+    laid_arm = lazily("mafsil.collision.laid_arm")
     layout = lazily("mafsil.collision.layout")
     pair_counts_loops = lazily("mafsil.collision.pair_counts_loops")
     segment_loops = lazily("mafsil.collision.segment_loops")
 
-CHUNK = 256
-"""States whose link poses are in memory at once: they stay in the processor's cache."""
 ALWAYS = 0.95
 """Share of sampled configurations in which two bodies meet that always meet."""
 MOST_CONTACTS = 200
-
-
-class _OfThread(local):
-    def __init__(self) -> None:
-        self.kinematics: WeakKeyDictionary[Robot, tuple[Kinematics, list[object]]] = WeakKeyDictionary()
-
-
-_OF_THREAD = _OfThread()
 
 
 class Checker:
@@ -115,6 +107,7 @@ class Checker:
         if self_collision:
             self._sample_pairs(drop_unseen)
         self._self_collision = self_collision
+        self._workshops: dict[int, Held[Workshop]] = {}
 
     def in_collision(self, q: ArrayLike) -> Truth:
         """Whether the arm is within the margin of an obstacle or of itself.
@@ -130,7 +123,7 @@ class Checker:
         """
         rows, batch = self._rows(q)
         found = np.empty(len(rows), np.bool_)
-        segment_loops.collide(self._world(0), rows, found)
+        segment_loops.collide(self._workshop(), rows, found)
         return found.reshape(batch)
 
     def free(self, q: ArrayLike) -> Truth:
@@ -150,10 +143,10 @@ class Checker:
         rows, batch = self._rows(q)
         out, who = np.zeros((len(rows), 10)), np.zeros((len(rows), 2), np.int64)
         gradient = np.zeros(rows.shape)
-        for begin, poses in self._poses(rows):
+        for begin, poses in laid_arm.poses_in_parts(self.robot, rows):
             part = slice(begin, begin + len(poses))
             distance_loops.distances(self.arm, poses, self.scene.surroundings, float(within), out[part], who[part])
-            distance_loops.gradients(self._motion, poses, out[part], who[part], gradient[part])
+            distance_loops.gradients(self.laid.motion, poses, out[part], who[part], gradient[part])
         first, second = self._names(out, who)
         point_first, point_second, normal = (out[:, k : k + 3].reshape(*batch, 3) for k in (1, 4, 7))
         return Clearance(
@@ -173,7 +166,7 @@ class Checker:
         rows, batch = self._rows(q)
         if batch:
             raise InputError("input.shape", name="q", expected=(self.robot.n,), got=(*batch, self.robot.n), hint="")
-        poses = next(self._poses(rows))[1]
+        poses = next(laid_arm.poses_in_parts(self.robot, rows))[1]
         out, who = np.zeros((MOST_CONTACTS, 10)), np.zeros((MOST_CONTACTS, 2), np.int64)
         around = self.scene.surroundings
         count = distance_loops.contacts(self.arm, poses[0], around, self.margin, len(self.scene), out, who)
@@ -240,17 +233,8 @@ class Checker:
         if not n:
             codes[:] = self.in_collision(A)
             return codes, t, evaluations + 1, batch
-        world = self.world()._replace(margin=self.margin + extra)
-        segment_loops.prove_segments(world, A, B, codes, t, evaluations)
+        segment_loops.prove_segments(self.workshop(), extra, A, B, codes, t, evaluations)
         return codes, t, evaluations, batch
-
-    def _kinematics(self) -> Kinematics:
-        """The kernel of link poses for compiled loops, with arrays of this thread alone."""
-        mine = _OF_THREAD.kinematics
-        if self.robot not in mine:
-            kernel = self.robot.kernel("link_poses")
-            mine[self.robot] = layout.kinematics_of(kernel, self.robot.n, len(self.robot.mechanism.links))
-        return mine[self.robot][0]
 
     def largest_way(self, change: ArrayLike, largest: ArrayLike) -> float:
         """How far any point of the arm can move when the coordinates change [m]; an upper bound.
@@ -259,7 +243,7 @@ class Checker:
             change: (n,) largest change of each coordinate [rad | m].
             largest: (n,) largest magnitude of each, for sliding joints [rad | m].
         """
-        n, motion = self.robot.n, self._motion
+        n, motion = self.robot.n, self.laid.motion
         dq, most = (np.abs(single(name, x, (n,))) for name, x in (("change", change), ("largest", largest)))
         rates = np.abs(motion.joints[:, 2]) * dq[motion.joints[:, 1].astype(np.int64)]
         reach = motion.reach + motion.stretch @ most + motion.joints[:, 4:5]
@@ -268,24 +252,24 @@ class Checker:
 
     def world(self) -> World:
         """All that compiled loops ask whether a motion is free, with arrays of this thread alone."""
-        return self._world(self._proof)
+        return self.workshop().value.world
 
-    def _world(self, proof: int) -> World:
-        around, kinematics = self.scene.surroundings, self._kinematics()
-        return segment_loops.World(self.arm, around, kinematics, self._motion, self.margin, proof)
+    def workshop(self) -> Held[Workshop]:
+        """The world and the arrays that this thread works in, for compiled loops that are asked again and again."""
+        shop = self._workshop()
+        segment_loops.be_able_to_prove(shop)
+        return shop
+
+    def _workshop(self) -> Held[Workshop]:
+        """As `workshop`; who proves nothing does not wait until proofs are compiled."""
+        thread = get_ident()
+        if thread not in self._workshops:
+            self._workshops[thread] = self.laid.workshop(self.scene, self.margin)
+        return self._workshops[thread]
 
     def __getstate__(self) -> dict[str, Any]:
-        """What another process can use: all but an address of this one."""
-        return {name: value for name, value in self.__dict__.items() if name != "_proof"}
-
-    @cached_property
-    def _proof(self) -> int:
-        """Address of the compiled proof."""
-        return segment_loops.proof_address(self._world(0))
-
-    @cached_property
-    def _motion(self) -> Motion:
-        return layout.motion_of(self.robot.mechanism, self._joints, self.arm)
+        """What another process can use: all but what lies at an address of this one."""
+        return self.__dict__ | {"_workshops": {}}
 
     @property
     def tips(self) -> tuple[str, ...]:
@@ -309,16 +293,29 @@ class Checker:
         return tuple(SkippedPair(self.bodies[a].name, self.bodies[b].name, reason) for (a, b), reason in named)
 
     @cached_property
+    def laid(self) -> LaidArm:
+        """The arm as the compiled loops read it, shared by all scenes."""
+        pairs = self._pairs() if self._self_collision else []
+        return laid_arm.LaidArm(self.robot, self._joints, layout.arm_of(self.bodies, pairs, self._still))
+
+    @property
     def arm(self) -> Arm:
-        """The arm as the compiled loops read it."""
-        return layout.arm_of(self.bodies, self._pairs() if self._self_collision else [], self._still)
+        """Bodies and pairs as the compiled loops read them."""
+        return self.laid.arm
 
     def with_scene(self, scene: Scene | Iterable[Obstacle]) -> Self:
         """The same arm in another scene: nothing of the arm is computed again."""
         other = object.__new__(type(self))
-        other.__dict__.update(self.__dict__ | {"arm": self.arm, "_motion": self._motion})
-        other.__dict__.pop("_proof", None)
+        other.__dict__.update(self.__dict__ | {"laid": self.laid, "_workshops": {}})
         other.scene = scene if isinstance(scene, Scene) else Scene(scene)
+        return other
+
+    def _with_arm(self, arm: Arm) -> Self:
+        """The same in the same scene with other pairs, or other pieces that the surroundings matter to."""
+        other = self.with_scene(self.scene)
+        # A cached property is an entry of the dictionary.
+        other.__dict__["laid"] = laid_arm.LaidArm(self.robot, self._joints, arm)
+        other.__dict__.pop("moves_tip", None)
         return other
 
     def with_margin(self, margin: float) -> Self:
@@ -342,7 +339,7 @@ class Checker:
             return
         arm = layout.arm_of(self.bodies, pairs)
         counts = np.zeros(len(pairs), np.int64)
-        for _, poses in self._poses(self.random_configurations(self.samples)):
+        for _, poses in laid_arm.poses_in_parts(self.robot, self.random_configurations(self.samples)):
             pair_counts_loops.count_meetings(arm, poses, counts)
         for pair, count in zip(pairs, counts, strict=True):
             if count >= ALWAYS * self.samples:
@@ -361,13 +358,6 @@ class Checker:
     def _rows(self, q: ArrayLike) -> tuple[Floats, tuple[int, ...]]:
         array = as_batch("q", q, (self.robot.n,), finite=True)
         return np.ascontiguousarray(array.reshape(-1, self.robot.n)), array.shape[:-1]
-
-    def _poses(self, rows: Floats) -> Iterator[tuple[int, Floats]]:
-        """Link poses (m, L, 4, 4) of chunks of configurations, with the index of the first."""
-        room = np.empty((min(CHUNK, len(rows)), len(self.robot.mechanism.links), 4, 4))
-        for begin in range(0, len(rows), CHUNK):
-            part = rows[begin : begin + CHUNK]
-            yield begin, self.robot.link_poses(part, out=room[: len(part)])
 
     def _names(self, out: Floats, who: NDArray[np.int64]) -> tuple[NDArray[np.object_], NDArray[np.object_]]:
         bodies = np.array([body.name for body in self.bodies], object)

@@ -16,12 +16,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from mafsil.arrays import Floats
-from mafsil.collision.arm_loops import FEW, Arm, just_above
+from mafsil.collision.arm_loops import FEW, just_above
+from mafsil.collision.clearance_loops import clearance, place_cells
 from mafsil.collision.pair_loops import separation
 from mafsil.collision.placing_loops import ALL, LaneScratch, place_bodies_in_lanes, place_pieces_in_lanes
-from mafsil.collision.speed_loops import ROUNDING, Pace, way_of_ball
+from mafsil.collision.speed_loops import ROUNDING, way_of_ball
 from mafsil.collision.support_loops import BALL, CONE, CYLINDER, HULL, PLANE, POINT, SEGMENT, Pieces, product
 from mafsil.collision.tree_loops import DEPTH, Surroundings
+from mafsil.collision.workshop_loops import AT_ONCE, Bench, World
 from mafsil.solvers.lane_loops import (
     WIDTH,
     any_lane,
@@ -42,8 +44,6 @@ if TYPE_CHECKING:
 
 NEXT, LAST, LEFT = range(3)
 """Places of `walk`: the piece to look at next, the end of its leaf, nodes that wait."""
-AT_ONCE = 24
-"""Pieces of the surroundings up to which looking at each is quicker than a tree."""
 
 
 @inlined
@@ -92,11 +92,41 @@ def _meets_box(node: Floats, ball: Buffer, reach: Lanes) -> bool:
 
 
 @inlined
+def _box_within_reach(box: Floats, ball: Buffer, reach: Lanes) -> Mask:
+    """Where the box around a piece, along the axes, may be within reach of a point: seen along each axis."""
+    x, y, z = (
+        magnitude(ball[0] - box[0]) - box[3],
+        magnitude(ball[1] - box[1]) - box[4],
+        magnitude(ball[2] - box[2]) - box[5],
+    )
+    most = where(x > y, x, y)
+    return where(most > z, most, z) <= reach
+
+
+@inlined
+def _pieces_at_once(world: World, b: int, ball: Buffer, reach: Lanes, wanted: int, s: LaneScratch) -> int:
+    """Of few pieces of the surroundings those within reach of body b in some lane (step 1); how many.
+
+    Those that the body does not come near at any configuration are not asked.
+    """
+    around, count, apart = world.around, 0, world.apart[b]
+    for j in range(len(around.boxes)):
+        if apart[j] > world.margin:
+            continue
+        bits = lane_bits(_box_within_reach(around.boxes[j], ball, reach)) & wanted
+        if bits != 0:
+            bits = lane_bits(within_reach(around.pieces, j, ball, reach)) & bits
+        if bits != 0:
+            s.near[0, DEPTH + count], s.near[1, DEPTH + count] = j, bits
+            count += 1
+    return count
+
+
+@inlined
 def _begin_walk(around: Surroundings, s: LaneScratch) -> None:
-    """Few pieces are looked at one after another; of many the half spaces, then the leaves of the tree."""
-    few = len(around.pieces.rows) <= AT_ONCE
-    s.walk[NEXT], s.walk[LAST] = 0, len(around.pieces.rows) if few else around.planes
-    s.walk[LEFT] = 0 if few or len(around.nodes) == 0 else 1
+    """The half spaces, then the leaves of the tree."""
+    s.walk[NEXT], s.walk[LAST] = 0, around.planes
+    s.walk[LEFT] = 0 if len(around.nodes) == 0 else 1
     s.near[0, 0] = 0
 
 
@@ -152,10 +182,10 @@ def _pose_of_lane(s: LaneScratch, link: int, lane: int) -> None:
 
 @uncounted
 def _lane_by_lane(
-    arm: Arm, i: int, p: int, B: Pieces, j: int, q: int, margin: float, M: Lanes, bits: int, s: LaneScratch
+    A: Pieces, i: int, p: int, B: Pieces, j: int, q: int, margin: float, M: Lanes, bits: int, s: LaneScratch
 ) -> int:  # fmt: skip
     """Answers of `separation` for piece i of the arm, carried by link p, and piece j, by link q or still (-1)."""
-    A, cutoff, found, per_lane = arm.pieces, just_above(margin), 0, buffer(1)
+    cutoff, found, per_lane = just_above(margin), 0, buffer(1)
     P, Q = s.one.W[24:27], s.one.W[28:31]
     per_lane[0] = M
     for lane in range(WIDTH):
@@ -176,28 +206,28 @@ def _lane_by_lane(
 
 
 @inlined
-def meets_around(
-    arm: Arm, b: int, around: Surroundings, margin: float, M: Lanes, wanted: int, pace: Pace, h: Lanes, moving: bool,
-    s: LaneScratch,
-) -> int:  # fmt: skip
+def meets_around(world: World, b: int, M: Lanes, wanted: int, h: Lanes, moving: bool, bench: Bench) -> int:
     """Which lanes bring body b within margin + M of the surroundings, and which within the margin.
 
     Args:
-        margin: [m].
         M: [m], >= 0.
         wanted: bits of the lanes that matter.
-        pace, h, moving: whether M is a way in an interval of half length h; then a piece that is within it is asked
-            again with its own way, for what is near an axis hardly moves.
-        s: `place_bodies_in_lanes` went before.
+        h, moving: whether M is a way in an interval of half length h; then a piece that is within it is asked again
+            with its own way, for what is near an axis hardly moves.
+        bench: `place_bodies_in_lanes` went before.
     """
-    balls, body, found = seen(s.balls), arm.bodies[b], 0
-    A, B = arm.pieces, around.pieces
-    _begin_walk(around, s)
-    count = _walk_on(around, part(balls, 3 * b), M + (body[7] + margin), wanted, s)
+    arm, around, margin, s = world.arm, world.around, world.margin, bench.s
+    balls, body, found, few = seen(s.balls), arm.bodies[b], 0, len(around.boxes) <= AT_ONCE
+    A, B, reach = arm.pieces, around.pieces, M + (body[7] + margin)
+    if few:
+        count, crowded = _pieces_at_once(world, b, part(balls, 3 * b), reach, wanted, s), False
+    else:
+        _begin_walk(around, s)
+        count = _walk_on(around, part(balls, 3 * b), reach, wanted, s)
+        crowded = s.walk[LEFT] > 0 or s.walk[NEXT] < s.walk[LAST]  # Then each piece looks for what is near by itself.
     if count == 0:
         return 0
     place_pieces_in_lanes(arm, b, s)
-    crowded = s.walk[LEFT] > 0 or s.walk[NEXT] < s.walk[LAST]  # Then each piece looks for what is near it by itself.
     for i in range(int(body[1]), int(body[3])):
         ball, radius, point = part(balls, 3 * (len(arm.bodies) + i)), A.rows[i, BALL + 3], A.rows[i, 0] == POINT
         if crowded:
@@ -213,7 +243,7 @@ def meets_around(
                     continue
                 bits, way = lane_bits(within_reach(B, j, ball, M + (radius + margin))) & open, M  # 2
                 if bits != 0 and moving:
-                    way = way_of_ball(pace.motion, pace.speeds, b, -1, h, ball, radius) + ROUNDING
+                    way = way_of_ball(world.motion, bench.speeds, b, -1, h, ball, radius) + ROUNDING
                     bits = lane_bits(within_reach(B, j, ball, way + (radius + margin))) & bits
                 if bits == 0:
                     continue
@@ -221,7 +251,7 @@ def meets_around(
                     hits = lane_bits(within_reach(B, j, ball, lanes(radius + margin))) & bits
                     found |= bits | (hits << WIDTH)
                 else:
-                    found |= _lane_by_lane(arm, i, int(body[0]), B, j, -1, margin, way, bits, s)  # 3
+                    found |= _lane_by_lane(A, i, int(body[0]), B, j, -1, margin, way, bits, s)  # 3
                 if (found >> WIDTH) == wanted:
                     return found
     return found
@@ -234,17 +264,21 @@ def _balls_meet(a: Buffer, b: Buffer, reach: Lanes) -> Mask:
 
 
 @inlined
-def bodies_near(arm: Arm, a: int, b: int, margin: float, M: Lanes, s: LaneScratch) -> int:
-    """Bits of the lanes in which the balls around two bodies are within margin + M."""
-    balls = seen(s.balls)
-    return lane_bits(
-        _balls_meet(part(balls, 3 * a), part(balls, 3 * b), M + (arm.bodies[a, 7] + arm.bodies[b, 7] + margin))
-    )
+def bodies_near(world: World, k: int, M: Lanes, bench: Bench) -> int:
+    """Bits of the lanes in which the bodies of pair k may be within margin + M: by their balls, and by a table."""
+    balls, bodies, known = seen(bench.s.balls), world.arm.bodies, world.known
+    a, b, t = world.arm.pairs[k, 0], world.arm.pairs[k, 1], known.table[k]
+    reach = M + (bodies[a, 7] + bodies[b, 7] + world.margin)
+    near = _balls_meet(part(balls, 3 * a), part(balls, 3 * b), reach)
+    if t >= 0 and any_lane(near):
+        near = near & (clearance(known, k, part(seen(bench.cells), t)) <= M + world.margin)
+    return lane_bits(near)
 
 
 @inlined
-def _pieces_near(arm: Arm, a: int, b: int, margin: float, M: Lanes, wanted: int, s: LaneScratch) -> int:
+def _pieces_near(world: World, a: int, b: int, M: Lanes, wanted: int, s: LaneScratch) -> int:
     """Pieces of body a within margin + M of the ball around body b in some lane, by their balls; how many."""
+    arm, margin = world.arm, world.margin
     place_pieces_in_lanes(arm, a, s)
     A, bodies, balls, count = arm.pieces, len(arm.bodies), seen(s.balls), 0
     for i in range(int(arm.bodies[a, 1]), int(arm.bodies[a, 2])):
@@ -258,18 +292,18 @@ def _pieces_near(arm: Arm, a: int, b: int, margin: float, M: Lanes, wanted: int,
 
 @inlined
 def meets_itself(
-    arm: Arm, a: int, b: int, margin: float, M: Lanes, wanted: int, pace: Pace, since: int, h: Lanes, moving: bool,
-    s: LaneScratch,
+    world: World, a: int, b: int, M: Lanes, wanted: int, since: int, h: Lanes, moving: bool, bench: Bench
 ) -> int:  # fmt: skip
     """Which lanes bring two bodies of the arm near each other.
 
     Args:
         wanted: bits of the lanes that matter; those of `bodies_near`.
         since: the last joint that carries both.
-        margin, M, pace, h, moving, s: as in `meets_around`.
+        M, h, moving, bench: as in `meets_around`.
     """
+    arm, margin, motion, speeds, s = world.arm, world.margin, world.motion, bench.speeds, bench.s
     A, bodies, balls, found = arm.pieces, len(arm.bodies), seen(s.balls), 0
-    count = _pieces_near(arm, b, a, margin, M, wanted, s)  # 1
+    count = _pieces_near(world, b, a, M, wanted, s)  # 1
     if count == 0:
         return 0
     place_pieces_in_lanes(arm, a, s)
@@ -285,35 +319,37 @@ def meets_itself(
             bits = lane_bits(_balls_meet(ball, other, M + reach)) & open & s.near[1, DEPTH + k] & ~(found >> WIDTH)
             way = M
             if bits != 0 and moving:
-                way = way_of_ball(pace.motion, pace.speeds, a, since, h, ball, A.rows[i, BALL + 3]) + ROUNDING
-                way = way + way_of_ball(pace.motion, pace.speeds, b, since, h, other, A.rows[j, BALL + 3])
+                way = way_of_ball(motion, speeds, a, since, h, ball, A.rows[i, BALL + 3]) + ROUNDING
+                way = way + way_of_ball(motion, speeds, b, since, h, other, A.rows[j, BALL + 3])
                 bits = lane_bits(_balls_meet(ball, other, way + reach)) & bits
             if bits == 0:
                 continue
             if A.rows[i, 0] == POINT and A.rows[j, 0] == POINT:  # 2
                 found |= bits | ((lane_bits(_balls_meet(ball, other, lanes(reach))) & bits) << WIDTH)
             else:
-                found |= _lane_by_lane(arm, i, p, A, j, q, margin, way, bits, s)  # 3
+                found |= _lane_by_lane(A, i, p, A, j, q, margin, way, bits, s)  # 3
             if (found >> WIDTH) == wanted:
                 return found
     return found
 
 
 @inlined
-def colliding_lanes(arm: Arm, around: Surroundings, margin: float, pace: Pace, s: LaneScratch) -> int:
+def colliding_lanes(world: World, bench: Bench) -> int:
     """Bits of the lanes whose state brings the arm within the margin of its surroundings or of itself."""
+    arm, s = world.arm, bench.s
     place_bodies_in_lanes(arm, s)
-    found, none, some = 0, lanes(0.0), len(around.pieces.rows) > 0
+    place_cells(world.known, world.kinematics.q_lanes, bench.cells)
+    found, none, some = 0, lanes(0.0), len(world.around.boxes) > 0
     for b in range(len(arm.bodies)):
         if some and arm.bodies[b, 3] > arm.bodies[b, 1]:
-            found |= meets_around(arm, b, around, margin, none, ALL & ~found, pace, none, False, s) >> WIDTH
+            found |= meets_around(world, b, none, ALL & ~found, none, False, bench) >> WIDTH
             if found == ALL:
                 return found
     for k in range(len(arm.pairs)):
         a, b = arm.pairs[k, 0], arm.pairs[k, 1]
-        near = bodies_near(arm, a, b, margin, none, s) & ~found
+        near = bodies_near(world, k, none, bench) & ~found
         if near != 0:
-            found |= meets_itself(arm, a, b, margin, none, near, pace, -1, none, False, s) >> WIDTH
+            found |= meets_itself(world, a, b, none, near, -1, none, False, bench) >> WIDTH
             if found == ALL:
                 return found
     return found

@@ -41,13 +41,12 @@ class MovableArm(Checker):
         self.bodies = tuple(replace(body, link=body.link + len(PLACES)) for body in arm.bodies)
         self._still, self._skipped, self._self_collision = arm._still, arm._unchecked(), True
         self._joints = joints_of(self.robot.mechanism)
+        self._workshops = {}
 
     @cached_property
     def _base(self) -> Checker:
-        other = self.with_scene(self.scene)
         still = [tuple(not each for each in row) for row in self._still]
-        other.__dict__["arm"] = layout.arm_of(self.bodies, [], still)
-        return other
+        return self._with_arm(layout.arm_of(self.bodies, [], still))
 
     def base_is_free(self, bases: ArrayLike, stands_on: Iterable[str] = ()) -> Truth:
         """Whether what no joint moves keeps more than the margin.

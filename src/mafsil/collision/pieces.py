@@ -41,6 +41,9 @@ from mafsil.model.mesh.hull import hull_corners
 from mafsil.model.mesh.reader import read
 from mafsil.model.shape import Box, Capsule, Cylinder, Mesh, Sphere
 
+ROUNDED = 1e-12
+"""What boxes are larger by than their pieces, so that no rounding of either matters [m]."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Rows:
@@ -68,30 +71,32 @@ def pieces_of(geometries: Sequence[tuple[Geometry, PoseMatrix, int]]) -> Pieces:
         geometries: geometry, its pose (4, 4) in its body, index of the body.
     """
     rows = [(rows_of(geometry), T, body) for geometry, T, body in geometries]
-    counts = [len(r.radii) for r, _, _ in rows]
-    corners = np.repeat([r.corners.shape[1] for r, _, _ in rows], counts).astype(np.int64)
-    table = np.zeros((sum(counts), COLUMNS))
-    table[:, KIND] = np.repeat([r.kind for r, _, _ in rows], counts)
-    table[:, SIZE : SIZE + 3] = np.repeat(np.reshape([r.size for r, _, _ in rows], (-1, 3)), counts, axis=0)
-    table[:, ROUNDING] = np.repeat([r.rounding for r, _, _ in rows], counts)
-    table[:, FIRST] = np.cumsum(corners) - corners
-    table[:, CORNERS] = corners
-    table[:, BODY] = np.repeat([body for _, _, body in rows], counts)
-    table[:, BALL:] = np.concatenate([np.zeros((0, 4)), *(_balls(r, T) for r, T, _ in rows)])
-    return Pieces(
-        table,
-        np.concatenate([np.zeros((0, 3, 4)), *(_poses(r, T) for r, T, _ in rows)]),
-        np.concatenate([np.zeros((0, 3)), *(r.corners.reshape(-1, 3) for r, _, _ in rows)]),
-    )
+    total = sum(len(r.radii) for r, _, _ in rows)
+    table, poses, last = np.zeros((total, COLUMNS)), np.empty((total, 3, 4)), 0
+    for r, T, body in rows:
+        first, last = last, last + len(r.radii)
+        part, centres = table[first:last], r.centres @ T[:3, :3].T + T[:3, 3]
+        part[:, KIND], part[:, SIZE : SIZE + 3], part[:, ROUNDING] = r.kind, r.size, r.rounding
+        part[:, CORNERS], part[:, BODY] = r.corners.shape[1], body
+        part[:, BALL : BALL + 3], part[:, BALL + 3] = centres, r.radii
+        poses[first:last] = T[:3]
+        if r.kind != HULL:
+            poses[first:last, :, 3] = centres
+    table[:, FIRST] = np.cumsum(table[:, CORNERS]) - table[:, CORNERS]
+    return Pieces(table, poses, np.concatenate([np.zeros((0, 3)), *(r.corners.reshape(-1, 3) for r, _, _ in rows)]))
 
 
 def surroundings_of(pieces: Pieces) -> Surroundings:
     """Pieces posed in {s} with a tree over those that have bounds."""
     plane = pieces.rows[:, KIND] == PLANE
-    bounded = np.flatnonzero(~plane)
-    nodes, leaves = build_tree(np.ascontiguousarray(boxes(pieces)[bounded]))
+    bounded, corners = np.flatnonzero(~plane), boxes(pieces)
+    nodes, leaves = build_tree(corners[bounded])
     order = np.concatenate([np.flatnonzero(plane), bounded[leaves]])
-    return Surroundings(pieces._replace(rows=pieces.rows[order], T=pieces.T[order]), nodes, int(plane.sum()))
+    low, high = corners[order, :3], corners[order, 3:]
+    with np.errstate(invalid="ignore"):  # Half spaces have no middle.
+        middles = np.where(np.isfinite(low), (low + high) / 2, 0.0)
+        around = np.concatenate([middles, np.maximum(high - middles, middles - low) + ROUNDED], axis=1)
+    return Surroundings(pieces._replace(rows=pieces.rows[order], T=pieces.T[order]), nodes, around, int(plane.sum()))
 
 
 def rows_of(geometry: Geometry) -> Rows:
@@ -147,17 +152,6 @@ def _prisms(ground: HeightMap) -> Floats:
     under = triangles.copy()
     under[..., 2] = ground.base
     return np.concatenate([triangles, under], axis=1)
-
-
-def _poses(rows: Rows, T: PoseMatrix) -> Floats:
-    poses = np.tile(T[:3], (len(rows.radii), 1, 1))
-    if rows.kind != HULL:
-        poses[:, :, 3] += rows.centres @ T[:3, :3].T
-    return poses
-
-
-def _balls(rows: Rows, T: PoseMatrix) -> Floats:
-    return np.column_stack([rows.centres @ T[:3, :3].T + T[:3, 3], rows.radii])
 
 
 def boxes(pieces: Pieces) -> Floats:

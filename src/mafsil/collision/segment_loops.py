@@ -17,28 +17,20 @@ Reference:
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.collision.arm_loops import Arm
+from mafsil.collision.clearance_loops import place_cells
 from mafsil.collision.meeting_loops import bodies_near, colliding_lanes, meets_around, meets_itself
-from mafsil.collision.placing_loops import ALL, LaneScratch, lane_scratch_for, place_bodies_in_lanes
-from mafsil.collision.speed_loops import (
-    ROUNDING,
-    Motion,
-    Pace,
-    place_twists,
-    speeds_for,
-    take_motion,
-    way_of_body,
-)  # fmt: skip
-from mafsil.collision.tree_loops import Surroundings
+from mafsil.collision.placing_loops import ALL, place_bodies_in_lanes
+from mafsil.collision.speed_loops import ROUNDING, place_twists, take_motion, way_of_body
+from mafsil.collision.workshop_loops import Bench, Workshop, World, pose_lanes_along, with_margin
+from mafsil.solvers.held_loops import Held, opened
 from mafsil.solvers.kernel_loops import call_lanes, loop_address, loop_caller
-from mafsil.solvers.lane_loops import WIDTH, get, in_lanes, lane_bits, lanes, put, seen, where
+from mafsil.solvers.lane_loops import WIDTH, get, lane_bits, lanes, put, seen, where
 from mafsil.solvers.loops import compiled, inlined, uncounted
 
 if TYPE_CHECKING:
@@ -50,108 +42,8 @@ TOUCH = 1e-6
 """Gap beyond the margin [m] below which a motion is no longer divided."""
 HOT = 2
 """Items that are asked first, at the middles alone."""
-LEVELS = 32
-"""How often intervals are divided at most: halves of any motion's are shorter than TOUCH before."""
 UNCOUNTED = 1 << 40
 """Blocks that no proof needs."""
-STATES = 8
-"""Rows of the kernel's plain arrays."""
-
-
-class Kinematics(NamedTuple):
-    """The kernel of link poses with what it is called with.
-
-    Attributes:
-        entry: address of its batch entry.
-        arguments, number, strides: addresses of its arguments' addresses, the number of rows, the strides.
-        rows: (1,) the number of rows.
-        q: (STATES, n) in.
-        poses: (STATES, L, 4, 4) out.
-        lanes: address of its entry for rows in lanes.
-        q_address, pose_address: of the following.
-        q_lanes: (n,) lanes in.
-        pose_lanes: (16 L,) lanes out.
-    """
-
-    entry: int
-    arguments: int
-    number: int
-    strides: int
-    rows: NDArray[np.int64]
-    q: Floats
-    poses: Floats
-    lanes: int
-    q_address: int
-    pose_address: int
-    q_lanes: Floats
-    pose_lanes: Floats
-
-
-class World(NamedTuple):
-    """What decides whether a motion is free.
-
-    Attributes:
-        arm, around, kinematics, motion: as above.
-        margin: clearance to keep [m].
-        proof: address of `prove`; 0 for who proves nothing.
-    """
-
-    arm: Arm
-    around: Surroundings
-    kinematics: Kinematics
-    motion: Motion
-    margin: float
-    proof: int
-
-
-class Bench(NamedTuple):
-    """Arrays that proofs work in, for one thread; `bench_for` makes them.
-
-    Attributes:
-        s, pace: for the steps of a block.
-        items: what is left to prove in the intervals that wait.
-        intervals: (8 LEVELS, 4) middle, half length, where its items begin, how many.
-        asked: (bodies + pairs) bits of the lanes in which each item is to be proved.
-        order: of the items, those that met something last first.
-        t: three lanes: middles and half lengths of the intervals of a block, bounds M of an item.
-    """
-
-    s: LaneScratch
-    pace: Pace
-    items: NDArray[np.int64]
-    intervals: Floats
-    asked: NDArray[np.int64]
-    order: NDArray[np.int64]
-    t: Floats
-
-
-@compiled
-def bench_for(world: World) -> Bench:
-    """Arrays for one thread."""
-    bodies, total = len(world.arm.bodies), len(world.arm.bodies) + len(world.arm.pairs)
-    order = np.arange(total)
-    order[:bodies] = order[:bodies][::-1].copy()  # What is far from the base meets more.
-    return Bench(
-        lane_scratch_for(world.arm, world.kinematics.pose_lanes), Pace(world.motion, speeds_for(world.motion)),
-        np.empty(total * WIDTH * LEVELS, np.int64), np.empty((WIDTH * LEVELS, 4)), np.zeros(total, np.int64),
-        order, in_lanes(3),
-    )  # fmt: skip
-
-
-@uncounted
-def state_along(kinematics: Kinematics, a: Floats, b: Floats, t: float, row: int) -> None:
-    """A row of the kernel's input: the configuration at share t of the motion from a to b."""
-    for c in range(len(a)):
-        kinematics.q[row, c] = a[c] + t * (b[c] - a[c])
-
-
-@inlined
-def pose_lanes_along(kinematics: Kinematics, a: Floats, b: Floats, t: Lanes) -> None:
-    """Link poses in lanes at shares t of the motion from a to b."""
-    q = seen(kinematics.q_lanes)
-    for c in range(len(a)):
-        q[c] = a[c] + t * (b[c] - a[c])
-    call_lanes(kinematics.lanes, kinematics.q_address, kinematics.pose_address)
 
 
 @inlined
@@ -160,7 +52,7 @@ def _everything(world: World, bench: Bench) -> int:
     bodies, count = len(world.arm.bodies), 0
     for k in range(bodies + len(world.arm.pairs)):
         body = world.arm.bodies[min(k, bodies - 1)]
-        if k >= bodies or (len(world.around.pieces.rows) > 0 and body[3] > body[1]):
+        if k >= bodies or (len(world.around.boxes) > 0 and body[3] > body[1]):
             bench.items[count] = k
             count += 1
     return count
@@ -183,43 +75,41 @@ def _claim(bench: Bench, waiting: int, used: int) -> None:
 @inlined
 def _ask(world: World, k: int, h: Lanes, wanted: int, bench: Bench) -> int:
     """Bits of `meets_around` or `meets_itself` for item k; its bounds go to the third lanes of `bench.t` (step 2)."""
-    arm, motion, speeds, s, places = world.arm, world.motion, bench.pace.speeds, bench.s, seen(bench.t)
+    arm, motion, speeds, s, places = world.arm, world.motion, bench.speeds, bench.s, seen(bench.t)
     bodies = len(arm.bodies)
     if k < bodies:
         way = way_of_body(arm, motion, speeds, k, -1, h, s) + ROUNDING
         places[2] = way
-        return meets_around(arm, k, world.around, world.margin, way, wanted, bench.pace, h, True, s)
+        return meets_around(world, k, way, wanted, h, True, bench)
     p, q, since = arm.pairs[k - bodies, 0], arm.pairs[k - bodies, 1], motion.common[k - bodies]
     steady = speeds.steady[p, since + 1] + speeds.steady[q, since + 1]
-    wanted &= bodies_near(arm, p, q, world.margin, h * float(steady) + ROUNDING, s)
+    wanted &= bodies_near(world, k - bodies, h * float(steady) + ROUNDING, bench)
     if wanted == 0:
         return 0
     way = way_of_body(arm, motion, speeds, p, since, h, s) + way_of_body(arm, motion, speeds, q, since, h, s) + ROUNDING
     places[2] = way
-    wanted &= bodies_near(arm, p, q, world.margin, way, s)
+    wanted &= bodies_near(world, k - bodies, way, bench)
     if wanted == 0:
         return 0
-    return meets_itself(arm, p, q, world.margin, way, wanted, bench.pace, since, h, True, s)
+    return meets_itself(world, p, q, way, wanted, since, h, True, bench)
 
 
 @uncounted
 def _hot_meets(world: World, bench: Bench) -> int:
     """Bits of the lanes in which an item that met something lately does so again; most collisions show here."""
-    arm, s, bodies, none = world.arm, bench.s, len(world.arm.bodies), lanes(0.0)
+    arm, bodies, none = world.arm, len(world.arm.bodies), lanes(0.0)
     for r in range(min(HOT, len(bench.order))):
         k = bench.order[r]
-        if bench.asked[k] == 0:
+        wanted, found = int(bench.asked[k]), 0
+        if wanted == 0:
             continue
         if k < bodies:
-            found = meets_around(
-                arm, k, world.around, world.margin, none, int(bench.asked[k]), bench.pace, none, False, s
-            )
+            found = meets_around(world, k, none, wanted, none, False, bench)
         else:
             p, q = arm.pairs[k - bodies, 0], arm.pairs[k - bodies, 1]
-            near = bodies_near(arm, p, q, world.margin, none, s) & int(bench.asked[k])
-            found = 0
+            near = bodies_near(world, k - bodies, none, bench) & wanted
             if near != 0:
-                found = meets_itself(arm, p, q, world.margin, none, near, bench.pace, -1, none, False, s)
+                found = meets_itself(world, p, q, none, near, -1, none, False, bench)
         if found != 0:
             return found >> WIDTH
     return 0
@@ -278,6 +168,7 @@ def _take_block(world: World, a: Floats, b: Floats, waiting: int, bench: Bench) 
         put(places, 1, lane, intervals[row, 1])
     pose_lanes_along(world.kinematics, a, b, places[0])
     place_bodies_in_lanes(world.arm, bench.s)
+    place_cells(world.known, world.kinematics.q_lanes, bench.cells)
     _claim(bench, waiting, used)
     return used
 
@@ -326,11 +217,11 @@ def prove(world: World, a: Floats, b: Floats, blocks: int, bench: Bench) -> tupl
         waiting -= used
         meeting = _hot_meets(world, bench) if states == 0 else 0
         if states == 0 and meeting == 0:
-            take_motion(world.motion, a, b, bench.pace.speeds)
+            take_motion(world.motion, a, b, bench.speeds)
         states += WIDTH
         open, narrow = meeting, False
         if meeting == 0:
-            place_twists(world.motion, bench.pace.speeds, bench.s)
+            place_twists(world.motion, bench.speeds, bench.s)
             open, meeting, narrow = _ask_all(world, bench)  # 2
         if meeting != 0:  # 3
             code, place = COLLIDING, _first_place(bench.t, meeting)
@@ -344,30 +235,18 @@ def prove(world: World, a: Floats, b: Floats, blocks: int, bench: Bench) -> tupl
 
 
 call_prove = loop_caller("int64", "float64", "int64")
-_KNOWN: list[int] = []
-"""The address of `prove` in this process, once it is compiled."""
+_KNOWN: dict[int, int] = {}
+"""Where `prove` is for each type of workshop, once it is compiled."""
 
 
-def proof_address(world: World) -> int:
-    """Where `prove` is, for worlds whose arrays lie in order, as all of ours do; compiled at the first question."""
-    if not all(array.flags.c_contiguous for array in _arrays_in(world)):
-        return _address(world)
-    if not _KNOWN:
-        _KNOWN.append(_address(world))
-    return _KNOWN[0]
-
-
-def _address(world: World) -> int:
-    q = np.empty(len(world.kinematics.q_lanes) // WIDTH)
-    return loop_address(prove, world, q, q, 1, bench_for(world))
-
-
-def _arrays_in(parts: tuple[Any, ...]) -> Iterator[NDArray[Any]]:
-    for part in parts:
-        if isinstance(part, tuple):
-            yield from _arrays_in(cast("tuple[Any, ...]", part))
-        elif isinstance(part, np.ndarray):
-            yield cast("NDArray[Any]", part)
+def be_able_to_prove(shop: Held[Workshop]) -> None:
+    """Tell a world where `prove` is; compiled at the first question of a process."""
+    world, bench = shop.value
+    if world.proof[0] == 0:
+        if shop.type_number not in _KNOWN:
+            q = np.empty(len(world.kinematics.q_lanes) // WIDTH)
+            _KNOWN[shop.type_number] = loop_address(prove, world, q, q, 1, bench)
+        world.proof[0] = _KNOWN[shop.type_number]
 
 
 @uncounted
@@ -381,18 +260,21 @@ def _first_place(t: Floats, bits: int) -> float:
 
 @compiled
 def prove_segments(
-    world: World, A: Floats, B: Floats, code: NDArray[np.int64], t: Floats, evaluations: NDArray[np.int64]
+    workshop: Held[Workshop], extra: float, A: Floats, B: Floats, code: NDArray[np.int64], t: Floats,
+    evaluations: NDArray[np.int64],
 ) -> None:  # fmt: skip
     """Whether straight motions of the joints keep more than the margin.
 
     Args:
-        world: what is free.
+        workshop: what is free.
+        extra: clearance on top of the margin [m].
         A, B: (m, n) where they begin and end.
         code: (m,) out: FREE, COLLIDING or TOUCHING.
         t: (m,) out: where along the motion that shows, 0..1.
         evaluations: (m,) out: states that were looked at.
     """
-    _prove_each(world, A, B, code, t, evaluations, bench_for(world))
+    shop = opened(workshop)
+    _prove_each(with_margin(shop.world, shop.world.margin + extra), A, B, code, t, evaluations, shop.bench)
 
 
 @uncounted
@@ -400,19 +282,20 @@ def _prove_each(
     world: World, A: Floats, B: Floats, code: NDArray[np.int64], t: Floats, evaluations: NDArray[np.int64], bench: Bench
 ) -> None:  # fmt: skip
     for r in range(len(A)):
-        code[r], t[r], evaluations[r] = call_prove(world.proof, world, A[r], B[r], UNCOUNTED, bench)
+        code[r], t[r], evaluations[r] = call_prove(world.proof[0], world, A[r], B[r], UNCOUNTED, bench)
 
 
 @uncounted
 def free_at(world: World, q: Floats, bench: Bench) -> bool:
     """Whether one configuration keeps more than the margin."""
-    return call_prove(world.proof, world, q, q, 1, bench)[0] == FREE
+    return call_prove(world.proof[0], world, q, q, 1, bench)[0] == FREE
 
 
 @compiled
-def collide(world: World, q: Floats, out: NDArray[np.bool_]) -> None:
+def collide(workshop: Held[Workshop], q: Floats, out: NDArray[np.bool_]) -> None:
     """Whether each of (m, n) configurations brings the arm within the margin of its surroundings or of itself."""
-    _collide(world, q, out, bench_for(world))
+    shop = opened(workshop)
+    _collide(shop.world, q, out, shop.bench)
 
 
 @uncounted
@@ -425,6 +308,6 @@ def _collide(world: World, q: Floats, out: NDArray[np.bool_], bench: Bench) -> N
             for c in range(q.shape[1]):
                 put(lanes_in, c, lane, q[row, c])
         call_lanes(kinematics.lanes, kinematics.q_address, kinematics.pose_address)
-        bits = colliding_lanes(world.arm, world.around, world.margin, bench.pace, bench.s)
+        bits = colliding_lanes(world, bench)
         for lane in range(min(WIDTH, len(q) - first)):
             out[first + lane] = (bits >> lane) & 1 != 0

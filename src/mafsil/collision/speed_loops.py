@@ -79,17 +79,6 @@ class Speeds(NamedTuple):
     twists: Floats
 
 
-class Pace(NamedTuple):
-    """How bodies move in a motion.
-
-    Attributes:
-        motion, speeds: as above.
-    """
-
-    motion: Motion
-    speeds: Speeds
-
-
 @compiled
 def speeds_for(motion: Motion) -> Speeds:
     """Arrays for one thread."""

@@ -29,11 +29,14 @@ class Surroundings(NamedTuple):
         nodes: (m, 9) of the tree: lowest and highest coordinates (6) of what a node holds, index of its first child
             (the second follows it; -1 at a leaf), first row of `pieces` that it holds, number of rows; node 0 is the
             root. Empty without bounded pieces.
+        boxes: (k, 6) middles and half extents of boxes around the pieces, along the axes of {s}; infinite for half
+            spaces.
         planes: number of half spaces.
     """
 
     pieces: Pieces
     nodes: Floats
+    boxes: Floats
     planes: int
 
 

@@ -7,9 +7,10 @@ from dataclasses import replace
 from threading import local
 from time import perf_counter
 from typing import TYPE_CHECKING, TypeAlias
+from weakref import WeakKeyDictionary
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, JointVector, as_batch, positive, single, whole
 from mafsil.collision import Checker, Obstacle, Scene
@@ -35,13 +36,18 @@ from mafsil.planning.shortening import shortened
 if TYPE_CHECKING:
     import mafsil.planning.arm_question_loops as arm_question_loops
     import mafsil.planning.arm_search_loops as arm_search_loops
+    import mafsil.solvers.held_loops as held_loops
+    from mafsil.collision.laid_arm import LaidArm
+    from mafsil.planning.arm_question_loops import Question
     from mafsil.planning.arm_search_loops import Forests
+    from mafsil.solvers.held_loops import Held
 else:
     arm_question_loops = lazily("mafsil.planning.arm_question_loops")
     arm_search_loops = lazily("mafsil.planning.arm_search_loops")
+    held_loops = lazily("mafsil.solvers.held_loops")
 
 LAZY = "lazy_prm_star"
-STEP = 0.1
+STEP = 0.07
 """Longest edge of a tree, as share of the diagonal of the limits."""
 FIRST_ROOM = 1024
 """Nodes of each side that there are arrays for at first."""
@@ -54,6 +60,7 @@ Searched: TypeAlias = tuple[JointVector | None, int, tuple[int, int, int]]
 class _OfThread(local):
     def __init__(self) -> None:
         self.forests: dict[int, Forests] = {}
+        self.questions: WeakKeyDictionary[LaidArm, Held[Question]] = WeakKeyDictionary()
 
 
 _OF_THREAD = _OfThread()
@@ -274,16 +281,13 @@ def _search(
     Returns:
         None in place of the path if there is none, or if an end cannot be, which leaves no nodes.
     """
-    loops, question, limits = arm_search_loops, arm_question_loops, checker.robot.limits
-    world, forests = checker.world(), _forests_for(len(q), len(goals))
-    bounds = np.empty((2, len(q)))
+    loops, workshop, question = arm_search_loops, checker.workshop(), _question_for(checker, len(goals))
+    world, (_, forests, bounds) = workshop.value.world, question.value
     # 1.
-    between = question.Limits(limits.lower.copy(), limits.upper.copy(), checker.moves_tip, UNBOUNDED)
-    samples = max(min(SLICE, nodes), 1)
-    code, path = question.solve(world, between, q, goals, seed, STEP, samples, shorten, forests, bounds)
-    if code == question.REFUSED:
+    code, path = arm_question_loops.solve(workshop, question, q, goals, seed, STEP, min(SLICE, nodes), shorten)
+    if code == arm_question_loops.REFUSED:
         return None, 0, (0, 0, 0)
-    made = int(forests.sizes[0] + forests.sizes[1])
+    made = int(forests.sizes[:2].sum())
     if code == loops.JOINED:
         return path, made, _counted(forests.seen)
     # 2.
@@ -298,6 +302,17 @@ def _search(
     # 3.
     path = loops.shorten(world, forests.path[: forests.sizes[2]].copy(), shorten, forests.random, forests.seen)
     return path, int(forests.sizes[:2].sum()), _counted(forests.seen)
+
+
+def _question_for(checker: Checker, goals: int) -> Held[Question]:
+    """Where this thread searches for paths of an arm, with place for so many goals; kept for the next question."""
+    known, n = _OF_THREAD.questions.get(checker.laid), checker.robot.n
+    if known is None or known.value.forests.q.shape[1] < goals + 2:
+        limits = checker.robot.limits
+        between = arm_question_loops.Limits(limits.lower.copy(), limits.upper.copy(), checker.moves_tip, UNBOUNDED)
+        known = held_loops.Held(arm_question_loops.Question(between, _forests_for(n, goals), np.empty((2, n))))
+        _OF_THREAD.questions[checker.laid] = known
+    return known
 
 
 def _forests_for(n: int, goals: int) -> Forests:
@@ -318,8 +333,8 @@ def _compiled(
     return _search(checker, q, goals, seed, seconds, nodes, shorten)
 
 
-def _counted(seen: Floats | np.ndarray[tuple[int, ...], np.dtype[np.int64]]) -> tuple[int, int, int]:
-    looked_at, proved, states = (int(x) for x in seen)
+def _counted(seen: NDArray[np.int64]) -> tuple[int, int, int]:
+    looked_at, proved, states = seen.tolist()
     return looked_at, proved, states
 
 

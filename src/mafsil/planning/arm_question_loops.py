@@ -8,8 +8,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.collision.segment_loops import Bench, World, bench_for, free_at
-from mafsil.planning.arm_search_loops import FULL, GROWING, JOINED, ROOT, Forests, apart, grow, proves_free, shorten
+from mafsil.collision.segment_loops import free_at
+from mafsil.collision.workshop_loops import Bench, Workshop, World
+from mafsil.planning.arm_search_loops import (
+    FULL,
+    GROWING,
+    JOINED,
+    ROOT,
+    Forests,
+    apart,
+    grow_on,
+    proves_free,
+    shorten_on,
+)  # fmt: skip
+from mafsil.solvers.held_loops import Held, opened
 from mafsil.solvers.loops import compiled, inlined, uncounted
 
 REFUSED = FULL + 1
@@ -102,10 +114,24 @@ def _begin(
     return GROWING
 
 
+class Question(NamedTuple):
+    """Where a thread searches.
+
+    Attributes:
+        limits: of configurations.
+        forests: to search in, with place for two nodes more than there are goals.
+        bounds: (2, n) out: between which it samples.
+    """
+
+    limits: Limits
+    forests: Forests
+    bounds: Floats
+
+
 @compiled
 def solve(
-    world: World, limits: Limits, start: Floats, goals: Floats, seed: int, share: float, samples: int, tries: int,
-    forests: Forests, bounds: Floats,
+    workshop: Held[Workshop], question: Held[Question], start: Floats, goals: Floats, seed: int, share: float,
+    samples: int, tries: int,
 ) -> tuple[int, Floats]:  # fmt: skip
     """A whole question in one call: how it stands, and the path if there is one.
 
@@ -114,18 +140,20 @@ def solve(
     Shortcuts make the path shorter.
 
     Args:
-        world, limits: what is free.
+        workshop: what is free.
+        question: where to search.
         start, goals: (n,), (k, n).
         seed: of the samples.
         share: longest edge, as share of the diagonal of the bounds.
         samples: before it comes back.
         tries: shortcuts that are tried.
-        forests: with place for two nodes more than there are goals.
-        bounds: (2, n) out: between which it samples.
     """
-    bench = bench_for(world)
+    world, bench = opened(workshop)
+    limits, forests, bounds = opened(question)
     code = _begin(world, limits, start, goals, seed, forests, bounds, bench)
     if code == GROWING:
-        code = grow(world, bounds, share * apart(bounds[0], bounds[1]), samples, forests)
+        code = grow_on(world, bounds, share * apart(bounds[0], bounds[1]), samples, forests, bench)
     path = forests.path[: forests.sizes[2] if code == JOINED else 0].copy()
-    return code, shorten(world, path, tries, forests.random, forests.seen) if len(path) > 2 and tries > 0 else path
+    if len(path) > 2 and tries > 0:
+        path = shorten_on(world, path, tries, forests.random, forests.seen, bench)
+    return code, path

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.collision.segment_loops import FREE, OPEN, Bench, World, bench_for, call_prove
+from mafsil.collision.segment_loops import FREE, OPEN, call_prove
+from mafsil.collision.workshop_loops import Bench, World, bench_for
 from mafsil.solvers.loops import compiled, uncounted
 
 LOOK = 8
@@ -37,6 +38,7 @@ class Forests(NamedTuple):
         random: (1,) state of the source of samples.
         seen: (3,) counts for the account.
         path: (most + 2, n) out, the path that joins them.
+        rows: (3, n) to work in.
     """
 
     q: Floats
@@ -46,6 +48,7 @@ class Forests(NamedTuple):
     random: NDArray[np.uint64]
     seen: NDArray[np.int64]
     path: Floats
+    rows: Floats
 
 
 def forests_of(q: Floats, goals: Floats, most: int, random: NDArray[np.uint64], seen: NDArray[np.int64]) -> Forests:
@@ -54,7 +57,8 @@ def forests_of(q: Floats, goals: Floats, most: int, random: NDArray[np.uint64], 
     rows, parent = np.empty((2, most, n)), np.full((2, most), ROOT)
     rows[0, 0], rows[1, : len(goals)] = q, goals
     count = np.array([1, len(goals), 0])
-    return Forests(rows, parent, np.zeros((2, most), np.bool_), count, random, seen, np.empty((2 * most, n)))
+    proved, path = np.zeros((2, most), np.bool_), np.empty((2 * most, n))
+    return Forests(rows, parent, proved, count, random, seen, path, np.empty((3, n)))
 
 
 def doubled(forests: Forests) -> Forests:
@@ -80,7 +84,7 @@ def draw(random: NDArray[np.uint64]) -> float:
 def look(world: World, a: Floats, b: Floats, bench: Bench, seen: NDArray[np.int64]) -> int:
     """What the first blocks of a proof say of a motion: FREE, OPEN, or that it is not free."""
     seen[LOOKED_AT] += 1
-    code, _, states = call_prove(world.proof, world, a, b, LOOK, bench)
+    code, _, states = call_prove(world.proof[0], world, a, b, LOOK, bench)
     seen[STATES_SEEN] += states
     return code
 
@@ -96,7 +100,7 @@ def looks_free(world: World, a: Floats, b: Floats, bench: Bench, seen: NDArray[n
 def proves_free(world: World, a: Floats, b: Floats, bench: Bench, seen: NDArray[np.int64]) -> bool:
     """Whether a motion is proved free."""
     seen[PROVED] += 1
-    code, _, states = call_prove(world.proof, world, a, b, PROOF, bench)
+    code, _, states = call_prove(world.proof[0], world, a, b, PROOF, bench)
     seen[STATES_SEEN] += states
     return code == FREE
 
@@ -196,20 +200,18 @@ def grow(world: World, bounds: Floats, step: float, iterations: int, forests: Fo
     Reference:
         J. Kuffner, S. LaValle, RRT-Connect, ICRA 2000. R. Bohlin, L. Kavraki, Path planning using lazy PRM, ICRA 2000.
     """
-    return _grow(world, bounds, step, iterations, forests, np.empty((3, bounds.shape[1])), bench_for(world))
+    return grow_on(world, bounds, step, iterations, forests, bench_for(world))
 
 
 @uncounted
-def _grow(
-    world: World, bounds: Floats, step: float, iterations: int, forests: Forests, rows: Floats, bench: Bench
-) -> int:  # fmt: skip
+def grow_on(world: World, bounds: Floats, step: float, iterations: int, forests: Forests, bench: Bench) -> int:
     """As `grow`, with arrays to work in.
 
     1. The side with fewer nodes goes one step towards a sample, from its nearest node.
     2. The other side goes step by step towards the new node, as far as it looks free.
     3. If it arrives, the edges of the path are proved; one that cannot be is cut off, and growing goes on.
     """
-    sample, new, further, n = rows[0], rows[1], rows[2], bounds.shape[1]
+    sample, new, further, n = forests.rows[0], forests.rows[1], forests.rows[2], bounds.shape[1]
     most = forests.q.shape[1]
     for _ in range(iterations):
         ours = 0 if forests.sizes[0] <= forests.sizes[1] else 1
@@ -266,7 +268,14 @@ def shorten(world: World, path: Floats, tries: int, random: NDArray[np.uint64], 
         random: (1,) state of the source of samples.
         seen: (3,) counts.
     """
-    bench = bench_for(world)
+    return shorten_on(world, path, tries, random, seen, bench_for(world))
+
+
+@compiled
+def shorten_on(
+    world: World, path: Floats, tries: int, random: NDArray[np.uint64], seen: NDArray[np.int64], bench: Bench
+) -> Floats:
+    """As `shorten`, with arrays to work in."""
     rows, lengths = np.empty((len(path) + 2 * tries, path.shape[1])), np.empty(len(path) + 2 * tries)
     ends = np.empty((2, path.shape[1]))
     rows[: len(path)] = path

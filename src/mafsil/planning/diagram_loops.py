@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.collision.arm_loops import Arm, Scratch, gap_between, just_above, place_bodies, scratch_for
-from mafsil.collision.segment_loops import World
 from mafsil.collision.speed_loops import ROUNDING, Motion
+from mafsil.collision.workshop_loops import World
 from mafsil.solvers.kernel_loops import call_kernel
 from mafsil.solvers.loops import compiled, uncounted
 

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.collision.segment_loops import Kinematics, state_along
+from mafsil.collision.workshop_loops import Kinematics, state_along
 from mafsil.solvers.kernel_loops import call_kernel
 from mafsil.solvers.loops import compiled, uncounted
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.collision.segment_loops import Bench, World, bench_for
+from mafsil.collision.workshop_loops import Bench, World, bench_for
 from mafsil.planning.arm_search_loops import (
     FULL,
     GROWING,

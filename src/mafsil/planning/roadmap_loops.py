@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.collision.segment_loops import Bench, World, bench_for, free_at
+from mafsil.collision.segment_loops import free_at
+from mafsil.collision.workshop_loops import Bench, World, bench_for
 from mafsil.planning.arm_search_loops import apart, draw, looks_free, proves_free
 from mafsil.solvers.loops import compiled, uncounted
 

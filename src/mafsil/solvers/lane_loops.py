@@ -6,12 +6,13 @@ vectors are narrower. What a loop may write:
 
 - `Lanes` with + - * /, unary -, comparisons (to a `Mask`), and numbers, which are the same in all lanes;
 - `Mask` with & | ~; `where(mask, a, b)`, `any_lane(mask)`, `lane_bits(mask)` (bit l for lane l);
-- `square_root`, `magnitude`, `lanes(number)`;
+- `square_root`, `magnitude`, `rounded_down`, `lanes(number)`;
 - `buffer(n)` (n a literal): n lanes on the stack, `r[i]` and `r[i] = x`; `part(r, i)`: the buffer that begins at i;
   `seen(array)`: a float64 array as a buffer, whose rows are in order;
 - `in_lanes(n)`: an array for n lanes, to be `seen`;
 - `put(r, i, l, number)` and `get(r, i, l)`: one lane of place i;
-- `spread(array, begin, stride, x)`: lane l to the flat array at begin + l stride.
+- `spread(array, begin, stride, x)`: lane l to the flat array at begin + l stride;
+- `looked_up(array, places)`: in lane l what stands in a flat float64 array at the place that lane l of `places` names.
 
 Products and sums may be contracted to one rounding. Nothing is reordered: the same numbers in any lane give the same
 result, whatever stands beside them.
@@ -210,6 +211,12 @@ def magnitude(_typing: Any, x: Any) -> tuple[Any, Generate]:
 
 
 @_emitted
+def rounded_down(_typing: Any, x: Any) -> tuple[Any, Generate]:
+    """The greatest whole number not above each lane."""
+    return LANES(LANES), lambda _context, builder, _sig, args: _called(builder, "floor", args[0])
+
+
+@_emitted
 def where(_typing: Any, mask: Any, a: Any, b: Any) -> tuple[Any, Generate]:
     """Lanes of a where the mask is set, else of b; either may be a number."""
     sig = LANES(MASK, *(LANES if kind is LANES else NUMBER for kind in (a, b)))
@@ -277,6 +284,22 @@ def seen(_typing: Any, array: Any) -> tuple[Any, Generate]:
         return builder.bitcast(_numbers(context, builder, sig.args[0], args[0]), _VECTOR.as_pointer())
 
     return BUFFER(array), generate
+
+
+@_emitted
+def looked_up(_typing: Any, array: Any, places: Any) -> tuple[Any, Generate]:
+    """In each lane the number of a flat float64 array at its place; whoever asks keeps the places inside."""
+
+    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        numbers = _numbers(context, builder, sig.args[0], args[0])
+        whole = builder.fptosi(args[1], ir.VectorType(ir.IntType(64), WIDTH))
+        found = ir.Constant(_VECTOR, ir.Undefined)
+        for lane in range(WIDTH):
+            place = builder.gep(numbers, [builder.extract_element(whole, _INT(lane))])
+            found = builder.insert_element(found, builder.load(place), _INT(lane))
+        return found
+
+    return LANES(array, LANES), generate
 
 
 @_emitted

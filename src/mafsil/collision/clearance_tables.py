@@ -1,0 +1,152 @@
+"""Tables of how near two bodies come to each other at least, over the two coordinates that move them to each other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import groupby
+from typing import TypeAlias
+
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.collision.arm_loops import Arm
+from mafsil.collision.clearance_loops import SIDE, Clearances, fill_clearances
+from mafsil.collision.speed_loops import Motion
+from mafsil.collision.support_loops import POINT
+from mafsil.model import JointLimits
+
+MOST = 0.3
+"""Distances beyond it are not told apart [m]."""
+COARSEST = 0.06
+"""Distance that a table may give away for the size of its cells and for coordinates that it does not have [m]."""
+SLACK = 1e-6
+"""Distance given away for what distances of hulls are inexact by [m]."""
+LONGEST = 4000
+"""Comparisons of pieces that a cell of a table is worth; one that is not of two balls counts as sixty."""
+EXACT = 60
+Poses: TypeAlias = Callable[[Floats], Iterator[tuple[int, Floats]]]
+"""(m, n) -> link poses in parts, each with the index of its first."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Plan:
+    """How a pair is put into a table.
+
+    Attributes:
+        columns: of the two coordinates; equal where there is one.
+        others: coordinates that are taken at their middle.
+        pair: row of the arm's pairs.
+        loss: what its distances give away [m].
+    """
+
+    columns: tuple[int, int]
+    others: tuple[int, ...]
+    pair: int
+    loss: float
+
+
+def clearances_of(
+    arm: Arm,
+    motion: Motion,
+    levers: Floats,
+    limits: JointLimits,
+    poses: Poses,
+) -> Clearances:
+    """Tables for the pairs of an arm that two coordinates decide.
+
+    1. Pairs are put together that the same coordinates decide.
+    2. At the middle of each cell the distances of a table's pairs, less how far the bodies can come nearer in the cell.
+
+    Args:
+        arm, motion: as the compiled loops read them.
+        levers: (j, b) how far bodies get from the axes of hinges, within the limits.
+        limits: of the coordinates; where they are infinite, only those of hinges have a table.
+        poses: of configurations.
+    """
+    grid, size = _Grid(motion, limits), SIDE * SIDE
+    plans = [plan for k in range(len(arm.pairs)) if (plan := grid.plan(arm, levers, k)) is not None]
+    plans.sort(key=lambda plan: (plan.columns, plan.others, plan.pair))
+    groups = [list(alike) for _, alike in groupby(plans, key=lambda plan: (plan.columns, plan.others))]  # 1
+    known = Clearances(
+        np.full(len(arm.pairs), -1), np.zeros(len(arm.pairs), np.int64), np.zeros((len(groups), 2, 4)),
+        np.zeros((len(groups), len(limits.lower), 2)), np.zeros((len(groups), 2), np.int64),
+        np.empty(size * len(plans)),
+    )  # fmt: skip
+    begin = 0
+    for t, group in enumerate(groups):
+        pairs, (first, second) = np.array([plan.pair for plan in group]), group[0].columns
+        known.table[pairs], known.slot[pairs] = t, np.arange(len(pairs))
+        known.axes[t], known.span[t] = grid.axes[[first, second]], grid.span(group[0].others)
+        known.axes[t, 1, 2] *= first != second
+        known.cells[t] = begin, len(pairs)
+        found = known.values[begin : begin + size * len(pairs)].reshape(size, len(pairs))
+        for row, some in poses(grid.middles(group[0])):  # 2
+            fill_clearances(arm, some, pairs, MOST, found[row : row + len(some)])
+        found -= [plan.loss for plan in group]
+        begin += found.size
+    return known
+
+
+class _Grid:
+    """The cells along each coordinate.
+
+    Attributes:
+        axes: (n, 4) as in `Clearances`.
+    """
+
+    def __init__(self, motion: Motion, limits: JointLimits) -> None:
+        self.motion, joints = motion, motion.joints
+        lower, upper = limits.lower.copy(), limits.upper.copy()
+        whole = np.array([
+            all(joints[j, 3] != 0.0 and joints[j, 4] == 0.0 and abs(joints[j, 2]) == 1.0
+                for j in np.flatnonzero(joints[:, 1] == c)) for c in range(len(lower))
+        ], np.bool_)  # fmt: skip
+        turns = whole & ~(upper - lower < 2 * np.pi)
+        lower[turns], upper[turns] = -np.pi, np.pi
+        self.known = np.isfinite(lower) & np.isfinite(upper) & (upper > lower)
+        self.lower, self.upper = np.where(self.known, lower, 0.0), np.where(self.known, upper, 0.0)
+        scale = SIDE / np.where(self.known, self.upper - self.lower, 1.0)
+        self.axes = np.column_stack([np.arange(len(lower)), self.lower, scale, turns])
+
+    def plan(self, arm: Arm, levers: Floats, k: int) -> _Plan | None:
+        """How pair k is put into a table; None if it is not."""
+        a, b = arm.pairs[k]
+        moved = self.motion.moves[:, a] ^ self.motion.moves[:, b]
+        movers = [a if moves else b for moves in self.motion.moves[:, a]]
+        way = np.zeros(len(self.lower))
+        for j in np.flatnonzero(moved):
+            row = self.motion.joints[j]
+            way[int(row[1])] += abs(row[2]) * (levers[j, movers[j]] + row[4] if row[3] != 0.0 else 1.0)
+        columns = np.unique(self.motion.joints[moved, 1].astype(np.int64))
+        way *= (self.upper - self.lower) / 2
+        order = sorted(columns, key=lambda c: -way[c])
+        first, others = sorted(order[:2]), order[2:]
+        loss = float(way[first].sum() / SIDE + way[others].sum()) + SLACK
+        if not len(columns) or not self.known[columns].all() or not loss <= COARSEST or _cost(arm, a, b) > LONGEST:
+            return None
+        return _Plan((int(first[0]), int(first[-1])), tuple(sorted(int(c) for c in others)), k, loss)
+
+    def middles(self, plan: _Plan) -> Floats:
+        """(SIDE^2, n) configurations at the middles of the cells."""
+        rows = np.tile((self.lower + self.upper) / 2, (SIDE * SIDE, 1))
+        first, second = np.divmod(np.arange(SIDE * SIDE), SIDE)
+        a, b = plan.columns
+        rows[:, b] = self.lower[b] + (second + 0.5) / self.axes[b, 2]
+        rows[:, a] = self.lower[a] + (first + 0.5) / self.axes[a, 2]
+        return rows
+
+    def span(self, others: tuple[int, ...]) -> Floats:
+        """(n, 2) between which coordinates are taken at their middle."""
+        span = np.full((len(self.lower), 2), [-np.inf, np.inf])
+        for c in others:
+            span[c] = self.lower[c], self.upper[c]
+        return span
+
+
+def _cost(arm: Arm, a: int, b: int) -> int:
+    """Comparisons of pieces of two bodies, in those of balls."""
+    kinds = [arm.pieces.rows[int(arm.bodies[c, 1]) : int(arm.bodies[c, 2]), 0] for c in (a, b)]
+    balls = [int((each == POINT).sum()) for each in kinds]
+    total = len(kinds[0]) * len(kinds[1])
+    return total + (EXACT - 1) * (total - balls[0] * balls[1])

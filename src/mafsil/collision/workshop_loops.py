@@ -1,0 +1,149 @@
+"""What decides whether a motion of an arm is free, and the arrays that one thread works in, for compiled loops."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats
+from mafsil.collision.arm_loops import Arm
+from mafsil.collision.clearance_loops import Clearances
+from mafsil.collision.placing_loops import LaneScratch, lane_scratch_for
+from mafsil.collision.speed_loops import Motion, Speeds, speeds_for
+from mafsil.collision.tree_loops import Surroundings
+from mafsil.solvers.kernel_loops import call_lanes
+from mafsil.solvers.lane_loops import WIDTH, in_lanes, seen
+from mafsil.solvers.loops import compiled, inlined, uncounted
+
+if TYPE_CHECKING:
+    from mafsil.solvers.lane_loops import Lanes
+
+STATES = 8
+"""Rows of the kernel's plain arrays."""
+AT_ONCE = 24
+"""Pieces of the surroundings up to which looking at each is quicker than a tree."""
+LEVELS = 32
+"""How often intervals are divided at most: halves of any motion's are shorter than what a proof divides before."""
+
+
+class Kinematics(NamedTuple):
+    """The kernel of link poses with what it is called with.
+
+    Attributes:
+        entry: address of its batch entry.
+        arguments, number, strides: addresses of its arguments' addresses, the number of rows, the strides.
+        rows: (1,) the number of rows.
+        q: (STATES, n) in.
+        poses: (STATES, L, 4, 4) out.
+        lanes: address of its entry for rows in lanes.
+        q_address, pose_address: of the following.
+        q_lanes: (n,) lanes in.
+        pose_lanes: (16 L,) lanes out.
+    """
+
+    entry: int
+    arguments: int
+    number: int
+    strides: int
+    rows: NDArray[np.int64]
+    q: Floats
+    poses: Floats
+    lanes: int
+    q_address: int
+    pose_address: int
+    q_lanes: Floats
+    pose_lanes: Floats
+
+
+class World(NamedTuple):
+    """What decides whether a motion is free.
+
+    Attributes:
+        arm, around: what may not meet.
+        apart: (bodies, k) how far each body stays at any configuration from each piece around; where there are more
+            than AT_ONCE pieces, there is no column.
+        known: how near bodies of the arm come to each other at some coordinates.
+        kinematics, motion: how the joints move it.
+        margin: clearance to keep [m].
+        proof: (1,) address of `prove`; 0 as long as nothing is to be proved.
+    """
+
+    arm: Arm
+    around: Surroundings
+    apart: Floats
+    known: Clearances
+    kinematics: Kinematics
+    motion: Motion
+    margin: float
+    proof: NDArray[np.int64]
+
+
+class Bench(NamedTuple):
+    """Arrays that proofs work in, for one thread; `bench_for` makes them.
+
+    Attributes:
+        s, speeds: for the steps of a block.
+        items: what is left to prove in the intervals that wait.
+        intervals: (8 LEVELS, 4) middle, half length, where its items begin, how many.
+        asked: (bodies + pairs) bits of the lanes in which each item is to be proved.
+        order: of the items, those that met something last first.
+        t: three lanes: middles and half lengths of the intervals of a block, bounds M of an item.
+        cells: (t,) lanes for the tables of `World.known`.
+    """
+
+    s: LaneScratch
+    speeds: Speeds
+    items: NDArray[np.int64]
+    intervals: Floats
+    asked: NDArray[np.int64]
+    order: NDArray[np.int64]
+    t: Floats
+    cells: Floats
+
+
+class Workshop(NamedTuple):
+    """What one thread asks of one world.
+
+    Attributes:
+        world, bench: as above.
+    """
+
+    world: World
+    bench: Bench
+
+
+@compiled
+def bench_for(world: World) -> Bench:
+    """Arrays for one thread."""
+    bodies, total = len(world.arm.bodies), len(world.arm.bodies) + len(world.arm.pairs)
+    order = np.arange(total)
+    order[:bodies] = order[:bodies][::-1].copy()  # What is far from the base meets more.
+    return Bench(
+        lane_scratch_for(world.arm, world.kinematics.pose_lanes), speeds_for(world.motion),
+        np.empty(total * WIDTH * LEVELS, np.int64), np.empty((WIDTH * LEVELS, 4)), np.zeros(total, np.int64),
+        order, in_lanes(3), in_lanes(len(world.known.axes)),
+    )  # fmt: skip
+
+
+@inlined
+def with_margin(world: World, margin: float) -> World:
+    """The same but for the clearance to keep."""
+    return World(world.arm, world.around, world.apart, world.known, world.kinematics, world.motion, margin, world.proof)
+
+
+@uncounted
+def state_along(kinematics: Kinematics, a: Floats, b: Floats, t: float, row: int) -> None:
+    """A row of the kernel's input: the configuration at share t of the motion from a to b."""
+    for c in range(len(a)):
+        kinematics.q[row, c] = a[c] + t * (b[c] - a[c])
+
+
+@inlined
+def pose_lanes_along(kinematics: Kinematics, a: Floats, b: Floats, t: Lanes) -> None:
+    """Link poses in lanes at shares t of the motion from a to b."""
+    q = seen(kinematics.q_lanes)
+    for c in range(len(a)):
+        q[c] = a[c] + t * (b[c] - a[c])
+    call_lanes(kinematics.lanes, kinematics.q_address, kinematics.pose_address)
