@@ -142,10 +142,10 @@ class Checker:
         """
         rows, batch = self._rows(q)
         out, who = np.zeros((len(rows), 10)), np.zeros((len(rows), 2), np.int64)
-        gradient = np.zeros(rows.shape)
+        gradient, shop = np.zeros(rows.shape), self._workshop()
         for begin, poses in laid_arm.poses_in_parts(self.robot, rows):
             part = slice(begin, begin + len(poses))
-            distance_loops.distances(self.arm, poses, self.scene.surroundings, float(within), out[part], who[part])
+            distance_loops.distances(shop, rows[part], poses, float(within), out[part], who[part])
             distance_loops.gradients(self.laid.motion, poses, out[part], who[part], gradient[part])
         first, second = self._names(out, who)
         point_first, point_second, normal = (out[:, k : k + 3].reshape(*batch, 3) for k in (1, 4, 7))

@@ -15,12 +15,16 @@ from mafsil.collision.arm_loops import (
     place_bodies,
     scratch_for,
 )
+from mafsil.collision.lower_bound_loops import place_lower_bounds
 from mafsil.collision.near_loops import nearest
 from mafsil.collision.pair_loops import ROW, separation
 from mafsil.collision.speed_loops import Motion
 from mafsil.collision.support_loops import body_of, product
-from mafsil.collision.tree_loops import Surroundings, box_gap
-from mafsil.solvers.loops import compiled, uncounted
+from mafsil.collision.tree_loops import Surroundings
+from mafsil.collision.workshop_loops import Workshop, World, pose_lanes_of
+from mafsil.solvers.held_loops import Held, opened
+from mafsil.solvers.lane_loops import WIDTH, get, in_lanes, put, seen
+from mafsil.solvers.loops import compiled, inlined, uncounted
 
 SLACK = 1e-8
 """How much the bounds of a distance may be apart at most [m]."""
@@ -71,68 +75,77 @@ def separation_between(arm: Arm, a: int, b: int, poses: Floats, cutoff: float, s
     return found
 
 
-@uncounted
-def _at_least(arm: Arm, around: Surroundings, k: int, s: Scratch) -> float:
-    """How near body k, or pair k less the number of bodies, is at least."""
-    bodies = len(arm.bodies)
-    if k >= bodies:
-        p, q = s.balls[arm.pairs[k - bodies, 0]], s.balls[arm.pairs[k - bodies, 1]]
-        return np.sqrt((p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + (p[2] - q[2]) ** 2) - p[3] - q[3]
-    if arm.bodies[k, 3] == arm.bodies[k, 1]:
-        return np.inf
-    if around.planes:
-        return -np.inf
-    if len(around.nodes) == 0:
-        return np.inf
-    ball = s.balls[k]
-    return box_gap(around.nodes[0], ball[0], ball[1], ball[2]) - ball[3]
-
-
 @compiled
 def distances(
-    arm: Arm, poses: Floats, around: Surroundings, cutoff: float, out: Floats, who: NDArray[np.int64]
+    workshop: Held[Workshop], q: Floats, poses: Floats, cutoff: float, out: Floats, who: NDArray[np.int64]
 ) -> None:  # fmt: skip
-    """The smallest distance of each of (m, L, 4, 4) states.
+    """The smallest distance of each of m states.
 
     Args:
+        workshop: the arm and what is around it.
+        q, poses: (m, n), (m, L, 4, 4).
         cutoff: distances beyond it do not matter.
         out: (m, ROW) separation of the nearest pair; distance infinite where there is none.
         who: (m, 2) out: a body and an obstacle, or two bodies of which the second is written as -1 - body.
     """
-    s, row, lower = scratch_for(arm), np.zeros(ROW), np.empty(len(arm.bodies) + len(arm.pairs))
+    world, bench = opened(workshop)
+    row, items = np.zeros(ROW), len(world.arm.bodies) + len(world.arm.pairs)
+    lower, s = in_lanes(items), bench.s.one
     out[:], out[:, 0] = 0.0, np.inf
-    for r in range(len(poses)):
-        _distance(arm, poses[r], around, cutoff, out[r], who[r], s, row, lower)
+    for first in range(0, len(q), WIDTH):
+        pose_lanes_of(world.kinematics, q, first)
+        place_lower_bounds(world, cutoff, bench, lower)
+        for lane in range(min(WIDTH, len(q) - first)):
+            r = first + lane
+            _distance(world, poses[r], cutoff, lane, lower, out[r], who[r], s, row)
+
+
+@inlined
+def _next_item(world: World, lower: Floats, lane: int, best: float) -> int:
+    """The body or pair that may be nearest in a lane, if it may be nearer than the best; else -1."""
+    places, found = seen(lower), -1
+    for k in range(len(world.arm.bodies) + len(world.arm.pairs)):
+        away = get(places, k, lane)
+        if away < best:
+            best, found = away, k
+    return found
+
+
+@inlined
+def _first_item(world: World, lower: Floats, lane: int, cutoff: float) -> int:
+    """As `_next_item`, of the pairs with tables if there are: what they say is nearly the distance, unlike balls."""
+    places, found, best, bodies = seen(lower), -1, cutoff, len(world.arm.bodies)
+    for k in range(len(world.arm.pairs)):
+        away = get(places, bodies + k, lane)
+        if world.known.table[k] >= 0 and away < best:
+            best, found = away, bodies + k
+    return found if found >= 0 else _next_item(world, lower, lane, cutoff)
 
 
 @uncounted
 def _distance(
-    arm: Arm, poses: Floats, around: Surroundings, cutoff: float, out: Floats, who: NDArray[np.int64], s: Scratch,
-    row: Floats, lower: Floats,
+    world: World, poses: Floats, cutoff: float, lane: int, lower: Floats, out: Floats, who: NDArray[np.int64],
+    s: Scratch, row: Floats,
 ) -> None:  # fmt: skip
     """One state of `distances`.
 
-    1. For each body and pair how near it may be, by balls and the root of the tree; the least of them goes first.
-    2. The gaps of the others, each with the best so far as cutoff: most end at once.
+    1. The body or pair that may be nearest.
+    2. Its gap, with the best so far as cutoff; it is not asked again. So until none may be nearer than the best.
     3. Points and normal of the nearest pair alone.
     """
-    bodies, pairs = len(arm.bodies), len(arm.pairs)
+    arm, around, best, nearest_item = world.arm, world.around, cutoff, -1
+    bodies = len(arm.bodies)
     place_bodies(arm, poses, s)
-    best, first, nearest_item = cutoff, 0, -1
-    for k in range(bodies + pairs):  # 1
-        lower[k] = _at_least(arm, around, k, s)
-        if lower[k] < lower[first]:
-            first = k
-    for step in range(-1, bodies + pairs):  # 2
-        k = first if step < 0 else step
-        if step == first or lower[k] >= best:
-            continue
+    k = _first_item(world, lower, lane, cutoff)  # 1
+    while k >= 0:
+        put(seen(lower), k, lane, np.inf)  # 2
         if k < bodies:
             gap = gap_around(arm, k, poses, around, best, -np.inf, s)
         else:
             gap = gap_between(arm, arm.pairs[k - bodies, 0], arm.pairs[k - bodies, 1], poses, best, -np.inf, s)
         if gap < best:
             best, nearest_item = gap, k
+        k = _next_item(world, lower, lane, best)  # 1
     k = nearest_item  # 3
     if 0 <= k < bodies:
         found = separation_around(arm, k, poses, around, best + SLACK, s, row)

@@ -27,9 +27,9 @@ from mafsil.collision.clearance_loops import place_cells
 from mafsil.collision.meeting_loops import bodies_near, colliding_lanes, meets_around, meets_itself
 from mafsil.collision.placing_loops import ALL, place_bodies_in_lanes
 from mafsil.collision.speed_loops import ROUNDING, place_twists, take_motion, way_of_body
-from mafsil.collision.workshop_loops import Bench, Workshop, World, pose_lanes_along, with_margin
+from mafsil.collision.workshop_loops import Bench, Workshop, World, pose_lanes_along, pose_lanes_of, with_margin
 from mafsil.solvers.held_loops import Held, opened
-from mafsil.solvers.kernel_loops import call_lanes, loop_address, loop_caller
+from mafsil.solvers.kernel_loops import loop_address, loop_caller
 from mafsil.solvers.lane_loops import WIDTH, get, lane_bits, lanes, put, seen, where
 from mafsil.solvers.loops import compiled, inlined, uncounted
 
@@ -300,14 +300,8 @@ def collide(workshop: Held[Workshop], q: Floats, out: NDArray[np.bool_]) -> None
 
 @uncounted
 def _collide(world: World, q: Floats, out: NDArray[np.bool_], bench: Bench) -> None:
-    kinematics = world.kinematics
-    lanes_in = seen(kinematics.q_lanes)
     for first in range(0, len(q), WIDTH):
-        for lane in range(WIDTH):
-            row = min(first + lane, len(q) - 1)
-            for c in range(q.shape[1]):
-                put(lanes_in, c, lane, q[row, c])
-        call_lanes(kinematics.lanes, kinematics.q_address, kinematics.pose_address)
+        pose_lanes_of(world.kinematics, q, first)
         bits = colliding_lanes(world, bench)
         for lane in range(min(WIDTH, len(q) - first)):
             out[first + lane] = (bits >> lane) & 1 != 0

@@ -14,7 +14,7 @@ from mafsil.collision.placing_loops import LaneScratch, lane_scratch_for
 from mafsil.collision.speed_loops import Motion, Speeds, speeds_for
 from mafsil.collision.tree_loops import Surroundings
 from mafsil.solvers.kernel_loops import call_lanes
-from mafsil.solvers.lane_loops import WIDTH, in_lanes, seen
+from mafsil.solvers.lane_loops import WIDTH, in_lanes, put, seen
 from mafsil.solvers.loops import compiled, inlined, uncounted
 
 if TYPE_CHECKING:
@@ -138,6 +138,17 @@ def state_along(kinematics: Kinematics, a: Floats, b: Floats, t: float, row: int
     """A row of the kernel's input: the configuration at share t of the motion from a to b."""
     for c in range(len(a)):
         kinematics.q[row, c] = a[c] + t * (b[c] - a[c])
+
+
+@inlined
+def pose_lanes_of(kinematics: Kinematics, q: Floats, first: int) -> None:
+    """Link poses in lanes of eight configurations (m, n) from a row on, the last one again where there are fewer."""
+    lanes_in = seen(kinematics.q_lanes)
+    for lane in range(WIDTH):
+        row = min(first + lane, len(q) - 1)
+        for c in range(q.shape[1]):
+            put(lanes_in, c, lane, q[row, c])
+    call_lanes(kinematics.lanes, kinematics.q_address, kinematics.pose_address)
 
 
 @inlined
