@@ -79,6 +79,16 @@ def test_tables_are_below_the_distances_and_near_them(tmp_path, roll):
 
 
 @pytest.mark.capability("11-39")
+def test_tables_know_nothing_of_angles_that_are_no_angles_any_more(tmp_path):
+    checker = wrist(tmp_path, "continuous", "")
+    found = looked_up(
+        checker, np.array([[0.2, roll, 0.01] for roll in (0.0, 1e7, -1e7, 1e12, -1e12, 1e300, np.inf, np.nan)])
+    )
+    assert np.isfinite(found[:3]).all()
+    assert (found[3:] == known_loops.UNKNOWN).all()
+
+
+@pytest.mark.capability("11-39")
 def test_tables_know_nothing_beyond_the_limits(tmp_path):
     checker = wrist(tmp_path)
     inside = np.array([[0.2, 0.3, 0.01]])

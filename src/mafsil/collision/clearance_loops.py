@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.collision.arm_loops import Arm, gap_between, place_bodies, scratch_for
-from mafsil.solvers.lane_loops import looked_up, rounded_down, seen, where
+from mafsil.solvers.lane_loops import looked_up, magnitude, rounded_down, seen, where
 from mafsil.solvers.loops import compiled, inlined
 
 if TYPE_CHECKING:
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 SIDE = 64
 """Cells along each coordinate."""
 UNKNOWN = -np.inf
+FURTHEST = 1e9
+"""Cells from the first beyond which an angle is too large to be told where it is within its turn."""
 
 
 class Clearances(NamedTuple):
@@ -65,6 +67,7 @@ def _place_cell(known: Clearances, t: int, q: Buffer, out: Buffer) -> None:
         axis = known.axes[t, k]
         x = (q[int(axis[0])] - axis[1]) * axis[2]
         if axis[3] != 0.0:
+            inside = inside & (magnitude(x) < FURTHEST)
             x = x - rounded_down(x * (1.0 / SIDE)) * SIDE
         else:
             inside = inside & (x >= 0.0) & (x <= SIDE)

@@ -4,7 +4,9 @@ The states lie side by side (`solvers.lane_loops`): one instruction compares a b
 of them. A lane is asked for two things at once: does the body come within margin + M (M one number a lane: how far it
 can move meanwhile), and within the margin itself.
 
-1. The ball around a body against the surroundings: the few pieces that matter, and in which lanes.
+1. The ball around a body against the surroundings: the few pieces that matter, and in which lanes. Boxes along the axes
+   go before exact tests, and pieces that the body never comes near are not asked. Pairs of bodies by their balls, and
+   by a table where two coordinates decide (`clearance_loops`).
 2. The balls around its pieces against those; exact where the piece is a ball and the other neither cone nor hull.
 3. What is left goes lane by lane to `separation`.
 

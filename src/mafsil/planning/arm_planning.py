@@ -287,13 +287,12 @@ def _search(
     code, path = arm_question_loops.solve(workshop, question, q, goals, seed, STEP, min(SLICE, nodes), shorten)
     if code == arm_question_loops.REFUSED:
         return None, 0, (0, 0, 0)
-    made = int(forests.sizes[:2].sum())
     if code == loops.JOINED:
-        return path, made, _counted(forests.seen)
+        return path, _nodes(forests), _counted(forests.seen)
     # 2.
     step, deadline = STEP * float(np.linalg.norm(bounds[1] - bounds[0])), perf_counter() + seconds
     while code != loops.JOINED:
-        made = int(forests.sizes[:2].sum())
+        made = _nodes(forests)
         if made >= nodes or perf_counter() > deadline:
             return None, made, _counted(forests.seen)
         if code == loops.FULL:
@@ -301,7 +300,7 @@ def _search(
         code = loops.grow(world, bounds, step, max(min(SLICE, nodes - made), 1), forests)
     # 3.
     path = loops.shorten(world, forests.path[: forests.sizes[2]].copy(), shorten, forests.random, forests.seen)
-    return path, int(forests.sizes[:2].sum()), _counted(forests.seen)
+    return path, _nodes(forests), _counted(forests.seen)
 
 
 def _question_for(checker: Checker, goals: int) -> Held[Question]:
@@ -331,6 +330,11 @@ def _compiled(
     """As every search of `ARM_PLANNERS`."""
     del bounds, planner
     return _search(checker, q, goals, seed, seconds, nodes, shorten)
+
+
+def _nodes(forests: Forests) -> int:
+    of_start, of_goals, _ = forests.sizes.tolist()
+    return of_start + of_goals
 
 
 def _counted(seen: NDArray[np.int64]) -> tuple[int, int, int]:
