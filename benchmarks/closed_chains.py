@@ -8,7 +8,9 @@ called from Python, Pinocchio a state at a time, which is all that it has. Least
 
 from __future__ import annotations
 
+import sys
 import time
+from pathlib import Path
 
 import numpy as np
 

@@ -203,16 +203,18 @@ class ClosedChain:
             added_inertia: (*batch, n, n) that the mass matrix gets besides, such as step times damping; none if None.
         """
         if added_inertia is None:
+            compiled = self._compiled
             try:
-                run = self._compiled.forward[tau.shape[-1]]  # pyright: ignore[reportAttributeAccessIssue, reportUnknownMemberType]
+                run = compiled.forward[tau.shape[-1]]  # pyright: ignore[reportAttributeAccessIssue, reportUnknownMemberType]
             except (KeyError, IndexError, AttributeError):
-                run = self._compiled.forward_for(tau, q)
+                run = compiled.forward_for(tau, q)
             if run is not None:
                 found = run(q, qd, tau)
-                if not isinstance(found[2], float):
+                error = found[2]
+                if not isinstance(error, float):
                     return self._looked_at((q, qd, tau), *found)
-                if found[2] >= 0.0:
-                    return ClosedAccelerations(found, self._compiled.rank)
+                if error >= 0.0:
+                    return ClosedAccelerations(found, compiled.rank)
         found = self.terms(q, qd)
         if added_inertia is not None:
             found = found._replace(
