@@ -14,6 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
 from mafsil import parallel
 from mafsil.model import JointKind
 from tests.parallel.closed_chains import Twin, random_chain
