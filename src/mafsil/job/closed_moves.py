@@ -94,7 +94,7 @@ class ClosedMoves:
         if len(values) == self.chain.n:
             guess, values = values.copy(), values[a]
         guess[a] = values
-        found = self.chain.closed(guess, hold=a)
+        found = self.chain.closed(guess, hold=a, tries=1)
         if not found:
             raise Refused("job.loops_open", move=where, reason=found)
         return found.q

@@ -95,7 +95,7 @@ def closed_inverse_kinematics(
         # 2.
         q = _solved(chain, wanted, rows, task, weight)
         # 3.
-        closed = chain.closed(q)
+        closed = chain.closed(q, tries=1)
         place, turn = missed(chain, wanted, closed.q, task)
         good = closed.found & (place <= limits[0]) & (turn <= limits[1])
         if good.any():
