@@ -8,9 +8,13 @@ called from Python, Pinocchio a state at a time, which is all that it has. Least
 
 from __future__ import annotations
 
+import sys
 import time
+from pathlib import Path
 
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from mafsil import parallel
 from mafsil.model import JointKind

@@ -4,13 +4,15 @@
 
 Same mechanism, same trajectory and gains, semi-implicit Euler in both, all in one process; the minimum of several runs.
 Ours is `simulate(scenario, fused=True)` as a whole: reference, loop, tip errors, recording; `batch` the same for runs
-side by side from different starts, per run and tick on all cores; `steps` one tick at a time in Python. MuJoCo's loop
+side by side from different starts, per run and tick on all cores; `steps` one tick at a time in Python, and `own law`
+the same with the two lines of NumPy of MuJoCo's loop as a law. MuJoCo's loop
 writes its feedback with two lines of NumPy (`mj_step` alone stands beside), and holds the mechanism up by itself:
 `qfrc_applied = qfrc_bias` is left out, which saves it time.
 """
 
 from __future__ import annotations
 
+import sys
 import warnings
 from pathlib import Path
 from time import perf_counter
@@ -18,15 +20,18 @@ from time import perf_counter
 import mujoco
 import numpy as np
 
-import mafsil as mf
-from mafsil.control import closed_gravity_compensation, driven_trajectory
-from mafsil.model import mjcf
-from mafsil.parallel import ClosedChain
-from mafsil.simulation import Scenario, simulate
-from mafsil.trajectory import quintic
-from tests.parallel.closed_chains import four_bar, hexapod
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
 
-FILE = Path(__file__).resolve().parents[1] / "examples" / "robots" / "palletiser.xml"
+import mafsil as mf  # noqa: E402
+from mafsil.control import closed_gravity_compensation, driven_trajectory  # noqa: E402
+from mafsil.model import mjcf  # noqa: E402
+from mafsil.parallel import ClosedChain  # noqa: E402
+from mafsil.simulation import Scenario, simulate  # noqa: E402
+from mafsil.trajectory import quintic  # noqa: E402
+from tests.parallel.closed_chains import four_bar, hexapod  # noqa: E402
+
+FILE = ROOT / "examples" / "robots" / "palletiser.xml"
 REPEATS, TICKS, ROWS, KP, KD = 5, 1000, 64, 2000.0, 120.0
 
 
@@ -38,6 +43,22 @@ def least(run) -> float:
         run()
         times.append(perf_counter() - begin)
     return min(times)
+
+
+class Springs:
+    """The feedback that MuJoCo's loop writes, as somebody's own law."""
+
+    def __init__(self, chain) -> None:
+        self.driven, self.n = chain.actuated, chain.n
+
+    def __call__(self, t, q, qd, reference):
+        effort, a = np.zeros(self.n), self.driven
+        error, rate = reference.u[a] - q[a], reference.v[a] - qd[a]
+        effort[a] = KP * error + KD * rate
+        return effort
+
+    def session(self, period):
+        return self
 
 
 def compare(name, robot, near, away, text) -> None:
@@ -55,6 +76,8 @@ def compare(name, robot, near, away, text) -> None:
     ours = least(lambda: simulate(scenario, fused=True)) / TICKS
     batch = least(lambda: simulate(many, fused=True)) / TICKS / ROWS
     steps = least(lambda: simulate(scenario, fused=False)) / TICKS
+    by_own_law = Scenario(**settings | {"law": Springs(chain)}, saturate=False)
+    own = least(lambda: simulate(by_own_law, fused=False)) / TICKS
 
     model = mujoco.MjModel.from_xml_string(text)
     model.opt.timestep = 1e-3
@@ -87,9 +110,11 @@ def compare(name, robot, near, away, text) -> None:
     gaps()
     other, alone = least(theirs) / TICKS, least(lambda: theirs(False)) / TICKS
     print(f"{name}: {chain.n} joints, {len(chain.actuated)} driven, {chain.m} rows of loops; us a tick")
-    print(f"  mafsil  {1e6 * ours:7.2f}   batch {1e6 * batch:7.3f}   steps {1e6 * steps:7.1f}   gap {gap:.1e}")
+    print(f"  mafsil  {1e6 * ours:7.2f}   batch {1e6 * batch:7.3f}   steps {1e6 * steps:7.1f}   "
+          f"own law {1e6 * own:.1f}   gap {gap:.1e}")  # fmt: skip
     print(f"  MuJoCo  {1e6 * other:7.2f}   mj_step alone {1e6 * alone:7.2f}   gap {worst[0]:.1e}")
     print(f"  ratio   {other / ours:7.2f}   batch {other / batch:7.1f}   steps {other / steps:7.2f}   "
+          f"own law {other / own:.2f}   "
           f"beside mj_step alone {alone / ours:.2f}, batch {alone / batch:.1f}")  # fmt: skip
 
 

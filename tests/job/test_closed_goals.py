@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -51,6 +52,61 @@ def test_the_way_goes_round_and_without_avoid_it_is_refused():
     assert done
     assert any(remark.key == "job.went_round" for remark in done.remarks)
     assert ClosedChain(done.robot).error(done.recording.q).max() < 1e-10
+
+
+LINES = """[[move]]
+name = 'down'
+path = 'line'
+pose = { position = [0.6, 0, 0.25], task = 'position' }
+[[move]]
+name = 'back'
+path = 'line'
+blend = 0.03
+pose = { position = [0.5, 0, 0.25], task = 'position' }
+[[move]]
+name = 'up'
+path = 'line'
+pose = { position = [0.5, 0, 0.4], task = 'position' }
+"""
+
+
+@pytest.mark.parametrize(
+    "profile", ["", "profile = 'time_optimal'\n", "profile = 'jerk_limited'\n"], ids=["law", "quick", "smooth"]
+)
+def test_the_tip_keeps_to_lines_with_closed_loops(profile):
+    done = run(OUT + LINES.replace("path = 'line'\n", "path = 'line'\n" + profile, 1))
+    assert isinstance(done, Run)
+    assert done
+    chain = ClosedChain(done.robot)
+    straight, rounded = (leg.trajectory for leg in done.plan.legs if leg.kind in ("line", "blended"))
+    t = np.linspace(0.0, straight.duration, 400)
+    q = straight.at(t).u
+    place = np.asarray(done.robot.forward_kinematics(q))[:, :3, 3]
+    assert chain.error(q).max() < 1e-12
+    assert np.abs(place[:, :2] - [0.6, 0.0]).max() < 1e-6
+    assert (np.diff(place[:, 2]) < 1e-9).all()
+    np.testing.assert_allclose(place[[0, -1], 2], [0.4, 0.25], atol=1e-8)
+    speed = np.abs(np.gradient(place[:, 2], t))
+    assert 0.24 < speed.max() < 0.2502  # the tip's own bound
+    corner = np.asarray(done.robot.forward_kinematics(rounded.at(np.linspace(0, rounded.duration, 400)).u))[:, :3, 3]
+    from_corner = np.linalg.norm(corner - [0.5, 0.0, 0.25], axis=1).min()
+    assert 0.001 < from_corner < 0.03
+    assert np.abs(corner[:, 1]).max() < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("position = [1.6, 0, 0.25], task = 'position'", "reach"),
+        ("position = [0.6, 0.3, 0.25], task = 'position'", "reach"),
+        ("position = [0.6, 0, 0.25], task = 'position' }\nduration = 0.05 #", "too fast|so fast"),
+    ],
+)
+def test_lines_that_cannot_be_are_refused(line, said):
+    refused = run(OUT + f"[[move]]\nname = 'far'\npath = 'line'\npose = {{ {line} }}\n")
+    assert isinstance(refused, Refusal)
+    assert re.search(said, refused.explain("en"))
+    assert "far" in refused.explain("ar")
 
 
 def test_a_start_may_be_a_pose():

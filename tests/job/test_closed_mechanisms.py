@@ -87,7 +87,6 @@ def test_a_robot_that_is_too_weak_is_said_to_be():
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("[[move]]\npath = 'line'\npose = { position = [0.3, 0, 0.5] }", "leave path away"),
         ("[[move]]\npose = { position = [0.3, 0, 0.5], branch = { elbow = 'up' } }", "leave branch away"),
         ('[controller]\nkind = "sliding_mode"\n[[move]]\njoints = [0, 0]', "computed_torque, pd_gravity"),
         ('plant = "mujoco"\n[[move]]\njoints = [0, 0]', "plant"),

@@ -146,3 +146,55 @@ def test_xacro_and_sdf_have_loops_beside_them_too(written, tmp_path):
     qd, tau = two.rates(q, rng.normal(size=(10, 4))), rng.normal(size=(10, 2))
     found, expected = one.forward_dynamics(q, qd, tau).qdd, two.forward_dynamics(q, qd, tau).qdd
     assert np.abs(found - expected).max() < 1e-9 * np.abs(expected).max()
+
+
+BALLS = """[[joint]]
+name = "rod"
+kind = "universal"
+axis = [0, 1, 0]
+second = [1, 0, 0]
+[[joint]]
+name = "elbow"
+kind = "spherical"
+[[joint]]
+name = "lever"
+kind = "cylindrical"
+axis = [0, 1, 0]
+"""
+
+
+def test_joints_that_the_file_cannot_say(tmp_path):
+    """A hinge is drawn in the place of a ball; loops name joints instead of links."""
+    loops = LOOP.replace('parent = "rod"', 'parent = "rod/axis2"').replace("parent_at", "# ")
+    with pytest.raises(FileError, match="loop 1"):
+        mf.load(urdf(tmp_path, loops + BALLS))
+    arm = mf.load(urdf(tmp_path, LOOP.replace('child = "forearm"', 'child = "elbow"') + BALLS), tip="forearm")
+    assert arm.n == 1 + 3 + 2 + 2
+    assert {"rod", "rod/axis2", "elbow/axis3", "lever/axis2"} <= set(arm.joint_names)
+    chain = ClosedChain(arm)
+    assert [arm.joint_names[k] for k in chain.actuated] == ["shoulder", "lever"]
+    assert mf.mobility(arm.mechanism).mobility == 8 - 3
+    plain = mf.load(urdf(tmp_path), tip="forearm")
+    q = ClosedChain(plain).closed([0.2, 0.3, -0.1, 0.4]).q
+    wide = np.zeros(arm.n)
+    for name, value in zip(plain.joint_names, q, strict=True):
+        wide[arm.joint_names.index({"elbow": "elbow/axis2", "lever": "lever/axis2"}.get(name, name))] = value
+    assert chain.error(wide) < 1e-12
+    assert np.allclose(arm.forward_kinematics(wide), plain.forward_kinematics(q), atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "says"),
+    [
+        ('[[joint]]\nname = "knee"\nkind = "spherical"', "'knee'"),
+        ('[[joint]]\nname = "rod"\nkind = "planar"', "universal"),
+        ('[[joint]]\nname = "rod"\nkind = "universal"\naxis = [0, 0, 2]', "rod"),
+        ('[[joint]]\nname = "rod"\nkind = "universal"\nsecond = [0, 0, 1]', "rod"),
+        ('[[joint]]\nname = "rod"\nkind = "spherical"\nrange = 3', "range"),
+        ("joint = 3", "table"),
+    ],
+)
+def test_wrong_joints_are_named(wrong, says, tmp_path):
+    text = LOOP + wrong if wrong.startswith("[") else wrong + "\n" + LOOP
+    with pytest.raises(FileError, match=says):
+        mf.load(urdf(tmp_path, text))

@@ -102,6 +102,23 @@ def test_loops_are_closed_from_nearby(seed):
     assert fixed.q[5] == q[5] + 0.02
 
 
+def test_where_one_search_fails_others_begin_near_it():
+    rng = np.random.default_rng(2)
+    mechanism, q = random_chain(rng, JointKind.FIXED, 7)
+    chain, starts = parallel.ClosedChain(mechanism), q + rng.uniform(-3, 3, (40, 7))
+    alone, tried = chain.closed(starts, tries=1), chain.closed(starts)
+    assert alone.found.sum() < 35
+    assert tried.found.all()
+    np.testing.assert_array_equal(tried.q[alone.found], alone.q[alone.found])
+    assert (chain.error(tried.q) <= tried.tolerance).all()
+    held = chain.closed(starts[:5], hold=["j2"])
+    np.testing.assert_array_equal(held.q[:, 2], starts[:5, 2])
+    failed = np.flatnonzero(~alone.found)
+    gaps = chain.loop_errors(alone.q[failed])
+    assert alone.widest == mechanism.loops[0].name
+    np.testing.assert_allclose(gaps.max(axis=1), alone.error[failed])
+
+
 def test_a_planar_four_bar_asks_the_same_three_times():
     chain = parallel.ClosedChain(four_bar())
     start = chain.closed([0.5, 0.5, 1.5], hold=["A"])

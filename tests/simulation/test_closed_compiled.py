@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -18,7 +19,8 @@ from mafsil.control import (
 from mafsil.model import Friction, JointKind
 from mafsil.parallel import ClosedChain
 from mafsil.simulation import ClosedPlant, Scenario, SensorNoise, SimulationStatus, WrenchPulse, simulate
-from mafsil.simulation.run import FusedRun
+from mafsil.simulation.closed_plant import ClosedStepper
+from mafsil.simulation.fused_run import FusedRun
 from mafsil.trajectory import quintic, rest
 from tests.parallel.closed_chains import four_bar, random_chain
 
@@ -61,6 +63,45 @@ def test_a_compiled_run_is_the_run_tick_by_tick(law, driven, integrator):
     assert ClosedChain(mechanism).error(tape.q).max() < 1e-12
 
 
+@pytest.mark.parametrize("integrator", ["semi_implicit_euler", "rk4", "implicit_friction"])
+@pytest.mark.parametrize("law", [closed_computed_torque, lambda chain: closed_gravity_compensation(chain, 80.0, 8.0)])
+def test_a_tick_in_two_calls_is_the_tick_part_by_part(monkeypatch, law, integrator):
+    mechanism = four_bar(driven=("A", "B"))
+    if integrator == "implicit_friction":
+        mechanism = rubbing(mechanism)
+    push = WrenchPulse(0.05, 0.2, np.array([0, 0, 0.3, 3.0, 2.0, 0.0]))
+    scenario = scenario_of(mechanism, law, integrator=integrator, disturbances=(push,))
+    calls = []
+    run = ClosedStepper._as_kernel
+    monkeypatch.setattr(ClosedStepper, "_as_kernel", lambda s, q, p: (calls.append(p), run(s, q, p))[1])
+    quick = simulate(scenario, fused=False)
+    assert set(calls) == {True, False}
+    assert scenario.law._kept.run is not None
+    monkeypatch.setattr(ClosedStepper, "_as_kernel", lambda *_: None)
+    parts = simulate(replace(scenario, law=law(PartByPart(mechanism))), fused=False)
+    for name in FIELDS:
+        a, b = getattr(quick, name), getattr(parts, name)
+        assert np.abs(a - b).max() <= 1e-9 * max(1.0, np.abs(b).max()), name
+
+
+class PartByPart(ClosedChain):
+    """No law is compiled for it."""
+
+    def holding(self, q):
+        return None
+
+
+def test_a_law_travels_without_its_code():
+    scenario = scenario_of(four_bar(), closed_computed_torque)
+    simulate(scenario, fused=False)
+    law = scenario.law
+    again = pickle.loads(pickle.dumps(law))
+    assert again._kept.run is None
+    reference = scenario.trajectory.at(0.1)
+    q, qd = reference.u + 0.01, reference.v
+    assert np.array_equal(again(0.1, q, qd, reference), law(0.1, q, qd, reference))
+
+
 def test_pushes_noise_limits_substeps_and_laws_of_trees():
     mechanism = four_bar()
     push = WrenchPulse(0.05, 0.2, np.array([0, 0, 0.3, 3.0, 2.0, 0.0]))
@@ -73,6 +114,27 @@ def test_pushes_noise_limits_substeps_and_laws_of_trees():
     tape = compare(scenario_of(limited, lambda chain: closed_gravity_compensation(chain, 80.0, 8.0)))
     assert np.abs(tape.tau).max() == 4.0
     compare(scenario_of(mechanism, lambda chain: computed_torque(mf.Robot(mechanism))))
+
+
+def test_laws_with_an_integral():
+    mechanism = four_bar()
+    law = lambda chain: pid(3, [200.0, 0, 0], [20.0, 0, 0], [300.0, 0, 0])  # noqa: E731
+    tape = compare(scenario_of(mechanism, law))
+    e, rate = (tape.q_ref - tape.q)[:, 0], (tape.qd_ref - tape.qd)[:, 0]
+    expected = 200.0 * e + 20.0 * rate + 300.0 * 1e-3 * np.cumsum(e)
+    assert np.abs(tape.tau_commanded[:, 0] - expected).max() < 1e-9 * np.abs(expected).max()
+
+
+def test_a_doubtful_tick_of_a_law_with_an_integral_takes_the_whole_run_by_hand():
+    mechanism = four_bar(1.0, 0.5, 1.0, 0.5)
+    q = np.zeros(3)
+    law = pid(3, 20.0, 1.0, 5.0)
+    scenario = Scenario(robot=mf.Robot(mechanism), trajectory=rest(q + 0.1, 0.05), law=law, q=q, qd=[2.0, -2.0, 2.0])
+    quick, slow = simulate(scenario, fused=True), simulate(scenario, fused=False)
+    assert not quick.metadata["fused"]
+    for name in FIELDS:
+        np.testing.assert_array_equal(getattr(quick, name), getattr(slow, name))
+    assert quick.status is slow.status
 
 
 def test_runs_side_by_side_are_those_alone():

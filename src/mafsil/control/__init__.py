@@ -15,6 +15,7 @@ from mafsil.control.closed_chain_laws import ClosedComputedTorque as ClosedCompu
 from mafsil.control.closed_chain_laws import ClosedGravityCompensation as ClosedGravityCompensation
 from mafsil.control.closed_chain_laws import closed_computed_torque as closed_computed_torque
 from mafsil.control.closed_chain_laws import closed_gravity_compensation as closed_gravity_compensation
+from mafsil.control.closed_path import follow_with_loops as follow_with_loops
 from mafsil.control.closed_reference import DrivenTrajectory as DrivenTrajectory
 from mafsil.control.closed_reference import driven_trajectory as driven_trajectory
 from mafsil.control.computed_torque import ComputedTorque as ComputedTorque

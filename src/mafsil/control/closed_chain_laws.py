@@ -6,16 +6,53 @@ actuators, IEEE Trans. Rob. Autom. 5, 1989.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, require_kind
+from mafsil.control.closed_law_kernel import Run, law_kernel
 from mafsil.control.gains import Gains
 from mafsil.control.law import Law
+from mafsil.control.law_terms import LawTerms
+from mafsil.mechanics.loop_terms import Term
 from mafsil.parallel import ClosedChain
+from mafsil.parallel.closed_compiled import trusted
 from mafsil.trajectory import Motion
+
+
+class _Compiled:
+    """A law as one kernel, made at its first call; it travels to other processes without it."""
+
+    __slots__ = ("gains", "looked", "run")
+
+    def __init__(self) -> None:
+        self.looked, self.gains = False, np.zeros(0)
+        self.run: Run | None = None
+
+    def efforts(
+        self, law: ClosedComputedTorque | ClosedGravityCompensation, q: JointVector, qd: JointVector, reference: Motion
+    ) -> JointVector | None:
+        """Efforts (*batch, n) that hold, or None: the careful way remains.
+
+        Args:
+            law: whose kernel it is.
+            q, qd, reference: as for a law.
+        """
+        if not self.looked:
+            found = law.as_terms(q)
+            if found is not None:
+                self.run = law_kernel(law.chain.robot.mechanism, found.terms).call
+                self.gains = np.stack([[part.kp, part.kd, part.ki] for part in found.gains])
+            self.looked = True
+        if self.run is None:
+            return None
+        effort, doubt = self.run(q, qd, reference.u, reference.v, reference.a, self.gains)
+        return effort if trusted(doubt) else None
+
+    def __reduce__(self) -> tuple[type[_Compiled], tuple[()]]:
+        return _Compiled, ()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -29,9 +66,13 @@ class ClosedComputedTorque:
 
     chain: ClosedChain
     gains: Gains
+    _kept: _Compiled = field(default_factory=_Compiled, init=False, repr=False)
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
         """Efforts (*batch, n), zero for joints that are not driven [N m | N]."""
+        effort = self._kept.efforts(self, q, qd, reference)
+        if effort is not None:
+            return effort
         driven = reference.a[..., self.chain.actuated] + _feedback(self.chain, self.gains, q, qd, reference)
         acceleration = self.chain.accelerations(q, qd, driven)
         return _of_all(self.chain, self.chain.inverse_dynamics(q, qd, acceleration).tau)
@@ -39,6 +80,14 @@ class ClosedComputedTorque:
     def session(self, period: float) -> Law:
         """The law itself: it needs no memory."""
         return self
+
+    def as_terms(self, q: ArrayLike) -> LawTerms | None:
+        """The law as data, or None if its efforts cannot be compiled.
+
+        Args:
+            q: (*batch, n) configurations that close the loops.
+        """
+        return _as_terms(self.chain, self.gains, (), "closed_computed_torque", q)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -52,9 +101,13 @@ class ClosedGravityCompensation:
 
     chain: ClosedChain
     gains: Gains
+    _kept: _Compiled = field(default_factory=_Compiled, init=False, repr=False)
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
         """Efforts (*batch, n), zero for joints that are not driven [N m | N]."""
+        effort = self._kept.efforts(self, q, qd, reference)
+        if effort is not None:
+            return effort
         still = np.zeros(q.shape)
         holding = self.chain.inverse_dynamics(q, still, still).tau
         return _of_all(self.chain, holding + _feedback(self.chain, self.gains, q, qd, reference))
@@ -62,6 +115,14 @@ class ClosedGravityCompensation:
     def session(self, period: float) -> Law:
         """The law itself: it needs no memory."""
         return self
+
+    def as_terms(self, q: ArrayLike) -> LawTerms | None:
+        """The law as data, or None if its efforts cannot be compiled.
+
+        Args:
+            q: (*batch, n) configurations that close the loops.
+        """
+        return _as_terms(self.chain, self.gains, (Term("feedback"),), "closed_gravity", q)
 
 
 def closed_computed_torque(
@@ -108,3 +169,12 @@ def _of_all(chain: ClosedChain, driven: Floats) -> JointVector:
     effort = np.zeros((*driven.shape[:-1], chain.n))
     effort[..., chain.actuated] = driven
     return effort
+
+
+def _as_terms(chain: ClosedChain, gains: Gains, before: tuple[Term, ...], kind: str, q: ArrayLike) -> LawTerms | None:
+    """One term of the chain behind others, with the gains of all joints: zero where none drives."""
+    holding = chain.holding(q)
+    if holding is None or not holding.deciding:
+        return None
+    whole = Gains(*(_of_all(chain, part) for part in (gains.kp, gains.kd, gains.ki)))
+    return LawTerms((*before, Term(kind, chain.robot.mechanism, holding)), (whole,))

@@ -7,19 +7,28 @@ from dataclasses import fields, replace
 import numpy as np
 
 from mafsil.arrays import Floats, Integers, JointVector, PoseMatrix
-from mafsil.control import Law, closed_computed_torque, closed_gravity_compensation, driven_trajectory
+from mafsil.control import (
+    Law,
+    closed_computed_torque,
+    closed_gravity_compensation,
+    driven_trajectory,
+    follow_with_loops,
+)
 from mafsil.control.inertia_gains import DAMPING_RATIO, NATURAL_FREQUENCY
 from mafsil.errors import InputError
-from mafsil.job.description import TIP_PATHS, Job, Move, Task
+from mafsil.job.description import Bounds, Job, Move, Task
 from mafsil.job.joint_motion import joint_motion, motion_on_path
 from mafsil.job.lines import Places
 from mafsil.job.remark import Refused
+from mafsil.job.tip_motion import SHORTEST, TipMotion, motion_along
 from mafsil.job.tolerance import Tolerances
 from mafsil.messages.visible import visible
 from mafsil.model import JointKind, JointLimits
 from mafsil.parallel import ClosedChain, closed_inverse_kinematics
 from mafsil.robot import Robot
-from mafsil.trajectory import JointPath, PiecewisePolynomial, Trajectory, check
+from mafsil.trajectory import JointPath, PiecewisePolynomial, Trajectory, check, rest
+from mafsil.trajectory.path_motion import PathMotion
+from mafsil.trajectory.paths import TipPath
 
 LAWS = ("computed_torque", "pd_gravity")
 """The laws that know loops."""
@@ -50,7 +59,7 @@ def require_closed_job(job: Job, robot: Robot, places: Places) -> None:
         places: for the lines of errors.
 
     Raises:
-        JobError: paths of the tip, branches, another law, MuJoCo, or no driven joint.
+        JobError: branches, another law, MuJoCo, or no driven joint.
     """
     name = visible(robot.name)
     if not len(listed_joints(robot, -1)):
@@ -58,8 +67,6 @@ def require_closed_job(job: Job, robot: Robot, places: Places) -> None:
     if job.start.pose is not None and job.start.pose.branch is not None:
         raise places.error("job.loops_branch", ("start", "pose", "branch"), robot=name)
     for k, move in enumerate(job.move):
-        if move.path in TIP_PATHS and move.pose is not None:
-            raise places.error("job.loops_path", ("move", k, "path"), robot=name)
         if move.pose is not None and move.pose.branch is not None:
             raise places.error("job.loops_branch", ("move", k, "pose", "branch"), robot=name)
     if job.controller.kind not in LAWS:
@@ -94,7 +101,7 @@ class ClosedMoves:
         if len(values) == self.chain.n:
             guess, values = values.copy(), values[a]
         guess[a] = values
-        found = self.chain.closed(guess, hold=a)
+        found = self.chain.closed(guess, hold=a, tries=1)
         if not found:
             raise Refused("job.loops_open", move=where, reason=found)
         return found.q
@@ -163,6 +170,37 @@ class ClosedMoves:
         driven = JointPath(PiecewisePolynomial(curve.knots, curve.coefficients[..., a]))
         planned = motion_on_path(self.robot, driven, move, limits_of(limits, a), where, a)
         return self._followed(planned.trajectory, q, limits, where)
+
+    def on_tip_path(
+        self, robot: Robot, q: JointVector, path: TipPath | None, bounds: Bounds, move: Move, limits: JointLimits,
+        slack: float, where: object,
+    ) -> TipMotion:  # fmt: skip
+        """All joints while the tip keeps to a path, within the bounds of the tip and of the driven joints.
+
+        Args:
+            robot: with the tool that is mounted.
+            q: (n,) where it begins, closed.
+            path: of the tip; None if it leads nowhere.
+            bounds, move, limits, slack, where: as for `mafsil.job.tip_motion.tip_motion`.
+
+        Raises:
+            Refused: a point of the path cannot be reached, or as `motion`.
+        """
+        if path is None:
+            duration = move.duration or SHORTEST
+            return TipMotion(rest(q, duration), duration)
+        chain = self.chain if robot is self.robot else ClosedChain(robot)
+        followed = follow_with_loops(chain, path, q, task="pose" if move.pose is None else move.pose.task, slack=slack)
+        if followed.value is None or not followed.succeeded:
+            raise Refused("job.no_path", move=where, reason=followed)
+        a, joints = chain.actuated, followed.value
+        driven = np.isin(np.arange(chain.n), a)
+        bound = {name: np.where(driven, getattr(limits, name), np.inf) for name in ("velocity", "acceleration", "jerk")}
+        motion = motion_along(robot, joints, path, bounds, move, replace(limits, **bound), where).trajectory
+        assert isinstance(motion, PathMotion)
+        columns = PiecewisePolynomial(joints.knots, joints.coefficients[..., a])
+        trajectory = self._followed(replace(motion, path=columns), q, limits, where)
+        return TipMotion(trajectory, trajectory.duration)
 
     def require_at(self, trajectory: Trajectory, q: JointVector, where: object) -> None:
         """Refuse a motion whose loops are closed another way at its end than they should be.

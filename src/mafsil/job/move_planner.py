@@ -370,7 +370,8 @@ class _Planner:
             start = np.asarray(self.robot.forward_kinematics(q))
             try:
                 path = path_or_refusal(start, moves, targets, self.degrees, where)
-                self.lines[key] = tip_motion(
+                planned = tip_motion if self.loops is None else self.loops.on_tip_path
+                self.lines[key] = planned(
                     self.robot, q, path, self.job.limits, asked, self.scaled(asked), self.slack(last), where
                 )
             except Refused as no:

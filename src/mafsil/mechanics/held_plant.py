@@ -97,3 +97,20 @@ def closing_function(mechanism: Mechanism, holding: Holding) -> ex.Function:
     tree = regrouped(in_chosen_frames(lumped(mechanism)))
     q, v = ex.symbol("q", tree.n), ex.symbol("qd", tree.n)
     return ex.Function("closed_state", [q, v], ex.cse([*closed_state(tree, mechanism.loops, holding, q, v)]))
+
+
+def step_function(loop: Loop, holding: Holding) -> ex.Function:
+    """A step and what takes its end back to closed loops: q, qd, tau (n,) and the length to q, qd (n,), gap and doubt.
+
+    Args:
+        loop: whose plant it is; a push is an input behind the length.
+        holding: how its loops hold it.
+    """
+    tree = regrouped(in_chosen_frames(lumped(loop.plant)))
+    q, v, tau, h = ex.symbol("q", tree.n), ex.symbol("qd", tree.n), ex.symbol("tau", tree.n), ex.symbol("step", 1)
+    x = {"push": ex.symbol("push", 6)} if loop.pushed else {}
+    plant = HeldPlant(loop, holding, tree, tau, x)
+    here, rate, _ = plant.stepped(q, v, h)
+    here, rate, error, doubt = closed_state(tree, loop.plant.loops, holding, here, rate)
+    outputs = [here, rate, error, doubt + plant.doubt]
+    return ex.Function("closed_step", [q, v, tau, h, *x.values()], ex.cse(outputs))

@@ -47,3 +47,19 @@ def law_step(loop: Loop, gains: Floats | None, limit: Floats | None) -> ex.Funct
     effort = commands.effort if limit is None else clipped(commands.effort, ex.Expression(limit))
     results = {"effort": effort, "next_integral": commands.integral}
     return ex.Function("law", list(symbols.values()), ex.cse([results[name] for name in law_outputs(loop)]))
+
+
+def closed_law(loop: Loop) -> ex.Function:
+    """The efforts of a law of a closed chain: q, qd, u, v, a (n,) and the gains to effort (n,), and the doubt.
+
+    Args:
+        loop: whose law it is; its plant only says how many coordinates there are.
+    """
+    sizes, n = input_sizes(loop), loop.plant.n
+    names = ("q", "qd", "u", "v", "a")
+    given = {name: symbol_of(name, (n,)) for name in names}
+    gains = symbol_of("gains", sizes["gains"])
+    x = {"reference": ex.vertcat(given["u"], given["v"], given["a"]), "gains": gains}
+    commands = Commands(replace(loop, noisy=True), Trees(), given["q"], given["qd"], x)
+    outputs = [commands.effort, commands.doubt]
+    return ex.Function("closed_law", [*given.values(), gains], ex.cse(outputs))

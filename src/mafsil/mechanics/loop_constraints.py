@@ -29,15 +29,14 @@ from mafsil.mechanics.placement import (
     attached,
     constant,
     placements,
-    poses_inward,
     world_placements,
 )
 from mafsil.mechanics.quantities.energy import kinetic_energy, potential_energy
 from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
-from mafsil.mechanics.quantities.jacobian import jacobian_body
 from mafsil.mechanics.quantities.link_motion import BodyMotion, outward_motion
 from mafsil.mechanics.quantities.mass_matrix import mass_matrix
 from mafsil.mechanics.regrouping import regrouped
+from mafsil.mechanics.relative_screws import relative_screws
 from mafsil.model import Joint, JointKind, Mechanism
 
 
@@ -93,7 +92,7 @@ def loops(tree: BodyTree, joints: Sequence[Joint], q: Expression, qd: Expression
     steps = placements(tree, q)
     # Falling does not show between two bodies; so the motion is the one that the bias forces need.
     motion = outward_motion(tree, steps, qd, ex.zeros(tree.n, 1), fall=tree.gravity)
-    found = [_loop(tree, steps, motion, joint, q, qd) for joint in joints]
+    found = [_loop(tree, steps, motion, joint, qd) for joint in joints]
     return Loops(*(ex.vertcat(*(getattr(each, name) for each in found)) for name in Loops.__slots__))
 
 
@@ -114,9 +113,7 @@ def gaps(tree: BodyTree, joints: Sequence[Joint], q: Expression) -> tuple[Expres
     return ex.vertcat(*(gap for gap, _ in found)), ex.vertcat(*(facing for _, facing in found))
 
 
-def _loop(
-    tree: BodyTree, steps: list[Placement], motion: BodyMotion, joint: Joint, q: Expression, qd: Expression
-) -> Loops:
+def _loop(tree: BodyTree, steps: list[Placement], motion: BodyMotion, joint: Joint, qd: Expression) -> Loops:
     """What one joint that closes a loop asks.
 
     With w, alpha, a of the points that the two bodies have at the origin of {c}, all seen from {c}:
@@ -124,15 +121,13 @@ def _loop(
         gamma = B (alpha_c - alpha_p + w x w_p, a_c - a_p - (w_p + w_c) x v) + dB/dt V,   V = (w, v) of {c} against {p}
     """
     parent, child = tree.frames[joint.parent].behind(joint.T_pj), tree.frames[joint.child]
-    R_p, p_p = poses_inward(tree, steps, parent)[0]
-    R_c, p_c = poses_inward(tree, steps, child)[0]
+    apart, P, p_cb = relative_screws(tree, steps, child, parent.body)
     # Where {p} is, seen from {c}.
-    R_cp, p_cp = R_c.T @ R_p, R_c.T @ (p_p - p_c)
-    apart = jacobian_body(tree, q, child) - _seen(R_cp, p_cp, jacobian_body(tree, q, parent))
-    C, P = constant(child.R).T, R_cp @ constant(parent.R).T
+    R_cp, p_cp = P @ constant(parent.R), p_cb + P @ constant(parent.p)
+    C = constant(child.R).T
     w_c, w_p = C @ motion.omega[child.body], P @ motion.omega[parent.body]
     V = ex.vertcat(w_c - w_p, apart[3:, :] @ qd)
-    point = constant(parent.p) - constant(parent.R) @ (R_cp.T @ p_cp)
+    point = -(P.T @ p_cb)
     alpha = C @ motion.alpha[child.body] - P @ motion.alpha[parent.body] + ex.cross(V[:3], w_p)
     a = C @ _acceleration(motion, child.body, constant(child.p)) - P @ _acceleration(motion, parent.body, point)
     B, rate = _rows(joint, R_cp, V)
@@ -225,10 +220,3 @@ def _gap(joint: Joint, R_cp: Expression, p_cp: Expression) -> tuple[Expression, 
         angle = ex.atan2(ex.dot(second, R_cp.T @ first), ex.dot(first, R_cp.T @ first))
         gap = ex.vertcat(gap[:-1], gap[-1] - joint.pitch * angle)
     return gap, facing
-
-
-def _seen(R: Expression, p: Expression, V: Expression) -> Expression:
-    """Ad(R, p) V of twists in columns (6, k)."""
-    turned = R @ V[:3, :]
-    columns = [ex.cross(p, turned[:, k]) for k in range(turned.shape[1])]
-    return ex.vertcat(turned, ex.horzcat(*columns) + R @ V[3:, :])

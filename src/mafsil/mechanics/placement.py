@@ -84,17 +84,26 @@ def world_placements(tree: BodyTree, steps: Sequence[Placement]) -> tuple[list[E
     """Rotations and origins of all bodies in the base frame {0}: R_0i (3, 3), p_0i (3,)."""
     R, p = [ex.eye(3)], [ex.zeros(3, 1)]
     for i, body in tree.moving:
-        step = steps[i]
-        turned = R[body.parent] @ step.R
-        p.append(p[body.parent] + R[body.parent] @ step.offset)
-        R.append(
-            ex.horzcat(
-                turned[:, 0] * step.cosine + turned[:, 1] * step.sine,
-                turned[:, 1] * step.cosine - turned[:, 0] * step.sine,
-                turned[:, 2],
-            )
-        )
+        turned, moved = pose_outward(steps[i], R[body.parent], p[body.parent])
+        R.append(turned)
+        p.append(moved)
     return R, p
+
+
+def pose_outward(step: Placement, R: Expression, p: Expression) -> tuple[Expression, Expression]:
+    """Rotation and origin of a body in some frame, from those (3, 3), (3,) of its parent there.
+
+    Args:
+        step: pose of the body in its parent.
+        R, p: of the parent.
+    """
+    turned = R @ step.R
+    around = (
+        turned[:, 0] * step.cosine + turned[:, 1] * step.sine,
+        turned[:, 1] * step.cosine - turned[:, 0] * step.sine,
+        turned[:, 2],
+    )
+    return ex.horzcat(*around), p + R @ step.offset
 
 
 def attached(frame: Attachment, R: Sequence[Expression], p: Sequence[Expression]) -> tuple[Expression, Expression]:

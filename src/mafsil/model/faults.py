@@ -204,6 +204,8 @@ SDF_FLOATING = _warning("D1209", "sdf_floating")
 SDF_CHOICE = _error("D1210", "sdf_choice")
 SDF_QUATERNION = _error("D1211", "sdf_quaternion")
 SDF_AUTO = _error("D1212", "sdf_auto")
+SDF_GEARBOX = _error("D1213", "sdf_gearbox")
+SDF_GEARBOX_RATIO = _error("D1214", "sdf_gearbox_ratio")
 
 # Tables
 DH_DEGREES = _warning("T1301", "dh_degrees")

@@ -10,10 +10,18 @@ child = "forearm"
 parent_at = { xyz = [0, 0, 0.4] }       # the joint's frame in each of them; rpy too
 child_at = { xyz = [-0.12, 0, 0] }
 axis = [0, 1, 0]                        # in the joint's frame; second for universal, pitch for helical joints
+
+[[joint]]                               # a joint of the tree that URDF cannot say: it draws a hinge in its place
+name = "rod foot"
+kind = "spherical"                      # or universal, cylindrical, revolute, prismatic, fixed
+axis = [0, 1, 0]                        # and second, as above
+
+`parent` and `child` of a loop may also name a joint: its frame is that of the link that it carries.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
@@ -24,13 +32,15 @@ from mafsil.arrays import PoseMatrix, single
 from mafsil.errors import FileError, MafsilError
 from mafsil.messages import say
 from mafsil.model.joint import Joint, JointKind
+from mafsil.model.joint_chain import KINDS, joint_chain
 from mafsil.model.link import Link
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.placement import pose_from_xyz_rpy
 from mafsil.toml_source import read_toml
 
 ENDING = ".loops.toml"
-_KEYS = ("driven", "loop")
+_KEYS = ("driven", "loop", "joint")
+_JOINT_KEYS = ("name", "kind", "axis", "second")
 _LOOP_KEYS = ("name", "kind", "parent", "child", "parent_at", "child_at", "axis", "second", "pitch")
 _FRAME_KEYS = ("xyz", "rpy")
 
@@ -74,8 +84,8 @@ class _Reader:
         if not isinstance(entries, list) or not entries:
             raise FileError("model.loops_none", path=self.source)
         loops = [self.loop(entry, k + 1) for k, entry in enumerate(cast("list[object]", entries))]
-        own = self.mechanism
-        joints = self.driven(data.get("driven")) if "driven" in data else own.joints
+        own, joints = self.mechanism, self.replaced(data.get("joint", []))
+        joints = self.driven(joints, data.get("driven")) if "driven" in data else joints
         note = say("model.loops_read", language="en", source=self.source, loops=", ".join(each.name for each in loops))
         try:
             return Mechanism.assemble(
@@ -97,40 +107,72 @@ class _Reader:
         for key in ("name", "kind", "parent", "child"):
             if not isinstance(table.get(key), str):
                 raise FileError("mobility.file_missing", path=self.source, place=place, name=key)
-        kinds = [kind.value for kind in JointKind]
-        if table["kind"] not in kinds:
-            known = ", ".join(kinds)
-            raise FileError("mobility.file_value", path=self.source, place=f"{place}: kind", expected=known)
-        for end in ("parent", "child"):
-            if table[end] not in self.mechanism.link_names:
-                known = ", ".join(self.mechanism.link_names)
-                raise FileError("mobility.file_value", path=self.source, place=f"{place}: {end}", expected=known)
-        child, T_cj = table["child"], self.frame(table.get("child_at"), f"{place}: child_at")
+        self.one_of(table["kind"], [kind.value for kind in JointKind], f"{place}: kind")
+        parent, child = (self.link(table[end], f"{place}: {end}") for end in ("parent", "child"))
+        T_cj = self.frame(table.get("child_at"), f"{place}: child_at")
         if np.any(T_cj != np.eye(4)):
+            self.links.append(Link(f"{table['name']}/end"))
+            self.joints.append(Joint(f"{table['name']}/end", JointKind.FIXED, child, f"{table['name']}/end", T_cj))
             child = f"{table['name']}/end"
-            self.links.append(Link(child))
-            self.joints.append(Joint(child, JointKind.FIXED, table["child"], child, T_cj))
-        axes = {key: self.numbers(table[key], f"{place}: {key}") for key in ("axis", "second") if key in table}
+        axes = self.axes(table, place)
         pitch = table.get("pitch", 0.0)
         if not isinstance(pitch, int | float) or isinstance(pitch, bool):
             raise FileError("mobility.file_value", path=self.source, place=f"{place}: pitch", expected="number")
         try:
             return Joint(
-                table["name"], JointKind(table["kind"]), table["parent"], child,
+                table["name"], JointKind(table["kind"]), parent, child,
                 self.frame(table.get("parent_at"), f"{place}: parent_at"), actuated=False, pitch=float(pitch), **axes,
             )  # fmt: skip
         except MafsilError as error:
             raise FileError("mobility.file_joint", path=self.source, place=place, reason=error.message()) from None
 
-    def driven(self, given: object) -> tuple[Joint, ...]:
+    def link(self, name: str, place: str) -> str:
+        """The link that is named, or that the named joint carries."""
+        carried = {joint.name: joint.child for joint in self.mechanism.joints}
+        if name in self.mechanism.link_names or name not in carried:
+            self.one_of(name, self.mechanism.link_names, place)
+            return name
+        return carried[name]
+
+    def replaced(self, given: object) -> tuple[Joint, ...]:
+        """The joints of the tree, those that the file names as it says; links between their parts are kept apart."""
+        chains: dict[str, list[Joint]] = {joint.name: [joint] for joint in self.mechanism.joints}
+        for k, entry in enumerate(cast("list[object]", given) if isinstance(given, list) else [given]):
+            place = f"joint {k + 1}"
+            table = self.table(entry, place)
+            self.known(table, _JOINT_KEYS, f"{place}: ")
+            name = self.one_of(table.get("name"), chains, f"{place}: name")
+            place = f"{place} ({name})"
+            kind = JointKind(self.one_of(table.get("kind"), [kind.value for kind in KINDS], f"{place}: kind"))
+            axes = {"axis": np.array([0.0, 0.0, 1.0]), "second": np.array([1.0, 0.0, 0.0])} | self.axes(table, place)
+            try:
+                Joint(name, kind, "", "", axis=axes["axis"], second=axes["second"])  # Says what is wrong with the axes.
+                chains[name], links = joint_chain(chains[name][0], kind, axes["axis"], axes["second"])
+            except MafsilError as error:
+                raise FileError("mobility.file_joint", path=self.source, place=place, reason=error.message()) from None
+            self.links += links
+        return tuple(joint for chain in chains.values() for joint in chain)
+
+    def axes(self, table: dict[str, Any], place: str) -> dict[str, Any]:
+        """Directions of a joint that are given."""
+        return {key: self.numbers(table[key], f"{place}: {key}") for key in ("axis", "second") if key in table}
+
+    def one_of(self, given: object, known: Iterable[str], place: str) -> str:
+        """A text that is one of some."""
+        if not isinstance(given, str) or given not in known:
+            shown = place if given is None else f"{place}: {given!r}"
+            raise FileError("mobility.file_value", path=self.source, place=shown, expected=", ".join(known))
+        return given
+
+    def driven(self, joints: tuple[Joint, ...], given: object) -> tuple[Joint, ...]:
         """The joints, actuated if they are named."""
         names = cast("list[object]", given) if isinstance(given, list) else [None]
-        known = [joint.name for joint in self.mechanism.joints if joint.moves]
+        known = [joint.name for joint in joints if joint.moves]
         for name in names:
             if name not in known:
                 expected = ", ".join(known)
                 raise FileError("mobility.file_value", path=self.source, place="driven", expected=expected)
-        return tuple(replace(joint, actuated=joint.name in names) for joint in self.mechanism.joints)
+        return tuple(replace(joint, actuated=joint.name in names) for joint in joints)
 
     def frame(self, given: object, place: str) -> PoseMatrix:
         """(4, 4) of a table with xyz and rpy; the link's own frame if there is none."""

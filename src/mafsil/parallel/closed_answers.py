@@ -11,6 +11,7 @@ import numpy as np
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Booleans, Floats, Integers, JointVector
 from mafsil.messages.tables import on_screen
+from mafsil.messages.visible import visible
 from mafsil.parallel.tolerances import RANK
 
 
@@ -30,12 +31,14 @@ class ClosedConfigurations(Answer):
         error: (*batch) their largest gap [rad | m]; infinite where a loop is closed the wrong way round.
         steps: (*batch) of Newton's method.
         tolerance: up to which a loop counts as closed.
+        widest: name of the loop that gapes most where none was found; empty otherwise.
     """
 
     q: JointVector
     error: Floats
     steps: Integers
     tolerance: float
+    widest: str = ""
 
     @property
     def found(self) -> Booleans:
@@ -65,12 +68,15 @@ class ClosedConfigurations(Answer):
         """How many are closed, and the largest gap."""
         return self.status.sentence(
             language, found=int(self.found.sum()), count=len(self), error=float(self.error.max(initial=0.0)),
-            steps=int(self.steps.max(initial=0)),
+            steps=int(self.steps.max(initial=0)), widest=visible(self.widest),
         )  # fmt: skip
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
-        return {"status": self.status.name.lower(), "q": self.q, "error": self.error, "steps": self.steps}
+        return {
+            "status": self.status.name.lower(), "q": self.q, "error": self.error, "steps": self.steps,
+            "widest": self.widest,
+        }  # fmt: skip
 
 
 class ClosedMotionStatus(Status):

@@ -33,6 +33,8 @@ NEWTON_STEPS: Integers = np.array(3)
 """That compiled code takes."""
 LONGEST_STEP = 0.3
 """Of one coordinate in a Newton step [rad | sizes]."""
+TRIES, AT_ONCE = 25, 8
+"""Searches for a closed configuration, and how many of them begin at once after the first."""
 STARTS, FARTHEST_START, STEPS_OF_START = 24, 1.0, 40
 """Searches for configurations anywhere, how far from zero they begin [rad | sizes], and how long they may take."""
 
@@ -88,22 +90,70 @@ class ClosedChain:
         """(*batch) largest gap of a loop [rad | m]; infinite where one is closed the wrong way round."""
         return closed_terms.error_of(self.terms(q))
 
+    def loop_errors(self, q: ArrayLike) -> Floats:
+        """(*batch, loops) largest gap of each loop [rad | m]; infinite where it is closed the wrong way round.
+
+        Args:
+            q: (*batch, n) coordinates [rad | m].
+        """
+        found = self.terms(q)
+        begins = np.cumsum([0, *(6 - joint.kind.freedoms for joint in self.robot.mechanism.loops[:-1])])
+        gap: Floats = np.maximum.reduceat(np.abs(found.gap), begins, axis=-1)
+        return np.where(found.facing > 0.0, gap, np.inf)
+
     def closed(
-        self, q: ArrayLike, *, hold: ArrayLike | None = None, max_steps: int = MOST_STEPS
+        self, q: ArrayLike, *, hold: ArrayLike | None = None, max_steps: int = MOST_STEPS, tries: int = TRIES
     ) -> ClosedConfigurations:
         """The nearest configurations that close all loops, by Newton's method with shortest steps.
+
+        Where that ends open, or with a loop closed the wrong way round, searches begin elsewhere, ever farther away: of
+        those that close, the nearest in its round is taken.
 
         Args:
             q: (*batch, n) where the search begins [rad | m].
             hold: names or indices of coordinates that stay as they are, such as the driven ones.
-            max_steps: most steps.
+            max_steps: most steps of a search.
+            tries: searches for each row; 1 for the one from q alone, as a motion that must not jump asks for.
 
         Returns:
             Configurations; of those that were not found the best one and its gap: nothing is proved by that.
         """
         x = np.array(as_batch("q", q, (self.n,), finite=True))
-        most, free = whole("max_steps", max_steps, 1, 100_000), self._free(hold)
-        shape, rows = x.shape[:-1], x.reshape(-1, self.n)
+        most, more = whole("max_steps", max_steps, 1, 100_000), whole("tries", tries, 1, 10_000) - 1
+        free, begin = self._free(hold), x.reshape(-1, self.n)
+        best, error, steps = self._searched(begin, free, most)
+        rng, done, bound = np.random.default_rng(0), 0, CLOSED * self.size
+        while done < more and len(open_ := np.flatnonzero(error > bound)):
+            count = min(AT_ONCE, more - done)
+            reach = FARTHEST_START * (done + count) / more
+            starts = np.repeat(begin[open_, None], count, axis=1)
+            starts[..., free] += reach * rng.uniform(-1.0, 1.0, (len(open_), count, len(free))) * self.unit[free]
+            found, gap, taken = self._searched(starts.reshape(-1, self.n), free, most)
+            found, gap = found.reshape(starts.shape), gap.reshape(-1, count)
+            far = np.abs((found - begin[open_, None]) / self.unit).max(axis=2)
+            pick = _nearest(gap, far, bound)
+            each = np.arange(len(open_))
+            better = gap[each, pick] < error[open_]
+            best[open_[better]], error[open_[better]] = found[each, pick][better], gap[each, pick][better]
+            steps[open_] += taken.reshape(-1, count).sum(axis=1)
+            done += count
+        shape, widest = x.shape[:-1], ""
+        if (error > bound).any():
+            gaps = self.loop_errors(best[np.where(error > bound, error, -1.0).argmax()])
+            widest = self.robot.mechanism.loops[int(gaps.argmax())].name
+        return ClosedConfigurations(
+            best.reshape(*shape, self.n), error.reshape(shape), steps.reshape(shape), bound, widest
+        )
+
+    def _searched(self, rows: Floats, free: Integers, most: int) -> tuple[Floats, Floats, Integers]:
+        """Newton's method from each row: the best configuration, its gap, and steps.
+
+        Args:
+            rows: (k, n) where it begins.
+            free: indices of the coordinates that may change.
+            most: steps.
+        """
+        rows = rows.copy()
         best, steps = rows.copy(), np.zeros(len(rows), dtype=np.int64)
         error = np.full(len(rows), np.inf)
         open_, found = np.arange(len(rows)), self.terms(rows)
@@ -120,9 +170,7 @@ class ClosedChain:
             rows[open_[:, None], free] += move * np.minimum(1.0, LONGEST_STEP / np.maximum(longest, TINY))[:, None]
             steps[open_] += 1
             found = self.terms(rows[open_])
-        return ClosedConfigurations(
-            best.reshape(*shape, self.n), error.reshape(shape), steps.reshape(shape), CLOSED * self.size
-        )
+        return best, error, steps
 
     def rates(self, q: ArrayLike, qd: ArrayLike, *, hold: ArrayLike | None = None) -> JointVector:
         """(*batch, n) rates that keep the loops closed, the nearest to given ones in kinetic energy.
@@ -161,7 +209,7 @@ class ClosedChain:
                 left: Floats = np.asarray(error)
                 steps = np.full(left.shape, NEWTON_STEPS) if left.ndim else NEWTON_STEPS
                 return ClosedConfigurations(here, left, steps, CLOSED * self.size), rate
-        back = self.closed(q)
+        back = self.closed(q, tries=1)
         return back, self.rates(back.q, qd) if back else np.zeros_like(back.q)
 
     def accelerations(self, q: ArrayLike, qd: ArrayLike, driven: ArrayLike) -> JointVector:
@@ -203,16 +251,18 @@ class ClosedChain:
             added_inertia: (*batch, n, n) that the mass matrix gets besides, such as step times damping; none if None.
         """
         if added_inertia is None:
+            compiled = self._compiled
             try:
-                run = self._compiled.forward[tau.shape[-1]]  # pyright: ignore[reportAttributeAccessIssue, reportUnknownMemberType]
+                run = compiled.forward[tau.shape[-1]]  # pyright: ignore[reportAttributeAccessIssue, reportUnknownMemberType]
             except (KeyError, IndexError, AttributeError):
-                run = self._compiled.forward_for(tau, q)
+                run = compiled.forward_for(tau, q)
             if run is not None:
                 found = run(q, qd, tau)
-                if not isinstance(found[2], float):
+                error = found[2]
+                if not isinstance(error, float):
                     return self._looked_at((q, qd, tau), *found)
-                if found[2] >= 0.0:
-                    return ClosedAccelerations(found, self._compiled.rank)
+                if error >= 0.0:
+                    return ClosedAccelerations(found, compiled.rank)
         found = self.terms(q, qd)
         if added_inertia is not None:
             found = found._replace(
@@ -254,7 +304,7 @@ class ClosedChain:
         u, v, a = (motion[..., k, :] for k in range(3))
         place = np.array(np.broadcast_to(start, (*np.broadcast_shapes(start.shape[:-1], u.shape[:-1]), self.n)))
         place[..., self.actuated] = u
-        q = self.closed(place, hold=self.actuated).q
+        q = self.closed(place, hold=self.actuated, tries=1).q
         qd = np.zeros(q.shape)
         qd[..., self.actuated] = v
         qd = self.rates(q, qd, hold=self.actuated)
@@ -325,5 +375,12 @@ def _anywhere(mechanism: Mechanism) -> Terms | None:
     """Terms at configurations anywhere on the motion; None if none were met."""
     chain = ClosedChain(mechanism)
     starts = np.random.default_rng(0).uniform(-FARTHEST_START, FARTHEST_START, (STARTS, chain.n)) * chain.unit
-    found = chain.closed(starts, max_steps=STEPS_OF_START)
+    found = chain.closed(starts, max_steps=STEPS_OF_START, tries=1)
     return chain.terms(found.q[found.found]) if found.found.any() else None
+
+
+def _nearest(gap: Floats, far: Floats, bound: float) -> Integers:
+    """(rows,) of searches (rows, k) the nearest that closed, or the one with the least gap where none did."""
+    closed = gap <= bound
+    near, least = np.argmin(np.where(closed, far, np.inf), axis=1), np.argmin(gap, axis=1)
+    return np.asarray(np.where(np.any(closed, axis=1), near, least), dtype=np.int64)

@@ -25,6 +25,7 @@ from mafsil.ik import inverse_kinematics
 from mafsil.model import JointKind
 from mafsil.model.exponentials import chain_to_tip
 from mafsil.model.loading import RobotLike
+from mafsil.parallel.closed_answers import ClosedConfigurations
 from mafsil.parallel.closed_chain import ClosedChain
 from mafsil.parallel.closed_pose_answer import ClosedPoses
 from mafsil.robot import Robot
@@ -95,7 +96,7 @@ def closed_inverse_kinematics(
         # 2.
         q = _solved(chain, wanted, rows, task, weight)
         # 3.
-        closed = chain.closed(q)
+        closed = chain.closed(q, tries=1)
         place, turn = missed(chain, wanted, closed.q, task)
         good = closed.found & (place <= limits[0]) & (turn <= limits[1])
         if good.any():
@@ -110,6 +111,22 @@ def closed_inverse_kinematics(
         found[order], within[order], _freedom(chain, found[order], task), len(rows), closed.q[best],
         float(place[best]), float(turn[best]), float(closed.error[best]),
     )  # fmt: skip
+
+
+def closed_pose_near(
+    chain: ClosedChain, T: PoseMatrix, q: JointVector, task: Task, *, nearest: bool = False
+) -> ClosedConfigurations:
+    """The configuration with closed loops near a given one whose tip is at a pose, as a motion passes it.
+
+    Args:
+        chain: a mechanism with loops.
+        T: (4, 4) pose of the tip in {s}.
+        q: (n,) where the search begins, the only one.
+        task: what of the pose counts.
+        nearest: where loops and task cannot be met together, the loops count more.
+    """
+    found = _solved(chain, T, q[None], task, CLOSING if nearest else 1.0)
+    return chain.closed(found[0], tries=1)
 
 
 def middle(chain: ClosedChain) -> JointVector:

@@ -22,15 +22,17 @@ from mafsil.parallel.start_platforms import CORRECTIONS, MOST, Complexes, start_
 from mafsil.parallel.tolerances import LENGTH, REAL, SAME
 
 if TYPE_CHECKING:
+    import mafsil.parallel.path_lane_loops as path_lane_loops
     import mafsil.parallel.path_loops as path_loops
     import mafsil.parallel.stewart_loops as stewart_loops
 else:
+    path_lane_loops = lazily("mafsil.parallel.path_lane_loops")
     path_loops = lazily("mafsil.parallel.path_loops")
     stewart_loops = lazily("mafsil.parallel.stewart_loops")
 
 BLOCK = 256
-PART = 8
-"""Rows that a thread takes at once: some 30 ms of work."""
+PART = 16
+"""Rows that a thread takes at once: some 10 ms of work."""
 POLISH = 30
 """Most Newton steps that make a pose real; a double one needs them, others three."""
 
@@ -81,7 +83,7 @@ def gathered(
         how = np.zeros(out.shape[:2], dtype=np.int8)
         _follow(start, ends[missing], correction, out, how)
         some, number, again = kept[missing], count[missing], np.zeros((len(missing), most), dtype=np.int64)
-        path_loops.collect(out, how, SAME, real, some, number, again)
+        path_loops.collect(out, how <= path_lane_loops.MERGED, SAME, real, some, number, again)
         kept[missing], count[missing] = some, number
         times[missing] = np.maximum(times[missing], again)
         missing = missing[number < expected]
@@ -89,11 +91,11 @@ def gathered(
 
 
 def _follow(start: Start, ends: Complexes, correction: float, out: Complexes, how: NDArray[np.int8]) -> None:
-    """`path_loops.follow_all` over the threads of this machine, a few rows at a time."""
+    """`path_lane_loops.follow_all` over the threads of this machine, a few rows at a time."""
 
     def part(k: int) -> None:
         rows = slice(k * PART, (k + 1) * PART)
-        path_loops.follow_all(start.geometry, ends[rows], start.poses, correction, out[rows], how[rows])
+        path_lane_loops.follow_all(start.geometry, ends[rows], start.poses, correction, out[rows], how[rows])
 
     threads.run(part, -(-len(ends) // PART), threads.available())
 
@@ -136,8 +138,10 @@ def all_poses(base: Floats, platform: Floats, lengths: Floats, starts: list[Star
     for row in np.flatnonzero(near.any(axis=1)).tolist():
         x[row], error[row] = _made_real(base[row], platform[row], lengths[row], kept[row], near[row])
     real = np.isfinite(error).sum(axis=1)
-    double = np.where(_singular(kept, ends) & there, np.maximum(times - 1, 0), 0).sum(axis=1)
-    return AllPoses(x, real, count, count + double, error, np.where(there[..., None], kept, np.nan))
+    row, column = np.nonzero(there & (times > 1))
+    double = _singular(kept[row, column], ends[row])
+    paths = count + np.bincount(row[double], (times[row, column] - 1)[double], len(count)).astype(np.int64)
+    return AllPoses(x, real, count, paths, error, np.where(there[..., None], kept, np.nan))
 
 
 def _entries(x: Complexes) -> Complexes:
@@ -173,12 +177,12 @@ def _made_real(
 
 
 def _singular(x: Complexes, ends: Complexes) -> Booleans:
-    """(k, n) whether the legs do not decide the pose to first order there."""
-    q, p = x[..., :4], x[..., 4:]
-    w, v = q[..., :1, None], q[..., None, 1:]
-    b, a = ends[:, None, :, 3:6], ends[:, None, :, :3]
+    """Whether the legs do not decide the pose to first order there: poses (k, 7) of ends (k, 6, 7)."""
+    q, p = x[:, None, :4], x[:, None, 4:]
+    w, v = q[..., :1], q[..., 1:]
+    b, a = ends[..., 3:6], ends[..., :3]
     turned = b + 2 * np.cross(v, w * b + np.cross(v, b))
-    d = p[..., None, :] + turned - a
+    d = p + turned - a
     s = np.linalg.svd(np.concatenate([np.cross(a, d), d], axis=-1), compute_uv=False)
     return np.asarray(s[..., -1] < 1e-5 * s[..., 0])
 

@@ -23,8 +23,10 @@ from mafsil.lazy_module import lazily
 from mafsil.parallel.tolerances import SAME
 
 if TYPE_CHECKING:
+    import mafsil.parallel.path_lane_loops as path_lane_loops
     import mafsil.parallel.path_loops as path_loops
 else:
+    path_lane_loops = lazily("mafsil.parallel.path_lane_loops")
     path_loops = lazily("mafsil.parallel.path_loops")
 
 Complexes = NDArray[np.complex128]
@@ -98,14 +100,14 @@ def followed(
     """Poses that differ at each end (k, 6, 7), from all poses (m, 7) of a start (6, 7)."""
     out = np.empty((len(ends), len(poses), 7), dtype=np.complex128)
     how = np.zeros((len(ends), len(poses)), dtype=np.int8)
-    path_loops.follow_all(start, ends, np.ascontiguousarray(poses), correction, out, how)
-    return distinct(np.where((how == path_loops.ARRIVED)[..., None], out, np.nan))
+    path_lane_loops.follow_all(start, ends, np.ascontiguousarray(poses), correction, out, how)
+    return distinct(np.where((how == path_lane_loops.ARRIVED)[..., None], out, np.nan))
 
 
 def distinct(poses: Complexes) -> list[Complexes]:
     """Of each row of poses (k, m, 7) those that differ; NaN are none."""
     kept = np.zeros((len(poses), poses.shape[1], 7), dtype=np.complex128)
     count, times = np.zeros(len(poses), dtype=np.int64), np.zeros(kept.shape[:2], dtype=np.int64)
-    none = np.zeros(poses.shape[:2], dtype=np.int8)
-    path_loops.collect(np.ascontiguousarray(poses), none, SAME, False, kept, count, times)
+    all_of_them = np.ones(poses.shape[:2], dtype=np.bool_)
+    path_loops.collect(np.ascontiguousarray(poses), all_of_them, SAME, False, kept, count, times)
     return [row[:n].copy() for row, n in zip(kept, count.tolist(), strict=True)]

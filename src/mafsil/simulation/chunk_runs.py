@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats
 from mafsil.lazy_module import lazily
 from mafsil.simulation.fused import can_fuse
-from mafsil.simulation.run import FusedRun, Run
+from mafsil.simulation.fused_run import FusedRun
+from mafsil.simulation.run import Run
 from mafsil.simulation.scenario import Scenario
 from mafsil.simulation.tolerances import PART_OF_STEP
 from mafsil.simulation.variation import Variants

@@ -7,7 +7,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -15,10 +17,12 @@ from mafsil.arrays import Floats, JointVector, Vector6
 from mafsil.errors import InputError
 from mafsil.kernels.lazy import lazy
 from mafsil.parallel import ClosedChain
+from mafsil.parallel.closed_compiled import trusted
 from mafsil.robot import Robot
+from mafsil.simulation.closed_step import step_kernel
 from mafsil.simulation.mujoco_plant import MuJoCoPlant, MuJoCoStepper
 from mafsil.simulation.plant import Plant
-from mafsil.simulation.stepping import IMPLICIT_FRICTION, Stepper, by_secants
+from mafsil.simulation.stepping import IMPLICIT_FRICTION, MOST_EVALUATIONS, Stepper, by_secants
 from mafsil.solvers import method, second_order
 from mafsil.solvers.integrate import State, Step
 
@@ -113,11 +117,29 @@ class ClosedStepper(Stepper):
     def __init__(self, plant: ClosedPlant, name: str, step: float) -> None:
         super().__init__(plant, name, step)
         self._closed = plant
+        self._kernels: dict[bool, Callable[..., Any] | None] = {}
         self._free = self._damped if name == IMPLICIT_FRICTION else second_order(method(name), self._accelerated)
 
     def move(self) -> Step:
         """The step as a function of (t, state, h)."""
         return self._step
+
+    def _as_kernel(self, q: JointVector, pushed: bool) -> Callable[..., Any] | None:
+        """The whole step in one call; None where no code of fixed size can do it, or it would get too long.
+
+        Args:
+            q: (*batch, n) coordinates that close the loops.
+            pushed: whether something pushes the tip.
+        """
+        if pushed not in self._kernels:
+            plant, holding = self._closed, self._closed.chain.holding(q)
+            short = plant.environment is None and self.evaluations() <= MOST_EVALUATIONS
+            self._kernels[pushed] = None
+            if holding is not None and short:
+                scheme, mechanism = self.scheme(), plant.robot.mechanism
+                made = step_kernel(mechanism, holding, scheme, friction=plant.has_friction, pushed=pushed)
+                self._kernels[pushed] = made.call
+        return self._kernels[pushed]
 
     def acceleration(self, q: JointVector, qd: JointVector, effort: JointVector, push: Vector6 | None) -> JointVector:
         """qdd (*batch, n) with which a step begins; with implicit friction, its mean over the step."""
@@ -140,6 +162,15 @@ class ClosedStepper(Stepper):
         return back.q, rates
 
     def _step(self, t: float, state: State, h: float) -> State:
+        """One call where its results hold; what it doubts is done part by part."""
+        push = self.push
+        run = self._as_kernel(state[0], push is not None)
+        if run is not None:
+            q, qd = state
+            given = (q, qd, self.effort, h) if push is None else (q, qd, self.effort, h, push)
+            here, rate, _, doubt = run(*given)
+            if trusted(doubt):
+                return here, rate
         return self.settled(*self._free(t, state, h))
 
     def _accelerated(self, t: float, q: JointVector, qd: JointVector) -> JointVector:

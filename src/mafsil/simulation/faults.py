@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import cast
 
 import numpy as np
@@ -73,7 +74,7 @@ def require_measured(t: float, q: JointVector, qd: JointVector, names: tuple[str
     Raises:
         Stopped: a sensor gave a number that is not finite; it names the joint.
     """
-    if np.isfinite(np.vdot(q, q) + np.vdot(qd, qd)):
+    if isfinite(np.vdot(q, q) + np.vdot(qd, qd)):
         return
     bad = ~(np.isfinite(q) & np.isfinite(qd)).reshape(-1, q.shape[-1]).all(axis=0)
     if bad.any():
@@ -91,7 +92,7 @@ def require_efforts(t: float, command: JointVector, law: Law) -> None:
     Raises:
         Stopped: some are infinite or NaN.
     """
-    if not np.isfinite(np.vdot(command, command)) and not np.isfinite(command).all():
+    if not isfinite(np.vdot(command, command)) and not np.isfinite(command).all():
         raise Stopped(SimulationStatus.NOT_FINITE, "", t, law_name(law))
 
 

@@ -20,15 +20,13 @@ from mafsil.model.fingerprint import fingerprint
 from mafsil.simulation.closed_plant import ClosedPlant
 from mafsil.simulation.plant import Plant
 from mafsil.simulation.scenario import Scenario
-from mafsil.simulation.stepping import Stepper
+from mafsil.simulation.stepping import MOST_EVALUATIONS, Stepper
 
 if TYPE_CHECKING:
     import mafsil.mechanics.closed_loop as closed_loop
 else:
     closed_loop = lazily("mafsil.mechanics.closed_loop")
 
-MOST_EVALUATIONS = 4
-"""Evaluations of the dynamics per call of the law, beyond which the expression gets too long to compile."""
 WORTH = 5_000
 """Ticks times batch from which on a run is compiled when it is left to us; fewer take less time than compiling."""
 
@@ -45,7 +43,7 @@ def can_fuse(scenario: Scenario) -> bool:
         law is not None
         and plant.environment is None
         and same_width
-        and _holds(scenario, law)
+        and _holds(scenario)
         and (scenario.variants is None or scenario.variants.delay is None)
         and stepper.evaluations() * scenario.substeps <= MOST_EVALUATIONS
     )
@@ -58,12 +56,10 @@ def _law_of(scenario: Scenario) -> LawTerms | None:
     return law_terms(law)
 
 
-def _holds(scenario: Scenario, law: LawTerms) -> bool:
-    """Whether steps of a closed chain can be compiled; doubtful ones are taken again, so that laws keep no memory."""
+def _holds(scenario: Scenario) -> bool:
+    """Whether steps of a closed chain can be compiled."""
     plant = scenario.true_plant
-    if not isinstance(plant, ClosedPlant):
-        return True
-    return plant.chain.holding(scenario.start()[0]) is not None and not any(gains.integrates for gains in law.gains)
+    return not isinstance(plant, ClosedPlant) or plant.chain.holding(scenario.start()[0]) is not None
 
 
 class FusedLoop:
@@ -82,6 +78,7 @@ class FusedLoop:
         closed: (window, b, 2, n) the states that were recorded: of closed chains with closed loops.
         command, effort, acceleration: (window, b, n).
         tip_errors: (window, b, 2) distance and angle of the tip from its reference [m], [rad].
+        remembers: whether the law has an integral.
         doubt: (window, b) of the steps of closed chains, below one where they hold; zero of trees.
     """
 
@@ -104,6 +101,7 @@ class FusedLoop:
         self.states = np.empty((kept + 1, rows, 2, n))
         self.states[0] = np.stack([q, qd], axis=1)
         self.integrals = np.zeros((kept + 1, rows, *sizes.get("integral", ())))
+        self.remembers = "integral" in sizes
         self.command, self.effort, self.acceleration = (np.empty((kept, rows, n)) for _ in range(3))
         self.tip_errors = np.empty((kept, rows, 2))
         self.doubt = np.zeros((kept, rows))

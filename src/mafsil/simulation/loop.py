@@ -11,9 +11,10 @@ from mafsil.errors import InputError
 from mafsil.simulation.clock import RealTime
 from mafsil.simulation.faults import Stopped, law_name
 from mafsil.simulation.fused import WORTH, can_fuse
+from mafsil.simulation.fused_run import FusedRun
 from mafsil.simulation.live_log import LiveLog, log_of
 from mafsil.simulation.recording import Recording, SimulationStatus
-from mafsil.simulation.run import FusedRun, Progress, Run
+from mafsil.simulation.run import Progress, Run
 from mafsil.simulation.scenario import Scenario
 from mafsil.simulation.varied_run import VariedFusedRun, VariedRun
 

@@ -10,13 +10,14 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, JointVector, Vector6, real_array
 from mafsil.control.environment import Environment, tip_wrench_of
 from mafsil.errors import InputError
+from mafsil.kernels.lazy import lazy
 from mafsil.mechanics.friction import FrictionLaw, friction_law
 from mafsil.model import Inertial
 from mafsil.robot import Robot, as_robot
 from mafsil.version import __version__
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False)
 class Plant:
     """The simulated arm: M(q) qdd + c(q, qd) + g(q) + friction(qd) = tau + J' push.
 
@@ -60,7 +61,7 @@ class Plant:
         """Who computes the motion, and its version, as a recording names it."""
         return f"mafsil {__version__}"
 
-    @property
+    @lazy
     def has_friction(self) -> bool:
         """Whether any joint loses effort to friction."""
         return self.friction and any(

@@ -1,21 +1,20 @@
-"""One run tick by tick: sense, decide, move, record; in Python, or compiled as a whole."""
+"""One run tick by tick in Python: sense, decide, move, record."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.control import Law, saturated, tip_wrench_of
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
+from mafsil.kernels.lazy import lazy
 from mafsil.simulation.clock import RealTime
 from mafsil.simulation.closed_plant import LoopsLost, stepper_of
 from mafsil.simulation.disturbance import push_at
 from mafsil.simulation.faults import decided, law_name, require_efforts, require_measured, task_of
-from mafsil.simulation.fused import FusedLoop
 from mafsil.simulation.live_log import LiveLog
 from mafsil.simulation.recording import Recording, SimulationStatus
 from mafsil.simulation.scenario import Scenario
@@ -28,11 +27,6 @@ RUNAWAY = 1e6
 """Root mean square joint rate [rad/s | m/s] beyond which a run counts as blown up."""
 MOST_LOOKED_AT, NEAR_SINGULAR = 5_000, 0.02
 """Ticks that are looked at, and the ratio of singular values of the tip's Jacobian below which a pose is named."""
-PIECE, LOGGED_PIECE = 150_000, 500
-"""Ticks times batch that compiled code runs without a break: at most some tenths of a second, with a log some ms."""
-
-AFTER_DOUBT = 16
-"""Ticks that are run at once after one that did not hold, then twice as many: what is run beyond the next is lost."""
 
 Progress = Callable[[float], object]
 
@@ -55,7 +49,7 @@ class Run:
         self.fault = ""
         self.clock: RealTime | None = None
         self.log: LiveLog | None = None
-        self.logged = 0
+        self.logged: int = 0
         self._allocate()
 
     def _stepper(self) -> Stepper:
@@ -74,7 +68,7 @@ class Run:
     def _allocate(self) -> None:
         self.q, self.qd, self.commanded, self.tau = np.empty((4, len(self.t), *self.start[0].shape))
 
-    @property
+    @lazy
     def runaway(self) -> float:
         """Sum of squared rates beyond which the run has blown up."""
         return RUNAWAY**2 * max(self.start[0].size, 1)
@@ -192,7 +186,7 @@ class Run:
         """The arrays of a recording, by name, for the ticks first .. last - 1."""
         kept = slice(first, last)
         q, qd, tau = self.q[kept], self.qd[kept], self.tau[kept]
-        u, v, a = (np.broadcast_to(_aligned(part[kept], q), q.shape) for part in self.reference)
+        u, v, a = (np.broadcast_to(aligned(part[kept], q), q.shape) for part in self.reference)
         distance, angle = self.tip_errors(kept, q, u)
         contact = self._contact(q, qd)
         return {
@@ -272,123 +266,11 @@ class Run:
         }
 
 
-class FusedRun(Run):
-    """The same run as compiled code."""
+def aligned(part: Floats, q: Floats) -> Floats:
+    """A reference (k, n) for a batch of states (k, *batch, n).
 
-    fused = True
-    window: int | None = None
-    """Ticks that are kept at a time; None for all, as a recording needs them."""
-
-    def _allocate(self) -> None:
-        shape, n, ticks = self.start[0].shape, self.scenario.robot.n, len(self.t)
-        reference = np.stack(np.broadcast_arrays(*self.reference), axis=-2)
-        if reference.ndim > 3:
-            reference = np.broadcast_to(_aligned(reference, np.empty((0, *shape, 0))), (ticks, *shape[:-1], 3, n))
-        push = self._pushes(slice(ticks))
-        noise = None if self.noise is None else np.stack(self.noise, axis=-2).reshape(ticks, -1, 2, n)
-        self.loop = FusedLoop(
-            self.scenario,
-            ticks,
-            reference.reshape(ticks, -1, 3, n),
-            None if push is None else push.reshape(ticks, -1, 6),
-            noise,
-            self.window,
-        )
-        if self.window is None:
-            self._see_all(self.loop)
-
-    def _see_all(self, loop: FusedLoop) -> None:
-        shape, ticks = self.start[0].shape, len(self.t)
-        self.q, self.qd = (loop.closed[:ticks, :, part].reshape(ticks, *shape) for part in (0, 1))
-        self.commanded, self.tau = loop.command.reshape(ticks, *shape), loop.effort.reshape(ticks, *shape)
-
-    def to_the_end(self, progress: Progress | None) -> SimulationStatus:
-        """The loop in pieces, between which progress is reported and Ctrl-C is heard."""
-        ticks, last = len(self.t), len(self.t) - 1
-        piece = max(1, PIECE // max(1, self.loop.states.shape[1]))
-        every = max(1, last // 100)
-        piece = piece if progress is None else min(piece, every)
-        if self.log is not None:
-            piece = max(1, min(piece, LOGGED_PIECE // max(1, self.loop.states.shape[1])))
-        first, reach = 0, piece
-        while first < ticks:
-            end = min(first + reach, ticks)
-            self.tick = first
-            self.loop.advance(first, end)
-            doubtful = self._trusted_until(first, end)
-            reach = min(2 * reach, piece)
-            if doubtful < end:
-                end, reach = doubtful, min(AFTER_DOUBT, piece)
-                if self._sound_until(first, doubtful).all():
-                    try:
-                        self._by_hand(doubtful)
-                    except LoopsLost as lost:
-                        return self._lost(max(self.tick - 1, 0), lost)
-                    end = doubtful + 1
-            good = self._sound_until(first, end)
-            if end == ticks:
-                good[-1] = True
-            if not good.all():
-                return self._ended(first + int(np.argmin(good)), SimulationStatus.BLOWN_UP)
-            if self.log is not None and self.log.is_due():
-                self._keep(self.log, end)
-            if progress is not None and progress(min(end, last) / max(last, 1)) is False:
-                return self._ended(end - 1, SimulationStatus.CANCELLED)
-            first = end
-        return self._ended(last, SimulationStatus.COMPLETED)
-
-    def _trusted_until(self, first: int, end: int) -> int:
-        """The first tick whose results do not hold: where a closed chain is too near a singular state."""
-        doubtful = ~(self.loop.doubt[first:end] < 1.0).all(axis=1)
-        return first + int(np.argmax(doubtful)) if doubtful.any() else end
-
-    def _by_hand(self, k: int) -> None:
-        """Tick k as `Run` does it, from the state that the step before left.
-
-        Raises:
-            LoopsLost: the loops cannot be closed before or after the step.
-        """
-        self.tick = k
-        scenario, loop, shape = self.scenario, self.loop, self.start[0].shape
-        stepper, h, flat = self.stepper, scenario.step, loop.effort[k].shape
-        q, qd = stepper.settled(*(loop.states[k, :, part].reshape(shape) for part in (0, 1)))
-        law = scenario.acting_law.session(scenario.control_period)
-        command = self._command(law, k, float(self.t[k]), q, qd, Motion(*(part[k] for part in self.reference)))
-        self._require_finite(float(self.t[k]), command)
-        effort = saturated(command, scenario.robot.limits.effort) if scenario.saturate else command
-        stepper.effort, stepper.push = effort, self.pushes[k]
-        acceleration = stepper.acceleration(q, qd, effort, stepper.push)
-        loop.command[k], loop.effort[k], loop.acceleration[k] = (
-            x.reshape(flat) for x in (command, effort, acceleration)
-        )
-        loop.closed[k, :, 0], loop.closed[k, :, 1] = q.reshape(flat), qd.reshape(flat)
-        tip_errors = super().tip_errors(slice(k, k + 1), q, np.broadcast_to(self.reference.u[k], q.shape))
-        loop.tip_errors[k] = np.stack(tip_errors, axis=-1).reshape(loop.tip_errors[k].shape)
-        for i in range(scenario.substeps if k < len(self.t) - 1 else 0):
-            try:
-                q, qd = stepper.move()(self.t[k] + i * h, (q, qd), h)
-            except LoopsLost:
-                self.tick = k + 1
-                raise
-            except InputError:
-                qd = np.full_like(qd, np.nan)
-        loop.states[k + 1, :, 0], loop.states[k + 1, :, 1] = q.reshape(flat), qd.reshape(flat)
-
-    def _sound_until(self, first: int, end: int) -> NDArray[np.bool_]:
-        """(end - first,) whether the run goes on from the states after these ticks."""
-        rates = self.loop.states[first + 1 : end + 1, :, 1]
-        with np.errstate(over="ignore", invalid="ignore"):
-            return np.asarray(np.einsum("kbi,kbi->k", rates, rates) <= self.runaway)
-
-    def tip_errors(self, kept: slice, q: Floats, u: Floats) -> tuple[Floats, Floats]:
-        """The same as the compiled code found them; arguments as there."""
-        errors = self.loop.tip_errors[kept].reshape(*q.shape[:-1], 2)
-        return errors[..., 0], errors[..., 1]
-
-    def _accelerations(self, kept: slice, q: Floats, qd: Floats, tau: Floats) -> Floats:
-        return self.loop.acceleration[kept].reshape(q.shape)
-
-
-def _aligned(part: Floats, q: Floats) -> Floats:
-    """A reference (k, n) for a batch of states (k, *batch, n)."""
+    Args:
+        part: of the reference.
+        q: the states.
+    """
     return part.reshape(part.shape[0], *(1,) * (q.ndim - part.ndim), *part.shape[1:])

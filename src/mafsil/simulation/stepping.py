@@ -21,6 +21,8 @@ INTEGRATORS = (*METHODS, IMPLICIT_FRICTION)
 DEFAULT = "semi_implicit_euler"
 ITERATIONS = 6
 """Secant iterations of the implicit friction. Each takes energy away, however few they are."""
+MOST_EVALUATIONS = 4
+"""Evaluations of the dynamics in one expression, beyond which it gets too long to compile."""
 STIFF = 1.0
 """Step times the fastest decay that friction causes, from which on explicit integration is not to be trusted (2 is the
 stability limit of Euler's method)."""

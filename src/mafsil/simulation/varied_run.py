@@ -13,8 +13,9 @@ from mafsil.kernels import Kernel
 from mafsil.mechanics.friction import SMOOTHING
 from mafsil.mechanics.loop_terms import Loop, Term
 from mafsil.simulation.fused import loop_kernel
+from mafsil.simulation.fused_run import FusedRun
 from mafsil.simulation.plant import Plant
-from mafsil.simulation.run import RUNAWAY, FusedRun, Run
+from mafsil.simulation.run import RUNAWAY, Run
 from mafsil.simulation.scenario import Scenario
 from mafsil.simulation.stepping import Stepper
 from mafsil.simulation.variation import Variants

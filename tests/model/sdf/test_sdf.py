@@ -190,8 +190,34 @@ def test_mimics() -> None:
     assert (mimic.leader, mimic.multiplier, mimic.offset) == ("j", 2.0, -5.0)
 
 
+def geared(axis: str, ratio: str, other: str = "0 0 1", turned: bool = False) -> str:
+    """Two wheels on a frame that a gearbox couples."""
+    along, second = (f"<axis><xyz>{xyz}</xyz></axis>" for xyz in ("0 0 1", other))
+    ends = ("b", "a") if turned else ("a", "b")
+    text = "".join(link(c) for c in "abc") + joint("j", "world", "a", inside="<axis><xyz>0 1 0</xyz></axis>")
+    text += joint("input", *ends, inside=along) + joint("output", "a", "c", inside=second)
+    box = f"<gearbox_reference_body>a</gearbox_reference_body>{ratio}<axis><xyz>{axis}</xyz></axis>"
+    return model(text + joint("box", "b", "c", "gearbox", box + "<axis2><xyz>0 0 1</xyz></axis2>"))
+
+
+@pytest.mark.parametrize(("other", "turned", "sign"), [("0 0 1", False, -1), ("0 0 -1", False, 1), ("0 0 1", True, 1)])
+def test_gearboxes(other: str, turned: bool, sign: int) -> None:
+    """theta_2 = -ratio theta_1: seen from their frame, the wheels turn so, however their hinges are drawn."""
+    ratio = "<gearbox_ratio>0.25</gearbox_ratio>"
+    mechanism = sdf.read(geared("0 0 1", ratio, other, turned))
+    follower = next(joint for joint in mechanism.joints if joint.name == "input")
+    assert follower.mimic is not None
+    assert (follower.mimic.leader, follower.mimic.multiplier) == ("output", sign / 0.25)
+    robot = mf.Robot(mechanism)
+    assert robot.joint_names == ("j", "output")
+    a, b, c = (robot.forward_kinematics([0.3, 0.2], frame=name)[:3, :3] for name in "abc")
+    first, second = a.T @ b, a.T @ c
+    angles = [float(np.arctan2(R[1, 0], R[0, 0])) for R in (first, second)]
+    assert angles[1] == pytest.approx(-0.25 * angles[0], abs=1e-12)
+
+
 HOSTILE = {
-    "D1201": model(link("a") + link("b") + joint("j", "a", "b", "gearbox", "")),
+    "D1201": model(link("a") + link("b") + joint("j", "a", "b", "spring", "")),
     "D1202": model(link("a", '<pose relative_to="nothing"/>')),
     "D1203": model(link("a", '<pose relative_to="f"/>') + '<frame name="f"><pose relative_to="a"/></frame>'),
     "D1204": '<sdf version="1.7"/>',
@@ -201,6 +227,8 @@ HOSTILE = {
     "D1210": model(link("a"), rest="<static>perhaps</static>"),
     "D1211": model(link("a", '<pose rotation_format="quat_xyzw">0 0 0 0 0 0 0</pose>')),
     "D1212": model(link("a", inside='<inertial auto="true"/>')),
+    "D1213": geared("1 0 0", "<gearbox_ratio>2</gearbox_ratio>"),
+    "D1214": geared("0 0 1", "<gearbox_ratio>0</gearbox_ratio>"),
     "N0202": model(link("a", "<pose>0 0 zero 0 0 0</pose>")),
     "N0205": model(link("a", "<pose>0 0 0</pose>")),
     "S0303": model(link("a") + link("a")),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import mafsil.expression as ex
-from mafsil.mechanics.body_tree import Attachment, BodyTree
+from mafsil.mechanics.body_tree import Attachment, Body, BodyTree
 from mafsil.mechanics.placement import (
     Expression,
     constant,
@@ -92,7 +92,7 @@ def _space_screws(tree: BodyTree, q: Expression, frame: Attachment) -> dict[int,
     screws: dict[int, Expression] = {}
     for i in tree.path(frame.body):
         z, origin = R_s0 @ R[i][:, 2], p_s0 + R_s0 @ p[i]
-        screws[i] = _screw(tree, i, z, ex.cross(origin, z))
+        screws[i] = joint_screw(tree.bodies[i], z, ex.cross(origin, z))
     return screws
 
 
@@ -101,17 +101,22 @@ def _body_screws(tree: BodyTree, q: Expression, frame: Attachment) -> dict[int, 
     screws: dict[int, Expression] = {}
     for i, (R, r) in poses_inward(tree, placements(tree, q), frame).items():
         if i:
-            screws[i] = _screw(tree, i, R[2, :].T, R.T @ ex.vertcat(-r[1], r[0], 0))
+            screws[i] = joint_screw(tree.bodies[i], R[2, :].T, R.T @ ex.vertcat(-r[1], r[0], 0))
     return screws
 
 
-def _screw(tree: BodyTree, i: int, z: Expression, moment: Expression) -> Expression:
-    """(w z, w moment + v z) for the joint of body i."""
-    match tree.bodies[i].kind.value:
+def joint_screw(body: Body, z: Expression, moment: Expression) -> Expression:
+    """(w z, w moment + v z) for the joint of a body.
+
+    Args:
+        body: whose joint it is.
+        z, moment: (3,) its axis, and p x z of a point p on it.
+    """
+    match body.kind.value:
         case "prismatic":
             return ex.vertcat(ex.zeros(3, 1), z)
         case "helical":
-            return ex.vertcat(z, moment + tree.bodies[i].pitch * z)
+            return ex.vertcat(z, moment + body.pitch * z)
         case _:
             return ex.vertcat(z, moment)
 

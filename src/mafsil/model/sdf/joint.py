@@ -112,19 +112,26 @@ def _one(
     if axis is None:
         reading.report(MISSING_ELEMENT, part.element, None, None, element="axis", parent="joint")
         return Joint(name, kind, parent, child, pose)
-    direction = _direction(reading, part, axis, frames, version)
+    along = direction(reading, part, axis, frames, version)
     limits = _limits(reading, axis, name, ranged=part.element.get("type") != "continuous")
     wraps = kind is JointKind.REVOLUTE and limits.lower == -inf and limits.upper == inf
     pitch = _pitch(reading, part.element) if kind is JointKind.HELICAL else 0.0
     mimic, friction = _mimic(reading, part, axis), _friction(reading, axis)
-    return Joint(name, kind, parent, child, pose, frozen(direction), pitch, limits, wraps, True, mimic, None, friction)
+    return Joint(name, kind, parent, child, pose, frozen(along), pitch, limits, wraps, True, mimic, None, friction)
 
 
-def _direction(reading: Reading, part: Part, axis: Element, frames: Frames, version: tuple[int, int]) -> Floats:
-    """The unit axis in the joint's frame.
+def direction(reading: Reading, part: Part, axis: Element, frames: Frames, version: tuple[int, int]) -> Floats:
+    """The unit axis (3,) in the joint's frame.
 
     It is given in the joint's frame, or in another one by `expressed_in` (from 1.7), or in the model's frame: always up
     to 1.4, by `use_parent_model_frame` from 1.5 to 1.6.
+
+    Args:
+        reading: takes the errors.
+        part: the joint.
+        axis: element with `xyz`.
+        frames: of the model.
+        version: of the file.
     """
     holder = reading.one(axis, "xyz")
     xyz = np.array(numbers(reading, holder, 3, (0.0, 0.0, 1.0)))

@@ -23,6 +23,7 @@ from mafsil.model.mechanism import STANDARD_GRAVITY, Mechanism
 from mafsil.model.mimics import Declared, resolve_mimics
 from mafsil.model.reading import Reading
 from mafsil.model.sdf.frames import WORLD
+from mafsil.model.sdf.gearbox import GEARBOX, coupled
 from mafsil.model.sdf.inclusion import Inclusion
 from mafsil.model.sdf.joint import Chain, fixed, inverted, is_identity, read_joint
 from mafsil.model.sdf.link import read_link
@@ -126,8 +127,11 @@ def _assembled(reading: Reading, model: Element, parts: Parts, assets: Assets, v
     """Joints as links of a tree, and those that close its loops."""
     result = _Assembly([read_link(reading, part, parts.frames, assets) for part in parts.links])
     static = flag(reading, model, "static", default=False)
-    read = [] if static else [read_joint(reading, part, parts.frames, version) for part in parts.joints]
+    gearboxes = [part for part in parts.joints if part.element.get("type") == GEARBOX]
+    others = [part for part in parts.joints if part not in gearboxes]
+    read = [] if static else [read_joint(reading, part, parts.frames, version) for part in others]
     chains = [chain for chain in read if chain is not None]
+    chains = chains if static else coupled(reading, gearboxes, parts.frames, version, chains)
     carried: set[str] = set()
     for chain, closes in spanning(chains, [part.name for part in parts.links], WORLD):
         _append(result, chain, closes=closes)

@@ -1,0 +1,13 @@
+"""A loop in lanes that only the tests call."""
+
+from __future__ import annotations
+
+from mafsil.parallel.complex_lane_loops import solve_in_lanes
+from mafsil.solvers.lane_loops import seen
+from mafsil.solvers.loops import compiled
+
+
+@compiled
+def solve_eight(numbers):
+    """Systems (6, 8, 2, 8): rows, columns with both right sides, real and imaginary parts, lanes."""
+    solve_in_lanes(seen(numbers))
