@@ -265,6 +265,7 @@ class Checker:
         thread = get_ident()
         if thread not in self._workshops:
             self._workshops[thread] = self.laid.workshop(self.scene, self.margin)
+            segment_loops.be_able_to_tell(self._workshops[thread])
         return self._workshops[thread]
 
     def __getstate__(self) -> dict[str, Any]:

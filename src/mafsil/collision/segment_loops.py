@@ -27,7 +27,16 @@ from mafsil.collision.clearance_loops import place_cells
 from mafsil.collision.meeting_loops import bodies_near, colliding_lanes, meets_around, meets_itself
 from mafsil.collision.placing_loops import ALL, place_bodies_in_lanes
 from mafsil.collision.speed_loops import ROUNDING, place_twists, take_motion, way_of_body
-from mafsil.collision.workshop_loops import Bench, Workshop, World, pose_lanes_along, pose_lanes_of, with_margin
+from mafsil.collision.workshop_loops import (
+    PROVE,
+    TELL,
+    Bench,
+    Workshop,
+    World,
+    pose_lanes_along,
+    pose_lanes_of,
+    with_margin,
+)
 from mafsil.solvers.held_loops import Held, opened
 from mafsil.solvers.kernel_loops import loop_address, loop_caller
 from mafsil.solvers.lane_loops import WIDTH, get, lane_bits, lanes, put, seen, where
@@ -234,19 +243,41 @@ def prove(world: World, a: Floats, b: Floats, blocks: int, bench: Bench) -> tupl
     return code, place, states
 
 
+@uncounted
+def colliding_rows(world: World, q: Floats, first: int, count: int, bench: Bench) -> tuple[int]:
+    """Which of eight configurations bring the arm within the margin of its surroundings or of itself.
+
+    Args:
+        q: (m, n).
+        first, count: the first of them, and how many they are; bit l of the answer is for row first + l.
+    """
+    pose_lanes_of(world.kinematics, q[: first + count], first)
+    return (colliding_lanes(world, bench) & ((1 << count) - 1),)
+
+
 call_prove = loop_caller("int64", "float64", "int64")
-_KNOWN: dict[int, int] = {}
-"""Where `prove` is for each type of workshop, once it is compiled."""
+call_colliding_rows = loop_caller("int64")
+_KNOWN: dict[tuple[int, int], int] = {}
+"""Where `prove` and `colliding_rows` are for each type of workshop, once they are compiled."""
+
+
+def be_able_to_tell(shop: Held[Workshop]) -> None:
+    """Tell a world where `colliding_rows` is; compiled at the first question of a process."""
+    world, bench = shop.value
+    key = (shop.type_number, TELL)
+    if key not in _KNOWN:
+        _KNOWN[key] = loop_address(colliding_rows, world, np.empty((1, 1)), 0, 1, bench)
+    world.entries[TELL] = _KNOWN[key]
 
 
 def be_able_to_prove(shop: Held[Workshop]) -> None:
-    """Tell a world where `prove` is; compiled at the first question of a process."""
+    """Tell a world where `prove` is; compiled at the first proof of a process."""
     world, bench = shop.value
-    if world.proof[0] == 0:
-        if shop.type_number not in _KNOWN:
-            q = np.empty(len(world.kinematics.q_lanes) // WIDTH)
-            _KNOWN[shop.type_number] = loop_address(prove, world, q, q, 1, bench)
-        world.proof[0] = _KNOWN[shop.type_number]
+    if world.entries[PROVE] == 0:
+        key = (shop.type_number, PROVE)
+        if key not in _KNOWN:
+            _KNOWN[key] = loop_address(prove, world, np.empty(1), np.empty(1), 1, bench)
+        world.entries[PROVE] = _KNOWN[key]
 
 
 @uncounted
@@ -282,13 +313,13 @@ def _prove_each(
     world: World, A: Floats, B: Floats, code: NDArray[np.int64], t: Floats, evaluations: NDArray[np.int64], bench: Bench
 ) -> None:  # fmt: skip
     for r in range(len(A)):
-        code[r], t[r], evaluations[r] = call_prove(world.proof[0], world, A[r], B[r], UNCOUNTED, bench)
+        code[r], t[r], evaluations[r] = call_prove(world.entries[PROVE], world, A[r], B[r], UNCOUNTED, bench)
 
 
 @uncounted
 def free_at(world: World, q: Floats, bench: Bench) -> bool:
     """Whether one configuration keeps more than the margin."""
-    return call_prove(world.proof[0], world, q, q, 1, bench)[0] == FREE
+    return call_prove(world.entries[PROVE], world, q, q, 1, bench)[0] == FREE
 
 
 @compiled
@@ -301,7 +332,7 @@ def collide(workshop: Held[Workshop], q: Floats, out: NDArray[np.bool_]) -> None
 @uncounted
 def _collide(world: World, q: Floats, out: NDArray[np.bool_], bench: Bench) -> None:
     for first in range(0, len(q), WIDTH):
-        pose_lanes_of(world.kinematics, q, first)
-        bits = colliding_lanes(world, bench)
-        for lane in range(min(WIDTH, len(q) - first)):
+        count = min(WIDTH, len(q) - first)
+        bits = call_colliding_rows(world.entries[TELL], world, q, first, count, bench)[0]
+        for lane in range(count):
             out[first + lane] = (bits >> lane) & 1 != 0

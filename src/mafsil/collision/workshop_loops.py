@@ -20,6 +20,8 @@ from mafsil.solvers.loops import compiled, inlined, uncounted
 if TYPE_CHECKING:
     from mafsil.solvers.lane_loops import Lanes
 
+PROVE, TELL = range(2)
+"""Places in `World.entries`."""
 STATES = 8
 """Rows of the kernel's plain arrays."""
 AT_ONCE = 24
@@ -67,7 +69,8 @@ class World(NamedTuple):
         known: how near bodies of the arm come to each other at some coordinates.
         kinematics, motion: how the joints move it.
         margin: clearance to keep [m].
-        proof: (1,) address of `prove`; 0 as long as nothing is to be proved.
+        entries: (2,) addresses of what is long to compile: `prove`, 0 as long as nothing is to be proved, and
+            `colliding_rows`.
     """
 
     arm: Arm
@@ -77,7 +80,7 @@ class World(NamedTuple):
     kinematics: Kinematics
     motion: Motion
     margin: float
-    proof: NDArray[np.int64]
+    entries: NDArray[np.int64]
 
 
 class Bench(NamedTuple):
@@ -130,7 +133,9 @@ def bench_for(world: World) -> Bench:
 @inlined
 def with_margin(world: World, margin: float) -> World:
     """The same but for the clearance to keep."""
-    return World(world.arm, world.around, world.apart, world.known, world.kinematics, world.motion, margin, world.proof)
+    return World(
+        world.arm, world.around, world.apart, world.known, world.kinematics, world.motion, margin, world.entries
+    )
 
 
 @uncounted

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.collision.segment_loops import FREE, OPEN, call_prove
-from mafsil.collision.workshop_loops import Bench, World, bench_for
+from mafsil.collision.segment_loops import FREE, OPEN, call_colliding_rows, call_prove
+from mafsil.collision.workshop_loops import PROVE, TELL, Bench, World, bench_for
+from mafsil.solvers.lane_loops import WIDTH
 from mafsil.solvers.loops import compiled, uncounted
 
 LOOK = 8
@@ -38,7 +39,7 @@ class Forests(NamedTuple):
         random: (1,) state of the source of samples.
         seen: (3,) counts for the account.
         path: (most + 2, n) out, the path that joins them.
-        rows: (3, n) to work in.
+        rows: (9, n) to work in.
     """
 
     q: Floats
@@ -58,7 +59,7 @@ def forests_of(q: Floats, goals: Floats, most: int, random: NDArray[np.uint64], 
     rows[0, 0], rows[1, : len(goals)] = q, goals
     count = np.array([1, len(goals), 0])
     proved, path = np.zeros((2, most), np.bool_), np.empty((2 * most, n))
-    return Forests(rows, parent, proved, count, random, seen, path, np.empty((3, n)))
+    return Forests(rows, parent, proved, count, random, seen, path, np.empty((WIDTH + 1, n)))
 
 
 def doubled(forests: Forests) -> Forests:
@@ -84,7 +85,7 @@ def draw(random: NDArray[np.uint64]) -> float:
 def look(world: World, a: Floats, b: Floats, bench: Bench, seen: NDArray[np.int64]) -> int:
     """What the first blocks of a proof say of a motion: FREE, OPEN, or that it is not free."""
     seen[LOOKED_AT] += 1
-    code, _, states = call_prove(world.proof[0], world, a, b, LOOK, bench)
+    code, _, states = call_prove(world.entries[PROVE], world, a, b, LOOK, bench)
     seen[STATES_SEEN] += states
     return code
 
@@ -100,7 +101,7 @@ def looks_free(world: World, a: Floats, b: Floats, bench: Bench, seen: NDArray[n
 def proves_free(world: World, a: Floats, b: Floats, bench: Bench, seen: NDArray[np.int64]) -> bool:
     """Whether a motion is proved free."""
     seen[PROVED] += 1
-    code, _, states = call_prove(world.proof[0], world, a, b, PROOF, bench)
+    code, _, states = call_prove(world.entries[PROVE], world, a, b, PROOF, bench)
     seen[STATES_SEEN] += states
     return code == FREE
 
@@ -207,40 +208,60 @@ def grow(world: World, bounds: Floats, step: float, iterations: int, forests: Fo
 def grow_on(world: World, bounds: Floats, step: float, iterations: int, forests: Forests, bench: Bench) -> int:
     """As `grow`, with arrays to work in.
 
-    1. The side with fewer nodes goes one step towards a sample, from its nearest node.
-    2. The other side goes step by step towards the new node, as far as it looks free.
-    3. If it arrives, the edges of the path are proved; one that cannot be is cut off, and growing goes on.
+    1. From the side with fewer nodes one step each towards eight samples, from its nearest nodes; the ends of all the
+       steps are looked at together, and most of what collides shows there.
+    2. The motion to an end that is free becomes an edge if it looks free.
+    3. The other side goes step by step towards the new node, as far as it looks free.
+    4. If it arrives, the edges of the path are proved; one that cannot be is cut off, and growing goes on.
     """
-    sample, new, further, n = forests.rows[0], forests.rows[1], forests.rows[2], bounds.shape[1]
-    most = forests.q.shape[1]
-    for _ in range(iterations):
+    new, further, most = forests.rows, forests.rows[WIDTH], forests.q.shape[1]
+    for begun in range(0, iterations, WIDTH):
         ours = 0 if forests.sizes[0] <= forests.sizes[1] else 1
-        theirs = 1 - ours
-        if max(forests.sizes[0], forests.sizes[1]) + 1 >= most:
-            return FULL
-        for c in range(n):  # 1
-            sample[c] = bounds[0, c] + draw(forests.random) * (bounds[1, c] - bounds[0, c])
-        near = nearest(forests, ours, sample)
-        _towards(forests.q[ours, near], sample, step, new)
-        code = look(world, forests.q[ours, near], new, bench, forests.seen)
-        if code not in (FREE, OPEN):
-            continue
-        mine = add(forests, ours, new, near, code == FREE)
-        other, arrived = nearest(forests, theirs, new), False  # 2
-        while not arrived and forests.sizes[theirs] < most:
-            arrived = _towards(forests.q[theirs, other], new, step, further)
-            code = look(world, forests.q[theirs, other], further, bench, forests.seen)
+        theirs, count = 1 - ours, min(WIDTH, iterations - begun)
+        for lane in range(count):  # 1
+            _sample(bounds, forests.random, further)
+            _towards(forests.q[ours, nearest(forests, ours, further)], further, step, new[lane])
+        forests.seen[STATES_SEEN] += count
+        colliding = call_colliding_rows(world.entries[TELL], world, new, 0, count, bench)[0]
+        for lane in range(count):
+            if (colliding >> lane) & 1:
+                continue
+            if max(forests.sizes[0], forests.sizes[1]) + 1 >= most:
+                return FULL
+            near = nearest(forests, ours, new[lane])
+            code = look(world, forests.q[ours, near], new[lane], bench, forests.seen)  # 2
             if code not in (FREE, OPEN):
-                arrived = False
-                break
-            other = add(forests, theirs, further, other, code == FREE)
-        if not arrived:
-            continue
-        at_start, at_goal = (mine, other) if ours == 0 else (other, mine)  # 3
-        if way_is_proved(world, forests, 0, at_start, bench) and way_is_proved(world, forests, 1, at_goal, bench):
-            write_path(forests, at_start, at_goal)
-            return JOINED
+                continue
+            mine = add(forests, ours, new[lane], near, code == FREE)
+            other, arrived = _connect(world, forests, theirs, new[lane], step, further, bench)  # 3
+            if not arrived:
+                continue
+            at_start, at_goal = (mine, other) if ours == 0 else (other, mine)  # 4
+            if way_is_proved(world, forests, 0, at_start, bench) and way_is_proved(world, forests, 1, at_goal, bench):
+                write_path(forests, at_start, at_goal)
+                return JOINED
     return GROWING
+
+
+@uncounted
+def _sample(bounds: Floats, random: NDArray[np.uint64], out: Floats) -> None:
+    for c in range(len(out)):
+        out[c] = bounds[0, c] + draw(random) * (bounds[1, c] - bounds[0, c])
+
+
+@uncounted
+def _connect(
+    world: World, forests: Forests, side: int, q: Floats, step: float, further: Floats, bench: Bench
+) -> tuple[int, bool]:  # fmt: skip
+    """A side goes towards a configuration as far as it looks free: the last node, and whether it has arrived."""
+    other, arrived = nearest(forests, side, q), False
+    while not arrived and forests.sizes[side] < forests.q.shape[1]:
+        arrived = _towards(forests.q[side, other], q, step, further)
+        code = look(world, forests.q[side, other], further, bench, forests.seen)
+        if code not in (FREE, OPEN):
+            return other, False
+        other = add(forests, side, further, other, code == FREE)
+    return other, arrived
 
 
 @uncounted
