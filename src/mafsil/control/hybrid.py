@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,7 +14,7 @@ from mafsil.control.constraint import constrained_dynamics
 from mafsil.control.gains import Gains
 from mafsil.control.law import Law
 from mafsil.control.task_coordinates import TaskCoordinates
-from mafsil.control.task_dynamics import task_dynamics
+from mafsil.control.task_dynamics import TaskDynamics, task_dynamics
 from mafsil.control.tip_motion import TipReference
 from mafsil.errors import InputError
 from mafsil.robot import Robot, of_robot
@@ -68,33 +68,23 @@ class HybridControl:
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
         """Joint efforts (n,) without the integral terms, which need a session [N m | N]."""
         m = len(self.coordinates.rows)
-        return self.effort(t, q, qd, np.zeros(m), np.zeros(m))[0]
+        return self.errors(t, q, qd).effort(np.zeros(m), np.zeros(m))
 
-    def effort(
-        self, t: float, q: JointVector, qd: JointVector, position_integral: Floats, force_integral: Floats
-    ) -> tuple[JointVector, Floats, Floats]:
-        """Efforts (n,), configuration error and force error (m,) each.
+    def errors(self, t: float, q: JointVector, qd: JointVector) -> HybridErrors:
+        """What is off at a state, from which the efforts follow.
 
         Args:
             t: time [s].
             q, qd: (n,) state.
-            position_integral, force_integral: (m,) gains times the errors' integrals.
         """
         now = task_dynamics(self.robot, q, qd, self.coordinates)
         T = self.coordinates.pose(self.robot, q)
         X_e, V_e, ahead = self.coordinates.error(T, self.reference(t), now.V)
         A, A_rate = self.constraint(T, now.V)
         along = np.linalg.pinv(A) @ A
-        # A wall that gives way leaves errors along A: taken out, or Lambda would turn them into others.
-        free = np.eye(len(X_e)) - along
         # Friction is felt across A: taken out, or its integral would grow and Lambda turn it into a force along A.
         F_e = np.zeros_like(self.force) if self.sensor is None else along @ (self.force - self.sensor(q, qd))
-        push = self.force + self.force_gains.kp * F_e + force_integral
-        pull = self.gains.kp * X_e + self.gains.kd * V_e + position_integral
-        motion = now.inertia @ (ahead + free @ pull)
-        held = constrained_dynamics(now.inertia, np.zeros_like(motion), A, motion, now.V, A_rate)
-        part = held.P @ motion + push - held.P @ push - held.curvature_force
-        return now.effort(part + now.velocity_force + now.gravity_force), X_e, F_e
+        return HybridErrors(self, now, A, A_rate, along, X_e, V_e, ahead, F_e)
 
     def session(self, period: float) -> Law:
         """The law with fresh integrals; the law itself if there are none."""
@@ -112,13 +102,52 @@ class _WithIntegrals:
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
         law = self._law
-        _, X_e, F_e = law.effort(t, q, qd, self._position, self._force)
-        self._position = self._position + law.gains.ki * self._period * X_e
-        self._force = self._force + law.force_gains.ki * self._period * F_e
-        return law.effort(t, q, qd, self._position, self._force)[0]
+        errors = law.errors(t, q, qd)
+        self._position = self._position + law.gains.ki * self._period * errors.configuration
+        self._force = self._force + law.force_gains.ki * self._period * errors.force
+        return errors.effort(self._position, self._force)
 
     def session(self, period: float) -> Law:
         return self._law.session(period)
+
+
+class HybridErrors(NamedTuple):
+    """Errors of a hybrid law at a state.
+
+    Attributes:
+        law: whose they are.
+        now: the arm at its tip.
+        A, A_rate: (k, m) the constraint.
+        along: (m, m) projection on it.
+        configuration, velocity, ahead: (m,) errors of the motion, and the acceleration to feed forward.
+        force: (m,) error of the force.
+    """
+
+    law: HybridControl
+    now: TaskDynamics
+    A: Floats
+    A_rate: Floats
+    along: Floats
+    configuration: Floats
+    velocity: Floats
+    ahead: Floats
+    force: Floats
+
+    def effort(self, position_integral: Floats, force_integral: Floats) -> JointVector:
+        """Efforts (n,) [N m | N].
+
+        Args:
+            position_integral, force_integral: (m,) gains times the errors' integrals.
+        """
+        law, now = self.law, self.now
+        # A wall that gives way leaves errors along A: taken out, or Lambda would turn them into others.
+        free = np.eye(len(self.along)) - self.along
+        push = law.force + law.force_gains.kp * self.force + force_integral
+        pull = law.gains.kp * self.configuration + law.gains.kd * self.velocity + position_integral
+        motion = now.inertia @ (self.ahead + free @ pull)
+        held = constrained_dynamics(now.inertia, np.zeros_like(motion), self.A, motion, now.V, self.A_rate)
+        part = held.P @ motion + push - held.P @ push - held.curvature_force
+        return now.effort(part + now.velocity_force + now.gravity_force)
 
 
 @of_robot
