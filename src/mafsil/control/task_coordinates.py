@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, get_args
+from typing import Literal, NamedTuple, TypedDict, get_args
 
 import numpy as np
 
@@ -13,6 +13,10 @@ from mafsil.geometry import pose, rotation
 from mafsil.robot import Robot
 
 TaskAxes = Literal["decoupled", "body", "space"]
+
+
+class _Where(TypedDict, total=False):
+    frame: str
 
 
 class TaskTarget(NamedTuple):
@@ -50,7 +54,7 @@ class TaskCoordinates:
             raise InputError("input.choice", name="rows", value=self.rows, known="0, 1, 2, 3, 4, 5")
 
     @property
-    def _where(self) -> dict[str, str]:
+    def _where(self) -> _Where:
         """The frame as a keyword; none for that of the tip, whose calls are the fast ones."""
         return {} if self.frame is None else {"frame": self.frame}
 

@@ -70,7 +70,9 @@ class TipOfJoints:
 
     robot: Robot
     trajectory: Trajectory
-    _kept: list[tuple[float, TaskTarget]] = field(default_factory=list[tuple[float, TaskTarget]], init=False, repr=False)
+    _kept: list[tuple[float, TaskTarget]] = field(
+        default_factory=list[tuple[float, TaskTarget]], init=False, repr=False
+    )
 
     def __call__(self, t: float) -> TaskTarget:
         """The target at a time [s]."""

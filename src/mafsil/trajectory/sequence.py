@@ -50,8 +50,10 @@ class Sequence(Printed):
             return self._at_one(moment, int(which))
         shape = moment.shape + self.parts[0].at(0.0).u.shape
         out = Motion(*(np.zeros(shape) for _ in range(3)))
-        for k in np.unique(which).tolist():
+        for k in range(len(self.parts)):
             here = which == k
+            if not here.any():
+                continue
             values = self.parts[k].at(self._local(moment[here], k))
             for whole, value in zip(out, values, strict=True):
                 whole[here] = value
