@@ -22,6 +22,8 @@ from mafsil.trajectory import Motion
 
 Constraint: TypeAlias = Callable[[PoseMatrix, Floats], tuple[Floats, Floats]]
 """(pose (4, 4), velocity (m,)) -> A (k, m) and dA/dt (k, m) in the coordinates of the task."""
+TaskForce: TypeAlias = Callable[[PoseMatrix], Floats]
+"""pose (4, 4) -> (m,) force that the tip should exert there, in the coordinates of the task."""
 TaskForceSensor: TypeAlias = Callable[[JointVector, JointVector], Floats]
 """(q, qd) -> (m,) force that the tip exerts on the world, in the coordinates of the task."""
 
@@ -52,7 +54,7 @@ class HybridControl:
         gains: (m,) of the motion, in units of acceleration.
         force_gains: (m,) kp and ki of the force error.
         reference: of the tip.
-        force: (m,) F_d that the tip should exert.
+        force: (m,) F_d that the tip should exert, or as a function of its pose.
         sensor: what it exerts; None for the open loop of force.
     """
 
@@ -62,7 +64,7 @@ class HybridControl:
     gains: Gains
     force_gains: Gains
     reference: TipReference
-    force: Floats
+    force: Floats | TaskForce
     sensor: TaskForceSensor | None
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
@@ -83,8 +85,9 @@ class HybridControl:
         A, A_rate = self.constraint(T, now.V)
         along = np.linalg.pinv(A) @ A
         # Friction is felt across A: taken out, or its integral would grow and Lambda turn it into a force along A.
-        F_e = np.zeros_like(self.force) if self.sensor is None else along @ (self.force - self.sensor(q, qd))
-        return HybridErrors(self, now, A, A_rate, along, X_e, V_e, ahead, F_e)
+        F_d = self.force(T) if callable(self.force) else self.force
+        F_e = np.zeros_like(F_d) if self.sensor is None else along @ (F_d - self.sensor(q, qd))
+        return HybridErrors(self, now, A, A_rate, along, X_e, V_e, ahead, F_d, F_e)
 
     def session(self, period: float) -> Law:
         """The law with fresh integrals; the law itself if there are none."""
@@ -120,7 +123,7 @@ class HybridErrors(NamedTuple):
         A, A_rate: (k, m) the constraint.
         along: (m, m) projection on it.
         configuration, velocity, ahead: (m,) errors of the motion, and the acceleration to feed forward.
-        force: (m,) error of the force.
+        wanted, force: (m,) force that the tip should exert, and its error.
     """
 
     law: HybridControl
@@ -131,6 +134,7 @@ class HybridErrors(NamedTuple):
     configuration: Floats
     velocity: Floats
     ahead: Floats
+    wanted: Floats
     force: Floats
 
     def effort(self, position_integral: Floats, force_integral: Floats) -> JointVector:
@@ -142,7 +146,7 @@ class HybridErrors(NamedTuple):
         law, now = self.law, self.now
         # A wall that gives way leaves errors along A: taken out, or Lambda would turn them into others.
         free = np.eye(len(self.along)) - self.along
-        push = law.force + law.force_gains.kp * self.force + force_integral
+        push = self.wanted + law.force_gains.kp * self.force + force_integral
         pull = law.gains.kp * self.configuration + law.gains.kd * self.velocity + position_integral
         motion = now.inertia @ (self.ahead + free @ pull)
         held = constrained_dynamics(now.inertia, np.zeros_like(motion), self.A, motion, now.V, self.A_rate)
@@ -155,7 +159,7 @@ def hybrid_control(
     robot: Robot,
     reference: TipReference,
     constraint: Constraint | ArrayLike,
-    force: ArrayLike,
+    force: TaskForce | ArrayLike,
     *,
     coordinates: TaskCoordinates | None = None,
     gains: Gains | None = None,
@@ -169,7 +173,7 @@ def hybrid_control(
         robot: the model.
         reference: of the tip; what it asks for along the constraint is ignored.
         constraint: (k, m) A of a flat constraint, or a function that gives A and dA/dt.
-        force: (m,) that the tip should exert; only its part along the constraint counts.
+        force: (m,) that the tip should exert, or a function of its pose; only its part along the constraint counts.
         coordinates: of the task; all six, decoupled, if None.
         gains: (m,) of the motion; critically damped at 20 rad/s if None.
         sensor: (q, qd) -> (m,) force that the tip exerts.
@@ -190,5 +194,5 @@ def hybrid_control(
     if sensor is None and (force_gains.kp.any() or force_gains.integrates):
         raise InputError("control.no_sensor")
     motion = gains or Gains.from_natural_frequency(m, 20.0)
-    F = as_batch("force", force, (m,), finite=True)
+    F = force if callable(force) else as_batch("force", force, (m,), finite=True)
     return HybridControl(robot, task, held, motion, force_gains, reference, F, sensor)

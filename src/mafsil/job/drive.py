@@ -12,6 +12,7 @@ import numpy as np
 from mafsil.errors import JobError
 from mafsil.job import judgement
 from mafsil.job.arrival import arrival
+from mafsil.job.contacts import environment_of
 from mafsil.job.description import Job
 from mafsil.job.equipment import Load
 from mafsil.job.laws import PLACES, control_period, law_of
@@ -21,7 +22,6 @@ from mafsil.job.plan import Plan
 from mafsil.job.remark import Remark
 from mafsil.job.run import Run
 from mafsil.job.stretch import Driven, Stretch, stretches
-from mafsil.job.tip_laws import environment_of
 from mafsil.messages.quantities import digits, quantity
 from mafsil.messages.visible import visible
 from mafsil.robot import Robot

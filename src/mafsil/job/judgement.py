@@ -11,6 +11,7 @@ from mafsil.job.arrival import Arrival, arrivals, goal_of
 from mafsil.job.called import Where
 from mafsil.job.causes import cause
 from mafsil.job.clearances import Clearances, clearance_remarks, clearances
+from mafsil.job.contact_remarks import contact_remarks
 from mafsil.job.holding import overloads
 from mafsil.job.limiting import would_save
 from mafsil.job.plan import Plan
@@ -137,7 +138,7 @@ def remarks(run: Run, numbers: Summary) -> tuple[Remark, ...]:
     found += collapse + _failure_remarks(run, numbers) + _overload_remarks(run)
     near = clearance_remarks(numbers.clearances)
     found += [remark for remark in near if remark.level != "good"]
-    pressed = touching_remarks(numbers.touching)
+    pressed = [*touching_remarks(numbers.touching), *contact_remarks(run)]
     found += [remark for remark in pressed if remark.level != "good"]
     found += _effort_remarks(run, numbers)
     # Limits that an arm breaks while it falls are no news of their own.

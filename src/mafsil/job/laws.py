@@ -152,7 +152,10 @@ KINDS = (*_MAKERS, *TIP_LAWS)
 
 def kinds_for(job: Job) -> tuple[str, ...]:
     """The laws that are compared on a job if none are named: those of the tip too where it touches something."""
-    return KINDS if job.surface else tuple(_MAKERS)
+    if job.surface:
+        return KINDS
+    touches = job.hole or job.door or job.guide
+    return tuple(kind for kind in KINDS if kind != "hybrid") if touches else tuple(_MAKERS)
 
 
 def _places(trajectory: Trajectory) -> Floats:
