@@ -32,7 +32,7 @@ from mafsil.job.language.statements import Placed, PlacedGoal, Statement
 from mafsil.job.language.types_of_keys import choices_at, field_type, path_of, tables_in, value_at
 from mafsil.job.other_robot import OtherRobot
 from mafsil.job.text import tables_of, text_of
-from mafsil.job.variation_table import EXACT_GAINS, SPREADS, Normal, Spread
+from mafsil.job.variation_table import SPREADS, Normal, Spread
 from mafsil.messages import say
 from mafsil.messages.visible import visible
 
@@ -398,9 +398,6 @@ class _Reader:
             raise self.error("job.variation_noise", ("variation", "noise"))
         if "payload_offset" in given and "payload" not in given:
             raise self.error("job.variation_offset", ("variation", "payload_offset"))
-        if "gains" in given and file.controller.kind not in EXACT_GAINS:
-            known = ", ".join(EXACT_GAINS)
-            raise self.error("job.variation_gains", ("variation", "gains"), kind=file.controller.kind, known=known)
 
     def check_controller(self, controller: Controller, simulation: Simulation) -> None:
         """Every gain that is given belongs to the law that is chosen, whose period is a whole number of steps."""
