@@ -29,6 +29,7 @@ from mafsil.control import (
     sliding_certificate,
 )
 from mafsil.job.law_stability import PLACES, growth_along
+from mafsil.job.remark import Remark
 from mafsil.job.run import Run
 from mafsil.job.stretch import Driven
 from mafsil.messages import say
@@ -87,6 +88,17 @@ def conditions(run: Run) -> tuple[Condition, ...]:
             if found.name not in worst or not found.value <= worst[found.name].value:
                 worst[found.name] = found
     return tuple(worst.values())
+
+
+def stability_remarks(run: Run) -> list[Remark]:
+    """Conditions of the law that do not hold, of a run that failed or stood at its limits: why it may have done so.
+
+    Args:
+        run: with its other remarks.
+    """
+    if not any(each.level == "failure" or each.key == "job.at_saturation" for each in run.remarks):
+        return []
+    return [Remark("warning", "job.law_unstable", {"reason": each}) for each in conditions(run) if not each.holds]
 
 
 def _sampled(run: Run, driven: Driven) -> Iterator[Condition]:
