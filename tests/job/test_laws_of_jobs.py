@@ -14,6 +14,7 @@ from mafsil.errors import InputError, JobError
 from mafsil.job import Run, bench_laws, parse, solve
 from mafsil.job.causes import error_growth
 from mafsil.job.law_bench import CONDITIONS, LawStatus
+from mafsil.job.law_conditions import conditions
 from mafsil.job.law_stability import growth_along
 from mafsil.job.laws import KINDS
 from mafsil.simulation import Plant, Scenario
@@ -177,3 +178,41 @@ def test_the_growth_of_errors_is_that_of_two_runs_that_begin_side_by_side(kind, 
     step = np.linalg.lstsq(z[:-1].reshape(-1, z.shape[-1]), z[1:].reshape(-1, z.shape[-1]), rcond=None)[0]
     watched = np.abs(np.linalg.eigvals(step)).max()
     assert watched == pytest.approx(factor, abs=5e-4)
+
+
+@pytest.mark.parametrize("kind", ["linear_quadratic", "sliding_mode", "min_max", "impedance", "admittance"])
+def test_defaults_are_stable_on_an_arm_with_light_joints_and_one_too_many(kind):
+    """A Panda at 1 kHz: its last joints weigh a hundredth of its first ones."""
+    text = f"""
+robot = "panda"
+[start]
+joints = [0.8, 0.8, -0.8, -1.32, 0.8, 1.35, -0.8]
+[limits]
+speed_share = 1.0
+acceleration_share = 1.0
+[simulation]
+friction = false
+settle = 0.05
+[tolerance]
+orientation = 0.02
+joints = 0.03
+[controller]
+kind = "{kind}"
+[[move]]
+joints = [0.6, 0.5, -0.6, -1.5, 0.6, 1.4, -0.5]
+"""
+    found = solve(parse(text), text, Path())
+    assert isinstance(found, Run)
+    held = conditions(found)
+    assert held[0].name == "sampled"
+    assert all(each.holds for each in held), held
+    assert not {each.key for each in found.remarks} & {"job.law_unstable", "job.gives_way"}
+
+
+def test_a_job_that_fails_names_the_condition_that_does_not_hold():
+    found = run("pd_gravity", "stiffness = 500000\nrate_gain = 5000", friction="false")
+    named = [each for each in found.remarks if each.key == "job.law_unstable"]
+    assert len(named) == 1
+    assert "from tick to tick" in named[0].sentence("en")
+    assert named[0].sentence("ar") != named[0].sentence("en")
+    assert not [each for each in run("pd_gravity").remarks if each.key == "job.law_unstable"]
