@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+import os
 import struct
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, BinaryIO, cast
 
 import msgspec
 import numpy as np
@@ -100,13 +101,27 @@ def _records(path: Path) -> Iterator[McapRecord]:
     from mcap.stream_reader import StreamReader
 
     with path.open("rb") as file:
+        size = os.fstat(file.fileno()).st_size
         try:
-            yield from StreamReader(file, emit_chunks=True, record_size_limit=path.stat().st_size).records
+            stream = cast("BinaryIO", _Until(file, size))
+            yield from StreamReader(stream, emit_chunks=True, record_size_limit=size).records
         except InvalidMagic:
             if file.tell() <= MAGIC_SIZE:
                 raise
         except (McapError, struct.error, UnicodeDecodeError, OverflowError, MemoryError):
             return
+
+
+class _Until:
+    """A file as long as it is now: a run that goes on may write faster than its log is read."""
+
+    def __init__(self, file: BinaryIO, size: int) -> None:
+        self._file, self._left = file, size
+
+    def read(self, size: int = -1) -> bytes:
+        data = self._file.read(self._left if size < 0 else min(size, self._left))
+        self._left -= len(data)
+        return data
 
 
 class _Reading:
