@@ -265,7 +265,7 @@ def test_hybrid_control_at_a_wall():
         force_kp=given["Kfp"],
         force_ki=given["Kfi"],
     )
-    tau = law.effort(0.0, q, qd, np.zeros(2), given["Kfi"] * np.array(given["int_F_e"]))[0]
+    tau = law.errors(0.0, q, qd).effort(np.zeros(2), given["Kfi"] * np.array(given["int_F_e"]))
     agree(tau, expected["tau"], tol)
     now = task_dynamics(robot, q, qd, XY)
     agree(now.velocity_force, expected["gamma"], tol)

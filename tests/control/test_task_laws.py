@@ -30,6 +30,8 @@ from mafsil.control import (
     impedance_control,
     in_joints,
     joint_coupling,
+    linearize,
+    null_space_feedback,
     sampled_wall_radius,
     stiffest_wall,
     task_computed_torque,
@@ -427,3 +429,24 @@ def test_springs_pull_and_dampers_brake():
     assert not wall.wrench(pose.from_translation([0.0, 0.0, 0.01]), np.zeros(6)).any()
     away = wall.wrench(deep, np.array([0, 0, 0, 0.0, 0.0, 5.0]))
     assert away[5] == 0.0, "a wall does not pull"
+
+
+@pytest.mark.capability("10-55", "10-102")
+@pytest.mark.parametrize("law", ["impedance", "computed_torque"])
+def test_a_redundant_arm_bears_its_gravity_beside_the_task_too(law):
+    """Motions that leave the tip at rest obey e'' + 2 w e' + w^2 e = 0: a double root at -w, in any pose."""
+    arm, w = mf.load("panda"), 3.0
+    for q in np.array([[0.8, 0.8, -0.8, -1.3, 0.8, 1.3, -0.8], [0.2, -0.4, 0.1, -2.0, 0.1, 1.6, 0.5]]):
+        T = arm.forward_kinematics(q)
+        if law == "impedance":
+            soft = Impedance.of(6, damping=[20, 20, 20, 200, 200, 200], stiffness=[40, 40, 40, 900, 900, 900])
+            chosen = combined(impedance_control(arm, soft, hold(T)), null_space_feedback(arm, natural_frequency=w))
+        else:
+            chosen = task_computed_torque(arm, hold(T), natural_frequency=30.0, rest_frequency=w)
+        loop = linearize(arm, q).closed(chosen, Motion(q, np.zeros(7), np.zeros(7)))
+        friction = np.array([0.0 if j.friction is None else j.friction.viscous for j in arm.mechanism.coordinates])
+        assert not friction.any()
+        poles = loop.poles
+        at_rest = np.sort(np.abs(poles + w))[:2]
+        assert at_rest.max() < 2e-3 * w
+        assert poles.real.max() < -0.5

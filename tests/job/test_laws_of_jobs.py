@@ -14,7 +14,8 @@ from mafsil.errors import InputError, JobError
 from mafsil.job import Run, bench_laws, parse, solve
 from mafsil.job.causes import error_growth
 from mafsil.job.law_bench import CONDITIONS, LawStatus
-from mafsil.job.law_stability import _by_differences, growth_along
+from mafsil.job.law_conditions import conditions
+from mafsil.job.law_stability import growth_along
 from mafsil.job.laws import KINDS
 from mafsil.simulation import Plant, Scenario
 from mafsil.trajectory import quintic, rest
@@ -142,18 +143,76 @@ def test_stability_is_looked_at_along_the_run():
     """By differences of the loop as by the gains, below one where it is stable and above where it is not."""
     text = JOB.format(kind="pd_gravity", gains="", friction="true")
     for kind in ("computed_torque", "model_predictive"):
-        driven = run(kind).driven[0]
-        law, trajectory = driven.scenario.law, driven.stretch.trajectory
-        growth = growth_along(driven)
-        assert 0.5 < growth < 1.0, kind
+        found = run(kind)
+        driven = found.driven[0]
+        factor, time = growth_along(found.job, driven)
+        assert 0.5 < factor < 1.0, kind
         if kind == "computed_torque":
-            late = replace(driven, scenario=replace(driven.scenario, law=delayed(law, 0.002)))
-            assert growth_along(late) == pytest.approx(growth, abs=2e-3)
-            t = 0.4 * trajectory.duration
-            found = _by_differences(driven, law, t, trajectory.at(t))
-            assert found == pytest.approx(error_growth(driven, trajectory.at(t).u), abs=2e-3)
+            known = error_growth(driven, driven.stretch.trajectory.at(time).u)
+            assert factor == pytest.approx(known, abs=2e-3), "the same step to second order in the period"
     hard = 'kind = "model_predictive"\nfrequency = 3000\nhorizon = 3\ninterval = 0.0005'
     wild = text.replace('kind = "pd_gravity"', hard)
     wild = wild.replace("[simulation]", "[simulation]\nstep = 0.005")
     found = solve(parse(wild), wild, Path())
-    assert growth_along(found.driven[0]) > 1.0
+    assert growth_along(found.job, found.driven[0]).factor > 1.0
+
+
+@pytest.mark.capability("10-23", "10-84")
+@pytest.mark.parametrize("kind", ["pd_gravity", "computed_torque", "sliding_mode", "min_max"])
+@pytest.mark.parametrize("late", [0, 3])
+def test_the_growth_of_errors_is_that_of_two_runs_that_begin_side_by_side(kind, late):
+    """The second road: no slope is taken, the arm just begins a little aside, and the difference is watched."""
+    q = np.array([0.4, -0.3, 0.5, 0.3, -0.4, 0.5])
+    gains = {"pd_gravity": "stiffness = 1500\nrate_gain = 60", "sliding_mode": "width = 0.1"}.get(kind, "")
+    text = JOB.format(kind=kind, gains=f"{gains}\ndelay = {0.001 * late}", friction="false")
+    text = text.replace("[[move]]\njoints = [0.4, -0.3, 0.5, 0.3, -0.4, 0.5]\n", f"[start]\njoints = {q.tolist()}\n")
+    found = solve(parse(text), text, Path())
+    factor, _ = growth_along(found.job, found.driven[0])
+    scenario = replace(found.driven[0].scenario, saturate=False)
+    aside = 1e-5 * np.random.default_rng(5).normal(size=(40, 6))
+    tape = mf.simulate(replace(scenario, q=q + np.concatenate([aside, -aside])))
+    x = np.concatenate([tape.q, tape.qd / 30.0], axis=-1)
+    waiting = [tape.tau_commanded[k : len(x) - max(late - 1, 0) + k] / 1e3 for k in range(late)]
+    z = np.concatenate([x[: len(x) - max(late - 1, 0)], *waiting], axis=-1)
+    z = (z[:, :40] - z[:, 40:])[4:40]
+    step = np.linalg.lstsq(z[:-1].reshape(-1, z.shape[-1]), z[1:].reshape(-1, z.shape[-1]), rcond=None)[0]
+    watched = np.abs(np.linalg.eigvals(step)).max()
+    assert watched == pytest.approx(factor, abs=5e-4)
+
+
+@pytest.mark.parametrize("kind", ["linear_quadratic", "sliding_mode", "min_max", "impedance", "admittance"])
+def test_defaults_are_stable_on_an_arm_with_light_joints_and_one_too_many(kind):
+    """A Panda at 1 kHz: its last joints weigh a hundredth of its first ones."""
+    text = f"""
+robot = "panda"
+[start]
+joints = [0.8, 0.8, -0.8, -1.32, 0.8, 1.35, -0.8]
+[limits]
+speed_share = 1.0
+acceleration_share = 1.0
+[simulation]
+friction = false
+settle = 0.05
+[tolerance]
+orientation = 0.02
+joints = 0.03
+[controller]
+kind = "{kind}"
+[[move]]
+joints = [0.6, 0.5, -0.6, -1.5, 0.6, 1.4, -0.5]
+"""
+    found = solve(parse(text), text, Path())
+    assert isinstance(found, Run)
+    held = conditions(found)
+    assert held[0].name == "sampled"
+    assert all(each.holds for each in held), held
+    assert not {each.key for each in found.remarks} & {"job.law_unstable", "job.gives_way"}
+
+
+def test_a_job_that_fails_names_the_condition_that_does_not_hold():
+    found = run("pd_gravity", "stiffness = 500000\nrate_gain = 5000", friction="false")
+    named = [each for each in found.remarks if each.key == "job.law_unstable"]
+    assert len(named) == 1
+    assert "from tick to tick" in named[0].sentence("en")
+    assert named[0].sentence("ar") != named[0].sentence("en")
+    assert not [each for each in run("pd_gravity").remarks if each.key == "job.law_unstable"]

@@ -206,10 +206,7 @@ def test_wrong_tables_are_refused_with_their_line(table, line, word):
     assert f"{line}" in str(caught.value)
 
 
-def test_gains_of_other_laws_and_negative_draws_are_refused():
-    text = JOB.replace('"pd_gravity"', '"sliding_mode"')
-    with pytest.raises(JobError, match="sliding_mode"):
-        parse(text)
+def test_negative_draws_are_refused():
     text = JOB.replace("payload = [0.0, 0.6]", "payload = { mean = 0.1, deviation = 1.0 }")
     with pytest.raises(InputError, match="payload"):
         solve(parse(text), text, Path())

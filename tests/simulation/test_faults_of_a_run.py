@@ -13,7 +13,17 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.control import TaskCoordinates, TipOfJoints, Wall, computed_torque, delayed, pid, task_computed_torque
+from mafsil.control import (
+    SpringDamper,
+    TaskCoordinates,
+    TipOfJoints,
+    Wall,
+    computed_torque,
+    delayed,
+    pid,
+    task_computed_torque,
+    virtual_environment,
+)
 from mafsil.errors import InputError
 from mafsil.simulation import Plant, Recording, Scenario, SimulationStatus, simulate
 from mafsil.trajectory import quintic, rest
@@ -184,6 +194,27 @@ def test_contact_that_chatters_is_named_and_ends():
     soft = Plant(ARM, environment=Wall(wall.point, wall.normal, stiffness=2e3, damping=400.0))
     calm = simulate(Scenario(robot=ARM, plant=soft, trajectory=rest([0.4, 1.1], 0.6), law=Down(), q=[0.405, 1.1]))
     assert "chatters" not in calm.explain("en")
+
+
+def test_contact_that_is_too_stiff_for_the_step_is_named():
+    """A ball of mass m bounces off a spring k within pi sqrt(m/k): 0.3 steps here, then 30."""
+    floor = float(ARM.forward_kinematics(np.array([0.4, 1.1]))[1, 3])
+
+    def dropped(stiffness, step=1e-3):
+        wall = Wall(np.array([0, floor - 0.01, 0]), np.array([0, 1.0, 0]), stiffness=stiffness)
+        law = virtual_environment(ARM, SpringDamper([0, 0, 0], stiffness=[0.0, 80.0, 0.0]))
+        plant = Plant(ARM, friction=False, environment=wall)
+        return simulate(
+            Scenario(robot=ARM, plant=plant, trajectory=rest([0.4, 1.1], 0.5), law=law, step=step, saturate=False)
+        )
+
+    stiff, sound = dropped(1e8), dropped(1e4)
+    for run in (stiff, sound):
+        touching = run.contact_wrench.any(axis=-1)
+        assert int((touching[1:] & ~touching[:-1]).sum()) >= 1
+    assert "too stiff for the step" in stiff.explain("en")
+    assert "too stiff" not in sound.explain("en")
+    assert stiff.explain("ar") != sound.explain("ar")
 
 
 def test_ctrl_c_leaves_the_results_of_what_was_simulated(tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import webbrowser
 from pathlib import Path
 
 import numpy as np
@@ -10,16 +11,18 @@ from mafsil.cli.answer import Answer, Laid
 from mafsil.cli.numerals import count, number
 from mafsil.cli.progress import Progress
 from mafsil.cli.table import table
-from mafsil.errors import InputError
+from mafsil.errors import FileError, InputError
 from mafsil.figures import save_search
-from mafsil.job import Refusal
-from mafsil.job.law_bench import CONDITIONS, bench_laws
+from mafsil.job import Job, Refusal
+from mafsil.job.law_bench import CONDITIONS, LawBench, bench_laws
 from mafsil.job.planner_queries import queries_of
 from mafsil.job.reading import parse
 from mafsil.job.solve import prepare
 from mafsil.job.text import text_of
 from mafsil.messages import say
 from mafsil.planning import PLANNERS, Query, bench_planners, watch
+from mafsil.report import write_law_report
+from mafsil.report.results import require_replaceable
 
 SEEDS, SECONDS = 3, 2.0
 
@@ -33,6 +36,8 @@ def bench(
     seconds: str | None,
     replay: str | None,
     progress: bool,
+    out: str | None = None,
+    open: bool = False,
 ) -> Answer:
     """Several ways to do the same, side by side.
 
@@ -45,6 +50,8 @@ def bench(
         seconds: for one search [s].
         replay: folder for pictures of the searches of the move that took most nodes, slowly; none if None.
         progress: print progress even when stderr is no terminal.
+        out: directory for a report of laws; none is written if None.
+        open: show it in the browser.
 
     Raises:
         MafsilError: the job or the robot cannot be read, or do not fit each other; an unknown law or planner, options
@@ -53,12 +60,13 @@ def bench(
     for name, given, kind in (
         ("laws", laws, "control"), ("planners", planners, "planners"), ("seeds", seeds, "planners"),
         ("seconds", seconds, "planners"), ("replay", replay, "planners"),
+        ("out", out, "control"), ("open", open, "control"),
     ):  # fmt: skip
         if given and what != kind:
             raise InputError("cli.bench_option", name=name, what=what)
     searches = SEEDS if seeds is None else max(count("--seeds", seeds), 1)
     budget = SECONDS if seconds is None else number("--seconds", seconds)
-    path = Path(job)
+    path, target = Path(job), _target(out, job, open=open)
     text = text_of(path)
     with Progress(progress) as bar:
         asked = parse(text, path.name, folder=path.parent)
@@ -82,7 +90,30 @@ def bench(
     head = ["", *(say(f"cli.bench_{name.replace(' ', '_')}") for name in CONDITIONS)]
     head += [say(f"cli.bench_{name}") for name in ("tip", "force", "effort", "peak", "energy", "growth")]
     lines = [say("cli.bench_control"), *(Laid(line) for line in table(head, rows)), *laid.explain().splitlines()]
-    return Answer(laid.to_dict(), tuple(lines))
+    data = laid.to_dict()
+    if target is not None:
+        report = _reported(laid, asked, text, target)
+        lines.append(say("cli.run_written", path=report))
+        data["report"] = str(report)
+        if open:
+            webbrowser.open(report.as_uri())
+    return Answer(data, tuple(lines))
+
+
+def _target(out: str | None, job: str, *, open: bool) -> Path | None:
+    """Where the report of laws goes, refused before anything is driven if something else stands there."""
+    if out is None and not open:
+        return None
+    target = Path("mafsil-results") / f"{Path(job).stem}-laws" if out is None else Path(out)
+    require_replaceable(target)
+    return target
+
+
+def _reported(laid: LawBench, job: Job, text: str, target: Path) -> Path:
+    try:
+        return write_law_report(laid, job, text, target)
+    except OSError as error:
+        raise FileError("file.cannot_write", path=str(target), reason=error.strerror or str(error)) from None
 
 
 def _replayed(query: Query, planners: list[str], seconds: float, replay: str | None) -> list[str]:

@@ -68,7 +68,7 @@ OPERATIONS: tuple[Operation, ...] = (
             Parameter("seeds", "count"),
             Parameter("seconds", "number"),
             Parameter("replay", "path"),
-            Parameter("progress", "flag"),
+            *_RUNS,
         ),
     ),
     Operation(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mafsil.arrays import Floats, JointVector, Vector3
+from mafsil.arrays import Floats, JointVector, PoseMatrix, Vector3
 from mafsil.control.hybrid import TaskForceSensor
 from mafsil.control.law import Law
 from mafsil.control.task_coordinates import TaskCoordinates
@@ -22,17 +22,18 @@ class TipDamping:
     Attributes:
         robot: the model.
         coordinates: of the tip.
-        damping: (m, m) B.
+        damping: (m, m) B, or as a function of the pose (*batch, 4, 4) of the tip.
     """
 
     robot: Robot
     coordinates: TaskCoordinates
-    damping: Floats
+    damping: Floats | Callable[[PoseMatrix], Floats]
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
         """Joint efforts (*batch, n) [N m | N]."""
         J = self.coordinates.jacobian(self.robot, q)
-        force = self.damping @ (J @ qd[..., None])
+        B = self.damping(self.coordinates.pose(self.robot, q)) if callable(self.damping) else self.damping
+        force = B @ (J @ qd[..., None])
         return -(np.swapaxes(J, -1, -2) @ force)[..., 0]
 
     def session(self, period: float) -> Law:
@@ -49,7 +50,7 @@ class ContactSwitch:
         touching: the law in contact; it begins with fresh memory at each contact.
         intended: whether the plan wants contact at a time [s].
         sensor: force that the tip exerts, (q, qd) -> (m,).
-        direction: (3,) along which it presses, in the axes of the last three coordinates.
+        direction: (3,) along which it presses at a time [s], in the axes of the last three coordinates.
         least: force from which on the tip counts as touching [N].
     """
 
@@ -57,7 +58,7 @@ class ContactSwitch:
     touching: Law
     intended: Callable[[float], bool]
     sensor: TaskForceSensor
-    direction: Vector3
+    direction: Callable[[float], Vector3]
     least: float
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
@@ -66,7 +67,7 @@ class ContactSwitch:
 
     def touches(self, t: float, q: JointVector, qd: JointVector) -> bool:
         """Whether contact is wanted and there."""
-        return self.intended(t) and float(self.sensor(q, qd)[-3:] @ self.direction) > self.least
+        return self.intended(t) and float(self.sensor(q, qd)[-3:] @ self.direction(t)) > self.least
 
     def session(self, period: float) -> Law:
         """A run, which stays in contact until the plan lets go."""

@@ -29,6 +29,11 @@ OSCILLATES = 1e-6
 """Share of the size of an eigenvalue by which it is off the real axis if its mode oscillates."""
 
 
+GONE = 2.0
+"""Decay over the delay and a period, as a logarithm, from which on a mode is of the efforts under way, not of the arm:
+feedback that comes late makes no motion of the arm that dies faster than e^-1 within the delay."""
+
+
 class GainLimit(Status):
     """What limits the gains of a card."""
 
@@ -183,7 +188,7 @@ class _Loop:
 
     def damping(self, w: float, late: int) -> Floats:
         """(k,) least damping ratio of the oscillating modes; negative where one grows, one where none oscillates."""
-        return self._ratios(np.linalg.eigvals(self.matrices(w, late))).min(axis=-1)
+        return self._ratios(np.linalg.eigvals(self.matrices(w, late)), late).min(axis=-1)
 
     def fastest(self, slow: float, wanted: float, late: int) -> float:
         """The largest frequency from slow on whose damping is at least what is wanted."""
@@ -198,19 +203,20 @@ class _Loop:
     def mode(self, w: float, late: int, pose: int) -> tuple[float, Floats]:
         """Frequency [rad/s] and (2 n,) real part of the least damped mode in a pose, its largest displacement one."""
         values, vectors = np.linalg.eig(self.matrices(w, late)[pose])
-        k = int(self._ratios(values).argmin())
+        k = int(self._ratios(values, late).argmin())
         found = vectors[: 2 * len(self._weight), k]
         largest = found[: len(self._weight)]
         found = found / largest[int(np.abs(largest).argmax())]
         return float(np.abs(np.log(values[k])) / self._period), np.asarray(found.real)
 
-    def _ratios(self, z: Any) -> Floats:
-        """Damping ratios of eigenvalues from sample to sample."""
+    def _ratios(self, z: Any, late: int) -> Floats:
+        """Damping ratios of eigenvalues from sample to sample; one of those that no motion of the arm shows."""
         size = np.maximum(np.abs(z), np.finfo(np.float64).tiny)
         decay, turn = -np.log(size), np.abs(np.angle(z))
         # A real negative eigenvalue alternates from sample to sample: it oscillates as fast as sampling can show.
         ratio = decay / np.maximum(np.hypot(decay, turn), np.finfo(np.float64).tiny)
-        return np.where((turn > OSCILLATES) | (size > 1.0), ratio, 1.0)
+        gone = (decay * (late + 1) > GONE) if late else np.zeros_like(size, dtype=np.bool_)
+        return np.where(((turn > OSCILLATES) | (size > 1.0)) & ~gone, ratio, 1.0)
 
 
 def _places(robot: Robot, count: int, seed: int) -> JointVector:

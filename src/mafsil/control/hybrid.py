@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,7 +14,7 @@ from mafsil.control.constraint import constrained_dynamics
 from mafsil.control.gains import Gains
 from mafsil.control.law import Law
 from mafsil.control.task_coordinates import TaskCoordinates
-from mafsil.control.task_dynamics import task_dynamics
+from mafsil.control.task_dynamics import TaskDynamics, task_dynamics
 from mafsil.control.tip_motion import TipReference
 from mafsil.errors import InputError
 from mafsil.robot import Robot, of_robot
@@ -22,6 +22,8 @@ from mafsil.trajectory import Motion
 
 Constraint: TypeAlias = Callable[[PoseMatrix, Floats], tuple[Floats, Floats]]
 """(pose (4, 4), velocity (m,)) -> A (k, m) and dA/dt (k, m) in the coordinates of the task."""
+TaskForce: TypeAlias = Callable[[PoseMatrix], Floats]
+"""pose (4, 4) -> (m,) force that the tip should exert there, in the coordinates of the task."""
 TaskForceSensor: TypeAlias = Callable[[JointVector, JointVector], Floats]
 """(q, qd) -> (m,) force that the tip exerts on the world, in the coordinates of the task."""
 
@@ -52,7 +54,7 @@ class HybridControl:
         gains: (m,) of the motion, in units of acceleration.
         force_gains: (m,) kp and ki of the force error.
         reference: of the tip.
-        force: (m,) F_d that the tip should exert.
+        force: (m,) F_d that the tip should exert, or as a function of its pose.
         sensor: what it exerts; None for the open loop of force.
     """
 
@@ -62,39 +64,30 @@ class HybridControl:
     gains: Gains
     force_gains: Gains
     reference: TipReference
-    force: Floats
+    force: Floats | TaskForce
     sensor: TaskForceSensor | None
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
         """Joint efforts (n,) without the integral terms, which need a session [N m | N]."""
         m = len(self.coordinates.rows)
-        return self.effort(t, q, qd, np.zeros(m), np.zeros(m))[0]
+        return self.errors(t, q, qd).effort(np.zeros(m), np.zeros(m))
 
-    def effort(
-        self, t: float, q: JointVector, qd: JointVector, position_integral: Floats, force_integral: Floats
-    ) -> tuple[JointVector, Floats, Floats]:
-        """Efforts (n,), configuration error and force error (m,) each.
+    def errors(self, t: float, q: JointVector, qd: JointVector) -> HybridErrors:
+        """What is off at a state, from which the efforts follow.
 
         Args:
             t: time [s].
             q, qd: (n,) state.
-            position_integral, force_integral: (m,) gains times the errors' integrals.
         """
         now = task_dynamics(self.robot, q, qd, self.coordinates)
         T = self.coordinates.pose(self.robot, q)
         X_e, V_e, ahead = self.coordinates.error(T, self.reference(t), now.V)
         A, A_rate = self.constraint(T, now.V)
         along = np.linalg.pinv(A) @ A
-        # A wall that gives way leaves errors along A: taken out, or Lambda would turn them into others.
-        free = np.eye(len(X_e)) - along
         # Friction is felt across A: taken out, or its integral would grow and Lambda turn it into a force along A.
-        F_e = np.zeros_like(self.force) if self.sensor is None else along @ (self.force - self.sensor(q, qd))
-        push = self.force + self.force_gains.kp * F_e + force_integral
-        pull = self.gains.kp * X_e + self.gains.kd * V_e + position_integral
-        motion = now.inertia @ (ahead + free @ pull)
-        held = constrained_dynamics(now.inertia, np.zeros_like(motion), A, motion, now.V, A_rate)
-        part = held.P @ motion + push - held.P @ push - held.curvature_force
-        return now.effort(part + now.velocity_force + now.gravity_force), X_e, F_e
+        F_d = self.force(T) if callable(self.force) else self.force
+        F_e = np.zeros_like(F_d) if self.sensor is None else along @ (F_d - self.sensor(q, qd))
+        return HybridErrors(self, now, A, A_rate, along, X_e, V_e, ahead, F_d, F_e)
 
     def session(self, period: float) -> Law:
         """The law with fresh integrals; the law itself if there are none."""
@@ -112,13 +105,53 @@ class _WithIntegrals:
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
         law = self._law
-        _, X_e, F_e = law.effort(t, q, qd, self._position, self._force)
-        self._position = self._position + law.gains.ki * self._period * X_e
-        self._force = self._force + law.force_gains.ki * self._period * F_e
-        return law.effort(t, q, qd, self._position, self._force)[0]
+        errors = law.errors(t, q, qd)
+        self._position = self._position + law.gains.ki * self._period * errors.configuration
+        self._force = self._force + law.force_gains.ki * self._period * errors.force
+        return errors.effort(self._position, self._force)
 
     def session(self, period: float) -> Law:
         return self._law.session(period)
+
+
+class HybridErrors(NamedTuple):
+    """Errors of a hybrid law at a state.
+
+    Attributes:
+        law: whose they are.
+        now: the arm at its tip.
+        A, A_rate: (k, m) the constraint.
+        along: (m, m) projection on it.
+        configuration, velocity, ahead: (m,) errors of the motion, and the acceleration to feed forward.
+        wanted, force: (m,) force that the tip should exert, and its error.
+    """
+
+    law: HybridControl
+    now: TaskDynamics
+    A: Floats
+    A_rate: Floats
+    along: Floats
+    configuration: Floats
+    velocity: Floats
+    ahead: Floats
+    wanted: Floats
+    force: Floats
+
+    def effort(self, position_integral: Floats, force_integral: Floats) -> JointVector:
+        """Efforts (n,) [N m | N].
+
+        Args:
+            position_integral, force_integral: (m,) gains times the errors' integrals.
+        """
+        law, now = self.law, self.now
+        # A wall that gives way leaves errors along A: taken out, or Lambda would turn them into others.
+        free = np.eye(len(self.along)) - self.along
+        push = self.wanted + law.force_gains.kp * self.force + force_integral
+        pull = law.gains.kp * self.configuration + law.gains.kd * self.velocity + position_integral
+        motion = now.inertia @ (self.ahead + free @ pull)
+        held = constrained_dynamics(now.inertia, np.zeros_like(motion), self.A, motion, now.V, self.A_rate)
+        part = held.P @ motion + push - held.P @ push - held.curvature_force
+        return now.effort(part + now.velocity_force + now.gravity_force)
 
 
 @of_robot
@@ -126,7 +159,7 @@ def hybrid_control(
     robot: Robot,
     reference: TipReference,
     constraint: Constraint | ArrayLike,
-    force: ArrayLike,
+    force: TaskForce | ArrayLike,
     *,
     coordinates: TaskCoordinates | None = None,
     gains: Gains | None = None,
@@ -140,7 +173,7 @@ def hybrid_control(
         robot: the model.
         reference: of the tip; what it asks for along the constraint is ignored.
         constraint: (k, m) A of a flat constraint, or a function that gives A and dA/dt.
-        force: (m,) that the tip should exert; only its part along the constraint counts.
+        force: (m,) that the tip should exert, or a function of its pose; only its part along the constraint counts.
         coordinates: of the task; all six, decoupled, if None.
         gains: (m,) of the motion; critically damped at 20 rad/s if None.
         sensor: (q, qd) -> (m,) force that the tip exerts.
@@ -161,5 +194,5 @@ def hybrid_control(
     if sensor is None and (force_gains.kp.any() or force_gains.integrates):
         raise InputError("control.no_sensor")
     motion = gains or Gains.from_natural_frequency(m, 20.0)
-    F = as_batch("force", force, (m,), finite=True)
+    F = force if callable(force) else as_batch("force", force, (m,), finite=True)
     return HybridControl(robot, task, held, motion, force_gains, reference, F, sensor)

@@ -6,6 +6,7 @@ d/dt (dq, dqd) = A (dq, dqd) + B dtau,   A = [[0, I], [D_q, D_qd]],  B = [[0], [
 from __future__ import annotations
 
 import importlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,6 +29,8 @@ SQUARINGS, TERMS = 0.5, 18
 class LinearArm:
     """An arm near states: states are (q, qd) less those of the point, inputs efforts, outputs the states.
 
+    Iterable over the states of a batch, such as those of a run: `[each.to_control() for each in linear]`.
+
     Attributes:
         A: (*batch, 2 n, 2 n).
         B: (*batch, 2 n, n).
@@ -39,6 +42,17 @@ class LinearArm:
     q: JointVector
     qd: JointVector
     tau: JointVector
+
+    def __len__(self) -> int:
+        return self.A.shape[0] if self.A.ndim > 2 else 1
+
+    def __iter__(self) -> Iterator[LinearArm]:
+        return iter((self,)) if self.A.ndim == 2 else (self[k] for k in range(len(self)))
+
+    def __getitem__(self, which: int | slice) -> LinearArm:
+        if self.A.ndim == 2:
+            raise InputError("control.one_linear_arm")
+        return LinearArm(self.A[which], self.B[which], self.q[which], self.qd[which], self.tau[which])
 
     @property
     def C(self) -> Floats:
@@ -84,19 +98,24 @@ class LinearArm:
         feedback = np.stack(columns, axis=-1)
         return LinearArm(self.A + self.B @ feedback, self.B, self.q, self.qd, self.tau)
 
-    def to_control(self) -> Any:
+    def to_control(self, period: float | None = None) -> Any:
         """A `StateSpace` of the package python-control.
+
+        Args:
+            period: of a system from sample to sample, efforts constant between; in continuous time if None [s].
 
         Raises:
             InputError: a batch, or the package is not installed.
         """
         if self.A.ndim != 2:
-            raise InputError("input.shape", name="A", expected="(2 n, 2 n)", got=self.A.shape, hint="")
+            raise InputError("control.many_linear_arms", count=len(self))
         try:
             package = importlib.import_module("control")
         except ImportError:
             raise InputError("control.no_package") from None
-        return package.ss(self.A, self.B, self.C, self.D)
+        if period is None:
+            return package.ss(self.A, self.B, self.C, self.D)
+        return package.ss(*self.discrete(period), self.C, self.D, period)
 
 
 @of_robot

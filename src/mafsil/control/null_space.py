@@ -18,7 +18,10 @@ from mafsil.trajectory import Motion
 
 @dataclass(frozen=True, eq=False, slots=True)
 class NullSpaceFeedback:
-    """tau = (I - J' Jbar') M (a + Kp (u - q) + Kd (v - qd)): efforts that do not accelerate the tip.
+    """tau = (I - J' Jbar') (M (a + Kp (u - q) + Kd (v - qd)) + c + g): efforts that do not accelerate the tip.
+
+    Laws of the tip bear what they feel of gravity; the rest of it, along motions that leave the tip at rest, is borne
+    here.
 
     Attributes:
         robot: the model.
@@ -34,7 +37,7 @@ class NullSpaceFeedback:
         """Joint efforts (*batch, n) [N m | N]."""
         now = task_dynamics(self.robot, q, qd, self.coordinates)
         pull = reference.a + self.gains.kp * (reference.u - q) + self.gains.kd * (reference.v - qd)
-        return now.effort(np.zeros_like(now.V), (self.robot.mass_matrix(q) @ pull[..., None])[..., 0])
+        return now.effort(np.zeros_like(now.V), self.robot.inverse_dynamics(q, qd, pull))
 
     def session(self, period: float) -> Law:
         """The law itself: it has no memory."""

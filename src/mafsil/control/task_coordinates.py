@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, get_args
+from typing import Literal, NamedTuple, TypedDict, get_args
 
 import numpy as np
 
@@ -13,6 +13,10 @@ from mafsil.geometry import pose, rotation
 from mafsil.robot import Robot
 
 TaskAxes = Literal["decoupled", "body", "space"]
+
+
+class _Where(TypedDict, total=False):
+    frame: str
 
 
 class TaskTarget(NamedTuple):
@@ -49,24 +53,29 @@ class TaskCoordinates:
         if not self.rows or len(set(self.rows)) < len(self.rows) or not set(self.rows) <= set(range(6)):
             raise InputError("input.choice", name="rows", value=self.rows, known="0, 1, 2, 3, 4, 5")
 
+    @property
+    def _where(self) -> _Where:
+        """The frame as a keyword; none for that of the tip, whose calls are the fast ones."""
+        return {} if self.frame is None else {"frame": self.frame}
+
     def pose(self, robot: Robot, q: JointVector) -> PoseMatrix:
         """(*batch, 4, 4) of the frame in {s}."""
-        return robot.forward_kinematics(q, frame=self.frame)
+        return robot.forward_kinematics(q, **self._where)
 
     def jacobian(self, robot: Robot, q: JointVector) -> Floats:
         """(*batch, m, n) J."""
         if self.axes == "space":
-            return robot.jacobian_space(q, frame=self.frame)[..., self.rows, :]
-        J = robot.jacobian_body(q, frame=self.frame)
+            return robot.jacobian_space(q, **self._where)[..., self.rows, :]
+        J = robot.jacobian_body(q, **self._where)
         return (J if self.axes == "body" else _turned(self.pose(robot, q), J))[..., self.rows, :]
 
     def jacobian_rate(self, robot: Robot, q: JointVector, qd: JointVector) -> Floats:
         """(*batch, m, n) dJ/dt; of `decoupled` R (dJ_b/dt + [w_b] J_b)."""
         if self.axes == "space":
-            return robot.jacobian_space_rate(q, qd, frame=self.frame)[..., self.rows, :]
-        rate = robot.jacobian_body_rate(q, qd, frame=self.frame)
+            return robot.jacobian_space_rate(q, qd, **self._where)[..., self.rows, :]
+        rate = robot.jacobian_body_rate(q, qd, **self._where)
         if self.axes == "decoupled":
-            J = robot.jacobian_body(q, frame=self.frame)
+            J = robot.jacobian_body(q, **self._where)
             W = rotation.hat((J[..., :3, :] @ qd[..., None])[..., 0])
             rate = _turned(self.pose(robot, q), rate + np.concatenate([W @ J[..., :3, :], W @ J[..., 3:, :]], axis=-2))
         return rate[..., self.rows, :]

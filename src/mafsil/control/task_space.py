@@ -59,8 +59,7 @@ class TaskComputedTorque:
         if self.robot.n == len(self.coordinates.rows):
             return now.effort(force), X_e
         pull = reference.a + self.rest_gains.kp * (reference.u - q) + self.rest_gains.kd * (reference.v - qd)
-        rest = (self.robot.mass_matrix(q) @ pull[..., None])[..., 0]
-        return now.effort(force, rest), X_e
+        return now.effort(force, self.robot.inverse_dynamics(q, qd, pull)), X_e
 
     def session(self, period: float) -> Law:
         """The law with a fresh integral; the law itself if Ki is zero."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
 import numpy as np
@@ -61,6 +61,8 @@ class TipOfJoints:
 
     V = J(u) v,  dV/dt = J(u) a + dJ/dt(u, v) v, with decoupled axes.
 
+    The last answer is kept: the parts of a law ask for the same time again and again.
+
     Attributes:
         robot: whose tip it is.
         trajectory: of its joints.
@@ -68,9 +70,20 @@ class TipOfJoints:
 
     robot: Robot
     trajectory: Trajectory
+    _kept: list[tuple[float, TaskTarget]] = field(
+        default_factory=list[tuple[float, TaskTarget]], init=False, repr=False
+    )
 
     def __call__(self, t: float) -> TaskTarget:
         """The target at a time [s]."""
+        for time, known in self._kept:
+            if time == t:
+                return known
+        found = self._target(t)
+        self._kept[:] = [(t, found)]
+        return found
+
+    def _target(self, t: float) -> TaskTarget:
         u, v, a = self.trajectory.at(t)
         task = TaskCoordinates()
         J, rate = task.jacobian(self.robot, u), task.jacobian_rate(self.robot, u, v)

@@ -41,6 +41,8 @@ from mafsil.figures.profiles import save_profiles as save_profiles
 from mafsil.figures.screw_motion import save_screw_motion as save_screw_motion
 from mafsil.figures.search import save_search as save_search
 from mafsil.figures.synthesis import save_synthesis as save_synthesis
+from mafsil.figures.touching import save_constrained_task as save_constrained_task
+from mafsil.figures.touching import save_virtual_impedance as save_virtual_impedance
 from mafsil.figures.velocity_and_force import save_free_bodies as save_free_bodies
 from mafsil.figures.velocity_and_force import save_joint_screws as save_joint_screws
 from mafsil.figures.velocity_and_force import save_unreachable_frame as save_unreachable_frame

@@ -46,7 +46,7 @@ class Split:
 
     With the law and the equations of the true arm written out, the error e = u - q obeys exactly
 
-        K e = (commanded - applied) + friction - J' push + (true - model) + (model - modelled) - integral
+        K e = (commanded - applied) + friction - J' (push + touch) + (true - model) + (model - modelled) - integral
 
     K is the stiffness of the law (Kp, or M Kp for computed torque); `commanded - applied` is what the effort limit
     took; `true - model` the effort by which the real masses differ from the model's in the recorded motion;
@@ -55,13 +55,14 @@ class Split:
 
     Attributes:
         error: u - q.
-        limit, friction, push, model, lag, integral, noise: the parts.
+        limit, friction, push, contact, model, lag, integral, noise: the parts.
     """
 
     error: Floats
     limit: Floats
     friction: Floats
     push: Floats
+    contact: Floats
     model: Floats
     lag: Floats
     integral: Floats
@@ -69,7 +70,7 @@ class Split:
 
     def parts(self) -> dict[str, Floats]:
         """All parts by name; their sum is the error."""
-        names = ("limit", "friction", "push", "model", "lag", "integral", "noise")
+        names = ("limit", "friction", "push", "contact", "model", "lag", "integral", "noise")
         return {name: getattr(self, name) for name in names}
 
 
@@ -92,9 +93,11 @@ def split(run: Run, driven: Driven, row: int) -> Split | None:
     # As the simulation does: the push of a tick is the one that acts at its beginning, in the clock of the stretch.
     tick = round((tape.t[row] - driven.stretch.start) / scenario.control_period)
     pulse = push_at(scenario.disturbances, np.array([tick * scenario.control_period]))[0]
-    pushed = np.zeros(len(q)) if pulse is None else np.asarray(true.jacobian_body(q)).T @ pulse
+    J = np.asarray(true.jacobian_body(q))
+    pushed = np.zeros(len(q)) if pulse is None else J.T @ pulse
+    touched = np.zeros(len(q)) if tape.contact_wrench is None else J.T @ tape.contact_wrench[row]
     moving = np.asarray(true.inverse_dynamics(q, qd, qdd))
-    friction = applied + pushed - moving
+    friction = applied + pushed + touched - moving
     kp, kd, stored = law.gains.kp, law.gains.kd, _stored(run, driven, law.gains, row)
     if isinstance(law, ComputedTorque):
         model = np.asarray(law.robot.inverse_dynamics(q, qd, qdd))
@@ -113,6 +116,7 @@ def split(run: Run, driven: Driven, row: int) -> Split | None:
         "limit": commanded - applied,
         "friction": friction,
         "push": -pushed,
+        "contact": -touched,
         "model": moving - model,
         "lag": lag,
         "integral": -stored,

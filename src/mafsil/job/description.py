@@ -9,6 +9,10 @@ from typing import Annotated, Literal, TypeAlias
 
 import msgspec
 
+from mafsil.job.contact_tables import Door as Door
+from mafsil.job.contact_tables import Guide as Guide
+from mafsil.job.contact_tables import Hole as Hole
+from mafsil.job.contact_tables import Surface as Surface
 from mafsil.job.driving_tables import TIP_LAWS as TIP_LAWS
 from mafsil.job.driving_tables import Controller as Controller
 from mafsil.job.driving_tables import Disturbance as Disturbance
@@ -268,25 +272,6 @@ class Bounds(Part, frozen=True, kw_only=True):
     tip_turn_rate: Positive = 1.0
 
 
-class Surface(Part, frozen=True, kw_only=True):
-    """A plane that the tip can touch: it gives way as spring and damper, and never pulls.
-
-    Attributes:
-        name: for the report and for errors.
-        point: on it, in {s} [m].
-        normal: out of it, towards the arm.
-        stiffness, damping: [N/m, N s/m], whatever the unit of lengths.
-        friction: coefficient of what slides along it.
-    """
-
-    name: str = ""
-    point: Three
-    normal: Three
-    stiffness: Positive
-    damping: NotNegative = 0.0
-    friction: NotNegative = 0.0
-
-
 class SceneFile(Part, frozen=True, kw_only=True):
     """A file of obstacles alone.
 
@@ -340,7 +325,8 @@ class Head(Part, frozen=True, kw_only=True):
         tools: that moves change to, by name.
         output: signals that moves set, by name, with the values that they begin with.
         input: signals that the cell gives, by name.
-        surface: what the tip can touch.
+        surface, hole: what the tip can touch.
+        door, guide: what holds it.
         other_robot: robots beside it.
         variation: what differs if the job is driven many times; once if None.
     """
@@ -366,6 +352,9 @@ class Head(Part, frozen=True, kw_only=True):
     collision: Collision | None = None
     disturbance: tuple[Disturbance, ...] = ()
     surface: tuple[Surface, ...] = ()
+    hole: tuple[Hole, ...] = ()
+    door: tuple[Door, ...] = ()
+    guide: tuple[Guide, ...] = ()
     other_robot: tuple[OtherRobot, ...] = ()
     variation: VariationTable | None = None
 

@@ -12,8 +12,10 @@ import numpy as np
 from mafsil.errors import JobError
 from mafsil.job import judgement
 from mafsil.job.arrival import arrival
+from mafsil.job.contacts import environment_of
 from mafsil.job.description import Job
 from mafsil.job.equipment import Load
+from mafsil.job.law_conditions import stability_remarks
 from mafsil.job.laws import PLACES, control_period, law_of
 from mafsil.job.limiting import limits_of_cycle
 from mafsil.job.payload import centre_of_mass, part_inertia
@@ -21,7 +23,6 @@ from mafsil.job.plan import Plan
 from mafsil.job.remark import Remark
 from mafsil.job.run import Run
 from mafsil.job.stretch import Driven, Stretch, stretches
-from mafsil.job.tip_laws import environment_of
 from mafsil.messages.quantities import digits, quantity
 from mafsil.messages.visible import visible
 from mafsil.robot import Robot
@@ -100,7 +101,10 @@ def drive(
         stopped = Remark("failure", "job.stopped", {"time": quantity(recording.duration, "s"), "reason": recording})
     limits = limits_of_cycle(plan) if judged else ()
     run = Run(job, text, robot, plan, recording, tuple(driven), stopped, limits=limits)
-    return replace(run, remarks=(*judgement.remarks(run, judgement.summary(run)), *remark)) if judged else run
+    if not judged:
+        return run
+    found = replace(run, remarks=(*judgement.remarks(run, judgement.summary(run)), *remark))
+    return replace(found, remarks=(*found.remarks, *stability_remarks(found)))
 
 
 def _recorded(

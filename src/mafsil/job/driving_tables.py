@@ -28,14 +28,15 @@ class Controller(Part, frozen=True, kw_only=True):
             surface and force into it.
         frequency: natural frequency of the error dynamics of computed torque, in joints or at the tip, and of
             the motion of `hybrid`, 20 if None; of `model_predictive` away from limits 80, of `linear_quadratic` about
-            its pose 40 if None [rad/s].
+            its pose 40 if None, or the half, the quarter... that the sampling bears [rad/s].
         damping: its damping ratio, or that of the tip's impedance; 1 if None.
         stiffness, rate_gain: of the PD and PID laws, one number or one per joint; from the inertia of each joint if
             None [N m/rad, N m s/rad].
         integral: gain of PID, likewise; a tenth of what would make it unstable if None [N m/(rad s)].
         mass_share: by which sliding mode takes every mass, and min-max all together, to be wrong; 0.2 if None.
         margin: effort of sliding mode for friction; what the model's friction asks for and 1 if None [N m | N].
-        width: of the boundary layer; 0.02 if None [rad/s | m/s], of min-max 1 [N m/s | N/s].
+        width: of the boundary layer; 0.02 if None, or twice, four times... that, where the sampling would make the law
+            chatter [rad/s | m/s]; of min-max 1 [N m/s | N/s].
         horizon: intervals that `model_predictive` looks ahead; 20 if None.
         interval: length of one; 0.005 if None [s].
         tip_stiffness, turn_stiffness: of impedance and admittance, against shifts and against rotations; if None, what

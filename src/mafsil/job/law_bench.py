@@ -10,13 +10,14 @@ import msgspec
 import numpy as np
 
 from mafsil.answer import Answer, Status
+from mafsil.arrays import Floats
 from mafsil.control.inertia_gains import NATURAL_FREQUENCY
 from mafsil.errors import JobError
 from mafsil.job.causes import Cause, cause
 from mafsil.job.description import Controller, Job
 from mafsil.job.drive import drive
 from mafsil.job.judgement import Summary, summary
-from mafsil.job.law_stability import growth_along
+from mafsil.job.law_conditions import Condition, conditions
 from mafsil.job.laws import KINDS, control_period, kinds_for
 from mafsil.job.plan import Plan
 from mafsil.job.reading import GAINS
@@ -31,6 +32,8 @@ SLOWER = 4
 """Times as rarely is the law evaluated under `slower`."""
 LATE = 2
 """Periods of the law by which its efforts come late under `late`."""
+PIECES = 600
+"""Of the time of the plan, each a point of the curves."""
 CONDITIONS = ("as asked", "heavier", "slower", "late")
 """What is tried with every law."""
 
@@ -44,6 +47,25 @@ class LawStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class Curves:
+    """A run over time, each number the largest of its piece of the time of the plan; NaN where the run had ended.
+
+    Attributes:
+        t: (PIECES,) middle of each piece [s].
+        joint_error: of all joints [rad | m].
+        tip_error: distance of the tip from its path [m].
+        effort: norm over the joints [N m | N].
+        force: of contact [N]; None of a job without surfaces.
+    """
+
+    t: Floats
+    joint_error: Floats
+    tip_error: Floats
+    effort: Floats
+    force: Floats | None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class LawResult:
     """One law on the job.
 
@@ -53,8 +75,8 @@ class LawResult:
         numbers: of the run as it is asked.
         joint_error: root mean square over time and joints, under each of CONDITIONS; NaN where the run stopped early.
         saturated: time during which it asked for more than the limits [s].
-        growth: largest factor by which small errors grow from tick to tick along the plan, below one for a stable loop;
-            NaN of laws that have no slope there.
+        conditions: that make the law stable, each with the number that proves it.
+        curves: of the run as it is asked.
         cause: what remains of the error comes from, where that can be told.
     """
 
@@ -63,8 +85,25 @@ class LawResult:
     numbers: Summary
     joint_error: tuple[float, ...]
     saturated: float
-    growth: float
+    conditions: tuple[Condition, ...]
+    curves: Curves
     cause: Cause | None
+
+    @property
+    def growth(self) -> float:
+        """Largest factor by which small errors grow from tick to tick along the plan; NaN of laws without a slope."""
+        return next((each.value for each in self.conditions if each.name == "sampled"), float("nan"))
+
+    @property
+    def stable(self) -> bool:
+        """Whether all its conditions hold; false where none is known."""
+        return bool(self.conditions) and all(each.holds for each in self.conditions)
+
+    def explain(self, language: str | None = None) -> str:
+        """What the law made of the job."""
+        worst = float(np.nanmax(self.joint_error)) if np.isfinite(self.joint_error).any() else np.nan
+        details = {"law": self.kind, "error": self.joint_error[0], "tip": self.numbers.tip_error, "worst": worst}
+        return self.status.sentence(language, **details)
 
     @property
     def peak_force(self) -> float:
@@ -75,10 +114,12 @@ class LawResult:
         """Plain data."""
         own = self.numbers
         return {
-            "kind": self.kind, "status": self.status.name, "tip_error": own.tip_error, "energy": own.energy,
-            "rms_effort": own.rms_effort, "peak_effort": own.peak_effort, "saturated": self.saturated,
+            "kind": self.kind, "status": self.status.name, "tip_error": _plain(own.tip_error),
+            "energy": _plain(own.energy), "rms_effort": [_plain(x) for x in own.rms_effort.tolist()],
+            "peak_effort": [_plain(x) for x in own.peak_effort.tolist()], "saturated": self.saturated,
             "contact": None if own.touching is None else own.touching.to_dict(),
             "growth": _plain(self.growth),
+            "stability": [each.to_dict() for each in self.conditions],
             "joint_error": {name: _plain(each) for name, each in zip(CONDITIONS, self.joint_error, strict=True)},
             "cause": None if self.cause is None else self.cause.explain(language="en"),
         }  # fmt: skip
@@ -126,17 +167,13 @@ class LawBench(Answer):
         return head, rows
 
     def explain(self, language: str | None = None) -> str:
-        """A line for each law: what it made of the job, and where its error comes from."""
+        """A line for each law: what it made of the job; where its error comes from; what proves it stable."""
         lines: list[str] = []
         for each in self.results:
-            lines.append(
-                each.status.sentence(
-                    language, law=each.kind, error=each.joint_error[0], tip=each.numbers.tip_error,
-                    worst=float(np.nanmax(each.joint_error)) if np.isfinite(each.joint_error).any() else np.nan,
-                )
-            )  # fmt: skip
+            lines.append(each.explain(language))
             if each.cause is not None:
                 lines.append(f"  {each.cause.explain(language=language)}")
+            lines += [f"  {one.explain(language=language)}" for one in each.conditions]
         return "\n".join(lines)
 
     def to_dict(self) -> dict[str, Any]:
@@ -220,12 +257,30 @@ def _result(kind: str, runs: list[Run]) -> LawResult:
     else:
         status = LawStatus.DONE if all(each.reached for each in numbers.arrivals) else LawStatus.MISSED
     errors = tuple(_rms(run) if run.recording else float("nan") for run in runs)
-    grown = [growth_along(driven) for driven in first.driven]
-    known = [each for each in grown if each > 0.0]
     worst = max(numbers.arrivals, key=lambda each: each.share, default=None)
     reason = None if worst is None else cause(first, worst)
     saturated = float(numbers.saturated.max(initial=0.0))
-    return LawResult(kind, status, numbers, errors, saturated, max(known, default=float("nan")), reason)
+    return LawResult(kind, status, numbers, errors, saturated, conditions(first), _curves(first), reason)
+
+
+def _curves(run: Run) -> Curves:
+    """The run in PIECES of the time of its plan."""
+    tape, edges = run.recording, np.linspace(0.0, run.plan.duration, PIECES + 1)
+    piece = np.clip(np.searchsorted(edges, tape.t, side="right") - 1, 0, PIECES - 1)
+
+    def largest(values: Floats) -> Floats:
+        found = np.full(PIECES, -np.inf)
+        np.maximum.at(found, piece, values)
+        return np.where(np.isfinite(found), found, np.nan)
+
+    wrench = tape.contact_wrench
+    return Curves(
+        (edges[:-1] + edges[1:]) / 2.0,
+        largest(np.abs(tape.q_ref - tape.q).max(axis=1)),
+        largest(tape.tip_position_error),
+        largest(np.linalg.norm(tape.tau, axis=1)),
+        None if wrench is None else largest(np.linalg.norm(wrench[:, 3:], axis=1)),
+    )
 
 
 def _rms(run: Run) -> float:

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
+from msgspec.structs import replace
 
 from mafsil.arrays import Floats
-from mafsil.control import CurrentLoop, Delayed, Law
+from mafsil.control import Combined, ContactSwitch, Law
+from mafsil.control.linearization import exponential
 from mafsil.errors import MafsilError
-from mafsil.job.causes import error_growth
+from mafsil.job.description import Job, Noise
+from mafsil.job.laws import control_period, law_of
 from mafsil.job.stretch import Driven
 from mafsil.simulation import Plant
 from mafsil.trajectory import Motion
@@ -18,49 +23,114 @@ ASIDE = 1e-6
 """Of positions and rates in differences [rad | m], [rad/s | m/s]."""
 
 
-def growth_along(driven: Driven) -> float:
-    """The largest factor by which small errors change from one evaluation of the law to the next, along a stretch.
+class Growth(NamedTuple):
+    """The largest factor by which small errors change from tick to tick, and when in its stretch [s]."""
 
-    Of computed torque and joint feedback from their gains; of other laws of the joints from differences of the closed
-    loop x+ = x + h v + h^2/2 a, v+ = v + h a, with viscous friction and without delay.
+    factor: float
+    time: float
+
+
+UNKNOWN = Growth(float("nan"), float("nan"))
+
+
+def quiet_law(job: Job, driven: Driven) -> Law:
+    """The law of a stretch without delay and without noise in its sensor of force: what has a slope.
 
     Args:
+        job: whose controller it is.
+        driven: the stretch.
+    """
+    scenario = driven.scenario
+    simulated = replace(job.simulation, noise=Noise())
+    quiet = replace(job, controller=replace(job.controller, delay=0.0), simulation=simulated)
+    return law_of(quiet, scenario.robot, driven.stretch.trajectory, scenario.true_plant.robot)
+
+
+def growth_along(job: Job, driven: Driven) -> Growth:
+    """The largest factor by which small errors change from one evaluation of the law to the next, along a stretch.
+
+    At each place the arm is where it should be, moving as it should:
+
+    1. Slopes of its acceleration by state and effort, viscous friction and what it touches included, and of the law's
+       efforts by the state, from differences.
+    2. The step x(k + 1) = Phi x(k) + Gamma K x(k - d) under efforts that are constant between two ticks and come d
+       ticks late, exactly; its spectral radius. What a law remembers, such as an integral, is left out.
+
+    Args:
+        job: whose controller it is.
         driven: a stretch under its law.
 
     Returns:
-        Above one where the loop is unstable; NaN of laws that have no slope, or are not defined for a batch of states.
+        Above one where the loop is unstable; NaN of laws that have no slope, and of closed chains.
     """
-    trajectory = driven.stretch.trajectory
-    times = np.linspace(0.0, trajectory.duration, PLACES)
-    found = [error_growth(driven, trajectory.at(t).u) for t in times]
-    if max(found) > 0.0:
-        return max(found)
-    law = _inside(driven.scenario.law)
+    scenario, trajectory = driven.scenario, driven.stretch.trajectory
+    if scenario.true_plant.robot.mechanism.loops:
+        return UNKNOWN
+    law, late = quiet_law(job, driven), round(job.controller.delay / control_period(job))
+    times = np.linspace(0.0, trajectory.duration, PLACES).tolist()
     try:
-        return max(_by_differences(driven, law, float(t), Motion(*trajectory.at(t))) for t in times)
+        return max(Growth(_radius(driven, _acting(law, t), t, Motion(*trajectory.at(t)), late), t) for t in times)
     except (MafsilError, ValueError, TypeError, np.linalg.LinAlgError):
-        return float("nan")
+        return UNKNOWN
 
 
-def _inside(law: Law) -> Law:
-    return _inside(law.law) if isinstance(law, Delayed | CurrentLoop) else law
+def _acting(law: Law, t: float) -> Law:
+    """The law that acts where the plan is at a time: of two laws that a contact parts, one."""
+    if isinstance(law, ContactSwitch):
+        return law.touching if law.intended(t) else law.free
+    return Combined(tuple(_acting(part, t) for part in law.laws)) if isinstance(law, Combined) else law
 
 
-def _by_differences(driven: Driven, law: Law, t: float, reference: Motion) -> float:
-    """At one place; the arm is where it should be, moving as it should."""
+def _radius(driven: Driven, law: Law, t: float, reference: Motion, late: int) -> float:
+    """The spectral radius of the step at one place."""
     scenario = driven.scenario
     n, h = scenario.robot.n, scenario.control_period
-    plant = Plant(scenario.true_plant.robot, friction=False)
-    aside = ASIDE * np.concatenate([np.eye(2 * n), -np.eye(2 * n)])
+    # 1.
+    A, B = _arm(driven, law, t, reference)
+    aside = _aside(n)
+    K = _slope(np.stack([law(t, reference.u + x[:n], reference.v + x[n:], reference) for x in aside]))
+    # 2.
+    whole = np.zeros((3 * n, 3 * n))
+    whole[: 2 * n, : 2 * n], whole[: 2 * n, 2 * n :] = h * A, h * B
+    found = exponential(whole)
+    return float(np.abs(np.linalg.eigvals(_step(found[: 2 * n, : 2 * n], found[: 2 * n, 2 * n :], K, late))).max())
+
+
+def _step(Phi: Floats, Gamma: Floats, K: Floats, late: int) -> Floats:
+    """The closed step: the state, and before it the efforts that wait."""
+    size, n = Gamma.shape
+    if not late:
+        return Phi + Gamma @ K
+    step = np.zeros((size + late * n, size + late * n))
+    step[:size, :size], step[:size, -n:] = Phi, Gamma
+    step[size : size + n, :size] = K
+    step[size + n :, size:-n] = np.eye((late - 1) * n)
+    return step
+
+
+def _arm(driven: Driven, law: Law, t: float, reference: Motion) -> tuple[Floats, Floats]:
+    """A (2 n, 2 n) and B (2 n, n) of the true arm under the law's efforts there."""
+    scenario = driven.scenario
+    n, true = scenario.robot.n, scenario.true_plant
+    plant = Plant(true.robot, friction=False, environment=true.environment)
+    tau, aside = np.asarray(law(t, reference.u, reference.v, reference)), _aside(n)
     q, qd = reference.u + aside[:, :n], reference.v + aside[:, n:]
-    there = Motion(*(np.broadcast_to(part, q.shape) for part in reference))
-    a = plant.acceleration(q, qd, np.asarray(law(t, q, qd, there)))
-    slope: Floats = (a[: 2 * n] - a[2 * n :]).T / (2.0 * ASIDE)
-    if scenario.true_plant.has_friction:
-        friction = scenario.true_plant.friction_law
-        viscous = friction.gain.T @ (friction.viscous[:, None] * friction.gain)
-        slope[:, n:] -= np.linalg.solve(plant.robot.mass_matrix(reference.u), viscous)
-    one, both = np.eye(n), np.eye(2 * n)
-    drift = np.concatenate([one, h * one], axis=1)
-    step = np.concatenate([drift + h * h / 2.0 * slope, both[n:] + h * slope])
-    return float(np.abs(np.linalg.eigvals(step)).max())
+    slope = _slope(plant.acceleration(q, qd, np.broadcast_to(tau, q.shape)))
+    inverse = np.linalg.inv(true.robot.mass_matrix(reference.u))
+    if true.has_friction:
+        friction = true.friction_law
+        slope[:, n:] -= inverse @ friction.gain.T @ (friction.viscous[:, None] * friction.gain)
+    A, B = np.zeros((2 * n, 2 * n)), np.zeros((2 * n, n))
+    A[:n, n:], A[n:], B[n:] = np.eye(n), slope, inverse
+    return A, B
+
+
+def _aside(n: int) -> Floats:
+    """(4 n, 2 n) small changes of the state, forwards and backwards."""
+    return ASIDE * np.concatenate([np.eye(2 * n), -np.eye(2 * n)])
+
+
+def _slope(values: Floats) -> Floats:
+    """(n, 2 n) from values (4 n, n) at `_aside`."""
+    half = len(values) // 2
+    return (values[:half] - values[half:]).T / (2.0 * ASIDE)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,6 +11,8 @@ from mafsil.arrays import Floats
 from mafsil.control import (
     Gains,
     Law,
+    LinearQuadratic,
+    SlidingMode,
     adaptive_control,
     combined,
     computed_torque,
@@ -38,6 +41,8 @@ INTEGRAL_SHARE = 0.1
 """Of the integral gain at which a joint by itself would become unstable."""
 MASS_SHARE, MARGIN, WIDTH, LEARNING = 0.2, 1.0, 0.02, 1.0
 """Of sliding mode and of the adaptive law, where the job names none."""
+MOST_HALVINGS = 12
+"""Of defaults that the sampling does not bear."""
 LAYER, AHEAD, INTERVAL, STIFFNESS, ABOUT_POSE = 1.0, 20, 0.005, 80.0, 40.0
 """Of min-max, model-predictive and linear-quadratic control, where the job names none [N m/s, 1, s, rad/s, rad/s]."""
 
@@ -96,10 +101,24 @@ def _sliding_mode(job: Job, model: Robot, trajectory: Trajectory) -> Law:
     share = MASS_SHARE if own.mass_share is None else own.mass_share
     margin = _friction(job, model) + MARGIN if own.margin is None else _row(own.margin, model)
     gains = _gains(job, model, trajectory)
-    return sliding_mode(
+    law = sliding_mode(
         model, share=share, rate=gains.kp / gains.kd, damping=gains.kd, margin=margin,
         width=WIDTH if own.width is None else own.width,
     )  # fmt: skip
+    return law if own.width is not None else _wide_enough(job, law, trajectory)
+
+
+def _wide_enough(job: Job, law: SlidingMode, trajectory: Trajectory) -> SlidingMode:
+    """With a boundary layer in which the sampling does not make the bound chatter: twice as wide until it does not."""
+    places = trajectory.at(np.linspace(0.0, trajectory.duration, PLACES))
+    bound = law.parts(places.u, places.v, places)[1]
+    M = np.asarray(law.robot.mass_matrix(places.u))
+    for _ in range(MOST_HALVINGS):
+        damping = law.damping + bound / law.width
+        if _bears_sampling(M, _diagonals(damping * law.rates), _diagonals(damping), control_period(job)):
+            break
+        law = replace(law, width=2.0 * law.width)
+    return law
 
 
 def _min_max(job: Job, model: Robot, trajectory: Trajectory) -> Law:
@@ -121,11 +140,41 @@ def _model_predictive(job: Job, model: Robot, trajectory: Trajectory) -> Law:
 
 
 def _linear_quadratic(job: Job, model: Robot, trajectory: Trajectory) -> Law:
-    w = ABOUT_POSE if job.controller.frequency is None else job.controller.frequency
-    pose = trajectory.at(trajectory.duration / 2.0).u
-    # Of one joint of inertia M these weights make e'' + 2 w e' + w^2 e = 0.
+    w, given = ABOUT_POSE, job.controller.frequency
+    pose, M = trajectory.at(trajectory.duration / 2.0).u, np.asarray(model.mass_matrix(_places(trajectory)))
+    law = _about_pose(model, pose, w if given is None else given)
+    for _ in range(MOST_HALVINGS if given is None else 0):
+        if _bears_sampling(M, law.gain[:, : model.n], law.gain[:, model.n :], control_period(job)):
+            break
+        w /= 2.0
+        law = _about_pose(model, pose, w)
+    return law
+
+
+def _about_pose(model: Robot, pose: Floats, w: float) -> LinearQuadratic:
+    """The law whose weights of one joint of inertia M make e'' + 2 w e' + w^2 e = 0."""
     M = np.diagonal(np.asarray(model.mass_matrix(pose)))
     return linear_quadratic(model, pose, position=(M * w**2) ** 2, rate=2.0 * (M * w) ** 2, effort=1.0)
+
+
+def _bears_sampling(M: Floats, stiffness: Floats, damping: Floats, period: float) -> bool:
+    """Whether M a = -K x - D v is stable from sample to sample, even half as often, wherever the arm comes.
+
+    Args:
+        M: (k, n, n) of the places.
+        stiffness, damping: (n, n), or (k, n, n) K and D.
+        period: of the law [s].
+    """
+    h, one = 2.0 * period, np.eye(M.shape[-1])
+    pull, drag = (np.linalg.solve(M, np.broadcast_to(each, M.shape)) for each in (stiffness, damping))
+    above = np.concatenate([one - h * h / 2.0 * pull, h * one - h * h / 2.0 * drag], axis=-1)
+    step = np.concatenate([above, np.concatenate([-h * pull, one - h * drag], axis=-1)], axis=-2)
+    return bool(np.abs(np.linalg.eigvals(step)).max() < 1.0)
+
+
+def _diagonals(rows: Floats) -> Floats:
+    """(k, n, n) from rows (k, n)."""
+    return rows[..., None] * np.eye(rows.shape[-1])
 
 
 def _adaptive(job: Job, model: Robot, trajectory: Trajectory) -> Law:
@@ -152,7 +201,10 @@ KINDS = (*_MAKERS, *TIP_LAWS)
 
 def kinds_for(job: Job) -> tuple[str, ...]:
     """The laws that are compared on a job if none are named: those of the tip too where it touches something."""
-    return KINDS if job.surface else tuple(_MAKERS)
+    if job.surface:
+        return KINDS
+    touches = job.hole or job.door or job.guide
+    return tuple(kind for kind in KINDS if kind != "hybrid") if touches else tuple(_MAKERS)
 
 
 def _places(trajectory: Trajectory) -> Floats:

@@ -32,7 +32,7 @@ from mafsil.job.language.statements import Placed, PlacedGoal, Statement
 from mafsil.job.language.types_of_keys import choices_at, field_type, path_of, tables_in, value_at
 from mafsil.job.other_robot import OtherRobot
 from mafsil.job.text import tables_of, text_of
-from mafsil.job.variation_table import EXACT_GAINS, SPREADS, Normal, Spread
+from mafsil.job.variation_table import SPREADS, Normal, Spread
 from mafsil.messages import say
 from mafsil.messages.visible import visible
 
@@ -40,6 +40,9 @@ LARGEST_NUMBER = 1e9
 """Of any quantity of a job: larger than that is a slip of the unit or the exponent."""
 ACTIONS = ("joints", "pose", "pick", "place", "tool", "pause", "set", "wait", "do")
 KINDS_OF_OBSTACLE = ("box", "sphere", "cylinder", "capsule", "floor")
+FORMS = {"surface": ("normal", "sphere", "cylinder"), "guide": ("direction", "normal")}
+"""Keys of what is touched of which exactly one is given."""
+DIRECTIONS = {"surface": ("normal", "axis"), "hole": ("axis",), "door": ("axis",), "guide": ("direction", "normal")}
 TIP_TOLERANCES = ("position", "orientation")
 JUDGED: dict[str, tuple[str, ...]] = {
     "joints": ("joints",),
@@ -199,7 +202,7 @@ class _Reader:
         self.check_start(file, data.get("start", {}))
         self.check_controller(file.controller, file.simulation)
         self.check_variation(file)
-        self.check_surfaces(file)
+        self.check_contacts(file)
         self.check_other_robots(file.other_robot)
         require_signals(file, self.error)
         return file
@@ -350,11 +353,28 @@ class _Reader:
             if tool.offset is not None:
                 self.check_pose(tool.offset, (*path, "offset"), {"position": ()})
 
-    def check_surfaces(self, file: JobFile) -> None:
-        """Every surface has a normal; a law that presses has something to press on."""
+    def check_contacts(self, file: JobFile) -> None:
+        """What is touched has one form, directions a length; a door is held where the tip starts."""
+        for kind, choices in FORMS.items():
+            for k, one in enumerate(getattr(file, kind)):
+                given = [name for name in choices if getattr(one, name) is not None]
+                if len(given) != 1:
+                    known = ", ".join(choices)
+                    raise self.error("job.contact_form", (kind, k), given=", ".join(given) or "-", known=known)
+        for kind, names in DIRECTIONS.items():
+            for k, one in enumerate(getattr(file, kind)):
+                for name in names:
+                    if getattr(one, name) is not None and math.hypot(*getattr(one, name)) < SHORTEST_NORMAL:
+                        raise self.error("job.no_normal", (kind, k, name), given=name)
         for k, surface in enumerate(file.surface):
-            if math.hypot(*surface.normal) < SHORTEST_NORMAL:
-                raise self.error("job.no_normal", ("surface", k, "normal"))
+            if (surface.cylinder is None) != (surface.axis is None):
+                raise self.error("job.bar_axis", ("surface", k, "axis"))
+            if surface.hollow and surface.normal is not None:
+                raise self.error("job.hollow_plane", ("surface", k, "hollow"))
+        begin = file.start.pose
+        held = file.pose.get(begin) if isinstance(begin, str) else begin
+        if file.door and not (held is None and begin is not None) and not _is_whole(held):
+            raise self.error("job.door_start", ("door", 0))
         if file.controller.kind == "hybrid" and not file.surface:
             raise self.error("job.no_surface", ("controller", "kind"))
 
@@ -378,9 +398,6 @@ class _Reader:
             raise self.error("job.variation_noise", ("variation", "noise"))
         if "payload_offset" in given and "payload" not in given:
             raise self.error("job.variation_offset", ("variation", "payload_offset"))
-        if "gains" in given and file.controller.kind not in EXACT_GAINS:
-            known = ", ".join(EXACT_GAINS)
-            raise self.error("job.variation_gains", ("variation", "gains"), kind=file.controller.kind, known=known)
 
     def check_controller(self, controller: Controller, simulation: Simulation) -> None:
         """Every gain that is given belongs to the law that is chosen, whose period is a whole number of steps."""
@@ -440,3 +457,8 @@ class _Reader:
             expected = _Types(tuple(TYPES[one] for one in kind.group(1).split(" | ") if one in TYPES))
             return self.error("job.type", path, expected=expected, **details)
         return self.error("job.wrong", path, **details)
+
+
+def _is_whole(pose: PlacedGoal | None) -> bool:
+    """Whether a pose says all of its orientation."""
+    return pose is not None and pose.task == "pose" and (pose.rpy is not None or pose.quaternion is not None)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from mafsil.arrays import Floats
+from mafsil.arrays import Floats, PoseMatrix
 from mafsil.control import (
     ContactSwitch,
     Gains,
@@ -24,7 +24,8 @@ from mafsil.control import (
     task_computed_torque,
     task_dynamics,
 )
-from mafsil.control.environment import CombinedEnvironment, Wall
+from mafsil.control.environment import CombinedEnvironment
+from mafsil.job.contacts import Face, environment_of, solid
 from mafsil.job.description import Job
 from mafsil.robot import Robot
 from mafsil.trajectory import Trajectory
@@ -41,15 +42,6 @@ CONTACT_DAMPING = 0.5
 """Damping ratio that hybrid control gives the arm's inertia on the surface."""
 MOVES = 1e-9
 """Entry of a Jacobian below which a joint does not move the tip along an axis [m]."""
-
-
-def environment_of(job: Job) -> CombinedEnvironment | None:
-    """What the surfaces of a job do to the tip; None without any."""
-    walls = tuple(
-        Wall(np.array(one.point), np.array(one.normal), one.stiffness, one.damping, one.friction)
-        for one in job.surface
-    )  # fmt: skip
-    return CombinedEnvironment(walls) if walls else None
 
 
 def tip_law(job: Job, model: Robot, trajectory: Trajectory, true: Robot) -> Law:
@@ -104,26 +96,29 @@ def _admittance(job: Job, model: Robot, trajectory: Trajectory, true: Robot, tas
 
 def _hybrid(job: Job, model: Robot, trajectory: Trajectory, true: Robot, task: TaskCoordinates) -> Law:
     """Motion until the tip touches the first surface, then force into it until the plan leaves it."""
-    own, surface = job.controller, job.surface[0]
-    n = np.array(surface.normal) / np.linalg.norm(surface.normal)
-    along = np.concatenate([np.zeros(3), n])[list(task.rows)]
+    own, face = job.controller, Face(solid(job.surface[0]), task.rows)
     tip, sensor = TipOfJoints(model, trajectory), _sensor(job, true, task)
     gains = Gains.from_natural_frequency(len(task.rows), own.frequency or FREQUENCY, own.damping or DAMPING)
-    press = -along * (PRESS if own.press is None else own.press)
+    press = PRESS if own.press is None else own.press
     integral = FORCE_INTEGRAL if own.force_integral is None else own.force_integral
     force = hybrid_control(
-        model, tip, along, press, coordinates=task, gains=gains, sensor=sensor,
+        model, tip, face.constraint, lambda T: -press * face.along(T), coordinates=task, gains=gains, sensor=sensor,
         force_kp=own.force_gain or 0.0, force_ki=integral,
     )  # fmt: skip
+    along = face.along(tip(0.0).pose)
     mass = float(along @ _inertia(model, trajectory, task) @ along)
-    slowing = 2.0 * CONTACT_DAMPING * np.sqrt(surface.stiffness * max(mass, 0.0))
-    touching = combined(force, TipDamping(model, task, slowing * np.outer(along, along)))
+    slowing = 2.0 * CONTACT_DAMPING * np.sqrt(job.surface[0].stiffness * max(mass, 0.0))
+
+    def damping(T: PoseMatrix) -> Floats:
+        n = face.along(T)
+        return slowing * np.outer(n, n)
+
     return ContactSwitch(
         free=_task_computed_torque(job, model, trajectory, true, task),
-        touching=touching,
-        intended=lambda t: float((tip(t).pose[:3, 3] - np.array(surface.point)) @ n) < REACHED,
+        touching=combined(force, TipDamping(model, task, damping)),
+        intended=lambda t: face.depth(tip(t).pose) > -REACHED,
         sensor=sensor,
-        direction=-n,
+        direction=lambda t: -face.normal(tip(t).pose[:3, 3]),
         least=max(TOUCH, 5.0 * job.simulation.noise.force),
     )
 

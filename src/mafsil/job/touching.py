@@ -9,6 +9,7 @@ import numpy as np
 from mafsil.job.remark import Remark
 from mafsil.job.run import Run
 from mafsil.messages.quantities import quantity
+from mafsil.simulation.findings import BRIEF, brief_contacts
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +46,15 @@ def touching(run: Run) -> Touching | None:
     period = float(np.median(np.diff(run.recording.t))) if len(force) > 1 else 0.0
     mean = float(force[there].mean()) if there.any() else 0.0
     return Touching(float(force[worst]), float(run.recording.t[worst]), mean, float(there.sum() * period), made)
+
+
+def brief_contact_remarks(run: Run) -> list[Remark]:
+    """Contacts that the step is too long for."""
+    found = brief_contacts(run.recording.t, run.recording.contact_wrench, run.job.simulation.step)
+    if found is None:
+        return []
+    details = {"count": found[0], "time": quantity(found[1], "s"), "steps": BRIEF}
+    return [Remark("warning", "simulation.brief_contact", details)]
 
 
 def touching_remarks(found: Touching | None) -> list[Remark]:

@@ -24,7 +24,7 @@ from mafsil.simulation import MonteCarlo, Scenario, Variation, cluster_of, monte
 from mafsil.simulation import Normal as DrawnNormal
 from mafsil.simulation.many_runs import wilson
 from mafsil.simulation.run import Progress
-from mafsil.simulation.stepping import IMPLICIT_FRICTION, STIFF
+from mafsil.simulation.stepping import DEFAULT, IMPLICIT_FRICTION, STIFF
 
 SHARES = (0.5, 0.9, 0.95, 0.99, 1.0)
 """Of the runs, up to whose worst errors are told."""
@@ -205,11 +205,15 @@ def _stable(job: Job, scenarios: list[Scenario], asked: VariationTable) -> list[
     """With an integrator that no drawn friction makes unstable, unless the job names one."""
     if job.simulation.method is not None:
         return scenarios
-    if asked.friction is None and asked.inertia is None:
-        return scenarios
-    most, least = _largest(asked.friction), _smallest(asked.inertia)
-    stiff = any(scenario.stiffness * most / least > STIFF for scenario in scenarios)
-    return [replace(each, integrator=IMPLICIT_FRICTION) for each in scenarios] if stiff else scenarios
+    stiff = False
+    if asked.friction is not None or asked.inertia is not None:
+        most, least = _largest(asked.friction), _smallest(asked.inertia)
+        stiff = any(scenario.stiffness * most / least > STIFF for scenario in scenarios)
+    if stiff or any(scenario.integrator == IMPLICIT_FRICTION for scenario in scenarios):
+        return [replace(each, integrator=IMPLICIT_FRICTION) for each in scenarios]
+    # Forces of contact are asked for once a step, for all runs together.
+    touches = any(scenario.true_plant.environment is not None for scenario in scenarios)
+    return [replace(each, integrator=DEFAULT) for each in scenarios] if touches else scenarios
 
 
 def _largest(spread: tuple[float, float] | Normal | None) -> float:

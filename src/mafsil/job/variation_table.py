@@ -50,5 +50,3 @@ class VariationTable(Part, frozen=True, kw_only=True):
 
 SPREADS = ("payload", "payload_offset", "inertia", "friction", "gains", "delay", "noise")
 """Keys of what is drawn."""
-EXACT_GAINS = ("computed_torque", "pd_gravity", "pid", "feedforward")
-"""Laws whose gains can be varied."""

@@ -43,14 +43,19 @@ def render(page: Page, *others: Page) -> str:
     Raises:
         KernelError: LLVM refuses a kernel of the robot.
     """
-    style = "\n".join((_asset("report.css"), read("page/stage.css").strip(), _cards()))
-    slots = _frame(page.language, page.title, style, _script()) | _texts(page)
+    style = report_style()
+    slots = frame(page.language, page.title, style, _script()) | _texts(page)
     slots["policy"] = policy(style, _script(), computes=True)
     slots["varied"] = "hidden" if page.variation_table is None else ""
     slots["alone"] = "" if others else "hidden"
     slots["data"] = embedded(_data(page, others))
-    slots["languages"] = "".join(map(_kept, others))
-    return _filled("report.html", slots)
+    slots["languages"] = "".join(kept(each.language, _texts(each)) for each in others)
+    return filled("report.html", slots)
+
+
+def report_style() -> str:
+    """The style of reports."""
+    return "\n".join((_asset("report.css"), read("page/stage.css").strip(), _cards()))
 
 
 @cache
@@ -82,10 +87,15 @@ def _optional(content: Table | None) -> str:
     return "" if content is None else f'<div class="wide">{fragments.table(content)}</div>'
 
 
-def _kept(page: Page) -> str:
-    """The texts of a language that is not shown, as a template."""
-    texts = "".join(f'<div data-for="{name}">{html}</div>' for name, html in _texts(page).items())
-    return f'<template data-language="{page.language}">{texts}</template>'
+def kept(language: str, slots: Mapping[str, str]) -> str:
+    """The texts of a language that is not shown, as a template.
+
+    Args:
+        language: whose they are.
+        slots: HTML by the name of its place.
+    """
+    texts = "".join(f'<div data-for="{name}">{html}</div>' for name, html in slots.items())
+    return f'<template data-language="{language}">{texts}</template>'
 
 
 def _words(page: Page) -> dict[str, Any]:
@@ -106,21 +116,32 @@ def render_picture(title: str, subtitle: str, scene: Mapping[str, Any], language
         language: of the page.
     """
     style, code = "\n".join((_asset("report.css"), read("page/stage.css").strip())), one_script(PICTURE)
-    slots = _frame(language, title, style, code) | {
+    slots = frame(language, title, style, code) | {
         "policy": policy(style, code),
         "header": fragments.header(title, subtitle),
         "hint": attribute(say("report.hint_still", language=language)),
         "data": embedded({"scene": scene}),
     }
-    return _filled("picture.html", slots)
+    return filled("picture.html", slots)
 
 
-def _filled(template: str, slots: dict[str, str]) -> str:
+def filled(template: str, slots: Mapping[str, str]) -> str:
+    """A template with its places filled.
+
+    Args:
+        template: name of a file beside the style.
+        slots: HTML by the name of its place.
+    """
     return re.sub(r"\{\{(\w+)\}\}", lambda match: slots[match.group(1)], _asset(template))
 
 
-def _frame(language: str, title: str, style: str, code: str) -> dict[str, str]:
-    """What every page has: language, labels, style and script."""
+def frame(language: str, title: str, style: str, code: str) -> dict[str, str]:
+    """What every page has: language, labels, style and script.
+
+    Args:
+        language, title: of the page.
+        style, code: that stand in it.
+    """
     labels = {name: attribute(say(f"report.{name}", language=language)) for name in LABELS}
     labels |= {name: attribute(say(f"page.{name}", language=language)) for name in PAGE_LABELS}
     return labels | {
@@ -148,12 +169,13 @@ def _data(page: Page, others: Sequence[Page]) -> dict[str, Any]:
         "joints": [visible(name) for name in page.joints],
         "time": packed(page.times),
         "moves": [{"from": step.start, "to": step.end} for step in page.steps],
-        "plots": [_plot(plot) for plot in page.plots],
+        "plots": [plot_data(plot) for plot in page.plots],
         "tape": _tape(scene),
     }
 
 
-def _plot(plot: Plot) -> dict[str, Any]:
+def plot_data(plot: Plot) -> dict[str, Any]:
+    """A plot as the script of its page reads it."""
     limits = None
     if plot.limits is not None:
         limits = [[float(bound) if np.isfinite(bound) else None for bound in row] for row in plot.limits]

@@ -13,6 +13,7 @@ from mafsil.job.equipment import UNNAMED_TOOL, box_of_tool
 from mafsil.job.payload import box_in_tip
 from mafsil.model.shape import Box, Capsule, Cylinder, Sphere
 from mafsil.report.content import Carried, Scene
+from mafsil.report.touched import doors, standing
 from mafsil.scene import Body, Drawing, Solid, compact
 
 MOST_NUMBERS = 420_000
@@ -50,7 +51,8 @@ def replay_scene(run: Run) -> Scene:
     drawing = Drawing(mechanism)
     centre, size, floor = drawing.extent(seen, poses[0])
     floor = min([floor, *(_lowest(one) for one in carried)])
-    beside, standing = _neighbours(run, moments, floor)
+    beside, still = _neighbours(run, moments, floor)
+    beside += [Part(body, track, 0, 0) for body, track in doors(run, tips)]
     targets = [(leg.name, compact(leg.target)) for leg in run.plan.legs if leg.target is not None]
     return Scene(
         bodies=drawing.bodies(floor, poses[0]),
@@ -61,7 +63,7 @@ def replay_scene(run: Run) -> Scene:
         references=compact(references),
         targets=tuple(targets),
         carried=tuple(Carried(one.body, compact(one.track), one.first, one.end) for one in (*carried, *beside)),
-        fixed=tuple((body, compact(T)) for body, T in (*_obstacles(run, size), *standing)),
+        fixed=tuple((body, compact(T)) for body, T in (*_obstacles(run, size), *standing(run, size), *still)),
         centre=centre,
         size=size,
         floor=floor,

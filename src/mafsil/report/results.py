@@ -12,6 +12,7 @@ import shutil
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -38,12 +39,29 @@ _EXCHANGE = 2
 def write_results(run: Run, directory: Path) -> Path:
     """Write report, recording and numbers of a run into a directory.
 
+    Args:
+        run: what happened.
+        directory: to be created; an earlier result in it is replaced.
+
+    Returns:
+        Path of the report.
+
+    Raises:
+        InputError: the directory holds something that is no result of ours.
+        OSError: the disk is full, the place is not writable.
+    """
+    return write_folder(directory, lambda partial: _write_all(run, partial))
+
+
+def write_folder(directory: Path, write: Callable[[Path], None]) -> Path:
+    """Write results into a directory, with `report.html` among them.
+
     All files are written into a hidden directory beside it, synced, and exchanged with it in one step: whatever
     happens, the directory holds the old results or the new ones, whole.
 
     Args:
-        run: what happened.
         directory: to be created; an earlier result in it is replaced.
+        write: puts files into a directory that is there.
 
     Returns:
         Path of the report.
@@ -60,7 +78,8 @@ def write_results(run: Run, directory: Path) -> Path:
     partial = Path(tempfile.mkdtemp(prefix=f".{directory.name}.partial-{writer}-", dir=directory.parent))
     try:
         os.chmod(partial, 0o755)
-        _write_all(run, partial)
+        write(partial)
+        _synced(partial)
         _put(partial, directory)
     finally:
         shutil.rmtree(partial, ignore_errors=True)
@@ -96,11 +115,14 @@ def _short(path: Path) -> str:
 def _write_all(run: Run, directory: Path) -> None:
     numbers = summary(run)
     code = run.job.report.language or language()
-    _write(directory / "report.html", page.render(*contents.pages(run, numbers, code)).encode())
+    write_file(directory / "report.html", page.render(*contents.pages(run, numbers, code)).encode())
     data = json.dumps(as_data(run, numbers), ensure_ascii=False, indent=2, allow_nan=False)
-    _write(directory / "results.json", data.encode())
-    _write(directory / "job.toml", run.text.encode())
+    write_file(directory / "results.json", data.encode())
+    write_file(directory / "job.toml", run.text.encode())
     run.recording.save(directory / "recording")
+
+
+def _synced(directory: Path) -> None:
     folder = os.open(directory, os.O_RDONLY)
     os.fsync(folder)
     os.close(folder)
@@ -214,7 +236,12 @@ def _targets(run: Run, numbers: Summary) -> list[dict[str, Any]]:
     return found
 
 
-def _write(path: Path, data: bytes) -> None:
+def write_file(path: Path, data: bytes) -> None:
+    """Write a file so that it survives a power cut.
+
+    Args:
+        path, data: of the file.
+    """
     with path.open("wb") as file:
         file.write(data)
         file.flush()

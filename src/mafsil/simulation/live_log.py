@@ -7,23 +7,27 @@ import os
 import zlib
 from collections.abc import Generator, Mapping
 from contextlib import contextmanager, suppress
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from time import perf_counter
 from types import TracebackType
 from typing import BinaryIO
 
-import msgspec
 import numpy as np
 
 from mafsil.arrays import Floats, positive, require_kind
 from mafsil.errors import FileError, InputError
+from mafsil.simulation.mcap_blocks import McapBlocks
+from mafsil.simulation.tick_bytes import MESSAGE, Shape, TickBytes
 from mafsil.version import __version__
 
 SUFFIX = ".mcap"
 TOPIC = "run"
 BEGINS, ENDS = "mafsil.run_begins", "mafsil.run_ends"
 """Names of the metadata records before and after the ticks of a run."""
+SHAPES = "shapes"
+"""Key in the metadata of a channel: names and shapes of its arrays, in the order of their fields."""
 CHECKSUM = "log_checksum"
 """Their key for the checksum of all others: MCAP has none for metadata."""
 INTERVAL = 5e-3
@@ -34,13 +38,13 @@ NANOSECONDS = 1e9
 
 
 class LiveLog:
-    """A log that runs write while they go on: one message a tick, with all that a recording holds, in JSON.
+    """A log that runs write while they go on: one message a tick, with all that a recording holds, in protobuf.
 
     What is older than 5 ms, or than the piece that compiled code is just running, is with the operating system: it
     survives the process, killed or not, but not a power cut, for which every block would have to wait for the disk.
     `Recording.load` reads the file, torn or whole, while the run goes on, too; so do Foxglove and the tools of MCAP
-    (https://mcap.dev). Numbers that are not finite are kept as NaN. If the disk is full, the run goes on without its
-    log and says so.
+    (https://mcap.dev). Numbers that are not finite are kept as they are. If the disk is full, the run goes on without
+    its log and says so.
 
     Args:
         path: of a file with suffix .mcap; what is there is replaced.
@@ -63,17 +67,14 @@ class LiveLog:
         if duration is not None:
             positive("duration", duration)
         require_mcap()
-        from mcap.writer import CompressionType, Writer
-
         self.path, self.duration, self.fault = place, duration, ""
         self._file = _opened(place)
-        self._writer = Writer(self._file, chunk_size=CHUNK, compression=CompressionType.NONE)
-        self._channels: dict[bytes, int] = {}
+        self._writer: McapBlocks | None = None
+        self._channels: dict[tuple[tuple[str, Shape], ...], tuple[int, TickBytes]] = {}
         self._start = self._past = self._due = 0.0
         self._count = 0
         try:
-            self._writer.start(profile="", library=f"mafsil {__version__}")
-            self._file.flush()
+            self._writer = McapBlocks(self._file, f"mafsil {__version__}")
         except OSError as fault:
             self._failed(fault)
 
@@ -104,16 +105,22 @@ class LiveLog:
         Args:
             rows: arrays by name, the ticks first; `t` is among them.
         """
-        if self.fault or not len(rows["t"]):
+        if self.fault or self._writer is None or not len(rows["t"]):
             return
-        times = np.rint((rows["t"] + self._start) * NANOSECONDS).astype(np.int64).tolist()
+        times = np.rint((rows["t"] + self._start) * NANOSECONDS).astype(np.int64)
         self._past = self._start + float(rows["t"][-1])
+        channel, layout = self._channel_for(rows)
+        size = len(layout.template)
+        most = max(1, CHUNK // size)
         try:
-            channel = self._channel_for(rows)
-            for time, *row in zip(times, *(array.tolist() for array in rows.values()), strict=True):
-                text = msgspec.json.encode(dict(zip(rows, row, strict=True)))
-                self._writer.add_message(channel, time, text, time, self._counted())
-            self._writer.flush()
+            for first in range(0, len(times), most):
+                part = {name: array[first : first + most] for name, array in rows.items()}
+                moments, before = times[first : first + most], self._writer.size
+                try:
+                    self._writer.block(channel, moments, self._count, size, partial(layout.written, part))
+                finally:
+                    # Ctrl-C may come in between: what stands in the file counts, and nothing else.
+                    self._count += len(moments) if self._writer.size > before else 0
         except OSError as fault:
             self._failed(fault)
         self._due = perf_counter() + INTERVAL
@@ -131,19 +138,18 @@ class LiveLog:
         if self._file.closed:
             return
         try:
-            if not self.fault:
+            if not self.fault and self._writer is not None:
                 self._writer.finish()
             self._file.close()
         except OSError as fault:
             self._failed(fault)
 
     def _note(self, name: str, metadata: Mapping[str, object]) -> None:
-        if self.fault:
+        if self.fault or self._writer is None:
             return
         texts = {key: json.dumps(value) for key, value in {**metadata, "log_number": self._counted()}.items()}
         try:
-            self._writer.add_metadata(name, texts | {CHECKSUM: checksum(texts)})
-            self._writer.flush()
+            self._writer.note(name, texts | {CHECKSUM: checksum(texts)})
         except OSError as fault:
             self._failed(fault)
 
@@ -152,14 +158,16 @@ class LiveLog:
         self._count += 1
         return self._count - 1
 
-    def _channel_for(self, rows: Mapping[str, Floats]) -> int:
-        """The channel of messages with these arrays."""
-        properties = {name: _json_type(np.ndim(array) - 1) for name, array in rows.items()}
-        schema = msgspec.json.encode({"title": "mafsil.tick", "type": "object", "properties": properties})
-        if schema not in self._channels:
-            number = self._writer.register_schema("mafsil.tick", "jsonschema", schema)
-            self._channels[schema] = self._writer.register_channel(TOPIC, "json", number)
-        return self._channels[schema]
+    def _channel_for(self, rows: Mapping[str, Floats]) -> tuple[int, TickBytes]:
+        """The channel of messages with these arrays, and how they are written."""
+        shapes = tuple((name, np.shape(array)[1:]) for name, array in rows.items())
+        if shapes not in self._channels:
+            assert self._writer is not None
+            layout = TickBytes(dict(shapes))
+            about = {SHAPES: json.dumps(shapes)}
+            number = self._writer.channel(TOPIC, MESSAGE, layout.descriptor(), about)
+            self._channels[shapes] = number, layout
+        return self._channels[shapes]
 
     def _failed(self, fault: OSError) -> None:
         self.fault = fault.strerror or str(fault)
@@ -207,10 +215,3 @@ def _opened(place: Path) -> BinaryIO:
         return place.open("wb")
     except OSError as fault:
         raise FileError("file.cannot_write", path=str(place), reason=fault.strerror or str(fault)) from None
-
-
-def _json_type(dimensions: int) -> dict[str, object]:
-    """The JSON schema of an array of so many dimensions."""
-    if dimensions > 0:
-        return {"type": "array", "items": _json_type(dimensions - 1)}
-    return {"type": ["number", "null"]}

@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 import json
+import os
 import struct
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any, BinaryIO, cast
 
 import msgspec
 import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.errors import FileError
-from mafsil.simulation.live_log import BEGINS, CHECKSUM, ENDS, TOPIC, checksum, require_mcap
+from mafsil.simulation.live_log import BEGINS, CHECKSUM, ENDS, SHAPES, TOPIC, checksum, require_mcap
+from mafsil.simulation.tick_bytes import TickBytes
 
 if TYPE_CHECKING:
     from mcap.records import Chunk, McapRecord
 
 BLOCK = 1024
-"""Ticks that are held as objects until they become arrays."""
+"""Ticks that are held as bytes until they become arrays."""
 MAGIC_SIZE = 8
 
 
@@ -57,7 +59,7 @@ def logged_runs(path: Path) -> list[LoggedRun]:
     """The runs of a log that have ticks, one after the other, as far as the file holds them.
 
     1. Records are read in order until the file ends or makes no sense: a record longer than the file, a wrong
-       checksum, half a text, a number that is missing in the count of ticks and notes.
+       checksum, a number that is missing in the count of ticks and notes.
     2. Metadata begin and end runs; the messages of every chunk are their ticks.
 
     Args:
@@ -99,13 +101,27 @@ def _records(path: Path) -> Iterator[McapRecord]:
     from mcap.stream_reader import StreamReader
 
     with path.open("rb") as file:
+        size = os.fstat(file.fileno()).st_size
         try:
-            yield from StreamReader(file, emit_chunks=True, record_size_limit=path.stat().st_size).records
+            stream = cast("BinaryIO", _Until(file, size))
+            yield from StreamReader(stream, emit_chunks=True, record_size_limit=size).records
         except InvalidMagic:
             if file.tell() <= MAGIC_SIZE:
                 raise
         except (McapError, struct.error, UnicodeDecodeError, OverflowError, MemoryError):
             return
+
+
+class _Until:
+    """A file as long as it is now: a run that goes on may write faster than its log is read."""
+
+    def __init__(self, file: BinaryIO, size: int) -> None:
+        self._file, self._left = file, size
+
+    def read(self, size: int = -1) -> bytes:
+        data = self._file.read(self._left if size < 0 else min(size, self._left))
+        self._left -= len(data)
+        return data
 
 
 class _Reading:
@@ -114,8 +130,9 @@ class _Reading:
     def __init__(self) -> None:
         self.runs: list[LoggedRun] = []
         self.torn = False
-        self._ours: set[int] = set()
-        self._ticks: list[dict[str, Any]] = []
+        self._ours: dict[int, TickBytes] = {}
+        self._ticks: list[bytes] = []
+        self._layout: TickBytes | None = None
         self._count = 0
 
     def note(self, name: str, metadata: Mapping[str, str]) -> None:
@@ -148,10 +165,10 @@ class _Reading:
             self.torn = True
             return
         for record in records:
-            if isinstance(record, Channel) and record.topic == TOPIC and record.message_encoding == "json":
-                self._ours.add(record.id)
+            if isinstance(record, Channel) and record.topic == TOPIC and SHAPES in record.metadata:
+                self._ours[record.id] = _layout(record.metadata[SHAPES])
             elif isinstance(record, Message) and record.channel_id in self._ours and self._follows(record.sequence):
-                self._take(record.data)
+                self._take(record.data, self._ours[record.channel_id])
 
     def _follows(self, number: object) -> bool:
         """Whether nothing is missing before a tick or note of this number."""
@@ -159,33 +176,43 @@ class _Reading:
         self._count += 1
         return not self.torn
 
-    def _take(self, text: bytes) -> None:
+    def _take(self, tick: bytes, layout: TickBytes) -> None:
         if not self.runs:
             raise ForeignLogError("messages before a run")
-        try:
-            tick = msgspec.json.decode(text)
-        except msgspec.DecodeError as fault:
-            raise ForeignLogError(str(fault)) from None
-        if not isinstance(tick, dict) or "t" not in tick:
-            raise ForeignLogError("a message without t")
-        self._ticks.append(cast("dict[str, Any]", tick))
+        if len(tick) != len(layout.template):
+            raise ForeignLogError(f"a message of {len(tick)} bytes instead of {len(layout.template)}")
+        if layout is not self._layout:
+            self.close_block()
+        self._layout = layout
+        self._ticks.append(tick)
         if len(self._ticks) >= BLOCK:
             self.close_block()
 
     def close_block(self) -> None:
-        """The ticks held as objects become arrays."""
-        if not self._ticks:
+        """The ticks held as bytes become arrays."""
+        if not self._ticks or self._layout is None:
             return
-        names = self._ticks[0].keys()
+        table = np.frombuffer(b"".join(self._ticks), dtype=np.uint8).reshape(len(self._ticks), -1)
         try:
-            block = {name: np.array([tick[name] for tick in self._ticks], dtype=float) for name in names}
-        except (KeyError, TypeError, ValueError) as fault:
-            raise ForeignLogError(f"ticks of different shapes: {fault}") from None
+            block = self._layout.read(table)
+        except ValueError as fault:
+            raise ForeignLogError(str(fault)) from None
         before = self.runs[-1].blocks
         if before and _shapes(before[0]) != _shapes(block):
             raise ForeignLogError("ticks of different shapes")
         before.append(block)
         self._ticks = []
+
+
+def _layout(text: str) -> TickBytes:
+    """Where the numbers of a channel's messages stand, from its metadata."""
+    try:
+        shapes = msgspec.json.decode(text, type=list[tuple[str, tuple[Annotated[int, msgspec.Meta(ge=0)], ...]]])
+    except (msgspec.DecodeError, msgspec.ValidationError) as fault:
+        raise ForeignLogError(str(fault)) from None
+    if "t" not in dict(shapes) or dict(shapes)["t"]:
+        raise ForeignLogError("messages without t")
+    return TickBytes(dict(shapes))
 
 
 def _shapes(block: Mapping[str, Floats]) -> dict[str, tuple[int, ...]]:

@@ -21,7 +21,12 @@ from mafsil.messages import say
 from mafsil.messages.tables import in_notebook
 from mafsil.messages.visible import visible
 from mafsil.simulation.clock import Deadlines
-from mafsil.simulation.findings import chatter_sentence, near_singular_sentence, saturation_sentence
+from mafsil.simulation.findings import (
+    brief_contact_sentence,
+    chatter_sentence,
+    near_singular_sentence,
+    saturation_sentence,
+)
 from mafsil.simulation.live_log import SUFFIX
 from mafsil.simulation.log_reading import LoggedRun, logged_runs
 from mafsil.simulation.overview import joint_table
@@ -117,7 +122,7 @@ class Recording(Answer):
         return float(self.t[-1]) if len(self.t) else 0.0
 
     def explain(self, language: str | None = None) -> str:
-        """How the run ended; if so, that a singular pose was near, efforts were clipped, contact chattered."""
+        """How the run ended; singular poses near, clipped efforts, contact that chattered or was short, if any."""
         timed = Deadlines.of(self.metadata)
         joints = [str(name) for name in self.metadata["joints"]]
         found = [
@@ -125,6 +130,7 @@ class Recording(Answer):
             near_singular_sentence(self.metadata.get("near_singular"), language),
             saturation_sentence(self.t, self.saturated, joints, language),
             chatter_sentence(self.t, self.contact_wrench, language),
+            brief_contact_sentence(self.t, self.contact_wrench, float(self.metadata["step"]), language),
             None if timed is None else timed.explain(language),
             self._log_fault(language),
         ]

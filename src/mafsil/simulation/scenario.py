@@ -16,6 +16,7 @@ from mafsil.robot import Robot, as_robot
 from mafsil.simulation.closed_plant import ClosedPlant, plant_of
 from mafsil.simulation.disturbance import SensorNoise, WrenchPulse
 from mafsil.simulation.plant import Plant
+from mafsil.simulation.scaled_gains import in_rows, with_scaled_gains
 from mafsil.simulation.stepping import (
     DEFAULT,
     IMPLICIT_FRICTION,
@@ -25,7 +26,7 @@ from mafsil.simulation.stepping import (
     require_integrator,
 )
 from mafsil.simulation.tolerances import PART_OF_STEP, PERIOD
-from mafsil.simulation.variation import Variants, with_scaled_gains
+from mafsil.simulation.variation import Variants
 from mafsil.trajectory import Trajectory
 
 MOST_NUMBERS = 400_000_000
@@ -119,8 +120,10 @@ class Scenario:
     @property
     def acting_law(self) -> Law:
         """The law with the gains of each run."""
-        if self.variants is None or self.variants.gains is None:
+        if self.variants is None:
             return self.law
+        if self.variants.gains is None:
+            return in_rows(self.law, self.variants.count)
         return with_scaled_gains(self.law, self.variants.gains)
 
     @property

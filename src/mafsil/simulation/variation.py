@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, real_array
-from mafsil.control import Combined, ComputedTorque, CurrentLoop, Delayed, Gains, JointFeedback, Law
 from mafsil.errors import InputError
 from mafsil.mechanics.inertial_parameters import inertial_parameters
 from mafsil.mechanics.varied_bodies import body_parameters, friction_rows
@@ -214,32 +213,6 @@ def drawn(
             raise InputError("input.range", name="delay", value=late.max() * period, low=0.0, high=MOST_DELAY * period)
         parts["delay"] = late.astype(np.int64)
     return Variants(count=runs, numbers=np.arange(first, first + runs), **parts)
-
-
-def with_scaled_gains(law: Law, factors: Floats) -> Law:
-    """A law whose gains differ from run to run.
-
-    Args:
-        law: with gains, or the sum of such laws.
-        factors: (b,).
-
-    Raises:
-        InputError: a law without gains that are known here.
-    """
-    if isinstance(law, (ComputedTorque, JointFeedback)):
-        scale = factors[:, None]
-        gains = law.gains
-        return replace(law, gains=Gains(scale * gains.kp, scale * gains.kd, scale * gains.ki))
-    if isinstance(law, (Delayed, CurrentLoop)):
-        return replace(law, law=with_scaled_gains(law.law, factors))
-    if isinstance(law, Combined):
-        changed = tuple(
-            with_scaled_gains(part, factors) if isinstance(part, (ComputedTorque, JointFeedback, Combined)) else part
-            for part in law.laws
-        )
-        if any(new is not old for new, old in zip(changed, law.laws, strict=True)):
-            return Combined(changed)
-    raise InputError("simulation.no_gains", law=type(law).__name__)
 
 
 def _spread(name: str, given: Spread) -> Uniform | Normal:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -132,10 +133,11 @@ class PiecewisePolynomial(Printed):
         return value
 
 
+@lru_cache(maxsize=64)
 def _factors(degree: int, order: int) -> Floats:
     """The factors k! / (k - order)! for k = order .. degree."""
     k = np.arange(order, degree + 1, dtype=np.float64)
     factors = np.ones_like(k)
     for i in range(order):
         factors *= k - i
-    return factors
+    return frozen(factors)

@@ -46,15 +46,25 @@ class Sequence(Printed):
         """Position, velocity and acceleration at the times `t` (*times) [s]; at rest outside 0 .. duration."""
         moment = times(t)
         which = self._locate(moment)
+        if moment.ndim == 0:
+            return self._at_one(moment, int(which))
         shape = moment.shape + self.parts[0].at(0.0).u.shape
         out = Motion(*(np.zeros(shape) for _ in range(3)))
         for k in range(len(self.parts)):
             here = which == k
+            if not here.any():
+                continue
             values = self.parts[k].at(self._local(moment[here], k))
             for whole, value in zip(out, values, strict=True):
                 whole[here] = value
         moving = moving_at(moment, self.duration, len(shape) - moment.ndim)
         return Motion(out.u, out.v * moving, out.a * moving)
+
+    def _at_one(self, moment: Floats, k: int) -> Motion:
+        """At one time, which lies in part k: laws of the tip ask so in each tick."""
+        u, v, a = self.parts[k].at(self._local(moment, k))
+        moving = moving_at(moment, self.duration, u.ndim)
+        return Motion(u, v * moving, a * moving)
 
     def jerk(self, t: ArrayLike) -> Floats:
         """(*times, *batch, n) third derivative at the times `t` [rad/s^3 | m/s^3]; zero outside 0 .. duration."""

@@ -7,7 +7,8 @@ from typing import Any, cast
 
 import msgspec
 
-from mafsil.job.description import Bounds, Collision, Grasp, Job, Obstacle, Part, Pose, Step, Surface, Tolerance, Tool
+from mafsil.job.contact_tables import Door, Guide, Hole, Surface
+from mafsil.job.description import Bounds, Collision, Grasp, Job, Obstacle, Part, Pose, Step, Tolerance, Tool
 from mafsil.job.language.statements import JobFile, Pattern, Placed
 from mafsil.job.other_robot import OtherRobot
 from mafsil.job.variation_table import Normal, VariationTable
@@ -23,7 +24,10 @@ LENGTHS: dict[type[Part], tuple[str, ...]] = {
     Collision: ("clearance",),
     Tolerance: ("position",),
     Step: ("blend", "clearance"),
-    Surface: ("point",),
+    Surface: ("point", "sphere", "cylinder"),
+    Hole: ("mouth", "clearance", "depth", "chamfer", "peg"),
+    Door: ("hinge",),
+    Guide: ("point",),
     Tool: ("com", "size", "centre"),
     Bounds: ("tip_speed", "tip_acceleration"),
     VariationTable: ("bound", "payload_offset"),

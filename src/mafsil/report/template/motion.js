@@ -12,8 +12,8 @@ export class Motion {
    */
   constructor(data, seek) {
     const time = floats(data.time), bands = data.moves.map(({ from, to }) => [from, to]), place = document.getElementById("plots");
-    this.plots = data.plots.map((plot, k) => new Plot(place, { ...plot, bands }, time, plot.named ? data.texts[data.language].plots[k].names : data.joints, seek));
-    this.ofJoints = this.plots.filter((_, k) => !data.plots[k].named);
+    this.plots = data.plots.map((plot, k) => new Plot(place, { ...plot, bands }, time, plot.names.length ? data.texts[data.language].plots[k].names : data.joints, seek));
+    this.ofJoints = this.plots.filter((_, k) => !data.plots[k].names.length);
     this.hidden = new Set();
     document.getElementById("legend").append(...data.joints.map((name, k) => this.joint(name, k)));
     document.getElementById("save-table").addEventListener("click", () => saveTable(`${document.title}.csv`, tableText(data, time, this.plots)));

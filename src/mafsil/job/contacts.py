@@ -1,0 +1,112 @@
+"""What the tip of a job touches: tables of the file as environments, and the faces of surfaces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import sqrt
+
+import numpy as np
+
+from mafsil.arrays import Floats, PoseMatrix, Vector3
+from mafsil.control import AtPoints, Door, Hole, RoundSurface, guiding_line, guiding_plane
+from mafsil.control.environment import CombinedEnvironment, Environment, Wall
+from mafsil.job import contact_tables as tables
+from mafsil.job.description import Job
+from mafsil.job.poses import pose_matrix
+
+
+def environment_of(job: Job) -> CombinedEnvironment | None:
+    """What acts on the tip of a job: all that it can touch and all that holds it; None of a job without any."""
+    parts: list[Environment] = [solid(one) for one in job.surface]
+    parts += [_hole(one) for one in job.hole]
+    parts += [door_of(job, one) for one in job.door]
+    parts += [_guide(one) for one in job.guide]
+    return CombinedEnvironment(tuple(parts)) if parts else None
+
+
+def solid(one: tables.Surface) -> Wall | RoundSurface:
+    """A surface as what pushes the tip."""
+    point, constants = np.array(one.point), (one.stiffness, one.damping, one.friction)
+    if one.normal is not None:
+        return Wall(point, np.array(one.normal), *constants)
+    radius = one.sphere if one.sphere is not None else one.cylinder
+    assert radius is not None
+    axis = None if one.axis is None else np.array(one.axis)
+    return RoundSurface(point, radius, *constants, axis=axis, hollow=one.hollow)
+
+
+def _hole(one: tables.Hole) -> Environment:
+    hole = Hole(
+        np.array(one.mouth), np.array(one.axis), one.clearance, one.depth, one.chamfer, one.stiffness, one.damping,
+        one.friction,
+    )  # fmt: skip
+    return AtPoints(hole, np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -one.peg]])) if one.peg else hole
+
+
+def door_of(job: Job, one: tables.Door) -> Door:
+    """A door, shut where the tip starts.
+
+    Args:
+        job: which starts at a pose.
+        one: its table.
+    """
+    start = job.start.pose
+    assert start is not None
+    handle = pose_matrix(start, degrees=job.angles == "degrees")
+    return Door(
+        np.array(one.hinge), np.array(one.axis), handle, one.stiffness, one.damping, one.turn_stiffness,
+        one.turn_damping, one.friction, one.closer,
+    )  # fmt: skip
+
+
+def _guide(one: tables.Guide) -> Environment:
+    if one.direction is not None:
+        return guiding_line(one.point, one.direction, one.stiffness, one.damping)
+    assert one.normal is not None
+    return guiding_plane(one.point, one.normal, one.stiffness, one.damping)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Face:
+    """The side of a surface that the tip touches, as constraint of a law.
+
+    Attributes:
+        surface: whose it is.
+        rows: coordinates of the task, as in `TaskCoordinates`.
+    """
+
+    surface: Wall | RoundSurface
+    rows: tuple[int, ...]
+
+    def normal(self, p: Vector3) -> Vector3:
+        """(3,) out of the surface at a point (3,)."""
+        return self.surface.normal if isinstance(self.surface, Wall) else self.surface.normal(p)[0]
+
+    def depth(self, T: PoseMatrix) -> float:
+        """How deep the tip is in it [m]."""
+        if isinstance(self.surface, Wall):
+            return float(self.surface.depth(T))
+        return float(self.surface.normal(T[:3, 3])[1])
+
+    def along(self, T: PoseMatrix) -> Floats:
+        """(m,) the normal at the tip in the coordinates of the task."""
+        return np.concatenate([np.zeros(3), self.normal(T[:3, 3])])[list(self.rows)]
+
+    def constraint(self, T: PoseMatrix, V: Floats) -> tuple[Floats, Floats]:
+        """A (1, m) and dA/dt (1, m): along a round surface the normal turns as the tip moves.
+
+        dn/dt = W v / |r|, r from the centre or the axis to the tip; W takes away what lies along n and the axis.
+        """
+        A = self.along(T)[None]
+        if isinstance(self.surface, Wall):
+            return A, np.zeros_like(A)
+        n, away = self.normal(T[:3, 3]), T[:3, 3] - self.surface.centre
+        across = np.eye(3) - np.outer(n, n)
+        if self.surface.axis is not None:
+            u = self.surface.axis
+            across, away = across - np.outer(u, u), away - (away @ u) * u
+        whole = np.zeros(6)
+        whole[list(self.rows)] = V
+        side = -1.0 if self.surface.hollow else 1.0
+        rate = side * across @ whole[3:] / max(sqrt(float(away @ away)), 1e-9)
+        return A, np.concatenate([np.zeros(3), rate])[list(self.rows)][None]

@@ -1,0 +1,238 @@
+"""Conditions that make laws stable, each held against a job: the number that proves it, and the limit it must keep."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mafsil.arrays import Floats
+from mafsil.control import (
+    AdmittanceControl,
+    Combined,
+    ComputedTorque,
+    ContactSwitch,
+    CurrentLoop,
+    Delayed,
+    Gains,
+    HybridControl,
+    ImpedanceControl,
+    JointFeedback,
+    Law,
+    LinearQuadratic,
+    MinMax,
+    SlidingMode,
+    TaskComputedTorque,
+    admittance_radius,
+    sliding_certificate,
+)
+from mafsil.job.law_stability import PLACES, growth_along
+from mafsil.job.remark import Remark
+from mafsil.job.run import Run
+from mafsil.job.stretch import Driven
+from mafsil.messages import say
+from mafsil.messages.quantities import digits, quantity
+
+LONGEST = 2000
+"""Ticks of a run that are looked at."""
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """A number that has to stay below a limit.
+
+    Attributes:
+        name: of the condition; what it says is `job.condition_<name>`.
+        value: the number, at worst.
+        limit: it keeps below this.
+        time: when it was worst [s]; NaN of what does not change with time.
+    """
+
+    name: str
+    value: float
+    limit: float
+    time: float = float("nan")
+
+    @property
+    def holds(self) -> bool:
+        """Whether the number keeps its limit; false for NaN."""
+        return self.value < self.limit
+
+    def explain(self, *, language: str | None = None) -> str:
+        """What is asked, the number, and when it was worst."""
+        details = {"value": digits(self.value), "limit": digits(self.limit)}
+        said = say(f"job.condition_{self.name}", language=language, **details)
+        if not np.isfinite(self.time):
+            return said
+        return said + say("job.condition_when", language=language, time=quantity(self.time, "s"))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "name": self.name, "holds": self.holds, "value": _plain(self.value), "limit": self.limit,
+            "time": _plain(self.time),
+        }  # fmt: skip
+
+
+def conditions(run: Run) -> tuple[Condition, ...]:
+    """The conditions of a run's law, each at its worst over all stretches; the step from tick to tick comes first.
+
+    Args:
+        run: a job, driven.
+    """
+    worst: dict[str, Condition] = {}
+    for driven in run.driven:
+        for found in (*_sampled(run, driven), *_own(run, driven)):
+            if found.name not in worst or not found.value <= worst[found.name].value:
+                worst[found.name] = found
+    return tuple(worst.values())
+
+
+def stability_remarks(run: Run) -> list[Remark]:
+    """Conditions of the law that do not hold, of a run that failed or stood at its limits: why it may have done so.
+
+    Args:
+        run: with its other remarks.
+    """
+    if not any(each.level == "failure" or each.key == "job.at_saturation" for each in run.remarks):
+        return []
+    return [Remark("warning", "job.law_unstable", {"reason": each}) for each in conditions(run) if not each.holds]
+
+
+def _sampled(run: Run, driven: Driven) -> Iterator[Condition]:
+    """Small errors from tick to tick."""
+    factor, time = growth_along(run.job, driven)
+    if np.isfinite(factor):
+        yield Condition("sampled", factor, 1.0, driven.stretch.start + time)
+
+
+def _own(run: Run, driven: Driven) -> Iterator[Condition]:
+    """What is asked of the law itself and of its parts."""
+    for part in parts_of(driven.scenario.law):
+        test = _TESTS.get(type(part))
+        if test is not None:
+            yield from test(part, run, driven)
+
+
+def parts_of(law: Law) -> Iterator[Law]:
+    """A law's parts: of sums, of laws behind a delay or an inner loop, of those that a contact parts."""
+    if isinstance(law, Delayed | CurrentLoop):
+        yield from parts_of(law.law)
+    elif isinstance(law, Combined):
+        for part in law.laws:
+            yield from parts_of(part)
+    elif isinstance(law, ContactSwitch):
+        yield from (*parts_of(law.free), *parts_of(law.touching))
+    else:
+        yield law
+
+
+def _error_equation(law: ComputedTorque | TaskComputedTorque, run: Run, driven: Driven) -> Iterator[Condition]:
+    yield from _equation_of(law.gains)
+
+
+def _equation_of(gains: Gains) -> Iterator[Condition]:
+    """e'' + Kd e' + Kp e + Ki int e = 0: the largest real part of its roots."""
+    rows = np.stack([np.ones_like(gains.kp), gains.kd, gains.kp], axis=-1)
+    found = [np.roots([*row, ki] if ki else row) for row, ki in zip(rows, gains.ki, strict=True)]
+    yield Condition("error_equation", max(float(roots.real.max()) for roots in found), 0.0)
+
+
+def _integral(law: JointFeedback, run: Run, driven: Driven) -> Iterator[Condition]:
+    """Ki below Kp (Kd + viscous) / M of each joint by itself, as a share of it, where the inertia is largest."""
+    gains, trajectory, true = law.gains, driven.stretch.trajectory, driven.scenario.true_plant
+    if not gains.integrates:
+        return
+    times = np.linspace(0.0, trajectory.duration, PLACES)
+    M = np.diagonal(np.asarray(true.robot.mass_matrix(trajectory.at(times).u)), axis1=-2, axis2=-1)
+    kd = gains.kd
+    if true.has_friction:
+        friction = true.friction_law
+        kd = kd + np.diagonal(friction.gain.T @ (friction.viscous[:, None] * friction.gain))
+    shares = (gains.ki * M / np.maximum(gains.kp * kd, np.finfo(np.float64).tiny)).max(axis=-1)
+    k = int(shares.argmax())
+    yield Condition("integral", float(shares[k]), 1.0, driven.stretch.start + float(times[k]))
+
+
+def _sliding(law: SlidingMode, run: Run, driven: Driven) -> Iterator[Condition]:
+    """The bound covers what the true arm needs beyond the model, at every moment of the run."""
+    t, q, qd = _recorded(run, driven)
+    if len(t):
+        found = sliding_certificate(
+            law, driven.scenario.true_plant.robot, driven.stretch.trajectory, t - driven.stretch.start, q, qd
+        )
+        share = (np.abs(found.needed) / np.maximum(found.bound, np.finfo(np.float64).tiny)).max(axis=-1)
+        yield _worst("bound", share, t)
+
+
+def _min_max(law: MinMax, run: Run, driven: Driven) -> Iterator[Condition]:
+    """Errors keep below the bound that follows from the width of the boundary layer."""
+    t, q, _ = _recorded(run, driven)
+    if len(t):
+        bound = law.error_bound(q, driven.scenario.true_plant.robot)
+        error = np.abs(driven.stretch.trajectory.at(t - driven.stretch.start).u - q)
+        yield _worst("error_bound", (error / bound).max(axis=-1), t)
+
+
+def _force_loop(law: HybridControl, run: Run, driven: Driven) -> Iterator[Condition]:
+    """On a rigid wall with one period of delay z^2 + (Kfp + Kfi dt - 1) z - Kfp has to have its roots inside."""
+    yield from _equation_of(law.gains)
+    if law.sensor is not None:
+        kp, ki = float(law.force_gains.kp.max()), float(law.force_gains.ki.max())
+        roots = np.roots([1.0, kp + ki * driven.scenario.control_period - 1.0, -kp])
+        yield Condition("force_loop", float(np.abs(roots).max()), 1.0)
+
+
+def _virtual_motion(law: ImpedanceControl, run: Run, driven: Driven) -> Iterator[Condition]:
+    """The tip's motion about its reference: the largest real part of the roots of D, B and K."""
+    yield Condition("virtual_motion", float(law.impedance.roots.real.max()), 0.0)
+
+
+def _virtual_step(law: AdmittanceControl, run: Run, driven: Driven) -> Iterator[Condition]:
+    """The step of the virtual mass, held by its own spring and by the stiffest thing that it may touch."""
+    yield Condition("virtual_motion", float(law.impedance.roots.real.max()), 0.0)
+    own, period = law.impedance, driven.scenario.control_period
+    stiffest = max((one.stiffness for one in run.job.surface), default=0.0)
+    shifts = [k for k, row in enumerate(law.coordinates.rows) if row >= 3]
+    radii = [
+        admittance_radius(own.inertia[k, k], own.damping[k, k], own.stiffness[k, k] + stiffest, period) for k in shifts
+    ]
+    if radii:
+        yield Condition("virtual_step", max(radii), 1.0)
+
+
+def _about_pose(law: LinearQuadratic, run: Run, driven: Driven) -> Iterator[Condition]:
+    """The roots of the errors at the pose for which the gains are the cheapest."""
+    yield Condition("about_pose", float(law.roots[0].real), 0.0)
+
+
+def _recorded(run: Run, driven: Driven) -> tuple[Floats, Floats, Floats]:
+    """Times (k,), positions and rates (k, n) of a stretch."""
+    tape, stretch = run.recording, driven.stretch
+    inside = np.flatnonzero((tape.t >= stretch.start) & (tape.t <= stretch.start + stretch.trajectory.duration))
+    rows = inside[:: max(1, len(inside) // LONGEST)]
+    return tape.t[rows], tape.q[rows], tape.qd[rows]
+
+
+def _worst(name: str, shares: Floats, t: Floats) -> Condition:
+    k = int(shares.argmax())
+    return Condition(name, float(shares[k]), 1.0, float(t[k]))
+
+
+def _plain(value: float) -> float | None:
+    return value if np.isfinite(value) else None
+
+
+_TESTS: dict[type, Callable[[Any, Run, Driven], Iterator[Condition]]] = {
+    ComputedTorque: _error_equation,
+    TaskComputedTorque: _error_equation,
+    JointFeedback: _integral,
+    SlidingMode: _sliding,
+    MinMax: _min_max,
+    HybridControl: _force_loop,
+    ImpedanceControl: _virtual_motion,
+    AdmittanceControl: _virtual_step,
+    LinearQuadratic: _about_pose,
+}

@@ -1,0 +1,90 @@
+"""What the tip touches in the replay: plates, balls, bars and rails that stand, doors that open with the handle."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mafsil.arrays import Floats, PoseMatrix, Vector3
+from mafsil.geometry import rotation
+from mafsil.job import Run
+from mafsil.job.contact_tables import Guide, Surface
+from mafsil.job.contacts import door_of
+from mafsil.scene import Body, Solid
+
+COLOUR = (0.62, 0.70, 0.74, 1.0)
+DOOR_COLOUR = (0.66, 0.52, 0.36, 1.0)
+PLATE, THIN, RAIL = 0.45, 2e-3, 4e-3
+"""Edge of a plate, thickness of plates and of rails, as shares of the scene."""
+PANEL_HEIGHT, PANEL_THICKNESS = 0.7, 0.03
+"""Of a door, as shares of its width."""
+
+
+def standing(run: Run, size: float) -> list[tuple[Body, PoseMatrix]]:
+    """Surfaces and guides with their poses; hollow ones are left out, they would hide the arm.
+
+    Args:
+        run: what happened.
+        size: radius of the scene [m].
+    """
+    found = [_surface(one, size) for one in run.job.surface if not one.hollow]
+    return [*found, *(_guide(one, size) for one in run.job.guide)]
+
+
+def _surface(one: Surface, size: float) -> tuple[Body, PoseMatrix]:
+    place = np.array(one.point)
+    if one.normal is not None:
+        return Body(one.name, (_below(size),)), _facing(place, np.array(one.normal))
+    if one.sphere is not None:
+        return Body(one.name, (Solid("sphere", (one.sphere,), colour=COLOUR),)), _facing(place, np.array([0.0, 0, 1]))
+    assert one.cylinder is not None
+    bar = Solid("cylinder", (one.cylinder, PLATE * size), colour=COLOUR)
+    return Body(one.name, (bar,)), _facing(place, np.array(one.axis))
+
+
+def _guide(one: Guide, size: float) -> tuple[Body, PoseMatrix]:
+    if one.direction is not None:
+        rail = Solid("cylinder", (RAIL * size, 2.0 * PLATE * size), colour=COLOUR)
+        return Body(one.name, (rail,)), _facing(np.array(one.point), np.array(one.direction))
+    return Body(one.name, (_below(size),)), _facing(np.array(one.point), np.array(one.normal))
+
+
+def _below(size: float) -> Solid:
+    """A thin plate whose upper side is the x-y plane."""
+    low = (0.0, 0.0, -THIN * size / 2.0, 1.0, 0.0, 0.0, 0.0)
+    return Solid("box", (PLATE * size, PLATE * size, THIN * size), low, COLOUR)
+
+
+def _facing(place: Vector3, direction: Vector3) -> PoseMatrix:
+    """(4, 4) with z along a direction."""
+    z = direction / np.linalg.norm(direction)
+    aside = np.eye(3)[int(np.abs(z).argmin())]
+    x = aside - (aside @ z) * z
+    x = x / np.linalg.norm(x)
+    T = np.eye(4)
+    T[:3, 0], T[:3, 1], T[:3, 2], T[:3, 3] = x, np.cross(z, x), z, place
+    return T
+
+
+def doors(run: Run, tips: PoseMatrix) -> list[tuple[Body, Floats]]:
+    """Each door with its pose (frames, 4, 4) while the tip has its handle.
+
+    Args:
+        run: what happened.
+        tips: (frames, 4, 4) poses of the tip.
+    """
+    found: list[tuple[Body, Floats]] = []
+    for one in run.job.door:
+        door = door_of(run.job, one)
+        arm = door.handle[:3, 3] - door.hinge
+        out = arm - (arm @ door.axis) * door.axis
+        width = float(np.linalg.norm(out))
+        T = np.eye(4)
+        T[:3, 0], T[:3, 2] = out / width, door.axis
+        T[:3, 1] = np.cross(door.axis, T[:3, 0])
+        turned = np.tile(np.eye(4), (len(tips), 1, 1))
+        turned[:, :3, :3] = rotation.exp(door.angle(tips)[:, None] * door.axis) @ T[:3, :3]
+        turned[:, :3, 3] = door.hinge + (arm @ door.axis) * door.axis
+        centre = (width / 2.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+        panel = Solid("box", (width, PANEL_THICKNESS * width, PANEL_HEIGHT * width), centre, DOOR_COLOUR)
+        found.append((Body(one.name, (panel,)), turned))
+    return found

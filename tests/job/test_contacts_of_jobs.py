@@ -1,0 +1,239 @@
+"""Jobs wipe round surfaces, open doors, insert pegs, slide along guides; reports say what became of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mafsil.cli.main import main
+from mafsil.control import Wall
+from mafsil.control.shaped_environment import RoundSurface
+from mafsil.errors import JobError
+from mafsil.job import Run, parse, solve, solve_file
+from mafsil.job.contacts import Face, environment_of
+from mafsil.job.judgement import summary
+from mafsil.job.laws import kinds_for
+from mafsil.job.schema import schema
+from mafsil.report.contents import page
+from mafsil.report.replay import replay_scene
+
+EXAMPLES = Path(__file__).parents[2] / "examples" / "jobs"
+HEAD = """
+robot = "puma560"
+angles = "degrees"
+[tolerance]
+position = 0.01
+orientation = 2.0
+[simulation]
+friction = false
+settle = 0.1
+"""
+PIPE = """
+[start]
+pose = { position = [0.5, 0.1, 0.005], rpy = [180, 0, 0] }
+[controller]
+kind = "hybrid"
+press = 10
+[[surface]]
+name = "pipe"
+point = [0.5, 0.0, -0.2]
+cylinder = 0.223606797749979
+axis = [1, 0, 0]
+stiffness = 2e4
+damping = 150
+[[move]]
+path = "line"
+pose = { position = [0.5, 0.1, -0.001], rpy = [180, 0, 0] }
+[[move]]
+path = "arc"
+via = [{ position = [0.5, 0.0, 0.0226], rpy = [180, 0, 0] }]
+pose = { position = [0.5, -0.1, -0.001], rpy = [180, 0, 0] }
+duration = 1.6
+"""
+PEG = """
+[start]
+pose = { position = [0.5, 0.1, 0.005], rpy = [180, 0, 0] }
+[controller]
+kind = "impedance"
+tip_stiffness = 400
+turn_stiffness = 20
+[[hole]]
+mouth = [0.501, 0.1, 0.0]
+axis = [0, 0, 1]
+clearance = 2e-4
+depth = 0.03
+chamfer = 3e-3
+peg = 0.015
+[[move]]
+path = "line"
+pose = { position = [0.5, 0.1, -0.035], rpy = [180, 0, 0] }
+duration = 1.2
+"""
+RAIL = """
+[start]
+pose = { position = [0.5, 0.1, 0.2], rpy = [180, 0, 0] }
+[controller]
+kind = "impedance"
+tip_stiffness = 300
+[[guide]]
+name = "ruler"
+point = [0.5, 0.1, 0.2]
+direction = [0, 1, 0]
+stiffness = 2e4
+damping = 300
+[[move]]
+path = "line"
+pose = { position = [0.52, 0.2, 0.2], rpy = [180, 0, 0] }
+duration = 1.0
+"""
+
+
+def run(text):
+    found = solve(parse(text), text, Path())
+    assert isinstance(found, Run)
+    return found
+
+
+def remark(found, key):
+    return next(each for each in found.remarks if each.key == key)
+
+
+@pytest.mark.capability("10-74")
+@pytest.mark.parametrize("press", [6.0, 12.0])
+def test_a_pipe_is_wiped_with_the_same_force_all_round(press):
+    found = run(HEAD + PIPE.replace("press = 10", f"press = {press}"))
+    tape = found.recording
+    assert found.status.succeeded
+    R = found.robot.forward_kinematics(tape.q)[:, :3, :3]
+    force = (R @ tape.contact_wrench[:, 3:, None])[..., 0]
+    sliding = (tape.t > 0.6) & (tape.t < 1.8)
+    p = found.robot.forward_kinematics(tape.q)[:, :3, 3]
+    outward = p - [0.5, 0.0, -0.2]
+    outward[:, 0] = 0.0
+    outward /= np.linalg.norm(outward, axis=1)[:, None]
+    assert np.ptp(np.degrees(np.arctan2(outward[sliding, 1], outward[sliding, 2]))) > 30.0, "the normal turns"
+    pressed = (force * outward).sum(axis=1)[sliding]
+    assert np.abs(pressed - press).max() < 0.12 * press
+    assert abs(pressed.mean() - press) < 0.02 * press
+    assert np.abs(force - (force * outward).sum(axis=1)[:, None] * outward)[sliding].max() < 1e-6, (
+        "there is no friction"
+    )
+
+
+@pytest.mark.parametrize(
+    "surface",
+    [
+        RoundSurface([0.1, 0.2, 0.3], 0.4, 1e4), RoundSurface([0.1, 0.2, 0.3], 0.4, 1e4, hollow=True),
+        RoundSurface([0.1, 0.2, 0.3], 0.4, 1e4, axis=[0.3, -0.2, 0.9]), Wall([0, 0, 0], [1, 2, 3], 1e4),
+    ],
+)  # fmt: skip
+def test_the_rate_of_the_constraint_is_that_of_its_normal(surface):
+    rng = np.random.default_rng(3)
+    face = Face(surface, (0, 1, 2, 3, 4, 5))
+    for _ in range(20):
+        T, V, h = np.eye(4), rng.normal(size=6), 1e-6
+        T[:3, 3] = rng.normal(size=3)
+        ahead, behind = T.copy(), T.copy()
+        ahead[:3, 3] += h * V[3:]
+        behind[:3, 3] -= h * V[3:]
+        A, rate = face.constraint(T, V)
+        np.testing.assert_allclose(A[0], face.along(T), atol=0)
+        np.testing.assert_allclose(rate[0], (face.along(ahead) - face.along(behind)) / (2 * h), atol=1e-7)
+
+
+@pytest.mark.capability("10-68", "10-79")
+def test_a_soft_hand_opens_a_door_that_is_not_where_it_takes_it_to_be():
+    found = solve_file(EXAMPLES / "open_a_door_puma560.toml")
+    assert found.status.succeeded
+    door = environment_of(found.job).parts[0]
+    tips = found.robot.forward_kinematics(found.recording.q)
+    angle = np.degrees(door.angle(tips))
+    assert 28.0 < angle[-1] < 31.0
+    radius = np.linalg.norm(tips[:, :2, 3] - [0.51, 0.51], axis=1)
+    assert np.ptp(radius) < 1e-3, "the handle goes round the hinge, not round where it is taken to be"
+    said = remark(found, "job.door_opened")
+    assert "29" in said.sentence("en") or "30" in said.sentence("en")
+    assert said.sentence("ar") != said.sentence("en")
+    bodies = [one.body.name for one in replay_scene(found).carried]
+    assert bodies == ["door"]
+
+
+def test_a_peg_finds_its_hole_by_the_chamfer_and_a_rail_leads_the_tip():
+    found = run(HEAD + PEG)
+    said = remark(found, "job.hole_reached")
+    assert float(str(said.details["depth"]).split()[0]) == pytest.approx(30.0, abs=0.5)
+    off = found.robot.forward_kinematics(found.recording.q[-1])[:2, 3] - [0.501, 0.1]
+    assert np.linalg.norm(off) < 4e-4, "the plan goes 1 mm beside the axis"
+    beside = run(HEAD + PEG.replace("0.501", "0.51"))
+    assert remark(beside, "job.hole_missed").level == "warning"
+    led = run(HEAD + RAIL)
+    aside = led.robot.forward_kinematics(led.recording.q)[:, 0, 3] - 0.5
+    free = led.plan.tips(np.array([1.0]), led.recording.q_ref[-1:])[0, 0, 3] - 0.5
+    assert free == pytest.approx(0.02, abs=1e-6)
+    assert np.abs(aside).max() < 1.5e-3, "a rail of 2e4 N/m against a hand of 300 N/m"
+    assert remark(led, "job.guide_left").sentence("en").count("ruler") == 1
+    assert page(led, summary(led), "ar").findings
+
+
+def test_millimetres_are_metres():
+    metres, millimetres = HEAD + PEG, HEAD + PEG
+    for old, new in (
+        ("[0.5, 0.1, 0.005]", "[500, 100, 5]"), ("[0.501, 0.1, 0.0]", "[501, 100, 0]"), ("2e-4", "0.2"),
+        ("depth = 0.03", "depth = 30"), ("3e-3", "3"), ("peg = 0.015", "peg = 15"), ("0.1, -0.035]", "100, -35]"),
+        ("[0.5, 100", "[500, 100"), ("position = 0.01", "position = 10"),
+    ):  # fmt: skip
+        millimetres = millimetres.replace(old, new)
+    one, other = parse(metres), parse('lengths = "millimetres"' + millimetres)
+    first, second = one.hole[0], other.hole[0]
+    np.testing.assert_allclose(first.mouth, second.mouth)
+    for name in ("clearance", "depth", "chamfer", "peg", "stiffness", "damping"):
+        assert getattr(first, name) == pytest.approx(getattr(second, name))
+
+
+@pytest.mark.parametrize(
+    ("text", "old", "new", "word"),
+    [
+        (PIPE, "cylinder = 0.223606797749979", "cylinder = 0.2\nsphere = 0.2", "exactly one"),
+        (PIPE, "cylinder = 0.223606797749979", "", "exactly one"),
+        (PIPE, "axis = [1, 0, 0]", "", "axis"),
+        (PIPE, "axis = [1, 0, 0]", "axis = [0, 0, 0]", "axis"),
+        (PIPE, "cylinder = 0.223606797749979\naxis = [1, 0, 0]", "normal = [0, 0, 1]\nhollow = true", "hollow"),
+        (PEG, "axis = [0, 0, 1]", "axis = [0, 0, 0]", "axis"),
+        (PEG, "clearance = 2e-4", "clearance = -1", "clearance"),
+        (RAIL, "direction = [0, 1, 0]", "direction = [0, 1, 0]\nnormal = [0, 0, 1]", "exactly one"),
+        (RAIL, "[[guide]]", "[[door]]\nhinge = [0, 0, 0]\naxis = [0, 0, 1]\n[[guide]]", None),
+        (RAIL, "rpy = [180, 0, 0] }\n[controller]", "task = 'position' }\n[controller]\n", None),
+    ],
+)
+def test_what_makes_no_sense_is_refused_by_its_place(text, old, new, word):
+    assert old in text
+    changed = HEAD + text.replace(old, new)
+    if word is None:
+        parse(changed)
+        return
+    with pytest.raises(JobError) as caught:
+        parse(changed)
+    assert word in caught.value.message("en")
+    assert caught.value.message("ar") != caught.value.message("en")
+
+
+def test_a_door_needs_a_whole_pose_to_start_from():
+    door = "\n[[door]]\nhinge = [0, 0, 0]\naxis = [0, 0, 1]\n"
+    for start in ("joints = [0, 0, 0, 0, 0, 0]", "pose = { position = [0.5, 0.1, 0.2] }"):
+        text = RAIL.replace("pose = { position = [0.5, 0.1, 0.2], rpy = [180, 0, 0] }", start, 1) + door
+        with pytest.raises(JobError, match="handle"):
+            parse(HEAD + text)
+
+
+def test_schema_check_and_bench_know_them(tmp_path, capsys):
+    tables = schema()["$defs"]
+    assert {"Hole", "Door", "Guide", "Surface"} <= set(tables)
+    file = tmp_path / "peg.toml"
+    file.write_text(HEAD + PEG)
+    assert main(["check", str(file)]) == 0
+    capsys.readouterr()
+    assert "impedance" in kinds_for(parse(HEAD + PEG))
+    assert "hybrid" not in kinds_for(parse(HEAD + PEG))
+    assert "hybrid" in kinds_for(parse(HEAD + PIPE))
