@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Literal
 
 from mafsil.cli.answer import Answer, Laid
-from mafsil.cli.numerals import count
+from mafsil.cli.numerals import count, typed_value
 from mafsil.cli.progress import Progress
 from mafsil.cli.table import table
 from mafsil.errors import FileError, InputError
@@ -71,15 +71,12 @@ def run(
     return _run(text_of(path), path.name, path.parent, target, options, progress=progress, show=open)
 
 
-def _assigned(words: str) -> tuple[str, float | str]:
-    """Name and value of `name=value`; what is no number is a text."""
+def _assigned(words: str) -> tuple[str, bool | float | str]:
+    """Name and value of `name=value`."""
     name, equals, value = words.partition("=")
     if not equals or not name.strip():
         raise InputError("cli.run_assignment", given=words)
-    try:
-        return name.strip(), float(value)
-    except ValueError:
-        return name.strip(), value
+    return name.strip(), typed_value(value)
 
 
 def demo(out: str | None, progress: bool, open: bool) -> Answer:
@@ -158,6 +155,7 @@ def _planned(text: str, source: str, folder: Path, variables: Mapping[str, objec
                 "kind": leg.kind,
                 "start": float(motion.starts[k]),
                 "duration": leg.trajectory.duration,
+                "choice": None if leg.decision is None else leg.decision.to_dict(),
                 "joints": leg.trajectory.at(leg.trajectory.duration).u.tolist(),
             }
             for k, leg in moves
@@ -182,7 +180,9 @@ def _called(job: Job, leg: Leg) -> str:
     """Number and name of a move, and what it does with signals."""
     move = job.move[leg.index]
     signals = assignments(move.set) or conditions(move.wait)
-    words = (str(leg.index + 1), leg.name, signals if signals != leg.name else "")
+    signals = signals if leg.decision is None else leg.decision.explain()
+    name = leg.name if leg.decision is None else visible(move.name)
+    words = (str(leg.index + 1), name, signals if signals != leg.name else "")
     return " ".join(word for word in words if word)
 
 

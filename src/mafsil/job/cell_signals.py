@@ -11,7 +11,7 @@ from itertools import chain, count, islice
 from typing import NamedTuple
 
 from mafsil.job.description import Job, Move
-from mafsil.job.signals import Between, Condition, SignalValue
+from mafsil.job.signals import Between, SignalValue, Test
 from mafsil.messages import say
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
@@ -166,13 +166,17 @@ class CellSignals:
         return self._past[name] if name in self._past else self._given[name]
 
 
-def holds(wanted: Condition, value: SignalValue) -> bool:
-    """Whether a value is what is waited for."""
-    return wanted.holds(float(value)) if isinstance(wanted, Between) else wanted == value
+def holds(wanted: Test, value: SignalValue | str) -> bool:
+    """Whether a value is what is asked for."""
+    if isinstance(wanted, Between):
+        return not isinstance(value, str) and wanted.holds(float(value))
+    return wanted == value
 
 
-def value_text(value: SignalValue) -> str:
+def value_text(value: SignalValue | str) -> str:
     """As it is typed in a job file."""
+    if isinstance(value, str):
+        return f'"{visible(value)}"'
     return str(value).lower() if isinstance(value, bool) else f"{value:g}"
 
 
@@ -181,12 +185,12 @@ def assignments(values: Mapping[str, SignalValue]) -> str:
     return ", ".join(f"{visible(name)} = {value_text(value)}" for name, value in values.items())
 
 
-def conditions(wanted: Mapping[str, Condition]) -> str:
+def conditions(wanted: Mapping[str, Test]) -> str:
     """`part = true, 2 < pressure < 3`."""
     return ", ".join(_condition(visible(name), each) for name, each in wanted.items())
 
 
-def _condition(name: str, wanted: Condition) -> str:
+def _condition(name: str, wanted: Test) -> str:
     if not isinstance(wanted, Between):
         return f"{name} = {value_text(wanted)}"
     below = "" if wanted.below is None else f" < {wanted.below:g}"

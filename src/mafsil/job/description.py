@@ -23,7 +23,7 @@ from mafsil.job.part import Pose as Pose
 from mafsil.job.part import Positive as Positive
 from mafsil.job.part import Share as Share
 from mafsil.job.part import Three as Three
-from mafsil.job.signals import Condition, Input, SignalValue
+from mafsil.job.signals import Condition, Input, SignalValue, Test
 from mafsil.job.variation_table import VariationTable
 from mafsil.trajectory.laws import LawName
 
@@ -37,6 +37,7 @@ TIP_PATHS: tuple[PathKind, ...] = ("line", "arc", "spline", "screw")
 PlannerName: TypeAlias = Literal["rrt_connect", "lazy_prm_star", "trajectory_optimisation", "prm", "rrt_star"]
 """Planners of `mafsil.planning` for ways round obstacles."""
 Task: TypeAlias = Literal["pose", "axis", "position"]
+Variable: TypeAlias = bool | float | str | tuple[float, ...]
 
 
 class BranchChoice(Part, frozen=True, kw_only=True):
@@ -194,18 +195,38 @@ class Step(Part, frozen=True, kw_only=True):
     tolerance: Tolerance | None = None
 
 
+class Fork(Part, frozen=True, kw_only=True):
+    """Where the way through the moves of a job divides.
+
+    Attributes:
+        tests: of signals and variables, all of them.
+        skip: moves that are passed over where they do not all hold; the next one follows where they do.
+        other: whether there are moves of the other way.
+        loop: whether it is the round of a loop that begins here.
+    """
+
+    tests: dict[str, Test]
+    skip: int
+    other: bool = False
+    loop: bool = False
+
+
 class Move(Step, frozen=True, kw_only=True):
-    """One step: exactly one of joints, pose, pick, place, tool, pause, set and wait.
+    """One step: exactly one of joints, pose, pick, place, tool, pause, set, wait and fork.
 
     Attributes:
         joints: goal in joint coordinates.
         pose: goal of the tip.
         via: points to pass through without stopping: joint coordinates on a joint path, poses on an arc or a spline.
+        fork: whether the moves after it are made.
+        skip: moves that are passed over after this one: those of the other way.
     """
 
     joints: tuple[float, ...] | None = None
     pose: Goal | None = None
     via: tuple[tuple[float, ...] | Pose, ...] = ()
+    fork: Fork | None = None
+    skip: int = 0
 
     @property
     def stays(self) -> bool:
@@ -350,9 +371,7 @@ class Head(Part, frozen=True, kw_only=True):
     robot: str
     angles: Literal["radians", "degrees"] = "radians"
     lengths: Literal["metres", "millimetres"] = "metres"
-    variables: dict[str, float | str | tuple[float, ...]] = msgspec.field(
-        default_factory=dict[str, float | str | tuple[float, ...]]
-    )
+    variables: dict[str, Variable] = msgspec.field(default_factory=dict[str, Variable])
     lock: dict[str, float] = msgspec.field(default_factory=dict[str, float])
     tool: Tool = Tool()
     tools: dict[str, Tool] = msgspec.field(default_factory=dict[str, Tool])

@@ -178,6 +178,7 @@ def _steps(run: Run) -> list[dict[str, Any]]:
             "start": float(start),
             "end": float(start + leg.trajectory.duration),
             "target": None if leg.target is None else leg.target.tolist(),
+            "choice": None if leg.decision is None else leg.decision.to_dict(),
             "way_round": None if leg.way is None else leg.way.to_dict(),
         }
         for leg, start in zip(run.plan.legs, run.plan.starts, strict=False)

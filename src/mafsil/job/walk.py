@@ -1,0 +1,179 @@
+"""What is known on the way through the moves of a job: where the robot is, what it carries, what is planned so far."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from mafsil.arrays import JointVector, PoseMatrix
+from mafsil.job.called import Where
+from mafsil.job.cell_signals import CellSignals
+from mafsil.job.decision import Decision
+from mafsil.job.description import Goal, Job, Move, Task
+from mafsil.job.equipment import Equipment, Load
+from mafsil.job.fitting import unit_remarks
+from mafsil.job.goals import Goals
+from mafsil.job.laws import control_period
+from mafsil.job.lines import Places
+from mafsil.job.neighbours import Neighbour, NeighbourMotion
+from mafsil.job.plan import Leg, Plan
+from mafsil.job.planned_remarks import driving_limits, near_limits, nearly_met
+from mafsil.job.poses import goal_matrix
+from mafsil.job.remark import Refused
+from mafsil.job.surroundings import RESTS, Surroundings, WayRound, said_of
+from mafsil.job.timing import Timing
+from mafsil.messages.quantities import quantity
+from mafsil.model import JointLimits
+from mafsil.robot import Robot
+from mafsil.trajectory import Trajectory
+
+
+class Walk:
+    """Where the robot is after the moves planned so far, and what it carries.
+
+    Args:
+        job: the job; its numbers fit the robot.
+        tools: the robot with each of its tools, that of the start first.
+        places: of the keys, for the lines of moves.
+        neighbours: other robots around.
+    """
+
+    def __init__(
+        self, job: Job, tools: tuple[Equipment, ...], places: Places, neighbours: tuple[Neighbour, ...]
+    ) -> None:
+        self.job = job
+        self.tools = {each.name: each for each in tools}
+        self.load = Load(tools[0])
+        robot = tools[0].robot
+        self.places = places
+        self.degrees = job.angles == "degrees"
+        self.limits, self.remarks = driving_limits(job, robot)
+        self.remarks += unit_remarks(job, robot, places)
+        self.goals_of = {name: Goals(each.robot) for name, each in self.tools.items()}
+        meets = job.obstacle or neighbours or job.collision is not None
+        meets = meets or any(move.clearance is not None for move in job.move)
+        self.surroundings = Surroundings(job, robot, neighbours) if meets else None
+        self.beside: tuple[NeighbourMotion, ...] = ()
+        self.signals = CellSignals(job, control_period(job))
+        self.legs: list[Leg] = []
+        self.past = 0.0
+        self.made = 0
+        self.q: JointVector = np.zeros(robot.n)
+        self.origin = self.q
+
+    def plan(self) -> Plan:
+        """What is planned so far."""
+        return Plan(
+            start=self.origin,
+            legs=tuple(self.legs),
+            remarks=tuple(self.remarks),
+            made=self.made,
+            surroundings=self.surroundings,
+            neighbours=self.beside,
+            signals=self.signals if self.signals.names else None,
+        )
+
+    @property
+    def robot(self) -> Robot:
+        """With the tool that is mounted."""
+        return self.load.robot
+
+    @property
+    def goals(self) -> Goals:
+        """Configurations for poses of the tool that is mounted."""
+        return self.goals_of[self.load.equipment.name]
+
+    def where(self, index: int) -> Where:
+        """How sentences call a move; the start is -1."""
+        if index < 0:
+            return Where(index, None, self.places.line(("start",)))
+        return Where(index, self.job.move[index], self.places.line(("move", index)))
+
+    def on_tick(self, hold: float) -> float:
+        """A rest at least this long that ends on a tick of the controller: there the load of the tool changes [s]."""
+        return self.signals.tick_after(self.past, hold) - self.past
+
+    def target(self, goal: Goal, q: JointVector) -> PoseMatrix:
+        """The pose of a goal, from q on where it is relative; its orientation that at q if it names none."""
+        return goal_matrix(goal, np.asarray(self.robot.forward_kinematics(q)), degrees=self.degrees)
+
+    def targets(self, first: int, last: int, q: JointVector) -> list[PoseMatrix]:
+        """Poses at the ends of some moves from q; one that names no orientation has that of the one before."""
+        here = np.asarray(self.robot.forward_kinematics(q))
+        found: list[PoseMatrix] = []
+        for move in self.job.move[first : last + 1]:
+            assert move.pose is not None
+            here = goal_matrix(move.pose, here, degrees=self.degrees)
+            found.append(here)
+        return found
+
+    def is_free(self, q: JointVector, index: int) -> bool:
+        """Whether a configuration keeps the clearance of a move."""
+        return self.surroundings is None or self.surroundings.is_free(q, self.load, self.clearance(index, index))
+
+    def meets(self, trajectory: Trajectory, clearance: float) -> bool:
+        """Whether a motion does not keep a clearance."""
+        around = self.surroundings
+        return around is not None and around.first_hit(trajectory, self.load, clearance) is not None
+
+    def clearance(self, first: int, last: int) -> float:
+        """What some moves without a stop between keep: the largest of their clearances [m]."""
+        usual = 0.0 if self.surroundings is None else self.surroundings.rule.clearance
+        own = [self.job.move[k].clearance for k in range(max(first, 0), last + 1)]
+        return max((usual if each is None else each for each in own), default=usual)
+
+    def scaled(self, move: Move) -> JointLimits:
+        """The limits for one move: slower if it says so."""
+        return replace(
+            self.limits,
+            velocity=self.limits.velocity * move.speed,
+            acceleration=self.limits.acceleration * move.speed**2,
+            jerk=self.limits.jerk * (move.speed**3 if move.profile == "jerk_limited" else np.inf),
+        )
+
+    def arrived(self, index: int, goal: Goal, target: PoseMatrix) -> None:
+        """Where the arm is at a pose is remembered, and how nearly it is met."""
+        self.goals.take(target, goal.task, self.q)
+        self.remarks += nearly_met(self.robot, self.q, target, goal.task, self.where(index))
+
+    def avoids(self, index: int) -> bool:
+        """Whether a move is to go round what stands in its way."""
+        own = self.job.move[index].avoid
+        return (self.surroundings is not None and self.surroundings.rule.avoid) if own is None else own
+
+    def require_free(self, index: int, kind: str, trajectory: Trajectory, clearance: float) -> None:
+        """A motion that meets something is refused, with the place and what helps."""
+        if self.surroundings is None:
+            return
+        hit = self.surroundings.first_hit(trajectory, self.load, clearance)
+        if hit is None:
+            return
+        avoidable = kind == "joint" and not self.avoids(index) and not self.job.move[index].via
+        key = "job.meets_avoidable" if avoidable else "job.meets"
+        raise Refused(key, move=self.where(index), time=quantity(hit.time, "s"), contact=said_of(hit.contact))
+
+    def append(
+        self,
+        index: int,
+        name: str,
+        kind: str,
+        trajectory: Trajectory,
+        timing: Timing | None = None,
+        target: PoseMatrix | None = None,
+        task: Task = "pose",
+        *,
+        first: int | None = None,
+        way: WayRound | None = None,
+        decision: Decision | None = None,
+    ) -> None:
+        """One more leg: it is free, or refused; the robot is at its end then, that of move `index`."""
+        moves = kind not in RESTS
+        past = self.legs[-1].clearance if self.legs else self.clearance(-1, -1)
+        kept = self.clearance(index if first is None else first, index) if moves else past
+        self.legs.append(Leg(index, name, kind, trajectory, self.load, target, task, timing, kept, way, decision))
+        self.past += trajectory.duration
+        if moves:
+            self.require_free(index, kind, trajectory, kept)
+            self.remarks += near_limits(self.robot, trajectory, self.where(index))
+        self.q = trajectory.at(trajectory.duration).u
