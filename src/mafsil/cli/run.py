@@ -25,7 +25,7 @@ from mafsil.messages import language, say
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
 from mafsil.report.contents import verdict
-from mafsil.report.results import as_data, require_replaceable, signals_data, write_results
+from mafsil.report.results import as_data, others_data, require_replaceable, signals_data, write_results
 from mafsil.simulation import SimulationStatus
 
 MARKS = {"good": "-", "warning": "!", "failure": "!!"}
@@ -160,6 +160,7 @@ def _planned(text: str, source: str, folder: Path, variables: Mapping[str, objec
             }
             for k, leg in moves
         ],
+        "other_robots": others_data(motion.neighbours),
         "signals": signals_data(motion.signals, motion.duration),
         "findings": [
             {"level": one.level, "code": one.key, "en": one.sentence("en"), "ar": one.sentence("ar")}
@@ -169,6 +170,11 @@ def _planned(text: str, source: str, folder: Path, variables: Mapping[str, objec
     rows = [
         (_called(job, leg), say(f"report.kind_{leg.kind}"), quantity(leg.trajectory.duration, "s")) for _, leg in moves
     ]
+    for each in motion.neighbours:
+        for one in each.steps:
+            name = say("report.other_move", name=each.neighbour.name, number=one.number)
+            words = " ".join(word for word in (name, one.text) if word)
+            rows.append((words, say(f"report.kind_{one.kind}"), quantity(one.end - one.start, "s")))
     heading = tuple(say(f"cli.run_{name}") for name in ("move", "kind", "duration"))
     lines = [say("cli.run_planned", title=visible(job.title or robot.name), cycle=quantity(cycle, "s"))]
     lines += table(heading, rows)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from heapq import merge
 from itertools import chain, count, islice
 from typing import NamedTuple
 
-from mafsil.job.description import Job, Move
-from mafsil.job.signals import Between, SignalValue, Test
+from mafsil.job.description import Job
+from mafsil.job.signals import Between, Condition, SignalValue, Test
 from mafsil.messages import say
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
@@ -93,23 +93,29 @@ class CellSignals:
         """The first tick that is at least `hold`, and at least a period, after a time [s]."""
         return math.ceil((time + max(hold, self.period)) / self.period - INSTANT) * self.period
 
-    def end_of_wait(self, time: float, move: Move) -> float | None:
-        """The first tick at which all conditions of a move hold; None if there is none before its time-out.
+    def take_back(self, names: Iterable[str], time: float) -> None:
+        """Outputs have not yet taken the values that they took later than a time [s]."""
+        for name in names:
+            self._past[name] = [change for change in self._past[name] if change.time <= time + INSTANT]
+
+    def end_of_wait(self, time: float, wanted: Mapping[str, Condition], timeout: float | None = None) -> float | None:
+        """The first tick at which all conditions hold; None if there is none before the time-out.
 
         A change that is over before the next tick is not seen, as by a controller.
 
         Args:
-            time: when the move begins [s].
-            move: a wait.
+            time: when the wait begins [s].
+            wanted: conditions on signals.
+            timeout: longest wait; an hour if None [s].
         """
         first = self.tick_after(time)
-        until = max(first, time + (LONGEST_WAIT if move.timeout is None else move.timeout))
-        coming = merge(*(self._changes_after(name, first) for name in move.wait), key=lambda change: change.time)
+        until = max(first, time + (LONGEST_WAIT if timeout is None else timeout))
+        coming = merge(*(self._changes_after(name, first) for name in wanted), key=lambda change: change.time)
         for moment in islice(chain([first], (change.time for change in coming)), MOST_LOOKS):
             tick = max(first, math.ceil(moment / self.period - INSTANT) * self.period)
             if tick > until + INSTANT:
                 break
-            if all(holds(wanted, self.value(name, tick)) for name, wanted in move.wait.items()):
+            if all(holds(each, self.value(name, tick)) for name, each in wanted.items()):
                 return tick
         return None
 

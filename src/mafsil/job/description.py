@@ -195,7 +195,7 @@ class Step(Part, frozen=True, kw_only=True):
     tolerance: Tolerance | None = None
 
 
-class Fork(Part, frozen=True, kw_only=True):
+class Fork(msgspec.Struct, frozen=True, kw_only=True):
     """Where the way through the moves of a job divides.
 
     Attributes:

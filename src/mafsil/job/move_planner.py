@@ -77,9 +77,8 @@ class _Planner:
         walk = self.walk
         if walk.surroundings is None:
             return
-        loads = list(dict.fromkeys(leg.load for leg in walk.legs))
-        walk.beside, said = walk.surroundings.neighbours_past(walk.legs, walk.limits.acceleration, loads)
-        walk.remarks += said
+        walk.beside = walk.surroundings.settle(walk.others(), walk.motion())
+        walk.remarks += [each.arrival() for each in walk.beside if not each.neighbour.stands]
         last = max((each.motion.duration for each in walk.beside), default=0.0)
         if last > walk.past:
             walk.append(-1, "", "settle", rest(walk.q, last - walk.past))

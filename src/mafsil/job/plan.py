@@ -85,17 +85,20 @@ class Plan:
     def lasting(self, durations: Floats) -> float:
         """How long it takes if its legs take other times: waits end when their signals come [s].
 
-        NaN where one never comes, or where the job would go another way.
+        NaN where one never comes, where the job would go another way, or where other robots set signals at other times.
 
         Args:
             durations: (legs,) of its legs, those of waits aside [s].
         """
         if not any(leg.kind in ("wait", "if") for leg in self.legs) or self.signals is None:
             return float(durations.sum())
+        if any(step.kind == "set" for each in self.neighbours for step in each.steps):
+            return float("nan")
         signals, time = CellSignals(self.signals.job, self.signals.period), 0.0
         for leg, duration in zip(self.legs, durations, strict=True):
             if leg.kind == "wait":
-                end = signals.end_of_wait(time, signals.job.move[leg.index])
+                move = signals.job.move[leg.index]
+                end = signals.end_of_wait(time, move.wait, move.timeout)
                 if end is None:
                     return float("nan")
                 time = end

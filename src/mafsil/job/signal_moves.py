@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import msgspec
-
 from mafsil.job.cell_signals import assignments, conditions
 from mafsil.job.decision import decided
 from mafsil.job.description import Fork, Move
 from mafsil.job.remark import Refused, Remark
+from mafsil.job.standstill import Standstill
 from mafsil.job.walk import Walk
 from mafsil.messages.quantities import quantity
 from mafsil.trajectory import rest
@@ -33,13 +32,18 @@ class SignalMoves:
         """A rest until all conditions hold; one that never ends, or too late, is refused."""
         walk = self.walk
         past, wanted = walk.past, conditions(move.wait)
-        end = walk.signals.end_of_wait(past, move)
+        others = walk.others_that_set(move.wait)
+        if others is None:
+            end = walk.signals.end_of_wait(past, move.wait, move.timeout)
+        else:
+            end = others.end_of_wait(walk.motion(), past, move.wait, move.timeout)
         if end is not None:
             walk.append(index, name or wanted, "wait", rest(walk.q, end - past))
             return
         details = {"move": walk.where(index), "time": quantity(past, "s"), "wanted": wanted}
-        forgiving = msgspec.structs.replace(move, timeout=None)
-        late = None if move.timeout is None else walk.signals.end_of_wait(past, forgiving)
+        if others is not None and (standing := others.waiting(others.owners(move.wait))):
+            raise Refused("job.deadlock", **details, others=Standstill(tuple(standing)))
+        late = None if move.timeout is None else walk.signals.end_of_wait(past, move.wait)
         if late is not None and move.timeout is not None:
             times = {"limit": quantity(move.timeout, "s"), "needed": quantity(late - past, "s")}
             raise Refused("job.wait_late", **details, **times)
@@ -49,6 +53,9 @@ class SignalMoves:
         """Signals are looked at at the next tick; the index of the next move."""
         walk = self.walk
         pause = walk.on_tick(0.0)
+        others = walk.others_that_set(fork.tests)
+        if others is not None:
+            others.settle(walk.motion(), fork.tests, walk.past + pause)
         decision = decided(walk.job, fork, walk.signals, walk.past + pause)
         walk.append(index, name or conditions(fork.tests), "if", rest(walk.q, pause), decision=decision)
         return index + 1 + (0 if decision.holds else fork.skip)

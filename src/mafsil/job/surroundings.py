@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.collision import Box, Capsule, Checker, Clearance, Contact, Cylinder, Plane, Scene, Sphere
 from mafsil.collision import Obstacle as Body
+from mafsil.job.beside import Beside
 from mafsil.job.description import Collision, Grasp, Job, Obstacle, SceneFile, Tool
 from mafsil.job.equipment import UNNAMED_TOOL, Load, box_of_tool
 from mafsil.job.neighbours import Neighbour, Neighbourhood, NeighbourMotion, standing_bodies
 from mafsil.job.payload import box_in_tip
 from mafsil.job.poses import pose_matrix
-from mafsil.job.remark import Remark
 from mafsil.messages.visible import visible
 from mafsil.model import Mechanism
 from mafsil.model.skeleton import with_skeleton
@@ -34,20 +33,6 @@ ROOM = 1e-4
 """What ways round keep on top of the clearance: more than a chord by which they are proved again leaves them [m]."""
 RESTING = 1e-4
 """How much smaller than itself a carried part counts: it may stand on something [m]."""
-
-
-class Leg(Protocol):
-    """A planned move, as far as it matters here."""
-
-    @property
-    def kind(self) -> str:
-        """What it is."""
-        ...
-
-    @property
-    def trajectory(self) -> Trajectory:
-        """Of the joints."""
-        ...
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -128,7 +113,7 @@ class Surroundings:
         self.bounds, self.neighbours = job.limits, neighbours
         self.obstacles = scene_of(job)
         self.scene = Scene([*self.obstacles, *standing_bodies(neighbours)])
-        self._others: tuple[Neighbourhood, dict[str, TimedArm]] | None = None
+        self._others: tuple[Neighbourhood, Mapping[str, TimedArm]] | None = None
         self._checkers: dict[tuple[Load, float], Checker] = {}
         links = robot.mechanism.links
         self.has_shapes = any(link.collisions or link.visuals for link in links)
@@ -200,35 +185,37 @@ class Surroundings:
         """Smallest distances at configurations (k, n); a carried part is smaller by the clearance that is kept."""
         return self.checker(load, kept).distance(q)
 
-    def neighbours_past(
-        self, legs: Sequence[Leg], acceleration: Floats, loads: Sequence[Load]
-    ) -> tuple[tuple[NeighbourMotion, ...], list[Remark]]:
+    def neighbourhood(self, loads: Sequence[Load]) -> Neighbourhood:
+        """The robot among those that move.
+
+        Args:
+            loads: what hangs on its flange at some time; other robots keep clear of all of it at all times.
+        """
+        hanging = {(load.equipment.name, id(thing)): body for load in loads for thing, body in _boxes(load, 0.0)}
+        boxes = [replace(body, name=f"{body.name} {k + 1}") for k, body in enumerate(hanging.values())]
+        return Neighbourhood(Robot(self._mechanism), self.neighbours, self.scene, boxes, self.rule.clearance)
+
+    def settle(self, others: Beside | None, main: TimedArm) -> tuple[NeighbourMotion, ...]:
         """What the other robots do while the robot moves as planned.
 
         Args:
-            legs: of the robot.
-            acceleration: (n,) that its joints have at most.
-            loads: what hangs on its flange at some time; other robots keep clear of all of it at all times.
+            others: those that move.
+            main: the whole motion of the robot.
 
         Raises:
-            Refused: a move of another robot for which no way was found.
+            Refused: a move of another robot for which no way was found, a wait that never ends.
         """
-        still = [
-            NeighbourMotion(each, standing(each.start, MotionLimits.of(each.robot.n, acceleration=1.0)))
-            for each in self.neighbours
-            if each.stands
-        ]
-        if len(still) == len(self.neighbours):
-            return tuple(still), []
-        hanging = {id(thing): body for load in loads for thing, body in _boxes(load, 0.0)}
-        boxes = [replace(body, name=f"{body.name} {k + 1}") for k, body in enumerate(hanging.values())]
-        around = Neighbourhood(Robot(self._mechanism), self.neighbours, self.scene, boxes, self.rule.clearance)
-        rests = tuple(leg.kind in RESTS for leg in legs)
-        starts = np.concatenate([[0.0], np.cumsum([leg.trajectory.duration for leg in legs])])
-        main = TimedArm(tuple(leg.trajectory for leg in legs), starts, rests, acceleration)
-        motions, remarks = around.planned(main, self.bounds, self.rule.seed)
-        self._others = around, motions
-        return (*still, *(NeighbourMotion(each, motions[each.asked.name]) for each in around.moving)), remarks
+        found: list[NeighbourMotion] = []
+        motions = {} if others is None else others.finish(main)
+        for each in self.neighbours:
+            if others is None or each.stands:
+                still = standing(each.start, MotionLimits.of(each.robot.n, acceleration=1.0))
+                found.append(NeighbourMotion(each, still))
+                continue
+            found.append(NeighbourMotion(each, motions[each.asked.name], others.steps(each.asked.name)))
+        if others is not None:
+            self._others = others.around, motions
+        return tuple(found)
 
     def clearance_beside(self, q: Floats, t: Floats) -> Clearance | None:
         """How near moving robots come to anything, the robot at (k, n) at times (k,) [s]; None where none moves."""

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
 
 from mafsil.arrays import JointVector, PoseMatrix
+from mafsil.job.beside import Beside
 from mafsil.job.called import Where
 from mafsil.job.cell_signals import CellSignals
 from mafsil.job.decision import Decision
@@ -25,8 +27,10 @@ from mafsil.job.surroundings import RESTS, Surroundings, WayRound, said_of
 from mafsil.job.timing import Timing
 from mafsil.messages.quantities import quantity
 from mafsil.model import JointLimits
+from mafsil.planning import TimedArm
+from mafsil.planning.waiting_places import standing
 from mafsil.robot import Robot
-from mafsil.trajectory import Trajectory
+from mafsil.trajectory import MotionLimits, Trajectory
 
 
 class Walk:
@@ -59,6 +63,7 @@ class Walk:
         self.legs: list[Leg] = []
         self.past = 0.0
         self.made = 0
+        self._others: Beside | None = None
         self.q: JointVector = np.zeros(robot.n)
         self.origin = self.q
 
@@ -89,6 +94,34 @@ class Walk:
         if index < 0:
             return Where(index, None, self.places.line(("start",)))
         return Where(index, self.job.move[index], self.places.line(("move", index)))
+
+    def motion(self) -> TimedArm:
+        """What is planned so far, in time; the robot stands afterwards."""
+        rests = tuple(leg.kind in RESTS for leg in self.legs)
+        starts = np.concatenate([[0.0], np.cumsum([leg.trajectory.duration for leg in self.legs])])
+        if not self.legs:
+            return standing(self.q, MotionLimits.of(self.robot.n, acceleration=self.limits.acceleration))
+        return TimedArm(tuple(leg.trajectory for leg in self.legs), starts, rests, self.limits.acceleration)
+
+    def others_that_set(self, names: Iterable[str]) -> Beside | None:
+        """The other robots, where one of them sets a signal or the output that it follows."""
+        inputs = self.job.input
+        sources = {(inputs[name].follows or name) if name in inputs else name for name in names}
+        foreign = {name for each in self.job.other_robot for move in each.move for name in move.set}
+        return self.others() if sources & foreign else None
+
+    def others(self) -> Beside | None:
+        """The other robots that move, planned as far as they have come; None where there are none."""
+        if self._others is None and self.surroundings is not None and any(each.move for each in self.job.other_robot):
+            talks = any(move.set or move.wait for each in self.job.other_robot for move in each.move)
+            loads = [leg.load for leg in self.legs]
+            if talks:
+                # What is carried later is not known yet: whatever some way of the job may carry.
+                parts = [None, *(move.pick for move in self.job.move if move.pick is not None)]
+                loads = [Load(tool, part) for tool in self.tools.values() for part in parts]
+            around = self.surroundings.neighbourhood(list(dict.fromkeys(loads)))
+            self._others = Beside(around, self.signals, self.job.limits, self.surroundings.rule.seed)
+        return self._others
 
     def on_tick(self, hold: float) -> float:
         """A rest at least this long that ends on a tick of the controller: there the load of the tool changes [s]."""

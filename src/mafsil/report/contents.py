@@ -246,7 +246,15 @@ def _steps(run: Run, numbers: Summary, words: _Words) -> tuple[Step, ...]:
         elif leg.decision is not None:
             text = leg.decision.explain(language=words.language)
         steps.append(Step(_name(leg, words), words(f"kind_{leg.kind}"), float(start), float(end), text, level))
-    return tuple(steps)
+    return (*steps, *_other_steps(run, words))
+
+
+def _other_steps(run: Run, words: _Words) -> Iterator[Step]:
+    """What other robots do, each after the other."""
+    for beside in run.plan.neighbours:
+        for one in beside.steps:
+            name = words("other_move", name=beside.neighbour.name, number=one.number)
+            yield Step(name, words(f"kind_{one.kind}"), one.start, one.end, one.text, "good")
 
 
 def _arrived(run: Run, leg: Leg, judged: Arrival, words: _Words) -> str:

@@ -20,6 +20,7 @@ from mafsil.job.arrival import goal_of
 from mafsil.job.cell_signals import CellSignals
 from mafsil.job.judgement import Summary, summary
 from mafsil.job.limiting import MORE, CycleLimit
+from mafsil.job.neighbours import NeighbourMotion
 from mafsil.job.run import Run
 from mafsil.job.tolerance import tolerances
 from mafsil.messages import language
@@ -128,6 +129,7 @@ def as_data(run: Run, numbers: Summary) -> dict[str, Any]:
         "signals": signals_data(run.plan.signals, numbers.duration),
         "variation": None if run.variation is None else run.variation.to_dict(),
         "steps": _steps(run),
+        "other_robots": others_data(run.plan.neighbours),
         "targets": _targets(run, numbers),
         "simulation": {
             "step": run.job.simulation.step,
@@ -157,6 +159,11 @@ def signals_data(signals: CellSignals | None, duration: float) -> dict[str, Any]
         "changes": [change._asdict() for change in changes],
         "complete": len(changes) + len(signals.names) < MOST_CHANGES,
     }
+
+
+def others_data(neighbours: tuple[NeighbourMotion, ...]) -> list[dict[str, Any]]:
+    """What other robots do, move by move; nothing of those that stand."""
+    return [{"name": each.neighbour.asked.name, "steps": [one.to_dict() for one in each.steps]} for each in neighbours]
 
 
 def _limit(run: Run, one: CycleLimit) -> dict[str, Any]:

@@ -34,16 +34,40 @@ def require_signals(file: JobFile, error: Complaint) -> None:
     for name, source in file.input.items():
         digital[name] = isinstance(source.start, bool) if source.follows is None else digital[source.follows]
     for statement, path in _statements(file.move, ("move",)):
-        for name, value in statement.set.items():
-            here = (*path, "set", name)
-            if name in file.input:
-                raise error("job.signal_input", here, signal=visible(name))
-            _require_kind(value, digital, name, here, error)
+        _require_values(statement.set, file, digital, path, error)
         for name, wanted in statement.wait.items():
             _require_kind(wanted, digital, name, (*path, "wait", name), error)
         for key, tests in (("if", statement.if_), ("while", statement.while_)):
             for name, test in tests.items():
                 _require_test(test, digital, file.variables, name, (*path, key, name), error)
+    _require_others(file, digital, error)
+
+
+def _require_others(file: JobFile, digital: Mapping[str, bool], error: Complaint) -> None:
+    """Signals of other robots, each output set by one robot alone."""
+    owners = {name: "@job.owner_main" for statement, _ in _statements(file.move, ("move",)) for name in statement.set}
+    for k, robot in enumerate(file.other_robot):
+        for i, move in enumerate(robot.move):
+            path: Path = ("other_robot", k, "move", i)
+            _require_values(move.set, file, digital, path, error)
+            for name, wanted in move.wait.items():
+                _require_kind(wanted, digital, name, (*path, "wait", name), error)
+            for name in move.set:
+                first = owners.setdefault(name, visible(robot.name))
+                if first != visible(robot.name):
+                    details = {"signal": visible(name), "first": first, "second": visible(robot.name)}
+                    raise error("job.signal_owner", (*path, "set", name), **details)
+
+
+def _require_values(
+    values: Mapping[str, SignalValue], file: JobFile, digital: Mapping[str, bool], path: Path, error: Complaint
+) -> None:
+    """Outputs, and values of their kind."""
+    for name, value in values.items():
+        here = (*path, "set", name)
+        if name in file.input:
+            raise error("job.signal_input", here, signal=visible(name))
+        _require_kind(value, digital, name, here, error)
 
 
 def _require_source(source: Input, path: Path, file: JobFile, error: Complaint) -> None:

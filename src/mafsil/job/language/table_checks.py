@@ -130,7 +130,7 @@ def _check_other_robots(robots: tuple[OtherRobot, ...], error: Complaint) -> Non
         if robot.quaternion is not None and math.hypot(*robot.quaternion) < 1e-6:
             raise error("job.zero_quaternion", ("other_robot", k, "quaternion"))
         for i, move in enumerate(robot.move):
-            if sum(each is not None for each in (move.joints, move.pose, move.pause)) != 1:
+            if sum(bool(each) for each in (move.joints is not None, move.pose, move.pause, move.set, move.wait)) != 1:
                 raise error("job.other_move", ("other_robot", k, "move", i))
             if move.pose is not None:
                 check_pose(move.pose, ("other_robot", k, "move", i, "pose"), {"position": ()}, error)
