@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mafsil.collision import Arms, Mounted
-from mafsil.errors import JobError
+from mafsil.errors import FileError, JobError
 from mafsil.job.clearances import clearances
 from mafsil.job.judgement import summary
 from mafsil.job.reading import parse, read
@@ -139,6 +139,11 @@ def test_what_is_refused_names_the_line(words, change):
     with pytest.raises(JobError, match=words) as caught:
         planned(HEAD + RIGHT + change)
     assert "<text>:" in str(caught.value)
+
+
+def test_a_robot_that_is_not_known_is_named_with_the_line_that_names_it():
+    with pytest.raises(FileError, match=r"<text>:13: other_robot\[1\].robot: ur6: .*did you mean: ur5"):
+        planned(HEAD + RIGHT.replace('"ur5"', '"ur6"'))
 
 
 def test_lengths_and_files_of_other_robots():

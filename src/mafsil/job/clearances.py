@@ -68,7 +68,7 @@ def clearances(run: Run) -> Clearances | None:
     for leg in np.unique(legs):
         chosen = np.flatnonzero(legs == leg)
         own = run.plan.legs[int(leg)]
-        found = around.clearance(q[rows[chosen]], own.load, own.clearance)
+        found = around.clearance(q[rows[chosen]], own.load, own.clearance, own.parts)
         distance[chosen] = found.distance
         for place, contact in zip(chosen.tolist(), found, strict=True):
             first[place], second[place] = contact.first, contact.second

@@ -58,7 +58,7 @@ class ClosedSteps:
         allowed = tolerances(self.walk.job, self.walk.robot, None if index < 0 else index)
         found = self.loops.at_pose(self.walk.robot, target, task, near, allowed, self.walk.where(index))
         around = self.walk.surroundings
-        return found if around is None else sorted(found, key=lambda q: not around.is_free(q, self.walk.load))
+        return found if around is None else sorted(found, key=lambda q: not self.walk.is_free(q, index))
 
     def closed_motion(self, index: int, goal: JointVector) -> tuple[Trajectory, WayRound | None]:
         """The driven joints of a mechanism with loops to a goal, through the points on the way, or round obstacles."""
@@ -69,7 +69,8 @@ class ClosedSteps:
         around = self.walk.surroundings
         if around is None or not self.ways.goes_round(index):
             return straight, None
-        hit = around.first_hit(straight, self.walk.load, self.walk.clearance(index, index))
+        parts = self.walk.counted(index, straight.at(straight.duration).u)
+        hit = around.first_hit(straight, self.walk.load, self.walk.clearance(index, index), parts)
         if hit is None:
             return straight, None
         way = self.ways.way_round(index, straight.at(straight.duration).u, hit.contact)

@@ -78,8 +78,10 @@ class Configurations:
             if move.fork is not None or (not move.stays and (move.path not in TIP_PATHS or move.pose is None)):
                 break
             if not move.stays:
-                planned = self.tip_moves.line(k, k, q)
-                if isinstance(planned, Refused) or self.walk.meets(planned.trajectory, self.walk.clearance(k, k)):
+                first, k = k, self.tip_moves.last(k)
+                move = moves[k]
+                planned = self.tip_moves.line(first, k, q)
+                if isinstance(planned, Refused) or self.walk.meets(first, k, planned.trajectory):
                     return np.inf
                 worst = max(worst, planned.factor)
                 q = planned.trajectory.at(planned.trajectory.duration).u

@@ -64,8 +64,9 @@ class JointMoves:
         move, around = self.walk.job.move[index], self.walk.surroundings
         if around is None or not self.goes_round(index):
             return None
-        kept = self.walk.clearance(index, index)
-        found = around.way_round(self.walk.q, goal, self.walk.load, kept, move.planner, met)
+        walk = self.walk
+        kept, parts = walk.clearance(index, index), walk.counted(index, goal)
+        found = around.way_round(walk.q, goal, walk.load, kept, move.planner, met, parts)
         if found is None:
             return None
         if not found.plan:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
+
 from mafsil.job.closed_steps import ClosedSteps
 from mafsil.job.configurations import Configurations
 from mafsil.job.description import TIP_PATHS, Goal, Job, Move
@@ -138,7 +140,11 @@ class _Planner:
         if (fault := hand_fault(move, walk.load.carried)) is not None:
             raise fault.complaint(walk.places, index)
         kind = "pick" if move.pick is not None else "place" if move.place else "tool"
-        walk.append(index, name, kind, rest(walk.q, walk.on_tick(move.hold)))
+        tip, carried = np.asarray(walk.robot.forward_kinematics(walk.q)), walk.load.carried
+        thing = -1 if move.pick is None else walk.parts.take(move.pick, tip, len(walk.legs))
+        walk.append(index, name, kind, rest(walk.q, walk.on_tick(move.hold)), thing=thing)
+        if move.place and carried is not None:
+            walk.parts.put(carried, tip)
         if move.tool is None:
             walk.load = replace(walk.load, carried=move.pick)
             return
@@ -148,8 +154,9 @@ class _Planner:
     def require_standing(self, key: str, index: int) -> None:
         """A start, or a tool, that meets something as soon as it is there is refused."""
         walk, around = self.walk, self.walk.surroundings
-        if around is not None and not around.is_free(walk.q, walk.load):
-            contact = around.checker(walk.load).check(walk.q).contacts[0]
+        parts = walk.parts.counted()
+        if around is not None and not around.is_free(walk.q, walk.load, None, parts):
+            contact = around.checker(walk.load, None, parts).check(walk.q).contacts[0]
             raise Refused(key, move=walk.where(index), contact=said_of(contact))
 
     def reach(self, index: int, name: str, goal: Goal) -> None:

@@ -15,6 +15,7 @@ import numpy as np
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.collision import Arms, Checker, Clearance, Contact, Mounted, Scene
 from mafsil.collision import Obstacle as Body
+from mafsil.errors import MafsilError
 from mafsil.job.description import Bounds, Job, Pose
 from mafsil.job.fitting import coordinates
 from mafsil.job.lines import Places
@@ -117,7 +118,10 @@ def neighbours_of(job: Job, folder: Path, places: Places) -> tuple[Neighbour, ..
         if asked.name in (MAIN, "") or any(asked.name == each.asked.name for each in found) or "/" in asked.name:
             raise places.error("job.other_name", ("other_robot", k, "name"), given=visible(asked.name))
         source = folder / asked.robot if Path(asked.robot).suffix else asked.robot
-        mechanism = load_mechanism(source)
+        try:
+            mechanism = load_mechanism(source)
+        except MafsilError as fault:
+            raise places.of_file(fault, ("other_robot", k, "robot")) from None
         own = any(link.collisions or link.visuals for link in mechanism.links)
         if not any(link.collisions for link in mechanism.links):
             mechanism = with_skeleton(mechanism)

@@ -12,6 +12,7 @@ from mafsil.job.decision import Decision, decided
 from mafsil.job.description import Task
 from mafsil.job.equipment import Load
 from mafsil.job.neighbours import NeighbourMotion
+from mafsil.job.placed_parts import PlacedPart
 from mafsil.job.remark import Remark
 from mafsil.job.surroundings import Surroundings, WayRound
 from mafsil.job.timing import Timing
@@ -32,6 +33,8 @@ class Leg:
         task: what of that pose counts.
         timing: what limits it; None of rests.
         clearance: that it keeps [m].
+        parts: that were put down before, and stand in the scene meanwhile.
+        thing: of a pick: the leg at which its part was taken first; -1 of what is no pick.
         way: how it goes round what stands in its way, if it does.
         decision: which way the job goes from here, and why; None of what is no choice.
     """
@@ -47,6 +50,8 @@ class Leg:
     clearance: float = 0.0
     way: WayRound | None = None
     decision: Decision | None = None
+    parts: tuple[PlacedPart, ...] = ()
+    thing: int = -1
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -50,7 +50,7 @@ def parse(
         JobError: a key is unknown, missing, of the wrong type or out of range; a variable is unknown.
     """
     data = tables_of(text, source)
-    data, cells = with_cells(data, folder or Path(), lines.Places(text, visible(source)).error)
+    data, cells = with_cells(data, folder or Path(), lines.Places(text, visible(source)))
     places = lines.Places(text, visible(source), cells=cells)
     data = substituted(data, variables or {}, places.error)
     file = _checked(data, places.error)

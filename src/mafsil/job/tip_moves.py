@@ -33,9 +33,7 @@ class TipMoves:
     def along(self, first: int) -> int:
         """On a path of the tip, and on those after it as long as corners are rounded; the index of the last one."""
         moves = self.walk.job.move
-        last = first
-        while moves[last].blend > 0.0:
-            last += 1
+        last = self.last(first)
         planned = self.line(first, last, self.walk.q)
         if isinstance(planned, Refused):
             raise planned
@@ -49,6 +47,12 @@ class TipMoves:
         self.walk.append(last, name, kind, planned.trajectory, timing, target, goal.task, first=first)
         self.walk.arrived(last, goal, target)
         return last
+
+    def last(self, first: int) -> int:
+        """The last move of those that follow a move as long as corners are rounded."""
+        while self.walk.job.move[first].blend > 0.0:
+            first += 1
+        return first
 
     def line(self, first: int, last: int, q: JointVector) -> TipMotion | Refused:
         """The motion along the paths of some moves from q; planned once."""

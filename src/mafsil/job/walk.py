@@ -19,6 +19,7 @@ from mafsil.job.goals import Goals
 from mafsil.job.laws import control_period
 from mafsil.job.lines import Places
 from mafsil.job.neighbours import Neighbour, NeighbourMotion
+from mafsil.job.placed_parts import PlacedPart, PlacedParts
 from mafsil.job.plan import Leg, Plan
 from mafsil.job.planned_remarks import driving_limits, near_limits, nearly_met
 from mafsil.job.poses import goal_matrix
@@ -61,6 +62,7 @@ class Walk:
         self.beside: tuple[NeighbourMotion, ...] = ()
         self.signals = CellSignals(job, control_period(job))
         self.legs: list[Leg] = []
+        self.parts = PlacedParts(() if self.surroundings is None else self.surroundings.scene.names)
         self.past = 0.0
         self.made = 0
         self._others: Beside | None = None
@@ -143,12 +145,24 @@ class Walk:
 
     def is_free(self, q: JointVector, index: int) -> bool:
         """Whether a configuration keeps the clearance of a move."""
-        return self.surroundings is None or self.surroundings.is_free(q, self.load, self.clearance(index, index))
-
-    def meets(self, trajectory: Trajectory, clearance: float) -> bool:
-        """Whether a motion does not keep a clearance."""
         around = self.surroundings
-        return around is not None and around.first_hit(trajectory, self.load, clearance) is not None
+        return around is None or around.is_free(q, self.load, self.clearance(index, index), self.counted(index, q))
+
+    def counted(self, index: int, q: JointVector) -> tuple[PlacedPart, ...]:
+        """The parts put down before that a motion of move `index` to q has to keep away from."""
+        if not self.parts.standing:
+            return ()
+        k = index + 1 + (self.job.move[index].skip if index >= 0 else 0)
+        while k < len(self.job.move) and (move := self.job.move[k]).stays and not (move.pick or move.place):
+            k += 1 + move.skip
+        coming = self.job.move[k].pick if k < len(self.job.move) else None
+        return self.parts.counted(coming, np.asarray(self.robot.forward_kinematics(q)))
+
+    def meets(self, first: int, last: int, trajectory: Trajectory) -> bool:
+        """Whether a motion of some moves without a stop between does not keep their clearance."""
+        around, kept = self.surroundings, self.clearance(first, last)
+        parts = self.counted(last, trajectory.at(trajectory.duration).u)
+        return around is not None and around.first_hit(trajectory, self.load, kept, parts) is not None
 
     def clearance(self, first: int, last: int) -> float:
         """What some moves without a stop between keep: the largest of their clearances [m]."""
@@ -179,7 +193,8 @@ class Walk:
         """A motion that meets something is refused, with the place and what helps."""
         if self.surroundings is None:
             return
-        hit = self.surroundings.first_hit(trajectory, self.load, clearance)
+        parts = self.counted(index, trajectory.at(trajectory.duration).u)
+        hit = self.surroundings.first_hit(trajectory, self.load, clearance, parts)
         if hit is None:
             return
         avoidable = kind == "joint" and not self.avoids(index) and not self.job.move[index].via
@@ -199,14 +214,22 @@ class Walk:
         first: int | None = None,
         way: WayRound | None = None,
         decision: Decision | None = None,
+        thing: int = -1,
     ) -> None:
         """One more leg: it is free, or refused; the robot is at its end then, that of move `index`."""
-        moves = kind not in RESTS
+        moves, around = kind not in RESTS, self.surroundings
         past = self.legs[-1].clearance if self.legs else self.clearance(-1, -1)
         kept = self.clearance(index if first is None else first, index) if moves else past
-        self.legs.append(Leg(index, name, kind, trajectory, self.load, target, task, timing, kept, way, decision))
+        end = trajectory.at(trajectory.duration).u
+        parts = self.counted(index, end) if moves else self.legs[-1].parts if self.legs else ()
+        self.legs.append(
+            Leg(index, name, kind, trajectory, self.load, target, task, timing, kept, way, decision, parts, thing)
+        )
         self.past += trajectory.duration
         if moves:
             self.require_free(index, kind, trajectory, kept)
             self.remarks += near_limits(self.robot, trajectory, self.where(index))
-        self.q = trajectory.at(trajectory.duration).u
+            left = self.parts.left
+            if left is not None and (around is None or around.is_free(end, self.load, kept, (left,))):
+                self.parts.left = None
+        self.q = end
