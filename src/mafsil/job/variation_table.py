@@ -48,7 +48,7 @@ class VariationTable(Part, frozen=True, kw_only=True):
     noise: Spread | None = None
 
 
-SPREADS = ("payload", "payload_offset", "inertia", "friction", "gains", "delay", "noise")
-"""Keys of what is drawn."""
+SPREADS = tuple(name for name in VariationTable.__struct_fields__ if name not in ("runs", "seed", "bound"))
+"""Keys of what is drawn, as `mafsil.simulation.Variation` calls them."""
 EXACT_GAINS = ("computed_torque", "pd_gravity", "pid", "feedforward")
 """Laws whose gains can be varied."""
