@@ -152,3 +152,27 @@ def test_a_part_is_taken_where_its_centre_lies_in_the_box(offset, taken):
 def test_parts_have_names_of_their_own():
     text = HEAD + '[[obstacle]]\nname = "block 1"\nsphere = 0.1\nposition = [0, 0, 5]\n' + LEAVE + CROSS
     assert "block 2" in planned(text).explain("en")
+
+
+def test_what_is_carried_counts_smaller_and_the_sentence_says_so():
+    """The distance that is said belongs to the smaller box: by how much stands beside it, in the results too."""
+    text = (
+        HEAD
+        + '[[obstacle]]\nname = "post"\nsphere = 0.1\nposition = [2.45, 0.05, 0]\n'
+        + LEAVE.split('[[move]]\nname = "away"')[0]
+    )
+    run = ended(text)
+    found = clearances(run)
+    assert {found.first[found.least], found.second[found.least]} == {"block", "post"}
+    assert found.smaller[found.least] == pytest.approx(0.01 + 1e-4)
+    (said,) = (one for one in run.remarks if one.key.startswith("job.least_clearance"))
+    assert said.key == "job.least_clearance_carried"
+    assert "10.1 mm smaller" in said.sentence("en")
+    carried = next(leg for leg in run.plan.legs if leg.name == "there")
+    q = carried.trajectory.at(np.linspace(0.0, carried.trajectory.duration, 1500)).u
+    block = np.eye(4)
+    block[:3, 3] = [0.2, 0, 0]
+    poses = np.asarray(carried.load.robot.forward_kinematics(q)) @ block
+    centre = np.einsum("kji,kj->ki", poses[:, :3, :3], np.array([2.45, 0.05, 0.0]) - poses[:, :3, 3])
+    whole = np.linalg.norm(np.maximum(np.abs(centre) - 0.15, 0.0), axis=1).min() - 0.1
+    assert whole + 0.01 <= found.distance.min() + 1e-3 <= whole + 0.0101 * 3**0.5 + 2e-3

@@ -143,7 +143,8 @@ def _planned(text: str, source: str, folder: Path, variables: Mapping[str, objec
         return _refused(outcome)
     robot, motion = outcome
     moves = [(k, leg) for k, leg in enumerate(motion.legs) if leg.index >= 0]
-    cycle = float(motion.starts[len(moves)])
+    starts = motion.starts
+    cycle = float(starts[len(moves)])
     data = {
         "robot": robot.name,
         "cycle": cycle,
@@ -153,7 +154,7 @@ def _planned(text: str, source: str, folder: Path, variables: Mapping[str, objec
                 "number": leg.index + 1,
                 "name": leg.name,
                 "kind": leg.kind,
-                "start": float(motion.starts[k]),
+                "start": float(starts[k]),
                 "duration": leg.trajectory.duration,
                 "choice": None if leg.decision is None else leg.decision.to_dict(),
                 "joints": leg.trajectory.at(leg.trajectory.duration).u.tolist(),

@@ -35,11 +35,13 @@ class _Program:
         neighbour: the robot.
         still: it, standing where it begins.
         steps: its moves so far.
+        known: its motion so far, if that has been put together.
     """
 
     neighbour: Neighbour
     still: TimedArm
     steps: list[OtherStep] = field(default_factory=list[OtherStep])
+    known: TimedArm | None = None
 
     @property
     def moves(self) -> tuple[OtherMove, ...]:
@@ -58,11 +60,15 @@ class _Program:
     @property
     def motion(self) -> TimedArm:
         """What it has done; it stands afterwards."""
-        done: TimedArm | None = None
-        for step in self.steps:
-            if step.part is not None:
-                done = step.part if done is None else done.then(step.part)
-        return self.still if done is None else done
+        if self.known is None:
+            done = [step.part for step in self.steps if step.part is not None]
+            starts = np.cumsum([0.0, *(each.duration for each in done)])
+            parts = tuple(part for each in done for part in each.parts)
+            inner = [begin + each.starts[:-1] for begin, each in zip(starts, done, strict=False)]
+            rests = tuple(each for one in done for each in one.rests)
+            times = np.concatenate([*inner, starts[-1:]])
+            self.known = TimedArm(parts, times, rests, done[0].acceleration) if done else self.still
+        return self.known
 
     @property
     def next(self) -> OtherMove | None:
@@ -200,7 +206,7 @@ class Beside:
         """What ends later than a moment is not yet done."""
         for program in self.programs.values():
             while program.steps and program.steps[-1].end > moment + INSTANT:
-                undone = program.steps.pop()
+                undone, program.known = program.steps.pop(), None
                 self.signals.take_back(program.moves[undone.number - 1].set, moment)
 
     def _rest(self, program: _Program, move: OtherMove, length: float) -> None:
@@ -215,6 +221,7 @@ class Beside:
     def _add(self, program: _Program, kind: str, text: str, part: TimedArm | None, q: JointVector) -> None:
         begin = program.clock
         end = begin + (0.0 if part is None else part.duration)
+        program.known = None
         program.steps.append(OtherStep(len(program.steps) + 1, kind, text, begin, end, part, q))
 
     def _move(self, program: _Program, move: OtherMove, main: TimedArm) -> None:

@@ -21,7 +21,7 @@ from mafsil.job.lines import Places
 from mafsil.job.neighbours import Neighbour, NeighbourMotion
 from mafsil.job.placed_parts import PlacedPart, PlacedParts
 from mafsil.job.plan import Leg, Plan
-from mafsil.job.planned_remarks import driving_limits, near_limits, nearly_met
+from mafsil.job.planned_remarks import Tight, driving_limits, near_limits, nearly_met, tight_limits
 from mafsil.job.poses import goal_matrix
 from mafsil.job.remark import Refused
 from mafsil.job.surroundings import RESTS, Surroundings, WayRound, said_of
@@ -65,6 +65,7 @@ class Walk:
         self.parts = PlacedParts(() if self.surroundings is None else self.surroundings.scene.names)
         self.past = 0.0
         self.made = 0
+        self.tight: list[Tight] = []
         self._others: Beside | None = None
         self.q: JointVector = np.zeros(robot.n)
         self.origin = self.q
@@ -74,7 +75,7 @@ class Walk:
         return Plan(
             start=self.origin,
             legs=tuple(self.legs),
-            remarks=tuple(self.remarks),
+            remarks=(*self.remarks, *tight_limits(self.tight)),
             made=self.made,
             surroundings=self.surroundings,
             neighbours=self.beside,
@@ -228,7 +229,7 @@ class Walk:
         self.past += trajectory.duration
         if moves:
             self.require_free(index, kind, trajectory, kept)
-            self.remarks += near_limits(self.robot, trajectory, self.where(index))
+            self.tight += near_limits(self.robot, trajectory, self.where(index))
             left = self.parts.left
             if left is not None and (around is None or around.is_free(end, self.load, kept, (left,))):
                 self.parts.left = None

@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from difflib import get_close_matches
+from functools import cache
 from typing import Any, cast
 
 import msgspec
@@ -62,13 +63,19 @@ def refuse_unknown(data: Any, kind: type[Part], path: Path, error: Complaint) ->
 
 def require_keys(data: Any, kind: type[Part], path: Path, error: Complaint) -> None:
     """Every key without a default is there."""
-    for field in msgspec.structs.fields(kind):
+    for field in _fields(kind):
         name = field.encode_name
         if field.required and name not in data:
             raise error("job.missing_key", (*path, name))
         if name in data:
             for inner, place, part in tables_in(data[name], field.type, (*path, name)):
                 require_keys(inner, part, place, error)
+
+
+@cache
+def _fields(kind: type[Part]) -> tuple[msgspec.structs.FieldInfo, ...]:
+    """The fields of a table, whose types msgspec evaluates anew each time that it is asked."""
+    return msgspec.structs.fields(kind)
 
 
 def refuse_not_finite(value: Any, path: Path, error: Complaint) -> None:
