@@ -118,3 +118,15 @@ def test_files_of_another_form(capsys: pytest.CaptureFixture[str], tmp_path) -> 
     assert run(capsys, "planar2r", str(file))[0] == 2
     file.write_text("jacobian = [")
     assert run(capsys, "planar2r", str(file))[0] == 2
+
+
+def test_a_job_whose_first_words_are_mistyped_is_told_so(tmp_path, capsys):
+    """It is no table of a robot: none of its keys is one of those."""
+    path = tmp_path / "job.toml"
+    path.write_text('robto = "panda"\n[[mvoe]]\njonts = [0, 0]\n', encoding="utf-8")
+    assert main(["check", str(path)]) == 2
+    assert "did you mean: robot" in capsys.readouterr().err
+    table = tmp_path / "arm.toml"
+    table.write_text('convention = "modified"\n[[joint]]\nkind = "R"\n', encoding="utf-8")
+    assert main(["check", str(table)]) == 2
+    assert "--dh" in capsys.readouterr().err

@@ -125,6 +125,29 @@ def test_units_of_a_cell_are_those_of_its_job(folder):
         parse('angles = "radians"\n' + JOB, folder=folder)
 
 
+@pytest.mark.parametrize(
+    ("include", "says"),
+    [
+        ('"nowhere.toml"', "job.toml:2: include: job file nowhere.toml"),
+        ('"cells"', "job.toml:2: include: cells is a directory"),
+        ('["cells/cell.toml", "cells/deep.toml"]', "cells/deep.toml:3: include: job file nothing.toml"),
+        ('"cells/open.toml"', "job.toml:2: include: cells/open.toml:3: "),
+        ('"cells/bytes.toml"', "job.toml:2: include: job file cells/bytes.toml is not UTF-8 (line 2"),
+        ('"job.toml"', "job.toml:2: include: job.toml includes itself"),
+    ],
+)
+def test_a_file_that_cannot_be_included_is_named_with_the_line_that_names_it(folder, include, says):
+    (folder / "cells" / "deep.toml").write_text('\n\ninclude = "nothing.toml"\n')
+    (folder / "cells" / "open.toml").write_text("[limits]\nspeed_share = 0.5\n[frame\n")
+    (folder / "cells" / "bytes.toml").write_bytes(b'# first\nrobot = "\xff"\n')
+    text = f'robot = "planar2r"\ninclude = {include}\n[[move]]\npause = 1\n'
+    (folder / "job.toml").write_text(text)
+    with pytest.raises((JobError, FileError)) as error:
+        parse(text, "job.toml", folder=folder)
+    assert error.value.message("en").startswith(says)
+    assert "{" not in error.value.message("ar")
+
+
 @pytest.mark.parametrize("name", ["nowhere.toml", "cells", "/dev/zero", "../" * 30 + "etc/passwd"])
 def test_what_cannot_be_included_is_refused(folder, name):
     with pytest.raises((JobError, FileError)):

@@ -390,3 +390,15 @@ BLOCKS = re.findall(r"```toml\n(.*?)```", (DOCS / "job_files.md").read_text(enco
 @pytest.mark.parametrize("text", BLOCKS)
 def test_jobs_of_the_docs_can_be_planned(text: str) -> None:
     planned(text, DOCS)
+
+
+def test_a_limit_that_many_moves_come_near_to_is_one_finding():
+    """The move that comes nearest is named, and how many do."""
+    joints = [[0.0, -0.5, 0.0, -2.0, 0.0, 1.6, 2.88 - 0.001 * k] for k in range(4)]
+    text = 'robot = "panda"\n' + "".join(f"[[move]]\njoints = {each}\n" for each in joints)
+    _, plan = planned(text)
+    (remark,) = (one for one in plan.remarks if one.key.startswith("job.tight_limit"))
+    assert remark.key == "job.tight_limits"
+    assert remark.details["count"] == 4
+    assert "move 1 " in remark.sentence("en")
+    assert "joint7" in remark.sentence("ar")

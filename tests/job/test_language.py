@@ -187,7 +187,7 @@ position = [{far}, 0, 0]
 position = [{x}, 0, {z}]
 rpy = [3.141592653589793, 0, 0]
 count = [2]
-pitch = [{small}]
+pitch = [{pitch}]
 [[move]]
 each = "row"
 [[move.do]]
@@ -207,7 +207,7 @@ blend = {blend}
 pose = {{ relative = "space", position = [0, {small}, 0] }}
 path = "line"
 """
-METRES = {"small": 0.05, "speed": 0.3, "tolerance": 0.001, "far": 2.0, "x": 0.4, "z": 0.3, "blend": 0.01}
+METRES = {"small": 0.05, "pitch": 0.2, "speed": 0.3, "tolerance": 0.001, "far": 2.0, "x": 0.4, "z": 0.3, "blend": 0.01}
 
 
 def test_a_file_in_millimetres_is_the_same_job():

@@ -8,12 +8,15 @@ import numpy as np
 import pytest
 
 from mafsil.collision import Arms, Mounted
-from mafsil.errors import JobError
+from mafsil.errors import FileError, JobError
 from mafsil.job.clearances import clearances
+from mafsil.job.judgement import summary
 from mafsil.job.reading import parse, read
 from mafsil.job.remark import Refusal
 from mafsil.job.solve import prepare, solve
+from mafsil.report.contents import page as page_of
 from mafsil.report.replay import replay_scene
+from mafsil.report.results import as_data
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "jobs" / "two_arms.toml"
 HEAD = """
@@ -138,6 +141,11 @@ def test_what_is_refused_names_the_line(words, change):
     assert "<text>:" in str(caught.value)
 
 
+def test_a_robot_that_is_not_known_is_named_with_the_line_that_names_it():
+    with pytest.raises(FileError, match=r"<text>:13: other_robot\[1\].robot: ur6: .*did you mean: ur5"):
+        planned(HEAD + RIGHT.replace('"ur5"', '"ur6"'))
+
+
 def test_lengths_and_files_of_other_robots():
     text = HEAD.replace('angles = "degrees"', 'angles = "degrees"\nlengths = "millimetres"').replace("0.01", "10")
     job = parse(text + RIGHT.replace("[1.2, 0, 0]", "[1200, 0, 0]"))
@@ -157,3 +165,190 @@ def test_another_robot_goes_to_a_pose_in_space():
     np.testing.assert_allclose(last[:3, :3], first[:3, :3], atol=1e-8)
     far = text.replace("[1.5, 0.3, 0.3]", "[9.0, 0.3, 0.3]")
     assert "no configuration was found" in planned(far).explain("en")
+
+
+TALK = """
+robot = "ur5"
+angles = "degrees"
+[start]
+joints = [140, -35, 60, -25, -90, 0]
+[collision]
+clearance = 0.01
+[output]
+left_out = false
+right_done = false
+[[move]]
+name = "mine"
+joints = [180, -35, 60, -25, -90, 0]
+[[move]]
+joints = [220, -35, 60, -25, -90, 0]
+[[move]]
+set = { left_out = true }
+[[move]]
+wait = { right_done = true }
+[[move]]
+joints = [180, -35, 60, -25, -90, 0]
+[simulation]
+settle = 0.05
+[[other_robot]]
+name = "right"
+robot = "ur5"
+position = [1.2, 0, 0]
+rpy = [0, 0, 180]
+joints = [100, -70, 60, -25, -90, 0]
+[[other_robot.move]]
+wait = { left_out = true }
+[[other_robot.move]]
+joints = [180, -35, 60, -25, -90, 0]
+[[other_robot.move]]
+joints = [100, -70, 60, -25, -90, 0]
+[[other_robot.move]]
+set = { right_done = true }
+[[other_robot.move]]
+joints = [100, -60, 60, -25, -90, 0]
+"""
+
+
+@pytest.fixture(scope="module")
+def talk():
+    found = solve(parse(TALK), TALK, Path())
+    assert found, found.explain("en")
+    return found
+
+
+@pytest.mark.capability("11-45")
+def test_two_arms_shake_hands(talk):
+    """The second enters when the first has left, the first goes on when the second is done; each in its own time."""
+    (beside,) = talk.plan.neighbours
+    starts, legs = talk.plan.starts, talk.plan.legs
+    left, done = ({c.signal: c.time for c in talk.plan.signals.timeline(99.0, 99) if c.time > 0.0}[name]
+                  for name in ("left_out", "right_done"))  # fmt: skip
+    steps = beside.steps
+    assert [step.kind for step in steps] == ["wait", "joint", "joint", "set", "joint"]
+    assert left == pytest.approx(starts[3], abs=1e-9)
+    assert left <= steps[0].end <= left + 2e-3, "the other one sees it at its next tick"
+    assert done == steps[3].end
+    assert legs[3].kind == "wait"
+    assert done - 1e-9 <= starts[4] <= done + 2e-3
+    t = np.linspace(0.0, talk.plan.duration, 3000)
+    q = beside.motion.at(t)
+    assert np.ptp(q[t < left], axis=0).max() == 0.0, "it stands until then"
+    np.testing.assert_allclose(beside.motion.at(steps[1].end), np.radians([180, -35, 60, -25, -90, 0]), atol=1e-9)
+    assert clearances(talk).distance.min() > 0.01 - 1e-6
+    assert any(one.kind == "joint" and one.end > starts[4] for one in steps), "both move in the end"
+
+
+def test_report_and_results_show_the_moves_of_both(talk):
+    for language in ("en", "ar"):
+        page = page_of(talk, summary(talk), language)
+        rows = [step for step in page.steps if step.name.startswith(("right,", "right،"))]
+        assert [row.text for row in rows] == ["left_out = true", "", "", "right_done = true", ""]
+        plot = next(each for each in page.plots if each.column == "signals")
+        assert plot.values[:, plot.names.index("right_done")].max() == 1.0
+    (other,) = as_data(talk, summary(talk))["other_robots"]
+    assert [step["kind"] for step in other["steps"]] == ["wait", "joint", "joint", "set", "joint"]
+    assert all(np.isnan(one.saved) or one.saved == 0.0 for one in talk.limits), "what others would do is not known"
+
+
+@pytest.mark.parametrize("language", ["en", "ar"])
+def test_robots_that_wait_for_each_other_are_named(language):
+    no = planned(TALK.replace("set = { left_out = true }", "pause = 0.1"))
+    assert no.key == "job.deadlock"
+    said = no.explain(language)
+    assert all(words in said for words in ("right_done = true", "left_out = true", "right", "4"))
+    assert "{" not in said
+
+
+def test_waits_that_never_end_are_refused_by_name():
+    no = planned(TALK.replace("set = { right_done = true }", "pause = 0.1"))
+    assert no.key == "job.wait_never"
+    assert "right_done is false" in no.explain("en")
+    alone = TALK.replace("set = { left_out = true }", "pause = 0.1").replace(
+        "wait = { right_done = true }", "pause = 1"
+    )
+    no = planned(alone)
+    assert no.key == "job.other_wait_never"
+    assert no.explain("en").startswith("right, move 1, waits from")
+    late = alone.replace("wait = { left_out = true }", "wait = { clock = true }\ntimeout = 0.5")
+    no = planned(late + "[input.clock]\nchanges = [[3.0, true]]\n")
+    assert no.key == "job.other_wait_late"
+    assert "500 ms" in no.explain("en")
+    assert "3 s" in no.explain("en")
+
+
+def test_two_others_that_wait_for_each_other_are_named():
+    far = 'robot = "planar2r"\njoints = [0, 10]\n'
+    text = 'robot = "planar2r"\nangles = "degrees"\n[output]\na = false\nb = false\n[[move]]\njoints = [10, 20]\n'
+    for k, (wanted, given) in enumerate((("b", "a"), ("a", "b")), start=1):
+        text += f'[[other_robot]]\nname = "arm {k}"\nposition = [0, 0, {k}]\n{far}'
+        text += (
+            f"[[other_robot.move]]\nwait = {{ {wanted} = true }}\n[[other_robot.move]]\nset = {{ {given} = true }}\n"
+        )
+    no = planned(text)
+    assert no.key == "job.other_standstill"
+    assert "arm 1, move 1, waits" in no.explain("en")
+    assert "arm 2, move 1, waits" in no.explain("en")
+    _, plan = planned(text.replace("wait = { b = true }", "pause = 0.2"))
+    times = {each.neighbour.name: each.steps[-1].end for each in plan.neighbours}
+    assert times["arm 1"] == pytest.approx(0.201, abs=1e-9)
+    assert times["arm 1"] < times["arm 2"] < times["arm 1"] + 3e-3
+
+
+def test_a_choice_may_look_at_what_another_robot_sets():
+    text = """
+robot = "planar2r"
+[output]
+gone = false
+[[move]]
+joints = [0.1, 0.3]
+[[move]]
+pause = 0.5
+[[move]]
+if = { gone = true }
+then = [{ pause = 0.1, name = "yes" }]
+else = [{ pause = 0.1, name = "no" }]
+[[other_robot]]
+name = "far"
+robot = "planar2r"
+position = [0, 0, 2]
+[[other_robot.move]]
+pause = PAUSE
+"""
+    text += "[[other_robot.move]]\nset = { gone = true }\n[[other_robot.move]]\njoints = [0.4, 0.4]\n"
+    for pause, name in (("0.3", "yes"), ("3.0", "no")):
+        _, plan = planned(text.replace("PAUSE", pause))
+        assert name in [leg.name for leg in plan.legs]
+        assert [step.kind for step in plan.neighbours[0].steps] == ["pause", "set", "joint"]
+
+
+def test_who_stands_in_the_way_after_a_hand_shake_is_named():
+    """The other one sets its signal inside the zone and stays, or leaves it too late; then no proof is claimed."""
+    stays = TALK.replace("[[other_robot.move]]\njoints = [100, -70, 60, -25, -90, 0]\n", "", 1)
+    stays = stays.replace("[[other_robot.move]]\njoints = [100, -60, 60, -25, -90, 0]\n", "")
+    refused = planned(stays)
+    assert isinstance(refused, Refusal)
+    assert refused.key == "job.other_meets"
+    assert "job/" in refused.explain("en")
+    assert "right/" in refused.explain("ar")
+    late = stays + "[[other_robot.move]]\npause = 9\n[[other_robot.move]]\njoints = [100, -60, 60, -25, -90, 0]\n"
+    assert planned(late).key == "job.other_no_way"
+    in_time = stays + "[[other_robot.move]]\njoints = [100, -60, 60, -25, -90, 0]\n"
+    assert planned(in_time.replace("wait = { right_done = true }", "wait = { right_done = true }\n[[move]]\npause = 1"))
+
+
+@pytest.mark.parametrize(
+    ("key", "change"),
+    [
+        ("job.signal_owner", ("set = { right_done = true }", "set = { left_out = true }")),
+        ("job.signal_unknown", ("set = { right_done = true }", "set = { done = true }")),
+        ("job.signal_digital", ("wait = { left_out = true }", "wait = { left_out = 1 }")),
+        ("job.other_move", ("wait = { left_out = true }", "wait = { left_out = true }\npause = 1")),
+        ("job.unknown_key_close", ("wait = { left_out = true }", "wiat = { left_out = true }")),
+    ],
+)
+@pytest.mark.parametrize("language", ["en", "ar"])
+def test_wrong_signals_of_other_robots_are_named(key, change, language):
+    with pytest.raises(JobError) as caught:
+        parse(TALK.replace(*change))
+    assert caught.value.key == key
+    assert "<text>:" in caught.value.message(language)

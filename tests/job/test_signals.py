@@ -159,15 +159,6 @@ WRONG = {
 }
 
 
-@pytest.mark.parametrize("move", WRONG)
-@pytest.mark.parametrize("language", ["en", "ar"])
-def test_wrong_moves_are_named_with_their_line(move, language):
-    with pytest.raises(JobError) as caught:
-        parse(f"{CELL}[[move]]\n{move}\n", "job.toml")
-    assert caught.value.key == WRONG[move]
-    assert "job.toml:1" in caught.value.message(language)
-
-
 TABLES = {
     "[input.a]\nfollows = 'b'": "job.signal_follows",
     "[input.a]\nevery = 2.0": "job.signal_every",
@@ -184,12 +175,17 @@ TABLES = {
 }
 
 
-@pytest.mark.parametrize("table", TABLES)
+TEXTS = {f"{CELL}[[move]]\n{move}\n": key for move, key in WRONG.items()}
+TEXTS |= {f'robot = "planar2r"\n{table}\n[[move]]\njoints = [0, 0]\n': key for table, key in TABLES.items()}
+
+
+@pytest.mark.parametrize("text", TEXTS, ids=[*WRONG, *TABLES])
 @pytest.mark.parametrize("language", ["en", "ar"])
-def test_wrong_tables_are_named(table, language):
+def test_wrong_moves_and_tables_are_named_with_their_line(text, language):
     with pytest.raises(JobError) as caught:
-        parse(f'robot = "planar2r"\n{table}\n[[move]]\njoints = [0, 0]\n', "job.toml")
-    assert caught.value.key == TABLES[table]
+        parse(text, "job.toml")
+    assert caught.value.key == TEXTS[text]
+    assert "job.toml:" in caught.value.message(language)
     assert "{" not in caught.value.message(language).replace("{ above", "")
 
 
@@ -224,7 +220,7 @@ def test_the_end_of_a_wait_is_the_first_tick_at_which_everything_holds(a, b, rep
     right = [
         t for t in ticks if t <= max(begin + 8.0, first) + 1e-9 and all(value(n, t) == w for n, w in named.items())
     ]
-    found = signals.end_of_wait(begin, job.move[0])
+    found = signals.end_of_wait(begin, job.move[0].wait, job.move[0].timeout)
     assert found == (pytest.approx(right[0], abs=1e-9) if right else None)
     assert all(holds(value(name, t), signals.value(name, t)) for name in "abf" for t in ticks[::7])
 

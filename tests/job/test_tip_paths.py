@@ -147,3 +147,32 @@ def test_what_does_not_go_together_is_named_with_its_line(moves, key):
 def test_an_arc_over_points_of_a_line_is_refused_with_the_reason():
     refusal = refused(PANDA + START + ARC.replace("[0.55, 0.0, 0.4]", "[0.4, 0.0, 0.4]"))
     assert "line" in refusal.explain("en")
+
+
+def drawing(count):
+    """A curve in lines of some millimetres, as a drawing program exports it: (count, 3) points and the job."""
+    angle = 0.03 * np.arange(1, count + 1)
+    points = np.stack([0.45 + 0.05 * np.sin(angle), 0.08 * np.sin(angle / 2), np.full(count, 0.3)], axis=1)
+    head = 'robot = "panda"\n[start]\npose = { position = [0.45, 0, 0.3], rpy = [3.14159265358979, 0, 0] }\n'
+    moves = [
+        f'[[move]]\npath = "line"\npose = {{ position = {point.round(9).tolist()} }}\n'
+        + ("blend = 0.0005\n" if k + 1 < count else "")
+        for k, point in enumerate(points)
+    ]
+    return points, head + "[limits]\ntip_speed = 0.1\n" + "".join(moves)
+
+
+def test_many_short_lines_keep_to_the_drawing_at_full_speed():
+    points, text = drawing(120)
+    _, plan = planned(text)
+    (line,) = (one for one in plan.legs if one.kind == "blended")
+    t = np.linspace(0.0, line.trajectory.duration, 4000)
+    tip = np.asarray(line.load.robot.forward_kinematics(line.trajectory.at(t).u))[:, :3, 3]
+    speed = np.linalg.norm(np.diff(tip, axis=0), axis=1) / np.diff(t)
+    assert speed.max() < 0.1 * (1 + 1e-3)
+    assert np.median(speed) > 0.099, "and mostly at full speed"
+    whole = np.concatenate([[[0.45, 0.0, 0.3]], points])
+    begin, along = whole[:-1], np.diff(whole, axis=0)
+    share = np.einsum("tkj,kj->tk", tip[:, None] - begin, along) / (along**2).sum(axis=1)
+    off = tip[:, None] - begin - share.clip(0.0, 1.0)[..., None] * along
+    assert np.linalg.norm(off, axis=2).min(axis=1).max() < 0.0005 + 1e-6

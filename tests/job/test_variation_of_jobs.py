@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import cache
 from pathlib import Path
 
@@ -17,7 +17,8 @@ from mafsil.errors import InputError, JobError
 from mafsil.job import Run, parse, solve
 from mafsil.job.arrival import arrival, goal_of
 from mafsil.job.variation import CAUSES, SHARES, vary
-from mafsil.simulation import Normal
+from mafsil.job.variation_table import SPREADS
+from mafsil.simulation import Normal, Variation
 
 JOB = """
 robot = "planar2r"
@@ -248,3 +249,8 @@ def test_the_command_writes_report_and_results(tmp_path, capsys):
         assert "[variation]" in capsys.readouterr().err
     for words in (["--runs", "many"], ["--runs", "-3"], ["--runs", "1e9"]):
         assert main(["run", str(tmp_path / "job.toml"), *words, "--out", str(tmp_path / "none")]) != 0
+
+
+def test_what_a_job_draws_is_what_a_simulation_can_draw():
+    """One list of names: a job has them all but the start, which its moves decide."""
+    assert [*SPREADS, "start"] == [field.name for field in fields(Variation)]

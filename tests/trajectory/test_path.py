@@ -94,3 +94,26 @@ def test_what_is_no_path_is_refused(given: Any, kind: Any) -> None:
         JointPath.through([[0.0], [1.0]], kind="arc")  # pyright: ignore[reportArgumentType]
     with pytest.raises(InputError, match="curve"):
         JointPath(PiecewisePolynomial.from_pieces([1.0], np.zeros((1, 2, 4, 3))))
+
+
+def test_only_the_parts_that_a_time_falls_into_are_evaluated():
+    """A loop of a controller asks for one time after the other: the other parts cost nothing."""
+    asked: list[int] = []
+
+    class Counted:
+        def __init__(self, k: int) -> None:
+            self.k, self.own = k, quintic([float(k)], [k + 1.0], 1.0)
+            self.duration, self.n = self.own.duration, 1
+
+        def at(self, t):
+            asked.append(self.k)
+            return self.own.at(t)
+
+    whole = sequence(*(Counted(k) for k in range(5)))
+    asked.clear()
+    assert whole.at(3.5).u == pytest.approx([3.5])
+    assert asked == [3]
+    plain = sequence(*(quintic([float(k)], [k + 1.0], 1.0) for k in range(5)))
+    t = np.linspace(-0.5, 5.5, 241)
+    for many, one in zip(plain.at(t), zip(*(plain.at(x) for x in t), strict=True), strict=True):
+        np.testing.assert_array_equal(many, np.stack(one))

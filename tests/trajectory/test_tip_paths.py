@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import timeit
+from dataclasses import replace
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -11,6 +15,8 @@ from scipy.spatial.transform import Rotation, RotationSpline, Slerp
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
 from mafsil.trajectory import TipPath, arc_path, circle_path, joined_path, line_path, screw_path, spline_path
+from mafsil.trajectory.cartesian_path import CartesianPath
+from mafsil.trajectory.paths.joined import CornerBlend, JoinedPath
 
 LAWS = ("relative", "relative_long", "rotation_vector", "euler", "cosines", "fixed", "tangent", "squad", "spline")
 
@@ -192,3 +198,40 @@ def test_euler_angles_at_gimbal_lock_are_warned_of():
     T[1, :3, :3] = rotation.rot_y(np.pi / 2)
     with pytest.warns(Warning, match="gimbal"):
         line_path(T[0], T[1], orientation="euler")
+
+
+def chain(count):
+    """A zigzag of so many straight legs, each corner rounded over a third of its legs."""
+    corners = np.tile(np.eye(4), (count + 1, 1, 1))
+    corners[:, 0, 3], corners[:, 1, 3] = 0.01 * np.arange(count + 1), 0.01 * (np.arange(count + 1) % 2)
+    legs = tuple(CartesianPath(a, b) for a, b in pairwise(corners))
+    shares = np.arange(count + 1) / count
+    return JoinedPath(legs, shares, tuple(CornerBlend(float(s), 1 / (3 * count), 0.0, 0.0) for s in shares[1:-1]))
+
+
+def test_a_place_on_a_path_of_many_legs_costs_what_it_costs_on_a_path_of_few():
+    """The corner that rounds it is looked up: with each asked in turn it took twenty times as long here."""
+    took: list[float] = []
+    for path in (chain(15), chain(6000)):
+        s = path.blends[7].place
+        path.twists(s)
+        took.append(min(timeit.repeat(lambda path=path, s=s: path.twists(s), number=20, repeat=15)))
+    assert took[1] < 4.0 * took[0]
+
+
+@given(st.lists(st.floats(0.0, 1.0), min_size=1, max_size=40))
+def test_places_in_corners_are_those_that_a_look_at_each_corner_finds(s):
+    path = chain(7)
+    places = np.array([*s, *(one.place for one in path.blends), *(one.place + one.half for one in path.blends)])
+    right = [next((one for one in path.blends if abs(x - one.place) < one.half), None) for x in places]
+    sharp = path.unblended().poses(places)[:, :3, 3]
+    rounded = path.poses(places)[:, :3, 3]
+    for x, one, a, b in zip(places, right, sharp, rounded, strict=True):
+        if one is None:
+            np.testing.assert_array_equal(a, b)
+        else:
+            alone = replace(path, blends=(one,)).poses(x)[:3, 3]
+            np.testing.assert_allclose(b, alone, atol=1e-15)
+    hidden = np.abs(path.unblended().breaks[:, None] - np.array([one.place for one in path.blends])).min(axis=1) < 1e-9
+    ends = np.array([place for one in path.blends for place in (one.place - one.half, one.place + one.half)])
+    np.testing.assert_allclose(path.breaks, np.union1d(path.unblended().breaks[~hidden], ends), atol=1e-12)

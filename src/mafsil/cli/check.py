@@ -53,6 +53,10 @@ class JacobianWork(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     q: list[float] | None = None
 
 
+ROBOT_KEYS = frozenset({"convention", "joint", "base_link", "gravity", "home", "provenance", "space", "body"})
+"""Keys that only tables of robots have."""
+
+
 def check(
     robot: str,
     file: str | None,
@@ -106,8 +110,11 @@ def check(
 
 
 def _is_job(path: Path) -> bool:
-    """Whether a file has moves."""
-    return path.suffix == ".toml" and path.is_file() and "move" in tables_of(text_of(path), path.name)
+    """Whether a file has moves, or none of the keys that tables of robots have: then its faults are those of a job."""
+    if path.suffix != ".toml" or not path.is_file():
+        return False
+    keys = tables_of(text_of(path), path.name).keys()
+    return "move" in keys or not keys & ROBOT_KEYS
 
 
 def _of_file(file: str, mechanism: Mechanism, convention: str | None, kind: str | None) -> Review:

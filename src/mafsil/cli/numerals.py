@@ -66,3 +66,18 @@ def _read(name: str, text: str) -> tuple[float, bool]:
     if unit not in UNITS or (divisor is not None and float(divisor) == 0.0):
         raise InputError("cli.no_unit", name=name, text=visible(text), known=", ".join(u for u in UNITS if u))
     return float(value) * (pi if times_pi else 1.0) / float(divisor or 1) * UNITS[unit], bool(unit or times_pi)
+
+
+def typed_value(words: str) -> bool | float | str:
+    """What is typed for a variable: true, false, a number, else a text.
+
+    Args:
+        words: as typed.
+    """
+    word = words.strip()
+    if word in ("true", "false"):
+        return word == "true"
+    try:
+        return float(word)
+    except ValueError:
+        return words

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Literal
 
 from mafsil.cli.answer import Answer, Laid
-from mafsil.cli.numerals import count
+from mafsil.cli.numerals import count, typed_value
 from mafsil.cli.progress import Progress
 from mafsil.cli.table import table
 from mafsil.errors import FileError, InputError
@@ -25,7 +25,7 @@ from mafsil.messages import language, say
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
 from mafsil.report.contents import verdict
-from mafsil.report.results import as_data, require_replaceable, signals_data, write_results
+from mafsil.report.results import as_data, others_data, require_replaceable, signals_data, write_results
 from mafsil.simulation import SimulationStatus
 
 MARKS = {"good": "-", "warning": "!", "failure": "!!"}
@@ -71,15 +71,12 @@ def run(
     return _run(text_of(path), path.name, path.parent, target, options, progress=progress, show=open)
 
 
-def _assigned(words: str) -> tuple[str, float | str]:
-    """Name and value of `name=value`; what is no number is a text."""
+def _assigned(words: str) -> tuple[str, bool | float | str]:
+    """Name and value of `name=value`."""
     name, equals, value = words.partition("=")
     if not equals or not name.strip():
         raise InputError("cli.run_assignment", given=words)
-    try:
-        return name.strip(), float(value)
-    except ValueError:
-        return name.strip(), value
+    return name.strip(), typed_value(value)
 
 
 def demo(out: str | None, progress: bool, open: bool) -> Answer:
@@ -146,7 +143,8 @@ def _planned(text: str, source: str, folder: Path, variables: Mapping[str, objec
         return _refused(outcome)
     robot, motion = outcome
     moves = [(k, leg) for k, leg in enumerate(motion.legs) if leg.index >= 0]
-    cycle = float(motion.starts[len(moves)])
+    starts = motion.starts
+    cycle = float(starts[len(moves)])
     data = {
         "robot": robot.name,
         "cycle": cycle,
@@ -156,12 +154,14 @@ def _planned(text: str, source: str, folder: Path, variables: Mapping[str, objec
                 "number": leg.index + 1,
                 "name": leg.name,
                 "kind": leg.kind,
-                "start": float(motion.starts[k]),
+                "start": float(starts[k]),
                 "duration": leg.trajectory.duration,
+                "choice": None if leg.decision is None else leg.decision.to_dict(),
                 "joints": leg.trajectory.at(leg.trajectory.duration).u.tolist(),
             }
             for k, leg in moves
         ],
+        "other_robots": others_data(motion.neighbours),
         "signals": signals_data(motion.signals, motion.duration),
         "findings": [
             {"level": one.level, "code": one.key, "en": one.sentence("en"), "ar": one.sentence("ar")}
@@ -171,6 +171,11 @@ def _planned(text: str, source: str, folder: Path, variables: Mapping[str, objec
     rows = [
         (_called(job, leg), say(f"report.kind_{leg.kind}"), quantity(leg.trajectory.duration, "s")) for _, leg in moves
     ]
+    for each in motion.neighbours:
+        for one in each.steps:
+            name = say("report.other_move", name=each.neighbour.name, number=one.number)
+            words = " ".join(word for word in (name, one.text) if word)
+            rows.append((words, say(f"report.kind_{one.kind}"), quantity(one.end - one.start, "s")))
     heading = tuple(say(f"cli.run_{name}") for name in ("move", "kind", "duration"))
     lines = [say("cli.run_planned", title=visible(job.title or robot.name), cycle=quantity(cycle, "s"))]
     lines += table(heading, rows)
@@ -182,7 +187,9 @@ def _called(job: Job, leg: Leg) -> str:
     """Number and name of a move, and what it does with signals."""
     move = job.move[leg.index]
     signals = assignments(move.set) or conditions(move.wait)
-    words = (str(leg.index + 1), leg.name, signals if signals != leg.name else "")
+    signals = signals if leg.decision is None else leg.decision.explain()
+    name = leg.name if leg.decision is None else visible(move.name)
+    words = (str(leg.index + 1), name, signals if signals != leg.name else "")
     return " ".join(word for word in words if word)
 
 

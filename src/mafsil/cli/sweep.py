@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from mafsil.cli.answer import Answer, Laid
+from mafsil.cli.numerals import typed_value
 from mafsil.cli.progress import Progress
 from mafsil.cli.table import table
 from mafsil.errors import InputError
@@ -36,16 +37,10 @@ def sweep(job: str, over: list[str], simulate: bool, progress: bool) -> Answer:
     return Answer(found.to_dict(), tuple(lines))
 
 
-def _values(words: str) -> tuple[str, list[float | str]]:
-    """Name and values of `name=value,value`; what is no number is a text."""
+def _values(words: str) -> tuple[str, list[bool | float | str]]:
+    """Name and values of `name=value,value`."""
     name, equals, values = words.partition("=")
     parts = [part.strip() for part in values.split(",") if part.strip()]
     if not equals or not name.strip() or not parts:
         raise InputError("cli.sweep_values", given=words)
-    found: list[float | str] = []
-    for part in parts:
-        try:
-            found.append(float(part))
-        except ValueError:
-            found.append(part)
-    return name.strip(), found
+    return name.strip(), [typed_value(part) for part in parts]

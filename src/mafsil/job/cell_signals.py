@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from heapq import merge
 from itertools import chain, count, islice
 from typing import NamedTuple
 
-from mafsil.job.description import Job, Move
-from mafsil.job.signals import Between, Condition, SignalValue
+from mafsil.job.description import Job
+from mafsil.job.signals import Between, Condition, SignalValue, Test
 from mafsil.messages import say
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
@@ -93,23 +93,29 @@ class CellSignals:
         """The first tick that is at least `hold`, and at least a period, after a time [s]."""
         return math.ceil((time + max(hold, self.period)) / self.period - INSTANT) * self.period
 
-    def end_of_wait(self, time: float, move: Move) -> float | None:
-        """The first tick at which all conditions of a move hold; None if there is none before its time-out.
+    def take_back(self, names: Iterable[str], time: float) -> None:
+        """Outputs have not yet taken the values that they took later than a time [s]."""
+        for name in names:
+            self._past[name] = [change for change in self._past[name] if change.time <= time + INSTANT]
+
+    def end_of_wait(self, time: float, wanted: Mapping[str, Condition], timeout: float | None = None) -> float | None:
+        """The first tick at which all conditions hold; None if there is none before the time-out.
 
         A change that is over before the next tick is not seen, as by a controller.
 
         Args:
-            time: when the move begins [s].
-            move: a wait.
+            time: when the wait begins [s].
+            wanted: conditions on signals.
+            timeout: longest wait; an hour if None [s].
         """
         first = self.tick_after(time)
-        until = max(first, time + (LONGEST_WAIT if move.timeout is None else move.timeout))
-        coming = merge(*(self._changes_after(name, first) for name in move.wait), key=lambda change: change.time)
+        until = max(first, time + (LONGEST_WAIT if timeout is None else timeout))
+        coming = merge(*(self._changes_after(name, first) for name in wanted), key=lambda change: change.time)
         for moment in islice(chain([first], (change.time for change in coming)), MOST_LOOKS):
             tick = max(first, math.ceil(moment / self.period - INSTANT) * self.period)
             if tick > until + INSTANT:
                 break
-            if all(holds(wanted, self.value(name, tick)) for name, wanted in move.wait.items()):
+            if all(holds(each, self.value(name, tick)) for name, each in wanted.items()):
                 return tick
         return None
 
@@ -166,13 +172,17 @@ class CellSignals:
         return self._past[name] if name in self._past else self._given[name]
 
 
-def holds(wanted: Condition, value: SignalValue) -> bool:
-    """Whether a value is what is waited for."""
-    return wanted.holds(float(value)) if isinstance(wanted, Between) else wanted == value
+def holds(wanted: Test, value: SignalValue | str) -> bool:
+    """Whether a value is what is asked for."""
+    if isinstance(wanted, Between):
+        return not isinstance(value, str) and wanted.holds(float(value))
+    return wanted == value
 
 
-def value_text(value: SignalValue) -> str:
+def value_text(value: SignalValue | str) -> str:
     """As it is typed in a job file."""
+    if isinstance(value, str):
+        return f'"{visible(value)}"'
     return str(value).lower() if isinstance(value, bool) else f"{value:g}"
 
 
@@ -181,12 +191,12 @@ def assignments(values: Mapping[str, SignalValue]) -> str:
     return ", ".join(f"{visible(name)} = {value_text(value)}" for name, value in values.items())
 
 
-def conditions(wanted: Mapping[str, Condition]) -> str:
+def conditions(wanted: Mapping[str, Test]) -> str:
     """`part = true, 2 < pressure < 3`."""
     return ", ".join(_condition(visible(name), each) for name, each in wanted.items())
 
 
-def _condition(name: str, wanted: Condition) -> str:
+def _condition(name: str, wanted: Test) -> str:
     if not isinstance(wanted, Between):
         return f"{name} = {value_text(wanted)}"
     below = "" if wanted.below is None else f" < {wanted.below:g}"

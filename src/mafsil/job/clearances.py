@@ -10,6 +10,7 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.job.remark import Remark
 from mafsil.job.run import Run
+from mafsil.job.surroundings import RESTING
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
 
@@ -28,6 +29,7 @@ class Clearances:
         distance: (k,) between the arm and anything, or two of its own bodies [m]; minus the depth where they meet.
         first, second: (k,) the two bodies.
         wanted: (k,) the clearance that is to be kept then [m].
+        smaller: (k,) by how much a part that is carried counts smaller on each side, where it is the nearest [m].
     """
 
     t: Floats
@@ -35,6 +37,7 @@ class Clearances:
     first: tuple[str, ...]
     second: tuple[str, ...]
     wanted: Floats
+    smaller: Floats
 
     @property
     def least(self) -> int:
@@ -47,6 +50,7 @@ class Clearances:
         if not np.isfinite(self.distance[k]):
             return None
         found = {"least": float(self.distance[k]), "time": float(self.t[k]), "wanted": float(self.wanted[k])}
+        found["smaller"] = float(self.smaller[k])
         return found | {"first": self.first[k], "second": self.second[k]}
 
 
@@ -65,20 +69,24 @@ def clearances(run: Run) -> Clearances | None:
     legs = np.clip(np.searchsorted(run.plan.starts, t[rows], side="right") - 1, 0, len(run.plan.legs) - 1)
     distance = np.empty(len(rows))
     first, second = ([""] * len(rows) for _ in range(2))
+    smaller = np.zeros(len(rows))
     for leg in np.unique(legs):
         chosen = np.flatnonzero(legs == leg)
         own = run.plan.legs[int(leg)]
-        found = around.clearance(q[rows[chosen]], own.load, own.clearance)
+        found = around.clearance(q[rows[chosen]], own.load, own.clearance, own.parts)
         distance[chosen] = found.distance
         for place, contact in zip(chosen.tolist(), found, strict=True):
             first[place], second[place] = contact.first, contact.second
+            if own.load.carried is not None and visible(own.load.carried.name) in (contact.first, contact.second):
+                smaller[place] = own.clearance + RESTING
     beside = around.clearance_beside(q[rows], t[rows])
     if beside is not None:
         for k, contact in enumerate(beside):
             if contact.distance < distance[k]:
                 distance[k], first[k], second[k] = contact.distance, contact.first, contact.second
+                smaller[k] = 0.0
     wanted = np.array([leg.clearance for leg in run.plan.legs])[legs]
-    return Clearances(t[rows], distance, tuple(first), tuple(second), wanted)
+    return Clearances(t[rows], distance, tuple(first), tuple(second), wanted, smaller)
 
 
 def clearance_remarks(found: Clearances | None) -> list[Remark]:
@@ -98,10 +106,11 @@ def clearance_remarks(found: Clearances | None) -> list[Remark]:
     details = {
         "first": visible(found.first[k]), "second": visible(found.second[k]),
         "distance": quantity(abs(least), "m"), "time": quantity(float(found.t[k]), "s"),
-        "wanted": quantity(wanted, "m"),
+        "wanted": quantity(wanted, "m"), "smaller": quantity(float(found.smaller[k]), "m"),
     }  # fmt: skip
     if least <= 0.0:
         return [Remark("failure", "job.hit", details)]
+    carried = "_carried" if found.smaller[k] > 0.0 else ""
     if least < NEARLY * wanted:
-        return [Remark("warning", "job.near_miss", details)]
-    return [Remark("good", "job.least_clearance", details)]
+        return [Remark("warning", f"job.near_miss{carried}", details)]
+    return [Remark("good", f"job.least_clearance{carried}", details)]

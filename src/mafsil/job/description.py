@@ -27,7 +27,11 @@ from mafsil.job.part import Pose as Pose
 from mafsil.job.part import Positive as Positive
 from mafsil.job.part import Share as Share
 from mafsil.job.part import Three as Three
-from mafsil.job.signals import Condition, Input, SignalValue
+from mafsil.job.signals import Condition, Input, SignalValue, Test
+from mafsil.job.surrounding_tables import Collision as Collision
+from mafsil.job.surrounding_tables import Obstacle as Obstacle
+from mafsil.job.surrounding_tables import PlannerName as PlannerName
+from mafsil.job.surrounding_tables import SceneFile as SceneFile
 from mafsil.job.variation_table import VariationTable
 from mafsil.trajectory.laws import LawName
 
@@ -38,9 +42,8 @@ QUICKEST = ("time_optimal", "jerk_limited")
 PathKind: TypeAlias = Literal["joint", "line", "arc", "spline", "screw"]
 TIP_PATHS: tuple[PathKind, ...] = ("line", "arc", "spline", "screw")
 """Paths of the tip: their goal is a pose."""
-PlannerName: TypeAlias = Literal["rrt_connect", "lazy_prm_star", "trajectory_optimisation", "prm", "rrt_star"]
-"""Planners of `mafsil.planning` for ways round obstacles."""
 Task: TypeAlias = Literal["pose", "axis", "position"]
+Variable: TypeAlias = bool | float | str | tuple[float, ...]
 
 
 class BranchChoice(Part, frozen=True, kw_only=True):
@@ -95,45 +98,6 @@ class Grasp(Part, frozen=True, kw_only=True):
     com: Three = (0.0, 0.0, 0.0)
     inertia: Annotated[tuple[float, ...], msgspec.Meta(min_length=3, max_length=6)] | None = None
     known: bool = True
-
-
-class Obstacle(Pose, frozen=True, kw_only=True):
-    """A body that stands in {s}: exactly one of box, sphere, cylinder, capsule and floor.
-
-    Attributes:
-        name: for the report and for errors.
-        box: edge lengths [m].
-        sphere: radius [m].
-        cylinder, capsule: radius and length along z [m]; a capsule's without its ends.
-        floor: the half space below its frame.
-    """
-
-    name: str = ""
-    box: tuple[Positive, Positive, Positive] | None = None
-    sphere: Positive | None = None
-    cylinder: tuple[Positive, Positive] | None = None
-    capsule: tuple[Positive, Positive] | None = None
-    floor: bool = False
-
-
-class Collision(Part, frozen=True, kw_only=True):
-    """How near the arm may come to obstacles and to itself.
-
-    Attributes:
-        clearance: that it keeps [m].
-        avoid: moves of the joints go round what stands in their way, unless a move says otherwise.
-        self_collision: whether the arm is checked against itself; if None, where the description has shapes.
-        seed: of the search for ways round.
-        planner: that searches them.
-        seconds: after which it gives up, or for planners that improve takes the best so far [s].
-    """
-
-    clearance: NotNegative = 0.0
-    avoid: bool = False
-    self_collision: bool | None = None
-    seed: Annotated[int, msgspec.Meta(ge=0)] = 0
-    planner: PlannerName = "rrt_connect"
-    seconds: Positive = 10.0
 
 
 class Tolerance(Part, frozen=True, kw_only=True):
@@ -198,18 +162,38 @@ class Step(Part, frozen=True, kw_only=True):
     tolerance: Tolerance | None = None
 
 
+class Fork(msgspec.Struct, frozen=True, kw_only=True):
+    """Where the way through the moves of a job divides.
+
+    Attributes:
+        tests: of signals and variables, all of them.
+        skip: moves that are passed over where they do not all hold; the next one follows where they do.
+        other: whether there are moves of the other way.
+        loop: whether it is the round of a loop that begins here.
+    """
+
+    tests: dict[str, Test]
+    skip: int
+    other: bool = False
+    loop: bool = False
+
+
 class Move(Step, frozen=True, kw_only=True):
-    """One step: exactly one of joints, pose, pick, place, tool, pause, set and wait.
+    """One step: exactly one of joints, pose, pick, place, tool, pause, set, wait and fork.
 
     Attributes:
         joints: goal in joint coordinates.
         pose: goal of the tip.
         via: points to pass through without stopping: joint coordinates on a joint path, poses on an arc or a spline.
+        fork: whether the moves after it are made.
+        skip: moves that are passed over after this one: those of the other way.
     """
 
     joints: tuple[float, ...] | None = None
     pose: Goal | None = None
     via: tuple[tuple[float, ...] | Pose, ...] = ()
+    fork: Fork | None = None
+    skip: int = 0
 
     @property
     def stays(self) -> bool:
@@ -272,17 +256,6 @@ class Bounds(Part, frozen=True, kw_only=True):
     tip_turn_rate: Positive = 1.0
 
 
-class SceneFile(Part, frozen=True, kw_only=True):
-    """A file of obstacles alone.
-
-    Attributes:
-        angles: unit of its angles.
-    """
-
-    angles: Literal["radians", "degrees"] = "radians"
-    obstacle: tuple[Obstacle, ...]
-
-
 class Report(Part, frozen=True, kw_only=True):
     """What the report looks like.
 
@@ -336,9 +309,7 @@ class Head(Part, frozen=True, kw_only=True):
     robot: str
     angles: Literal["radians", "degrees"] = "radians"
     lengths: Literal["metres", "millimetres"] = "metres"
-    variables: dict[str, float | str | tuple[float, ...]] = msgspec.field(
-        default_factory=dict[str, float | str | tuple[float, ...]]
-    )
+    variables: dict[str, Variable] = msgspec.field(default_factory=dict[str, Variable])
     lock: dict[str, float] = msgspec.field(default_factory=dict[str, float])
     tool: Tool = Tool()
     tools: dict[str, Tool] = msgspec.field(default_factory=dict[str, Tool])

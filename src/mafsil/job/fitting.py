@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import pi
-from typing import cast
+from typing import NamedTuple, cast
 
 import numpy as np
 
 from mafsil.arrays import JointVector
+from mafsil.errors import JobError
 from mafsil.ik.problem import reach_bound
 from mafsil.job.closed_moves import limits_of, listed_joints, require_closed_job
-from mafsil.job.description import Job, Pose
+from mafsil.job.description import Grasp, Job, Move, Pose
 from mafsil.job.language.units import angle_unit, length_unit
 from mafsil.job.lines import Path, Places, dotted
 from mafsil.job.remark import Remark
@@ -57,18 +58,56 @@ def require_fit(job: Job, robot: Robot, places: Places) -> None:
         expected = robot.n if path[0] != "controller" else _driven(robot)
         if isinstance(values, tuple) and count != expected:
             raise places.error("job.list_count", path, expected=expected, got=count)
-    carried = None
+    _require_hands(job, places)
+
+
+def _require_hands(job: Job, places: Places) -> None:
+    """Refuses what cannot be whichever way the job goes; what depends on the way is looked at on the way."""
+    coming: dict[int, list[Grasp | None]] = {0: [None]}
     for k, move in enumerate(job.move):
-        if move.pick is not None:
-            if carried is not None:
-                raise places.error("job.already_carried", ("move", k, "pick"), part=visible(carried.name))
-            carried = move.pick
-        elif move.tool is not None and carried is not None:
-            raise places.error("job.tool_carrying", ("move", k, "tool"), part=visible(carried.name))
-        elif move.place:
-            if carried is None:
-                raise places.error("job.nothing_carried", ("move", k, "place"))
-            carried = None
+        carried = coming.pop(k, [])
+        faults = [fault for fault in (hand_fault(move, each) for each in carried) if fault is not None]
+        if faults and len(faults) == len(carried):
+            raise faults[0].complaint(places, k)
+        after = carried if move.pick is None and not move.place else [move.pick]
+        for then in (k + 1 + move.skip, *(() if move.fork is None else (k + 1 + move.fork.skip,))):
+            known = coming.setdefault(then, [])
+            known += [each for each in after if not any(each is one for one in known)]
+
+
+class HandFault(NamedTuple):
+    """Why a part cannot be taken or let go of, or a tool not changed.
+
+    Attributes:
+        key: of the sentence.
+        action: of the move.
+        part: what is carried.
+    """
+
+    key: str
+    action: str
+    part: str
+
+    def complaint(self, places: Places, index: int) -> JobError:
+        """About the move of an index."""
+        return places.error(self.key, ("move", index, self.action), part=self.part)
+
+
+def hand_fault(move: Move, carried: Grasp | None) -> HandFault | None:
+    """What speaks against taking a part, letting go of it or changing tools; None where nothing does.
+
+    Args:
+        move: of a job.
+        carried: what the tool holds then.
+    """
+    part = "" if carried is None else visible(carried.name)
+    if move.pick is not None and carried is not None:
+        return HandFault("job.already_carried", "pick", part)
+    if move.tool is not None and carried is not None:
+        return HandFault("job.tool_carrying", "tool", part)
+    if move.place and carried is None:
+        return HandFault("job.nothing_carried", "place", part)
+    return None
 
 
 def unit_remarks(job: Job, robot: Robot, places: Places) -> tuple[Remark, ...]:

@@ -17,10 +17,10 @@ from mafsil.job.causes import Cause, cause
 from mafsil.job.description import Controller, Job
 from mafsil.job.drive import drive
 from mafsil.job.judgement import Summary, summary
+from mafsil.job.language.table_checks import GAINS
 from mafsil.job.law_conditions import Condition, conditions
 from mafsil.job.laws import KINDS, control_period, kinds_for
 from mafsil.job.plan import Plan
-from mafsil.job.reading import GAINS
 from mafsil.job.run import Run
 from mafsil.messages.tables import number, on_screen, table
 from mafsil.robot import Robot

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeAlias
 
-from mafsil.errors import FileError, JobError
+from mafsil.errors import FileError, JobError, MafsilError
 from mafsil.job.description import Cell, Job
 from mafsil.job.remark import said
 from mafsil.messages import say
@@ -32,6 +33,17 @@ class BilingualFileError(FileError):
     def message(self, language: str | None = None) -> str:
         """The sentence, in the given language (`en`, `ar`) or the current one."""
         return say(self.key, language=language, **{name: said(value, language) for name, value in self.details.items()})
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """A complaint inside another one."""
+
+    error: MafsilError
+
+    def explain(self, *, language: str | None = None) -> str:
+        """Its sentence."""
+        return self.error.message(language)
 
 
 class Places:
@@ -85,6 +97,16 @@ class Places:
         line = self.line(path)
         place = f"{self.source}:{line}" if line else self.source
         return BilingualJobError(key, place=place, name=dotted(self.typed(path)), line=line, **details)
+
+    def of_file(self, fault: MafsilError, path: Path) -> FileError:
+        """The complaint about another file, with the place of the key that names it.
+
+        Args:
+            fault: what is wrong with that file.
+            path: of the key.
+        """
+        place = self.error("job.file_fault", path)
+        return BilingualFileError("job.file_fault", fault=Fault(fault), **place.details)
 
     def _included(self, path: Path) -> tuple[Places, Path] | None:
         """The places of the included file that a key comes from, and the key in it."""

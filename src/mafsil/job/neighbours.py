@@ -6,30 +6,32 @@ goes round so that it meets neither the scene nor the robots before it; that is 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
-from mafsil.collision import Arms, Checker, Clearance, Mounted, Scene
+from mafsil.collision import Arms, Checker, Clearance, Contact, Mounted, Scene
 from mafsil.collision import Obstacle as Body
+from mafsil.errors import MafsilError
 from mafsil.job.description import Bounds, Job, Pose
 from mafsil.job.fitting import coordinates
 from mafsil.job.lines import Places
 from mafsil.job.other_robot import OtherRobot
+from mafsil.job.other_steps import OtherStep
 from mafsil.job.poses import pose_matrix
-from mafsil.job.remark import Refused, Remark
+from mafsil.job.remark import Remark
 from mafsil.job.resting import resting_place
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
 from mafsil.model.loading import load_mechanism
 from mafsil.model.skeleton import with_skeleton
-from mafsil.planning import TimedArm, plan_past
-from mafsil.planning.waiting_places import standing
+from mafsil.planning import TimedArm
+from mafsil.planning.arms_motion import unproved_moment
 from mafsil.robot import Robot
-from mafsil.trajectory import MotionLimits, rest
+from mafsil.trajectory import MotionLimits
 
 MAIN = "job"
 """How the robot of the job is called among the arms."""
@@ -83,10 +85,17 @@ class NeighbourMotion:
     Attributes:
         neighbour: the robot.
         motion: of its coordinates; it follows that exactly, its controller is not simulated.
+        steps: its moves, one after the other.
     """
 
     neighbour: Neighbour
     motion: TimedArm
+    steps: tuple[OtherStep, ...] = ()
+
+    def arrival(self) -> Remark:
+        """When it has done all of its moves."""
+        times = {"duration": quantity(self.motion.duration, "s"), "waiting": quantity(self.motion.waiting, "s")}
+        return Remark("good", "job.other_arrives", {"name": self.neighbour.name, **times})
 
     def poses(self, t: Floats) -> PoseMatrix:
         """(k, L, 4, 4) of its links in {s} at times (k,) [s]."""
@@ -109,7 +118,10 @@ def neighbours_of(job: Job, folder: Path, places: Places) -> tuple[Neighbour, ..
         if asked.name in (MAIN, "") or any(asked.name == each.asked.name for each in found) or "/" in asked.name:
             raise places.error("job.other_name", ("other_robot", k, "name"), given=visible(asked.name))
         source = folder / asked.robot if Path(asked.robot).suffix else asked.robot
-        mechanism = load_mechanism(source)
+        try:
+            mechanism = load_mechanism(source)
+        except MafsilError as fault:
+            raise places.of_file(fault, ("other_robot", k, "robot")) from None
         own = any(link.collisions or link.visuals for link in mechanism.links)
         if not any(link.collisions for link in mechanism.links):
             mechanism = with_skeleton(mechanism)
@@ -179,77 +191,36 @@ class Neighbourhood:
         main = Mounted(MAIN, robot, attached=parts, self_collision=False)
         self.cell = Arms([main, *mounted], scene, margin=clearance).with_passive([MAIN])
 
-    def planned(self, main: TimedArm, bounds: Bounds, seed: int) -> tuple[dict[str, TimedArm], list[Remark]]:
-        """Motions of the others past that of the robot of the job, and what to say of them.
+    def limits(self, bounds: Bounds, speed: float) -> MotionLimits:
+        """Limits of all coordinates, as jobs drive robots: shares of their own, assumed where there are none.
 
         Args:
-            main: of the robot of the job.
-            bounds: how hard robots may be driven.
-            seed: of the searches.
-
-        Raises:
-            Refused: a move for which no way was found.
+            bounds: of the job.
+            speed: share of them.
         """
-        settled: dict[str, TimedArm] = {MAIN: main}
-        remarks: list[Remark] = []
-        for each in self.moving:
-            settled[each.asked.name] = self._moves(each, settled, bounds, seed)
-            motion = settled[each.asked.name]
-            details = {
-                "name": each.name, "duration": quantity(motion.duration, "s"), "waiting": quantity(motion.waiting, "s"),
-            }  # fmt: skip
-            remarks.append(Remark("good", "job.other_arrives", details))
-        return settled, remarks
-
-    def _moves(self, each: Neighbour, settled: dict[str, TimedArm], bounds: Bounds, seed: int) -> TimedArm:
-        """All moves of one robot, one after the other, each as early as it may."""
-        q, done = each.start, None
-        for k, (move, goal) in enumerate(zip(each.asked.move, each.goals, strict=True)):
-            limits = self._limits(bounds, move.speed)
-            own = self._own(limits, each.asked.name)
-            if move.pause is not None:
-                part = TimedArm((rest(q, move.pause),), np.array([0.0, move.pause]), (True,), own)
-            elif goal is not None and np.array_equal(goal, q):
-                continue
-            else:
-                clock = 0.0 if done is None else done.duration
-                others = {name: motion.later(clock) for name, motion in settled.items()}
-                start = {name: motion.at(0.0) for name, motion in others.items()} | self._later_starts(settled)
-                found = plan_past(
-                    self.cell, each.asked.name, start | {each.asked.name: q}, each.goal(k, q), limits, others,
-                    seed=seed, seconds=SECONDS,
-                )  # fmt: skip
-                if not found:
-                    raise Refused("job.other_no_way", name=each.name, number=k + 1, reason=found)
-                part = found.motions[each.asked.name]
-                within = each.robot.limits
-                q = np.clip(part.at(part.duration), within.lower, within.upper) if goal is None else goal
-            done = part if done is None else done.then(part)
-        if done is None:
-            return standing(q, self._part(self._limits(bounds, 1.0), each.asked.name))
-        return done
-
-    def _later_starts(self, settled: dict[str, TimedArm]) -> dict[str, JointVector]:
-        return {each.asked.name: each.start for each in self.moving if each.asked.name not in settled}
-
-    def _limits(self, bounds: Bounds, speed: float) -> MotionLimits:
-        """Limits of all coordinates, as jobs drive robots: shares of their own, assumed where there are none."""
         own = self.cell.robot.limits
         velocity = _driven(own.velocity, bounds.velocity, bounds.speed_share)
         acceleration = _driven(own.acceleration, bounds.acceleration, bounds.acceleration_share)
         return MotionLimits.of(len(velocity), velocity=velocity * speed, acceleration=acceleration * speed**2)
 
-    def _part(self, limits: MotionLimits, name: str) -> MotionLimits:
-        columns = self.cell.columns[name]
+    def own_limits(self, name: str, bounds: Bounds, speed: float) -> MotionLimits:
+        """Limits of one robot; arguments as for `limits`."""
+        columns, limits = self.cell.columns[name], self.limits(bounds, speed)
         return MotionLimits.of(
             columns.stop - columns.start,
             velocity=limits.velocity[1, columns], acceleration=limits.acceleration[1, columns],
         )  # fmt: skip
 
-    def _own(self, limits: MotionLimits, name: str) -> Floats:
-        return np.asarray(limits.acceleration[1, self.cell.columns[name]])
+    def unproved(self, motions: Mapping[str, TimedArm]) -> float | None:
+        """From when on motions of all are not proved to keep the clearance; None where all of it is [s]."""
+        return unproved_moment(self.cell, motions, {})
 
-    def clearance(self, q: JointVector, t: Floats, motions: dict[str, TimedArm]) -> Clearance:
+    def contact(self, motions: Mapping[str, TimedArm], time: float) -> Contact:
+        """The two bodies that are nearest at a moment [s]."""
+        q = self.cell.joined({name: motion.at(time) for name, motion in motions.items()})
+        return next(iter(self.cell.distance(q)))
+
+    def clearance(self, q: JointVector, t: Floats, motions: Mapping[str, TimedArm]) -> Clearance:
         """How near other robots come to anything when the robot of the job is at (k, n) at times (k,) [s]."""
         places = {name: motion.at(t) for name, motion in motions.items() if name != MAIN}
         return self.cell.distance(self.cell.joined({MAIN: q, **places}))

@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
+import msgspec
+
 from mafsil.job.part import Four, Part, Pose, Positive, Share, Three
+from mafsil.job.signals import Condition, SignalValue
 
 
 class OtherMove(Part, frozen=True, kw_only=True):
-    """One step of another robot: exactly one of joints, pose and pause.
+    """One step of another robot: exactly one of joints, pose, pause, set and wait.
 
     Attributes:
         joints: goal in joint coordinates.
         pose: goal of its tip in {s}; the present orientation if it says none.
         pause: rest [s].
+        set: values that outputs take; no other robot sets the same ones.
+        wait: conditions on signals, all of them: rest until they hold.
+        timeout: longest wait [s].
         speed: share of the limits for this move.
     """
 
     joints: tuple[float, ...] | None = None
     pose: Pose | None = None
     pause: Positive | None = None
+    set: dict[str, SignalValue] = msgspec.field(default_factory=dict[str, SignalValue])
+    wait: dict[str, Condition] = msgspec.field(default_factory=dict[str, Condition])
+    timeout: Positive | None = None
     speed: Share = 1.0
 
 

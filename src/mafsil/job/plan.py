@@ -8,9 +8,11 @@ import numpy as np
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.job.cell_signals import CellSignals
+from mafsil.job.decision import Decision, decided
 from mafsil.job.description import Task
 from mafsil.job.equipment import Load
 from mafsil.job.neighbours import NeighbourMotion
+from mafsil.job.placed_parts import PlacedPart
 from mafsil.job.remark import Remark
 from mafsil.job.surroundings import Surroundings, WayRound
 from mafsil.job.timing import Timing
@@ -24,14 +26,17 @@ class Leg:
     Attributes:
         index: of the move in the job, the last of several without a stop between; -1 for the rest at the end.
         name: in the job, or empty.
-        kind: joint, line, arc, spline, screw, blended, pick, place, tool, pause, set, wait or settle.
+        kind: joint, line, arc, spline, screw, blended, pick, place, tool, pause, set, wait, if or settle.
         trajectory: of the joints.
         load: what hangs on the flange while it moves.
         target: (4, 4) pose it ends at, if the job names a pose.
         task: what of that pose counts.
         timing: what limits it; None of rests.
         clearance: that it keeps [m].
+        parts: that were put down before, and stand in the scene meanwhile.
+        thing: of a pick: the leg at which its part was taken first; -1 of what is no pick.
         way: how it goes round what stands in its way, if it does.
+        decision: which way the job goes from here, and why; None of what is no choice.
     """
 
     index: int
@@ -44,6 +49,9 @@ class Leg:
     timing: Timing | None = None
     clearance: float = 0.0
     way: WayRound | None = None
+    decision: Decision | None = None
+    parts: tuple[PlacedPart, ...] = ()
+    thing: int = -1
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -54,6 +62,7 @@ class Plan:
         start: (n,) configuration.
         legs: in order.
         remarks: what the reader should know.
+        made: moves of the job that are made; the others are on ways that are not taken.
         surroundings: what the arm may meet; None where the job names nothing.
         neighbours: what other robots do meanwhile.
         signals: between the arm and its cell; None where the job names none.
@@ -62,6 +71,7 @@ class Plan:
     start: JointVector
     legs: tuple[Leg, ...]
     remarks: tuple[Remark, ...]
+    made: int = 0
     surroundings: Surroundings | None = None
     neighbours: tuple[NeighbourMotion, ...] = ()
     signals: CellSignals | None = None
@@ -78,22 +88,31 @@ class Plan:
         return float(sum(leg.trajectory.duration for leg in moves))
 
     def lasting(self, durations: Floats) -> float:
-        """How long it takes if its legs take other times: waits end when their signals come [s]; NaN if one never does.
+        """How long it takes if its legs take other times: waits end when their signals come [s].
+
+        NaN where one never comes, where the job would go another way, or where other robots set signals at other times.
 
         Args:
             durations: (legs,) of its legs, those of waits aside [s].
         """
-        if not any(leg.kind == "wait" for leg in self.legs) or self.signals is None:
+        if not any(leg.kind in ("wait", "if") for leg in self.legs) or self.signals is None:
             return float(durations.sum())
+        if any(step.kind == "set" for each in self.neighbours for step in each.steps):
+            return float("nan")
         signals, time = CellSignals(self.signals.job, self.signals.period), 0.0
         for leg, duration in zip(self.legs, durations, strict=True):
             if leg.kind == "wait":
-                end = signals.end_of_wait(time, signals.job.move[leg.index])
+                move = signals.job.move[leg.index]
+                end = signals.end_of_wait(time, move.wait, move.timeout)
                 if end is None:
                     return float("nan")
                 time = end
                 continue
             time += float(duration)
+            if leg.decision is not None:
+                again = decided(signals.job, leg.decision.fork, signals, time)
+                if again.holds is not leg.decision.holds:
+                    return float("nan")
             if leg.kind == "set":
                 signals.put(time, signals.job.move[leg.index].set)
         return time

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,9 +38,25 @@ NEARLY = (1e-5, 1e-4)
 """What is left of the way to a pose that is met nearly, from which on a remark is made [m, rad]."""
 
 
-def near_limits(robot: Robot, trajectory: Trajectory, where: Where) -> list[Remark]:
+class Tight(NamedTuple):
+    """A move on which a joint comes close to a position limit.
+
+    Attributes:
+        joint: its name.
+        side: lower or upper.
+        share: of its range that is left.
+        move: which one.
+    """
+
+    joint: str
+    side: str
+    share: float
+    move: Where
+
+
+def near_limits(robot: Robot, trajectory: Trajectory, where: Where) -> list[Tight]:
     """Joints that come close to a position limit on the way."""
-    found: list[Remark] = []
+    found: list[Tight] = []
     q = trajectory.at(np.linspace(0.0, trajectory.duration, 200)).u
     lower, upper = robot.limits.lower, robot.limits.upper
     for k, joint in enumerate(robot.joint_names):
@@ -47,9 +65,26 @@ def near_limits(robot: Robot, trajectory: Trajectory, where: Where) -> list[Rema
             continue
         for side, gap in (("lower", q[:, k].min() - lower[k]), ("upper", upper[k] - q[:, k].max())):
             if gap < TIGHT * span:
-                details = {"move": where, "joint": visible(joint), "share": 100 * max(gap / span, 0.0)}
-                found.append(Remark("warning", "job.tight_limit", {**details, "side": f"@job.{side}"}))
+                found.append(Tight(joint, side, max(float(gap / span), 0.0), where))
     return found
+
+
+def tight_limits(found: Sequence[Tight]) -> list[Remark]:
+    """One remark for each limit: the move that comes nearest to it, and how many do.
+
+    Args:
+        found: on all moves.
+    """
+    grouped: dict[tuple[str, str], list[Tight]] = {}
+    for one in found:
+        grouped.setdefault((one.joint, one.side), []).append(one)
+    remarks: list[Remark] = []
+    for (joint, side), moves in grouped.items():
+        nearest = min(moves, key=lambda one: one.share)
+        details = {"move": nearest.move, "joint": visible(joint), "share": digits(100 * nearest.share)}
+        details |= {"side": f"@job.{side}", "count": len(moves)}
+        remarks.append(Remark("warning", "job.tight_limit" if len(moves) == 1 else "job.tight_limits", details))
+    return remarks
 
 
 def slowed(robot: Robot, line: TipMotion, where: Where) -> list[Remark]:

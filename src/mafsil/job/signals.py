@@ -33,6 +33,10 @@ Condition: TypeAlias = bool | float | Between
 """What is waited for: a value, or bounds."""
 
 
+Test: TypeAlias = bool | float | Between | str
+"""What is asked of a signal or a variable before moves are made; texts of variables alone."""
+
+
 class Input(Part, frozen=True, kw_only=True):
     """What the cell gives to the controller, as the simulation knows it: a table over time, or an answer to an output.
 

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.collision import Box, Capsule, Checker, Clearance, Contact, Cylinder, Plane, Scene, Sphere
 from mafsil.collision import Obstacle as Body
+from mafsil.job.beside import Beside
 from mafsil.job.description import Collision, Grasp, Job, Obstacle, SceneFile, Tool
 from mafsil.job.equipment import UNNAMED_TOOL, Load, box_of_tool
 from mafsil.job.neighbours import Neighbour, Neighbourhood, NeighbourMotion, standing_bodies
 from mafsil.job.payload import box_in_tip
+from mafsil.job.placed_parts import PlacedPart
 from mafsil.job.poses import pose_matrix
-from mafsil.job.remark import Remark
 from mafsil.messages.visible import visible
 from mafsil.model import Mechanism
 from mafsil.model.skeleton import with_skeleton
@@ -28,26 +28,14 @@ from mafsil.trajectory import MotionLimits, Trajectory
 STEP = 0.02
 """Largest change of a coordinate over a chord by which a motion is proved free [rad | m]."""
 MOST_CHORDS = 4000
-RESTS = ("pick", "place", "tool", "pause", "set", "wait", "settle")
+MOST_CHECKERS = 64
+"""Kept at a time: each knows one load, one clearance and the parts that stand around."""
+RESTS = ("pick", "place", "tool", "pause", "set", "wait", "if", "settle")
 """Kinds of legs at which nothing moves."""
 ROOM = 1e-4
 """What ways round keep on top of the clearance: more than a chord by which they are proved again leaves them [m]."""
 RESTING = 1e-4
 """How much smaller than itself a carried part counts: it may stand on something [m]."""
-
-
-class Leg(Protocol):
-    """A planned move, as far as it matters here."""
-
-    @property
-    def kind(self) -> str:
-        """What it is."""
-        ...
-
-    @property
-    def trajectory(self) -> Trajectory:
-        """Of the joints."""
-        ...
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -114,7 +102,8 @@ class Surroundings:
     """The arm of a job among its obstacles.
 
     What the report draws is what is checked: the description's collision shapes, else what it shows, else tubes along
-    the links, and the boxes of tools. A carried part counts, smaller by the clearance, so that it may stand on a table.
+    the links, and the boxes of tools. A carried part counts, smaller by the clearance, so that it may stand on a table;
+    parts that were put down stand where they are.
 
     Args:
         job: its obstacles and clearance.
@@ -128,38 +117,47 @@ class Surroundings:
         self.bounds, self.neighbours = job.limits, neighbours
         self.obstacles = scene_of(job)
         self.scene = Scene([*self.obstacles, *standing_bodies(neighbours)])
-        self._others: tuple[Neighbourhood, dict[str, TimedArm]] | None = None
-        self._checkers: dict[tuple[Load, float], Checker] = {}
+        self._others: tuple[Neighbourhood, Mapping[str, TimedArm]] | None = None
+        self._checkers: dict[tuple[Load, float, tuple[PlacedPart, ...]], Checker] = {}
         links = robot.mechanism.links
         self.has_shapes = any(link.collisions or link.visuals for link in links)
         self._mechanism = with_shapes(robot.mechanism)
 
-    def checker(self, load: Load, clearance: float | None = None) -> Checker:
-        """The arm with what hangs on its flange, keeping a clearance; that of the job if None."""
+    def checker(self, load: Load, clearance: float | None = None, parts: tuple[PlacedPart, ...] = ()) -> Checker:
+        """The arm with what hangs on its flange among parts put down, keeping a clearance; that of the job if None."""
         kept = self.rule.clearance if clearance is None else clearance
-        if (load, kept) not in self._checkers:
+        key = load, kept, parts
+        if key not in self._checkers:
             itself = self.has_shapes if self.rule.self_collision is None else self.rule.self_collision
-            self._checkers[load, kept] = Checker(
-                self._mechanism, self.scene, attached=_hanging(load, kept), margin=kept, self_collision=itself
+            scene = Scene([*self.scene, *(each.body for each in parts)]) if parts else self.scene
+            if len(self._checkers) >= MOST_CHECKERS:
+                del self._checkers[next(iter(self._checkers))]
+            self._checkers[key] = Checker(
+                self._mechanism, scene, attached=_hanging(load, kept), margin=kept, self_collision=itself
             )
-        return self._checkers[load, kept]
+        return self._checkers[key]
 
-    def is_free(self, q: JointVector, load: Load, clearance: float | None = None) -> bool:
+    def is_free(
+        self, q: JointVector, load: Load, clearance: float | None = None, parts: tuple[PlacedPart, ...] = ()
+    ) -> bool:
         """Whether a configuration keeps a clearance; that of the job if None."""
-        return bool(self.checker(load, clearance).free(q))
+        return bool(self.checker(load, clearance, parts).free(q))
 
-    def first_hit(self, trajectory: Trajectory, load: Load, clearance: float | None = None) -> Hit | None:
+    def first_hit(
+        self, trajectory: Trajectory, load: Load, clearance: float | None = None, parts: tuple[PlacedPart, ...] = ()
+    ) -> Hit | None:
         """Where a motion first comes nearer than the clearance, by chords of it that are proved free; None if nowhere.
 
         Args:
             trajectory: of the joints.
             load: what hangs on the flange.
             clearance: that is kept; that of the job if None [m].
+            parts: that stand in the scene.
         """
         t = np.linspace(0.0, trajectory.duration, 65)
         way = np.abs(np.diff(trajectory.at(t).u, axis=0)).sum(axis=0).max(initial=0.0)
         t = np.linspace(0.0, trajectory.duration, int(min(max(way / STEP, 1.0), MOST_CHORDS)) + 2)
-        checker, q = self.checker(load, clearance), trajectory.at(t).u
+        checker, q = self.checker(load, clearance, parts), trajectory.at(t).u
         found = checker.check_path(q)
         if found:
             return None
@@ -169,7 +167,7 @@ class Surroundings:
 
     def way_round(
         self, q: JointVector, goal: JointVector, load: Load, clearance: float, planner: str | None = None,
-        met: Contact | None = None,
+        met: Contact | None = None, parts: tuple[PlacedPart, ...] = (),
     ) -> WayRound | None:  # fmt: skip
         """A way between two configurations, or why there is none; None where the straight one is free.
 
@@ -179,8 +177,9 @@ class Surroundings:
             clearance: that is kept [m].
             planner: which one searches; that of the job if None.
             met: what stands in the way, if that is known; the straight way is not asked then.
+            parts: that stand in the scene.
         """
-        checker = self.checker(load, clearance)
+        checker = self.checker(load, clearance, parts)
         if met is None:
             straight = checker.check_path(q, goal)
             if straight:
@@ -196,39 +195,43 @@ class Surroundings:
             raise KeyboardInterrupt
         return WayRound(found, met)
 
-    def clearance(self, q: Floats, load: Load, kept: float | None = None) -> Clearance:
+    def clearance(
+        self, q: Floats, load: Load, kept: float | None = None, parts: tuple[PlacedPart, ...] = ()
+    ) -> Clearance:
         """Smallest distances at configurations (k, n); a carried part is smaller by the clearance that is kept."""
-        return self.checker(load, kept).distance(q)
+        return self.checker(load, kept, parts).distance(q)
 
-    def neighbours_past(
-        self, legs: Sequence[Leg], acceleration: Floats, loads: Sequence[Load]
-    ) -> tuple[tuple[NeighbourMotion, ...], list[Remark]]:
+    def neighbourhood(self, loads: Sequence[Load]) -> Neighbourhood:
+        """The robot among those that move.
+
+        Args:
+            loads: what hangs on its flange at some time; other robots keep clear of all of it at all times.
+        """
+        hanging = {(load.equipment.name, id(thing)): body for load in loads for thing, body in _boxes(load, 0.0)}
+        boxes = [replace(body, name=f"{body.name} {k + 1}") for k, body in enumerate(hanging.values())]
+        return Neighbourhood(Robot(self._mechanism), self.neighbours, self.scene, boxes, self.rule.clearance)
+
+    def settle(self, others: Beside | None, main: TimedArm) -> tuple[NeighbourMotion, ...]:
         """What the other robots do while the robot moves as planned.
 
         Args:
-            legs: of the robot.
-            acceleration: (n,) that its joints have at most.
-            loads: what hangs on its flange at some time; other robots keep clear of all of it at all times.
+            others: those that move.
+            main: the whole motion of the robot.
 
         Raises:
-            Refused: a move of another robot for which no way was found.
+            Refused: a move of another robot for which no way was found, a wait that never ends.
         """
-        still = [
-            NeighbourMotion(each, standing(each.start, MotionLimits.of(each.robot.n, acceleration=1.0)))
-            for each in self.neighbours
-            if each.stands
-        ]
-        if len(still) == len(self.neighbours):
-            return tuple(still), []
-        hanging = {id(thing): body for load in loads for thing, body in _boxes(load, 0.0)}
-        boxes = [replace(body, name=f"{body.name} {k + 1}") for k, body in enumerate(hanging.values())]
-        around = Neighbourhood(Robot(self._mechanism), self.neighbours, self.scene, boxes, self.rule.clearance)
-        rests = tuple(leg.kind in RESTS for leg in legs)
-        starts = np.concatenate([[0.0], np.cumsum([leg.trajectory.duration for leg in legs])])
-        main = TimedArm(tuple(leg.trajectory for leg in legs), starts, rests, acceleration)
-        motions, remarks = around.planned(main, self.bounds, self.rule.seed)
-        self._others = around, motions
-        return (*still, *(NeighbourMotion(each, motions[each.asked.name]) for each in around.moving)), remarks
+        found: list[NeighbourMotion] = []
+        motions = {} if others is None else others.finish(main)
+        for each in self.neighbours:
+            if others is None or each.stands:
+                still = standing(each.start, MotionLimits.of(each.robot.n, acceleration=1.0))
+                found.append(NeighbourMotion(each, still))
+                continue
+            found.append(NeighbourMotion(each, motions[each.asked.name], others.steps(each.asked.name)))
+        if others is not None:
+            self._others = others.around, motions
+        return tuple(found)
 
     def clearance_beside(self, q: Floats, t: Floats) -> Clearance | None:
         """How near moving robots come to anything, the robot at (k, n) at times (k,) [s]; None where none moves."""

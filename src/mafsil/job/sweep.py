@@ -83,7 +83,7 @@ class Sweep(Answer):
         head = (*names, "cycle_s", *(("tip_mm", "energy_j", "effort_share") if simulated else ()))
         rows: list[tuple[str, ...]] = []
         for case in self.cases:
-            cells = [value if isinstance(value, str) else number(value) for value in case.values.values()]
+            cells = [_shown(value) for value in case.values.values()]
             cells.append("-" if np.isnan(case.cycle) else number(case.cycle))
             if simulated:
                 tip, energy, share = case.numbers
@@ -163,4 +163,11 @@ def sweep(
 
 
 def _said(values: Mapping[str, float | str]) -> str:
-    return ", ".join(f"{name} = {value if isinstance(value, str) else number(value)}" for name, value in values.items())
+    return ", ".join(f"{name} = {_shown(value)}" for name, value in values.items())
+
+
+def _shown(value: float | str) -> str:
+    """As it is typed."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return value if isinstance(value, str) else number(value)

@@ -15,13 +15,17 @@ LARGEST_FILE = 20_000_000
 """In bytes: some hundred thousand points."""
 
 
-def text_of(path: Path) -> str:
+def text_of(path: Path, name: str | None = None) -> str:
     """The text of a job file.
+
+    Args:
+        path: of the file.
+        name: how errors call it; its path if None.
 
     Raises:
         FileError: missing, unreadable, too large, not UTF-8.
     """
-    shown = visible(str(path))
+    shown = visible(str(path)) if name is None else name
     if path.is_dir():
         raise FileError("job.directory", path=shown)
     try:
@@ -36,7 +40,8 @@ def text_of(path: Path) -> str:
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise FileError("job.encoding", path=shown, position=error.start) from None
+        line = data.count(b"\n", 0, error.start) + 1
+        raise FileError("job.encoding", path=shown, position=error.start, line=line) from None
 
 
 def tables_of(text: str, source: str) -> dict[str, Any]:

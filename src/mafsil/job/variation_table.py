@@ -48,5 +48,5 @@ class VariationTable(Part, frozen=True, kw_only=True):
     noise: Spread | None = None
 
 
-SPREADS = ("payload", "payload_offset", "inertia", "friction", "gains", "delay", "noise")
-"""Keys of what is drawn."""
+SPREADS = tuple(name for name in VariationTable.__struct_fields__ if name not in ("runs", "seed", "bound"))
+"""Keys of what is drawn, as `mafsil.simulation.Variation` calls them."""

@@ -50,8 +50,9 @@ class TimedArm:
         moments = np.asarray(t, dtype=np.float64)
         which = np.clip(np.searchsorted(self.starts, moments, side="right") - 1, 0, len(self.parts) - 1)
         out = np.empty((*moments.shape, len(self.acceleration)))
-        for k, part in enumerate(self.parts):
-            here = which == k
+        present: list[int] = np.unique(which).tolist()
+        for k in present:
+            here, part = which == k, self.parts[k]
             out[here] = part.at(np.clip(moments[here] - self.starts[k], 0.0, part.duration)).u
         return out
 

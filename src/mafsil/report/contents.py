@@ -183,7 +183,7 @@ def _figures(run: Run, numbers: Summary, words: _Words) -> tuple[Figure, ...]:
     hardest = int(share.argmax())
     level: Level = "failure" if numbers.saturated.any() else "warning" if share[hardest] > 0.9 else "good"
     figures = [
-        Figure(words("cycle"), f"{numbers.cycle:.3f}", "s", words("cycle_note", count=len(run.job.move))),
+        Figure(words("cycle"), f"{numbers.cycle:.3f}", "s", words("cycle_note", count=run.plan.made)),
         *_target_figures(numbers, words),
         _figure(words("tip_error"), quantity(numbers.tip_error, "m"), _at(numbers.tip_error_time, words)),
         _figure(words("tip_turn"), quantity(numbers.tip_turn, "rad"), _at(numbers.tip_turn_time, words)),
@@ -243,8 +243,18 @@ def _steps(run: Run, numbers: Summary, words: _Words) -> tuple[Step, ...]:
             move = run.job.move[leg.index]
             said = assignments(move.set) or conditions(move.wait)
             text = "" if said == leg.name else said
+        elif leg.decision is not None:
+            text = leg.decision.explain(language=words.language)
         steps.append(Step(_name(leg, words), words(f"kind_{leg.kind}"), float(start), float(end), text, level))
-    return tuple(steps)
+    return (*steps, *_other_steps(run, words))
+
+
+def _other_steps(run: Run, words: _Words) -> Iterator[Step]:
+    """What other robots do, each after the other."""
+    for beside in run.plan.neighbours:
+        for one in beside.steps:
+            name = words("other_move", name=beside.neighbour.name, number=one.number)
+            yield Step(name, words(f"kind_{one.kind}"), one.start, one.end, one.text, "good")
 
 
 def _arrived(run: Run, leg: Leg, judged: Arrival, words: _Words) -> str:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from mafsil.arrays import Floats
+from mafsil.geometry import pose
 from mafsil.job import Job, Run
 from mafsil.job.equipment import UNNAMED_TOOL, box_of_tool
 from mafsil.job.payload import box_in_tip
@@ -89,30 +90,39 @@ class Part:
 def part_tracks(run: Run, moments: Floats) -> list[Part]:
     """Each thing that is picked, with its pose at each moment: waiting where the plan takes it, carried, left.
 
+    1. Where it waits: where the plan takes it; where it was left, if it was taken before.
+    2. While it is carried it stays in the tip as the plan takes it; then it lies where the tip was.
+
     Args:
         run: what happened.
         moments: (frames,) times [s].
     """
-    found: list[Part] = []
-    starts, t = run.plan.starts, run.recording.t
+    found: dict[int, Part] = {}
+    starts, legs, t = run.plan.starts, run.plan.legs, run.recording.t
     tips, _ = run.tips(np.minimum(np.searchsorted(t, np.minimum(moments, t[-1])), len(t) - 1))
     taken = {one.stretch.first - 1 for one in run.driven if one.gripped}
-    for k, leg in enumerate(run.plan.legs):
+    for k, leg in enumerate(legs):
         grasp = run.job.move[leg.index].pick if leg.kind == "pick" else None
         if grasp is None:
             continue
-        until = next((j for j in range(k + 1, len(run.plan.legs)) if run.plan.legs[j].kind == "place"), None)
-        goal = leg.trajectory.at(leg.trajectory.duration).u
-        track = np.tile(np.asarray(leg.load.robot.forward_kinematics(goal)), (len(moments), 1, 1))
+        T_tip = np.asarray(leg.load.robot.forward_kinematics(leg.trajectory.at(leg.trajectory.duration).u))
+        known = found.get(leg.thing)
+        # 1
+        lying = T_tip @ box_in_tip(grasp) if known is None else known.track[-1]
+        track = np.tile(lying, (len(moments), 1, 1)) if known is None else known.track.copy()
         begin = end = 0
         if k in taken:
+            # 2
+            until = next((j for j in range(k + 1, len(legs)) if legs[j].kind == "place"), None)
             begin = int(np.searchsorted(moments, float(starts[k + 1])))
             end = len(moments) if until is None else int(np.searchsorted(moments, float(starts[until + 1])))
-            track[begin:end] = tips[begin:end]
-            track[end:] = tips[min(end, len(tips)) - 1]
-        body = Body(grasp.name, (Solid("box", grasp.size, colour=PART_COLOUR),))
-        found.append(Part(body, track @ box_in_tip(grasp), begin, end))
-    return found
+            in_tip = pose.compose(pose.inverse(T_tip), lying)
+            track[begin:end] = tips[begin:end] @ in_tip
+            track[end:] = tips[min(end, len(tips)) - 1] @ in_tip
+        body = Body(grasp.name, (Solid("box", grasp.size, colour=PART_COLOUR),)) if known is None else known.body
+        carried = (begin, end) if known is None else (0, 0)
+        found[leg.thing] = Part(body, track, *carried)
+    return list(found.values())
 
 
 def tool_tracks(run: Run, moments: Floats) -> list[Part]:

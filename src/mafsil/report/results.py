@@ -21,6 +21,7 @@ from mafsil.job.arrival import goal_of
 from mafsil.job.cell_signals import CellSignals
 from mafsil.job.judgement import Summary, summary
 from mafsil.job.limiting import MORE, CycleLimit
+from mafsil.job.neighbours import NeighbourMotion
 from mafsil.job.run import Run
 from mafsil.job.tolerance import tolerances
 from mafsil.messages import language
@@ -150,6 +151,7 @@ def as_data(run: Run, numbers: Summary) -> dict[str, Any]:
         "signals": signals_data(run.plan.signals, numbers.duration),
         "variation": None if run.variation is None else run.variation.to_dict(),
         "steps": _steps(run),
+        "other_robots": others_data(run.plan.neighbours),
         "targets": _targets(run, numbers),
         "simulation": {
             "step": run.job.simulation.step,
@@ -181,6 +183,11 @@ def signals_data(signals: CellSignals | None, duration: float) -> dict[str, Any]
     }
 
 
+def others_data(neighbours: tuple[NeighbourMotion, ...]) -> list[dict[str, Any]]:
+    """What other robots do, move by move; nothing of those that stand."""
+    return [{"name": each.neighbour.asked.name, "steps": [one.to_dict() for one in each.steps]} for each in neighbours]
+
+
 def _limit(run: Run, one: CycleLimit) -> dict[str, Any]:
     """A limit of the cycle; null where more of it leaves a move without a motion."""
     return {
@@ -200,6 +207,7 @@ def _steps(run: Run) -> list[dict[str, Any]]:
             "start": float(start),
             "end": float(start + leg.trajectory.duration),
             "target": None if leg.target is None else leg.target.tolist(),
+            "choice": None if leg.decision is None else leg.decision.to_dict(),
             "way_round": None if leg.way is None else leg.way.to_dict(),
         }
         for leg, start in zip(run.plan.legs, run.plan.starts, strict=False)

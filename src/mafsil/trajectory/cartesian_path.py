@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, PoseMatrix, Vector6, as_batch, require_finite
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
+from mafsil.trajectory.cross_product import crossed
 
 Interpolation = Literal["straight", "screw"]
 
@@ -85,7 +86,7 @@ class CartesianPath:
             return V, slope
         V[..., :3] = self._turn
         V[..., 3:] = self._chord @ T[..., :3, :3]
-        slope[..., 3:] = -np.cross(V[..., :3], V[..., 3:])
+        slope[..., 3:] = -crossed(V[..., :3], V[..., 3:])
         return V, slope
 
     @cached_property

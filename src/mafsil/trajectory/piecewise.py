@@ -128,12 +128,13 @@ class PiecewisePolynomial(Printed):
         axis = local.ndim
         local = local.reshape(local.shape + (1,) * (rows.ndim - axis - 1))
         value = np.zeros(rows.shape[:axis] + rows.shape[axis + 1 :])
-        for power, factor in reversed(list(enumerate(_factors(self.degree, order), start=order))):
+        factors: list[float] = _factors(self.degree, order).tolist()
+        for power, factor in reversed(list(enumerate(factors, start=order))):
             value = value * local + factor * rows.take(power, axis=axis)
         return value
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=256)
 def _factors(degree: int, order: int) -> Floats:
     """The factors k! / (k - order)! for k = order .. degree."""
     k = np.arange(order, degree + 1, dtype=np.float64)

@@ -48,16 +48,18 @@ class Sequence(Printed):
         which = self._locate(moment)
         if moment.ndim == 0:
             return self._at_one(moment, int(which))
-        shape = moment.shape + self.parts[0].at(0.0).u.shape
-        out = Motion(*(np.zeros(shape) for _ in range(3)))
-        for k in range(len(self.parts)):
-            here = which == k
-            if not here.any():
-                continue
-            values = self.parts[k].at(self._local(moment[here], k))
-            for whole, value in zip(out, values, strict=True):
-                whole[here] = value
-        moving = moving_at(moment, self.duration, len(shape) - moment.ndim)
+        present: list[int] = np.unique(which).tolist()
+        if len(present) == 1:
+            out = self.parts[present[0]].at(self._local(moment, present[0]))
+        else:
+            shape = moment.shape + self.parts[0].at(0.0).u.shape
+            out = Motion(*(np.zeros(shape) for _ in range(3)))
+            for k in present:
+                here = which == k
+                values = self.parts[k].at(self._local(moment[here], k))
+                for whole, value in zip(out, values, strict=True):
+                    whole[here] = value
+        moving = moving_at(moment, self.duration, out.u.ndim - moment.ndim)
         return Motion(out.u, out.v * moving, out.a * moving)
 
     def _at_one(self, moment: Floats, k: int) -> Motion:
@@ -71,7 +73,8 @@ class Sequence(Printed):
         moment = times(t)
         which = self._locate(moment)
         out = np.zeros(moment.shape + self.parts[0].at(0.0).u.shape)
-        for k in range(len(self.parts)):
+        present: list[int] = np.unique(which).tolist()
+        for k in present:
             here = which == k
             out[here] = self.parts[k].jerk(self._local(moment[here], k))
         return out * moving_at(moment, self.duration, out.ndim - moment.ndim)

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
+from mafsil.errors import FileError
 from mafsil.job.description import Cell
-from mafsil.job.language.frames import Complaint
 from mafsil.job.lines import Path as Keys
 from mafsil.job.lines import Places
 from mafsil.job.text import tables_of, text_of
@@ -28,20 +28,20 @@ OF_THE_JOB = ("move", "start", "title")
 """What only a job has."""
 
 
-def with_cells(data: dict[str, Any], folder: Path, error: Complaint) -> tuple[dict[str, Any], tuple[Cell, ...]]:
+def with_cells(data: dict[str, Any], folder: Path, places: Places) -> tuple[dict[str, Any], tuple[Cell, ...]]:
     """The tables of a job file and of all that it includes, and which key comes from which file.
 
     Args:
         data: of the job file.
         folder: to which its paths are relative.
-        error: makes the complaint about a key of the job file.
+        places: of the keys of the job file.
 
     Raises:
         FileError: a cell that cannot be read or is no TOML.
         JobError: a cell that includes itself, has moves, or says angles or lengths in another unit.
     """
     merging = _Merging(dict(data), [])
-    merging.include(data.get(TABLE, ()), folder, (), error)
+    merging.include(data.get(TABLE, ()), folder, ((folder / places.source).resolve(),), places)
     return merging.data, tuple(merging.cells)
 
 
@@ -57,7 +57,7 @@ class _Merging:
     data: dict[str, Any]
     cells: list[Cell]
 
-    def include(self, names: object, folder: Path, above: tuple[Path, ...], error: Complaint) -> None:
+    def include(self, names: object, folder: Path, above: tuple[Path, ...], above_places: Places) -> None:
         """The cells of one file, each followed by those that it includes itself."""
         for k, name in enumerate([names] if isinstance(names, str) else cast("list[object]", names or ())):
             keys: Keys = (TABLE,) if isinstance(names, str) else (TABLE, k)
@@ -65,13 +65,17 @@ class _Merging:
                 continue
             path = (folder / name).resolve()
             if path in above or len(above) >= DEEPEST or len(self.cells) >= MOST_CELLS:
-                raise error("job.include_circle", keys, cell=visible(name), most=DEEPEST)
-            text, source = text_of(folder / name), visible(name)
+                raise above_places.error("job.include_circle", keys, cell=visible(name), most=DEEPEST)
+            source = visible(name)
+            try:
+                text = text_of(folder / name, source)
+                given = tables_of(text, source)
+            except FileError as fault:
+                raise above_places.of_file(fault, keys) from None
             places = Places(text, source)
-            given = tables_of(text, source)
             self._require_cell(given, places)
             self.cells.append(Cell(source=source, text=text, gave=tuple(self._merged(given))))
-            self.include(given.get(TABLE, ()), path.parent, (*above, path), places.error)
+            self.include(given.get(TABLE, ()), path.parent, (*above, path), places)
 
     def _require_cell(self, given: dict[str, Any], places: Places) -> None:
         for name in OF_THE_JOB:

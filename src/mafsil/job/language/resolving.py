@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import msgspec
 
 from mafsil.arrays import PoseMatrix
-from mafsil.job.description import TIP_PATHS, UNNAMED, Goal, Grasp, Head, Job, Move, Pose, Start, Step
+from mafsil.job.description import TIP_PATHS, UNNAMED, Fork, Goal, Grasp, Head, Job, Move, Pose, Start, Step
 from mafsil.job.language.frames import Complaint, Frames
 from mafsil.job.language.patterns import places
 from mafsil.job.language.statements import JobFile, Placed, PlacedGoal, Statement
@@ -54,6 +54,29 @@ def resolved(file: JobFile, error: Complaint) -> Job:
     return Job(**head, start=start, obstacle=obstacles, move=moves, origins=origins)
 
 
+def named(name: str, place: str) -> str:
+    """A move as sentences call it: by its name, and the place of the loop."""
+    return f"{name} ({place})" if name and place else name or place
+
+
+def past(moves: list[tuple[Move, Path]], other: int) -> list[tuple[Move, Path]]:
+    """Moves of one way, those that end it passing over as many of the other.
+
+    Args:
+        moves: with where they stand in the file.
+        other: moves of the other way, that come after them.
+    """
+    replaced = msgspec.structs.replace
+
+    def passing(move: Move, left: int) -> Move:
+        if move.fork is not None:
+            fork = move.fork
+            return replaced(move, fork=replaced(fork, skip=fork.skip + other)) if fork.skip == left else move
+        return replaced(move, skip=move.skip + other) if move.skip == left else move
+
+    return [(passing(move, len(moves) - 1 - k), place) for k, (move, place) in enumerate(moves)]
+
+
 class _Resolver:
     """Looks up what a file names.
 
@@ -74,16 +97,49 @@ class _Resolver:
         """Moves of statements, with where they stand in the file."""
         for k, statement in enumerate(statements):
             here = (*path, k)
-            if statement.do is None:
-                self.count += 1
-                if self.count > MOST_MOVES:
-                    raise self.error("job.too_many_moves", here, most=MOST_MOVES)
+            if statement.do is not None:
+                yield from self.loop(statement, statement.do, here, frames, place)
+                continue
+            self.count += 1
+            if self.count > MOST_MOVES:
+                raise self.error("job.too_many_moves", here, most=MOST_MOVES)
+            if statement.then is None:
                 yield self.move(statement, here, frames, place), here
                 continue
-            for _ in range(statement.repeat or 1):
-                for label, poses in self.rounds(statement, here):
-                    both = " ".join(word for word in (place, label) if word)
-                    yield from self.unrolled(statement.do, (*here, "do"), frames.inside(poses), both)
+            ways = [
+                list(self.unrolled(inner, (*here, key), frames, place))
+                for key, inner in (("then", statement.then), ("else", statement.else_ or ()))
+            ]
+            fork = Fork(tests=statement.if_, skip=len(ways[0]), other=bool(ways[1]))
+            yield Move(name=named(statement.name, place), fork=fork), here
+            yield from past(ways[0], len(ways[1]))
+            yield from ways[1]
+
+    def loop(
+        self, statement: Statement, inner: tuple[Statement, ...], path: Path, frames: Frames, place: str
+    ) -> Iterator[tuple[Move, Path]]:
+        """Moves of all rounds of a loop; with `while` each begins with a fork past all that is left."""
+        rounds = self.all_rounds(statement, inner, path, frames, place)
+        if not statement.while_:
+            for moves in rounds:
+                yield from moves
+            return
+        whole = list(rounds)
+        left = sum(len(moves) + 1 for moves in whole)
+        for moves in whole:
+            fork = Fork(tests=statement.while_, skip=left - 1, loop=True)
+            yield Move(name=named(statement.name, place), fork=fork), path
+            yield from moves
+            left -= len(moves) + 1
+
+    def all_rounds(
+        self, statement: Statement, inner: tuple[Statement, ...], path: Path, frames: Frames, place: str
+    ) -> Iterator[list[tuple[Move, Path]]]:
+        """Moves of each round of a loop."""
+        for _ in range(statement.repeat or 1):
+            for label, poses in self.rounds(statement, path):
+                both = " ".join(word for word in (place, label) if word)
+                yield list(self.unrolled(inner, (*path, "do"), frames.inside(poses), both))
 
     def rounds(self, statement: Statement, path: Path) -> list[tuple[str, dict[str, PoseMatrix]]]:
         """Label and frames of each round of a loop; one without both of a plain one."""
@@ -105,7 +161,7 @@ class _Resolver:
     def move(self, statement: Statement, path: Path, frames: Frames, place: str) -> Move:
         """One move, its name with the place of the loop."""
         given: dict[str, Any] = {each: getattr(statement, each) for each in Step.__struct_fields__}
-        given["name"] = f"{statement.name} ({place})" if statement.name and place else statement.name or place
+        given["name"] = named(statement.name, place)
         # 4
         given["joints"] = self.joints(statement.joints, (*path, "joints"))
         given["tool"] = self.tool(statement.tool, (*path, "tool"))

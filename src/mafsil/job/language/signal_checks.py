@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from difflib import get_close_matches
 
+from mafsil.job.description import Variable
 from mafsil.job.language.frames import Complaint
 from mafsil.job.language.statements import JobFile, Statement
 from mafsil.job.lines import Path
-from mafsil.job.signals import Between, Condition, Input, SignalValue
+from mafsil.job.signals import Between, Condition, Input, SignalValue, Test
 from mafsil.messages.visible import visible
+
+TESTS = ("if", "while")
+"""Keys that look at variables, too."""
 
 
 def require_signals(file: JobFile, error: Complaint) -> None:
@@ -30,13 +34,40 @@ def require_signals(file: JobFile, error: Complaint) -> None:
     for name, source in file.input.items():
         digital[name] = isinstance(source.start, bool) if source.follows is None else digital[source.follows]
     for statement, path in _statements(file.move, ("move",)):
-        for name, value in statement.set.items():
-            here = (*path, "set", name)
-            if name in file.input:
-                raise error("job.signal_input", here, signal=visible(name))
-            _require_kind(value, digital, name, here, error)
+        _require_values(statement.set, file, digital, path, error)
         for name, wanted in statement.wait.items():
             _require_kind(wanted, digital, name, (*path, "wait", name), error)
+        for key, tests in (("if", statement.if_), ("while", statement.while_)):
+            for name, test in tests.items():
+                _require_test(test, digital, file.variables, name, (*path, key, name), error)
+    _require_others(file, digital, error)
+
+
+def _require_others(file: JobFile, digital: Mapping[str, bool], error: Complaint) -> None:
+    """Signals of other robots, each output set by one robot alone."""
+    owners = {name: "@job.owner_main" for statement, _ in _statements(file.move, ("move",)) for name in statement.set}
+    for k, robot in enumerate(file.other_robot):
+        for i, move in enumerate(robot.move):
+            path: Path = ("other_robot", k, "move", i)
+            _require_values(move.set, file, digital, path, error)
+            for name, wanted in move.wait.items():
+                _require_kind(wanted, digital, name, (*path, "wait", name), error)
+            for name in move.set:
+                first = owners.setdefault(name, visible(robot.name))
+                if first != visible(robot.name):
+                    details = {"signal": visible(name), "first": first, "second": visible(robot.name)}
+                    raise error("job.signal_owner", (*path, "set", name), **details)
+
+
+def _require_values(
+    values: Mapping[str, SignalValue], file: JobFile, digital: Mapping[str, bool], path: Path, error: Complaint
+) -> None:
+    """Outputs, and values of their kind."""
+    for name, value in values.items():
+        here = (*path, "set", name)
+        if name in file.input:
+            raise error("job.signal_input", here, signal=visible(name))
+        _require_kind(value, digital, name, here, error)
 
 
 def _require_source(source: Input, path: Path, file: JobFile, error: Complaint) -> None:
@@ -63,13 +94,19 @@ def _require_source(source: Input, path: Path, file: JobFile, error: Complaint) 
 
 
 def _require_kind(
-    given: SignalValue | Condition, digital: Mapping[str, bool], name: str, path: Path, error: Complaint
+    given: SignalValue | Condition,
+    digital: Mapping[str, bool],
+    name: str,
+    path: Path,
+    error: Complaint,
+    variables: Iterable[str] = (),
 ) -> None:
     """The name of a signal, and a value, or condition, of its kind."""
     if name not in digital:
-        close = get_close_matches(name, digital, n=1, cutoff=0.55)
-        known = ", ".join(map(visible, close or digital)) or "-"
-        raise error("job.signal_unknown", path, signal=visible(name), known=known)
+        there = [*digital, *variables]
+        known = ", ".join(map(visible, get_close_matches(name, there, n=1, cutoff=0.55) or there)) or "-"
+        key = "job.test_unknown" if path[-2] in TESTS else "job.signal_unknown"
+        raise error(key, path, signal=visible(name), known=known)
     if isinstance(given, Between):
         if given.above is None and given.below is None:
             raise error("job.signal_bounds", path)
@@ -79,8 +116,29 @@ def _require_kind(
         raise error("job.signal_digital" if digital[name] else "job.signal_number", path, signal=visible(name))
 
 
+def _require_test(
+    test: Test, digital: Mapping[str, bool], variables: Mapping[str, Variable], name: str, path: Path, error: Complaint
+) -> None:
+    """The name of a signal or of a variable, not of both, and what its values can be compared with."""
+    if name not in variables:
+        if isinstance(test, str):
+            raise error("job.test_text", path, signal=visible(name))
+        _require_kind(test, digital, name, path, error, variables)
+        return
+    value = variables[name]
+    if name in digital:
+        raise error("job.test_both", path, signal=visible(name))
+    if isinstance(value, tuple):
+        raise error("job.test_list", path, variable=visible(name))
+    if isinstance(test, str) is not isinstance(value, str):
+        raise error("job.test_kind", path, variable=visible(name), value=visible(str(value)))
+    if not isinstance(test, str):
+        _require_kind(test, {name: isinstance(value, bool)}, name, path, error)
+
+
 def _statements(statements: tuple[Statement, ...], path: Path) -> Iterator[tuple[Statement, Path]]:
-    """All statements, those in loops too, each with its place."""
+    """All statements, those in loops and choices too, each with its place."""
     for k, statement in enumerate(statements):
         yield statement, (*path, k)
-        yield from _statements(statement.do or (), (*path, k, "do"))
+        for key, inner in (("do", statement.do), ("then", statement.then), ("else", statement.else_)):
+            yield from _statements(inner or (), (*path, k, key))

@@ -7,6 +7,7 @@ from typing import Annotated, Literal, TypeAlias
 import msgspec
 
 from mafsil.job.description import BranchChoice, Four, Grasp, Head, Obstacle, Part, Step, Task, Three
+from mafsil.job.signals import Test
 
 Count: TypeAlias = Annotated[int, msgspec.Meta(ge=1, le=100_000)]
 
@@ -65,8 +66,8 @@ class Pattern(Placed, frozen=True, kw_only=True):
     order: Literal["rows", "snake"] = "rows"
 
 
-class Statement(Step, frozen=True, kw_only=True):
-    """A move, or a loop over moves: exactly one of joints, pose, pick, place, tool, pause, set, wait and do.
+class Statement(Step, frozen=True, kw_only=True, rename={"if_": "if", "else_": "else", "while_": "while"}):
+    """A move, a loop or a choice: exactly one of joints, pose, pick, place, tool, pause, set, wait, do and if.
 
     Attributes:
         joints: goal in joint coordinates, or the name of a configuration.
@@ -75,7 +76,11 @@ class Statement(Step, frozen=True, kw_only=True):
         pick: what is taken, or the name of a part.
         do: moves that are repeated.
         each: a pattern, or several of equally many places: `do` for each place, whose frame has the pattern's name.
-        repeat: how often.
+        repeat: how often; with `while` at most.
+        while_: tests of signals and variables, looked at before each round: where one does not hold, the loop ends.
+        if_: tests of signals and variables: where all hold, `then` is done.
+        then: moves.
+        else_: moves that are made where they do not all hold.
     """
 
     joints: tuple[float, ...] | str | None = None
@@ -85,6 +90,10 @@ class Statement(Step, frozen=True, kw_only=True):
     do: tuple[Statement, ...] | None = None
     each: str | tuple[str, ...] | None = None
     repeat: Count | None = None
+    while_: dict[str, Test] = msgspec.field(default_factory=dict[str, Test])
+    if_: dict[str, Test] = msgspec.field(default_factory=dict[str, Test])
+    then: tuple[Statement, ...] | None = None
+    else_: tuple[Statement, ...] | None = None
 
 
 class PlacedStart(Part, frozen=True, kw_only=True):

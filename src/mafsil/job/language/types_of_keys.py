@@ -13,6 +13,7 @@ import msgspec
 from mafsil.job.description import Part
 from mafsil.job.language.statements import JobFile
 from mafsil.job.lines import Path
+from mafsil.job.part import keys_of
 
 
 def field_type(kind: type[Part], name: str) -> Any:
@@ -76,7 +77,8 @@ def _annotation(path: Path) -> Any:
             continue
         named = [get_args(each)[1] for each in options if get_origin(each) is dict]
         tables = [each for each in options if isinstance(each, type) and issubclass(each, Part)]
-        kind = named[0] if named else next(field_type(each, step) for each in tables if step in each.__struct_fields__)
+        fields = [(each, keys_of(each)) for each in tables]
+        kind = named[0] if named else next(field_type(each, keys[step]) for each, keys in fields if step in keys)
     return kind
 
 

@@ -11,6 +11,7 @@ from mafsil.job.contact_tables import Door, Guide, Hole, Surface
 from mafsil.job.description import Bounds, Collision, Grasp, Job, Obstacle, Part, Pose, Step, Tolerance, Tool
 from mafsil.job.language.statements import JobFile, Pattern, Placed
 from mafsil.job.other_robot import OtherRobot
+from mafsil.job.part import keys_of
 from mafsil.job.variation_table import Normal, VariationTable
 
 MILLIMETRE, DEGREE = 1e-3, pi / 180.0
@@ -59,9 +60,12 @@ def _scaled(value: Any, given: Any) -> Any:
     """Lengths of all tables inside a value."""
     if isinstance(value, Part):
         lengths = {name for kind, names in LENGTHS.items() if isinstance(value, kind) for name in names}
+        fields = keys_of(type(value))
         changed = {
-            name: _metres(getattr(value, name)) if name in lengths else _scaled(getattr(value, name), inner)
-            for name, inner in given.items()
+            fields[key]: _metres(getattr(value, fields[key]))
+            if key in lengths
+            else _scaled(getattr(value, fields[key]), inner)
+            for key, inner in given.items()
         }
         return msgspec.structs.replace(value, **changed)
     if isinstance(value, tuple):

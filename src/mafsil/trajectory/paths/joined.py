@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, PoseMatrix, Vector6
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
+from mafsil.trajectory.cross_product import crossed
 from mafsil.trajectory.paths.pose_path import TipPath, jumps, merged
 from mafsil.trajectory.paths.rotation_motion import RotationMotion, inverse, product, run, turned
 from mafsil.trajectory.tolerances import GIVEN, ROUNDING
@@ -90,8 +91,13 @@ class JoinedPath:
         inside = [a + (b - a) * leg.breaks for leg, (a, b) in zip(self.legs, pairwise(self.shares), strict=True)]
         ends = [np.array([one.place - one.half, one.place + one.half]) for one in self.blends]
         places = merged(*inside, *ends)
-        hidden = [np.abs(places - one.place) < one.half * (1 - GIVEN) for one in self.blends]
-        return places[~np.any(hidden, axis=0)] if hidden else places
+        if not self.blends:
+            return places
+        at, half = self._blended
+        hidden = np.zeros(len(places) + 1, dtype=np.int64)
+        np.add.at(hidden, np.searchsorted(places, at - half * (1 - GIVEN), side="right"), 1)
+        np.add.at(hidden, np.searchsorted(places, at + half * (1 - GIVEN), side="left"), -1)
+        return places[np.cumsum(hidden[:-1]) <= 0]
 
     @property
     def corners(self) -> Floats:
@@ -128,7 +134,7 @@ class JoinedPath:
         p, (R, w, a) = self._motion(np.asarray(s, dtype=np.float64))
         back = np.swapaxes(R, -1, -2)
         v = turned(back, p[1])
-        return np.concatenate([w, v], axis=-1), np.concatenate([a, turned(back, p[2]) - np.cross(w, v)], axis=-1)
+        return np.concatenate([w, v], axis=-1), np.concatenate([a, turned(back, p[2]) - crossed(w, v)], axis=-1)
 
     def _motion(self, s: Floats) -> tuple[Floats, RotationMotion]:
         """(3, *s, 3) the origin with two derivatives, and the turning."""
@@ -137,8 +143,14 @@ class JoinedPath:
         w, a = np.empty((len(flat), 3)), np.empty((len(flat), 3))
         leg = np.clip(np.searchsorted(self.shares, flat, side="right") - 1, 0, len(self.legs) - 1)
         part = leg.copy()
-        for k, one in enumerate(self.blends):
-            part[np.abs(flat - one.place) < one.half] = len(self.legs) + k
+        if self.blends:
+            # Blends lie in order and do not overlap: only the nearest one can hold a place.
+            places, halves = self._blended
+            before = np.clip(np.searchsorted(places, flat) - 1, 0, len(places) - 1)
+            after = np.minimum(before + 1, len(places) - 1)
+            nearest = np.where(np.abs(flat - places[after]) < np.abs(flat - places[before]), after, before)
+            within = np.abs(flat - places[nearest]) < halves[nearest]
+            part[within] = len(self.legs) + nearest[within]
         parts: list[int] = np.unique(part).tolist()
         for k in parts:
             mask = part == k
@@ -151,6 +163,11 @@ class JoinedPath:
             R.reshape(*shape, 3, 3), w.reshape(*shape, 3), a.reshape(*shape, 3)
         )
 
+    @cached_property
+    def _blended(self) -> tuple[Floats, Floats]:
+        """(k,) places of all blends, and halves of their widths."""
+        return np.array([one.place for one in self.blends]), np.array([one.half for one in self.blends])
+
     def _leg(self, k: int, s: Floats) -> tuple[Floats, RotationMotion]:
         """One leg at places of the whole."""
         begin, width = self.shares[k], self.shares[k + 1] - self.shares[k]
@@ -159,12 +176,12 @@ class JoinedPath:
         V, slope = self.legs[k].twists(local)
         V, slope, R = V / width, slope / width**2, T[..., :3, :3]
         w, v = V[..., :3], V[..., 3:]
-        p = np.stack([T[..., :3, 3], turned(R, v), turned(R, np.cross(w, v) + slope[..., 3:])])
+        p = np.stack([T[..., :3, 3], turned(R, v), turned(R, crossed(w, v) + slope[..., 3:])])
         return p, RotationMotion(R, w, slope[..., :3])
 
     def _blend(self, one: CornerBlend, s: Floats) -> tuple[Floats, RotationMotion]:
         """The two legs of a corner at once."""
-        k = int(np.abs(self.shares - one.place).argmin())
+        k = int(np.searchsorted(self.shares, one.place))
         h = one.half
         x = (s - one.place + h) / (2 * h)
         inward = 2 * h * (x**3 - x**4 / 2)
@@ -225,11 +242,11 @@ def joined(legs: tuple[TipPath, ...], blend: tuple[float, ...] | None, blend_ang
     sharp = JoinedPath(legs, shares)
     if blend is None or not len(sharp.corners):
         return sharp
-    wanted = [k for k in range(1, len(legs)) if np.abs(sharp.corners - shares[k]).min() < ROUNDING]
-    return replace(sharp, blends=tuple(_fitted(sharp, k, wanted, blend[k - 1], blend_angle) for k in wanted))
+    wanted = {k for k in range(1, len(legs)) if np.abs(sharp.corners - shares[k]).min() < ROUNDING}
+    return replace(sharp, blends=tuple(_fitted(sharp, k, wanted, blend[k - 1], blend_angle) for k in sorted(wanted)))
 
 
-def _fitted(sharp: JoinedPath, k: int, wanted: list[int], blend: float, blend_angle: float | None) -> CornerBlend:
+def _fitted(sharp: JoinedPath, k: int, wanted: set[int], blend: float, blend_angle: float | None) -> CornerBlend:
     """The widest blend at corner k that keeps both bounds and leaves its neighbours their half of the legs."""
     free = [sharp.shares[i + 1] - sharp.shares[i] for i in (k - 1, k)]
     shared = [free[0] / 2 if k - 1 in wanted else free[0], free[1] / 2 if k + 1 in wanted else free[1]]

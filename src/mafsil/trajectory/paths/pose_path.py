@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix, Vector6
+from mafsil.trajectory.cross_product import crossed
 from mafsil.trajectory.paths.orientations import OrientationLaw
 from mafsil.trajectory.paths.positions import NODES, WEIGHTS, PositionCurve
 from mafsil.trajectory.paths.rotation_motion import turned
@@ -112,7 +113,7 @@ class PosePath:
         _, p_1, p_2, _ = self.position.derivatives(along)
         back = np.swapaxes(R, -1, -2)
         v = turned(back, p_1)
-        return np.concatenate([w, v], axis=-1), np.concatenate([a, turned(back, p_2) - np.cross(w, v)], axis=-1)
+        return np.concatenate([w, v], axis=-1), np.concatenate([a, turned(back, p_2) - crossed(w, v)], axis=-1)
 
 
 def merged(*breaks: Floats) -> Floats:

@@ -8,6 +8,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, Matrix3, RotationMatrix, Vector3
 from mafsil.geometry import rotation
+from mafsil.trajectory.cross_product import crossed
 
 SMALL = 1e-2
 """Squared angle below which derivatives of the right Jacobian's coefficients come from their series."""
@@ -51,7 +52,7 @@ def product(A: RotationMotion, B: RotationMotion) -> RotationMotion:
     """A(s) B(s)."""
     back = np.swapaxes(B.R, -1, -2)
     seen = turned(back, A.w)
-    return RotationMotion(A.R @ B.R, seen + B.w, turned(back, A.a) - np.cross(B.w, seen) + B.a)
+    return RotationMotion(A.R @ B.R, seen + B.w, turned(back, A.a) - crossed(B.w, seen) + B.a)
 
 
 def inverse(A: RotationMotion) -> RotationMotion:

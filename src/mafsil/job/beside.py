@@ -1,0 +1,263 @@
+"""Other robots while the robot of a job is planned: each as far as it has come, with the signals that it sets.
+
+While the robot of the job waits for a signal of another one it stands, and the others go on: the earliest first, each
+as far as signals let it. When the signal has come they are taken back to that moment, and go on from there once it is
+known what the robot of the job does next.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mafsil.arrays import JointVector
+from mafsil.job.cell_signals import INSTANT, LONGEST_WAIT, CellSignals, assignments, conditions
+from mafsil.job.description import Bounds
+from mafsil.job.neighbours import MAIN, SECONDS, Neighbour, Neighbourhood
+from mafsil.job.other_robot import OtherMove
+from mafsil.job.other_steps import OtherStep
+from mafsil.job.remark import Refused
+from mafsil.job.signals import Condition
+from mafsil.job.standstill import Standing, Standstill
+from mafsil.messages.quantities import quantity
+from mafsil.planning import TimedArm, plan_past
+from mafsil.planning.waiting_places import standing
+from mafsil.trajectory import rest
+
+
+@dataclass(eq=False, slots=True)
+class _Program:
+    """What one of the other robots has done so far.
+
+    Attributes:
+        neighbour: the robot.
+        still: it, standing where it begins.
+        steps: its moves so far.
+        known: its motion so far, if that has been put together.
+    """
+
+    neighbour: Neighbour
+    still: TimedArm
+    steps: list[OtherStep] = field(default_factory=list[OtherStep])
+    known: TimedArm | None = None
+
+    @property
+    def moves(self) -> tuple[OtherMove, ...]:
+        return self.neighbour.asked.move
+
+    @property
+    def clock(self) -> float:
+        """When what it has done ends [s]."""
+        return self.steps[-1].end if self.steps else 0.0
+
+    @property
+    def q(self) -> JointVector:
+        """Where it is then."""
+        return self.steps[-1].q if self.steps else self.neighbour.start
+
+    @property
+    def motion(self) -> TimedArm:
+        """What it has done; it stands afterwards."""
+        if self.known is None:
+            done = [step.part for step in self.steps if step.part is not None]
+            starts = np.cumsum([0.0, *(each.duration for each in done)])
+            parts = tuple(part for each in done for part in each.parts)
+            inner = [begin + each.starts[:-1] for begin, each in zip(starts, done, strict=False)]
+            rests = tuple(each for one in done for each in one.rests)
+            times = np.concatenate([*inner, starts[-1:]])
+            self.known = TimedArm(parts, times, rests, done[0].acceleration) if done else self.still
+        return self.known
+
+    @property
+    def next(self) -> OtherMove | None:
+        """Its next move; None where it has done all."""
+        return None if len(self.steps) == len(self.moves) else self.moves[len(self.steps)]
+
+
+class Beside:
+    """The other robots of a job that move.
+
+    Args:
+        around: the robot of the job among them.
+        signals: of the job.
+        bounds: how hard robots may be driven.
+        seed: of the searches.
+    """
+
+    def __init__(self, around: Neighbourhood, signals: CellSignals, bounds: Bounds, seed: int) -> None:
+        self.around, self.signals, self.bounds, self.seed = around, signals, bounds, seed
+        self.programs = {
+            each.asked.name: _Program(each, standing(each.start, around.own_limits(each.asked.name, bounds, 1.0)))
+            for each in around.moving
+        }
+
+    def owners(self, names: Iterable[str]) -> list[str]:
+        """The robots that set signals, or the outputs that they follow."""
+        inputs = self.signals.job.input
+        sources = {(inputs[name].follows or name) if name in inputs else name for name in names}
+        return [
+            name for name, program in self.programs.items()
+            if any(sources & set(move.set) for move in program.moves)
+        ]  # fmt: skip
+
+    def end_of_wait(
+        self, main: TimedArm, past: float, wanted: Mapping[str, Condition], timeout: float | None
+    ) -> float | None:
+        """When the robot of the job, standing since `past`, goes on; None where what it waits for does not come.
+
+        Args:
+            main: its motion up to `past`.
+            past: when its wait begins [s].
+            wanted: what it waits for.
+            timeout: longest wait [s].
+        """
+        owners = self.owners(wanted)
+        limit = past + (LONGEST_WAIT if timeout is None else timeout)
+        found = self.signals.end_of_wait(past, wanted, timeout)
+        while owners and (found is None or found > self._known_until(owners) + INSTANT):
+            if not self._go_on(main, limit):
+                break
+            found = self.signals.end_of_wait(past, wanted, timeout)
+        if found is not None:
+            self._take_back(found)
+        return found
+
+    def settle(self, main: TimedArm, names: Iterable[str], moment: float) -> None:
+        """Others go on until it is known what signals are at a moment, then are taken back to it [s]."""
+        owners = self.owners(names)
+        while owners and self._known_until(owners) < moment - INSTANT and self._go_on(main, moment):
+            pass
+        self._take_back(moment)
+
+    def finish(self, main: TimedArm) -> dict[str, TimedArm]:
+        """All that the others have to do past the whole motion of the robot of the job; the motions of all.
+
+        Raises:
+            Refused: a move for which no way was found, a wait that never ends, a rest that is in the way.
+        """
+        while self._go_on(main, np.inf):
+            pass
+        waiting = self.waiting()
+        if waiting:
+            first, *others = waiting
+            details = {"name": first.name, "number": first.number, "wanted": first.wanted}
+            details |= {"time": quantity(first.since, "s")}
+            if others:
+                raise Refused("job.other_standstill", **details, others=Standstill(tuple(others)))
+            move = self.programs[first.robot].moves[first.number - 1]
+            late = None if move.timeout is None else self.signals.end_of_wait(first.since, move.wait)
+            if late is not None and move.timeout is not None:
+                details |= {"limit": quantity(move.timeout, "s"), "needed": quantity(late - first.since, "s")}
+                raise Refused("job.other_wait_late", **details)
+            raise Refused("job.other_wait_never", **details, state=self.signals.states(tuple(move.wait), first.since))
+        motions = {MAIN: main, **{name: program.motion for name, program in self.programs.items()}}
+        self._require_proved(motions)
+        return motions
+
+    def steps(self, name: str) -> tuple[OtherStep, ...]:
+        """The moves of one of the robots, as far as they are planned."""
+        return tuple(self.programs[name].steps)
+
+    def waiting(self, names: Iterable[str] | None = None) -> list[Standing]:
+        """The robots, all or some, that wait for signals that do not come."""
+        return [
+            Standing(
+                name, program.neighbour.name, len(program.steps) + 1, conditions(move.wait), program.clock
+            )
+            for name, program in self.programs.items()
+            if (names is None or name in names) and (move := program.next) is not None and move.wait
+        ]  # fmt: skip
+
+    def _known_until(self, owners: Iterable[str]) -> float:
+        """Up to when the signals of robots are known [s]."""
+        clocks = [np.inf if self.programs[each].next is None else self.programs[each].clock for each in owners]
+        return min(clocks, default=np.inf)
+
+    def _go_on(self, main: TimedArm, limit: float) -> bool:
+        """One move of one robot, that which begins first; False where all are done, wait, or are beyond a moment.
+
+        1. Moves that need no signal, and waits that end while all that they look at is known.
+        2. If there is none, the wait that ends first: until then no signal changes.
+        """
+        left = [(each, each.next) for each in self.programs.values() if each.clock <= limit + INSTANT]
+        ends: list[tuple[float, _Program, OtherMove]] = []
+        for program, move in sorted(left, key=lambda each: each[0].clock):
+            if move is None:
+                continue
+            if not move.wait:
+                self._move(program, move, main)
+                return True
+            end = self.signals.end_of_wait(program.clock, move.wait, move.timeout)
+            others = [name for name in self.owners(move.wait) if self.programs[name] is not program]
+            if end is not None and end <= self._known_until(others or ()) + INSTANT:
+                self._rest(program, move, end - program.clock)
+                return True
+            if end is not None:
+                ends.append((end, program, move))
+        if not ends:
+            return False
+        end, program, move = min(ends, key=lambda each: each[0])
+        self._rest(program, move, end - program.clock)
+        return True
+
+    def _take_back(self, moment: float) -> None:
+        """What ends later than a moment is not yet done."""
+        for program in self.programs.values():
+            while program.steps and program.steps[-1].end > moment + INSTANT:
+                undone, program.known = program.steps.pop(), None
+                self.signals.take_back(program.moves[undone.number - 1].set, moment)
+
+    def _rest(self, program: _Program, move: OtherMove, length: float) -> None:
+        name = program.neighbour.asked.name
+        limits = self.around.own_limits(name, self.bounds, move.speed)
+        most = standing(program.q, limits).acceleration
+        part = TimedArm((rest(program.q, length),), np.array([0.0, length]), (True,), most)
+        kind = "pause" if move.pause is not None else "set" if move.set else "wait"
+        text = assignments(move.set) or conditions(move.wait)
+        self._add(program, kind, text, part, program.q)
+
+    def _add(self, program: _Program, kind: str, text: str, part: TimedArm | None, q: JointVector) -> None:
+        begin = program.clock
+        end = begin + (0.0 if part is None else part.duration)
+        program.known = None
+        program.steps.append(OtherStep(len(program.steps) + 1, kind, text, begin, end, part, q))
+
+    def _move(self, program: _Program, move: OtherMove, main: TimedArm) -> None:
+        """One move but a wait."""
+        each, clock = program.neighbour, program.clock
+        if move.pause is not None:
+            return self._rest(program, move, move.pause)
+        if move.set:
+            self._rest(program, move, self.signals.tick_after(clock) - clock)
+            return self.signals.put(program.clock, move.set)
+        number = len(program.steps)
+        goal = each.goal(number, program.q)
+        if each.goals[number] is not None and np.array_equal(goal, program.q):
+            return self._add(program, "joint", "", None, program.q)
+        name = each.asked.name
+        settled = {MAIN: main} | {
+            other: one.motion for other, one in self.programs.items() if one is not program and one.steps
+        }
+        others = {other: motion.later(clock) for other, motion in settled.items()}
+        starts = {other: one.neighbour.start for other, one in self.programs.items()}
+        start = starts | {other: motion.at(0.0) for other, motion in others.items()} | {name: program.q}
+        limits = self.around.limits(self.bounds, move.speed)
+        found = plan_past(
+            self.around.cell, name, start, goal, limits, others, seed=self.seed, seconds=SECONDS
+        )  # fmt: skip
+        if not found:
+            raise Refused("job.other_no_way", name=each.name, number=number + 1, reason=found)
+        part, within = found.motions[name], each.robot.limits
+        known = each.goals[number]
+        q = np.clip(part.at(part.duration), within.lower, within.upper) if known is None else known
+        return self._add(program, "joint", "", part, q)
+
+    def _require_proved(self, motions: Mapping[str, TimedArm]) -> None:
+        """Where a robot rests while others move, the whole is proved once more."""
+        rests = any(step.kind in ("pause", "set", "wait") for each in self.programs.values() for step in each.steps)
+        moment = self.around.unproved(motions) if rests else None
+        if moment is not None:
+            contact = self.around.contact(motions, moment)
+            raise Refused("job.other_meets", time=quantity(moment, "s"), contact=contact)

@@ -1,0 +1,75 @@
+"""Moves of all joints of a job together, round what stands in their way."""
+
+from __future__ import annotations
+
+from mafsil.arrays import JointVector
+from mafsil.collision import Contact
+from mafsil.job.description import QUICKEST, Bounds
+from mafsil.job.fitting import coordinates
+from mafsil.job.joint_motion import JointMove, joint_motion, motion_on_path
+from mafsil.job.planned_remarks import decided_by
+from mafsil.job.remark import Refused, Remark
+from mafsil.job.surroundings import WayRound
+from mafsil.job.timing import Timing
+from mafsil.job.walk import Walk
+from mafsil.model import JointLimits
+from mafsil.trajectory import Trajectory
+
+
+class JointMoves:
+    """Plans moves of the joints.
+
+    Args:
+        walk: where the robot is.
+    """
+
+    def __init__(self, walk: Walk) -> None:
+        self.walk = walk
+
+    def joint_motion(self, index: int, goal: JointVector) -> tuple[Trajectory, Timing, WayRound | None]:
+        """All joints together to a goal, through points on the way or round what stands in it; what limits that."""
+        move, robot, where = self.walk.job.move[index], self.walk.robot, self.walk.where(index)
+        way = self.way_round(index, goal)
+        around = None if way is None else way.plan.joint_path()
+        ways = [coordinates(self.walk.job, robot, via) for via in move.via if isinstance(via, tuple)]
+        points = [self.walk.q, *ways, goal]
+
+        def within(limits: JointLimits) -> JointMove:
+            if around is not None:
+                return motion_on_path(robot, around, move, limits, where)
+            return joint_motion(robot, points, move, limits, where)
+
+        limits = self.walk.scaled(move)
+        planned = within(limits)
+        self.walk.remarks += decided_by(robot, planned.binding, where)
+
+        def again(limits: JointLimits, bounds: Bounds) -> float:
+            return within(limits).trajectory.duration
+
+        return planned.trajectory, Timing(limits, self.walk.job.limits, None, again), way
+
+    def goes_round(self, index: int) -> bool:
+        """Whether a move may leave the straight way of its joints for one round obstacles."""
+        move = self.walk.job.move[index]
+        return not move.via and move.profile in (None, *QUICKEST) and self.walk.avoids(index)
+
+    def way_round(self, index: int, goal: JointVector, met: Contact | None = None) -> WayRound | None:
+        """A way round obstacles; None where the move does not ask for one, or where the straight way is free.
+
+        Args:
+            index: of the move.
+            goal: (n,) where it ends.
+            met: what the way without it meets, where that is no straight way of the joints.
+        """
+        move, around = self.walk.job.move[index], self.walk.surroundings
+        if around is None or not self.goes_round(index):
+            return None
+        walk = self.walk
+        kept, parts = walk.clearance(index, index), walk.counted(index, goal)
+        found = around.way_round(walk.q, goal, walk.load, kept, move.planner, met, parts)
+        if found is None:
+            return None
+        if not found.plan:
+            raise Refused("job.no_way_round", move=self.walk.where(index), reason=found.plan)
+        self.walk.remarks.append(Remark("good", "job.went_round", {"move": self.walk.where(index)} | found.details()))
+        return found

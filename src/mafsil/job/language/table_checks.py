@@ -1,0 +1,158 @@
+"""Whether the tables of a job file beside its moves make sense: start, tools, controller, surfaces, other robots."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from mafsil.job.description import Controller, Obstacle, Simulation
+from mafsil.job.language.frames import Complaint
+from mafsil.job.language.pose_checks import check_pose
+from mafsil.job.language.statements import JobFile, PlacedGoal
+from mafsil.job.other_robot import OtherRobot
+from mafsil.job.variation_table import SPREADS, Normal, Spread
+
+KINDS_OF_OBSTACLE = ("box", "sphere", "cylinder", "capsule", "floor")
+FORMS = {"surface": ("normal", "sphere", "cylinder"), "guide": ("direction", "normal")}
+"""Keys of what is touched of which exactly one is given."""
+DIRECTIONS = {"surface": ("normal", "axis"), "hole": ("axis",), "door": ("axis",), "guide": ("direction", "normal")}
+GAINS = {
+    "computed_torque": ("frequency", "damping"),
+    "pd_gravity": ("stiffness", "rate_gain"),
+    "pid": ("stiffness", "rate_gain", "integral"),
+    "feedforward": ("stiffness", "rate_gain"),
+    "sliding_mode": ("mass_share", "margin", "width"),
+    "min_max": ("mass_share", "width"),
+    "model_predictive": ("frequency", "horizon", "interval"),
+    "linear_quadratic": ("frequency",),
+    "adaptive": ("learning",),
+    "task_computed_torque": ("frequency", "damping"),
+    "impedance": ("tip_stiffness", "turn_stiffness", "damping"),
+    "admittance": ("tip_mass", "turn_inertia", "tip_stiffness", "turn_stiffness", "damping"),
+    "hybrid": ("frequency", "damping", "press", "force_gain", "force_integral"),
+}
+"""Gains of each law; those of another one have no effect and are refused."""
+SHORTEST_NORMAL = 1e-6
+"""Length of a vector that is taken as a direction."""
+WHOLE = 1e-6
+"""How far the period of the law, in steps, may be from a whole number."""
+
+
+def check_tables(file: JobFile, data: dict[str, Any], error: Complaint) -> None:
+    """Refuse tables that make no sense.
+
+    Args:
+        file: checked key by key.
+        data: what was typed.
+        error: makes the complaint about a key.
+    """
+    check_obstacles(file.obstacle, data.get("obstacle", ()), error)
+    _check_start(file, data.get("start", {}), error)
+    _check_controller(file.controller, file.simulation, error)
+    _check_variation(file, error)
+    _check_contacts(file, error)
+    _check_other_robots(file.other_robot, error)
+
+
+def check_obstacles(obstacles: tuple[Obstacle, ...], data: Sequence[dict[str, Any]], error: Complaint) -> None:
+    """Each obstacle is exactly one thing."""
+    for k, obstacle in enumerate(obstacles):
+        given = [name for name in KINDS_OF_OBSTACLE if getattr(obstacle, name) not in (None, False)]
+        if len(given) != 1:
+            known = ", ".join(KINDS_OF_OBSTACLE)
+            raise error("job.obstacle_kind", ("obstacle", k), given=", ".join(given) or "-", known=known)
+        check_pose(obstacle, ("obstacle", k), data[k], error)
+
+
+def _check_start(file: JobFile, data: dict[str, Any], error: Complaint) -> None:
+    """One way to say where the robot begins."""
+    if file.start.joints is not None and file.start.pose is not None:
+        raise error("job.two_starts", ("start", "pose"))
+    if isinstance(file.start.pose, PlacedGoal):
+        check_pose(file.start.pose, ("start", "pose"), data["pose"], error)
+    for path, tool in ((("tool",), file.tool), *((("tools", name), tool) for name, tool in file.tools.items())):
+        if tool.offset is not None:
+            check_pose(tool.offset, (*path, "offset"), {"position": ()}, error)
+
+
+def _check_contacts(file: JobFile, error: Complaint) -> None:
+    """What is touched has one form, directions a length; a door is held where the tip starts."""
+    for kind, choices in FORMS.items():
+        for k, one in enumerate(getattr(file, kind)):
+            given = [name for name in choices if getattr(one, name) is not None]
+            if len(given) != 1:
+                known = ", ".join(choices)
+                raise error("job.contact_form", (kind, k), given=", ".join(given) or "-", known=known)
+    for kind, names in DIRECTIONS.items():
+        for k, one in enumerate(getattr(file, kind)):
+            for name in names:
+                if getattr(one, name) is not None and math.hypot(*getattr(one, name)) < SHORTEST_NORMAL:
+                    raise error("job.no_normal", (kind, k, name), given=name)
+    for k, surface in enumerate(file.surface):
+        if (surface.cylinder is None) != (surface.axis is None):
+            raise error("job.bar_axis", ("surface", k, "axis"))
+        if surface.hollow and surface.normal is not None:
+            raise error("job.hollow_plane", ("surface", k, "hollow"))
+    begin = file.start.pose
+    held = file.pose.get(begin) if isinstance(begin, str) else begin
+    if file.door and not (held is None and begin is not None) and not _is_whole(held):
+        raise error("job.door_start", ("door", 0))
+    if file.controller.kind == "hybrid" and not file.surface:
+        raise error("job.no_surface", ("controller", "kind"))
+
+
+def _is_whole(pose: PlacedGoal | None) -> bool:
+    """Whether a pose says all of its orientation."""
+    return pose is not None and pose.task == "pose" and (pose.rpy is not None or pose.quaternion is not None)
+
+
+def _check_variation(file: JobFile, error: Complaint) -> None:
+    """What is drawn has an order, changes something, and makes sense."""
+    asked = file.variation
+    if asked is None:
+        return
+    given: dict[str, Spread] = {name: getattr(asked, name) for name in SPREADS if getattr(asked, name) is not None}
+    if not given:
+        raise error("job.variation_empty", ("variation",), known=", ".join(SPREADS))
+    for name, spread in given.items():
+        path = ("variation", name)
+        low = spread.mean if isinstance(spread, Normal) else spread[0]
+        if isinstance(spread, tuple) and spread[1] < low:
+            raise error("job.variation_order", path, low=low, high=spread[1])
+        if low < 0.0 and name != "payload_offset":
+            raise error("job.variation_negative", path, value=low)
+    noise = file.simulation.noise
+    if "noise" in given and noise.position == noise.velocity == 0.0:
+        raise error("job.variation_noise", ("variation", "noise"))
+    if "payload_offset" in given and "payload" not in given:
+        raise error("job.variation_offset", ("variation", "payload_offset"))
+
+
+def _check_controller(controller: Controller, simulation: Simulation, error: Complaint) -> None:
+    """Every gain that is given belongs to the law that is chosen, whose period is a whole number of steps."""
+    step, rate = simulation.step, controller.rate
+    if rate is not None:
+        steps = 1.0 / (rate * step)
+        if steps < 1.0 - WHOLE or abs(steps - round(steps)) > WHOLE * steps:
+            near = sorted({max(math.floor(steps), 1), math.ceil(steps)}, reverse=True)
+            rates = ", ".join(f"{1.0 / (k * step):.9g}" for k in near)
+            raise error("job.rate_not_whole", ("controller", "rate"), value=rate, step=step, near=rates)
+    own = GAINS[controller.kind]
+    for name in {name: None for names in GAINS.values() for name in names if name not in own}:
+        if getattr(controller, name) is not None:
+            raise error("job.no_gain", ("controller", name), kind=controller.kind, known=", ".join(own))
+
+
+def _check_other_robots(robots: tuple[OtherRobot, ...], error: Complaint) -> None:
+    """One way to say how a base is turned; each step of another robot is exactly one thing."""
+    for k, robot in enumerate(robots):
+        if robot.rpy is not None and robot.quaternion is not None:
+            raise error("job.two_orientations", ("other_robot", k))
+        if robot.quaternion is not None and math.hypot(*robot.quaternion) < 1e-6:
+            raise error("job.zero_quaternion", ("other_robot", k, "quaternion"))
+        for i, move in enumerate(robot.move):
+            if sum(bool(each) for each in (move.joints is not None, move.pose, move.pause, move.set, move.wait)) != 1:
+                raise error("job.other_move", ("other_robot", k, "move", i))
+            if move.pose is not None:
+                check_pose(move.pose, ("other_robot", k, "move", i, "pose"), {"position": ()}, error)

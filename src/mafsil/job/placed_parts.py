@@ -1,0 +1,100 @@
+"""Parts that a job put down: they stand there for later moves, until they are taken again."""
+
+from __future__ import annotations
+
+from collections.abc import Container
+from dataclasses import dataclass
+
+import numpy as np
+
+from mafsil.arrays import Floats, PoseMatrix
+from mafsil.collision import Box
+from mafsil.collision import Obstacle as Body
+from mafsil.geometry import pose
+from mafsil.job.description import Grasp
+from mafsil.job.payload import box_in_tip
+from mafsil.messages.visible import visible
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PlacedPart:
+    """A part where it was put down.
+
+    Attributes:
+        body: its box in {s}.
+        pick: index of the leg at which it was taken first: the same thing all the time.
+    """
+
+    body: Body
+    pick: int
+
+    def holds(self, point: Floats) -> bool:
+        """Whether a point (3,) in {s} lies inside its box."""
+        box = self.body.geometry
+        assert isinstance(box, Box)
+        inside = pose.act(pose.inverse(self.body.T_so), point)
+        return bool((np.abs(inside) <= np.array(box.size) / 2.0).all())
+
+
+class PlacedParts:
+    """The parts that stand somewhere after the moves planned so far.
+
+    A part that was just put down does not count until a motion has left it, nor does one for the motion at whose end it
+    is taken: there the tool is at it.
+
+    Attributes:
+        standing: all of them.
+        left: the one that was put down last, as long as the arm has not left it.
+
+    Args:
+        names: of other bodies, that parts cannot have.
+    """
+
+    def __init__(self, names: Container[str] = ()) -> None:
+        self._names = names
+        self.standing: tuple[PlacedPart, ...] = ()
+        self.left: PlacedPart | None = None
+        self._count = 0
+        self._held = -1
+
+    def put(self, part: Grasp, T_tip: PoseMatrix) -> None:
+        """What is carried is let go of.
+
+        Args:
+            part: that is carried.
+            T_tip: (4, 4) pose of the tip.
+        """
+        self._count += 1
+        while (name := f"{visible(part.name)} {self._count}") in self._names:
+            self._count += 1
+        body = Body(Box(part.size), T_tip @ box_in_tip(part), name)
+        self.left = PlacedPart(body, self._held)
+        self.standing = (*self.standing, self.left)
+
+    def take(self, part: Grasp, T_tip: PoseMatrix, leg: int) -> int:
+        """Something is taken: a part that stands there, or a new one; the leg at which it was taken first.
+
+        Args:
+            part: as the move describes it.
+            T_tip: (4, 4) pose of the tip.
+            leg: index of the leg.
+        """
+        here = self._there(part, T_tip)
+        self._held = leg if here is None else here.pick
+        self.standing = tuple(each for each in self.standing if each is not here)
+        return self._held
+
+    def counted(self, coming: Grasp | None = None, T_tip: PoseMatrix | None = None) -> tuple[PlacedPart, ...]:
+        """The parts that count for the next motion.
+
+        Args:
+            coming: what is taken at its end, if anything.
+            T_tip: (4, 4) pose of the tip at its end.
+        """
+        there = None if coming is None or T_tip is None else self._there(coming, T_tip)
+        return tuple(each for each in self.standing if each is not self.left and each is not there)
+
+    def _there(self, part: Grasp, T_tip: PoseMatrix) -> PlacedPart | None:
+        """The part in whose box the centre of what is taken lies; the last one put down of several."""
+        centre = (T_tip @ box_in_tip(part))[:3, 3]
+        return next((each for each in reversed(self.standing) if each.holds(centre)), None)

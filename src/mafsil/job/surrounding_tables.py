@@ -1,0 +1,62 @@
+"""What stands around the arm of a job, as typed data. Field names are the keys of the file."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, TypeAlias
+
+import msgspec
+
+from mafsil.job.part import NotNegative, Part, Pose, Positive
+
+PlannerName: TypeAlias = Literal["rrt_connect", "lazy_prm_star", "trajectory_optimisation", "prm", "rrt_star"]
+"""Planners of `mafsil.planning` for ways round obstacles."""
+
+
+class Obstacle(Pose, frozen=True, kw_only=True):
+    """A body that stands in {s}: exactly one of box, sphere, cylinder, capsule and floor.
+
+    Attributes:
+        name: for the report and for errors.
+        box: edge lengths [m].
+        sphere: radius [m].
+        cylinder, capsule: radius and length along z [m]; a capsule's without its ends.
+        floor: the half space below its frame.
+    """
+
+    name: str = ""
+    box: tuple[Positive, Positive, Positive] | None = None
+    sphere: Positive | None = None
+    cylinder: tuple[Positive, Positive] | None = None
+    capsule: tuple[Positive, Positive] | None = None
+    floor: bool = False
+
+
+class Collision(Part, frozen=True, kw_only=True):
+    """How near the arm may come to obstacles and to itself.
+
+    Attributes:
+        clearance: that it keeps [m].
+        avoid: moves of the joints go round what stands in their way, unless a move says otherwise.
+        self_collision: whether the arm is checked against itself; if None, where the description has shapes.
+        seed: of the search for ways round.
+        planner: that searches them.
+        seconds: after which it gives up, or for planners that improve takes the best so far [s].
+    """
+
+    clearance: NotNegative = 0.0
+    avoid: bool = False
+    self_collision: bool | None = None
+    seed: Annotated[int, msgspec.Meta(ge=0)] = 0
+    planner: PlannerName = "rrt_connect"
+    seconds: Positive = 10.0
+
+
+class SceneFile(Part, frozen=True, kw_only=True):
+    """A file of obstacles alone.
+
+    Attributes:
+        angles: unit of its angles.
+    """
+
+    angles: Literal["radians", "degrees"] = "radians"
+    obstacle: tuple[Obstacle, ...]

@@ -1,0 +1,112 @@
+"""Moves of a job along paths of the tip, some of them without a stop between."""
+
+from __future__ import annotations
+
+import msgspec
+import numpy as np
+
+from mafsil.arrays import JointVector
+from mafsil.job.closed_moves import ClosedMoves
+from mafsil.job.description import Bounds, Move
+from mafsil.job.goals import FIXES
+from mafsil.job.planned_remarks import decided_by, slowed
+from mafsil.job.remark import Refused
+from mafsil.job.timing import Timing
+from mafsil.job.tip_motion import TipMotion, motion_along, tip_motion
+from mafsil.job.tip_paths import path_or_refusal
+from mafsil.job.tolerance import tolerances
+from mafsil.job.walk import Walk
+from mafsil.messages.visible import visible
+from mafsil.model import JointLimits
+
+
+class TipMoves:
+    """Plans paths of the tip, each from one configuration once.
+
+    Args:
+        walk: where the robot is.
+        closed: what keeps its loops closed, if it has some.
+    """
+
+    def __init__(self, walk: Walk, closed: ClosedMoves | None = None) -> None:
+        self.walk = walk
+        self.motion = tip_motion if closed is None else closed.on_tip_path
+        self.lines: dict[tuple[object, ...], TipMotion] = {}
+
+    def along(self, first: int) -> int:
+        """On a path of the tip, and on those after it as long as corners are rounded; the index of the last one."""
+        moves = self.walk.job.move
+        last = self.last(first)
+        planned = self.line(first, last, self.walk.q)
+        if isinstance(planned, Refused):
+            raise planned
+        goal, where = moves[last].pose, self.walk.where(last)
+        assert goal is not None
+        self.walk.remarks += slowed(self.walk.robot, planned, where)
+        self.walk.remarks += decided_by(self.walk.robot, planned.binding, where)
+        target = self.walk.targets(first, last, self.walk.q)[-1]
+        kind = moves[last].path if first == last else "blended"
+        name, timing = visible(moves[last].name), self.timing_on_path(first, last, planned)
+        self.walk.append(last, name, kind, planned.trajectory, timing, target, goal.task, first=first)
+        self.walk.arrived(last, goal, target)
+        return last
+
+    def last(self, first: int) -> int:
+        """The last move of those that follow a move as long as corners are rounded."""
+        while self.walk.job.move[first].blend > 0.0:
+            first += 1
+        return first
+
+    def line(self, first: int, last: int, q: JointVector) -> TipMotion | Refused:
+        """The motion along the paths of some moves from q; planned once."""
+        moves, targets = self.walk.job.move[first : last + 1], self.walk.targets(first, last, q)
+        asked = self.asked(first, last)
+        key = (
+            self.walk.load.equipment,
+            q.tobytes(),
+            *(target.tobytes() for target in targets),
+            *(_asked(move) for move in moves),
+        )
+        if key not in self.lines:
+            where = self.walk.where(last)
+            start = np.asarray(self.walk.robot.forward_kinematics(q))
+            try:
+                path = path_or_refusal(start, moves, targets, self.walk.degrees, where)
+                limits, slack = self.walk.scaled(asked), self.slack(last)
+                self.lines[key] = self.motion(
+                    self.walk.robot, q, path, self.walk.job.limits, asked, limits, slack, where
+                )
+            except Refused as no:
+                return no
+        return self.lines[key]
+
+    def asked(self, first: int, last: int) -> Move:
+        """Some moves without a stop between as one: the slowest of their speeds, limited jerk if one asks for it."""
+        moves = self.walk.job.move[first : last + 1]
+        smooth = any(move.profile == "jerk_limited" for move in moves)
+        profile = "jerk_limited" if smooth else moves[-1].profile
+        return msgspec.structs.replace(moves[-1], speed=min(move.speed for move in moves), profile=profile)
+
+    def timing_on_path(self, first: int, last: int, planned: TipMotion) -> Timing | None:
+        """What limits a motion along a path of the tip; None where the path leads nowhere."""
+        along, asked, where = planned.along, self.asked(first, last), self.walk.where(last)
+        if along is None:
+            return None
+
+        def again(limits: JointLimits, bounds: Bounds) -> float:
+            return motion_along(self.walk.robot, *along, bounds, asked, limits, where).trajectory.duration
+
+        return Timing(self.walk.scaled(asked), self.walk.job.limits, asked.speed, again)
+
+    def slack(self, index: int) -> float:
+        """How far from what it can reach a line may lead an arm that has fewer joints than its task needs."""
+        goal = self.walk.job.move[index].pose
+        if goal is None or self.walk.robot.n >= FIXES[goal.task]:
+            return 0.0
+        allowed = tolerances(self.walk.job, self.walk.robot, index)
+        return min(allowed.position, allowed.orientation)
+
+
+def _asked(move: Move) -> tuple[object, ...]:
+    """What of a move its motion along a path depends on, besides its goal."""
+    return move.path, move.via, move.blend, move.speed, move.profile, move.duration, move.pose and move.pose.task

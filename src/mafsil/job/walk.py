@@ -1,0 +1,236 @@
+"""What is known on the way through the moves of a job: where the robot is, what it carries, what is planned so far."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from mafsil.arrays import JointVector, PoseMatrix
+from mafsil.job.beside import Beside
+from mafsil.job.called import Where
+from mafsil.job.cell_signals import CellSignals
+from mafsil.job.decision import Decision
+from mafsil.job.description import Goal, Job, Move, Task
+from mafsil.job.equipment import Equipment, Load
+from mafsil.job.fitting import unit_remarks
+from mafsil.job.goals import Goals
+from mafsil.job.laws import control_period
+from mafsil.job.lines import Places
+from mafsil.job.neighbours import Neighbour, NeighbourMotion
+from mafsil.job.placed_parts import PlacedPart, PlacedParts
+from mafsil.job.plan import Leg, Plan
+from mafsil.job.planned_remarks import Tight, driving_limits, near_limits, nearly_met, tight_limits
+from mafsil.job.poses import goal_matrix
+from mafsil.job.remark import Refused
+from mafsil.job.surroundings import RESTS, Surroundings, WayRound, said_of
+from mafsil.job.timing import Timing
+from mafsil.messages.quantities import quantity
+from mafsil.model import JointLimits
+from mafsil.planning import TimedArm
+from mafsil.planning.waiting_places import standing
+from mafsil.robot import Robot
+from mafsil.trajectory import MotionLimits, Trajectory
+
+
+class Walk:
+    """Where the robot is after the moves planned so far, and what it carries.
+
+    Args:
+        job: the job; its numbers fit the robot.
+        tools: the robot with each of its tools, that of the start first.
+        places: of the keys, for the lines of moves.
+        neighbours: other robots around.
+    """
+
+    def __init__(
+        self, job: Job, tools: tuple[Equipment, ...], places: Places, neighbours: tuple[Neighbour, ...]
+    ) -> None:
+        self.job = job
+        self.tools = {each.name: each for each in tools}
+        self.load = Load(tools[0])
+        robot = tools[0].robot
+        self.places = places
+        self.degrees = job.angles == "degrees"
+        self.limits, self.remarks = driving_limits(job, robot)
+        self.remarks += unit_remarks(job, robot, places)
+        self.goals_of = {name: Goals(each.robot) for name, each in self.tools.items()}
+        meets = job.obstacle or neighbours or job.collision is not None
+        meets = meets or any(move.clearance is not None for move in job.move)
+        self.surroundings = Surroundings(job, robot, neighbours) if meets else None
+        self.beside: tuple[NeighbourMotion, ...] = ()
+        self.signals = CellSignals(job, control_period(job))
+        self.legs: list[Leg] = []
+        self.parts = PlacedParts(() if self.surroundings is None else self.surroundings.scene.names)
+        self.past = 0.0
+        self.made = 0
+        self.tight: list[Tight] = []
+        self._others: Beside | None = None
+        self.q: JointVector = np.zeros(robot.n)
+        self.origin = self.q
+
+    def plan(self) -> Plan:
+        """What is planned so far."""
+        return Plan(
+            start=self.origin,
+            legs=tuple(self.legs),
+            remarks=(*self.remarks, *tight_limits(self.tight)),
+            made=self.made,
+            surroundings=self.surroundings,
+            neighbours=self.beside,
+            signals=self.signals if self.signals.names else None,
+        )
+
+    @property
+    def robot(self) -> Robot:
+        """With the tool that is mounted."""
+        return self.load.robot
+
+    @property
+    def goals(self) -> Goals:
+        """Configurations for poses of the tool that is mounted."""
+        return self.goals_of[self.load.equipment.name]
+
+    def where(self, index: int) -> Where:
+        """How sentences call a move; the start is -1."""
+        if index < 0:
+            return Where(index, None, self.places.line(("start",)))
+        return Where(index, self.job.move[index], self.places.line(("move", index)))
+
+    def motion(self) -> TimedArm:
+        """What is planned so far, in time; the robot stands afterwards."""
+        rests = tuple(leg.kind in RESTS for leg in self.legs)
+        starts = np.concatenate([[0.0], np.cumsum([leg.trajectory.duration for leg in self.legs])])
+        if not self.legs:
+            return standing(self.q, MotionLimits.of(self.robot.n, acceleration=self.limits.acceleration))
+        return TimedArm(tuple(leg.trajectory for leg in self.legs), starts, rests, self.limits.acceleration)
+
+    def others_that_set(self, names: Iterable[str]) -> Beside | None:
+        """The other robots, where one of them sets a signal or the output that it follows."""
+        inputs = self.job.input
+        sources = {(inputs[name].follows or name) if name in inputs else name for name in names}
+        foreign = {name for each in self.job.other_robot for move in each.move for name in move.set}
+        return self.others() if sources & foreign else None
+
+    def others(self) -> Beside | None:
+        """The other robots that move, planned as far as they have come; None where there are none."""
+        if self._others is None and self.surroundings is not None and any(each.move for each in self.job.other_robot):
+            talks = any(move.set or move.wait for each in self.job.other_robot for move in each.move)
+            loads = [leg.load for leg in self.legs]
+            if talks:
+                # What is carried later is not known yet: whatever some way of the job may carry.
+                parts = [None, *(move.pick for move in self.job.move if move.pick is not None)]
+                loads = [Load(tool, part) for tool in self.tools.values() for part in parts]
+            around = self.surroundings.neighbourhood(list(dict.fromkeys(loads)))
+            self._others = Beside(around, self.signals, self.job.limits, self.surroundings.rule.seed)
+        return self._others
+
+    def on_tick(self, hold: float) -> float:
+        """A rest at least this long that ends on a tick of the controller: there the load of the tool changes [s]."""
+        return self.signals.tick_after(self.past, hold) - self.past
+
+    def target(self, goal: Goal, q: JointVector) -> PoseMatrix:
+        """The pose of a goal, from q on where it is relative; its orientation that at q if it names none."""
+        return goal_matrix(goal, np.asarray(self.robot.forward_kinematics(q)), degrees=self.degrees)
+
+    def targets(self, first: int, last: int, q: JointVector) -> list[PoseMatrix]:
+        """Poses at the ends of some moves from q; one that names no orientation has that of the one before."""
+        here = np.asarray(self.robot.forward_kinematics(q))
+        found: list[PoseMatrix] = []
+        for move in self.job.move[first : last + 1]:
+            assert move.pose is not None
+            here = goal_matrix(move.pose, here, degrees=self.degrees)
+            found.append(here)
+        return found
+
+    def is_free(self, q: JointVector, index: int) -> bool:
+        """Whether a configuration keeps the clearance of a move."""
+        around = self.surroundings
+        return around is None or around.is_free(q, self.load, self.clearance(index, index), self.counted(index, q))
+
+    def counted(self, index: int, q: JointVector) -> tuple[PlacedPart, ...]:
+        """The parts put down before that a motion of move `index` to q has to keep away from."""
+        if not self.parts.standing:
+            return ()
+        k = index + 1 + (self.job.move[index].skip if index >= 0 else 0)
+        while k < len(self.job.move) and (move := self.job.move[k]).stays and not (move.pick or move.place):
+            k += 1 + move.skip
+        coming = self.job.move[k].pick if k < len(self.job.move) else None
+        return self.parts.counted(coming, np.asarray(self.robot.forward_kinematics(q)))
+
+    def meets(self, first: int, last: int, trajectory: Trajectory) -> bool:
+        """Whether a motion of some moves without a stop between does not keep their clearance."""
+        around, kept = self.surroundings, self.clearance(first, last)
+        parts = self.counted(last, trajectory.at(trajectory.duration).u)
+        return around is not None and around.first_hit(trajectory, self.load, kept, parts) is not None
+
+    def clearance(self, first: int, last: int) -> float:
+        """What some moves without a stop between keep: the largest of their clearances [m]."""
+        usual = 0.0 if self.surroundings is None else self.surroundings.rule.clearance
+        own = [self.job.move[k].clearance for k in range(max(first, 0), last + 1)]
+        return max((usual if each is None else each for each in own), default=usual)
+
+    def scaled(self, move: Move) -> JointLimits:
+        """The limits for one move: slower if it says so."""
+        return replace(
+            self.limits,
+            velocity=self.limits.velocity * move.speed,
+            acceleration=self.limits.acceleration * move.speed**2,
+            jerk=self.limits.jerk * (move.speed**3 if move.profile == "jerk_limited" else np.inf),
+        )
+
+    def arrived(self, index: int, goal: Goal, target: PoseMatrix) -> None:
+        """Where the arm is at a pose is remembered, and how nearly it is met."""
+        self.goals.take(target, goal.task, self.q)
+        self.remarks += nearly_met(self.robot, self.q, target, goal.task, self.where(index))
+
+    def avoids(self, index: int) -> bool:
+        """Whether a move is to go round what stands in its way."""
+        own = self.job.move[index].avoid
+        return (self.surroundings is not None and self.surroundings.rule.avoid) if own is None else own
+
+    def require_free(self, index: int, kind: str, trajectory: Trajectory, clearance: float) -> None:
+        """A motion that meets something is refused, with the place and what helps."""
+        if self.surroundings is None:
+            return
+        parts = self.counted(index, trajectory.at(trajectory.duration).u)
+        hit = self.surroundings.first_hit(trajectory, self.load, clearance, parts)
+        if hit is None:
+            return
+        avoidable = kind == "joint" and not self.avoids(index) and not self.job.move[index].via
+        key = "job.meets_avoidable" if avoidable else "job.meets"
+        raise Refused(key, move=self.where(index), time=quantity(hit.time, "s"), contact=said_of(hit.contact))
+
+    def append(
+        self,
+        index: int,
+        name: str,
+        kind: str,
+        trajectory: Trajectory,
+        timing: Timing | None = None,
+        target: PoseMatrix | None = None,
+        task: Task = "pose",
+        *,
+        first: int | None = None,
+        way: WayRound | None = None,
+        decision: Decision | None = None,
+        thing: int = -1,
+    ) -> None:
+        """One more leg: it is free, or refused; the robot is at its end then, that of move `index`."""
+        moves, around = kind not in RESTS, self.surroundings
+        past = self.legs[-1].clearance if self.legs else self.clearance(-1, -1)
+        kept = self.clearance(index if first is None else first, index) if moves else past
+        end = trajectory.at(trajectory.duration).u
+        parts = self.counted(index, end) if moves else self.legs[-1].parts if self.legs else ()
+        self.legs.append(
+            Leg(index, name, kind, trajectory, self.load, target, task, timing, kept, way, decision, parts, thing)
+        )
+        self.past += trajectory.duration
+        if moves:
+            self.require_free(index, kind, trajectory, kept)
+            self.tight += near_limits(self.robot, trajectory, self.where(index))
+            left = self.parts.left
+            if left is not None and (around is None or around.is_free(end, self.load, kept, (left,))):
+                self.parts.left = None
+        self.q = end

@@ -1,0 +1,178 @@
+"""Parts that were put down stand in the scene of later moves, and leave it when they are taken again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mafsil.collision import Box, Checker, Obstacle, Scene
+from mafsil.job import Refusal, Run, parse, solve
+from mafsil.job.clearances import clearances
+from mafsil.job.solve import prepare
+from mafsil.report.replay import part_tracks
+
+HEAD = """
+robot = "planar3r"
+[collision]
+clearance = 0.01
+avoid = AVOID
+self_collision = false
+[part.block]
+mass = 0.3
+size = [0.3, 0.3, 0.3]
+offset = [0.2, 0, 0]
+[start]
+joints = [0.9, 0.3, 0.2]
+[simulation]
+settle = 0.05
+"""
+# A block is carried to where the outstretched arm passes later, and left there.
+LEAVE = """
+[[move]]
+pick = "block"
+[[move]]
+name = "there"
+joints = [0.0, 0.3, 0.2]
+[[move]]
+place = true
+[[move]]
+name = "away"
+joints = [0.5, 0.3, 0.2]
+"""
+CROSS = """
+[[move]]
+name = "across"
+joints = [-0.9, 0.3, 0.2]
+"""
+TAKE = """
+[[move]]
+name = "back"
+joints = [0.0, 0.3, 0.2]
+[[move]]
+pick = "block"
+[[move]]
+name = "home"
+joints = [0.9, 0.3, 0.2]
+[[move]]
+place = true
+[[move]]
+name = "away"
+joints = [1.2, 0.8, 0.3]
+"""
+
+
+def planned(text, avoid="false"):
+    text = text.replace("AVOID", avoid)
+    return prepare(parse(text), text, Path())
+
+
+def ended(text):
+    text = text.replace("AVOID", "false")
+    found = solve(parse(text), text, Path())
+    assert isinstance(found, Run), found
+    return found
+
+
+def own_check(plan, leg):
+    """Whether a leg is free of the block where it was put down: by a checker made here."""
+    place = next(each for each in plan.legs if each.kind == "place")
+    tip = np.asarray(place.load.robot.forward_kinematics(place.trajectory.at(0.0).u))
+    block = np.eye(4)
+    block[:3, 3] = [0.2, 0, 0]
+    checker = Checker(
+        plan.surroundings._mechanism,
+        Scene([Obstacle(Box((0.3, 0.3, 0.3)), tip @ block, "block")]),
+        self_collision=False,
+    )
+    return checker.free(leg.trajectory.at(np.linspace(0.0, leg.trajectory.duration, 2000)).u).all()
+
+
+def test_what_was_put_down_is_met_and_gone_round():
+    no = planned(HEAD + LEAVE + CROSS)
+    assert isinstance(no, Refusal)
+    for language in ("en", "ar"):
+        assert "block 1" in no.explain(language)
+        assert "across" in no.explain(language)
+    _, plan = planned(HEAD + LEAVE + CROSS, "true")
+    (leg,) = (each for each in plan.legs if each.name == "across")
+    assert leg.way is not None
+    assert own_check(plan, leg)
+    assert [part.body.name for part in leg.parts] == ["block 1"]
+    free = planned(HEAD + CROSS)
+    assert free, "without the block the same move is free"
+
+
+def test_the_moves_that_leave_and_take_it_are_free_to_touch_it():
+    _, plan = planned(HEAD + LEAVE + TAKE)
+    parts = {k: len(leg.parts) for k, leg in enumerate(plan.legs)}
+    kinds = [leg.kind for leg in plan.legs]
+    assert kinds == ["pick", "joint", "place", "joint", "joint", "pick", "joint", "place", "joint", "settle"]
+    assert [parts[k] for k in (1, 3, 4, 6, 8)] == [0, 0, 0, 0, 0]
+
+
+def test_what_is_taken_again_leaves_the_scene():
+    """Then the way across is free, and the block is the same thing all the time, in the replay too."""
+    run = ended(HEAD + LEAVE + TAKE + CROSS.replace("-0.9", "-0.3"))
+    assert run, run.explain("en")
+    picks = [leg.thing for leg in run.plan.legs if leg.kind == "pick"]
+    assert picks == [0, 0]
+    t = run.recording.t
+    (track,) = part_tracks(run, t)
+    starts, legs = run.plan.starts, run.plan.legs
+    second = next(k for k in range(1, len(legs)) if legs[k].kind == "pick")
+    waits = (t > starts[3]) & (t < starts[second + 1])
+    assert np.ptp(track.track[waits, :3, 3], axis=0).max() == 0.0, "it lies where it was put"
+    steps = np.linalg.norm(np.diff(track.track[:, :3, 3], axis=0), axis=1)
+    assert steps.max() < 5e-3, "and never jumps"
+    assert steps.sum() > 1.0
+
+
+def test_the_clearance_over_time_counts_it():
+    text = HEAD.replace("clearance = 0.01", "clearance = 0.0") + LEAVE + "[[move]]\njoints = [0.25, 0.3, 0.2]\n"
+    run = ended(text)
+    found = clearances(run)
+    assert "block 1" in {*found.first, *found.second}
+    without = clearances(ended(text.replace("[[move]]\nplace = true\n", "")))
+    assert found.distance[-1] < without.distance[-1]
+
+
+@pytest.mark.parametrize(("offset", "taken"), [(0.05, True), (0.4, False)])
+def test_a_part_is_taken_where_its_centre_lies_in_the_box(offset, taken):
+    text = HEAD + LEAVE + TAKE.replace('pick = "block"', f"pick = {{ mass = 0.1, offset = [{0.2 + offset}, 0, 0] }}")
+    plan = planned(text.replace("clearance = 0.01", "clearance = 0.0"))
+    if taken:
+        assert [leg.thing for leg in plan[1].legs if leg.kind == "pick"] == [0, 0]
+    else:
+        assert isinstance(plan, Refusal)
+        assert "block 1" in plan.explain("en")
+
+
+def test_parts_have_names_of_their_own():
+    text = HEAD + '[[obstacle]]\nname = "block 1"\nsphere = 0.1\nposition = [0, 0, 5]\n' + LEAVE + CROSS
+    assert "block 2" in planned(text).explain("en")
+
+
+def test_what_is_carried_counts_smaller_and_the_sentence_says_so():
+    """The distance that is said belongs to the smaller box: by how much stands beside it, in the results too."""
+    text = (
+        HEAD
+        + '[[obstacle]]\nname = "post"\nsphere = 0.1\nposition = [2.45, 0.05, 0]\n'
+        + LEAVE.split('[[move]]\nname = "away"')[0]
+    )
+    run = ended(text)
+    found = clearances(run)
+    assert {found.first[found.least], found.second[found.least]} == {"block", "post"}
+    assert found.smaller[found.least] == pytest.approx(0.01 + 1e-4)
+    (said,) = (one for one in run.remarks if one.key.startswith("job.least_clearance"))
+    assert said.key == "job.least_clearance_carried"
+    assert "10.1 mm smaller" in said.sentence("en")
+    carried = next(leg for leg in run.plan.legs if leg.name == "there")
+    q = carried.trajectory.at(np.linspace(0.0, carried.trajectory.duration, 1500)).u
+    block = np.eye(4)
+    block[:3, 3] = [0.2, 0, 0]
+    poses = np.asarray(carried.load.robot.forward_kinematics(q)) @ block
+    centre = np.einsum("kji,kj->ki", poses[:, :3, :3], np.array([2.45, 0.05, 0.0]) - poses[:, :3, 3])
+    whole = np.linalg.norm(np.maximum(np.abs(centre) - 0.15, 0.0), axis=1).min() - 0.1
+    assert whole + 0.01 <= found.distance.min() + 1e-3 <= whole + 0.0101 * 3**0.5 + 2e-3
