@@ -13,7 +13,7 @@ from mafsil.arrays import Floats
 from mafsil.collision.arm_loops import Arm
 from mafsil.collision.clearance_loops import SIDE, Clearances, fill_clearances
 from mafsil.collision.speed_loops import Motion
-from mafsil.collision.support_loops import POINT
+from mafsil.collision.support_loops import HULL, POINT
 from mafsil.model import JointLimits
 
 MOST = 0.3
@@ -22,9 +22,12 @@ COARSEST = 0.06
 """Distance that a table may give away for the size of its cells and for coordinates that it does not have [m]."""
 SLACK = 1e-6
 """Distance given away for what distances of hulls are inexact by [m]."""
-LONGEST = 4000
-"""Comparisons of pieces that a cell of a table is worth; one that is not of two balls counts as sixty."""
-EXACT = 60
+LONGEST = 500
+"""What a cell of all tables may cost, in comparisons of balls: a hand of balls takes 3 ms, one of a hull 10 ms."""
+EXACT, OF_HULLS = 30, 500
+"""What a comparison of pieces costs, in comparisons of balls."""
+OFTEN, SAMPLES = 0.05, 200
+"""Share of configurations in which the balls around two bodies meet that a table is worth, and of how many."""
 Poses: TypeAlias = Callable[[Floats], Iterator[tuple[int, Floats]]]
 """(m, n) -> link poses in parts, each with the index of its first."""
 
@@ -55,8 +58,9 @@ def clearances_of(
 ) -> Clearances:
     """Tables for the pairs of an arm that two coordinates decide.
 
-    1. Pairs are put together that the same coordinates decide.
-    2. At the middle of each cell the distances of a table's pairs, less how far the bodies can come nearer in the cell.
+    1. Pairs whose balls meet often, the most often first, as long as that costs little: to others balls are enough.
+    2. Pairs are put together that the same coordinates decide.
+    3. At the middle of each cell the distances of a table's pairs, less how far the bodies can come nearer in the cell.
 
     Args:
         arm, motion: as the compiled loops read them.
@@ -64,10 +68,14 @@ def clearances_of(
         limits: of the coordinates; where they are infinite, only those of hinges have a table.
         poses: of configurations.
     """
-    grid, size = _Grid(motion, limits), SIDE * SIDE
-    plans = [plan for k in range(len(arm.pairs)) if (plan := grid.plan(arm, levers, k)) is not None]
+    grid, size, plans, cost = _Grid(motion, limits), SIDE * SIDE, list[_Plan](), 0
+    for k in _often_near(arm, poses, grid.samples()):  # 1
+        plan = grid.plan(arm, levers, k)
+        if plan is not None and cost + _cost(arm, *arm.pairs[k]) <= LONGEST:
+            plans.append(plan)
+            cost += _cost(arm, *arm.pairs[k])
     plans.sort(key=lambda plan: (plan.columns, plan.others, plan.pair))
-    groups = [list(alike) for _, alike in groupby(plans, key=lambda plan: (plan.columns, plan.others))]  # 1
+    groups = [list(alike) for _, alike in groupby(plans, key=lambda plan: (plan.columns, plan.others))]  # 2
     known = Clearances(
         np.full(len(arm.pairs), -1), np.zeros(len(arm.pairs), np.int64), np.zeros((len(groups), 2, 4)),
         np.zeros((len(groups), len(limits.lower), 2)), np.zeros((len(groups), 2), np.int64),
@@ -81,7 +89,7 @@ def clearances_of(
         known.axes[t, 1, 2] *= first != second
         known.cells[t] = begin, len(pairs)
         found = known.values[begin : begin + size * len(pairs)].reshape(size, len(pairs))
-        for row, some in poses(grid.middles(group[0])):  # 2
+        for row, some in poses(grid.middles(group[0])):  # 3
             fill_clearances(arm, some, pairs, MOST, found[row : row + len(some)])
         found -= [plan.loss for plan in group]
         begin += found.size
@@ -109,6 +117,10 @@ class _Grid:
         scale = SIDE / np.where(self.known, self.upper - self.lower, 1.0)
         self.axes = np.column_stack([np.arange(len(lower)), self.lower, scale, turns])
 
+    def samples(self) -> Floats:
+        """(SAMPLES, n) configurations, anywhere."""
+        return np.random.default_rng(0).uniform(self.lower, self.upper, (SAMPLES, len(self.lower)))
+
     def plan(self, arm: Arm, levers: Floats, k: int) -> _Plan | None:
         """How pair k is put into a table; None if it is not."""
         a, b = arm.pairs[k]
@@ -123,7 +135,7 @@ class _Grid:
         order = sorted(columns, key=lambda c: -way[c])
         first, others = sorted(order[:2]), order[2:]
         loss = float(way[first].sum() / SIDE + way[others].sum()) + SLACK
-        if not len(columns) or not self.known[columns].all() or not loss <= COARSEST or _cost(arm, a, b) > LONGEST:
+        if not len(columns) or not self.known[columns].all() or not loss <= COARSEST:
             return None
         return _Plan((int(first[0]), int(first[-1])), tuple(sorted(int(c) for c in others)), k, loss)
 
@@ -144,9 +156,23 @@ class _Grid:
         return span
 
 
+def _often_near(arm: Arm, poses: Poses, q: Floats) -> list[int]:
+    """The pairs whose balls meet often at some configurations, the most often first."""
+    if not len(arm.pairs):
+        return []
+    links, counts = arm.bodies[:, 0].astype(np.int64), np.zeros(len(arm.pairs), np.int64)
+    reach = arm.bodies[arm.pairs[:, 0], 7] + arm.bodies[arm.pairs[:, 1], 7]
+    for _, some in poses(q):
+        at = some[:, links]
+        centres = (at[..., :3, :3] @ arm.bodies[:, 4:7, None])[..., 0] + at[..., :3, 3]
+        away = np.linalg.norm(centres[:, arm.pairs[:, 0]] - centres[:, arm.pairs[:, 1]], axis=2)
+        counts += (away <= reach).sum(axis=0)
+    return [int(k) for k in np.argsort(-counts, kind="stable") if counts[k] >= OFTEN * len(q)]
+
+
 def _cost(arm: Arm, a: int, b: int) -> int:
-    """Comparisons of pieces of two bodies, in those of balls."""
+    """What the distance of two bodies costs, in comparisons of balls."""
     kinds = [arm.pieces.rows[int(arm.bodies[c, 1]) : int(arm.bodies[c, 2]), 0] for c in (a, b)]
-    balls = [int((each == POINT).sum()) for each in kinds]
-    total = len(kinds[0]) * len(kinds[1])
-    return total + (EXACT - 1) * (total - balls[0] * balls[1])
+    balls, hulls = ([int((each == kind).sum()) for each in kinds] for kind in (POINT, HULL))
+    total, plain = len(kinds[0]) * len(kinds[1]), (len(kinds[0]) - hulls[0]) * (len(kinds[1]) - hulls[1])
+    return OF_HULLS * (total - plain) + EXACT * (plain - balls[0] * balls[1]) + balls[0] * balls[1]
