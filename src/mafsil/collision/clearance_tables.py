@@ -26,6 +26,8 @@ LONGEST = 500
 """What a cell of all tables may cost, in comparisons of balls: a hand of balls takes 3 ms, one of a hull 10 ms."""
 EXACT, OF_HULLS = 30, 500
 """What a comparison of pieces costs, in comparisons of balls."""
+USEFUL = 0.3
+"""Share of cells of which a table has to know that the bodies are apart."""
 OFTEN, SAMPLES = 0.05, 200
 """Share of configurations in which the balls around two bodies meet that a table is worth, and of how many."""
 Poses: TypeAlias = Callable[[Floats], Iterator[tuple[int, Floats]]]
@@ -92,6 +94,7 @@ def clearances_of(
         for row, some in poses(grid.middles(group[0])):  # 3
             fill_clearances(arm, some, pairs, MOST, found[row : row + len(some)])
         found -= [plan.loss for plan in group]
+        known.table[pairs[(found > 0.0).mean(axis=0) < USEFUL]] = -1
         begin += found.size
     return known
 
