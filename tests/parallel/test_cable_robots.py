@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog, minimize
 from scipy.spatial.transform import Rotation
@@ -29,6 +29,7 @@ def poses(rng, count, spread=0.4):
 
 
 @settings(max_examples=40)
+@example(27781)  # At first all cables are at their bounds: Newton's method began with a step of 10^12 there.
 @given(st.integers(0, 2**32 - 1))
 def test_loads_are_held_exactly_where_a_linear_program_says_so(seed):
     rng = np.random.default_rng(seed)

@@ -13,12 +13,14 @@ from mafsil.parallel.linear_loops import solved
 from mafsil.parallel.tolerances import RANK
 from mafsil.solvers.loops import compiled, uncounted
 
-MOST_STEPS, MOST_HALVINGS = 200, 40
-"""Newton steps of the dual, and how often one is halved."""
+MOST_STEPS = 400
+"""Newton steps of the dual, those that are taken back among them."""
 SETTLED = 1e-13
 """Wrench that is left over the largest one of a cable at its bound, at which tensions are exact."""
-SOFT = 1e-12
-"""Added to the diagonal where too few cables are free."""
+UNSEEN = 1e-11
+"""Growth of the dual, over its value, that rounding hides: there what is left of the wrench has to become less."""
+SOFT, SOFTEST = 1e-6, 1e-14
+"""First and least share of the Hessian of all cables that is added to that of the free ones."""
 
 
 @uncounted
@@ -157,8 +159,9 @@ def tensions(
     """The tensions nearest to preferred ones that make a wrench, within their bounds, by Newton's method on the dual.
 
     1. Forces y (n,) on the wrench give t(y) = preferred + W' y, cut at the bounds; W t(y) is to be the wrench.
-    2. What is left is the gradient of a concave function, its Hessian that of the cables between their bounds.
-    3. The step is halved until the function grows.
+    2. What is left is the gradient of a concave function, its Hessian that of the cables between their bounds. These
+       may be too few: a share of the Hessian of all cables is added, with which no step can be too long if it is one.
+    3. The share is ten times as large where the function does not grow, else a tenth.
 
     Args:
         W: (rows, n, m) wrenches of unit tensions.
@@ -171,11 +174,10 @@ def tensions(
     H, step = np.empty((n, n)), np.empty((n, 1))
     y, tried, rest, t = np.empty(n), np.empty(n), np.empty(n), np.empty(m)
     for row in range(rows):
-        size, stiff = 1e-300, 1e-300
+        size, share = 1e-300, SOFT
         for j in range(m):
             for i in range(n):
                 size = max(size, abs(W[row, i, j]) * high[j])
-                stiff = max(stiff, W[row, i, j] ** 2)
         # 1.
         y[:] = 0.0
         value = _dual(W[row], low, high, preferred, wanted[row], y, t, rest)
@@ -189,26 +191,25 @@ def tensions(
             for i in range(n):
                 step[i, 0] = rest[i]
                 for k in range(n):
-                    total = SOFT * stiff if i == k else 0.0
+                    total = 0.0
                     for j in range(m):
-                        if low[j] < t[j] < high[j]:
-                            total += W[row, i, j] * W[row, k, j]
+                        free = 1.0 if low[j] < t[j] < high[j] else 0.0
+                        total += (free + share) * W[row, i, j] * W[row, k, j]
                     H[i, k] = total
             solved(H, step)
             # 3.
             slope = 0.0
             for i in range(n):
                 slope += rest[i] * step[i, 0]
-            share, grown = 1.0, value
-            for _ in range(MOST_HALVINGS):
-                for i in range(n):
-                    tried[i] = y[i] + share * step[i, 0]
-                grown = _dual(W[row], low, high, preferred, wanted[row], tried, t, rest)
-                if grown >= value + 1e-4 * share * slope:
-                    break
-                share *= 0.5
-            y[:] = tried
-            value = grown
+                tried[i] = y[i] + step[i, 0]
+            grown, then = _dual(W[row], low, high, preferred, wanted[row], tried, t, rest), 0.0
+            for i in range(n):
+                then = max(then, abs(rest[i]))
+            if grown >= value + 1e-4 * slope or (slope <= UNSEEN * abs(value) and then < error):
+                y[:], value, share = tried, grown, max(0.1 * share, SOFTEST)
+            else:
+                share = min(10.0 * share, 1.0)
+                value = _dual(W[row], low, high, preferred, wanted[row], y, t, rest)
         left[row] = 0.0
         for i in range(n):
             left[row] = max(left[row], abs(rest[i]))
