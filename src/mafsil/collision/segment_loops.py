@@ -244,15 +244,18 @@ def prove(world: World, a: Floats, b: Floats, blocks: int, bench: Bench) -> tupl
 
 
 @uncounted
-def colliding_rows(world: World, q: Floats, first: int, count: int, bench: Bench) -> tuple[int]:
-    """Which of eight configurations bring the arm within the margin of its surroundings or of itself.
+def colliding_rows(world: World, q: Floats, count: int, bits: NDArray[np.int64], bench: Bench) -> tuple[int]:
+    """Which of some configurations bring the arm within the margin of its surroundings or of itself; how many they are.
 
     Args:
         q: (m, n).
-        first, count: the first of them, and how many they are; bit l of the answer is for row first + l.
+        count: of the first of them.
+        bits: out, of row 8 k + l bit l of number k.
     """
-    pose_lanes_of(world.kinematics, q[: first + count], first)
-    return (colliding_lanes(world, bench) & ((1 << count) - 1),)
+    for first in range(0, count, WIDTH):
+        pose_lanes_of(world.kinematics, q[:count], first)
+        bits[first // WIDTH] = colliding_lanes(world, bench)
+    return (count,)
 
 
 call_prove = loop_caller("int64", "float64", "int64")
@@ -266,7 +269,7 @@ def be_able_to_tell(shop: Held[Workshop]) -> None:
     world, bench = shop.value
     key = (shop.type_number, TELL)
     if key not in _KNOWN:
-        _KNOWN[key] = loop_address(colliding_rows, world, np.empty((1, 1)), 0, 1, bench)
+        _KNOWN[key] = loop_address(colliding_rows, world, np.empty((1, 1)), 1, np.empty(1, np.int64), bench)
     world.entries[TELL] = _KNOWN[key]
 
 
@@ -325,14 +328,8 @@ def free_at(world: World, q: Floats, bench: Bench) -> bool:
 @compiled
 def collide(workshop: Held[Workshop], q: Floats, out: NDArray[np.bool_]) -> None:
     """Whether each of (m, n) configurations brings the arm within the margin of its surroundings or of itself."""
-    shop = opened(workshop)
-    _collide(shop.world, q, out, shop.bench)
-
-
-@uncounted
-def _collide(world: World, q: Floats, out: NDArray[np.bool_], bench: Bench) -> None:
-    for first in range(0, len(q), WIDTH):
-        count = min(WIDTH, len(q) - first)
-        bits = call_colliding_rows(world.entries[TELL], world, q, first, count, bench)[0]
-        for lane in range(count):
-            out[first + lane] = (bits >> lane) & 1 != 0
+    world, bench = opened(workshop)
+    bits = np.empty((len(q) + WIDTH - 1) // WIDTH, np.int64)
+    call_colliding_rows(world.entries[TELL], world, q, len(q), bits, bench)
+    for r in range(len(q)):
+        out[r] = (bits[r // WIDTH] >> (r % WIDTH)) & 1 != 0

@@ -273,33 +273,29 @@ def _search(
 ) -> Searched:  # fmt: skip
     """RRT-Connect in slices: the clock and an interruption are looked at between them.
 
-    1. The first slice is one compiled call that also looks at the ends, tries straight motions and makes shortcuts.
+    1. A slice is one compiled call; the first also looks at the ends and tries straight motions, the last makes
+       shortcuts.
     2. Arrays double where they are full. The clock starts after the first slice: a first call ever also waits for the
        compiler.
-    3. Shortcuts.
 
     Returns:
         None in place of the path if there is none, or if an end cannot be, which leaves no nodes.
     """
-    loops, workshop, question = arm_search_loops, checker.workshop(), _question_for(checker, len(goals))
-    world, (_, forests, bounds) = workshop.value.world, question.value
-    # 1.
-    code, path = arm_question_loops.solve(workshop, question, q, goals, seed, STEP, min(SLICE, nodes), shorten)
-    if code == arm_question_loops.REFUSED:
+    loops, workshop, question = arm_question_loops, checker.workshop(), _question_for(checker, len(goals))
+    forests, deadline = question.value.forests, np.inf
+    code, path = loops.solve(workshop, question, q, goals, seed, STEP, min(SLICE, nodes), shorten, False)  # 1
+    if code == loops.REFUSED:
         return None, 0, (0, 0, 0)
-    if code == loops.JOINED:
-        return path, _nodes(forests), _counted(forests.seen)
-    # 2.
-    step, deadline = STEP * float(np.linalg.norm(bounds[1] - bounds[0])), perf_counter() + seconds
     while code != loops.JOINED:
-        made = _nodes(forests)
-        if made >= nodes or perf_counter() > deadline:
+        made, now = _nodes(forests), perf_counter()
+        deadline = min(deadline, now + seconds)
+        if made >= nodes or now > deadline:
             return None, made, _counted(forests.seen)
-        if code == loops.FULL:
-            forests = loops.doubled(forests)
-        code = loops.grow(world, bounds, step, max(min(SLICE, nodes - made), 1), forests)
-    # 3.
-    path = loops.shorten(world, forests.path[: forests.sizes[2]].copy(), shorten, forests.random, forests.seen)
+        if code == loops.FULL:  # 2
+            forests = arm_search_loops.doubled(forests)
+            question = held_loops.Held(question.value._replace(forests=forests))
+        left = max(min(SLICE, nodes - made), 1)
+        code, path = loops.solve(workshop, question, q, goals, seed, STEP, left, shorten, True)
     return path, _nodes(forests), _counted(forests.seen)
 
 

@@ -17,7 +17,7 @@ from mafsil.planning.arm_search_loops import (
     ROOT,
     Forests,
     apart,
-    grow_on,
+    grow,
     proves_free,
     shorten_on,
 )  # fmt: skip
@@ -131,7 +131,7 @@ class Question(NamedTuple):
 @compiled
 def solve(
     workshop: Held[Workshop], question: Held[Question], start: Floats, goals: Floats, seed: int, share: float,
-    samples: int, tries: int,
+    samples: int, tries: int, begun: bool,
 ) -> tuple[int, Floats]:  # fmt: skip
     """A whole question in one call: how it stands, and the path if there is one.
 
@@ -147,12 +147,13 @@ def solve(
         share: longest edge, as share of the diagonal of the bounds.
         samples: before it comes back.
         tries: shortcuts that are tried.
+        begun: whether it goes on from what the forests hold.
     """
     world, bench = opened(workshop)
     limits, forests, bounds = opened(question)
-    code = _begin(world, limits, start, goals, seed, forests, bounds, bench)
+    code = GROWING if begun else _begin(world, limits, start, goals, seed, forests, bounds, bench)
     if code == GROWING:
-        code = grow_on(world, bounds, share * apart(bounds[0], bounds[1]), samples, forests, bench)
+        code = grow(world, bounds, share * apart(bounds[0], bounds[1]), samples, forests, bench)
     path = forests.path[: forests.sizes[2] if code == JOINED else 0].copy()
     if len(path) > 2 and tries > 0:
         path = shorten_on(world, path, tries, forests.random, forests.seen, bench)

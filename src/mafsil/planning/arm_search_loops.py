@@ -40,6 +40,7 @@ class Forests(NamedTuple):
         seen: (3,) counts for the account.
         path: (most + 2, n) out, the path that joins them.
         rows: (9, n) to work in.
+        colliding: (1,) bits of eight configurations.
     """
 
     q: Floats
@@ -50,6 +51,7 @@ class Forests(NamedTuple):
     seen: NDArray[np.int64]
     path: Floats
     rows: Floats
+    colliding: NDArray[np.int64]
 
 
 def forests_of(q: Floats, goals: Floats, most: int, random: NDArray[np.uint64], seen: NDArray[np.int64]) -> Forests:
@@ -59,7 +61,7 @@ def forests_of(q: Floats, goals: Floats, most: int, random: NDArray[np.uint64], 
     rows[0, 0], rows[1, : len(goals)] = q, goals
     count = np.array([1, len(goals), 0])
     proved, path = np.zeros((2, most), np.bool_), np.empty((2 * most, n))
-    return Forests(rows, parent, proved, count, random, seen, path, np.empty((WIDTH + 1, n)))
+    return Forests(rows, parent, proved, count, random, seen, path, np.empty((WIDTH + 1, n)), np.zeros(1, np.int64))
 
 
 def doubled(forests: Forests) -> Forests:
@@ -187,9 +189,15 @@ def write_path(forests: Forests, at_start: int, at_goal: int) -> None:
     forests.sizes[2] = total
 
 
-@compiled
-def grow(world: World, bounds: Floats, step: float, iterations: int, forests: Forests) -> int:
+@uncounted
+def grow(world: World, bounds: Floats, step: float, iterations: int, forests: Forests, bench: Bench) -> int:
     """Both sides grow until a path of proved motions joins start and goal: JOINED, GROWING, or FULL.
+
+    1. From the side with fewer nodes one step each towards eight samples, from its nearest nodes; the ends of all the
+       steps are looked at together, and most of what collides shows there.
+    2. The motion to an end that is free becomes an edge if it looks free.
+    3. The other side goes step by step towards the new node, as far as it looks free.
+    4. If it arrives, the edges of the path are proved; one that cannot be is cut off, and growing goes on.
 
     Args:
         world: what is free.
@@ -197,22 +205,10 @@ def grow(world: World, bounds: Floats, step: float, iterations: int, forests: Fo
         step: longest edge.
         iterations: samples before it comes back.
         forests: the roots stand in them.
+        bench: to work with.
 
     Reference:
         J. Kuffner, S. LaValle, RRT-Connect, ICRA 2000. R. Bohlin, L. Kavraki, Path planning using lazy PRM, ICRA 2000.
-    """
-    return grow_on(world, bounds, step, iterations, forests, bench_for(world))
-
-
-@uncounted
-def grow_on(world: World, bounds: Floats, step: float, iterations: int, forests: Forests, bench: Bench) -> int:
-    """As `grow`, with arrays to work in.
-
-    1. From the side with fewer nodes one step each towards eight samples, from its nearest nodes; the ends of all the
-       steps are looked at together, and most of what collides shows there.
-    2. The motion to an end that is free becomes an edge if it looks free.
-    3. The other side goes step by step towards the new node, as far as it looks free.
-    4. If it arrives, the edges of the path are proved; one that cannot be is cut off, and growing goes on.
     """
     new, further, most = forests.rows, forests.rows[WIDTH], forests.q.shape[1]
     for begun in range(0, iterations, WIDTH):
@@ -222,9 +218,9 @@ def grow_on(world: World, bounds: Floats, step: float, iterations: int, forests:
             _sample(bounds, forests.random, further)
             _towards(forests.q[ours, nearest(forests, ours, further)], further, step, new[lane])
         forests.seen[STATES_SEEN] += count
-        colliding = call_colliding_rows(world.entries[TELL], world, new, 0, count, bench)[0]
+        call_colliding_rows(world.entries[TELL], world, new, count, forests.colliding, bench)
         for lane in range(count):
-            if (colliding >> lane) & 1:
+            if (forests.colliding[0] >> lane) & 1:
                 continue
             if max(forests.sizes[0], forests.sizes[1]) + 1 >= most:
                 return FULL

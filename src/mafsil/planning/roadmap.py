@@ -119,6 +119,8 @@ class ArmRoadmap:
         """
         world = self.checker.world()
         lower, upper = bounds_of(self.checker, np.concatenate([start[None], goals])) if bounds is None else bounds
+        # Nothing to shorten: a first call ever waits for the compiler, before the clock starts.
+        arm_search_loops.shorten(world, np.stack([start, start]), 0, self._arrays.random, self._arrays.seen)
         deadline, best = perf_counter() + seconds, np.empty((0, len(start)))
         length, shortest = np.inf, float(np.linalg.norm(goals - start, axis=1).min())
         if shortest == 0.0:
