@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import sqrt
 
 import numpy as np
 
 from mafsil.arrays import Floats, PoseMatrix, Vector3
 from mafsil.control import AtPoints, Door, Hole, RoundSurface, guiding_line, guiding_plane
 from mafsil.control.environment import CombinedEnvironment, Environment, Wall
+from mafsil.control.shaped_environment import round_normal_rate
 from mafsil.job import contact_tables as tables
 from mafsil.job.description import Job
 from mafsil.job.poses import pose_matrix
@@ -93,20 +93,11 @@ class Face:
         return np.concatenate([np.zeros(3), self.normal(T[:3, 3])])[list(self.rows)]
 
     def constraint(self, T: PoseMatrix, V: Floats) -> tuple[Floats, Floats]:
-        """A (1, m) and dA/dt (1, m): along a round surface the normal turns as the tip moves.
-
-        dn/dt = W v / |r|, r from the centre or the axis to the tip; W takes away what lies along n and the axis.
-        """
+        """A (1, m) and dA/dt (1, m): along a round surface the normal turns as the tip moves."""
         A = self.along(T)[None]
         if isinstance(self.surface, Wall):
             return A, np.zeros_like(A)
-        n, away = self.normal(T[:3, 3]), T[:3, 3] - self.surface.centre
-        across = np.eye(3) - np.outer(n, n)
-        if self.surface.axis is not None:
-            u = self.surface.axis
-            across, away = across - np.outer(u, u), away - (away @ u) * u
-        whole = np.zeros(6)
+        whole, round_one = np.zeros(6), self.surface
         whole[list(self.rows)] = V
-        side = -1.0 if self.surface.hollow else 1.0
-        rate = side * across @ whole[3:] / max(sqrt(float(away @ away)), 1e-9)
+        rate = round_normal_rate(T[:3, 3], whole[3:], round_one.centre, round_one.axis, round_one.hollow)
         return A, np.concatenate([np.zeros(3), rate])[list(self.rows)][None]
