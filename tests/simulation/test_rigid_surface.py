@@ -12,6 +12,7 @@ from mafsil.control import Wall, constrained_dynamics
 from mafsil.errors import InputError
 from mafsil.model import Inertial, Joint, JointKind, Link, Mechanism
 from mafsil.simulation import Plant, Recording, RigidPlant, RigidSurface
+from mafsil.simulation.recording import joined
 from mafsil.trajectory import rest
 
 G = 9.81
@@ -66,7 +67,7 @@ def test_the_times_of_all_bounces_and_their_sum_are_those_of_the_geometric_serie
     found = np.array([event["time"] for event in events(run, "impact")])
     flights = 2 * first * restitution ** np.arange(1.0, len(found))
     np.testing.assert_allclose(found, first + np.append(0.0, np.cumsum(flights)), rtol=0, atol=1e-10)
-    (end,) = events(run, "rest")
+    (end,) = events(run, "closure")
     whole = first * (1 + restitution) / (1 - restitution)
     assert end["over"] == pytest.approx(whole, abs=1e-10)
     assert end["bounces"] == len(found)
@@ -218,7 +219,7 @@ def test_a_tip_that_dips_in_between_two_ticks_is_caught():
 def test_friction_too_stiff_for_the_step_bounces_and_rests_too():
     run = dropped(0.3, 0.5, 1.0, integrator="implicit_friction", step=1e-3)
     first = np.sqrt(2 * 0.3 / G)
-    (end,) = events(run, "rest")
+    (end,) = events(run, "closure")
     assert end["over"] == pytest.approx(3 * first, abs=1e-9)
     puma = mf.load("puma560")
     q = np.array([0.2, 0.6, -0.9, 0.1, 0.7, 0.3])
@@ -232,7 +233,7 @@ def test_friction_too_stiff_for_the_step_bounces_and_rests_too():
     run = mf.simulate(scenario)
     assert run
     assert run.metadata["integrator"] == "implicit_friction"
-    (end,) = events(run, "rest")
+    (end,) = events(run, "closure")
     held = run.t > end["over"]
     assert held.sum() > 20
     assert np.abs(puma.forward_kinematics(run.q[held])[:, 2, 3] - T[2, 3] + 1e-3).max() < 1e-12
@@ -248,7 +249,7 @@ def test_sentences_say_the_numbers_of_the_run(language):
     run = dropped(0.3, 0.5, 1.0)
     said = run.explain(language)
     found = run.metadata["rigid_contact"]
-    (end,) = events(run, "rest")
+    (end,) = events(run, "closure")
     for word in (str(found["impacts"]), str(end["bounces"]), "742 ms", "5.89 J"):
         assert word in said, said
     assert "Zeno" in said or "زينون" in said
@@ -312,3 +313,29 @@ def test_energy_is_accounted_for_and_no_tip_enters_the_surface(seed):
     total = energy(arm, run)
     work = (run.tau[:-1] * np.diff(run.q, axis=0)).sum()
     assert total[-1] - total[0] == pytest.approx(work - run.metadata["rigid_contact"]["lost"], abs=2e-5)
+
+
+def test_many_bounces_are_counted_listed_up_to_a_thousand_and_their_end_is_named():
+    run = dropped(2e-5, 0.995, 1.0, step=2e-3)
+    found = run.metadata["rigid_contact"]
+    assert found["impacts"] > 1000
+    (end,) = events(run, "closure")
+    assert end["bounces"] == found["impacts"]
+    assert end["over"] == pytest.approx(np.sqrt(2 * 2e-5 / G) * 1.995 / 0.005, rel=1e-6)
+    assert len(events(run, "impact")) == 1000
+    assert str(found["impacts"]) in run.explain("en")
+    assert "Zeno" in run.explain("en")
+
+
+def test_runs_that_follow_each_other_keep_their_events_in_one_time():
+    first = dropped(0.3, 0.5, 0.3)
+    plant = RigidPlant(BALL, surface=RigidSurface.plane(*FLOOR, restitution=0.5))
+    scenario = mf.Scenario(
+        robot=BALL, trajectory=rest([0.0], 0.7), law=Force(lambda t: 0.0), plant=plant, saturate=False,
+        q=first.q[-1], qd=first.qd[-1],
+    )  # fmt: skip
+    both, whole = joined([first, mf.simulate(scenario)]), dropped(0.3, 0.5, 1.0)
+    one, two = ([event["time"] for event in events(run, "impact")] for run in (both, whole))
+    np.testing.assert_allclose(one, two, rtol=0, atol=1e-9)
+    assert both.metadata["rigid_contact"]["impacts"] == whole.metadata["rigid_contact"]["impacts"]
+    assert both.metadata["rigid_contact"]["lost"] == pytest.approx(whole.metadata["rigid_contact"]["lost"], rel=1e-9)

@@ -13,11 +13,12 @@ from mafsil.control.shaped_environment import round_normal_rate
 from mafsil.job import contact_tables as tables
 from mafsil.job.description import Job
 from mafsil.job.poses import pose_matrix
+from mafsil.simulation import RigidSurface
 
 
 def environment_of(job: Job) -> CombinedEnvironment | None:
     """What acts on the tip of a job: all that it can touch and all that holds it; None of a job without any."""
-    parts: list[Environment] = [solid(one) for one in job.surface]
+    parts: list[Environment] = [solid(one) for one in job.surface if not one.rigid]
     parts += [_hole(one) for one in job.hole]
     parts += [door_of(job, one) for one in job.door]
     parts += [_guide(one) for one in job.guide]
@@ -25,7 +26,8 @@ def environment_of(job: Job) -> CombinedEnvironment | None:
 
 
 def solid(one: tables.Surface) -> Wall | RoundSurface:
-    """A surface as what pushes the tip."""
+    """A surface that gives way as what pushes the tip."""
+    assert one.stiffness is not None
     point, constants = np.array(one.point), (one.stiffness, one.damping, one.friction)
     if one.normal is not None:
         return Wall(point, np.array(one.normal), *constants)
@@ -33,6 +35,16 @@ def solid(one: tables.Surface) -> Wall | RoundSurface:
     assert radius is not None
     axis = None if one.axis is None else np.array(one.axis)
     return RoundSurface(point, radius, *constants, axis=axis, hollow=one.hollow)
+
+
+def rigid_surface_of(job: Job) -> RigidSurface | None:
+    """The surface of a job that does not give way, or None; a job has one at most."""
+    for one in job.surface:
+        if one.rigid:
+            radius = one.sphere if one.sphere is not None else one.cylinder
+            normal, axis = (None if given is None else np.array(given) for given in (one.normal, one.axis))
+            return RigidSurface(np.array(one.point), one.restitution or 0.0, normal, radius, axis, one.hollow)
+    return None
 
 
 def _hole(one: tables.Hole) -> Environment:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from math import inf
 from typing import Any
 
 from mafsil.messages import say
 from mafsil.messages.quantities import quantity
 
 MOST_LISTED = 1_000
-"""Events that are listed one by one; all are counted."""
+"""Events that are listed one by one, besides the first of each kind; all are counted."""
 
 
 @dataclass(slots=True)
@@ -19,10 +18,10 @@ class ContactEvents:
     """Events of one run, in time.
 
     Attributes:
-        listed: the first ones: `kind` (impact, rest or release), `time` [s]; of impacts the `speed` into the surface
-            before [m/s], the `impulse` [N s] and the kinetic energy `lost` [J]; of contact that closes after ever
-            shorter bounces how many `bounces` there were, how long the last `flight` would have been, and when all of
-            them would be `over` [s].
+        listed: the first ones: `kind` (impact, rest, closure or release), `time` [s]; of impacts the `speed` into the
+            surface before [m/s], the `impulse` [N s] and the kinetic energy `lost` [J]; of closures, after ever shorter
+            bounces, how many `bounces` there were, how long the next `flight` would have been, and when all of them
+            would be `over` [s].
         impacts, releases, closures: how many there were; closures after ever shorter bounces.
         lost: kinetic energy that impacts took [J].
         bounces: impacts since the contact lasted or the tip was away the last time.
@@ -52,7 +51,7 @@ class ContactEvents:
         """Contact begins to last instead of bounces that get ever shorter."""
         self.closures += 1
         self.lost += lost
-        self._add(kind="rest", time=time, bounces=self.bounces, flight=flight, over=over, lost=lost)
+        self._add(kind="closure", time=time, bounces=self.bounces, flight=flight, over=over, lost=lost)
         self.bounces = 0
 
     def release(self, time: float) -> None:
@@ -66,7 +65,7 @@ class ContactEvents:
         return {name: getattr(self, name) for name in counted} | {"events": list(self.listed)}
 
     def _add(self, **event: Any) -> None:
-        if len(self.listed) < MOST_LISTED:
+        if len(self.listed) < MOST_LISTED or event["kind"] not in {known["kind"] for known in self.listed}:
             self.listed.append(event)
 
 
@@ -82,7 +81,7 @@ def joined_events(starts: Sequence[float], parts: Sequence[Mapping[str, Any] | N
         return None
     whole = {name: sum(found[name] for _, found in known) for name in ("impacts", "releases", "closures", "lost")}
     events = [_later(event, begin) for begin, found in known for event in found["events"]]
-    return whole | {"events": events[:MOST_LISTED]}
+    return whole | {"events": events}
 
 
 def _later(event: Mapping[str, Any], begin: float) -> dict[str, Any]:
@@ -111,7 +110,7 @@ def rigid_findings(found: Mapping[str, Any]) -> list[tuple[str, dict[str, object
     if found["impacts"]:
         details = {"time": _first(found, "impact"), "lost": quantity(found["lost"], "J")}
         sentences.append(("simulation.rigid_impacts", {"count": found["impacts"], **details}))
-    closing = next((event for event in found["events"] if "over" in event), None)
+    closing = next((event for event in found["events"] if event["kind"] == "closure"), None)
     if closing is not None:
         details = {name: quantity(closing[name], "s") for name in ("time", "flight", "over")}
         counted = {"bounces": closing["bounces"], "count": found["closures"]}
@@ -123,7 +122,5 @@ def rigid_findings(found: Mapping[str, Any]) -> list[tuple[str, dict[str, object
 
 
 def _first(found: Mapping[str, Any], kind: str) -> str:
-    """When the first event of a kind was, or after which time, if it is not listed."""
-    listed = [event["time"] for event in found["events"]]
-    times = [event["time"] for event in found["events"] if event["kind"] == kind]
-    return quantity(min(times, default=max(listed, default=inf)), "s")
+    """When the first event of a kind was."""
+    return quantity(min(event["time"] for event in found["events"] if event["kind"] == kind), "s")
