@@ -339,3 +339,24 @@ def test_runs_that_follow_each_other_keep_their_events_in_one_time():
     np.testing.assert_allclose(one, two, rtol=0, atol=1e-9)
     assert both.metadata["rigid_contact"]["impacts"] == whole.metadata["rigid_contact"]["impacts"]
     assert both.metadata["rigid_contact"]["lost"] == pytest.approx(whole.metadata["rigid_contact"]["lost"], rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_normal_acceleration_of_a_spatial_arm_is_the_second_derivative_of_its_distance(seed):
+    rng, arm = np.random.default_rng(seed), mf.load("panda")
+    q, qd, qdd = (
+        rng.uniform(-1, 1, 7) + np.array([0, 0, 0, -1.5, 0, 1.5, 0]),
+        rng.uniform(-1, 1, 7),
+        rng.uniform(-2, 2, 7),
+    )
+    p, n = arm.forward_kinematics(q)[:3, 3], rng.normal(size=3)
+    surface = (
+        RigidSurface.plane(p, n), RigidSurface.sphere(p - 0.3 * n, 0.2),
+        RigidSurface.cylinder(p - 0.3 * n, rng.normal(size=3), 0.4, hollow=True),
+    )[seed]  # fmt: skip
+    gap, A, bend, _ = RigidPlant(arm, surface=surface).normal_motion(q, qd)
+    h = 1e-3
+    before, now, after = (surface.distance(tip(arm, q + s * qd + s * s / 2 * qdd)) for s in (-h, 0.0, h))
+    assert gap == pytest.approx(now)
+    assert A @ qd == pytest.approx((after - before) / (2 * h), rel=1e-5, abs=1e-6)
+    assert A @ qdd + bend == pytest.approx((after - 2 * now + before) / h**2, rel=1e-4, abs=1e-4)
