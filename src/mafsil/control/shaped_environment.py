@@ -52,13 +52,7 @@ class RoundSurface:
 
     def normal(self, p: Vector3) -> tuple[Vector3, Floats]:
         """(*batch, 3) out of the surface at points p (*batch, 3) in {s}, and how deep (*batch,) these are in it [m]."""
-        away = p - self.centre
-        if self.axis is not None:
-            away = away - (away @ self.axis)[..., None] * self.axis
-        distance = np.linalg.norm(away, axis=-1)
-        side = -1.0 if self.hollow else 1.0
-        outward = side * away / np.maximum(distance, TINY)[..., None]
-        return outward, side * (self.radius - distance)
+        return round_normal(p, self.centre, self.radius, self.axis, self.hollow)
 
     def wrench(self, T: PoseMatrix, V: Vector6) -> Vector6:
         """(*batch, 6) on the tip, in the tip frame [N m, N]."""
@@ -230,6 +224,43 @@ class AtPoints:
             total[..., :3] += found[..., :3] + np.cross(point, found[..., 3:])
             total[..., 3:] += found[..., 3:]
         return total
+
+
+def round_normal(
+    p: Vector3, centre: Vector3, radius: float, axis: Vector3 | None, hollow: bool
+) -> tuple[Vector3, Floats]:
+    """(*batch, 3) out of a sphere or a cylinder at points p (*batch, 3), and how deep (*batch,) these are in it [m].
+
+    Args:
+        p: in {s} [m].
+        centre, radius, axis, hollow: as `RoundSurface`.
+    """
+    away = _from_middle(p, centre, axis)
+    distance = np.linalg.norm(away, axis=-1)
+    side = -1.0 if hollow else 1.0
+    return side * away / np.maximum(distance, TINY)[..., None], side * (radius - distance)
+
+
+def round_normal_rate(p: Vector3, velocity: Vector3, centre: Vector3, axis: Vector3 | None, hollow: bool) -> Vector3:
+    """(*batch, 3) dn/dt = W v / |r|, r from the centre or the axis; W takes away what lies along n and the axis [1/s].
+
+    Args:
+        p, velocity: (*batch, 3) of a point, in {s} [m, m/s].
+        centre, axis, hollow: as `RoundSurface`.
+    """
+    away = _from_middle(p, centre, axis)
+    distance = np.maximum(np.linalg.norm(away, axis=-1), TINY)[..., None]
+    n = away / distance
+    across = velocity - (velocity * n).sum(axis=-1)[..., None] * n
+    if axis is not None:
+        across = across - (across @ axis)[..., None] * axis
+    return np.asarray((-1.0 if hollow else 1.0) * across / distance)
+
+
+def _from_middle(p: Vector3, centre: Vector3, axis: Vector3 | None) -> Vector3:
+    """(*batch, 3) to points from the centre, or from the axis."""
+    away = p - centre
+    return away if axis is None else np.asarray(away - (away @ axis)[..., None] * axis)
 
 
 def guiding_line(point: ArrayLike, direction: ArrayLike, stiffness: float, damping: float = 0.0) -> SpringDamper:

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+from typing import Annotated, TypeAlias
+
+import msgspec
+
 from mafsil.job.part import NotNegative, Part, Positive, Three
+
+Restitution: TypeAlias = Annotated[float, msgspec.Meta(ge=0, le=1)]
+FEELING = ("admittance", "hybrid")
+"""Laws that measure the force of what gives way."""
 
 
 class Surface(Part, frozen=True, kw_only=True):
-    """A plane, a ball or a round bar that the tip can touch: it gives way as spring and damper, and never pulls.
+    """A plane, a ball or a round bar that the tip can touch, and that never pulls.
 
-    Exactly one of normal, sphere and cylinder.
+    Exactly one of normal, sphere and cylinder. It gives way as spring and damper, or it is rigid.
 
     Attributes:
         name: for the report and for errors.
@@ -17,8 +25,10 @@ class Surface(Part, frozen=True, kw_only=True):
         sphere, cylinder: radius of a ball or of a bar [m].
         axis: of the bar.
         hollow: whether the tip is inside the ball or the bar and touches its inner side.
-        stiffness, damping: [N/m, N s/m], whatever the unit of lengths.
-        friction: coefficient of what slides along it.
+        stiffness, damping: of one that gives way [N/m, N s/m], whatever the unit of lengths.
+        friction: coefficient of what slides along one that gives way.
+        rigid: whether it does not give way at all; it is smooth then.
+        restitution: of a rigid one, speed after an impact over that before, 0 to 1.
     """
 
     name: str = ""
@@ -28,9 +38,11 @@ class Surface(Part, frozen=True, kw_only=True):
     cylinder: Positive | None = None
     axis: Three | None = None
     hollow: bool = False
-    stiffness: Positive
+    stiffness: Positive | None = None
     damping: NotNegative = 0.0
     friction: NotNegative = 0.0
+    rigid: bool = False
+    restitution: Restitution | None = None
 
 
 class Hole(Part, frozen=True, kw_only=True):

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import sqrt
 
 import numpy as np
 
 from mafsil.arrays import Floats, PoseMatrix, Vector3
 from mafsil.control import AtPoints, Door, Hole, RoundSurface, guiding_line, guiding_plane
 from mafsil.control.environment import CombinedEnvironment, Environment, Wall
+from mafsil.control.shaped_environment import round_normal_rate
 from mafsil.job import contact_tables as tables
 from mafsil.job.description import Job
 from mafsil.job.poses import pose_matrix
+from mafsil.simulation import RigidSurface
 
 
 def environment_of(job: Job) -> CombinedEnvironment | None:
     """What acts on the tip of a job: all that it can touch and all that holds it; None of a job without any."""
-    parts: list[Environment] = [solid(one) for one in job.surface]
+    parts: list[Environment] = [solid(one) for one in job.surface if not one.rigid]
     parts += [_hole(one) for one in job.hole]
     parts += [door_of(job, one) for one in job.door]
     parts += [_guide(one) for one in job.guide]
@@ -25,7 +26,8 @@ def environment_of(job: Job) -> CombinedEnvironment | None:
 
 
 def solid(one: tables.Surface) -> Wall | RoundSurface:
-    """A surface as what pushes the tip."""
+    """A surface that gives way as what pushes the tip."""
+    assert one.stiffness is not None
     point, constants = np.array(one.point), (one.stiffness, one.damping, one.friction)
     if one.normal is not None:
         return Wall(point, np.array(one.normal), *constants)
@@ -33,6 +35,16 @@ def solid(one: tables.Surface) -> Wall | RoundSurface:
     assert radius is not None
     axis = None if one.axis is None else np.array(one.axis)
     return RoundSurface(point, radius, *constants, axis=axis, hollow=one.hollow)
+
+
+def rigid_surface_of(job: Job) -> RigidSurface | None:
+    """The surface of a job that does not give way, or None; a job has one at most."""
+    for one in job.surface:
+        if one.rigid:
+            radius = one.sphere if one.sphere is not None else one.cylinder
+            normal, axis = (None if given is None else np.array(given) for given in (one.normal, one.axis))
+            return RigidSurface(np.array(one.point), one.restitution or 0.0, normal, radius, axis, one.hollow)
+    return None
 
 
 def _hole(one: tables.Hole) -> Environment:
@@ -93,20 +105,11 @@ class Face:
         return np.concatenate([np.zeros(3), self.normal(T[:3, 3])])[list(self.rows)]
 
     def constraint(self, T: PoseMatrix, V: Floats) -> tuple[Floats, Floats]:
-        """A (1, m) and dA/dt (1, m): along a round surface the normal turns as the tip moves.
-
-        dn/dt = W v / |r|, r from the centre or the axis to the tip; W takes away what lies along n and the axis.
-        """
+        """A (1, m) and dA/dt (1, m): along a round surface the normal turns as the tip moves."""
         A = self.along(T)[None]
         if isinstance(self.surface, Wall):
             return A, np.zeros_like(A)
-        n, away = self.normal(T[:3, 3]), T[:3, 3] - self.surface.centre
-        across = np.eye(3) - np.outer(n, n)
-        if self.surface.axis is not None:
-            u = self.surface.axis
-            across, away = across - np.outer(u, u), away - (away @ u) * u
-        whole = np.zeros(6)
+        whole, round_one = np.zeros(6), self.surface
         whole[list(self.rows)] = V
-        side = -1.0 if self.surface.hollow else 1.0
-        rate = side * across @ whole[3:] / max(sqrt(float(away @ away)), 1e-9)
+        rate = round_normal_rate(T[:3, 3], whole[3:], round_one.centre, round_one.axis, round_one.hollow)
         return A, np.concatenate([np.zeros(3), rate])[list(self.rows)][None]

@@ -12,7 +12,7 @@ import numpy as np
 from mafsil.errors import JobError
 from mafsil.job import judgement
 from mafsil.job.arrival import arrival
-from mafsil.job.contacts import environment_of
+from mafsil.job.contacts import environment_of, rigid_surface_of
 from mafsil.job.description import Job
 from mafsil.job.equipment import Load
 from mafsil.job.law_conditions import stability_remarks
@@ -33,6 +33,7 @@ from mafsil.simulation import (
     MuJoCoPlant,
     Plant,
     Recording,
+    RigidPlant,
     Scenario,
     SensorNoise,
     WrenchPulse,
@@ -157,8 +158,14 @@ def _loaded(load: Load, *, known: bool = False) -> Robot:
 
 def _plant(job: Job, robot: Robot) -> Plant:
     """The true arm: its friction, and the masses that its model does not know."""
+    rigid = rigid_surface_of(job)
     kind = ClosedPlant if robot.mechanism.loops else MuJoCoPlant if job.simulation.plant == "mujoco" else Plant
-    plant = kind(robot, friction=job.simulation.friction, environment=environment_of(job))
+    if rigid is None:
+        plant = kind(robot, friction=job.simulation.friction, environment=environment_of(job))
+    else:
+        if job.simulation.plant == "mujoco":
+            raise JobError("job.rigid_plant", place="simulation plant")
+        plant = RigidPlant(robot, job.simulation.friction, environment_of(job), surface=rigid)
     error = job.simulation.mass_error
     return plant if error == 0.0 else plant.with_scaled_inertia(1.0 + error)
 

@@ -18,7 +18,7 @@ from mafsil.job.plan import Plan
 from mafsil.job.remark import Level, Remark
 from mafsil.job.run import Run
 from mafsil.job.tolerance import tolerances
-from mafsil.job.touching import Touching, brief_contact_remarks, touching, touching_remarks
+from mafsil.job.touching import Touching, brief_contact_remarks, rigid_remarks, touching, touching_remarks
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
 from mafsil.model import JointKind, JointLimits
@@ -138,7 +138,9 @@ def remarks(run: Run, numbers: Summary) -> tuple[Remark, ...]:
     found += collapse + _failure_remarks(run, numbers) + _overload_remarks(run)
     near = clearance_remarks(numbers.clearances)
     found += [remark for remark in near if remark.level != "good"]
-    pressed = [*touching_remarks(numbers.touching), *brief_contact_remarks(run), *contact_remarks(run)]
+    rigid = rigid_remarks(run)
+    pressed = [*touching_remarks(numbers.touching, struck=bool(rigid)), *rigid]
+    pressed += [*brief_contact_remarks(run), *contact_remarks(run)]
     found += [remark for remark in pressed if remark.level != "good"]
     found += _effort_remarks(run, numbers)
     # Limits that an arm breaks while it falls are no news of their own.

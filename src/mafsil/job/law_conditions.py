@@ -194,7 +194,7 @@ def _virtual_step(law: AdmittanceControl, run: Run, driven: Driven) -> Iterator[
     """The step of the virtual mass, held by its own spring and by the stiffest thing that it may touch."""
     yield Condition("virtual_motion", float(law.impedance.roots.real.max()), 0.0)
     own, period = law.impedance, driven.scenario.control_period
-    stiffest = max((one.stiffness for one in run.job.surface), default=0.0)
+    stiffest = max((one.stiffness or 0.0 for one in run.job.surface), default=0.0)
     shifts = [k for k, row in enumerate(law.coordinates.rows) if row >= 3]
     radii = [
         admittance_radius(own.inertia[k, k], own.damping[k, k], own.stiffness[k, k] + stiffest, period) for k in shifts

@@ -25,6 +25,8 @@ from mafsil.control import (
     task_dynamics,
 )
 from mafsil.control.environment import CombinedEnvironment
+from mafsil.errors import JobError
+from mafsil.job.contact_tables import FEELING
 from mafsil.job.contacts import Face, environment_of, solid
 from mafsil.job.description import Job
 from mafsil.robot import Robot
@@ -52,7 +54,13 @@ def tip_law(job: Job, model: Robot, trajectory: Trajectory, true: Robot) -> Law:
         model: the arm as the controller knows it.
         trajectory: of the stretch.
         true: the arm that moves, whose tip carries the force sensor.
+
+    Raises:
+        JobError: it measures the force of surfaces that give way, and the surface is rigid.
     """
+    kind = job.controller.kind
+    if kind in FEELING and any(one.rigid for one in job.surface):
+        raise JobError("job.rigid_felt", place="controller kind", given=kind)
     task = _coordinates(model, trajectory)
     law = _MAKERS[job.controller.kind](job, model, trajectory, true, task)
     if model.n <= len(task.rows) or job.controller.kind == "task_computed_torque":
@@ -107,7 +115,7 @@ def _hybrid(job: Job, model: Robot, trajectory: Trajectory, true: Robot, task: T
     )  # fmt: skip
     along = face.along(tip(0.0).pose)
     mass = float(along @ _inertia(model, trajectory, task) @ along)
-    slowing = 2.0 * CONTACT_DAMPING * np.sqrt(job.surface[0].stiffness * max(mass, 0.0))
+    slowing = 2.0 * CONTACT_DAMPING * np.sqrt(face.surface.stiffness * max(mass, 0.0))
 
     def damping(T: PoseMatrix) -> Floats:
         n = face.along(T)

@@ -9,6 +9,7 @@ import numpy as np
 from mafsil.job.remark import Remark
 from mafsil.job.run import Run
 from mafsil.messages.quantities import quantity
+from mafsil.simulation.contact_events import rigid_findings
 from mafsil.simulation.findings import BRIEF, brief_contacts
 
 
@@ -50,6 +51,8 @@ def touching(run: Run) -> Touching | None:
 
 def brief_contact_remarks(run: Run) -> list[Remark]:
     """Contacts that the step is too long for."""
+    if "rigid_contact" in run.recording.metadata:
+        return []
     found = brief_contacts(run.recording.t, run.recording.contact_wrench, run.job.simulation.step)
     if found is None:
         return []
@@ -57,12 +60,23 @@ def brief_contact_remarks(run: Run) -> list[Remark]:
     return [Remark("warning", "simulation.brief_contact", details)]
 
 
-def touching_remarks(found: Touching | None) -> list[Remark]:
-    """How hard the tip pressed, or that it touched nothing."""
+def rigid_remarks(run: Run) -> list[Remark]:
+    """What a rigid surface did to the tip."""
+    found = run.recording.metadata.get("rigid_contact")
+    return [] if found is None else [Remark("good", key, details) for key, details in rigid_findings(found)]
+
+
+def touching_remarks(found: Touching | None, *, struck: bool = False) -> list[Remark]:
+    """How hard the tip pressed, or that it touched nothing.
+
+    Args:
+        found: the contact, or None.
+        struck: whether the tip hit something all the same, between two ticks.
+    """
     if found is None:
         return []
     if not found.contacts:
-        return [Remark("warning", "job.nothing_touched")]
+        return [] if struck else [Remark("warning", "job.nothing_touched")]
     details = {
         "peak": quantity(found.peak, "N"),
         "peak_time": quantity(found.peak_time, "s"),

@@ -32,6 +32,8 @@ from mafsil.simulation.mujoco_plant import MuJoCoPlant as MuJoCoPlant
 from mafsil.simulation.plant import Plant as Plant
 from mafsil.simulation.recording import Recording as Recording
 from mafsil.simulation.recording import SimulationStatus as SimulationStatus
+from mafsil.simulation.rigid_plant import RigidPlant as RigidPlant
+from mafsil.simulation.rigid_surface import RigidSurface as RigidSurface
 from mafsil.simulation.scenario import Scenario as Scenario
 from mafsil.simulation.stepping import INTEGRATORS as INTEGRATORS
 from mafsil.simulation.stepping import suitable_integrator as suitable_integrator

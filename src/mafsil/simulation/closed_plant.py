@@ -22,6 +22,7 @@ from mafsil.robot import Robot
 from mafsil.simulation.closed_step import step_kernel
 from mafsil.simulation.mujoco_plant import MuJoCoPlant, MuJoCoStepper
 from mafsil.simulation.plant import Plant
+from mafsil.simulation.rigid_plant import RigidPlant, RigidStepper
 from mafsil.simulation.stepping import IMPLICIT_FRICTION, MOST_EVALUATIONS, Stepper, by_secants
 from mafsil.solvers import method, second_order
 from mafsil.solvers.integrate import State, Step
@@ -203,5 +204,7 @@ def stepper_of(plant: Plant, name: str, step: float) -> Stepper:
             return MuJoCoStepper(plant, name, step)
         case ClosedPlant():
             return ClosedStepper(plant, name, step)
+        case RigidPlant():
+            return RigidStepper(plant, name, step)
         case _:
             return Stepper(plant, name, step)

@@ -14,6 +14,8 @@ from mafsil.simulation.fused import WORTH, can_fuse
 from mafsil.simulation.fused_run import FusedRun
 from mafsil.simulation.live_log import LiveLog, log_of
 from mafsil.simulation.recording import Recording, SimulationStatus
+from mafsil.simulation.rigid_plant import RigidPlant
+from mafsil.simulation.rigid_run import RigidRun
 from mafsil.simulation.run import Progress, Run
 from mafsil.simulation.scenario import Scenario
 from mafsil.simulation.varied_run import VariedFusedRun, VariedRun
@@ -63,7 +65,8 @@ def simulate(
         raise InputError("simulation.fused_clock")
     began = perf_counter()
     kinds = (Run, FusedRun) if scenario.variants is None else (VariedRun, VariedFusedRun)
-    run = kinds[clock is None and _is_fused(scenario, fused)](scenario)
+    kind = kinds[clock is None and _is_fused(scenario, fused)]
+    run = RigidRun(scenario) if isinstance(scenario.true_plant, RigidPlant) else kind(scenario)
     if clock:
         run.clock = RealTime(law_name(scenario.law), scenario.control_period)
     with log_of(log) as run.log:

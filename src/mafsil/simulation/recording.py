@@ -21,6 +21,7 @@ from mafsil.messages import say
 from mafsil.messages.tables import in_notebook
 from mafsil.messages.visible import visible
 from mafsil.simulation.clock import Deadlines
+from mafsil.simulation.contact_events import joined_events, rigid_sentences
 from mafsil.simulation.findings import (
     brief_contact_sentence,
     chatter_sentence,
@@ -75,7 +76,8 @@ class Recording(Answer):
         status: how the run ended.
         contact_wrench: (k, *batch, 6) what the environment exerts on the tip, in the tip frame [N m, N]; None without
             one.
-        metadata: version, robot, joints, integrator, step, period, seeds, seconds of computing.
+        metadata: version, robot, joints, integrator, step, period, seeds, seconds of computing; with a rigid surface
+            `rigid_contact`, the events of contact.
     """
 
     t: Floats
@@ -129,8 +131,7 @@ class Recording(Answer):
             self._ending(language),
             near_singular_sentence(self.metadata.get("near_singular"), language),
             saturation_sentence(self.t, self.saturated, joints, language),
-            chatter_sentence(self.t, self.contact_wrench, language),
-            brief_contact_sentence(self.t, self.contact_wrench, float(self.metadata["step"]), language),
+            *self._touched(language),
             None if timed is None else timed.explain(language),
             self._log_fault(language),
         ]
@@ -144,6 +145,17 @@ class Recording(Answer):
             return sentence
         known = {"integrator": self.metadata["integrator"], "other": IMPLICIT_FRICTION}
         return f"{sentence}. {say('simulation.stiff_friction', language=language, **known)}"
+
+    def _touched(self, language: str | None) -> list[str | None]:
+        """What is to be said of contact: of a rigid surface its events, of others what the ticks show."""
+        rigid = self.metadata.get("rigid_contact")
+        if rigid is not None:
+            return [*rigid_sentences(rigid, language)]
+        step = float(self.metadata["step"])
+        return [
+            chatter_sentence(self.t, self.contact_wrench, language),
+            brief_contact_sentence(self.t, self.contact_wrench, step, language),
+        ]
 
     def _log_fault(self, language: str | None) -> str | None:
         fault = self.metadata.get("log_fault")
@@ -317,6 +329,9 @@ def joined(recordings: Sequence[Recording]) -> Recording:
         for each, start in zip(recordings, starts, strict=False)
         if "near_singular" in each.metadata
     ]
+    touched = joined_events(starts.tolist(), [each.metadata.get("rigid_contact") for each in recordings])
+    if touched is not None:
+        found["rigid_contact"] = touched
     if near:
         worst = min(near, key=lambda one: one["ratio"])
         found["near_singular"] = {"ratio": worst["ratio"], "time": worst["time"] + worst["begin"]}

@@ -188,7 +188,7 @@ class Run:
         q, qd, tau = self.q[kept], self.qd[kept], self.tau[kept]
         u, v, a = (np.broadcast_to(aligned(part[kept], q), q.shape) for part in self.reference)
         distance, angle = self.tip_errors(kept, q, u)
-        contact = self._contact(q, qd)
+        contact = self._contact(kept, q, qd, tau)
         return {
             "t": self.t[kept],
             "q": q,
@@ -218,7 +218,7 @@ class Run:
             return {}
         return {"near_singular": {"ratio": float(ratio[worst]), "time": float(self.t[worst * every])}}
 
-    def _contact(self, q: Floats, qd: Floats) -> Floats | None:
+    def _contact(self, kept: slice, q: Floats, qd: Floats, tau: Floats) -> Floats | None:
         """(k, *batch, 6) what the environment exerts on the tip."""
         plant = self.scenario.true_plant
         return None if plant.environment is None else tip_wrench_of(plant.robot, plant.environment, q, qd)

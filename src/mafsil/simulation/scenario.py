@@ -16,6 +16,7 @@ from mafsil.robot import Robot, as_robot
 from mafsil.simulation.closed_plant import ClosedPlant, plant_of
 from mafsil.simulation.disturbance import SensorNoise, WrenchPulse
 from mafsil.simulation.plant import Plant
+from mafsil.simulation.rigid_plant import RigidPlant
 from mafsil.simulation.scaled_gains import in_rows, with_scaled_gains
 from mafsil.simulation.stepping import (
     DEFAULT,
@@ -31,6 +32,8 @@ from mafsil.trajectory import Trajectory
 
 MOST_NUMBERS = 400_000_000
 """Memory of one run, in numbers of eight bytes: what is recorded, and the reference at each tick."""
+RIGID = "rk4"
+"""Integrator of plants that meet a rigid surface."""
 PLACES = 9
 """Places along the reference at which the stiffness of friction is looked at."""
 NUMBERS_PER_TICK, NUMBERS_PER_COORDINATE = 60, 16
@@ -52,7 +55,8 @@ class Scenario:
         step: of the integration [s].
         period: between two calls of the law, a whole number of steps; one step if None [s].
         integrator: a name of `mafsil.simulation.INTEGRATORS`. If None, semi-implicit Euler; where the friction of light
-            links is too stiff for the step, the same with implicit friction.
+            links is too stiff for the step, the same with implicit friction; a `RigidPlant` takes rk4 instead of the
+            first.
         saturate: whether efforts are clipped at the limits of the joints.
         variants: what differs between runs side by side, one row each, or None; see `monte_carlo`.
 
@@ -111,6 +115,10 @@ class Scenario:
             if self.variants is not None:
                 raise InputError("simulation.varied_loops")
             plant.require_closed(start)
+        if isinstance(plant, RigidPlant):
+            if self.variants is not None:
+                raise InputError("simulation.varied_rigid")
+            plant.require_outside(start)
 
     @property
     def length(self) -> float:
@@ -171,7 +179,8 @@ class Scenario:
         """The integrator that the run uses."""
         if self.integrator is not None:
             return self.integrator
-        return IMPLICIT_FRICTION if self.stiffness > STIFF else DEFAULT
+        default = RIGID if isinstance(self.true_plant, RigidPlant) else DEFAULT
+        return IMPLICIT_FRICTION if self.stiffness > STIFF else default
 
     def ticks(self) -> Floats:
         """(k + 1,) times at which the law is called, the first 0, the last at or just after the end [s]."""

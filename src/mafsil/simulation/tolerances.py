@@ -14,5 +14,11 @@ SLOWEST_TURN = 1e-3
 """Rate [rad/s] that stands for none where a body's turn decides how long a piece of its motion is."""
 NEWTON_RESIDUAL = 4e-16
 """Residual, over the momenta, at which Newton's method stops: 2 EPS, no step makes it smaller."""
+TOUCHING = 1e-12
+"""Distance [m] of a tip from a rigid surface that is rounding: coordinates of metres, through a thousand operations."""
+RESTING = 1e-12
+"""Speed [m/s] along its normal that is rounding, in the same way."""
+QUIET = 1e-10
+"""Acceleration [m/s^2] into it that is none: rounding of efforts and inertias, a thousand operations of 10 m/s^2."""
 FAILED = 1e-9
 """The same above which a step has failed: the default tolerance of integration."""

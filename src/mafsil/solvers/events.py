@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, real_array, require_finite, require_function
 from mafsil.errors import InputError
+from mafsil.solvers.bracketed_root import bracketed_root
 from mafsil.solvers.solution import value_within
-from mafsil.solvers.tolerances import AT_EVENT, FEW_ROUNDINGS
+from mafsil.solvers.tolerances import AT_EVENT
 
 PROBES = 8
 """Places within a step at which the sign is asked: two zeros of one event closer than that are not seen."""
@@ -142,30 +143,10 @@ class Watch:
         start: Floats,
         polynomial: Floats,
     ) -> float:
-        """The zero between two fractions of a step, to rounding: regula falsi (Illinois) kept in its bracket."""
+        """The zero between two fractions of a step, to rounding."""
         t, h = clock
 
         def g(theta: float) -> float:
             return float(self._values(event, t + theta * h, value_within(start, polynomial, theta))[row])
 
-        low, high = bracket
-        g_low, g_high = g(low), g(high)
-        side = 0
-        for count in range(100):
-            if high - low <= FEW_ROUNDINGS:
-                break
-            middle = (low * g_high - high * g_low) / (g_high - g_low) if g_low * g_high < 0.0 else high
-            if not low < middle < high or count % 8 == 7:
-                middle = (low + high) / 2.0
-            value = g(middle)
-            if value * g_high > 0.0:
-                high, g_high = middle, value
-                g_low = g_low / 2.0 if side < 0 else g_low
-                side = -1
-            else:
-                low, g_low = middle, value
-                g_high = g_high / 2.0 if side > 0 else g_high
-                side = 1
-                if value == 0.0:
-                    return middle
-        return high
+        return bracketed_root(g, *bracket)

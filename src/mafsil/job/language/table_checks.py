@@ -6,12 +6,14 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from mafsil.job.contact_tables import FEELING
 from mafsil.job.description import Controller, Obstacle, Simulation
 from mafsil.job.language.frames import Complaint
 from mafsil.job.language.pose_checks import check_pose
 from mafsil.job.language.statements import JobFile, PlacedGoal
 from mafsil.job.other_robot import OtherRobot
 from mafsil.job.variation_table import SPREADS, Normal, Spread
+from mafsil.simulation.rigid_plant import METHODS
 
 KINDS_OF_OBSTACLE = ("box", "sphere", "cylinder", "capsule", "floor")
 FORMS = {"surface": ("normal", "sphere", "cylinder"), "guide": ("direction", "normal")}
@@ -94,12 +96,37 @@ def _check_contacts(file: JobFile, error: Complaint) -> None:
             raise error("job.bar_axis", ("surface", k, "axis"))
         if surface.hollow and surface.normal is not None:
             raise error("job.hollow_plane", ("surface", k, "hollow"))
+        _check_rigid(file, k, error)
     begin = file.start.pose
     held = file.pose.get(begin) if isinstance(begin, str) else begin
     if file.door and not (held is None and begin is not None) and not _is_whole(held):
         raise error("job.door_start", ("door", 0))
     if file.controller.kind == "hybrid" and not file.surface:
         raise error("job.no_surface", ("controller", "kind"))
+
+
+def _check_rigid(file: JobFile, k: int, error: Complaint) -> None:
+    """A surface gives way or is rigid; what a rigid one does not go together with."""
+    one, path = file.surface[k], ("surface", k)
+    if not one.rigid:
+        if one.stiffness is None:
+            raise error("job.soft_surface", (*path, "stiffness"))
+        if one.restitution is not None:
+            raise error("job.soft_restitution", (*path, "restitution"))
+        return
+    for name in ("stiffness", "damping", "friction"):
+        if getattr(one, name):
+            raise error("job.rigid_gives", (*path, name), given=name)
+    if any(other.rigid for other in file.surface[:k]):
+        raise error("job.two_rigid", (*path, "rigid"))
+    if file.controller.kind in FEELING:
+        raise error("job.rigid_felt", ("controller", "kind"), given=file.controller.kind)
+    if file.variation is not None:
+        raise error("job.rigid_varied", ("variation",))
+    if file.simulation.plant != "mafsil":
+        raise error("job.rigid_plant", ("simulation", "plant"))
+    if file.simulation.method not in (None, *METHODS):
+        raise error("job.rigid_method", ("simulation", "method"), known=", ".join(METHODS))
 
 
 def _is_whole(pose: PlacedGoal | None) -> bool:

@@ -1,0 +1,115 @@
+"""A surface that does not give way: its signed distance, its normal, and how an impact ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, Vector3, positive, single
+from mafsil.control.shaped_environment import round_normal, round_normal_rate
+from mafsil.errors import InputError
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class RigidSurface:
+    """A plane, a sphere or a cylinder that the tip's origin cannot enter: it only pushes, along its normal.
+
+    Without friction: what the surface does to the tip is one force along the normal.
+
+    Attributes:
+        point: (3,) on the plane, in the middle of the sphere, on the axis of the cylinder, in {s} [m].
+        restitution: speed along the normal after an impact over that before, from 0 (it stays) to 1.
+        normal: (3,) of a plane, out of it, towards the arm.
+        radius: of a sphere or a cylinder [m].
+        axis: (3,) of a cylinder.
+        hollow: whether the tip is inside and touches the inner side.
+
+    Raises:
+        InputError: a wrong shape, neither or both of normal and radius, a restitution outside 0 to 1.
+    """
+
+    point: Vector3
+    restitution: float = 0.0
+    normal: Vector3 | None = None
+    radius: float | None = None
+    axis: Vector3 | None = None
+    hollow: bool = False
+
+    def __post_init__(self) -> None:
+        if (self.normal is None) == (self.radius is None):
+            raise InputError("simulation.rigid_form")
+        object.__setattr__(self, "point", single("point", self.point, (3,)))
+        for name in ("normal", "axis"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, _unit(name, getattr(self, name)))
+        if self.radius is not None:
+            positive("radius", self.radius)
+        if not 0.0 <= self.restitution <= 1.0:
+            raise InputError("input.range", name="restitution", value=self.restitution, low=0.0, high=1.0)
+
+    @classmethod
+    def plane(cls, point: ArrayLike, normal: ArrayLike, *, restitution: float = 0.0) -> Self:
+        """A plane.
+
+        Args:
+            point, normal: (3,) on it, and out of it towards the arm; in {s} [m, 1].
+            restitution: from 0 to 1.
+        """
+        return cls(single("point", point, (3,)), restitution, normal=single("normal", normal, (3,)))
+
+    @classmethod
+    def sphere(cls, centre: ArrayLike, radius: float, *, restitution: float = 0.0, hollow: bool = False) -> Self:
+        """A sphere, touched from outside, or with `hollow` from inside.
+
+        Args:
+            centre: (3,) in {s} [m].
+            radius: [m].
+            restitution: from 0 to 1.
+            hollow: whether the tip is inside.
+        """
+        return cls(single("centre", centre, (3,)), restitution, radius=radius, hollow=hollow)
+
+    @classmethod
+    def cylinder(
+        cls, point: ArrayLike, axis: ArrayLike, radius: float, *, restitution: float = 0.0, hollow: bool = False
+    ) -> Self:
+        """A cylinder without ends, touched from outside, or with `hollow` from inside.
+
+        Args:
+            point, axis: (3,) on its axis, and along it; in {s} [m, 1].
+            radius: [m].
+            restitution: from 0 to 1.
+            hollow: whether the tip is inside.
+        """
+        along = single("axis", axis, (3,))
+        return cls(single("point", point, (3,)), restitution, radius=radius, axis=along, hollow=hollow)
+
+    def distance(self, p: Vector3) -> Floats:
+        """(*batch,) from points p (*batch, 3) in {s} to the surface [m]; negative inside."""
+        if self.normal is not None:
+            return np.asarray((p - self.point) @ self.normal)
+        return -round_normal(p, self.point, self.radius or inf, self.axis, self.hollow)[1]
+
+    def outward(self, p: Vector3) -> Vector3:
+        """(*batch, 3) normal at points p (*batch, 3)."""
+        if self.normal is not None:
+            return np.broadcast_to(self.normal, p.shape)
+        return round_normal(p, self.point, self.radius or inf, self.axis, self.hollow)[0]
+
+    def outward_rate(self, p: Vector3, velocity: Vector3) -> Vector3:
+        """(*batch, 3) of the normal at points p (*batch, 3) that move [1/s]."""
+        if self.normal is not None:
+            return np.zeros_like(p)
+        return round_normal_rate(p, velocity, self.point, self.axis, self.hollow)
+
+
+def _unit(name: str, value: ArrayLike) -> Vector3:
+    vector = single(name, value, (3,))
+    length = float(np.linalg.norm(vector))
+    if not length > 0.0:
+        raise InputError("control.no_normal")
+    return vector / length

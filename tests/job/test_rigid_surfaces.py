@@ -1,0 +1,75 @@
+"""Jobs whose tip meets a surface that does not give way."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mafsil as mf
+from mafsil.errors import JobError
+from mafsil.job import parse, solve
+
+JOB = """
+robot = "puma560"
+angles = "degrees"
+
+[start]
+pose = { position = [0.5, 0.1, 0.02], rpy = [180, 0, 0] }
+
+[controller]
+kind = "impedance"
+
+[tolerance]
+position = 0.03
+
+[[surface]]
+point = [0, 0, 0]
+normal = [0, 0, 1]
+rigid = true
+restitution = 0.4
+
+[[move]]
+path = "line"
+pose = { position = [0.5, 0.1, -0.01], rpy = [180, 0, 0] }
+"""
+
+
+@pytest.mark.capability("10-68", "10-69")
+def test_a_tip_that_is_moved_into_a_rigid_floor_bounces_and_rests_on_it():
+    run = solve(parse(JOB), JOB, Path())
+    found = run.recording.metadata["rigid_contact"]
+    assert found["impacts"] > 1
+    assert found["closures"] >= 1
+    robot = mf.load("puma560")
+    height = robot.forward_kinematics(run.recording.q)[:, 2, 3]
+    assert height.min() > -1e-11
+    assert height[-1] == pytest.approx(0.0, abs=1e-11)
+    held = height < 1e-11
+    assert (run.recording.contact_wrench[held, 3:] @ np.array([0.0, 0.0, -1.0]) >= 0.0).all()
+    said = [remark.sentence("en") for remark in run.remarks]
+    assert any("Zeno" in one for one in said)
+    assert any(f"Impacts on the rigid surface: {found['impacts']}" in one for one in said)
+    assert not any("too stiff for the step" in one for one in said)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key"),
+    [
+        ("rigid = true\nrestitution = 0.4", "", "stiffness"),
+        ("rigid = true", "stiffness = 1e4", "restitution"),
+        ("rigid = true", "rigid = true\nstiffness = 1e4", "stiffness"),
+        ("rigid = true", "rigid = true\nfriction = 0.2", "friction"),
+        ("restitution = 0.4", "restitution = 1.4", "restitution"),
+        ('kind = "impedance"', 'kind = "hybrid"', "hybrid measures"),
+        ('kind = "impedance"', 'kind = "admittance"', "admittance measures"),
+        ("[tolerance]", '[simulation]\nplant = "mujoco"\n[tolerance]', "plant"),
+        ("[tolerance]", '[simulation]\nmethod = "euler"\n[tolerance]', "method"),
+        ("[tolerance]", "[variation]\nfriction = [0.8, 1.2]\n[tolerance]", "not varied"),
+        ("[[move]]", "[[surface]]\npoint = [0, 0, -1]\nnormal = [0, 0, 1]\nrigid = true\n[[move]]", "rigid"),
+    ],
+)
+def test_what_does_not_go_with_a_rigid_surface_is_refused_where_it_stands(old, new, key):
+    with pytest.raises(JobError, match=key):
+        parse(JOB.replace(old, new, 1))
