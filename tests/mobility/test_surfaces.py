@@ -44,14 +44,14 @@ def pentagon_numbers(lengths):
     return short[0] + short[2], 2 * (short[0] + short[2]) - 2 * short[1]
 
 
-def pentagons(count, seed):
+def pentagons(count, seed, away=0.08):
     """Lengths of pentagons that close and keep away from a line."""
     random = np.random.default_rng(seed)
     found = []
     while len(found) < count:
         lengths = random.uniform(0.5, 2.0, 5)
         sums = [abs(float(np.dot(signs, lengths))) for signs in product((1, -1), repeat=5)]
-        if pentagon_numbers(lengths)[0] and min(sums) > 0.08:
+        if pentagon_numbers(lengths)[0] and min(sums) > away:
             found.append(tuple(lengths.tolist()))
     return found
 

@@ -31,7 +31,7 @@ ALIGNED = 0.7
 """Least cosine between tangent planes of neighbours on one sheet, which are up to two steps apart."""
 OFF_PLANE = 0.45
 """Share of the distance to a neighbour on one sheet by which it may be off the tangent plane."""
-SMALLEST = 1 / 16
+SMALLEST = 1 / 64
 """Share of the longest radius below which a chart gives up: the surface is not smooth within it."""
 DIFFERENCE = 1e-4
 """Step [rad, sizes] of differences: rounding of tangent planes and the error of the difference are both below 1e-4."""
