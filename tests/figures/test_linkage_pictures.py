@@ -8,6 +8,7 @@ pytest.importorskip("matplotlib")
 from mafsil import mobility as mo
 from mafsil.cli.main import main
 from mafsil.errors import InputError
+from mafsil.figures.configuration_surface import draw_surface, in_space, over_square, save_surface
 from mafsil.figures.linkage import draw_linkage, is_flat, lifted, save_linkage, save_torus
 from mafsil.figures.linkage_motion import motion_frames, save_linkage_motion
 from mafsil.mobility.loop_closure import largest_gap
@@ -27,6 +28,27 @@ def test_idle_joints_are_shown_apart():
     figure = draw_linkage(linkage, mo.mobility(linkage))
     colours = [line.get_markeredgecolor() for line in figure.axes[0].lines]
     assert colours.count("#d9902a") >= 12
+
+
+@pytest.mark.capability("02-57", "02-60")
+def test_surface_of_configurations_is_drawn_in_space_and_over_two_joints(tmp_path):
+    arm = mo.trace_surface(mo.library.chain(2))
+    corners, sense = over_square(arm, (0, 1))
+    assert abs(sense.sum()) == len(sense) == len(arm.triangles)  # a torus lies flat over its square
+    assert np.ptp(corners, axis=1).max() < 90  # no triangle spans the square where it crosses a seam
+    five = mo.trace_surface(mo.library.five_bar())
+    _, sense = over_square(five, (0, 4))
+    assert 0.3 < (sense > 0).mean() < 0.7  # both assembly modes, folded where they meet
+    assert in_space(five, five.theta).shape == (len(five.theta), 3)
+    save_surface(five, tmp_path / "five.png", joints=("O", "D"))
+    assert (tmp_path / "five.png").stat().st_size > 20_000
+    table = mo.Linkage.of(
+        [mo.joint("X", "P", ["ground", "a"], axis=[1, 0]), mo.joint("Y", "P", ["a", "b"], axis=[0, 1])]
+    )
+    axes = draw_surface(mo.trace_surface(table, points=60)).axes[1]
+    assert axes.get_xlabel() == "X [m]"
+    assert len(axes.collections) == 1
+    assert len(draw_surface(five).axes[1].collections) == 9
 
 
 @pytest.mark.capability("02-57")

@@ -150,6 +150,8 @@ ANSWERS: dict[str, tuple[Callable[[], Any], bool]] = {
     "redundancy": (lambda: mobility.redundancy(mobility.library.peaucellier()), True),
     "assembly": (lambda: mobility.assembly_modes(mobility.library.watt(), {"01": 0.1}), True),
     "curve": (lambda: mobility.trace(mobility.library.four_bar()), True),
+    "surface": (lambda: mobility.trace_surface(mobility.library.chain(2)), True),
+    "surfaces": (lambda: mobility.configuration_surfaces(mobility.library.chain(2), starts=4), True),
     "four-bar": (lambda: mobility.FourBar(2, 4, 3.5, 4.5).positions([0.1, 0.2]), True),
     "integrability": (lambda: mobility.Coin(0.1).constraints.integrability, False),
     "points": (lambda: mobility.count_points([[0, 0], [1, 0], [0, 1]]), True),

@@ -40,6 +40,11 @@ REFUSED = {
     "row too long": lambda: mo.Pfaffian(("x", "y"), lambda q: [[1, 2, 3]]).rank([0, 0]),
     "curve of a structure": lambda: mo.trace(library.truss()),
     "curve of mobility 2": lambda: mo.trace(library.five_bar()),
+    "surface of mobility 1": lambda: mo.trace_surface(library.four_bar()),
+    "surface with balls": lambda: mo.trace_surface(library.rssr()),
+    "surface from where nothing closes": lambda: mo.trace_surface(mo.library.truss(), [0.1, 0.1, 0.1]),
+    "surface of step zero": lambda: mo.trace_surface(library.five_bar(), step=0),
+    "surface of no points": lambda: mo.configuration_surfaces(library.five_bar(), points=0),
     "step zero": lambda: mo.trace(library.four_bar(), step=0),
     "unknown joint": lambda: mo.assembly_modes(library.four_bar(), {"Z": 1}),
     "joint of three freedoms": lambda: mo.assembly_modes(library.six_sps(), {"A0": 1}),
@@ -80,7 +85,7 @@ NO_LINKAGE = (None, 3, "four_bar", [0, 1], np.zeros((2, 2)), {}, object(), mo.Li
 ON_A_LINKAGE = (
     mo.actuation, mo.assembled, mo.assembly_modes, mo.body_poses, mo.configuration_curves, mo.configuration_space,
     mo.drawn_at, mo.existence, mo.finite_mobility, mo.generic_mobility, mo.gruebler, mo.instantaneous, mo.loop_matrix,
-    mo.mechanism_of, mo.redundancy, mo.split, mo.structure, mo.trace,
+    mo.configuration_surfaces, mo.mechanism_of, mo.redundancy, mo.split, mo.structure, mo.trace, mo.trace_surface,
 )  # fmt: skip
 
 
@@ -93,11 +98,14 @@ def test_what_is_no_linkage_is_told_how_to_make_one(function):
         function(linkage=None)
 
 
+FIVE_BAR_PATCH = mo.trace_surface(library.five_bar(), points=20)
 NONSENSE = (None, 3.5, np.inf, [np.nan], np.zeros((3, 5)), object(), [[1, 2], [3]], "x", {}, -1, 10**9)
 TAKES = {
     "rule": lambda x: mf.mobility("four_bar", rule=x),
     "theta": lambda x: mo.instantaneous(library.four_bar(), x),
     "theta of finite": lambda x: mo.finite_mobility(library.four_bar(), x),
+    "theta of surface": lambda x: mo.trace_surface(library.five_bar(), x, points=50),
+    "held by surface": FIVE_BAR_PATCH.holds,
     "theta of trace": lambda x: mo.trace(library.four_bar(), x),
     "locked": lambda x: mo.instantaneous(library.four_bar(), locked=x),
     "driven": lambda x: mo.actuation(library.four_bar(), joints=x),

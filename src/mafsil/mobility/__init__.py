@@ -103,6 +103,12 @@ from mafsil.mobility.slider_crank import SliderCrank as SliderCrank
 from mafsil.mobility.structure import Structure as Structure
 from mafsil.mobility.structure import StructureStatus as StructureStatus
 from mafsil.mobility.structure import structure as structure
+from mafsil.mobility.surface import Surface as Surface
+from mafsil.mobility.surface import SurfaceStatus as SurfaceStatus
+from mafsil.mobility.surface import trace_surface as trace_surface
+from mafsil.mobility.surfaces import ConfigurationSurfaces as ConfigurationSurfaces
+from mafsil.mobility.surfaces import SurfacesStatus as SurfacesStatus
+from mafsil.mobility.surfaces import configuration_surfaces as configuration_surfaces
 from mafsil.mobility.synthesis.answers import Synthesis as Synthesis
 from mafsil.mobility.synthesis.function import synthesise_function as synthesise_function
 from mafsil.mobility.synthesis.motion import synthesise_motion as synthesise_motion

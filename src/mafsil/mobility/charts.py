@@ -1,0 +1,239 @@
+"""Charts of a surface of configurations: points, tangent planes and cells, spread by waves until they cover it.
+
+Points are coordinates over `units`; the angle of a hinge is one modulo 2 pi, so that a turn leads back.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats
+from mafsil.mobility.cells import Cell, Corner, cut, farthest, open_cell
+from mafsil.mobility.linkage import Linkage
+from mafsil.mobility.loop_closure import closed_near, loop_matrix, units
+from mafsil.solvers.points_on_circles import PointsOnCircles
+
+Whole = NDArray[np.intp]
+TURN = 0.3
+"""Turn of the tangent plane [rad] over the radius of a chart."""
+MOST_TURN = 0.6
+"""Beyond it a step is refused and the radius halved."""
+TOO_FAR = 0.35
+"""Share of a step that its correction may be."""
+REACH = 1.5
+"""Steps go this many radii far at most: points end between 1 and 1.5 radii apart."""
+CELL = 2.0
+"""Radii to the corners of a cell before neighbours cut it."""
+ALIGNED = 0.7
+"""Least cosine between tangent planes of neighbours on one sheet, which are up to two steps apart."""
+OFF_PLANE = 0.45
+"""Share of the distance to a neighbour on one sheet by which it may be off the tangent plane."""
+SMALLEST = 1 / 64
+"""Share of the longest radius below which a chart gives up: the surface is not smooth within it."""
+DIFFERENCE = 1e-4
+"""Step [rad, sizes] of differences: rounding of tangent planes and the error of the difference are both below 1e-4."""
+NEWTON_STEPS = 12
+NEAREST = 3
+WAYS = 6
+"""Steps of a way to a point: each squares what is missed."""
+ARRIVED = 1e-6
+"""A way that ends so near to a point [rad, sizes] ends there: ten digits after Newton's method."""
+
+
+@dataclass(eq=False)
+class Charts:
+    """Charts so far.
+
+    Attributes:
+        linkage: whose configurations.
+        radius: longest of a chart [rad, sizes].
+        points: (n, F) coordinates over `units`.
+        bases: (n, F, 2) orthonormal bases of the tangent planes.
+        radii: (n,) that each chart has to cover.
+        cells: polygons in the tangent planes: nearer to this point than to others.
+        stuck: charts that gave up.
+    """
+
+    linkage: Linkage
+    radius: float
+    points: Floats
+    bases: Floats
+    radii: Floats
+    cells: list[Cell] = field(default_factory=list[list[Corner]])
+    stuck: set[int] = field(default_factory=set[int])
+
+    @classmethod
+    def started(cls, linkage: Linkage, theta: Floats, radius: float) -> Charts:
+        """One chart at a configuration (F,) whose mobility by rank is 2."""
+        F = linkage.coordinates
+        empty = cls(linkage, radius, np.zeros((0, F)), np.zeros((0, F, 2)), np.zeros(0))
+        point = wrapped_points(linkage, (theta / units(linkage))[None])
+        empty._add(point, tangent_planes(linkage, point))
+        return empty
+
+    def spread(self, most: int) -> bool:
+        """Add charts until all cells lie within the radii of their charts; whether `most` charts were enough.
+
+        1. Each chart whose cell has a corner outside its radius steps towards it, at most `REACH` radii far.
+        2. All steps are closed by Newton's method at once. A step whose correction or turn of the tangent plane is
+           large halves the radius of its chart.
+        3. Of the new points those are kept that are far enough from each other; cells around them are cut.
+        """
+        waiting = [0]
+        while waiting:
+            if len(self.points) >= most:
+                return False
+            steps = [(k, *self._towards(k)) for k in waiting]
+            ids = np.array([k for k, _, _ in steps], dtype=np.intp)
+            aims = np.array([(x, y) for _, x, y in steps])
+            touched = self._advance(ids, aims)
+            waiting = [k for k in sorted({*waiting, *touched}) if self._open(k)]
+        return True
+
+    def _open(self, k: int) -> bool:
+        return k not in self.stuck and farthest(self.cells[k])[0] > self.radii[k] * (1 + 1e-9)
+
+    def _towards(self, k: int) -> tuple[float, float]:
+        distance, x, y = farthest(self.cells[k])
+        share = min(1.0, REACH * float(self.radii[k]) / distance)
+        return share * x, share * y
+
+    def _advance(self, ids: Whole, aims: Floats) -> set[int]:
+        """Steps (m, 2) in the planes of charts; indices of the charts whose cells or radii changed."""
+        start, bases = self.points[ids], self.bases[ids]
+        ahead = start + np.einsum("mfi,mi->mf", bases, aims)
+        scale, length = units(self.linkage), np.linalg.norm(aims, axis=1)
+        closed = closed_near(self.linkage, ahead * scale, steps=NEWTON_STEPS)
+        found = closed.theta / scale
+        planes = tangent_planes(self.linkage, found)
+        turn = np.arccos(np.clip(_least_cosine(bases, planes), 0.0, 1.0))
+        good = closed.closed & (np.linalg.norm(found - ahead, axis=1) < TOO_FAR * length) & (turn < MOST_TURN)
+        for k in ids[~good].tolist():
+            self.radii[k] /= 2
+            if self.radii[k] < SMALLEST * self.radius:
+                self.stuck.add(k)
+        touched = set(ids.tolist())
+        fresh = self._apart(found, np.flatnonzero(good), ids)
+        return touched | self._add(wrapped_points(self.linkage, found[fresh]), planes[fresh]) if len(fresh) else touched
+
+    def _apart(self, found: Floats, good: Whole, ids: Whole) -> Whole:
+        """Of new points those that are a radius of their parents apart from each other."""
+        kept: list[int] = []
+        for k in good.tolist():
+            far = np.linalg.norm(differences(self.linkage, found[k], found[kept]), axis=1)
+            if not kept or bool((far > self.radii[ids[k]]).all()):
+                kept.append(k)
+        return np.array(kept, dtype=np.intp)
+
+    def _add(self, points: Floats, bases: Floats) -> set[int]:
+        """New charts, with radii by their curvature; indices of all whose cells changed."""
+        first = len(self.points)
+        fitting = TURN / np.maximum(curvatures(self.linkage, points, bases), TURN / self.radius)
+        self.stuck |= set((first + np.flatnonzero(fitting < SMALLEST * self.radius)).tolist())
+        radii = np.maximum(fitting, SMALLEST * self.radius)
+        self.points = np.concatenate([self.points, points])
+        self.bases = np.concatenate([self.bases, bases])
+        self.radii = np.concatenate([self.radii, radii])
+        self.cells += [open_cell(CELL * radius) for radius in radii.tolist()]
+        touched = set(range(first, len(self.points)))
+        near = self.tree().within(points, 2 * CELL * self.radius)
+        for k, others in enumerate(near, first):
+            ids = np.array([j for j in others if j < k or j >= first], dtype=np.intp)
+            touched |= self._cut_pairs(k, ids[ids != k])
+        return touched
+
+    def _cut_pairs(self, k: int, ids: Whole) -> set[int]:
+        """Cut the cell of a new chart by neighbours on its sheet, and theirs by it; indices of those that changed."""
+        ids, u, v, square = self.neighbours(k, ids)
+        touched: set[int] = set()
+        own: Cell = self.cells[k]
+        for j, (a, b), (c, d), s in zip(map(int, ids), u.tolist(), v.tolist(), (square / 2).tolist(), strict=True):
+            own = cut(own, a, b, s, j)
+            before: Cell = self.cells[j]
+            after = cut(before, c, d, s, k)
+            if after is not before:
+                self.cells[j] = after
+                touched.add(j)
+        self.cells[k] = own
+        return touched
+
+    def neighbours(self, k: int, ids: Whole) -> tuple[Whole, Floats, Floats, Floats]:
+        """Of charts (m,) those on the sheet of chart k: indices, they in its plane, it in theirs, squared distances."""
+        d = differences(self.linkage, self.points[k], self.points[ids])
+        square = np.sum(d**2, axis=1)
+        u = d @ self.bases[k]
+        v = -np.einsum("mf,mfi->mi", d, self.bases[ids])
+        off = square - np.minimum(np.sum(u**2, axis=1), np.sum(v**2, axis=1))
+        together = off <= OFF_PLANE**2 * square
+        together &= (
+            _least_cosine(np.broadcast_to(self.bases[k], (len(ids), *self.bases[k].shape)), self.bases[ids]) > ALIGNED
+        )
+        return ids[together], u[together], v[together], square[together]
+
+    def leads_to(self, points: Floats) -> NDArray[np.bool_]:
+        """(m,) whether ways along the surface, from the nearest charts, end in points (m, F) of configurations.
+
+        A way goes along the tangent plane to below the point, is closed by Newton's method, and goes on from there.
+        """
+        ids = self.tree().nearest(points, NEAREST)
+        goal = np.repeat(points, ids.shape[1], axis=0)
+        here, scale = self.points[ids.reshape(-1)], units(self.linkage)
+        first = here.copy()
+        for _ in range(WAYS):
+            planes = tangent_planes(self.linkage, here)
+            ahead = differences(self.linkage, here, goal)
+            below = np.einsum("mfi,mgi,mg->mf", planes, planes, ahead)
+            here = closed_near(self.linkage, (here + below) * scale, steps=NEWTON_STEPS).theta / scale
+        gone = np.linalg.norm(differences(self.linkage, first, here), axis=1)
+        there = np.linalg.norm(differences(self.linkage, here, goal), axis=1) < ARRIVED
+        near = gone < 2 * CELL * self.radii[ids.reshape(-1)]
+        return np.asarray((there & near).reshape(ids.shape).any(axis=1))
+
+    def tree(self) -> PointsOnCircles:
+        """The points, to be asked for neighbours."""
+        return PointsOnCircles(self.points, angular(self.linkage))
+
+
+def angular(linkage: Linkage) -> NDArray[np.bool_]:
+    """(F,) which coordinates are angles that a full turn leads back to: no screws that advance, no translations."""
+    w, v = linkage.screws[:3], linkage.screws[3:]
+    return (np.abs(w).max(axis=0, initial=0.0) > 0) & (np.abs(np.sum(w * v, axis=0)) <= 1e-12 * linkage.size)
+
+
+def wrapped_points(linkage: Linkage, points: Floats) -> Floats:
+    """(*batch, F) the same points with angles in [-pi, pi)."""
+    return np.where(angular(linkage), np.remainder(points + np.pi, 2 * np.pi) - np.pi, points)
+
+
+def differences(linkage: Linkage, start: Floats, ends: Floats) -> Floats:
+    """(*batch, F) shortest ways from a point to others."""
+    return wrapped_points(linkage, ends - start)
+
+
+def tangent_planes(linkage: Linkage, points: Floats) -> Floats:
+    """(*batch, F, 2) orthonormal bases of the planes of possible rates."""
+    A = loop_matrix(linkage, points * units(linkage))
+    return np.swapaxes(np.linalg.svd(A)[2][..., -2:, :], -1, -2)
+
+
+def curvatures(linkage: Linkage, points: Floats, planes: Floats) -> Floats:
+    """(n,) bound of the turn of the tangent plane per length in any direction [1/rad, 1/sizes], by differences."""
+    normal = np.zeros(len(points))
+    for k in range(2):
+        ahead = tangent_planes(linkage, points + DIFFERENCE * planes[..., k])
+        off = ahead - planes @ (np.swapaxes(planes, -1, -2) @ ahead)
+        normal += np.sum(off**2, axis=(-2, -1))
+    return np.sqrt(normal) / DIFFERENCE
+
+
+def _least_cosine(first: Floats, second: Floats) -> Floats:
+    """(*batch,) cosine of the largest angle between two planes."""
+    M = np.swapaxes(first, -1, -2) @ second
+    square, determinant = np.sum(M**2, axis=(-2, -1)), np.abs(M[..., 0, 0] * M[..., 1, 1] - M[..., 0, 1] * M[..., 1, 0])
+    larger = (
+        np.sqrt(np.maximum(square + 2 * determinant, 0.0)) + np.sqrt(np.maximum(square - 2 * determinant, 0.0))
+    ) / 2
+    return determinant / np.maximum(larger, 1e-300)

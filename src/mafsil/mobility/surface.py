@@ -1,0 +1,185 @@
+"""Configurations of a linkage of mobility 2 followed as a surface: charts that cover it, triangles, Euler's number.
+
+Charts: M. Henderson, Multiple parameter continuation, Int. J. Bifurcation and Chaos 12 (2002); in robotics J. Porta,
+L. Ros, O. Bohigas, M. Manubens, C. Rosales, L. Jaillet, The CUIK suite, IEEE Robotics & Automation Magazine 21 (2014).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.answer import SingleAnswer, Status
+from mafsil.arrays import Floats, as_batch, positive, whole
+from mafsil.errors import InputError, ModelError
+from mafsil.mobility.charts import SMALLEST, Charts, Whole, differences
+from mafsil.mobility.instantaneous import instantaneous
+from mafsil.mobility.joint_kind import Kind
+from mafsil.mobility.linkage import Linkage
+from mafsil.mobility.loop_closure import closed_near, configuration, units
+from mafsil.mobility.on_linkage import on_linkage
+from mafsil.mobility.singular_places import crossings, pinches
+from mafsil.mobility.surface_mesh import agreed, area, edges, is_closed, is_orientable, trimmed
+
+LONGEST = 0.3
+MOST_POINTS = 20_000
+AROUND_PINCH = 8.0
+"""Smallest radii of charts around a singular place within which charts that gave up belong to it."""
+
+
+class SurfaceStatus(Status):
+    """How following a surface ended."""
+
+    CLOSED = ("mobility.surface_closed", True)
+    ONE_SIDED = ("mobility.surface_one_sided", True)
+    PINCHED = ("mobility.surface_pinched", True)
+    OPEN = ("mobility.surface_open", True)
+    STUCK = ("mobility.surface_stuck", False)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Surface(SingleAnswer):
+    """A surface of configurations; true if it was followed everywhere or as far as was allowed.
+
+    Attributes:
+        linkage: of mobility 2.
+        status: closed, closed and one-sided, pinched (closed but for singular places), open (the number of points is
+            spent), stuck (charts gave up where no singular place was found, or triangles do not fit).
+        theta: (n, F) coordinates of its points [rad | m]; angles of hinges in [-pi, pi).
+        triangles: (t, 3) indices of points.
+        branch_points: (b, F) points where the orientation of the constraints reverses: another sheet crosses, and the
+            surface goes straight on.
+        singular_points: (p, F) configurations at which the loop matrix loses rank and the surface is not smooth.
+        openings: how often the surface runs into singular places.
+        charts: its charts.
+    """
+
+    linkage: Linkage
+    status: SurfaceStatus
+    theta: Floats
+    triangles: Whole
+    branch_points: Floats
+    singular_points: Floats
+    openings: int
+    charts: Charts
+
+    @property
+    def euler_characteristic(self) -> int | None:
+        """Points - edges + triangles: 2 of a sphere, 0 of a torus; None while it is open or stuck.
+
+        Of a pinched surface each opening at a singular place counts as closed by a disc of its own.
+        """
+        if self.status in (SurfaceStatus.OPEN, SurfaceStatus.STUCK):
+            return None
+        points = len(np.unique(self.triangles))
+        return points - len(edges(self.triangles)[0]) + len(self.triangles) + self.openings
+
+    @property
+    def genus(self) -> int | None:
+        """Number of handles, 0 of a sphere, 1 of a torus; None unless it is closed and two-sided."""
+        euler = self.euler_characteristic
+        return (2 - euler) // 2 if euler is not None and self.status is SurfaceStatus.CLOSED else None
+
+    @cached_property
+    def area(self) -> float:
+        """Area of the triangles in the coordinates [rad^2, sizes^2]."""
+        a, b, c = (self.charts.points[corner] for corner in self.triangles.T)
+        return area(differences(self.linkage, a, b), differences(self.linkage, a, c))
+
+    def holds(self, theta: ArrayLike) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+        """(m,) whether closed configurations (m, F) lie on it: ways along it from the nearest charts end there."""
+        given = as_batch("theta", theta, (self.linkage.coordinates,), finite=True)
+        return self.charts.leads_to(given.reshape(-1, self.linkage.coordinates) / units(self.linkage))
+
+    def explain(self, language: str | None = None) -> str:
+        """How it ended, its size, Euler characteristic and genus, branch points and singular places."""
+        return self.status.sentence(
+            language, points=len(self.theta), triangles=len(self.triangles), area=self.area,
+            euler=self.euler_characteristic, genus=self.genus, branches=len(self.branch_points),
+            singular=len(self.singular_points), openings=self.openings,
+        )  # fmt: skip
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "status": self.status.name.lower(), "euler_characteristic": self.euler_characteristic, "genus": self.genus,
+            "area": self.area, "theta": self.theta, "triangles": self.triangles, "branch_points": self.branch_points,
+            "singular_points": self.singular_points, "openings": self.openings,
+        }  # fmt: skip
+
+
+@on_linkage
+def trace_surface(
+    linkage: Linkage, theta: ArrayLike | None = None, *, step: float = LONGEST, points: int = MOST_POINTS
+) -> Surface:
+    """Follow the configurations of a linkage of mobility 2 from a regular one, until they cover a surface.
+
+    1. Charts (a point, its tangent plane, the cell nearer to it than to others) spread until cells fit their radii;
+       radii follow the turn of the tangent plane.
+    2. Neighbours in the cells make triangles, and random weights make the cells agree on them.
+    3. Along edges the sign of det [kept rows; tangent plane] tells crossings of another sheet; bisection finds them.
+    4. Where radii would get too small, Gauss-Newton's method looks for a place at which the loop matrix loses rank.
+
+    Closed means: of the triangles two meet at each edge and one ring at each point, a theorem about the triangles. That
+    the surface is as they say rests on `step`; halve it to see whether the answer stays.
+
+    Args:
+        linkage: of mobility 2, without spherical and floating joints: `split` makes hinges of them.
+        theta: (F,) start [rad | m]; as drawn if None.
+        step: longest radius of a chart [rad, sizes].
+        points: at most; memory grows in proportion to their number.
+
+    Raises:
+        InputError: the mobility by rank is not 2 at the start, or it does not close there.
+        ModelError: a spherical or floating joint.
+    """
+    largest, most = positive("step", step), whole("points", points, 3, 1_000_000)
+    require_hinges(linkage)
+    start = closed_near(linkage, configuration(linkage, theta))
+    if not start:
+        raise InputError("mobility.surface_start", gap=float(start.gap))
+    mobility = instantaneous(linkage, start.theta).mobility
+    if mobility != 2:
+        raise InputError("mobility.surface_two", mobility=mobility)
+    charts = Charts.started(linkage, start.theta, largest)
+    all_covered = charts.spread(most)
+    triangles, left = agreed(charts)
+    triangles, rim, openings = trimmed(triangles, charts.stuck)
+    singular, alone = pinches(charts, AROUND_PINCH * SMALLEST * largest)
+    branches = crossings(charts, edges(triangles)[0])
+    if not all_covered:
+        status = SurfaceStatus.OPEN
+    elif left or alone or not _near(charts, rim, singular):
+        status = SurfaceStatus.STUCK
+    elif charts.stuck:
+        status = SurfaceStatus.PINCHED
+    elif not is_closed(triangles, len(charts.points)):
+        status = SurfaceStatus.STUCK
+    else:
+        status = SurfaceStatus.CLOSED if is_orientable(triangles) else SurfaceStatus.ONE_SIDED
+    scale = units(linkage)
+    return Surface(
+        linkage, status, charts.points * scale, triangles, branches * scale, singular * scale,
+        openings if status is SurfaceStatus.PINCHED else 0, charts,
+    )  # fmt: skip
+
+
+def require_hinges(linkage: Linkage) -> None:
+    """Refuse joints whose three angles lock, and are no coordinates there.
+
+    Raises:
+        ModelError: a spherical or floating joint; the sentence names it.
+    """
+    for each in linkage.joints:
+        if each.kind in (Kind.SPHERICAL, Kind.FLOATING):
+            raise ModelError("mobility.surface_locks", joint=each.name, kind=each.kind.title)
+
+
+def _near(charts: Charts, corners: Whole, places: Floats) -> bool:
+    """Whether charts all stand around singular places."""
+    ways = [np.linalg.norm(differences(charts.linkage, point, places), axis=1) for point in charts.points[corners]]
+    return all(float(way.min(initial=np.inf)) < 2 * AROUND_PINCH * SMALLEST * charts.radius for way in ways)

@@ -1,0 +1,194 @@
+"""Surfaces of configurations: topology against theorems, areas against lengths, branch points and singular places."""
+
+from dataclasses import replace
+from itertools import combinations, product
+
+import numpy as np
+import pytest
+
+import mafsil as mf
+import mafsil.mobility as mo
+from mafsil.mobility import Linkage, SurfaceStatus, joint, library, trace_surface
+from mafsil.mobility.cells import cut, farthest, open_cell, owners
+from mafsil.mobility.surface_mesh import edges, is_closed, is_orientable, trimmed
+
+
+def polygon(lengths):
+    """A closed planar chain of these links, the first on the ground."""
+    n, x = len(lengths), np.concatenate([[0.0], np.cumsum(lengths[1:])])
+    names = ["ground", *(f"link {k}" for k in range(1, n)), "ground"]
+    joints = [joint(f"J{k}", "R", names[k : k + 2], [x[k], 0]) for k in range(n - 1)]
+    joints.append(joint(f"J{n - 1}", "R", names[n - 1 :], [x[-1], 0], child_at=[lengths[0], 0]))
+    return mo.assembled(Linkage.of(joints, planar=True))
+
+
+def beside(first, second):
+    """Two linkages on one ground: their configurations are pairs."""
+    joints = [
+        replace(
+            each, name=f"{each.name}{k}",
+            parent=each.parent if each.parent == "ground" else f"{each.parent} {k}",
+            child=each.child if each.child == "ground" else f"{each.child} {k}",
+        )
+        for k, linkage in enumerate((first, second), 1) for each in linkage.joints
+    ]  # fmt: skip
+    return Linkage.of(joints)
+
+
+def pentagon_numbers(lengths):
+    """Pieces and Euler characteristic of all configurations of a pentagon: M. Farber, D. Schuetz, Homology of planar
+    polygon spaces, Geometriae Dedicata 125 (2007), theorem 1."""
+    longest, *rest = sorted(lengths, reverse=True)
+    half = sum(lengths) / 2
+    short = [sum(longest + sum(chosen) < half for chosen in combinations(rest, k)) for k in range(3)]
+    return short[0] + short[2], 2 * (short[0] + short[2]) - 2 * short[1]
+
+
+def pentagons(count, seed, away=0.08):
+    """Lengths of pentagons that close and keep away from a line."""
+    random = np.random.default_rng(seed)
+    found = []
+    while len(found) < count:
+        lengths = random.uniform(0.5, 2.0, 5)
+        sums = [abs(float(np.dot(signs, lengths))) for signs in product((1, -1), repeat=5)]
+        if pentagon_numbers(lengths)[0] and min(sums) > away:
+            found.append(tuple(lengths.tolist()))
+    return found
+
+
+@pytest.mark.capability("02-60")
+@pytest.mark.parametrize(
+    "lengths", [(1, 1, 1, 1, 1), (1, 1, 1, 1, 3.5), (2, 2, 2, 0.3, 0.5), (1, 1, 1, 1, 1.9), *pentagons(6, 11)]
+)
+def test_pentagons_have_the_topology_of_the_theorem(lengths):
+    pieces, euler = pentagon_numbers(lengths)
+    found = mo.configuration_surfaces(polygon(lengths), starts=24)
+    assert len(found) == pieces == mo.polygon_space(lengths).components
+    assert all(one.status is SurfaceStatus.CLOSED for one in found)
+    assert sum(one.euler_characteristic for one in found) == euler
+    assert sum(found.hits) > 20
+    assert not found.others
+    for one in found:
+        assert not len(one.branch_points)
+        assert mo.closed_near(one.linkage, one.theta, steps=0).gap.max() < 1e-9
+
+
+def test_small_spherical_pentagon_is_the_planar_one():
+    flat = polygon([1.0] * 5)
+    axes = [each.point * 0.05 + (0, 0, 1) for each in flat.joints]
+    joints = [
+        joint(each.name, "R", [each.parent, each.child], axis=w) for each, w in zip(flat.joints, axes, strict=True)
+    ]
+    assert trace_surface(Linkage.of(joints)).genus == 4
+
+
+def test_arm_of_two_hinges_is_the_flat_torus():
+    surface = trace_surface(library.chain(2))
+    assert (surface.status, surface.euler_characteristic, surface.genus) == (SurfaceStatus.CLOSED, 0, 1)
+    np.testing.assert_allclose(surface.area, (2 * np.pi) ** 2, rtol=1e-12)
+    wrist = Linkage.of([joint("W", "U", ["ground", "hand"], second=[1, 0, 0])])
+    assert trace_surface(wrist).genus == 1
+
+
+@pytest.mark.capability("02-60")
+@pytest.mark.parametrize("other", [library.four_bar, library.slider_crank, library.bennett])
+def test_two_linkages_side_by_side_are_products_of_curves(other):
+    first, second = library.four_bar(), other()
+    curves = mo.configuration_curves(first, starts=16), mo.configuration_curves(second, starts=16)
+    both = beside(first, second)
+    found = mo.configuration_surfaces(both, starts=24, step=0.25)
+    assert len(found) == len(curves[0]) * len(curves[1])
+    assert all((one.genus, len(one.branch_points)) == (1, 0) for one in found)
+    if other is library.four_bar:  # hinges only: lengths need no common size
+        wanted = sorted(a.length * b.length for a, b in product(*curves))
+        np.testing.assert_allclose(sorted(one.area for one in found), wanted, rtol=0.01)
+
+
+def test_sheets_that_cross_go_straight_on():
+    flat, bar = library.parallelogram(), library.four_bar()
+    surface = trace_surface(beside(flat, bar))
+    assert surface.genus == 1
+    np.testing.assert_allclose(surface.area, mo.trace(flat).length * mo.trace(bar).length, rtol=0.01)
+    crossing = mo.trace(flat).branch_points
+    angle = np.angle(np.exp(1j * (surface.branch_points[:, None, :4] - crossing)))
+    nearest = np.abs(angle).max(axis=-1)
+    assert len(crossing) == 2
+    assert set(nearest.argmin(axis=1).tolist()) == {0, 1}
+    assert nearest.min(axis=1).max() < 1e-5
+
+
+@pytest.mark.parametrize(("lengths", "places"), [((1, 1, 1, 1, 2), 4), ((1, 2, 3, 1, 1), 3)])
+def test_links_on_one_line_pinch_the_surface(lengths, places):
+    surface = trace_surface(polygon(lengths))
+    assert surface.status is SurfaceStatus.PINCHED
+    assert (len(surface.singular_points), surface.openings) == (places, 2 * places)
+    longer = np.array(lengths, dtype=float)
+    longer[longer.argmax()] += 0.1
+    assert pentagon_numbers(longer) == (1, surface.euler_characteristic)
+    assert surface.genus is None
+    for theta in surface.singular_points:
+        assert mo.instantaneous(surface.linkage, theta).mobility == 3
+        poses = mo.body_poses(surface.linkage, theta)
+        pins = [mo.loop_closure.pose.act(T, each.point) for T, each in zip(poses, surface.linkage.joints, strict=True)]
+        assert np.linalg.svd(np.array(pins) - pins[0])[1][1] < 1e-6
+
+
+@pytest.mark.capability("02-60")
+def test_planar_platform_with_one_motor_locked():
+    linkage = mo.locked(library.three_rrr(), ["A0"])
+    coarse, fine = trace_surface(linkage), trace_surface(linkage, step=0.2)
+    assert coarse.status is fine.status is SurfaceStatus.CLOSED
+    assert coarse.euler_characteristic == fine.euler_characteristic
+    assert coarse.holds(fine.theta[::40]).all()
+    np.testing.assert_allclose(coarse.area, fine.area, rtol=0.01)
+
+
+def test_what_does_not_end_is_open():
+    table = Linkage.of([joint("X", "P", ["ground", "a"], axis=[1, 0]), joint("Y", "P", ["a", "b"], axis=[0, 1])])
+    surface = trace_surface(table, points=200)
+    assert surface.status is SurfaceStatus.OPEN
+    assert surface.euler_characteristic is None is surface.genus
+    assert trace_surface(library.five_bar(), points=100).status is SurfaceStatus.OPEN
+    assert mo.configuration_surfaces(mo.locked(library.five_bar(), ["O"]), starts=8).status.name == "NOT_FOUND"
+
+
+def test_refusals_say_what_helps():
+    with pytest.raises(mf.InputError, match="mobility by rank is 1"):
+        trace_surface(library.four_bar())
+    with pytest.raises(mf.ModelError, match="split"):
+        trace_surface(library.rssr())
+    with pytest.raises(mf.ModelError, match="split"):
+        mo.configuration_surfaces(library.rssr())
+
+
+TORUS = np.sort([[k, (k + a) % 7, (k + 3) % 7] for k in range(7) for a in (1, 2)], axis=1)
+PROJECTIVE = np.array(
+    [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5], [0, 1, 5], [1, 2, 4], [2, 4, 5], [2, 3, 5], [1, 3, 5], [1, 3, 4]]
+)
+
+
+def test_triangles_of_known_surfaces():
+    assert is_closed(TORUS, 7)
+    assert is_orientable(TORUS)
+    assert is_closed(PROJECTIVE, 6)
+    assert not is_orientable(PROJECTIVE)
+    assert 7 - len(edges(TORUS)[0]) + len(TORUS) == 0
+    assert 6 - len(edges(PROJECTIVE)[0]) + len(PROJECTIVE) == 1
+    assert not is_closed(TORUS[1:], 7)
+    assert not is_closed(np.concatenate([TORUS, PROJECTIVE + 7]), 13)
+    pinched = np.concatenate([PROJECTIVE, np.sort(np.where(PROJECTIVE > 0, PROJECTIVE + 5, 0), axis=1)])
+    assert not is_closed(pinched, 11)
+    left, rim, openings = trimmed(TORUS, {0})
+    assert (len(left), len(rim), openings) == (8, 6, 1)
+    assert trimmed(pinched, {0})[2] == 2
+
+
+def test_cells_are_cut_and_keep_their_owners():
+    cell = open_cell(2.0)
+    for k in range(6):
+        a, b = np.cos(np.pi * k / 3), np.sin(np.pi * k / 3)
+        cell = cut(cell, a, b, 0.5, k)
+    assert sorted(owners(cell)) == list(range(6))
+    np.testing.assert_allclose(farthest(cell)[0], 1 / np.sqrt(3), rtol=1e-12)
+    assert cut(cell, 1.0, 0.0, 5.0, 9) is cell
+    assert not cut(cell, 1.0, 0.0, -5.0, 9)
