@@ -106,7 +106,7 @@ def test_a_time_out_says_so_and_planners_that_improve_give_their_best(arm):
     assert cut.seconds < 2.0
     assert mf.plan(arm, [*cell, WALL], A, B, nodes=1).status is PlanningStatus.NOT_FOUND
     for planner in ("lazy_prm_star", "rrt_star"):
-        mf.plan(arm, [WALL], A, B, planner=planner, seconds=0.2)  # A first call ever waits for the compiler.
+        mf.plan(arm, [WALL], A, B, planner=planner, seconds=60.0, nodes=60)  # A first call ever waits for the compiler.
         plan = mf.plan(arm, [WALL], A, B, planner=planner, seconds=0.2)
         assert plan
         assert not plan.interrupted
