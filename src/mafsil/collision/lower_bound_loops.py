@@ -13,21 +13,11 @@ from mafsil.arrays import Floats
 from mafsil.collision.clearance_loops import clearance, place_cells
 from mafsil.collision.placing_loops import place_bodies_in_lanes
 from mafsil.collision.workshop_loops import AT_ONCE, Bench, World
-from mafsil.solvers.lane_loops import lanes, magnitude, part, seen, square_root, where
+from mafsil.solvers.lane_loops import lanes, larger, magnitude, part, seen, smaller, square_root, where
 from mafsil.solvers.loops import inlined
 
 if TYPE_CHECKING:
     from mafsil.solvers.lane_loops import Buffer, Lanes
-
-
-@inlined
-def _larger(a: Lanes, b: Lanes | float) -> Lanes:
-    return where(a > b, a, b)
-
-
-@inlined
-def _smaller(a: Lanes, b: Lanes) -> Lanes:
-    return where(a < b, a, b)
 
 
 @inlined
@@ -47,20 +37,20 @@ def _of_body(world: World, b: int, cutoff: float, ball: Buffer) -> Lanes:
                 return lanes(-np.inf)
             T = around.pieces.T[j]
             along = (ball[0] - T[0, 3]) * T[0, 2] + (ball[1] - T[1, 3]) * T[1, 2] + (ball[2] - T[2, 3]) * T[2, 2]
-            least = _smaller(along, least)
+            least = smaller(along, least)
             continue
         away, inside = lanes(0.0), lanes(-np.inf)
         for r in range(3):
             if few:
                 over = magnitude(ball[r] - around.boxes[j, r]) - around.boxes[j, 3 + r]  # 1
             else:
-                over = _larger(around.nodes[0, r] - ball[r], ball[r] - around.nodes[0, 3 + r])  # 2
-            inside = _larger(over, inside)
-            over = _larger(over, 0.0)
+                over = larger(around.nodes[0, r] - ball[r], ball[r] - around.nodes[0, 3 + r])  # 2
+            inside = larger(over, inside)
+            over = larger(over, 0.0)
             away = away + over * over
-        square = _smaller(away, square)
-        least = where(inside < 0.0, _smaller(inside, least), least)
-    return _smaller(square_root(square), least) - radius
+        square = smaller(away, square)
+        least = where(inside < 0.0, smaller(inside, least), least)
+    return smaller(square_root(square), least) - radius
 
 
 @inlined
@@ -74,7 +64,7 @@ def _of_pair(world: World, k: int, bench: Bench) -> Lanes:
     if t < 0:
         return away
     by_table = clearance(known, k, part(seen(bench.cells), t))
-    return where(by_table > 0.0, _larger(by_table, away), away)  # It knows no depths of bodies that meet.
+    return where(by_table > 0.0, larger(by_table, away), away)  # It knows no depths of bodies that meet.
 
 
 @inlined

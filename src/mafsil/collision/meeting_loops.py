@@ -33,11 +33,11 @@ from mafsil.solvers.lane_loops import (
     get,
     lane_bits,
     lanes,
+    larger,
     magnitude,
     part,
     seen,
     square_root,
-    where,
 )  # fmt: skip
 from mafsil.solvers.loops import inlined, uncounted
 
@@ -51,7 +51,7 @@ NEXT, LAST, LEFT = range(3)
 @inlined
 def _beyond(x: Lanes) -> Lanes:
     """What of a number is above zero."""
-    return where(x > 0.0, x, 0.0)
+    return larger(x, 0.0)
 
 
 @inlined
@@ -88,7 +88,7 @@ def _meets_box(node: Floats, ball: Buffer, reach: Lanes) -> bool:
     square = lanes(0.0)
     for r in range(3):
         low, high = node[r] - ball[r], ball[r] - node[3 + r]
-        over = _beyond(where(low > high, low, high))
+        over = _beyond(larger(low, high))
         square = square + over * over
     return any_lane(square <= reach * reach)
 
@@ -101,8 +101,7 @@ def _box_within_reach(box: Floats, ball: Buffer, reach: Lanes) -> Mask:
         magnitude(ball[1] - box[1]) - box[4],
         magnitude(ball[2] - box[2]) - box[5],
     )
-    most = where(x > y, x, y)
-    return where(most > z, most, z) <= reach
+    return larger(larger(x, y), z) <= reach
 
 
 @inlined

@@ -6,7 +6,7 @@ vectors are narrower. What a loop may write:
 
 - `Lanes` with + - * /, unary -, comparisons (to a `Mask`), and numbers, which are the same in all lanes;
 - `Mask` with & | ~; `where(mask, a, b)`, `any_lane(mask)`, `lane_bits(mask)` (bit l for lane l);
-- `square_root`, `magnitude`, `rounded_down`, `lanes(number)`;
+- `square_root`, `magnitude`, `rounded_down`, `larger`, `smaller`, `lanes(number)`;
 - `buffer(n)` (n a literal): n lanes on the stack, `r[i]` and `r[i] = x`; `part(r, i)`: the buffer that begins at i;
   `seen(array)`: a float64 array as a buffer, whose rows are in order;
 - `in_lanes(n)`: an array for n lanes, to be `seen`;
@@ -31,7 +31,7 @@ from numba.core.typing.templates import ConcreteTemplate, infer_global, signatur
 from numba.extending import intrinsic, lower_builtin, register_model
 
 from mafsil.arrays import Floats
-from mafsil.solvers.loops import compiled, reordered
+from mafsil.solvers.loops import compiled, inlined, reordered
 
 ir = cgutils.ir
 """LLVM as numba writes it."""
@@ -345,6 +345,18 @@ def in_lanes(count: int) -> Floats:
     numbers = np.empty((count + 1) * WIDTH)
     beyond = (numbers.ctypes.data // 8) % WIDTH
     return numbers[(WIDTH - beyond) % WIDTH :]
+
+
+@inlined
+def larger(a: Any, b: Any) -> Any:
+    """The larger of both in each lane; the second may be a number."""
+    return where(a > b, a, b)
+
+
+@inlined
+def smaller(a: Any, b: Any) -> Any:
+    """The smaller of both in each lane; the second may be a number."""
+    return where(a < b, a, b)
 
 
 @reordered
