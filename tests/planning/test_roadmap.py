@@ -53,9 +53,9 @@ def test_the_shortest_way_is_the_shortest_way(panda):
 
     roadmap = planning.ArmRoadmap(panda, seed=2)
     roadmap.grow(300, START)
-    arrays, world = roadmap._arrays, panda.world()
+    arrays, shop = roadmap._arrays, panda.workshop()
     for goal in (5, 50, 200):
-        code, way = roadmap_loops.shortest_proved(world, arrays, 0, np.array([goal]), np.inf, 10_000)
+        code, way = roadmap_loops.shortest_proved(shop, arrays, 0, np.array([goal]), np.inf, 10_000)
         edges = arrays.edges[: arrays.sizes[1]]
         kept = edges[edges[:, 4] != roadmap_loops.BLOCKED]
         away = np.linalg.norm(arrays.q[kept[:, 0]] - arrays.q[kept[:, 1]], axis=1)

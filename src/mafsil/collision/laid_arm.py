@@ -68,8 +68,8 @@ class LaidArm:
         """What this thread asks about the arm in a scene."""
         around, thread = scene.surroundings, get_ident()
         apart = layout.apart(self.regions, around)
-        entries = np.zeros(2, np.int64)
-        world = World(self.arm, around, apart, self.clearances, self._kinematics_here(), self.motion, margin, entries)
+        keep, entries = np.array([margin]), np.zeros(4, np.int64)
+        world = World(self.arm, around, apart, self.clearances, self._kinematics_here(), self.motion, keep, entries)
         if thread not in self._benches:
             self._benches[thread] = bench_for(world)
         return Held(Workshop(world, self._benches[thread]))

@@ -14,12 +14,12 @@ from mafsil.collision.bodies import Body
 from mafsil.collision.joints import Joints
 from mafsil.collision.pieces import boxes, pieces_of
 from mafsil.collision.speed_loops import Motion
-from mafsil.collision.support_loops import BALL, BODY, PLANE, Pieces
+from mafsil.collision.support_loops import BALL, BODY, PLANE, POINT, Pieces
 from mafsil.collision.tree_loops import Surroundings
 from mafsil.collision.workshop_loops import AT_ONCE, STATES, Kinematics
 from mafsil.kernels import Kernel
 from mafsil.model import Mechanism
-from mafsil.solvers.lane_loops import in_lanes
+from mafsil.solvers.lane_loops import WIDTH, in_lanes
 
 Still: TypeAlias = Sequence[Sequence[bool]]
 
@@ -41,7 +41,29 @@ def arm_of(bodies: tuple[Body, ...], pairs: list[tuple[int, int]], still: Still 
         [body.link, first[b], first[b + 1], moving[b], *_ball(pieces, first[b], first[b + 1])]
         for b, body in enumerate(bodies)
     ]
-    return Arm(pieces, np.array(table, np.float64), np.array(pairs, np.int64).reshape(-1, 2))
+    begin = np.array([first[:-1], first[1:], moving]).T.reshape(-1, 3)
+    group = np.concatenate([[0], np.cumsum(-(-(begin[:, 1] - begin[:, 0]) // WIDTH))])
+    groups, members = _groups(pieces, begin, group)
+    rows = np.column_stack([np.array(table, np.float64).reshape(-1, 8), group[:-1]])
+    return Arm(pieces, rows, np.array(pairs, np.int64).reshape(-1, 2), groups, members)
+
+
+def _groups(pieces: Pieces, begin: NDArray[np.int64], group: NDArray[np.int64]) -> tuple[Floats, NDArray[np.int64]]:
+    """The balls around the pieces of each body, eight side by side, and bits of what they are; see `Arm`.
+
+    Args:
+        begin: (b, 3) first and last + 1 of a body's pieces, last + 1 of those that the surroundings matter to.
+        group: (b + 1,) first of its groups.
+    """
+    groups, members = in_lanes(4 * int(group[-1]))[: 4 * WIDTH * int(group[-1])], np.zeros((group[-1], 3), np.int64)
+    balls = groups.reshape(-1, 4, WIDTH)
+    for (first, last, moving), g, end in zip(begin, group[:-1], group[1:], strict=True):
+        i = first + np.arange((end - g) * WIDTH)
+        rows = pieces.rows[np.minimum(i, last - 1)]  # What is left of the last group holds the last piece again.
+        balls[g:end] = rows[:, BALL:].reshape(-1, WIDTH, 4).swapaxes(1, 2)
+        flags = np.array([i < last, i < moving, (i < last) & (rows[:, 0] == POINT)])
+        members[g:end] = (flags.reshape(3, -1, WIDTH) @ (1 << np.arange(WIDTH))).T
+    return groups, members
 
 
 def _ball(pieces: Pieces, first: int, last: int) -> Floats:

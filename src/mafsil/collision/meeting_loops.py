@@ -18,68 +18,39 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from mafsil.arrays import Floats
-from mafsil.collision.arm_loops import FEW, just_above
+from mafsil.collision.arm_loops import FEW
 from mafsil.collision.clearance_loops import clearance, place_cells
-from mafsil.collision.pair_loops import separation
+from mafsil.collision.one_lane_loops import call_by_lanes, groups_of, pieces_of
 from mafsil.collision.placing_loops import ALL, LaneScratch, place_bodies_in_lanes, place_pieces_in_lanes
+from mafsil.collision.reach_loops import balls_meet, beyond, lane_by_lane, within_reach
 from mafsil.collision.speed_loops import ROUNDING, way_of_ball
-from mafsil.collision.support_loops import BALL, CONE, CYLINDER, HULL, PLANE, POINT, SEGMENT, Pieces, product
+from mafsil.collision.support_loops import BALL, CONE, HULL, POINT
 from mafsil.collision.tree_loops import DEPTH, Surroundings
-from mafsil.collision.workshop_loops import AT_ONCE, Bench, World
+from mafsil.collision.workshop_loops import AROUND_BY_LANES, AT_ONCE, ITSELF_BY_LANES, Bench, Workshop, World
+from mafsil.solvers.held_loops import Held
 from mafsil.solvers.lane_loops import (
     WIDTH,
     any_lane,
-    buffer,
-    get,
+    how_many,
     lane_bits,
     lanes,
     larger,
     magnitude,
     part,
     seen,
-    square_root,
 )  # fmt: skip
 from mafsil.solvers.loops import inlined, uncounted
 
 if TYPE_CHECKING:
+    from mafsil.collision.arm_loops import Arm
     from mafsil.solvers.lane_loops import Buffer, Lanes, Mask
 
 NEXT, LAST, LEFT = range(3)
 """Places of `walk`: the piece to look at next, the end of its leaf, nodes that wait."""
 
-
-@inlined
-def _beyond(x: Lanes) -> Lanes:
-    """What of a number is above zero."""
-    return larger(x, 0.0)
-
-
-@inlined
-def within_reach(B: Pieces, j: int, ball: Buffer, reach: Lanes) -> Mask:
-    """Where a point is within reach (>= 0) of piece j; of cones and hulls, of the ball around them."""
-    row, x, y, z = B.rows[j], ball[0], ball[1], ball[2]
-    kind = int(row[0])
-    if kind in (HULL, CONE):
-        x, y, z, reach = x - row[BALL], y - row[BALL + 1], z - row[BALL + 2], reach + row[BALL + 3]
-        return x * x + y * y + z * z <= reach * reach
-    T = B.T[j]
-    x, y, z = x - T[0, 3], y - T[1, 3], z - T[2, 3]
-    if kind == POINT:
-        reach = reach + row[4]
-        return x * x + y * y + z * z <= reach * reach
-    along = x * T[0, 2] + y * T[1, 2] + z * T[2, 2]
-    if kind == PLANE:
-        return along <= reach
-    over = _beyond(magnitude(along) - row[3])
-    if kind == SEGMENT:
-        reach = reach + row[4]
-        return (x * x + y * y + z * z) - along * along + over * over <= reach * reach
-    if kind == CYLINDER:
-        out = _beyond(square_root(_beyond(x * x + y * y + z * z - along * along)) - row[1])
-        return out * out + over * over <= reach * reach
-    u = _beyond(magnitude(x * T[0, 0] + y * T[1, 0] + z * T[2, 0]) - row[1])
-    v = _beyond(magnitude(x * T[0, 1] + y * T[1, 1] + z * T[2, 1]) - row[2])
-    return u * u + v * v + over * over <= reach * reach
+PLACE, ASK, COMPARE, TURN = 12, 30, 12, 60
+"""What it takes, in instructions, to place eight balls, to ask whether they are near a piece or near a ball, and to
+begin with a lane of its own."""
 
 
 @inlined
@@ -88,7 +59,7 @@ def _meets_box(node: Floats, ball: Buffer, reach: Lanes) -> bool:
     square = lanes(0.0)
     for r in range(3):
         low, high = node[r] - ball[r], ball[r] - node[3 + r]
-        over = _beyond(larger(low, high))
+        over = beyond(larger(low, high))
         square = square + over * over
     return any_lane(square <= reach * reach)
 
@@ -112,7 +83,7 @@ def _pieces_at_once(world: World, b: int, ball: Buffer, reach: Lanes, wanted: in
     """
     around, count, apart = world.around, 0, world.apart[b]
     for j in range(len(around.boxes)):
-        if apart[j] > world.margin:
+        if apart[j] > world.margin[0]:
             continue
         bits = lane_bits(_box_within_reach(around.boxes[j], ball, reach)) & wanted
         if bits != 0:
@@ -174,40 +145,21 @@ def _walk_to_piece(around: Surroundings, ball: Buffer, reach: Lanes, wanted: int
 
 
 @inlined
-def _pose_of_lane(s: LaneScratch, link: int, lane: int) -> None:
-    T = part(seen(s.poses), 16 * link)
-    for r in range(3):
-        for c in range(4):
-            s.T[link, r, c] = get(T, 4 * r + c, lane)
-
-
-@uncounted
-def _lane_by_lane(
-    A: Pieces, i: int, p: int, B: Pieces, j: int, q: int, margin: float, M: Lanes, bits: int, s: LaneScratch
-) -> int:  # fmt: skip
-    """Answers of `separation` for piece i of the arm, carried by link p, and piece j, by link q or still (-1)."""
-    cutoff, found, per_lane = just_above(margin), 0, buffer(1)
-    P, Q = s.one.W[24:27], s.one.W[28:31]
-    per_lane[0] = M
-    for lane in range(WIDTH):
-        if (bits >> lane) & 1 == 0:
-            continue
-        _pose_of_lane(s, p, lane)
-        product(s.T[p], A.T[i], P)
-        if q >= 0:
-            _pose_of_lane(s, q, lane)
-            product(s.T[q], B.T[j], Q)
-        further = cutoff + get(per_lane, 0, lane)
-        gap = separation(A, i, P, B, j, Q if q >= 0 else B.T[j], further, False, s.one.W, s.one.W[32])
-        if gap <= margin:
-            found |= 257 << lane
-        elif gap < further:
-            found |= 1 << lane
-    return found
+def _few_lanes_near(arm: Arm, b: int, count: int, s: LaneScratch) -> bool:
+    """Whether the pieces near body b are asked sooner in one lane after the other."""
+    pieces, asked, near = int(arm.bodies[b, 3] - arm.bodies[b, 1]), 0, 0
+    for k in range(count):
+        asked += how_many(s.near[1, DEPTH + k])
+        near |= s.near[1, DEPTH + k]
+    groups, place = groups_of(pieces), PLACE * (1 - s.placed[b])
+    by_lanes = how_many(near) * (TURN + PLACE * groups) + ASK * groups * asked
+    return by_lanes < pieces * (place + ASK * count)
 
 
 @inlined
-def meets_around(world: World, b: int, M: Lanes, wanted: int, h: Lanes, moving: bool, bench: Bench) -> int:
+def meets_around(
+    shop: Held[Workshop], world: World, b: int, M: Lanes, wanted: int, h: Lanes, moving: bool, bench: Bench
+) -> int:  # fmt: skip
     """Which lanes bring body b within margin + M of the surroundings, and which within the margin.
 
     Args:
@@ -215,9 +167,8 @@ def meets_around(world: World, b: int, M: Lanes, wanted: int, h: Lanes, moving: 
         wanted: bits of the lanes that matter.
         h, moving: whether M is a way in an interval of half length h; then a piece that is within it is asked again
             with its own way, for what is near an axis hardly moves.
-        bench: `place_bodies_in_lanes` went before.
     """
-    arm, around, margin, s = world.arm, world.around, world.margin, bench.s
+    arm, around, margin, s = world.arm, world.around, world.margin[0], bench.s
     balls, body, found, few = seen(s.balls), arm.bodies[b], 0, len(around.boxes) <= AT_ONCE
     A, B, reach = arm.pieces, around.pieces, M + (body[7] + margin)
     if few:
@@ -228,6 +179,8 @@ def meets_around(world: World, b: int, M: Lanes, wanted: int, h: Lanes, moving: 
         crowded = s.walk[LEFT] > 0 or s.walk[NEXT] < s.walk[LAST]  # Then each piece looks for what is near by itself.
     if count == 0:
         return 0
+    if not moving and not crowded and _few_lanes_near(arm, b, count, s):
+        return call_by_lanes(world.entries[AROUND_BY_LANES], shop, b, count)[0]
     place_pieces_in_lanes(arm, b, s)
     for i in range(int(body[1]), int(body[3])):
         ball, radius, point = part(balls, 3 * (len(arm.bodies) + i)), A.rows[i, BALL + 3], A.rows[i, 0] == POINT
@@ -252,16 +205,10 @@ def meets_around(world: World, b: int, M: Lanes, wanted: int, h: Lanes, moving: 
                     hits = lane_bits(within_reach(B, j, ball, lanes(radius + margin))) & bits
                     found |= bits | (hits << WIDTH)
                 else:
-                    found |= _lane_by_lane(A, i, int(body[0]), B, j, -1, margin, way, bits, s)  # 3
+                    found |= lane_by_lane(shop, i, int(body[0]), j, -1, way, bits)  # 3
                 if (found >> WIDTH) == wanted:
                     return found
     return found
-
-
-@inlined
-def _balls_meet(a: Buffer, b: Buffer, reach: Lanes) -> Mask:
-    x, y, z = a[0] - b[0], a[1] - b[1], a[2] - b[2]
-    return x * x + y * y + z * z <= reach * reach
 
 
 @inlined
@@ -269,22 +216,22 @@ def bodies_near(world: World, k: int, M: Lanes, bench: Bench) -> int:
     """Bits of the lanes in which the bodies of pair k may be within margin + M: by their balls, and by a table."""
     balls, bodies, known = seen(bench.s.balls), world.arm.bodies, world.known
     a, b, t = world.arm.pairs[k, 0], world.arm.pairs[k, 1], known.table[k]
-    reach = M + (bodies[a, 7] + bodies[b, 7] + world.margin)
-    near = _balls_meet(part(balls, 3 * a), part(balls, 3 * b), reach)
+    reach = M + (bodies[a, 7] + bodies[b, 7] + world.margin[0])
+    near = balls_meet(part(balls, 3 * a), part(balls, 3 * b), reach)
     if t >= 0 and any_lane(near):
-        near = near & (clearance(known, k, part(seen(bench.cells), t)) <= M + world.margin)
+        near = near & (clearance(known, k, part(seen(bench.cells), t)) <= M + world.margin[0])
     return lane_bits(near)
 
 
 @inlined
 def _pieces_near(world: World, a: int, b: int, M: Lanes, wanted: int, s: LaneScratch) -> int:
     """Pieces of body a within margin + M of the ball around body b in some lane, by their balls; how many."""
-    arm, margin = world.arm, world.margin
+    arm, margin = world.arm, world.margin[0]
     place_pieces_in_lanes(arm, a, s)
     A, bodies, balls, count = arm.pieces, len(arm.bodies), seen(s.balls), 0
     for i in range(int(arm.bodies[a, 1]), int(arm.bodies[a, 2])):
         reach = M + (A.rows[i, BALL + 3] + arm.bodies[b, 7] + margin)
-        bits = lane_bits(_balls_meet(part(balls, 3 * (bodies + i)), part(balls, 3 * b), reach)) & wanted
+        bits = lane_bits(balls_meet(part(balls, 3 * (bodies + i)), part(balls, 3 * b), reach)) & wanted
         if bits != 0:
             s.near[0, DEPTH + count], s.near[1, DEPTH + count] = i, bits
             count += 1
@@ -292,18 +239,32 @@ def _pieces_near(world: World, a: int, b: int, M: Lanes, wanted: int, s: LaneScr
 
 
 @inlined
+def _few_lanes_meet(arm: Arm, a: int, b: int, wanted: int) -> bool:
+    """Whether two bodies are compared sooner in one lane after the other.
+
+    Half of the pieces are near; that all of them are placed serves other pairs too.
+    """
+    fewer, more = min(pieces_of(arm, a), pieces_of(arm, b)), max(pieces_of(arm, a), pieces_of(arm, b))
+    ours, theirs = groups_of(fewer), groups_of(more)
+    by_lanes = TURN + (PLACE + COMPARE) * ours + (PLACE * ours + COMPARE * fewer // 2) * theirs
+    return how_many(wanted) * by_lanes < COMPARE * (fewer + more + fewer * more // 4)
+
+
+@inlined
 def meets_itself(
-    world: World, a: int, b: int, M: Lanes, wanted: int, since: int, h: Lanes, moving: bool, bench: Bench
+    shop: Held[Workshop], world: World, k: int, M: Lanes, wanted: int, h: Lanes, moving: bool, bench: Bench
 ) -> int:  # fmt: skip
-    """Which lanes bring two bodies of the arm near each other.
+    """Which lanes bring the two bodies of pair k near each other.
 
     Args:
         wanted: bits of the lanes that matter; those of `bodies_near`.
-        since: the last joint that carries both.
         M, h, moving, bench: as in `meets_around`.
     """
-    arm, margin, motion, speeds, s = world.arm, world.margin, world.motion, bench.speeds, bench.s
+    arm, margin, motion, speeds, s = world.arm, world.margin[0], world.motion, bench.speeds, bench.s
     A, bodies, balls, found = arm.pieces, len(arm.bodies), seen(s.balls), 0
+    a, b, since = arm.pairs[k, 0], arm.pairs[k, 1], motion.common[k]
+    if not moving and _few_lanes_meet(arm, a, b, wanted):
+        return call_by_lanes(world.entries[ITSELF_BY_LANES], shop, k, wanted)[0]
     count = _pieces_near(world, b, a, M, wanted, s)  # 1
     if count == 0:
         return 0
@@ -311,31 +272,31 @@ def meets_itself(
     p, q = int(arm.bodies[a, 0]), int(arm.bodies[b, 0])
     for i in range(int(arm.bodies[a, 1]), int(arm.bodies[a, 2])):
         ball, radius = part(balls, 3 * (bodies + i)), A.rows[i, BALL + 3] + margin
-        open = lane_bits(_balls_meet(ball, part(balls, 3 * b), M + (radius + arm.bodies[b, 7]))) & wanted
+        open = lane_bits(balls_meet(ball, part(balls, 3 * b), M + (radius + arm.bodies[b, 7]))) & wanted
         if open == 0:
             continue
-        for k in range(count):
-            j = s.near[0, DEPTH + k]
+        for m in range(count):
+            j = s.near[0, DEPTH + m]
             other, reach = part(balls, 3 * (bodies + j)), radius + A.rows[j, BALL + 3]
-            bits = lane_bits(_balls_meet(ball, other, M + reach)) & open & s.near[1, DEPTH + k] & ~(found >> WIDTH)
+            bits = lane_bits(balls_meet(ball, other, M + reach)) & open & s.near[1, DEPTH + m] & ~(found >> WIDTH)
             way = M
             if bits != 0 and moving:
                 way = way_of_ball(motion, speeds, a, since, h, ball, A.rows[i, BALL + 3]) + ROUNDING
                 way = way + way_of_ball(motion, speeds, b, since, h, other, A.rows[j, BALL + 3])
-                bits = lane_bits(_balls_meet(ball, other, way + reach)) & bits
+                bits = lane_bits(balls_meet(ball, other, way + reach)) & bits
             if bits == 0:
                 continue
             if A.rows[i, 0] == POINT and A.rows[j, 0] == POINT:  # 2
-                found |= bits | ((lane_bits(_balls_meet(ball, other, lanes(reach))) & bits) << WIDTH)
+                found |= bits | ((lane_bits(balls_meet(ball, other, lanes(reach))) & bits) << WIDTH)
             else:
-                found |= _lane_by_lane(A, i, p, A, j, q, margin, way, bits, s)  # 3
+                found |= lane_by_lane(shop, i, p, j, q, way, bits)  # 3
             if (found >> WIDTH) == wanted:
                 return found
     return found
 
 
 @inlined
-def colliding_lanes(world: World, bench: Bench) -> int:
+def colliding_lanes(shop: Held[Workshop], world: World, bench: Bench) -> int:
     """Bits of the lanes whose state brings the arm within the margin of its surroundings or of itself."""
     arm, s = world.arm, bench.s
     place_bodies_in_lanes(arm, s)
@@ -343,14 +304,13 @@ def colliding_lanes(world: World, bench: Bench) -> int:
     found, none, some = 0, lanes(0.0), len(world.around.boxes) > 0
     for b in range(len(arm.bodies)):
         if some and arm.bodies[b, 3] > arm.bodies[b, 1]:
-            found |= meets_around(world, b, none, ALL & ~found, none, False, bench) >> WIDTH
+            found |= meets_around(shop, world, b, none, ALL & ~found, none, False, bench) >> WIDTH
             if found == ALL:
                 return found
     for k in range(len(arm.pairs)):
-        a, b = arm.pairs[k, 0], arm.pairs[k, 1]
         near = bodies_near(world, k, none, bench) & ~found
         if near != 0:
-            found |= meets_itself(world, a, b, none, near, -1, none, False, bench) >> WIDTH
+            found |= meets_itself(shop, world, k, none, near, none, False, bench) >> WIDTH
             if found == ALL:
                 return found
     return found

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats
 from mafsil.collision.clearance_loops import place_cells
 from mafsil.collision.meeting_loops import bodies_near, colliding_lanes, meets_around, meets_itself
+from mafsil.collision.one_lane_loops import compile_for
 from mafsil.collision.placing_loops import ALL, place_bodies_in_lanes
 from mafsil.collision.speed_loops import ROUNDING, place_twists, take_motion, way_of_body
 from mafsil.collision.workshop_loops import (
@@ -35,7 +36,6 @@ from mafsil.collision.workshop_loops import (
     World,
     pose_lanes_along,
     pose_lanes_of,
-    with_margin,
 )
 from mafsil.solvers.held_loops import Held, opened
 from mafsil.solvers.kernel_loops import loop_address, loop_caller
@@ -82,14 +82,14 @@ def _claim(bench: Bench, waiting: int, used: int) -> None:
 
 
 @inlined
-def _ask(world: World, k: int, h: Lanes, wanted: int, bench: Bench) -> int:
+def _ask(shop: Held[Workshop], world: World, k: int, h: Lanes, wanted: int, bench: Bench) -> int:
     """Bits of `meets_around` or `meets_itself` for item k; its bounds go to the third lanes of `bench.t` (step 2)."""
     arm, motion, speeds, s, places = world.arm, world.motion, bench.speeds, bench.s, seen(bench.t)
     bodies = len(arm.bodies)
     if k < bodies:
         way = way_of_body(arm, motion, speeds, k, -1, h, s) + ROUNDING
         places[2] = way
-        return meets_around(world, k, way, wanted, h, True, bench)
+        return meets_around(shop, world, k, way, wanted, h, True, bench)
     p, q, since = arm.pairs[k - bodies, 0], arm.pairs[k - bodies, 1], motion.common[k - bodies]
     steady = speeds.steady[p, since + 1] + speeds.steady[q, since + 1]
     wanted &= bodies_near(world, k - bodies, h * float(steady) + ROUNDING, bench)
@@ -100,25 +100,25 @@ def _ask(world: World, k: int, h: Lanes, wanted: int, bench: Bench) -> int:
     wanted &= bodies_near(world, k - bodies, way, bench)
     if wanted == 0:
         return 0
-    return meets_itself(world, p, q, way, wanted, since, h, True, bench)
+    return meets_itself(shop, world, k - bodies, way, wanted, h, True, bench)
 
 
 @uncounted
-def _hot_meets(world: World, bench: Bench) -> int:
+def _hot_meets(shop: Held[Workshop]) -> int:
     """Bits of the lanes in which an item that met something lately does so again; most collisions show here."""
-    arm, bodies, none = world.arm, len(world.arm.bodies), lanes(0.0)
+    world, bench = opened(shop)
+    bodies, none = len(world.arm.bodies), lanes(0.0)
     for r in range(min(HOT, len(bench.order))):
         k = bench.order[r]
         wanted, found = int(bench.asked[k]), 0
         if wanted == 0:
             continue
         if k < bodies:
-            found = meets_around(world, k, none, wanted, none, False, bench)
+            found = meets_around(shop, world, k, none, wanted, none, False, bench)
         else:
-            p, q = arm.pairs[k - bodies, 0], arm.pairs[k - bodies, 1]
             near = bodies_near(world, k - bodies, none, bench) & wanted
             if near != 0:
-                found = meets_itself(world, p, q, none, near, -1, none, False, bench)
+                found = meets_itself(shop, world, k - bodies, none, near, none, False, bench)
         if found != 0:
             return found >> WIDTH
     return 0
@@ -183,7 +183,7 @@ def _take_block(world: World, a: Floats, b: Floats, waiting: int, bench: Bench) 
 
 
 @inlined
-def _ask_all(world: World, bench: Bench) -> tuple[int, int, bool]:
+def _ask_all(shop: Held[Workshop], world: World, bench: Bench) -> tuple[int, int, bool]:
     """Each item in the lanes that ask for it (step 2); `asked` becomes what is left.
 
     Returns:
@@ -195,7 +195,7 @@ def _ask_all(world: World, bench: Bench) -> tuple[int, int, bool]:
         k = bench.order[r]
         if bench.asked[k] == 0:
             continue
-        found = _ask(world, k, places[1], int(bench.asked[k]), bench)
+        found = _ask(shop, world, k, places[1], int(bench.asked[k]), bench)
         bench.asked[k] = found & ALL
         open |= found & ALL
         if found >> WIDTH:
@@ -207,7 +207,9 @@ def _ask_all(world: World, bench: Bench) -> tuple[int, int, bool]:
 
 
 @uncounted
-def prove(world: World, a: Floats, b: Floats, blocks: int, bench: Bench) -> tuple[int, float, int]:
+def prove(
+    shop: Held[Workshop], world: World, bench: Bench, a: Floats, b: Floats, blocks: int
+) -> tuple[int, float, int]:  # fmt: skip
     """Whether the straight motion from a to b is free: code, where that shows (0..1), states looked at.
 
     Args:
@@ -224,14 +226,14 @@ def prove(world: World, a: Floats, b: Floats, blocks: int, bench: Bench) -> tupl
             break
         used = _take_block(world, a, b, waiting, bench)  # 1
         waiting -= used
-        meeting = _hot_meets(world, bench) if states == 0 else 0
+        meeting = _hot_meets(shop) if states == 0 else 0
         if states == 0 and meeting == 0:
             take_motion(world.motion, a, b, bench.speeds)
         states += WIDTH
         open, narrow = meeting, False
         if meeting == 0:
             place_twists(world.motion, bench.speeds, bench.s)
-            open, meeting, narrow = _ask_all(world, bench)  # 2
+            open, meeting, narrow = _ask_all(shop, world, bench)  # 2
         if meeting != 0:  # 3
             code, place = COLLIDING, _first_place(bench.t, meeting)
         elif open != 0:
@@ -244,7 +246,9 @@ def prove(world: World, a: Floats, b: Floats, blocks: int, bench: Bench) -> tupl
 
 
 @uncounted
-def colliding_rows(world: World, q: Floats, count: int, bits: NDArray[np.int64], bench: Bench) -> tuple[int]:
+def colliding_rows(
+    shop: Held[Workshop], world: World, bench: Bench, q: Floats, count: int, bits: NDArray[np.int64]
+) -> tuple[int]:  # fmt: skip
     """Which of some configurations bring the arm within the margin of its surroundings or of itself; how many they are.
 
     Args:
@@ -254,33 +258,47 @@ def colliding_rows(world: World, q: Floats, count: int, bits: NDArray[np.int64],
     """
     for first in range(0, count, WIDTH):
         pose_lanes_of(world.kinematics, q[:count], first)
-        bits[first // WIDTH] = colliding_lanes(world, bench)
+        bits[first // WIDTH] = colliding_lanes(shop, world, bench)
     return (count,)
 
 
-call_prove = loop_caller("int64", "float64", "int64")
-call_colliding_rows = loop_caller("int64")
+_call_prove = loop_caller(6, "int64", "float64", "int64")
+_call_colliding_rows = loop_caller(6, "int64")
 _KNOWN: dict[tuple[int, int], int] = {}
 """Where `prove` and `colliding_rows` are for each type of workshop, once they are compiled."""
 
 
 def be_able_to_tell(shop: Held[Workshop]) -> None:
     """Tell a world where `colliding_rows` is; compiled at the first question of a process."""
-    world, bench = shop.value
-    key = (shop.type_number, TELL)
+    compile_for(shop)
+    world, key = shop.value.world, (shop.type_number, TELL)
     if key not in _KNOWN:
-        _KNOWN[key] = loop_address(colliding_rows, world, np.empty((1, 1)), 1, np.empty(1, np.int64), bench)
+        _KNOWN[key] = loop_address(colliding_rows, shop, *shop.value, np.empty((1, 1)), 1, np.empty(1, np.int64))
     world.entries[TELL] = _KNOWN[key]
 
 
 def be_able_to_prove(shop: Held[Workshop]) -> None:
     """Tell a world where `prove` is; compiled at the first proof of a process."""
-    world, bench = shop.value
+    world = shop.value.world
     if world.entries[PROVE] == 0:
         key = (shop.type_number, PROVE)
         if key not in _KNOWN:
-            _KNOWN[key] = loop_address(prove, world, np.empty(1), np.empty(1), 1, bench)
+            _KNOWN[key] = loop_address(prove, shop, *shop.value, np.empty(1), np.empty(1), 1)
         world.entries[PROVE] = _KNOWN[key]
+
+
+@inlined
+def prove_by_address(shop: Held[Workshop], a: Floats, b: Floats, blocks: int) -> tuple[int, float, int]:
+    """`prove`, compiled once for all callers."""
+    world, bench = opened(shop)
+    return _call_prove(world.entries[PROVE], shop, world, bench, a, b, blocks)
+
+
+@inlined
+def tell_by_address(shop: Held[Workshop], q: Floats, count: int, bits: NDArray[np.int64]) -> None:
+    """`colliding_rows`, compiled once for all callers."""
+    world, bench = opened(shop)
+    _call_colliding_rows(world.entries[TELL], shop, world, bench, q, count, bits)
 
 
 @uncounted
@@ -294,42 +312,44 @@ def _first_place(t: Floats, bits: int) -> float:
 
 @compiled
 def prove_segments(
-    workshop: Held[Workshop], extra: float, A: Floats, B: Floats, code: NDArray[np.int64], t: Floats,
+    shop: Held[Workshop], extra: float, A: Floats, B: Floats, code: NDArray[np.int64], t: Floats,
     evaluations: NDArray[np.int64],
 ) -> None:  # fmt: skip
     """Whether straight motions of the joints keep more than the margin.
 
     Args:
-        workshop: what is free.
+        shop: what is free.
         extra: clearance on top of the margin [m].
         A, B: (m, n) where they begin and end.
         code: (m,) out: FREE, COLLIDING or TOUCHING.
         t: (m,) out: where along the motion that shows, 0..1.
         evaluations: (m,) out: states that were looked at.
     """
-    shop = opened(workshop)
-    _prove_each(with_margin(shop.world, shop.world.margin + extra), A, B, code, t, evaluations, shop.bench)
+    margin = opened(shop).world.margin
+    before = margin[0]
+    margin[0] = before + extra
+    _prove_each(shop, A, B, code, t, evaluations)
+    margin[0] = before
 
 
 @uncounted
 def _prove_each(
-    world: World, A: Floats, B: Floats, code: NDArray[np.int64], t: Floats, evaluations: NDArray[np.int64], bench: Bench
+    shop: Held[Workshop], A: Floats, B: Floats, code: NDArray[np.int64], t: Floats, evaluations: NDArray[np.int64]
 ) -> None:  # fmt: skip
     for r in range(len(A)):
-        code[r], t[r], evaluations[r] = call_prove(world.entries[PROVE], world, A[r], B[r], UNCOUNTED, bench)
+        code[r], t[r], evaluations[r] = prove_by_address(shop, A[r], B[r], UNCOUNTED)
 
 
 @uncounted
-def free_at(world: World, q: Floats, bench: Bench) -> bool:
+def free_at(shop: Held[Workshop], q: Floats) -> bool:
     """Whether one configuration keeps more than the margin."""
-    return call_prove(world.entries[PROVE], world, q, q, 1, bench)[0] == FREE
+    return prove_by_address(shop, q, q, 1)[0] == FREE
 
 
 @compiled
-def collide(workshop: Held[Workshop], q: Floats, out: NDArray[np.bool_]) -> None:
+def collide(shop: Held[Workshop], q: Floats, out: NDArray[np.bool_]) -> None:
     """Whether each of (m, n) configurations brings the arm within the margin of its surroundings or of itself."""
-    world, bench = opened(workshop)
     bits = np.empty((len(q) + WIDTH - 1) // WIDTH, np.int64)
-    call_colliding_rows(world.entries[TELL], world, q, len(q), bits, bench)
+    tell_by_address(shop, q, len(q), bits)
     for r in range(len(q)):
         out[r] = (bits[r // WIDTH] >> (r % WIDTH)) & 1 != 0

@@ -1,4 +1,8 @@
-"""What decides whether a motion of an arm is free, and the arrays that one thread works in, for compiled loops."""
+"""What decides whether a motion of an arm is free, and the arrays that one thread works in, for compiled loops.
+
+They are some 600 numbers and addresses: loops that are called hand on a `Held[Workshop]`, where they lie, and open it;
+loops that become part of their callers take the opened ones.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +24,7 @@ from mafsil.solvers.loops import compiled, inlined, uncounted
 if TYPE_CHECKING:
     from mafsil.solvers.lane_loops import Lanes
 
-PROVE, TELL = range(2)
+PROVE, TELL, AROUND_BY_LANES, ITSELF_BY_LANES = range(4)
 """Places in `World.entries`."""
 STATES = 8
 """Rows of the kernel's plain arrays."""
@@ -68,9 +72,9 @@ class World(NamedTuple):
             than AT_ONCE pieces, there is no column.
         known: how near bodies of the arm come to each other at some coordinates.
         kinematics, motion: how the joints move it.
-        margin: clearance to keep [m].
-        entries: (2,) addresses of what is long to compile: `prove`, 0 as long as nothing is to be proved, and
-            `colliding_rows`.
+        margin: (1,) clearance to keep [m]; a proof that is to keep more raises it for a while.
+        entries: (4,) addresses of what is long to compile: `prove`, 0 as long as nothing is to be proved,
+            `colliding_rows`, and the two of `one_lane_loops`.
     """
 
     arm: Arm
@@ -79,7 +83,7 @@ class World(NamedTuple):
     known: Clearances
     kinematics: Kinematics
     motion: Motion
-    margin: float
+    margin: Floats
     entries: NDArray[np.int64]
 
 
@@ -128,14 +132,6 @@ def bench_for(world: World) -> Bench:
         np.empty(total * WIDTH * LEVELS, np.int64), np.empty((WIDTH * LEVELS, 4)), np.zeros(total, np.int64),
         order, in_lanes(3), in_lanes(len(world.known.axes)),
     )  # fmt: skip
-
-
-@inlined
-def with_margin(world: World, margin: float) -> World:
-    """The same but for the clearance to keep."""
-    return World(
-        world.arm, world.around, world.apart, world.known, world.kinematics, world.motion, margin, world.entries
-    )
 
 
 @uncounted

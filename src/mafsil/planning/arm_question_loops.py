@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.collision.segment_loops import free_at
-from mafsil.collision.workshop_loops import Bench, Workshop, World
+from mafsil.collision.workshop_loops import Workshop
 from mafsil.planning.arm_search_loops import (
     FULL,
     GROWING,
@@ -19,7 +19,7 @@ from mafsil.planning.arm_search_loops import (
     apart,
     grow,
     proves_free,
-    shorten_on,
+    shorten,
 )  # fmt: skip
 from mafsil.solvers.held_loops import Held, opened
 from mafsil.solvers.loops import compiled, inlined, uncounted
@@ -60,12 +60,12 @@ def bounds_around(limits: Limits, start: Floats, goals: Floats, bounds: Floats) 
 
 
 @uncounted
-def _is_open(world: World, limits: Limits, q: Floats, bench: Bench) -> bool:
+def _is_open(shop: Held[Workshop], limits: Limits, q: Floats) -> bool:
     """Whether a configuration is within the limits and keeps more than the margin."""
     for c in range(len(q)):
         if not limits.lower[c] <= q[c] <= limits.upper[c]:
             return False
-    return free_at(world, q, bench)
+    return free_at(shop, q)
 
 
 @inlined
@@ -76,8 +76,7 @@ def _copy(row: Floats, to: Floats) -> None:
 
 @uncounted
 def _begin(
-    world: World, limits: Limits, start: Floats, goals: Floats, seed: int, forests: Forests, bounds: Floats,
-    bench: Bench,
+    shop: Held[Workshop], limits: Limits, start: Floats, goals: Floats, seed: int, forests: Forests, bounds: Floats
 ) -> int:  # fmt: skip
     """The beginning of `solve`: REFUSED, JOINED or GROWING.
 
@@ -85,11 +84,11 @@ def _begin(
     2. A straight motion to one of them.
     """
     forests.sizes[0], forests.sizes[1], forests.sizes[2] = 0, 0, 0
-    if not _is_open(world, limits, start, bench):
+    if not _is_open(shop, limits, start):
         return REFUSED
     roots, count = forests.q[1], 0
     for k in range(len(goals)):  # 1
-        if not _is_open(world, limits, goals[k], bench):
+        if not _is_open(shop, limits, goals[k]):
             continue
         place, away = count, apart(start, goals[k])
         while place > 0 and apart(start, roots[place - 1]) > away:
@@ -106,7 +105,7 @@ def _begin(
     forests.seen[:] = 0
     bounds_around(limits, start, roots[:count], bounds)
     for k in range(count):  # 2
-        if proves_free(world, start, roots[k], bench, forests.seen):
+        if proves_free(shop, start, roots[k], forests.seen):
             _copy(start, forests.path[0])
             _copy(roots[k], forests.path[1])
             forests.sizes[2] = 2
@@ -130,7 +129,7 @@ class Question(NamedTuple):
 
 @compiled
 def solve(
-    workshop: Held[Workshop], question: Held[Question], start: Floats, goals: Floats, seed: int, share: float,
+    shop: Held[Workshop], question: Held[Question], start: Floats, goals: Floats, seed: int, share: float,
     samples: int, tries: int, begun: bool,
 ) -> tuple[int, Floats]:  # fmt: skip
     """A whole question in one call: how it stands, and the path if there is one.
@@ -140,7 +139,7 @@ def solve(
     Shortcuts make the path shorter.
 
     Args:
-        workshop: what is free.
+        shop: what is free.
         question: where to search.
         start, goals: (n,), (k, n).
         seed: of the samples.
@@ -149,12 +148,11 @@ def solve(
         tries: shortcuts that are tried.
         begun: whether it goes on from what the forests hold.
     """
-    world, bench = opened(workshop)
     limits, forests, bounds = opened(question)
-    code = GROWING if begun else _begin(world, limits, start, goals, seed, forests, bounds, bench)
+    code = GROWING if begun else _begin(shop, limits, start, goals, seed, forests, bounds)
     if code == GROWING:
-        code = grow(world, bounds, share * apart(bounds[0], bounds[1]), samples, forests, bench)
+        code = grow(shop, bounds, share * apart(bounds[0], bounds[1]), samples, forests)
     path = forests.path[: forests.sizes[2] if code == JOINED else 0].copy()
     if len(path) > 2 and tries > 0:
-        path = shorten_on(world, path, tries, forests.random, forests.seen, bench)
+        path = shorten(shop, path, tries, forests.random, forests.seen)
     return code, path

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.collision.segment_loops import FREE, OPEN, call_colliding_rows, call_prove
-from mafsil.collision.workshop_loops import PROVE, TELL, Bench, World, bench_for
+from mafsil.collision.segment_loops import FREE, OPEN, prove_by_address, tell_by_address
+from mafsil.collision.workshop_loops import Workshop
+from mafsil.solvers.held_loops import Held
 from mafsil.solvers.lane_loops import WIDTH
 from mafsil.solvers.loops import compiled, uncounted
 
@@ -84,26 +85,26 @@ def draw(random: NDArray[np.uint64]) -> float:
 
 
 @uncounted
-def look(world: World, a: Floats, b: Floats, bench: Bench, seen: NDArray[np.int64]) -> int:
+def look(shop: Held[Workshop], a: Floats, b: Floats, seen: NDArray[np.int64]) -> int:
     """What the first blocks of a proof say of a motion: FREE, OPEN, or that it is not free."""
     seen[LOOKED_AT] += 1
-    code, _, states = call_prove(world.entries[PROVE], world, a, b, LOOK, bench)
+    code, _, states = prove_by_address(shop, a, b, LOOK)
     seen[STATES_SEEN] += states
     return code
 
 
 @uncounted
-def looks_free(world: World, a: Floats, b: Floats, bench: Bench, seen: NDArray[np.int64]) -> bool:
+def looks_free(shop: Held[Workshop], a: Floats, b: Floats, seen: NDArray[np.int64]) -> bool:
     """Whether the first blocks of a proof leave it possible that a motion is free."""
-    code = look(world, a, b, bench, seen)
+    code = look(shop, a, b, seen)
     return code in (FREE, OPEN)
 
 
 @uncounted
-def proves_free(world: World, a: Floats, b: Floats, bench: Bench, seen: NDArray[np.int64]) -> bool:
+def proves_free(shop: Held[Workshop], a: Floats, b: Floats, seen: NDArray[np.int64]) -> bool:
     """Whether a motion is proved free."""
     seen[PROVED] += 1
-    code, _, states = call_prove(world.entries[PROVE], world, a, b, PROOF, bench)
+    code, _, states = prove_by_address(shop, a, b, PROOF)
     seen[STATES_SEEN] += states
     return code == FREE
 
@@ -155,12 +156,12 @@ def cut(forests: Forests, side: int, node: int) -> None:
 
 
 @uncounted
-def way_is_proved(world: World, forests: Forests, side: int, node: int, bench: Bench) -> bool:
+def way_is_proved(shop: Held[Workshop], forests: Forests, side: int, node: int) -> bool:
     """Whether all edges from a node to its root are proved; the first that cannot be is cut off."""
     while forests.parent[side, node] != ROOT:
         before = forests.parent[side, node]
         if not forests.proved[side, node]:
-            if not proves_free(world, forests.q[side, before], forests.q[side, node], bench, forests.seen):
+            if not proves_free(shop, forests.q[side, before], forests.q[side, node], forests.seen):
                 cut(forests, side, node)
                 return False
             forests.proved[side, node] = True
@@ -190,7 +191,7 @@ def write_path(forests: Forests, at_start: int, at_goal: int) -> None:
 
 
 @uncounted
-def grow(world: World, bounds: Floats, step: float, iterations: int, forests: Forests, bench: Bench) -> int:
+def grow(shop: Held[Workshop], bounds: Floats, step: float, iterations: int, forests: Forests) -> int:
     """Both sides grow until a path of proved motions joins start and goal: JOINED, GROWING, or FULL.
 
     1. From the side with fewer nodes one step each towards eight samples, from its nearest nodes; the ends of all the
@@ -200,12 +201,11 @@ def grow(world: World, bounds: Floats, step: float, iterations: int, forests: Fo
     4. If it arrives, the edges of the path are proved; one that cannot be is cut off, and growing goes on.
 
     Args:
-        world: what is free.
+        shop: what is free.
         bounds: (2, n) lowest and highest coordinates of the samples.
         step: longest edge.
         iterations: samples before it comes back.
         forests: the roots stand in them.
-        bench: to work with.
 
     Reference:
         J. Kuffner, S. LaValle, RRT-Connect, ICRA 2000. R. Bohlin, L. Kavraki, Path planning using lazy PRM, ICRA 2000.
@@ -218,22 +218,22 @@ def grow(world: World, bounds: Floats, step: float, iterations: int, forests: Fo
             _sample(bounds, forests.random, further)
             _towards(forests.q[ours, nearest(forests, ours, further)], further, step, new[lane])
         forests.seen[STATES_SEEN] += count
-        call_colliding_rows(world.entries[TELL], world, new, count, forests.colliding, bench)
+        tell_by_address(shop, new, count, forests.colliding)
         for lane in range(count):
             if (forests.colliding[0] >> lane) & 1:
                 continue
             if max(forests.sizes[0], forests.sizes[1]) + 1 >= most:
                 return FULL
             near = nearest(forests, ours, new[lane])
-            code = look(world, forests.q[ours, near], new[lane], bench, forests.seen)  # 2
+            code = look(shop, forests.q[ours, near], new[lane], forests.seen)  # 2
             if code not in (FREE, OPEN):
                 continue
             mine = add(forests, ours, new[lane], near, code == FREE)
-            other, arrived = _connect(world, forests, theirs, new[lane], step, further, bench)  # 3
+            other, arrived = _connect(shop, forests, theirs, new[lane], step, further)  # 3
             if not arrived:
                 continue
             at_start, at_goal = (mine, other) if ours == 0 else (other, mine)  # 4
-            if way_is_proved(world, forests, 0, at_start, bench) and way_is_proved(world, forests, 1, at_goal, bench):
+            if way_is_proved(shop, forests, 0, at_start) and way_is_proved(shop, forests, 1, at_goal):
                 write_path(forests, at_start, at_goal)
                 return JOINED
     return GROWING
@@ -247,13 +247,13 @@ def _sample(bounds: Floats, random: NDArray[np.uint64], out: Floats) -> None:
 
 @uncounted
 def _connect(
-    world: World, forests: Forests, side: int, q: Floats, step: float, further: Floats, bench: Bench
+    shop: Held[Workshop], forests: Forests, side: int, q: Floats, step: float, further: Floats
 ) -> tuple[int, bool]:  # fmt: skip
     """A side goes towards a configuration as far as it looks free: the last node, and whether it has arrived."""
     other, arrived = nearest(forests, side, q), False
     while not arrived and forests.sizes[side] < forests.q.shape[1]:
         arrived = _towards(forests.q[side, other], q, step, further)
-        code = look(world, forests.q[side, other], further, bench, forests.seen)
+        code = look(shop, forests.q[side, other], further, forests.seen)
         if code not in (FREE, OPEN):
             return other, False
         other = add(forests, side, further, other, code == FREE)
@@ -270,7 +270,9 @@ def apart(a: Floats, b: Floats) -> float:
 
 
 @compiled
-def shorten(world: World, path: Floats, tries: int, random: NDArray[np.uint64], seen: NDArray[np.int64]) -> Floats:
+def shorten(
+    shop: Held[Workshop], path: Floats, tries: int, random: NDArray[np.uint64], seen: NDArray[np.int64]
+) -> Floats:  # fmt: skip
     """A path of proved motions, made shorter by proved motions.
 
     1. Corners are left out.
@@ -279,41 +281,33 @@ def shorten(world: World, path: Floats, tries: int, random: NDArray[np.uint64], 
        of the result is proved; if one cannot be, the shortcuts are made again, and what they leave is proved each time.
 
     Args:
-        world: what is free.
+        shop: what is free.
         path: (k, n) proved.
         tries: how many shortcuts are tried.
         random: (1,) state of the source of samples.
         seen: (3,) counts.
     """
-    return shorten_on(world, path, tries, random, seen, bench_for(world))
-
-
-@compiled
-def shorten_on(
-    world: World, path: Floats, tries: int, random: NDArray[np.uint64], seen: NDArray[np.int64], bench: Bench
-) -> Floats:
-    """As `shorten`, with arrays to work in."""
     rows, lengths = np.empty((len(path) + 2 * tries, path.shape[1])), np.empty(len(path) + 2 * tries)
     ends = np.empty((2, path.shape[1]))
     rows[: len(path)] = path
-    straight = _leave_out_corners(world, rows, len(path), bench, seen)  # 1
+    straight = _leave_out_corners(shop, rows, len(path), seen)  # 1
     before = rows[:straight].copy()
-    count = _cut_short(world, rows, straight, tries, False, random, lengths, ends, bench, seen)  # 2
+    count = _cut_short(shop, rows, straight, tries, False, random, lengths, ends, seen)  # 2
     for k in range(count - 1 if count > 2 else 0):  # 3
-        if not proves_free(world, rows[k], rows[k + 1], bench, seen):
+        if not proves_free(shop, rows[k], rows[k + 1], seen):
             rows[:straight] = before
-            count = _cut_short(world, rows, straight, tries, True, random, lengths, ends, bench, seen)
+            count = _cut_short(shop, rows, straight, tries, True, random, lengths, ends, seen)
             break
     return rows[:count].copy()
 
 
 @compiled
-def _leave_out_corners(world: World, rows: Floats, count: int, bench: Bench, seen: NDArray[np.int64]) -> int:
+def _leave_out_corners(shop: Held[Workshop], rows: Floats, count: int, seen: NDArray[np.int64]) -> int:
     """After each point the furthest one follows that a straight motion reaches; how many points are left."""
     k = 0
     while k + 2 < count:
         j = count - 1
-        while j > k + 1 and not proves_free(world, rows[k], rows[j], bench, seen):
+        while j > k + 1 and not proves_free(shop, rows[k], rows[j], seen):
             j -= 1
         gone = j - k - 1
         for i in range(k + 1, count - gone):
@@ -325,8 +319,8 @@ def _leave_out_corners(world: World, rows: Floats, count: int, bench: Bench, see
 
 @compiled
 def _cut_short(
-    world: World, rows: Floats, count: int, tries: int, careful: bool, random: NDArray[np.uint64], lengths: Floats,
-    ends: Floats, bench: Bench, seen: NDArray[np.int64],
+    shop: Held[Workshop], rows: Floats, count: int, tries: int, careful: bool, random: NDArray[np.uint64],
+    lengths: Floats, ends: Floats, seen: NDArray[np.int64],
 ) -> int:  # fmt: skip
     """Straight motions between random places of a path; how many points it has then.
 
@@ -336,7 +330,7 @@ def _cut_short(
     Args:
         rows: (count + 2 tries, n) at least, the path in the first ones; out.
         careful: whether what a shortcut leaves of the motions that it cuts is proved by itself.
-        lengths, ends, bench: arrays to work in, as long as `rows`, and (2, n).
+        lengths, ends: arrays to work in, as long as `rows`, and (2, n).
     """
     first, second = ends[0], ends[1]
     for _ in range(tries):
@@ -353,11 +347,11 @@ def _cut_short(
         if i == j:
             continue
         away = apart(first, second)
-        if away >= (t - s) * (1.0 - 1e-9) or not proves_free(world, first, second, bench, seen):
+        if away >= (t - s) * (1.0 - 1e-9) or not proves_free(shop, first, second, seen):
             continue
-        if careful and not proves_free(world, rows[i], first, bench, seen):
+        if careful and not proves_free(shop, rows[i], first, seen):
             continue
-        if careful and not proves_free(world, second, rows[j + 1], bench, seen):
+        if careful and not proves_free(shop, second, rows[j + 1], seen):
             continue
         shift = j - i - 2  # 2
         if shift > 0:

@@ -99,7 +99,7 @@ def search_kept(
     3. Shorter chains.
     4. The proof once more, of the whole path.
     """
-    world, arrays = checker.world(), kept.arrays
+    shop, arrays = checker.workshop(), kept.arrays
     seen, random = np.zeros(3, np.int64), np.array([seed], np.uint64)
     ends = kept.measures(checker, np.concatenate([q[None], goals]))
     slack = SLACK if (ends <= 0.9 * SLACK * arrays.limit).all() else 1.0
@@ -107,7 +107,7 @@ def search_kept(
     if np.array_equal(goals[order[0]], q):
         return np.stack([q, q]), 1, (0, 0, 0)
     # 1.
-    rows = kept_search_loops.steered(world, arrays, slack, q, np.ascontiguousarray(goals[order]), STEP, seen)
+    rows = kept_search_loops.steered(shop, arrays, slack, q, np.ascontiguousarray(goals[order]), STEP, seen)
     made, path = 2, np.concatenate([q[None], rows])
     if not len(rows):
         # 2.
@@ -116,7 +116,7 @@ def search_kept(
         deadline = np.inf
         while (
             code := kept_search_loops.grow_kept(
-                world, arrays, slack, arrays.lower, arrays.upper, STEP, reach, SLICE, forests
+                shop, arrays, slack, arrays.lower, arrays.upper, STEP, reach, SLICE, forests
             )
         ) != arm_search_loops.JOINED:
             made = int(forests.sizes[:2].sum())
@@ -127,7 +127,7 @@ def search_kept(
                 forests = arm_search_loops.doubled(forests)
         made, path = int(forests.sizes[:2].sum()), forests.path[: forests.sizes[2]].copy()
     # 3.
-    path = kept_search_loops.shorten_kept(world, arrays, slack, path, STEP, shorten, random, seen)
+    path = kept_search_loops.shorten_kept(shop, arrays, slack, path, STEP, shorten, random, seen)
     # 4.
     if not checker.check_path(path) or kept.along(checker, path[:-1], path[1:]) is None:
         return None, made, _counted(seen)

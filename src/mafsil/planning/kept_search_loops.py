@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.collision.workshop_loops import Bench, World, bench_for
+from mafsil.collision.workshop_loops import Workshop
 from mafsil.planning.arm_search_loops import (
     FULL,
     GROWING,
@@ -27,6 +27,7 @@ from mafsil.planning.arm_search_loops import (
     write_path,
 )
 from mafsil.planning.kept_loops import Kept, Sheet, keeps, project, sheet_for
+from mafsil.solvers.held_loops import Held, opened
 from mafsil.solvers.loops import compiled, uncounted
 
 CHAIN = 400
@@ -39,8 +40,8 @@ PROGRESS = 0.1
 
 @uncounted
 def steer(
-    world: World, kept: Kept, slack: float, a: Floats, b: Floats, exact: bool, step: float, reach: float, rows: Floats,
-    bench: Bench, sheet: Sheet, seen: NDArray[np.int64],
+    shop: Held[Workshop], kept: Kept, slack: float, a: Floats, b: Floats, exact: bool, step: float, reach: float,
+    rows: Floats, sheet: Sheet, seen: NDArray[np.int64],
 ) -> tuple[int, bool]:  # fmt: skip
     """Points from a towards b on what keeps the constraints, in `rows`; how many, and whether b is the last.
 
@@ -49,7 +50,7 @@ def steer(
     3. The motion must look free.
 
     Args:
-        world: what is free.
+        shop: what is free.
         kept: the constraints.
         slack: share of the limits that may be used.
         a, b: (n,); a keeps the constraints.
@@ -57,10 +58,10 @@ def steer(
         step: longest motion.
         reach: way after which it ends.
         rows: (CHAIN, n) out.
-        bench, sheet: to work in.
+        sheet: to work in.
         seen: (3,) counts.
     """
-    count, now, new, size, way = 0, sheet.q[0], sheet.q[1], step, 0.0
+    count, now, new, size, way, kinematics = 0, sheet.q[0], sheet.q[1], step, 0.0, opened(shop).world.kinematics
     for c in range(len(a)):
         now[c] = a[c]
     while count < CHAIN and way < reach:
@@ -71,17 +72,17 @@ def steer(
         share = 1.0 if last else size / left  # 1
         for c in range(len(a)):
             new[c] = b[c] if last else now[c] + share * (b[c] - now[c])
-        if not (last and exact) and not project(kept, world.kinematics, new, sheet):
+        if not (last and exact) and not project(kept, kinematics, new, sheet):
             return count, False
         moved, ahead = apart(now, new), apart(new, b)
         if moved == 0.0 or ahead > left - PROGRESS * min(size, left):  # 2
             return count, False
-        if moved > 2.0 * size or not keeps(kept, world.kinematics, now, new, slack, sheet):
+        if moved > 2.0 * size or not keeps(kept, kinematics, now, new, slack, sheet):
             size /= 2.0
             if size < SHORTEST * step:
                 return count, False
             continue
-        if not looks_free(world, now, new, bench, seen):  # 3
+        if not looks_free(shop, now, new, seen):  # 3
             return count, False
         way += moved
         for c in range(len(a)):
@@ -95,8 +96,8 @@ def steer(
 
 @compiled
 def grow_kept(
-    world: World, kept: Kept, slack: float, lower: Floats, upper: Floats, step: float, reach: float, iterations: int,
-    forests: Forests,
+    shop: Held[Workshop], kept: Kept, slack: float, lower: Floats, upper: Floats, step: float, reach: float,
+    iterations: int, forests: Forests,
 ) -> int:  # fmt: skip
     """Both sides grow until a path of proved motions joins start and goal: JOINED, GROWING, or FULL.
 
@@ -105,7 +106,7 @@ def grow_kept(
     3. If it arrives, the motions of the path are proved free; one that cannot be is cut off, and growing goes on.
 
     Args:
-        world: what is free.
+        shop: what is free.
         kept, slack, step, reach: as for `steer`.
         lower, upper: (n,) of the samples.
         iterations: samples before it comes back.
@@ -114,7 +115,7 @@ def grow_kept(
     Reference:
         D. Berenson, S. Srinivasa, J. Kuffner, Task space regions, IJRR 30(12), 2011 (CBiRRT2).
     """
-    bench, sheet, n = bench_for(world), sheet_for(kept), len(lower)
+    sheet, n = sheet_for(kept), len(lower)
     sample, rows = np.empty(n), np.empty((CHAIN, n))
     most = forests.q.shape[1]
     for _ in range(iterations):
@@ -126,7 +127,7 @@ def grow_kept(
             sample[c] = lower[c] + draw(forests.random) * (upper[c] - lower[c])
         mine = nearest(forests, ours, sample)
         count, _ = steer(
-            world, kept, slack, forests.q[ours, mine], sample, False, step, reach, rows, bench, sheet, forests.seen
+            shop, kept, slack, forests.q[ours, mine], sample, False, step, reach, rows, sheet, forests.seen
         )
         if count == 0:
             continue
@@ -135,23 +136,23 @@ def grow_kept(
         goal = forests.q[ours, mine]
         other = nearest(forests, theirs, goal)  # 2
         count, arrived = steer(
-            world, kept, slack, forests.q[theirs, other], goal, True, step, np.inf, rows, bench, sheet, forests.seen
+            shop, kept, slack, forests.q[theirs, other], goal, True, step, np.inf, rows, sheet, forests.seen
         )
         for k in range(count):
             other = add(forests, theirs, rows[k], other, False)
         if not arrived:
             continue
         at_start, at_goal = (mine, other) if ours == 0 else (other, mine)  # 3
-        if way_is_proved(world, forests, 0, at_start, bench) and way_is_proved(world, forests, 1, at_goal, bench):
+        if way_is_proved(shop, forests, 0, at_start) and way_is_proved(shop, forests, 1, at_goal):
             write_path(forests, at_start, at_goal)
             return JOINED
     return GROWING
 
 
 @uncounted
-def _chain_is_proved(world: World, a: Floats, rows: Floats, count: int, bench: Bench, seen: NDArray[np.int64]) -> bool:
+def _chain_is_proved(shop: Held[Workshop], a: Floats, rows: Floats, count: int, seen: NDArray[np.int64]) -> bool:
     k = 0
-    while k < count and proves_free(world, a if k == 0 else rows[k - 1], rows[k], bench, seen):
+    while k < count and proves_free(shop, a if k == 0 else rows[k - 1], rows[k], seen):
         k += 1
     return k == count
 
@@ -166,33 +167,33 @@ def _length(a: Floats, rows: Floats, count: int) -> float:
 
 @compiled
 def steered(
-    world: World, kept: Kept, slack: float, a: Floats, goals: Floats, step: float, seen: NDArray[np.int64]
+    shop: Held[Workshop], kept: Kept, slack: float, a: Floats, goals: Floats, step: float, seen: NDArray[np.int64]
 ) -> Floats:
     """A proved chain (m, n) steered from a to the first of (k, n) goals that it reaches; empty if to none."""
-    bench, sheet, rows = bench_for(world), sheet_for(kept), np.empty((CHAIN, len(a)))
+    sheet, rows = sheet_for(kept), np.empty((CHAIN, len(a)))
     for k in range(len(goals)):
-        count, arrived = steer(world, kept, slack, a, goals[k], True, step, np.inf, rows, bench, sheet, seen)
-        if arrived and _chain_is_proved(world, a, rows, count, bench, seen):
+        count, arrived = steer(shop, kept, slack, a, goals[k], True, step, np.inf, rows, sheet, seen)
+        if arrived and _chain_is_proved(shop, a, rows, count, seen):
             return rows[:count].copy()
     return rows[:0].copy()
 
 
 @compiled
 def shorten_kept(
-    world: World, kept: Kept, slack: float, path: Floats, step: float, tries: int, random: NDArray[np.uint64],
-    seen: NDArray[np.int64],
+    shop: Held[Workshop], kept: Kept, slack: float, path: Floats, step: float, tries: int,
+    random: NDArray[np.uint64], seen: NDArray[np.int64],
 ) -> Floats:  # fmt: skip
     """A path of proved motions made shorter: chains steered between two of its points replace longer ways.
 
     Args:
-        world: what is free.
+        shop: what is free.
         kept, slack, step: as for `steer`.
         path: (k, n) proved.
         tries: pairs of points that are tried.
         random: (1,) state of the source of samples.
         seen: (3,) counts.
     """
-    bench, sheet, n = bench_for(world), sheet_for(kept), path.shape[1]
+    sheet, n = sheet_for(kept), path.shape[1]
     rows, now = np.empty((CHAIN, n)), path.copy()
     for _ in range(tries):
         if len(now) < 3:
@@ -204,9 +205,9 @@ def shorten_kept(
         before = _length(now[i], now[i + 1 : j + 1], j - i)
         if apart(now[i], now[j]) >= before * (1.0 - 1e-6):
             continue
-        count, arrived = steer(world, kept, slack, now[i], now[j], True, step, before, rows, bench, sheet, seen)
+        count, arrived = steer(shop, kept, slack, now[i], now[j], True, step, before, rows, sheet, seen)
         if not arrived or _length(now[i], rows, count) >= before * (1.0 - 1e-6):
             continue
-        if _chain_is_proved(world, now[i], rows, count, bench, seen):
+        if _chain_is_proved(shop, now[i], rows, count, seen):
             now = np.concatenate((now[: i + 1], rows[:count], now[j + 1 :]))
     return now

@@ -93,7 +93,9 @@ class ArmRoadmap:
             before, tries = self.nodes, min(BATCH, wanted - self.nodes)
             self._reserve(tries)
             joined = roadmap_loops.neighbours(before, len(like))
-            roadmap_loops.grow_roadmap(self.checker.world(), self._arrays, lower, upper, nothing, np.inf, tries, joined)
+            roadmap_loops.grow_roadmap(
+                self.checker.workshop(), self._arrays, lower, upper, nothing, np.inf, tries, joined
+            )
             missed = missed + tries if self.nodes == before else 0
             if missed >= MOST_MISSED:
                 raise InputError("planning.nothing_free", count=missed)
@@ -117,10 +119,10 @@ class ArmRoadmap:
             first: (k, n) a path of proved motions to begin with.
             bounds: (n,) between which to search; the limits if None.
         """
-        world = self.checker.world()
+        shop = self.checker.workshop()
         lower, upper = bounds_of(self.checker, np.concatenate([start[None], goals])) if bounds is None else bounds
         # Nothing to shorten: a first call ever waits for the compiler, before the clock starts.
-        arm_search_loops.shorten(world, np.stack([start, start]), 0, self._arrays.random, self._arrays.seen)
+        arm_search_loops.shorten(shop, np.stack([start, start]), 0, self._arrays.random, self._arrays.seen)
         deadline, best = perf_counter() + seconds, np.empty((0, len(start)))
         length, shortest = np.inf, float(np.linalg.norm(goals - start, axis=1).min())
         if shortest == 0.0:
@@ -136,11 +138,11 @@ class ArmRoadmap:
                 # 2.
                 code = -1
                 while code != 0 and perf_counter() < deadline:
-                    code, way = roadmap_loops.shortest_proved(world, self._arrays, at_start, ends, length, ROUNDS)
+                    code, way = roadmap_loops.shortest_proved(shop, self._arrays, at_start, ends, length, ROUNDS)
                     if code == 1:
                         arrays = self._arrays
                         best = arrays.q[way].copy()
-                        short = arm_search_loops.shorten(world, best, SHORTCUTS, arrays.random, arrays.seen)
+                        short = arm_search_loops.shorten(shop, best, SHORTCUTS, arrays.random, arrays.seen)
                         if self.checker.free_segment(short[:-1], short[1:]).all():
                             best = short
                         length = length_of(best) * (1.0 - 1e-9)
@@ -154,7 +156,7 @@ class ArmRoadmap:
                 joined = roadmap_loops.neighbours(self.nodes, len(start))
                 # Other goals may be nearer than that of the best path: then its ellipsoid is no bound.
                 bound = length if len(goals) == 1 else np.inf
-                roadmap_loops.grow_roadmap(world, self._arrays, lower, upper, best, bound, tries, joined)
+                roadmap_loops.grow_roadmap(shop, self._arrays, lower, upper, best, bound, tries, joined)
         return best
 
     def _include(self, path: JointVector) -> None:

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.collision.segment_loops import free_at
-from mafsil.collision.workshop_loops import Bench, World, bench_for
+from mafsil.collision.workshop_loops import Workshop
 from mafsil.planning.arm_search_loops import apart, draw, looks_free, proves_free
+from mafsil.solvers.held_loops import Held
 from mafsil.solvers.loops import compiled, uncounted
 
 UNKNOWN, LOOKS_FREE, PROVED, BLOCKED = range(4)
@@ -112,7 +113,8 @@ def _normal(random: NDArray[np.uint64]) -> float:
 
 @compiled
 def grow_roadmap(
-    world: World, roadmap: Roadmap, lower: Floats, upper: Floats, best: Floats, length: float, tries: int, joined: int
+    shop: Held[Workshop], roadmap: Roadmap, lower: Floats, upper: Floats, best: Floats, length: float, tries: int,
+    joined: int,
 ) -> None:  # fmt: skip
     """Add free configurations, of those that a path shorter than `length` can pass.
 
@@ -121,7 +123,7 @@ def grow_roadmap(
     2. If it is within the limits, on a shorter path and free, it is a node.
 
     Args:
-        world: what is free.
+        shop: what is free.
         roadmap: grows; has place for `tries` more nodes.
         lower, upper: (n,) limits.
         best: (k, n) path to beat; empty if there is none.
@@ -133,7 +135,7 @@ def grow_roadmap(
     Sampling heuristics for optimal motion planning in high dimensions, IROS 2011.
     """
     start, goal = (best[0], best[-1]) if len(best) > 0 else (lower, lower)
-    bench, n = bench_for(world), len(lower)
+    n = len(lower)
     q, x, away, order = np.empty(n), np.empty(n), np.empty(joined), np.empty(joined, np.int64)
     across, apart_by, volume, moving = 0.0, apart(start, goal), 1.0, 0
     for c in range(n):
@@ -171,7 +173,7 @@ def grow_roadmap(
         if not inside:
             continue
         roadmap.seen[2] += 1
-        if free_at(world, q, bench):
+        if free_at(shop, q):
             _add(roadmap, q, joined, away, order)
 
 
@@ -257,7 +259,7 @@ def _shortest(
 
 
 @uncounted
-def _settle(world: World, roadmap: Roadmap, way: NDArray[np.int64], count: int, bench: Bench) -> bool:
+def _settle(shop: Held[Workshop], roadmap: Roadmap, way: NDArray[np.int64], count: int) -> bool:
     """Whether all motions of a way are proved; those that cannot be are blocked.
 
     1. All that nobody looked at yet are looked at.
@@ -271,9 +273,9 @@ def _settle(world: World, roadmap: Roadmap, way: NDArray[np.int64], count: int, 
                 continue
             a, b = roadmap.q[edge[0]], roadmap.q[edge[1]]
             if state == UNKNOWN:  # 1
-                edge[4] = LOOKS_FREE if looks_free(world, a, b, bench, roadmap.seen) else BLOCKED
+                edge[4] = LOOKS_FREE if looks_free(shop, a, b, roadmap.seen) else BLOCKED
             else:  # 2
-                edge[4] = PROVED if proves_free(world, a, b, bench, roadmap.seen) else BLOCKED
+                edge[4] = PROVED if proves_free(shop, a, b, roadmap.seen) else BLOCKED
             free = free and edge[4] != BLOCKED
         if not free:
             return False
@@ -282,14 +284,14 @@ def _settle(world: World, roadmap: Roadmap, way: NDArray[np.int64], count: int, 
 
 @compiled
 def shortest_proved(
-    world: World, roadmap: Roadmap, start: int, goals: NDArray[np.int64], bound: float, rounds: int
+    shop: Held[Workshop], roadmap: Roadmap, start: int, goals: NDArray[np.int64], bound: float, rounds: int
 ) -> tuple[int, NDArray[np.int64]]:
     """The shortest way below a bound whose motions are all proved: 1 and its nodes; 0: there is none; -1: go on later.
 
     1. The shortest way by motions that may be free.
     2. Its motions are looked at, then proved; what is blocked is left out the next time.
     """
-    bench, nodes, edges = bench_for(world), roadmap.sizes[0], roadmap.sizes[1]
+    nodes, edges = roadmap.sizes[0], roadmap.sizes[1]
     cost, before, ahead = np.empty(nodes), np.empty(nodes, np.int64), np.full(nodes, np.nan)
     keys, waiting, way = np.empty(2 * edges + 2), np.empty(2 * edges + 2, np.int64), np.empty(nodes, np.int64)
     for _ in range(rounds):
@@ -302,7 +304,7 @@ def shortest_proved(
             way[count] = before[node]
             node = edge[0] if edge[1] == node else edge[1]
             count += 1
-        if _settle(world, roadmap, way, count, bench):  # 2
+        if _settle(shop, roadmap, way, count):  # 2
             path, node = np.empty(count + 1, np.int64), end
             for k in range(count, 0, -1):
                 path[k] = node

@@ -58,25 +58,30 @@ def call_kernel(_typing: Any, entry: Any, arguments: Any, dimensions: Any, strid
     return types.void(types.uintp, types.uintp, types.uintp, types.uintp), generate
 
 
-def loop_caller(*results: str) -> Any:
-    """What calls an `uncounted` loop of five arguments by its address: `call(address, *arguments)`.
+def loop_caller(count: int, *results: str) -> Any:
+    """What calls an `uncounted` loop by its address: `call(address, *arguments)`.
 
     Args:
+        count: of the arguments, 3 or 6.
         results: names of the types of what the loop returns.
     """
     result = types.Tuple([getattr(types, name) for name in results])
 
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        given = signature.args[1:]
+        kind = context.call_conv.get_function_type(result, given)
+        place = builder.inttoptr(values[0], kind.as_pointer())
+        return context.call_conv.call_function(builder, place, result, given, values[1:])[1]
+
     @cast("Callable[[Any], Any]", intrinsic)
-    def call(_typing: Any, address: Any, a: Any, b: Any, c: Any, d: Any, e: Any) -> Any:
-        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            given = signature.args[1:]
-            kind = context.call_conv.get_function_type(result, given)
-            place = builder.inttoptr(values[0], kind.as_pointer())
-            return context.call_conv.call_function(builder, place, result, given, values[1:])[1]
+    def call_of_three(_typing: Any, address: Any, a: Any, b: Any, c: Any) -> Any:
+        return result(types.uintp, a, b, c), generate
 
-        return result(types.uintp, a, b, c, d, e), generate
+    @cast("Callable[[Any], Any]", intrinsic)
+    def call_of_six(_typing: Any, address: Any, a: Any, b: Any, c: Any, d: Any, e: Any, f: Any) -> Any:
+        return result(types.uintp, a, b, c, d, e, f), generate
 
-    return call
+    return {3: call_of_three, 6: call_of_six}[count]
 
 
 def loop_address(loop: Any, *arguments: Any) -> int:

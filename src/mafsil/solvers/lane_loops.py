@@ -5,7 +5,8 @@ lanes by its type, sums stay in registers, and nothing is left to prove. LLVM sp
 vectors are narrower. What a loop may write:
 
 - `Lanes` with + - * /, unary -, comparisons (to a `Mask`), and numbers, which are the same in all lanes;
-- `Mask` with & | ~; `where(mask, a, b)`, `any_lane(mask)`, `lane_bits(mask)` (bit l for lane l);
+- `Mask` with & | ~; `where(mask, a, b)`, `any_lane(mask)`, `lane_bits(mask)` (bit l for lane l),
+  `how_many(bits)`;
 - `square_root`, `magnitude`, `rounded_down`, `larger`, `smaller`, `lanes(number)`;
 - `buffer(n)` (n a literal): n lanes on the stack, `r[i]` and `r[i] = x`; `part(r, i)`: the buffer that begins at i;
   `seen(array)`: a float64 array as a buffer, whose rows are in order;
@@ -236,6 +237,12 @@ def lane_bits(_typing: Any, mask: Any) -> tuple[Any, Generate]:
         return builder.zext(builder.bitcast(args[0], ir.IntType(WIDTH)), ir.IntType(64))
 
     return types.int64(MASK), generate
+
+
+@_emitted
+def how_many(_typing: Any, bits: Any) -> tuple[Any, Generate]:
+    """Bits of a whole number that are set."""
+    return types.int64(types.int64), lambda _context, builder, _sig, args: builder.ctpop(args[0])
 
 
 @_emitted

@@ -1,0 +1,158 @@
+"""Whether a body meets something in one of eight states, compiled: eight of its pieces side by side.
+
+Where few of the states bring a body near something, its pieces in all of them are mostly asked in vain. Here the lanes
+are pieces: the balls of a body stand in groups of eight in the frame of its link, to be placed together.
+
+1. The balls of a group against the other.
+2. What is a ball has its answer, but for cones and hulls; the rest goes to `separation`.
+
+A motion brings its states near the same things, so only states by themselves are asked so.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from mafsil.collision.arm_loops import AROUND, BALLS, EVERY, Arm
+from mafsil.collision.placing_loops import LaneScratch
+from mafsil.collision.reach_loops import MEETS, exact_answer, in_lane, within_reach
+from mafsil.collision.support_loops import CONE, HULL
+from mafsil.collision.tree_loops import DEPTH
+from mafsil.collision.workshop_loops import AROUND_BY_LANES, ITSELF_BY_LANES, Workshop
+from mafsil.solvers.held_loops import Held, opened
+from mafsil.solvers.kernel_loops import loop_address, loop_caller
+from mafsil.solvers.lane_loops import WIDTH, buffer, get, lane_bits, part, seen
+from mafsil.solvers.loops import inlined, uncounted
+
+if TYPE_CHECKING:
+    from mafsil.solvers.lane_loops import Buffer, Lanes, Mask
+
+
+@inlined
+def pieces_of(arm: Arm, b: int) -> int:
+    """How many pieces a body has."""
+    return int(arm.bodies[b, 2] - arm.bodies[b, 1])
+
+
+@inlined
+def groups_of(pieces: int) -> int:
+    """How many groups so many pieces of a body fill."""
+    return (pieces + WIDTH - 1) // WIDTH
+
+
+@inlined
+def _place_group(arm: Arm, b: int, group: int, lane: int, s: LaneScratch, out: Buffer) -> None:
+    """Balls of a group of body b in {s} and their radii, in the state of one lane."""
+    T, balls = part(seen(s.poses), 16 * int(arm.bodies[b, 0])), part(seen(arm.groups), 4 * group)
+    x, y, z = balls[0], balls[1], balls[2]
+    for r in range(3):
+        turned = get(T, 4 * r, lane) * x + get(T, 4 * r + 1, lane) * y + get(T, 4 * r + 2, lane) * z
+        out[r] = turned + get(T, 4 * r + 3, lane)
+    out[3] = balls[3]
+
+
+@uncounted
+def _meets_around(shop: Held[Workshop], b: int, lane: int, count: int) -> bool:
+    """Whether body b meets one of the pieces of the surroundings in `s.near`, in one lane."""
+    world, bench = opened(shop)
+    arm, around, s, margin, balls = world.arm, world.around.pieces, bench.s, world.margin[0], buffer(4)
+    link, first = int(arm.bodies[b, 0]), int(arm.bodies[b, 1])
+    for g in range(groups_of(int(arm.bodies[b, 3]) - first)):
+        group = int(arm.bodies[b, 8]) + g
+        _place_group(arm, b, group, lane, s, balls)
+        for k in range(count):
+            if (s.near[1, DEPTH + k] >> lane) & 1 == 0:
+                continue
+            j = s.near[0, DEPTH + k]
+            near = lane_bits(within_reach(around, j, balls, balls[3] + margin)) & arm.members[group, AROUND]  # 1
+            if near == 0:
+                continue
+            if around.rows[j, 0] not in (HULL, CONE) and near & arm.members[group, BALLS]:  # 2
+                return True
+            for i in range(WIDTH):
+                if (near >> i) & 1 and exact_answer(shop, first + g * WIDTH + i, link, j, -1, 0.0, lane) == MEETS:
+                    return True
+    return False
+
+
+@inlined
+def _near_ball(balls: Buffer, x: float, y: float, z: float, reach: Lanes) -> Mask:
+    u, v, w = balls[0] - x, balls[1] - y, balls[2] - z
+    return u * u + v * v + w * w <= reach * reach
+
+
+@uncounted
+def _meets_itself(shop: Held[Workshop], a: int, b: int, lane: int) -> bool:
+    """Whether two bodies of the arm meet in one lane."""
+    world, bench = opened(shop)
+    arm, s, margin, ours, theirs = world.arm, bench.s, world.margin[0], buffer(4), buffer(4)
+    p, q, round = int(arm.bodies[a, 0]), int(arm.bodies[b, 0]), arm.bodies[b, 7] + margin
+    middle = part(seen(s.balls), 3 * b)
+    for g in range(groups_of(pieces_of(arm, a))):
+        group = int(arm.bodies[a, 8]) + g
+        _place_group(arm, a, group, lane, s, ours)
+        x, y, z = get(middle, 0, lane), get(middle, 1, lane), get(middle, 2, lane)
+        open = lane_bits(_near_ball(ours, x, y, z, ours[3] + round)) & arm.members[group, EVERY]
+        for d in range(groups_of(pieces_of(arm, b)) if open != 0 else 0):
+            beside = int(arm.bodies[b, 8]) + d
+            _place_group(arm, b, beside, lane, s, theirs)
+            for i in range(WIDTH):
+                if (open >> i) & 1 == 0:
+                    continue
+                x, y, z, touch = get(ours, 0, i), get(ours, 1, i), get(ours, 2, i), get(ours, 3, i) + margin
+                near = lane_bits(_near_ball(theirs, x, y, z, theirs[3] + touch)) & arm.members[beside, EVERY]  # 1
+                if near == 0:
+                    continue
+                if (arm.members[group, BALLS] >> i) & 1 and near & arm.members[beside, BALLS]:  # 2
+                    return True
+                piece, first = int(arm.bodies[a, 1]) + g * WIDTH + i, int(arm.bodies[b, 1]) + d * WIDTH
+                for k in range(WIDTH):
+                    if (near >> k) & 1 and exact_answer(shop, piece, p, first + k, q, 0.0, lane) == MEETS:
+                        return True
+    return False
+
+
+@uncounted
+def around_by_lanes(shop: Held[Workshop], b: int, count: int) -> tuple[int]:
+    """Bits of `meeting_loops.meets_around` at states, in one lane after the other.
+
+    Args:
+        count: of the pieces in `s.near` that may be near, with the bits of the lanes.
+    """
+    found, open, near = 0, 0, opened(shop).bench.s.near
+    for k in range(count):
+        open |= near[1, DEPTH + k]
+    for lane in range(WIDTH):
+        if (open >> lane) & 1 and _meets_around(shop, b, lane, count):
+            found |= in_lane(MEETS, lane)
+    return (found,)
+
+
+@uncounted
+def itself_by_lanes(shop: Held[Workshop], k: int, wanted: int) -> tuple[int]:
+    """Bits of `meeting_loops.meets_itself` at states, in one lane after the other.
+
+    The pieces of the body with more of them stand side by side.
+    """
+    found, arm = 0, opened(shop).world.arm
+    a, b = arm.pairs[k, 0], arm.pairs[k, 1]
+    if pieces_of(arm, a) > pieces_of(arm, b):
+        a, b = b, a
+    for lane in range(WIDTH):
+        if (wanted >> lane) & 1 and _meets_itself(shop, a, b, lane):
+            found |= in_lane(MEETS, lane)
+    return (found,)
+
+
+call_by_lanes = loop_caller(3, "int64")
+"""Calls either by its address: made part of their callers, they would open what is open already, which takes LLVM
+minutes."""
+_KNOWN: dict[int, tuple[int, int]] = {}
+"""Where they are for each type of workshop, once they are compiled."""
+
+
+def compile_for(shop: Held[Workshop]) -> None:
+    """Tell a world where both loops are."""
+    if shop.type_number not in _KNOWN:
+        _KNOWN[shop.type_number] = loop_address(around_by_lanes, shop, 1, 1), loop_address(itself_by_lanes, shop, 1, 1)
+    shop.value.world.entries[[AROUND_BY_LANES, ITSELF_BY_LANES]] = _KNOWN[shop.type_number]
