@@ -21,7 +21,8 @@ def beyond_limits(checker: Checker, q: JointVector) -> str:
         return ""
     joint = checker.robot.mechanism.coordinates[k].name
     lower, upper = float(limits.lower[k]), float(limits.upper[k])
-    return say("planning.beyond_limit", joint=joint, value=float(q[k]), lower=lower, upper=upper)
+    far = float(beyond[k])
+    return say("planning.beyond_limit", joint=joint, value=float(q[k]), lower=lower, upper=upper, far=far)
 
 
 def bounds_of(checker: Checker, ends: JointVector) -> tuple[Floats, Floats]:
