@@ -7,16 +7,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mafsil.collision import Arms, Mounted
+from mafsil.collision import Arms, Checker, Mounted
 from mafsil.errors import FileError, JobError
 from mafsil.job.clearances import clearances
 from mafsil.job.judgement import summary
+from mafsil.job.placed_parts import Stay
 from mafsil.job.reading import parse, read
 from mafsil.job.remark import Refusal
 from mafsil.job.solve import prepare, solve
+from mafsil.planning import TimedArm
 from mafsil.report.contents import page as page_of
 from mafsil.report.replay import replay_scene
 from mafsil.report.results import as_data
+from mafsil.trajectory import quintic, rest
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "jobs" / "two_arms.toml"
 HEAD = """
@@ -352,3 +355,69 @@ def test_wrong_signals_of_other_robots_are_named(key, change, language):
         parse(TALK.replace(*change))
     assert caught.value.key == key
     assert "<text>:" in caught.value.message(language)
+
+
+CRATE = """
+robot = "ur5"
+angles = "degrees"
+[collision]
+clearance = 0.01
+[start]
+joints = [140, -35, 60, -25, -90, 0]
+[[move]]
+pick = { name = "crate", mass = 0.5, size = [0.1, 0.1, 0.2], offset = [0, 0, 0.15] }
+[[move]]
+joints = [180, -35, 60, -25, -90, 0]
+[[move]]
+place = true
+[[move]]
+joints = [80, -70, 60, -25, -90, 0]
+[[other_robot]]
+name = "right"
+robot = "ur5"
+position = [1.2, 0, 0]
+rpy = [0, 0, 180]
+joints = [140, -35, 60, -25, -90, 0]
+[[other_robot.move]]
+pause = 5
+[[other_robot.move]]
+joints = [240, -35, 60, -25, -90, 0]
+"""
+
+
+@pytest.mark.capability("11-45", "11-46")
+def test_other_robots_go_round_parts_that_were_put_down():
+    """The straight way leads 9 cm through the crate; the robot that has put it down is far away by then."""
+    plan = planned(CRATE)[1]
+    (beside,) = plan.neighbours
+    around, _, (stay,) = plan.surroundings._others
+    assert (stay.put, stay.taken) == (plan.starts[2], np.inf)
+    check = Checker(beside.neighbour.robot, [stay.body], self_collision=False)
+    start, goal = beside.neighbour.start, beside.steps[-1].q
+    assert check.distance(start + np.linspace(0.0, 1.0, 101)[:, None] * (goal - start)).distance.min() < -0.09
+    assert check.distance(beside.motion.at(np.linspace(0.0, beside.motion.duration, 3000))).distance.min() > 0.01
+    near = list(plan.surroundings.clearances_beside(plan.start[None].repeat(2, axis=0), np.array([0.0, 6.0])))
+    assert [each.second == "crate 1" for each in near] == [False, True], "it stands there from its time on"
+
+    def straight(begin):
+        part = quintic(start, goal, 2.0)
+        return TimedArm(
+            (rest(start, begin), part), np.array([0.0, begin, begin + 2.0]), (True, False), np.full(6, 10.0)
+        )
+
+    time, contact = around.near_part("right", straight(5.0), stay)
+    assert 5.0 < time < 7.0
+    assert "crate 1" in (contact.first, contact.second)
+    assert around.near_part("right", straight(5.0), Stay(stay.body, 8.0)) is None, "it has passed by then"
+    assert around.near_part("right", straight(5.0), Stay(stay.body, 1.0, 5.2)) is None, "it is taken before"
+    inside = TimedArm((rest(straight(5.0).at(time + 0.1), 1.0),), np.array([0.0, 1.0]), (True,), np.full(6, 10.0))
+    assert around.near_part("right", inside, Stay(stay.body, 8.0))[0] == 8.0, "who stands there when it comes"
+
+
+@pytest.mark.parametrize("language", ["en", "ar"])
+def test_what_comes_too_near_is_said_in_words(language):
+    stays = TALK.replace("[[other_robot.move]]\njoints = [100, -70, 60, -25, -90, 0]\n", "", 1)
+    stays = stays.replace("[[other_robot.move]]\njoints = [100, -60, 60, -25, -90, 0]\n", "")
+    said = planned(stays).explain(language)
+    assert "Contact(" not in said
+    assert "mm" in said or "مم" in said

@@ -18,7 +18,8 @@ from mafsil.job.description import Bounds
 from mafsil.job.neighbours import MAIN, SECONDS, Neighbour, Neighbourhood
 from mafsil.job.other_robot import OtherMove
 from mafsil.job.other_steps import OtherStep
-from mafsil.job.remark import Refused
+from mafsil.job.placed_parts import PlacedParts
+from mafsil.job.remark import Refused, said_of
 from mafsil.job.signals import Condition
 from mafsil.job.standstill import Standing, Standstill
 from mafsil.messages.quantities import quantity
@@ -84,10 +85,13 @@ class Beside:
         signals: of the job.
         bounds: how hard robots may be driven.
         seed: of the searches.
+        parts: what the robot of the job has put down so far, and takes again.
     """
 
-    def __init__(self, around: Neighbourhood, signals: CellSignals, bounds: Bounds, seed: int) -> None:
-        self.around, self.signals, self.bounds, self.seed = around, signals, bounds, seed
+    def __init__(
+        self, around: Neighbourhood, signals: CellSignals, bounds: Bounds, seed: int, parts: PlacedParts
+    ) -> None:
+        self.around, self.signals, self.bounds, self.seed, self.parts = around, signals, bounds, seed, parts
         self.programs = {
             each.asked.name: _Program(each, standing(each.start, around.own_limits(each.asked.name, bounds, 1.0)))
             for each in around.moving
@@ -135,7 +139,8 @@ class Beside:
         """All that the others have to do past the whole motion of the robot of the job; the motions of all.
 
         Raises:
-            Refused: a move for which no way was found, a wait that never ends, a rest that is in the way.
+            Refused: a move for which no way was found, a wait that never ends, a rest that is in the way, a part that
+                was put down there.
         """
         while self._go_on(main, np.inf):
             pass
@@ -244,20 +249,34 @@ class Beside:
         starts = {other: one.neighbour.start for other, one in self.programs.items()}
         start = starts | {other: motion.at(0.0) for other, motion in others.items()} | {name: program.q}
         limits = self.around.limits(self.bounds, move.speed)
-        found = plan_past(
-            self.around.cell, name, start, goal, limits, others, seed=self.seed, seconds=SECONDS
-        )  # fmt: skip
-        if not found:
-            raise Refused("job.other_no_way", name=each.name, number=number + 1, reason=found)
+        # Parts that are put down later count only where the way that is found without them would meet them.
+        here = [stay for stay in self.parts.stays if stay.put <= clock < stay.taken]
+        later = [stay for stay in self.parts.stays if stay.put > clock]
+        for stays in (here, [*here, *later]):
+            cell = self.around.among_parts([stay.body for stay in stays])
+            found = plan_past(cell, name, start, goal, limits, others, seed=self.seed, seconds=SECONDS)
+            if not found:
+                raise Refused("job.other_no_way", name=each.name, number=number + 1, reason=found)
+            end = clock + found.motions[name].duration
+            soon = [stay for stay in later if stay.put < end]
+            if not any(self.around.near_part(name, found.motions[name].later(-clock), stay) for stay in soon):
+                break
         part, within = found.motions[name], each.robot.limits
         known = each.goals[number]
         q = np.clip(part.at(part.duration), within.lower, within.upper) if known is None else known
         return self._add(program, "joint", "", part, q)
 
     def _require_proved(self, motions: Mapping[str, TimedArm]) -> None:
-        """Where a robot rests while others move, the whole is proved once more."""
+        """Where a robot rests while others move, the whole is proved once more; all of it beside parts put down."""
         rests = any(step.kind in ("pause", "set", "wait") for each in self.programs.values() for step in each.steps)
         moment = self.around.unproved(motions) if rests else None
         if moment is not None:
             contact = self.around.contact(motions, moment)
-            raise Refused("job.other_meets", time=quantity(moment, "s"), contact=contact)
+            raise Refused("job.other_meets", time=quantity(moment, "s"), contact=said_of(contact))
+        for name, program in self.programs.items():
+            for stay in self.parts.stays:
+                near = self.around.near_part(name, motions[name], stay)
+                if near is not None:
+                    time, contact = near
+                    details = {"name": program.neighbour.name, "time": quantity(time, "s"), "contact": said_of(contact)}
+                    raise Refused("job.other_meets_part", **details, part=stay.body.name)

@@ -6,14 +6,15 @@ goes round so that it meets neither the scene nor the robots before it; that is 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
-from mafsil.collision import Arms, Checker, Clearance, Contact, Mounted, Scene
+from mafsil.collision import Arms, Checker, Contact, Mounted, Scene
 from mafsil.collision import Obstacle as Body
 from mafsil.errors import MafsilError
 from mafsil.job.description import Bounds, Job, Pose
@@ -21,6 +22,7 @@ from mafsil.job.fitting import coordinates
 from mafsil.job.lines import Places
 from mafsil.job.other_robot import OtherRobot
 from mafsil.job.other_steps import OtherStep
+from mafsil.job.placed_parts import Stay
 from mafsil.job.poses import pose_matrix
 from mafsil.job.remark import Remark
 from mafsil.job.resting import resting_place
@@ -30,6 +32,7 @@ from mafsil.model.loading import load_mechanism
 from mafsil.model.skeleton import with_skeleton
 from mafsil.planning import TimedArm
 from mafsil.planning.arms_motion import unproved_moment
+from mafsil.planning.timed_proof import first_unproved
 from mafsil.robot import Robot
 from mafsil.trajectory import MotionLimits
 
@@ -37,6 +40,8 @@ MAIN = "job"
 """How the robot of the job is called among the arms."""
 SECONDS = 30.0
 """After which the search for a move of another robot gives up."""
+STANDING = 1e-3
+"""Of a robot that stands, so much is proved beside a part that is put down later [s]."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -215,15 +220,53 @@ class Neighbourhood:
         """From when on motions of all are not proved to keep the clearance; None where all of it is [s]."""
         return unproved_moment(self.cell, motions, {})
 
+    def among_parts(self, bodies: Sequence[Body]) -> Arms:
+        """The robots with more bodies in the scene."""
+        return self.cell.with_scene(Scene([*self.cell.scene, *bodies])) if bodies else self.cell
+
+    def near_part(self, name: str, motion: TimedArm, stay: Stay) -> tuple[float, Contact] | None:
+        """From when on another robot's motion is not proved to keep the clearance from a part that stands there.
+
+        Args:
+            name: of the robot.
+            motion: of it; it stands afterwards.
+            stay: of the part.
+
+        Returns:
+            The moment [s], and what is nearest then; None where all of the motion is proved.
+        """
+        end = min(stay.taken, max(motion.duration, stay.put + STANDING))
+        inner = motion.starts[(motion.starts > stay.put) & (motion.starts < end)]
+        breaks = np.unique(np.concatenate([[stay.put], inner, [end]]))
+        moving = [motion.is_moving(float(a), float(b)) for a, b in pairwise(breaks)]
+        accelerations = np.array(moving, dtype=np.float64)[:, None] * motion.acceleration
+        checker = self.cell.alone(name).with_scene(Scene([stay.body]))
+        time = first_unproved(checker, motion.at, breaks, accelerations)
+        return None if time is None else (time, next(iter(checker.distance(motion.at(time)))))
+
     def contact(self, motions: Mapping[str, TimedArm], time: float) -> Contact:
         """The two bodies that are nearest at a moment [s]."""
         q = self.cell.joined({name: motion.at(time) for name, motion in motions.items()})
         return next(iter(self.cell.distance(q)))
 
-    def clearance(self, q: JointVector, t: Floats, motions: Mapping[str, TimedArm]) -> Clearance:
-        """How near other robots come to anything when the robot of the job is at (k, n) at times (k,) [s]."""
+    def clearances(
+        self, q: JointVector, t: Floats, motions: Mapping[str, TimedArm], stays: Sequence[Stay]
+    ) -> Iterator[Contact]:
+        """What other robots come nearest to when the robot of the job is at (k, n) at times (k,) [s].
+
+        Args:
+            q: (k, n) of the robot of the job.
+            t: (k,), in order.
+            motions: of the others.
+            stays: parts that stand in the scene for a time.
+        """
         places = {name: motion.at(t) for name, motion in motions.items() if name != MAIN}
-        return self.cell.distance(self.cell.joined({MAIN: q, **places}))
+        rows = self.cell.joined({MAIN: q, **places})
+        there = np.array([(each.put <= t) & (t < each.taken) for each in stays]).reshape(len(stays), len(t))
+        changes = np.flatnonzero((there[:, 1:] != there[:, :-1]).any(axis=0)) + 1
+        for some in np.split(np.arange(len(t)), changes):
+            bodies = [each.body for each, stands in zip(stays, there[:, some].any(axis=1), strict=True) if stands]
+            yield from self.among_parts(bodies).distance(rows[some])
 
 
 def _driven(own: Floats, assumed: float, share: float) -> Floats:

@@ -23,8 +23,8 @@ from mafsil.job.placed_parts import PlacedPart, PlacedParts
 from mafsil.job.plan import Leg, Plan
 from mafsil.job.planned_remarks import Tight, driving_limits, near_limits, nearly_met, tight_limits
 from mafsil.job.poses import goal_matrix
-from mafsil.job.remark import Refused
-from mafsil.job.surroundings import RESTS, Surroundings, WayRound, said_of
+from mafsil.job.remark import Refused, said_of
+from mafsil.job.surroundings import RESTS, Surroundings, WayRound
 from mafsil.job.timing import Timing
 from mafsil.messages.quantities import quantity
 from mafsil.model import JointLimits
@@ -123,7 +123,7 @@ class Walk:
                 parts = [None, *(move.pick for move in self.job.move if move.pick is not None)]
                 loads = [Load(tool, part) for tool in self.tools.values() for part in parts]
             around = self.surroundings.neighbourhood(list(dict.fromkeys(loads)))
-            self._others = Beside(around, self.signals, self.job.limits, self.surroundings.rule.seed)
+            self._others = Beside(around, self.signals, self.job.limits, self.surroundings.rule.seed, self.parts)
         return self._others
 
     def on_tick(self, hold: float) -> float:
