@@ -132,7 +132,7 @@ def test_a_move_without_a_way_is_refused_by_name():
         ("exactly one of", "[[other_robot.move]]\nspeed = 0.5\n"),
         ("exactly one of", "[[other_robot.move]]\npause = 1\njoints = [0, 0, 0, 0, 0, 0]\n"),
         ("has 3 numbers", "[[other_robot.move]]\njoints = [0, 0, 0]\n"),
-        ("beyond its limits", "[[other_robot.move]]\njoints = [900, 0, 0, 0, 0, 0]\n"),
+        ("would be at 900°, outside its limits", "[[other_robot.move]]\njoints = [900, 0, 0, 0, 0, 0]\n"),
         ("no name of another robot", RIGHT),
         ("is not known", "[[other_robot.move]]\njoint = [0]\n"),
         ("both rpy and quaternion", "quaternion = [1, 0, 0, 0]\n"),
@@ -421,3 +421,85 @@ def test_what_comes_too_near_is_said_in_words(language):
     said = planned(stays).explain(language)
     assert "Contact(" not in said
     assert "mm" in said or "مم" in said
+
+
+CHOICES = """
+robot = "ur5"
+angles = "degrees"
+[variables]
+kind = "b"
+[output]
+done = false
+[input.camera]
+start = true
+changes = [[1.5, false]]
+[start]
+joints = [140, -35, 60, -25, -90, 0]
+[[move]]
+wait = { done = true }
+[[move]]
+joints = [150, -35, 60, -25, -90, 0]
+[[other_robot]]
+name = "right"
+robot = "ur5"
+position = [1.6, 0, 0]
+rpy = [0, 0, 180]
+joints = [100, -70, 60, -25, -90, 0]
+[[other_robot.move]]
+while = { camera = true }
+repeat = 4
+do = [{ joints = [120, -70, 60, -25, -90, 0] }, { joints = [100, -70, 60, -25, -90, 0] }]
+[[other_robot.move]]
+if = { kind = "a" }
+then = [{ joints = [130, -70, 60, -25, -90, 0] }]
+else = [{ joints = [90, -70, 60, -25, -90, 0] }, { if = { camera = false }, then = [{ set = { done = true } }] }]
+[[other_robot.move]]
+joints = [100, -70, 60, -25, -90, 0]
+"""
+
+
+@pytest.mark.capability("11-45")
+def test_programs_of_other_robots_have_loops_and_choices():
+    plan = planned(CHOICES)[1]
+    (beside,) = plan.neighbours
+    steps = beside.steps
+    kinds = [step.kind for step in steps]
+    assert kinds == ["if", "joint", "joint", "if", "joint", "joint", "if", "if", "joint", "if", "set", "joint"]
+    chosen = [step for step in steps if step.kind == "if"]
+    assert [step.decision.holds for step in chosen] == [True, True, False, False, True]
+    # Each looks at the next tick, and the camera changes at 1.5 s.
+    assert all(
+        1e-3 - 1e-9 <= step.end - step.start < 2e-3 and abs(step.end * 1e3 - round(step.end * 1e3)) < 1e-6
+        for step in chosen
+    )
+    assert [step.decision.holds for step in chosen[:3]] == [step.end < 1.5 for step in chosen[:3]]
+    assert "kind is" in chosen[3].decision.explain(language="en")
+    assert [step.number for step in steps] == [1] * 7 + [2] * 4 + [3]
+    (done,) = (change.time for change in plan.signals.timeline(99.0, 99) if change.signal == "done" and change.time > 0)
+    assert plan.starts[1] == pytest.approx(done + 1e-3, abs=1.1e-3)
+    said = [remark.key for remark in plan.remarks]
+    assert said.count("job.then_never") == 1, "of the choice with an `else` that was always taken"
+    assert beside.steps[9].to_dict()["choice"]["holds"] is True
+    other = planned(CHOICES.replace('kind = "b"', 'kind = "a"'))
+    assert other.key == "job.other_wait_never" or "done" in other.explain("en"), "nobody sets it on that way"
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("repeat = 4\n", ""), "other_robot.1..move.1.: a loop with `while` has `repeat`"),
+        (("then = [{ joints = [130", "thn = [{ joints = [130"), "did you mean: then"),
+        (('if = { kind = "a" }\n', ""), "other_robot.1..move.2..: give exactly one of"),
+        (('if = { kind = "a" }', "if = { kind = 1 }"), "a text is compared with a text"),
+        (("if = { camera", "if = { camra"), "no signal and no variable 'camra'; known: camera"),
+        (("[90, -70", "[900, -70"), "move.2..else.1..joints.*900°, outside its limits"),
+        (("repeat = 4", "repeat = 100000"), "more than 200000 moves"),
+        (("repeat = 4\ndo", "do = []\nrepeat = 1\n# do"), "a loop of another robot has moves in `do`"),
+        (("set = { done = true }", "set = { gone = true }"), "no signal 'gone'"),
+    ],
+)
+def test_wrong_programs_of_other_robots_are_named(change, words):
+    assert change[0] in CHOICES
+    with pytest.raises(JobError, match=words) as caught:
+        planned(CHOICES.replace(*change))
+    assert str(caught.value).startswith("<text>:")

@@ -80,7 +80,9 @@ class _Planner:
         if walk.surroundings is None:
             return
         walk.beside = walk.surroundings.settle(walk.others(), walk.motion())
-        walk.remarks += [each.arrival() for each in walk.beside if not each.neighbour.stands]
+        moving = [each for each in walk.beside if not each.neighbour.stands]
+        walk.remarks += [each.arrival() for each in moving]
+        walk.remarks += [remark for each in moving for remark in each.never_made()]
         last = max((each.motion.duration for each in walk.beside), default=0.0)
         if last > walk.past:
             walk.append(-1, "", "settle", rest(walk.q, last - walk.past))

@@ -18,7 +18,7 @@ from mafsil.collision import Arms, Checker, Contact, Mounted, Scene
 from mafsil.collision import Obstacle as Body
 from mafsil.errors import MafsilError
 from mafsil.job.description import Bounds, Job, Pose
-from mafsil.job.fitting import coordinates
+from mafsil.job.fitting import coordinates, require_within
 from mafsil.job.lines import Places
 from mafsil.job.other_robot import OtherRobot
 from mafsil.job.other_steps import OtherStep
@@ -52,7 +52,7 @@ class Neighbour:
         asked: what the file says of it.
         robot: at its base pose, with shapes.
         start: (n,) where it begins [rad | m].
-        goals: (n,) coordinates of each of its moves; None for a pause or a pose.
+        goals: (n,) coordinates of each of its moves; None for what is no goal in joints.
         degrees: whether angles of the file are degrees.
         checks_itself: whether its description has shapes, so that it is checked against itself.
     """
@@ -102,6 +102,27 @@ class NeighbourMotion:
         times = {"duration": quantity(self.motion.duration, "s"), "waiting": quantity(self.motion.waiting, "s")}
         return Remark("good", "job.other_arrives", {"name": self.neighbour.name, **times})
 
+    def never_made(self) -> list[Remark]:
+        """For each choice that it came to: the way that was never taken."""
+        moves = self.neighbour.asked.move
+        ways: dict[tuple[str | int, ...], set[bool]] = {}
+        first: dict[tuple[str | int, ...], OtherStep] = {}
+        for step in self.steps:
+            if step.decision is not None:
+                place = moves[step.index].origin
+                ways.setdefault(place, set()).add(step.decision.holds)
+                first.setdefault(place, step)
+        found: list[Remark] = []
+        for place, taken in ways.items():
+            step, fork = first[place], moves[first[place].index].fork
+            assert fork is not None
+            details = {"move": f"{self.neighbour.name} {step.number}", "tests": step.text}
+            if taken == {False}:
+                found.append(Remark("good", "job.loop_never" if fork.loop else "job.then_never", details))
+            elif taken == {True} and fork.other:
+                found.append(Remark("good", "job.else_never", details))
+        return found
+
     def poses(self, t: Floats) -> PoseMatrix:
         """(k, L, 4, 4) of its links in {s} at times (k,) [s]."""
         return np.asarray(self.neighbour.robot.link_poses(self.motion.at(t)))
@@ -139,8 +160,8 @@ def neighbours_of(job: Job, folder: Path, places: Places) -> tuple[Neighbour, ..
         goals = [
             None
             if move.joints is None
-            else _coordinates(job, robot, move.joints, places, ("other_robot", k, "move", i, "joints"))
-            for i, move in enumerate(asked.move)
+            else _coordinates(job, robot, move.joints, places, ("other_robot", k, "move", *move.origin, "joints"))
+            for move in asked.move
         ]
         found.append(Neighbour(asked, robot, start, tuple(goals), job.angles == "degrees", own))
     return tuple(found)
@@ -152,14 +173,8 @@ def _coordinates(
     """Numbers of the file as joint coordinates within the limits."""
     if len(values) != robot.n:
         raise places.error("job.other_count", path, expected=robot.n, got=len(values))
+    require_within(job, robot, places, path, values)
     q, limits = coordinates(job, robot, values), robot.limits
-    beyond = np.maximum(limits.lower - q, q - limits.upper)
-    if beyond.max(initial=0.0) > 1e-9:
-        k = int(beyond.argmax())
-        raise places.error(
-            "job.other_limit", path, joint=visible(robot.joint_names[k]), value=f"{q[k]:.6g}",
-            lower=f"{limits.lower[k]:.6g}", upper=f"{limits.upper[k]:.6g}",
-        )  # fmt: skip
     return np.clip(q, limits.lower, limits.upper)
 
 

@@ -116,7 +116,7 @@ class Walk:
     def others(self) -> Beside | None:
         """The other robots that move, planned as far as they have come; None where there are none."""
         if self._others is None and self.surroundings is not None and any(each.move for each in self.job.other_robot):
-            talks = any(move.set or move.wait for each in self.job.other_robot for move in each.move)
+            talks = any(move.set or move.wait or move.fork for each in self.job.other_robot for move in each.move)
             loads = [leg.load for leg in self.legs]
             if talks:
                 # What is carried later is not known yet: whatever some way of the job may carry.
