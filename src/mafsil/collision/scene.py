@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -131,7 +131,7 @@ def as_obstacles(name: str, given: Iterable[Obstacle | Geometry]) -> tuple[Obsta
     Raises:
         InputError: no list.
     """
-    if not isinstance(given, Iterable):
+    if not isinstance(cast(object, given), Iterable):
         raise InputError("input.kind", name=name, expected="list of obstacles", got=type(given).__name__)
     return tuple(each if isinstance(each, Obstacle) else Obstacle(each) for each in given)
 

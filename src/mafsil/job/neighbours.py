@@ -280,7 +280,7 @@ class Neighbourhood:
         there = np.array([(each.put <= t) & (t < each.taken) for each in stays]).reshape(len(stays), len(t))
         changes = np.flatnonzero((there[:, 1:] != there[:, :-1]).any(axis=0)) + 1
         for some in np.split(np.arange(len(t)), changes):
-            bodies = [each.body for each, stands in zip(stays, there[:, some].any(axis=1), strict=True) if stands]
+            bodies = [each.body for k, each in enumerate(stays) if there[k, some].any()]
             yield from self.among_parts(bodies).distance(rows[some])
 
 

@@ -39,5 +39,5 @@ class OtherStep:
     def to_dict(self) -> dict[str, object]:
         """Plain data."""
         choice = None if self.decision is None else self.decision.to_dict()
-        where = {"number": self.number, "kind": self.kind, "text": self.text, "choice": choice}
+        where: dict[str, object] = {"number": self.number, "kind": self.kind, "text": self.text, "choice": choice}
         return where | {"start": self.start, "end": self.end}

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 from threading import local
 from time import perf_counter
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias, cast
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -20,7 +20,7 @@ from mafsil.ik import inverse_kinematics
 from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
 from mafsil.model.placement import checked_poses
-from mafsil.planning.arm_limits import UNBOUNDED, beyond_limits, bounds_of
+from mafsil.planning.arm_limits import UNBOUNDED, beyond_limits, bounds_of, endless_joints
 from mafsil.planning.arm_plan import ArmPlan
 from mafsil.planning.closed_arms import closed_configurations, loops_kept
 from mafsil.planning.goal_region import GoalRegion
@@ -130,7 +130,7 @@ def plan(
     n, mechanism = checker.robot.n, checker.robot.mechanism
     loops = loops_kept(mechanism) if mechanism.loops else ()
     q = np.array(single("start", start, (n,)))
-    if not isinstance(planner, str) or (planner not in PLANNERS and planner not in ARM_PLANNERS):
+    if not isinstance(cast(object, planner), str) or (planner not in PLANNERS and planner not in ARM_PLANNERS):
         raise InputError("input.choice", name="planner", value=planner, known=", ".join({**ARM_PLANNERS, **PLANNERS}))
     for name, number, least in (("seed", seed, 0), ("nodes", nodes, 1), ("shorten", shorten, 0)):
         whole(name, number, least=least)
@@ -174,9 +174,9 @@ def _answer(
     points = q[None] if path is None else path
     reached = -1 if path is None else 0 if len(goals) == 1 else int(np.abs(goals - points[-1]).max(axis=1).argmin())
     looked_at, proofs, states = seen
-    seconds = perf_counter() - begun
+    seconds, reason = perf_counter() - begun, "" if path is not None else endless_joints(checker)
     return ArmPlan(
-        status, points, planner, states, looked_at, made, seconds, "", checker, (), proofs, reached, kept
+        status, points, planner, states, looked_at, made, seconds, reason, checker, (), proofs, reached, kept
     )  # fmt: skip
 
 

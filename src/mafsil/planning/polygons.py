@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -42,7 +43,7 @@ class PolygonWorld:
             InputError: a wrong shape, a number that is not finite, a polygon without area, no rectangle.
         """
         rows: list[Floats] = []
-        if not isinstance(polygons, Iterable):
+        if not isinstance(cast(object, polygons), Iterable):
             raise InputError("input.kind", name="polygons", expected="list of polygons", got=type(polygons).__name__)
         for k, polygon in enumerate(polygons):
             corners = np.asarray(as_batch(f"polygons[{k}]", polygon, (2,), finite=True))

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
-from typing import TypeVar
 
 from mafsil.job.description import Variable
 from mafsil.job.language.frames import Complaint
@@ -13,7 +12,6 @@ from mafsil.job.lines import Path
 from mafsil.job.signals import Between, Condition, Input, SignalValue, Test
 from mafsil.messages.visible import visible
 
-AnyStatement = TypeVar("AnyStatement", Statement, OtherStatement)
 TESTS = ("if", "while")
 """Keys that look at variables, too."""
 
@@ -140,7 +138,9 @@ def _require_test(
         _require_kind(test, {name: isinstance(value, bool)}, name, path, error)
 
 
-def _statements(statements: tuple[AnyStatement, ...], path: Path) -> Iterator[tuple[AnyStatement, Path]]:
+def _statements(
+    statements: Sequence[Statement | OtherStatement], path: Path
+) -> Iterator[tuple[Statement | OtherStatement, Path]]:
     """All statements, those in loops and choices too, each with its place."""
     for k, statement in enumerate(statements):
         yield statement, (*path, k)
