@@ -188,6 +188,13 @@ def test_a_robot_and_a_lock_that_cannot_be_are_said_with_their_line(text, place,
     assert str(caught.value).startswith(place)
 
 
+@pytest.mark.parametrize("wrong", ["nan", "3", "true", "[1]", "{ a = 1 }"])
+def test_what_cannot_be_included_is_said_with_its_line(wrong):
+    with pytest.raises(JobError, match="include") as caught:
+        parse(f'robot = "ur5e"\ninclude = {wrong}\n[[move]]\npause = 1\n', source="job.toml")
+    assert str(caught.value).startswith("job.toml:2")
+
+
 def test_a_table_that_is_not_known_is_said_with_its_line():
     with pytest.raises(JobError, match="did you mean: move") as caught:
         parse('robot = "ur5e"\n\n[[moves]]\npause = 1\n', source="job.toml")

@@ -143,7 +143,7 @@ class Checker:
             InputError: a wrong shape, NaN or infinities; `within` is no length.
         """
         if not (type(within) is float and within >= 0.0):
-            within = np.inf if within == np.inf else _not_negative("within", within)
+            within = _not_negative("within", within, most=np.inf)
         rows, batch = self._rows(q)
         out, who = np.zeros((len(rows), 10)), np.zeros((len(rows), 2), np.int64)
         gradient, shop = np.zeros(rows.shape), self._workshop()
@@ -377,8 +377,8 @@ class Checker:
         return Contact(str(first[0]), str(second[0]), float(row[0]), row[1:4], row[4:7], row[7:10])
 
 
-def _not_negative(name: str, value: float) -> float:
+def _not_negative(name: str, value: float, most: float = MOST_LENGTH) -> float:
     number = real_array(name, value)
-    if number.ndim or not 0.0 <= number <= MOST_LENGTH:
-        raise InputError("collision.length", name=name, value=value, most=MOST_LENGTH)
+    if number.ndim or not 0.0 <= number <= most:
+        raise InputError("collision.length", name=name, value=value, most=most)
     return float(number)
