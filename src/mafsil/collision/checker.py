@@ -297,6 +297,13 @@ class Checker:
         named = self._skipped.items()
         return tuple(SkippedPair(self.bodies[a].name, self.bodies[b].name, reason) for (a, b), reason in named)
 
+    @property
+    def only_drawn(self) -> tuple[str, ...]:
+        """Links that the description draws without a collision shape, where others have one: they meet nothing."""
+        checked = {body.link for body in self.bodies}
+        links = self.robot.mechanism.links
+        return tuple(link.name for k, link in enumerate(links) if link.visuals and k not in checked)
+
     @cached_property
     def laid(self) -> LaidArm:
         """The arm as the compiled loops read it, shared by all scenes."""
