@@ -51,6 +51,8 @@ def test_what_stands_in_the_way_is_named(capsys, tmp_path):
     code, _, err = asked(capsys, "--start", *inside, "--goal", *RIGHT, "--scene", SCENE)
     assert code == 1
     assert "wall" in err
+    assert main(["plan", "panda", "--start", *LEFT, "--goal", *RIGHT]) == 1
+    assert "did you mean --degrees?" in capsys.readouterr().err
     code, _, err = asked(capsys, "--start", *LEFT)
     assert code == 2
     assert "--pose" in err

@@ -192,6 +192,38 @@ def test_wrong_input_is_named(tmp_path):
     with pytest.raises(mf.FileError, match="SRDF"):
         Checker(checker.robot, srdf=tmp_path / "none.srdf")
     assert checker.in_collision(np.zeros((0, 6))).shape == (0,)
+    for wrong, words in ((("a", "b"), "no body or link 'a'"), ("ab", "no pair")):
+        with pytest.raises(mf.InputError, match=words):
+            Checker(checker.robot, skip=[wrong])
+    with pytest.raises(mf.InputError, match="attached: expected a list of obstacles"):
+        Checker(checker.robot, attached=Obstacle(Sphere(0.1)))
+    with pytest.raises(mf.InputError, match="half space"):
+        Checker(checker.robot, attached=[Plane()])
+    for within in (-1.0, float("nan"), "far"):
+        with pytest.raises(mf.InputError, match="within"):
+            checker.distance(np.zeros(6), within=within)
+
+
+def test_links_that_are_only_drawn_are_named(tmp_path):
+    """A maker drew all links and gave a collision shape to one: the others go through everything."""
+    shape = "<geometry><sphere radius='0.1'/></geometry>"
+    mass = "<inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial>"
+    links = f"<link name='a'><collision>{shape}</collision></link><link name='b'>{mass}<visual>{shape}</visual></link>"
+    joint = "<joint name='j' type='continuous'><parent link='a'/><child link='b'/><origin xyz='1 0 0'/></joint>"
+    path = tmp_path / "drawn.urdf"
+    path.write_text(f"<robot name='r'>{links}{joint}</robot>", encoding="utf-8")
+    checker = Checker(mf.load(path), [Obstacle(Sphere(0.2), (1.0, 0.0, 0.0), "ball")])
+    assert checker.only_drawn == ("b",)
+    assert checker.free([0.0])
+    assert Checker(arm(tmp_path)).only_drawn == ()
+
+
+def test_a_robot_without_joints_is_refused_in_words(tmp_path):
+    robot = arm(tmp_path)
+    still = Checker(robot.locked(dict.fromkeys(robot.joint_names, 0.1)), scene(7))
+    for ask in (still.in_collision, still.distance, still.check):
+        with pytest.raises(mf.MafsilError, match="no moving joint"):
+            ask(np.zeros(0))
 
 
 def test_hulls_of_meshes_hold_every_vertex():

@@ -138,6 +138,33 @@ def test_wrong_input_is_named():
         mf.Scene([Obstacle(Sphere(1.0), name="a"), Obstacle(Sphere(1.0), name="a")])
 
 
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: Obstacle(Box(0.5)), "size: expected shape"),
+        (lambda: Obstacle(Sphere(1e160)), "no length.*at most 1e\\+06"),
+        (lambda: Obstacle(Sphere(0.1), (1e12, 0.0, 0.0)), "farther than 1e\\+06 m"),
+        (lambda: collision.ConvexHull(np.eye(3) * 1e200), "points: .*farther"),
+        (lambda: collision.HeightMap(np.zeros((3, 3)), 1.0, base=-1.0), "size: expected shape"),
+        (lambda: collision.HeightMap(np.zeros((3, 3)), (1.0, 1.0, 1.0), base=-1.0), "size: expected shape"),
+        (lambda: collision.HeightMap(np.zeros((3, 3)), (1.0, 1.0), base=-np.inf), "base"),
+        (lambda: mf.Scene(Obstacle(Sphere(0.1))), "list of obstacles, got a Obstacle"),
+        (lambda: mf.Scene(None), "list of obstacles"),
+    ],
+)
+def test_what_is_no_scene_is_said(call, words):
+    with pytest.raises(mf.InputError, match=words):
+        call()
+
+
+def test_poses_that_are_none_are_refused_in_batches_too():
+    """A matrix that stretches gave a distance of stretched bodies."""
+    T = random_poses(3, 1.0, 0)
+    T[1, :3, :3] *= 2.0
+    with pytest.raises(mf.MafsilError, match=r"T_sa\[1\] is no pose"):
+        collision.distance(Sphere(0.1), Sphere(0.1), T)
+
+
 def test_a_scene_names_its_obstacles():
     scene = mf.Scene([Sphere(0.1), Obstacle(Box((1, 1, 1)), (0, 0, 2), "table"), Sphere(0.2)])
     assert scene.names == ("sphere 1", "table", "sphere 2")

@@ -11,6 +11,7 @@ from mafsil.errors import FileError, JobError, MafsilError
 from mafsil.job import parse, read
 from mafsil.job.language import key_checks
 from mafsil.job.lines import Places
+from mafsil.job.solve import prepare
 
 JOBS = Path(__file__).parents[2] / "examples" / "jobs"
 PANDA = (JOBS / "pick_and_place_panda.toml").read_text(encoding="utf-8")
@@ -171,3 +172,38 @@ def test_keys_of_a_table_are_looked_up_once_however_many_moves_there_are(monkeyp
     moves = parse('robot = "planar2r"\n' + "[[move]]\npause = 0.1\n" * 500)
     assert len(moves.move) == 500
     assert len(asked) == len(set(asked)) < 30
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "words"),
+    [
+        ('title = "x"\nrobot = "ur5ee"\n', "job.toml:2", "did you mean: ur5"),
+        ('robot = "ur5e"\nlock = { elbo = 0 }\n', "job.toml:2", "elbow_joint"),
+    ],
+)
+def test_a_robot_and_a_lock_that_cannot_be_are_said_with_their_line(text, place, words):
+    text += "[[move]]\npause = 1\n"
+    with pytest.raises(MafsilError, match=words) as caught:
+        prepare(parse(text), text, Path(), source="job.toml")
+    assert str(caught.value).startswith(place)
+
+
+@pytest.mark.parametrize("wrong", ["nan", "3", "true", "[1]", "{ a = 1 }"])
+def test_what_cannot_be_included_is_said_with_its_line(wrong):
+    with pytest.raises(JobError, match="include") as caught:
+        parse(f'robot = "ur5e"\ninclude = {wrong}\n[[move]]\npause = 1\n', source="job.toml")
+    assert str(caught.value).startswith("job.toml:2")
+
+
+def test_a_table_that_is_not_known_is_said_with_its_line():
+    with pytest.raises(JobError, match="did you mean: move") as caught:
+        parse('robot = "ur5e"\n\n[[moves]]\npause = 1\n', source="job.toml")
+    assert str(caught.value).startswith("job.toml:3")
+
+
+def test_a_refused_pose_of_an_arm_with_few_joints_is_one_sentence(recwarn):
+    """A warning of inverse kinematics for programmers was printed beside it."""
+    text = 'robot = "cobra600"\n[[move]]\npose = { position = [0.4, 0.2, 0.15], rpy = [3.14159265, 0, 0.5] }\n'
+    refused = prepare(parse(text), text, Path())
+    assert "4 joints, fewer than a pose fixes" in refused.explain("en")
+    assert not [each for each in recwarn if "no solution" in str(each.message)]

@@ -10,6 +10,7 @@ from mafsil.cli.main import main
 from mafsil.errors import JobError
 from mafsil.job import Run, parse, solve
 from mafsil.job.causes import split
+from mafsil.job.holding import overloads, planned_overloads
 from mafsil.job.judgement import Summary, summary
 from mafsil.messages.quantities import digits, quantity
 from mafsil.report.contents import verdict
@@ -175,7 +176,7 @@ def test_an_arm_that_cannot_hold_its_part_says_so_and_gives_way() -> None:
     assert not any("+" in s or "e-" in s for s in said)
 
 
-def test_holding_efforts_are_those_of_statics(tmp_path: Path) -> None:
+def test_holding_efforts_are_those_of_statics(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """One arm of 1 m that turns about a level axis, 2 kg at its end, and a part of 3 kg: 5 g N m."""
     urdf = """<robot name="arm"><link name="a"/><link name="b"><inertial><origin xyz="1 0 0"/><mass value="2"/>
     <inertia ixx="1e-6" iyy="1e-6" izz="1e-6" ixy="0" ixz="0" iyz="0"/></inertial></link><link name="tip"/>
@@ -188,6 +189,10 @@ def test_holding_efforts_are_those_of_statics(tmp_path: Path) -> None:
         run, _ = solved(text, tmp_path)
         said = [s for s in sentences(run, "failure") if s.startswith("holding 3 kg")]
         assert bool(said) != held
+        assert planned_overloads(run.job, run.plan) == overloads(run), "the same is said before anything moves"
+        (tmp_path / "lift.toml").write_text(text, encoding="utf-8")
+        assert main(["check", str(tmp_path / "lift.toml")]) == (0 if held else 1)
+        assert ("holding 3 kg" in capsys.readouterr().err) != held
         if said:
             assert f"needs {quantity(5 * 9.81 / effort, 'share')} of the effort of lift" in said[0]
 

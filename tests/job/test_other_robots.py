@@ -7,16 +7,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mafsil.collision import Arms, Mounted
+from mafsil.collision import Arms, Checker, Mounted
 from mafsil.errors import FileError, JobError
 from mafsil.job.clearances import clearances
 from mafsil.job.judgement import summary
+from mafsil.job.placed_parts import Stay
 from mafsil.job.reading import parse, read
 from mafsil.job.remark import Refusal
 from mafsil.job.solve import prepare, solve
+from mafsil.planning import TimedArm
 from mafsil.report.contents import page as page_of
 from mafsil.report.replay import replay_scene
 from mafsil.report.results import as_data
+from mafsil.trajectory import quintic, rest
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "jobs" / "two_arms.toml"
 HEAD = """
@@ -129,7 +132,7 @@ def test_a_move_without_a_way_is_refused_by_name():
         ("exactly one of", "[[other_robot.move]]\nspeed = 0.5\n"),
         ("exactly one of", "[[other_robot.move]]\npause = 1\njoints = [0, 0, 0, 0, 0, 0]\n"),
         ("has 3 numbers", "[[other_robot.move]]\njoints = [0, 0, 0]\n"),
-        ("beyond its limits", "[[other_robot.move]]\njoints = [900, 0, 0, 0, 0, 0]\n"),
+        ("would be at 900°, outside its limits", "[[other_robot.move]]\njoints = [900, 0, 0, 0, 0, 0]\n"),
         ("no name of another robot", RIGHT),
         ("is not known", "[[other_robot.move]]\njoint = [0]\n"),
         ("both rpy and quaternion", "quaternion = [1, 0, 0, 0]\n"),
@@ -352,3 +355,151 @@ def test_wrong_signals_of_other_robots_are_named(key, change, language):
         parse(TALK.replace(*change))
     assert caught.value.key == key
     assert "<text>:" in caught.value.message(language)
+
+
+CRATE = """
+robot = "ur5"
+angles = "degrees"
+[collision]
+clearance = 0.01
+[start]
+joints = [140, -35, 60, -25, -90, 0]
+[[move]]
+pick = { name = "crate", mass = 0.5, size = [0.1, 0.1, 0.2], offset = [0, 0, 0.15] }
+[[move]]
+joints = [180, -35, 60, -25, -90, 0]
+[[move]]
+place = true
+[[move]]
+joints = [80, -70, 60, -25, -90, 0]
+[[other_robot]]
+name = "right"
+robot = "ur5"
+position = [1.2, 0, 0]
+rpy = [0, 0, 180]
+joints = [140, -35, 60, -25, -90, 0]
+[[other_robot.move]]
+pause = 5
+[[other_robot.move]]
+joints = [240, -35, 60, -25, -90, 0]
+"""
+
+
+@pytest.mark.capability("11-45", "11-46")
+def test_other_robots_go_round_parts_that_were_put_down():
+    """The straight way leads 9 cm through the crate; the robot that has put it down is far away by then."""
+    plan = planned(CRATE)[1]
+    (beside,) = plan.neighbours
+    around, _, (stay,) = plan.surroundings._others
+    assert (stay.put, stay.taken) == (plan.starts[2], np.inf)
+    check = Checker(beside.neighbour.robot, [stay.body], self_collision=False)
+    start, goal = beside.neighbour.start, beside.steps[-1].q
+    assert check.distance(start + np.linspace(0.0, 1.0, 101)[:, None] * (goal - start)).distance.min() < -0.09
+    assert check.distance(beside.motion.at(np.linspace(0.0, beside.motion.duration, 3000))).distance.min() > 0.01
+    near = list(plan.surroundings.clearances_beside(plan.start[None].repeat(2, axis=0), np.array([0.0, 6.0])))
+    assert [each.second == "crate 1" for each in near] == [False, True], "it stands there from its time on"
+
+    def straight(begin):
+        part = quintic(start, goal, 2.0)
+        return TimedArm(
+            (rest(start, begin), part), np.array([0.0, begin, begin + 2.0]), (True, False), np.full(6, 10.0)
+        )
+
+    time, contact = around.near_part("right", straight(5.0), stay)
+    assert 5.0 < time < 7.0
+    assert "crate 1" in (contact.first, contact.second)
+    assert around.near_part("right", straight(5.0), Stay(stay.body, 8.0)) is None, "it has passed by then"
+    assert around.near_part("right", straight(5.0), Stay(stay.body, 1.0, 5.2)) is None, "it is taken before"
+    inside = TimedArm((rest(straight(5.0).at(time + 0.1), 1.0),), np.array([0.0, 1.0]), (True,), np.full(6, 10.0))
+    assert around.near_part("right", inside, Stay(stay.body, 8.0))[0] == 8.0, "who stands there when it comes"
+
+
+@pytest.mark.parametrize("language", ["en", "ar"])
+def test_what_comes_too_near_is_said_in_words(language):
+    stays = TALK.replace("[[other_robot.move]]\njoints = [100, -70, 60, -25, -90, 0]\n", "", 1)
+    stays = stays.replace("[[other_robot.move]]\njoints = [100, -60, 60, -25, -90, 0]\n", "")
+    said = planned(stays).explain(language)
+    assert "Contact(" not in said
+    assert "mm" in said or "مم" in said
+
+
+CHOICES = """
+robot = "ur5"
+angles = "degrees"
+[variables]
+kind = "b"
+[output]
+done = false
+[input.camera]
+start = true
+changes = [[1.5, false]]
+[start]
+joints = [140, -35, 60, -25, -90, 0]
+[[move]]
+wait = { done = true }
+[[move]]
+joints = [150, -35, 60, -25, -90, 0]
+[[other_robot]]
+name = "right"
+robot = "ur5"
+position = [1.6, 0, 0]
+rpy = [0, 0, 180]
+joints = [100, -70, 60, -25, -90, 0]
+[[other_robot.move]]
+while = { camera = true }
+repeat = 4
+do = [{ joints = [120, -70, 60, -25, -90, 0] }, { joints = [100, -70, 60, -25, -90, 0] }]
+[[other_robot.move]]
+if = { kind = "a" }
+then = [{ joints = [130, -70, 60, -25, -90, 0] }]
+else = [{ joints = [90, -70, 60, -25, -90, 0] }, { if = { camera = false }, then = [{ set = { done = true } }] }]
+[[other_robot.move]]
+joints = [100, -70, 60, -25, -90, 0]
+"""
+
+
+@pytest.mark.capability("11-45")
+def test_programs_of_other_robots_have_loops_and_choices():
+    plan = planned(CHOICES)[1]
+    (beside,) = plan.neighbours
+    steps = beside.steps
+    kinds = [step.kind for step in steps]
+    assert kinds == ["if", "joint", "joint", "if", "joint", "joint", "if", "if", "joint", "if", "set", "joint"]
+    chosen = [step for step in steps if step.kind == "if"]
+    assert [step.decision.holds for step in chosen] == [True, True, False, False, True]
+    # Each looks at the next tick, and the camera changes at 1.5 s.
+    assert all(
+        1e-3 - 1e-9 <= step.end - step.start < 2e-3 and abs(step.end * 1e3 - round(step.end * 1e3)) < 1e-6
+        for step in chosen
+    )
+    assert [step.decision.holds for step in chosen[:3]] == [step.end < 1.5 for step in chosen[:3]]
+    assert "kind is" in chosen[3].decision.explain(language="en")
+    assert [step.number for step in steps] == [1] * 7 + [2] * 4 + [3]
+    (done,) = (change.time for change in plan.signals.timeline(99.0, 99) if change.signal == "done" and change.time > 0)
+    assert plan.starts[1] == pytest.approx(done + 1e-3, abs=1.1e-3)
+    said = [remark.key for remark in plan.remarks]
+    assert said.count("job.then_never") == 1, "of the choice with an `else` that was always taken"
+    assert beside.steps[9].to_dict()["choice"]["holds"] is True
+    other = planned(CHOICES.replace('kind = "b"', 'kind = "a"'))
+    assert other.key == "job.other_wait_never" or "done" in other.explain("en"), "nobody sets it on that way"
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("repeat = 4\n", ""), "other_robot.1..move.1.: a loop with `while` has `repeat`"),
+        (("then = [{ joints = [130", "thn = [{ joints = [130"), "did you mean: then"),
+        (('if = { kind = "a" }\n', ""), "other_robot.1..move.2..: give exactly one of"),
+        (('if = { kind = "a" }', "if = { kind = 1 }"), "a text is compared with a text"),
+        (("if = { camera", "if = { camra"), "no signal and no variable 'camra'; known: camera"),
+        (("[90, -70", "[900, -70"), "move.2..else.1..joints.*900°, outside its limits"),
+        (("repeat = 4", "repeat = 100000"), "more than 200000 moves"),
+        (("repeat = 4\ndo", "do = []\nrepeat = 1\n# do"), "a loop of another robot has moves in `do`"),
+        (("set = { done = true }", "set = { gone = true }"), "no signal 'gone'"),
+    ],
+)
+def test_wrong_programs_of_other_robots_are_named(change, words):
+    assert change[0] in CHOICES
+    with pytest.raises(JobError, match=words) as caught:
+        planned(CHOICES.replace(*change))
+    assert str(caught.value).startswith("<text>:")

@@ -7,7 +7,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.collision import Arms, Box, Checker, Mounted, MovableArm, Obstacle, Scene
-from mafsil.errors import InputError
+from mafsil.errors import InputError, MafsilError
 from mafsil.figures import save_placement
 from mafsil.geometry import rotation
 from mafsil.planning import Miss, PlacementStatus
@@ -151,6 +151,10 @@ def test_what_is_refused(ur5):
         ("base poses", {"spacing": 1e-4}),
         ("heights", {"heights": [np.nan]}),
         ("no obstacle", {"stands_on": ["desk"]}),
+        ("no obstacle 'desk'", {"stands_on": "desk"}),
+        ("region: expected shape", {"region": 5.0}),
     ):
         with pytest.raises(InputError, match=words):
             mf.place(ur5, **{"targets": TARGETS, "scene": TABLE, **wrong})
+    with pytest.raises(MafsilError, match=r"targets\[0\] is no pose"):
+        mf.place(ur5, 2.0 * np.asarray(TARGETS), scene=TABLE)

@@ -95,6 +95,31 @@ def test_numbers_that_are_none_and_ends_that_cannot_be_are_named(arm):
     assert "out of reach" in far.explain("en")
     assert "inf" not in far.explain("en").split("\n")[-1]
     assert far.explain("ar") != far.explain("en")
+    for wrong, words in (
+        ({"goal": "home"}, "goal: expected real numbers"),
+        ({"goal": 2.0 * np.eye(4)}, "goal is no pose"),
+        ({"planner": ["prm"]}, "rrt_connect"),
+        ({"radius": 0.1}, "a Checker has its capsules already"),
+        ({"margin": -1.0}, "margin"),
+        ({"scene": Box((1, 1, 1))}, "list of obstacles"),
+    ):
+        with pytest.raises(mf.MafsilError, match=words):
+            mf.plan(arm, wrong.pop("scene", None), A, wrong.pop("goal", B), **wrong)
+    with pytest.raises(mf.InputError, match="finite"):
+        same.at(np.nan)
+    lower = arm.robot.limits.lower
+    barely = mf.plan(arm, None, np.where(np.arange(7) == 3, np.nextafter(lower, -9.0), A), B)
+    assert "by 4.44e-16" in barely.explain("en"), "two numbers that print alike say nothing"
+
+
+@pytest.mark.capability("11-39")
+def test_the_margin_of_a_question_counts_for_a_checker_too(arm):
+    """It was ignored without a word."""
+    ball = arm.with_scene([Obstacle(Sphere(0.05), (0.0, 0.0, 1.3), "ball")])
+    near = float(ball.distance(A).distance)
+    assert mf.plan(ball, None, A, A, margin=0.9 * near)
+    kept = mf.plan(ball, None, A, A, margin=1.1 * near)
+    assert kept.status is PlanningStatus.START_BLOCKED
 
 
 @pytest.mark.capability("11-40")

@@ -181,6 +181,79 @@ def _signed_distance(points, corners):
     return np.where((sides > 0).all(axis=-1) | (sides < 0).all(axis=-1), -distance, distance)
 
 
+@pytest.mark.capability("11-42", "11-44")
+@pytest.mark.parametrize("seed", range(4))
+def test_paths_down_a_navigation_function_are_free_between_the_cells(seed):
+    """Splinters thinner than the cells: their middles are free, motions between them need not be."""
+    rng = np.random.default_rng(seed)
+    places, ways = rng.uniform(-0.9, 0.9, (20, 2)), rng.normal(size=(20, 2))
+    ways *= 0.25 / np.linalg.norm(ways, axis=1, keepdims=True)
+    beside = ways[:, ::-1] * [0.02, -0.02]
+    splinters = [[p - w, p - w + n, p + w + n, p + w] for p, w, n in zip(places, ways, beside, strict=True)]
+    world = PolygonWorld.of([-1, -1], [1, 1], splinters)
+    field = navigation_function(point_problem(world), [0.95, 0.95], 30)
+    for start in ([-0.95, -0.95], [-0.95, 0.95], [0.95, -0.95], [0.93, 0.95], [0.95, 0.95]):
+        found = field.path(start)
+        exact = visibility_path(world, start, [0.95, 0.95])
+        assert bool(found) == bool(exact), found.explain("en")
+        assert found.length >= exact.length - 1e-12
+        np.testing.assert_array_equal(found.path[[0, -1]], [start, [0.95, 0.95]])
+        share = np.linspace(0.0, 1.0, 300)[:, None]
+        assert all(world.free(a + share * (b - a)).all() for a, b in pairwise(found.path))
+    assert field.path([3.0, 0.0]).status is PlanningStatus.START_BLOCKED
+    inside = navigation_function(point_problem(ONE), [0.0, 0.0], 20)
+    assert inside.path([3.0, 3.0]).status is PlanningStatus.GOAL_BLOCKED
+    for cells, words in ((0, "cells"), ((5,), "cells"), ((9000, 9000), "larger than")):
+        with pytest.raises(InputError, match=words):
+            navigation_function(point_problem(ONE), [3.0, 3.0], cells)
+
+
+def test_no_proof_of_separation_where_corners_touch():
+    """Obstacles are open: the visibility graph passes between them, so a quadtree must not prove that nothing does."""
+    world = PolygonWorld.of([0, 0], [2, 2], [[[0, 0], [1, 0], [1, 1], [0, 1]], [[1, 1], [2, 1], [2, 2], [1, 2]]])
+    assert visibility_path(world, [0.5, 1.5], [1.5, 0.5])
+    assert quadtree(world, 4).path([0.5, 1.5], [1.5, 0.5]).status is PlanningStatus.NOT_FOUND
+
+
+@pytest.mark.capability("11-44")
+def test_ends_inside_obstacles_of_a_potential_are_blocked_and_walks_touch_nothing():
+    disc_there = disc([2.0, 0.0], 0.5)
+    assert PotentialField.of([4.0, 0.0], [disc_there]).path([2.1, 0.0]).status is PlanningStatus.START_BLOCKED
+    assert PotentialField.of([2.1, 0.0], [disc_there]).path([0.0, 0.0]).status is PlanningStatus.GOAL_BLOCKED
+    small = [disc([1.5, 0.04 * k], 0.02) for k in range(-8, 9)]
+    found = PotentialField.of([3.0, 0.0], small, reach=0.1, eta=1e-4).path([0.0, 0.0], step=0.3, escapes=30, seed=1)
+    share = np.linspace(0.0, 1.0, 200)[:, None]
+    for a, b in pairwise(found.path):
+        assert all((one(a + share * (b - a))[0] > 0.0).all() for one in small), "no jump over what is thin"
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: PolygonWorld.of([1, 1], [0, 0], []), "lower bound"),
+        (lambda: PolygonWorld.of([0, 0], [1, 1], None), "list of polygons"),
+        (lambda: minkowski_sum([[0, np.nan], [1, 0], [1, 1]], SQUARE), "not a finite number"),
+        (lambda: minkowski_sum([[0, 0], [2, 0], [2, 2], [1, 0.2]], SQUARE), "not convex"),
+        (lambda: minkowski_sum([[0, 1], [0.6, -0.8], [-1, 0.3], [1, 0.3], [-0.6, -0.8]], SQUARE), "not convex"),
+        (lambda: planar_arm([1.0, -1.0], ONE), r"lengths\[1\]"),
+        (lambda: planar_arm([1.0], ONE, thickness=-0.1), "thickness"),
+        (lambda: planar_arm([1.0, 1.0], ONE).free([0.0]), "q: expected shape"),
+        (lambda: configuration_space(planar_arm([1.0] * 6, ONE), 20), "larger than"),
+        (lambda: disc([np.nan, 0.0], 1.0), "centre"),
+        (lambda: PotentialField.of([4.0, 0.0], []).path([0.0, 0.0], escapes=-1), "escapes"),
+        (lambda: find_path(Problem([0], [1], lambda q: np.full(len(q), np.nan)), [0.0], [1.0]), "no truth value"),
+        (lambda: find_path(Problem([0], [1e9], lambda q: q[:, 0] >= 0), [0.0], [1e9]), "coarser"),
+        (lambda: find_path(point_problem(ONE), [3.0, 3.0], [4.0, 4.0], planner=[]), "rrt_connect"),
+        (lambda: coordinate(lambda a, b: True, (1.0, 1.0)), "collides: expected bools"),
+        (lambda: coordinate(lambda a, b: a < 0, (1.0,)), "durations"),
+        (lambda: avoid_moving(lambda s, t: s < 0, 1.0, 0.5), "horizon"),
+    ],
+)
+def test_wrong_input_of_the_plane_is_named(call, words):
+    with pytest.raises(InputError, match=words):
+        call()
+
+
 @pytest.mark.capability("11-39", "11-42")
 def test_configuration_space_of_an_arm_is_that_of_brute_force():
     """All 40,000 cells, each obstacle's patch by itself; every link counts, not only the tip."""

@@ -10,7 +10,7 @@ import pytest
 from mafsil.collision import Arms, Box, Mounted, Obstacle, Scene
 from mafsil.errors import InputError
 from mafsil.model.placement import rotation_z
-from mafsil.planning import PlanningStatus, coordinate_arms, plan_in_turn, plan_past, plan_together
+from mafsil.planning import ArmPlan, PlanningStatus, coordinate_arms, in_turn, plan_in_turn, plan_past, plan_together
 from mafsil.trajectory import MotionLimits
 from tests.collision.arms import arm
 from tests.collision.peer import CoalChecker
@@ -216,6 +216,21 @@ def test_what_cannot_be_planned_in_turn_is_named(cell):
         plan_in_turn(cell, ends, {}, LIMITS, order=("left", "left"))
     with pytest.raises(InputError, match="no arm 'up'"):
         plan_in_turn(cell, ends, {"up": BACK}, LIMITS)
+
+
+@pytest.mark.capability("11-45")
+def test_searches_that_find_nothing_count_against_the_time(cell, monkeypatch):
+    """Two seconds each: of five seconds three are left after the first, which waits for the compiler and is free."""
+    asked = []
+
+    def nothing(checker, scene, start, goal, *, seconds, **more):
+        asked.append(seconds)
+        return ArmPlan(PlanningStatus.NOT_FOUND, start[None], "rrt_connect", 1, 0, 1, seconds)
+
+    monkeypatch.setattr(in_turn, "plan", nothing)
+    found = plan_in_turn(cell, {"left": SWEEP[0], "right": SWEEP[0]}, {"left": SWEEP[1]}, LIMITS, seconds=5.0)
+    assert found.status is PlanningStatus.NOT_FOUND
+    assert asked == [2.0, 2.0, 2.0, 1.0]
 
 
 @pytest.mark.capability("11-45", "11-46")

@@ -9,7 +9,7 @@ import numpy as np
 
 from mafsil.cli.answer import Answer, Laid
 from mafsil.cli.numerals import count, number
-from mafsil.cli.state import joint_values, shown, unit
+from mafsil.cli.state import degrees_remarks, joint_values, shown, unit
 from mafsil.cli.table import brief, table
 from mafsil.cli.typed_pose import typed_pose
 from mafsil.collision import Checker, Scene
@@ -79,9 +79,11 @@ def plan(
     checker = Checker(with_shapes(arm.mechanism), around, margin=margin, self_collision=own)
     found = plan_path(checker, None, q, wanted, planner=planner or "rrt_connect", seed=first, seconds=budget)
     data: dict[str, Any] = {"robot": arm.name, **found.to_dict()}
+    typed = [words for words in (start, goal) if words]
+    hints = [hint for words in typed for hint in degrees_remarks(words, arm.mechanism, degrees=degrees)]
     if not found:
-        return Answer(data, (), found.explain())
-    lines = [*found.explain().splitlines(), *_points(arm, found, degrees=degrees)]
+        return Answer(data, (), "\n".join([found.explain(), *dict.fromkeys(hints)]))
+    lines = [*found.explain().splitlines(), *_points(arm, found, degrees=degrees), *dict.fromkeys(hints)]
     near = found.clearance()
     if np.isfinite(near.distance).any():
         k = int(near.distance.argmin())

@@ -15,6 +15,7 @@ from mafsil.cli.table import table
 from mafsil.errors import FileError, InputError
 from mafsil.job import Job, Refusal, Run, solve
 from mafsil.job.cell_signals import assignments, conditions
+from mafsil.job.holding import overload_remarks, planned_overloads
 from mafsil.job.judgement import joint_quantity, summary
 from mafsil.job.plan import Leg
 from mafsil.job.reading import parse
@@ -142,6 +143,8 @@ def _planned(text: str, source: str, folder: Path, variables: Mapping[str, objec
     if isinstance(outcome, Refusal):
         return _refused(outcome)
     robot, motion = outcome
+    overloaded = overload_remarks(planned_overloads(job, motion), robot)
+    findings = [*overloaded, *motion.remarks]
     moves = [(k, leg) for k, leg in enumerate(motion.legs) if leg.index >= 0]
     starts = motion.starts
     cycle = float(starts[len(moves)])
@@ -165,7 +168,7 @@ def _planned(text: str, source: str, folder: Path, variables: Mapping[str, objec
         "signals": signals_data(motion.signals, motion.duration),
         "findings": [
             {"level": one.level, "code": one.key, "en": one.sentence("en"), "ar": one.sentence("ar")}
-            for one in motion.remarks
+            for one in findings
         ],
     }
     rows = [
@@ -179,8 +182,8 @@ def _planned(text: str, source: str, folder: Path, variables: Mapping[str, objec
     heading = tuple(say(f"cli.run_{name}") for name in ("move", "kind", "duration"))
     lines = [say("cli.run_planned", title=visible(job.title or robot.name), cycle=quantity(cycle, "s"))]
     lines += table(heading, rows)
-    lines += [f"  {MARKS[remark.level]} {remark.sentence()}" for remark in motion.remarks]
-    return Answer(data, tuple(lines))
+    lines += [f"  {MARKS[remark.level]} {remark.sentence()}" for remark in findings]
+    return Answer(data, tuple(lines), overloaded[0].sentence() if overloaded else None)
 
 
 def _called(job: Job, leg: Leg) -> str:

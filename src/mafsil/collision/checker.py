@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import cached_property
+from math import prod
 from pathlib import Path
 from threading import get_ident
 from typing import TYPE_CHECKING, Any, Self
@@ -16,8 +17,8 @@ from mafsil.collision.bodies import Body, bodies_of
 from mafsil.collision.joints import joints_of
 from mafsil.collision.pairs import Reason, SkippedPair, named_pairs, skipped_by_structure, still_shapes
 from mafsil.collision.path_check import PathCheck, PathStatus, path_points
-from mafsil.collision.scene import Obstacle, Scene
-from mafsil.collision.shapes import Plane
+from mafsil.collision.scene import Obstacle, Scene, as_obstacles
+from mafsil.collision.shapes import MOST_LENGTH, Plane
 from mafsil.collision.srdf import disabled_pairs
 from mafsil.collision.status import Check, CheckStatus, Clearance, Contact
 from mafsil.errors import InputError
@@ -94,7 +95,7 @@ class Checker:
         self.samples = whole("samples", samples)
         self.seed = whole("seed", seed)
         mechanism = self.robot.mechanism
-        fixed = tuple(attached)
+        fixed = as_obstacles("attached", attached)
         if any(isinstance(each.geometry, Plane) for each in fixed):
             raise InputError("collision.attached_plane")
         self.bodies: tuple[Body, ...] = bodies_of(
@@ -102,7 +103,8 @@ class Checker:
         )
         self._joints = joints_of(mechanism)
         self._still = still_shapes(mechanism, self.bodies)
-        listed = {**({} if srdf is None else disabled_pairs(srdf)), **named_pairs(skip)}
+        known = (*dict.fromkeys((*(body.name for body in self.bodies), *mechanism.link_names)),)
+        listed = {**({} if srdf is None else disabled_pairs(srdf)), **named_pairs(skip, known)}
         self._skipped = skipped_by_structure(mechanism, self.bodies, listed)
         if self_collision:
             self._sample_pairs(drop_unseen)
@@ -138,14 +140,16 @@ class Checker:
             within: distances beyond it do not matter and count as infinite: quicker [m].
 
         Raises:
-            InputError: a wrong shape, NaN or infinities.
+            InputError: a wrong shape, NaN or infinities; `within` is no length.
         """
+        if not (type(within) is float and within >= 0.0):
+            within = _not_negative("within", within, most=np.inf)
         rows, batch = self._rows(q)
         out, who = np.zeros((len(rows), 10)), np.zeros((len(rows), 2), np.int64)
         gradient, shop = np.zeros(rows.shape), self._workshop()
         for begin, poses in laid_arm.poses_in_parts(self.robot, rows):
             part = slice(begin, begin + len(poses))
-            distance_loops.distances(shop, rows[part], poses, float(within), out[part], who[part])
+            distance_loops.distances(shop, rows[part], poses, within, out[part], who[part])
             distance_loops.gradients(self.laid.motion, poses, out[part], who[part], gradient[part])
         first, second = self._names(out, who)
         point_first, point_second, normal = (out[:, k : k + 3].reshape(*batch, 3) for k in (1, 4, 7))
@@ -227,7 +231,7 @@ class Checker:
         if A.shape != B.shape:
             A, B = np.broadcast_arrays(A, B)
         batch = A.shape[:-1]
-        A, B = (np.ascontiguousarray(x).reshape(-1, n) for x in (A, B))
+        A, B = (np.ascontiguousarray(x).reshape(prod(batch), n) for x in (A, B))
         codes, evaluations = np.zeros((2, len(A)), np.int64)
         t = np.zeros(len(A))
         if not n:
@@ -292,6 +296,13 @@ class Checker:
         """Pairs of bodies that are not checked against each other, each with its reason."""
         named = self._skipped.items()
         return tuple(SkippedPair(self.bodies[a].name, self.bodies[b].name, reason) for (a, b), reason in named)
+
+    @property
+    def only_drawn(self) -> tuple[str, ...]:
+        """Links that the description draws without a collision shape, where others have one: they meet nothing."""
+        checked = {body.link for body in self.bodies}
+        links = self.robot.mechanism.links
+        return tuple(link.name for k, link in enumerate(links) if link.visuals and k not in checked)
 
     @cached_property
     def laid(self) -> LaidArm:
@@ -358,7 +369,8 @@ class Checker:
 
     def _rows(self, q: ArrayLike) -> tuple[Floats, tuple[int, ...]]:
         array = as_batch("q", q, (self.robot.n,), finite=True)
-        return np.ascontiguousarray(array.reshape(-1, self.robot.n)), array.shape[:-1]
+        # Not -1 rows: an arm without coordinates has as many as the batch.
+        return np.ascontiguousarray(array.reshape(prod(array.shape[:-1]), self.robot.n)), array.shape[:-1]
 
     def _names(self, out: Floats, who: NDArray[np.int64]) -> tuple[NDArray[np.object_], NDArray[np.object_]]:
         bodies = np.array([body.name for body in self.bodies], object)
@@ -372,8 +384,8 @@ class Checker:
         return Contact(str(first[0]), str(second[0]), float(row[0]), row[1:4], row[4:7], row[7:10])
 
 
-def _not_negative(name: str, value: float) -> float:
+def _not_negative(name: str, value: float, most: float = MOST_LENGTH) -> float:
     number = real_array(name, value)
-    if number.ndim or not np.isfinite(number) or number < 0.0:
-        raise InputError("collision.length", name=name, value=value)
+    if number.ndim or not 0.0 <= number <= most:
+        raise InputError("collision.length", name=name, value=value, most=most)
     return float(number)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from itertools import combinations
@@ -12,6 +12,7 @@ import numpy as np
 from mafsil.arrays import PoseMatrix, Vector3
 from mafsil.collision.bodies import Body
 from mafsil.collision.shapes import Cone, Geometry
+from mafsil.errors import InputError
 from mafsil.model import JointKind, Mechanism
 from mafsil.model.shape import Capsule, Cylinder, Sphere
 
@@ -82,9 +83,25 @@ def rigid_groups(mechanism: Mechanism) -> tuple[int, ...]:
     return tuple(group)
 
 
-def named_pairs(pairs: Iterable[tuple[str, str]]) -> dict[frozenset[str], str]:
-    """Pairs of names as a caller gives them."""
-    return {frozenset(pair): "" for pair in pairs}
+def named_pairs(pairs: Iterable[tuple[str, str]], known: Sequence[str]) -> dict[frozenset[str], str]:
+    """Pairs of names as a caller gives them.
+
+    Args:
+        pairs: of names.
+        known: names of bodies and links.
+
+    Raises:
+        InputError: something else than two names, or one that nothing of the arm has.
+    """
+    found = dict[frozenset[str], str]()
+    for pair in pairs:
+        if isinstance(pair, str) or len(pair) != 2:
+            raise InputError("collision.skip_pair", got=pair)
+        for name in pair:
+            if name not in known:
+                raise InputError("collision.skip_name", name=name, known=", ".join(known))
+        found[frozenset(pair)] = ""
+    return found
 
 
 def still_shapes(mechanism: Mechanism, bodies: tuple[Body, ...]) -> tuple[tuple[bool, ...], ...]:

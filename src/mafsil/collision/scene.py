@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import PoseMatrix, frozen, real_array, require_finite
-from mafsil.collision.shapes import Geometry, checked_geometry
+from mafsil.collision.shapes import Geometry, checked_geometry, require_near
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
 from mafsil.model.placement import checked_pose
@@ -49,7 +49,7 @@ class Obstacle:
 
 def placed(name: str, place: ArrayLike) -> PoseMatrix:
     """A pose (4, 4), of a pose or of a position (3,)."""
-    array = require_finite(f"{name}: T_so", real_array(f"{name}: T_so", place))
+    array = require_near(f"{name}: T_so", require_finite(f"{name}: T_so", real_array(f"{name}: T_so", place)))
     if array.shape == (3,):
         T = np.eye(4)
         T[:3, 3] = array
@@ -121,9 +121,24 @@ class Scene:
         return Scene, (self.obstacles,)
 
 
+def as_obstacles(name: str, given: Iterable[Obstacle | Geometry]) -> tuple[Obstacle, ...]:
+    """Obstacles, of which those without a place are given as geometries.
+
+    Args:
+        name: the argument's name, for the error.
+        given: what a caller gave.
+
+    Raises:
+        InputError: no list.
+    """
+    if not isinstance(cast(object, given), Iterable):
+        raise InputError("input.kind", name=name, expected="list of obstacles", got=type(given).__name__)
+    return tuple(each if isinstance(each, Obstacle) else Obstacle(each) for each in given)
+
+
 def _named(obstacles: Iterable[Obstacle | Geometry]) -> tuple[Obstacle, ...]:
     """Obstacles with names: those without are called by kind and number."""
-    given = [each if isinstance(each, Obstacle) else Obstacle(each) for each in obstacles]
+    given = as_obstacles("obstacles", obstacles)
     used, named = {each.name for each in given}, list[Obstacle]()
     counts: dict[str, int] = {}
     for each in given:

@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Floats, Scalar, Vector3, as_batch
+from mafsil.arrays import Floats, Scalar, Vector3
 from mafsil.collision.scene import Obstacle, Scene
 from mafsil.collision.shapes import Geometry, Plane
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
+from mafsil.model.placement import checked_poses
 
 if TYPE_CHECKING:
     import mafsil.collision.near_loops as near_loops
@@ -128,4 +129,4 @@ def distance(
 
 
 def _poses(name: str, given: ArrayLike | None, body: Obstacle) -> Floats:
-    return body.T_so if given is None else as_batch(name, given, (4, 4), finite=True)
+    return body.T_so if given is None else checked_poses(name, given)

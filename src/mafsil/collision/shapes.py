@@ -15,6 +15,9 @@ from mafsil.model.mesh.reader import read
 from mafsil.model.mesh.surface import cleaned
 from mafsil.model.shape import Box, Capsule, Cylinder, Mesh, Sphere
 
+MOST_LENGTH = 1e6
+"""Largest length, and farthest coordinate of a point, that a geometry may have: beyond it digits are lost [m]."""
+
 
 @dataclass(frozen=True, slots=True)
 class Cone:
@@ -120,10 +123,11 @@ class HeightMap:
         heights = frozen(as_batch("heights", self.heights, (), finite=True))
         if heights.ndim != 2 or min(heights.shape) < 2:
             raise InputError("input.shape", name="heights", expected="(rows, columns)", got=heights.shape, hint="")
-        if not self.base < heights.min():
+        require_near("heights", heights)
+        base = real_array("base", self.base)
+        if base.ndim or not -MOST_LENGTH <= base < heights.min():
             raise InputError("collision.base", base=self.base, least=float(heights.min()))
-        for value in self.size:
-            _require_length("size", value)
+        _require_lengths("size", self.size, 2)
         object.__setattr__(self, "heights", heights)
 
 
@@ -140,10 +144,7 @@ def checked_geometry(name: str, geometry: object) -> None:
     """
     match geometry:
         case Box(size=size):
-            if len(size) != 3:
-                raise InputError("input.shape", name=f"{name}: size", expected="(3,)", got=(len(size),), hint="")
-            for value in size:
-                _require_length(f"{name}: size", value)
+            _require_lengths(f"{name}: size", size, 3)
         case Sphere(radius=radius):
             _require_length(f"{name}: radius", radius)
         case Cylinder(radius=radius, length=length) | Capsule(radius=radius, length=length):
@@ -163,10 +164,30 @@ def _points(name: str, value: ArrayLike) -> Floats:
     array = as_batch(name, value, (3,), finite=True)
     if array.ndim != 2 or len(array) == 0:
         raise InputError("input.shape", name=name, expected="(k, 3), k > 0", got=array.shape, hint="")
-    return frozen(array)
+    return frozen(require_near(name, array))
+
+
+def require_near(name: str, array: Floats) -> Floats:
+    """The array itself, if no coordinate is beyond MOST_LENGTH.
+
+    Raises:
+        InputError: one is.
+    """
+    largest = float(np.abs(array).max(initial=0.0))
+    if largest > MOST_LENGTH:
+        raise InputError("collision.far", name=name, value=largest, most=MOST_LENGTH)
+    return array
+
+
+def _require_lengths(name: str, values: object, count: int) -> None:
+    lengths = real_array(name, values)  # pyright: ignore[reportArgumentType] what a user gave may be anything
+    if lengths.shape != (count,):
+        raise InputError("input.shape", name=name, expected=(count,), got=lengths.shape, hint="")
+    for value in lengths.tolist():
+        _require_length(name, value)
 
 
 def _require_length(name: str, value: float, *, zero: bool = False) -> None:
     number = real_array(name, value)
-    if number.ndim or not np.isfinite(number) or number < 0.0 or (number == 0.0 and not zero):
-        raise InputError("collision.length", name=name, value=value)
+    if number.ndim or not 0.0 <= number <= MOST_LENGTH or (number == 0.0 and not zero):
+        raise InputError("collision.length", name=name, value=value, most=MOST_LENGTH)

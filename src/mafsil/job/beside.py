@@ -14,11 +14,13 @@ import numpy as np
 
 from mafsil.arrays import JointVector
 from mafsil.job.cell_signals import INSTANT, LONGEST_WAIT, CellSignals, assignments, conditions
+from mafsil.job.decision import Decision, decided
 from mafsil.job.description import Bounds
 from mafsil.job.neighbours import MAIN, SECONDS, Neighbour, Neighbourhood
 from mafsil.job.other_robot import OtherMove
 from mafsil.job.other_steps import OtherStep
-from mafsil.job.remark import Refused
+from mafsil.job.placed_parts import PlacedParts
+from mafsil.job.remark import Refused, said_of
 from mafsil.job.signals import Condition
 from mafsil.job.standstill import Standing, Standstill
 from mafsil.messages.quantities import quantity
@@ -58,6 +60,11 @@ class _Program:
         return self.steps[-1].q if self.steps else self.neighbour.start
 
     @property
+    def index(self) -> int:
+        """Of its next move."""
+        return self.steps[-1].after if self.steps else 0
+
+    @property
     def motion(self) -> TimedArm:
         """What it has done; it stands afterwards."""
         if self.known is None:
@@ -73,7 +80,7 @@ class _Program:
     @property
     def next(self) -> OtherMove | None:
         """Its next move; None where it has done all."""
-        return None if len(self.steps) == len(self.moves) else self.moves[len(self.steps)]
+        return self.moves[self.index] if self.index < len(self.moves) else None
 
 
 class Beside:
@@ -84,10 +91,13 @@ class Beside:
         signals: of the job.
         bounds: how hard robots may be driven.
         seed: of the searches.
+        parts: what the robot of the job has put down so far, and takes again.
     """
 
-    def __init__(self, around: Neighbourhood, signals: CellSignals, bounds: Bounds, seed: int) -> None:
-        self.around, self.signals, self.bounds, self.seed = around, signals, bounds, seed
+    def __init__(
+        self, around: Neighbourhood, signals: CellSignals, bounds: Bounds, seed: int, parts: PlacedParts
+    ) -> None:
+        self.around, self.signals, self.bounds, self.seed, self.parts = around, signals, bounds, seed, parts
         self.programs = {
             each.asked.name: _Program(each, standing(each.start, around.own_limits(each.asked.name, bounds, 1.0)))
             for each in around.moving
@@ -135,7 +145,8 @@ class Beside:
         """All that the others have to do past the whole motion of the robot of the job; the motions of all.
 
         Raises:
-            Refused: a move for which no way was found, a wait that never ends, a rest that is in the way.
+            Refused: a move for which no way was found, a wait that never ends, a rest that is in the way, a part that
+                was put down there.
         """
         while self._go_on(main, np.inf):
             pass
@@ -146,7 +157,8 @@ class Beside:
             details |= {"time": quantity(first.since, "s")}
             if others:
                 raise Refused("job.other_standstill", **details, others=Standstill(tuple(others)))
-            move = self.programs[first.robot].moves[first.number - 1]
+            move = self.programs[first.robot].next
+            assert move is not None
             late = None if move.timeout is None else self.signals.end_of_wait(first.since, move.wait)
             if late is not None and move.timeout is not None:
                 details |= {"limit": quantity(move.timeout, "s"), "needed": quantity(late - first.since, "s")}
@@ -164,7 +176,7 @@ class Beside:
         """The robots, all or some, that wait for signals that do not come."""
         return [
             Standing(
-                name, program.neighbour.name, len(program.steps) + 1, conditions(move.wait), program.clock
+                name, program.neighbour.name, move.number, conditions(move.wait), program.clock
             )
             for name, program in self.programs.items()
             if (names is None or name in names) and (move := program.next) is not None and move.wait
@@ -178,19 +190,22 @@ class Beside:
     def _go_on(self, main: TimedArm, limit: float) -> bool:
         """One move of one robot, that which begins first; False where all are done, wait, or are beyond a moment.
 
-        1. Moves that need no signal, and waits that end while all that they look at is known.
-        2. If there is none, the wait that ends first: until then no signal changes.
+        1. Moves that need no signal; waits that end, and choices that are made, while all that they look at is known.
+        2. If there is none, the wait or choice that ends first: until then no signal changes.
         """
         left = [(each, each.next) for each in self.programs.values() if each.clock <= limit + INSTANT]
         ends: list[tuple[float, _Program, OtherMove]] = []
         for program, move in sorted(left, key=lambda each: each[0].clock):
             if move is None:
                 continue
-            if not move.wait:
+            if not move.wait and move.fork is None:
                 self._move(program, move, main)
                 return True
-            end = self.signals.end_of_wait(program.clock, move.wait, move.timeout)
-            others = [name for name in self.owners(move.wait) if self.programs[name] is not program]
+            if move.fork is not None:
+                looked_at, end = [*move.fork.tests], self.signals.tick_after(program.clock)
+            else:
+                looked_at, end = [*move.wait], self.signals.end_of_wait(program.clock, move.wait, move.timeout)
+            others = [name for name in self.owners(looked_at) if self.programs[name] is not program]
             if end is not None and end <= self._known_until(others or ()) + INSTANT:
                 self._rest(program, move, end - program.clock)
                 return True
@@ -207,22 +222,31 @@ class Beside:
         for program in self.programs.values():
             while program.steps and program.steps[-1].end > moment + INSTANT:
                 undone, program.known = program.steps.pop(), None
-                self.signals.take_back(program.moves[undone.number - 1].set, moment)
+                self.signals.take_back(program.moves[undone.index].set, moment)
 
     def _rest(self, program: _Program, move: OtherMove, length: float) -> None:
         name = program.neighbour.asked.name
         limits = self.around.own_limits(name, self.bounds, move.speed)
         most = standing(program.q, limits).acceleration
         part = TimedArm((rest(program.q, length),), np.array([0.0, length]), (True,), most)
+        if move.fork is not None:
+            decision = decided(self.signals.job, move.fork, self.signals, program.clock + length)
+            return self._add(program, "if", conditions(move.fork.tests), part, program.q, decision)
         kind = "pause" if move.pause is not None else "set" if move.set else "wait"
         text = assignments(move.set) or conditions(move.wait)
-        self._add(program, kind, text, part, program.q)
+        return self._add(program, kind, text, part, program.q)
 
-    def _add(self, program: _Program, kind: str, text: str, part: TimedArm | None, q: JointVector) -> None:
-        begin = program.clock
+    def _add(
+        self, program: _Program, kind: str, text: str, part: TimedArm | None, q: JointVector,
+        decision: Decision | None = None,
+    ) -> None:  # fmt: skip
+        begin, index = program.clock, program.index
+        move = program.moves[index]
+        passed = move.fork.skip if decision is not None and move.fork is not None and not decision.holds else 0
         end = begin + (0.0 if part is None else part.duration)
         program.known = None
-        program.steps.append(OtherStep(len(program.steps) + 1, kind, text, begin, end, part, q))
+        after = index + 1 + move.skip + passed
+        program.steps.append(OtherStep(move.number, kind, text, begin, end, part, q, index, after, decision))
 
     def _move(self, program: _Program, move: OtherMove, main: TimedArm) -> None:
         """One move but a wait."""
@@ -232,9 +256,9 @@ class Beside:
         if move.set:
             self._rest(program, move, self.signals.tick_after(clock) - clock)
             return self.signals.put(program.clock, move.set)
-        number = len(program.steps)
-        goal = each.goal(number, program.q)
-        if each.goals[number] is not None and np.array_equal(goal, program.q):
+        index = program.index
+        goal = each.goal(index, program.q)
+        if each.goals[index] is not None and np.array_equal(goal, program.q):
             return self._add(program, "joint", "", None, program.q)
         name = each.asked.name
         settled = {MAIN: main} | {
@@ -244,20 +268,36 @@ class Beside:
         starts = {other: one.neighbour.start for other, one in self.programs.items()}
         start = starts | {other: motion.at(0.0) for other, motion in others.items()} | {name: program.q}
         limits = self.around.limits(self.bounds, move.speed)
-        found = plan_past(
-            self.around.cell, name, start, goal, limits, others, seed=self.seed, seconds=SECONDS
-        )  # fmt: skip
-        if not found:
-            raise Refused("job.other_no_way", name=each.name, number=number + 1, reason=found)
+        # Parts that are put down later count only where the way that is found without them would meet them.
+        here = [stay for stay in self.parts.stays if stay.put <= clock < stay.taken]
+        later = [stay for stay in self.parts.stays if stay.put > clock]
+        for stays in (here, [*here, *later]):
+            cell = self.around.among_parts([stay.body for stay in stays])
+            found = plan_past(cell, name, start, goal, limits, others, seed=self.seed, seconds=SECONDS)
+            if not found:
+                raise Refused("job.other_no_way", name=each.name, number=move.number, reason=found)
+            end = clock + found.motions[name].duration
+            soon = [stay for stay in later if stay.put < end]
+            if not any(self.around.near_part(name, found.motions[name].later(-clock), stay) for stay in soon):
+                break
         part, within = found.motions[name], each.robot.limits
-        known = each.goals[number]
+        known = each.goals[index]
         q = np.clip(part.at(part.duration), within.lower, within.upper) if known is None else known
         return self._add(program, "joint", "", part, q)
 
     def _require_proved(self, motions: Mapping[str, TimedArm]) -> None:
-        """Where a robot rests while others move, the whole is proved once more."""
-        rests = any(step.kind in ("pause", "set", "wait") for each in self.programs.values() for step in each.steps)
+        """Where a robot rests while others move, the whole is proved once more; all of it beside parts put down."""
+        rests = any(
+            step.kind in ("pause", "set", "wait", "if") for each in self.programs.values() for step in each.steps
+        )
         moment = self.around.unproved(motions) if rests else None
         if moment is not None:
             contact = self.around.contact(motions, moment)
-            raise Refused("job.other_meets", time=quantity(moment, "s"), contact=contact)
+            raise Refused("job.other_meets", time=quantity(moment, "s"), contact=said_of(contact))
+        for name, program in self.programs.items():
+            for stay in self.parts.stays:
+                near = self.around.near_part(name, motions[name], stay)
+                if near is not None:
+                    time, contact = near
+                    details = {"name": program.neighbour.name, "time": quantity(time, "s"), "contact": said_of(contact)}
+                    raise Refused("job.other_meets_part", **details, part=stay.body.name)

@@ -79,12 +79,10 @@ def clearances(run: Run) -> Clearances | None:
             first[place], second[place] = contact.first, contact.second
             if own.load.carried is not None and visible(own.load.carried.name) in (contact.first, contact.second):
                 smaller[place] = own.clearance + RESTING
-    beside = around.clearance_beside(q[rows], t[rows])
-    if beside is not None:
-        for k, contact in enumerate(beside):
-            if contact.distance < distance[k]:
-                distance[k], first[k], second[k] = contact.distance, contact.first, contact.second
-                smaller[k] = 0.0
+    for k, contact in enumerate(around.clearances_beside(q[rows], t[rows])):
+        if contact.distance < distance[k]:
+            distance[k], first[k], second[k] = contact.distance, contact.first, contact.second
+            smaller[k] = 0.0
     wanted = np.array([leg.clearance for leg in run.plan.legs])[legs]
     return Clearances(t[rows], distance, tuple(first), tuple(second), wanted, smaller)
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from mafsil.job.cell_signals import CellSignals, Change, conditions, holds, value_text
-from mafsil.job.description import Fork, Job
-from mafsil.job.signals import SignalValue
+from mafsil.job.description import Job
+from mafsil.job.signals import Fork, SignalValue
 from mafsil.messages import say
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible

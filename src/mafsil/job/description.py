@@ -27,7 +27,7 @@ from mafsil.job.part import Pose as Pose
 from mafsil.job.part import Positive as Positive
 from mafsil.job.part import Share as Share
 from mafsil.job.part import Three as Three
-from mafsil.job.signals import Condition, Input, SignalValue, Test
+from mafsil.job.signals import Condition, Fork, Input, SignalValue
 from mafsil.job.surrounding_tables import Collision as Collision
 from mafsil.job.surrounding_tables import Obstacle as Obstacle
 from mafsil.job.surrounding_tables import PlannerName as PlannerName
@@ -162,22 +162,6 @@ class Step(Part, frozen=True, kw_only=True):
     tolerance: Tolerance | None = None
 
 
-class Fork(msgspec.Struct, frozen=True, kw_only=True):
-    """Where the way through the moves of a job divides.
-
-    Attributes:
-        tests: of signals and variables, all of them.
-        skip: moves that are passed over where they do not all hold; the next one follows where they do.
-        other: whether there are moves of the other way.
-        loop: whether it is the round of a loop that begins here.
-    """
-
-    tests: dict[str, Test]
-    skip: int
-    other: bool = False
-    loop: bool = False
-
-
 class Move(Step, frozen=True, kw_only=True):
     """One step: exactly one of joints, pose, pick, place, tool, pause, set, wait and fork.
 
@@ -300,7 +284,6 @@ class Head(Part, frozen=True, kw_only=True):
         input: signals that the cell gives, by name.
         surface, hole: what the tip can touch.
         door, guide: what holds it.
-        other_robot: robots beside it.
         variation: what differs if the job is driven many times; once if None.
     """
 
@@ -326,7 +309,6 @@ class Head(Part, frozen=True, kw_only=True):
     hole: tuple[Hole, ...] = ()
     door: tuple[Door, ...] = ()
     guide: tuple[Guide, ...] = ()
-    other_robot: tuple[OtherRobot, ...] = ()
     variation: VariationTable | None = None
 
 
@@ -336,6 +318,7 @@ class Job(Head, frozen=True, kw_only=True):
     Attributes:
         start: where the robot begins.
         obstacle: what stands around it.
+        other_robot: robots beside it.
         move: one after the other.
         origins: for each move the keys in the file that it comes from; empty if they are its own.
         cells: what the file includes.
@@ -343,6 +326,7 @@ class Job(Head, frozen=True, kw_only=True):
 
     start: Start = Start()
     obstacle: tuple[Obstacle, ...] = ()
+    other_robot: tuple[OtherRobot, ...] = ()
     move: tuple[Move, ...]
     origins: tuple[tuple[str | int, ...], ...] = ()
     cells: tuple[Cell, ...] = ()

@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from mafsil.arrays import PoseMatrix
-from mafsil.errors import JobError
+from mafsil.errors import JobError, MafsilError
 from mafsil.geometry import pose
 from mafsil.job.description import Grasp, Job, Tool
 from mafsil.job.language.units import angle_unit, length_unit
+from mafsil.job.lines import Places
 from mafsil.job.payload import with_tool
 from mafsil.messages.visible import visible
 from mafsil.model import JointKind, Mechanism
@@ -72,13 +73,18 @@ def equipped(job: Job, folder: Path) -> Robot:
     return _robot(job, _bare(job, folder), job.start.tool)
 
 
-def equipment_of(job: Job, folder: Path) -> tuple[Equipment, ...]:
-    """The robot with each tool that the job uses, that of the start first. Arguments and errors as for `equipped`.
+def equipment_of(job: Job, folder: Path, places: Places | None = None) -> tuple[Equipment, ...]:
+    """The robot with each tool that the job uses, that of the start first. Errors as for `equipped`, with their line.
+
+    Args:
+        job: the job.
+        folder: to which the path of a robot file is relative.
+        places: of the keys, for errors.
 
     Raises:
         JobError: tools on links that move against each other.
     """
-    bare = _bare(job, folder)
+    bare = _bare(job, folder, places)
     names = dict.fromkeys([job.start.tool, *(move.tool for move in job.move if move.tool is not None)])
     robots = {name: _robot(job, bare, name) for name in names}
     first = robots[job.start.tool]
@@ -96,11 +102,18 @@ def box_of_tool(equipment: Equipment) -> PoseMatrix:
     return pose.compose(pose.inverse(robot.forward_kinematics(q)), pose.compose(T_link, T_box))
 
 
-def _bare(job: Job, folder: Path) -> Mechanism:
+def _bare(job: Job, folder: Path, places: Places | None = None) -> Mechanism:
     """The mechanism without tools; the tip link is that of `[tool]`."""
     source = folder / job.robot if Path(job.robot).suffix else job.robot
-    mechanism = load_mechanism(source, tip=job.tool.link, keeps_loops=True)
-    return mechanism.locked(_locked(job, mechanism)) if job.lock else mechanism
+    key = "robot"
+    try:
+        mechanism = load_mechanism(source, tip=job.tool.link, keeps_loops=True)
+        key = "lock"
+        return mechanism.locked(_locked(job, mechanism)) if job.lock else mechanism
+    except MafsilError as fault:
+        if places is None:
+            raise
+        raise places.of_file(fault, (key,)) from None
 
 
 def _tool(job: Job, name: str | None) -> Tool:

@@ -52,7 +52,7 @@ def require_fit(job: Job, robot: Robot, places: Places) -> None:
         require_closed_job(job, robot, places)
     for path, values in _configurations(job):
         _require_count(robot, places, path, values)
-        _require_within(job, robot, places, path, values)
+        require_within(job, robot, places, path, values)
     for path, values in _lists(job):
         count = len(cast("tuple[float, ...]", values)) if isinstance(values, tuple) else robot.n
         expected = robot.n if path[0] != "controller" else _driven(robot)
@@ -186,7 +186,19 @@ def _driven(robot: Robot) -> int:
     return len(listed_joints(robot, -1))
 
 
-def _require_within(job: Job, robot: Robot, places: Places, path: Path, values: tuple[float, ...]) -> None:
+def require_within(job: Job, robot: Robot, places: Places, path: Path, values: tuple[float, ...]) -> None:
+    """Refuse joint coordinates of a file that lie outside the limits, in the units of the file.
+
+    Args:
+        job: with its units.
+        robot: whose joints they are.
+        places: of the keys.
+        path: of the list.
+        values: as typed.
+
+    Raises:
+        JobError: naming the joint, its value and its limits.
+    """
     columns = listed_joints(robot, len(values))
     q, limits, turns = coordinates(job, robot, values), limits_of(robot.limits, columns), revolute(robot)[columns]
     outside = np.flatnonzero((q < limits.lower - DIGITS) | (q > limits.upper + DIGITS))

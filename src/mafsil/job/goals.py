@@ -66,7 +66,7 @@ class Goals:
         else:
             answer = self._nearest(T, task, q0, allowed)
             if _within(answer, allowed):
-                return np.asarray(answer.q)
+                return np.asarray(answer.nearest)
         raise self._refused(T, task, answer, allowed, where)
 
     def others(self, T: PoseMatrix, task: Task, q0: JointVector) -> list[JointVector]:
@@ -115,7 +115,7 @@ class Goals:
             return answer
         turn, way = allowed.orientation, allowed.position
         rough = solve_ik(self.robot, T, q0, task=task, tolerance=way, rotation_tolerance=turn, restarts=MANY)
-        fine = solve_ik(self.robot, T, rough.q, task=task, restarts=0)
+        fine = solve_ik(self.robot, T, rough.nearest, task=task, restarts=0)
         return fine if _within(fine, allowed) else rough
 
     def _refused(self, T: PoseMatrix, task: Task, answer: IKResult, allowed: Tolerances, where: object) -> Refused:

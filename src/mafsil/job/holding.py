@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import partial
+from typing import TypeAlias
 
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.job.closed_moves import holding_efforts
-from mafsil.job.description import Grasp
+from mafsil.job.description import Grasp, Job
 from mafsil.job.equipment import Equipment
 from mafsil.job.payload import centre_of_mass
+from mafsil.job.plan import Plan
+from mafsil.job.remark import Remark
 from mafsil.job.run import Run
-from mafsil.job.stretch import Driven
+from mafsil.job.stretch import Driven, Stretch, stretches
+from mafsil.messages.quantities import quantity
+from mafsil.messages.visible import visible
 from mafsil.robot import Robot
-from mafsil.simulation import ClosedPlant
+from mafsil.simulation import ClosedPlant, Plant
 
 PLACES_PER_LEG = 40
 
@@ -36,19 +43,62 @@ class Overload:
     time: float
 
 
+Asked: TypeAlias = tuple[Stretch, Grasp | None, Callable[[JointVector], Floats]]
+"""A stretch, what is carried, and (k, n) configurations -> (k, n) efforts that hold them, over their limits."""
+
+
 def overloads(run: Run) -> tuple[Overload, ...]:
     """Where static equilibrium is beyond the effort limits: the hardest place of each part and of each empty tool."""
+    asked = ((each.stretch, each.carried, partial(holding_effort, run, each)) for each in run.driven)
+    return _hardest(asked, run.plan)
+
+
+def planned_overloads(job: Job, plan: Plan) -> tuple[Overload, ...]:
+    """The same of a plan that is not simulated; nothing of mechanisms with loops."""
+    asked: list[Asked] = []
+    for stretch in stretches(plan):
+        robot = stretch.load.robot
+        if robot.mechanism.loops:
+            return ()
+        plant = Plant(robot, friction=job.simulation.friction)
+        share = partial(_share, robot, stretch.carried, plant, job.simulation.mass_error)
+        asked.append((stretch, stretch.carried, share))
+    return _hardest(asked, plan)
+
+
+def overload_remarks(found: Iterable[Overload], robot: Robot) -> list[Remark]:
+    """A sentence for each.
+
+    Args:
+        found: places that cannot be held.
+        robot: whose joints they are.
+    """
+    remarks: list[Remark] = []
+    for overload in found:
+        details: dict[str, object] = {
+            "joint": visible(robot.joint_names[overload.joint]),
+            "share": quantity(overload.share, "share"),
+            "time": quantity(overload.time, "s"),
+        }
+        if overload.carried is not None:
+            details |= {"mass": quantity(overload.carried.mass, "kg"), "part": visible(overload.carried.name)}
+        key = "job.cannot_hold" if overload.carried is None else "job.cannot_hold_part"
+        remarks.append(Remark("failure", key, details))
+    return remarks
+
+
+def _hardest(asked: Iterable[Asked], plan: Plan) -> tuple[Overload, ...]:
     worst: dict[tuple[Grasp | None, Equipment], Overload] = {}
-    for driven in run.driven:
-        legs = sum(leg.load == driven.stretch.load for leg in run.plan.legs)
-        t = np.linspace(0.0, driven.stretch.trajectory.duration, 2 + PLACES_PER_LEG * legs)
-        share = holding_effort(run, driven, driven.stretch.trajectory.at(t).u)
+    for stretch, carried, effort in asked:
+        legs = sum(leg.load == stretch.load for leg in plan.legs)
+        t = np.linspace(0.0, stretch.trajectory.duration, 2 + PLACES_PER_LEG * legs)
+        share = effort(stretch.trajectory.at(t).u)
         row, joint = np.unravel_index(int(share.argmax()), share.shape)
         most = float(share[row, joint])
-        kind = (driven.carried, driven.stretch.load.equipment)
+        kind = (carried, stretch.load.equipment)
         before = worst.get(kind)
         if most > 1.0 and (before is None or most > before.share):
-            worst[kind] = Overload(driven.carried, most, int(joint), driven.stretch.start + float(t[row]))
+            worst[kind] = Overload(carried, most, int(joint), stretch.start + float(t[row]))
     return tuple(worst.values())
 
 
@@ -62,17 +112,24 @@ def holding_effort(run: Run, driven: Driven, q: JointVector) -> Floats:
     """
     plant = driven.scenario.true_plant
     if isinstance(plant, ClosedPlant):
-        load = np.abs(holding_efforts(plant.chain, q))
-    else:
-        robot = driven.stretch.load.robot
-        gravity = np.asarray(robot.gravity_torque(q))
-        if driven.carried is not None:
-            gravity = gravity + _weight(robot, driven.carried, q)
-        load = np.abs((1.0 + run.job.simulation.mass_error) * gravity)
+        return _over_limit(run.robot, plant, np.abs(holding_efforts(plant.chain, q)))
+    return _share(driven.stretch.load.robot, driven.carried, plant, run.job.simulation.mass_error, q)
+
+
+def _share(robot: Robot, carried: Grasp | None, plant: Plant, mass_error: float, q: JointVector) -> Floats:
+    """As `holding_effort`, of an arm without loops."""
+    gravity = np.asarray(robot.gravity_torque(q))
+    if carried is not None:
+        gravity = gravity + _weight(robot, carried, q)
+    return _over_limit(robot, plant, np.abs((1.0 + mass_error) * gravity))
+
+
+def _over_limit(robot: Robot, plant: Plant, load: Floats) -> Floats:
+    """Efforts (k, n) less what static friction carries, over their limits."""
     if plant.has_friction:
         law = plant.friction_law
         load = load - (np.maximum(law.positive, law.negative) + np.abs(law.offset)) @ np.abs(law.gain)
-    limit = run.robot.limits.effort
+    limit = robot.limits.effort
     return np.where(np.isfinite(limit), np.maximum(load, 0.0) / np.where(limit > 0.0, limit, np.inf), 0.0)
 
 

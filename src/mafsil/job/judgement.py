@@ -12,7 +12,7 @@ from mafsil.job.called import Where
 from mafsil.job.causes import cause
 from mafsil.job.clearances import Clearances, clearance_remarks, clearances
 from mafsil.job.contact_remarks import contact_remarks
-from mafsil.job.holding import overloads
+from mafsil.job.holding import overload_remarks, overloads
 from mafsil.job.limiting import would_save
 from mafsil.job.plan import Plan
 from mafsil.job.remark import Level, Remark
@@ -135,7 +135,7 @@ def remarks(run: Run, numbers: Summary) -> tuple[Remark, ...]:
     """What the reader should know, the worst first."""
     found = [] if run.stopped is None else [run.stopped]
     collapse = _collapse(run)
-    found += collapse + _failure_remarks(run, numbers) + _overload_remarks(run)
+    found += collapse + _failure_remarks(run, numbers) + overload_remarks(overloads(run), run.robot)
     near = clearance_remarks(numbers.clearances)
     found += [remark for remark in near if remark.level != "good"]
     rigid = rigid_remarks(run)
@@ -226,22 +226,6 @@ def _collapse(run: Run) -> list[Remark]:
         "time": quantity(begin, "s"),
     }
     return [Remark("failure", "job.gives_way", details)]
-
-
-def _overload_remarks(run: Run) -> list[Remark]:
-    found: list[Remark] = []
-    for overload in overloads(run):
-        details: dict[str, object] = {
-            "joint": visible(run.robot.joint_names[overload.joint]),
-            "share": quantity(overload.share, "share"),
-            "time": quantity(overload.time, "s"),
-        }
-        if overload.carried is not None:
-            details |= {"mass": quantity(overload.carried.mass, "kg"), "part": visible(overload.carried.name)}
-        found.append(
-            Remark("failure", "job.cannot_hold" if overload.carried is None else "job.cannot_hold_part", details)
-        )
-    return found
 
 
 def _effort_remarks(run: Run, numbers: Summary) -> list[Remark]:

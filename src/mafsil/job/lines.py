@@ -139,6 +139,8 @@ def _places(text: str) -> dict[Path, int]:
         if header := _HEADER.match(line):
             table = _table(_words(header.group(2)), header.group(1) == "[[", counts)
             places.setdefault(table, number)
+            if isinstance(table[-1], int):
+                places.setdefault(table[:-1], number)
         elif key := _KEY.match(line):
             words = _words(key.group(1))
             for length in range(1, len(words) + 1):

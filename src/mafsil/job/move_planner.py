@@ -17,10 +17,9 @@ from mafsil.job.lines import Places
 from mafsil.job.neighbours import Neighbour
 from mafsil.job.plan import Plan
 from mafsil.job.poses import pose_matrix
-from mafsil.job.remark import Refusal, Refused
+from mafsil.job.remark import Refusal, Refused, said_of
 from mafsil.job.resting import starting_place
 from mafsil.job.signal_moves import SignalMoves
-from mafsil.job.surroundings import said_of
 from mafsil.job.tip_moves import TipMoves
 from mafsil.job.walk import Walk
 from mafsil.messages.visible import visible
@@ -81,7 +80,9 @@ class _Planner:
         if walk.surroundings is None:
             return
         walk.beside = walk.surroundings.settle(walk.others(), walk.motion())
-        walk.remarks += [each.arrival() for each in walk.beside if not each.neighbour.stands]
+        moving = [each for each in walk.beside if not each.neighbour.stands]
+        walk.remarks += [each.arrival() for each in moving]
+        walk.remarks += [remark for each in moving for remark in each.never_made()]
         last = max((each.motion.duration for each in walk.beside), default=0.0)
         if last > walk.past:
             walk.append(-1, "", "settle", rest(walk.q, last - walk.past))
@@ -142,10 +143,11 @@ class _Planner:
             raise fault.complaint(walk.places, index)
         kind = "pick" if move.pick is not None else "place" if move.place else "tool"
         tip, carried = np.asarray(walk.robot.forward_kinematics(walk.q)), walk.load.carried
-        thing = -1 if move.pick is None else walk.parts.take(move.pick, tip, len(walk.legs))
-        walk.append(index, name, kind, rest(walk.q, walk.on_tick(move.hold)), thing=thing)
+        begun, hold = walk.past, walk.on_tick(move.hold)
+        thing = -1 if move.pick is None else walk.parts.take(move.pick, tip, len(walk.legs), begun + hold)
+        walk.append(index, name, kind, rest(walk.q, hold), thing=thing)
         if move.place and carried is not None:
-            walk.parts.put(carried, tip)
+            walk.parts.put(carried, tip, begun)
         if move.tool is None:
             walk.load = replace(walk.load, carried=move.pick)
             return

@@ -6,21 +6,23 @@ goes round so that it meets neither the scene nor the robots before it; that is 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
-from mafsil.collision import Arms, Checker, Clearance, Contact, Mounted, Scene
+from mafsil.collision import Arms, Checker, Contact, Mounted, Scene
 from mafsil.collision import Obstacle as Body
 from mafsil.errors import MafsilError
 from mafsil.job.description import Bounds, Job, Pose
-from mafsil.job.fitting import coordinates
+from mafsil.job.fitting import coordinates, require_within
 from mafsil.job.lines import Places
 from mafsil.job.other_robot import OtherRobot
 from mafsil.job.other_steps import OtherStep
+from mafsil.job.placed_parts import Stay
 from mafsil.job.poses import pose_matrix
 from mafsil.job.remark import Remark
 from mafsil.job.resting import resting_place
@@ -30,6 +32,7 @@ from mafsil.model.loading import load_mechanism
 from mafsil.model.skeleton import with_skeleton
 from mafsil.planning import TimedArm
 from mafsil.planning.arms_motion import unproved_moment
+from mafsil.planning.timed_proof import first_unproved
 from mafsil.robot import Robot
 from mafsil.trajectory import MotionLimits
 
@@ -37,6 +40,8 @@ MAIN = "job"
 """How the robot of the job is called among the arms."""
 SECONDS = 30.0
 """After which the search for a move of another robot gives up."""
+STANDING = 1e-3
+"""Of a robot that stands, so much is proved beside a part that is put down later [s]."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -47,7 +52,7 @@ class Neighbour:
         asked: what the file says of it.
         robot: at its base pose, with shapes.
         start: (n,) where it begins [rad | m].
-        goals: (n,) coordinates of each of its moves; None for a pause or a pose.
+        goals: (n,) coordinates of each of its moves; None for what is no goal in joints.
         degrees: whether angles of the file are degrees.
         checks_itself: whether its description has shapes, so that it is checked against itself.
     """
@@ -97,6 +102,27 @@ class NeighbourMotion:
         times = {"duration": quantity(self.motion.duration, "s"), "waiting": quantity(self.motion.waiting, "s")}
         return Remark("good", "job.other_arrives", {"name": self.neighbour.name, **times})
 
+    def never_made(self) -> list[Remark]:
+        """For each choice that it came to: the way that was never taken."""
+        moves = self.neighbour.asked.move
+        ways: dict[tuple[str | int, ...], set[bool]] = {}
+        first: dict[tuple[str | int, ...], OtherStep] = {}
+        for step in self.steps:
+            if step.decision is not None:
+                place = moves[step.index].origin
+                ways.setdefault(place, set()).add(step.decision.holds)
+                first.setdefault(place, step)
+        found: list[Remark] = []
+        for place, taken in ways.items():
+            step, fork = first[place], moves[first[place].index].fork
+            assert fork is not None
+            details = {"move": f"{self.neighbour.name} {step.number}", "tests": step.text}
+            if taken == {False}:
+                found.append(Remark("good", "job.loop_never" if fork.loop else "job.then_never", details))
+            elif taken == {True} and fork.other:
+                found.append(Remark("good", "job.else_never", details))
+        return found
+
     def poses(self, t: Floats) -> PoseMatrix:
         """(k, L, 4, 4) of its links in {s} at times (k,) [s]."""
         return np.asarray(self.neighbour.robot.link_poses(self.motion.at(t)))
@@ -134,8 +160,8 @@ def neighbours_of(job: Job, folder: Path, places: Places) -> tuple[Neighbour, ..
         goals = [
             None
             if move.joints is None
-            else _coordinates(job, robot, move.joints, places, ("other_robot", k, "move", i, "joints"))
-            for i, move in enumerate(asked.move)
+            else _coordinates(job, robot, move.joints, places, ("other_robot", k, "move", *move.origin, "joints"))
+            for move in asked.move
         ]
         found.append(Neighbour(asked, robot, start, tuple(goals), job.angles == "degrees", own))
     return tuple(found)
@@ -147,14 +173,8 @@ def _coordinates(
     """Numbers of the file as joint coordinates within the limits."""
     if len(values) != robot.n:
         raise places.error("job.other_count", path, expected=robot.n, got=len(values))
+    require_within(job, robot, places, path, values)
     q, limits = coordinates(job, robot, values), robot.limits
-    beyond = np.maximum(limits.lower - q, q - limits.upper)
-    if beyond.max(initial=0.0) > 1e-9:
-        k = int(beyond.argmax())
-        raise places.error(
-            "job.other_limit", path, joint=visible(robot.joint_names[k]), value=f"{q[k]:.6g}",
-            lower=f"{limits.lower[k]:.6g}", upper=f"{limits.upper[k]:.6g}",
-        )  # fmt: skip
     return np.clip(q, limits.lower, limits.upper)
 
 
@@ -215,15 +235,53 @@ class Neighbourhood:
         """From when on motions of all are not proved to keep the clearance; None where all of it is [s]."""
         return unproved_moment(self.cell, motions, {})
 
+    def among_parts(self, bodies: Sequence[Body]) -> Arms:
+        """The robots with more bodies in the scene."""
+        return self.cell.with_scene(Scene([*self.cell.scene, *bodies])) if bodies else self.cell
+
+    def near_part(self, name: str, motion: TimedArm, stay: Stay) -> tuple[float, Contact] | None:
+        """From when on another robot's motion is not proved to keep the clearance from a part that stands there.
+
+        Args:
+            name: of the robot.
+            motion: of it; it stands afterwards.
+            stay: of the part.
+
+        Returns:
+            The moment [s], and what is nearest then; None where all of the motion is proved.
+        """
+        end = min(stay.taken, max(motion.duration, stay.put + STANDING))
+        inner = motion.starts[(motion.starts > stay.put) & (motion.starts < end)]
+        breaks = np.unique(np.concatenate([[stay.put], inner, [end]]))
+        moving = [motion.is_moving(float(a), float(b)) for a, b in pairwise(breaks)]
+        accelerations = np.array(moving, dtype=np.float64)[:, None] * motion.acceleration
+        checker = self.cell.alone(name).with_scene(Scene([stay.body]))
+        time = first_unproved(checker, motion.at, breaks, accelerations)
+        return None if time is None else (time, next(iter(checker.distance(motion.at(time)))))
+
     def contact(self, motions: Mapping[str, TimedArm], time: float) -> Contact:
         """The two bodies that are nearest at a moment [s]."""
         q = self.cell.joined({name: motion.at(time) for name, motion in motions.items()})
         return next(iter(self.cell.distance(q)))
 
-    def clearance(self, q: JointVector, t: Floats, motions: Mapping[str, TimedArm]) -> Clearance:
-        """How near other robots come to anything when the robot of the job is at (k, n) at times (k,) [s]."""
+    def clearances(
+        self, q: JointVector, t: Floats, motions: Mapping[str, TimedArm], stays: Sequence[Stay]
+    ) -> Iterator[Contact]:
+        """What other robots come nearest to when the robot of the job is at (k, n) at times (k,) [s].
+
+        Args:
+            q: (k, n) of the robot of the job.
+            t: (k,), in order.
+            motions: of the others.
+            stays: parts that stand in the scene for a time.
+        """
         places = {name: motion.at(t) for name, motion in motions.items() if name != MAIN}
-        return self.cell.distance(self.cell.joined({MAIN: q, **places}))
+        rows = self.cell.joined({MAIN: q, **places})
+        there = np.array([(each.put <= t) & (t < each.taken) for each in stays]).reshape(len(stays), len(t))
+        changes = np.flatnonzero((there[:, 1:] != there[:, :-1]).any(axis=0)) + 1
+        for some in np.split(np.arange(len(t)), changes):
+            bodies = [each.body for k, each in enumerate(stays) if there[k, some].any()]
+            yield from self.among_parts(bodies).distance(rows[some])
 
 
 def _driven(own: Floats, assumed: float, share: float) -> Floats:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import msgspec
 
 from mafsil.job.part import Four, Part, Pose, Positive, Share, Three
-from mafsil.job.signals import Condition, SignalValue
+from mafsil.job.signals import Condition, Fork, SignalValue
 
 
-class OtherMove(Part, frozen=True, kw_only=True):
-    """One step of another robot: exactly one of joints, pose, pause, set and wait.
+class OtherAction(Part, frozen=True, kw_only=True):
+    """What a step of another robot does.
 
     Attributes:
         joints: goal in joint coordinates.
@@ -30,8 +30,27 @@ class OtherMove(Part, frozen=True, kw_only=True):
     speed: Share = 1.0
 
 
-class OtherRobot(Part, frozen=True, kw_only=True):
-    """A robot beside the one of the job. It stands, or moves past the job's robot, whose motion is settled first.
+class OtherMove(OtherAction, frozen=True, kw_only=True):
+    """One step of another robot: exactly one of joints, pose, pause, set, wait and fork.
+
+    Attributes:
+        fork: whether the moves after it are made.
+        skip: moves that are passed over after this one: those of the other way.
+        origin: keys under the moves of the robot where it stands in the file.
+    """
+
+    fork: Fork | None = None
+    skip: int = 0
+    origin: tuple[str | int, ...] = ()
+
+    @property
+    def number(self) -> int:
+        """Of the entry of the robot's table that it comes from, from 1."""
+        return int(self.origin[0]) + 1 if self.origin else 1
+
+
+class OtherPlace(Part, frozen=True, kw_only=True):
+    """Another robot without what it does.
 
     Attributes:
         name: for the report and for errors.
@@ -39,7 +58,6 @@ class OtherRobot(Part, frozen=True, kw_only=True):
         position: of its base in {s} [m].
         rpy, quaternion: how its base is turned [rad, or degrees].
         joints: where it begins; zero, moved into the middle 70 % of each range, if None.
-        move: one after the other; none if it only stands there.
     """
 
     name: str
@@ -48,4 +66,13 @@ class OtherRobot(Part, frozen=True, kw_only=True):
     rpy: Three | None = None
     quaternion: Four | None = None
     joints: tuple[float, ...] | None = None
+
+
+class OtherRobot(OtherPlace, frozen=True, kw_only=True):
+    """A robot beside the one of the job. It stands, or moves past the job's robot, whose motion is settled first.
+
+    Attributes:
+        move: one after the other; none if it only stands there.
+    """
+
     move: tuple[OtherMove, ...] = ()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from mafsil.arrays import JointVector
+from mafsil.job.decision import Decision
 from mafsil.planning import TimedArm
 
 
@@ -13,12 +14,15 @@ class OtherStep:
     """One move of another robot.
 
     Attributes:
-        number: of the move in its table, from 1.
-        kind: joint, pause, set or wait.
-        text: what it sets or waits for.
+        number: of the entry of its table, from 1.
+        kind: joint, pause, set, wait or if.
+        text: what it sets, waits for or looks at.
         start, end: on the clock of the job [s].
         part: of its motion; None where it is there already.
         q: (n,) where it is at the end [rad | m].
+        index: of the move.
+        after: index of the next move.
+        decision: of a choice: which way it went, and why.
     """
 
     number: int
@@ -28,7 +32,12 @@ class OtherStep:
     end: float
     part: TimedArm | None
     q: JointVector
+    index: int
+    after: int
+    decision: Decision | None = None
 
     def to_dict(self) -> dict[str, object]:
         """Plain data."""
-        return {"number": self.number, "kind": self.kind, "text": self.text, "start": self.start, "end": self.end}
+        choice = None if self.decision is None else self.decision.to_dict()
+        where: dict[str, object] = {"number": self.number, "kind": self.kind, "text": self.text, "choice": choice}
+        return where | {"start": self.start, "end": self.end}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Container
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -36,6 +36,20 @@ class PlacedPart:
         return bool((np.abs(inside) <= np.array(box.size) / 2.0).all())
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Stay:
+    """How long a part stands where it was put down.
+
+    Attributes:
+        body: its box in {s}.
+        put, taken: when the tool opens, and when it has been taken again; infinite if it stays there [s].
+    """
+
+    body: Body
+    put: float
+    taken: float = np.inf
+
+
 class PlacedParts:
     """The parts that stand somewhere after the moves planned so far.
 
@@ -45,6 +59,7 @@ class PlacedParts:
     Attributes:
         standing: all of them.
         left: the one that was put down last, as long as the arm has not left it.
+        stays: all that ever stood somewhere, with the times: for robots that do not handle them.
 
     Args:
         names: of other bodies, that parts cannot have.
@@ -54,15 +69,17 @@ class PlacedParts:
         self._names = names
         self.standing: tuple[PlacedPart, ...] = ()
         self.left: PlacedPart | None = None
+        self.stays: tuple[Stay, ...] = ()
         self._count = 0
         self._held = -1
 
-    def put(self, part: Grasp, T_tip: PoseMatrix) -> None:
+    def put(self, part: Grasp, T_tip: PoseMatrix, time: float) -> None:
         """What is carried is let go of.
 
         Args:
             part: that is carried.
             T_tip: (4, 4) pose of the tip.
+            time: when the tool begins to open [s].
         """
         self._count += 1
         while (name := f"{visible(part.name)} {self._count}") in self._names:
@@ -70,18 +87,22 @@ class PlacedParts:
         body = Body(Box(part.size), T_tip @ box_in_tip(part), name)
         self.left = PlacedPart(body, self._held)
         self.standing = (*self.standing, self.left)
+        self.stays = (*self.stays, Stay(body, time))
 
-    def take(self, part: Grasp, T_tip: PoseMatrix, leg: int) -> int:
+    def take(self, part: Grasp, T_tip: PoseMatrix, leg: int, time: float) -> int:
         """Something is taken: a part that stands there, or a new one; the leg at which it was taken first.
 
         Args:
             part: as the move describes it.
             T_tip: (4, 4) pose of the tip.
             leg: index of the leg.
+            time: when it has been taken [s].
         """
         here = self._there(part, T_tip)
         self._held = leg if here is None else here.pick
         self.standing = tuple(each for each in self.standing if each is not here)
+        if here is not None:
+            self.stays = tuple(replace(each, taken=time) if each.body is here.body else each for each in self.stays)
         return self._held
 
     def counted(self, coming: Grasp | None = None, T_tip: PoseMatrix | None = None) -> tuple[PlacedPart, ...]:

@@ -15,6 +15,7 @@ from mafsil.job.language.frames import Complaint
 from mafsil.job.language.key_checks import refuse_not_finite, refuse_unknown, require_keys, translated
 from mafsil.job.language.move_checks import check_statements
 from mafsil.job.language.order_checks import require_order
+from mafsil.job.language.other_programs import check_programs, other_robots
 from mafsil.job.language.pose_checks import check_pose
 from mafsil.job.language.table_checks import check_obstacles, check_tables
 from mafsil.job.text import tables_of, text_of
@@ -54,7 +55,9 @@ def parse(
     places = lines.Places(text, visible(source), cells=cells)
     data = substituted(data, variables or {}, places.error)
     file = _checked(data, places.error)
-    job = msgspec.structs.replace(resolved(in_metres(file, data), places.error), cells=cells)
+    metric = in_metres(file, data)
+    others = other_robots(metric.other_robot, places.error)
+    job = msgspec.structs.replace(resolved(metric, others, places.error), cells=cells)
     if not job.move:
         raise places.error("job.no_moves", ("move",))
     require_order(job, places.of(job).error)
@@ -89,5 +92,6 @@ def _checked(data: dict[str, Any], error: Complaint) -> JobFile:
             check_pose(placed, (name, each), data[name][each], error)
     check_statements(file.move, ("move",), data["move"], error)
     check_tables(file, data, error)
+    check_programs(file.other_robot, error)
     require_signals(file, error)
     return file

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, Protocol, TypeAlias, runtime_checkable
 
 from mafsil.answer import Answer
+from mafsil.collision import Contact
 from mafsil.job.status import JobStatus
 from mafsil.messages import say
 
@@ -78,6 +79,22 @@ class Refusal(Answer):
     def explain(self, language: str | None = None) -> str:
         """Which move, and why."""
         return say(self.key, language=language, **{name: said(value, language) for name, value in self.details.items()})
+
+
+@dataclass(frozen=True, slots=True)
+class Meeting:
+    """Two bodies that meet, for sentences in any language."""
+
+    contact: Contact
+
+    def explain(self, *, language: str | None = None) -> str:
+        """Which bodies, how near, where."""
+        return self.contact.sentence(language)
+
+
+def said_of(contact: Contact) -> Meeting:
+    """A contact as a detail of a sentence."""
+    return Meeting(contact)
 
 
 class Refused(Exception):

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from mafsil.job.cell_signals import assignments, conditions
 from mafsil.job.decision import decided
-from mafsil.job.description import Fork, Move
+from mafsil.job.description import Move
 from mafsil.job.remark import Refused, Remark
+from mafsil.job.signals import Fork
 from mafsil.job.standstill import Standstill
 from mafsil.job.walk import Walk
 from mafsil.messages.quantities import quantity

@@ -37,6 +37,22 @@ Test: TypeAlias = bool | float | Between | str
 """What is asked of a signal or a variable before moves are made; texts of variables alone."""
 
 
+class Fork(msgspec.Struct, frozen=True, kw_only=True):
+    """Where the way through the moves of a job divides.
+
+    Attributes:
+        tests: of signals and variables, all of them.
+        skip: moves that are passed over where they do not all hold; the next one follows where they do.
+        other: whether there are moves of the other way.
+        loop: whether it is the round of a loop that begins here.
+    """
+
+    tests: dict[str, Test]
+    skip: int
+    other: bool = False
+    loop: bool = False
+
+
 class Input(Part, frozen=True, kw_only=True):
     """What the cell gives to the controller, as the simulation knows it: a table over time, or an answer to an output.
 

@@ -164,10 +164,11 @@ def prepare(
     """
     eye = watcher or _Nobody()
     eye.enter("stage_robot")
-    tools = equipment_of(job, folder)
+    places = Places(text, source).of(job)
+    tools = equipment_of(job, folder, places)
     robot = tools[0].robot
-    require_fit(job, robot, Places(text, source).of(job))
-    neighbours = neighbours_of(job, folder, Places(text, source))
+    require_fit(job, robot, places)
+    neighbours = neighbours_of(job, folder, places)
     eye.enter("stage_planning")
     motion = plan(job, tools, eye.update, text, neighbours)
     return motion if isinstance(motion, Refusal) else (robot, motion)

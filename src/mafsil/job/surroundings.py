@@ -15,7 +15,7 @@ from mafsil.job.description import Collision, Grasp, Job, Obstacle, SceneFile, T
 from mafsil.job.equipment import UNNAMED_TOOL, Load, box_of_tool
 from mafsil.job.neighbours import Neighbour, Neighbourhood, NeighbourMotion, standing_bodies
 from mafsil.job.payload import box_in_tip
-from mafsil.job.placed_parts import PlacedPart
+from mafsil.job.placed_parts import PlacedPart, Stay
 from mafsil.job.poses import pose_matrix
 from mafsil.messages.visible import visible
 from mafsil.model import Mechanism
@@ -49,22 +49,6 @@ class Hit:
 
     time: float
     contact: Contact
-
-
-@dataclass(frozen=True, slots=True)
-class Meeting:
-    """Two bodies that meet, for sentences in any language."""
-
-    contact: Contact
-
-    def explain(self, *, language: str | None = None) -> str:
-        """Which bodies, how near, where."""
-        return self.contact.sentence(language)
-
-
-def said_of(contact: Contact) -> Meeting:
-    """A contact as a detail of a sentence."""
-    return Meeting(contact)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -117,7 +101,7 @@ class Surroundings:
         self.bounds, self.neighbours = job.limits, neighbours
         self.obstacles = scene_of(job)
         self.scene = Scene([*self.obstacles, *standing_bodies(neighbours)])
-        self._others: tuple[Neighbourhood, Mapping[str, TimedArm]] | None = None
+        self._others: tuple[Neighbourhood, Mapping[str, TimedArm], tuple[Stay, ...]] | None = None
         self._checkers: dict[tuple[Load, float, tuple[PlacedPart, ...]], Checker] = {}
         links = robot.mechanism.links
         self.has_shapes = any(link.collisions or link.visuals for link in links)
@@ -230,15 +214,14 @@ class Surroundings:
                 continue
             found.append(NeighbourMotion(each, motions[each.asked.name], others.steps(each.asked.name)))
         if others is not None:
-            self._others = others.around, motions
+            self._others = others.around, motions, others.parts.stays
         return tuple(found)
 
-    def clearance_beside(self, q: Floats, t: Floats) -> Clearance | None:
-        """How near moving robots come to anything, the robot at (k, n) at times (k,) [s]; None where none moves."""
-        if self._others is None:
-            return None
-        around, motions = self._others
-        return around.clearance(q, t, motions)
+    def clearances_beside(self, q: Floats, t: Floats) -> Iterator[Contact]:
+        """What moving robots come nearest to, the robot at (k, n) at times (k,) [s]; nothing where none moves."""
+        if self._others is not None:
+            around, motions, stays = self._others
+            yield from around.clearances(q, t, motions, stays)
 
 
 def scene_of(file: Job | SceneFile) -> Scene:

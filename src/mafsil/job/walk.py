@@ -23,8 +23,8 @@ from mafsil.job.placed_parts import PlacedPart, PlacedParts
 from mafsil.job.plan import Leg, Plan
 from mafsil.job.planned_remarks import Tight, driving_limits, near_limits, nearly_met, tight_limits
 from mafsil.job.poses import goal_matrix
-from mafsil.job.remark import Refused
-from mafsil.job.surroundings import RESTS, Surroundings, WayRound, said_of
+from mafsil.job.remark import Refused, said_of
+from mafsil.job.surroundings import RESTS, Surroundings, WayRound
 from mafsil.job.timing import Timing
 from mafsil.messages.quantities import quantity
 from mafsil.model import JointLimits
@@ -116,14 +116,14 @@ class Walk:
     def others(self) -> Beside | None:
         """The other robots that move, planned as far as they have come; None where there are none."""
         if self._others is None and self.surroundings is not None and any(each.move for each in self.job.other_robot):
-            talks = any(move.set or move.wait for each in self.job.other_robot for move in each.move)
+            talks = any(move.set or move.wait or move.fork for each in self.job.other_robot for move in each.move)
             loads = [leg.load for leg in self.legs]
             if talks:
                 # What is carried later is not known yet: whatever some way of the job may carry.
                 parts = [None, *(move.pick for move in self.job.move if move.pick is not None)]
                 loads = [Load(tool, part) for tool in self.tools.values() for part in parts]
             around = self.surroundings.neighbourhood(list(dict.fromkeys(loads)))
-            self._others = Beside(around, self.signals, self.job.limits, self.surroundings.rule.seed)
+            self._others = Beside(around, self.signals, self.job.limits, self.surroundings.rule.seed, self.parts)
         return self._others
 
     def on_tick(self, hold: float) -> float:

@@ -40,6 +40,27 @@ def checked_pose(name: str, value: ArrayLike) -> PoseMatrix:
     return T
 
 
+def checked_poses(name: str, value: ArrayLike) -> PoseMatrix:
+    """Poses (*batch, 4, 4) as the user gave them, if each is one; errors as of `checked_pose`, with the index.
+
+    Args:
+        name: the argument's name, for the error.
+        value: (*batch, 4, 4) numbers.
+
+    Raises:
+        InputError, ModelError: as `checked_pose`.
+    """
+    T = as_batch(name, value, (4, 4), finite=True)
+    R = T[..., :3, :3]
+    off = np.abs(R @ np.swapaxes(R, -1, -2) - np.eye(3)).max(axis=(-2, -1))
+    off = np.maximum(off, np.abs(T[..., 3, :] - (0, 0, 0, 1)).max(axis=-1))
+    wrong = (off > PRINTED_ROTATION) | (np.linalg.det(R) < 0.0)
+    if wrong.any():
+        index = tuple(int(k) for k in np.argwhere(wrong)[0])
+        checked_pose(f"{name}[{', '.join(map(str, index))}]" if index else name, T[index])
+    return T
+
+
 def cos_sin(angle: float) -> tuple[float, float]:
     """Cosine and sine of an angle [rad]; exact at whole quarter turns, so that no roundoff enters a robot."""
     quarters = angle / _QUARTER

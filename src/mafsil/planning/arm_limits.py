@@ -21,7 +21,16 @@ def beyond_limits(checker: Checker, q: JointVector) -> str:
         return ""
     joint = checker.robot.mechanism.coordinates[k].name
     lower, upper = float(limits.lower[k]), float(limits.upper[k])
-    return say("planning.beyond_limit", joint=joint, value=float(q[k]), lower=lower, upper=upper)
+    far = float(beyond[k])
+    return say("planning.beyond_limit", joint=joint, value=float(q[k]), lower=lower, upper=upper, far=far)
+
+
+def endless_joints(checker: Checker) -> str:
+    """A sentence for joints that turn without end, whose goals may be meant up to whole turns; empty if none does."""
+    limits, coordinates = checker.robot.limits, checker.robot.mechanism.coordinates
+    endless = checker.moves_tip & np.isinf(limits.lower) & np.isinf(limits.upper)
+    names = [each.name for each, free in zip(coordinates, endless, strict=True) if free and each.screw[:3].any()]
+    return say("planning.endless", joints=", ".join(names)) if names else ""
 
 
 def bounds_of(checker: Checker, ends: JointVector) -> tuple[Floats, Floats]:

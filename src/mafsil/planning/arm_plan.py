@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, positive, whole
+from mafsil.arrays import Floats, JointVector, positive, real_array, require_finite, whole
 from mafsil.collision import Check, Checker, Clearance
 from mafsil.errors import InputError
 from mafsil.messages import say
@@ -59,9 +59,13 @@ class ArmPlan(Plan):
 
         Args:
             s: (*batch).
+
+        Raises:
+            InputError: a number that is not finite.
         """
+        shares = require_finite("s", real_array("s", s))
         lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(self.path, axis=0), axis=1))])
-        places = np.asarray(s, dtype=np.float64) * lengths[-1]
+        places = shares * lengths[-1]
         columns: list[Floats] = [np.interp(places, lengths, self.path[:, k]) for k in range(self.path.shape[1])]
         return np.stack(columns, axis=-1)
 
@@ -72,7 +76,7 @@ class ArmPlan(Plan):
             count: how many places.
         """
         assert self.checker is not None
-        return self.checker.distance(self.at(np.linspace(0.0, 1.0, count)))
+        return self.checker.distance(self.at(np.linspace(0.0, 1.0, whole("count", count))))
 
     def optimised(
         self, *, clearance: float = 0.03, smoothness: float = 0.0, points: int = 30, iterations: int = 100,

@@ -6,20 +6,21 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 from threading import local
 from time import perf_counter
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias, cast
 from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, JointVector, as_batch, positive, single, whole
+from mafsil.arrays import Floats, JointVector, as_batch, positive, real_array, single, whole
 from mafsil.collision import Checker, Obstacle, Scene
 from mafsil.errors import InputError
 from mafsil.geometry import Pose
 from mafsil.ik import inverse_kinematics
 from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
-from mafsil.planning.arm_limits import UNBOUNDED, beyond_limits, bounds_of
+from mafsil.model.placement import checked_poses
+from mafsil.planning.arm_limits import UNBOUNDED, beyond_limits, bounds_of, endless_joints
 from mafsil.planning.arm_plan import ArmPlan
 from mafsil.planning.closed_arms import closed_configurations, loops_kept
 from mafsil.planning.goal_region import GoalRegion
@@ -78,7 +79,7 @@ def plan(
     seconds: float = 10.0,
     nodes: int = 200_000,
     shorten: int = 100,
-    margin: float = 0.0,
+    margin: float | None = None,
     keep: Constraint | Iterable[Constraint] = (),
     radius: float | None = None,
 ) -> ArmPlan:
@@ -107,10 +108,10 @@ def plan(
         seconds: after which it gives up, or for planners that improve gives the best so far.
         nodes: most that it may make.
         shorten: how many shortcuts are tried; 0 for none.
-        margin: clearance to keep, where `robot` is no Checker [m].
+        margin: clearance to keep [m]; that of a Checker, or none.
         keep: what the path keeps all along, such as `planning.Upright(0.1)`: one or several constraints. Only with
             "rrt_connect", which alone knows loops too.
-        radius: of capsules along the links, for a robot without shapes [m].
+        radius: of capsules along the links, for a robot without shapes [m]; a Checker was made with its own.
 
     Ctrl-C ends planners that improve with the best so far, `interrupted`; others raise `KeyboardInterrupt`.
 
@@ -122,14 +123,14 @@ def plan(
     """
     roadmap = robot if isinstance(robot, ArmRoadmap) else None
     if roadmap is not None:
-        if scene is not None or keep:
+        if scene is not None or keep or margin is not None or radius is not None:
             raise InputError("planning.roadmap_as_it_is")
         planner = LAZY
     checker = _checker(robot, scene, margin, radius) if not isinstance(robot, ArmRoadmap) else robot.checker
     n, mechanism = checker.robot.n, checker.robot.mechanism
     loops = loops_kept(mechanism) if mechanism.loops else ()
     q = np.array(single("start", start, (n,)))
-    if planner not in PLANNERS and planner not in ARM_PLANNERS:
+    if not isinstance(cast(object, planner), str) or (planner not in PLANNERS and planner not in ARM_PLANNERS):
         raise InputError("input.choice", name="planner", value=planner, known=", ".join({**ARM_PLANNERS, **PLANNERS}))
     for name, number, least in (("seed", seed, 0), ("nodes", nodes, 1), ("shorten", shorten, 0)):
         whole(name, number, least=least)
@@ -173,18 +174,23 @@ def _answer(
     points = q[None] if path is None else path
     reached = -1 if path is None else 0 if len(goals) == 1 else int(np.abs(goals - points[-1]).max(axis=1).argmin())
     looked_at, proofs, states = seen
-    seconds = perf_counter() - begun
+    seconds, reason = perf_counter() - begun, "" if path is not None else endless_joints(checker)
     return ArmPlan(
-        status, points, planner, states, looked_at, made, seconds, "", checker, (), proofs, reached, kept
+        status, points, planner, states, looked_at, made, seconds, reason, checker, (), proofs, reached, kept
     )  # fmt: skip
 
 
 def _checker(
-    robot: RobotLike | Checker, scene: Scene | Iterable[Obstacle] | None, margin: float, radius: float | None
+    robot: RobotLike | Checker, scene: Scene | Iterable[Obstacle] | None, margin: float | None, radius: float | None
 ) -> Checker:
     if not isinstance(robot, Checker):
-        return Checker(robot, () if scene is None else scene, margin=margin, radius=radius)
-    return robot if scene is None else robot.with_scene(scene)
+        return Checker(
+            robot, () if scene is None else scene, margin=0.0 if margin is None else margin, radius=radius
+        )  # fmt: skip
+    if radius is not None:
+        raise InputError("planning.radius_of_a_checker")
+    checker = robot if scene is None else robot.with_scene(scene)
+    return checker if margin is None else checker.with_margin(margin)
 
 
 def configurations_of(checker: Checker, goal: ArrayLike | Pose | GoalRegion, start: JointVector) -> JointVector:
@@ -193,14 +199,14 @@ def configurations_of(checker: Checker, goal: ArrayLike | Pose | GoalRegion, sta
     if isinstance(goal, GoalRegion):
         return _solutions(checker, goal.poses(), start)
     typed = isinstance(goal, Pose)
-    array = np.asarray(goal, dtype=np.float64)
+    array = np.asarray(goal, dtype=np.float64) if typed else real_array("goal", goal)
     if not array.size:
         raise InputError("planning.no_goals")
     if not typed and array.ndim in (1, 2) and array.shape[-1] == n and not _looks_like_pose(array, n):
         return np.array(as_batch("goal", array, (n,), finite=True), ndmin=2)
     if array.ndim not in (2, 3) or array.shape[-2:] != (4, 4):
         raise InputError("planning.no_goal", n=n, got=array.shape)
-    return _solutions(checker, array.reshape(-1, 4, 4), start)
+    return _solutions(checker, checked_poses("goal", array).reshape(-1, 4, 4), start)
 
 
 def _solutions(checker: Checker, poses: Floats, start: JointVector) -> JointVector:

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch, positive, whole
+from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch, positive, single, whole
 from mafsil.collision import Checker, MovableArm, Obstacle, Scene
 from mafsil.errors import InputError
 from mafsil.ik import inverse_kinematics
 from mafsil.ik.answers.batch import SolutionBatch
 from mafsil.model.loading import RobotLike
-from mafsil.model.placement import inverse
+from mafsil.model.placement import checked_poses, inverse
 from mafsil.model.skeleton import reach, with_skeleton
 from mafsil.performance import scaled_jacobian
 from mafsil.planning.placement_answer import MEASURES, BasePlacement, Miss, PlacementStatus
@@ -76,12 +76,14 @@ def place(
         N. Vahrenkamp, T. Asfour, R. Dillmann, Robot placement based on reachability inversion, ICRA 2013.
     """
     goals = _targets(targets)
+    allowed = (stands_on,) if isinstance(stands_on, str) else tuple(stands_on)
     arm = robot if isinstance(robot, Checker) else _checker_of(robot)
     around = arm.scene if scene is None else scene if isinstance(scene, Scene) else Scene(scene)
-    search = _Search(arm, around, goals, positive("clearance", clearance), tuple(stands_on), samples, seed)
+    search = _Search(arm, around, goals, positive("clearance", clearance), allowed, samples, seed)
     # 1.
     step, count = positive("spacing", spacing), whole("yaws", yaws, least=1)
-    axes = [_axis(f"region[{k}]", region[k], step) for k in range(2)]
+    corners = single("region", cast("ArrayLike", region), (2, 2))
+    axes = [_axis(f"region[{k}]", corners[k].tolist(), step) for k in range(2)]
     levels = np.atleast_1d(np.asarray(as_batch("heights", heights, (), finite=True), dtype=np.float64))
     turns = 2.0 * np.pi * np.arange(count) / count
     if len(axes[0]) * len(axes[1]) * len(levels) * count > MOST_POSES:
@@ -242,7 +244,7 @@ def _inverses(T: PoseMatrix) -> PoseMatrix:
 
 
 def _targets(targets: ArrayLike) -> PoseMatrix:
-    rows = as_batch("targets", targets, (4, 4), finite=True)
+    rows = checked_poses("targets", targets)
     rows = rows[None] if rows.ndim == 2 else rows
     if rows.ndim != 3 or not len(rows):
         raise InputError("input.shape", name="targets", expected=("m", 4, 4), got=rows.shape, hint="")

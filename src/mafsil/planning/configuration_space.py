@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, JointVector, as_batch, whole
+from mafsil.arrays import Floats, JointVector, as_batch, positive, real_array, single, whole
+from mafsil.errors import InputError
 from mafsil.planning.polygons import PolygonWorld, distances_to_segments
-from mafsil.planning.problem import Problem
+from mafsil.planning.problem import Problem, require_few_cells
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +31,7 @@ class PlanarArm:
 
     def joints(self, q: ArrayLike) -> Floats:
         """(k, n + 1, 2) places of the joints and of the tip, q (k, n) relative angles [rad]."""
-        angles = np.cumsum(np.atleast_2d(q), axis=1)
+        angles = np.cumsum(np.atleast_2d(as_batch("q", q, self.lengths.shape)), axis=1)
         steps = self.lengths[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
         start = np.broadcast_to(np.asarray(self.base), (len(angles), 1, 2))
         return np.concatenate([start, start + np.cumsum(steps, axis=1)], axis=1)
@@ -75,6 +76,7 @@ def configuration_space(arm: PlanarArm, cells: int = 100) -> tuple[tuple[Floats,
     Reference: Lozano-Perez, Spatial planning: a configuration space approach, 1983.
     """
     count, n = whole("cells", cells, least=1), len(arm.lengths)
+    require_few_cells(count**n)
     axis: Floats = np.asarray(-np.pi + (np.arange(count) + 0.5) * (2.0 * np.pi / count), dtype=np.float64)
     grid: JointVector = np.asarray(np.stack(np.meshgrid(*[axis] * n, indexing="ij"), axis=-1), dtype=np.float64)
     grid = grid.reshape(-1, n)
@@ -94,11 +96,16 @@ def planar_arm(
         base: (2,) of the first joint [m].
 
     Raises:
-        InputError: a wrong shape, a number that is not finite.
+        InputError: a wrong shape, a length that is not positive, a thickness below zero.
     """
-    rows = np.atleast_1d(as_batch("lengths", lengths, np.shape(lengths)[-1:], finite=True))
-    x, y = as_batch("base", base, (2,), finite=True)
-    return PlanarArm(rows, world, thickness, (float(x), float(y)))
+    rows = np.atleast_1d(real_array("lengths", lengths))
+    if rows.ndim != 1 or not len(rows):
+        raise InputError("input.shape", name="lengths", expected="(n,)", got=rows.shape, hint="")
+    for k, length in enumerate(rows.tolist()):
+        positive(f"lengths[{k}]", length)
+    radius = 0.0 if thickness == 0.0 else positive("thickness", thickness)
+    x, y = single("base", base, (2,)).tolist()
+    return PlanarArm(rows, world, radius, (x, y))
 
 
 def _segments_apart(a: Floats, b: Floats, corners: Floats) -> Floats:

@@ -11,8 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, positive, require_function, whole
+from mafsil.arrays import Floats, positive, require_function, single, whole
+from mafsil.errors import InputError
 from mafsil.messages import say
+from mafsil.planning.problem import answers, require_few_cells
 
 Collides: TypeAlias = Callable[[Floats, Floats], Any]
 """(k,), (k,) -> (k,) bools: whether two robots meet at these shares of their paths; or one, at shares and times."""
@@ -80,13 +82,13 @@ def coordinate(
     Reference: O'Donnell and Lozano-Perez, Deadlock-free and collision-free coordination of two manipulators, 1989.
     """
     require_function("collides", collides, "function of two arrays of shares", 2)
-    times = [positive(f"durations[{k}]", T) for k, T in enumerate(durations)]
+    times = [positive(f"durations[{k}]", T) for k, T in enumerate(single("durations", durations, (2,)).tolist())]
     step = max(times) / whole("cells", cells, least=1)
     counts = [max(int(np.ceil(T / step - 1e-9)), 1) for T in times]
     # 1.
     shares: list[Floats] = [np.linspace(0.0, 1.0, count + 1, dtype=np.float64) for count in counts]
     grid = np.meshgrid(*shares, indexing="ij")
-    diagram = np.asarray(collides(grid[0].ravel(), grid[1].ravel()), dtype=np.bool_).reshape(grid[0].shape)
+    diagram = answers("collides", collides(grid[0].ravel(), grid[1].ravel()), (grid[0].size,)).reshape(grid[0].shape)
     # 2. and 3.
     moves = ((1, 1), (1, 0)) if priority else ((1, 1), (1, 0), (0, 1))
     return _through(diagram, shares, moves, step)
@@ -100,7 +102,7 @@ def avoid_moving(
     Args:
         collides: (k,) shares, (k,) times [s] -> bools.
         duration: of the path at full speed [s].
-        horizon: latest arrival [s].
+        horizon: latest arrival, not before `duration` [s].
         cells: along the path; times between are not looked at.
         backwards: whether it may also go back.
 
@@ -108,11 +110,14 @@ def avoid_moving(
     """
     require_function("collides", collides, "function of shares and times", 2)
     step = positive("duration", duration) / whole("cells", cells, least=1)
-    steps = max(int(np.ceil(positive("horizon", horizon) / step - 1e-9)), cells)
+    if positive("horizon", horizon) < duration:
+        raise InputError("input.range", name="horizon", value=horizon, low=duration, high=np.inf)
+    steps = int(np.ceil(horizon / step - 1e-9))
+    require_few_cells((cells + 1) * (steps + 1))
     shares = np.linspace(0.0, 1.0, cells + 1)
     times: Floats = np.asarray(step * np.arange(steps + 1), dtype=np.float64)
     grid = np.meshgrid(shares, times, indexing="ij")
-    diagram = np.asarray(collides(grid[0].ravel(), grid[1].ravel()), dtype=np.bool_).reshape(grid[0].shape)
+    diagram = answers("collides", collides(grid[0].ravel(), grid[1].ravel()), (grid[0].size,)).reshape(grid[0].shape)
     moves = (1, 0, -1) if backwards else (1, 0)
     before = np.full(diagram.shape, 99, dtype=np.int8)
     if diagram[0, 0]:

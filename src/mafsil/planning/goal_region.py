@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, PoseMatrix, as_batch, frozen, real_array, require_finite, whole
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
+from mafsil.model.placement import checked_pose
 
 MOST_POSES = 10_000
 
@@ -39,7 +40,7 @@ class GoalRegion:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "T", frozen(np.asarray(as_batch("T", self.T, (4, 4), finite=True))))
+        object.__setattr__(self, "T", frozen(checked_pose("T", self.T)))
         box = require_finite("box", real_array("box", self.box))
         if box.shape not in ((), (3,)) or (box < 0.0).any():
             raise InputError("planning.region_box", value=self.box)

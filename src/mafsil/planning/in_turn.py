@@ -138,13 +138,14 @@ def plan_past(
 
 
 class _Turns:
-    """What all turns share: the arms, their ends and limits, the deadline."""
+    """What all turns share: the arms, their ends and limits, the time that is left [s]."""
 
     def __init__(
         self, cell: Arms, start: Mapping[str, ArrayLike], goal: Mapping[str, ArrayLike | Pose], limits: Limits,
         seed: int, seconds: float,
     ) -> None:  # fmt: skip
-        self.cell, self.seed, self.seconds, self.deadline = cell, seed, seconds, np.inf
+        self.cell, self.seed, self.left = cell, seed, seconds
+        self.warm = set[str]()
         self.start = cell.parted(cell.joined(start))
         for name in goal:
             cell.alone(name)
@@ -212,16 +213,22 @@ class _Turns:
             fixed = {each: q for each, q in self.start.items() if each != name and each not in before}
             best: TimedArm | None = None
             for k, points in enumerate(self._paths(name, before, waiting)):
-                if perf_counter() > self.deadline or (best is not None and k >= DIRECT):
+                if best is not None and (k >= DIRECT or self.left <= 0.0):
                     break
+                begun = perf_counter()
                 found = self._way(name, points, before, among, fixed)
-                # The clock starts after the first way: a first call ever also waits for the compiler.
-                self.deadline = min(self.deadline, perf_counter() + self.seconds)
+                self._spent("way", perf_counter() - begun)
                 if found is not None and (best is None or found.duration < best.duration):
                     best = found
             if best is not None:
                 return best
         return None
+
+    def _spent(self, what: str, seconds: float) -> None:
+        """Time that counts: the first of each kind does not, for a first call ever also waits for the compiler."""
+        if what in self.warm:
+            self.left -= seconds
+        self.warm.add(what)
 
     def _way(
         self, name: str, points: JointVector, before: Mapping[str, TimedArm], among: Arms,
@@ -296,10 +303,13 @@ class _Turns:
         self, name: str, places: Mapping[str, JointVector], counted: tuple[str, ...], q: JointVector, goal: JointVector,
         seed: int,
     ) -> JointVector | None:  # fmt: skip
-        """A path of one arm among some of the others, which stand still."""
+        """A path of one arm among some of the others, which stand still; None when the time is over, too."""
+        if self.left <= 0.0:
+            return None
         checker = self.cell.among([name, *counted], [name])
         a, b = (checker.joined({**self.start, **places, name: end}) for end in (q, goal))
-        found = plan(checker, None, a, b, seed=seed, seconds=SECONDS, nodes=NODES)
+        found = plan(checker, None, a, b, seed=seed, seconds=min(SECONDS, self.left), nodes=NODES)
+        self._spent("path", found.seconds)
         return found.path if found else None
 
 

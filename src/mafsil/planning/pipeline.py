@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from time import perf_counter
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -54,7 +55,7 @@ def find_path(
     goals = np.atleast_2d(as_batch("goal", goal, (problem.n,), finite=True))
     if q.ndim != 1 or goals.ndim != 2:
         raise InputError("input.shape", name="start", expected=(problem.n,), got=q.shape, hint="")
-    if planner not in PLANNERS:
+    if not isinstance(cast(object, planner), str) or planner not in PLANNERS:
         raise InputError("input.choice", name="planner", value=planner, known=", ".join(PLANNERS))
     begun = perf_counter()
     problem.counts.configurations = problem.counts.segments = 0

@@ -6,13 +6,14 @@ the border, nothing passes.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, as_batch, require_finite
+from mafsil.arrays import Floats, as_batch, require_finite, single
 from mafsil.errors import InputError
 
 ON_EDGE = 1e-9
@@ -39,16 +40,21 @@ class PolygonWorld:
         """From lists of corners in any sense.
 
         Raises:
-            InputError: a wrong shape, a number that is not finite, a polygon without area.
+            InputError: a wrong shape, a number that is not finite, a polygon without area, no rectangle.
         """
         rows: list[Floats] = []
+        if not isinstance(cast(object, polygons), Iterable):
+            raise InputError("input.kind", name="polygons", expected="list of polygons", got=type(polygons).__name__)
         for k, polygon in enumerate(polygons):
             corners = np.asarray(as_batch(f"polygons[{k}]", polygon, (2,), finite=True))
             area = signed_area(corners) if corners.ndim == 2 and len(corners) > 2 else 0.0
             if area == 0.0:
                 raise InputError("planning.no_area", index=k)
             rows.append(corners if area > 0.0 else corners[::-1])
-        low, high = (as_batch(name, x, (2,), finite=True) for name, x in (("lower", lower), ("upper", upper)))
+        low, high = (single(name, x, (2,)) for name, x in (("lower", lower), ("upper", upper)))
+        if not (low < high).all():
+            k = int(np.argmin(low < high))
+            raise InputError("planning.bounds", index=k, lower=float(low[k]), upper=float(high[k]))
         return cls(low, high, tuple(rows))
 
     @property
@@ -156,11 +162,14 @@ def minkowski_sum(first: ArrayLike, second: ArrayLike) -> Floats:
     The obstacle that a translating robot A sees as a point is the sum of the obstacle and -A.
 
     Args:
-        first, second: (k, 2) corners of convex polygons, in any sense.
+        first, second: (k, 2) corners of convex polygons, in any sense; a segment or a point is one, too.
+
+    Raises:
+        InputError: a wrong shape, a number that is not finite, a polygon that is not convex.
 
     Reference: de Berg et al., Computational Geometry, sec. 13.3.
     """
-    a, b = (_from_lowest(np.asarray(x, dtype=np.float64)) for x in (first, second))
+    a, b = (_from_lowest(_convex(name, x)) for name, x in (("first", first), ("second", second)))
     found: list[Floats] = []
     i, j = 0, 0
     while i < len(a) or j < len(b):
@@ -172,6 +181,23 @@ def minkowski_sum(first: ArrayLike, second: ArrayLike) -> Floats:
             j + int((turn <= 0.0 and j < len(b)) or i >= len(a)),
         )
     return np.array(found)
+
+
+def _convex(name: str, corners: ArrayLike) -> Floats:
+    """Corners (k, 2) of a convex polygon; corners on a side or given twice are left in."""
+    array = as_batch(name, corners, (2,), finite=True)
+    if array.ndim != 2 or not len(array):
+        raise InputError("input.shape", name=name, expected="(k, 2), k > 0", got=array.shape, hint="")
+    ways = np.roll(array, -1, axis=0) - array
+    ways = ways[np.abs(ways).max(axis=1) > 0.0]
+    after = np.roll(ways, -1, axis=0)
+    turns = ways[:, 0] * after[:, 1] - ways[:, 1] * after[:, 0]
+    sizes = np.linalg.norm(ways, axis=1) * np.linalg.norm(after, axis=1)
+    angles = np.arctan2(turns, (ways * after).sum(axis=1))
+    # The angles of one turn all the way round; a star turns twice.
+    if ((turns > 1e-12 * sizes).any() and (turns < -1e-12 * sizes).any()) or abs(angles.sum()) > 2.5 * np.pi:
+        raise InputError("planning.not_convex", name=name)
+    return array
 
 
 def _from_lowest(corners: Floats) -> Floats:

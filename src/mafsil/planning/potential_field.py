@@ -10,7 +10,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, as_batch, positive, single
+from mafsil.arrays import Floats, positive, real_array, require_finite, require_function, single, whole
+from mafsil.errors import InputError
 from mafsil.planning.outcome import Plan, PlanningStatus
 
 Distance: TypeAlias = Callable[[Floats], tuple[Floats, Floats]]
@@ -27,7 +28,7 @@ def disc(centre: ArrayLike, radius: float) -> Distance:
         centre: (n,) [m].
         radius: [m].
     """
-    middle, r = np.asarray(centre, dtype=np.float64), positive("radius", radius)
+    middle, r = require_finite("centre", real_array("centre", centre)), positive("radius", radius)
 
     def distance(points: Floats) -> tuple[Floats, Floats]:
         way = points - middle
@@ -64,7 +65,11 @@ class PotentialField:
         Raises:
             InputError: a number that is not finite, a strength or reach that is not positive.
         """
-        target = np.asarray(as_batch("goal", goal, np.shape(goal)[-1:], finite=True))
+        target = require_finite("goal", real_array("goal", goal))
+        if target.ndim != 1 or not len(target):
+            raise InputError("input.shape", name="goal", expected="(n,)", got=target.shape, hint="")
+        for k, obstacle in enumerate(obstacles):
+            require_function(f"obstacles[{k}]", obstacle, "function of points (k, n)", 1)
         numbers = (positive(name, x) for name, x in (("kp", kp), ("eta", eta), ("reach", reach)))
         return cls(target, tuple(obstacles), *numbers)
 
@@ -101,6 +106,8 @@ class PotentialField:
     def path(self, start: ArrayLike, *, step: float = 0.05, escapes: int = 0, seed: int = 0) -> Plan:
         """Down the field from a point: a local method, which sees only what is near.
 
+        A start or goal at which an obstacle has no distance left is blocked.
+
         1. Along the force, by at most `step` and no farther than half way to an obstacle; halved until U falls.
         2. Where the force vanishes before the goal there is a local minimum, which is where the path ends,
         3. unless escapes are left: a random walk away from it, and down again.
@@ -120,7 +127,10 @@ class PotentialField:
         begun, rng = perf_counter(), np.random.default_rng(seed)
         x = single("start", start, self.goal.shape).copy()
         rows, size = [x.copy()], max(float(np.linalg.norm(self.attraction(x))), 1e-300)
-        left, longest = escapes, positive("step", step)
+        left, longest = whole("escapes", escapes), positive("step", step)
+        for status, end in ((PlanningStatus.START_BLOCKED, x), (PlanningStatus.GOAL_BLOCKED, self.goal)):
+            if not self._clear(end) > 0.0:
+                return Plan(status, x[None], "potential_field", 1, 0, 0, perf_counter() - begun)
         looks = 0
         for looks in range(1, MOST_STEPS + 1):
             if np.linalg.norm(self.goal - x) <= 1e-9 * max(1.0, size / self.kp):
@@ -144,9 +154,13 @@ class PotentialField:
         )
         return Plan(status, np.stack(rows), "potential_field", looks, 0, len(rows), perf_counter() - begun)
 
+    def _clear(self, x: Floats) -> float:
+        """Distance to the nearest obstacle."""
+        return min((float(obstacle(x[None])[0][0]) for obstacle in self.obstacles), default=np.inf)
+
     def _down(self, x: Floats, F: Floats, longest: float) -> Floats | None:
         """A point farther down along the force; None where none is lower."""
-        clear = min((float(obstacle(x[None])[0][0]) for obstacle in self.obstacles), default=np.inf)
+        clear = self._clear(x)
         size = float(np.linalg.norm(F))
         if not np.isfinite(size) or size == 0.0:
             return None
@@ -163,8 +177,10 @@ class PotentialField:
         """A random walk of some steps that touches no obstacle."""
         rows: list[Floats] = []
         for _ in range(int(rng.integers(10, 60))):
-            new = x + rng.normal(size=len(x)) * longest * 2.0
-            if all(float(obstacle(new[None])[0][0]) > 0.0 for obstacle in self.obstacles):
+            move = rng.normal(size=len(x)) * longest * 2.0
+            # Within the ball that is clear about it nothing is met on the way.
+            if float(np.linalg.norm(move)) < self._clear(x):
+                new = x + move
                 x = new
                 rows.append(new)
         return rows or [x + 0.0]

@@ -15,6 +15,10 @@ from mafsil.errors import InputError
 
 Free: TypeAlias = Callable[[JointVector], Any]
 """(k, n) configurations -> (k,) whether each is free."""
+MOST_PLACES = 1_000_000
+"""Of a segment that are looked at: longer ones need a coarser resolution."""
+MOST_CELLS = 20_000_000
+"""Of a grid of configurations."""
 FreeSegment: TypeAlias = Callable[[JointVector, JointVector], bool]
 """(n,), (n,) -> whether the straight segment between them is free."""
 
@@ -78,10 +82,7 @@ class Problem:
         rows = np.atleast_2d(np.asarray(q, dtype=np.float64))
         self.counts.configurations += len(rows)
         inside = ((rows >= self.lower - 1e-12) & (rows <= self.upper + 1e-12)).all(axis=1)
-        found = np.asarray(self.free(rows), dtype=np.bool_)
-        if found.shape != (len(rows),):
-            raise InputError("planning.answers", expected=(len(rows),), got=found.shape)
-        return inside & found
+        return inside & answers("free", self.free(rows), (len(rows),))
 
     def is_free_segment(self, a: JointVector, b: JointVector) -> bool:
         """Whether a segment is free, its ends included.
@@ -93,6 +94,8 @@ class Problem:
         if self.segment is not None:
             return bool(self.segment(a, b))
         steps = max(int(np.ceil(np.abs(b - a).max() / self.resolution)), 1)
+        if steps > MOST_PLACES:
+            raise InputError("planning.too_fine", resolution=self.resolution, places=steps, most=MOST_PLACES)
         # Halves first: what blocks is found early.
         shares = _spread(steps)
         for begin in range(0, len(shares), 64):
@@ -107,6 +110,35 @@ class Problem:
     def sampled(self, rng: np.random.Generator, count: int) -> JointVector:
         """(count, n) configurations evenly between the bounds."""
         return rng.uniform(self.lower, self.upper, (count, self.n))
+
+
+def answers(name: str, given: object, shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    """What a user's function says of many places, as bools.
+
+    Args:
+        name: of the function, for the error.
+        given: what it gave.
+        shape: that it should have.
+
+    Raises:
+        InputError: another shape, or numbers that are none, which would count as true.
+    """
+    array = np.asarray(given)
+    number = array.dtype.kind in "biuf" and not np.isnan(array.astype(np.float64)).any()
+    if array.shape != shape or not number:
+        got = array.shape if number else "what is no truth value"
+        raise InputError("planning.answers", name=name, expected=shape, got=got)
+    return array.astype(np.bool_)
+
+
+def require_few_cells(count: int) -> None:
+    """Nothing, if a grid of so many cells fits the memory.
+
+    Raises:
+        InputError: it does not.
+    """
+    if count > MOST_CELLS:
+        raise InputError("planning.too_many_cells", count=count, most=MOST_CELLS)
 
 
 def _spread(steps: int) -> Floats:

@@ -36,7 +36,8 @@ class Quadtree:
 
         1. Start and goal in free cells; where one is in a mixed cell nothing is decided at this depth.
         2. The shortest way through the borders of neighbouring free cells.
-        3. If there is none: separated if not even mixed cells would join them, else not found at this depth.
+        3. If there is none: separated if not even mixed cells would join them, nor corners at which cells touch, for
+           obstacles are open; else not found at this depth.
 
         Args:
             start, goal: (2,) [m].
@@ -137,6 +138,12 @@ def _cell_of(cells: Floats, point: Floats) -> int | None:
     return int(rows[0]) if len(rows) else None
 
 
+def _meeting(cells: Floats, k: int) -> list[int]:
+    """Cells after k that share at least a point with it."""
+    low, high = np.maximum(cells[k, 0], cells[k + 1 :, 0]), np.minimum(cells[k, 1], cells[k + 1 :, 1])
+    return (np.flatnonzero((high >= low).all(axis=1)) + k + 1).tolist()
+
+
 def _touching(cells: Floats, k: int) -> tuple[list[int], Floats]:
     """Cells after k that share more than a point with it, and the middles of the common borders."""
     low, high = np.maximum(cells[k, 0], cells[k + 1 :, 0]), np.minimum(cells[k, 1], cells[k + 1 :, 1])
@@ -163,10 +170,10 @@ def _doors(cells: Floats) -> tuple[Floats, list[set[int]], list[list[int]]]:
 
 
 def _connected(cells: Floats, start: int, end: int) -> bool:
-    """Whether cells lead from one to another."""
+    """Whether cells lead from one to another, through corners too."""
     pairs: list[set[int]] = [set() for _ in cells]
     for k in range(len(cells)):
-        for other in _touching(cells, k)[0]:
+        for other in _meeting(cells, k):
             pairs[k].add(other)
             pairs[other].add(k)
     seen, stack = {start}, [start]

@@ -254,7 +254,8 @@ def _other_steps(run: Run, words: _Words) -> Iterator[Step]:
     for beside in run.plan.neighbours:
         for one in beside.steps:
             name = words("other_move", name=beside.neighbour.name, number=one.number)
-            yield Step(name, words(f"kind_{one.kind}"), one.start, one.end, one.text, "good")
+            text = one.text if one.decision is None else one.decision.explain(language=words.language)
+            yield Step(name, words(f"kind_{one.kind}"), one.start, one.end, text, "good")
 
 
 def _arrived(run: Run, leg: Leg, judged: Arrival, words: _Words) -> str:

@@ -59,7 +59,9 @@ class _Merging:
 
     def include(self, names: object, folder: Path, above: tuple[Path, ...], above_places: Places) -> None:
         """The cells of one file, each followed by those that it includes itself."""
-        for k, name in enumerate([names] if isinstance(names, str) else cast("list[object]", names or ())):
+        # What is neither a text nor a list of them is refused with the types of all other keys.
+        listed = cast("list[object]", names) if isinstance(names, list) else [names]
+        for k, name in enumerate(listed):
             keys: Keys = (TABLE,) if isinstance(names, str) else (TABLE, k)
             if not isinstance(name, str):
                 continue

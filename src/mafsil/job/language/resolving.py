@@ -8,21 +8,24 @@ from typing import Any, TypeVar
 import msgspec
 
 from mafsil.arrays import PoseMatrix
-from mafsil.job.description import TIP_PATHS, UNNAMED, Fork, Goal, Grasp, Head, Job, Move, Pose, Start, Step
+from mafsil.job.description import TIP_PATHS, UNNAMED, Goal, Grasp, Head, Job, Move, Pose, Start, Step
 from mafsil.job.language.frames import Complaint, Frames
 from mafsil.job.language.patterns import places
 from mafsil.job.language.statements import JobFile, Placed, PlacedGoal, Statement
 from mafsil.job.lines import Path
+from mafsil.job.other_robot import OtherMove, OtherRobot
 from mafsil.job.payload import is_possible
+from mafsil.job.signals import Fork
 from mafsil.messages.visible import visible
 
 MOST_MOVES = 200_000
 """After all loops are unrolled."""
 
 Named = TypeVar("Named")
+AnyMove = TypeVar("AnyMove", Move, OtherMove)
 
 
-def resolved(file: JobFile, error: Complaint) -> Job:
+def resolved(file: JobFile, others: tuple[OtherRobot, ...], error: Complaint) -> Job:
     """The job that a file asks for.
 
     1. Frames, each in {s}.
@@ -32,6 +35,7 @@ def resolved(file: JobFile, error: Complaint) -> Job:
 
     Args:
         file: checked statement by statement, lengths in metres.
+        others: robots beside it, their loops unrolled.
         error: makes the complaint about a key.
 
     Raises:
@@ -51,7 +55,7 @@ def resolved(file: JobFile, error: Complaint) -> Job:
     head = {name: getattr(file, name) for name in Head.__struct_fields__}
     obstacles = tuple(reader.frames.obstacle(each, ("obstacle", k)) for k, each in enumerate(file.obstacle))
     moves, origins = tuple(move for move, _ in made), tuple(origin for _, origin in made)
-    return Job(**head, start=start, obstacle=obstacles, move=moves, origins=origins)
+    return Job(**head, start=start, obstacle=obstacles, other_robot=others, move=moves, origins=origins)
 
 
 def named(name: str, place: str) -> str:
@@ -59,7 +63,7 @@ def named(name: str, place: str) -> str:
     return f"{name} ({place})" if name and place else name or place
 
 
-def past(moves: list[tuple[Move, Path]], other: int) -> list[tuple[Move, Path]]:
+def past(moves: list[tuple[AnyMove, Path]], other: int) -> list[tuple[AnyMove, Path]]:
     """Moves of one way, those that end it passing over as many of the other.
 
     Args:
@@ -68,7 +72,7 @@ def past(moves: list[tuple[Move, Path]], other: int) -> list[tuple[Move, Path]]:
     """
     replaced = msgspec.structs.replace
 
-    def passing(move: Move, left: int) -> Move:
+    def passing(move: AnyMove, left: int) -> AnyMove:
         if move.fork is not None:
             fork = move.fork
             return replaced(move, fork=replaced(fork, skip=fork.skip + other)) if fork.skip == left else move

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 
 from mafsil.job.description import Variable
 from mafsil.job.language.frames import Complaint
-from mafsil.job.language.statements import JobFile, Statement
+from mafsil.job.language.statements import JobFile, OtherStatement, Statement
 from mafsil.job.lines import Path
 from mafsil.job.signals import Between, Condition, Input, SignalValue, Test
 from mafsil.messages.visible import visible
@@ -47,11 +47,13 @@ def _require_others(file: JobFile, digital: Mapping[str, bool], error: Complaint
     """Signals of other robots, each output set by one robot alone."""
     owners = {name: "@job.owner_main" for statement, _ in _statements(file.move, ("move",)) for name in statement.set}
     for k, robot in enumerate(file.other_robot):
-        for i, move in enumerate(robot.move):
-            path: Path = ("other_robot", k, "move", i)
+        for move, path in _statements(robot.move, ("other_robot", k, "move")):
             _require_values(move.set, file, digital, path, error)
             for name, wanted in move.wait.items():
                 _require_kind(wanted, digital, name, (*path, "wait", name), error)
+            for key, tests in (("if", move.if_), ("while", move.while_)):
+                for name, test in tests.items():
+                    _require_test(test, digital, file.variables, name, (*path, key, name), error)
             for name in move.set:
                 first = owners.setdefault(name, visible(robot.name))
                 if first != visible(robot.name):
@@ -136,7 +138,9 @@ def _require_test(
         _require_kind(test, {name: isinstance(value, bool)}, name, path, error)
 
 
-def _statements(statements: tuple[Statement, ...], path: Path) -> Iterator[tuple[Statement, Path]]:
+def _statements(
+    statements: Sequence[Statement | OtherStatement], path: Path
+) -> Iterator[tuple[Statement | OtherStatement, Path]]:
     """All statements, those in loops and choices too, each with its place."""
     for k, statement in enumerate(statements):
         yield statement, (*path, k)

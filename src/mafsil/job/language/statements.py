@@ -7,6 +7,7 @@ from typing import Annotated, Literal, TypeAlias
 import msgspec
 
 from mafsil.job.description import BranchChoice, Four, Grasp, Head, Obstacle, Part, Step, Task, Three
+from mafsil.job.other_robot import OtherAction, OtherPlace
 from mafsil.job.signals import Test
 
 Count: TypeAlias = Annotated[int, msgspec.Meta(ge=1, le=100_000)]
@@ -96,6 +97,36 @@ class Statement(Step, frozen=True, kw_only=True, rename={"if_": "if", "else_": "
     else_: tuple[Statement, ...] | None = None
 
 
+class OtherStatement(OtherAction, frozen=True, kw_only=True, rename={"if_": "if", "else_": "else", "while_": "while"}):
+    """A move of another robot, a loop or a choice: exactly one of joints, pose, pause, set, wait, do and if.
+
+    Attributes:
+        do: moves that are repeated.
+        repeat: how often; with `while` at most.
+        while_: tests of signals and variables, looked at before each round: where one does not hold, the loop ends.
+        if_: tests of signals and variables: where all hold, `then` is done.
+        then: moves.
+        else_: moves that are made where they do not all hold.
+    """
+
+    do: tuple[OtherStatement, ...] | None = None
+    repeat: Count | None = None
+    while_: dict[str, Test] = msgspec.field(default_factory=dict[str, Test])
+    if_: dict[str, Test] = msgspec.field(default_factory=dict[str, Test])
+    then: tuple[OtherStatement, ...] | None = None
+    else_: tuple[OtherStatement, ...] | None = None
+
+
+class OtherProgram(OtherPlace, frozen=True, kw_only=True):
+    """A robot beside the one of the job.
+
+    Attributes:
+        move: one after the other, loops and choices among them; none if it only stands there.
+    """
+
+    move: tuple[OtherStatement, ...] = ()
+
+
 class PlacedStart(Part, frozen=True, kw_only=True):
     """Where the robot begins, at rest: joints, or a pose; either may be a name.
 
@@ -122,6 +153,7 @@ class JobFile(Head, frozen=True, kw_only=True):
         pattern: places by name.
         part: what can be picked, by name.
         obstacle: what stands around the arm.
+        other_robot: robots beside it.
         move: what it does.
     """
 
@@ -132,4 +164,5 @@ class JobFile(Head, frozen=True, kw_only=True):
     pattern: dict[str, Pattern] = msgspec.field(default_factory=dict[str, Pattern])
     part: dict[str, Grasp] = msgspec.field(default_factory=dict[str, Grasp])
     obstacle: tuple[PlacedObstacle, ...] = ()
+    other_robot: tuple[OtherProgram, ...] = ()
     move: tuple[Statement, ...]

@@ -10,8 +10,7 @@ from mafsil.job.contact_tables import FEELING
 from mafsil.job.description import Controller, Obstacle, Simulation
 from mafsil.job.language.frames import Complaint
 from mafsil.job.language.pose_checks import check_pose
-from mafsil.job.language.statements import JobFile, PlacedGoal
-from mafsil.job.other_robot import OtherRobot
+from mafsil.job.language.statements import JobFile, OtherProgram, PlacedGoal
 from mafsil.job.variation_table import SPREADS, Normal, Spread
 from mafsil.simulation.rigid_plant import METHODS
 
@@ -171,15 +170,10 @@ def _check_controller(controller: Controller, simulation: Simulation, error: Com
             raise error("job.no_gain", ("controller", name), kind=controller.kind, known=", ".join(own))
 
 
-def _check_other_robots(robots: tuple[OtherRobot, ...], error: Complaint) -> None:
-    """One way to say how a base is turned; each step of another robot is exactly one thing."""
+def _check_other_robots(robots: tuple[OtherProgram, ...], error: Complaint) -> None:
+    """One way to say how a base is turned."""
     for k, robot in enumerate(robots):
         if robot.rpy is not None and robot.quaternion is not None:
             raise error("job.two_orientations", ("other_robot", k))
         if robot.quaternion is not None and math.hypot(*robot.quaternion) < 1e-6:
             raise error("job.zero_quaternion", ("other_robot", k, "quaternion"))
-        for i, move in enumerate(robot.move):
-            if sum(bool(each) for each in (move.joints is not None, move.pose, move.pause, move.set, move.wait)) != 1:
-                raise error("job.other_move", ("other_robot", k, "move", i))
-            if move.pose is not None:
-                check_pose(move.pose, ("other_robot", k, "move", i, "pose"), {"position": ()}, error)

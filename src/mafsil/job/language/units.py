@@ -10,7 +10,7 @@ import msgspec
 from mafsil.job.contact_tables import Door, Guide, Hole, Surface
 from mafsil.job.description import Bounds, Collision, Grasp, Job, Obstacle, Part, Pose, Step, Tolerance, Tool
 from mafsil.job.language.statements import JobFile, Pattern, Placed
-from mafsil.job.other_robot import OtherRobot
+from mafsil.job.other_robot import OtherPlace
 from mafsil.job.part import keys_of
 from mafsil.job.variation_table import Normal, VariationTable
 
@@ -18,7 +18,7 @@ MILLIMETRE, DEGREE = 1e-3, pi / 180.0
 LENGTHS: dict[type[Part], tuple[str, ...]] = {
     Pose: ("position",),
     Placed: ("position",),
-    OtherRobot: ("position",),
+    OtherPlace: ("position",),
     Pattern: ("pitch",),
     Grasp: ("size", "offset", "com"),
     Obstacle: ("box", "sphere", "cylinder", "capsule"),
