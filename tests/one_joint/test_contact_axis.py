@@ -56,6 +56,15 @@ def test_runaway_against_integration(kfp, kfi, damping, m, v0):
 
 
 @pytest.mark.capability("10-66")
+def test_late_speed_is_what_the_speed_tends_to():
+    loop = ForceLoop.of(0.5, 10.0, 20.0)
+    late = np.array([3.0, 6.0])
+    np.testing.assert_allclose(loop.late_speed(late, 2.0, 0.3), loop.free_speed(late, 2.0, 0.3), rtol=1e-9)
+    # (1 + Kfp) F / K + Kfi F t / K - m Kfi F / K^2
+    np.testing.assert_allclose(loop.late_speed(late, 2.0, 0.3), 0.15 + late - 0.3 * 20.0 / 400.0)
+
+
+@pytest.mark.capability("10-66")
 def test_cure_of_the_runaway():
     """Damping bounds the speed without an integral; with one the speed grows on."""
     late = [100.0, 200.0]

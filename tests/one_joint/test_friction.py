@@ -136,6 +136,24 @@ def test_friction_in_the_model_removes_the_error_of_feedforward():
     assert errors[0] < 0.01 < 0.3 < errors[1]
 
 
+@pytest.mark.capability("10-19")
+def test_dither_of_any_amplitude_and_beyond_its_speed():
+    phase = (np.arange(200001) + 0.5) / 200001 * 2 * np.pi
+    mean = [0.4 * np.sign(w + 2.5 * np.sin(phase)).mean() for w in (-3.0, 1.0, 2.0)]
+    np.testing.assert_allclose(one_joint.dithered_friction(0.4, [-3.0, 1.0, 2.0], 2.5), mean, atol=1e-5)
+
+
+@pytest.mark.capability("10-12", "10-17")
+def test_stiction_and_the_weight_of_the_link():
+    arm = JointArm.of(0.5, 2.0, 0.3, SpeedFriction.static_kinetic(1.0, 0.6), gravity=9.81)
+    assert float(arm.gravity_moment) == pytest.approx(2.0 * 9.81 * 0.3)
+    weight = 5.886 * np.cos(1.2)
+    np.testing.assert_array_equal(
+        arm.moves_from_rest(1.2, weight + np.array([-1.01, -0.99, 0.99, 1.01])), [True, False, False, True]
+    )
+    assert float(arm.torque(1.2, 0.0, 0.0)) == pytest.approx(weight), "at rest nothing is taken for friction"
+
+
 @pytest.mark.parametrize(
     "wrong",
     [

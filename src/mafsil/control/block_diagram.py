@@ -11,6 +11,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.control.adaptive import AdaptiveControl
+from mafsil.control.admittance import AdmittanceControl
 from mafsil.control.computed_torque import ComputedTorque
 from mafsil.control.contact_switch import ContactSwitch, TipDamping
 from mafsil.control.current_loop import CurrentLoop
@@ -19,7 +20,7 @@ from mafsil.control.feedback import pd
 from mafsil.control.felt_constraint import ContactFeedforward
 from mafsil.control.force import ForceControl
 from mafsil.control.hybrid import HybridControl
-from mafsil.control.impedance import AdmittanceControl, ImpedanceControl
+from mafsil.control.impedance import ImpedanceControl
 from mafsil.control.joint_feedback import Feedforward, JointFeedback
 from mafsil.control.law import Combined, Law
 from mafsil.control.linear_quadratic import LinearQuadratic
