@@ -137,7 +137,8 @@ def reduced_dynamics(
     if A_rate is not None:
         rate = as_batch("A_rate", np.atleast_2d(real_array("A_rate", A_rate)), A.shape[-2:], finite=True)
         moving = _times(rate, as_batch("V", np.zeros(m) if V is None else V, (m,), finite=True))
-        bend = -_times(np.asarray(np.linalg.pinv(A), dtype=np.float64), moving)
+        back = np.swapaxes(A, -1, -2)
+        bend = -_times(back, np.asarray(np.linalg.solve(A @ back, moving[..., None])[..., 0], dtype=np.float64))
     along = np.swapaxes(N, -1, -2)
     own = along @ Lambda @ N
     rest, push = _times(along, _times(Lambda, bend) + h), _times(along, F)
