@@ -98,6 +98,18 @@ def test_one_polynomial_has_a_coordinate_of_every_pose_as_zero():
         robot.eliminant(s, "w")
 
 
+@pytest.mark.capability("08-26")
+def test_a_search_that_starts_at_a_singular_pose_says_so():
+    base = random_platform(np.random.default_rng(9)).base
+    similar = StewartPlatform(base, 0.5 * base)  # singular wherever it is not turned
+    found = similar.forward(
+        similar.lengths(pose.exp([0.3, 0.2, 0.1, 0.2, 0.1, 1.0])), pose.from_translation([0, 0, 1.0])
+    )
+    assert found.status is ForwardStatus.SINGULAR
+    far = random_platform(np.random.default_rng(4)).forward([100, 1, 1, 1, 1, 1], np.eye(4))
+    assert far.status is ForwardStatus.NOT_FOUND
+
+
 def test_lengths_that_cannot_be_are_said_not_to_be_found():
     robot = random_platform(np.random.default_rng(4))
     found = robot.forward([100, 1, 1, 1, 1, 1], np.eye(4))
