@@ -11,8 +11,12 @@ import mafsil as mf
 from mafsil.control import (
     ContactMode,
     CouplingStatus,
+    Gains,
+    TaskCoordinates,
+    TaskTarget,
     constrained_dynamics,
     contact_mode,
+    hybrid_control,
     joint_coupling,
     reduced_dynamics,
     sliding_friction,
@@ -58,6 +62,46 @@ def test_friction_of_a_contact_that_slides_is_against_its_velocity():
             contact_mode(*wrong)
         with pytest.raises(InputError):
             sliding_friction(wrong[0], [wrong[1], 0.0], wrong[2])
+
+
+@pytest.mark.capability("10-106", "10-74")
+@pytest.mark.parametrize("radius", [np.inf, 0.4])
+def test_both_errors_of_hybrid_control_obey_their_equations_on_a_rigid_constraint(radius):
+    """Flat, and on a circle: what the whole system of motion and multipliers does under the law's efforts."""
+    arm, q = mf.load("planar2r"), np.array([0.4, 1.1])
+    task, middle = (
+        TaskCoordinates(rows=(3, 4)),
+        arm.forward_kinematics(q)[:2, 3] - (0 if np.isinf(radius) else [0.0, radius]),
+    )
+
+    def constraint(T, V):
+        if np.isinf(radius):
+            return np.array([[0.0, 1.0]]), np.zeros((1, 2))
+        return (T[:2, 3] - middle)[None] / radius, V[None] / radius
+
+    J, V = task.jacobian(arm, q), np.array([0.3, 0.0])
+    qd, T = np.linalg.solve(J, V), arm.forward_kinematics(q)
+    A, A_rate = constraint(T, V)
+    A_d = np.array([0.7, float(-(A_rate @ V)[0])])  # along the constraint, with the curvature that keeps to it
+    place = T.copy()
+    place[0, 3] += 0.02
+    wanted, measured, kp, ki = 9.0, 7.5, 0.6, 8.0
+    law = hybrid_control(
+        arm, lambda t: TaskTarget(place, np.array([0, 0, 0, 0.35, 0, 0]), np.array([0, 0, 0, *A_d, 0])), constraint,
+        lambda T: wanted * constraint(T, V)[0][0], coordinates=task, gains=Gains.of(2, 50.0, 12.0),
+        sensor=lambda q, qd: measured * A[0], force_kp=kp, force_ki=ki,
+    )  # fmt: skip
+    tau = law.session(0.01)(0.0, q, qd, None)
+    # The arm on the rigid constraint: M qdd + J' A' lambda = tau - c - g, with A J qdd = -(A dJ/dt + dA/dt J) qd.
+    AJ, bend = A @ J, A @ task.jacobian_rate(arm, q, qd) + A_rate @ J
+    whole = np.block([[arm.mass_matrix(q), AJ.T], [AJ, np.zeros((1, 1))]])
+    rest = arm.velocity_torque(q, qd) + arm.gravity_torque(q)
+    *qdd, multiplier = np.linalg.solve(whole, [*(tau - rest), *(-bend @ qd)])
+    V_dot = J @ qdd + task.jacobian_rate(arm, q, qd) @ qd
+    np.testing.assert_allclose(A_d - V_dot + [12.0 * 0.05 + 50.0 * 0.02, 0.0], 0.0, atol=1e-9)
+    # What the multiplier makes of the measured one: lambda = lambda_d + Kfp e + Kfi int e, curvature taken out.
+    error = wanted - measured
+    assert multiplier == pytest.approx(wanted + kp * error + ki * 0.01 * error, abs=1e-9)
 
 
 def lifts(effort, tilt=0.0):

@@ -100,7 +100,8 @@ def force_control(
     Args:
         robot: its model.
         wrench: (6,) (m, f) that the tip should exert, in the tip frame [N m, N].
-        sensor: (q, qd) -> wrench that it exerts; None for the open-loop law g + J' F_d.
+        sensor: (q, qd) -> wrench that it exerts; None for the open-loop law g + J' F_d, which presses as wanted only as
+            far as the model's gravity is right and the joints make the efforts that they are told to.
         kp, ki: of the force error, a number or (6,) [1, 1/s].
         damping: of the body twist, a number or (6,).
         clamp: largest magnitude of the integral term, a number or (6,): without contact it does not grow beyond.
