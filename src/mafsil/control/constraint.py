@@ -133,7 +133,7 @@ def reduced_dynamics(
     # 1.
     N: Floats = np.swapaxes(np.linalg.svd(A)[2][..., A.shape[-2] :, :], -1, -2)
     # 2.
-    bend: Floats = np.zeros(m)
+    bend = np.zeros_like(h)
     if A_rate is not None:
         rate = as_batch("A_rate", np.atleast_2d(real_array("A_rate", A_rate)), A.shape[-2:], finite=True)
         moving = _times(rate, as_batch("V", np.zeros(m) if V is None else V, (m,), finite=True))
