@@ -151,6 +151,16 @@ def test_measures_of_records_are_those_of_the_closed_form(zeta, step, rest):
 
 
 @pytest.mark.capability("10-27")
+def test_between_samples_a_record_is_a_straight_line():
+    t = np.array([0.0, 1.0, 3.0, 4.0, 6.0, 9.0])
+    e = np.interp(t, [0.0, 4.0, 9.0], [1.0, 0.0, 0.0])
+    found = one_joint.measure_response(t, e, 0.0)
+    assert found.rise_time == pytest.approx(0.8 * 4.0)
+    assert found.settling_time == pytest.approx(0.98 * 4.0)
+    assert found.integral_absolute == pytest.approx(2.0)
+
+
+@pytest.mark.capability("10-27")
 def test_records_that_end_too_soon_say_so():
     t = np.linspace(0.0, 0.3, 100)
     slow = SecondOrder.of(2.0, 1.0).response(t)

@@ -41,6 +41,9 @@ def test_refused_designs_say_why():
     assert slow.status is DesignStatus.TOO_MUCH_FRICTION
     assert "-2.85" in slow.explain()
     growing = one_joint.gains_from_roots(0.5, 0.0, [[0.5, -1.0], [-1.0, -1.0]])
+    integral = one_joint.gains_from_roots(0.5, 0.1, [1.0, -2.0, -5.0])  # Kp = 1.5 and Kd = 2.9, but Ki = -5
+    assert integral.status is DesignStatus.NEGATIVE_GAIN
+    assert float(integral.ki) == pytest.approx(-5.0)
     assert [bool(each) for each in growing] == [False, True]
     with pytest.raises(InputError, match="conjugate"):
         one_joint.gains_from_roots(0.5, 0.0, [1j, 2.0])

@@ -95,7 +95,12 @@ def test_margins_against_a_sweep(kp, kd, part):
 def test_margins_of_a_loop_with_much_phase_against_a_sweep():
     """Of a first-order lag and of a double one with a zero: phases beyond two radians, by reading a fine sweep."""
     w = np.geomspace(1e-2, 1e2, 200_001)
-    for N, D in (([3.0], [1.0, 1.0]), ([2.0, 9.0], [1.0, 0.5, 4.0]), ([1.5, 0.3], [1.0, 0.2, 0.0])):
+    for N, D in (
+        ([3.0], [1.0, 1.0]),
+        ([1.5], [1.0, 1.0]),
+        ([2.0, 9.0], [1.0, 0.5, 4.0]),
+        ([1.5, 0.3], [1.0, 0.2, 0.0]),
+    ):
         found = one_joint.margins(N, D)
         L = np.polyval(N, 1j * w) / np.polyval(D, 1j * w)
         at = np.flatnonzero(np.diff(np.sign(np.abs(L) - 1.0)))
