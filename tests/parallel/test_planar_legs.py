@@ -5,7 +5,15 @@ import pytest
 from scipy.optimize import fsolve
 
 from mafsil.errors import InputError
-from mafsil.parallel import ParallelCranks, PlanarPosesStatus, PlanarThreeRPR, PlanarThreeRRR, SingularKind
+from mafsil.parallel import (
+    FiveBar,
+    ParallelCranks,
+    PlanarPosesStatus,
+    PlanarThreeRPR,
+    PlanarThreeRRR,
+    SingularKind,
+    good_motors,
+)
 
 
 def turned(x, step):
@@ -187,3 +195,31 @@ def test_cranks_of_any_length_close_and_their_derivatives_are_differences():
         np.testing.assert_allclose(robot.loop_matrix(q), np.array(steps).T, atol=1e-8)
         second = [(robot.loop_matrix(q + h * e) - robot.loop_matrix(q - h * e)) / (2 * h) for e in np.eye(4)]
         np.testing.assert_allclose(robot.curvature(q), np.moveaxis(second, 0, -1), atol=1e-8)
+
+
+@pytest.mark.capability("08-57", "08-52", "08-56")
+def test_all_links_in_line_are_singular_for_every_pair_of_motors_and_nothing_else_is():
+    """Random five-bars that can lie in one line: there no pair drives them; elsewhere some pair does."""
+    rng = np.random.default_rng(7)
+    for _ in range(12):
+        signs = np.append(rng.choice([-1.0, 1.0], 4), 1.0)
+        lengths = rng.uniform(0.5, 2.0, 4)
+        ground = float(signs[:4] @ lengths)
+        if ground < 0.3:
+            signs[:4], ground = -signs[:4], -ground
+        if ground < 0.3:
+            continue
+        robot = FiveBar(*lengths, ground)
+        absolute = np.where(signs[:4] > 0, 0.0, np.pi)
+        flat = np.diff(absolute, prepend=0.0)
+        np.testing.assert_allclose(robot.chain.closure(flat), 0.0, atol=1e-12)
+        assert good_motors(robot.chain.loop_matrix(flat), 2, full_rank=3) == ()
+        bent = robot.chain_angles(np.array([absolute[0] + 0.3, rng.uniform(-3, 3)]))
+        if np.isfinite(bent).all():
+            H = robot.chain.loop_matrix(bent[:4])
+            assert np.linalg.matrix_rank(H, 1e-9) == 3
+            good = good_motors(H, 2, full_rank=3)
+            assert good
+            for pair in ((0, 1), (0, 4), (2, 3)):
+                passive = np.delete(H, pair, axis=1)
+                assert (pair in good) == (np.linalg.matrix_rank(passive, 1e-9) == 3)
