@@ -46,6 +46,10 @@ def test_reduced_equations_against_the_whole_system(m, k):
     held = constrained_dynamics(Lambda, h, A, F, V, A_rate)
     np.testing.assert_allclose(held.acceleration, V_dot, atol=1e-9)
     assert np.trace(held.P) == pytest.approx(m - k, abs=1e-9)
+    both = reduced_dynamics(np.stack([Lambda, 2 * Lambda]), h, np.stack([A, A]), F, V, A_rate)
+    np.testing.assert_allclose(both.acceleration[0], found.acceleration, atol=1e-9)
+    half = reduced_dynamics(2 * Lambda, h, A, F, V, A_rate)
+    np.testing.assert_allclose(both.acceleration[1], half.acceleration, atol=1e-9)
     with pytest.raises(InputError, match="depend"):
         reduced_dynamics(Lambda, h, np.vstack([A[:1], 2 * A[:1]]), F)
 

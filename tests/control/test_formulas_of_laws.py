@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
+from scipy.integrate import quad, solve_ivp
 
 import mafsil as mf
 from mafsil.control import (
@@ -18,6 +18,7 @@ from mafsil.control import (
     delayed,
     elastic_arm,
     energy_certificate,
+    force_error,
     gravity_compensation,
     hybrid_control,
     min_max,
@@ -28,6 +29,7 @@ from mafsil.control import (
     task_dynamics,
 )
 from mafsil.control.sliding_mode import christoffel_regressor
+from mafsil.errors import InputError
 from mafsil.model import Inertial, Joint, JointKind, Link, Mechanism
 from mafsil.trajectory import Motion
 
@@ -123,6 +125,23 @@ def test_an_energy_that_rises_and_the_balance_of_what_was_lost():
     assert proof.status.name == "RISES"
     lost = [quad(lambda s: 0.0009 * np.exp(0.6 * s) * (6.5 + 4.25), 0.0, one)[0] for one in t[::50]]
     np.testing.assert_allclose(proof.balance[::50], proof.energy[0] - proof.energy[::50] - lost, atol=1e-8)
+
+
+@pytest.mark.capability("10-64", "10-65")
+def test_force_errors_of_coupled_gains_against_their_loop():
+    """(I + Kfp) F_e + Kfi int F_e = -w, integrated; by single gains where the matrices are diagonal."""
+    kp, ki, w = np.array([[0.5, 0.2], [0.1, 0.8]]), np.array([[6.0, -1.0], [2.0, 9.0]]), np.array([3.0, -2.0])
+    t = np.array([0.0, 0.1, 0.5, 40.0])
+    slope = solve_ivp(
+        lambda _, y: np.linalg.solve(np.eye(2) + kp, -w - ki @ y), (0, 40), [0, 0], "LSODA", t, rtol=1e-11, atol=1e-13
+    ).y.T
+    expected = np.linalg.solve(np.eye(2) + kp, (-w - slope @ ki.T).T).T
+    np.testing.assert_allclose(force_error(kp, ki, w, t), expected, atol=1e-8)
+    np.testing.assert_allclose(force_error(kp, ki, w, 0.1), expected[1], atol=1e-8)
+    plain = [force_error(0.5, [6.0, 9.0], w, one) for one in t]
+    np.testing.assert_allclose(force_error(0.5, np.diag([6.0, 9.0]), w, t), plain, atol=1e-12)
+    with pytest.raises(InputError, match="disturbance"):
+        force_error(kp, ki, [1.0, 2.0, 3.0], t)
 
 
 @pytest.mark.capability("10-63")

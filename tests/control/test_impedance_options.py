@@ -138,3 +138,15 @@ def test_steps_of_the_virtual_mass_are_velocity_first():
         v = v + dt * wanted
         x = x + dt * v
     assert np.allclose(law.session(dt)(0.0, q, qd, None), law.session(dt)(0.0, q, qd, None)), "runs share no mass"
+
+
+@pytest.mark.capability("10-82")
+def test_masses_side_by_side_are_masses_by_themselves():
+    wanted = Impedance.of(2, inertia=2.0, damping=9.0, stiffness=40.0)
+    law = admittance_control(ARM, wanted, swinging, pushed, coordinates=XY)
+    q, qd = Q + 0.1 * np.arange(3)[:, None], np.array([[0.1, 0.0], [0.0, -0.2], [0.3, 0.2]])
+    together, alone = law.session(0.01), [law.session(0.01) for _ in range(3)]
+    for k in range(4):
+        found = together(0.01 * k, q, qd, None)
+        assert found.shape == (3, 2)
+        np.testing.assert_allclose(found, [one(0.01 * k, a, b, None) for one, a, b in zip(alone, q, qd, strict=True)])

@@ -120,6 +120,33 @@ def test_dither_is_the_mean_of_coulomb_friction():
         assert float(one_joint.dithered_friction(0.4, w, 1.0)) == pytest.approx(mean, abs=1e-5)
 
 
+@pytest.mark.capability("10-105", "10-19")
+def test_slow_reversals_leave_a_lobe_that_a_friction_model_or_high_gains_take_away():
+    friction = SpeedFriction.static_kinetic_viscous(0.5, 0.4, 0.1)
+    arm, blind = JointArm.of(0.5, friction=friction), JointArm.of(0.5, friction=0.1)
+
+    def slow(t):
+        return 0.3 * np.sin(0.8 * t), 0.24 * np.cos(0.8 * t), -0.192 * np.sin(0.8 * t)
+
+    def run(law, joint=arm):
+        return one_joint.run_sampled(joint, law, slow, 6.0, period=1e-3, speed=0.24, substeps=2)
+
+    def errors(law, joint=arm):
+        return np.abs(run(law, joint).error)
+
+    lobes, plain = run(JointLaw.pid(20.0, 0.0, 2.0)), errors(JointLaw.pid(20.0, 0.0, 2.0))
+    assert plain.max() > 5 * errors(JointLaw.pid(20.0, 0.0, 2.0), blind).max()
+    # At a turn of the reference the joint stands until its torque has grown to the static friction of the other sense.
+    at = int(np.argmin(np.abs(lobes.t - 0.5 * np.pi / 0.8)))
+    stopped = at + int(np.argmax(lobes.speed[at:] == 0.0))
+    until = stopped + int(np.argmax(lobes.speed[stopped:] != 0.0))
+    assert lobes.t[until] - lobes.t[stopped] > 0.1
+    assert lobes.torque[until - 1] == pytest.approx(-0.5, abs=2e-3)
+    high = errors(JointLaw.pid(200.0, 0.0, 10.0))
+    modelled = errors(JointLaw.feedforward_pid(arm, 20.0, 0.0, 2.0))
+    assert max(high.max(), modelled.max()) < 0.2 * plain.max()
+
+
 @pytest.mark.capability("10-19", "10-38")
 def test_friction_in_the_model_removes_the_error_of_feedforward():
     friction = SpeedFriction.static_kinetic_viscous(0.3, 0.3, 0.1)

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, JointVector, Vector6, as_batch, real_array, require_finite, single
 from mafsil.control.law import Law
 from mafsil.errors import InputError
+from mafsil.geometry.matrix_exponential import exponential
 from mafsil.robot import Robot, of_robot
 from mafsil.trajectory import Motion
 
@@ -131,11 +132,18 @@ def force_error(kp: ArrayLike, ki: ArrayLike, disturbance: ArrayLike, t: ArrayLi
     """F_e(t) of the quasi-static loop under a constant wrench that the model does not know.
 
     (1 + kp) F_e + ki int F_e = -w:  F_e = -w/(1 + kp) exp(-t ki/(1 + kp)), which for ki = 0 stays.
+    Of matrices F_e = -exp(-t (I + Kfp)^-1 Kfi) (I + Kfp)^-1 w: eigenvalues of (I + Kfp)^-1 Kfi are rates.
 
     Args:
-        kp, ki: gains.
-        disturbance: w = J^-T (model gravity - gravity) [N].
-        t: times [s].
+        kp, ki: gains: numbers or arrays that act one by one; or a matrix (m, m) and a number or another matrix.
+        disturbance: w = J^-T (model gravity - gravity) [N]; (m,) for matrices.
+        t: times [s]; a number or (k,) for matrices.
+
+    Returns:
+        Errors of the common shape; (m,) or (k, m) for matrices.
+
+    Raises:
+        InputError: a number that is not finite, shapes of matrices that do not go together.
 
     Reference: Lynch and Park, Modern Robotics, eq. (11.54) and (11.55).
     """
@@ -143,7 +151,23 @@ def force_error(kp: ArrayLike, ki: ArrayLike, disturbance: ArrayLike, t: ArrayLi
         require_finite(name, real_array(name, x))
         for name, x in (("kp", kp), ("ki", ki), ("disturbance", disturbance), ("t", t))
     )
+    if max(kp.ndim, ki.ndim) == 2:
+        return _coupled_error(kp, ki, w, t)
     return np.asarray(-w / (1.0 + kp) * np.exp(-t * ki / (1.0 + kp)), dtype=np.float64)
+
+
+def _coupled_error(kp: Floats, ki: Floats, w: Floats, t: Floats) -> Floats:
+    m = max(kp.shape[-1] if kp.ndim else 1, ki.shape[-1] if ki.ndim else 1)
+    for name, value, shapes in (("kp", kp, ((), (m, m))), ("ki", ki, ((), (m, m))), ("disturbance", w, ((m,),))):
+        if value.shape not in shapes:
+            raise InputError("input.shape", name=name, expected=shapes[-1], got=value.shape, hint="")
+    if t.ndim > 1:
+        raise InputError("input.shape", name="t", expected="() or (k,)", got=t.shape, hint="")
+    I = np.eye(m)
+    P, Q = (K if K.ndim else K * I for K in (kp, ki))
+    rates = np.asarray(np.linalg.solve(I + P, Q), dtype=np.float64)
+    begin = np.asarray(np.linalg.solve(I + P, -w), dtype=np.float64)
+    return np.stack([exponential(-moment * rates) @ begin for moment in t.ravel().tolist()]).reshape(*t.shape, m)
 
 
 def free_speed(wrench: float, kp: float, ki: float, damping: float, mass: float, t: ArrayLike) -> Floats:
