@@ -13,11 +13,13 @@ from mafsil.control import (
     TaskCoordinates,
     TaskTarget,
     TipForceSensor,
+    block_diagram,
     computed_torque,
     current_loop,
     delayed,
     elastic_arm,
     energy_certificate,
+    force_control,
     force_error,
     gravity_compensation,
     hybrid_control,
@@ -142,6 +144,27 @@ def test_force_errors_of_coupled_gains_against_their_loop():
     np.testing.assert_allclose(force_error(0.5, np.diag([6.0, 9.0]), w, t), plain, atol=1e-12)
     with pytest.raises(InputError, match="disturbance"):
         force_error(kp, ki, [1.0, 2.0, 3.0], t)
+
+
+@pytest.mark.capability("10-64")
+def test_a_force_law_with_matrices_of_gains():
+    robot, q = mf.load("ur5e"), np.array([0.3, -1.2, 1.2, 0.4, 1.0, 0.2])
+    rng, qd = np.random.default_rng(0), np.linspace(0.3, -0.2, 6)
+    P, I, D = (root @ root.T for root in rng.normal(size=(3, 6, 6)))
+    wrench, felt = rng.normal(size=(2, 6))
+    law = force_control(robot, wrench, sensor=lambda q, qd: felt, kp=P, ki=I, damping=D)
+    session, J = law.session(0.01), robot.jacobian_body(q)
+    for count in range(1, 3):
+        F = wrench + (P + 0.01 * count * I) @ (wrench - felt) - D @ J @ qd
+        np.testing.assert_allclose(session(0.0, q, qd, WANTED), robot.gravity_torque(q) + J.T @ F, atol=1e-9)
+    single = force_control(robot, wrench, sensor=lambda q, qd: felt, kp=0.5, damping=[1, 2, 3, 4, 5, 6])
+    same = force_control(
+        robot, wrench, sensor=lambda q, qd: felt, kp=0.5 * np.eye(6), damping=np.diag([1, 2, 3, 4, 5, 6])
+    )
+    np.testing.assert_allclose(single(0.0, q, qd, WANTED), same(0.0, q, qd, WANTED), atol=1e-12)
+    assert np.abs(block_diagram(law).effort(0.0, q, qd, WANTED) - law(0.0, q, qd, WANTED)).max() < 1e-9
+    with pytest.raises(InputError, match="kp"):
+        force_control(robot, wrench, sensor=lambda q, qd: felt, kp=-np.eye(6))
 
 
 @pytest.mark.capability("10-63")
