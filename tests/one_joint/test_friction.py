@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from mafsil import one_joint
 from mafsil.errors import InputError
-from mafsil.one_joint import HoldingStatus, JointArm, JointLaw, SpeedFriction
+from mafsil.one_joint import HoldingStatus, JointArm, JointLaw, LoopConditions, SpeedFriction
 
 LAWS = {
     "viscous": SpeedFriction.viscous_only(0.3),
@@ -145,6 +145,25 @@ def test_slow_reversals_leave_a_lobe_that_a_friction_model_or_high_gains_take_aw
     high = errors(JointLaw.pid(200.0, 0.0, 10.0))
     modelled = errors(JointLaw.feedforward_pid(arm, 20.0, 0.0, 2.0))
     assert max(high.max(), modelled.max()) < 0.2 * plain.max()
+
+
+@pytest.mark.capability("10-105", "10-19")
+def test_dither_loosens_a_joint_that_sticks():
+    """A sine on the torque, larger than the static friction: the joint comes to its goal, trembling a little."""
+    arm, law = JointArm.of(0.5, friction=SpeedFriction.static_kinetic(0.5, 0.45)), JointLaw.pid(8.0, 0.0, 4.0)
+    conditions = LoopConditions(dither=[0.0, 1.5], dither_frequency=60.0)
+    run = one_joint.run_sampled(arm, law, 0.05, 6.0, period=1e-3, conditions=conditions, substeps=2)
+    late = run.error[:, -500:]
+    assert (late[0] == 0.05).all(), "8 N m/rad times 0.05 rad is less than what friction holds"
+    assert abs(late[1].mean()) < 3e-3
+    assert np.ptp(late[1]) < 4e-3
+    # What acts is the law's torque and the sine.
+    parts = run.parts.sum(axis=-1)
+    np.testing.assert_allclose(run.torque[1] - parts[1], 1.5 * np.sin(60.0 * run.t[1]), atol=1e-9)
+    with pytest.raises(InputError, match="dither_frequency"):
+        one_joint.run_sampled(
+            arm, law, 0.05, 1.0, period=0.02, conditions=LoopConditions(dither=0.1, dither_frequency=200.0)
+        )
 
 
 @pytest.mark.capability("10-19", "10-38")
