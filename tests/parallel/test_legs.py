@@ -237,6 +237,32 @@ def test_rods_of_an_eclipse_reach_from_its_blocks_to_its_platform():
     assert len(heights) == 4
 
 
+@pytest.mark.capability("08-53", "08-60")
+@pytest.mark.parametrize("size", [1e-3, 1e3])
+def test_what_is_singular_does_not_depend_on_units(size):
+    q = pa.leg_forward(pa.three_rps(1.0, 0.5, 1.0), [0.1, -0.05, 0.15]).q
+    quarter = pose.from_translation([0, 0, 1.5])
+    quarter[:3, :3] = rotation.rot_z(np.pi / 2)
+    larger = quarter.copy()
+    larger[:3, 3] *= size
+    robot = stewart()
+    cases = (
+        (pa.three_rps(1.0, 0.5, 1.0), pa.three_rps(size, 0.5 * size, size), q),
+        (pa.three_upu(1.0, 0.5, 2.0), pa.three_upu(size, 0.5 * size, 2 * size), np.zeros(15)),
+        (
+            pa.stewart_legs(robot, quarter),
+            pa.stewart_legs(pa.StewartPlatform(size * robot.base, size * robot.platform), larger),
+            np.zeros(36),
+        ),
+    )
+    for metres, scaled, at in cases:
+        slides = np.concatenate([np.linalg.norm(leg.screws[:3], axis=0) == 0 for leg in metres.legs])
+        found, other = metres.singularity(at), scaled.singularity(np.where(slides, size, 1.0) * at)
+        assert (found.status, found.rank) == (other.status, other.rank)
+    some = pa.leg_forward(pa.three_rps(1.0, 0.5, 1.0), [[0.1, -0.05, 0.15], [5.0, -1.0, 0.0]])
+    assert some.status is pa.ConfigurationStatus.SOME
+
+
 def test_wrong_input_is_refused():
     legs = pa.three_rps(1.0, 0.5, 1.0)
     with pytest.raises(InputError, match="driven"):
