@@ -1,4 +1,4 @@
-"""Planar joints, four-bars and slider-cranks against their formulas and against what can be read off their positions."""
+"""Planar joints, four-bars and slider-cranks against formulas and against what can be read off their positions."""
 
 from __future__ import annotations
 
