@@ -27,6 +27,7 @@ CASES = {
     "five_bar": lambda path: pictures.save_five_bar(
         pa.FiveBar(2, 3, 3, 2, 2), [1.308996939, 0.0, -2.556789314, -0.446490054], path
     ),
+    "legs": lambda path: pictures.save_legs(pa.three_rps(1.0, 0.5, 1.0), np.zeros(15), path),
     "curve": lambda path: pictures.save_four_bar_curve(FourBar(4, 4, 2, 2), path),
 }
 
@@ -102,3 +103,28 @@ def test_a_planar_platform_has_its_vectors():
         assert min(np.abs(leg - [a, end]).max() for leg in legs) < 1e-12
     words = {text.get_text() for text in axes.texts}
     assert {f"${name}_{k}$" for name in "abd" for k in (1, 2, 3)} | {"$p$"} <= words
+
+
+@pytest.mark.capability("08-61", "08-15")
+def test_joints_of_any_legs_stand_where_their_axes_meet():
+    legs = pa.three_rps(1.0, 0.5, 1.0)
+    q = pa.leg_forward(legs, [0.1, -0.05, 0.15]).q
+    T, J = legs.poses(q)[0], legs.leg_jacobians(q)
+    for k, columns in enumerate(J):
+        angle = 2 * np.pi * k / 3
+        u = np.array([np.cos(angle), np.sin(angle), 0.0])
+        hinge, slide, *ball = pictures.joint_places(columns, T[:3, 3])
+        end = T[:3, :3] @ (0.5 * u) + T[:3, 3]
+        np.testing.assert_allclose(ball, [end] * 3, atol=1e-9)
+        np.testing.assert_allclose(hinge, u, atol=1e-9)
+        np.testing.assert_allclose(slide, (u + end) / 2, atol=1e-9)
+    marks = [(line.get_marker(), line.get_markerfacecolor()) for line in pictures.draw_legs(legs, q).axes[0].lines]
+    assert sum(marker == "s" and face == pictures.DRIVEN for marker, face in marks) == 3
+    assert sum(marker == "o" and face == "white" for marker, face in marks) >= 12
+    robot = stewart()
+    for columns, a, b in zip(
+        pa.stewart_legs(robot, HOME).leg_jacobians(np.zeros(36)), robot.base, robot.platform, strict=True
+    ):
+        universal, _, _, *ball = pictures.joint_places(columns, HOME[:3, 3])
+        np.testing.assert_allclose(universal, a, atol=1e-9)
+        np.testing.assert_allclose(ball[-1], b + HOME[:3, 3], atol=1e-9)
