@@ -106,6 +106,48 @@ def test_which_quantities_of_the_tip_count():
     np.testing.assert_allclose(robot.forward_kinematics(found.q)[..., :3, 3], T[:3, 3], atol=1e-8)
 
 
+@pytest.mark.capability("02-70", "02-71", "02-68")
+def test_what_a_scara_a_spray_gun_and_a_wrist_leave_free():
+    """Task spaces by the ranks of velocities, not by their names."""
+    scara, q = mf.load("scara_rrrp"), np.array([0.3, -0.7, 0.5, 0.1])
+    J = scara.jacobian_space(q)
+    assert np.linalg.matrix_rank(J, 1e-9) == mo.space_named("position and angle").dimension == 4
+    np.testing.assert_allclose(J[:2], 0.0, atol=1e-12)
+    # The gun turns about its own axis z_b: a rate of the joints that neither the place nor the direction notices.
+    arm, q = mf.load("ur5e"), np.array([0.3, -1.2, 1.1, 0.2, 0.9, -0.4])
+    spin = np.linalg.solve(arm.jacobian_body(q), [0, 0, 1.0, 0, 0, 0])
+    turned = arm.forward_kinematics(q + 1e-5 * spin) - arm.forward_kinematics(q - 1e-5 * spin)
+    np.testing.assert_allclose(turned[:3, 2:], 0.0, atol=1e-9)
+    assert np.abs(turned[:3, 0]).max() > 1e-5
+    rows = [0, 1, 3, 4, 5]
+    assert np.linalg.matrix_rank(arm.jacobian_body(q)[rows], 1e-9) == mo.space_named("position and direction").dimension
+    assert mo.task_redundancy(6, "position and direction") == 1
+    # A wrist of three joints: all rotations, none of the place.
+    wrist = mf.Robot.from_screws([[0, 0, 1, 0, 0, 0], [0, 1, 0, 0, 0, 0], [0, 0, 1, 0, 0, 0]], np.eye(4))
+    J = wrist.jacobian_space([0.4, 0.8, -0.3])
+    assert np.linalg.matrix_rank(J[:3], 1e-9) == 3
+    np.testing.assert_allclose(J[3:], 0.0, atol=1e-12)
+
+
+@pytest.mark.capability("02-36")
+def test_a_body_of_the_plane_is_one_of_space_with_three_constraints():
+    """z_A = z_B = z_C = 0 take three of six: one translation and two rotations; 2 + 1 stay."""
+    given = (1.0, 0.9, 0.7)
+
+    def heights(x):
+        found = mo.points_of_body(x[:3], x[3], x[4], x[5], *given)
+        return np.array([found.A[2], found.B[2], found.C[2]])
+
+    flat, h = np.array([0.3, -0.2, 0.0, 0.7, 0.0, 0.0]), 1e-6
+    assert np.abs(heights(flat)).max() < 1e-12
+    J = np.array([(heights(flat + h * e) - heights(flat - h * e)) / (2 * h) for e in np.eye(6)]).T
+    assert np.linalg.matrix_rank(J, 1e-6) == 3
+    assert np.linalg.matrix_rank(J[:, :3], 1e-6) == 1
+    assert np.linalg.matrix_rank(J[:, 3:], 1e-6) == 2
+    for name, linear, angular in (("body in space", 3, 3), ("coin", 2, 1)):
+        assert mo.space_named(name).dimension == linear + angular
+
+
 @pytest.mark.capability("02-85")
 def test_the_glossary_has_the_words_of_both_sources():
     terms = {term["english"]: term for term in tomllib.loads((DOCS / "glossary.toml").read_text("utf-8"))["term"]}

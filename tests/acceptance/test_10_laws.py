@@ -394,7 +394,13 @@ def test_limits_of_admittance():
     still = target(np.eye(4))
     wanted = Impedance.of(2, inertia=fed["D"], damping=fed["B"], stiffness=fed["K"])
     law = admittance_control(
-        robot, wanted, still, lambda q, qd: np.zeros(2), coordinates=XY, gains=Gains.of(2, fed["Kp"], fed["Kd"])
+        robot,
+        wanted,
+        still,
+        lambda q, qd: np.zeros(2),
+        coordinates=XY,
+        gains=Gains.of(2, fed["Kp"], fed["Kd"]),
+        own_state=False,
     ).session(fed["dt"])
     V = np.array([fed["V"], 0.0])
     push = wanted.acceleration(np.array([fed["X"], 0.0]), V, np.array([float(fed["F_ext"]), 0.0]))

@@ -41,7 +41,7 @@ def test_tasks_of_the_book_get_their_family():
         assert found.explain("ar") != found.explain("en")
 
 
-@pytest.mark.capability("10-4", "02-23")
+@pytest.mark.capability("10-4", "10-59", "02-23")
 def test_motion_and_force_along_one_direction_are_refused():
     both = suitable_family(("free", "compliant"), ("motion", ("motion", "force")), ("along", "into"))
     assert both.status is SuitableFamily.BOTH_ASKED
@@ -55,6 +55,11 @@ def test_motion_and_force_along_one_direction_are_refused():
         assert bool(found) == bool(possible)
     assert suitable_family(("rigid",), ("motion",)).status is SuitableFamily.BLOCKED
     assert suitable_family(("free",), ("force",)).status is SuitableFamily.UNANSWERED
+    # Force alone needs an answer in every direction: one that gives none is named.
+    alone = suitable_family(("rigid", "compliant", "free"), ("force",) * 3, ("x", "y", "z"))
+    assert alone.status is SuitableFamily.UNANSWERED
+    assert alone.direction == "z"
+    assert suitable_family(("rigid", "compliant", "compliant"), ("force",) * 3).status is SuitableFamily.FORCE
     assert suitable_family(("free", "rigid"), ("impedance", "force")).status is SuitableFamily.MIXED
 
 

@@ -417,6 +417,7 @@ def test_which_arms_can_be_controlled_joint_by_joint():
     assert driven.explain("ar") != driven.explain("en")
 
 
+@pytest.mark.capability("10-92", "10-60")
 def test_springs_pull_and_dampers_brake():
     spring = SpringDamper([0.0, 0.0, 0.0], stiffness=[100.0, 200.0, 300.0], damping=10.0)
     P = pose.from_rotation_translation(rotation.rot_z(0.3), [0.1, 0.2, -0.1])

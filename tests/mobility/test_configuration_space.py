@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import mafsil as mf
+import mafsil.expression as ex
 from mafsil import mobility as mo
 from mafsil.mobility import library, torus
 
@@ -263,6 +264,32 @@ def test_car_and_unicycle():
         np.testing.assert_allclose(car.constraints.residual(q, rate), 0, atol=1e-14)
     with pytest.raises(mf.InputError, match="right angle"):
         car.driven([0, 0, 0, 2.0], lambda t: (1.0, 0.0), 1.0)
+
+
+@pytest.mark.capability("02-63", "02-62")
+@pytest.mark.parametrize("scale", [1.0, 1e-3, 1e4])
+def test_gradients_of_any_function_are_holonomic_and_their_products_too(scale):
+    """Brackets that cancel leave rounding, which has no direction: rows of gradients of products, sums and sines."""
+    functions = [
+        lambda q: [q[1] * q[2], q[0] * q[2], q[0] * q[1]],  # of x y z
+        lambda q: [q[1] * ex.cos(q[0] * q[1]) + q[2], q[0] * ex.cos(q[0] * q[1]), q[0]],  # of sin(x y) + x z
+        lambda q: [
+            (1 + q[1] ** 2) * g for g in (2 * q[0] / q[2], 3.0, -((q[0] / q[2]) ** 2))
+        ],  # of x^2/z + 3 y, and a factor
+    ]
+    for row in functions:
+        found = mo.Pfaffian(tuple("xyz"), lambda q, row=row: [[scale * a for a in row(q)]], about=(1.0, 2.0, 3.0))
+        assert found.integrability.status is mo.Integrability.HOLONOMIC
+        assert found.integrability.growth == (2,)
+        assert found.integrability.first_integrals == 1
+    two = mo.Pfaffian(tuple("xyzw"), lambda q: [[q[1] * scale, q[0] * scale, 0, 0], [0, 0, q[3], q[2]]], (1, 2, 3, 4))
+    assert two.integrability.growth == (2,)
+    assert two.integrability.first_integrals == 2
+    # Dx ^ dx is not zero: -y dx + x dy + dz.
+    twisted = mo.Pfaffian(tuple("xyz"), lambda q: [[-scale * q[1], scale * q[0], scale]], about=(0.3, 0.2, 0.1))
+    assert twisted.integrability.status is mo.Integrability.NONHOLONOMIC
+    partly = mo.Pfaffian(tuple("xyzw"), lambda q: [[1, 0, 0, 0], [0, 0, scale, scale * q[1]]], (1, 2, 3, 1))
+    assert (partly.integrability.status, partly.integrability.growth) == (mo.Integrability.PARTLY, (2, 3))
 
 
 @pytest.mark.capability("02-63")

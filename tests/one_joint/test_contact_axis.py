@@ -56,6 +56,15 @@ def test_runaway_against_integration(kfp, kfi, damping, m, v0):
 
 
 @pytest.mark.capability("10-66")
+def test_late_speed_is_what_the_speed_tends_to():
+    loop = ForceLoop.of(0.5, 10.0, 20.0)
+    late = np.array([3.0, 6.0])
+    np.testing.assert_allclose(loop.late_speed(late, 2.0, 0.3), loop.free_speed(late, 2.0, 0.3), rtol=1e-9)
+    # (1 + Kfp) F / K + Kfi F t / K - m Kfi F / K^2
+    np.testing.assert_allclose(loop.late_speed(late, 2.0, 0.3), 0.15 + late - 0.3 * 20.0 / 400.0)
+
+
+@pytest.mark.capability("10-66")
 def test_cure_of_the_runaway():
     """Damping bounds the speed without an integral; with one the speed grows on."""
     late = [100.0, 200.0]
@@ -139,6 +148,16 @@ def test_measures_of_records_are_those_of_the_closed_form(zeta, step, rest):
     assert 0 < float(measured.rise_time) < float(measured.settling_time)
     guessed = one_joint.measure_response(t, rest + loop.response(t, step))
     assert float(guessed.steady_error) == pytest.approx(rest, abs=1e-3 * abs(step))
+
+
+@pytest.mark.capability("10-27")
+def test_between_samples_a_record_is_a_straight_line():
+    t = np.array([0.0, 1.0, 3.0, 4.0, 6.0, 9.0])
+    e = np.interp(t, [0.0, 4.0, 9.0], [1.0, 0.0, 0.0])
+    found = one_joint.measure_response(t, e, 0.0)
+    assert found.rise_time == pytest.approx(0.8 * 4.0)
+    assert found.settling_time == pytest.approx(0.98 * 4.0)
+    assert found.integral_absolute == pytest.approx(2.0)
 
 
 @pytest.mark.capability("10-27")

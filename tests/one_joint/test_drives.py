@@ -151,6 +151,62 @@ def test_bandwidth_that_an_elastic_joint_allows():
     assert joint.allowed_bandwidth(15.0, 1.0, "link").status is BandwidthStatus.UNSTABLE
 
 
+@pytest.mark.capability("10-8")
+def test_back_emf_of_a_turning_rotor_is_that_of_the_circuit():
+    """L i' = u - R i - k w with u = -kp i - ki int i, by complex amplitudes: i (j w L + R + kp + ki / (j w)) = -k."""
+    motor = Motor.of(0.07, 1.1, 5e-4, 24.0)
+    loop = motor.current_loop(900.0)
+    w = np.array([3.0, 80.0, 2500.0])
+    s = 1j * w
+    current = -0.07 / (s * 5e-4 + 1.1 + loop.kp + loop.ki / s)
+    np.testing.assert_allclose(loop.back_emf_torque(w), 0.07 * current, rtol=1e-12)
+
+
+@pytest.mark.capability("10-7", "10-44")
+def test_current_voltage_and_losses_of_a_drive():
+    found = one_joint.drive(Motor.of(0.05, 0.8, 4e-4, 24.0), [0.5, -0.2], [200.0, 100.0])
+    np.testing.assert_allclose(found.current, [10.0, -4.0])
+    np.testing.assert_allclose(found.voltage, [0.8 * 10.0 + 10.0, -0.8 * 4.0 + 5.0])
+    np.testing.assert_allclose(found.losses, [80.0, 12.8])
+
+
+@pytest.mark.capability("10-8")
+def test_loop_through_a_drive_against_its_matrix():
+    for M, kd, kp, w in np.random.default_rng(3).uniform(0.2, 6.0, (20, 4)):
+        A = [[0.0, 1.0, 0.0], [0.0, 0.0, -1.0 / M], [w * kp, w * kd, -w]]
+        loop = one_joint.joint_with_drive(M, kd, kp, w)
+        np.testing.assert_allclose(loop.coefficients / loop.coefficients[0], np.poly(A), rtol=1e-10)
+
+
+@pytest.mark.capability("10-43", "10-45")
+def test_power_of_a_lossy_gear_goes_into_both_bodies():
+    gear, link, torque, speed = Gear.of(30.0, 2e-4, 0.8), 0.5, 0.4, 1.7
+    a = float(gear.link_acceleration(link, torque))
+    assert a == pytest.approx(0.8 * 30.0 * 0.4 / (0.5 + 900 * 2e-4))
+    power = float(gear.kinetic_power(link, speed, a))
+    assert power == pytest.approx(0.8 * torque * 30.0 * speed), "efficiency times the motor's power"
+    h = 1e-6
+    energy = [float(gear.kinetic_energy(link, speed + side * h * a)) for side in (1, -1)]
+    assert (energy[0] - energy[1]) / (2 * h) == pytest.approx(power, rel=1e-8)
+
+
+@pytest.mark.capability("10-47", "10-99")
+def test_a_joint_ruled_by_friction_is_of_first_order():
+    joint = one_joint.ViscousJoint.of([0.01, 2.0], 5.0)
+    np.testing.assert_allclose(joint.speed(3.0, load=[1.0, -2.0]), [0.4, 1.0])
+    np.testing.assert_allclose(joint.time_constant(2.0), 2.5)
+    np.testing.assert_allclose(joint.inertia_share(2.0), [0.01 * 2 / 25, 2.0 * 2 / 25])
+    t = np.linspace(0.0, 10.0, 60)
+    gap = np.abs(joint.second_order(2.0).response(t, [1.0, -0.4]) - joint.first_order(2.0).response(t, [1.0]))
+    peer = solve_ivp(
+        lambda _, y: [y[1], (-5 * y[1] - 2 * y[0]) / 2.0], (0, 10), [1.0, -0.4], "DOP853", t, rtol=1e-10, atol=1e-12
+    )
+    np.testing.assert_allclose(gap[1], np.abs(peer.y[0] - np.exp(-t / 2.5)), atol=1e-7)
+    assert gap[0].max() < 2e-3 < 20 * gap[0].max() < gap[1].max()
+    with pytest.raises(InputError, match="friction"):
+        one_joint.ViscousJoint.of(1.0, 0.0)
+
+
 @pytest.mark.parametrize(
     "wrong",
     [

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from mafsil import one_joint
 from mafsil.errors import InputError
-from mafsil.one_joint import HoldingStatus, JointArm, JointLaw, SpeedFriction
+from mafsil.one_joint import HoldingStatus, JointArm, JointLaw, LoopConditions, SpeedFriction
 
 LAWS = {
     "viscous": SpeedFriction.viscous_only(0.3),
@@ -120,6 +120,52 @@ def test_dither_is_the_mean_of_coulomb_friction():
         assert float(one_joint.dithered_friction(0.4, w, 1.0)) == pytest.approx(mean, abs=1e-5)
 
 
+@pytest.mark.capability("10-105", "10-19")
+def test_slow_reversals_leave_a_lobe_that_a_friction_model_or_high_gains_take_away():
+    friction = SpeedFriction.static_kinetic_viscous(0.5, 0.4, 0.1)
+    arm, blind = JointArm.of(0.5, friction=friction), JointArm.of(0.5, friction=0.1)
+
+    def slow(t):
+        return 0.3 * np.sin(0.8 * t), 0.24 * np.cos(0.8 * t), -0.192 * np.sin(0.8 * t)
+
+    def run(law, joint=arm):
+        return one_joint.run_sampled(joint, law, slow, 6.0, period=1e-3, speed=0.24, substeps=2)
+
+    def errors(law, joint=arm):
+        return np.abs(run(law, joint).error)
+
+    lobes, plain = run(JointLaw.pid(20.0, 0.0, 2.0)), errors(JointLaw.pid(20.0, 0.0, 2.0))
+    assert plain.max() > 5 * errors(JointLaw.pid(20.0, 0.0, 2.0), blind).max()
+    # At a turn of the reference the joint stands until its torque has grown to the static friction of the other sense.
+    at = int(np.argmin(np.abs(lobes.t - 0.5 * np.pi / 0.8)))
+    stopped = at + int(np.argmax(lobes.speed[at:] == 0.0))
+    until = stopped + int(np.argmax(lobes.speed[stopped:] != 0.0))
+    assert lobes.t[until] - lobes.t[stopped] > 0.1
+    assert lobes.torque[until - 1] == pytest.approx(-0.5, abs=2e-3)
+    high = errors(JointLaw.pid(200.0, 0.0, 10.0))
+    modelled = errors(JointLaw.feedforward_pid(arm, 20.0, 0.0, 2.0))
+    assert max(high.max(), modelled.max()) < 0.2 * plain.max()
+
+
+@pytest.mark.capability("10-105", "10-19")
+def test_dither_loosens_a_joint_that_sticks():
+    """A sine on the torque, larger than the static friction: the joint comes to its goal, trembling a little."""
+    arm, law = JointArm.of(0.5, friction=SpeedFriction.static_kinetic(0.5, 0.45)), JointLaw.pid(8.0, 0.0, 4.0)
+    conditions = LoopConditions(dither=[0.0, 1.5], dither_frequency=60.0)
+    run = one_joint.run_sampled(arm, law, 0.05, 6.0, period=1e-3, conditions=conditions, substeps=2)
+    late = run.error[:, -500:]
+    assert (late[0] == 0.05).all(), "8 N m/rad times 0.05 rad is less than what friction holds"
+    assert abs(late[1].mean()) < 3e-3
+    assert np.ptp(late[1]) < 4e-3
+    # What acts is the law's torque and the sine.
+    parts = run.parts.sum(axis=-1)
+    np.testing.assert_allclose(run.torque[1] - parts[1], 1.5 * np.sin(60.0 * run.t[1]), atol=1e-9)
+    with pytest.raises(InputError, match="dither_frequency"):
+        one_joint.run_sampled(
+            arm, law, 0.05, 1.0, period=0.02, conditions=LoopConditions(dither=0.1, dither_frequency=200.0)
+        )
+
+
 @pytest.mark.capability("10-19", "10-38")
 def test_friction_in_the_model_removes_the_error_of_feedforward():
     friction = SpeedFriction.static_kinetic_viscous(0.3, 0.3, 0.1)
@@ -134,6 +180,24 @@ def test_friction_in_the_model_removes_the_error_of_feedforward():
         for model in (arm, blind)
     ]
     assert errors[0] < 0.01 < 0.3 < errors[1]
+
+
+@pytest.mark.capability("10-19")
+def test_dither_of_any_amplitude_and_beyond_its_speed():
+    phase = (np.arange(200001) + 0.5) / 200001 * 2 * np.pi
+    mean = [0.4 * np.sign(w + 2.5 * np.sin(phase)).mean() for w in (-3.0, 1.0, 2.0)]
+    np.testing.assert_allclose(one_joint.dithered_friction(0.4, [-3.0, 1.0, 2.0], 2.5), mean, atol=1e-5)
+
+
+@pytest.mark.capability("10-12", "10-17")
+def test_stiction_and_the_weight_of_the_link():
+    arm = JointArm.of(0.5, 2.0, 0.3, SpeedFriction.static_kinetic(1.0, 0.6), gravity=9.81)
+    assert float(arm.gravity_moment) == pytest.approx(2.0 * 9.81 * 0.3)
+    weight = 5.886 * np.cos(1.2)
+    np.testing.assert_array_equal(
+        arm.moves_from_rest(1.2, weight + np.array([-1.01, -0.99, 0.99, 1.01])), [True, False, False, True]
+    )
+    assert float(arm.torque(1.2, 0.0, 0.0)) == pytest.approx(weight), "at rest nothing is taken for friction"
 
 
 @pytest.mark.parametrize(

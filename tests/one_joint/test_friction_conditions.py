@@ -46,6 +46,13 @@ def test_before_it_slides_friction_is_a_spring():
     assert rigid.presliding([-1e-9, 0.0, 1e-9]) == pytest.approx([-0.6, 0.0, 0.6])
 
 
+@pytest.mark.capability("10-18")
+def test_a_load_lengthens_the_way_before_sliding():
+    # Four times (kinetic + share |load|) over the stiffness.
+    assert CONDITIONS.breakaway([0.0, -15.0]) == pytest.approx([4 * 0.6 / 500, 4 * 0.9 / 500])
+    assert CONDITIONS.presliding(CONDITIONS.breakaway(15.0), load=15.0) == pytest.approx(0.9 * (1 - np.exp(-4.0)))
+
+
 def test_nonsense_is_refused():
     for wrong in ({"load_share": -1.0}, {"stiffness": 0.0}, {"stiffness": np.nan}, {"rest_time": np.nan}):
         with pytest.raises(InputError):

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
+from scipy.optimize import fsolve
 
 import mafsil as mf
 from mafsil import one_joint
@@ -40,6 +41,9 @@ def test_refused_designs_say_why():
     assert slow.status is DesignStatus.TOO_MUCH_FRICTION
     assert "-2.85" in slow.explain()
     growing = one_joint.gains_from_roots(0.5, 0.0, [[0.5, -1.0], [-1.0, -1.0]])
+    integral = one_joint.gains_from_roots(0.5, 0.1, [1.0, -2.0, -5.0])  # Kp = 1.5 and Kd = 2.9, but Ki = -5
+    assert integral.status is DesignStatus.NEGATIVE_GAIN
+    assert float(integral.ki) == pytest.approx(-5.0)
     assert [bool(each) for each in growing] == [False, True]
     with pytest.raises(InputError, match="conjugate"):
         one_joint.gains_from_roots(0.5, 0.0, [1j, 2.0])
@@ -89,6 +93,30 @@ def test_tracking_errors_against_integration(ki):
     t = np.linspace(60.0, 64.0, 9)
     y = solve_ivp(loop, (0, 64), [0, 0, 0], "DOP853", t, rtol=1e-11, atol=1e-12).y
     np.testing.assert_allclose(np.sin(2 * t) - y[0], (phasor * np.exp(2j * t)).imag, atol=1e-8)
+
+
+@pytest.mark.capability("10-110")
+def test_a_gain_for_a_rest_error_asks_the_drive():
+    kp = one_joint.kp_for_rest_error([0.5, 2.0], 0.02, torque_limit=1.0)
+    assert kp[0] == pytest.approx(25.0)
+    assert np.isnan(kp[1]), "the drive cannot hold the link, whatever the gain"
+    assert one_joint.kp_for_rest_error(2.0, 0.02) == pytest.approx(100.0)
+    with pytest.raises(InputError, match="torque_limit"):
+        one_joint.kp_for_rest_error(1.0, 0.1, torque_limit=0.0)
+
+
+@pytest.mark.capability("10-31")
+def test_rest_of_joints_that_a_matrix_of_gains_holds():
+    K = np.array([[40.0, 7.0], [7.0, 25.0]])
+
+    def gravity(q):
+        return np.array([3.0 * np.cos(q[0]) + np.cos(q[0] + q[1]), np.cos(q[0] + q[1])])
+
+    goal = np.array([0.4, -0.9])
+    rest = one_joint.rest_of_joints(K, gravity, goal)
+    found = fsolve(lambda e: K @ e - gravity(goal - e), np.zeros(2), xtol=1e-13)
+    np.testing.assert_allclose(rest.error, found, atol=1e-10)
+    np.testing.assert_allclose(rest.torque, K @ found, atol=1e-9)
 
 
 @pytest.mark.parametrize(

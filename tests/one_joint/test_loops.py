@@ -91,6 +91,25 @@ def test_margins_against_a_sweep(kp, kd, part):
     assert L * np.exp(-s * float(found.delay)) == pytest.approx(-1.0, abs=1e-6)
 
 
+@pytest.mark.capability("10-93")
+def test_margins_of_a_loop_with_much_phase_against_a_sweep():
+    """Of a first-order lag and of a double one with a zero: phases beyond two radians, by reading a fine sweep."""
+    w = np.geomspace(1e-2, 1e2, 200_001)
+    for N, D in (
+        ([3.0], [1.0, 1.0]),
+        ([1.5], [1.0, 1.0]),
+        ([2.0, 9.0], [1.0, 0.5, 4.0]),
+        ([1.5, 0.3], [1.0, 0.2, 0.0]),
+    ):
+        found = one_joint.margins(N, D)
+        L = np.polyval(N, 1j * w) / np.polyval(D, 1j * w)
+        at = np.flatnonzero(np.diff(np.sign(np.abs(L) - 1.0)))
+        phase = np.mod(np.angle(L[at]) + np.pi, 2 * np.pi)
+        assert float(found.phase) == pytest.approx(np.minimum(phase, 2 * np.pi - phase).min(), abs=1e-3)
+        assert float(found.delay) == pytest.approx((phase / w[at]).min(), rel=1e-3)
+    assert np.isinf(one_joint.margins([0.5], [1.0, 1.0]).delay), "no crossover: no delay makes it unstable"
+
+
 @pytest.mark.capability("10-93", "10-9")
 def test_spectral_radius_is_what_runs_show():
     for law, delay in ((NOMINAL, 0), (NOMINAL, 30), (NOMINAL, 36), (JointLaw.pid(2.205, 0.0, 2.0), 10)):

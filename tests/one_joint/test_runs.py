@@ -161,6 +161,52 @@ def test_runs_that_grow_say_so():
     np.testing.assert_array_equal(run.torque[0, :20], 0.0)
 
 
+@pytest.mark.capability("10-84", "10-11", "10-30", "10-35")
+@pytest.mark.parametrize("anti_windup", ["off", "hold", "back_calculation"])
+def test_quantum_delay_and_limit_against_the_loop_in_plain_python(anti_windup):
+    """Encoder steps, two periods of delay, a weak drive; M q'' + b q' = tau in closed form over each period."""
+    T, M, b, kp, ki, kd, quantum, limit, lag, back = 0.01, 0.5, 0.1, 40.0, 30.0, 5.0, 0.01, 3.0, 0.02, 0.15
+    conditions = LoopConditions(
+        torque_limit=limit, anti_windup=anti_windup, tracking_time=back, delay=2, quantum=quantum, filter_time=lag
+    )
+    run = one_joint.run_sampled(FLAT, JointLaw.pid(kp, ki, kd), 1.0, 2.0, period=T, start=0.123, conditions=conditions)
+    q, w, total, rate, before, late = 0.123, 0.0, 0.0, 0.0, None, [0.0, 0.0]
+    a, e = np.exp(-T / lag), np.exp(-b * T / M)
+    thetas, torques = [], []
+    for _ in range(201):
+        seen = quantum * np.round(q / quantum)
+        rate = 0.0 if before is None else a * rate + (1 - a) * (seen - before) / T
+        before, error = seen, 1.0 - seen
+        grown = total + error * T
+        tau = kp * error + ki * grown - kd * rate
+        given = np.clip(tau, -limit, limit)
+        if anti_windup == "hold" and (tau - given) * error > 0:
+            grown = total
+            given = np.clip(kp * error + ki * grown - kd * rate, -limit, limit)
+        total = grown + (T * (given - tau) / (ki * back) if anti_windup == "back_calculation" else 0.0)
+        late.append(given)
+        acting = late.pop(0)
+        thetas.append(q)
+        torques.append(acting)
+        steady = acting / b
+        q, w = q + steady * T + (w - steady) * (1 - e) * M / b, steady + (w - steady) * e
+    np.testing.assert_allclose(run.torque, torques, atol=1e-9)
+    np.testing.assert_allclose(run.theta, thetas, atol=1e-9)
+
+
+@pytest.mark.capability("10-12")
+def test_errors_are_read_at_times_and_runs_that_grew_say_when():
+    law = JointLaw.pid(2.205, 0.0, 2.0)
+    run = one_joint.run(FLAT, law, 1.0, 4.0, step=0.02)
+    exact = SecondOrder.of_joint(0.5, 2.1, 2.205).response([0.5, 2.0, 4.0])
+    np.testing.assert_allclose(run.error_at([0.5, 2.0, 4.0]), exact, atol=1e-6)
+    assert run.rms_error == pytest.approx(np.sqrt(np.trapezoid(run.error**2, run.t) / 4.0))
+    late = LoopConditions(delay=20)
+    wild = one_joint.run_sampled(FLAT, JointLaw.pid(400.0, 0.0, 2.0), 1.0, 60.0, period=0.01, conditions=late)
+    last = np.flatnonzero(np.isfinite(wild.theta))[-1]
+    assert f"{wild.t[last]:.6g} s" in wild.explain()
+
+
 @pytest.mark.parametrize(
     "wrong",
     [

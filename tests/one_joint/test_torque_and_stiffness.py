@@ -110,3 +110,19 @@ def test_stability_is_that_of_the_roots(B, k, b, kp, share):
     assert bool(loop.stable) == bool((loop.dynamics.roots.real < 0).all())
     assert loop.response(1e-6) == pytest.approx(1.0, abs=1e-4)
     assert abs(loop.response(1e9)) < 1e-3
+
+
+@pytest.mark.capability("10-62")
+def test_response_of_the_torque_loop_by_complex_amplitudes():
+    """B p'' + b p' = tau_d + Kp e + Ki int e - k p, e = tau_d - k p."""
+    w = np.array([2.0, 90.0, 700.0])
+    s, (B, k, b, P, ki) = 1j * w, (0.5, 2e4, 150.0, 4.0, 100.0)
+    p = (1 + P + ki / s) / (B * s**2 + b * s + k * (1 + P + ki / s))
+    np.testing.assert_allclose(oj.TorqueLoop.of(B, k, b, kp=P, ki=ki).response(w), k * p, rtol=1e-12)
+
+
+@pytest.mark.capability("10-90")
+def test_a_late_spring_of_software_by_its_lag_and_delay():
+    one = complex(oj.software_stiffness(100.0, 200.0, 50.0, delay=4e-3))
+    assert abs(one) == pytest.approx(100.0 / np.hypot(1.0, 0.25))
+    assert np.angle(one) == pytest.approx(-50.0 * 4e-3 - np.arctan(0.25))

@@ -200,6 +200,69 @@ def test_the_curve_of_a_four_bar_and_the_surface_of_a_five_bar():
         np.testing.assert_allclose(robot.chain.closure(surface[closes][:, :4]), 0, atol=1e-12)
 
 
+@pytest.mark.capability("08-54", "08-42")
+def test_second_order_of_any_legs_is_a_difference():
+    """Along motions that the loops leave to first order: d/dt (H q') with q' held, for legs of several kinds."""
+    h = 1e-5
+    for legs, q in (
+        (pa.three_rps(1.0, 0.5, 1.0), pa.leg_forward(pa.three_rps(1.0, 0.5, 1.0), [0.1, -0.05, 0.15]).q),
+        (pa.stewart_legs(stewart(), HOME), np.zeros(36)),
+        (pa.three_upu(1.0, 0.5, 2.0), np.zeros(15)),
+    ):
+        K, H = legs.curvature(q), legs.loop_matrix(q)
+        assert np.abs(K - np.swapaxes(K, 1, 2)).max() < 1e-15
+        motions = np.linalg.svd(H)[2][np.linalg.matrix_rank(H, 1e-9) :]
+        for v in (*motions, motions.sum(axis=0)):
+            bend = (legs.loop_matrix(q + h * v) - legs.loop_matrix(q - h * v)) @ v / (2 * h)
+            np.testing.assert_allclose(np.einsum("rij,i,j->r", K, v, v), bend, atol=1e-8)
+
+
+@pytest.mark.capability("08-12", "08-61")
+def test_rods_of_an_eclipse_reach_from_its_blocks_to_its_platform():
+    robot = pa.Eclipse(1.3, 1.2, 0.35)
+    T = pose.from_translation([0.1, -0.05, 1.0]) @ pose.exp([0.1, 0.2, 0.3, 0, 0, 0])
+    feet = robot.feet(T)
+    np.testing.assert_allclose(np.hypot(feet[:, 0], feet[:, 1]), 1.3, rtol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(robot.platform_joints(T) - feet, axis=1), 1.2, rtol=1e-12)
+    # Across the axis these rods are too short; of a narrow guide all four solutions of each leg are there.
+    assert np.isnan(robot.inverse(T, far=True)[:, 1]).all()
+    narrow = pa.Eclipse(0.4, 1.2, 0.35)
+    heights = set()
+    for upper in (False, True):
+        for far in (False, True):
+            found = narrow.inverse(T, upper=upper, far=far)
+            block = np.column_stack([0.4 * np.cos(found[:, 0]), 0.4 * np.sin(found[:, 0]), found[:, 1]])
+            np.testing.assert_allclose(np.linalg.norm(block - narrow.platform_joints(T), axis=1), 1.2, rtol=1e-12)
+            heights.add(float(found[0, 1]))
+    assert len(heights) == 4
+
+
+@pytest.mark.capability("08-53", "08-60")
+@pytest.mark.parametrize("size", [1e-3, 1e3])
+def test_what_is_singular_does_not_depend_on_units(size):
+    q = pa.leg_forward(pa.three_rps(1.0, 0.5, 1.0), [0.1, -0.05, 0.15]).q
+    quarter = pose.from_translation([0, 0, 1.5])
+    quarter[:3, :3] = rotation.rot_z(np.pi / 2)
+    larger = quarter.copy()
+    larger[:3, 3] *= size
+    robot = stewart()
+    cases = (
+        (pa.three_rps(1.0, 0.5, 1.0), pa.three_rps(size, 0.5 * size, size), q),
+        (pa.three_upu(1.0, 0.5, 2.0), pa.three_upu(size, 0.5 * size, 2 * size), np.zeros(15)),
+        (
+            pa.stewart_legs(robot, quarter),
+            pa.stewart_legs(pa.StewartPlatform(size * robot.base, size * robot.platform), larger),
+            np.zeros(36),
+        ),
+    )
+    for metres, scaled, at in cases:
+        slides = np.concatenate([np.linalg.norm(leg.screws[:3], axis=0) == 0 for leg in metres.legs])
+        found, other = metres.singularity(at), scaled.singularity(np.where(slides, size, 1.0) * at)
+        assert (found.status, found.rank) == (other.status, other.rank)
+    some = pa.leg_forward(pa.three_rps(1.0, 0.5, 1.0), [[0.1, -0.05, 0.15], [5.0, -1.0, 0.0]])
+    assert some.status is pa.ConfigurationStatus.SOME
+
+
 def test_wrong_input_is_refused():
     legs = pa.three_rps(1.0, 0.5, 1.0)
     with pytest.raises(InputError, match="driven"):

@@ -5,7 +5,15 @@ import pytest
 from scipy.optimize import fsolve
 
 from mafsil.errors import InputError
-from mafsil.parallel import PlanarPosesStatus, PlanarThreeRPR, PlanarThreeRRR, SingularKind
+from mafsil.parallel import (
+    FiveBar,
+    ParallelCranks,
+    PlanarPosesStatus,
+    PlanarThreeRPR,
+    PlanarThreeRRR,
+    SingularKind,
+    good_motors,
+)
 
 
 def turned(x, step):
@@ -59,6 +67,7 @@ def test_self_motion_and_isolated_poses_together():
     assert np.tan(found.x[:, 2] / 2) == pytest.approx([-0.5, 0.5])
 
 
+@pytest.mark.capability("08-22", "08-21")
 def test_lengths_that_cannot_be_joined():
     robot = PlanarThreeRPR([[0, 0], [4, 0], [2, 3.5]], [[-0.5, -0.3], [0.5, -0.3], [0, 0.6]])
     found = robot.poses([[1, 1, 1], [1.9, 1.8, 1.6]])
@@ -168,3 +177,49 @@ def test_parallel_rods_are_singular_of_the_second_kind():
     V = found.free_motion
     assert np.abs(robot.motor_matrices(x, q)[0] @ V).max() < 1e-12
     assert robot.poses(q).movable
+
+
+@pytest.mark.capability("08-62", "08-51")
+def test_cranks_of_any_length_close_and_their_derivatives_are_differences():
+    robot, h = ParallelCranks(0.7, [0.0, 1.5, 2.2]), 1e-6
+    rng = np.random.default_rng(6)
+    turned = np.append(np.full(3, 0.9), 0.0)
+    assert np.abs(robot.closure(turned)).max() < 1e-15
+    for q in rng.uniform(-2, 2, (5, 4)):
+        # The platform's pins stand at the crank ends: what each misses, in the plane.
+        ends = np.array([[c + 0.7 * np.cos(a), 0.7 * np.sin(a)] for c, a in zip((0.0, 1.5, 2.2), q[:3], strict=True)])
+        along = np.array([np.cos(q[3]), np.sin(q[3])])
+        missed = ends[1:] - (ends[0] + np.outer([1.5, 2.2], along))
+        np.testing.assert_allclose(robot.closure(q), missed.T.reshape(-1), atol=1e-12)
+        steps = [(robot.closure(q + h * e) - robot.closure(q - h * e)) / (2 * h) for e in np.eye(4)]
+        np.testing.assert_allclose(robot.loop_matrix(q), np.array(steps).T, atol=1e-8)
+        second = [(robot.loop_matrix(q + h * e) - robot.loop_matrix(q - h * e)) / (2 * h) for e in np.eye(4)]
+        np.testing.assert_allclose(robot.curvature(q), np.moveaxis(second, 0, -1), atol=1e-8)
+
+
+@pytest.mark.capability("08-57", "08-52", "08-56")
+def test_all_links_in_line_are_singular_for_every_pair_of_motors_and_nothing_else_is():
+    """Random five-bars that can lie in one line: there no pair drives them; elsewhere some pair does."""
+    rng = np.random.default_rng(7)
+    for _ in range(12):
+        signs = np.append(rng.choice([-1.0, 1.0], 4), 1.0)
+        lengths = rng.uniform(0.5, 2.0, 4)
+        ground = float(signs[:4] @ lengths)
+        if ground < 0.3:
+            signs[:4], ground = -signs[:4], -ground
+        if ground < 0.3:
+            continue
+        robot = FiveBar(*lengths, ground)
+        absolute = np.where(signs[:4] > 0, 0.0, np.pi)
+        flat = np.diff(absolute, prepend=0.0)
+        np.testing.assert_allclose(robot.chain.closure(flat), 0.0, atol=1e-12)
+        assert good_motors(robot.chain.loop_matrix(flat), 2, full_rank=3) == ()
+        bent = robot.chain_angles(np.array([absolute[0] + 0.3, rng.uniform(-3, 3)]))
+        if np.isfinite(bent).all():
+            H = robot.chain.loop_matrix(bent[:4])
+            assert np.linalg.matrix_rank(H, 1e-9) == 3
+            good = good_motors(H, 2, full_rank=3)
+            assert good
+            for pair in ((0, 1), (0, 4), (2, 3)):
+                passive = np.delete(H, pair, axis=1)
+                assert (pair in good) == (np.linalg.matrix_rank(passive, 1e-9) == 3)

@@ -5,7 +5,7 @@ import pytest
 
 from mafsil.errors import InputError
 from mafsil.geometry import pose
-from mafsil.parallel import ForwardStatus, StewartPlatform
+from mafsil.parallel import ForwardStatus, PlanarThreeRPR, StewartPlatform
 
 
 def random_platform(rng):
@@ -55,6 +55,59 @@ def test_newton_comes_back_from_near():
     np.testing.assert_allclose(found.T[found.found], T[found.found], atol=1e-8)
     assert found.T.shape == (2000, 4, 4)
     assert len(list(found)) == 2000
+
+
+@pytest.mark.capability("08-25", "08-21")
+def test_negative_lengths_are_another_branch_of_the_same_poses():
+    robot = StewartPlatform.on_circles(
+        2.0, 1.0, np.radians([-15, 15, 105, 135, 225, 255]), np.radians([-45, 45, 75, 165, 195, 285])
+    )
+    T = pose.from_translation([0.1, -0.2, 1.6]) @ pose.exp([0.1, -0.08, 0.17, 0, 0, 0])
+    both = robot.lengths(T, signed=True)
+    np.testing.assert_array_equal(both[:, 0], robot.lengths(T))
+    for branch in (both[:, 1], np.where(np.arange(6) % 2, both[:, 0], both[:, 1])):
+        np.testing.assert_allclose(branch**2, (robot.leg_vectors(T) ** 2).sum(axis=-1), rtol=1e-14)
+        np.testing.assert_allclose(
+            robot.forward(branch, pose.from_translation([0, 0, 1.5]), signed=True).T, T, atol=1e-9
+        )
+        for refused in (lambda s=branch: robot.forward(s, T), lambda s=branch: robot.assembly_modes(s)):
+            with pytest.raises(InputError, match="signed"):
+                refused()
+    planar = PlanarThreeRPR([[0, 0], [4, 0], [2, 3.5]], [[-0.5, -0.3], [0.5, -0.3], [0, 0.6]])
+    np.testing.assert_array_equal(planar.lengths([2.1, 1.3, 0.3], signed=True)[:, 1], -planar.lengths([2.1, 1.3, 0.3]))
+
+
+@pytest.mark.capability("08-27", "08-28")
+def test_one_polynomial_has_a_coordinate_of_every_pose_as_zero():
+    robot = random_platform(np.random.default_rng(8))
+    s = robot.lengths(pose.exp([0.2, -0.3, 0.4, 0.1, 0.2, 0.9]))
+    modes = robot.assembly_modes(s)
+    for k, name in enumerate("xyz"):
+        polynomial = robot.eliminant(s, name)
+        assert polynomial.degree() == modes.finite == 40
+        middles = pose.act(modes.T[: modes.count], robot.platform.mean(axis=0))[:, k]
+        # Zeros of such a polynomial shake with its last digits: what is asked is that it vanishes but for these.
+        t = polynomial.mapparms()[0] + polynomial.mapparms()[1] * middles
+        largest = np.abs(polynomial.coef) @ np.abs(t) ** np.arange(41)[:, None]
+        assert (np.abs(polynomial(middles)) < 1e-12 * largest).all()
+        between = (middles[1:] + middles[:-1]) / 2
+        assert (np.abs(polynomial(between)) > 1e3 * np.abs(polynomial(middles)).max()).all()
+        zeros = np.sort_complex(polynomial.roots())
+        assert np.abs(zeros[:, None] - middles).min(axis=0).max() < 1e-2
+    with pytest.raises(InputError, match="coordinate"):
+        robot.eliminant(s, "w")
+
+
+@pytest.mark.capability("08-26")
+def test_a_search_that_starts_at_a_singular_pose_says_so():
+    base = random_platform(np.random.default_rng(9)).base
+    similar = StewartPlatform(base, 0.5 * base)  # singular wherever it is not turned
+    found = similar.forward(
+        similar.lengths(pose.exp([0.3, 0.2, 0.1, 0.2, 0.1, 1.0])), pose.from_translation([0, 0, 1.0])
+    )
+    assert found.status is ForwardStatus.SINGULAR
+    far = random_platform(np.random.default_rng(4)).forward([100, 1, 1, 1, 1, 1], np.eye(4))
+    assert far.status is ForwardStatus.NOT_FOUND
 
 
 def test_lengths_that_cannot_be_are_said_not_to_be_found():

@@ -54,6 +54,7 @@ def test_each_kind_of_requirement_is_measured():
             require(motion, wrong)
 
 
+@pytest.mark.capability("11-4")
 def test_a_distance_may_be_that_of_the_tip():
     robot = mf.load("puma560")
     q = np.array([0.1, -0.6, 0.4, 0.2, 0.7, 0.3])

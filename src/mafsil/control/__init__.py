@@ -2,6 +2,12 @@
 
 from mafsil.control.adaptive import AdaptiveControl as AdaptiveControl
 from mafsil.control.adaptive import adaptive_control as adaptive_control
+from mafsil.control.admittance import AdmittanceControl as AdmittanceControl
+from mafsil.control.admittance import EffectiveImpedance as EffectiveImpedance
+from mafsil.control.admittance import admittance_control as admittance_control
+from mafsil.control.admittance import admittance_radius as admittance_radius
+from mafsil.control.admittance import effective_admittance as effective_admittance
+from mafsil.control.admittance import least_virtual_mass as least_virtual_mass
 from mafsil.control.block_diagram import Arrow as Arrow
 from mafsil.control.block_diagram import Block as Block
 from mafsil.control.block_diagram import BlockDiagram as BlockDiagram
@@ -22,6 +28,7 @@ from mafsil.control.computed_torque import ComputedTorque as ComputedTorque
 from mafsil.control.computed_torque import computed_torque as computed_torque
 from mafsil.control.constraint import ConstrainedDynamics as ConstrainedDynamics
 from mafsil.control.constraint import ContactMode as ContactMode
+from mafsil.control.constraint import ReducedDynamics as ReducedDynamics
 from mafsil.control.constraint import Selection as Selection
 from mafsil.control.constraint import SelectionStatus as SelectionStatus
 from mafsil.control.constraint import TaskConstraint as TaskConstraint
@@ -29,7 +36,9 @@ from mafsil.control.constraint import constrained_dynamics as constrained_dynami
 from mafsil.control.constraint import constraint_table as constraint_table
 from mafsil.control.constraint import contact_mode as contact_mode
 from mafsil.control.constraint import in_joints as in_joints
+from mafsil.control.constraint import reduced_dynamics as reduced_dynamics
 from mafsil.control.constraint import selection as selection
+from mafsil.control.constraint import sliding_friction as sliding_friction
 from mafsil.control.contact_switch import ContactSwitch as ContactSwitch
 from mafsil.control.contact_switch import TipDamping as TipDamping
 from mafsil.control.coupling import Coupling as Coupling
@@ -79,15 +88,10 @@ from mafsil.control.gains import Gains as Gains
 from mafsil.control.hybrid import HybridControl as HybridControl
 from mafsil.control.hybrid import flat as flat
 from mafsil.control.hybrid import hybrid_control as hybrid_control
-from mafsil.control.impedance import AdmittanceControl as AdmittanceControl
-from mafsil.control.impedance import EffectiveImpedance as EffectiveImpedance
 from mafsil.control.impedance import Impedance as Impedance
+from mafsil.control.impedance import ImpedanceAsymptotes as ImpedanceAsymptotes
 from mafsil.control.impedance import ImpedanceControl as ImpedanceControl
-from mafsil.control.impedance import admittance_control as admittance_control
-from mafsil.control.impedance import admittance_radius as admittance_radius
-from mafsil.control.impedance import effective_admittance as effective_admittance
 from mafsil.control.impedance import impedance_control as impedance_control
-from mafsil.control.impedance import least_virtual_mass as least_virtual_mass
 from mafsil.control.impedance import sampled_wall_radius as sampled_wall_radius
 from mafsil.control.impedance import stiffest_wall as stiffest_wall
 from mafsil.control.inertia_gains import inertia_gains as inertia_gains
@@ -109,6 +113,11 @@ from mafsil.control.linearization import linearize as linearize
 from mafsil.control.lyapunov import CertificateStatus as CertificateStatus
 from mafsil.control.lyapunov import EnergyCertificate as EnergyCertificate
 from mafsil.control.lyapunov import energy_certificate as energy_certificate
+from mafsil.control.matrix_feedback import MatrixFeedback as MatrixFeedback
+from mafsil.control.matrix_feedback import MatrixGains as MatrixGains
+from mafsil.control.matrix_feedback import matrix_computed_torque as matrix_computed_torque
+from mafsil.control.matrix_feedback import matrix_gravity_compensation as matrix_gravity_compensation
+from mafsil.control.matrix_feedback import matrix_pid as matrix_pid
 from mafsil.control.motion_estimator import JointMotionEstimate as JointMotionEstimate
 from mafsil.control.motion_estimator import MotionEstimator as MotionEstimator
 from mafsil.control.motion_estimator import TipMotionEstimate as TipMotionEstimate

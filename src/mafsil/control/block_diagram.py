@@ -11,15 +11,16 @@ import numpy as np
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.control.adaptive import AdaptiveControl
+from mafsil.control.admittance import AdmittanceControl
 from mafsil.control.computed_torque import ComputedTorque
 from mafsil.control.contact_switch import ContactSwitch, TipDamping
 from mafsil.control.current_loop import CurrentLoop
 from mafsil.control.delayed import Delayed
 from mafsil.control.feedback import pd
 from mafsil.control.felt_constraint import ContactFeedforward
-from mafsil.control.force import ForceControl
+from mafsil.control.force import ForceControl, gained
 from mafsil.control.hybrid import HybridControl
-from mafsil.control.impedance import AdmittanceControl, ImpedanceControl
+from mafsil.control.impedance import ImpedanceControl
 from mafsil.control.joint_feedback import Feedforward, JointFeedback
 from mafsil.control.law import Combined, Law
 from mafsil.control.linear_quadratic import LinearQuadratic
@@ -212,12 +213,12 @@ def _feedforward(law: Feedforward) -> list[Term]:
 
 def _force(law: ForceControl) -> list[Term]:
     def pressed(t: float, q: JointVector, qd: JointVector, reference: Motion) -> Floats:
-        force = law.wrench + law.kp * law.error(q, qd)
+        force = law.wrench + gained(law.kp, law.error(q, qd))
         return (np.swapaxes(law.robot.jacobian_body(q), -1, -2) @ force[..., None])[..., 0]
 
     def damped(t: float, q: JointVector, qd: JointVector, reference: Motion) -> Floats:
         J = law.robot.jacobian_body(q)
-        return -(np.swapaxes(J, -1, -2) @ (law.damping[:, None] * (J @ qd[..., None])))[..., 0]
+        return -(np.swapaxes(J, -1, -2) @ gained(law.damping, (J @ qd[..., None])[..., 0])[..., None])[..., 0]
 
     integral = " + Kfi ∫F_e dt" if law.ki.any() else ""
     return [

@@ -133,7 +133,7 @@ CITATIONS = (
         "Passivity of a class of sampled-data systems",
         "Journal of Robotic Systems 14(1)",
         1997,
-        _control("impedance"),
+        _control("impedance", "admittance"),
     ),
     Citation(
         "spong2006",

@@ -84,6 +84,68 @@ def constrained_dynamics(
     )
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class ReducedDynamics:
+    """The m - k equations of a constrained tip, V = N u: N' F = N' Lambda N du/dt + N' (Lambda dN/dt u + h).
+
+    Attributes:
+        N: (*batch, m, m - k) orthonormal basis of the velocities that the constraint leaves; m - k freedoms of motion.
+        inertia: (*batch, m - k, m - k) N' Lambda N.
+        rest_force: (*batch, m - k) N' (Lambda dN/dt u + gamma + eta).
+        force: (*batch, m - k) N' F.
+        acceleration: (*batch, m - k) du/dt.
+    """
+
+    N: Floats
+    inertia: Floats
+    rest_force: Floats
+    force: Floats
+    acceleration: Floats
+
+
+def reduced_dynamics(
+    inertia: ArrayLike,
+    rest_force: ArrayLike,
+    A: ArrayLike,
+    force: ArrayLike,
+    V: ArrayLike | None = None,
+    A_rate: ArrayLike | None = None,
+) -> ReducedDynamics:
+    """The equations of motion of a constrained tip without its multipliers, as many as it has freedoms.
+
+    1. N: the right singular vectors of A that belong to no singular value.
+    2. A dV/dt = -dA/dt V leaves dN/dt u = -A' (A A')^-1 dA/dt V, if N turns no more than it must.
+
+    Args:
+        inertia, rest_force, A, force, V, A_rate: as of `constrained_dynamics`.
+
+    Raises:
+        InputError: a wrong shape, a number that is not finite, rows that depend on each other.
+
+    Reference: Murray, Li and Sastry, A Mathematical Introduction to Robotic Manipulation, sec. 6.1.
+    """
+    Lambda = as_batch("inertia", inertia, np.shape(inertia)[-2:], finite=True)
+    m = Lambda.shape[-1]
+    A = np.atleast_2d(real_array("A", A))
+    A = as_batch("A", A, (A.shape[-2], m), finite=True)
+    require_independent(A)
+    h, F = (as_batch(name, x, (m,), finite=True) for name, x in (("rest_force", rest_force), ("force", force)))
+    # 1.
+    N: Floats = np.swapaxes(np.linalg.svd(A)[2][..., A.shape[-2] :, :], -1, -2)
+    # 2.
+    bend = np.zeros_like(h)
+    if A_rate is not None:
+        rate = as_batch("A_rate", np.atleast_2d(real_array("A_rate", A_rate)), A.shape[-2:], finite=True)
+        moving = _times(rate, as_batch("V", np.zeros(m) if V is None else V, (m,), finite=True))
+        back = np.swapaxes(A, -1, -2)
+        bend = -_times(back, np.asarray(np.linalg.solve(A @ back, moving[..., None])[..., 0], dtype=np.float64))
+    along = np.swapaxes(N, -1, -2)
+    own = along @ Lambda @ N
+    rest, push = _times(along, _times(Lambda, bend) + h), _times(along, F)
+    rate_of_u = np.linalg.solve(own, (push - rest)[..., None])[..., 0]
+    return ReducedDynamics(N, own, rest, push, np.asarray(rate_of_u, dtype=np.float64))
+
+
 def require_independent(A: Floats) -> None:
     """Raise where rows of a constraint (*batch, k, m) depend on each other."""
     sizes = np.linalg.svd(A, compute_uv=False)
@@ -192,11 +254,43 @@ def contact_mode(normal_force: float, tangential_force: ArrayLike, friction: flo
         normal_force: F_n that presses [N].
         tangential_force: (2,) or magnitude F_t that would hold it [N].
         friction: mu.
+
+    Raises:
+        InputError: a number that is not finite, a negative coefficient.
     """
-    if normal_force <= 0.0:
+    held, mu = _pressed(normal_force, friction)
+    size = float(np.linalg.norm(require_finite("tangential_force", real_array("tangential_force", tangential_force))))
+    if held <= 0.0:
         return ContactMode.FREE
-    size = float(np.linalg.norm(real_array("tangential_force", tangential_force)))
-    return ContactMode.STICKING if size <= friction * normal_force else ContactMode.SLIDING
+    return ContactMode.STICKING if size <= mu * held else ContactMode.SLIDING
+
+
+def sliding_friction(normal_force: float, velocity: ArrayLike, friction: float) -> Floats:
+    """Friction on a point that slides: F_t = -mu F_n v / |v|, none where nothing presses or nothing slides.
+
+    Args:
+        normal_force: F_n that presses [N].
+        velocity: (*batch, d) of the point along the surface [m/s].
+        friction: mu.
+
+    Returns:
+        (*batch, d) [N]. At rest it is zero here: what friction does then depends on the other forces (`contact_mode`).
+
+    Raises:
+        InputError: a number that is not finite, a negative coefficient.
+    """
+    held, mu = _pressed(normal_force, friction)
+    v = require_finite("velocity", np.atleast_1d(real_array("velocity", velocity)))
+    speed = np.linalg.norm(v, axis=-1, keepdims=True)
+    return np.asarray(-mu * max(held, 0.0) * v / np.where(speed > 0.0, speed, 1.0), dtype=np.float64)
+
+
+def _pressed(normal_force: float, friction: float) -> tuple[float, float]:
+    held = float(require_finite("normal_force", real_array("normal_force", normal_force)))
+    mu = float(require_finite("friction", real_array("friction", friction)))
+    if mu < 0.0:
+        raise InputError("input.range", name="friction", value=mu, low=0.0, high=np.inf)
+    return held, mu
 
 
 @dataclass(frozen=True, slots=True)

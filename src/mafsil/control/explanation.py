@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mafsil.control.adaptive import AdaptiveControl
+from mafsil.control.admittance import AdmittanceControl
 from mafsil.control.citation import Citation, citation
 from mafsil.control.computed_torque import ComputedTorque
 from mafsil.control.contact_switch import ContactSwitch
@@ -14,9 +15,10 @@ from mafsil.control.current_loop import CurrentLoop
 from mafsil.control.delayed import Delayed
 from mafsil.control.force import ForceControl
 from mafsil.control.hybrid import HybridControl
-from mafsil.control.impedance import AdmittanceControl, ImpedanceControl
+from mafsil.control.impedance import ImpedanceControl
 from mafsil.control.joint_feedback import Feedforward, JointFeedback
 from mafsil.control.linear_quadratic import LinearQuadratic
+from mafsil.control.matrix_feedback import MatrixFeedback
 from mafsil.control.receding_horizon import ModelPredictive
 from mafsil.control.sliding_mode import SlidingMode
 from mafsil.control.task_coordinates import TaskCoordinates
@@ -123,6 +125,8 @@ def explained(what: object) -> Words:
     name = what if isinstance(what, str) else CLASSES.get(type(what), type(what).__name__)
     if isinstance(what, JointFeedback):
         name = "pid" if what.model is None else "pd_gravity"
+    if isinstance(what, MatrixFeedback):
+        name = "computed_torque" if what.whole_model else "pid" if what.model is None else "pd_gravity"
     if name not in FORMULAS:
         raise InputError("input.choice", name="what", value=name, known=", ".join(FORMULAS))
     formula, works = FORMULAS[name]

@@ -11,7 +11,9 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, Vector6, as_batch, real_array, require_finite, single
 from mafsil.control.law import Law
+from mafsil.control.matrix_feedback import symmetric
 from mafsil.errors import InputError
+from mafsil.geometry.matrix_exponential import exponential
 from mafsil.robot import Robot, of_robot
 from mafsil.trajectory import Motion
 
@@ -29,17 +31,17 @@ class ForceControl:
     Attributes:
         robot: its model.
         wrench: (6,) F_d that the tip should exert, in the tip frame [N m, N].
-        kp, ki: (6,) gains of the force error and of its integral [1, 1/s].
-        damping: (6,) of the body twist [N m s/rad, N s/m].
+        kp, ki: (6,) or (6, 6) gains of the force error and of its integral [1, 1/s].
+        damping: (6,) or (6, 6) of the body twist [N m s/rad, N s/m].
         sensor: what the tip exerts; None for the open-loop law.
         clamp: (6,) largest magnitude of the integral term [N m, N].
     """
 
     robot: Robot
     wrench: Vector6
-    kp: Vector6
-    ki: Vector6
-    damping: Vector6
+    kp: Floats
+    ki: Floats
+    damping: Floats
     sensor: WrenchSensor | None
     clamp: Vector6
 
@@ -60,12 +62,22 @@ class ForceControl:
             integral: (*batch, 6) Kfi times its integral.
         """
         J = self.robot.jacobian_body(q)
-        F = self.wrench + self.kp * error + integral - self.damping * (J @ qd[..., None])[..., 0]
+        F = self.wrench + gained(self.kp, error) + integral - gained(self.damping, (J @ qd[..., None])[..., 0])
         return self.robot.gravity_torque(q) + (np.swapaxes(J, -1, -2) @ F[..., None])[..., 0]
 
     def session(self, period: float) -> Law:
         """The law with a fresh integral; the law itself if Kfi is zero."""
         return _WithIntegral(self, period) if self.ki.any() else self
+
+
+def gained(K: Floats, x: Floats) -> Floats:
+    """(*batch, 6) K x for a diagonal (6,) or a matrix (6, 6).
+
+    Args:
+        K: gains.
+        x: (*batch, 6).
+    """
+    return x @ K.T if K.ndim == 2 else K * x
 
 
 class _WithIntegral:
@@ -77,7 +89,7 @@ class _WithIntegral:
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
         error = self._law.error(q, qd)
-        self._sum = np.clip(self._sum + self._weight * error, -self._law.clamp, self._law.clamp)
+        self._sum = np.clip(self._sum + gained(self._weight, error), -self._law.clamp, self._law.clamp)
         return self._law.effort(q, qd, error, self._sum)
 
     def session(self, period: float) -> Law:
@@ -100,9 +112,10 @@ def force_control(
     Args:
         robot: its model.
         wrench: (6,) (m, f) that the tip should exert, in the tip frame [N m, N].
-        sensor: (q, qd) -> wrench that it exerts; None for the open-loop law g + J' F_d.
-        kp, ki: of the force error, a number or (6,) [1, 1/s].
-        damping: of the body twist, a number or (6,).
+        sensor: (q, qd) -> wrench that it exerts; None for the open-loop law g + J' F_d, which presses as wanted only as
+            far as the model's gravity is right and the joints make the efforts that they are told to.
+        kp, ki: of the force error, a number, (6,) or a symmetric matrix (6, 6) [1, 1/s].
+        damping: of the body twist, a number, (6,) or a symmetric matrix (6, 6).
         clamp: largest magnitude of the integral term, a number or (6,): without contact it does not grow beyond.
 
     Raises:
@@ -110,7 +123,9 @@ def force_control(
 
     Reference: Lynch and Park, Modern Robotics, sec. 11.5.
     """
-    rows = {name: _row(name, value) for name, value in (("kp", kp), ("ki", ki), ("damping", damping), ("clamp", clamp))}
+    given = (("kp", kp), ("ki", ki), ("damping", damping))
+    rows = {name: symmetric(name, value, 6) if np.ndim(value) == 2 else _row(name, value) for name, value in given}
+    rows["clamp"] = _row("clamp", clamp)
     if sensor is None and (rows["kp"].any() or rows["ki"].any()):
         raise InputError("control.no_sensor")
     F = single("wrench", wrench, (6,))
@@ -130,11 +145,18 @@ def force_error(kp: ArrayLike, ki: ArrayLike, disturbance: ArrayLike, t: ArrayLi
     """F_e(t) of the quasi-static loop under a constant wrench that the model does not know.
 
     (1 + kp) F_e + ki int F_e = -w:  F_e = -w/(1 + kp) exp(-t ki/(1 + kp)), which for ki = 0 stays.
+    Of matrices F_e = -exp(-t (I + Kfp)^-1 Kfi) (I + Kfp)^-1 w: eigenvalues of (I + Kfp)^-1 Kfi are rates.
 
     Args:
-        kp, ki: gains.
-        disturbance: w = J^-T (model gravity - gravity) [N].
-        t: times [s].
+        kp, ki: gains: numbers or arrays that act one by one; or a matrix (m, m) and a number or another matrix.
+        disturbance: w = J^-T (model gravity - gravity) [N]; (m,) for matrices.
+        t: times [s]; a number or (k,) for matrices.
+
+    Returns:
+        Errors of the common shape; (m,) or (k, m) for matrices.
+
+    Raises:
+        InputError: a number that is not finite, shapes of matrices that do not go together.
 
     Reference: Lynch and Park, Modern Robotics, eq. (11.54) and (11.55).
     """
@@ -142,7 +164,23 @@ def force_error(kp: ArrayLike, ki: ArrayLike, disturbance: ArrayLike, t: ArrayLi
         require_finite(name, real_array(name, x))
         for name, x in (("kp", kp), ("ki", ki), ("disturbance", disturbance), ("t", t))
     )
+    if max(kp.ndim, ki.ndim) == 2:
+        return _coupled_error(kp, ki, w, t)
     return np.asarray(-w / (1.0 + kp) * np.exp(-t * ki / (1.0 + kp)), dtype=np.float64)
+
+
+def _coupled_error(kp: Floats, ki: Floats, w: Floats, t: Floats) -> Floats:
+    m = max(kp.shape[-1] if kp.ndim else 1, ki.shape[-1] if ki.ndim else 1)
+    for name, value, shapes in (("kp", kp, ((), (m, m))), ("ki", ki, ((), (m, m))), ("disturbance", w, ((m,),))):
+        if value.shape not in shapes:
+            raise InputError("input.shape", name=name, expected=shapes[-1], got=value.shape, hint="")
+    if t.ndim > 1:
+        raise InputError("input.shape", name="t", expected="() or (k,)", got=t.shape, hint="")
+    I = np.eye(m)
+    P, Q = (K if K.ndim else K * I for K in (kp, ki))
+    rates = np.asarray(np.linalg.solve(I + P, Q), dtype=np.float64)
+    begin = np.asarray(np.linalg.solve(I + P, -w), dtype=np.float64)
+    return np.stack([exponential(-moment * rates) @ begin for moment in t.ravel().tolist()]).reshape(*t.shape, m)
 
 
 def free_speed(wrench: float, kp: float, ki: float, damping: float, mass: float, t: ArrayLike) -> Floats:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, JointVector, as_batch
 from mafsil.control.joint_feedback import JointFeedback
+from mafsil.control.matrix_feedback import MatrixFeedback
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.robot import Robot, of_robot
@@ -35,7 +36,9 @@ class EnergyCertificate(SingleAnswer):
     Attributes:
         status: whether it falls.
         t: (k,) times [s].
-        energy: (k,) V [J].
+        energy: (k,) V [J]: the sum of the next two.
+        spring: (k,) e' Kp e/2, of the virtual springs [J].
+        kinetic: (k,) qd' M qd/2 [J].
         power: (k,) -qd' (Kd + b) qd [W].
         balance: (k,) V(0) - V(t) less what was dissipated, by the rule of Simpson between the samples [J].
         rise: largest rise of V from one sample to the next, as share of V(0).
@@ -44,6 +47,8 @@ class EnergyCertificate(SingleAnswer):
     status: CertificateStatus
     t: Floats
     energy: Floats
+    spring: Floats
+    kinetic: Floats
     power: Floats
     balance: Floats
     rise: float
@@ -56,13 +61,14 @@ class EnergyCertificate(SingleAnswer):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
-        return {"status": self.status.name, "t": self.t, "energy": self.energy, "power": self.power, "rise": self.rise}
+        parts = {"energy": self.energy, "spring": self.spring, "kinetic": self.kinetic}
+        return {"status": self.status.name, "t": self.t, **parts, "power": self.power, "rise": self.rise}
 
 
 @of_robot
 def energy_certificate(
     robot: Robot,
-    law: JointFeedback,
+    law: JointFeedback | MatrixFeedback,
     goal: ArrayLike,
     t: ArrayLike,
     q: ArrayLike,
@@ -74,7 +80,7 @@ def energy_certificate(
 
     Args:
         robot: its model, whose gravity the law compensates exactly.
-        law: of `gravity_compensation`, without integral.
+        law: of `gravity_compensation` or `matrix_gravity_compensation`, without integral.
         goal: (n,) set point [rad | m].
         t: (k,) times [s].
         q, qd: (k, n) motion, such as that of a recording.
@@ -86,16 +92,19 @@ def energy_certificate(
     Reference: Takegaki and Arimoto, A new feedback method for dynamic control of manipulators, 1981; Lynch and Park,
         Modern Robotics, sec. 11.4.2.
     """
-    if law.gains.integrates or law.model is None:
+    kp, kd = (np.diag(K) if K.ndim == 1 else K for K in (law.gains.kp, law.gains.kd))
+    if law.gains.ki.any() or law.model is None or (isinstance(law, MatrixFeedback) and law.whole_model):
         raise InputError("control.no_certificate")
     times = as_batch("t", t, np.shape(t)[-1:], finite=True)
     q, qd = (as_batch(name, x, (len(times), robot.n), finite=True) for name, x in (("q", q), ("qd", qd)))
     e = as_batch("goal", goal, (robot.n,), finite=True) - q
-    energy = 0.5 * (law.gains.kp * e**2).sum(axis=-1) + robot.kinetic_energy(q, qd)
-    power = -((law.gains.kd + np.asarray(viscous)) * qd**2).sum(axis=-1)
+    spring, kinetic = 0.5 * ((e @ kp) * e).sum(axis=-1), robot.kinetic_energy(q, qd)
+    energy = spring + kinetic
+    power = -((qd @ kd + np.asarray(viscous) * qd) * qd).sum(axis=-1)
     rise = float(np.diff(energy).max(initial=0.0)) / max(float(energy[0]), 1e-300)
     status = CertificateStatus.FALLS if rise <= ROUNDING else CertificateStatus.RISES
-    return EnergyCertificate(status, times, energy, power, energy[0] - energy + _integral(times, power), rise)
+    balance = energy[0] - energy + _integral(times, power)
+    return EnergyCertificate(status, times, energy, spring, kinetic, power, balance, rise)
 
 
 def _integral(t: Floats, power: JointVector) -> Floats:

@@ -9,9 +9,11 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mafsil.algebra.euler_sequence import SEQUENCES
 from mafsil.arrays import PoseMatrix
+from mafsil.control.task_angles import axes_rate, rates_of_angles
 from mafsil.control.task_coordinates import TaskAxes, TaskCoordinates, TaskTarget
-from mafsil.geometry import pose
+from mafsil.geometry import euler, pose
 from mafsil.robot import Robot
 from mafsil.trajectory import Trajectory
 from mafsil.trajectory.paths import TipPath
@@ -105,5 +107,11 @@ def target_in_axes(T: PoseMatrix, V: ArrayLike, A: ArrayLike, axes: TaskAxes) ->
         Ad = pose.adjoint(T)
         return TaskTarget(T, Ad @ V, Ad @ A)
     R = T[:3, :3]
+    omega, alpha = R @ V[:3], R @ A[:3]
+    if axes in SEQUENCES:
+        angles = euler.to_euler(R, axes)
+        back = rates_of_angles(angles, axes)
+        omega = back @ omega
+        alpha = back @ (alpha - axes_rate(angles, omega, axes) @ omega)
     bend = A[3:] + np.cross(V[:3], V[3:])
-    return TaskTarget(T, np.concatenate([R @ V[:3], R @ V[3:]]), np.concatenate([R @ A[:3], R @ bend]))
+    return TaskTarget(T, np.concatenate([omega, R @ V[3:]]), np.concatenate([alpha, R @ bend]))

@@ -33,6 +33,7 @@ from mafsil.figures.parallel_robot import save_delta as save_delta
 from mafsil.figures.parallel_robot import save_eclipse as save_eclipse
 from mafsil.figures.parallel_robot import save_five_bar as save_five_bar
 from mafsil.figures.parallel_robot import save_four_bar_curve as save_four_bar_curve
+from mafsil.figures.parallel_robot import save_legs as save_legs
 from mafsil.figures.parallel_robot import save_planar_platform as save_planar_platform
 from mafsil.figures.parallel_robot import save_platform as save_platform
 from mafsil.figures.path_difficulties import save_path_difficulties as save_path_difficulties

@@ -23,6 +23,7 @@ from mafsil.parallel import (
     DeltaRobot,
     Eclipse,
     FiveBar,
+    LegMechanism,
     LoopSingularities,
     PlanarThreeRPR,
     StewartPlatform,
@@ -31,6 +32,8 @@ from mafsil.parallel import (
 )
 
 GROUND, PLATFORM, LEG, DRIVEN = "#8a949c", "#2f6fd0", "#39424a", "#2e8b57"
+MEETING = 1e-9
+"""Reciprocal product and sine of two unit axes below which they meet, or are parallel."""
 SAMPLES = 1441
 """Angles of the crank along the curve of a four-bar: a quarter of a degree apart."""
 
@@ -201,6 +204,82 @@ def draw_five_bar(robot: FiveBar, theta: Floats, found: LoopSingularities) -> An
         axes.plot(*(places[2] + reach).T, color=space.AXES[0], linestyle=":", linewidth=1.8, zorder=3)
     _finish(figure, axes, say(f"parallel.picture_{found.status.key.removeprefix('parallel.')}"))
     return figure
+
+
+def save_legs(mechanism: LegMechanism, q: ArrayLike, path: str | PathLike[str]) -> None:
+    """A platform on any legs: joints as circles (turning) and squares (sliding), filled where driven, and both bodies.
+
+    Args:
+        mechanism: its legs.
+        q: (n,) coordinates that close the loops.
+        path: .png, .svg or .pdf.
+    """
+    value = single("q", q, (mechanism.n,))
+    space.save(lambda: draw_legs(mechanism, value), picture_file(path))
+
+
+def draw_legs(mechanism: LegMechanism, q: Floats) -> Any:
+    """The picture of `save_legs` as a matplotlib figure."""
+    figure, axes = space.sheet()
+    T = mechanism.legs[0].pose(q[mechanism.parts[0]])
+    chains = [joint_places(J, T[:3, 3]) for J in mechanism.leg_jacobians(q)]
+    for part, places, leg in zip(mechanism.parts, chains, mechanism.legs, strict=True):
+        space.line(axes, places, LEG, width=1.8)
+        for k, place in enumerate(places):
+            colour = DRIVEN if part.start + k in mechanism.driven else LEG
+            turns = bool(leg.screws[:3, k].any())
+            fill = colour if colour == DRIVEN else "white"
+            look = {"marker": "o" if turns else "s", "color": colour, "markerfacecolor": fill, "markersize": 6}
+            axes.plot(*place[:, None], zorder=6, **look)
+    first, last = (np.array([places[k] for places in chains]) for k in (0, -1))
+    if len(chains) > 2:
+        _outline(axes, first, GROUND)
+        _outline(axes, last, PLATFORM)
+    space.frame(axes, T, 0.3 * mechanism.size, "b")
+    space.view(axes, np.concatenate([*chains, T[None, :3, 3]]))
+    space.title(figure, visible(say("parallel.picture_legs")))
+    return figure
+
+
+def joint_places(screws: Floats, end: Floats) -> Floats:
+    """(n, 3) where the joints of a leg are drawn.
+
+    1. Neighbouring axes that meet: where they do, as in universal and ball joints.
+    2. Other axes: where they come nearest to the next place that is known, or to the one before, or to the end.
+    3. Slides: half way between their neighbours.
+
+    Args:
+        screws: (6, n) of the joints in {s}.
+        end: (3,) the platform.
+    """
+    w, v = screws[:3].T, screws[3:].T
+    n, turns = len(w), np.linalg.norm(w, axis=1) > 0
+    places = np.full((n, 3), np.nan)
+    # 1.
+    for k in range(n - 1):
+        across = np.cross(w[k], w[k + 1])
+        parallel = np.linalg.norm(across) < MEETING
+        if turns[k] and turns[k + 1] and not parallel and abs(w[k] @ v[k + 1] + v[k] @ w[k + 1]) < MEETING:
+            foot = np.cross(w[k + 1], v[k + 1])
+            along = across @ np.cross(w[k], np.cross(w[k], v[k]) - foot) / (across @ across)
+            places[k : k + 2] = foot + along * w[k + 1]
+    # 2.
+    for k in np.flatnonzero(turns & np.isnan(places[:, 0])).tolist():
+        before, after = _known(places, k, end)
+        near = after if np.isfinite(places[k + 1 :, 0]).any() else before
+        places[k] = np.cross(w[k], v[k]) + (near @ w[k]) * w[k]
+    # 3.
+    for k in np.flatnonzero(~turns).tolist():
+        places[k] = np.mean(_known(places, k, end), axis=0)
+    return places
+
+
+def _known(places: Floats, k: int, end: Floats) -> tuple[Floats, Floats]:
+    """The nearest known places before and after joint k; the end where there is none after, that one if none before."""
+    known = np.isfinite(places[:, 0])
+    later, earlier = np.flatnonzero(known[k + 1 :]), np.flatnonzero(known[:k])
+    after = places[k + 1 + int(later[0])] if len(later) else end
+    return (places[int(earlier[-1])] if len(earlier) else after), after
 
 
 def save_four_bar_curve(linkage: FourBar, path: str | PathLike[str]) -> None:

@@ -88,7 +88,8 @@ def _task_computed_torque(job: Job, model: Robot, trajectory: Trajectory, true: 
 def _impedance(job: Job, model: Robot, trajectory: Trajectory, true: Robot, task: TaskCoordinates) -> Law:
     inertia = np.diagonal(_inertia(model, trajectory, task))
     return impedance_control(
-        model, _impedance_of(job, task, inertia), TipOfJoints(model, trajectory), coordinates=task
+        model, _impedance_of(job, task, inertia), TipOfJoints(model, trajectory), coordinates=task,
+        shift_acceleration=True,
     )  # fmt: skip
 
 
@@ -98,7 +99,8 @@ def _admittance(job: Job, model: Robot, trajectory: Trajectory, true: Robot, tas
     sensor = _sensor(job, true, task)
     wanted = _impedance_of(job, task, inertia)
     return admittance_control(
-        model, wanted, TipOfJoints(model, trajectory), lambda q, qd: -sensor(q, qd), coordinates=task
+        model, wanted, TipOfJoints(model, trajectory), lambda q, qd: -sensor(q, qd), coordinates=task,
+        own_state=False, shift_acceleration=True,
     )  # fmt: skip
 
 

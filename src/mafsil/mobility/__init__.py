@@ -74,6 +74,7 @@ from mafsil.mobility.pfaffian import Integrability as Integrability
 from mafsil.mobility.pfaffian import IntegrabilityAnswer as IntegrabilityAnswer
 from mafsil.mobility.pfaffian import Pfaffian as Pfaffian
 from mafsil.mobility.planar_joints import SecondBody as SecondBody
+from mafsil.mobility.planar_joints import joint_residual as joint_residual
 from mafsil.mobility.planar_joints import second_body as second_body
 from mafsil.mobility.planar_positions import PolygonSpace as PolygonSpace
 from mafsil.mobility.planar_positions import PolygonStatus as PolygonStatus

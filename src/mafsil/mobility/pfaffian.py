@@ -229,6 +229,8 @@ def growth_vector(fields: Sequence[Any], q: Any, samples: Floats) -> tuple[int, 
             for Y in newest:
                 Z = bracket_of_fields(X, Y, q)
                 value = _at(Z, q, samples)
+                # What is left where both halves of a bracket cancel has no direction.
+                value[np.linalg.norm(value, axis=1) <= RANK * _bracket_size(X, Y, q, samples)] = 0.0
                 if _dimension([*values, value]) > _dimension(values):
                     values.append(value)
                     made.append(Z)
@@ -237,6 +239,15 @@ def growth_vector(fields: Sequence[Any], q: Any, samples: Floats) -> tuple[int, 
         growth.append(_dimension(values))
         newest = made
     return tuple(growth)
+
+
+def _bracket_size(X: Any, Y: Any, q: Any, samples: Floats) -> Floats:
+    """(k,) |DY| |X| + |DX| |Y| at all samples: how large a bracket could be."""
+    sizes = [
+        np.linalg.norm(_at(ex.vec(ex.jacobian(A, q)), q, samples), axis=1) * np.linalg.norm(_at(B, q, samples), axis=1)
+        for A, B in ((Y, X), (X, Y))
+    ]
+    return sizes[0] + sizes[1]
 
 
 def _at(field: Any, q: Any, samples: Floats) -> Floats:

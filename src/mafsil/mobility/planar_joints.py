@@ -67,7 +67,7 @@ def second_body(
     return SecondBody(B, C, planar_body(C, other, d_CD), other)
 
 
-def constraints(kind: str, x: ArrayLike, d_AB: float, *, theta: float = 0.0, slot: float = 0.0) -> Floats:
+def joint_residual(kind: str, x: ArrayLike, d_AB: float, *, theta: float = 0.0, slot: float = 0.0) -> Floats:
     """(*batch, k) what the joint asks of coordinates (*batch, 6): 2 for R and P, 1 for RP and PR; zero when it holds.
 
     Args:

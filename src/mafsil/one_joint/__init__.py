@@ -73,6 +73,9 @@ from mafsil.one_joint.second_order import Damping as Damping
 from mafsil.one_joint.second_order import SecondOrder as SecondOrder
 from mafsil.one_joint.sensors import SENSORS as SENSORS
 from mafsil.one_joint.sensors import SensorKind as SensorKind
+from mafsil.one_joint.servo_rate import RateStatus as RateStatus
+from mafsil.one_joint.servo_rate import RateSweep as RateSweep
+from mafsil.one_joint.servo_rate import sweep_rate as sweep_rate
 from mafsil.one_joint.steady_error import RestError as RestError
 from mafsil.one_joint.steady_error import RestStatus as RestStatus
 from mafsil.one_joint.steady_error import TrackingError as TrackingError
@@ -84,6 +87,7 @@ from mafsil.one_joint.variable_stiffness import StiffnessStatus as StiffnessStat
 from mafsil.one_joint.variable_stiffness import VariableStiffness as VariableStiffness
 from mafsil.one_joint.variable_stiffness import software_stiffness as software_stiffness
 from mafsil.one_joint.virtual_wall import stiffest_stable_wall as stiffest_stable_wall
+from mafsil.one_joint.viscous_joint import ViscousJoint as ViscousJoint
 from mafsil.one_joint.wall_contact import WallContact as WallContact
 from mafsil.one_joint.wall_contact import WallStatus as WallStatus
 from mafsil.one_joint.wall_contact import meet_wall as meet_wall

@@ -158,13 +158,13 @@ def run_sampled(arm, model, law, conditions, period, substeps, reference, start,
     1. Sense; the rate is differenced and filtered, or measured.
     2. The error's integral, then the torque of the law.
     3. Anti-windup where the torque is beyond its limit.
-    4. Command, which acts after the delay; the plant moves until the next period.
+    4. Command, which acts after the delay, with the dither; the plant moves until the next period.
 
     Args:
         arm, model: (rows, 7) M, m g r, friction.
         law: (rows, 4) kind, kp, ki, kd.
-        conditions: (rows, 7) torque limit, anti-windup (0 off, 1 hold, 2 back-calculation), tracking time, delay in
-            periods, position quantum, filter coefficient, 1 for a tachometer.
+        conditions: (rows, 9) torque limit, anti-windup (0 off, 1 hold, 2 back-calculation), tracking time, delay in
+            periods, position quantum, filter coefficient, 1 for a tachometer, amplitude and frequency of a dither.
         period: of the loop [s].
         substeps: of the plant in each.
         reference: (rows, ticks, 3).
@@ -201,9 +201,10 @@ def run_sampled(arm, model, law, conditions, period, substeps, reference, start,
             total = updated
             if C[1] == 2.0 and L[2] > 0.0:
                 total += period * (given - tau) / (scale * L[2] * C[2])
-            # 4. Command: it acts after the delay.
+            # 4. Command: it acts after the delay, with the dither.
             late[k % (delay + 1)] = given
             acting = late[(k - delay) % (delay + 1)] if k >= delay else 0.0
+            acting += C[7] * np.sin(C[8] * k * period)
             record(out[row, k], q, w, u - q, acting, L[1] * e, L[2] * updated, L[3] * (v - rate))
             if not abs(w) < RUNAWAY:
                 out[row, k:] = np.nan

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Status
-from mafsil.arrays import Floats
+from mafsil.arrays import Floats, real_array
 from mafsil.errors import InputError
 from mafsil.one_joint.arguments import above_zero, finite, magnitude, share, together
 from mafsil.one_joint.row_answer import RowAnswer
@@ -178,17 +178,22 @@ def ki_limit(
     return d * (k - load * np.sin(angle)) / M
 
 
-def kp_for_rest_error(gravity_moment: ArrayLike, allowed: ArrayLike) -> Floats:
+def kp_for_rest_error(gravity_moment: ArrayLike, allowed: ArrayLike, torque_limit: ArrayLike = np.inf) -> Floats:
     """Smallest Kp with which PD control rests within an allowed error of any goal: m g r / |e|.
 
     Args:
         gravity_moment: m g r (*batch) [N m].
         allowed: |e| (*batch) [rad].
+        torque_limit: of the drive (*batch) [N m].
 
     Returns:
-        (*batch) [N m/rad]; the torque at rest is at most m g r, which the drive must be able to hold.
+        (*batch) [N m/rad]; NaN where no gain is enough, since the drive cannot hold m g r, the torque at rest.
     """
     load, error = together(
         gravity_moment=magnitude("gravity_moment", gravity_moment), allowed=above_zero("allowed", allowed)
     )
-    return load / error
+    limit = real_array("torque_limit", torque_limit)
+    if not (limit > 0.0).all():
+        raise InputError("input.positive", name="torque_limit", value=float(limit.min()))
+    load, error, limit = together(gravity_moment=load, allowed=error, torque_limit=limit)
+    return np.where(load <= limit, load / error, np.nan)

@@ -91,6 +91,16 @@ class Gear:
         """(*batch) of link and rotor [J]."""
         return 0.5 * self.apparent_inertia(link_inertia) * finite("link_speed", link_speed) ** 2
 
+    def kinetic_power(self, link_inertia: ArrayLike, link_speed: ArrayLike, link_acceleration: ArrayLike) -> Floats:
+        """(*batch) rate of the kinetic energy, (I_link + G^2 I_m) theta'' theta' [W].
+
+        Args:
+            link_inertia: (*batch) [kg m^2].
+            link_speed, link_acceleration: (*batch) [rad/s, rad/s^2].
+        """
+        rate = finite("link_speed", link_speed) * finite("link_acceleration", link_acceleration)
+        return np.asarray(self.apparent_inertia(link_inertia) * rate)
+
     def payload_sensitivity(self, link_inertia: ArrayLike, payload_inertia: ArrayLike) -> Floats:
         """(*batch) relative rise of the apparent inertia with a payload: small behind a high ratio."""
         return magnitude("payload_inertia", payload_inertia) / above_zero(

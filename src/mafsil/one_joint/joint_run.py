@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
-from math import exp
+from math import exp, pi
 from typing import Any, ClassVar, Literal, cast
 
 import numpy as np
@@ -97,6 +97,8 @@ class LoopConditions:
         filter_time: time constant T of the filter on the differenced position [s], v = a v + (1 - a) dq/dt,
             a = exp(-period / T); 0 for none.
         tachometer: whether the speed is measured instead.
+        dither: amplitude of a sine on the torque that acts, to loosen friction, a number or (*batch) [N m].
+        dither_frequency: w of that sine, below half a tick's turn pi / period, a number or (*batch) [rad/s].
     """
 
     torque_limit: ArrayLike = np.inf
@@ -106,6 +108,8 @@ class LoopConditions:
     quantum: ArrayLike = 0.0
     filter_time: float = 0.0
     tachometer: bool = False
+    dither: ArrayLike = 0.0
+    dither_frequency: ArrayLike = 0.0
 
     def __post_init__(self) -> None:
         if self.anti_windup not in KINDS:
@@ -113,15 +117,19 @@ class LoopConditions:
         whole("delay", self.delay, most=100_000)
 
     def numbers(self, period: float, batch: tuple[int, ...]) -> Floats:
-        """(*batch, 7) as the compiled loop takes them."""
+        """(*batch, 9) as the compiled loop takes them."""
         limit = np.asarray(self.torque_limit, dtype=np.float64)
         if not (limit > 0.0).all():
             raise InputError("input.positive", name="torque_limit", value=self.torque_limit)
         lag = float(magnitude("filter_time", self.filter_time))
         coefficient = exp(-period / lag) if lag else 0.0
+        turn = magnitude("dither_frequency", self.dither_frequency)
+        if (turn * period >= pi).any():
+            raise InputError("input.range", name="dither_frequency", value=float(turn.max()), low=0.0, high=pi / period)
         columns = (
             limit, float(KINDS.index(self.anti_windup)), above_zero("tracking_time", self.tracking_time),
             float(self.delay), magnitude("quantum", self.quantum), coefficient, float(self.tachometer),
+            magnitude("dither", self.dither), turn,
         )  # fmt: skip
         return np.stack([np.broadcast_to(column, batch) for column in columns], axis=-1)
 
@@ -207,9 +215,15 @@ def run_sampled(
     require_kind("arm", arm, "JointArm", "gravity_moment", "friction")
     require_kind("conditions", conditions, "LoopConditions", "anti_windup", "numbers")
     ticks, h = _ticks(duration, period)
-    rows = _Rows(arm, law, start, speed, *(np.asarray(x) for x in (conditions.torque_limit, conditions.quantum)))
+    rows = _Rows(
+        arm,
+        law,
+        start,
+        speed,
+        *(np.asarray(x) for x in (conditions.torque_limit, conditions.quantum, conditions.dither)),
+    )
     wanted = rows.reference(reference, np.arange(float(ticks)) * h)
-    between = conditions.numbers(h, rows.batch).reshape(rows.count, 7)
+    between = conditions.numbers(h, rows.batch).reshape(rows.count, 9)
     out = np.empty((rows.count, ticks, 7))
     pieces = whole("substeps", substeps, least=1)
     _loops().run_sampled(*rows.numbers, between, h, pieces, wanted, rows.start, out)

@@ -52,12 +52,15 @@ class PlanarThreeRPR:
         """(*batch, 3, 2) d_i = p + R b_i - a_i [m] at poses x (*batch, 3)."""
         return leg_vectors(self.base, self.platform, as_batch("x", x, (3,), finite=True))[0]
 
-    def lengths(self, x: ArrayLike) -> Floats:
+    def lengths(self, x: ArrayLike, signed: bool = False) -> Floats:
         """(*batch, 3) lengths of the legs at poses (x, y, phi) (*batch, 3) [m, rad]: inverse kinematics.
 
-        The negative lengths satisfy the same equations; see `signed` of `poses`.
+        Args:
+            x: (*batch, 3) poses.
+            signed: both branches, (*batch, 3, 2): s_i, and -s_i of a slider that passes through its hinge.
         """
-        return np.linalg.norm(self.leg_vectors(x), axis=-1)
+        s = np.linalg.norm(self.leg_vectors(x), axis=-1)
+        return np.stack([s, -s], axis=-1) if signed else s
 
     def poses(self, lengths: ArrayLike, signed: bool = False) -> PlanarPoses:
         """All poses for given lengths, six at most, through the sextic.

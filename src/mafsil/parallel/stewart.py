@@ -12,6 +12,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, as_batch, frozen, positive, single, whole
@@ -35,6 +36,7 @@ else:
     stewart_loops = lazily("mafsil.parallel.stewart_loops")
 
 Frame = Literal["space", "body"]
+AXES = ("x", "y", "z")
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,15 +84,18 @@ class StewartPlatform:
         pose_sb = pose.check(T)
         return pose_sb[..., None, :3, 3] + self.platform @ np.swapaxes(pose_sb[..., :3, :3], -1, -2) - self.base
 
-    def lengths(self, T: ArrayLike) -> Floats:
+    def lengths(self, T: ArrayLike, signed: bool = False) -> Floats:
         """(*batch, 6) lengths of the legs [m] for poses T_sb (*batch, 4, 4): inverse kinematics in closed form.
 
-        The negative lengths -s_i satisfy the same equations; a slider that passes through its pivot has them.
+        Args:
+            T: (*batch, 4, 4) poses T_sb.
+            signed: both branches, (*batch, 6, 2): s_i, and -s_i of a slider that passes through its pivot.
 
         Raises:
             InputError: T is no pose.
         """
-        return np.linalg.norm(self.leg_vectors(T), axis=-1)
+        s = np.linalg.norm(self.leg_vectors(T), axis=-1)
+        return np.stack([s, -s], axis=-1) if signed else s
 
     def jacobian(self, T: ArrayLike, frame: Frame = "space") -> Floats:
         """(*batch, 6, 6) G with s' = G V, by the lines of the legs: rows (a_i x u_i, u_i) in {s}.
@@ -156,19 +161,28 @@ class StewartPlatform:
         """(*batch, 6) standard deviation of `external_wrench` per unit of independent noise on every leg."""
         return np.linalg.norm(self.jacobian(T, frame), axis=-2)
 
-    def forward(self, lengths: ArrayLike, T_guess: ArrayLike, max_steps: int = 50) -> ForwardPoses:
+    def forward(
+        self, lengths: ArrayLike, T_guess: ArrayLike, max_steps: int = 50, *, signed: bool = False
+    ) -> ForwardPoses:
         """Poses of given lengths by Newton's method from first ones, in batches, compiled.
 
         Args:
             lengths: (*batch, 6) of the legs [m].
             T_guess: (*batch, 4, 4) first poses.
             max_steps: most steps.
+            signed: take negative lengths too, of sliders that pass through their pivot: the poses are the same.
+
+        Raises:
+            InputError: a wrong shape, a guess that is no pose, a negative length and not `signed`.
 
         Returns:
             Poses; those that were not found are marked and hold the last pose of the search.
             Memory: 25 numbers for each row beyond the answer.
         """
-        s, guess = as_batch("lengths", lengths, (6,), finite=True), pose.check(T_guess, "T_guess")
+        s, guess = (
+            magnitudes_of(as_batch("lengths", lengths, (6,), finite=True), signed),
+            pose.check(T_guess, "T_guess"),
+        )
         most = whole("max_steps", max_steps, 1, 10_000)
         shape = np.broadcast_shapes(s.shape[:-1], guess.shape[:-2])
         first = np.concatenate([to_quaternion(guess[..., :3, :3]), guess[..., :3, 3]], axis=-1)
@@ -183,21 +197,48 @@ class StewartPlatform:
         found = np.asarray(error <= limit)
         return ForwardPoses(T, found.reshape(shape), error.reshape(shape), steps.reshape(shape), pivot.reshape(shape))
 
-    def assembly_modes(self, lengths: ArrayLike) -> AssemblyModes:
+    def assembly_modes(self, lengths: ArrayLike, *, signed: bool = False) -> AssemblyModes:
         """All poses with legs of these lengths, real ones as poses, complex ones counted.
 
         At the first call the isolated poses of this platform for general complex lengths are found once: forty, or
         fewer if its geometry is special. Each is then followed to every row of lengths.
 
         Args:
-            lengths: (*batch, 6) of the legs [m]; their signs do not matter.
+            lengths: (*batch, 6) of the legs [m].
+            signed: take negative lengths too, of sliders that pass through their pivot: the poses are the same.
 
         Returns:
             Its modes; `finite` reaches `expected` where no pose can be missing or double.
+
+        Raises:
+            InputError: a wrong shape, a negative length and not `signed`.
         """
-        s = as_batch("lengths", lengths, (6,), finite=True)
+        s = magnitudes_of(as_batch("lengths", lengths, (6,), finite=True), signed)
         a, b = (np.broadcast_to(p, (*s.shape[:-1], 6, 3)) for p in (self.base, self.platform))
         return modes_of(a, b, s, self._starts, len(self._starts[0].poses))
+
+    def eliminant(self, lengths: ArrayLike, coordinate: Literal["x", "y", "z"] = "z") -> Polynomial:
+        """The polynomial whose zeros are one coordinate of all poses, complex ones too; of degree 40 in general.
+
+        From the poses themselves: the product of the differences to each, in units of the platform's size.
+
+        Args:
+            lengths: (6,) of the legs [m].
+            coordinate: of the middle of the platform's ends, in {s} [m].
+
+        Returns:
+            A polynomial of the coordinate [m], of leading coefficient one in its own window. Of degree 40 its zeros are
+            only as good as the last digits of its coefficients allow; the poses are `assembly_modes`.
+        """
+        s = magnitudes_of(single("lengths", lengths, (6,)), signed=False)
+        if coordinate not in AXES:
+            raise InputError("input.choice", name="coordinate", value=coordinate, known=", ".join(AXES))
+        a, b, size = of_size_one(self.base, self.platform)
+        found = all_poses(a[None], b[None], s[None] / float(size), self._starts, len(self._starts[0].poses))
+        places = found.complexes[0, :, 4 + AXES.index(coordinate)]
+        places = places[np.isfinite(places)]
+        middle, unit = float(self.base.mean(axis=0)[AXES.index(coordinate)]), float(size)
+        return Polynomial(np.poly(places)[::-1].real, domain=[middle - unit, middle + unit], window=[-1.0, 1.0])
 
     def certificate(self, lengths: ArrayLike) -> Certificate:
         """What is proven of the poses for one row of lengths (6,): that they exist, differ, and are all.
@@ -233,3 +274,18 @@ class StewartPlatform:
         a, b, _ = of_size_one(self.base, self.platform)
         starts = [own_start(a, b, number) for number in range(len(CORRECTIONS))]
         return sorted(starts, key=lambda start: -len(start.poses))
+
+
+def magnitudes_of(lengths: Floats, signed: bool) -> Floats:
+    """Lengths without their signs.
+
+    Args:
+        lengths: of legs [m].
+        signed: whether negative ones are taken.
+
+    Raises:
+        InputError: a negative length and not `signed`.
+    """
+    if not signed and (lengths < 0).any():
+        raise InputError("parallel.negative_length", value=float(lengths.min()))
+    return np.abs(lengths)

@@ -136,7 +136,8 @@ def open_a_door(
         bend = np.cross(growth * axis, arm) + np.cross(turn, np.cross(turn, arm))
         return TaskTarget(there, V, np.concatenate([growth * axis, bend]))
 
-    return _scenario(robot, place, door, impedance_control(robot, _soft(robot, place), tip), duration)
+    soft = impedance_control(robot, _soft(robot, place), tip, shift_acceleration=True)
+    return _scenario(robot, place, door, soft, duration)
 
 
 @of_robot
@@ -171,7 +172,8 @@ def peg_in_hole(
     peg = AtPoints(hole, np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -depth / 2.0]]))
     path = line_path(T, _moved(T, (0.005 + depth + 0.005) * z))
     tip = TipMotion(path, time_law("quintic").unit().stretched(positive("duration", duration)))
-    return _scenario(robot, place, peg, impedance_control(robot, _soft(robot, place), tip), duration)
+    soft = impedance_control(robot, _soft(robot, place), tip, shift_acceleration=True)
+    return _scenario(robot, place, peg, soft, duration)
 
 
 def _start(robot: Robot, q: ArrayLike) -> tuple[Floats, PoseMatrix]:
