@@ -11,7 +11,7 @@ from mafsil.model.mechanism import Mechanism
 
 
 def fingerprint(mechanism: Mechanism) -> str:
-    """Hash (hexadecimal, 128 bits) of what shapes the motion but friction (`friction_fingerprint`), pictures, limits."""
+    """Hash (hexadecimal, 128 bits) of what shapes the motion, without limits; friction: `friction_fingerprint`."""
     digest = blake2b(digest_size=16)
     for item in _content(mechanism):
         digest.update(len(item).to_bytes(8, "little"))
