@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats
 
 
+TINY = 1e-300
+
+
 def svd(A: Floats) -> tuple[Floats, Floats, Floats]:
     """U (*batch, m, k), singular values (*batch, k), V' (*batch, k, n) of (*batch, m, n), k = min(m, n)."""
     clean, spoilt = _clean(A)
@@ -49,7 +52,7 @@ def damped_inverse(A: Floats, damping: float) -> Floats:
     turned: Floats = np.swapaxes(clean, -1, -2)
     gram: Floats = clean @ turned if m <= n else turned @ clean
     a = np.einsum("...ij,...ij->...", clean, clean)[..., None, None] / max(m, 1)
-    inner: Floats = np.linalg.inv(gram + np.eye(min(m, n)) * (damping * a + np.finfo(np.float64).tiny))
+    inner = np.asarray(np.linalg.inv(gram + np.eye(min(m, n)) * (damping * a + TINY)), dtype=np.float64)
     return _marked(turned @ inner if m <= n else inner @ turned, spoilt, 2)
 
 
