@@ -32,6 +32,7 @@ def drawn_at(linkage: Linkage, theta: ArrayLike) -> Linkage:
     Raises:
         ModelError: the loops gape there; the sentence has the gap.
     """
+    linkage.require_all_joints()
     value = configuration(linkage, theta)
     gap = float(largest_gap(linkage, value))
     if gap > AS_DRAWN:

@@ -96,6 +96,7 @@ def finite_mobility(linkage: Linkage, theta: ArrayLike | None = None, *, seed: i
 
     Reference: A. Mueller, Local kinematic analysis of closed-loop linkages, Mechanism and Machine Theory 139 (2019).
     """
+    linkage.require_all_joints()
     value = configuration(linkage, theta)
     state = loop_state(linkage, value)
     here = at_state(linkage, value, state, np.ones(linkage.coordinates))

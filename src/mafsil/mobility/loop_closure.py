@@ -116,9 +116,9 @@ class LoopState:
     Attributes:
         poses: (*batch, N, 4, 4) displacements of the bodies.
         screws: (*batch, 6, F) of the joints where they are now, in the frame of the drawing.
-        gap: (*batch, 6 L + K) twist that would close each loop at the joint that closes it, free of units; then what
-            the K couplings miss.
-        matrix: (*batch, 6 L + K, F) rates of the gaps per rate of coordinates, free of units.
+        gap: (*batch, 6 L + K + P) twist that would close each loop at the joint that closes it, free of units; then
+            what the K couplings miss, and the pairs of points.
+        matrix: (*batch, 6 L + K + P, F) rates of the gaps per rate of coordinates, free of units.
     """
 
     poses: Floats
@@ -146,6 +146,9 @@ def loop_state(linkage: Linkage, theta: ArrayLike | None = None) -> LoopState:
         ratios = coupling_rows(linkage)
         gap = np.concatenate([gap, (value / units(linkage)) @ ratios.T], axis=-1)
         rows = np.concatenate([rows, np.broadcast_to(ratios, (*rows.shape[:-2], *ratios.shape))], axis=-2)
+    if linkage.pairs:
+        missed, moved = _pairs_of(linkage, T, screws)
+        gap, rows = np.concatenate([gap, missed], axis=-1), np.concatenate([rows, moved], axis=-2)
     return LoopState(T, screws, gap, rows)
 
 
@@ -158,6 +161,27 @@ def coupling_rows(linkage: Linkage) -> Floats:
         follower, leader = (int(linkage.columns_of([name])[0]) for name in (each.follower, each.leader))
         row[follower], row[leader] = 1.0, -each.ratio * scale[leader] / scale[follower]
     return frozen(rows)
+
+
+def _pairs_of(linkage: Linkage, T: Floats, screws: Floats) -> tuple[Floats, Floats]:
+    """What the pairs of points miss (*batch, P), over the size, and its rates (*batch, P, F)."""
+    own: Floats = reduced_screws(linkage, screws)
+    missed, rows = list[Floats](), list[Floats]()
+    for pair in linkage.pairs:
+        ends = list[tuple[Floats, Floats]]()
+        for body, point in zip(pair.bodies, pair.points, strict=True):
+            k = linkage.bodies.index(body)
+            x = ((T[..., k, :3, :3] @ point) + T[..., k, :3, 3] - linkage.middle) / linkage.size
+            turned = np.asarray(np.cross(own[..., :3, :], x[..., :, None], axis=-2), dtype=np.float64)
+            ends.append((x, linkage.paths[k, linkage.joint_of] * (own[..., 3:, :] + turned)))
+        apart, rate = ends[0][0] - ends[1][0], ends[0][1] - ends[1][1]
+        if pair.length > 0:
+            far = np.linalg.norm(apart, axis=-1, keepdims=True)
+            along = apart / np.maximum(far, np.finfo(np.float64).tiny)
+            apart, rate = far - pair.length / linkage.size, along[..., None, :] @ rate
+        missed.append(apart)
+        rows.append(rate)
+    return np.concatenate(missed, axis=-1), np.concatenate(rows, axis=-2)
 
 
 def _gaps(linkage: Linkage, T: Floats, motions: Floats, screws: Floats) -> tuple[Floats, Floats]:
@@ -266,7 +290,7 @@ def closed_beside(linkage: Linkage, matrix: Floats, starts: Floats) -> Closure:
     """
     p, k, F = starts.shape
     back = np.repeat(decompositions.damped_inverse(matrix, RANK), k, axis=0)
-    found, gap = _newton(linkage, starts.reshape(-1, F).copy(), np.ones(F), MOST_STEPS, back)
+    found, gap = _newton(linkage, starts.reshape(-1, F).copy(), np.ones(linkage.coordinates), MOST_STEPS, back)
     return _closure(found.reshape(p, k, F), gap.reshape(p, k))
 
 
@@ -298,7 +322,7 @@ def _newton(
     best, least = theta.copy(), np.full(len(theta), np.inf)
     live, old = np.arange(len(theta)), np.full(len(theta), back is not None)
     if back is None:
-        back = np.zeros((len(theta), linkage.coordinates, len(linkage.couplings) + 6 * linkage.loops))
+        back = np.zeros((len(theta), linkage.coordinates, linkage.conditions))
     known = old.copy()
     for _ in range(steps + 1):
         if not len(live):

@@ -133,6 +133,7 @@ def redundancy(linkage: Linkage, theta: ArrayLike | None = None) -> Redundancy:
         linkage: as drawn.
         theta: (F,) [rad | m].
     """
+    linkage.require_all_joints()
     state = loop_state(linkage, theta)
     screws = reduced_screws(linkage, state.screws)
     causes = tuple(LoopCause(joints, g) for joints, g in loop_groups(linkage, screws) if g.dimension < 6)

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 
-
 TINY = 1e-300
 
 
