@@ -213,6 +213,18 @@ def test_refusals_say_what_helps():
         trace_surface(library.rssr())
     with pytest.raises(mf.ModelError, match="platform hangs on balls only"):
         mo.configuration_surfaces(library.six_ups())
+    legs = [
+        each
+        for k, (x, y) in enumerate(((1, 0), (-0.5, 0.8), (-0.5, -0.8)))
+        for each in (
+            joint(f"R{k}", "R", ["ground", f"crank {k}"], [x, y, 0], [-y, x, 0]),
+            joint(f"A{k}", "S", [f"crank {k}", f"rod {k}"], [1.3 * x, 1.3 * y, 0]),
+            joint(f"B{k}", "S", [f"rod {k}", "platform"], [x / 2, y / 2, 1]),
+        )
+    ]
+    for joints in (legs, [*legs, joint("tool", "R", ["platform", "spindle"], [0, 0, 1])]):
+        with pytest.raises(mf.ModelError, match="platform hangs on balls only, such as B0"):
+            trace_surface(Linkage.of(joints))
     with pytest.raises(mf.ModelError, match="floating"):
         trace_surface(Linkage.of([joint("F", "F", ["ground", "body"])]))
     left = trace_surface(Linkage.of([*polygon([1.0] * 5).joints[:-1], ball_of(polygon([1.0] * 5))]), points=20).linkage

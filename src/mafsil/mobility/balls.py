@@ -52,10 +52,10 @@ def without_balls(linkage: Linkage) -> tuple[Linkage, NDArray[np.intp]]:
     apart = {name: X for name, X in linkage.apart.items() if name not in {each.name for each in balls}}
     moving = tuple(pair for pair in pairs if pair.bodies[0] != pair.bodies[1])
     found = replace(linkage, bodies=bodies, joints=joints, output=output, apart=apart, pairs=moving)
-    for each in single:  # 2
-        for body in (each.parent, each.child):
-            if not found.reached[bodies.index(body)]:
-                raise ModelError("mobility.surface_loose", body=body, joint=each.name)
+    for body, reached in zip(bodies, found.reached, strict=True):  # 2
+        if not reached:
+            ball = next((each for each in balls if body in (each.parent, each.child)), balls[0])
+            raise ModelError("mobility.surface_loose", body=body, joint=ball.name)
     kept = [k for k, j in enumerate(linkage.joint_of) if linkage.joints[int(j)].kind is not Kind.SPHERICAL]
     return found, np.array(kept, dtype=np.intp)
 
