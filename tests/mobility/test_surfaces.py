@@ -228,7 +228,7 @@ def test_refusals_say_what_helps():
     with pytest.raises(mf.ModelError, match="floating"):
         trace_surface(Linkage.of([joint("F", "F", ["ground", "body"])]))
     left = trace_surface(Linkage.of([*polygon([1.0] * 5).joints[:-1], ball_of(polygon([1.0] * 5))]), points=20).linkage
-    for judge in (mf.mobility, mo.gruebler, mo.finite_mobility, mo.redundancy, mo.structure):
+    for judge in (mf.mobility, mo.gruebler, mo.finite_mobility, mo.redundancy, mo.structure, mo.split):
         with pytest.raises(mf.ModelError, match="J4"):
             judge(left)
 

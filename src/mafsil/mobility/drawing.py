@@ -75,6 +75,7 @@ def locked(linkage: Linkage, names: Iterable[str]) -> Linkage:
     Raises:
         ModelError: no such joint, or nothing is left to move.
     """
+    linkage.require_all_joints()
     off = set(linkage.index_of(names))
     return without(linkage, off)
 
@@ -118,6 +119,7 @@ def split(linkage: Linkage) -> Linkage:
     Raises:
         ModelError: it is drawn apart.
     """
+    linkage.require_all_joints()
     require_together(linkage)
     joints: list[LinkageJoint] = []
     for each in linkage.joints:
