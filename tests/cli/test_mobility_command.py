@@ -39,6 +39,43 @@ def test_joints_locked_driven_and_in_all_choices(capsys):
     assert {one["mobility"] for one in subsets} == {0}
 
 
+BALLS = """
+[[joint]]
+name = "U"
+kind = "universal"
+bodies = ["ground", "foot"]
+second = [1, 0, 0]
+[[joint]]
+name = "R"
+kind = "revolute"
+bodies = ["ground", "crank"]
+at = [0, 0, 1]
+axis = [0, 1, 0]
+[[joint]]
+name = "A"
+kind = "spherical"
+bodies = ["crank", "rod"]
+at = [0.5, 0, 1]
+[[joint]]
+name = "B"
+kind = "spherical"
+bodies = ["rod", "foot"]
+at = [0.2, 0, 0]
+"""
+
+
+@pytest.mark.capability("02-60")
+def test_surfaces_are_followed_and_drawn(capsys, tmp_path):
+    (tmp_path / "balls.toml").write_text(BALLS)
+    words = ["mobility", str(tmp_path / "balls.toml"), "--surfaces"]
+    assert main([*words, "--picture", str(tmp_path / "surface.png"), "--json"]) == 0
+    surfaces = json.loads(capsys.readouterr().out)["surfaces"]["surfaces"]
+    assert [one["genus"] for one in surfaces] == [1, 1]
+    assert surfaces[0]["coordinates"] == ["U.1", "U.2", "R"]
+    assert surfaces[0]["left_out"] == ["A", "B"]
+    assert (tmp_path / "surface.png").read_bytes().startswith(b"\x89PNG")
+
+
 def test_what_does_not_move_ends_with_a_no(capsys):
     assert main(["mobility", "stretched_four_bar"]) == 1
     assert "stopped at second order" in capsys.readouterr().err

@@ -8,6 +8,7 @@ import pickle
 import subprocess
 import sys
 import threading
+import tracemalloc
 import warnings
 import weakref
 from functools import partial
@@ -504,3 +505,51 @@ def test_self_test_notices_a_foreign_layout(monkeypatch):
         with monkeypatch.context() as patch:
             patch.setattr(runtime, name, getattr(runtime, name) + (8 if name != "ARRAY_FLAGS" else 4))
             assert not runtime._same_layout(), name
+
+
+class Halves(tuple[np.ndarray, np.ndarray]):
+    """An answer whose members have names and whose length says something else."""
+
+    __slots__ = ()
+
+    @property
+    def low(self):
+        return self[0]
+
+    def __len__(self):
+        return 1
+
+
+def halves():
+    import mafsil.expression as ex
+
+    x = ex.symbol("x", 2)
+    return ex.Function("halves", [x], [x - 1, ex.sqrt(x)], ["x"], ["low", "root"])
+
+
+def test_results_of_a_point_come_as_the_class_of_answers():
+    ports = (Port("low", (2,)), Port("root", (2,)))
+    k = compile(Signature("halves", (Port("x", (2,)),), ports), halves, key="halves", answer=Halves)
+    warm([k])
+    for call in (k.call, pickle.loads(pickle.dumps(k)).call):
+        for x in (np.array([-1.0, 4.0]), [-1, 4]):
+            found = call(x)
+            assert type(found) is Halves
+            assert (found.low == [-2.0, 3.0]).all()
+            assert len(found) == 1
+            assert found[1][1] == 2.0
+        assert type(pickle.loads(pickle.dumps(found))) is Halves
+        # Not a number at the very end, and batches, are for the caller to look at.
+        assert type(call(np.array([4.0, -1.0]))) is tuple
+        assert type(call(np.ones((2, 2)))) is tuple
+    x, counted = np.array([4.0, -1.0]), np.dtype(np.float64)
+    before = sys.getrefcount(x), sys.getrefcount(counted), sys.getrefcount(Halves)
+    tracemalloc.start()
+    for _ in range(2000):
+        k.call(x)
+        k.call(x[::-1].copy())
+    kept = tracemalloc.get_traced_memory()[0]
+    tracemalloc.stop()
+    after = sys.getrefcount(x), sys.getrefcount(counted), sys.getrefcount(Halves)
+    assert all(abs(a - b) < 20 for a, b in zip(before, after, strict=True))
+    assert kept < 20_000

@@ -1,10 +1,13 @@
 """Mobility counted, by rank and finite, of mechanisms whose answers are known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import mafsil as mf
 from mafsil import mobility as mo
+from mafsil.mobility import loop_closure as closure
 from mafsil.mobility.loop_closure import loop_state, reduced_screws
 from mafsil.mobility.second_order import screw_rates
 from tests.mobility.mechanisms import five_bar, four_bar, parallel_cranks, platform, three_upu
@@ -267,3 +270,19 @@ def test_two_hinges_of_a_door():
     assert tilted.mobility == 0
     assert mo.common_freedoms(*door(0.0).joints).shape[1] == 1
     assert mo.common_freedoms(*door(np.radians(1)).joints).shape[1] == 0
+
+
+def test_a_search_for_closed_loops_stops_where_it_stands_still(monkeypatch):
+    """A plane four-bar whose last joint lies above the plane: the gap across it stays whatever the others do."""
+    looked = []
+    monkeypatch.setattr(closure, "loop_state", lambda one, theta: looked.append(len(theta)) or loop_state(one, theta))
+    linkage = four_bar(OPEN)
+    assert mo.closed_near(linkage, 0.01 * np.eye(4))
+    assert len(looked) <= 7
+    looked.clear()
+    last = linkage.joints[-1]
+    above = replace(last, child_point=last.point - [0.0, 0.0, 1e-3])
+    found = mo.closed_near(mo.Linkage.of([*linkage.joints[:-1], above]), 0.01 * np.eye(4))
+    assert not found
+    assert np.abs(found.gap * linkage.size - 1e-3).max() < 1e-9
+    assert len(looked) <= 12

@@ -5,10 +5,12 @@ from itertools import combinations, product
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import mafsil as mf
 import mafsil.mobility as mo
 from mafsil.mobility import Linkage, SurfaceStatus, joint, library, trace_surface
+from mafsil.mobility.balls import without_balls
 from mafsil.mobility.cells import cut, farthest, open_cell, owners
 from mafsil.mobility.surface_mesh import edges, is_closed, is_orientable, trimmed
 
@@ -117,6 +119,58 @@ def test_sheets_that_cross_go_straight_on():
     assert nearest.min(axis=1).max() < 1e-5
 
 
+def ball_of(flat):
+    """The last joint of a linkage as a ball."""
+    return replace(flat.joints[-1], kind=mo.Kind.SPHERICAL)
+
+
+@pytest.mark.capability("02-60")
+def test_a_pentagon_closed_by_a_ball_has_the_topology_of_the_theorem():
+    flat = polygon([1.0] * 5)
+    surface = trace_surface(Linkage.of([*flat.joints[:-1], ball_of(flat)]))
+    assert pentagon_numbers([1.0] * 5) == (1, surface.euler_characteristic)
+    assert surface.left_out == ("J4",)
+    assert "J4" in surface.explain("en").split("\n")[1]
+
+
+@pytest.mark.capability("02-60")
+def test_rods_between_balls_keep_their_length():
+    """An ankle in closed form: with the foot anywhere each crank has two places, so there are four tori."""
+    ankle = mo.read_linkage("examples/linkages/ankle.toml")
+    found = mo.configuration_surfaces(ankle, starts=24)
+    assert [one.genus for one in found] == [1] * 4
+    assert all(
+        set(one.left_out) == {f"{s} {e} ball" for s in ("left", "right") for e in ("upper", "lower")} for one in found
+    )
+    tilt = np.random.default_rng(0).uniform(-np.pi, np.pi, (40, 2))
+    foot = Rotation.from_rotvec(tilt[:, :1] * [1, 0, 0]) * Rotation.from_rotvec(tilt[:, 1:] * [0, 1, 0])
+    cranks = []
+    for y in (0.15, -0.15):
+        ball = foot.apply([0.2, y, 0.0]) - [0, y, 1]
+        # The pin (cos a, 0, -sin a) / 2 is at the root of 1.09 from the ball: cos(a - middle) = reach / far.
+        far, reach = np.hypot(ball[:, 0], ball[:, 2]), (np.sum(ball**2, axis=1) + 0.25 - 1.09)
+        cranks.append((np.arctan2(-ball[:, 2], ball[:, 0]), np.arccos(reach / far)))
+    for signs in product((1, -1), repeat=2):
+        turns = [middle + sign * half for sign, (middle, half) in zip(signs, cranks, strict=True)]
+        on = np.stack([one.holds(np.column_stack([tilt, *turns])) for one in found])
+        assert (on.sum(axis=0) == 1).all()
+        assert on.all(axis=1).sum() == 1
+
+
+def test_balls_left_out_leave_the_mobility_but_for_spins():
+    for linkage, spins in ((library.three_rps(), 0), (library.rssr(), 1), (library.three_prs(), 0)):
+        simple, kept = without_balls(linkage)
+        assert mo.instantaneous(simple).mobility == mo.instantaneous(linkage).mobility - spins
+        near = 0.1 * np.random.default_rng(0).normal(size=(5, linkage.coordinates))
+        whole = mo.closed_near(linkage, near)
+        assert whole
+        assert mo.closed_near(simple, whole.theta[:, kept], steps=0).gap.max() < 1e-9
+        A, h = mo.loop_matrix(simple, near[0, kept]), 1e-6 * np.eye(simple.coordinates)
+        u = mo.loop_closure.units(simple)
+        gaps = [mo.loop_closure.loop_state(simple, near[0, kept] + sign * h * u).gap for sign in (1, -1)]
+        assert np.abs((gaps[0] - gaps[1]).T / 2e-6 - A)[6 * simple.loops :].max() < 1e-8
+
+
 @pytest.mark.parametrize(("lengths", "places"), [((1, 1, 1, 1, 2), 4), ((1, 2, 3, 1, 1), 3)])
 def test_links_on_one_line_pinch_the_surface(lengths, places):
     surface = trace_surface(polygon(lengths))
@@ -155,10 +209,28 @@ def test_what_does_not_end_is_open():
 def test_refusals_say_what_helps():
     with pytest.raises(mf.InputError, match="mobility by rank is 1"):
         trace_surface(library.four_bar())
-    with pytest.raises(mf.ModelError, match="split"):
+    with pytest.raises(mf.InputError, match="mobility by rank is 1"):
         trace_surface(library.rssr())
-    with pytest.raises(mf.ModelError, match="split"):
-        mo.configuration_surfaces(library.rssr())
+    with pytest.raises(mf.ModelError, match="platform hangs on balls only"):
+        mo.configuration_surfaces(library.six_ups())
+    legs = [
+        each
+        for k, (x, y) in enumerate(((1, 0), (-0.5, 0.8), (-0.5, -0.8)))
+        for each in (
+            joint(f"R{k}", "R", ["ground", f"crank {k}"], [x, y, 0], [-y, x, 0]),
+            joint(f"A{k}", "S", [f"crank {k}", f"rod {k}"], [1.3 * x, 1.3 * y, 0]),
+            joint(f"B{k}", "S", [f"rod {k}", "platform"], [x / 2, y / 2, 1]),
+        )
+    ]
+    for joints in (legs, [*legs, joint("tool", "R", ["platform", "spindle"], [0, 0, 1])]):
+        with pytest.raises(mf.ModelError, match="platform hangs on balls only, such as B0"):
+            trace_surface(Linkage.of(joints))
+    with pytest.raises(mf.ModelError, match="floating"):
+        trace_surface(Linkage.of([joint("F", "F", ["ground", "body"])]))
+    left = trace_surface(Linkage.of([*polygon([1.0] * 5).joints[:-1], ball_of(polygon([1.0] * 5))]), points=20).linkage
+    for judge in (mf.mobility, mo.gruebler, mo.finite_mobility, mo.redundancy, mo.structure, mo.split):
+        with pytest.raises(mf.ModelError, match="J4"):
+            judge(left)
 
 
 TORUS = np.sort([[k, (k + a) % 7, (k + 3) % 7] for k in range(7) for a in (1, 2)], axis=1)

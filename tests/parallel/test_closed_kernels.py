@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -93,6 +94,25 @@ def test_numbers_that_are_not_finite_are_refused_by_name(bad, place):
         chain.forward_dynamics(*given)
     with pytest.raises(InputError, match=("q", "qd", "tau")[place]):
         chain.forward_dynamics(*(x[1] for x in given))
+
+
+def test_efforts_of_all_joints_and_of_the_driven_ones_take_turns():
+    chain = parallel.ClosedChain(four_bar())
+    q = chain.closed([0.5, 0.5, 1.5], hold=["A"]).q
+    qd = chain.rates(q, [1.0, 0, 0])
+    for _ in range(2):
+        for tau in ([0.7], [0.7, 0.0, 0.0], np.array([0.7]), np.array([[0.7], [0.7], [0.7]])):
+            found, slow = chain.forward_dynamics(q, qd, tau), carefully(chain, q, qd, tau)
+            assert np.abs(found.qdd - slow.qdd).max() < 1e-10
+            assert found.force.shape == slow.force.shape == (*np.shape(tau)[:-1], chain.m)
+            assert np.shape(found.error) == np.shape(found.rank) == np.shape(tau)[:-1]
+            assert found == found
+            assert found != slow
+    with pytest.raises(InputError, match="tau"):
+        chain.forward_dynamics(q, qd, [0.7, 0.0])
+    again = pickle.loads(pickle.dumps(found))
+    assert (again.qdd == found.qdd).all()
+    assert again.explain() == found.explain()
 
 
 def test_batches_broadcast_and_may_be_empty():

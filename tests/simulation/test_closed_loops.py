@@ -162,10 +162,6 @@ def test_what_cannot_be_run_is_said():
     parallelogram = ClosedChain(four_bar(1.0, 0.5, 1.0, 0.5))
     with pytest.raises(InputError, match="do not decide"):
         driven_trajectory(parallelogram, rest([0.0], 1.0), [0.0, 0.0, 0.0])
-    from mafsil.simulation import Normal, Variation, monte_carlo
-
-    with pytest.raises(InputError, match="loops"):
-        monte_carlo(scenario, Variation(gains=Normal(1.0, 0.1)), 3)
     huge = simulate(replace(scenario, law=Pushing(), step=0.05, duration=3.0))
     assert huge.status in (SimulationStatus.LOOPS_LOST, SimulationStatus.BLOWN_UP)
     assert mechanism.n == 3

@@ -11,6 +11,7 @@ import mafsil as mf
 from mafsil.control import combined, computed_torque, feedforward, gravity_compensation, pid
 from mafsil.errors import InputError
 from mafsil.kernels.march import march
+from mafsil.model import Friction
 from mafsil.simulation import Plant, SensorNoise, SimulationStatus, WrenchPulse
 from mafsil.simulation.fused import can_fuse
 from mafsil.trajectory import quintic
@@ -43,6 +44,15 @@ def agree(a, b, tolerance=1e-11):
         np.testing.assert_allclose(array, others[name], rtol=0, atol=tolerance * size, err_msg=name)
     same = {key: value for key, value in a.metadata.items() if key not in ("fused", "seconds")}
     assert same == {key: value for key, value in b.metadata.items() if key not in ("fused", "seconds")}
+
+
+def test_friction_decides_which_step_is_compiled(arm):
+    """Robots that differ in friction alone, one after another: code of the first, on the disk, is not the second's."""
+    for viscous in (0.4, 4.0):
+        joints = (replace(j, friction=Friction(viscous, 0.3)) if j.moves else j for j in arm.mechanism.joints)
+        rubbing = mf.Robot(replace(arm.mechanism, joints=tuple(joints)))
+        case = scenario(rubbing, law=computed_torque(arm), integrator="implicit_friction")
+        agree(mf.simulate(case, fused=True), mf.simulate(case, fused=False), 1e-9)
 
 
 CASES = {

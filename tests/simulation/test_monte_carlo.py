@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from itertools import pairwise
 
 import numpy as np
@@ -15,11 +15,24 @@ from hypothesis import strategies as st
 
 import mafsil as mf
 from mafsil import figures
-from mafsil.control import ComputedTorque, Wall, combined, computed_torque, feedforward, gravity_compensation
+from mafsil.control import (
+    ComputedTorque,
+    Gains,
+    Wall,
+    closed_computed_torque,
+    closed_gravity_compensation,
+    combined,
+    computed_torque,
+    driven_trajectory,
+    feedforward,
+    gravity_compensation,
+)
 from mafsil.errors import InputError
 from mafsil.mechanics.inertial_parameters import inertial_of, moved_parameters, parameters_of
-from mafsil.model import Inertial
+from mafsil.model import Friction, Inertial
+from mafsil.parallel import ClosedChain
 from mafsil.simulation import (
+    ClosedPlant,
     MonteCarloStatus,
     Normal,
     Plant,
@@ -33,7 +46,8 @@ from mafsil.simulation import (
 from mafsil.simulation.chunk_runs import chunk_size
 from mafsil.simulation.many_runs import wilson
 from mafsil.simulation.variation import drawn
-from mafsil.trajectory import quintic
+from mafsil.trajectory import quintic, rest
+from tests.parallel.closed_chains import four_bar
 
 ALL = Variation(payload=(0.0, 2.0), payload_offset=(-0.05, 0.05), inertia=(0.9, 1.1), friction=(0.5, 2.0),
                 gains=(0.8, 1.2), start=Normal(0.0, 0.01))  # fmt: skip
@@ -395,3 +409,62 @@ def test_sequences_and_marks_that_make_no_sense_are_refused():
     for marks in ([-0.1], [0.3], [0.1, 0.05], [np.nan]):
         with pytest.raises(InputError, match="marks"):
             monte_carlo(scenario(), Variation(), 2, marks=marks)
+
+
+def rubbing_four_bar():
+    joints = (replace(j, friction=Friction(0.05, 0.1)) if j.moves else j for j in four_bar().joints)
+    return replace(four_bar(), joints=tuple(joints))
+
+
+def closed_scenario(law, **options):
+    chain = ClosedChain(rubbing_four_bar(), ("A",))
+    start = chain.closed([0.5, 0.5, 1.5], hold=["A"]).q
+    motion = driven_trajectory(chain, quintic(start[:1], start[:1] + 0.6, 0.1), start)
+    return Scenario(robot=mf.Robot(rubbing_four_bar()), trajectory=motion, law=law(chain), **options)
+
+
+@pytest.mark.parametrize("fused", [True, False])
+@pytest.mark.parametrize("integrator", ["semi_implicit_euler", "implicit_friction"])
+def test_each_variant_with_loops_is_the_run_of_its_own_plant(fused, integrator):
+    spread = replace(ALL, payload=(0.0, 0.3))
+    given = closed_scenario(closed_computed_torque, integrator=integrator)
+    variants = drawn(spread, given.robot, 1e-3, 3, 7)
+    many = simulate(replace(given, variants=variants), fused=fused)
+    assert ClosedChain(given.robot.mechanism).error(many.q).max() < 1e-12
+    starts = replace(given, variants=variants).start()[0]
+    for k in range(3):
+        own = plant_of(given.robot, variants, k)
+        gains = Gains(*(variants.gains[k] * x for x in (given.law.gains.kp, given.law.gains.kd, given.law.gains.ki)))
+        law = replace(given.law, gains=gains)
+        alone = simulate(replace(given, plant=ClosedPlant(own.robot), q=starts[k], law=law), fused=False)
+        assert np.abs(many.q[:, k] - alone.q).max() < 1e-10
+        assert np.abs(many.tau[:, k] - alone.tau).max() < 1e-7 * np.abs(alone.tau).max()
+    assert np.abs(many.q[-1, 0] - many.q[-1, 1]).max() > 1e-6
+
+
+def test_many_runs_with_loops_count_what_single_runs_say():
+    given = closed_scenario(lambda chain: closed_gravity_compensation(chain, 80.0, 8.0))
+    found = monte_carlo(given, replace(ALL, payload=(0.0, 0.3)), 4, seed=3)
+    assert found
+    worst = next(iter(found))
+    assert np.isclose(found.outcomes.tip_error[worst], found.again(worst).tip_position_error.max(), rtol=1e-9)
+
+
+@pytest.mark.parametrize("fused", [True, False, None])
+def test_runs_that_come_near_lost_rank_are_refused_by_name(fused):
+    """A folded parallelogram: no code of fixed size holds there, and nobody makes other plants' steps by hand."""
+    mechanism = four_bar(1.0, 0.5, 1.0, 0.5)
+    given = Scenario(robot=mf.Robot(mechanism), trajectory=rest(np.zeros(3), 0.01), law=mf.control.pid(3, 0.0))
+    spread = Variation(inertia=(0.9, 1.1))
+    varied = replace(given, variants=drawn(spread, given.robot, 1e-3, 2, 0))
+    run = partial(monte_carlo, given, spread, 2) if fused is None else partial(simulate, varied, fused=fused)
+    with pytest.raises(mf.ModelError, match=r"run 0 comes where .* lose rank"):
+        run()
+
+
+def test_starts_that_cannot_be_closed_are_refused_by_name():
+    mechanism = four_bar(1.0, 0.9, 0.5, 0.8)
+    q = ClosedChain(mechanism).closed([0.5, 0.5, 1.5], hold=["A"]).q
+    given = Scenario(robot=mf.Robot(mechanism), trajectory=rest(q, 0.01), law=mf.control.pid(3, 0.0))
+    with pytest.raises(InputError, match="no closed configuration was found for the start of run 0"):
+        simulate(replace(given, variants=drawn(Variation(start=(2.5, 2.6)), given.robot, 1e-3, 2, 0)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -11,7 +11,16 @@ from mafsil.cli.numerals import coordinate
 from mafsil.cli.table import table
 from mafsil.errors import FileError, InputError
 from mafsil.messages import say
-from mafsil.mobility import Linkage, Mobility, as_linkage, assembled, locked, locked_subsets, mobility
+from mafsil.mobility import (
+    Linkage,
+    Mobility,
+    as_linkage,
+    assembled,
+    configuration_surfaces,
+    locked,
+    locked_subsets,
+    mobility,
+)
 
 
 def mobility_of(
@@ -21,6 +30,7 @@ def mobility_of(
     locked_joints: Sequence[str] | None,
     actuated: Sequence[str] | None,
     subsets: str | int | None,
+    surfaces: bool,
     picture: str | None,
 ) -> Answer:
     """The report on a file of bodies and joints, or on a robot.
@@ -31,7 +41,8 @@ def mobility_of(
         rule: planar, spherical or spatial.
         locked_joints, actuated: names of joints.
         subsets: lock every choice of so many joints and show what is left.
-        picture: file to draw into.
+        surfaces: look for the surfaces of configurations, of a mobility of 2.
+        picture: file to draw into: the mechanism, or the first surface.
 
     Raises:
         MafsilError: no such file, no linkage, no such joints.
@@ -53,8 +64,18 @@ def mobility_of(
             (say("cli.mobility_locked_head"), say("cli.mobility_left_head")),
             [(", ".join(n), str(c)) for n, c in left.items()],
         )
-    if picture is not None:
+    followed = configuration_surfaces(linkage) if surfaces else None
+    if followed is not None:
+        data["surfaces"] = followed.to_dict()
+        lines += [*repr(followed).split("\n"), *(one.explain().split("\n")[0] for one in followed)]
+        lines += followed.surfaces[0].explain().split("\n")[1:] if followed else []
+    if picture is not None and followed:
+        from mafsil.figures import save_surface
+
+        _written(lambda: save_surface(followed.surfaces[0], picture), picture)
+    elif picture is not None:
         _draw(linkage, found, picture)
+    if picture is not None:
         data["picture"] = picture
         lines.append(say("cli.picture_written", path=picture))
     return Answer(data, tuple(lines), None if found else found.status.sentence(
@@ -75,7 +96,12 @@ def _draw(linkage: Linkage, found: Mobility, picture: str) -> None:
     from mafsil.figures.linkage_motion import save_linkage_motion
 
     save = save_linkage_motion if picture.lower().endswith(".gif") else save_linkage
+    _written(lambda: save(linkage, picture, found=found), picture)
+
+
+def _written(write: Callable[[], object], picture: str) -> None:
+    """What draws a picture, or the reason why there is none."""
     try:
-        save(linkage, picture, found=found)
+        write()
     except OSError as error:
         raise FileError("file.cannot_write", path=picture, reason=error.strerror or str(error)) from None

@@ -276,6 +276,7 @@ OPERATIONS: tuple[Operation, ...] = (
             Parameter("locked_joints", "text", many=True, metavar="JOINT"),
             Parameter("actuated", "text", many=True, metavar="JOINT"),
             Parameter("subsets", "count"),
+            Parameter("surfaces", "flag"),
             Parameter("picture", "path"),
         ),
     ),

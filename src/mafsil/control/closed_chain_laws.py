@@ -44,7 +44,7 @@ class _Compiled:
             found = law.as_terms(q)
             if found is not None:
                 self.run = law_kernel(law.chain.robot.mechanism, found.terms).call
-                self.gains = np.stack([[part.kp, part.kd, part.ki] for part in found.gains])
+                self.gains = np.stack([np.stack([g.kp, g.kd, g.ki], axis=-2) for g in found.gains], axis=-3)
             self.looked = True
         if self.run is None:
             return None

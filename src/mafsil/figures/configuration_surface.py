@@ -75,7 +75,7 @@ def draw_surface(surface: Surface, joints: tuple[str, str] | None = None) -> Any
     for axis, k, name in ((square.xaxis, columns[0], names[0]), (square.yaxis, columns[1], names[1])):
         axis.set_label_text(visible(f"{name} [°]" if _degrees(surface)[k] != 1.0 else f"{name} [m]"))
         _limits(axis, corners[..., 0 if axis is square.xaxis else 1], bool(angular(surface.linkage)[k]))
-    figure.suptitle(visible(surface.explain()), fontsize=9, wrap=True)
+    figure.suptitle("\n".join(map(visible, surface.explain().split("\n"))), fontsize=9, wrap=True)
     return figure
 
 

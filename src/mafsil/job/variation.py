@@ -184,7 +184,7 @@ def vary(run: Run, *, cluster: str | None = None, progress: Progress | None = No
         progress: called with the share that is done; False ends it with the runs done so far.
 
     Raises:
-        InputError: what is drawn makes no sense; MuJoCo's arm or loops, which are not varied; dask is not installed.
+        InputError: what is drawn makes no sense; MuJoCo's arm, which is not varied; dask is not installed.
     """
     asked = run.job.variation
     assert asked is not None

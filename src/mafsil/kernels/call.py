@@ -9,7 +9,8 @@ What a call `robot.gravity_torque(q)` goes through:
    right shape? Every test that fails jumps to one block, `slow`, which hands the untouched call to FORMS.
 3. POINT checks that the numbers are finite (`_finite`), allocates the results through NumPy (`_allocate`), and calls
    the kernel's single entry with pointers to the numbers.
-4. The results go out as one array, one number, or a tuple (`_answer`).
+4. The results go out as one array, one number, or a tuple (`_answer`): of the class that BIND received, if there is
+   one, unless their last number is not one.
 
 The doubtful cases (lists, other types, batches, names) are those of `forms`, and behind it of Python; no object is
 changed before all tests have passed, so starting over on the slow path is always right.
@@ -54,7 +55,7 @@ from mafsil.kernels.small_batch import FEW, MOST, TO_LOOP, TO_SINGLE
 CALL = "mafsil_call"
 """Symbol of the builtin, CPython's METH_FASTCALL | METH_KEYWORDS convention."""
 BIND = "mafsil_bind"
-"""Symbol that takes the addresses of the process's table and of the names of the inputs."""
+"""Symbol that takes the addresses of the process's table, of the names of the inputs, and of the class of answers."""
 _LOOP_ARGUMENTS = "(ptr %args, ptr %dims, ptr %steps, ptr %data)"
 _LINKS = f"""
 @{TO_SINGLE} = dso_local global ptr null, align 8
@@ -101,6 +102,7 @@ def builtin(
     fallback: Callable[..., Any],
     owner: object,
     parameters: str = "",
+    answer: type[tuple[Any, ...]] | None = None,
 ) -> Callable[..., Any]:
     """The Python builtin around the compiled call.
 
@@ -113,13 +115,15 @@ def builtin(
         owner: object that must outlive the builtin, such as the kernel; if it has this builtin as `call` and
             pickles, so does the builtin.
         parameters: of the call, as Python writes them; the ports, `out` and `threads` if empty.
+        answer: class of the results of one point; see `Kernel.answer`.
     """
-    ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 2)(bind)(ctypes.addressof(table()), ctypes.addressof(names(signature)))
+    taken = ctypes.addressof(table()), ctypes.addressof(names(signature)), None if answer is None else id(answer)
+    ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 3)(bind)(*taken)
     ports = ", ".join(port.name for port in signature.inputs)
     head = f"{signature.name}{parameters or f'({ports}, *, out=None, threads=None)'}\n--\n\n"
     texts = (signature.name.encode(), (head + doc).encode())
     method = _MethodDef(texts[0], address, _FASTCALL_KEYWORDS, texts[1])
-    keeper = _Fallback(signature.name, fallback, owner, (method, texts))
+    keeper = _Fallback(signature.name, fallback, owner, (method, texts, answer))
     make = ctypes.PYFUNCTYPE(ctypes.py_object, ctypes.c_void_p, ctypes.py_object, ctypes.py_object)(
         ("PyCFunction_NewEx", ctypes.pythonapi)
     )
@@ -175,9 +179,11 @@ def _bind() -> str:
     return f"""
 @mafsil_runtime = internal global ptr null, align 8
 @mafsil_names = internal global ptr null, align 8
-define void @{BIND}(ptr %table, ptr %names) {{
+@mafsil_answer = internal global ptr null, align 8
+define void @{BIND}(ptr %table, ptr %names, ptr %answer) {{
   store ptr %table, ptr @mafsil_runtime, align 8
   store ptr %names, ptr @mafsil_names, align 8
+  store ptr %answer, ptr @mafsil_answer, align 8
   ret void
 }}
 """
@@ -431,15 +437,40 @@ class _Wrapper:
         )
         pointers = data + [self._load("ptr", array, ARRAY_DATA) for array in arrays]
         self._emit(f"call void %single({', '.join('ptr ' + p for p in pointers)})")
-        answers = [self._answer(array, port) for array, port in zip(arrays, outputs, strict=True)]
-        if len(answers) == 1:
-            self._emit(f"ret ptr {answers[0]}")
+        if len(outputs) == 1:
+            self._emit(f"ret ptr {self._answer(arrays[0], outputs[0])}")
             return
-        made = self._value(f"call ptr {self._runtime('PyTuple_New')}(i64 {len(answers)})")
-        self._branch(self._value(f"icmp ne ptr {made}, null"), "failed")
+        made = self._tuple(arrays, pointers[-1])
+        answers = [self._answer(array, port) for array, port in zip(arrays, outputs, strict=True)]
         for position, answer in enumerate(answers):
             self._value(f"call i32 {self._runtime('PyTuple_SetItem')}(ptr {made}, i64 {position}, ptr {answer})")
         self._emit(f"ret ptr {made}")
+
+    def _tuple(self, arrays: list[str], last: str) -> str:
+        """A new tuple for the results, of the class of answers if there is one; not a number as `last` goes to slow."""
+        plain, own, give, judged, joined = (self._label() for _ in range(5))
+        kind = self._value("load ptr, ptr @mafsil_answer, align 8")
+        none = self._value(f"icmp eq ptr {kind}, null")
+        self._emit(f"br i1 {none}, label %{plain}, label %{own}")
+        self._open(own)
+        number = self._load("double", last, 8 * (self._signature.outputs[-1].size - 1))
+        doubtful = self._value(f"fcmp uno double {number}, 0.0")
+        self._emit(f"br i1 {doubtful}, label %{give}, label %{judged}")
+        self._open(give)
+        for array in arrays:
+            self._emit(f"call void {self._runtime('Py_DecRef')}(ptr {array})")
+        self._emit("br label %slow")
+        self._open(judged)
+        allocate = self._runtime("PyType_GenericAlloc")
+        answer = self._value(f"call ptr {allocate}(ptr {kind}, i64 {len(arrays)})")
+        self._emit(f"br label %{joined}")
+        self._open(plain)
+        common = self._value(f"call ptr {self._runtime('PyTuple_New')}(i64 {len(arrays)})")
+        self._emit(f"br label %{joined}")
+        self._open(joined)
+        made = self._value(f"phi ptr [ {answer}, %{judged} ], [ {common}, %{plain} ]")
+        self._branch(self._value(f"icmp ne ptr {made}, null"), "failed")
+        return made
 
     def _given_or_new(self, port: Port) -> str:
         """`out`, which whoever hands it over has checked, or a new array."""

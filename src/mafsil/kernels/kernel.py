@@ -71,6 +71,8 @@ class Kernel:
         recipe: picklable (function, arguments) that makes this kernel again; None pickles the attributes.
         target: machine to compile for; None is this one.
         parameters: of the call as Python writes them, for `inspect.signature`; the ports, `out`, `threads` if empty.
+        answer: a subclass of `tuple` without room of its own, which machine code fills with the several results of one
+            point. Where their very last number is not a number, and for batches, a plain tuple comes out.
     """
 
     signature: Signature
@@ -82,6 +84,7 @@ class Kernel:
     recipe: tuple[Callable[..., Kernel], tuple[Any, ...]] | None = None
     target: Target | None = None
     parameters: str = ""
+    answer: type[tuple[Any, ...]] | None = None
 
     def __call__(self, *args: Any, **named: Any) -> Any:
         """Evaluate at one point or over a batch; see `Evaluator.__call__`."""
@@ -94,7 +97,8 @@ class Kernel:
         if not runtime.available():
             return slow
         at = self.image.part(CALL).addresses
-        routine = call.builtin(at[CALL], at[BIND], self.signature, self.doc, slow, self, self.parameters)
+        words = self.doc, slow, self, self.parameters, self.answer
+        routine = call.builtin(at[CALL], at[BIND], self.signature, *words)
         self.evaluate.twins = routine.__self__  # pyright: ignore[reportFunctionMemberAccess]
         return routine
 
@@ -154,7 +158,7 @@ class Kernel:
         if self.recipe is not None:
             return self.recipe
         same = (self.signature, self.key, self.build, self.fingerprints, self.doc, self.fallback, None, self.target)
-        return Kernel, (*same, self.parameters)
+        return Kernel, (*same, self.parameters, self.answer)
 
     def __copy__(self) -> Kernel:
         return self
@@ -180,9 +184,10 @@ def compile(
     recipe: tuple[Callable[..., Kernel], tuple[Any, ...]] | None = None,
     target: Target | None = None,
     parameters: str = "",
+    answer: type[tuple[Any, ...]] | None = None,
 ) -> Kernel:
     """A kernel that compiles at its first use; arguments as the attributes of `Kernel`."""
-    return Kernel(signature, key, build, tuple(fingerprints), doc, fallback, recipe, target, parameters)
+    return Kernel(signature, key, build, tuple(fingerprints), doc, fallback, recipe, target, parameters, answer)
 
 
 def warm(kernels: Sequence[Kernel], workers: int | None = None) -> None:

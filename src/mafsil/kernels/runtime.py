@@ -26,10 +26,10 @@ TABLE = (
     "ndarray", "float64", "PyFloat", "npfloat64", "PyArray_New", "PyArray_Return",
     "PyTuple_New", "PyTuple_SetItem", "PyObject_Vectorcall", "Py_DecRef", "Py_IncRef",
     "PyDict_GetItem", "PyLong_FromSsize_t", "PyLong_AsLongLongAndOverflow",
-    "PyEval_SaveThread", "PyEval_RestoreThread",
+    "PyEval_SaveThread", "PyEval_RestoreThread", "PyType_GenericAlloc",
     "list", "tuple", "int", "str", "tuple_items", "out", "frame", "threads", "one", "out_alone",
 )  # fmt: skip
-_FUNCTIONS = ("PyTuple_", "PyObject_", "Py_", "PyDict_", "PyLong_", "PyEval_")
+_FUNCTIONS = ("PyTuple_", "PyObject_", "Py_", "PyDict_", "PyLong_", "PyEval_", "PyType_")
 _OUT, _FRAME, _THREADS = sys.intern("out"), sys.intern("frame"), sys.intern("threads")
 _OUT_ALONE = (_OUT,)
 

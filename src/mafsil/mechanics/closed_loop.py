@@ -5,6 +5,7 @@ from __future__ import annotations
 import mafsil.expression as ex
 from mafsil.algebra import so3
 from mafsil.mechanics.body_tree import BodyTree, lumped
+from mafsil.mechanics.composite_inertia import CompositeInertia
 from mafsil.mechanics.frame_choice import in_chosen_frames
 from mafsil.mechanics.held_plant import HeldPlant, closed_state
 from mafsil.mechanics.loop_constraints import loops
@@ -18,6 +19,7 @@ from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
 from mafsil.mechanics.quantities.mass_matrix import mass_matrix
 from mafsil.mechanics.regrouping import regrouped
 from mafsil.mechanics.tree_plant import TreePlant
+from mafsil.mechanics.varied_bodies import body_inertias
 from mafsil.model import Mechanism
 
 
@@ -31,14 +33,15 @@ def function(loop: Loop) -> ex.Function:
     x = {name: symbol_of(name, shape) for name, shape in sizes.items()}
     n, trees = loop.plant.n, Trees()
     tree = trees.true(loop.plant) if loop.varied else trees.of(loop.plant)
-    q, qd, doubt = _closed(loop, tree, x["state"][:n], x["state"][n:])
+    inertias = body_inertias(tree, x["bodies"]) if loop.varied else None
+    q, qd, doubt = _closed(loop, tree, inertias, x["state"][:n], x["state"][n:])
     measured_q, measured_qd = (q + x["noise"][:n], qd + x["noise"][n:]) if loop.noisy else (q, qd)
     law = Commands(loop, trees, measured_q, measured_qd, x)
     effort = clipped(law.effort, x["limit"]) if loop.saturated else law.effort
     plant = _plant(loop, tree, effort, x)
     here, rate, first = plant.stepped(q, qd, x["step"])
     for _ in range(loop.substeps - 1):
-        here, rate, more = _closed(loop, tree, here, rate)
+        here, rate, more = _closed(loop, tree, inertias, here, rate)
         here, rate, _ = plant.stepped(here, rate, x["step"])
         doubt = doubt + more
     T = forward_kinematics(trees.true(loop.shown), q, trees.true(loop.shown).tip)
@@ -154,11 +157,13 @@ class Commands:
         return spread(tau, holding.driven, n)
 
 
-def _closed(loop: Loop, tree: BodyTree, q: Expression, qd: Expression) -> tuple[Expression, Expression, Expression]:
+def _closed(
+    loop: Loop, tree: BodyTree, inertias: list[CompositeInertia] | None, q: Expression, qd: Expression
+) -> tuple[Expression, Expression, Expression]:
     """Coordinates and rates with closed loops, if the plant has any, and the doubt of them."""
     if loop.holding is None:
         return q, qd, ex.Expression(0)
-    q, qd, _, doubt = closed_state(tree, loop.plant.loops, loop.holding, q, qd)
+    q, qd, _, doubt = closed_state(tree, loop.plant.loops, loop.holding, q, qd, inertias)
     return q, qd, doubt
 
 

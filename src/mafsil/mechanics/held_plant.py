@@ -15,6 +15,7 @@ from collections.abc import Sequence
 
 import mafsil.expression as ex
 from mafsil.mechanics.body_tree import BodyTree, lumped
+from mafsil.mechanics.composite_inertia import CompositeInertia
 from mafsil.mechanics.frame_choice import in_chosen_frames
 from mafsil.mechanics.loop_constraints import gaps, loops
 from mafsil.mechanics.loop_dynamics import HeldTree, error_of, spread
@@ -63,7 +64,12 @@ class HeldPlant(TreePlant):
 
 
 def closed_state(
-    tree: BodyTree, joints: Sequence[Joint], holding: Holding, q: Expression, v: Expression
+    tree: BodyTree,
+    joints: Sequence[Joint],
+    holding: Holding,
+    q: Expression,
+    v: Expression,
+    inertias: Sequence[CompositeInertia] | None = None,
 ) -> tuple[Expression, Expression, Expression, Expression]:
     """Coordinates (n,) that close the loops, rates (n,) that keep them closed, the largest gap left, and the doubt.
 
@@ -72,6 +78,7 @@ def closed_state(
         joints: that close the loops.
         holding: their independent rows.
         q, v: (n,) coordinates near closed loops, and rates.
+        inertias: of the bodies, where they are not the tree's own numbers.
     """
     rest = ex.zeros(tree.n, 1)
     asked = loops(tree, joints, q, rest)
@@ -80,7 +87,7 @@ def closed_state(
     for _ in range(CORRECTIONS):
         q = q + flat.accelerations(rest, gaps(tree, joints, q)[0])[0]
     after = loops(tree, joints, q, rest)
-    held = HeldTree(mass_matrix(tree, q), after.rows, holding.rows)
+    held = HeldTree(mass_matrix(tree, q, inertias), after.rows, holding.rows)
     error = error_of(after.gap, after.facing)
     v = held.closing(v)
     doubt = flat.doubt + held.doubt + error / holding.tolerance + held.finite(ex.vertcat(q, v))

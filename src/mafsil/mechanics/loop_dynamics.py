@@ -165,10 +165,10 @@ def pivot_doubt(factor: BranchFactor, A: Expression) -> Expression:
 
 
 def forward_function(mechanism: Mechanism, chosen: Sequence[int], driven: Sequence[int]) -> ex.Function:
-    """Accelerations under efforts: q, qd (n,), tau (a,) of the driven joints to qdd (n,), force (m,) and error.
+    """Accelerations under efforts: q, qd (n,), tau (a,) of the driven joints to qdd (n,) and held (m + 2,).
 
-    The error is the largest gap of a loop, infinite where one is closed the wrong way round, and not a number where
-    the results do not hold.
+    What is held are the forces of the loops, the number of independent rows, and the largest gap of a loop: infinite
+    where one is closed the wrong way round, and not a number where the results do not hold.
 
     Args:
         mechanism: with loops.
@@ -184,7 +184,8 @@ def forward_function(mechanism: Mechanism, chosen: Sequence[int], driven: Sequen
     load = spread(tau, driven, n) - inverse_dynamics(short, q, qd, ex.zeros(n, 1))
     qdd, x = held.accelerations(load, asked.bias)
     error = ex.if_else(held.distrust(qdd, asked.bias) < 1, error_of(asked.gap, asked.facing), nan)
-    return ex.Function("closed_forward_dynamics", [q, qd, tau], ex.cse([qdd, held.forces(x), error]))
+    together = ex.vertcat(held.forces(x), ex.Expression(len(chosen)), error)
+    return ex.Function("closed_forward_dynamics", [q, qd, tau], ex.cse([qdd, together]))
 
 
 def error_of(gap: Expression, facing: Expression) -> Expression:

@@ -32,6 +32,7 @@ def drawn_at(linkage: Linkage, theta: ArrayLike) -> Linkage:
     Raises:
         ModelError: the loops gape there; the sentence has the gap.
     """
+    linkage.require_all_joints()
     value = configuration(linkage, theta)
     gap = float(largest_gap(linkage, value))
     if gap > AS_DRAWN:
@@ -74,6 +75,7 @@ def locked(linkage: Linkage, names: Iterable[str]) -> Linkage:
     Raises:
         ModelError: no such joint, or nothing is left to move.
     """
+    linkage.require_all_joints()
     off = set(linkage.index_of(names))
     return without(linkage, off)
 
@@ -117,6 +119,7 @@ def split(linkage: Linkage) -> Linkage:
     Raises:
         ModelError: it is drawn apart.
     """
+    linkage.require_all_joints()
     require_together(linkage)
     joints: list[LinkageJoint] = []
     for each in linkage.joints:

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats
+from mafsil.arrays import Booleans, Floats
 from mafsil.mobility.instantaneous import at_state, null_space
 from mafsil.mobility.linkage import Linkage
-from mafsil.mobility.loop_closure import closed_near, configuration, loop_state, reduced_screws, units
+from mafsil.mobility.loop_closure import closed_beside, configuration, loop_state, reduced_screws, units
 from mafsil.mobility.many import by_singular_values
 from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.redundancy import loop_groups
@@ -96,6 +96,7 @@ def finite_mobility(linkage: Linkage, theta: ArrayLike | None = None, *, seed: i
 
     Reference: A. Mueller, Local kinematic analysis of closed-loop linkages, Mechanism and Machine Theory 139 (2019).
     """
+    linkage.require_all_joints()
     value = configuration(linkage, theta)
     state = loop_state(linkage, value)
     here = at_state(linkage, value, state, np.ones(linkage.coordinates))
@@ -112,11 +113,10 @@ def finite_mobility(linkage: Linkage, theta: ArrayLike | None = None, *, seed: i
     if second.definite is not None:
         return FiniteMobility(FiniteStatus.RIGID_SECOND_ORDER, 0, d, True, 0, (), none, none)
     directions = admitted(second.forms, d, seed)[:MOST_DIRECTIONS] @ here.rates.T  # 4
-    points, tangents = _steps(linkage, value, directions)
+    points, tangents = _steps(linkage, value, state.matrix, directions)
     if not len(points):
         return FiniteMobility(FiniteStatus.NOT_FOUND, 0, d, False, 0, (), none, none)
-    sizes = np.array([_dimension(linkage, point) for point in points])
-    found = tuple(sorted(set(sizes.tolist()), reverse=True))
+    found = tuple(sorted(set(_dimensions(linkage, points)), reverse=True))
     branches = _lines(tangents) if found == (1,) else 0
     largest = found[0]
     if largest == d and len(found) == 1 and branches <= 1:
@@ -128,31 +128,45 @@ def finite_mobility(linkage: Linkage, theta: ArrayLike | None = None, *, seed: i
     return FiniteMobility(status, largest, d, False, branches, found, tangents, points)
 
 
-def _steps(linkage: Linkage, theta: Floats, directions: Floats) -> tuple[Floats, Floats]:
+def _steps(linkage: Linkage, theta: Floats, matrix: Floats, directions: Floats) -> tuple[Floats, Floats]:
     """Configurations (k, F) a small step along directions, and the tangents that were really gone."""
-    scale = units(linkage)
     if not len(directions):
         return np.zeros((0, len(theta))), np.zeros((0, len(theta)))
-    start = theta + PATH_STEP * directions * scale
-    closed = closed_near(linkage, start)
-    gone = (closed.theta - theta) / scale
-    correction = np.linalg.norm(gone - PATH_STEP * directions, axis=1)
-    good = closed.closed & (correction < NEAR * PATH_STEP)
-    length = np.linalg.norm(gone, axis=1, keepdims=True)
-    return closed.theta[good], (gone / np.maximum(length, 1e-300))[good]
+    end, gone, good = _gone(linkage, theta[None], matrix[None], directions[None], PATH_STEP)
+    length = np.linalg.norm(gone, axis=-1, keepdims=True)
+    return end[good], (gone / np.maximum(length, 1e-300))[good]
 
 
-def _dimension(linkage: Linkage, theta: Floats) -> int:
-    """Dimension at a point of general position: the rank, cut down to the directions along which steps close."""
-    state = loop_state(linkage, theta)
-    rates = null_space(state.matrix)[1].T
-    if not len(rates):
-        return 0
+def _dimensions(linkage: Linkage, points: Floats) -> list[int]:
+    """Dimension at points (k, F) of general position: the rank, cut down to directions along which steps close."""
+    A = loop_state(linkage, points).matrix
+    bases = [null_space(each)[1].T for each in A]
+    found = [0] * len(points)
+    for d in sorted({len(rates) for rates in bases} - {0}):
+        alike = [k for k, rates in enumerate(bases) if len(rates) == d]
+        good = _gone(linkage, points[alike], A[alike], np.stack([bases[k] for k in alike]), PATH_STEP / 16)[2]
+        for k, count in zip(alike, good.sum(axis=1).tolist(), strict=True):
+            found[k] = count
+    return found
+
+
+def _gone(
+    linkage: Linkage, theta: Floats, matrix: Floats, directions: Floats, step: float
+) -> tuple[Floats, Floats, Booleans]:
+    """Where steps end, closed again (p, k, F), how far that is over `units`, and which went along their direction.
+
+    Args:
+        linkage: as drawn.
+        theta: (p, F) configurations.
+        matrix: (p, 6 L + K, F) of their loops.
+        directions: (p, k, F) unit rates.
+        step: length.
+    """
     scale = units(linkage)
-    closed = closed_near(linkage, theta + PATH_STEP / 16 * rates * scale)
-    gone = (closed.theta - theta) / scale
-    correction = np.linalg.norm(gone - PATH_STEP / 16 * rates, axis=1)
-    return int((closed.closed & (correction < NEAR * PATH_STEP / 16)).sum())
+    closed = closed_beside(linkage, matrix, theta[:, None] + step * directions * scale)
+    gone = (closed.theta - theta[:, None]) / scale
+    correction = np.linalg.norm(gone - step * directions, axis=-1)
+    return closed.theta, gone, np.asarray(closed.closed & (correction < NEAR * step))
 
 
 def _lines(tangents: Floats) -> int:
@@ -184,12 +198,13 @@ def generic_mobility(
         seed: of their directions.
     """
     value = configuration(linkage, theta)
-    here = at_state(linkage, value, loop_state(linkage, value), np.ones(linkage.coordinates))
+    state = loop_state(linkage, value)
+    here = at_state(linkage, value, state, np.ones(linkage.coordinates))
     if not here.mobility:
         return 0
     along = np.random.default_rng(seed).normal(size=(samples, here.mobility)) @ here.rates.T
     along = along / np.linalg.norm(along, axis=1, keepdims=True)
-    closed = closed_near(linkage, value + step * along * units(linkage))
+    closed = closed_beside(linkage, state.matrix[None], (value + step * along * units(linkage))[None])
     if not closed.closed.any():
         return None
     return int(by_singular_values(linkage, closed.theta[closed.closed]).min())

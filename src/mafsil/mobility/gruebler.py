@@ -138,6 +138,7 @@ def gruebler(linkage: Linkage, rule: str | None = None) -> GrueblerCount:
         rule: planar, spherical or spatial; what the joints allow if None. All axes parallel to one normal and all
             translations across it: planar. All axes through one point and no translations: spherical.
     """
+    linkage.require_all_joints()
     group = motion_group(reduced_screws(linkage))
     right = "planar" if linkage.planar else natural_rule(group)
     chosen = right if rule is None else rule

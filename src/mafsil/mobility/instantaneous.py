@@ -16,6 +16,7 @@ from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.loop_closure import LoopState, configuration, loop_state, reduced_screws, units
 from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tolerances import IN_SUPPORT, RANK
+from mafsil.solvers.decompositions import null_basis
 
 
 class InstantStatus(Status):
@@ -154,11 +155,11 @@ def null_space(A: Floats) -> tuple[int, Floats, float, float]:
     m, n = A.shape
     if not m or not n:
         return 0, np.eye(n), 1.0, 0.0
-    _, s, Vt = np.linalg.svd(A)
+    s = np.asarray(np.linalg.svd(A, compute_uv=False))
     largest = max(float(s[0]), 1e-300)
     rank = int((s > RANK * largest).sum()) if s[0] > 0 else 0
     dropped = float(s[rank] / largest) if rank < len(s) else 0.0
-    return rank, Vt[rank:].T, float(s[rank - 1] / largest) if rank else 1.0, dropped
+    return rank, null_basis(A, rank), float(s[rank - 1] / largest) if rank else 1.0, dropped
 
 
 def idle_freedoms(found: InstantaneousMobility) -> tuple[IdleFreedom, ...]:

@@ -36,6 +36,28 @@ class Coupling:
     ratio: float
 
 
+@dataclass(frozen=True, eq=False)
+class PointPair:
+    """Points of two bodies that keep their distance: a rod between balls, or one ball if that is zero; see `balls`.
+
+    Attributes:
+        bodies: names.
+        points: (2, 3) on each, where it is drawn [m].
+        length: their distance [m].
+        joints: names of the balls that it stands for.
+    """
+
+    bodies: tuple[str, str]
+    points: Floats
+    length: float
+    joints: tuple[str, ...]
+
+    @property
+    def rows(self) -> int:
+        """Number of conditions."""
+        return 1 if self.length > 0 else 3
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Linkage:
     """Bodies joined by joints: chains, trees, closed loops, with the ground as one of the bodies.
@@ -51,6 +73,7 @@ class Linkage:
         apart: displacements (4, 4) X by the name of the joint, T_child = T_parent exp([S] theta) X: from where the
             child is drawn to where it meets the joint. Empty when everything is drawn together.
         couplings: between joints of one freedom.
+        pairs: points that keep their distance, of balls without angles: only of surfaces of configurations.
     """
 
     name: str
@@ -60,6 +83,7 @@ class Linkage:
     planar: bool = False
     apart: Mapping[str, Floats] = field(default_factory=dict[str, Floats])
     couplings: tuple[Coupling, ...] = ()
+    pairs: tuple[PointPair, ...] = ()
 
     @classmethod
     def of(
@@ -151,6 +175,21 @@ class Linkage:
     def loops(self) -> int:
         """Number of independent loops J - N + 1."""
         return len(self.joints) - len(self.bodies) + 1
+
+    @property
+    def conditions(self) -> int:
+        """6 L + K + P: of the loops, the couplings, the pairs of points."""
+        return 6 * self.loops + len(self.couplings) + sum(pair.rows for pair in self.pairs)
+
+    def require_all_joints(self) -> None:
+        """Refuse a linkage whose balls have become pairs of points: it has fewer bodies and joints than are counted.
+
+        Raises:
+            ModelError: the sentence names these balls.
+        """
+        if self.pairs:
+            names = dict.fromkeys(name for pair in self.pairs for name in pair.joints)
+            raise ModelError("mobility.balls_left_out", joints=", ".join(names))
 
     @cached_property
     def ends(self) -> NDArray[np.intp]:

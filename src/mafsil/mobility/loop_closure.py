@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, as_batch, single
+from mafsil.arrays import Floats, as_batch, frozen, single
 from mafsil.errors import ModelError
 from mafsil.geometry import pose
 from mafsil.mobility.linkage import Linkage
@@ -22,6 +23,8 @@ from mafsil.mobility.tolerances import CLOSED, RANK
 from mafsil.solvers import decompositions
 
 MOST_STEPS = 60
+CONTRACTED = 0.1
+"""Share of the gap that a step with slopes of before may leave; where it leaves more, they are taken anew."""
 LONGEST_STEP = 0.5
 """Of coordinates [rad, sizes] in one Newton step."""
 
@@ -113,9 +116,9 @@ class LoopState:
     Attributes:
         poses: (*batch, N, 4, 4) displacements of the bodies.
         screws: (*batch, 6, F) of the joints where they are now, in the frame of the drawing.
-        gap: (*batch, 6 L + K) twist that would close each loop at the joint that closes it, free of units; then what
-            the K couplings miss.
-        matrix: (*batch, 6 L + K, F) rates of the gaps per rate of coordinates, free of units.
+        gap: (*batch, 6 L + K + P) twist that would close each loop at the joint that closes it, free of units; then
+            what the K couplings miss, and the pairs of points.
+        matrix: (*batch, 6 L + K + P, F) rates of the gaps per rate of coordinates, free of units.
     """
 
     poses: Floats
@@ -143,9 +146,13 @@ def loop_state(linkage: Linkage, theta: ArrayLike | None = None) -> LoopState:
         ratios = coupling_rows(linkage)
         gap = np.concatenate([gap, (value / units(linkage)) @ ratios.T], axis=-1)
         rows = np.concatenate([rows, np.broadcast_to(ratios, (*rows.shape[:-2], *ratios.shape))], axis=-2)
+    if linkage.pairs:
+        missed, moved = _pairs_of(linkage, T, screws)
+        gap, rows = np.concatenate([gap, missed], axis=-1), np.concatenate([rows, moved], axis=-2)
     return LoopState(T, screws, gap, rows)
 
 
+@lru_cache(maxsize=64)
 def coupling_rows(linkage: Linkage) -> Floats:
     """(K, F) what the couplings ask of coordinates over `units`: u_follower - ratio u_leader = 0, free of units."""
     scale = units(linkage)
@@ -153,7 +160,28 @@ def coupling_rows(linkage: Linkage) -> Floats:
     for row, each in zip(rows, linkage.couplings, strict=True):
         follower, leader = (int(linkage.columns_of([name])[0]) for name in (each.follower, each.leader))
         row[follower], row[leader] = 1.0, -each.ratio * scale[leader] / scale[follower]
-    return rows
+    return frozen(rows)
+
+
+def _pairs_of(linkage: Linkage, T: Floats, screws: Floats) -> tuple[Floats, Floats]:
+    """What the pairs of points miss (*batch, P), over the size, and its rates (*batch, P, F)."""
+    own: Floats = reduced_screws(linkage, screws)
+    missed, rows = list[Floats](), list[Floats]()
+    for pair in linkage.pairs:
+        ends = list[tuple[Floats, Floats]]()
+        for body, point in zip(pair.bodies, pair.points, strict=True):
+            k = linkage.bodies.index(body)
+            x = ((T[..., k, :3, :3] @ point) + T[..., k, :3, 3] - linkage.middle) / linkage.size
+            turned = np.asarray(np.cross(own[..., :3, :], x[..., :, None], axis=-2), dtype=np.float64)
+            ends.append((x, linkage.paths[k, linkage.joint_of] * (own[..., 3:, :] + turned)))
+        apart, rate = ends[0][0] - ends[1][0], ends[0][1] - ends[1][1]
+        if pair.length > 0:
+            far = np.linalg.norm(apart, axis=-1, keepdims=True)
+            along = apart / np.maximum(far, np.finfo(np.float64).tiny)
+            apart, rate = far - pair.length / linkage.size, along[..., None, :] @ rate
+        missed.append(apart)
+        rows.append(rate)
+    return np.concatenate(missed, axis=-1), np.concatenate(rows, axis=-2)
 
 
 def _gaps(linkage: Linkage, T: Floats, motions: Floats, screws: Floats) -> tuple[Floats, Floats]:
@@ -249,28 +277,72 @@ def closed_near(
     moving = np.ones(linkage.coordinates)
     moving[linkage.columns_of(fixed)] = 0.0
     found, gap = _newton(linkage, start.reshape(-1, linkage.coordinates).copy(), moving, steps)
-    shape = start.shape[:-1]
-    closed = (gap <= CLOSED).reshape(shape)
+    return _closure(found.reshape(start.shape), gap.reshape(start.shape[:-1]))
+
+
+def closed_beside(linkage: Linkage, matrix: Floats, starts: Floats) -> Closure:
+    """As `closed_near`, of starts beside configurations whose loop matrix is known: its inverse serves them all.
+
+    Args:
+        linkage: as drawn.
+        matrix: (p, 6 L + K, F) loop matrices.
+        starts: (p, k, F) coordinates, k beside each of the p configurations [rad | m].
+    """
+    p, k, F = starts.shape
+    back = np.repeat(decompositions.damped_inverse(matrix, RANK), k, axis=0)
+    found, gap = _newton(linkage, starts.reshape(-1, F).copy(), np.ones(linkage.coordinates), MOST_STEPS, back)
+    return _closure(found.reshape(p, k, F), gap.reshape(p, k))
+
+
+def _closure(theta: Floats, gap: Floats) -> Closure:
+    closed = np.asarray(gap <= CLOSED)
     status = ClosureStatus.CLOSED if bool(closed.all()) else ClosureStatus.NOT_FOUND
-    return Closure(status, found.reshape(start.shape), gap.reshape(shape), closed)
+    return Closure(status, theta, gap, closed)
 
 
-def _newton(linkage: Linkage, theta: Floats, moving: Floats, steps: int) -> tuple[Floats, Floats]:
-    """Damped where a full step would be long; keeps the best of each row."""
+def _newton(
+    linkage: Linkage, theta: Floats, moving: Floats, steps: int, back: Floats | None = None
+) -> tuple[Floats, Floats]:
+    """Damped where a full step would be long; keeps the best of each row.
+
+    1. The gap at each row. A row ends that is closed, or whose gap is rounding: below what counts as closed, and hardly
+       better than before.
+    2. A step with slopes of before that made the gap wider is taken back.
+    3. Slopes are taken anew where the last step left too much of the gap.
+    4. The step; one with new slopes that is too short to close anything is the last of its row.
+
+    Args:
+        linkage: as drawn.
+        theta: (rows, F) starts, spent.
+        moving: (F,) zero for coordinates that stay.
+        steps: at most.
+        back: (rows, F, 6 L + K) pseudoinverses to begin with, spent; those at the starts if None.
+    """
     scale = units(linkage)
     best, least = theta.copy(), np.full(len(theta), np.inf)
-    live = np.arange(len(theta))
+    live, old = np.arange(len(theta)), np.full(len(theta), back is not None)
+    if back is None:
+        back = np.zeros((len(theta), linkage.coordinates, linkage.conditions))
+    known = old.copy()
     for _ in range(steps + 1):
         if not len(live):
             break
-        state = loop_state(linkage, theta[live])
-        gap = np.abs(state.gap).max(axis=-1, initial=0.0)
-        better = gap < least[live]
+        state = loop_state(linkage, theta[live])  # 1
+        gap, before = np.abs(state.gap).max(axis=-1, initial=0.0), least[live]
+        better = gap < before
         least[live[better]], best[live[better]] = gap[better], theta[live[better]]
-        going = gap > CLOSED / 100
-        live, A, g = live[going], state.matrix[going] * moving, state.gap[going]
-        step = -np.einsum("...ij,...j->...i", decompositions.pinv(A, RANK**0.5), g) * moving
-        length = np.abs(step).max(axis=-1, keepdims=True, initial=0.0)
-        step = step * np.minimum(1.0, LONGEST_STEP / np.maximum(length, LONGEST_STEP))
-        theta[live] += step * scale
+        going = (gap > CLOSED / 100) & ~((before <= CLOSED) & (gap > before / 2))
+        wider = going & ~(gap < before) & old[live]  # 2
+        theta[live[wider]], known[live[wider]], old[live[wider]] = best[live[wider]], False, False
+        step = going & ~wider
+        kept = known[live] & (gap <= CONTRACTED * before)  # 3
+        renewed = live[step & ~kept]
+        back[renewed] = decompositions.damped_inverse(state.matrix[step & ~kept] * moving, RANK)
+        known[renewed], old[renewed], old[live[step & kept]] = True, False, True
+        move = -np.einsum("...ij,...j->...i", back[live[step]], state.gap[step]) * moving  # 4
+        length = np.abs(move).max(axis=-1, keepdims=True, initial=0.0)
+        move = move * np.minimum(1.0, LONGEST_STEP / np.maximum(length, LONGEST_STEP))
+        theta[live[step]] += move * scale
+        going[step] &= (length[:, 0] > CLOSED / 100) | old[live[step]]
+        live = live[going]
     return best, least

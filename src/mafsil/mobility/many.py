@@ -51,7 +51,7 @@ def mobilities(linkage: Linkage, theta: ArrayLike) -> NDArray[np.intp]:
     Memory beyond input and output: two bytes and a number for each row.
     """
     value = coordinates(linkage, theta)
-    if linkage.apart or linkage.couplings:
+    if linkage.apart or linkage.couplings or linkage.pairs:
         return by_singular_values(linkage, value.reshape(-1, linkage.coordinates)).reshape(value.shape[:-1])
     if not linkage.loops:
         return np.full(value.shape[:-1], linkage.coordinates, dtype=np.intp)

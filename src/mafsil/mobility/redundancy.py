@@ -13,11 +13,12 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats
 from mafsil.messages import say
 from mafsil.messages.tables import on_screen
+from mafsil.mobility.instantaneous import null_space
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.loop_closure import loop_state, reduced_screws
 from mafsil.mobility.motion_group import MotionGroup, motion_group
 from mafsil.mobility.on_linkage import on_linkage
-from mafsil.mobility.tolerances import IN_SUPPORT, RANK
+from mafsil.mobility.tolerances import IN_SUPPORT
 
 
 class RedundancyStatus(Status):
@@ -132,6 +133,7 @@ def redundancy(linkage: Linkage, theta: ArrayLike | None = None) -> Redundancy:
         linkage: as drawn.
         theta: (F,) [rad | m].
     """
+    linkage.require_all_joints()
     state = loop_state(linkage, theta)
     screws = reduced_screws(linkage, state.screws)
     causes = tuple(LoopCause(joints, g) for joints, g in loop_groups(linkage, screws) if g.dimension < 6)
@@ -149,8 +151,7 @@ def left_null_space(A: Floats) -> Floats:
         return np.eye(len(A))
     if not len(A):
         return np.zeros((0, 0))
-    U, s, _ = np.linalg.svd(A)
-    return U[:, int((s > RANK * max(float(s[0]), 1e-300)).sum()) :]
+    return null_space(A.T)[1]
 
 
 def _wrenches_through(linkage: Linkage, stresses: Floats) -> Floats:

@@ -84,7 +84,7 @@ def crossings(charts: Charts, sides: Whole) -> Floats:
     """
     linkage, F = charts.linkage, charts.linkage.coordinates
     found = [np.zeros((0, F))]
-    for first in range(0, len(sides) if linkage.loops or linkage.couplings else 0, AT_ONCE):
+    for first in range(0, len(sides) if linkage.conditions else 0, AT_ONCE):
         a, b = sides[first : first + AT_ONCE].T
         start = charts.points[a]
         way = differences(linkage, start, charts.points[b])

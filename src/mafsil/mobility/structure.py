@@ -55,6 +55,7 @@ class Structure(SingleAnswer):
 @on_linkage
 def structure(linkage: Linkage) -> Structure:
     """The kind of chain: a tree has no loop, a serial chain no body with more than two joints besides."""
+    linkage.require_all_joints()
     degrees = np.bincount(linkage.ends.ravel(), minlength=len(linkage.bodies))
     if not linkage.loops:
         serial = int(degrees.max()) <= 2 and degrees[0] == 1

@@ -15,10 +15,11 @@ from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, as_batch, positive, whole
-from mafsil.errors import InputError, ModelError
+from mafsil.errors import InputError
+from mafsil.messages import say
+from mafsil.mobility.balls import without_balls
 from mafsil.mobility.charts import SMALLEST, Charts, Whole, differences
 from mafsil.mobility.instantaneous import instantaneous
-from mafsil.mobility.joint_kind import Kind
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.loop_closure import closed_near, configuration, units
 from mafsil.mobility.on_linkage import on_linkage
@@ -46,7 +47,7 @@ class Surface(SingleAnswer):
     """A surface of configurations; true if it was followed everywhere or as far as was allowed.
 
     Attributes:
-        linkage: of mobility 2.
+        linkage: of mobility 2, the balls left out: its coordinates F are those of the other joints.
         status: closed, closed and one-sided, pinched (closed but for singular places), open (the number of points is
             spent), stuck (charts gave up where no singular place was found, or triangles do not fit).
         theta: (n, F) coordinates of its points [rad | m]; angles of hinges in [-pi, pi).
@@ -95,13 +96,21 @@ class Surface(SingleAnswer):
         given = as_batch("theta", theta, (self.linkage.coordinates,), finite=True)
         return self.charts.leads_to(given.reshape(-1, self.linkage.coordinates) / units(self.linkage))
 
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """Names of the balls that have no coordinates on it: the others decide how they stand, but for idle spins."""
+        return tuple(dict.fromkeys(name for pair in self.linkage.pairs for name in pair.joints))
+
     def explain(self, language: str | None = None) -> str:
-        """How it ended, its size, Euler characteristic and genus, branch points and singular places."""
-        return self.status.sentence(
+        """How it ended, its size, Euler characteristic and genus, branch points, singular places, balls left out."""
+        found = self.status.sentence(
             language, points=len(self.theta), triangles=len(self.triangles), area=self.area,
             euler=self.euler_characteristic, genus=self.genus, branches=len(self.branch_points),
             singular=len(self.singular_points), openings=self.openings,
         )  # fmt: skip
+        if not self.left_out:
+            return found
+        return f"{found}\n{say('mobility.surface_balls', language=language, joints=', '.join(self.left_out))}"
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
@@ -109,6 +118,7 @@ class Surface(SingleAnswer):
             "status": self.status.name.lower(), "euler_characteristic": self.euler_characteristic, "genus": self.genus,
             "area": self.area, "theta": self.theta, "triangles": self.triangles, "branch_points": self.branch_points,
             "singular_points": self.singular_points, "openings": self.openings,
+            "coordinates": list(self.linkage.coordinate_names), "left_out": list(self.left_out),
         }  # fmt: skip
 
 
@@ -127,19 +137,27 @@ def trace_surface(
     Closed means: of the triangles two meet at each edge and one ring at each point, a theorem about the triangles. That
     the surface is as they say rests on `step`; halve it to see whether the answer stays.
 
+    Balls have no coordinates on the surface, whose angles would lock: those that close loops hold points together, rods
+    between two balls keep a distance, and how they spin does not count.
+
     Args:
-        linkage: of mobility 2, without spherical and floating joints: `split` makes hinges of them.
+        linkage: of mobility 2 but for spins of rods between two balls; joints that are no balls reach each other body.
         theta: (F,) start [rad | m]; as drawn if None.
         step: longest radius of a chart [rad, sizes].
         points: at most; memory grows in proportion to their number.
 
     Raises:
         InputError: the mobility by rank is not 2 at the start, or it does not close there.
-        ModelError: a spherical or floating joint.
+        ModelError: a floating joint, or a body that only balls hold.
     """
     largest, most = positive("step", step), whole("points", points, 3, 1_000_000)
-    require_hinges(linkage)
-    start = closed_near(linkage, configuration(linkage, theta))
+    simple, kept = without_balls(linkage)
+    return followed(simple, configuration(linkage, theta)[kept], largest, most)
+
+
+def followed(linkage: Linkage, theta: Floats, largest: float, most: int) -> Surface:
+    """The same of a linkage without balls; arguments as for `trace_surface`."""
+    start = closed_near(linkage, theta)
     if not start:
         raise InputError("mobility.surface_start", gap=float(start.gap))
     mobility = instantaneous(linkage, start.theta).mobility
@@ -166,17 +184,6 @@ def trace_surface(
         linkage, status, charts.points * scale, triangles, branches * scale, singular * scale,
         openings if status is SurfaceStatus.PINCHED else 0, charts,
     )  # fmt: skip
-
-
-def require_hinges(linkage: Linkage) -> None:
-    """Refuse joints whose three angles lock, and are no coordinates there.
-
-    Raises:
-        ModelError: a spherical or floating joint; the sentence names it.
-    """
-    for each in linkage.joints:
-        if each.kind in (Kind.SPHERICAL, Kind.FLOATING):
-            raise ModelError("mobility.surface_locks", joint=each.name, kind=each.kind.title)
 
 
 def _near(charts: Charts, corners: Whole, places: Floats) -> bool:

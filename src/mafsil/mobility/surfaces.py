@@ -12,11 +12,12 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import positive, whole
 from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table
+from mafsil.mobility.balls import without_balls
 from mafsil.mobility.instantaneous import instantaneous
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.loop_closure import closed_near, units
 from mafsil.mobility.on_linkage import on_linkage
-from mafsil.mobility.surface import LONGEST, MOST_POINTS, Surface, require_hinges, trace_surface
+from mafsil.mobility.surface import LONGEST, MOST_POINTS, Surface, followed
 
 
 class SurfacesStatus(Status):
@@ -96,16 +97,16 @@ def configuration_surfaces(
     that what meets only there is counted apart too.
 
     Args:
-        linkage: as drawn, without spherical and floating joints: `split` makes hinges of them.
+        linkage: as drawn; balls as for `trace_surface`.
         starts: random starts; where it is drawn is the first.
         step, points: of each surface, see `trace_surface`.
         seed: of the starts.
 
     Raises:
-        ModelError: a spherical or floating joint.
+        ModelError: a floating joint, or a body that only balls hold.
     """
     count, longest, most = whole("starts", starts, 1, 10_000), positive("step", step), whole("points", points, 3, 10**6)
-    require_hinges(linkage)
+    linkage = without_balls(linkage)[0]
     scale = units(linkage)
     start = np.random.default_rng(seed).uniform(-np.pi, np.pi, (count, linkage.coordinates))
     start = start * np.where(scale == 1.0, 1.0, linkage.size / np.pi)
@@ -119,7 +120,7 @@ def configuration_surfaces(
         if instantaneous(linkage, left[0]).mobility != 2:
             others, left = others + 1, left[1:]
             continue
-        surfaces.append(trace_surface(linkage, left[0], step=longest, points=most))
+        surfaces.append(followed(linkage, left[0], longest, most))
         on = surfaces[-1].holds(left)
         on[0] = True
         hits.append(int(on.sum()))

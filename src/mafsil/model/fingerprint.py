@@ -11,12 +11,18 @@ from mafsil.model.mechanism import Mechanism
 
 
 def fingerprint(mechanism: Mechanism) -> str:
-    """Hash (hexadecimal, 128 bits) of everything that shapes the equations of motion; pictures and limits left out."""
+    """Hash (hexadecimal, 128 bits) of what shapes the motion, without limits; friction: `friction_fingerprint`."""
     digest = blake2b(digest_size=16)
     for item in _content(mechanism):
         digest.update(len(item).to_bytes(8, "little"))
         digest.update(item)
     return digest.hexdigest()
+
+
+def friction_fingerprint(mechanism: Mechanism) -> str:
+    """Hash (hexadecimal, 128 bits) of the friction of the joints; apart, for most equations do not know it."""
+    numbers = [(joint.name, joint.friction) for joint in mechanism.joints]
+    return blake2b(repr(numbers).encode(), digest_size=16).hexdigest()
 
 
 def _content(mechanism: Mechanism) -> Iterator[bytes]:

@@ -86,7 +86,7 @@ class ClosedMotionStatus(Status):
     SINGULAR_MASS = ("parallel.closed_singular_mass", False)
 
 
-class ClosedAccelerations(Answer):
+class ClosedAccelerations(Answer, tuple[JointVector, Floats]):
     """Accelerations under efforts and forces of the loops; true if known in every row, iterable over the rows.
 
     Attributes:
@@ -97,31 +97,30 @@ class ClosedAccelerations(Answer):
         error: (*batch) largest gap of a loop [rad | m].
 
     Args:
-        found: qdd, force and error.
-        rank: of all rows, or of each.
+        found: qdd, and (*batch, m + 2) forces, rank and error.
     """
 
-    __slots__ = ("_found", "_rank")
-
-    # A single call takes a microsecond: a frozen dataclass would add half of that.
-    def __init__(self, found: tuple[JointVector, Floats, Floats], rank: Integers | int) -> None:
-        self._found = found
-        self._rank = rank
+    # A single call takes less than a microsecond: machine code makes the answer, a tuple of few arrays
+    # (`Kernel.answer`). Answers are equal if they are the same one, as those of other classes.
+    __slots__ = ()
+    __eq__ = object.__eq__
+    __ne__ = object.__ne__
+    __hash__ = object.__hash__
 
     @property
     def qdd(self) -> JointVector:
         """(*batch, n) accelerations of all joints [rad/s^2 | m/s^2]."""
-        return self._found[0]
+        return self[0]
 
     @property
     def force(self) -> Floats:
         """(*batch, m) forces along the rows of the loops, the shortest that do it [N m, N]."""
-        return self._found[1]
+        return self[1][..., :-2]
 
     @property
     def error(self) -> Floats:
         """(*batch) largest gap of a loop [rad | m]."""
-        return self._found[2]
+        return self[1][..., -1][()]
 
     @property
     def rows(self) -> int:
@@ -131,7 +130,7 @@ class ClosedAccelerations(Answer):
     @property
     def rank(self) -> Integers:
         """(*batch) independent rows of the loops; -1 where the mass matrix is singular."""
-        return np.broadcast_to(np.asarray(self._rank, dtype=np.int64), np.shape(self.error))
+        return self[1][..., -2].astype(np.int64)
 
     @property
     def redundant(self) -> Integers:

@@ -8,19 +8,20 @@ Reference: Featherstone, Rigid Body Dynamics Algorithms, ch. 8; Udwadia and Kala
 from __future__ import annotations
 
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, Integers, JointVector, as_batch, real_array, require_finite, whole
-from mafsil.errors import ModelError
+from mafsil.errors import InputError, ModelError
 from mafsil.kernels import Kernel
 from mafsil.mechanics.loop_terms import Holding
 from mafsil.model import JointKind, Mechanism
 from mafsil.model.loading import RobotLike
 from mafsil.parallel import closed_terms
 from mafsil.parallel.closed_answers import ActuatorEfforts, ClosedAccelerations, ClosedConfigurations
-from mafsil.parallel.closed_compiled import CompiledChain, trusted
+from mafsil.parallel.closed_compiled import CompiledChain, Run, trusted
 from mafsil.parallel.closed_kernels import terms_kernel
 from mafsil.parallel.closed_terms import Terms
 from mafsil.robot import Robot, as_robot
@@ -73,6 +74,7 @@ class ClosedChain:
         self.m = next(port.shape[0] for port in self.kernel.signature.outputs if port.name == "gap")
         places = tuple(self.actuated.tolist())
         self._compiled = CompiledChain(mechanism, places, CLOSED * self.size, _anywhere, self.terms)
+        self._forward: Run = self._forward_chosen
 
     def terms(self, q: ArrayLike, qd: ArrayLike | None = None) -> Terms:
         """Everything the dynamics need, in one compiled call.
@@ -251,38 +253,39 @@ class ClosedChain:
             added_inertia: (*batch, n, n) that the mass matrix gets besides, such as step times damping; none if None.
         """
         if added_inertia is None:
-            compiled = self._compiled
+            # Half a microsecond, of which nothing is spent on looking at the arguments: machine code does that.
             try:
-                run = compiled.forward[tau.shape[-1]]  # pyright: ignore[reportAttributeAccessIssue, reportUnknownMemberType]
-            except (KeyError, IndexError, AttributeError):
-                run = compiled.forward_for(tau, q)
-            if run is not None:
-                found = run(q, qd, tau)
-                error = found[2]
-                if not isinstance(error, float):
-                    return self._looked_at((q, qd, tau), *found)
-                if error >= 0.0:
-                    return ClosedAccelerations(found, compiled.rank)
-        found = self.terms(q, qd)
-        if added_inertia is not None:
-            found = found._replace(
-                M=np.ascontiguousarray(found.M + as_batch("added_inertia", added_inertia, (self.n,) * 2))
-            )
-        qdd, force, ranks = closed_terms.accelerations(found, self._efforts(tau))
-        return ClosedAccelerations((qdd, force, closed_terms.error_of(found)), ranks)
+                found = self._forward(q, qd, tau)
+            except InputError:
+                # Efforts of as many joints as the kernel at hand does not expect, or arguments that nobody takes.
+                found = self._forward_chosen(q, qd, tau)
+            if type(found) is ClosedAccelerations:
+                return found
+            return self._looked_at((q, qd, tau), *found)
+        terms = self.terms(q, qd)
+        M = np.ascontiguousarray(terms.M + as_batch("added_inertia", added_inertia, (self.n,) * 2))
+        return self._solved(terms._replace(M=M), tau)
 
-    def _looked_at(
-        self, given: tuple[ArrayLike, ...], qdd: Floats, force: Floats, error: Floats
-    ) -> ClosedAccelerations:
+    def _forward_chosen(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike) -> tuple[Any, ...]:
+        """The first call, and those that change between efforts of all joints and of the driven ones."""
+        run = self._compiled.forward_for(tau, q)
+        if run is None:
+            return self._solved(self.terms(q, qd), tau)
+        self._forward = run
+        return run(q, qd, tau)
+
+    def _solved(self, found: Terms, tau: ArrayLike) -> ClosedAccelerations:
+        """With the rank of the loops found at every state."""
+        return ClosedAccelerations(closed_terms.held(found, self._efforts(tau)))
+
+    def _looked_at(self, given: tuple[ArrayLike, ...], qdd: Floats, held: Floats) -> ClosedAccelerations:
         """Results of compiled code; rows that do not hold are found with their rank, what is not finite is refused."""
-        doubtful = np.isnan(error)
-        if not doubtful.any():
-            return ClosedAccelerations((qdd, force, error), self._compiled.rank)
-        q, qd, tau = (np.broadcast_to(x, (*error.shape, np.shape(x)[-1]))[doubtful] for x in given)
-        found, rank = self.terms(q, qd), np.full(error.shape, self._compiled.rank, dtype=np.int64)
-        qdd[doubtful], force[doubtful], rank[doubtful] = closed_terms.accelerations(found, self._efforts(tau))
-        error[doubtful] = closed_terms.error_of(found)
-        return ClosedAccelerations((qdd, force, error), rank)
+        doubtful = np.isnan(held[..., -1])
+        if doubtful.any():
+            q, qd, tau = (np.broadcast_to(x, (*doubtful.shape, np.shape(x)[-1]))[doubtful] for x in given)
+            found = self.terms(q, qd)
+            qdd[doubtful], held[doubtful] = closed_terms.held(found, self._efforts(tau))
+        return ClosedAccelerations((qdd, held))
 
     def following(self, guess: ArrayLike, driven: ArrayLike) -> tuple[JointVector, JointVector, JointVector]:
         """Positions, rates and accelerations (*batch, n) of all joints while the driven ones move.

@@ -11,6 +11,7 @@ from mafsil.lazy_module import lazily
 from mafsil.mechanics.loop_terms import Holding
 from mafsil.model import Mechanism
 from mafsil.model.fingerprint import fingerprint
+from mafsil.parallel.closed_answers import ClosedAccelerations
 
 if TYPE_CHECKING:
     import mafsil.mechanics.held_plant as held_plant
@@ -49,9 +50,10 @@ def forward_kernel(mechanism: Mechanism, holding: Holding, driven: Rows) -> Kern
     """
     n = mechanism.n
     inputs = {"q": (n,), "qd": (n,), "tau": (len(driven),)}
-    outputs = {"qdd": (n,), "force": (_rows_of(mechanism),), "error": ()}
+    outputs = {"qdd": (n,), "held": (_rows_of(mechanism) + 2,)}
     build = partial(_forward, mechanism, holding.rows, driven)
-    return _kernel("closed_forward_dynamics", inputs, outputs, build, mechanism, holding.rows, driven)
+    details = holding.rows, driven
+    return _kernel("closed_forward_dynamics", inputs, outputs, build, mechanism, *details, answer=ClosedAccelerations)
 
 
 def inverse_kernel(mechanism: Mechanism, holding: Holding) -> Kernel:
@@ -105,6 +107,7 @@ def _kernel(
     build: Any,
     mechanism: Mechanism,
     *details: Rows | float,
+    answer: type[tuple[Any, ...]] | None = None,
 ) -> Kernel:
     given, found = (tuple(Port(port, shape) for port, shape in side.items()) for side in (inputs, outputs))
     return kernels.compile(
@@ -112,6 +115,7 @@ def _kernel(
         build,
         key=" ".join([name, fingerprint(mechanism), *map(str, details)]),
         fingerprints=(kernels.fingerprint("mafsil.algebra", "mafsil.mechanics"),),
+        answer=answer,
     )
 
 

@@ -64,6 +64,18 @@ def correction(J: Floats, gap: Floats) -> Floats:
     return step
 
 
+def held(found: Terms, tau: Floats) -> tuple[Floats, Floats]:
+    """Accelerations (*batch, n), and (*batch, m + 2) forces, rank and largest gap of the loops, as compiled code.
+
+    Args:
+        found: terms of the states.
+        tau: (*batch, n) efforts.
+    """
+    qdd, force, ranks = accelerations(found, tau)
+    error = np.broadcast_to(error_of(found), ranks.shape)
+    return qdd, np.concatenate([force, ranks[..., None].astype(np.float64), error[..., None]], axis=-1)
+
+
 def accelerations(found: Terms, tau: Floats) -> tuple[Floats, Floats, Integers]:
     """Accelerations (*batch, n), forces (*batch, m) and ranks (*batch).
 

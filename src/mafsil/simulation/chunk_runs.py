@@ -17,7 +17,7 @@ from mafsil.simulation.run import Run
 from mafsil.simulation.scenario import Scenario
 from mafsil.simulation.tolerances import PART_OF_STEP
 from mafsil.simulation.variation import Variants
-from mafsil.simulation.varied_run import VariedRun, runaway_of
+from mafsil.simulation.varied_run import VariedRun, require_held, runaway_of, variants_of
 
 if TYPE_CHECKING:
     import mafsil.simulation.tally_loops as tally_loops
@@ -178,15 +178,16 @@ class _Passing(FusedRun):
         b = loop.states.shape[1]
         tally = tally_loops.tally_of(np.full(b, count), n)
         reference, marked = np.ascontiguousarray(self.reference.u)[:, None], _Marks(self, marks, b)
-        state = loop.states[0]
+        state = loop.closed[0]
         for first in range(0, total, loop.window):
             last = min(first + loop.window, total)
             loop.advance(first, last)
-            marked.see(first, loop.states[: last - first])
-            q, qd = (loop.states[: last - first, :, part] for part in (0, 1))
+            require_held(loop.doubt[: last - first], loop.states[: last - first], variants_of(self.scenario))
+            marked.see(first, loop.closed[: last - first])
+            q, qd = (loop.closed[: last - first, :, part] for part in (0, 1))
             tau, command, tip = (x[: last - first] for x in (loop.effort, loop.command, loop.tip_errors))
             tally_loops.add(tally, first, q, qd, tau, command, reference[first:last], tip, runaway_of(n))
-            state = loop.states[last - first - 1]
+            state = loop.closed[last - first - 1]
         return _Part(tally, state[:, 0].copy(), state[:, 1].copy(), marked.positions())
 
 

@@ -73,6 +73,20 @@ class ClosedPlant(Plant):
         if error > STARTS_OPEN * self.chain.size:
             raise InputError("parallel.starts_open", error=error, why=self.chain.closed(q).explain())
 
+    def closed_start(self, q: JointVector, qd: JointVector) -> State:
+        """Starts (runs, n) with closed loops: the driven joints stay, the others follow.
+
+        Args:
+            q, qd: (runs, n) coordinates and rates.
+
+        Raises:
+            InputError: no closed configuration was found for a run; the sentence says which.
+        """
+        back = self.chain.closed(q, hold=self.chain.actuated, tries=1)
+        if not back:
+            raise InputError("simulation.varied_start", run=int(np.argmin(back.found)), why=back.explain())
+        return back.q, self.chain.rates(back.q, qd, hold=self.chain.actuated)
+
     def acceleration(self, q: JointVector, qd: JointVector, tau: JointVector, push: Vector6 | None = None) -> Floats:
         """Joint accelerations (*batch, n) with closed loops; arguments as for `Plant.acceleration`."""
         return self.chain.forward_dynamics(q, qd, self._applied(q, qd, tau, push, friction=True)).qdd

@@ -11,7 +11,7 @@ from mafsil.lazy_module import lazily
 from mafsil.mechanics.friction import SMOOTHING
 from mafsil.mechanics.loop_terms import Holding, Loop
 from mafsil.model import Mechanism
-from mafsil.model.fingerprint import fingerprint
+from mafsil.model.fingerprint import fingerprint, friction_fingerprint
 
 if TYPE_CHECKING:
     import mafsil.mechanics.held_plant as held_plant
@@ -36,13 +36,14 @@ def step_kernel(
         plant=mechanism, terms=(), shown=mechanism, scheme=scheme, substeps=1, friction=SMOOTHING if friction else None,
         pushed=pushed, noisy=False, saturated=False, integrates=False, holding=holding,
     )  # fmt: skip
+    rubbing = friction_fingerprint(mechanism) if friction else ""
     inputs = {"q": (n,), "qd": (n,), "tau": (n,), "step": (), **push}
     outputs = {"q_next": (n,), "qd_next": (n,), "error": (), "doubt": ()}
     given, found = (tuple(Port(name, shape) for name, shape in side.items()) for side in (inputs, outputs))
     return kernels.compile(
         Signature("closed_step", given, found),
         partial(_build, loop, holding),
-        key=f"closed_step {fingerprint(mechanism)} {holding} {scheme} {friction} {pushed}",
+        key=f"closed_step {fingerprint(mechanism)} {holding} {scheme} {rubbing} {pushed}",
         fingerprints=(kernels.fingerprint("mafsil.algebra", "mafsil.mechanics"),),
     )
 

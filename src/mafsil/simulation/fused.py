@@ -16,7 +16,7 @@ from mafsil.kernels.march import march
 from mafsil.lazy_module import lazily
 from mafsil.mechanics.friction import SMOOTHING
 from mafsil.mechanics.loop_terms import Loop, input_sizes, output_sizes
-from mafsil.model.fingerprint import fingerprint
+from mafsil.model.fingerprint import fingerprint, friction_fingerprint
 from mafsil.simulation.closed_plant import ClosedPlant
 from mafsil.simulation.plant import Plant
 from mafsil.simulation.scenario import Scenario
@@ -195,7 +195,9 @@ def _key(loop: Loop) -> str:
     flags = (loop.pushed, loop.noisy, loop.saturated, loop.integrates, loop.varied)
     robots = (fingerprint(loop.plant), fingerprint(loop.shown), loop.shown is loop.plant, same)
     holding = (loop.holding, [term.holding for term in loop.terms])
-    return f"closed_loop {robots} {terms} {loop.scheme} {loop.substeps} {loop.friction} {flags} {holding}"
+    # Its numbers stand in the expression; where they vary, still which joints rub.
+    rubbing = "" if loop.friction is None else friction_fingerprint(loop.plant)
+    return f"closed_loop {robots} {terms} {loop.scheme} {loop.substeps} {loop.friction} {rubbing} {flags} {holding}"
 
 
 def _build(loop: Loop) -> Any:

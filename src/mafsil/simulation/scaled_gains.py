@@ -13,6 +13,8 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.control import (
     AdaptiveControl,
     AdmittanceControl,
+    ClosedComputedTorque,
+    ClosedGravityCompensation,
     Combined,
     ComputedTorque,
     ContactSwitch,
@@ -170,9 +172,14 @@ SCALED: dict[type, Callable[[Any, Floats], Law]] = {
     HybridControl: _gains("gains", "force_gains"),
     ForceControl: _gains("kp", "ki", "damping"),
     TipDamping: _gains("damping"),
+    ClosedComputedTorque: _gains("gains"),
+    ClosedGravityCompensation: _gains("gains"),
 }
 """How the gains of each law are scaled."""
-SIDE_BY_SIDE = (ComputedTorque, JointFeedback, SlidingMode, MinMax, AdaptiveControl)
+SIDE_BY_SIDE = (
+    ComputedTorque, JointFeedback, SlidingMode, MinMax, AdaptiveControl,
+    ClosedComputedTorque, ClosedGravityCompensation,
+)  # fmt: skip
 """Laws that take a row of gains for each run."""
 ONE_STATE = (ContactSwitch, HybridControl)
 """Laws that know one state at a time."""

@@ -112,7 +112,7 @@ class Scenario:
         start = self.start()[0]
         plant = self.true_plant
         if isinstance(plant, ClosedPlant):
-            if self.variants is not None:
+            if self.variants is not None and plant.chain.holding(start) is None:
                 raise InputError("simulation.varied_loops")
             plant.require_closed(start)
         if isinstance(plant, RigidPlant):
@@ -208,4 +208,6 @@ class Scenario:
                 raise InputError("input.shape", name="q", expected=shape, got=q.shape, hint="")
             if self.variants.start is not None:
                 q = q + self.variants.start
+                if isinstance(self.true_plant, ClosedPlant):
+                    q, qd = self.true_plant.closed_start(q, np.broadcast_to(qd, shape))
         return np.broadcast_to(q, shape), np.broadcast_to(qd, shape)

@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, Vector6
-from mafsil.errors import InputError
+from mafsil.errors import InputError, ModelError
 from mafsil.kernels import Kernel
 from mafsil.mechanics.friction import SMOOTHING
 from mafsil.mechanics.loop_terms import Loop, Term
+from mafsil.simulation.closed_plant import ClosedPlant
 from mafsil.simulation.fused import loop_kernel
 from mafsil.simulation.fused_run import FusedRun
 from mafsil.simulation.plant import Plant
@@ -27,10 +28,11 @@ class VariedStepper(Stepper):
 
     def __init__(self, scenario: Scenario, variants: Variants) -> None:
         plant = scenario.true_plant
-        if type(plant) is not Plant:
+        if type(plant) not in (Plant, ClosedPlant):
             raise InputError("simulation.varied_engine", engine=plant.engine)
         super().__init__(plant, scenario.chosen_integrator, scenario.step)
         self.variants = variants
+        self._holding = plant.chain.holding(scenario.start()[0]) if isinstance(plant, ClosedPlant) else None
 
     def move(self) -> Step:
         """The step as a function of (t, state, h)."""
@@ -43,7 +45,18 @@ class VariedStepper(Stepper):
     def _moved(self, t: float, state: State, h: float) -> State:
         q, qd = state
         after = self._results(q, qd, self.effort, self.push, h)["next_state"]
-        return after[..., 0, :], after[..., 1, :]
+        return self.settled(after[..., 0, :], after[..., 1, :])
+
+    def settled(self, q: JointVector, qd: JointVector) -> State:
+        """The state that a step begins with: of closed chains the nearest with closed loops, by each plant's inertia.
+
+        Args:
+            q, qd: (*batch, b, n) coordinates and rates.
+        """
+        if self._holding is None:
+            return q, qd
+        closed = self._results(q, qd, np.zeros_like(q), None, self.step)["closed_state"]
+        return closed[..., 0, :], closed[..., 1, :]
 
     def _results(
         self, q: JointVector, qd: JointVector, effort: JointVector, push: Vector6 | None, h: float
@@ -57,7 +70,12 @@ class VariedStepper(Stepper):
         }
         signature = self._kernel.signature
         results = self._kernel(*(given[port.name] for port in signature.inputs))
-        return dict(zip((port.name for port in signature.outputs), results, strict=True))
+        found = dict(zip((port.name for port in signature.outputs), results, strict=True))
+        if self._holding is not None:
+            rows = np.broadcast_shapes(found["doubt"].shape, (1, 1))
+            states = np.broadcast_to(given["state"], (*found["doubt"].shape, 2, q.shape[-1]))
+            require_held(found["doubt"].reshape(rows), states.reshape(*rows, 2, q.shape[-1]), self.variants)
+        return found
 
     @cached_property
     def _numbers(self) -> dict[str, Floats]:
@@ -85,6 +103,7 @@ class VariedStepper(Stepper):
                 saturated=False,
                 integrates=False,
                 varied=True,
+                holding=self._holding,
             )
         )
 
@@ -139,6 +158,11 @@ class VariedFusedRun(FusedRun):
     def _stepper(self) -> Stepper:
         return VariedStepper(self.scenario, self.variants) if self.variants.changes_plant else super()._stepper()
 
+    def _trusted_until(self, first: int, end: int) -> int:
+        """The end: rows that went on and whose steps do not hold are refused, for nobody can do them by hand."""
+        require_held(self.loop.doubt[first:end], self.loop.states[first:end], self.variants)
+        return end
+
     def _sound_until(self, first: int, end: int) -> NDArray[np.bool_]:
         rates = self.loop.states[first + 1 : end + 1, :, 1]
         with np.errstate(over="ignore", invalid="ignore"):
@@ -146,6 +170,28 @@ class VariedFusedRun(FusedRun):
         bad = ~good.all(axis=0)
         self.ends[bad] = np.minimum(self.ends[bad], first + 1 + good[:, bad].argmin(axis=0))
         return np.ones(end - first, np.bool_)
+
+
+def require_held(doubt: Floats, states: Floats, variants: Variants) -> None:
+    """Refuse runs of closed chains that come where compiled steps do not hold: too near singular, or torn apart.
+
+    Args:
+        doubt: (k, b) of steps, below one where they hold.
+        states: (k, b, 2, n) they began with; those of a run that has blown up are not looked at any more.
+        variants: of the runs.
+
+    Raises:
+        ModelError: the sentence names the first of them.
+    """
+    doubtful = ~(doubt < 1.0)
+    if doubtful.any():
+        rates = states[..., 1, :]
+        with np.errstate(over="ignore", invalid="ignore"):
+            sound = np.einsum("kbi,kbi->kb", rates, rates) <= runaway_of(rates.shape[-1])
+        doubtful &= np.logical_and.accumulate(sound, axis=0)
+    if doubtful.any():
+        row = int(doubtful.any(axis=0).argmax())
+        raise ModelError("simulation.varied_doubt", run=row if variants.numbers is None else int(variants.numbers[row]))
 
 
 def runaway_of(n: int) -> float:

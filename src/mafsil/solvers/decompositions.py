@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 
+TINY = 1e-300
+
 
 def svd(A: Floats) -> tuple[Floats, Floats, Floats]:
     """U (*batch, m, k), singular values (*batch, k), V' (*batch, k, n) of (*batch, m, n), k = min(m, n)."""
@@ -36,6 +38,36 @@ def symmetric_pinv(A: Floats, rcond: float) -> Floats:
     """(*batch, n, n) pseudoinverses of symmetric matrices; singular values below rcond times the largest count as 0."""
     clean, spoilt = _clean(A)
     return _marked(np.linalg.pinv(clean, rcond=rcond, hermitian=True), spoilt, 2)
+
+
+def damped_inverse(A: Floats, damping: float) -> Floats:
+    """(*batch, n, m) A' (A A' + damping a 1)^-1 of (*batch, m, n), with the mean square a of the rows of each.
+
+    A pseudoinverse in which directions fade instead of ending, where their singular value gets small. It needs a
+    Cholesky-like solution instead of singular vectors: a tenth of the time, and the same on any number of BLAS threads.
+    """
+    clean, spoilt = _clean(A)
+    m, n = A.shape[-2:]
+    turned: Floats = np.swapaxes(clean, -1, -2)
+    gram: Floats = clean @ turned if m <= n else turned @ clean
+    a = np.einsum("...ij,...ij->...", clean, clean)[..., None, None] / max(m, 1)
+    inner = np.asarray(np.linalg.inv(gram + np.eye(min(m, n)) * (damping * a + TINY)), dtype=np.float64)
+    return _marked(turned @ inner if m <= n else inner @ turned, spoilt, 2)
+
+
+def null_basis(A: Floats, rank: int) -> Floats:
+    """(n, n - rank) orthonormal basis of the null space of A (m, n) of known rank, by a QR with pivots of A'.
+
+    Singular vectors of a matrix of fifty rows cost ten times as much, and two hundred times where threads of BLAS wait
+    for each other on a busy machine.
+    """
+    if not rank:
+        return np.eye(A.shape[1])
+    # Here, for it takes a tenth of a second to import.
+    from scipy.linalg import qr
+
+    basis: Floats = qr(A.T, pivoting=True)[0]
+    return basis[:, rank:]
 
 
 def _clean(A: Floats) -> tuple[Floats, NDArray[np.bool_]]:

@@ -124,6 +124,7 @@ def test_cassie_with_its_gearboxes():
         for name, turns in (("roll", 25), ("yaw", 25), ("pitch", 16), ("knee", 16), ("foot", 50))
     }
     assert ClosedChain(mechanism).closed(np.full(28, 0.05))
+    assert mf.mobility(mechanism).mobility == 10
 
 
 def cassie(name):

@@ -1,0 +1,97 @@
+"""Balls without angles: conditions on points instead, so that nothing locks and rods between two balls do not spin.
+
+A ball that closes a loop asks that a point of one body is at a point of another: three conditions, where its angles
+would be three coordinates in six. A body that two balls hold, and nothing else, asks that two points keep their
+distance: how it spins about its own line is nobody's business. Three balls hold a body as three distances do, for a
+triangle with these sides can stand in one way only where its corners are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats, frozen
+from mafsil.errors import ModelError
+from mafsil.mobility.joint_kind import Kind
+from mafsil.mobility.linkage import Linkage, PointPair
+from mafsil.mobility.linkage_joint import LinkageJoint
+from mafsil.mobility.tolerances import IN_SUPPORT
+
+Balls = tuple[LinkageJoint, ...]
+
+
+def without_balls(linkage: Linkage) -> tuple[Linkage, NDArray[np.intp]]:
+    """A linkage with conditions on points instead of balls, and which of the coordinates (F,) it keeps.
+
+    1. Bodies on two or three balls become pairs of points that keep their distance, other balls pairs that meet.
+    2. What is left has to hang together: a body that only balls hold has no coordinates without them.
+
+    Args:
+        linkage: as drawn.
+
+    Raises:
+        ModelError: a floating joint, or a body that nothing but balls holds; the sentence names the joint.
+    """
+    for each in linkage.joints:
+        if each.kind is Kind.FLOATING:
+            raise ModelError("mobility.surface_locks", joint=each.name, kind=each.kind.title)
+    balls = [each for each in linkage.joints if each.kind is Kind.SPHERICAL]
+    if not balls:
+        return linkage, np.arange(linkage.coordinates)
+    held = _held_by_balls(linkage)  # 1
+    pairs = [pair for body, ends in held.items() for pair in _distances(body, ends)]
+    single = [each for each in balls if not {each.parent, each.child} & held.keys()]
+    pairs += [PointPair((b.parent, b.child), _points(b, b.parent), 0.0, (b.name,)) for b in single]
+    bodies = tuple(body for body in linkage.bodies if body not in held)
+    joints = tuple(each for each in linkage.joints if each.kind is not Kind.SPHERICAL)
+    output = linkage.output if linkage.output in bodies else bodies[-1]
+    apart = {name: X for name, X in linkage.apart.items() if name not in {each.name for each in balls}}
+    moving = tuple(pair for pair in pairs if pair.bodies[0] != pair.bodies[1])
+    found = replace(linkage, bodies=bodies, joints=joints, output=output, apart=apart, pairs=moving)
+    for body, reached in zip(bodies, found.reached, strict=True):  # 2
+        if not reached:
+            ball = next((each for each in balls if body in (each.parent, each.child)), balls[0])
+            raise ModelError("mobility.surface_loose", body=body, joint=ball.name)
+    kept = [k for k, j in enumerate(linkage.joint_of) if linkage.joints[int(j)].kind is not Kind.SPHERICAL]
+    return found, np.array(kept, dtype=np.intp)
+
+
+def _held_by_balls(linkage: Linkage) -> dict[str, Balls]:
+    """Bodies that two or three balls hold and nothing else, not on one line; no two of them beside each other."""
+    found: dict[str, Balls] = {}
+    for body in linkage.bodies[1:]:
+        ends = tuple(each for each in linkage.joints if body in (each.parent, each.child))
+        others = {end for each in ends for end in (each.parent, each.child)} - {body}
+        if all(each.kind is Kind.SPHERICAL for each in ends) and not others & found.keys() and _spread(body, ends):
+            found[body] = ends
+    return found
+
+
+def _spread(body: str, ends: Balls) -> bool:
+    """Whether balls are two apart, or three corners of a triangle."""
+    if len(ends) not in (2, 3):
+        return False
+    places = np.array([_points(ball, body)[0] for ball in ends])
+    lengths = np.linalg.svd(places[1:] - places[0], compute_uv=False)
+    return bool(lengths[-1] > IN_SUPPORT * max(float(lengths[0]), np.finfo(np.float64).tiny))
+
+
+def _points(ball: LinkageJoint, first: str) -> Floats:
+    """(2, 3) the ball's place on a body that it holds, then on the other [m], where they are drawn."""
+    on_child = ball.point if ball.child_point is None else ball.child_point
+    return frozen(np.stack([ball.point, on_child] if first == ball.parent else [on_child, ball.point]))
+
+
+def _distances(body: str, ends: Balls) -> list[PointPair]:
+    """What a body asks of those that its balls hold: each two of their points keep their distance on it."""
+    found: list[PointPair] = []
+    for pair in combinations(ends, 2):
+        (own, other), (own_too, other_too) = (_points(ball, body) for ball in pair)
+        a, b = (ball.child if ball.parent == body else ball.parent for ball in pair)
+        length = float(np.linalg.norm(own - own_too))
+        found.append(PointPair((a, b), frozen(np.stack([other, other_too])), length, tuple(x.name for x in pair)))
+    return found
