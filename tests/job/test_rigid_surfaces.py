@@ -60,7 +60,8 @@ def test_a_tip_that_is_moved_into_a_rigid_floor_bounces_and_rests_on_it():
         ("rigid = true\nrestitution = 0.4", "", "stiffness"),
         ("rigid = true", "stiffness = 1e4", "restitution"),
         ("rigid = true", "rigid = true\nstiffness = 1e4", "stiffness"),
-        ("rigid = true", "rigid = true\nfriction = 0.2", "friction"),
+        ("rigid = true", "rigid = true\ndamping = 20.0", "damping"),
+        ("rigid = true", "rigid = true\nfriction = -0.2", "friction"),
         ("restitution = 0.4", "restitution = 1.4", "restitution"),
         ('kind = "impedance"', 'kind = "hybrid"', "hybrid measures"),
         ('kind = "impedance"', 'kind = "admittance"', "admittance measures"),
@@ -73,3 +74,44 @@ def test_a_tip_that_is_moved_into_a_rigid_floor_bounces_and_rests_on_it():
 def test_what_does_not_go_with_a_rigid_surface_is_refused_where_it_stands(old, new, key):
     with pytest.raises(JobError, match=key):
         parse(JOB.replace(old, new, 1))
+
+
+ROUGH = """
+robot = "planar2r_point_masses"
+
+[start]
+joints = [0.4, 0.9]
+
+[controller]
+kind = "computed_torque"
+frequency = 40
+
+[tolerance]
+position = 0.2
+
+[[surface]]
+point = [0, 1.34, 0]
+normal = [0, 1, 0]
+rigid = true
+friction = 0.4
+
+[[move]]
+joints = [0.3, 0.9]
+duration = 0.4
+"""
+
+
+@pytest.mark.capability("10-94")
+def test_friction_of_a_rigid_surface_is_a_key_of_the_job_and_said_in_the_report():
+    run = solve(parse(ROUGH), ROUGH, Path())
+    arm, found = mf.load("planar2r_point_masses"), run.recording.metadata["rigid_contact"]
+    T = arm.forward_kinematics(run.recording.q)
+    force = np.einsum("kij,kj->ki", T[:, :3, :3], run.recording.contact_wrench[:, 3:])
+    stop = next(event["time"] for event in found["events"] if event["kind"] == "stick")
+    start = next(event["time"] for event in found["events"] if event["kind"] == "rest")
+    sliding = (run.recording.t > start) & (run.recording.t < stop)
+    assert sliding.sum() > 50
+    np.testing.assert_allclose(force[sliding, 0], -0.4 * force[sliding, 1], rtol=1e-9)
+    assert (np.abs(force[run.recording.t > stop, 0]) <= 0.4 * force[run.recording.t > stop, 1] * (1 + 2e-9)).all()
+    for language, word in (("en", "Friction held the tip"), ("ar", "أمسك الاحتكاك الطرف")):
+        assert any(word in remark.sentence(language) for remark in run.remarks)

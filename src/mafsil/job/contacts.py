@@ -43,7 +43,9 @@ def rigid_surface_of(job: Job) -> RigidSurface | None:
         if one.rigid:
             radius = one.sphere if one.sphere is not None else one.cylinder
             normal, axis = (None if given is None else np.array(given) for given in (one.normal, one.axis))
-            return RigidSurface(np.array(one.point), one.restitution or 0.0, normal, radius, axis, one.hollow)
+            return RigidSurface(
+                np.array(one.point), one.restitution or 0.0, normal, radius, axis, one.hollow, one.friction
+            )
     return None
 
 

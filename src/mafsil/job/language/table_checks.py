@@ -114,7 +114,7 @@ def _check_rigid(file: JobFile, k: int, error: Complaint) -> None:
         if one.restitution is not None:
             raise error("job.soft_restitution", (*path, "restitution"))
         return
-    for name in ("stiffness", "damping", "friction"):
+    for name in ("stiffness", "damping"):
         if getattr(one, name):
             raise error("job.rigid_gives", (*path, name), given=name)
     if any(other.rigid for other in file.surface[:k]):
