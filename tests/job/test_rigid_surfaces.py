@@ -50,7 +50,7 @@ def test_a_tip_that_is_moved_into_a_rigid_floor_bounces_and_rests_on_it():
     assert (run.recording.contact_wrench[held, 3:] @ np.array([0.0, 0.0, -1.0]) >= 0.0).all()
     said = [remark.sentence("en") for remark in run.remarks]
     assert any("Zeno" in one for one in said)
-    assert any(f"Impacts on the rigid surface: {found['impacts']}" in one for one in said)
+    assert any(f"Impacts on rigid surfaces: {found['impacts']}" in one for one in said)
     assert not any("too stiff for the step" in one for one in said)
 
 
@@ -68,7 +68,7 @@ def test_a_tip_that_is_moved_into_a_rigid_floor_bounces_and_rests_on_it():
         ("[tolerance]", '[simulation]\nplant = "mujoco"\n[tolerance]', "plant"),
         ("[tolerance]", '[simulation]\nmethod = "euler"\n[tolerance]', "method"),
         ("[tolerance]", "[variation]\nfriction = [0.8, 1.2]\n[tolerance]", "not varied"),
-        ("[[move]]", "[[surface]]\npoint = [0, 0, -1]\nnormal = [0, 0, 1]\nrigid = true\n[[move]]", "rigid"),
+        ("[[move]]", "[[surface]]\npoint = [0, 0, -1]\nnormal = [0, 0, 1]\n[[move]]", "stiffness"),
     ],
 )
 def test_what_does_not_go_with_a_rigid_surface_is_refused_where_it_stands(old, new, key):
@@ -115,3 +115,16 @@ def test_friction_of_a_rigid_surface_is_a_key_of_the_job_and_said_in_the_report(
     assert (np.abs(force[run.recording.t > stop, 0]) <= 0.4 * force[run.recording.t > stop, 1] * (1 + 2e-9)).all()
     for language, word in (("en", "Friction held the tip"), ("ar", "أمسك الاحتكاك الطرف")):
         assert any(word in remark.sentence(language) for remark in run.remarks)
+
+
+def test_several_rigid_surfaces_of_a_job_hold_the_tip_in_their_corner():
+    wall = "[[surface]]\npoint = [1.2, 0, 0]\nnormal = [-1, 0, 0]\nrigid = true\nfriction = 0.1\n\n[[move]]"
+    text = ROUGH.replace("[[move]]", wall)
+    run = solve(parse(text), text, Path())
+    found = run.recording.metadata["rigid_contact"]
+    places = mf.load("planar2r_point_masses").forward_kinematics(run.recording.q)[:, :3, 3]
+    assert places[:, 1].min() > 1.34 - 1e-11
+    assert places[:, 0].max() < 1.2 + 1e-11
+    np.testing.assert_allclose(places[-1, :2], [1.2, 1.34], atol=1e-11)
+    assert {event["surface"] for event in found["events"]} == {0, 1}
+    assert any(f"Impacts on rigid surfaces: {found['impacts']}" in one.sentence("en") for one in run.remarks)

@@ -9,51 +9,13 @@ from scipy.integrate import solve_ivp
 import mafsil as mf
 from mafsil.control import Wall
 from mafsil.errors import InputError
-from mafsil.model import Inertial, Joint, JointKind, Link, Mechanism
 from mafsil.simulation import Plant, RigidPlant, RigidSurface, SimulationStatus
 from mafsil.simulation.frictional_impact import after_impact
 from mafsil.simulation.point_contact import PointContact, cone_margin
 from mafsil.trajectory import rest
+from tests.simulation.rigid_scenes import ARM, BLOCK, MASS, Force, G, moved
 
-G, MASS = 9.81, 2.0
 FLOOR = np.zeros(3), np.array([0.0, 0.0, 1.0])
-
-
-class Force:
-    """Efforts as a function of time."""
-
-    def __init__(self, tau):
-        self.tau = tau
-
-    def __call__(self, t, q, qd, reference):
-        return np.zeros_like(q) + self.tau(t)
-
-    def session(self, period):
-        return self
-
-
-def block():
-    """A mass on three rails: a point in space."""
-    names = ("base", "x rail", "y rail", "mass")
-    masses = (1e-9, 1e-9, MASS)
-    links = [Link("base")] + [
-        Link(n, Inertial(m, np.zeros(3), m * np.eye(3))) for n, m in zip(names[1:], masses, strict=True)
-    ]
-    joints = [Joint("xyz"[k], JointKind.PRISMATIC, names[k], names[k + 1], axis=tuple(np.eye(3)[k])) for k in range(3)]
-    return mf.Robot(Mechanism.assemble("block", links, joints))
-
-
-BLOCK, ARM = block(), mf.load("planar2r_point_masses")
-
-
-def moved(robot, surface, q, qd, duration, tau=lambda t: 0.0, **changes):
-    plant = RigidPlant(robot, friction=False, surface=surface)
-    return mf.simulate(
-        mf.Scenario(
-            robot=robot, trajectory=rest(q, duration), q=q, qd=qd, law=Force(tau), plant=plant, saturate=False,
-            **changes,
-        )
-    )  # fmt: skip
 
 
 def events(run, *kinds):

@@ -37,16 +37,15 @@ def solid(one: tables.Surface) -> Wall | RoundSurface:
     return RoundSurface(point, radius, *constants, axis=axis, hollow=one.hollow)
 
 
-def rigid_surface_of(job: Job) -> RigidSurface | None:
-    """The surface of a job that does not give way, or None; a job has one at most."""
-    for one in job.surface:
-        if one.rigid:
-            radius = one.sphere if one.sphere is not None else one.cylinder
-            normal, axis = (None if given is None else np.array(given) for given in (one.normal, one.axis))
-            return RigidSurface(
-                np.array(one.point), one.restitution or 0.0, normal, radius, axis, one.hollow, one.friction
-            )
-    return None
+def rigid_surfaces_of(job: Job) -> tuple[RigidSurface, ...]:
+    """The surfaces of a job that do not give way, in the order of its file."""
+    return tuple(_rigid(one) for one in job.surface if one.rigid)
+
+
+def _rigid(one: tables.Surface) -> RigidSurface:
+    radius = one.sphere if one.sphere is not None else one.cylinder
+    normal, axis = (None if given is None else np.array(given) for given in (one.normal, one.axis))
+    return RigidSurface(np.array(one.point), one.restitution or 0.0, normal, radius, axis, one.hollow, one.friction)
 
 
 def _hole(one: tables.Hole) -> Environment:

@@ -12,7 +12,7 @@ import numpy as np
 from mafsil.errors import JobError
 from mafsil.job import judgement
 from mafsil.job.arrival import arrival
-from mafsil.job.contacts import environment_of, rigid_surface_of
+from mafsil.job.contacts import environment_of, rigid_surfaces_of
 from mafsil.job.description import Job
 from mafsil.job.equipment import Load
 from mafsil.job.law_conditions import stability_remarks
@@ -158,9 +158,9 @@ def _loaded(load: Load, *, known: bool = False) -> Robot:
 
 def _plant(job: Job, robot: Robot) -> Plant:
     """The true arm: its friction, and the masses that its model does not know."""
-    rigid = rigid_surface_of(job)
+    rigid = rigid_surfaces_of(job)
     kind = ClosedPlant if robot.mechanism.loops else MuJoCoPlant if job.simulation.plant == "mujoco" else Plant
-    if rigid is None:
+    if not rigid:
         plant = kind(robot, friction=job.simulation.friction, environment=environment_of(job))
     else:
         if job.simulation.plant == "mujoco":

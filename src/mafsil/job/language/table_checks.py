@@ -117,8 +117,6 @@ def _check_rigid(file: JobFile, k: int, error: Complaint) -> None:
     for name in ("stiffness", "damping"):
         if getattr(one, name):
             raise error("job.rigid_gives", (*path, name), given=name)
-    if any(other.rigid for other in file.surface[:k]):
-        raise error("job.two_rigid", (*path, "rigid"))
     if file.controller.kind in FEELING:
         raise error("job.rigid_felt", ("controller", "kind"), given=file.controller.kind)
     if file.variation is not None:
