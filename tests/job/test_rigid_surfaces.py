@@ -10,6 +10,7 @@ import pytest
 import mafsil as mf
 from mafsil.errors import JobError
 from mafsil.job import parse, solve
+from mafsil.job.law_conditions import conditions
 
 JOB = """
 robot = "puma560"
@@ -63,8 +64,6 @@ def test_a_tip_that_is_moved_into_a_rigid_floor_bounces_and_rests_on_it():
         ("rigid = true", "rigid = true\ndamping = 20.0", "damping"),
         ("rigid = true", "rigid = true\nfriction = -0.2", "friction"),
         ("restitution = 0.4", "restitution = 1.4", "restitution"),
-        ('kind = "impedance"', 'kind = "hybrid"', "hybrid measures"),
-        ('kind = "impedance"', 'kind = "admittance"', "admittance measures"),
         ("[tolerance]", '[simulation]\nplant = "mujoco"\n[tolerance]', "plant"),
         ("[tolerance]", '[simulation]\nmethod = "euler"\n[tolerance]', "method"),
         ("[tolerance]", "[variation]\nfriction = [0.8, 1.2]\n[tolerance]", "not varied"),
@@ -128,3 +127,47 @@ def test_several_rigid_surfaces_of_a_job_hold_the_tip_in_their_corner():
     np.testing.assert_allclose(places[-1, :2], [1.2, 1.34], atol=1e-11)
     assert {event["surface"] for event in found["events"]} == {0, 1}
     assert any(f"Impacts on rigid surfaces: {found['impacts']}" in one.sentence("en") for one in run.remarks)
+
+
+FELT = (
+    ROUGH.replace("friction = 0.4", "friction = 0.1\nrestitution = 0.2")
+    .split("[[move]]")[0]
+    .replace('kind = "computed_torque"\nfrequency = 40', "{law}")
+    + """[[move]]
+joints = [0.39, 0.89]
+duration = 0.3
+
+[[move]]
+joints = [0.38, 0.92]
+duration = 0.3
+
+[[move]]
+joints = [0.45, 0.9]
+duration = 0.4
+"""
+)
+
+
+@pytest.mark.capability("10-69", "10-74", "10-82")
+@pytest.mark.parametrize("kind", ["hybrid", "admittance"])
+def test_a_law_that_feels_forces_meets_a_rigid_surface_presses_and_leaves_it(kind):
+    law = 'kind = "hybrid"\npress = 15.0\nforce_integral = 20.0' if kind == "hybrid" else 'kind = "admittance"'
+    text = FELT.replace("{law}", law)
+    run = solve(parse(text), text, Path())
+    tape, found = run.recording, run.recording.metadata["rigid_contact"]
+    assert tape
+    T = mf.load("planar2r_point_masses").forward_kinematics(tape.q)
+    force = np.einsum("kij,kj->ki", T[:, :3, :3], tape.contact_wrench[:, 3:])
+    assert T[:, 1, 3].min() > 1.34 - 1e-11
+    # It came, stayed, and went when the plan did.
+    assert found["impacts"] > 0
+    assert found["releases"] == 1
+    assert T[-1, 1, 3] > 1.35
+    start = max(event["time"] for event in found["events"] if event["kind"] in {"rest", "closure"})
+    held = (tape.t > start + 0.1) & (tape.t < 0.6)
+    assert held.sum() > 100
+    assert (force[held, 1] > 0.0).all()
+    if kind == "hybrid":
+        assert np.abs(force[held, 1] - 15.0).max() < 1.0
+    names = {condition.name: condition for condition in conditions(run)}
+    assert names["force_loop" if kind == "hybrid" else "rigid_step"].holds

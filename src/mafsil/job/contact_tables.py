@@ -9,8 +9,6 @@ import msgspec
 from mafsil.job.part import NotNegative, Part, Positive, Three
 
 Restitution: TypeAlias = Annotated[float, msgspec.Meta(ge=0, le=1)]
-FEELING = ("admittance", "hybrid")
-"""Laws that measure the force of what gives way."""
 
 
 class Surface(Part, frozen=True, kw_only=True):

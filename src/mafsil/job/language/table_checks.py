@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from mafsil.job.contact_tables import FEELING
 from mafsil.job.description import Controller, Obstacle, Simulation
 from mafsil.job.language.frames import Complaint
 from mafsil.job.language.pose_checks import check_pose
@@ -117,8 +116,6 @@ def _check_rigid(file: JobFile, k: int, error: Complaint) -> None:
     for name in ("stiffness", "damping"):
         if getattr(one, name):
             raise error("job.rigid_gives", (*path, name), given=name)
-    if file.controller.kind in FEELING:
-        raise error("job.rigid_felt", ("controller", "kind"), given=file.controller.kind)
     if file.variation is not None:
         raise error("job.rigid_varied", ("variation",))
     if file.simulation.plant != "mafsil":
