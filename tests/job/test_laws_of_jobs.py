@@ -65,6 +65,15 @@ def test_gains_of_a_law_belong_to_it():
         run("pid", "learning = 1")
 
 
+def test_a_payload_of_the_simulation_hangs_at_the_tip_and_the_law_does_not_know_it():
+    loaded, bare = (run("pd_gravity", friction=f"false\npayload = {mass}").recording for mass in (2.0, 0.0))
+    arm = mf.load("puma560")
+    q, qd, qdd = loaded.q[-1], loaded.qd[-1], loaded.qdd[-1]
+    true = arm.with_payload(2.0).inverse_dynamics(q, qd, qdd)
+    np.testing.assert_allclose(loaded.tau[-1], true, atol=1e-9)
+    assert np.abs(loaded.q_ref[-1] - q).max() > 10 * np.abs(bare.q_ref[-1] - bare.q[-1]).max()
+
+
 def test_a_delay_keeps_efforts_back():
     robot = mf.load("planar2r")
     law = delayed(pid(2, [30.0, 20.0], [5.0, 3.0]), 0.003)
@@ -98,6 +107,7 @@ def test_the_bench_measures_what_each_law_bears():
     assert found.results[0] is ideal, "without friction and with its own masses the model is exact"
     assert ideal.joint_error[0] < 1e-4
     assert ideal.joint_error[1] > 5 * ideal.joint_error[0], "masses that it does not know"
+    assert ideal.joint_error[2] > 5 * ideal.joint_error[0], "a load that it does not know"
     assert all(each.status is LawStatus.DONE for each in found)
     alone = run("pd_gravity", friction="false")
     rms = np.sqrt(np.mean((alone.recording.q_ref - alone.recording.q) ** 2))

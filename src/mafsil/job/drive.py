@@ -166,8 +166,9 @@ def _plant(job: Job, robot: Robot) -> Plant:
         if job.simulation.plant == "mujoco":
             raise JobError("job.rigid_plant", place="simulation plant")
         plant = RigidPlant(robot, job.simulation.friction, environment_of(job), surface=rigid)
-    error = job.simulation.mass_error
-    return plant if error == 0.0 else plant.with_scaled_inertia(1.0 + error)
+    error, hung = job.simulation.mass_error, job.simulation.payload
+    plant = plant if error == 0.0 else plant.with_scaled_inertia(1.0 + error)
+    return plant if hung == 0.0 else plant.with_payload(hung)
 
 
 def _method(job: Job, planned: tuple[Stretch, ...], plants: list[Plant]) -> tuple[str, tuple[Remark, ...]]:

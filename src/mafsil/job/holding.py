@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mafsil.arrays import Floats, JointVector
+from mafsil.arrays import Floats, JointVector, Vector3
 from mafsil.job.closed_moves import holding_efforts
 from mafsil.job.description import Grasp
 from mafsil.job.equipment import Equipment
@@ -67,8 +67,9 @@ def holding_effort(run: Run, driven: Driven, q: JointVector) -> Floats:
         robot = driven.stretch.load.robot
         gravity = np.asarray(robot.gravity_torque(q))
         if driven.carried is not None:
-            gravity = gravity + _weight(robot, driven.carried, q)
-        load = np.abs((1.0 + run.job.simulation.mass_error) * gravity)
+            gravity = gravity + _weight(robot, driven.carried.mass, centre_of_mass(driven.carried), q)
+        simulated = run.job.simulation
+        load = np.abs((1.0 + simulated.mass_error) * gravity + _weight(robot, simulated.payload, np.zeros(3), q))
     if plant.has_friction:
         law = plant.friction_law
         load = load - (np.maximum(law.positive, law.negative) + np.abs(law.offset)) @ np.abs(law.gain)
@@ -76,9 +77,9 @@ def holding_effort(run: Run, driven: Driven, q: JointVector) -> Floats:
     return np.where(np.isfinite(limit), np.maximum(load, 0.0) / np.where(limit > 0.0, limit, np.inf), 0.0)
 
 
-def _weight(robot: Robot, carried: Grasp, q: JointVector) -> Floats:
-    """(k, n) efforts that hold a part up: tau = -J' F, F its weight at the tip, in the tip frame."""
+def _weight(robot: Robot, mass: float, com: Vector3, q: JointVector) -> Floats:
+    """(k, n) efforts that hold a body up: tau = -J' F, F its weight at the tip, in the tip frame."""
     R = np.asarray(robot.forward_kinematics(q))[:, :3, :3]
-    force = carried.mass * np.einsum("kij,i->kj", R, robot.mechanism.gravity)
-    wrench = np.concatenate([np.cross(centre_of_mass(carried), force), force], axis=1)
+    force = mass * np.einsum("kij,i->kj", R, robot.mechanism.gravity)
+    wrench = np.concatenate([np.cross(com, force), force], axis=1)
     return -np.einsum("kij,ki->kj", np.asarray(robot.jacobian_body(q)), wrench)
