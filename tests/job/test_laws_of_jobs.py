@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -63,6 +64,28 @@ def test_gains_of_a_law_belong_to_it():
         run("adaptive", "margin = 1")
     with pytest.raises(JobError, match="learning"):
         run("pid", "learning = 1")
+
+
+def test_a_law_that_falls_at_its_start_is_told_apart_from_gains_that_are_too_hard():
+    text = """
+robot = "panda"
+[controller]
+kind = "{kind}"
+[start]
+joints = [0, -0.5, 0, -2.0, 0, 1.6, 0.8]
+[[move]]
+joints = [0.1, -0.4, 0.1, -1.9, 0.1, 1.7, 0.7]
+"""
+    fallen, known = (solve(parse(text.format(kind=kind)), text, Path()) for kind in ("pid", "pd_gravity"))
+    (said,) = [remark for remark in fallen.remarks if remark.key == "job.empty_integral"]
+    panda, q = mf.load("panda"), np.array([0, -0.5, 0, -2.0, 0, 1.6, 0.8])
+    drop = np.linalg.solve(panda.mass_matrix(q), panda.gravity_torque(q))
+    k = int(np.abs(drop / panda.limits.acceleration).argmax())
+    (amount,) = re.findall(rf"accelerates joint{k + 1} by ([\d,]+)°/s²", said.sentence("en"))
+    assert float(amount.replace(",", "")) == pytest.approx(np.degrees(abs(drop[k])), rel=5e-3)
+    assert "pd_gravity" in said.sentence("ar")
+    assert any(remark.key == "job.acceleration_crossed" for remark in fallen.remarks)
+    assert not {"job.empty_integral", "job.acceleration_crossed"} & {remark.key for remark in known.remarks}
 
 
 def test_a_payload_of_the_simulation_hangs_at_the_tip_and_the_law_does_not_know_it():
