@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 
 from mafsil.cli.main import main
-from mafsil.control import Wall
-from mafsil.control.shaped_environment import RoundSurface
 from mafsil.errors import JobError
 from mafsil.job import Run, parse, solve, solve_file
 from mafsil.job.contacts import Face, environment_of
@@ -18,6 +16,7 @@ from mafsil.job.laws import kinds_for
 from mafsil.job.schema import schema
 from mafsil.report.contents import page
 from mafsil.report.replay import replay_scene
+from mafsil.simulation import RigidSurface
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "jobs"
 HEAD = """
@@ -125,8 +124,8 @@ def test_a_pipe_is_wiped_with_the_same_force_all_round(press):
 @pytest.mark.parametrize(
     "surface",
     [
-        RoundSurface([0.1, 0.2, 0.3], 0.4, 1e4), RoundSurface([0.1, 0.2, 0.3], 0.4, 1e4, hollow=True),
-        RoundSurface([0.1, 0.2, 0.3], 0.4, 1e4, axis=[0.3, -0.2, 0.9]), Wall([0, 0, 0], [1, 2, 3], 1e4),
+        RigidSurface.sphere([0.1, 0.2, 0.3], 0.4), RigidSurface.sphere([0.1, 0.2, 0.3], 0.4, hollow=True),
+        RigidSurface.cylinder([0.1, 0.2, 0.3], [0.3, -0.2, 0.9], 0.4), RigidSurface.plane([0, 0, 0], [1, 2, 3]),
     ],
 )  # fmt: skip
 def test_the_rate_of_the_constraint_is_that_of_its_normal(surface):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -65,6 +66,37 @@ def test_gains_of_a_law_belong_to_it():
         run("pid", "learning = 1")
 
 
+def test_a_law_that_falls_at_its_start_is_told_apart_from_gains_that_are_too_hard():
+    text = """
+robot = "panda"
+[controller]
+kind = "{kind}"
+[start]
+joints = [0, -0.5, 0, -2.0, 0, 1.6, 0.8]
+[[move]]
+joints = [0.1, -0.4, 0.1, -1.9, 0.1, 1.7, 0.7]
+"""
+    fallen, known = (solve(parse(text.format(kind=kind)), text, Path()) for kind in ("pid", "pd_gravity"))
+    (said,) = [remark for remark in fallen.remarks if remark.key == "job.empty_integral"]
+    panda, q = mf.load("panda"), np.array([0, -0.5, 0, -2.0, 0, 1.6, 0.8])
+    drop = np.linalg.solve(panda.mass_matrix(q), panda.gravity_torque(q))
+    k = int(np.abs(drop / panda.limits.acceleration).argmax())
+    (amount,) = re.findall(rf"accelerates joint{k + 1} by ([\d,]+)°/s²", said.sentence("en"))
+    assert float(amount.replace(",", "")) == pytest.approx(np.degrees(abs(drop[k])), rel=5e-3)
+    assert "pd_gravity" in said.sentence("ar")
+    assert any(remark.key == "job.acceleration_crossed" for remark in fallen.remarks)
+    assert not {"job.empty_integral", "job.acceleration_crossed"} & {remark.key for remark in known.remarks}
+
+
+def test_a_payload_of_the_simulation_hangs_at_the_tip_and_the_law_does_not_know_it():
+    loaded, bare = (run("pd_gravity", friction=f"false\npayload = {mass}").recording for mass in (2.0, 0.0))
+    arm = mf.load("puma560")
+    q, qd, qdd = loaded.q[-1], loaded.qd[-1], loaded.qdd[-1]
+    true = arm.with_payload(2.0).inverse_dynamics(q, qd, qdd)
+    np.testing.assert_allclose(loaded.tau[-1], true, atol=1e-9)
+    assert np.abs(loaded.q_ref[-1] - q).max() > 10 * np.abs(bare.q_ref[-1] - bare.q[-1]).max()
+
+
 def test_a_delay_keeps_efforts_back():
     robot = mf.load("planar2r")
     law = delayed(pid(2, [30.0, 20.0], [5.0, 3.0]), 0.003)
@@ -98,6 +130,7 @@ def test_the_bench_measures_what_each_law_bears():
     assert found.results[0] is ideal, "without friction and with its own masses the model is exact"
     assert ideal.joint_error[0] < 1e-4
     assert ideal.joint_error[1] > 5 * ideal.joint_error[0], "masses that it does not know"
+    assert ideal.joint_error[2] > 5 * ideal.joint_error[0], "a load that it does not know"
     assert all(each.status is LawStatus.DONE for each in found)
     alone = run("pd_gravity", friction="false")
     rms = np.sqrt(np.mean((alone.recording.q_ref - alone.recording.q) ** 2))

@@ -354,7 +354,9 @@ def test_the_normal_acceleration_of_a_spatial_arm_is_the_second_derivative_of_it
         RigidSurface.plane(p, n), RigidSurface.sphere(p - 0.3 * n, 0.2),
         RigidSurface.cylinder(p - 0.3 * n, rng.normal(size=3), 0.4, hollow=True),
     )[seed]  # fmt: skip
-    gap, A, bend, _ = RigidPlant(arm, surface=surface).normal_motion(q, qd)
+    tip_now = RigidPlant(arm, surface=surface).tip_state(q, qd)
+    gap, A = tip_now.gaps[0], tip_now.normals[0] @ tip_now.J
+    bend = tip_now.normals[0] @ tip_now.bend + tip_now.bends[0]
     h = 1e-3
     before, now, after = (surface.distance(tip(arm, q + s * qd + s * s / 2 * qdd)) for s in (-h, 0.0, h))
     assert gap == pytest.approx(now)

@@ -50,7 +50,7 @@ class ContactSwitch:
         touching: the law in contact; it begins with fresh memory at each contact.
         intended: whether the plan wants contact at a time [s].
         sensor: force that the tip exerts, (q, qd) -> (m,).
-        direction: (3,) along which it presses at a time [s], in the axes of the last three coordinates.
+        direction: along which it presses at a time [s], in the axes of the last coordinates: (3,), or (2,) in a plane.
         least: force from which on the tip counts as touching [N].
     """
 
@@ -67,7 +67,10 @@ class ContactSwitch:
 
     def touches(self, t: float, q: JointVector, qd: JointVector) -> bool:
         """Whether contact is wanted and there."""
-        return self.intended(t) and float(self.sensor(q, qd)[-3:] @ self.direction(t)) > self.least
+        if not self.intended(t):
+            return False
+        along = self.direction(t)
+        return float(self.sensor(q, qd)[-len(along) :] @ along) > self.least
 
     def session(self, period: float) -> Law:
         """A run, which stays in contact until the plan lets go."""

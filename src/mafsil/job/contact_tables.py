@@ -9,8 +9,6 @@ import msgspec
 from mafsil.job.part import NotNegative, Part, Positive, Three
 
 Restitution: TypeAlias = Annotated[float, msgspec.Meta(ge=0, le=1)]
-FEELING = ("admittance", "hybrid")
-"""Laws that measure the force of what gives way."""
 
 
 class Surface(Part, frozen=True, kw_only=True):
@@ -26,8 +24,8 @@ class Surface(Part, frozen=True, kw_only=True):
         axis: of the bar.
         hollow: whether the tip is inside the ball or the bar and touches its inner side.
         stiffness, damping: of one that gives way [N/m, N s/m], whatever the unit of lengths.
-        friction: coefficient of what slides along one that gives way.
-        rigid: whether it does not give way at all; it is smooth then.
+        friction: coefficient of what slides along it; a rigid one holds by it what presses enough.
+        rigid: whether it does not give way at all.
         restitution: of a rigid one, speed after an impact over that before, 0 to 1.
     """
 

@@ -9,7 +9,6 @@ import numpy as np
 from mafsil.arrays import Floats, PoseMatrix, Vector3
 from mafsil.control import AtPoints, Door, Hole, RoundSurface, guiding_line, guiding_plane
 from mafsil.control.environment import CombinedEnvironment, Environment, Wall
-from mafsil.control.shaped_environment import round_normal_rate
 from mafsil.job import contact_tables as tables
 from mafsil.job.description import Job
 from mafsil.job.poses import pose_matrix
@@ -37,14 +36,16 @@ def solid(one: tables.Surface) -> Wall | RoundSurface:
     return RoundSurface(point, radius, *constants, axis=axis, hollow=one.hollow)
 
 
-def rigid_surface_of(job: Job) -> RigidSurface | None:
-    """The surface of a job that does not give way, or None; a job has one at most."""
-    for one in job.surface:
-        if one.rigid:
-            radius = one.sphere if one.sphere is not None else one.cylinder
-            normal, axis = (None if given is None else np.array(given) for given in (one.normal, one.axis))
-            return RigidSurface(np.array(one.point), one.restitution or 0.0, normal, radius, axis, one.hollow)
-    return None
+def rigid_surfaces_of(job: Job) -> tuple[RigidSurface, ...]:
+    """The surfaces of a job that do not give way, in the order of its file."""
+    return tuple(shape_of(one) for one in job.surface if one.rigid)
+
+
+def shape_of(one: tables.Surface) -> RigidSurface:
+    """Where a surface is, as if it did not give way."""
+    radius = one.sphere if one.sphere is not None else one.cylinder
+    normal, axis = (None if given is None else np.array(given) for given in (one.normal, one.axis))
+    return RigidSurface(np.array(one.point), one.restitution or 0.0, normal, radius, axis, one.hollow, one.friction)
 
 
 def _hole(one: tables.Hole) -> Environment:
@@ -83,22 +84,20 @@ class Face:
     """The side of a surface that the tip touches, as constraint of a law.
 
     Attributes:
-        surface: whose it is.
+        surface: whose it is; where it is, whether it gives way or not.
         rows: coordinates of the task, as in `TaskCoordinates`.
     """
 
-    surface: Wall | RoundSurface
+    surface: RigidSurface
     rows: tuple[int, ...]
 
     def normal(self, p: Vector3) -> Vector3:
         """(3,) out of the surface at a point (3,)."""
-        return self.surface.normal if isinstance(self.surface, Wall) else self.surface.normal(p)[0]
+        return self.surface.outward(p)
 
     def depth(self, T: PoseMatrix) -> float:
         """How deep the tip is in it [m]."""
-        if isinstance(self.surface, Wall):
-            return float(self.surface.depth(T))
-        return float(self.surface.normal(T[:3, 3])[1])
+        return -float(self.surface.distance(T[:3, 3]))
 
     def along(self, T: PoseMatrix) -> Floats:
         """(m,) the normal at the tip in the coordinates of the task."""
@@ -106,10 +105,7 @@ class Face:
 
     def constraint(self, T: PoseMatrix, V: Floats) -> tuple[Floats, Floats]:
         """A (1, m) and dA/dt (1, m): along a round surface the normal turns as the tip moves."""
-        A = self.along(T)[None]
-        if isinstance(self.surface, Wall):
-            return A, np.zeros_like(A)
-        whole, round_one = np.zeros(6), self.surface
+        whole = np.zeros(6)
         whole[list(self.rows)] = V
-        rate = round_normal_rate(T[:3, 3], whole[3:], round_one.centre, round_one.axis, round_one.hollow)
-        return A, np.concatenate([np.zeros(3), rate])[list(self.rows)][None]
+        rate = self.surface.outward_rate(T[:3, 3], whole[3:])
+        return self.along(T)[None], np.concatenate([np.zeros(3), rate])[list(self.rows)][None]

@@ -12,7 +12,7 @@ import numpy as np
 from mafsil.errors import JobError
 from mafsil.job import judgement
 from mafsil.job.arrival import arrival
-from mafsil.job.contacts import environment_of, rigid_surface_of
+from mafsil.job.contacts import environment_of, rigid_surfaces_of
 from mafsil.job.description import Job
 from mafsil.job.equipment import Load
 from mafsil.job.law_conditions import stability_remarks
@@ -158,16 +158,17 @@ def _loaded(load: Load, *, known: bool = False) -> Robot:
 
 def _plant(job: Job, robot: Robot) -> Plant:
     """The true arm: its friction, and the masses that its model does not know."""
-    rigid = rigid_surface_of(job)
+    rigid = rigid_surfaces_of(job)
     kind = ClosedPlant if robot.mechanism.loops else MuJoCoPlant if job.simulation.plant == "mujoco" else Plant
-    if rigid is None:
+    if not rigid:
         plant = kind(robot, friction=job.simulation.friction, environment=environment_of(job))
     else:
         if job.simulation.plant == "mujoco":
             raise JobError("job.rigid_plant", place="simulation plant")
         plant = RigidPlant(robot, job.simulation.friction, environment_of(job), surface=rigid)
-    error = job.simulation.mass_error
-    return plant if error == 0.0 else plant.with_scaled_inertia(1.0 + error)
+    error, hung = job.simulation.mass_error, job.simulation.payload
+    plant = plant if error == 0.0 else plant.with_scaled_inertia(1.0 + error)
+    return plant if hung == 0.0 else plant.with_payload(hung)
 
 
 def _method(job: Job, planned: tuple[Stretch, ...], plants: list[Plant]) -> tuple[str, tuple[Remark, ...]]:

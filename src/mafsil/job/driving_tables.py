@@ -91,6 +91,7 @@ class Simulation(Part, frozen=True, kw_only=True):
         settle: time at rest after the last move [s].
         friction: whether the joints have the friction of the description.
         mass_error: the real masses are this much larger than the controller believes (0.1 is ten per cent).
+        payload: mass that hangs at the tip besides, which the controller does not know of [kg].
         noise: of the sensors.
         plant: who computes the motion: `mafsil`, or `mujoco` where it is installed.
         real_time: every evaluation of the law begins when it is due, and those that come late are counted; a run takes
@@ -102,6 +103,7 @@ class Simulation(Part, frozen=True, kw_only=True):
     settle: NotNegative = 0.3
     friction: bool = True
     mass_error: Annotated[float, msgspec.Meta(gt=-1, le=10)] = 0.0
+    payload: NotNegative = 0.0
     noise: Noise = Noise()
     plant: Literal["mafsil", "mujoco"] = "mafsil"
     real_time: bool = False

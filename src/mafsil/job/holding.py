@@ -9,9 +9,10 @@ from typing import TypeAlias
 
 import numpy as np
 
-from mafsil.arrays import Floats, JointVector
+from mafsil.arrays import Floats, JointVector, Vector3
 from mafsil.job.closed_moves import holding_efforts
 from mafsil.job.description import Grasp, Job
+from mafsil.job.driving_tables import Simulation
 from mafsil.job.equipment import Equipment
 from mafsil.job.payload import centre_of_mass
 from mafsil.job.plan import Plan
@@ -61,7 +62,7 @@ def planned_overloads(job: Job, plan: Plan) -> tuple[Overload, ...]:
         if robot.mechanism.loops:
             return ()
         plant = Plant(robot, friction=job.simulation.friction)
-        share = partial(_share, robot, stretch.carried, plant, job.simulation.mass_error)
+        share = partial(_share, robot, stretch.carried, plant, job.simulation)
         asked.append((stretch, stretch.carried, share))
     return _hardest(asked, plan)
 
@@ -113,15 +114,16 @@ def holding_effort(run: Run, driven: Driven, q: JointVector) -> Floats:
     plant = driven.scenario.true_plant
     if isinstance(plant, ClosedPlant):
         return _over_limit(run.robot, plant, np.abs(holding_efforts(plant.chain, q)))
-    return _share(driven.stretch.load.robot, driven.carried, plant, run.job.simulation.mass_error, q)
+    return _share(driven.stretch.load.robot, driven.carried, plant, run.job.simulation, q)
 
 
-def _share(robot: Robot, carried: Grasp | None, plant: Plant, mass_error: float, q: JointVector) -> Floats:
+def _share(robot: Robot, carried: Grasp | None, plant: Plant, simulated: Simulation, q: JointVector) -> Floats:
     """As `holding_effort`, of an arm without loops."""
     gravity = np.asarray(robot.gravity_torque(q))
     if carried is not None:
-        gravity = gravity + _weight(robot, carried, q)
-    return _over_limit(robot, plant, np.abs((1.0 + mass_error) * gravity))
+        gravity = gravity + _weight(robot, carried.mass, centre_of_mass(carried), q)
+    load = (1.0 + simulated.mass_error) * gravity + _weight(robot, simulated.payload, np.zeros(3), q)
+    return _over_limit(robot, plant, np.abs(load))
 
 
 def _over_limit(robot: Robot, plant: Plant, load: Floats) -> Floats:
@@ -133,9 +135,9 @@ def _over_limit(robot: Robot, plant: Plant, load: Floats) -> Floats:
     return np.where(np.isfinite(limit), np.maximum(load, 0.0) / np.where(limit > 0.0, limit, np.inf), 0.0)
 
 
-def _weight(robot: Robot, carried: Grasp, q: JointVector) -> Floats:
-    """(k, n) efforts that hold a part up: tau = -J' F, F its weight at the tip, in the tip frame."""
+def _weight(robot: Robot, mass: float, com: Vector3, q: JointVector) -> Floats:
+    """(k, n) efforts that hold a body up: tau = -J' F, F its weight at the tip, in the tip frame."""
     R = np.asarray(robot.forward_kinematics(q))[:, :3, :3]
-    force = carried.mass * np.einsum("kij,i->kj", R, robot.mechanism.gravity)
-    wrench = np.concatenate([np.cross(centre_of_mass(carried), force), force], axis=1)
+    force = mass * np.einsum("kij,i->kj", R, robot.mechanism.gravity)
+    wrench = np.concatenate([np.cross(com, force), force], axis=1)
     return -np.einsum("kij,ki->kj", np.asarray(robot.jacobian_body(q)), wrench)

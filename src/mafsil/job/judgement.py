@@ -7,12 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.job.arrival import Arrival, arrivals, goal_of
+from mafsil.control import JointFeedback
+from mafsil.job.arrival import INSTANT, Arrival, arrivals, goal_of
 from mafsil.job.called import Where
 from mafsil.job.causes import cause
 from mafsil.job.clearances import Clearances, clearance_remarks, clearances
 from mafsil.job.contact_remarks import contact_remarks
 from mafsil.job.holding import overload_remarks, overloads
+from mafsil.job.law_conditions import parts_of
 from mafsil.job.limiting import would_save
 from mafsil.job.plan import Plan
 from mafsil.job.remark import Level, Remark
@@ -144,7 +146,7 @@ def remarks(run: Run, numbers: Summary) -> tuple[Remark, ...]:
     found += [remark for remark in pressed if remark.level != "good"]
     found += _effort_remarks(run, numbers)
     # Limits that an arm breaks while it falls are no news of their own.
-    found += [] if collapse else _limit_remarks(run, numbers)
+    found += [] if collapse else [*_limit_remarks(run, numbers), *_gravity_remarks(run, numbers)]
     found += _stray_remarks(numbers)
     found += [remark for remark in run.plan.remarks if remark.level != "good"]
     found += _late_pushes(run, numbers) + _kept_parts(run)
@@ -269,6 +271,26 @@ def _limit_remarks(run: Run, numbers: Summary) -> list[Remark]:
                 level = "failure" if share > BROKEN else "warning"
                 found.append(Remark(level, f"job.{name}_crossed", details))
     return found
+
+
+def _gravity_remarks(run: Run, numbers: Summary) -> list[Remark]:
+    """Where a law without a model begins with an empty integral, and gravity alone explains a crossed acceleration."""
+    tape, limit = run.recording, run.robot.limits.acceleration
+    for driven in run.driven:
+        if not any(isinstance(part, JointFeedback) and part.model is None for part in parts_of(driven.scenario.law)):
+            continue
+        start = int(np.searchsorted(tape.t, driven.stretch.start - INSTANT))
+        begun = np.abs(numbers.peak_acceleration_time - driven.stretch.start) <= INSTANT
+        true, q = driven.scenario.true_plant.robot, tape.q[min(start, len(tape.t) - 1)]
+        drop = -np.linalg.solve(true.mass_matrix(q), true.gravity_torque(q))
+        share = np.where(begun & (limit > 0.0), np.abs(drop) / np.where(limit > 0.0, limit, 1.0), 0.0)
+        k = int(share.argmax())
+        if share[k] > TOUCHED and numbers.peak_acceleration[k] > limit[k] * TOUCHED:
+            amount = joint_quantity(run, k, abs(float(drop[k])), "/s²")
+            details = {"joint": visible(run.robot.joint_names[k]), "amount": amount}
+            time = quantity(driven.stretch.start, "s")
+            return [Remark("warning", "job.empty_integral", details | {"time": time})]
+    return []
 
 
 def _stray_remarks(numbers: Summary) -> list[Remark]:

@@ -28,13 +28,17 @@ from mafsil.simulation import SimulationStatus
 
 HEAVIER = 0.2
 """Share by which all masses are larger than the law knows, under `heavier`."""
+LOADED = 0.1
+"""Mass at the tip that the law does not know of, under `loaded`, over that of the links behind the base."""
 SLOWER = 4
 """Times as rarely is the law evaluated under `slower`."""
 LATE = 2
 """Periods of the law by which its efforts come late under `late`."""
 PIECES = 600
 """Of the time of the plan, each a point of the curves."""
-CONDITIONS = ("as asked", "heavier", "slower", "late")
+SAMPLED = ("sampled", "sampled_away")
+"""Conditions on small errors from tick to tick: everywhere, or away from rigid surfaces."""
+CONDITIONS = ("as asked", "heavier", "loaded", "slower", "late")
 """What is tried with every law."""
 
 
@@ -92,7 +96,7 @@ class LawResult:
     @property
     def growth(self) -> float:
         """Largest factor by which small errors grow from tick to tick along the plan; NaN of laws without a slope."""
-        return next((each.value for each in self.conditions if each.name == "sampled"), float("nan"))
+        return next((each.value for each in self.conditions if each.name in SAMPLED), float("nan"))
 
     @property
     def stable(self) -> bool:
@@ -189,12 +193,12 @@ def bench_laws(
     kinds: Sequence[str] | None = None,
     progress: Callable[[float], None] = lambda share: None,
 ) -> LawBench:
-    """Drive a planned job with several laws, each as it is asked and under three conditions that no law is told of.
+    """Drive a planned job with several laws, each as it is asked and under four conditions that no law is told of.
 
     Laws get the gains that the job gives them, else those that fit the arm; computed torque then the natural frequency
-    that the others ask for, so that bandwidths are alike. `heavier`: all masses are 20 per cent larger; `slower`: the
-    law is evaluated four times as rarely; `late`: its efforts come two periods late. Nothing is driven against
-    the clock.
+    that the others ask for, so that bandwidths are alike. `heavier`: all masses are 20 per cent larger; `loaded`: a
+    tenth of the mass of the links hangs at the tip besides; `slower`: the law is evaluated four times as rarely;
+    `late`: its efforts come two periods late. Nothing is driven against the clock.
 
     Args:
         job, text: what is asked, and its file.
@@ -215,7 +219,7 @@ def bench_laws(
     found: list[LawResult] = []
     for k, kind in enumerate(kinds):
         runs: list[Run] = []
-        for c, changed in enumerate(_conditions(_with_law(job, kind))):
+        for c, changed in enumerate(_conditions(_with_law(job, kind), robot)):
             runs.append(drive(changed, text, robot, plan, judged=c == 0))
             if runs[-1].recording.status is SimulationStatus.INTERRUPTED:
                 raise KeyboardInterrupt
@@ -235,15 +239,18 @@ def _with_law(job: Job, kind: str) -> Job:
     return msgspec.structs.replace(job, controller=controller, simulation=simulated)
 
 
-def _conditions(job: Job) -> list[Job]:
+def _conditions(job: Job, robot: Robot) -> list[Job]:
     """The job as it is asked, and under the other conditions."""
     own, simulated, period = job.controller, job.simulation, control_period(job)
     heavier = msgspec.structs.replace(simulated, mass_error=(1.0 + simulated.mass_error) * (1.0 + HEAVIER) - 1.0)
+    links = sum(link.inertial.mass for link in robot.mechanism.links[1:] if link.inertial is not None)
+    loaded = msgspec.structs.replace(simulated, payload=simulated.payload + LOADED * links)
     slower = msgspec.structs.replace(own, rate=1.0 / (SLOWER * period), delay=0.0)
     late = msgspec.structs.replace(own, delay=own.delay + LATE * period)
     return [
         job,
         msgspec.structs.replace(job, simulation=heavier),
+        msgspec.structs.replace(job, simulation=loaded),
         msgspec.structs.replace(job, controller=slower),
         msgspec.structs.replace(job, controller=late),
     ]

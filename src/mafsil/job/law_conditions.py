@@ -27,7 +27,9 @@ from mafsil.control import (
     TaskComputedTorque,
     admittance_radius,
     sliding_certificate,
+    task_dynamics,
 )
+from mafsil.job.contacts import Face, shape_of
 from mafsil.job.law_stability import PLACES, growth_along
 from mafsil.job.remark import Remark
 from mafsil.job.run import Run
@@ -105,7 +107,8 @@ def _sampled(run: Run, driven: Driven) -> Iterator[Condition]:
     """Small errors from tick to tick."""
     factor, time = growth_along(run.job, driven)
     if np.isfinite(factor):
-        yield Condition("sampled", factor, 1.0, driven.stretch.start + time)
+        rigid = any(one.rigid for one in run.job.surface)
+        yield Condition("sampled_away" if rigid else "sampled", factor, 1.0, driven.stretch.start + time)
 
 
 def _own(run: Run, driven: Driven) -> Iterator[Condition]:
@@ -201,6 +204,20 @@ def _virtual_step(law: AdmittanceControl, run: Run, driven: Driven) -> Iterator[
     ]
     if radii:
         yield Condition("virtual_step", max(radii), 1.0)
+    yield from _rigid_step(law, run, driven)
+
+
+def _rigid_step(law: AdmittanceControl, run: Run, driven: Driven) -> Iterator[Condition]:
+    """On a rigid surface, one period late, f(k + 1) = f(k) (1 - n D^-1 n / n Lambda^-1 n) + ...: that factor."""
+    trajectory = driven.stretch.trajectory
+    times = np.linspace(0.0, trajectory.duration, PLACES)
+    for one in (one for one in run.job.surface if one.rigid):
+        face, factors = Face(shape_of(one), law.coordinates.rows), np.zeros(PLACES)
+        for k, q in enumerate(trajectory.at(times).u):
+            n = face.along(law.coordinates.pose(law.robot, q))
+            inertia = task_dynamics(law.robot, q, coordinates=law.coordinates).inertia
+            factors[k] = abs(1.0 - (n @ np.linalg.solve(law.impedance.inertia, n)) / (n @ np.linalg.solve(inertia, n)))
+        yield _worst("rigid_step", factors, driven.stretch.start + times)
 
 
 def _about_pose(law: LinearQuadratic, run: Run, driven: Driven) -> Iterator[Condition]:

@@ -11,9 +11,11 @@ from mafsil.arrays import Floats
 from mafsil.control import Combined, ContactSwitch, Law
 from mafsil.control.linearization import exponential
 from mafsil.errors import MafsilError
+from mafsil.job.contacts import Face, rigid_surfaces_of
 from mafsil.job.description import Job, Noise
 from mafsil.job.laws import control_period, law_of
 from mafsil.job.stretch import Driven
+from mafsil.job.tip_laws import REACHED
 from mafsil.simulation import Plant
 from mafsil.trajectory import Motion
 
@@ -51,27 +53,39 @@ def growth_along(job: Job, driven: Driven) -> Growth:
 
     At each place the arm is where it should be, moving as it should:
 
-    1. Slopes of its acceleration by state and effort, viscous friction and what it touches included, and of the law's
-       efforts by the state, from differences.
+    1. Slopes of its acceleration by state and effort, viscous friction and what it touches included (surfaces that give
+       way, holes, guides, and doors with their grip), and of the law's efforts by the state, from differences.
     2. The step x(k + 1) = Phi x(k) + Gamma K x(k - d) under efforts that are constant between two ticks and come d
        ticks late, exactly; its spectral radius. What a law remembers, such as an integral, is left out.
+
+    Rigid surfaces have no slope: places at which the plan touches one are left out.
 
     Args:
         job: whose controller it is.
         driven: a stretch under its law.
 
     Returns:
-        Above one where the loop is unstable; NaN of laws that have no slope, and of closed chains.
+        Above one where the loop is unstable; NaN of laws that have no slope, of closed chains, and of a stretch that
+        touches rigid surfaces all the time.
     """
     scenario, trajectory = driven.scenario, driven.stretch.trajectory
     if scenario.true_plant.robot.mechanism.loops:
         return UNKNOWN
     law, late = quiet_law(job, driven), round(job.controller.delay / control_period(job))
-    times = np.linspace(0.0, trajectory.duration, PLACES).tolist()
+    times = _away_from_rigid(job, driven, np.linspace(0.0, trajectory.duration, PLACES))
+    if not times:
+        return UNKNOWN
     try:
         return max(Growth(_radius(driven, _acting(law, t), t, Motion(*trajectory.at(t)), late), t) for t in times)
     except (MafsilError, ValueError, TypeError, np.linalg.LinAlgError):
         return UNKNOWN
+
+
+def _away_from_rigid(job: Job, driven: Driven, times: Floats) -> list[float]:
+    """Those times at which the plan touches no rigid surface."""
+    T = driven.scenario.robot.forward_kinematics(driven.stretch.trajectory.at(times).u)
+    faces = [Face(surface, ()) for surface in rigid_surfaces_of(job)]
+    return [float(t) for t, pose in zip(times, T, strict=True) if all(face.depth(pose) < -REACHED for face in faces)]
 
 
 def _acting(law: Law, t: float) -> Law:

@@ -27,7 +27,6 @@ from mafsil.control import (
     sliding_mode,
 )
 from mafsil.job.closed_moves import closed_law
-from mafsil.job.contact_tables import FEELING
 from mafsil.job.description import TIP_LAWS, Job
 from mafsil.job.tip_laws import tip_law
 from mafsil.robot import Robot
@@ -202,8 +201,6 @@ KINDS = (*_MAKERS, *TIP_LAWS)
 
 def kinds_for(job: Job) -> tuple[str, ...]:
     """The laws that are compared on a job if none are named: those of the tip too where it touches something."""
-    if any(one.rigid for one in job.surface):
-        return tuple(kind for kind in KINDS if kind not in FEELING)
     if job.surface:
         return KINDS
     touches = job.hole or job.door or job.guide

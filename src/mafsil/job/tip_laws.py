@@ -25,9 +25,7 @@ from mafsil.control import (
     task_dynamics,
 )
 from mafsil.control.environment import CombinedEnvironment
-from mafsil.errors import JobError
-from mafsil.job.contact_tables import FEELING
-from mafsil.job.contacts import Face, environment_of, solid
+from mafsil.job.contacts import Face, environment_of, shape_of
 from mafsil.job.description import Job
 from mafsil.robot import Robot
 from mafsil.trajectory import Trajectory
@@ -41,7 +39,7 @@ TOUCH = 0.5
 REACHED = 1e-4
 """How far before a surface a planned tip counts as at it [m]."""
 CONTACT_DAMPING = 0.5
-"""Damping ratio that hybrid control gives the arm's inertia on the surface."""
+"""Damping ratio that hybrid control gives the arm's inertia on a surface that gives way."""
 MOVES = 1e-9
 """Entry of a Jacobian below which a joint does not move the tip along an axis [m]."""
 
@@ -54,13 +52,7 @@ def tip_law(job: Job, model: Robot, trajectory: Trajectory, true: Robot) -> Law:
         model: the arm as the controller knows it.
         trajectory: of the stretch.
         true: the arm that moves, whose tip carries the force sensor.
-
-    Raises:
-        JobError: it measures the force of surfaces that give way, and the surface is rigid.
     """
-    kind = job.controller.kind
-    if kind in FEELING and any(one.rigid for one in job.surface):
-        raise JobError("job.rigid_felt", place="controller kind", given=kind)
     task = _coordinates(model, trajectory)
     law = _MAKERS[job.controller.kind](job, model, trajectory, true, task)
     if model.n <= len(task.rows) or job.controller.kind == "task_computed_torque":
@@ -106,7 +98,7 @@ def _admittance(job: Job, model: Robot, trajectory: Trajectory, true: Robot, tas
 
 def _hybrid(job: Job, model: Robot, trajectory: Trajectory, true: Robot, task: TaskCoordinates) -> Law:
     """Motion until the tip touches the first surface, then force into it until the plan leaves it."""
-    own, face = job.controller, Face(solid(job.surface[0]), task.rows)
+    own, face = job.controller, Face(shape_of(job.surface[0]), task.rows)
     tip, sensor = TipOfJoints(model, trajectory), _sensor(job, true, task)
     gains = Gains.from_natural_frequency(len(task.rows), own.frequency or FREQUENCY, own.damping or DAMPING)
     press = PRESS if own.press is None else own.press
@@ -115,20 +107,25 @@ def _hybrid(job: Job, model: Robot, trajectory: Trajectory, true: Robot, task: T
         model, tip, face.constraint, lambda T: -press * face.along(T), coordinates=task, gains=gains, sensor=sensor,
         force_kp=own.force_gain or 0.0, force_ki=integral,
     )  # fmt: skip
-    along = face.along(tip(0.0).pose)
-    mass = float(along @ _inertia(model, trajectory, task) @ along)
-    slowing = 2.0 * CONTACT_DAMPING * np.sqrt(face.surface.stiffness * max(mass, 0.0))
+    shifts = [k for k, row in enumerate(task.rows) if row >= 3]
+    touching: Law = force
+    stiffness = job.surface[0].stiffness
+    if stiffness is not None:
+        along = face.along(tip(0.0).pose)
+        mass = float(along @ _inertia(model, trajectory, task) @ along)
+        slowing = 2.0 * CONTACT_DAMPING * np.sqrt(stiffness * max(mass, 0.0))
 
-    def damping(T: PoseMatrix) -> Floats:
-        n = face.along(T)
-        return slowing * np.outer(n, n)
+        def damping(T: PoseMatrix) -> Floats:
+            n = face.along(T)
+            return slowing * np.outer(n, n)
 
+        touching = combined(force, TipDamping(model, task, damping))
     return ContactSwitch(
         free=_task_computed_torque(job, model, trajectory, true, task),
-        touching=combined(force, TipDamping(model, task, damping)),
+        touching=touching,
         intended=lambda t: face.depth(tip(t).pose) > -REACHED,
         sensor=sensor,
-        direction=lambda t: -face.normal(tip(t).pose[:3, 3]),
+        direction=lambda t: -face.along(tip(t).pose)[shifts],
         least=max(TOUCH, 5.0 * job.simulation.noise.force),
     )
 
@@ -160,5 +157,7 @@ def _impedance_of(job: Job, task: TaskCoordinates, inertia: Floats) -> Impedance
 
 
 def _sensor(job: Job, true: Robot, task: TaskCoordinates) -> TipForceSensor:
-    noise = job.simulation.noise
-    return TipForceSensor(true, environment_of(job) or CombinedEnvironment(()), task, noise.force, noise.seed)
+    """What the surfaces' force follows from: the state, or the run where one of them is rigid."""
+    noise, rigid = job.simulation.noise, any(one.rigid for one in job.surface)
+    felt = None if rigid else environment_of(job) or CombinedEnvironment(())
+    return TipForceSensor(true, felt, task, noise.force, noise.seed)

@@ -22,7 +22,8 @@ from mafsil.robot import Robot
 from mafsil.simulation.closed_step import step_kernel
 from mafsil.simulation.mujoco_plant import MuJoCoPlant, MuJoCoStepper
 from mafsil.simulation.plant import Plant
-from mafsil.simulation.rigid_plant import RigidPlant, RigidStepper
+from mafsil.simulation.rigid_plant import RigidPlant
+from mafsil.simulation.rigid_stepper import RigidStepper
 from mafsil.simulation.stepping import IMPLICIT_FRICTION, MOST_EVALUATIONS, Stepper, by_secants
 from mafsil.solvers import method, second_order
 from mafsil.solvers.integrate import State, Step

@@ -1,7 +1,8 @@
-"""What a rigid surface did to a tip: impacts, contact that lasts, releases; as data of a recording and as sentences."""
+"""What rigid surfaces did to a tip: impacts, contact that lasts, sticks, slips, lets go; as data and as sentences."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -9,6 +10,8 @@ from typing import Any
 from mafsil.messages import say
 from mafsil.messages.quantities import quantity
 
+COUNTED = ("impacts", "releases", "closures", "sticks", "slips", "lost")
+"""What is added up, of one run and of runs that follow each other."""
 MOST_LISTED = 1_000
 """Events that are listed one by one, besides the first of each kind; all are counted."""
 
@@ -18,51 +21,66 @@ class ContactEvents:
     """Events of one run, in time.
 
     Attributes:
-        listed: the first ones: `kind` (impact, rest, closure or release), `time` [s]; of impacts the `speed` into the
-            surface before [m/s], the `impulse` [N s] and the kinetic energy `lost` [J]; of closures, after ever shorter
-            bounces, how many `bounces` there were, how long the next `flight` would have been, and when all of them
-            would be `over` [s].
+        listed: the first ones: `kind` (impact, rest, closure, stick, slip or release), `time` [s], `surface` by its
+            place in the plant's; of impacts the `speed` into the surface before [m/s], the `impulse` along the normal
+            and `across` it [N s], and the kinetic energy `lost` [J]; of closures, after ever shorter bounces, how many
+            `bounces` there were, how long the next `flight` would have been, and when all of them would be `over` [s].
         impacts, releases, closures: how many there were; closures after ever shorter bounces.
+        sticks, slips: how often friction began to hold the tip, and could not hold it any more.
         lost: kinetic energy that impacts took [J].
-        bounces: impacts since the contact lasted or the tip was away the last time.
+        bounces: impacts of each surface since the contact lasted or the tip was away the last time.
     """
 
     listed: list[dict[str, Any]] = field(default_factory=list[dict[str, Any]])
     impacts: int = 0
     releases: int = 0
     closures: int = 0
+    sticks: int = 0
+    slips: int = 0
     lost: float = 0.0
-    bounces: int = 0
+    bounces: Counter[int] = field(default_factory=Counter[int])
 
-    def impact(self, time: float, speed: float, impulse: float, lost: float) -> None:
-        """The tip hits the surface."""
+    def impact(
+        self, time: float, speed: float, impulse: float, lost: float, *, across: float = 0.0, surface: int = 0
+    ) -> None:
+        """The tip hits a surface."""
         self.impacts += 1
-        self.bounces += 1
+        self.bounces[surface] += 1
         self.lost += lost
-        self._add(kind="impact", time=time, speed=speed, impulse=impulse, lost=lost)
+        self._add(kind="impact", time=time, surface=surface, speed=speed, impulse=impulse, across=across, lost=lost)
 
-    def rest(self, time: float, lost: float = 0.0) -> None:
+    def rest(self, time: float, lost: float = 0.0, *, surface: int = 0) -> None:
         """Contact begins to last."""
-        self.bounces = 0
+        self.bounces[surface] = 0
         self.lost += lost
-        self._add(kind="rest", time=time)
+        self._add(kind="rest", time=time, surface=surface)
 
-    def closure(self, time: float, flight: float, over: float, lost: float) -> None:
+    def closure(self, time: float, flight: float, over: float, lost: float, *, surface: int = 0) -> None:
         """Contact begins to last instead of bounces that get ever shorter."""
         self.closures += 1
         self.lost += lost
-        self._add(kind="closure", time=time, bounces=self.bounces, flight=flight, over=over, lost=lost)
-        self.bounces = 0
+        bounces = self.bounces[surface]
+        self._add(kind="closure", time=time, surface=surface, bounces=bounces, flight=flight, over=over, lost=lost)
+        self.bounces[surface] = 0
 
-    def release(self, time: float) -> None:
+    def stick(self, time: float, *, surface: int = 0) -> None:
+        """Friction begins to hold the tip."""
+        self.sticks += 1
+        self._add(kind="stick", time=time, surface=surface)
+
+    def slip(self, time: float, *, surface: int = 0) -> None:
+        """Friction cannot hold the tip any more."""
+        self.slips += 1
+        self._add(kind="slip", time=time, surface=surface)
+
+    def release(self, time: float, *, surface: int = 0) -> None:
         """The surface would have to pull: contact ends."""
         self.releases += 1
-        self._add(kind="release", time=time)
+        self._add(kind="release", time=time, surface=surface)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data, as the metadata of a recording hold it."""
-        counted = ("impacts", "releases", "closures", "lost")
-        return {name: getattr(self, name) for name in counted} | {"events": list(self.listed)}
+        return {name: getattr(self, name) for name in COUNTED} | {"events": list(self.listed)}
 
     def _add(self, **event: Any) -> None:
         if len(self.listed) < MOST_LISTED or event["kind"] not in {known["kind"] for known in self.listed}:
@@ -79,7 +97,7 @@ def joined_events(starts: Sequence[float], parts: Sequence[Mapping[str, Any] | N
     known = [(begin, found) for begin, found in zip(starts, parts, strict=False) if found is not None]
     if not known:
         return None
-    whole = {name: sum(found[name] for _, found in known) for name in ("impacts", "releases", "closures", "lost")}
+    whole = {name: sum(found.get(name, 0) for _, found in known) for name in COUNTED}
     events = [_later(event, begin) for begin, found in known for event in found["events"]]
     return whole | {"events": events}
 
@@ -101,7 +119,7 @@ def rigid_sentences(found: Mapping[str, Any] | None, language: str | None) -> li
 
 
 def rigid_findings(found: Mapping[str, Any]) -> list[tuple[str, dict[str, object]]]:
-    """Keys and details of the sentences on a rigid surface: impacts, ever shorter bounces, releases.
+    """Keys and details of the sentences on rigid surfaces: impacts, ever shorter bounces, friction, releases.
 
     Args:
         found: events as plain data.
@@ -115,6 +133,10 @@ def rigid_findings(found: Mapping[str, Any]) -> list[tuple[str, dict[str, object
         details = {name: quantity(closing[name], "s") for name in ("time", "flight", "over")}
         counted = {"bounces": closing["bounces"], "count": found["closures"]}
         sentences.append(("simulation.rigid_closure", {**details, **counted}))
+    if found.get("sticks"):
+        sentences.append(("simulation.rigid_stick", {"count": found["sticks"], "time": _first(found, "stick")}))
+    if found.get("slips"):
+        sentences.append(("simulation.rigid_slip", {"count": found["slips"], "time": _first(found, "slip")}))
     if found["releases"]:
         first = _first(found, "release")
         sentences.append(("simulation.rigid_release", {"count": found["releases"], "time": first}))

@@ -56,6 +56,7 @@ class SimulationStatus(Status):
     LAW_NONSENSE = ("simulation.law_nonsense", False)
     BLIND = ("simulation.blind", False)
     LOOPS_LOST = ("simulation.run_lost_loops", False)
+    NO_CONTACT_FORCE = ("simulation.run_no_contact_force", False)
     LOG_TORN = ("simulation.log_torn", False)
 
 

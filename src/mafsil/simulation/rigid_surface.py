@@ -1,4 +1,4 @@
-"""A surface that does not give way: its signed distance, its normal, and how an impact ends."""
+"""A surface that does not give way: its signed distance, its normal, its friction, and how an impact ends."""
 
 from __future__ import annotations
 
@@ -16,20 +16,23 @@ from mafsil.errors import InputError
 
 @dataclass(frozen=True, eq=False, slots=True)
 class RigidSurface:
-    """A plane, a sphere or a cylinder that the tip's origin cannot enter: it only pushes, along its normal.
+    """A plane, a sphere or a cylinder that the tip's origin cannot enter: it only pushes.
 
-    Without friction: what the surface does to the tip is one force along the normal.
+    What it does to the tip is a force along its normal and one of friction across it, at most `friction` times as
+    large: a tip that it can hold sticks, another one slides, and friction is against the sliding.
 
     Attributes:
         point: (3,) on the plane, in the middle of the sphere, on the axis of the cylinder, in {s} [m].
-        restitution: speed along the normal after an impact over that before, from 0 (it stays) to 1.
+        restitution: from 0 (it stays) to 1: square root of the share of the normal work that an impact gives back;
+            without friction, and where the tip slides all the time, speed along the normal after over that before.
         normal: (3,) of a plane, out of it, towards the arm.
         radius: of a sphere or a cylinder [m].
         axis: (3,) of a cylinder.
         hollow: whether the tip is inside and touches the inner side.
+        friction: Coulomb's coefficient mu, of sticking and of sliding.
 
     Raises:
-        InputError: a wrong shape, neither or both of normal and radius, a restitution outside 0 to 1.
+        InputError: a wrong shape, neither or both of normal and radius, a restitution outside 0 to 1, friction below 0.
     """
 
     point: Vector3
@@ -38,6 +41,7 @@ class RigidSurface:
     radius: float | None = None
     axis: Vector3 | None = None
     hollow: bool = False
+    friction: float = 0.0
 
     def __post_init__(self) -> None:
         if (self.normal is None) == (self.radius is None):
@@ -50,43 +54,55 @@ class RigidSurface:
             positive("radius", self.radius)
         if not 0.0 <= self.restitution <= 1.0:
             raise InputError("input.range", name="restitution", value=self.restitution, low=0.0, high=1.0)
+        if not 0.0 <= self.friction < inf:
+            raise InputError("input.range", name="friction", value=self.friction, low=0.0, high=inf)
 
     @classmethod
-    def plane(cls, point: ArrayLike, normal: ArrayLike, *, restitution: float = 0.0) -> Self:
+    def plane(cls, point: ArrayLike, normal: ArrayLike, *, restitution: float = 0.0, friction: float = 0.0) -> Self:
         """A plane.
 
         Args:
             point, normal: (3,) on it, and out of it towards the arm; in {s} [m, 1].
-            restitution: from 0 to 1.
+            restitution, friction: as of the class.
         """
-        return cls(single("point", point, (3,)), restitution, normal=single("normal", normal, (3,)))
+        out = single("normal", normal, (3,))
+        return cls(single("point", point, (3,)), restitution, normal=out, friction=friction)
 
     @classmethod
-    def sphere(cls, centre: ArrayLike, radius: float, *, restitution: float = 0.0, hollow: bool = False) -> Self:
+    def sphere(
+        cls, centre: ArrayLike, radius: float, *, restitution: float = 0.0, hollow: bool = False, friction: float = 0.0
+    ) -> Self:
         """A sphere, touched from outside, or with `hollow` from inside.
 
         Args:
             centre: (3,) in {s} [m].
             radius: [m].
-            restitution: from 0 to 1.
+            restitution, friction: as of the class.
             hollow: whether the tip is inside.
         """
-        return cls(single("centre", centre, (3,)), restitution, radius=radius, hollow=hollow)
+        return cls(single("centre", centre, (3,)), restitution, radius=radius, hollow=hollow, friction=friction)
 
     @classmethod
     def cylinder(
-        cls, point: ArrayLike, axis: ArrayLike, radius: float, *, restitution: float = 0.0, hollow: bool = False
+        cls,
+        point: ArrayLike,
+        axis: ArrayLike,
+        radius: float,
+        *,
+        restitution: float = 0.0,
+        hollow: bool = False,
+        friction: float = 0.0,
     ) -> Self:
         """A cylinder without ends, touched from outside, or with `hollow` from inside.
 
         Args:
             point, axis: (3,) on its axis, and along it; in {s} [m, 1].
             radius: [m].
-            restitution: from 0 to 1.
+            restitution, friction: as of the class.
             hollow: whether the tip is inside.
         """
-        along = single("axis", axis, (3,))
-        return cls(single("point", point, (3,)), restitution, radius=radius, axis=along, hollow=hollow)
+        at, along = single("point", point, (3,)), single("axis", axis, (3,))
+        return cls(at, restitution, radius=radius, axis=along, hollow=hollow, friction=friction)
 
     def distance(self, p: Vector3) -> Floats:
         """(*batch,) from points p (*batch, 3) in {s} to the surface [m]; negative inside."""

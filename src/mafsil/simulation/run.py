@@ -16,6 +16,7 @@ from mafsil.simulation.closed_plant import LoopsLost, stepper_of
 from mafsil.simulation.disturbance import push_at
 from mafsil.simulation.faults import decided, law_name, require_efforts, require_measured, task_of
 from mafsil.simulation.live_log import LiveLog
+from mafsil.simulation.point_contact import NoContactForce
 from mafsil.simulation.recording import Recording, SimulationStatus
 from mafsil.simulation.scenario import Scenario
 from mafsil.simulation.stepping import Stepper
@@ -106,6 +107,8 @@ class Run:
                     q, qd = step(t + i * h, (q, qd), h)
             except LoopsLost as lost:
                 return self._lost(k, lost)
+            except NoContactForce as none:
+                return self.stopped(SimulationStatus.NO_CONTACT_FORCE, none.message())
             except InputError:
                 # Single calls refuse NaN; in batches it shows in the rates below.
                 qd = np.full_like(qd, np.nan)

@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from mafsil.job.contact_tables import FEELING
 from mafsil.job.description import Controller, Obstacle, Simulation
 from mafsil.job.language.frames import Complaint
 from mafsil.job.language.pose_checks import check_pose
@@ -113,13 +112,9 @@ def _check_rigid(file: JobFile, k: int, error: Complaint) -> None:
         if one.restitution is not None:
             raise error("job.soft_restitution", (*path, "restitution"))
         return
-    for name in ("stiffness", "damping", "friction"):
+    for name in ("stiffness", "damping"):
         if getattr(one, name):
             raise error("job.rigid_gives", (*path, name), given=name)
-    if any(other.rigid for other in file.surface[:k]):
-        raise error("job.two_rigid", (*path, "rigid"))
-    if file.controller.kind in FEELING:
-        raise error("job.rigid_felt", ("controller", "kind"), given=file.controller.kind)
     if file.variation is not None:
         raise error("job.rigid_varied", ("variation",))
     if file.simulation.plant != "mafsil":
