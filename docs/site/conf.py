@@ -24,10 +24,11 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
-    "sphinx.ext.viewcode",
     "formulas",
     "reference",
 ]
+if not os.environ.get("MAFSIL_SITE_WITHOUT_CODE"):  # Its pages of code take longer than all others.
+    extensions.append("sphinx.ext.viewcode")
 exclude_patterns = ["site"]
 master_doc = "index"
 default_role = "literal"

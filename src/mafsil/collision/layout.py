@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.arrays import Floats
+from mafsil.arrays import Floats, Truth
 from mafsil.collision.arm_loops import Arm
 from mafsil.collision.bodies import Body
 from mafsil.collision.joints import Joints
@@ -55,14 +55,17 @@ def _groups(pieces: Pieces, begin: NDArray[np.int64], group: NDArray[np.int64]) 
         begin: (b, 3) first and last + 1 of a body's pieces, last + 1 of those that the surroundings matter to.
         group: (b + 1,) first of its groups.
     """
-    groups, members = in_lanes(4 * int(group[-1]))[: 4 * WIDTH * int(group[-1])], np.zeros((group[-1], 3), np.int64)
+    count, bits = int(group[-1]), 1 << np.arange(WIDTH)
+    groups, members = in_lanes(4 * count)[: 4 * WIDTH * count], np.zeros((count, 3), np.int64)
     balls = groups.reshape(-1, 4, WIDTH)
-    for (first, last, moving), g, end in zip(begin, group[:-1], group[1:], strict=True):
-        i = first + np.arange((end - g) * WIDTH)
+    for b in range(len(begin)):
+        first, last, moving, g, end = (int(x) for x in (*begin[b], group[b], group[b + 1]))
+        i = np.arange(first, first + (end - g) * WIDTH)
         rows = pieces.rows[np.minimum(i, last - 1)]  # What is left of the last group holds the last piece again.
         balls[g:end] = rows[:, BALL:].reshape(-1, WIDTH, 4).swapaxes(1, 2)
-        flags = np.array([i < last, i < moving, (i < last) & (rows[:, 0] == POINT)])
-        members[g:end] = (flags.reshape(3, -1, WIDTH) @ (1 << np.arange(WIDTH))).T
+        flags: tuple[Truth, ...] = (i < last, i < moving, (i < last) & (rows[:, 0] == POINT))
+        for column, which in enumerate(flags):
+            members[g:end, column] = np.where(which.reshape(-1, WIDTH), bits, 0).sum(axis=1)
     return groups, members
 
 
