@@ -122,6 +122,8 @@ def test_answers_say_where():
 def test_wrong_input_is_named():
     with pytest.raises(mf.InputError, match="no geometry"):
         Obstacle("box")
+    with pytest.raises(mf.InputError, match="name: ndarray is no name of an obstacle"):
+        Obstacle(Sphere(1.0), np.zeros(3), np.eye(4))
     with pytest.raises(mf.InputError, match="no length"):
         Obstacle(Sphere(-1.0))
     with pytest.raises(mf.InputError, match="no length"):

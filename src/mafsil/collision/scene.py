@@ -35,7 +35,7 @@ class Obstacle:
         name: how answers call it; a scene numbers those without.
 
     Raises:
-        InputError: no geometry, a length that is none, no pose.
+        InputError: no geometry, a length that is none, no pose, a name that is no text.
     """
 
     geometry: Geometry
@@ -43,6 +43,9 @@ class Obstacle:
     name: str = ""
 
     def __post_init__(self) -> None:
+        name = cast("object", self.name)
+        if not isinstance(name, str):
+            raise InputError("collision.obstacle_name", got=type(name).__name__)
         checked_geometry(self.name or "geometry", self.geometry)
         object.__setattr__(self, "T_so", placed(self.name or type(self.geometry).__name__, self.T_so))
 
