@@ -91,7 +91,7 @@ def test_a_mesh_of_a_million_triangles(panda):
 def test_what_is_no_number_and_ends_that_are_the_same(panda, planner):
     T = panda.robot.forward_kinematics(GOAL)
     T[0, 3] = np.nan
-    with pytest.raises(InputError, match="T"):
+    with pytest.raises(InputError, match="goal"):
         mf.plan(panda, None, START, T, planner=planner)
     with pytest.raises(InputError, match="start"):
         mf.plan(panda, None, np.full(7, np.nan), GOAL, planner=planner)

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import cast
+from functools import cached_property
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,6 +21,21 @@ ON_EDGE = 1e-9
 """Share of the size of the world within which a point is on an edge, not in the obstacle."""
 BESIDE = 10.0
 """Edges' thicknesses beside a segment at which one side of it must be free."""
+
+
+class _Edges(NamedTuple):
+    """Edges of polygons, side by side.
+
+    Attributes:
+        begin, end: (e, 2) of each [m].
+        first: (k,) of each polygon.
+        longest: (e,) largest component of an edge of the same polygon [m].
+    """
+
+    begin: Floats
+    end: Floats
+    first: NDArray[np.int64]
+    longest: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,18 +80,29 @@ class PolygonWorld:
 
     def inside(self, points: ArrayLike) -> NDArray[np.int64]:
         """(k,) the polygon in whose interior each point (k, 2) is; -1 in none."""
-        p = np.atleast_2d(require_finite("points", np.asarray(points, dtype=np.float64)))
-        found = np.full(len(p), -1)
-        for index, corners in enumerate(self.polygons):
-            a, b = corners, np.roll(corners, -1, axis=0)
-            # Crossings of the ray to the right decide; points on an edge are outside.
-            above = (a[None, :, 1] > p[:, None, 1]) != (b[None, :, 1] > p[:, None, 1])
-            rise = np.where(b[:, 1] == a[:, 1], 1.0, b[:, 1] - a[:, 1])
-            x = a[None, :, 0] + (p[:, None, 1] - a[None, :, 1]) / rise * (b - a)[None, :, 0]
-            odd = (above & (p[:, None, 0] < x)).sum(axis=1) % 2 == 1
-            on_edge = distances_to_segments(p, a, b).min(axis=1) <= self.slack
-            found[odd & ~on_edge & (found < 0)] = index
-        return found
+        p, edges = np.atleast_2d(require_finite("points", np.asarray(points, dtype=np.float64))), self._edges
+        if not self.polygons:
+            return np.full(len(p), -1)
+        a, b = edges.begin, edges.end
+        way = b - a
+        # Crossings of the ray to the right decide; points on an edge are outside.
+        above = (a[None, :, 1] > p[:, None, 1]) != (b[None, :, 1] > p[:, None, 1])
+        rise = np.where(way[:, 1] == 0.0, 1.0, way[:, 1])
+        x = a[None, :, 0] + (p[:, None, 1] - a[None, :, 1]) / rise * way[None, :, 0]
+        odd = np.add.reduceat((above & (p[:, None, 0] < x)).astype(np.int64), edges.first, axis=1) % 2 == 1
+        near = np.minimum.reduceat(distances_to_segments(p, a, b), edges.first, axis=1) <= self.slack
+        within = odd & ~near
+        return np.where(within.any(axis=1), within.argmax(axis=1), -1)
+
+    @cached_property
+    def _edges(self) -> _Edges:
+        """The edges of all polygons, one after another."""
+        begin = np.concatenate([np.zeros((0, 2)), *self.polygons])
+        end = np.concatenate([np.zeros((0, 2)), *(np.roll(corners, -1, axis=0) for corners in self.polygons)])
+        counts = [len(corners) for corners in self.polygons]
+        first = np.cumsum([0, *counts])[:-1]
+        longest = [float(np.abs(np.roll(corners, -1, axis=0) - corners).max()) for corners in self.polygons]
+        return _Edges(begin, end, first, np.repeat(longest, counts))
 
     def free(self, points: ArrayLike) -> NDArray[np.bool_]:
         """(k,) whether points (k, 2) are in no obstacle."""
@@ -92,21 +119,19 @@ class PolygonWorld:
         """
         a, b = np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64)
         # 1.
-        cuts = [0.0, 1.0]
-        way = b - a
-        for corners in self.polygons:
-            edges = np.roll(corners, -1, axis=0) - corners
-            across = way[0] * edges[:, 1] - way[1] * edges[:, 0]
-            meets = np.abs(across) > 1e-14 * np.abs(edges).max() * max(np.abs(way).max(), 1e-300)
-            from_a = corners - a
-            divisor = np.where(meets, across, 1.0)
-            s = (from_a[:, 0] * edges[:, 1] - from_a[:, 1] * edges[:, 0]) / divisor
-            t = (from_a[:, 0] * way[1] - from_a[:, 1] * way[0]) / divisor
-            cuts += s[meets & (s > 0.0) & (s < 1.0) & (t >= -1e-12) & (t <= 1.0 + 1e-12)].tolist()
-            # Corners that lie on the segment, where it runs along an edge.
-            along = (from_a @ way) / max(float(way @ way), 1e-300)
-            near = np.linalg.norm(from_a - along[:, None] * way, axis=1) <= self.slack
-            cuts += along[near & (along > 0.0) & (along < 1.0)].tolist()
+        way, (corners, ends, _, longest) = b - a, self._edges
+        edges = ends - corners
+        across = way[0] * edges[:, 1] - way[1] * edges[:, 0]
+        meets = np.abs(across) > 1e-14 * longest * max(np.abs(way).max(), 1e-300)
+        from_a = corners - a
+        divisor = np.where(meets, across, 1.0)
+        s = (from_a[:, 0] * edges[:, 1] - from_a[:, 1] * edges[:, 0]) / divisor
+        t = (from_a[:, 0] * way[1] - from_a[:, 1] * way[0]) / divisor
+        cuts = s[meets & (s > 0.0) & (s < 1.0) & (t >= -1e-12) & (t <= 1.0 + 1e-12)]
+        # Corners that lie on the segment, where it runs along an edge.
+        along = (from_a @ way) / max(float(way @ way), 1e-300)
+        near = np.linalg.norm(from_a - along[:, None] * way, axis=1) <= self.slack
+        cuts = np.concatenate([[0.0, 1.0], cuts, along[near & (along > 0.0) & (along < 1.0)]])
         # 2.
         places = np.unique(cuts)
         middles = (places[:-1] + places[1:]) / 2.0
