@@ -29,13 +29,32 @@ def urdf() -> str:
         f'<link name="link{k}"><collision><origin xyz="{places[k]}"/><geometry>{shape}</geometry></collision></link>'
         for k, shape in enumerate(_SHAPES)
     )
-    joints = "".join(
+    return f'<robot name="primitive_arm">{links}{_joints()}</robot>'
+
+
+def arm_of_many_pieces(tmp_path, kinds=("sphere", "sphere", "box")) -> mf.Robot:
+    """The same joints; each link carries a dozen pieces along its way to the next one."""
+    rng, links = np.random.default_rng(7), ""
+    for k, step in enumerate((*_STEPS, "0 0 0.1")):
+        pieces = ""
+        for i in range(12):
+            place = np.array(step.split(), float) * (i + 1) / 13 + rng.normal(size=3) * 0.03
+            size = {"sphere": 'radius="0.02"', "box": 'size="0.03 0.04 0.02"'}[kinds[i % len(kinds)]]
+            shape = f"<geometry><{kinds[i % len(kinds)]} {size}/></geometry>"
+            pieces += f'<collision><origin xyz="{place[0]} {place[1]} {place[2]}"/>{shape}</collision>'
+        links += f'<link name="link{k}">{pieces}</link>'
+    path = tmp_path / "many.urdf"
+    path.write_text(f'<robot name="many_pieces">{links}{_joints()}</robot>')
+    return mf.load(str(path))
+
+
+def _joints() -> str:
+    return "".join(
         f'<joint name="joint{k + 1}" type="revolute"><parent link="link{k}"/><child link="link{k + 1}"/>'
         f'<origin xyz="{_STEPS[k]}"/><axis xyz="{_AXES[k]}"/>'
         '<limit lower="-2.8" upper="2.8" velocity="2" effort="50"/></joint>'
         for k in range(6)
     )
-    return f'<robot name="primitive_arm">{links}{joints}</robot>'
 
 
 def arm(tmp_path) -> mf.Robot:

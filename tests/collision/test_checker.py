@@ -11,7 +11,7 @@ import mafsil as mf
 from mafsil import collision
 from mafsil.collision import Box, Checker, CheckStatus, Obstacle, Plane, Reason, Sphere
 from mafsil.collision.bodies import mesh_vertices
-from tests.collision.arms import arm, scene
+from tests.collision.arms import arm, arm_of_many_pieces, scene
 from tests.collision.peer import CoalChecker
 
 
@@ -42,6 +42,18 @@ def test_flat_tetrahedra_are_no_contact(tmp_path):
     found = checker.distance(q)
     assert np.isfinite(found.distance).all()
     assert (checker.in_collision(q) == (found.distance <= 0.0)).all()
+
+
+@pytest.mark.capability("11-39")
+@pytest.mark.parametrize("margin", [0.0, 0.02])
+def test_bodies_of_many_pieces_meet_in_batches_what_they_meet_alone(tmp_path, margin):
+    """Where few of eight states are near something, eight pieces are asked together instead of eight states."""
+    checker = Checker(arm_of_many_pieces(tmp_path), scene(5, 5), margin=margin, samples=200)
+    q = checker.random_configurations(400)
+    hit = checker.in_collision(q)
+    assert 0.1 < hit.mean() < 0.9
+    assert (hit == (checker.distance(q).distance <= margin)).all()
+    assert (hit == [checker.in_collision(each) for each in q]).all()
 
 
 @pytest.mark.capability("11-39")
