@@ -26,10 +26,6 @@ FEW = 64
 """Pieces of the surroundings that are looked at one by one near a body; more are asked for through the tree."""
 
 
-EVERY, AROUND, BALLS = range(3)
-"""Columns of `Arm.members`."""
-
-
 class Arm(NamedTuple):
     """What collides of an arm.
 
@@ -39,15 +35,11 @@ class Arm(NamedTuple):
             that the surroundings matter to, centre and radius of a ball around it in its link's frame, first of its
             groups. The other pieces stand where they are whatever the joints do.
         pairs: (m, 2) bodies that are checked against each other.
-        groups: (4 g,) lanes: centres and radii of balls around the pieces of a body, eight side by side.
-        members: (g, 3) bits of a group: what is a piece, what the surroundings matter to, what is a ball itself.
     """
 
     pieces: Pieces
     bodies: Floats
     pairs: NDArray[np.int64]
-    groups: Floats
-    members: NDArray[np.int64]
 
 
 class Scratch(NamedTuple):

@@ -97,7 +97,7 @@ def distances(
         place_lower_bounds(world, cutoff, bench, lower)
         for lane in range(min(WIDTH, len(q) - first)):
             r = first + lane
-            _distance(world, poses[r], cutoff, lane, lower, out[r], who[r], s, row)
+            _distance(workshop, poses[r], cutoff, lane, lower, out[r], who[r], s, row)
 
 
 @inlined
@@ -124,8 +124,8 @@ def _first_item(world: World, lower: Floats, lane: int, cutoff: float) -> int:
 
 @uncounted
 def _distance(
-    world: World, poses: Floats, cutoff: float, lane: int, lower: Floats, out: Floats, who: NDArray[np.int64],
-    s: Scratch, row: Floats,
+    workshop: Held[Workshop], poses: Floats, cutoff: float, lane: int, lower: Floats, out: Floats,
+    who: NDArray[np.int64], s: Scratch, row: Floats,
 ) -> None:  # fmt: skip
     """One state of `distances`.
 
@@ -133,6 +133,7 @@ def _distance(
     2. Its gap, with the best so far as cutoff; it is not asked again. So until none may be nearer than the best.
     3. Points and normal of the nearest pair alone.
     """
+    world = opened(workshop).world
     arm, around, best, nearest_item = world.arm, world.around, cutoff, -1
     bodies = len(arm.bodies)
     place_bodies(arm, poses, s)

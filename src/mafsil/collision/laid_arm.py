@@ -16,7 +16,7 @@ from mafsil.collision.clearance_loops import Clearances
 from mafsil.collision.joints import Joints
 from mafsil.collision.scene import Scene
 from mafsil.collision.speed_loops import Motion
-from mafsil.collision.workshop_loops import Bench, Kinematics, Workshop, World, bench_for
+from mafsil.collision.workshop_loops import Bench, Groups, Kinematics, Workshop, World, bench_for
 from mafsil.robot import Robot
 from mafsil.solvers.held_loops import Held
 
@@ -52,6 +52,11 @@ class LaidArm:
         return layout.motion_of(self.robot.mechanism, self._joints, self.arm)
 
     @cached_property
+    def groups(self) -> Groups:
+        """Its pieces eight side by side."""
+        return layout.groups_of(self.arm)
+
+    @cached_property
     def regions(self) -> Floats:
         """(b, 4) balls in {s} that bodies never leave."""
         endless = np.full(self.robot.n, np.inf)
@@ -69,7 +74,9 @@ class LaidArm:
         around, thread = scene.surroundings, get_ident()
         apart = layout.apart(self.regions, around)
         keep, entries = np.array([margin]), np.zeros(4, np.int64)
-        world = World(self.arm, around, apart, self.clearances, self._kinematics_here(), self.motion, keep, entries)
+        world = World(
+            self.arm, around, self.groups, apart, self.clearances, self._kinematics_here(), self.motion, keep, entries
+        )
         if thread not in self._benches:
             self._benches[thread] = bench_for(world)
         return Held(Workshop(world, self._benches[thread]))

@@ -16,7 +16,7 @@ from mafsil.collision.pieces import boxes, pieces_of
 from mafsil.collision.speed_loops import Motion
 from mafsil.collision.support_loops import BALL, BODY, PLANE, POINT, Pieces
 from mafsil.collision.tree_loops import Surroundings
-from mafsil.collision.workshop_loops import AT_ONCE, STATES, Kinematics
+from mafsil.collision.workshop_loops import AT_ONCE, STATES, Groups, Kinematics
 from mafsil.kernels import Kernel
 from mafsil.model import Mechanism
 from mafsil.solvers.lane_loops import WIDTH, in_lanes
@@ -43,21 +43,17 @@ def arm_of(bodies: tuple[Body, ...], pairs: list[tuple[int, int]], still: Still 
     ]
     begin = np.array([first[:-1], first[1:], moving]).T.reshape(-1, 3)
     group = np.concatenate([[0], np.cumsum(-(-(begin[:, 1] - begin[:, 0]) // WIDTH))])
-    groups, members = _groups(pieces, begin, group)
     rows = np.column_stack([np.array(table, np.float64).reshape(-1, 8), group[:-1]])
-    return Arm(pieces, rows, np.array(pairs, np.int64).reshape(-1, 2), groups, members)
+    return Arm(pieces, rows, np.array(pairs, np.int64).reshape(-1, 2))
 
 
-def _groups(pieces: Pieces, begin: NDArray[np.int64], group: NDArray[np.int64]) -> tuple[Floats, NDArray[np.int64]]:
-    """The balls around the pieces of each body, eight side by side, and bits of what they are; see `Arm`.
-
-    Args:
-        begin: (b, 3) first and last + 1 of a body's pieces, last + 1 of those that the surroundings matter to.
-        group: (b + 1,) first of its groups.
-    """
+def groups_of(arm: Arm) -> Groups:
+    """The pieces of the bodies eight side by side."""
+    pieces, begin, group = arm.pieces, arm.bodies[:, 1:4].astype(np.int64), arm.bodies[:, 8].astype(np.int64)
+    group = np.append(group, (group + -(-(begin[:, 1] - begin[:, 0]) // WIDTH)).max(initial=0))
     count, bits = int(group[-1]), 1 << np.arange(WIDTH)
-    groups, members = in_lanes(4 * count)[: 4 * WIDTH * count], np.zeros((count, 3), np.int64)
-    balls = groups.reshape(-1, 4, WIDTH)
+    lanes, members = in_lanes(4 * count)[: 4 * WIDTH * count], np.zeros((count, 3), np.int64)
+    balls = lanes.reshape(-1, 4, WIDTH)
     for b in range(len(begin)):
         first, last, moving, g, end = (int(x) for x in (*begin[b], group[b], group[b + 1]))
         i = np.arange(first, first + (end - g) * WIDTH)
@@ -66,7 +62,7 @@ def _groups(pieces: Pieces, begin: NDArray[np.int64], group: NDArray[np.int64]) 
         flags: tuple[Truth, ...] = (i < last, i < moving, (i < last) & (rows[:, 0] == POINT))
         for column, which in enumerate(flags):
             members[g:end, column] = np.where(which.reshape(-1, WIDTH), bits, 0).sum(axis=1)
-    return groups, members
+    return Groups(lanes, members)
 
 
 def _ball(pieces: Pieces, first: int, last: int) -> Floats:

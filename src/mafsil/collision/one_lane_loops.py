@@ -13,12 +13,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from mafsil.collision.arm_loops import AROUND, BALLS, EVERY, Arm
+from mafsil.collision.arm_loops import Arm
 from mafsil.collision.placing_loops import LaneScratch
 from mafsil.collision.reach_loops import MEETS, exact_answer, in_lane, within_reach
 from mafsil.collision.support_loops import CONE, HULL
 from mafsil.collision.tree_loops import DEPTH
-from mafsil.collision.workshop_loops import AROUND_BY_LANES, ITSELF_BY_LANES, Workshop
+from mafsil.collision.workshop_loops import AROUND, AROUND_BY_LANES, BALLS, EVERY, ITSELF_BY_LANES, Workshop, World
 from mafsil.solvers.held_loops import Held, opened
 from mafsil.solvers.kernel_loops import loop_address, loop_caller
 from mafsil.solvers.lane_loops import WIDTH, buffer, get, lane_bits, part, seen
@@ -41,9 +41,9 @@ def groups_of(pieces: int) -> int:
 
 
 @inlined
-def _place_group(arm: Arm, b: int, group: int, lane: int, s: LaneScratch, out: Buffer) -> None:
+def _place_group(world: World, b: int, group: int, lane: int, s: LaneScratch, out: Buffer) -> None:
     """Balls of a group of body b in {s} and their radii, in the state of one lane."""
-    T, balls = part(seen(s.poses), 16 * int(arm.bodies[b, 0])), part(seen(arm.groups), 4 * group)
+    T, balls = part(seen(s.poses), 16 * int(world.arm.bodies[b, 0])), part(seen(world.groups.balls), 4 * group)
     x, y, z = balls[0], balls[1], balls[2]
     for r in range(3):
         turned = get(T, 4 * r, lane) * x + get(T, 4 * r + 1, lane) * y + get(T, 4 * r + 2, lane) * z
@@ -56,18 +56,19 @@ def _meets_around(shop: Held[Workshop], b: int, lane: int, count: int) -> bool:
     """Whether body b meets one of the pieces of the surroundings in `s.near`, in one lane."""
     world, bench = opened(shop)
     arm, around, s, margin, balls = world.arm, world.around.pieces, bench.s, world.margin[0], buffer(4)
+    members = world.groups.members
     link, first = int(arm.bodies[b, 0]), int(arm.bodies[b, 1])
     for g in range(groups_of(int(arm.bodies[b, 3]) - first)):
         group = int(arm.bodies[b, 8]) + g
-        _place_group(arm, b, group, lane, s, balls)
+        _place_group(world, b, group, lane, s, balls)
         for k in range(count):
             if (s.near[1, DEPTH + k] >> lane) & 1 == 0:
                 continue
             j = s.near[0, DEPTH + k]
-            near = lane_bits(within_reach(around, j, balls, balls[3] + margin)) & arm.members[group, AROUND]  # 1
+            near = lane_bits(within_reach(around, j, balls, balls[3] + margin)) & members[group, AROUND]  # 1
             if near == 0:
                 continue
-            if around.rows[j, 0] not in (HULL, CONE) and near & arm.members[group, BALLS]:  # 2
+            if around.rows[j, 0] not in (HULL, CONE) and near & members[group, BALLS]:  # 2
                 return True
             for i in range(WIDTH):
                 if (near >> i) & 1 and exact_answer(shop, first + g * WIDTH + i, link, j, -1, 0.0, lane) == MEETS:
@@ -86,24 +87,25 @@ def _meets_itself(shop: Held[Workshop], a: int, b: int, lane: int) -> bool:
     """Whether two bodies of the arm meet in one lane."""
     world, bench = opened(shop)
     arm, s, margin, ours, theirs = world.arm, bench.s, world.margin[0], buffer(4), buffer(4)
+    members = world.groups.members
     p, q, round = int(arm.bodies[a, 0]), int(arm.bodies[b, 0]), arm.bodies[b, 7] + margin
     middle = part(seen(s.balls), 3 * b)
     for g in range(groups_of(pieces_of(arm, a))):
         group = int(arm.bodies[a, 8]) + g
-        _place_group(arm, a, group, lane, s, ours)
+        _place_group(world, a, group, lane, s, ours)
         x, y, z = get(middle, 0, lane), get(middle, 1, lane), get(middle, 2, lane)
-        open = lane_bits(_near_ball(ours, x, y, z, ours[3] + round)) & arm.members[group, EVERY]
+        open = lane_bits(_near_ball(ours, x, y, z, ours[3] + round)) & members[group, EVERY]
         for d in range(groups_of(pieces_of(arm, b)) if open != 0 else 0):
             beside = int(arm.bodies[b, 8]) + d
-            _place_group(arm, b, beside, lane, s, theirs)
+            _place_group(world, b, beside, lane, s, theirs)
             for i in range(WIDTH):
                 if (open >> i) & 1 == 0:
                     continue
                 x, y, z, touch = get(ours, 0, i), get(ours, 1, i), get(ours, 2, i), get(ours, 3, i) + margin
-                near = lane_bits(_near_ball(theirs, x, y, z, theirs[3] + touch)) & arm.members[beside, EVERY]  # 1
+                near = lane_bits(_near_ball(theirs, x, y, z, theirs[3] + touch)) & members[beside, EVERY]  # 1
                 if near == 0:
                     continue
-                if (arm.members[group, BALLS] >> i) & 1 and near & arm.members[beside, BALLS]:  # 2
+                if (members[group, BALLS] >> i) & 1 and near & members[beside, BALLS]:  # 2
                     return True
                 piece, first = int(arm.bodies[a, 1]) + g * WIDTH + i, int(arm.bodies[b, 1]) + d * WIDTH
                 for k in range(WIDTH):

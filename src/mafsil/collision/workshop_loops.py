@@ -63,11 +63,28 @@ class Kinematics(NamedTuple):
     pose_lanes: Floats
 
 
+EVERY, AROUND, BALLS = range(3)
+"""Columns of `Groups.members`."""
+
+
+class Groups(NamedTuple):
+    """The balls around the pieces of each body, eight side by side; apart from the arm, which is handed on more often.
+
+    Attributes:
+        balls: (4 g,) lanes: centres and radii.
+        members: (g, 3) bits: what is a piece, what the surroundings matter to, what is a ball itself.
+    """
+
+    balls: Floats
+    members: NDArray[np.int64]
+
+
 class World(NamedTuple):
     """What decides whether a motion is free.
 
     Attributes:
         arm, around: what may not meet.
+        groups: of the arm's pieces.
         apart: (bodies, k) how far each body stays at any configuration from each piece around; where there are more
             than AT_ONCE pieces, there is no column.
         known: how near bodies of the arm come to each other at some coordinates.
@@ -79,6 +96,7 @@ class World(NamedTuple):
 
     arm: Arm
     around: Surroundings
+    groups: Groups
     apart: Floats
     known: Clearances
     kinematics: Kinematics
