@@ -31,9 +31,9 @@ class Arm(NamedTuple):
 
     Attributes:
         pieces: in the frames of their links, body by body.
-        bodies: (b, 9) index of the link that carries a body, first and last + 1 of its pieces, last + 1 of those
-            that the surroundings matter to, centre and radius of a ball around it in its link's frame, first of its
-            groups. The other pieces stand where they are whatever the joints do.
+        bodies: (b, 8) index of the link that carries a body, first and last + 1 of its pieces, last + 1 of those
+            that the surroundings matter to, centre and radius of a ball around it in its link's frame. The others
+            stand where they are whatever the joints do.
         pairs: (m, 2) bodies that are checked against each other.
     """
 

@@ -41,28 +41,25 @@ def arm_of(bodies: tuple[Body, ...], pairs: list[tuple[int, int]], still: Still 
         [body.link, first[b], first[b + 1], moving[b], *_ball(pieces, first[b], first[b + 1])]
         for b, body in enumerate(bodies)
     ]
-    begin = np.array([first[:-1], first[1:], moving]).T.reshape(-1, 3)
-    group = np.concatenate([[0], np.cumsum(-(-(begin[:, 1] - begin[:, 0]) // WIDTH))])
-    rows = np.column_stack([np.array(table, np.float64).reshape(-1, 8), group[:-1]])
-    return Arm(pieces, rows, np.array(pairs, np.int64).reshape(-1, 2))
+    return Arm(pieces, np.array(table, np.float64), np.array(pairs, np.int64).reshape(-1, 2))
 
 
 def groups_of(arm: Arm) -> Groups:
     """The pieces of the bodies eight side by side."""
-    pieces, begin, group = arm.pieces, arm.bodies[:, 1:4].astype(np.int64), arm.bodies[:, 8].astype(np.int64)
-    group = np.append(group, (group + -(-(begin[:, 1] - begin[:, 0]) // WIDTH)).max(initial=0))
-    count, bits = int(group[-1]), 1 << np.arange(WIDTH)
+    pieces, begin = arm.pieces, arm.bodies[:, 1:4].astype(np.int64)
+    starts = np.concatenate([[0], np.cumsum(-(-(begin[:, 1] - begin[:, 0]) // WIDTH))])
+    count, bits = int(starts[-1]), 1 << np.arange(WIDTH)
     lanes, members = in_lanes(4 * count)[: 4 * WIDTH * count], np.zeros((count, 3), np.int64)
     balls = lanes.reshape(-1, 4, WIDTH)
     for b in range(len(begin)):
-        first, last, moving, g, end = (int(x) for x in (*begin[b], group[b], group[b + 1]))
+        first, last, moving, g, end = (int(x) for x in (*begin[b], starts[b], starts[b + 1]))
         i = np.arange(first, first + (end - g) * WIDTH)
         rows = pieces.rows[np.minimum(i, last - 1)]  # What is left of the last group holds the last piece again.
         balls[g:end] = rows[:, BALL:].reshape(-1, WIDTH, 4).swapaxes(1, 2)
         flags: tuple[Truth, ...] = (i < last, i < moving, (i < last) & (rows[:, 0] == POINT))
         for column, which in enumerate(flags):
             members[g:end, column] = np.where(which.reshape(-1, WIDTH), bits, 0).sum(axis=1)
-    return Groups(lanes, members)
+    return Groups(lanes, members, starts)
 
 
 def _ball(pieces: Pieces, first: int, last: int) -> Floats:

@@ -20,13 +20,22 @@ from typing import TYPE_CHECKING
 from mafsil.arrays import Floats
 from mafsil.collision.arm_loops import FEW
 from mafsil.collision.clearance_loops import clearance, place_cells
-from mafsil.collision.one_lane_loops import call_by_lanes, groups_of, pieces_of
+from mafsil.collision.one_lane_loops import call_by_lanes
 from mafsil.collision.placing_loops import ALL, LaneScratch, place_bodies_in_lanes, place_pieces_in_lanes
 from mafsil.collision.reach_loops import balls_meet, beyond, lane_by_lane, within_reach
 from mafsil.collision.speed_loops import ROUNDING, way_of_ball
 from mafsil.collision.support_loops import BALL, CONE, HULL, POINT
 from mafsil.collision.tree_loops import DEPTH, Surroundings
-from mafsil.collision.workshop_loops import AROUND_BY_LANES, AT_ONCE, ITSELF_BY_LANES, Bench, Workshop, World
+from mafsil.collision.workshop_loops import (
+    AROUND_BY_LANES,
+    AT_ONCE,
+    ITSELF_BY_LANES,
+    Bench,
+    Workshop,
+    World,
+    group_count,
+    piece_count,
+)
 from mafsil.solvers.held_loops import Held
 from mafsil.solvers.lane_loops import (
     WIDTH,
@@ -151,7 +160,7 @@ def _few_lanes_near(arm: Arm, b: int, count: int, s: LaneScratch) -> bool:
     for k in range(count):
         asked += how_many(s.near[1, DEPTH + k])
         near |= s.near[1, DEPTH + k]
-    groups, place = groups_of(pieces), PLACE * (1 - s.placed[b])
+    groups, place = group_count(pieces), PLACE * (1 - s.placed[b])
     by_lanes = how_many(near) * (TURN + PLACE * groups) + ASK * groups * asked
     return by_lanes < pieces * (place + ASK * count)
 
@@ -244,8 +253,8 @@ def _few_lanes_meet(arm: Arm, a: int, b: int, wanted: int) -> bool:
 
     Half of the pieces are near; that all of them are placed serves other pairs too.
     """
-    fewer, more = min(pieces_of(arm, a), pieces_of(arm, b)), max(pieces_of(arm, a), pieces_of(arm, b))
-    ours, theirs = groups_of(fewer), groups_of(more)
+    fewer, more = min(piece_count(arm, a), piece_count(arm, b)), max(piece_count(arm, a), piece_count(arm, b))
+    ours, theirs = group_count(fewer), group_count(more)
     by_lanes = TURN + (PLACE + COMPARE) * ours + (PLACE * ours + COMPARE * fewer // 2) * theirs
     return how_many(wanted) * by_lanes < COMPARE * (fewer + more + fewer * more // 4)
 

@@ -13,31 +13,29 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from mafsil.collision.arm_loops import Arm
 from mafsil.collision.placing_loops import LaneScratch
 from mafsil.collision.reach_loops import MEETS, exact_answer, in_lane, within_reach
 from mafsil.collision.support_loops import CONE, HULL
 from mafsil.collision.tree_loops import DEPTH
-from mafsil.collision.workshop_loops import AROUND, AROUND_BY_LANES, BALLS, EVERY, ITSELF_BY_LANES, Workshop, World
+from mafsil.collision.workshop_loops import (
+    AROUND,
+    AROUND_BY_LANES,
+    BALLS,
+    EVERY,
+    ITSELF_BY_LANES,
+    Workshop,
+    World,
+    group_count,
+    piece_count,
+    tell_address,
+)
 from mafsil.solvers.held_loops import Held, opened
-from mafsil.solvers.kernel_loops import loop_address, loop_caller
+from mafsil.solvers.kernel_loops import loop_caller
 from mafsil.solvers.lane_loops import WIDTH, buffer, get, lane_bits, part, seen
 from mafsil.solvers.loops import inlined, uncounted
 
 if TYPE_CHECKING:
     from mafsil.solvers.lane_loops import Buffer, Lanes, Mask
-
-
-@inlined
-def pieces_of(arm: Arm, b: int) -> int:
-    """How many pieces a body has."""
-    return int(arm.bodies[b, 2] - arm.bodies[b, 1])
-
-
-@inlined
-def groups_of(pieces: int) -> int:
-    """How many groups so many pieces of a body fill."""
-    return (pieces + WIDTH - 1) // WIDTH
 
 
 @inlined
@@ -58,8 +56,8 @@ def _meets_around(shop: Held[Workshop], b: int, lane: int, count: int) -> bool:
     arm, around, s, margin, balls = world.arm, world.around.pieces, bench.s, world.margin[0], buffer(4)
     members = world.groups.members
     link, first = int(arm.bodies[b, 0]), int(arm.bodies[b, 1])
-    for g in range(groups_of(int(arm.bodies[b, 3]) - first)):
-        group = int(arm.bodies[b, 8]) + g
+    for g in range(group_count(int(arm.bodies[b, 3]) - first)):
+        group = world.groups.first[b] + g
         _place_group(world, b, group, lane, s, balls)
         for k in range(count):
             if (s.near[1, DEPTH + k] >> lane) & 1 == 0:
@@ -90,13 +88,14 @@ def _meets_itself(shop: Held[Workshop], a: int, b: int, lane: int) -> bool:
     members = world.groups.members
     p, q, round = int(arm.bodies[a, 0]), int(arm.bodies[b, 0]), arm.bodies[b, 7] + margin
     middle = part(seen(s.balls), 3 * b)
-    for g in range(groups_of(pieces_of(arm, a))):
-        group = int(arm.bodies[a, 8]) + g
+    starts = world.groups.first
+    for g in range(starts[a + 1] - starts[a]):
+        group = starts[a] + g
         _place_group(world, a, group, lane, s, ours)
         x, y, z = get(middle, 0, lane), get(middle, 1, lane), get(middle, 2, lane)
         open = lane_bits(_near_ball(ours, x, y, z, ours[3] + round)) & members[group, EVERY]
-        for d in range(groups_of(pieces_of(arm, b)) if open != 0 else 0):
-            beside = int(arm.bodies[b, 8]) + d
+        for d in range(starts[b + 1] - starts[b] if open != 0 else 0):
+            beside = starts[b] + d
             _place_group(world, b, beside, lane, s, theirs)
             for i in range(WIDTH):
                 if (open >> i) & 1 == 0:
@@ -138,7 +137,7 @@ def itself_by_lanes(shop: Held[Workshop], k: int, wanted: int) -> tuple[int]:
     """
     found, arm = 0, opened(shop).world.arm
     a, b = arm.pairs[k, 0], arm.pairs[k, 1]
-    if pieces_of(arm, a) > pieces_of(arm, b):
+    if piece_count(arm, a) > piece_count(arm, b):
         a, b = b, a
     for lane in range(WIDTH):
         if (wanted >> lane) & 1 and _meets_itself(shop, a, b, lane):
@@ -149,12 +148,9 @@ def itself_by_lanes(shop: Held[Workshop], k: int, wanted: int) -> tuple[int]:
 call_by_lanes = loop_caller(3, "int64")
 """Calls either by its address: made part of their callers, they would open what is open already, which takes LLVM
 minutes."""
-_KNOWN: dict[int, tuple[int, int]] = {}
-"""Where they are for each type of workshop, once they are compiled."""
 
 
 def compile_for(shop: Held[Workshop]) -> None:
     """Tell a world where both loops are."""
-    if shop.type_number not in _KNOWN:
-        _KNOWN[shop.type_number] = loop_address(around_by_lanes, shop, 1, 1), loop_address(itself_by_lanes, shop, 1, 1)
-    shop.value.world.entries[[AROUND_BY_LANES, ITSELF_BY_LANES]] = _KNOWN[shop.type_number]
+    tell_address(shop, AROUND_BY_LANES, around_by_lanes, 1, 1)
+    tell_address(shop, ITSELF_BY_LANES, itself_by_lanes, 1, 1)

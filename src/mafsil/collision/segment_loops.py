@@ -36,9 +36,10 @@ from mafsil.collision.workshop_loops import (
     World,
     pose_lanes_along,
     pose_lanes_of,
+    tell_address,
 )
 from mafsil.solvers.held_loops import Held, opened
-from mafsil.solvers.kernel_loops import loop_address, loop_caller
+from mafsil.solvers.kernel_loops import loop_caller
 from mafsil.solvers.lane_loops import WIDTH, get, lane_bits, lanes, put, seen, where
 from mafsil.solvers.loops import compiled, inlined, uncounted
 
@@ -264,27 +265,18 @@ def colliding_rows(
 
 _call_prove = loop_caller(6, "int64", "float64", "int64")
 _call_colliding_rows = loop_caller(6, "int64")
-_KNOWN: dict[tuple[int, int], int] = {}
-"""Where `prove` and `colliding_rows` are for each type of workshop, once they are compiled."""
 
 
 def be_able_to_tell(shop: Held[Workshop]) -> None:
-    """Tell a world where `colliding_rows` is; compiled at the first question of a process."""
+    """Tell a world where `colliding_rows` is, and what that calls."""
     compile_for(shop)
-    world, key = shop.value.world, (shop.type_number, TELL)
-    if key not in _KNOWN:
-        _KNOWN[key] = loop_address(colliding_rows, shop, *shop.value, np.empty((1, 1)), 1, np.empty(1, np.int64))
-    world.entries[TELL] = _KNOWN[key]
+    tell_address(shop, TELL, colliding_rows, *shop.value, np.empty((1, 1)), 1, np.empty(1, np.int64))
 
 
 def be_able_to_prove(shop: Held[Workshop]) -> None:
-    """Tell a world where `prove` is; compiled at the first proof of a process."""
-    world = shop.value.world
-    if world.entries[PROVE] == 0:
-        key = (shop.type_number, PROVE)
-        if key not in _KNOWN:
-            _KNOWN[key] = loop_address(prove, shop, *shop.value, np.empty(1), np.empty(1), 1)
-        world.entries[PROVE] = _KNOWN[key]
+    """Tell a world where `prove` is."""
+    if shop.value.world.entries[PROVE] == 0:
+        tell_address(shop, PROVE, prove, *shop.value, np.empty(1), np.empty(1), 1)
 
 
 @inlined

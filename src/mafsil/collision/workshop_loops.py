@@ -6,7 +6,7 @@ loops that become part of their callers take the opened ones.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,8 @@ from mafsil.collision.clearance_loops import Clearances
 from mafsil.collision.placing_loops import LaneScratch, lane_scratch_for
 from mafsil.collision.speed_loops import Motion, Speeds, speeds_for
 from mafsil.collision.tree_loops import Surroundings
-from mafsil.solvers.kernel_loops import call_lanes
+from mafsil.solvers.held_loops import Held
+from mafsil.solvers.kernel_loops import call_lanes, loop_address
 from mafsil.solvers.lane_loops import WIDTH, in_lanes, put, seen
 from mafsil.solvers.loops import compiled, inlined, uncounted
 
@@ -73,10 +74,12 @@ class Groups(NamedTuple):
     Attributes:
         balls: (4 g,) lanes: centres and radii.
         members: (g, 3) bits: what is a piece, what the surroundings matter to, what is a ball itself.
+        first: (b + 1,) of each body, and how many there are.
     """
 
     balls: Floats
     members: NDArray[np.int64]
+    first: NDArray[np.int64]
 
 
 class World(NamedTuple):
@@ -137,6 +140,36 @@ class Workshop(NamedTuple):
 
     world: World
     bench: Bench
+
+
+_KNOWN: dict[tuple[int, int], int] = {}
+"""Where the loops of `World.entries` are for each type of workshop, once they are compiled."""
+
+
+def tell_address(shop: Held[Workshop], place: int, loop: Any, *arguments: Any) -> None:
+    """Tell a world where a loop is; compiled at the first question of a process.
+
+    Args:
+        shop: of the world; the first argument of the loop.
+        place: in `World.entries`.
+        loop, arguments: as for `loop_address`, without the first.
+    """
+    key = (shop.type_number, place)
+    if key not in _KNOWN:
+        _KNOWN[key] = loop_address(loop, shop, *arguments)
+    shop.value.world.entries[place] = _KNOWN[key]
+
+
+@inlined
+def piece_count(arm: Arm, b: int) -> int:
+    """How many pieces a body has."""
+    return int(arm.bodies[b, 2] - arm.bodies[b, 1])
+
+
+@inlined
+def group_count(pieces: int) -> int:
+    """How many groups so many pieces of a body fill."""
+    return (pieces + WIDTH - 1) // WIDTH
 
 
 @compiled
