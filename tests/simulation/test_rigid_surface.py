@@ -14,21 +14,7 @@ from mafsil.model import Inertial, Joint, JointKind, Link, Mechanism
 from mafsil.simulation import Plant, Recording, RigidPlant, RigidSurface
 from mafsil.simulation.recording import joined
 from mafsil.trajectory import rest
-
-G = 9.81
-
-
-class Force:
-    """Efforts as a function of time."""
-
-    def __init__(self, tau):
-        self.tau = tau
-
-    def __call__(self, t, q, qd, reference):
-        return np.zeros_like(q) + self.tau(t)
-
-    def session(self, period):
-        return self
+from tests.simulation.rigid_scenes import Force, G
 
 
 def slider(mass=2.0, axis=(0.0, 0.0, 1.0)):
