@@ -1,4 +1,11 @@
-"""Impacts on rigid surfaces: on several one after the other, and contact that lasts afterwards."""
+"""Impacts on rigid surfaces: on all that the tip closes with at once, and contact that lasts afterwards.
+
+1. Surfaces that the tip closes with, and those that it rests on, take part together: where only one of them pushes, its
+   impact is followed through its impulse (`frictional_impact`), otherwise it is Moreau's (`simultaneous_impact`).
+2. What it then closes with, because it had been leaving it or by friction, is the next impact, at the same instant.
+3. If these do not end, the rest of them is one impact without restitution.
+4. Where the tip would meet a surface again at once, contact lasts.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +18,7 @@ from mafsil.simulation.contact_events import ContactEvents
 from mafsil.simulation.frictional_impact import after_impact
 from mafsil.simulation.point_contact import PointContact
 from mafsil.simulation.rigid_plant import TipState
+from mafsil.simulation.simultaneous_impact import Struck, after_impacts
 from mafsil.simulation.surface_forces import SurfaceForces, resting, without
 from mafsil.simulation.tolerances import QUIET, RESTING, TOUCHING
 from mafsil.solvers.integrate import State
@@ -18,7 +26,7 @@ from mafsil.solvers.integrate import State
 BRIEF_FLIGHT = 1e-3
 """Part of a step below which a flight between two impacts is not followed any more."""
 MOST_STRUCK = 500
-"""Impacts at one instant, on surfaces that are met at once, before what is left is taken as one without restitution."""
+"""Impacts at one instant, before what is left is taken as one without restitution."""
 
 Acceleration = Callable[[JointVector, JointVector, JointVector, "Vector6 | None"], JointVector]
 """(q, qd, effort, push) -> qdd of the arm without surfaces."""
@@ -61,44 +69,47 @@ class Impacts:
         struck: set[int] = set()
         for _ in range(MOST_STRUCK):
             rates = tip.normals[near] @ (tip.J @ qd)
-            first = int(rates.argmin())
-            if rates[first] >= -RESTING:
+            if float(rates.min()) >= -RESTING:
                 break
-            qd = self._hit(t, tip, w, (q, qd), near[first])
-            struck.add(near[first])
+            closing = [j for j, rate in zip(near, rates.tolist(), strict=True) if rate <= RESTING]
+            qd, pushed = self._hit(t, tip, w, (q, qd), closing)
+            struck.update(pushed)
         else:
-            qd = self._all_stopped(t, tip, w, (q, qd), near)
+            qd, _ = self._hit(t, tip, w, (q, qd), near, given_back=0.0)
         rates = tip.normals @ (tip.J @ qd)
         stays = {j for j in touching if abs(rates[j]) <= RESTING}
         qd, brief = self._closed(t, w, (q, qd), sorted(struck), effort, push)
         return (q, qd), tuple(sorted({*stays, *brief}))
 
-    def _hit(self, t: float, tip: TipState, w: Floats, state: State, j: int) -> JointVector:
-        """Rates (n,) after the impact on one surface."""
-        q, qd = state
-        robot, one = self.forces.plant.robot, self.forces.plant.surfaces[j]
-        contact = PointContact.of(tip.J @ w, tip.normals[[j]], self.forces.friction[[j]])
-        n, v = contact.normals[0], contact.U.T @ (tip.J @ qd)
-        after = after_impact(contact.G, n, float(contact.friction[0]), v, float(one.restitution))
-        impulse = np.linalg.solve(contact.G, after - v)
-        changed = qd + w @ (contact.U @ impulse)
-        lost = float(robot.kinetic_energy(q, qd)) - float(robot.kinetic_energy(q, changed))
-        normal = float(n @ impulse)
-        across = float(np.linalg.norm(impulse - normal * n)) if one.friction else 0.0
-        speed = -float(tip.normals[j] @ (tip.J @ qd))
-        self.events.impact(t, speed, normal / float(contact.reach[0]), lost, across=across, surface=j)
-        return changed
+    def _hit(
+        self, t: float, tip: TipState, w: Floats, state: State, members: list[int], given_back: float = 1.0
+    ) -> tuple[JointVector, list[int]]:
+        """Rates (n,) after one impact on some surfaces, and those of them that pushed.
 
-    def _all_stopped(self, t: float, tip: TipState, w: Floats, state: State, near: list[int]) -> JointVector:
-        """Rates (n,) after one impact on several surfaces without friction and restitution: the least change."""
-        q, qd = state
-        robot = self.forces.plant.robot
-        contact = PointContact.of(tip.J @ w, tip.normals[near], np.zeros(len(near)))
-        touch = contact.solved(contact.U.T @ (tip.J @ qd), np.zeros(len(near)), None)
-        changed = qd + w @ (contact.U @ touch.force)
-        lost = float(robot.kinetic_energy(q, qd)) - float(robot.kinetic_energy(q, changed))
-        self.events.impact(t, 0.0, float(np.linalg.norm(touch.force)), lost, surface=near[0])
-        return changed
+        Args:
+            t: when [s].
+            tip, w: where the tip is, and how the rates answer to its impulses.
+            state: (q, qd) before.
+            members: the surfaces that take part.
+            given_back: share of their restitution.
+        """
+        qd = state[1]
+        surfaces = self.forces.plant.surfaces
+        contact = PointContact.of(tip.J @ w, tip.normals[members], self.forces.friction[members])
+        v = contact.U.T @ (tip.J @ qd)
+        e = given_back * np.array([surfaces[j].restitution for j in members])
+        struck = _impact(contact, v, e)
+        pushing = np.flatnonzero(struck.normal > 0.0).tolist()
+        for i in pushing:
+            # The energy that an impulse takes is its product with the mean velocity.
+            impulse = struck.normal[i] * contact.normals[i] + struck.across[i]
+            self.events.impact(
+                t, -float(contact.normals[i] @ v * contact.reach[i]), float(struck.normal[i] / contact.reach[i]),
+                -float(impulse @ (v + struck.velocity)) / 2.0,
+                across=float(np.linalg.norm(struck.across[i])), surface=members[i],
+            )  # fmt: skip
+        total = struck.normal @ contact.normals + struck.across.sum(axis=0)
+        return qd + w @ (contact.U @ total), [members[i] for i in pushing]
 
     def _closed(
         self,
@@ -132,3 +143,25 @@ class Impacts:
             else:
                 self.events.rest(t, lost, surface=j)
         return qd, brief
+
+
+def _impact(contact: PointContact, v: Floats, restitution: Floats) -> Struck:
+    """What surfaces do to a point that closes with them.
+
+    Args:
+        contact: of the point with them.
+        v: (r,) its velocity [m/s].
+        restitution: (k,) of each.
+    """
+    G, N, friction = contact.G, contact.normals, contact.friction
+    struck = after_impacts(G, N, friction, v, restitution)
+    pushing = np.flatnonzero(struck.normal > 0.0)
+    if len(pushing) != 1 or friction[pushing[0]] == 0.0:
+        return struck
+    i = int(pushing[0])
+    after = after_impact(G, N[i], float(friction[i]), v, float(restitution[i]))
+    impulse = np.linalg.solve(G, after - v)
+    normal, across = np.zeros_like(struck.normal), np.zeros_like(struck.across)
+    normal[i] = N[i] @ impulse
+    across[i] = impulse - normal[i] * N[i]
+    return Struck(after, normal, across)

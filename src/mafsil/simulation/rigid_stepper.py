@@ -3,8 +3,8 @@
 A step is made of pieces. In each the same surfaces press, and the tip sticks to them or slides along them; a piece ends
 where that changes, located to rounding.
 
-1. Away from a surface: the first zero of its signed distance is an impact (`frictional_impact`). Of surfaces that are
-   met at once the one that is hit fastest comes first.
+1. Away from a surface: the first zero of its signed distance is an impact, of all surfaces that are met at once
+   (`rigid_impacts`).
 2. If a surface would be met again within `BRIEF_FLIGHT` of a step, 2 v / |a| later with the speed v away from it and
    the acceleration a towards it, contact lasts from here on: the rest of the bounces would take 1 / (1 - e) times as
    long (geometric series, Zeno), and never end one by one.
