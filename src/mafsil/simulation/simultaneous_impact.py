@@ -78,7 +78,7 @@ def after_impacts(G: Floats, normals: Floats, friction: Floats, velocity: Floats
 
 
 def _share(C: Floats, returned: Floats, v: Floats, rubbed: Floats) -> float:
-    """How much of a change of velocity gives no more energy to one velocity than all of it gives to another, at most 1.
+    """How much of a change of velocity, at most 1, gives no more energy to one velocity than all of it to another.
 
     Args:
         C: (r, r) of G = C C'.
@@ -90,7 +90,7 @@ def _share(C: Floats, returned: Floats, v: Floats, rubbed: Floats) -> float:
     square, given, slope = float(x @ x), float(x @ x / 2.0 + x @ y), float(x @ z)
     if slope + square / 2.0 <= given:
         return 1.0
-    return max(2.0 * given / (slope + np.sqrt(max(slope * slope + 2.0 * square * given, 0.0))), 0.0)
+    return 2.0 * given / (slope + float(np.sqrt(slope * slope + 2.0 * square * given))) if given > 0.0 else 0.0
 
 
 def _rubbed(G: Floats, normals: Floats, v: Floats, most: Floats) -> tuple[Floats, Floats]:
