@@ -249,3 +249,33 @@ def test_a_job_that_fails_names_the_condition_that_does_not_hold():
     assert "from tick to tick" in named[0].sentence("en")
     assert named[0].sentence("ar") != named[0].sentence("en")
     assert not [each for each in run("pd_gravity").remarks if each.key == "job.law_unstable"]
+
+
+def test_an_integral_goes_on_when_the_arm_takes_a_part():
+    text = """
+robot = "puma560"
+[part.box]
+mass = 1.0
+size = [0.05, 0.05, 0.05]
+[simulation]
+friction = false
+[controller]
+kind = "pid"
+[start]
+joints = [0.0, 0.8, -0.4, 0.0, 0.5, 0.0]
+[[move]]
+joints = [0.1, 0.7, -0.5, 0.1, 0.4, 0.1]
+[[move]]
+pause = 0.8
+[[move]]
+pick = "box"
+[[move]]
+pause = 0.1
+"""
+    found = solve(parse(text), text, Path())
+    assert isinstance(found, Run)
+    tape, taken = found.recording, found.driven[1].stretch.start
+    k = int(np.searchsorted(tape.t, taken - 1e-9))
+    held = found.driven[0].scenario.true_plant.robot.gravity_torque(tape.q[k])
+    np.testing.assert_allclose(tape.tau[k - 2 : k + 1], np.tile(held, (3, 1)), atol=0.05)
+    assert np.abs(tape.q - tape.q_ref)[k:].max() < 3e-4

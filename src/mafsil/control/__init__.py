@@ -105,6 +105,7 @@ from mafsil.control.law import Law as Law
 from mafsil.control.law import combined as combined
 from mafsil.control.law import saturated as saturated
 from mafsil.control.law_export import export_law as export_law
+from mafsil.control.law_memory import LawMemory as LawMemory
 from mafsil.control.learned_effort import LearnedEffort as LearnedEffort
 from mafsil.control.linear_quadratic import LinearQuadratic as LinearQuadratic
 from mafsil.control.linear_quadratic import linear_quadratic as linear_quadratic

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, as_batch
+from mafsil.control.feedback import RunningSum
 from mafsil.control.gains import Gains
 from mafsil.control.law import Law
 from mafsil.errors import InputError
@@ -82,9 +83,6 @@ class AdaptiveControl:
 class Learning:
     """One run of an adaptive law.
 
-    Attributes:
-        parameters: (*batch, 10) what has been learned.
-
     Args:
         law: whose run it is.
         period: between calls [s].
@@ -92,13 +90,26 @@ class Learning:
 
     def __init__(self, law: AdaptiveControl, period: float) -> None:
         self._law, self._period = law, period
-        self.parameters: Floats = law.initial
+        self._sum = RunningSum(law.initial)
+
+    @property
+    def parameters(self) -> Floats:
+        """(*batch, 10) what has been learned."""
+        return self._sum.value
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
         """Efforts (*batch, n) with what has been learned, and one step of learning."""
         tau, slope = self._law.effort(q, qd, reference, self.parameters)
-        self.parameters = self.parameters + self._period * self._law.learning * slope
+        self._sum.add(self._period * self._law.learning * slope)
         return tau
+
+    def go_on(self, before: Learning) -> None:
+        """Take over what an earlier session knows.
+
+        Args:
+            before: which has ended.
+        """
+        self._sum.go_on(before._sum)
 
     def session(self, period: float) -> Law:
         """A new run."""

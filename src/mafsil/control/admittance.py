@@ -93,6 +93,7 @@ class _VirtualMass:
     def __init__(self, law: AdmittanceControl) -> None:
         self._law = law
         self._state: tuple[PoseMatrix, Floats] | None = None
+        self._earlier: tuple[PoseMatrix, Floats] | None = None
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
         """Joint efforts (*batch, n) [N m | N]; then the mass moves on by a period."""
@@ -106,8 +107,12 @@ class _VirtualMass:
         effort = now.effort(now.force(ahead + law.gains.kp * X_e + law.gains.kd * V_e) - outside)
         # 2. Velocity first, then position with the new velocity.
         V = V + law.period * wanted
-        self._state = task.moved(T, law.period * V), V
+        self._earlier, self._state = self._state, (task.moved(T, law.period * V), V)
         return effort
+
+    def go_on(self, before: _VirtualMass) -> None:
+        # The state at which two runs meet is seen by both.
+        self._state = before._earlier
 
     def session(self, period: float) -> Law:
         """A fresh run."""

@@ -46,6 +46,9 @@ class _WithIntegral:
         acceleration = reference.a + pd(self._law.gains, q, qd, reference) + self._integral(q, reference)
         return self._law.robot.inverse_dynamics(q, qd, acceleration)
 
+    def go_on(self, before: _WithIntegral) -> None:
+        self._integral.go_on(before._integral)
+
     def session(self, period: float) -> Law:
         return self._law.session(period)
 

@@ -10,6 +10,7 @@ import numpy as np
 from mafsil.arrays import Floats, JointVector, PoseMatrix, Vector3
 from mafsil.control.hybrid import TaskForceSensor
 from mafsil.control.law import Law
+from mafsil.control.law_memory import take_over
 from mafsil.control.task_coordinates import TaskCoordinates
 from mafsil.robot import Robot
 from mafsil.trajectory import Motion
@@ -91,6 +92,12 @@ class _Switching:
         elif self._touching is not None and not self._law.intended(t):
             self._touching, self._free = None, self._law.free.session(self._period)
         return (self._touching or self._free)(t, q, qd, reference)
+
+    def go_on(self, before: _Switching) -> None:
+        take_over(self._free, before._free)
+        if before._touching is not None:
+            self._touching = self._law.touching.session(self._period)
+            take_over(self._touching, before._touching)
 
     def session(self, period: float) -> Law:
         return self._law.session(period)

@@ -8,6 +8,7 @@ import numpy as np
 
 from mafsil.arrays import JointVector, positive
 from mafsil.control.law import Law
+from mafsil.control.law_memory import take_over
 from mafsil.trajectory import Motion
 
 
@@ -39,13 +40,19 @@ class _Following:
         self._whole, self._law = law, law.law.session(period)
         self._share = -np.expm1(-law.bandwidth * period)
         self._torque: JointVector | None = None
+        self._earlier: JointVector | None = None
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
         wanted = self._law(t, q, qd, reference)
         before = wanted if self._torque is None else self._torque
         torque = before + self._share * (wanted - before)
-        self._torque = torque
+        self._earlier, self._torque = self._torque, torque
         return torque
+
+    def go_on(self, before: _Following) -> None:
+        # The state at which two runs meet is seen by both.
+        self._torque = before._earlier
+        take_over(self._law, before._law)
 
     def session(self, period: float) -> Law:
         return self._whole.session(period)

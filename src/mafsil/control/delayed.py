@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from mafsil.arrays import JointVector
 from mafsil.control.law import Law
+from mafsil.control.law_memory import take_over
 from mafsil.errors import InputError
 from mafsil.trajectory import Motion
 
@@ -53,6 +54,10 @@ class _Queue:
         """The efforts that were asked for a delay ago (*batch, n) [N m | N]."""
         self._waiting.append(self._law(t, q, qd, reference))
         return self._waiting[0]
+
+    def go_on(self, before: _Queue) -> None:
+        self._waiting.extend(list(before._waiting)[:-1])
+        take_over(self._law, before._law)
 
     def session(self, period: float) -> Law:
         """A new run."""

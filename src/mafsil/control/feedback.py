@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from mafsil.arrays import Floats, JointVector
 from mafsil.control.gains import Gains
 from mafsil.trajectory import Motion
@@ -10,6 +13,39 @@ from mafsil.trajectory import Motion
 def pd(gains: Gains, q: JointVector, qd: JointVector, reference: Motion) -> Floats:
     """The term Kp (u - q) + Kd (v - qd), (*batch, n)."""
     return gains.kp * (reference.u - q) + gains.kd * (reference.v - qd)
+
+
+class RunningSum:
+    """What a law adds up from call to call.
+
+    Attributes:
+        value: of all that was added.
+
+    Args:
+        start: value before the first call.
+    """
+
+    def __init__(self, start: Floats) -> None:
+        self.value = self._before = start
+
+    def add(self, growth: Floats, most: ArrayLike = np.inf) -> Floats:
+        """Add the growth of a call, and return the value.
+
+        Args:
+            growth: of this call.
+            most: size that the value does not exceed.
+        """
+        self._before = self.value
+        self.value = np.minimum(np.maximum(self.value + growth, -np.asarray(most)), most)
+        return self.value
+
+    def go_on(self, before: RunningSum) -> None:
+        """Go on with another sum, but for its last growth: the state at which two runs meet is seen by both.
+
+        Args:
+            before: of an earlier run.
+        """
+        self.value = before._before
 
 
 class Integral:
@@ -22,9 +58,16 @@ class Integral:
 
     def __init__(self, gains: Gains, period: float) -> None:
         self._weight = gains.ki * period
-        self._sum: Floats = 0.0 * gains.ki
+        self._sum = RunningSum(0.0 * gains.ki)
 
     def __call__(self, q: JointVector, reference: Motion) -> Floats:
         """Add the present error and return the term (*batch, n)."""
-        self._sum = self._sum + self._weight * (reference.u - q)
-        return self._sum
+        return self._sum.add(self._weight * (reference.u - q))
+
+    def go_on(self, before: Integral) -> None:
+        """Go on with the term that another integral ended with, whatever its gain.
+
+        Args:
+            before: of an earlier run.
+        """
+        self._sum.go_on(before._sum)

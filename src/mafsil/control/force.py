@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, Vector6, as_batch, real_array, require_finite, single
+from mafsil.control.feedback import RunningSum
 from mafsil.control.law import Law
 from mafsil.control.matrix_feedback import symmetric
 from mafsil.errors import InputError
@@ -85,12 +86,14 @@ class _WithIntegral:
 
     def __init__(self, law: ForceControl, period: float) -> None:
         self._law, self._weight = law, law.ki * period
-        self._sum: Floats = np.zeros(6)
+        self._sum = RunningSum(np.zeros(6))
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
         error = self._law.error(q, qd)
-        self._sum = np.clip(self._sum + gained(self._weight, error), -self._law.clamp, self._law.clamp)
-        return self._law.effort(q, qd, error, self._sum)
+        return self._law.effort(q, qd, error, self._sum.add(gained(self._weight, error), self._law.clamp))
+
+    def go_on(self, before: _WithIntegral) -> None:
+        self._sum.go_on(before._sum)
 
     def session(self, period: float) -> Law:
         return self._law.session(period)

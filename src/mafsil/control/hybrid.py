@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch, real_array
 from mafsil.control.constraint import constrained_dynamics
+from mafsil.control.feedback import RunningSum
 from mafsil.control.gains import Gains
 from mafsil.control.law import Law
 from mafsil.control.task_coordinates import TaskCoordinates
@@ -100,15 +101,17 @@ class _WithIntegrals:
     def __init__(self, law: HybridControl, period: float) -> None:
         m = len(law.coordinates.rows)
         self._law, self._period = law, period
-        self._position: Floats = np.zeros(m)
-        self._force: Floats = np.zeros(m)
+        self._position, self._force = RunningSum(np.zeros(m)), RunningSum(np.zeros(m))
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
         law = self._law
         errors = law.errors(t, q, qd)
-        self._position = self._position + law.gains.ki * self._period * errors.configuration
-        self._force = self._force + law.force_gains.ki * self._period * errors.force
-        return errors.effort(self._position, self._force)
+        position = self._position.add(law.gains.ki * self._period * errors.configuration)
+        return errors.effort(position, self._force.add(law.force_gains.ki * self._period * errors.force))
+
+    def go_on(self, before: _WithIntegrals) -> None:
+        self._position.go_on(before._position)
+        self._force.go_on(before._force)
 
     def session(self, period: float) -> Law:
         return self._law.session(period)

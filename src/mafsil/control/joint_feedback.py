@@ -46,6 +46,9 @@ class _WithIntegral:
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
         return self._law(t, q, qd, reference) + self._integral(q, reference)
 
+    def go_on(self, before: _WithIntegral) -> None:
+        self._integral.go_on(before._integral)
+
     def session(self, period: float) -> Law:
         return self._law.session(period)
 

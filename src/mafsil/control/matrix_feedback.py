@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, real_array, require_finite
+from mafsil.control.feedback import RunningSum
 from mafsil.control.law import Law
 from mafsil.errors import InputError
 from mafsil.robot import Robot, of_robot
@@ -108,11 +109,13 @@ class _WithIntegral:
 
     def __init__(self, law: MatrixFeedback, period: float) -> None:
         self._law, self._weight = law, law.gains.ki * period
-        self._sum: Floats = np.zeros(len(law.gains.ki))
+        self._sum = RunningSum(np.zeros(len(law.gains.ki)))
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
-        self._sum = self._sum + (reference.u - q) @ self._weight
-        return self._law.effort(q, qd, reference, self._sum)
+        return self._law.effort(q, qd, reference, self._sum.add((reference.u - q) @ self._weight))
+
+    def go_on(self, before: _WithIntegral) -> None:
+        self._sum.go_on(before._sum)
 
     def session(self, period: float) -> Law:
         return self._law.session(period)

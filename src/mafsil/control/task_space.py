@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, require_kind
+from mafsil.control.feedback import RunningSum
 from mafsil.control.gains import Gains
 from mafsil.control.law import Law
 from mafsil.control.task_coordinates import TaskCoordinates
@@ -71,12 +72,14 @@ class _WithIntegral:
 
     def __init__(self, law: TaskComputedTorque, period: float) -> None:
         self._law, self._weight = law, law.gains.ki * period
-        self._sum: Floats = np.zeros(len(law.coordinates.rows))
+        self._sum = RunningSum(np.zeros(len(law.coordinates.rows)))
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
-        X_e = self._law.effort(t, q, qd, reference, self._sum)[1]
-        self._sum = self._sum + self._weight * X_e
-        return self._law.effort(t, q, qd, reference, self._sum)[0]
+        X_e = self._law.effort(t, q, qd, reference, self._sum.value)[1]
+        return self._law.effort(t, q, qd, reference, self._sum.add(self._weight * X_e))[0]
+
+    def go_on(self, before: _WithIntegral) -> None:
+        self._sum.go_on(before._sum)
 
     def session(self, period: float) -> Law:
         return self._law.session(period)

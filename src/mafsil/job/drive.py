@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from mafsil.control import LawMemory
 from mafsil.errors import JobError
 from mafsil.job import judgement
 from mafsil.job.arrival import arrival
@@ -119,6 +120,7 @@ def _recorded(
     """Stretch by stretch, up to the first that fails."""
     recordings: list[Recording] = []
     driven: list[Driven] = []
+    memory = LawMemory() if len(parts) > 1 else None
     for stretch, model, loaded in parts:
         gripped = stretch.carried is None or _gripped(job, plan, stretch, recordings[-1], driven[-1])
         plant = loaded if gripped else _plant(job, stretch.load.robot)
@@ -129,7 +131,7 @@ def _recorded(
             progress((begin + share * length) / plan.duration)
 
         clock = "real" if job.simulation.real_time else None
-        recordings.append(simulate(scenario, report, clock=clock, log=log))
+        recordings.append(simulate(scenario, report, clock=clock, log=log, memory=memory))
         if not recordings[-1].status.succeeded:
             break
     return recordings, driven

@@ -276,7 +276,7 @@ def _limit_remarks(run: Run, numbers: Summary) -> list[Remark]:
 def _gravity_remarks(run: Run, numbers: Summary) -> list[Remark]:
     """Where a law without a model begins with an empty integral, and gravity alone explains a crossed acceleration."""
     tape, limit = run.recording, run.robot.limits.acceleration
-    for driven in run.driven:
+    for driven in run.driven[:1]:  # later stretches go on with the integral
         if not any(isinstance(part, JointFeedback) and part.model is None for part in parts_of(driven.scenario.law)):
             continue
         start = int(np.searchsorted(tape.t, driven.stretch.start - INSTANT))

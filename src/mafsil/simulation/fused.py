@@ -49,6 +49,12 @@ def can_fuse(scenario: Scenario) -> bool:
     )
 
 
+def remembers(scenario: Scenario) -> bool:
+    """Whether the law of a scenario that can be compiled has an integral."""
+    law = _law_of(scenario)
+    return law is not None and any(gains.integrates for gains in law.gains)
+
+
 def _law_of(scenario: Scenario) -> LawTerms | None:
     law = scenario.acting_law
     if isinstance(scenario.true_plant, ClosedPlant):

@@ -7,10 +7,11 @@ from time import perf_counter
 from typing import Literal
 
 from mafsil.arrays import require_function, require_kind
+from mafsil.control import LawMemory
 from mafsil.errors import InputError
 from mafsil.simulation.clock import RealTime
 from mafsil.simulation.faults import Stopped, law_name
-from mafsil.simulation.fused import WORTH, can_fuse
+from mafsil.simulation.fused import WORTH, can_fuse, remembers
 from mafsil.simulation.fused_run import FusedRun
 from mafsil.simulation.live_log import LiveLog, log_of
 from mafsil.simulation.recording import Recording, SimulationStatus
@@ -28,6 +29,7 @@ def simulate(
     fused: bool | None = None,
     clock: Literal["real"] | None = None,
     log: LiveLog | str | os.PathLike[str] | None = None,
+    memory: LawMemory | None = None,
 ) -> Recording:
     """Run a scenario.
 
@@ -43,6 +45,8 @@ def simulate(
             run then takes as long as the motion. As fast as it goes if None.
         log: a file `.mcap` that grows with the run and survives the process (`pip install mafsil[record]`), or a
             `LiveLog` for several runs; `Recording.load` reads it. None for none.
+        memory: what the law takes over from the last run with this memory, and leaves for the next: for runs that
+            follow each other. Such runs are not compiled if their law has an integral. None begins afresh.
 
     Returns:
         The recording up to the end, or up to the last good state: if the motion blows up, a sensor or the law fails,
@@ -50,8 +54,8 @@ def simulate(
 
     Raises:
         InputError: the law returns efforts of a wrong shape; progress cannot be called; `fused` is asked of a law or a
-            number of substeps that cannot be compiled, or together with a clock; a log of another suffix, or `mcap` is
-            not installed.
+            number of substeps that cannot be compiled, or together with a clock or an integral that is handed on; a log
+            of another suffix, or `mcap` is not installed.
         FileError: the log cannot be written.
     """
     require_kind("scenario", scenario, "Scenario", "trajectory", "law", "ticks")
@@ -59,14 +63,17 @@ def simulate(
         require_function("progress", progress, "function of the fraction done", 1)
     if fused not in (None, True, False):
         raise InputError("input.choice", name="fused", value=fused, known="None, True, False")
+    if memory is not None:
+        require_kind("memory", memory, "LawMemory", "begun")
     if clock not in (None, "real"):
         raise InputError("input.choice", name="clock", value=clock, known="None, 'real'")
     if clock and fused:
         raise InputError("simulation.fused_clock")
     began = perf_counter()
     kinds = (Run, FusedRun) if scenario.variants is None else (VariedRun, VariedFusedRun)
-    kind = kinds[clock is None and _is_fused(scenario, fused)]
+    kind = kinds[clock is None and _is_fused(scenario, fused, memory)]
     run = RigidRun(scenario) if isinstance(scenario.true_plant, RigidPlant) else kind(scenario)
+    run.memory = memory
     if clock:
         run.clock = RealTime(law_name(scenario.law), scenario.control_period)
     with log_of(log) as run.log:
@@ -84,13 +91,13 @@ def simulate(
     return recording
 
 
-def _is_fused(scenario: Scenario, requested: bool | None) -> bool:
+def _is_fused(scenario: Scenario, requested: bool | None, memory: LawMemory | None) -> bool:
     if requested is False:
         return False
     states = max(1, scenario.start()[0].size // scenario.robot.n)
     if requested is None and scenario.length / scenario.control_period * states < WORTH:
         return False
-    possible = can_fuse(scenario)
+    possible = can_fuse(scenario) and (memory is None or not remembers(scenario))
     if requested and not possible:
         raise InputError("simulation.not_fused", law=law_name(scenario.law), substeps=scenario.substeps)
     return possible

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
-from mafsil.control import Law, saturated, tip_wrench_of
+from mafsil.control import Law, LawMemory, saturated, tip_wrench_of
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
 from mafsil.kernels.lazy import lazy
@@ -50,6 +50,7 @@ class Run:
         self.fault = ""
         self.clock: RealTime | None = None
         self.log: LiveLog | None = None
+        self.memory: LawMemory | None = None
         self.logged: int = 0
         self._allocate()
 
@@ -77,7 +78,8 @@ class Run:
     def to_the_end(self, progress: Progress | None) -> SimulationStatus:
         """The loop; every tick costs a handful of array operations."""
         scenario, stepper = self.scenario, self.stepper
-        law, step = scenario.acting_law.session(scenario.control_period), stepper.move()
+        memory = self.memory or LawMemory()
+        law, step = memory.begun(scenario.acting_law, scenario.control_period), stepper.move()
         limit = scenario.robot.limits.effort if scenario.saturate else None
         h, substeps, last = scenario.step, scenario.substeps, len(self.t) - 1
         every = max(1, last // 100)

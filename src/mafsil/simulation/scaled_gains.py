@@ -35,6 +35,7 @@ from mafsil.control import (
     TaskComputedTorque,
     TipDamping,
 )
+from mafsil.control.law_memory import take_over
 from mafsil.errors import InputError
 from mafsil.trajectory import Motion
 
@@ -107,6 +108,15 @@ class RowLaws:
     def session(self, period: float) -> Law:
         """All laws with fresh memory."""
         return RowLaws(tuple(law.session(period) for law in self.laws))
+
+    def go_on(self, before: RowLaws) -> None:
+        """Take over what earlier sessions know, row by row.
+
+        Args:
+            before: which have ended.
+        """
+        for law, earlier in zip(self.laws, before.laws, strict=False):
+            take_over(law, earlier)
 
 
 def scaled(law: Law, factor: Floats) -> Law:
