@@ -177,3 +177,64 @@ def test_the_bench_compares_contact_forces():
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_law_has_a_name_in_reports(kind):
     assert say(f"report.controller_{kind}", language="en") != say(f"report.controller_{kind}", language="ar")
+
+
+CORNER = """
+robot = "puma560"
+[start]
+pose = { position = [0.5, 0.18, 0.01], rpy = [3.14159265358979, 0, 0] }
+[tolerance]
+position = 0.02
+[controller]
+kind = "hybrid"
+press = 20
+[simulation]
+friction = false
+step = 2e-3
+settle = 0.0
+[[surface]]
+name = "never met"
+point = [0, 0, 0.5]
+normal = [0, 0, -1]
+KIND
+[[surface]]
+name = "wall"
+point = [0, 0.2, 0]
+normal = [0, -1, 0]
+KIND
+[[surface]]
+name = "floor"
+point = [0, 0, 0]
+normal = [0, 0, 1]
+KIND
+[[move]]
+path = "line"
+pose = { position = [0.5, 0.18, -0.001], rpy = [3.14159265358979, 0, 0] }
+[[move]]
+pause = 0.1
+[[move]]
+path = "line"
+pose = { position = [0.5, 0.201, -0.001], rpy = [3.14159265358979, 0, 0] }
+[[move]]
+pause = 0.2
+[[move]]
+path = "line"
+pose = { position = [0.5, 0.201, 0.02], rpy = [3.14159265358979, 0, 0] }
+[[move]]
+pause = 0.2
+"""
+
+
+@pytest.mark.capability("10-74", "10-70")
+@pytest.mark.parametrize("kind", ["stiffness = 2e4\ndamping = 150", "rigid = true"])
+def test_hybrid_control_presses_on_every_surface_that_the_plan_is_on(kind):
+    text = CORNER.replace("KIND", kind)
+    found = solve(parse(text), text, Path())
+    assert isinstance(found, Run)
+    assert found.status.succeeded, found.explain()
+    tape, legs = found.recording, [leg.trajectory.duration for leg in found.plan.legs]
+    ends = np.cumsum(legs)
+    turned = tape.contact_wrench[:, 3:] * [1.0, -1.0, -1.0]  # the tip looks down
+    for leg, wanted in ((1, [0, 0, 20]), (3, [0, -20, 20]), (5, [0, -20, 0])):
+        k = int(np.searchsorted(tape.t, ends[leg] - 0.01))
+        np.testing.assert_allclose(turned[k], wanted, atol=1.0)

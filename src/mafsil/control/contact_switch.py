@@ -51,7 +51,8 @@ class ContactSwitch:
         touching: the law in contact; it begins with fresh memory at each contact.
         intended: whether the plan wants contact at a time [s].
         sensor: force that the tip exerts, (q, qd) -> (m,).
-        direction: along which it presses at a time [s], in the axes of the last coordinates: (3,), or (2,) in a plane.
+        direction: along which it presses at a time [s], in the axes of the last coordinates: (3,), or (2,) in a plane;
+            (k, 3) of several contacts, of which all have to be there.
         least: force from which on the tip counts as touching [N].
     """
 
@@ -70,8 +71,8 @@ class ContactSwitch:
         """Whether contact is wanted and there."""
         if not self.intended(t):
             return False
-        along = self.direction(t)
-        return float(self.sensor(q, qd)[-len(along) :] @ along) > self.least
+        along = np.asarray(self.direction(t))
+        return bool((along @ self.sensor(q, qd)[-along.shape[-1] :] > self.least).all())
 
     def session(self, period: float) -> Law:
         """A run, which stays in contact until the plan lets go."""

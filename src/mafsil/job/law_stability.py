@@ -91,7 +91,7 @@ def _away_from_rigid(job: Job, driven: Driven, times: Floats) -> list[float]:
 def _acting(law: Law, t: float) -> Law:
     """The law that acts where the plan is at a time: of two laws that a contact parts, one."""
     if isinstance(law, ContactSwitch):
-        return law.touching if law.intended(t) else law.free
+        return _acting(law.touching if law.intended(t) else law.free, t)
     return Combined(tuple(_acting(part, t) for part in law.laws)) if isinstance(law, Combined) else law
 
 

@@ -40,6 +40,8 @@ REACHED = 1e-4
 """How far before a surface a planned tip counts as at it [m]."""
 CONTACT_DAMPING = 0.5
 """Damping ratio that hybrid control gives the arm's inertia on a surface that gives way."""
+LOOKED_AT = 2_000
+"""Places of a stretch at which it is looked which surfaces the plan is on."""
 MOVES = 1e-9
 """Entry of a Jacobian below which a joint does not move the tip along an axis [m]."""
 
@@ -97,37 +99,81 @@ def _admittance(job: Job, model: Robot, trajectory: Trajectory, true: Robot, tas
 
 
 def _hybrid(job: Job, model: Robot, trajectory: Trajectory, true: Robot, task: TaskCoordinates) -> Law:
-    """Motion until the tip touches the first surface, then force into it until the plan leaves it."""
-    own, face = job.controller, Face(shape_of(job.surface[0]), task.rows)
-    tip, sensor = TipOfJoints(model, trajectory), _sensor(job, true, task)
+    """Motion until the tip touches the surfaces that the plan is on, then force into them until the plan leaves.
+
+    Surfaces that it is on at once, in a corner, are pressed at once: each such set has its own switch, the larger ones
+    outside, so that a smaller one acts until all of a larger one are touched.
+    """
+    law = _task_computed_torque(job, model, trajectory, true, task)
+    faces = [(Face(shape_of(one), task.rows), one.stiffness) for one in job.surface]
+    for members in _planned_contacts(job, [face for face, _ in faces], trajectory, model):
+        law = _pressing(job, model, trajectory, true, task, [faces[j] for j in members], law)
+    return law
+
+
+def _planned_contacts(job: Job, faces: list[Face], trajectory: Trajectory, model: Robot) -> list[tuple[int, ...]]:
+    """The sets of surfaces that a plan is on at once, small ones first."""
+    times = np.linspace(0.0, trajectory.duration, LOOKED_AT)
+    p = model.forward_kinematics(trajectory.at(times).u)[:, :3, 3]
+    on = np.array([face.surface.distance(p) < REACHED for face in faces]).T
+    found = {tuple(int(j) for j in np.flatnonzero(row)) for row in on if row.any()}
+    return sorted(found, key=lambda members: (len(members), members))
+
+
+def _pressing(
+    job: Job,
+    model: Robot,
+    trajectory: Trajectory,
+    true: Robot,
+    task: TaskCoordinates,
+    faces: list[tuple[Face, float | None]],
+    free: Law,
+) -> Law:
+    """Force into some surfaces while the plan is on all of them, and another law without that contact."""
+    own, tip, sensor = job.controller, TipOfJoints(model, trajectory), _sensor(job, true, task)
     gains = Gains.from_natural_frequency(len(task.rows), own.frequency or FREQUENCY, own.damping or DAMPING)
     press = PRESS if own.press is None else own.press
     integral = FORCE_INTEGRAL if own.force_integral is None else own.force_integral
+    normals = [face for face, _ in faces]
+
+    def along(T: PoseMatrix) -> Floats:
+        return np.stack([face.along(T) for face in normals])
+
+    def constraint(T: PoseMatrix, V: Floats) -> tuple[Floats, Floats]:
+        A, rate = zip(*(face.constraint(T, V) for face in normals), strict=True)
+        return np.concatenate(A), np.concatenate(rate)
+
     force = hybrid_control(
-        model, tip, face.constraint, lambda T: -press * face.along(T), coordinates=task, gains=gains, sensor=sensor,
+        model, tip, constraint, lambda T: -press * along(T).sum(axis=0), coordinates=task, gains=gains, sensor=sensor,
         force_kp=own.force_gain or 0.0, force_ki=integral,
     )  # fmt: skip
+    slowing = _slowing(model, trajectory, task, faces)
     shifts = [k for k, row in enumerate(task.rows) if row >= 3]
-    touching: Law = force
-    stiffness = job.surface[0].stiffness
-    if stiffness is not None:
-        along = face.along(tip(0.0).pose)
-        mass = float(along @ _inertia(model, trajectory, task) @ along)
-        slowing = 2.0 * CONTACT_DAMPING * np.sqrt(stiffness * max(mass, 0.0))
-
-        def damping(T: PoseMatrix) -> Floats:
-            n = face.along(T)
-            return slowing * np.outer(n, n)
-
-        touching = combined(force, TipDamping(model, task, damping))
     return ContactSwitch(
-        free=_task_computed_torque(job, model, trajectory, true, task),
-        touching=touching,
-        intended=lambda t: face.depth(tip(t).pose) > -REACHED,
+        free=free,
+        touching=force if slowing is None else combined(force, TipDamping(model, task, slowing)),
+        intended=lambda t: all(face.depth(tip(t).pose) > -REACHED for face in normals),
         sensor=sensor,
-        direction=lambda t: -face.along(tip(t).pose)[shifts],
+        direction=lambda t: -along(tip(t).pose)[:, shifts],
         least=max(TOUCH, 5.0 * job.simulation.noise.force),
     )
+
+
+def _slowing(
+    model: Robot, trajectory: Trajectory, task: TaskCoordinates, faces: list[tuple[Face, float | None]]
+) -> Callable[[PoseMatrix], Floats] | None:
+    """Damping (m, m) of the tip along the normals of those surfaces that give way; None without any."""
+    inertia, start = _inertia(model, trajectory, task), TipOfJoints(model, trajectory)(0.0).pose
+    slowed: list[tuple[Face, float]] = []
+    for face, stiffness in faces:
+        if stiffness is not None:
+            n = face.along(start)
+            slowed.append((face, 2.0 * CONTACT_DAMPING * np.sqrt(stiffness * max(float(n @ inertia @ n), 0.0))))
+
+    def damping(T: PoseMatrix) -> Floats:
+        return sum((b * np.outer(face.along(T), face.along(T)) for face, b in slowed), np.zeros_like(inertia))
+
+    return damping if slowed else None
 
 
 _MAKERS: dict[str, Callable[[Job, Robot, Trajectory, Robot, TaskCoordinates], Law]] = {
