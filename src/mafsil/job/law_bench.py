@@ -36,8 +36,6 @@ LATE = 2
 """Periods of the law by which its efforts come late under `late`."""
 PIECES = 600
 """Of the time of the plan, each a point of the curves."""
-SAMPLED = ("sampled", "sampled_away")
-"""Conditions on small errors from tick to tick: everywhere, or away from rigid surfaces."""
 CONDITIONS = ("as asked", "heavier", "loaded", "slower", "late")
 """What is tried with every law."""
 
@@ -96,7 +94,7 @@ class LawResult:
     @property
     def growth(self) -> float:
         """Largest factor by which small errors grow from tick to tick along the plan; NaN of laws without a slope."""
-        return next((each.value for each in self.conditions if each.name in SAMPLED), float("nan"))
+        return next((each.value for each in self.conditions if each.name == "sampled"), float("nan"))
 
     @property
     def stable(self) -> bool:

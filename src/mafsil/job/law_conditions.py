@@ -107,8 +107,7 @@ def _sampled(run: Run, driven: Driven) -> Iterator[Condition]:
     """Small errors from tick to tick."""
     factor, time = growth_along(run.job, driven)
     if np.isfinite(factor):
-        rigid = any(one.rigid for one in run.job.surface)
-        yield Condition("sampled_away" if rigid else "sampled", factor, 1.0, driven.stretch.start + time)
+        yield Condition("sampled", factor, 1.0, driven.stretch.start + time)
 
 
 def _own(run: Run, driven: Driven) -> Iterator[Condition]:

@@ -13,6 +13,7 @@ from mafsil.control.linearization import exponential
 from mafsil.errors import MafsilError
 from mafsil.job.contacts import Face, rigid_surfaces_of
 from mafsil.job.description import Job, Noise
+from mafsil.job.held_slopes import HeldArm
 from mafsil.job.laws import control_period, law_of
 from mafsil.job.stretch import Driven
 from mafsil.job.tip_laws import REACHED
@@ -54,38 +55,34 @@ def growth_along(job: Job, driven: Driven) -> Growth:
     At each place the arm is where it should be, moving as it should:
 
     1. Slopes of its acceleration by state and effort, viscous friction and what it touches included (surfaces that give
-       way, holes, guides, and doors with their grip), and of the law's efforts by the state, from differences.
+       way, holes, guides, and doors with their grip), and of the law's efforts by the state, from differences. Where
+       the plan is on rigid surfaces, they hold: errors are those that they leave free (`HeldArm`).
     2. The step x(k + 1) = Phi x(k) + Gamma K x(k - d) under efforts that are constant between two ticks and come d
        ticks late, exactly; its spectral radius. What a law remembers, such as an integral, is left out.
-
-    Rigid surfaces have no slope: places at which the plan touches one are left out.
 
     Args:
         job: whose controller it is.
         driven: a stretch under its law.
 
     Returns:
-        Above one where the loop is unstable; NaN of laws that have no slope, of closed chains, and of a stretch that
-        touches rigid surfaces all the time.
+        Above one where the loop is unstable; NaN of laws that have no slope, and of closed chains.
     """
     scenario, trajectory = driven.scenario, driven.stretch.trajectory
     if scenario.true_plant.robot.mechanism.loops:
         return UNKNOWN
     law, late = quiet_law(job, driven), round(job.controller.delay / control_period(job))
-    times = _away_from_rigid(job, driven, np.linspace(0.0, trajectory.duration, PLACES))
-    if not times:
-        return UNKNOWN
+    times = np.linspace(0.0, trajectory.duration, PLACES).tolist()
     try:
-        return max(Growth(_radius(driven, _acting(law, t), t, Motion(*trajectory.at(t)), late), t) for t in times)
+        return max(Growth(_radius(job, driven, _acting(law, t), t, late), t) for t in times)
     except (MafsilError, ValueError, TypeError, np.linalg.LinAlgError):
         return UNKNOWN
 
 
-def _away_from_rigid(job: Job, driven: Driven, times: Floats) -> list[float]:
-    """Those times at which the plan touches no rigid surface."""
-    T = driven.scenario.robot.forward_kinematics(driven.stretch.trajectory.at(times).u)
+def _held(job: Job, driven: Driven, q: Floats) -> tuple[int, ...]:
+    """The rigid surfaces that the plan is on at a configuration (n,)."""
+    T = driven.scenario.robot.forward_kinematics(q)
     faces = [Face(surface, ()) for surface in rigid_surfaces_of(job)]
-    return [float(t) for t, pose in zip(times, T, strict=True) if all(face.depth(pose) < -REACHED for face in faces)]
+    return tuple(j for j, face in enumerate(faces) if face.depth(T) >= -REACHED)
 
 
 def _acting(law: Law, t: float) -> Law:
@@ -95,19 +92,23 @@ def _acting(law: Law, t: float) -> Law:
     return Combined(tuple(_acting(part, t) for part in law.laws)) if isinstance(law, Combined) else law
 
 
-def _radius(driven: Driven, law: Law, t: float, reference: Motion, late: int) -> float:
+def _radius(job: Job, driven: Driven, law: Law, t: float, late: int) -> float:
     """The spectral radius of the step at one place."""
-    scenario = driven.scenario
-    n, h = scenario.robot.n, scenario.control_period
+    h, reference = driven.scenario.control_period, Motion(*driven.stretch.trajectory.at(t))
+    held = _held(job, driven, reference.u)
     # 1.
-    A, B = _arm(driven, law, t, reference)
-    aside = _aside(n)
-    K = _slope(np.stack([law(t, reference.u + x[:n], reference.v + x[n:], reference) for x in aside]))
+    if held:
+        A, B, K = HeldArm(driven, law, t, reference, held).slopes(ASIDE)
+    else:
+        A, B, K = _free(driven, law, t, reference)
     # 2.
-    whole = np.zeros((3 * n, 3 * n))
-    whole[: 2 * n, : 2 * n], whole[: 2 * n, 2 * n :] = h * A, h * B
+    size, n = B.shape
+    if not size:
+        return 0.0
+    whole = np.zeros((size + n, size + n))
+    whole[:size, :size], whole[:size, size:] = h * A, h * B
     found = exponential(whole)
-    return float(np.abs(np.linalg.eigvals(_step(found[: 2 * n, : 2 * n], found[: 2 * n, 2 * n :], K, late))).max())
+    return float(np.abs(np.linalg.eigvals(_step(found[:size, :size], found[:size, size:], K, late))).max())
 
 
 def _step(Phi: Floats, Gamma: Floats, K: Floats, late: int) -> Floats:
@@ -122,8 +123,8 @@ def _step(Phi: Floats, Gamma: Floats, K: Floats, late: int) -> Floats:
     return step
 
 
-def _arm(driven: Driven, law: Law, t: float, reference: Motion) -> tuple[Floats, Floats]:
-    """A (2 n, 2 n) and B (2 n, n) of the true arm under the law's efforts there."""
+def _free(driven: Driven, law: Law, t: float, reference: Motion) -> tuple[Floats, Floats, Floats]:
+    """A (2 n, 2 n), B (2 n, n) of the true arm under the law's efforts there, and K (n, 2 n) of the law."""
     scenario = driven.scenario
     n, true = scenario.robot.n, scenario.true_plant
     plant = Plant(true.robot, friction=False, environment=true.environment)
@@ -136,7 +137,7 @@ def _arm(driven: Driven, law: Law, t: float, reference: Motion) -> tuple[Floats,
         slope[:, n:] -= inverse @ friction.gain.T @ (friction.viscous[:, None] * friction.gain)
     A, B = np.zeros((2 * n, 2 * n)), np.zeros((2 * n, n))
     A[:n, n:], A[n:], B[n:] = np.eye(n), slope, inverse
-    return A, B
+    return A, B, _slope(np.stack([law(t, reference.u + x[:n], reference.v + x[n:], reference) for x in aside]))
 
 
 def _aside(n: int) -> Floats:
