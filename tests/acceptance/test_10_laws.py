@@ -24,6 +24,7 @@ from mafsil.control import (
     free_speed,
     gravity_compensation,
     hybrid_control,
+    impedance_by_force,
     impedance_control,
     least_virtual_mass,
     sampled_force_radius,
@@ -331,6 +332,12 @@ def test_impedance_control_of_an_arm():
     agree(now.J @ qdd + now.J_rate @ qd, expected["V_dot"], tol)
     simple = impedance_control(robot, wanted, reference, coordinates=XY)
     agree(simple(0.0, q, qd, Motion(q, qd, qd)), expected["tau_simplified_no_inertia"], tol)
+    # The second form: what an accelerometer reads is the acceleration that follows, and then no force is lacking.
+    V_dot = np.array(expected["V_dot"])
+    by_force = impedance_by_force(
+        robot, wanted, reference, lambda q, qd: F, coordinates=XY, kp=3.0, ki=5.0, acceleration=lambda q, qd: V_dot
+    )
+    agree(by_force.session(0.01)(0.0, q, qd, Motion(q, qd, qd)), expected["tau_full"], tol)
 
 
 @pytest.mark.capability("10-79", "10-81")

@@ -13,13 +13,15 @@ from mafsil.control import (
     Impedance,
     TaskCoordinates,
     TaskTarget,
+    TipForceSensor,
     admittance_control,
     hold,
+    impedance_by_force,
     impedance_control,
     task_dynamics,
 )
 from mafsil.model import Friction
-from mafsil.simulation import Plant, Scenario, simulate
+from mafsil.simulation import Plant, RigidPlant, RigidSurface, Scenario, simulate
 from mafsil.trajectory import rest
 
 ARM, Q = mf.load("planar2r"), np.array([0.4, 1.1])
@@ -150,3 +152,50 @@ def test_masses_side_by_side_are_masses_by_themselves():
         found = together(0.01 * k, q, qd, None)
         assert found.shape == (3, 2)
         np.testing.assert_allclose(found, [one(0.01 * k, a, b, None) for one, a, b in zip(alone, q, qd, strict=True)])
+
+
+def in_a_corner(kp, ki, duration=0.2):
+    """Force (k, 2) that a planar arm exerts on two rigid walls, by an impedance whose model knows no payload."""
+    walls = tuple(RigidSurface.plane(T[:3, 3], normal) for normal in ([-1, 0, 0], [0, -1, 0]))
+    sensor, goal = TipForceSensor(ARM, None, XY), T.copy()
+    goal[:2, 3] += [0.02, 0.01]
+    law = impedance_by_force(
+        ARM, Impedance.of(2, damping=20.0, stiffness=[500.0, 800.0]), hold(goal), lambda q, qd: -sensor(q, qd),
+        coordinates=XY, kp=kp, ki=ki,
+    )  # fmt: skip
+    plant = RigidPlant(ARM, friction=False, surface=walls).with_payload(0.3)
+    run = simulate(Scenario(robot=ARM, trajectory=rest(Q, duration), law=law, plant=plant, saturate=False))
+    assert run
+    assert np.abs(run.q - Q).max() < 1e-12
+    return -(ARM.forward_kinematics(run.q)[:, :3, :3] @ run.contact_wrench[:, 3:, None])[:, :2, 0]
+
+
+@pytest.mark.capability("10-96", "10-81")
+@pytest.mark.parametrize(("kp", "ki"), [(0.0, 40.0), (0.5, 40.0), (0.5, 0.0)])
+def test_an_impedance_by_force_is_felt_although_the_model_is_wrong(kp, ki):
+    """On rigid walls the sensor reads one tick late: z^2 + (Kfp + Kfi dt - 1) z - Kfp = 0, and F_e ends at zero."""
+    wanted, force = np.array([10.0, 8.0]), in_a_corner(kp, ki)
+    lacking = wanted - force
+    late = np.vstack([wanted[None], lacking[:-1]])  # the first reading is zero
+    # F(k) = F_cmd + Kfp F_e(k) + Kfi dt sum F_e - w, of the readings.
+    w = (wanted + kp * late + ki * 1e-3 * np.cumsum(late, axis=0)) - force
+    np.testing.assert_allclose(w, np.tile(w[0], (len(w), 1)), atol=1e-6)
+    assert np.abs(w[0]).max() > 2.0
+    if ki:
+        assert np.abs(lacking[-1]).max() < 0.02 * np.abs(lacking[1]).max()
+    else:
+        np.testing.assert_allclose(lacking[-1], w[0] / (1.0 + kp), rtol=1e-6, atol=1e-12)
+
+
+def test_an_impedance_by_force_without_feedback_is_the_simple_one_and_batches():
+    wanted = Impedance.of(2, inertia=1.0, damping=9.0, stiffness=40.0)
+    by_force = impedance_by_force(ARM, wanted, swinging, pushed, coordinates=XY)
+    simple = impedance_control(ARM, wanted, swinging, coordinates=XY)
+    q, qd = Q + 0.1 * np.arange(3)[:, None], np.array([[0.1, 0.0], [0.0, -0.2], [0.3, 0.2]])
+    np.testing.assert_allclose(by_force(0.3, q, qd, None), simple(0.3, q, qd, None), atol=1e-12)
+    clamped = impedance_by_force(ARM, wanted, swinging, pushed, coordinates=XY, ki=1e3, clamp=0.5).session(0.01)
+    now = task_dynamics(ARM, Q, np.zeros(2), XY)
+    for _ in range(50):
+        tau = clamped(0.3, Q, np.zeros(2), None)
+    commanded, error = by_force.forces(0.3, Q, np.zeros(2))
+    np.testing.assert_allclose(tau, now.effort(now.force(np.zeros(2)) + commanded + 0.5 * np.sign(error)), atol=1e-9)

@@ -94,6 +94,8 @@ from mafsil.control.impedance import ImpedanceControl as ImpedanceControl
 from mafsil.control.impedance import impedance_control as impedance_control
 from mafsil.control.impedance import sampled_wall_radius as sampled_wall_radius
 from mafsil.control.impedance import stiffest_wall as stiffest_wall
+from mafsil.control.impedance_by_force import ImpedanceByForce as ImpedanceByForce
+from mafsil.control.impedance_by_force import impedance_by_force as impedance_by_force
 from mafsil.control.inertia_gains import inertia_gains as inertia_gains
 from mafsil.control.joint_feedback import Feedforward as Feedforward
 from mafsil.control.joint_feedback import JointFeedback as JointFeedback
@@ -159,6 +161,8 @@ from mafsil.control.tip_motion import TipOfJoints as TipOfJoints
 from mafsil.control.tip_motion import hold as hold
 from mafsil.control.tip_motion import target_in_axes as target_in_axes
 from mafsil.control.tip_sensor import TipForceSensor as TipForceSensor
+from mafsil.control.tip_ways import TipWay as TipWay
+from mafsil.control.tip_ways import tip_ways as tip_ways
 from mafsil.control.virtual_environment import VirtualEnvironment as VirtualEnvironment
 from mafsil.control.virtual_environment import virtual_environment as virtual_environment
 from mafsil.control.worst_case import MinMax as MinMax

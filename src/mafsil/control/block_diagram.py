@@ -21,6 +21,7 @@ from mafsil.control.felt_constraint import ContactFeedforward
 from mafsil.control.force import ForceControl, gained
 from mafsil.control.hybrid import HybridControl
 from mafsil.control.impedance import ImpedanceControl
+from mafsil.control.impedance_by_force import ImpedanceByForce
 from mafsil.control.joint_feedback import Feedforward, JointFeedback
 from mafsil.control.law import Combined, Law
 from mafsil.control.linear_quadratic import LinearQuadratic
@@ -251,6 +252,7 @@ READERS: dict[type, Callable[[Any], list[Term]]] = {
     LinearQuadratic: _whole("M(u) a + c(u, v) + g(u) + K (u - q, v - q̇)"),
     TaskComputedTorque: _as_written("J' Λ (A_d + Kp X_e + Kd V_e)", "J' (γ + η)"),
     ImpedanceControl: _as_written("J' (Λ dV/dt + γ + η)", "J' (K X_e + B V_e)"),
+    ImpedanceByForce: _as_written("J' (Λ dV/dt + γ + η)", "J' F_cmd", "J' (Kfp F_e + Kfi ∫F_e dt)"),
     AdmittanceControl: _as_written("J' Λ D^-1 (F - B V - K X)", "J' (γ + η - F)"),
     HybridControl: _as_written(
         "J' P Λ (A_d + Kp X_e + Kd V_e)", "J' (I - P) (F_d + Kfp F_e + Kfi ∫F_e dt)", "J' (γ + η)"

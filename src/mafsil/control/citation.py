@@ -49,7 +49,15 @@ CITATIONS = (
         2017,
         (
             *_control(
-                "computed_torque", "joint_feedback", "task_space", "force", "hybrid", "impedance", "block_diagram"
+                "computed_torque",
+                "joint_feedback",
+                "task_space",
+                "force",
+                "hybrid",
+                "impedance",
+                "impedance_by_force",
+                "tip_ways",
+                "block_diagram",
             ),
             "mafsil.one_joint.error_dynamics",
             "mafsil.one_joint.gear",

@@ -16,6 +16,7 @@ from mafsil.control.delayed import Delayed
 from mafsil.control.force import ForceControl
 from mafsil.control.hybrid import HybridControl
 from mafsil.control.impedance import ImpedanceControl
+from mafsil.control.impedance_by_force import ImpedanceByForce
 from mafsil.control.joint_feedback import Feedforward, JointFeedback
 from mafsil.control.linear_quadratic import LinearQuadratic
 from mafsil.control.matrix_feedback import MatrixFeedback
@@ -46,6 +47,8 @@ FORMULAS: dict[str, tuple[str, tuple[str, ...]]] = {
     "hybrid": ("τ = J' (P Λ (A_d + Kp X_e + Kd V_e) + (I - P) (F_d + Kfp F_e + Kfi ∫F_e dt) + γ + η)",
                ("raibert1981", "khatib1987")),
     "force": ("τ = g + J' (F_d + Kfp F_e + Kfi ∫F_e dt - Kdamp V)", ("lynch2017",)),
+    "impedance_by_force": ("τ = J' (Λ V̇ + γ + η + F_cmd + Kfp F_e + Kfi ∫F_e dt),  F_cmd = -(D V̇ + B V + K X)",
+                           ("lynch2017", "hogan1985")),
     "linear_quadratic": ("min ∫ (x' Q x + δτ' R δτ) dt,  δτ = K x", ()),
     "delayed": ("τ(t) = law(t - T)", ()),
     "current_loop": ("τ' = ω (τ_commanded - τ)", ("lynch2017",)),
@@ -78,6 +81,7 @@ CLASSES: dict[type, str] = {
     AdaptiveControl: "adaptive",
     TaskComputedTorque: "task_computed_torque",
     ImpedanceControl: "impedance",
+    ImpedanceByForce: "impedance_by_force",
     AdmittanceControl: "admittance",
     HybridControl: "hybrid",
     ForceControl: "force",
