@@ -1,4 +1,4 @@
-"""What the tip touches in the replay: plates, balls, bars and rails that stand, doors that open with the handle."""
+"""What the tip touches in the replay: plates, balls, bars, rails and holes that stand, doors that turn with the handle."""
 
 from __future__ import annotations
 
@@ -7,11 +7,15 @@ import numpy as np
 from mafsil.arrays import Floats, PoseMatrix, Vector3
 from mafsil.geometry import rotation
 from mafsil.job import Run
-from mafsil.job.contact_tables import Guide, Surface
+from mafsil.job.contact_tables import Guide, Hole, Surface
 from mafsil.job.contacts import door_of
 from mafsil.scene import Body, Solid
+from mafsil.scene.solids import Colour
 
 COLOUR = (0.62, 0.70, 0.74, 1.0)
+CLEAR = (*COLOUR[:3], 0.22)
+"""Of what is hollow, and of the face of a hole: the arm shows through."""
+SHAFT_COLOUR = (0.24, 0.26, 0.30, 1.0)
 DOOR_COLOUR = (0.66, 0.52, 0.36, 1.0)
 PLATE, THIN, RAIL = 0.45, 2e-3, 4e-3
 """Edge of a plate, thickness of plates and of rails, as shares of the scene."""
@@ -20,25 +24,33 @@ PANEL_HEIGHT, PANEL_THICKNESS = 0.7, 0.03
 
 
 def standing(run: Run, size: float) -> list[tuple[Body, PoseMatrix]]:
-    """Surfaces and guides with their poses; hollow ones are left out, they would hide the arm.
+    """Surfaces, guides and holes with their poses.
 
     Args:
         run: what happened.
         size: radius of the scene [m].
     """
-    found = [_surface(one, size) for one in run.job.surface if not one.hollow]
-    return [*found, *(_guide(one, size) for one in run.job.guide)]
+    found = [_surface(one, size) for one in run.job.surface]
+    return [*found, *(_guide(one, size) for one in run.job.guide), *(_hole(one, size) for one in run.job.hole)]
 
 
 def _surface(one: Surface, size: float) -> tuple[Body, PoseMatrix]:
     place = np.array(one.point)
     if one.normal is not None:
         return Body(one.name, (_below(size),)), _facing(place, np.array(one.normal))
+    colour = CLEAR if one.hollow else COLOUR
     if one.sphere is not None:
-        return Body(one.name, (Solid("sphere", (one.sphere,), colour=COLOUR),)), _facing(place, np.array([0.0, 0, 1]))
+        return Body(one.name, (Solid("sphere", (one.sphere,), colour=colour),)), _facing(place, np.array([0.0, 0, 1]))
     assert one.cylinder is not None
-    bar = Solid("cylinder", (one.cylinder, PLATE * size), colour=COLOUR)
+    bar = Solid("cylinder", (one.cylinder, PLATE * size), colour=colour)
     return Body(one.name, (bar,)), _facing(place, np.array(one.axis))
+
+
+def _hole(one: Hole, size: float) -> tuple[Body, PoseMatrix]:
+    """The room of the peg's axis, from the mouth to the bottom and at least as wide as a rail, in a face."""
+    radius = max(one.clearance + one.chamfer, RAIL * size)
+    shaft = Solid("cylinder", (radius, one.depth), (0.0, 0.0, -one.depth / 2.0, 1.0, 0.0, 0.0, 0.0), SHAFT_COLOUR)
+    return Body(one.name, (_below(size, CLEAR), shaft)), _facing(np.array(one.mouth), np.array(one.axis))
 
 
 def _guide(one: Guide, size: float) -> tuple[Body, PoseMatrix]:
@@ -48,10 +60,10 @@ def _guide(one: Guide, size: float) -> tuple[Body, PoseMatrix]:
     return Body(one.name, (_below(size),)), _facing(np.array(one.point), np.array(one.normal))
 
 
-def _below(size: float) -> Solid:
+def _below(size: float, colour: Colour = COLOUR) -> Solid:
     """A thin plate whose upper side is the x-y plane."""
     low = (0.0, 0.0, -THIN * size / 2.0, 1.0, 0.0, 0.0, 0.0)
-    return Solid("box", (PLATE * size, PLATE * size, THIN * size), low, COLOUR)
+    return Solid("box", (PLATE * size, PLATE * size, THIN * size), low, colour)
 
 
 def _facing(place: Vector3, direction: Vector3) -> PoseMatrix:
