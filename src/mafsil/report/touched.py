@@ -1,4 +1,4 @@
-"""What the tip touches in the replay: plates, balls, bars, rails and holes that stand, doors that turn with the handle."""
+"""What the tip touches in the replay: plates, balls, bars, rails and holes that stand, doors that turn with the tip."""
 
 from __future__ import annotations
 
