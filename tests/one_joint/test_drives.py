@@ -222,3 +222,33 @@ def test_a_joint_ruled_by_friction_is_of_first_order():
 def test_wrong_input(wrong):
     with pytest.raises(InputError):
         wrong()
+
+
+@pytest.mark.capability("10-89", "10-11")
+@pytest.mark.parametrize("side", ["motor", "link"])
+def test_the_bandwidth_of_an_elastic_joint_is_that_of_its_state_matrix(side):
+    """Gains of a rigid joint on four states (q, p, q', p'): eigenvalues instead of the loop's polynomial."""
+    rng, seen = np.random.default_rng(4), set()
+    for _ in range(60):
+        M, B, d, b, bm = rng.uniform([0.2, 0.1, 0.0, 0.0, 0.0], [2.0, 1.0, 5.0, 0.2, 0.2])
+        k, w, zeta = rng.uniform(100, 900), rng.uniform(0.3, 25.0 if side == "motor" else 4.0), rng.uniform(0.4, 1.3)
+        kp, kd = (M + B) * w**2, 2.0 * zeta * w * (M + B)
+        A = np.zeros((4, 4))
+        A[:2, 2:] = np.eye(2)
+        A[2] = np.array([-k, k, -d - b, d]) / M
+        A[3] = np.array([k, -k, d, -d - bm]) / B
+        felt = 1 if side == "motor" else 0
+        A[3, [felt, 2 + felt]] -= np.array([kp, kd]) / B
+        s = np.linalg.eigvals(A)
+        near = s[np.argsort(np.abs(s))[:2]]
+        ratio = float((-near.real / np.abs(near)).min())
+        found = ElasticJoint.of(M, B, k, d, b, bm).allowed_bandwidth(w, zeta, side)
+        assert found.damping_ratio == pytest.approx(ratio, abs=1e-6)
+        assert found.least_damping == pytest.approx((-s.real / np.abs(s)).min(), abs=1e-6)
+        assert found.slowest == pytest.approx(-s.real.max(), abs=1e-6 * np.abs(s).max())
+        assert found.by_rule == pytest.approx(np.sqrt(k / M) / 2.0, rel=1e-12)
+        stable, kept = s.real.max() < 0.0, ratio >= 0.9 * min(zeta, 1.0)
+        names = (BandwidthStatus.UNSTABLE, BandwidthStatus.POORLY_DAMPED, BandwidthStatus.ALLOWED)
+        assert found.status is names[int(stable) + int(stable and kept)]
+        seen.add(found.status)
+    assert len(seen) >= 2

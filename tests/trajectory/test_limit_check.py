@@ -7,7 +7,7 @@ import pytest
 
 from mafsil.errors import InputError
 from mafsil.model import JointLimits
-from mafsil.trajectory import check, cubic, quintic, rest, sequence, trapezoid
+from mafsil.trajectory import Motion, check, cubic, quintic, rest, sequence, trapezoid
 
 
 def bounds(n, **given):
@@ -87,3 +87,65 @@ def test_sequence_refuses_gaps_and_nonsense():
         sequence()
     with pytest.raises(InputError, match="rests"):
         sequence(cubic([0.0], [1.0], 1.0), cubic([1.0], [2.0], 1.0), rests=-1.0)
+
+
+class Beat:
+    """Five waves whose heights differ by a thousandth: the largest sample need not be next to the highest of them."""
+
+    n, duration = 1, 1.0
+
+    def __init__(self, phase):
+        self.phase = phase
+
+    def at(self, t):
+        rows = [self.derivative(t, k) for k in range(3)]
+        return Motion(*rows)
+
+    def jerk(self, t):
+        return self.derivative(t, 3)
+
+    def breaks(self):
+        return np.array([0.0, 1.0])
+
+    def derivative(self, t, k):
+        t = np.asarray(t, dtype=float)[..., None]
+        parts = ((1.0, 10.0 * np.pi, 0.0), (2e-3, 1.7, self.phase))
+        return sum(a * w**k * np.sin(w * t + p + k * np.pi / 2.0) for a, w, p in parts)
+
+
+@pytest.mark.parametrize("phase", [0.3, 1.5, 4.0])
+@pytest.mark.parametrize("order", [0, 1])
+def test_the_highest_of_many_waves_is_found_to_nine_digits(phase, order):
+    beat = Beat(phase)
+    # Of a velocity both directions count; tops by Newton's method, from where they would be without the slow part.
+    reached = [float(beat.derivative(end, order)[0]) for end in (0.0, 1.0)]
+    for half_wave in range(22):
+        t = ((0.5 if order == 0 else 0.0) + half_wave) / 10.0
+        for _ in range(8):
+            t = t - float(beat.derivative(t, order + 1)[0] / beat.derivative(t, order + 2)[0])
+        if 0.0 <= t <= 1.0:
+            reached.append(float(beat.derivative(t, order)[0]))
+    highest = max(reached, key=lambda value: abs(value) if order else value)
+    quantity = ("upper", "velocity")[order]
+    found = check(beat, bounds(1, **{quantity: abs(highest) * (1.0 - 1e-3)}), tolerance=0.0)
+    assert [v.value for v in found] == [pytest.approx(highest, rel=1e-9)]
+
+
+def test_a_peak_anywhere_in_a_piece_is_seen():
+    for place in np.linspace(0.15, 0.85, 25):
+        motion = sequence(rest([0.0], 0.3), bump(place), rest([0.0], 0.2))
+        found = check(motion, bounds(1, upper=0.5), tolerance=0.0)
+        assert [v.value for v in found] == [pytest.approx(1.0, abs=1e-9)]
+        assert found.violations[0].time == pytest.approx(0.3 + place, abs=1e-6)
+
+
+def bump(place):
+    """Nothing but a narrow hill in a piece of a second."""
+
+    class Hill(Beat):
+        def derivative(self, t, k):
+            x = (np.asarray(t, dtype=float)[..., None] - place) / 0.02
+            hill = np.exp(-(x**2))
+            return (hill, -2.0 * x * hill / 0.02, (4.0 * x**2 - 2.0) * hill / 0.02**2, 0.0 * x)[k]
+
+    return Hill(0.0)

@@ -290,3 +290,27 @@ def test_separate_blends_leave_the_line_and_common_ones_do_not():
     np.testing.assert_allclose(np.abs(u @ [-1.0, 4.0]).max() / 17**0.5, 0.081096, atol=1e-6)
     u = linear_blends([[0.0, 0.0], [4.0, 1.0]], 2.0, acceleration=5.0, common_blend=True).trajectory.at([0.1, 0.5]).u
     np.testing.assert_allclose(u @ [-1.0, 4.0], 0.0, atol=1e-15)
+
+
+@pytest.mark.capability("11-29")
+@pytest.mark.parametrize("speed", [0.8, 3.0])
+@pytest.mark.parametrize("points", [[0.0, 1.0, 0.0, 1.0], [0.0, 0.4, -0.7, 0.9, 0.1], [0.0, 1.0, 1.1, -0.5, -0.5, 2.0]])
+def test_legs_hold_their_blends_by_the_book_s_formulas(points, speed):
+    """Blends by hand: T - sqrt(T^2 - 2 D/A) at the ends, |v' - v| / A at inner points; half of each is in a leg."""
+    A, D = 4.0, np.diff(points)
+    plan = linear_blends(points, velocity=speed, acceleration=A)
+    assert plan
+    T = plan.durations
+    ends = [T[k] - np.sqrt(T[k] ** 2 - 2.0 * abs(D[k]) / A) for k in (0, -1)]
+    v = D / T
+    v[0], v[-1] = D[0] / (T[0] - ends[0] / 2.0), D[-1] / (T[-1] - ends[1] / 2.0)
+    blends = np.concatenate([[2.0 * ends[0]], np.abs(np.diff(v)) / A, [2.0 * ends[1]]])
+    assert (T - (blends[:-1] + blends[1:]) / 2.0).min() > -1e-9
+    assert (T > np.abs(D) / speed - 1e-12).all()
+
+
+def test_a_stop_lasts_as_long_as_the_blends_on_both_sides_of_it():
+    """D = v = 1, A = 4: end legs last 1 s and reach 1 / (1 - t0/2), t0 = 1 - sqrt(1/2), which ends within that / A."""
+    plan = linear_blends([0.0, 1.0, 1.0, 2.0], velocity=1.0, acceleration=4.0)
+    slope = 1.0 / (1.0 - (1.0 - np.sqrt(0.5)) / 2.0)
+    np.testing.assert_allclose(plan.durations, [1.0, slope / 4.0, 1.0], rtol=1e-9)

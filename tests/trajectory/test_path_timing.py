@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.geometry import rotation
+from mafsil.geometry import pose, rotation
 from mafsil.model import JointLimits
 from mafsil.trajectory import CartesianPath, PathMotion, PiecewisePolynomial, follow, quintic, trapezoid
-from mafsil.trajectory.path_task import path_error
+from mafsil.trajectory.path_task import path_equations, path_error, path_rates
 from mafsil.trajectory.path_timing import dilated, slowest
 from mafsil.trajectory.polynomial import quintic_coefficients
 
@@ -120,3 +120,42 @@ def test_path_errors_by_hand() -> None:
     turned = np.eye(4)
     turned[:3, :3] = rotation.exp(np.array([0.0, 0.0, 2.0]))
     np.testing.assert_allclose(path_error(T, turned, "axis"), 0.0, atol=1e-15)
+
+
+@pytest.mark.parametrize("task", ["position", "axis"])
+def test_equations_of_a_path_are_differences_of_the_frame_and_of_the_path(task):
+    """A q' is the rate of what counts, b that of the path, A' and b' their derivatives along q(s); the turn is free."""
+    robot, rng = mf.load("puma560"), np.random.default_rng(3)
+    q, rate, s, h = rng.uniform(-1.0, 1.0, 6), rng.normal(size=6), 0.4, 1e-5
+    start = robot.forward_kinematics(q)
+    path = CartesianPath(start, start @ pose.exp([0.5, -0.4, 0.8, 0.2, -0.1, 0.3]))
+
+    def equations(e):
+        x = q + e * rate
+        T = robot.forward_kinematics(x)
+        J, J_rate = robot.jacobian_body(x), robot.jacobian_body_rate(x, rate)
+        return path_rates(T, J, J_rate, rate, path, s + e, task)
+
+    A, b, A_rate, b_slope = equations(0.0)
+    before, after = equations(-h), equations(h)
+    np.testing.assert_allclose(A_rate @ rate, (after[0] - before[0]) @ rate / (2 * h), atol=1e-6)
+    np.testing.assert_allclose(b_slope, (after[1] - before[1]) / (2 * h), atol=1e-6)
+    ends = [robot.forward_kinematics(q + e * rate) for e in (-h, h)]
+    np.testing.assert_allclose((A @ rate)[-3:], (ends[1] - ends[0])[:3, 3] / (2 * h), atol=1e-7)
+    places = path.poses(np.array([s - h, s + h]))
+    np.testing.assert_allclose(b[-3:], (places[1] - places[0])[:3, 3] / (2 * h), atol=1e-7)
+    if task == "axis":
+        # Rates of the frame's z axis, by that axis itself and seen in the frame.
+        R = robot.forward_kinematics(q)[:3, :3]
+        turned = R.T @ (ends[1] - ends[0])[:3, 2] / (2 * h)
+        np.testing.assert_allclose((A @ rate)[:2], [-turned[1], turned[0]], atol=1e-7)
+    many = path_equations(start[None], robot.jacobian_body(q)[None], path, np.array([s]), task)
+    np.testing.assert_allclose(many[0][0], A, atol=1e-12)
+    np.testing.assert_allclose(many[1][0], b, atol=1e-12)
+
+
+def test_what_is_left_of_a_position_does_not_depend_on_the_turn_of_the_frame() -> None:
+    T, target = pose.exp([0.4, -0.7, 0.2, 1.0, 2.0, 3.0]), pose.exp([1.0, 0.2, -0.3, 0.5, 0.1, -0.4])
+    way = target[:3, 3] - T[:3, 3]
+    np.testing.assert_allclose(path_error(T, target, "position"), way, atol=1e-15)
+    np.testing.assert_allclose(path_error(np.stack([T, T]), target, "position"), [way, way], atol=1e-15)

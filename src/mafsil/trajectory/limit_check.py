@@ -128,7 +128,8 @@ def check(
             at = (sign * values).argmax(axis=0)
             reached = np.take_along_axis(values, at[None], axis=0)[0]
             excess = sign * (reached - bound)
-            for joint in np.flatnonzero(excess > tolerance * np.maximum(1.0, np.abs(bound))):
+            size = np.maximum(1.0, np.where(np.isfinite(bound), np.abs(bound), 0.0))
+            for joint in np.flatnonzero(excess > tolerance * size):
                 quantity = QUANTITIES[order][int(sign > 0)]
                 place = (float(moments[at[joint]]), float(reached[joint]), float(bound[joint]))
                 found.append((float(excess[joint]), Violation(labels[joint], quantity, *place)))
