@@ -16,6 +16,7 @@ from mafsil.control.task_coordinates import TaskCoordinates
 from mafsil.control.task_dynamics import task_dynamics
 from mafsil.control.tip_motion import TipReference
 from mafsil.errors import InputError
+from mafsil.one_joint import JointArm, JointLaw, sampled_stability
 from mafsil.robot import Robot, of_robot
 from mafsil.trajectory import Motion
 
@@ -222,30 +223,15 @@ def stiffest_wall(damping: float, period: float) -> float:
 def sampled_wall_radius(mass: float, damping: float, stiffness: float, period: float, delay: int = 0) -> float:
     """Spectral radius of a mass against a virtual wall whose force is held over each period; below one it is stable.
 
-    1. The exact step of the mass under a constant force.
-    2. The force of `delay` periods ago is kept in a queue; eigenvalues of the whole.
-
     Args:
         mass, damping: of the arm [kg, N s/m].
         stiffness: of the wall [N/m].
         period: T [s].
         delay: of the force, in periods.
+
+    Raises:
+        InputError: a number out of its range.
     """
-    m, T = positive("mass", mass), positive("period", period)
-    b = max(damping, 1e-12 * m / T)
-    # 1.
-    e, gone = np.exp(-b * T / m), -np.expm1(-b * T / m)
-    A = np.array([[1.0, m / b * gone], [0.0, e]])
-    B = np.array([T / b - m / b**2 * gone, gone / b])
-    # 2.
-    n = 2 + delay
-    whole = np.zeros((n, n))
-    whole[:2, :2] = A
-    if delay:
-        whole[:2, 2 + delay - 1] = B
-        whole[2, 0] = -stiffness
-        for k in range(3, n):
-            whole[k, k - 1] = 1.0
-    else:
-        whole[:2, 0] -= B * stiffness
-    return float(np.abs(np.linalg.eigvals(whole)).max())
+    device = JointArm.of(positive("mass", mass), friction=damping)
+    found = sampled_stability(device, JointLaw.pid(stiffness), positive("period", period), delay)
+    return float(found.spectral_radius)
