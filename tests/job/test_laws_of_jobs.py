@@ -15,10 +15,11 @@ from mafsil.errors import InputError, JobError
 from mafsil.job import Run, bench_laws, parse, solve
 from mafsil.job.causes import error_growth
 from mafsil.job.law_bench import CONDITIONS, LawStatus
-from mafsil.job.law_conditions import conditions
+from mafsil.job.law_conditions import Condition, conditions
 from mafsil.job.law_stability import growth_along
 from mafsil.job.laws import KINDS
 from mafsil.simulation import Plant, Scenario
+from mafsil.simulation.findings import alternating_efforts
 from mafsil.trajectory import quintic, rest
 from tests.job.test_job_planning import planned
 
@@ -279,3 +280,45 @@ pause = 0.1
     held = found.driven[0].scenario.true_plant.robot.gravity_torque(tape.q[k])
     np.testing.assert_allclose(tape.tau[k - 2 : k + 1], np.tile(held, (3, 1)), atol=0.05)
     assert np.abs(tape.q - tape.q_ref)[k:].max() < 3e-4
+
+
+@pytest.mark.parametrize("width", [1e-6, 2.0])
+def test_an_effort_that_switches_at_every_tick_is_named(width):
+    text = f"""
+robot = "planar2r"
+[simulation]
+friction = false
+[controller]
+kind = "sliding_mode"
+margin = 50
+width = {width}
+[start]
+joints = [0.3, 0.8]
+[[move]]
+joints = [0.4, 0.7]
+"""
+    found = solve(parse(text), text, Path())
+    assert isinstance(found, Run)
+    said = [remark for remark in found.remarks if remark.key == "simulation.alternates"]
+    assert len(said) == (width < 1e-3)
+    assert ("up and down from tick to tick" in found.recording.explain("en")) == (width < 1e-3)
+    if said:
+        assert "joint2" in said[0].sentence("en")
+        assert "يعلو جهد" in said[0].sentence("ar")
+
+
+def test_noise_of_sensors_is_no_switching_effort():
+    rng = np.random.default_rng(0)
+    t, even = 1e-3 * np.arange(4000), (-1.0) ** np.arange(4000)
+    assert alternating_efforts(t, rng.normal(size=(4000, 3))) is None
+    late = np.where((t > 1.0) & (t < 1.5), 0.2, 0.0) * even
+    joint, step, begin, lasted = alternating_efforts(t, np.stack([np.cos(t), late + 1.0], axis=1))
+    assert (joint, step) == (1, pytest.approx(0.4, rel=2e-3))
+    assert begin == pytest.approx(1.0, abs=3e-3)
+    assert lasted == pytest.approx(0.5, abs=5e-3)
+    assert alternating_efforts(t, np.stack([np.cos(t), 0.01 * late + 1.0], axis=1)) is None
+
+
+def test_a_number_that_is_nearly_its_limit_shows_on_which_side_it_is():
+    for value, shown in ((1.00000019, "1.00000019"), (0.99972, "0.99972"), (1.0, "1 "), (1.7, "1.7")):
+        assert f" {shown.strip()} " in Condition("sampled", value, 1.0).explain(language="en")

@@ -125,3 +125,8 @@ def test_a_pose_beyond_all_numbers_is_named_alike_by_both_inverses(distance: flo
         said.append(str(caught.value))
         assert not solve(robot, T[None]).solved.any()
     assert said[0] == said[1]
+
+
+def test_a_motion_that_blew_up_is_not_taken_for_degrees(recwarn):
+    mf.load("planar2r").forward_kinematics([1e35, 2e35])
+    assert not recwarn.list

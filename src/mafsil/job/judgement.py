@@ -21,9 +21,10 @@ from mafsil.job.remark import Level, Remark
 from mafsil.job.run import Run
 from mafsil.job.tolerance import tolerances
 from mafsil.job.touching import Touching, brief_contact_remarks, rigid_remarks, touching, touching_remarks
-from mafsil.messages.quantities import quantity
+from mafsil.messages.quantities import digits, quantity
 from mafsil.messages.visible import visible
 from mafsil.model import JointKind, JointLimits
+from mafsil.simulation.findings import alternating_efforts
 
 NEAR_EFFORT = 0.9
 """Share of the effort limit from which on a remark is made."""
@@ -144,7 +145,7 @@ def remarks(run: Run, numbers: Summary) -> tuple[Remark, ...]:
     pressed = [*touching_remarks(numbers.touching, struck=bool(rigid)), *rigid]
     pressed += [*brief_contact_remarks(run), *contact_remarks(run)]
     found += [remark for remark in pressed if remark.level != "good"]
-    found += _effort_remarks(run, numbers)
+    found += _effort_remarks(run, numbers) + _alternating_remarks(run)
     # Limits that an arm breaks while it falls are no news of their own.
     found += [] if collapse else [*_limit_remarks(run, numbers), *_gravity_remarks(run, numbers)]
     found += _stray_remarks(numbers)
@@ -244,6 +245,17 @@ def _effort_remarks(run: Run, numbers: Summary) -> list[Remark]:
             time = quantity(float(numbers.peak_effort_time[k]), "s")
             found.append(Remark("warning", "job.near_saturation", details | {"time": time}))
     return found
+
+
+def _alternating_remarks(run: Run) -> list[Remark]:
+    """An effort that goes up and down from tick to tick."""
+    found = alternating_efforts(run.recording.t, run.recording.tau)
+    if found is None:
+        return []
+    joint, swing, begin, lasted = found
+    details = {"joint": visible(run.robot.joint_names[joint]), "step": digits(swing)}
+    details |= {"time": quantity(begin, "s"), "lasted": quantity(lasted, "s")}
+    return [Remark("warning", "simulation.alternates", details)]
 
 
 def _limit_remarks(run: Run, numbers: Summary) -> list[Remark]:

@@ -39,6 +39,8 @@ from mafsil.messages.quantities import digits, quantity
 
 LONGEST = 2000
 """Ticks of a run that are looked at."""
+MOST_PLACES = 12
+"""Of a number that is nearly its limit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +66,7 @@ class Condition:
 
     def explain(self, *, language: str | None = None) -> str:
         """What is asked, the number, and when it was worst."""
-        details = {"value": digits(self.value), "limit": digits(self.limit)}
+        details = {"value": _beside(self.value, self.limit), "limit": digits(self.limit)}
         said = say(f"job.condition_{self.name}", language=language, **details)
         if not np.isfinite(self.time):
             return said
@@ -76,6 +78,15 @@ class Condition:
             "name": self.name, "holds": self.holds, "value": _plain(self.value), "limit": self.limit,
             "time": _plain(self.time),
         }  # fmt: skip
+
+
+def _beside(value: float, limit: float) -> str:
+    """A number beside its limit: with as many digits as show on which side of it it is."""
+    text = digits(value)
+    if text != digits(limit) or value == limit or not np.isfinite(value):
+        return text
+    places = min(1 - int(np.floor(np.log10(abs(value - limit)))), MOST_PLACES)
+    return f"{value:.{places}f}"
 
 
 def conditions(run: Run) -> tuple[Condition, ...]:

@@ -18,6 +18,9 @@ _NESTED = (list, tuple, np.ndarray)
 LARGE = 9.0
 """Angles up to here [rad] are not examined: a joint of one turn either way may stand there, wound once."""
 
+TYPED = 1e6
+"""What is larger [rad] nobody typed, in degrees either: a motion that blew up, whose numbers are all whole."""
+
 
 class DegreesHint:
     """Looks at the coordinates of single calls that come as lists or otherwise not as arrays, and warns once.
@@ -50,7 +53,7 @@ class DegreesHint:
         row = cast("Sequence[float]", values)
         if len(row) != len(self._names):
             return
-        if not row or isinstance(row[0], _NESTED) or max(map(abs, row)) < LARGE:
+        if not row or isinstance(row[0], _NESTED) or not LARGE <= max(map(abs, row)) <= TYPED:
             return
         k = self._suspicious(row)
         if k is not None:

@@ -1,4 +1,4 @@
-"""What a recording shows besides its end: efforts that were clipped, contact that chatters."""
+"""What a recording shows besides its end: efforts that were clipped or alternate, contact that chatters."""
 
 from __future__ import annotations
 
@@ -14,6 +14,9 @@ from mafsil.messages.visible import visible
 
 WINDOW, CHANGES = 40, 8
 """Ticks within which so many changes between contact and none count as chattering."""
+
+ALTERNATIONS, SWING = 50, 0.05
+"""Ticks in a row in which an effort goes up and down by turns, by this share of its largest: noise does not do that."""
 
 BRIEF = 4
 """Steps below which a contact from its beginning to its end is too short for its forces to be computed."""
@@ -50,6 +53,55 @@ def saturation_sentence(
     first = float(t[int(saturated.reshape(len(t), -1).any(axis=1).argmax())])
     details = {"joint": visible(joints[worst]), "share": quantity(float(shares[worst]), "share")}
     return say("simulation.was_saturated", language=language, time=quantity(first, "s"), **details)
+
+
+def alternating_efforts(t: Floats, tau: Floats) -> tuple[int, float, float, float] | None:
+    """The joint whose effort goes up and down from tick to tick, as behind a switch that is too fast for its sampling.
+
+    Args:
+        t: (k,) times [s].
+        tau: (k, n) efforts [N m | N].
+
+    Returns:
+        The joint with the largest mean step against its largest effort, that step [N m | N], since when, and for how
+        long in all [s]; None if none does.
+    """
+    if tau.ndim != 2 or len(tau) <= ALTERNATIONS:
+        return None
+    step = np.diff(tau, axis=0)
+    turns = step[1:] * step[:-1] < 0.0
+    # How many turns there are in a row up to each tick.
+    count = np.arange(1, len(turns) + 1)[:, None]
+    before = np.maximum.accumulate(np.where(turns, 0, count), axis=0)
+    lasting = (count - before) >= ALTERNATIONS
+    best: tuple[float, int, float, float, float] | None = None
+    for joint in np.flatnonzero(lasting.any(axis=0)).tolist():
+        ends = np.flatnonzero(lasting[:, joint])
+        inside = np.zeros(len(turns), dtype=bool)
+        for shift in range(ALTERNATIONS):
+            inside[ends - shift] = True
+        swing, most = float(np.abs(step[1:][inside, joint]).mean()), float(np.abs(tau[:, joint]).max())
+        if swing > SWING * most and (best is None or swing / most > best[0]):
+            lasted = float((t[2:] - t[1:-1])[inside].sum())
+            best = swing / most, joint, swing, float(t[int(inside.argmax())]), lasted
+    return None if best is None else best[1:]
+
+
+def alternating_sentence(t: Floats, tau: Floats, joints: Sequence[str], language: str | None) -> str | None:
+    """Which effort goes up and down from tick to tick, by how much and how long; None if none does.
+
+    Args:
+        t, tau: as of `alternating_efforts`.
+        joints: names.
+        language: of the sentence.
+    """
+    found = alternating_efforts(t, tau)
+    if found is None:
+        return None
+    joint, swing, begin, lasted = found
+    details = {"joint": visible(joints[joint]), "step": digits(swing)}
+    details |= {"time": quantity(begin, "s"), "lasted": quantity(lasted, "s")}
+    return say("simulation.alternates", language=language, **details)
 
 
 def chatter_sentence(t: Floats, contact_wrench: Floats | None, language: str | None) -> str | None:

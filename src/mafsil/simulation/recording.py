@@ -23,6 +23,7 @@ from mafsil.messages.visible import visible
 from mafsil.simulation.clock import Deadlines
 from mafsil.simulation.contact_events import joined_events, rigid_sentences
 from mafsil.simulation.findings import (
+    alternating_sentence,
     brief_contact_sentence,
     chatter_sentence,
     near_singular_sentence,
@@ -132,6 +133,7 @@ class Recording(Answer):
             self._ending(language),
             near_singular_sentence(self.metadata.get("near_singular"), language),
             saturation_sentence(self.t, self.saturated, joints, language),
+            alternating_sentence(self.t, self.tau, joints, language),
             *self._touched(language),
             None if timed is None else timed.explain(language),
             self._log_fault(language),
