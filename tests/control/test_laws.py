@@ -6,9 +6,22 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.control import Gains, Law, combined, computed_torque, feedforward, gravity_compensation, pid, saturated
+from mafsil.control import (
+    Gains,
+    Impedance,
+    Law,
+    combined,
+    computed_torque,
+    feedforward,
+    gravity_compensation,
+    hold,
+    pid,
+    saturated,
+)
 from mafsil.errors import InputError
 from mafsil.trajectory import Motion
+
+SOFT = Impedance.of(6, inertia=1.0, stiffness=1.0)
 
 
 @pytest.fixture(scope="module")
@@ -113,3 +126,20 @@ def test_gains_place_the_roots():
 def test_wrong_input_is_named(panda, call, words):
     with pytest.raises(InputError, match=words):
         call(panda)
+
+
+@pytest.mark.parametrize(
+    ("made", "words"),
+    [
+        (lambda: pid(0, 1.0), "n: expected a whole number from 1"),
+        (lambda: pid(np.array([1.0, 2.0]), 1.0), "n: expected a whole number"),
+        (lambda: mf.control.matrix_pid([[1.0]], 1.0), "n: expected a whole number"),
+        (lambda: mf.control.impedance_control("ur5e", SOFT, np.eye(4)), "reference: expected a function of time"),
+        (lambda: mf.control.task_computed_torque("ur5e", "there"), "reference: expected a function of time"),
+        (lambda: mf.control.admittance_control("ur5e", SOFT, hold(np.eye(4)), None), "sensor: expected a function"),
+        (lambda: mf.control.impedance_by_force("ur5e", SOFT, hold(np.eye(4)), None), "sensor: expected a function"),
+    ],
+)
+def test_what_makes_no_law_is_said_where_it_is_made(made, words):
+    with pytest.raises(InputError, match=words):
+        made()

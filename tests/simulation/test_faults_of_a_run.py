@@ -246,3 +246,29 @@ def test_ctrl_c_leaves_the_results_of_what_was_simulated(tmp_path):
     assert tape.status is SimulationStatus.INTERRUPTED
     assert 0.1 < tape.t[-1] < 60.0
     assert (tmp_path / "out" / "report.html").exists()
+
+
+def test_a_law_cannot_write_into_the_state_of_the_arm_or_the_reference():
+    """q *= 2 doubled the arm's own angles, and the recording said that the motion blew up."""
+    arm, q = mf.load("planar2r"), np.array([0.3, 0.8])
+
+    class Writing:
+        def __init__(self, change):
+            self.change = change
+
+        def __call__(self, t, q, qd, reference):
+            if t > 0.01:
+                self.change(q, qd, reference)
+            return np.zeros(2)
+
+        def session(self, period):
+            return self
+
+    changes = (lambda q, qd, r: q.__imul__(2), lambda q, qd, r: qd.fill(0.0), lambda q, qd, r: r.u.__isub__(q))
+    for change in changes:
+        scenario = mf.Scenario(robot=arm, trajectory=rest(q, 0.05), law=Writing(change))
+        run = mf.simulate(scenario)
+        assert run.status is SimulationStatus.LAW_RAISED
+        assert "read-only" in run.explain("en")
+        assert len(run.t) == 11
+        np.testing.assert_array_equal(run.q_ref, np.tile(q, (11, 1)))

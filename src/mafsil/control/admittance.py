@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mafsil.arrays import Floats, JointVector, PoseMatrix, positive
+from mafsil.arrays import Floats, JointVector, PoseMatrix, positive, require_function
 from mafsil.control.gains import Gains
 from mafsil.control.hybrid import TaskForceSensor
 from mafsil.control.impedance import Impedance, require_size
@@ -152,6 +152,8 @@ def admittance_control(
 
     Reference: Lynch and Park, Modern Robotics, eq. (11.67).
     """
+    require_function("reference", reference, "function of time", 1)
+    require_function("sensor", sensor, "function (q, qd)", 2)
     task = coordinates or TaskCoordinates()
     require_size(impedance, task)
     m = len(task.rows)

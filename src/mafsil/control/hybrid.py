@@ -9,7 +9,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch, real_array
+from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch, real_array, require_function
 from mafsil.control.constraint import constrained_dynamics
 from mafsil.control.feedback import RunningSum
 from mafsil.control.gains import Gains
@@ -187,6 +187,9 @@ def hybrid_control(
 
     Reference: Lynch and Park, Modern Robotics, eq. (11.61); Raibert and Craig, Hybrid position/force control, 1981.
     """
+    require_function("reference", reference, "function of time", 1)
+    if sensor is not None:
+        require_function("sensor", sensor, "function (q, qd)", 2)
     task = coordinates or TaskCoordinates()
     m = len(task.rows)
     if callable(constraint):

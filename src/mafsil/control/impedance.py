@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, JointVector, positive, real_array, require_finite
+from mafsil.arrays import Floats, JointVector, positive, real_array, require_finite, require_function
 from mafsil.control.hybrid import TaskForceSensor
 from mafsil.control.law import Law
 from mafsil.control.matrix_feedback import symmetric
@@ -188,6 +188,9 @@ def impedance_control(
 
     Reference: Hogan, Impedance control, 1985; Lynch and Park, Modern Robotics, eq. (11.66).
     """
+    require_function("reference", reference, "function of time", 1)
+    if sensor is not None:
+        require_function("sensor", sensor, "function (q, qd)", 2)
     task = coordinates or TaskCoordinates()
     require_size(impedance, task)
     return ImpedanceControl(robot, task, impedance, reference, sensor, shift_acceleration)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector
+from mafsil.arrays import Floats, JointVector, require_function
 from mafsil.control.feedback import RunningSum
 from mafsil.control.gains import Gains
 from mafsil.control.hybrid import TaskForceSensor
@@ -136,6 +136,10 @@ def impedance_by_force(
     """
     task = coordinates or TaskCoordinates()
     require_size(impedance, task)
+    require_function("reference", reference, "function of time", 1)
+    require_function("sensor", sensor, "function (q, qd)", 2)
+    if acceleration is not None:
+        require_function("acceleration", acceleration, "function (q, qd)", 2)
     m = len(task.rows)
     gains = Gains.of(m, kp, 0.0, ki)
     return ImpedanceByForce(robot, task, impedance, reference, sensor, gains, acceleration, np.full(m, float(clamp)))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import JointVector, require_kind
+from mafsil.arrays import JointVector, require_kind, whole
 from mafsil.control.feedback import Integral, pd
 from mafsil.control.gains import Gains
 from mafsil.control.law import Law
@@ -75,9 +75,12 @@ def pid(n: int, kp: ArrayLike, kd: ArrayLike = 0.0, ki: ArrayLike = 0.0) -> Join
         n: number of joints.
         kp, kd, ki: a number or (n,) [N m/rad | N/m], per (rad/s | m/s), per (rad s | m s).
 
+    Raises:
+        InputError: no number of joints, a wrong shape, a negative gain.
+
     Reference: Lynch and Park, Modern Robotics, sec. 11.4.1.
     """
-    return JointFeedback(Gains.of(n, kp, kd, ki))
+    return JointFeedback(Gains.of(whole("n", n, least=1), kp, kd, ki))
 
 
 @of_robot

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, real_array, require_finite
+from mafsil.arrays import Floats, JointVector, real_array, require_finite, whole
 from mafsil.control.feedback import RunningSum
 from mafsil.control.law import Law
 from mafsil.errors import InputError
@@ -132,7 +132,7 @@ def matrix_pid(n: int, kp: ArrayLike, kd: ArrayLike = 0.0, ki: ArrayLike = 0.0) 
         InputError: a wrong shape, a number that is not finite, a matrix that is not symmetric or has a negative
             eigenvalue.
     """
-    return MatrixFeedback(MatrixGains.of(n, kp, kd, ki))
+    return MatrixFeedback(MatrixGains.of(whole("n", n, least=1), kp, kd, ki))
 
 
 @of_robot

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, require_kind
+from mafsil.arrays import Floats, JointVector, require_function, require_kind
 from mafsil.control.feedback import RunningSum
 from mafsil.control.gains import Gains
 from mafsil.control.law import Law
@@ -112,6 +112,7 @@ def task_computed_torque(
 
     Reference: Lynch and Park, Modern Robotics, eq. (11.47); Khatib 1987.
     """
+    require_function("reference", reference, "function of time", 1)
     require_kind("robot", robot, "Robot", "mass_matrix")
     task = coordinates or TaskCoordinates()
     gains = Gains.from_natural_frequency(len(task.rows), natural_frequency, damping_ratio, integral)

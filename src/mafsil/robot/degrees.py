@@ -45,7 +45,8 @@ class DegreesHint:
         Warns:
             InputWarning: they look like degrees.
         """
-        if self._given or (isinstance(q, np.ndarray) and q.ndim != 1):  # a batch as a list takes longer than its answer
+        # A batch as a list takes longer than its answer, and numbers in an array were computed.
+        if self._given or (isinstance(q, np.ndarray) and (q.ndim != 1 or q.dtype == np.float64)):
             return
         values: Any = q.tolist() if isinstance(q, np.ndarray) else q
         if not isinstance(values, _ROWS):

@@ -39,6 +39,8 @@ def law_name(law: Law) -> str:
 def decided(law: Law, t: float, q: JointVector, qd: JointVector, reference: Motion, whole: Law) -> JointVector:
     """The efforts of a law at one tick, real and of the shape of q.
 
+    The law may look at the state, which is that of the arm, and not write into it.
+
     Args:
         law: of the session.
         t: time [s].
@@ -50,6 +52,8 @@ def decided(law: Law, t: float, q: JointVector, qd: JointVector, reference: Moti
         InputError: at the first tick, efforts of a wrong shape or kind.
         Stopped: a measured number that is not finite; the law raises; later on, efforts of a wrong shape or kind.
     """
+    q.setflags(write=False)
+    qd.setflags(write=False)
     try:
         command = law(t, q, qd, reference)
     except Exception as error:

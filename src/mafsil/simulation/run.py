@@ -41,6 +41,8 @@ class Run:
         self.scenario = scenario
         self.t = scenario.ticks()
         self.reference = scenario.trajectory.at(self.t)
+        for part in self.reference:
+            part.setflags(write=False)
         self.start = scenario.start()
         self.pushes = push_at(scenario.disturbances, self.t)
         self.pushed = any(push is not None for push in self.pushes)
