@@ -10,7 +10,8 @@ import pytest
 from mafsil.cli.main import main
 from mafsil.errors import JobError
 from mafsil.job import Run, parse, solve, solve_file
-from mafsil.job.contacts import Face, environment_of
+from mafsil.job.contacts import Face
+from mafsil.job.door_grips import grips
 from mafsil.job.judgement import summary
 from mafsil.job.laws import kinds_for
 from mafsil.job.schema import schema
@@ -146,7 +147,7 @@ def test_the_rate_of_the_constraint_is_that_of_its_normal(surface):
 def test_a_soft_hand_opens_a_door_that_is_not_where_it_takes_it_to_be():
     found = solve_file(EXAMPLES / "open_a_door_puma560.toml")
     assert found.status.succeeded
-    door = environment_of(found.job).parts[0]
+    door = grips(found.job, found.plan)[0].door
     tips = found.robot.forward_kinematics(found.recording.q)
     angle = np.degrees(door.angle(tips))
     assert 28.0 < angle[-1] < 31.0
@@ -236,3 +237,76 @@ def test_schema_check_and_bench_know_them(tmp_path, capsys):
     assert "impedance" in kinds_for(parse(HEAD + PEG))
     assert "hybrid" not in kinds_for(parse(HEAD + PEG))
     assert "hybrid" in kinds_for(parse(HEAD + PIPE))
+
+
+GRIPPED = """
+robot = "puma560"
+[start]
+pose = { position = [0.5, 0.05, 0.2], rpy = [3.14159265358979, 0, 0] }
+[tolerance]
+position = 0.03
+orientation = 0.3
+[controller]
+kind = "impedance"
+tip_stiffness = 3000
+turn_stiffness = 60
+[simulation]
+friction = false
+[[door]]
+name = "flap"
+hinge = [0.5, 0.4, 0.2]
+axis = [0, 0, 1]
+grip = "pull"
+release = "pull"
+[[move]]
+name = "come"
+path = "line"
+pose = { position = [0.5, 0.1, 0.2], rpy = [3.14159265358979, 0, 0] }
+[[move]]
+name = "pull"
+path = "line"
+pose = { position = [0.4, 0.12, 0.2], rpy = [3.14159265358979, 0, 0] }
+[[move]]
+name = "go"
+path = "line"
+pose = { position = [0.4, 0.02, 0.2], rpy = [3.14159265358979, 0, 0] }
+"""
+
+
+@pytest.mark.capability("10-68", "10-79")
+def test_a_door_is_held_from_one_move_to_another_and_stays_where_it_was_let_go():
+    found = solve(parse(GRIPPED), GRIPPED, Path())
+    assert found.status.succeeded, found.explain()
+    (grip,) = grips(found.job, found.plan)
+    tape, tips = found.recording, found.robot.forward_kinematics(found.recording.q)
+    ends = np.cumsum([leg.trajectory.duration for leg in found.plan.legs])
+    assert (grip.start, grip.end) == (pytest.approx(ends[0]), pytest.approx(ends[1]))
+    np.testing.assert_allclose(grip.door.handle[:3, 3], [0.5, 0.1, 0.2], atol=1e-6)
+    held = (tape.t > grip.start + 0.05) & (tape.t < grip.end - 1e-6)
+    radius = np.linalg.norm(tips[:, :2, 3] - [0.5, 0.4], axis=1)
+    assert np.ptp(radius[held]) < 1e-3, "the handle goes round the hinge"
+    assert radius[-1] > 0.35, "and the tip does not any more"
+    pulled = np.abs(tape.contact_wrench).max(axis=1) if tape.contact_wrench is not None else np.zeros(len(tape.t))
+    assert pulled[held].max() > 1.0
+    assert not pulled[(tape.t < grip.start - 1e-6) | (tape.t > grip.end + 2e-3)].any()
+    (part,) = [one for one in replay_scene(found).carried if one.body.name == "flap"]
+    opened = remark(found, "job.door_opened").sentence("en")
+    x, y = tips[np.searchsorted(tape.t, grip.end - 1e-9), :2, 3] - [0.5, 0.4]
+    assert f"by {np.degrees(np.arctan2(x, -y)):.3g}° in the end" in opened
+    moments = np.linspace(0.0, tape.t[-1], len(part.poses))
+    before, after = part.poses[moments < grip.start - 0.05], part.poses[moments > grip.end + 0.05]
+    assert np.ptp(before, axis=0).max() < 1e-6
+    assert np.ptp(after, axis=0).max() < 1e-6
+    assert np.abs(after[0] - before[0]).max() > 0.1
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "word"),
+    [
+        ('grip = "pull"', 'grip = "push"', "no move is called"),
+        ('release = "pull"', 'release = "come"', "before it is taken"),
+    ],
+)
+def test_moves_of_a_door_exist_and_are_in_order(old, new, word):
+    with pytest.raises(JobError, match=word):
+        parse(GRIPPED.replace(old, new))

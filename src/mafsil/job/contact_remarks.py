@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.job.contacts import door_of
+from mafsil.job.door_grips import grips
 from mafsil.job.remark import Remark
 from mafsil.job.run import Run
 from mafsil.messages.quantities import quantity
@@ -32,10 +32,13 @@ def contact_remarks(run: Run) -> list[Remark]:
 
 def _doors(run: Run, T: Floats) -> Iterator[Remark]:
     wrench = run.recording.contact_wrench
-    force = 0.0 if wrench is None else float(np.linalg.norm(wrench[:, 3:], axis=-1).max())
-    for one in run.job.door:
-        angle = np.unwrap(door_of(run.job, one).angle(T))
+    for grip in grips(run.job, run.plan):
+        one, held = grip.table, (run.recording.t >= grip.start) & (run.recording.t <= grip.end)
+        if not held.any():
+            continue
+        angle = np.unwrap(grip.door.angle(T[held]))
         most = float(angle[np.abs(angle).argmax()])
+        force = 0.0 if wrench is None else float(np.linalg.norm(wrench[held, 3:], axis=-1).max())
         details = {"angle": quantity(float(angle[-1]), "rad"), "most": quantity(most, "rad")}
         yield Remark(
             "good", "job.door_opened", {"name": _name("door", one.name), **details, "force": quantity(force, "N")}

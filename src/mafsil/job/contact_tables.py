@@ -71,7 +71,7 @@ class Hole(Part, frozen=True, kw_only=True):
 
 
 class Door(Part, frozen=True, kw_only=True):
-    """A door whose handle the tip holds from the start of the job to its end.
+    """A door whose handle the tip holds: from the start of the job to its end, or from one move to another.
 
     Attributes:
         name: for the report and for errors.
@@ -81,6 +81,8 @@ class Door(Part, frozen=True, kw_only=True):
         turn_stiffness, turn_damping: of the grip against rotations [N m/rad, N m s/rad].
         friction: of the hinge [N m s/rad].
         closer: spring that shuts the door [N m/rad].
+        grip: name of the move with which the tip takes the handle; from the start on if empty.
+        release: name of the move after which it lets go, and the door stays where it is; to the end if empty.
     """
 
     name: str = ""
@@ -92,6 +94,8 @@ class Door(Part, frozen=True, kw_only=True):
     turn_damping: NotNegative = 1.0
     friction: NotNegative = 0.0
     closer: NotNegative = 0.0
+    grip: str = ""
+    release: str = ""
 
 
 class Guide(Part, frozen=True, kw_only=True):

@@ -11,15 +11,19 @@ from mafsil.control import AtPoints, Door, Hole, RoundSurface, guiding_line, gui
 from mafsil.control.environment import CombinedEnvironment, Environment, Wall
 from mafsil.job import contact_tables as tables
 from mafsil.job.description import Job
-from mafsil.job.poses import pose_matrix
 from mafsil.simulation import RigidSurface
 
 
-def environment_of(job: Job) -> CombinedEnvironment | None:
-    """What acts on the tip of a job: all that it can touch and all that holds it; None of a job without any."""
+def environment_of(job: Job, doors: tuple[Door, ...] = ()) -> CombinedEnvironment | None:
+    """What acts on the tip of a job: all that it can touch and all that holds it; None of a job without any.
+
+    Args:
+        job: with its tables.
+        doors: whose handles the tip holds.
+    """
     parts: list[Environment] = [solid(one) for one in job.surface if not one.rigid]
     parts += [_hole(one) for one in job.hole]
-    parts += [door_of(job, one) for one in job.door]
+    parts += doors
     parts += [_guide(one) for one in job.guide]
     return CombinedEnvironment(tuple(parts)) if parts else None
 
@@ -54,22 +58,6 @@ def _hole(one: tables.Hole) -> Environment:
         one.friction,
     )  # fmt: skip
     return AtPoints(hole, np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -one.peg]])) if one.peg else hole
-
-
-def door_of(job: Job, one: tables.Door) -> Door:
-    """A door, shut where the tip starts.
-
-    Args:
-        job: which starts at a pose.
-        one: its table.
-    """
-    start = job.start.pose
-    assert start is not None
-    handle = pose_matrix(start, degrees=job.angles == "degrees")
-    return Door(
-        np.array(one.hinge), np.array(one.axis), handle, one.stiffness, one.damping, one.turn_stiffness,
-        one.turn_damping, one.friction, one.closer,
-    )  # fmt: skip
 
 
 def _guide(one: tables.Guide) -> Environment:

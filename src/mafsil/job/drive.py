@@ -15,6 +15,7 @@ from mafsil.job import judgement
 from mafsil.job.arrival import arrival
 from mafsil.job.contacts import environment_of, rigid_surfaces_of
 from mafsil.job.description import Job
+from mafsil.job.door_grips import grips
 from mafsil.job.equipment import Load
 from mafsil.job.law_conditions import stability_remarks
 from mafsil.job.laws import PLACES, control_period, law_of
@@ -75,10 +76,10 @@ def drive(
         MafsilError: the log cannot be written.
     """
     _require_short(job, plan)
-    planned = tuple(stretches(plan))
+    planned = tuple(stretches(plan, grips(job, plan)))
     models = [_loaded(stretch.load, known=True) for stretch in planned]
     plants = [
-        _plant(job, model if stretch.carried is None or stretch.carried.known else _loaded(stretch.load))
+        _plant(job, stretch, model if stretch.carried is None or stretch.carried.known else _loaded(stretch.load))
         for stretch, model in zip(planned, models, strict=True)
     ]
     method, remark = _method(job, planned, plants)
@@ -123,7 +124,7 @@ def _recorded(
     memory = LawMemory() if len(parts) > 1 else None
     for stretch, model, loaded in parts:
         gripped = stretch.carried is None or _gripped(job, plan, stretch, recordings[-1], driven[-1])
-        plant = loaded if gripped else _plant(job, stretch.load.robot)
+        plant = loaded if gripped else _plant(job, stretch, stretch.load.robot)
         scenario = _scenario(job, model, stretch, plant, recordings, method)
         driven.append(Driven(stretch, scenario, gripped))
 
@@ -138,7 +139,9 @@ def _recorded(
 
 
 def _gripped(job: Job, plan: Plan, stretch: Stretch, tape: Recording, before: Driven) -> bool:
-    """Whether the tip was at the part when the pick before this stretch ended."""
+    """Whether the tip was at the part when the pick before this stretch ended; the same as before without a pick."""
+    if stretch.load is before.stretch.load:
+        return before.gripped
     judged = arrival(job, plan, stretch.first - 1, tape, before.stretch.start)
     return judged is not None and judged.reached
 
@@ -158,16 +161,16 @@ def _loaded(load: Load, *, known: bool = False) -> Robot:
     return Plant(robot).with_payload(carried.mass, centre_of_mass(carried), part_inertia(carried)).robot
 
 
-def _plant(job: Job, robot: Robot) -> Plant:
-    """The true arm: its friction, and the masses that its model does not know."""
-    rigid = rigid_surfaces_of(job)
+def _plant(job: Job, stretch: Stretch, robot: Robot) -> Plant:
+    """The true arm: its friction, what its tip touches and holds, and the masses that its model does not know."""
+    rigid, touched = rigid_surfaces_of(job), environment_of(job, stretch.doors)
     kind = ClosedPlant if robot.mechanism.loops else MuJoCoPlant if job.simulation.plant == "mujoco" else Plant
     if not rigid:
-        plant = kind(robot, friction=job.simulation.friction, environment=environment_of(job))
+        plant = kind(robot, friction=job.simulation.friction, environment=touched)
     else:
         if job.simulation.plant == "mujoco":
             raise JobError("job.rigid_plant", place="simulation plant")
-        plant = RigidPlant(robot, job.simulation.friction, environment_of(job), surface=rigid)
+        plant = RigidPlant(robot, job.simulation.friction, touched, surface=rigid)
     error, hung = job.simulation.mass_error, job.simulation.payload
     plant = plant if error == 0.0 else plant.with_scaled_inertia(1.0 + error)
     return plant if hung == 0.0 else plant.with_payload(hung)
@@ -200,7 +203,7 @@ def _scenario(job: Job, model: Robot, stretch: Stretch, plant: Plant, past: list
     return Scenario(
         robot=model,
         trajectory=stretch.trajectory,
-        law=law_of(job, model, stretch.trajectory, plant.robot),
+        law=law_of(job, model, stretch.trajectory, plant),
         plant=plant,
         q=past[-1].q[-1] if past else None,
         qd=past[-1].qd[-1] if past else None,

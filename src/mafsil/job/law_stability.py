@@ -46,7 +46,7 @@ def quiet_law(job: Job, driven: Driven) -> Law:
     scenario = driven.scenario
     simulated = replace(job.simulation, noise=Noise())
     quiet = replace(job, controller=replace(job.controller, delay=0.0), simulation=simulated)
-    return law_of(quiet, scenario.robot, driven.stretch.trajectory, scenario.true_plant.robot)
+    return law_of(quiet, scenario.robot, driven.stretch.trajectory, scenario.true_plant)
 
 
 def growth_along(job: Job, driven: Driven) -> Growth:

@@ -47,19 +47,19 @@ LAYER, AHEAD, INTERVAL, STIFFNESS, ABOUT_POSE = 1.0, 20, 0.005, 80.0, 40.0
 """Of min-max, model-predictive and linear-quadratic control, where the job names none [N m/s, 1, s, rad/s, rad/s]."""
 
 
-def law_of(job: Job, model: Robot, trajectory: Trajectory, true: Robot | None = None) -> Law:
+def law_of(job: Job, model: Robot, trajectory: Trajectory, plant: Plant) -> Law:
     """The law of a job for a stretch of its motion.
 
     Args:
         job: whose controller it is.
         model: the arm as the controller knows it.
         trajectory: of the stretch: gains that the job leaves out fit the inertia along it.
-        true: the arm that moves, at whose tip forces are measured; the model if None.
+        plant: the arm that moves, at whose tip forces are measured.
     """
     if model.mechanism.loops:
         law = closed_law(job, model, trajectory)
     elif job.controller.kind in TIP_LAWS:
-        law = tip_law(job, model, trajectory, model if true is None else true)
+        law = tip_law(job, model, trajectory, plant)
     else:
         law = _MAKERS[job.controller.kind](job, model, trajectory)
     return delayed(law, job.controller.delay) if job.controller.delay else law

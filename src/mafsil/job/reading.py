@@ -14,7 +14,7 @@ from mafsil.job.language import JobFile, in_metres, require_signals, resolved, s
 from mafsil.job.language.frames import Complaint
 from mafsil.job.language.key_checks import refuse_not_finite, refuse_unknown, require_keys, translated
 from mafsil.job.language.move_checks import check_statements
-from mafsil.job.language.order_checks import require_order
+from mafsil.job.language.order_checks import require_grips, require_order
 from mafsil.job.language.other_programs import check_programs, other_robots
 from mafsil.job.language.pose_checks import check_pose
 from mafsil.job.language.table_checks import check_obstacles, check_tables
@@ -61,6 +61,7 @@ def parse(
     if not job.move:
         raise places.error("job.no_moves", ("move",))
     require_order(job, places.of(job).error)
+    require_grips(job, places.error)
     return job
 
 

@@ -25,9 +25,10 @@ from mafsil.control import (
     task_dynamics,
 )
 from mafsil.control.environment import CombinedEnvironment
-from mafsil.job.contacts import Face, environment_of, shape_of
+from mafsil.job.contacts import Face, shape_of
 from mafsil.job.description import Job
 from mafsil.robot import Robot
+from mafsil.simulation import Plant
 from mafsil.trajectory import Trajectory
 
 FREQUENCY, DAMPING = 20.0, 1.0
@@ -46,17 +47,17 @@ MOVES = 1e-9
 """Entry of a Jacobian below which a joint does not move the tip along an axis [m]."""
 
 
-def tip_law(job: Job, model: Robot, trajectory: Trajectory, true: Robot) -> Law:
+def tip_law(job: Job, model: Robot, trajectory: Trajectory, plant: Plant) -> Law:
     """A law of the tip for a stretch of a job's motion; a redundant arm's joints follow theirs beside it.
 
     Args:
         job: whose controller it is; one of `TIP_LAWS`.
         model: the arm as the controller knows it.
         trajectory: of the stretch.
-        true: the arm that moves, whose tip carries the force sensor.
+        plant: the arm that moves, whose tip carries the force sensor.
     """
     task = _coordinates(model, trajectory)
-    law = _MAKERS[job.controller.kind](job, model, trajectory, true, task)
+    law = _MAKERS[job.controller.kind](job, model, trajectory, plant, task)
     if model.n <= len(task.rows) or job.controller.kind == "task_computed_torque":
         return law
     return combined(law, null_space_feedback(model, coordinates=task))
@@ -71,7 +72,7 @@ def _coordinates(model: Robot, trajectory: Trajectory) -> TaskCoordinates:
     return TaskCoordinates(rows=tuple(int(k) + 3 for k in np.flatnonzero(moved)[: model.n]))
 
 
-def _task_computed_torque(job: Job, model: Robot, trajectory: Trajectory, true: Robot, task: TaskCoordinates) -> Law:
+def _task_computed_torque(job: Job, model: Robot, trajectory: Trajectory, plant: Plant, task: TaskCoordinates) -> Law:
     own = job.controller
     return task_computed_torque(
         model, TipOfJoints(model, trajectory), coordinates=task,
@@ -79,7 +80,7 @@ def _task_computed_torque(job: Job, model: Robot, trajectory: Trajectory, true: 
     )  # fmt: skip
 
 
-def _impedance(job: Job, model: Robot, trajectory: Trajectory, true: Robot, task: TaskCoordinates) -> Law:
+def _impedance(job: Job, model: Robot, trajectory: Trajectory, plant: Plant, task: TaskCoordinates) -> Law:
     inertia = np.diagonal(_inertia(model, trajectory, task))
     return impedance_control(
         model, _impedance_of(job, task, inertia), TipOfJoints(model, trajectory), coordinates=task,
@@ -87,10 +88,10 @@ def _impedance(job: Job, model: Robot, trajectory: Trajectory, true: Robot, task
     )  # fmt: skip
 
 
-def _admittance(job: Job, model: Robot, trajectory: Trajectory, true: Robot, task: TaskCoordinates) -> Law:
+def _admittance(job: Job, model: Robot, trajectory: Trajectory, plant: Plant, task: TaskCoordinates) -> Law:
     own = job.controller
     inertia = _chosen(task, own.turn_inertia, own.tip_mass, np.diagonal(_inertia(model, trajectory, task)))
-    sensor = _sensor(job, true, task)
+    sensor = _sensor(job, plant, task)
     wanted = _impedance_of(job, task, inertia)
     return admittance_control(
         model, wanted, TipOfJoints(model, trajectory), lambda q, qd: -sensor(q, qd), coordinates=task,
@@ -98,16 +99,16 @@ def _admittance(job: Job, model: Robot, trajectory: Trajectory, true: Robot, tas
     )  # fmt: skip
 
 
-def _hybrid(job: Job, model: Robot, trajectory: Trajectory, true: Robot, task: TaskCoordinates) -> Law:
+def _hybrid(job: Job, model: Robot, trajectory: Trajectory, plant: Plant, task: TaskCoordinates) -> Law:
     """Motion until the tip touches the surfaces that the plan is on, then force into them until the plan leaves.
 
     Surfaces that it is on at once, in a corner, are pressed at once: each such set has its own switch, the larger ones
     outside, so that a smaller one acts until all of a larger one are touched.
     """
-    law = _task_computed_torque(job, model, trajectory, true, task)
+    law = _task_computed_torque(job, model, trajectory, plant, task)
     faces = [(Face(shape_of(one), task.rows), one.stiffness) for one in job.surface]
     for members in _planned_contacts(job, [face for face, _ in faces], trajectory, model):
-        law = _pressing(job, model, trajectory, true, task, [faces[j] for j in members], law)
+        law = _pressing(job, model, trajectory, plant, task, [faces[j] for j in members], law)
     return law
 
 
@@ -124,13 +125,13 @@ def _pressing(
     job: Job,
     model: Robot,
     trajectory: Trajectory,
-    true: Robot,
+    plant: Plant,
     task: TaskCoordinates,
     faces: list[tuple[Face, float | None]],
     free: Law,
 ) -> Law:
     """Force into some surfaces while the plan is on all of them, and another law without that contact."""
-    own, tip, sensor = job.controller, TipOfJoints(model, trajectory), _sensor(job, true, task)
+    own, tip, sensor = job.controller, TipOfJoints(model, trajectory), _sensor(job, plant, task)
     gains = Gains.from_natural_frequency(len(task.rows), own.frequency or FREQUENCY, own.damping or DAMPING)
     press = PRESS if own.press is None else own.press
     integral = FORCE_INTEGRAL if own.force_integral is None else own.force_integral
@@ -176,7 +177,7 @@ def _slowing(
     return damping if slowed else None
 
 
-_MAKERS: dict[str, Callable[[Job, Robot, Trajectory, Robot, TaskCoordinates], Law]] = {
+_MAKERS: dict[str, Callable[[Job, Robot, Trajectory, Plant, TaskCoordinates], Law]] = {
     "task_computed_torque": _task_computed_torque,
     "impedance": _impedance,
     "admittance": _admittance,
@@ -202,8 +203,8 @@ def _impedance_of(job: Job, task: TaskCoordinates, inertia: Floats) -> Impedance
     return Impedance.of(len(task.rows), inertia=inertia, damping=damping, stiffness=stiffness)
 
 
-def _sensor(job: Job, true: Robot, task: TaskCoordinates) -> TipForceSensor:
+def _sensor(job: Job, plant: Plant, task: TaskCoordinates) -> TipForceSensor:
     """What the surfaces' force follows from: the state, or the run where one of them is rigid."""
     noise, rigid = job.simulation.noise, any(one.rigid for one in job.surface)
-    felt = None if rigid else environment_of(job) or CombinedEnvironment(())
-    return TipForceSensor(true, felt, task, noise.force, noise.seed)
+    felt = None if rigid else plant.environment or CombinedEnvironment(())
+    return TipForceSensor(plant.robot, felt, task, noise.force, noise.seed)

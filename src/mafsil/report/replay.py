@@ -53,7 +53,7 @@ def replay_scene(run: Run) -> Scene:
     centre, size, floor = drawing.extent(seen, poses[0])
     floor = min([floor, *(_lowest(one) for one in carried)])
     beside, still = _neighbours(run, moments, floor)
-    beside += [Part(body, track, 0, 0) for body, track in doors(run, tips)]
+    beside += [Part(body, track, 0, 0) for body, track in doors(run, moments, tips)]
     targets = [(leg.name, compact(leg.target)) for leg in run.plan.legs if leg.target is not None]
     return Scene(
         bodies=drawing.bodies(floor, poses[0]),

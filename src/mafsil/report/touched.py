@@ -8,7 +8,7 @@ from mafsil.arrays import Floats, PoseMatrix, Vector3
 from mafsil.geometry import rotation
 from mafsil.job import Run
 from mafsil.job.contact_tables import Guide, Hole, Surface
-from mafsil.job.contacts import door_of
+from mafsil.job.door_grips import grips
 from mafsil.scene import Body, Solid
 from mafsil.scene.solids import Colour
 
@@ -77,26 +77,30 @@ def _facing(place: Vector3, direction: Vector3) -> PoseMatrix:
     return T
 
 
-def doors(run: Run, tips: PoseMatrix) -> list[tuple[Body, Floats]]:
-    """Each door with its pose (frames, 4, 4) while the tip has its handle.
+def doors(run: Run, moments: Floats, tips: PoseMatrix) -> list[tuple[Body, Floats]]:
+    """Each door with its pose (frames, 4, 4): shut, then with its handle in the hand, then where it was let go.
 
     Args:
         run: what happened.
-        tips: (frames, 4, 4) poses of the tip.
+        moments: (frames,) times [s].
+        tips: (frames, 4, 4) poses of the tip then.
     """
     found: list[tuple[Body, Floats]] = []
-    for one in run.job.door:
-        door = door_of(run.job, one)
+    for grip in grips(run.job, run.plan):
+        door = grip.door
         arm = door.handle[:3, 3] - door.hinge
         out = arm - (arm @ door.axis) * door.axis
         width = float(np.linalg.norm(out))
         T = np.eye(4)
         T[:3, 0], T[:3, 2] = out / width, door.axis
         T[:3, 1] = np.cross(door.axis, T[:3, 0])
+        angle = np.where(moments >= grip.start, door.angle(tips), 0.0)
+        held = np.flatnonzero(moments <= grip.end)
+        angle[moments > grip.end] = angle[held[-1]] if len(held) else 0.0
         turned = np.tile(np.eye(4), (len(tips), 1, 1))
-        turned[:, :3, :3] = rotation.exp(door.angle(tips)[:, None] * door.axis) @ T[:3, :3]
+        turned[:, :3, :3] = rotation.exp(angle[:, None] * door.axis) @ T[:3, :3]
         turned[:, :3, 3] = door.hinge + (arm @ door.axis) * door.axis
         centre = (width / 2.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
         panel = Solid("box", (width, PANEL_THICKNESS * width, PANEL_HEIGHT * width), centre, DOOR_COLOUR)
-        found.append((Body(one.name, (panel,)), turned))
+        found.append((Body(grip.table.name, (panel,)), turned))
     return found

@@ -314,8 +314,13 @@ def joined(recordings: Sequence[Recording]) -> Recording:
     """One recording of runs that follow each other: each last tick is the first one of what follows.
 
     Args:
-        recordings: at least one, all with the same arrays.
+        recordings: at least one; where only some of them touched something, the force is zero in the others.
     """
+    if any(each.contact_wrench is not None for each in recordings):
+        recordings = [
+            replace(each, contact_wrench=np.zeros((*each.q.shape[:-1], 6))) if each.contact_wrench is None else each
+            for each in recordings
+        ]
     last = recordings[-1]
     starts = np.concatenate([[0.0], np.cumsum([recording.t[-1] for recording in recordings])])
     parts: dict[str, list[Floats]] = {name: [] for name in last.arrays()}

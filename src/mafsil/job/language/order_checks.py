@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from mafsil.job.description import QUICKEST, TIP_PATHS, Job, Move
 from mafsil.job.language.frames import Complaint
+from mafsil.messages.visible import visible
 
 
 def require_order(job: Job, error: Complaint) -> None:
@@ -57,3 +58,24 @@ def _check_avoiding(job: Job, error: Complaint) -> None:
             raise error("job.avoid_via", ("move", k, "via"))
         if move.profile not in (None, *QUICKEST):
             raise error("job.avoid_profile", ("move", k, "profile"), known=", ".join(QUICKEST))
+
+
+def require_grips(job: Job, error: Complaint) -> None:
+    """The moves with which doors are taken and let go exist, in this order.
+
+    Args:
+        job: all moves, in the order of the file.
+        error: how a complaint is made.
+
+    Raises:
+        JobError: no such move, or the door is let go before it is taken.
+    """
+    names = [move.name for move in job.move]
+    for k, door in enumerate(job.door):
+        for key in ("grip", "release"):
+            name = getattr(door, key)
+            if name and name not in names:
+                raise error("job.door_move", ("door", k, key), given=visible(name))
+        begun = names.index(door.grip) if door.grip else 0
+        if door.release and door.release not in names[begun:]:
+            raise error("job.door_order", ("door", k, "release"))

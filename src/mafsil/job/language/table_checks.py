@@ -97,8 +97,9 @@ def _check_contacts(file: JobFile, error: Complaint) -> None:
         _check_rigid(file, k, error)
     begin = file.start.pose
     held = file.pose.get(begin) if isinstance(begin, str) else begin
-    if file.door and not (held is None and begin is not None) and not _is_whole(held):
-        raise error("job.door_start", ("door", 0))
+    from_start = [k for k, door in enumerate(file.door) if not door.grip]
+    if from_start and not (held is None and begin is not None) and not _is_whole(held):
+        raise error("job.door_start", ("door", from_start[0]))
     if file.controller.kind == "hybrid" and not file.surface:
         raise error("job.no_surface", ("controller", "kind"))
 
