@@ -304,7 +304,7 @@ joints = [0.4, 0.7]
     assert ("up and down from tick to tick" in found.recording.explain("en")) == (width < 1e-3)
     if said:
         assert "joint2" in said[0].sentence("en")
-        assert "يعلو جهد" in said[0].sentence("ar")
+        assert "يعلو عزم" in said[0].sentence("ar")
 
 
 def test_noise_of_sensors_is_no_switching_effort():
