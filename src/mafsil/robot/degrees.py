@@ -8,6 +8,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from mafsil.arrays import Floats
 from mafsil.errors import InputWarning, warn
 from mafsil.model import Mechanism
 from mafsil.model.joint import JointKind
@@ -46,7 +47,7 @@ class DegreesHint:
             InputWarning: they look like degrees.
         """
         # A batch as a list takes longer than its answer, and numbers in an array were computed.
-        if self._given or (isinstance(q, np.ndarray) and (q.ndim != 1 or q.dtype == np.float64)):
+        if self._given or (isinstance(q, np.ndarray) and (q.ndim != 1 or cast("Floats", q).dtype == np.float64)):
             return
         values: Any = q.tolist() if isinstance(q, np.ndarray) else q
         if not isinstance(values, _ROWS):

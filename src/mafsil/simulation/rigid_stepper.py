@@ -18,6 +18,7 @@ where that changes, located to rounding.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -38,6 +39,14 @@ MOST_EVENTS = 20_000
 """Within one step: flights of at least a thousandth of it make a thousand impacts."""
 TURN = 0.03
 """Sine of the angle by which the direction of sliding may turn within a piece."""
+
+
+class _End(NamedTuple):
+    """What ends a piece: after which share of it, a surface that is met, whether the tip stops."""
+
+    share: float
+    hit: int = -1
+    stops: bool = False
 
 
 class RigidStepper(Stepper):
@@ -131,38 +140,35 @@ class RigidStepper(Stepper):
         raise InputError("simulation.rigid_endless", count=MOST_EVENTS, time=t)
 
     def _piece(self, t: float, state: State, h: float) -> tuple[float, State]:
-        """Motion in which nothing changes: how long, and the state at its end."""
+        """Motion in which nothing changes: how long, and the state at its end.
+
+        1. A tip on a surface that moves into it: an impact now, and no motion.
+        2. The motion of the present mode, to the end of what is left of the step.
+        3. What ends it before: a surface that is met, a force that is not there any more, sliding that turns or ends.
+        """
         tip = self._surfaces.tip(*state)
         if bool(((tip.gaps <= 0.0) & (tip.rates < -RESTING)).any()):
-            return 0.0, self._struck(t, state, -1)
+            return 0.0, self._struck(t, state, -1)  # 1
         mode, h = self._mode(t, tip, state, h)
         motion = self._held(mode, tip) if mode.active else self._free
-        end = motion(t, state, h)
+        end = motion(t, state, h)  # 2
         after = self._surfaces.tip(*end)
 
         def at(share: float) -> TipState:
             return self._surfaces.tip(*motion(t, state, share * h))
 
-        first, hit, stops = 1.0, -1, False
-        for j in range(len(tip.gaps)):
-            if j not in mode.active:
-                share = self._meeting(j, tip, after, at, h)
-                if share is not None and share < first:
-                    first, hit = share, j
+        ends = [_End(self._meeting(j, tip, after, at, h), hit=j) for j in range(len(tip.gaps)) if j not in mode.active]
         if mode.active:
-            share = self._loss(mode, motion, t, state, h, end)
-            if share is not None and share < first:
-                first, hit = share, -1
-            if mode.slip.any():
-                share, still = self._end_of_sliding(mode, tip, after, at)
-                if share < first:
-                    first, hit, stops = share, -1, still
-        if first == 1.0 and hit < 0:
+            ends.append(_End(self._loss(mode, motion, t, state, h, end)))
+        if mode.slip.any():
+            ends.append(_End(*self._end_of_sliding(mode, tip, after, at)))
+        first = min((one for one in ends if one.share < 1.0), key=lambda one: one.share, default=None)  # 3
+        if first is None:
             return h, end
-        state = motion(t, state, first * h)
-        if hit >= 0:
-            return first * h, self._struck(t + first * h, state, hit)
-        return first * h, self._surfaces.stopped(state) if stops else state
+        state = motion(t, state, first.share * h)
+        if first.hit >= 0:
+            return first.share * h, self._struck(t + first.share * h, state, first.hit)
+        return first.share * h, self._surfaces.stopped(state) if first.stops else state
 
     def _mode(self, t: float, tip: TipState, state: State, h: float) -> tuple[Mode, float]:
         """How the tip goes on, with the events that this is, and for how long at most."""
@@ -185,10 +191,8 @@ class RigidStepper(Stepper):
         self.touching, self._stuck = mode.active, mode.stuck
         return mode, h
 
-    def _meeting(
-        self, j: int, tip: TipState, after: TipState, at: Callable[[float], TipState], h: float
-    ) -> float | None:
-        """The share of a piece after which a surface is hit, or None.
+    def _meeting(self, j: int, tip: TipState, after: TipState, at: Callable[[float], TipState], h: float) -> float:
+        """The share of a piece after which a surface is hit, 1 if it is not.
 
         1. A start on the surface is no zero of the distance: where the tip leaves it, what is looked at is
            (d - d0) / s; where it hardly moves, a depth of `TOUCHING` is rounding.
@@ -207,28 +211,28 @@ class RigidStepper(Stepper):
         last = 1.0
         if not (end < floor and (speed < 0.0 or end < floor - TOUCHING)):  # 2
             if not rate < 0.0 < speed:
-                return None
+                return 1.0
             last = bracketed_root(lambda share: float(at(share).rates[j]), 0.0, 1.0)
             if height(last) >= 0.0:
-                return None
+                return 1.0
         return bracketed_root(height, 0.0, last)
 
-    def _loss(self, mode: Mode, motion: Step, t: float, state: State, h: float, end: State) -> float | None:
-        """The share of a piece after which a surface would have to pull, or friction cannot hold the tip; or None."""
+    def _loss(self, mode: Mode, motion: Step, t: float, state: State, h: float, end: State) -> float:
+        """The share of a piece after which a surface would have to pull, or friction cannot hold the tip; 1 if not."""
 
         def worst(there: State) -> float:
             touch = self._surfaces.in_mode(mode, there, self.effort, self.push).touch
             return touch.slack if mode.stuck else float(touch.pressed.min()) + QUIET
 
         if worst(end) >= 0.0:
-            return None
+            return 1.0
         return bracketed_root(lambda share: worst(motion(t, state, share * h)), 0.0, 1.0)
 
     @staticmethod
     def _end_of_sliding(
         mode: Mode, tip: TipState, after: TipState, at: Callable[[float], TipState]
-    ) -> tuple[float, bool]:
-        """The share of a piece up to which the direction of sliding hardly turns, and whether the tip then stops."""
+    ) -> tuple[float, int, bool]:
+        """The share of a piece up to which the direction of sliding hardly turns; no surface; whether the tip stops."""
         d = mode.slip
         began, ended = float(tip.v @ d), float(after.v @ d)
 
@@ -237,16 +241,15 @@ class RigidStepper(Stepper):
 
         if ended > 0.0:
             turns = not mode.steady and aside(after.v) > TURN * float(np.linalg.norm(after.v))
-            return (0.5 if turns else 1.0), False
+            return (0.5 if turns else 1.0), -1, False
         half = 0.5 * began / (began - ended) if began > STILL else 0.5
         if began > STILL and aside(at(half).v) > STILL:
-            return half, False
+            return half, -1, False
 
         def forward(share: float) -> float:
             return 1.0 if share == 0.0 else float(at(share).v @ d) / share
 
-        share = bracketed_root(forward, 0.0, 1.0)
-        return share, True
+        return bracketed_root(forward, 0.0, 1.0), -1, True
 
     def _struck(self, t: float, state: State, hit: int) -> State:
         """The state after the impacts of one instant."""

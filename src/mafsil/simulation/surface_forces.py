@@ -169,6 +169,12 @@ class SurfaceForces:
     def paced(self, near: tuple[int, ...], found: Forces, tip: TipState, h: float) -> tuple[Mode, float]:
         """The mode of a tip, and how long a piece of it may be for its direction of sliding.
 
+        1. Without contact, sticking or without friction: as long as wanted.
+        2. From rest friction keeps the direction in which the tip begins to slide.
+        3. Surfaces that leave one direction, or friction that hardly changes the speed: as long as wanted.
+        4. Slower than friction could stop it within the piece, but not stopping: it keeps the direction at the end.
+        5. Where the direction turns, as long as friction takes for a part of the speed.
+
         Args:
             near: the surfaces that the tip is on.
             found: what they do.
@@ -178,13 +184,13 @@ class SurfaceForces:
         touch, contact = found.touch, found.contact
         active = tuple(near[i] for i in touch.active)
         if not active or touch.stuck or not self.friction[list(active)].any():
-            return Mode(active, touch.stuck, np.zeros(3)), h
+            return Mode(active, touch.stuck, np.zeros(3)), h  # 1
         speed = float(np.linalg.norm(tip.v))
         if speed <= STILL:
-            return Mode(active, False, contact.U @ touch.slip, steady=True), h
+            return Mode(active, False, contact.U @ touch.slip, steady=True), h  # 2
         d = tip.v / speed
         if len(touch.force) - len(active) < 2:
-            return Mode(active, False, d), h
+            return Mode(active, False, d), h  # 3
         n = tip.normals[active[0]]
         rubbing = float(np.linalg.norm(contact.G @ (found.force - float(n @ found.force) * n)))
         if rubbing * h <= speed * FOLLOWED:
@@ -193,7 +199,8 @@ class SurfaceForces:
         along = float(change @ d)
         if along * h > -speed / 2.0 and rubbing * h > STIFF_SLIDING * speed:
             ways = contact.directions(touch.active[0], *found.load, before=tip.v / h)
-            return Mode(active, False, max(ways, key=lambda way: float(way @ d), default=d), steady=True), h
+            return Mode(active, False, max(ways, key=lambda way: float(way @ d), default=d), steady=True), h  # 4
+        # 5
         aside = float(np.linalg.norm(change - along * d - float(n @ change) * n))
         return Mode(active, False, d), h if aside <= STRAIGHT * abs(along) else min(h, FOLLOWED * speed / rubbing)
 
