@@ -14,24 +14,20 @@ enters. Surfaces that the point leaves take no part. Energy never grows: without
 sum p_i n_i . (v+ + v-) / 2 = -sum (1 - e_i) p_i |n_i . v-| / 2; 2 and 4 take some, and 3 gives back no more than it
 would without friction. Afterwards the point may close with a surface that it was leaving: that is the next impact.
 
-Reference: Moreau, Unilateral contact and dry friction in finite freedom dynamics, 1988; Lawson and Hanson, Solving
-Least Squares Problems, ch. 23 (least distance).
+Reference: Moreau, Unilateral contact and dry friction in finite freedom dynamics, 1988.
 """
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-import scipy.optimize
 
 from mafsil.arrays import Floats
 from mafsil.simulation.point_contact import tangents
-from mafsil.simulation.tolerances import PARALLEL
 from mafsil.solvers.bracketed_root import bracketed_root
+from mafsil.solvers.least_distance import least_distance
 
-EVENLY = 1e-7
-"""Weight by which impulses that no velocity tells apart are shared evenly; its square is the error."""
 SWEEPS = 2_000
 """Over the surfaces, until friction does not change any more."""
 SETTLED = 1e-15
@@ -64,8 +60,8 @@ def after_impacts(G: Floats, normals: Floats, friction: Floats, velocity: Floats
     """
     C: Floats = np.linalg.cholesky(G).astype(np.float64, copy=False)
     rates = normals @ velocity
-    change, held = _normal_impulses(normals @ C, -rates)
-    whole, normal = _normal_impulses(normals @ C, -rates - restitution * np.minimum(rates, 0.0))
+    change, held = least_distance(normals @ C, -rates)
+    whole, normal = least_distance(normals @ C, -rates - restitution * np.minimum(rates, 0.0))
     returned = C @ (whole - change)
     v = velocity + C @ change
     if not friction.any():
@@ -114,40 +110,6 @@ def _rubbed(G: Floats, normals: Floats, v: Floats, most: Floats) -> tuple[Floats
         if float(np.abs(v - before).max()) <= SETTLED * size:
             break
     return v, across
-
-
-def _normal_impulses(H: Floats, need: Floats) -> tuple[Floats, Floats]:
-    """The least x (r,) with H x >= need, and p (k,) >= 0 with x = H' p, zero where a surface does not bind.
-
-    1. Which surfaces bind: a problem of non-negative least squares.
-    2. x: the shortest with equality on them.
-    3. p: where several fit, the most even one.
-
-    Args:
-        H: (k, r) normals in the norm of the energy.
-        need: (k,) changes of speed [m/s].
-    """
-    k, size = len(need), float(need.max())
-    if size <= 0.0:
-        return np.zeros(len(H.T)), np.zeros(k)
-    lengths = np.linalg.norm(H, axis=1)
-    lengths[lengths == 0.0] = 1.0  # the point cannot move along this normal
-    H, goal = H / lengths[:, None], need / (lengths * size)
-    binds = _non_negative(np.vstack([H.T, goal]), np.append(np.zeros(H.shape[1]), 1.0)) > 0.0  # 1
-    x = np.asarray(np.linalg.lstsq(H[binds], goal[binds])[0], dtype=np.float64)  # 2
-    binds |= np.abs(H @ x - goal) <= PARALLEL * float(np.linalg.norm(x))  # 3
-    p, count, A = np.zeros(k), int(binds.sum()), H[binds].T
-    if np.linalg.matrix_rank(A, tol=PARALLEL) == count:
-        p[binds] = np.maximum(np.linalg.lstsq(A, x)[0], 0.0)
-    else:
-        p[binds] = _non_negative(np.vstack([A, EVENLY * np.eye(count)]), np.append(x, np.zeros(count)))
-    return size * x, size * p / lengths
-
-
-def _non_negative(A: Floats, b: Floats) -> Floats:
-    """The least-squares solution of A x = b with x >= 0."""
-    solve: Any = scipy.optimize.nnls  # carries no types
-    return np.asarray(solve(A, b)[0], dtype=np.float64)
 
 
 def _least_energy(A: Floats, v: Floats, most: float) -> Floats:
