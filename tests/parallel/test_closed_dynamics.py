@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import simpson
+from scipy.linalg import null_space
 
 from mafsil import mobility, parallel
 from mafsil.errors import InputError, ModelError
@@ -40,6 +41,25 @@ def test_accelerations_are_those_of_newton_and_keep_the_loops_closed(closed):
         assert np.abs(gaps[1]).max() < 1e-13
         assert np.abs(gaps[2] - gaps[0]).max() / (2 * h) < 1e-4
         assert np.abs(gaps[2] - 2 * gaps[1] + gaps[0]).max() / h**2 < 1e-3
+
+
+def test_added_inertia_acts_as_masses_that_only_the_joints_feel(closed):
+    """Gauss's principle: of all accelerations that keep the loops closed, that of least (a - f)' (M + D) (a - f)."""
+    chain, q = closed
+    rng = np.random.default_rng(5)
+    qd, tau = chain.rates(q, rng.normal(size=chain.n)), rng.normal(size=chain.n)
+    A = rng.normal(size=(chain.n, chain.n))
+    D = A @ A.T
+    found, terms = chain.forward_dynamics(q, qd, tau, added_inertia=D), chain.terms(q, qd)
+    heavier = chain.robot.mass_matrix(q) + D
+    free = np.linalg.solve(heavier, tau - chain.robot.inverse_dynamics(q, qd, np.zeros(chain.n)))
+    ways = null_space(terms.J, rcond=1e-9)
+    kept = -np.linalg.pinv(terms.J, rcond=1e-9) @ terms.gamma
+    least = np.linalg.solve(ways.T @ heavier @ ways, ways.T @ heavier @ (free - kept))
+    np.testing.assert_allclose(found.qdd, kept + ways @ least, atol=1e-9)
+    assert np.abs(found.qdd - chain.forward_dynamics(q, qd, tau).qdd).max() > 1e-3
+    twice = chain.forward_dynamics(q, qd, tau, added_inertia=np.stack([D, 0 * D]))
+    np.testing.assert_allclose(twice.qdd, [found.qdd, chain.forward_dynamics(q, qd, tau).qdd], atol=1e-9)
 
 
 @pytest.mark.parametrize("kind", [JointKind.FIXED, JointKind.REVOLUTE, JointKind.SPHERICAL])

@@ -31,8 +31,8 @@ SHARES = (0.5, 0.9, 0.95, 0.99, 1.0)
 CLIPPED = 0.01
 """Share of the time with clipped efforts from which on they are taken as the cause of a missed target."""
 CAUSES = ("blown_up", "loops_lost", "saturated", "not_reached")
-"""Why a run fails: the motion ran away; its loops could not be followed; a target was missed while efforts were clipped,
-or without that."""
+"""Why a run fails: the motion ran away; its loops could not be followed; a target was missed while efforts were
+clipped, or without that."""
 
 
 class VariationStatus(Status):

@@ -105,8 +105,9 @@ def linkage_of(mechanism: Mechanism, q: ArrayLike | None = None) -> Linkage:
     for each in mechanism.loops:
         T_p = T[each.parent] @ each.T_pj
         T_pc = pose.inverse(T_p) @ T[each.child]
-        joints.append(_drawn(each, T_p, 0.0, about=_first_angle(each, T_pc[:3, :3])))
-        apart[each.name] = T_p @ _allowed(each, T_pc) @ pose.inverse(T[each.child])
+        at = _coordinate(each, T_pc)
+        joints.append(_drawn(each, T_p, at, about=_first_angle(each, T_pc[:3, :3])))
+        apart[each.name] = T_p @ _allowed(each, T_pc, at) @ pose.inverse(T[each.child])
     base = mechanism.links[0].name
     whole = Linkage(
         mechanism.name, mechanism.link_names, tuple(joints), mechanism.tip, couplings=couplings,
@@ -124,8 +125,23 @@ def linkage_of(mechanism: Mechanism, q: ArrayLike | None = None) -> Linkage:
     return without(whole, fixed)
 
 
-def _allowed(each: Joint, T_pc: Floats) -> Floats:
-    """(4, 4) the displacement from {p} to {c} that a joint of several freedoms allows; the identity for others."""
+def _coordinate(each: Joint, T_pc: Floats) -> float:
+    """Coordinate of a joint of one freedom that comes nearest to a displacement [rad | m]; zero for others."""
+    along = float(each.axis @ T_pc[:3, 3])
+    match each.kind:
+        case JointKind.REVOLUTE:
+            return _angle(each.axis, T_pc[:3, :3])
+        case JointKind.PRISMATIC:
+            return along
+        case JointKind.HELICAL:
+            angle = _angle(each.axis, T_pc[:3, :3])
+            return angle + 2 * np.pi * round((along / each.pitch - angle) / (2 * np.pi))
+        case _:
+            return 0.0
+
+
+def _allowed(each: Joint, T_pc: Floats, at: float) -> Floats:
+    """(4, 4) the displacement from {p} to {c} that a joint allows, the nearest; `at` its coordinate if it has one."""
     X, R, along = np.eye(4), T_pc[:3, :3], each.axis * float(each.axis @ T_pc[:3, 3])
     match each.kind:
         case JointKind.SPHERICAL:
@@ -138,7 +154,7 @@ def _allowed(each: Joint, T_pc: Floats) -> Floats:
         case JointKind.PLANAR:
             X[:3, :3], X[:3, 3] = _rotation(each.axis, _angle(each.axis, R)), T_pc[:3, 3] - along
         case _:
-            pass
+            X = np.asarray(pose.exp(each.screw * at), dtype=np.float64)
     return X
 
 

@@ -84,7 +84,7 @@ def accelerations(found: Terms, tau: Floats) -> tuple[Floats, Floats, Integers]:
         tau: (*batch, n) efforts.
     """
     m, n = found.J.shape[-2:]
-    if found.h.ndim == tau.ndim == 1:
+    if found.h.ndim == tau.ndim == found.M.ndim - 1 == 1:
         # A single state needs no copies, which would cost more than its solution.
         alone, across, rank = np.empty((1, n)), np.empty((1, m)), np.empty(1, dtype=np.int64)
         given = np.ascontiguousarray(tau)
@@ -92,7 +92,7 @@ def accelerations(found: Terms, tau: Floats) -> tuple[Floats, Floats, Integers]:
             found.M[None], found.h[None], found.J[None], found.gamma[None], given[None], alone, across, rank
         )
         return alone[0], across[0], rank.reshape(())
-    shape = np.broadcast_shapes(found.h.shape[:-1], tau.shape[:-1])
+    shape = np.broadcast_shapes(found.h.shape[:-1], tau.shape[:-1], found.M.shape[:-2])
 
     def rows(values: Floats, *core: int) -> Floats:
         return np.ascontiguousarray(np.broadcast_to(values, (*shape, *core)).reshape(-1, *core))
