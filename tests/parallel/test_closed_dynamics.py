@@ -217,3 +217,16 @@ def test_a_mechanism_without_mass_is_told_so_before_it_runs():
     assert not chain.forward_dynamics(np.zeros(chain.n), np.zeros(chain.n), np.zeros(chain.n))
     with pytest.raises(ModelError, match="moves no mass"):
         parallel.simulate_closed(chain, np.zeros(chain.n), duration=0.1)
+
+
+@pytest.mark.parametrize(("ground", "hold", "left"), [(5.0, None, 2.7), (1.0, ["A", "D"], None)])
+def test_loops_that_cannot_close_say_by_how_much(ground, hold, left):
+    """Stretched bars miss 5 - 0.4 - 1.1 - 0.8 m; with both cranks held it is the coupler that is too short or long."""
+    chain, q = parallel.ClosedChain(four_bar(ground, 0.4, 1.1, 0.8)), np.array([0.5, 0.3, 2.6])
+    found = chain.closed(q, hold=hold)
+    assert not found
+    if left is None:
+        ends = [0.4 * np.exp(1j * q[0]), ground + 0.8 * np.exp(1j * q[2])]
+        left = abs(abs(ends[1] - ends[0]) - 1.1)
+    assert (found.widest, found.distance) == ("C", pytest.approx(left, abs=1e-6))
+    assert f"{left:.3g} m" in found.explain("en")

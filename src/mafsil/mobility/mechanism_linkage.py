@@ -13,13 +13,14 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, as_batch, frozen, single
 from mafsil.errors import ModelError
 from mafsil.geometry import pose
+from mafsil.mobility.closing import closed_beside_drawing, least_gap
 from mafsil.mobility.drawing import drawn_at, split, without
 from mafsil.mobility.joint_kind import Kind, across
 from mafsil.mobility.library import MECHANISMS
 from mafsil.mobility.linkage import Coupling, Linkage
 from mafsil.mobility.linkage_file import is_linkage, read_linkage
 from mafsil.mobility.linkage_joint import LinkageJoint
-from mafsil.mobility.loop_closure import closed_near, largest_gap
+from mafsil.mobility.loop_closure import largest_gap
 from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tolerances import CLOSED
 from mafsil.model import Joint, JointKind, Limits, Link, Mechanism, Mimic
@@ -115,10 +116,13 @@ def linkage_of(mechanism: Mechanism, q: ArrayLike | None = None) -> Linkage:
     )  # fmt: skip
     assert whole.ground == base, "assemble puts the base first"
     if float(largest_gap(whole)) > CLOSED:
-        found = closed_near(whole)
-        if not found:
-            raise ModelError("mobility.cannot_close", name=mechanism.name, gap=float(found.gap))
-        whole = drawn_at(whole, found.theta)
+        theta = closed_beside_drawing(whole)
+        if theta is None:
+            joint, distance, angle = least_gap(whole)
+            raise ModelError(
+                "mobility.cannot_close", name=mechanism.name or "-", joint=joint, distance=distance, angle=angle
+            )
+        whole = drawn_at(whole, theta)
     elif whole.apart:
         whole = drawn_at(whole, np.zeros(whole.coordinates))
     fixed = {k for k, each in enumerate(whole.joints) if each.kind is Kind.FIXED}
