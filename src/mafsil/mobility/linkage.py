@@ -21,6 +21,9 @@ from mafsil.mobility.joint_kind import Kind
 from mafsil.mobility.linkage_joint import LinkageJoint
 from mafsil.mobility.tolerances import TYPED
 
+ROUNDINGS = 64 * float(np.finfo(np.float64).eps)
+"""Share of their coordinates within which points are one: the mean of equal points is off by rounding."""
+
 
 @dataclass(frozen=True, slots=True)
 class Coupling:
@@ -286,7 +289,7 @@ class Linkage:
         """Largest distance of a joint from the middle [m]; 1 if all lie in one point."""
         points = self._places
         spread = float(np.linalg.norm(points - self.middle, axis=1).max()) if len(points) else 0.0
-        return spread if spread > 0 else 1.0
+        return spread if spread > ROUNDINGS * float(np.abs(points).max(initial=0.0)) else 1.0
 
     @property
     def _places(self) -> Floats:

@@ -19,12 +19,12 @@ from mafsil.mobility.finite import FiniteMobility, FiniteStatus, finite_mobility
 from mafsil.mobility.gruebler import GrueblerCount, gruebler
 from mafsil.mobility.instantaneous import IdleFreedom, InstantaneousMobility, instantaneous
 from mafsil.mobility.linkage import Linkage
-from mafsil.mobility.loop_closure import largest_gap
+from mafsil.mobility.loop_closure import largest_gap, loop_state
 from mafsil.mobility.mechanism_linkage import LinkageLike, as_linkage
 from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.redundancy import Redundancy, redundancy
 from mafsil.mobility.structure import Structure, structure
-from mafsil.mobility.tolerances import CLOSED
+from mafsil.mobility.tolerances import CLOSED, ROUNDED
 
 
 class MobilityStatus(Status):
@@ -74,6 +74,12 @@ class Mobility(SingleAnswer):
         return None if self.around is None else self.around.mobility
 
     @property
+    def nearly(self) -> int:
+        """Number of constraints that count by less than what rounded digits leave: with them this is special."""
+        s = np.linalg.svd(loop_state(self.linkage).matrix, compute_uv=False)
+        return self.instantaneous.rank - int((s > ROUNDED * s.max(initial=0.0)).sum())
+
+    @property
     def dead_points(self) -> tuple[IdleFreedom, ...]:
         """Motions that leave the output body at rest for an instant only: around, it moves with them."""
         if self.around is None:
@@ -110,6 +116,10 @@ class Mobility(SingleAnswer):
             say(f"mobility.{key}", language=language, m=self.count.group_dimension) for key in self.count.warnings
         ]
         lines += self.instantaneous.explain(language).split("\n")[:2]
+        here = self.instantaneous.mobility
+        if self.nearly:
+            facts = {"count": self.nearly, "share": self.instantaneous.kept}
+            lines.append(say("mobility.nearly", language=language, **facts, mobility=here + self.nearly))
         lines.append(self.finite.explain(language))
         if self.generic is not None and self.generic != self.instantaneous.mobility:
             lines.append(
@@ -133,6 +143,7 @@ class Mobility(SingleAnswer):
             "structure": self.structure.to_dict(), "count": self.count.to_dict(),
             "instantaneous": self.instantaneous.to_dict(), "finite": self.finite.to_dict(), "generic": self.generic,
             "redundancy": self.redundancy.to_dict(), "actuation": self.actuation.to_dict(),
+            "nearly": self.nearly,
             "dead_points": [{"joints": list(one.joints), "count": one.count} for one in self.dead_points],
         }  # fmt: skip
 
