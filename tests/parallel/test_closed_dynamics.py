@@ -230,3 +230,28 @@ def test_loops_that_cannot_close_say_by_how_much(ground, hold, left):
         left = abs(abs(ends[1] - ends[0]) - 1.1)
     assert (found.widest, found.distance) == ("C", pytest.approx(left, abs=1e-6))
     assert f"{left:.3g} m" in found.explain("en")
+
+
+@pytest.mark.parametrize("driven", [("D",), ("D", "B")])
+def test_at_a_dead_point_a_motor_makes_nothing(driven):
+    """Crank and coupler in line: the rocker stands still, and no effort of its motor moves the crank."""
+    angle = np.arccos((1.5**2 + 1.0 - 0.8**2) / (2 * 1.5))
+    pin = 1.5 * np.exp(1j * angle)
+    q = np.array([angle, 0.0, np.angle(pin - 1.0)])
+    chain = parallel.ClosedChain(four_bar(driven=driven))
+    assert chain.error(q) < 1e-12
+    found = chain.inverse_dynamics(q, np.zeros(3), np.zeros(3))
+    tau = np.zeros(3)
+    tau[chain.actuated] = found.tau
+    assert tau[2] == pytest.approx(0.0, abs=1e-6)
+    assert bool(found) == (driven != ("D",))
+    near = chain.closed(q - [0.2, 0, 0], hold=["A"]).q
+    assert parallel.ClosedChain(four_bar(driven=driven)).inverse_dynamics(near, np.zeros(3), np.zeros(3))
+
+
+def test_efforts_beyond_all_numbers_end_a_run():
+    chain = parallel.ClosedChain(four_bar())
+    q = chain.closed([0.5, 0.5, 1.5], hold=["A"]).q
+    run = parallel.simulate_closed(chain, q, None, [1e200], duration=0.01)
+    assert run.status.name == "NOT_FINITE"
+    assert np.isfinite(run.q).all()

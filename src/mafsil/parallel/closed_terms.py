@@ -119,7 +119,7 @@ def efforts(found: Terms, qdd: Floats, driven: Integers) -> tuple[Floats, Floats
     # Motions that the loops allow feel only efforts, no forces of the loops.
     allowed = np.eye(needed.shape[-1]) - across @ found.J
     columns = allowed[..., driven]
-    tau = np.einsum("...an,...n->...a", decompositions.pinv(columns, RANK), needed)
+    tau = np.einsum("...an,...n->...a", _inverse_of_part(columns), needed)
     rest = needed.copy()
     rest[..., driven] -= tau
     force = np.einsum("...nm,...n->...m", across, rest)
@@ -131,3 +131,13 @@ def efforts(found: Terms, qdd: Floats, driven: Integers) -> tuple[Floats, Floats
         np.linalg.norm(needed, axis=-1),
     )
     return tau, force, *sizes, columns
+
+
+def _inverse_of_part(P: Floats) -> Floats:
+    """(*batch, a, n) pseudoinverses of columns (*batch, n, a) of projections, whose singular values are one at most.
+
+    Beside one and not beside the largest: at a dead point a single motor moves nothing, whatever its size.
+    """
+    U, s, Vt = np.linalg.svd(P, full_matrices=False)
+    inverse = np.where(s > RANK, 1.0 / np.where(s > RANK, s, 1.0), 0.0)
+    return np.einsum("...ka,...k,...nk->...an", Vt, inverse, U)
