@@ -118,8 +118,8 @@ class Mobility(SingleAnswer):
         lines += self.instantaneous.explain(language).split("\n")[:2]
         here = self.instantaneous.mobility
         if self.nearly:
-            facts = {"count": self.nearly, "share": self.instantaneous.kept}
-            lines.append(say("mobility.nearly", language=language, **facts, mobility=here + self.nearly))
+            details = {"count": self.nearly, "share": self.instantaneous.kept}
+            lines.append(say("mobility.nearly", language=language, **details, mobility=here + self.nearly))
         lines.append(self.finite.explain(language))
         if self.generic is not None and self.generic != self.instantaneous.mobility:
             lines.append(
@@ -130,8 +130,8 @@ class Mobility(SingleAnswer):
         dead = {one.joints for one in self.dead_points}
         for one in self.instantaneous.idle:
             kind = "dead_point" if one.joints in dead else "idle"
-            facts = {"count": one.count, "joints": ", ".join(one.joints), "output": self.linkage.output}
-            lines.append(say(f"mobility.{kind}", language=language, **facts))
+            details = {"count": one.count, "joints": ", ".join(one.joints), "output": self.linkage.output}
+            lines.append(say(f"mobility.{kind}", language=language, **details))
         if self.actuation.status is not ActuationStatus.NONE:
             lines.append(self.actuation.explain(language))
         return "\n".join(lines)
