@@ -201,6 +201,13 @@ def test_a_planar_four_bar_with_a_ball_asks_the_same_once():
     np.testing.assert_allclose(run.q, same.q, atol=1e-9)
 
 
+def test_a_loop_joins_two_links():
+    bars = four_bar()
+    own = replace(bars.loops[0], child=bars.loops[0].parent)
+    with pytest.raises(ModelError, match="loop 'C' joins link 'coupler' to itself"):
+        Mechanism.assemble("bars", bars.links, bars.joints, loops=[own], tip="coupler")
+
+
 def test_joints_of_several_freedoms_only_close_loops():
     links = [Link("base"), Link("a")]
     with pytest.raises(ModelError, match="spherical"):
