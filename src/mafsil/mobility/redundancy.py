@@ -118,7 +118,7 @@ def loop_groups(linkage: Linkage, screws: Floats) -> tuple[tuple[tuple[str, ...]
     found: list[tuple[tuple[str, ...], MotionGroup]] = []
     for inside in shortest_loops(linkage):
         columns = np.isin(linkage.joint_of, inside)
-        found.append((tuple(linkage.joints[k].name for k in inside), motion_group(screws[:, columns])))
+        found.append((tuple(linkage.joints[int(k)].name for k in inside), motion_group(screws[:, columns])))
     return tuple(found)
 
 

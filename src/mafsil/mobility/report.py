@@ -25,6 +25,7 @@ from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.redundancy import Redundancy, redundancy
 from mafsil.mobility.structure import Structure, structure
 from mafsil.mobility.tolerances import CLOSED, ROUNDED
+from mafsil.solvers.decompositions import ranks
 
 
 class MobilityStatus(Status):
@@ -76,8 +77,7 @@ class Mobility(SingleAnswer):
     @property
     def nearly(self) -> int:
         """Number of constraints that count by less than what rounded digits leave: with them this is special."""
-        s = np.linalg.svd(loop_state(self.linkage).matrix, compute_uv=False)
-        return self.instantaneous.rank - int((s > ROUNDED * s.max(initial=0.0)).sum())
+        return self.instantaneous.rank - int(ranks(loop_state(self.linkage).matrix, ROUNDED))
 
     @property
     def dead_points(self) -> tuple[IdleFreedom, ...]:
