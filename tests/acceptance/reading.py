@@ -61,11 +61,15 @@ def cases(*files: str) -> dict[str, Watched]:
 def unread_after(tests: Mapping[str, Any], given: Mapping[str, Watched]) -> list[str]:
     """What stays unread when every test function without arguments of a module has run.
 
+    They run again only where something is unread: what tests read before counts.
+
     Args:
         tests: the module's globals; functions whose name begins with `test_` and that take no argument are called.
         given: its cases.
     """
     for name, function in list(tests.items()):
+        if not any(case.unread() for case in given.values()):
+            break
         if name.startswith("test_") and callable(function) and not function.__code__.co_argcount:
             function()
     return [place for case in given.values() for place in case.unread()]

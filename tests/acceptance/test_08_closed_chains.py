@@ -5,9 +5,21 @@ import pytest
 
 from mafsil.geometry import quaternion, rotation
 from mafsil.parallel import StewartPlatform
-from tests.acceptance.reading import cases
+from tests.acceptance.reading import cases, unread_after
 
 CASES = cases("08-closed-chains.json", "08-more.json")
+OWN = {
+    name: CASES[name]
+    for name in (
+        "ch08-05-stewart-ik-jacobian-statics",
+        "ch08-06-stewart-home-and-singular",
+        "ch08-07-stewart-fk-all-modes-semiregular",
+        "ch08-104-stewart-dietmaier-count",
+        "ch08-105-stewart-general-18-real",
+        "ch08-107-six-axis-sensor-two-frames",
+    )
+}
+"""Cases of which the tests here read every key."""
 
 
 def near(got, expected, tolerance=2e-8):
@@ -122,3 +134,8 @@ def test_all_modes_of_a_general_platform():
     near(found.T[order, :3, 3], listed[:, :3], case["tol"])
     q = quaternion.to_quaternion(found.T[order, :3, :3])
     near(np.abs((q * listed[:, 3:]).sum(axis=1)), np.ones(18), case["tol"])
+
+
+def test_every_key_is_read():
+    others = {name: item for name, item in globals().items() if name != "test_every_key_is_read"}
+    assert unread_after(others, OWN) == []

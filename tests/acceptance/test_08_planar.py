@@ -4,7 +4,19 @@ import numpy as np
 import pytest
 
 from mafsil.parallel import PlanarThreeRPR, SingularKind
+from tests.acceptance.reading import unread_after
 from tests.acceptance.test_08_closed_chains import CASES, near
+
+OWN = {
+    name: CASES[name]
+    for name in (
+        "ch08-02-3rpr",
+        "ch08-03-3rpr-six-assembly-modes",
+        "ch08-101-3rpr-mode-at-phi-180",
+        "ch08-103-3rpr-actuator-singularity",
+    )
+}
+"""Cases of which the tests here read every key."""
 
 DEGREES = np.array([1, 1, 180 / np.pi])
 
@@ -70,3 +82,8 @@ def test_three_rpr_where_the_legs_meet():
         w = found.internal_forces / found.internal_forces[2]
         near(w, root["w_last_1"], case["tol"])
         near(robot.second_order(x, motion, w), root["w_dot_d2s"], case["tol"])
+
+
+def test_every_key_is_read():
+    others = {name: item for name, item in globals().items() if name != "test_every_key_is_read"}
+    assert unread_after(others, OWN) == []

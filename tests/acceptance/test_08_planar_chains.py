@@ -16,7 +16,21 @@ from mafsil.parallel import (
     output_angles,
     singular_points,
 )
+from tests.acceptance.reading import unread_after
 from tests.acceptance.test_08_closed_chains import CASES, near
+
+OWN = {
+    name: CASES[name]
+    for name in (
+        "ch08-13-fourbar-bifurcations",
+        "ch08-14-fivebar-regular",
+        "ch08-15-fivebar-singularities",
+        "ch08-113-fivebar-links-2-3-aligned",
+        "ch08-115-fourbar-branch-and-isolated-points",
+        "ch08-117-three-crank-parallelogram",
+    )
+}
+"""Cases of which the tests here read every key."""
 
 
 def pairs(count=5):
@@ -190,3 +204,8 @@ def test_closure_curvature_is_a_difference():
         matrix = (chain.loop_matrix(theta + step) - chain.loop_matrix(theta - step)) / (2 * h)
         near(second[:, k, :], matrix, 1e-8)
     np.testing.assert_allclose(chain.loop_matrix(theta)[2], 1.0)
+
+
+def test_every_key_is_read():
+    others = {name: item for name, item in globals().items() if name != "test_every_key_is_read"}
+    assert unread_after(others, OWN) == []

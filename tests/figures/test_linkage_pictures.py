@@ -91,3 +91,19 @@ def test_the_command_draws(tmp_path, capsys):
     assert (tmp_path / "bennett.png").exists()
     assert main(["mobility", "truss"]) == 1
     assert "structure" in capsys.readouterr().err
+
+
+def test_joints_at_one_place_share_a_label():
+    bodies, places = ("ground a", "a b", "a c", "b ground", "c ground"), ((0, 0), (1, 0), (1, 0), (1, 1), (2, 0.5))
+    named = zip("ABCDE", bodies, places, strict=True)
+    linkage = mo.Linkage.of([mo.joint(name, "R", pair.split(), at) for name, pair, at in named], planar=True)
+    axes = draw_linkage(linkage, mo.mobility(linkage)).axes[0]
+    assert sorted(text.get_text() for text in axes.texts) == ["A", "B, C", "D", "E"]
+
+
+def test_dead_points_are_not_drawn_as_idle_joints():
+    joints = [mo.joint("A", "R", ["ground", "crank"]), mo.joint("B", "R", ["crank", "rod"], [1, 0])]
+    joints += [mo.joint("C", "R", ["rod", "slider"], [3, 0]), mo.joint("S", "P", ["ground", "slider"], [3, 0], [1, 0])]
+    linkage = mo.Linkage.of(joints, planar=True, output="slider")
+    colours = [line.get_markeredgecolor() for line in draw_linkage(linkage, mo.mobility(linkage)).axes[0].lines]
+    assert "#d9902a" not in colours

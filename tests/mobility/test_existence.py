@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 import mafsil as mf
 from mafsil import mobility as mo
+from tests.parallel.closed_chains import four_bar
 
 
 def drawn_apart(crank, coupler, rocker, ground):
@@ -82,3 +83,22 @@ def test_what_needs_the_links_together_says_so():
         with pytest.raises(mf.ModelError, match=r"assembled|gape"):
             task(drawn_apart(2, 4, 3.5, 4.5))
     assert mo.mechanism_of(mo.assembled(drawn_apart(2, 4, 3.5, 4.5))).n == 3
+
+
+def test_loops_that_no_proof_forbids_say_how_near_they_come():
+    """A slider is 0.3 m farther off than the crank reaches, and sliders are in no polygon's proof."""
+    joints = [
+        mo.joint("O", "R", ["ground", "crank"]), mo.joint("A", "R", ["crank", "slider"], [1, 0], child_at=[0, 1.3]),
+        mo.joint("S", "P", ["ground", "slider"], [0, 1.3], [1, 0]),
+    ]  # fmt: skip
+    found = mo.existence(mo.Linkage.of(joints, planar=True))
+    assert found.status is mo.ExistenceStatus.NOT_FOUND
+    assert (found.joint, found.distance) == ("A", pytest.approx(0.3, abs=1e-6))
+    assert "0.3 m" in found.explain("en")
+
+
+def test_loops_of_mechanisms_are_closed_from_where_newton_stands_still():
+    """All bars on one line at zero: the rank is lost there, and Newton's method cannot leave the line."""
+    assert mf.mobility(four_bar(1.0, 0.4, 1.1, 0.8)).mobility == 1
+    with pytest.raises(mf.ModelError, match=r"joint C open by 2\.7 m and"):
+        mf.mobility(four_bar(5.0, 0.4, 1.1, 0.8))

@@ -286,3 +286,19 @@ def test_a_search_for_closed_loops_stops_where_it_stands_still(monkeypatch):
     assert not found
     assert np.abs(found.gap * linkage.size - 1e-3).max() < 1e-9
     assert len(looked) <= 12
+
+
+def test_a_dead_point_is_no_idle_freedom():
+    """Crank and rod in line: the slider stands still for an instant, and moves with them around."""
+    joints = [
+        mo.joint("O", "R", ["ground", "crank"]), mo.joint("A", "R", ["crank", "rod"], [1, 0]),
+        mo.joint("B", "R", ["rod", "slider"], [3, 0]), mo.joint("S", "P", ["ground", "slider"], [3, 0], [1, 0]),
+    ]  # fmt: skip
+    found = mf.mobility(mo.Linkage.of(joints, planar=True, output="slider"))
+    assert [(one.joints, one.count) for one in found.dead_points] == [(("O", "A", "B"), 1)]
+    text = found.explain("en")
+    assert "dead point: for an instant O, A, B move while slider stands still" in text
+    assert "idle freedom" not in text
+    spins = mf.mobility(mo.library.six_sps())
+    assert not spins.dead_points
+    assert spins.explain("en").count("idle freedom (1)") == 6

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 import mafsil as mf
 import mafsil.mobility as mo
 from mafsil.mobility import Linkage, SurfaceStatus, joint, library, trace_surface
-from mafsil.mobility.balls import without_balls
+from mafsil.mobility.balls import without_balls, without_balls_at
 from mafsil.mobility.cells import cut, farthest, open_cell, owners
 from mafsil.mobility.surface_mesh import edges, is_closed, is_orientable, trimmed
 
@@ -159,8 +159,9 @@ def test_rods_between_balls_keep_their_length():
 
 def test_balls_left_out_leave_the_mobility_but_for_spins():
     for linkage, spins in ((library.three_rps(), 0), (library.rssr(), 1), (library.three_prs(), 0)):
-        simple, kept = without_balls(linkage)
+        simple = without_balls(linkage)
         assert mo.instantaneous(simple).mobility == mo.instantaneous(linkage).mobility - spins
+        kept = np.concatenate([linkage.columns_of([each.name]) for each in simple.joints])
         near = 0.1 * np.random.default_rng(0).normal(size=(5, linkage.coordinates))
         whole = mo.closed_near(linkage, near)
         assert whole
@@ -169,6 +170,70 @@ def test_balls_left_out_leave_the_mobility_but_for_spins():
         u = mo.loop_closure.units(simple)
         gaps = [mo.loop_closure.loop_state(simple, near[0, kept] + sign * h * u).gap for sign in (1, -1)]
         assert np.abs((gaps[0] - gaps[1]).T / 2e-6 - A)[6 * simple.loops :].max() < 1e-8
+
+
+def table_on_cranks(radius):
+    """A table on four balls at the ends of cranks that stay parallel, with a spindle: circle times circle."""
+    cranks = [
+        each
+        for k, (x, y) in enumerate(((0, 0), (1, 0.2), (1.2, 1.1), (-0.1, 0.9)))
+        for each in (
+            joint(f"R{k}", "R", ["ground", f"crank {k}"], [x, y, 0]),
+            joint(f"S{k}", "S", [f"crank {k}", "table"], [x + radius, y, 0]),
+        )
+    ]
+    return Linkage.of([*cranks, joint("spindle", "R", ["table", "tool"], [0.3, 0.3, 0], [0.3, 0.5, 0.6])])
+
+
+@pytest.mark.capability("02-60")
+def test_a_body_on_four_balls_stands_by_three_points():
+    surface = trace_surface(table_on_cranks(0.4))
+    assert surface.genus == 1
+    around = 2 * np.pi * np.hypot(2, 0.4 / surface.linkage.size)
+    np.testing.assert_allclose(surface.area, 2 * np.pi * around, rtol=1e-3)
+    assert surface.left_out == ("S0", "S1", "S2", "S3")
+    assert "coordinates of table" in surface.explain("en").split("\n")[2]
+    whole = table_on_cranks(0.4)
+    start = np.zeros(whole.coordinates)
+    start[[*whole.columns_of(["R0", "R1", "R2", "R3"]), *whole.columns_of(["S0"])[2:]]] = [0.3] * 4 + [-0.3]
+    start[whole.columns_of(["spindle"])] = 1.0
+    assert surface.holds(without_balls_at(whole, start)).all()
+    assert trace_surface(whole, start, points=20).charts.points[0] @ np.eye(surface.linkage.coordinates)[4] == 1.0
+
+
+@pytest.mark.capability("02-60")
+def test_a_floating_rod_spins_on_a_circle_bundle():
+    bars = library.rssr()
+    free = Linkage.of([*bars.joints, joint("F", "F", ["ground", "coupler"])])
+    assert mo.instantaneous(free).mobility == 2
+    (torus,) = mo.configuration_surfaces(free, starts=12)
+    assert torus.genus == 1
+    A, B, C, D = (each.point for each in bars.joints)
+    crank = Rotation.from_rotvec(torus.theta[:, :1] * bars.joints[0].axis).apply(B - A) + A
+    rocker = Rotation.from_rotvec(-torus.theta[:, 1:2] * bars.joints[3].axis).apply(C - D) + D
+    corners = torus.theta[:, 2:].reshape(-1, 3, 3) + torus.linkage.joints[2].corners
+    np.testing.assert_allclose(corners.mean(axis=1), (crank + rocker) / 2, atol=1e-9)
+
+
+def test_the_platform_of_a_delta_of_rods_is_where_its_closed_form_says():
+    delta, q, joints = mf.parallel.DeltaRobot(0.3, 0.1, 0.4, 0.8), np.full(3, 0.3), []
+    height = delta.positions(q)[0]
+    for k, (u, elbow) in enumerate(zip(delta.directions, delta.elbows(q), strict=True)):
+        across = np.cross([0, 0, 1], u)
+        joints.append(joint(f"M{k}", "R", ["ground", f"arm {k}"], delta.base * u, across))
+        for side in (-0.05, 0.05):
+            low = height + delta.platform * u + side * across
+            ends = elbow + low - height, low
+            joints.append(joint(f"A{k}{side}", "S", [f"arm {k}", f"rod {k}{side}"], ends[0]))
+            joints.append(joint(f"B{k}{side}", "S", [f"rod {k}{side}", "platform"], ends[1]))
+    robot = without_balls(Linkage.of(joints))
+    assert mo.instantaneous(robot).mobility == 3
+    start = 0.1 * np.random.default_rng(5).normal(size=(20, robot.coordinates)) * mo.loop_closure.units(robot)
+    found = mo.closed_near(robot, start)
+    assert found
+    places = found.theta[:, 3:].reshape(-1, 3, 3)
+    np.testing.assert_allclose(places - places.mean(axis=1, keepdims=True), 0.0, atol=1e-9)
+    np.testing.assert_allclose(places.mean(axis=1) + height, delta.positions(q + found.theta[:, :3])[:, 0], atol=1e-8)
 
 
 @pytest.mark.parametrize(("lengths", "places"), [((1, 1, 1, 1, 2), 4), ((1, 2, 3, 1, 1), 3)])
@@ -211,22 +276,13 @@ def test_refusals_say_what_helps():
         trace_surface(library.four_bar())
     with pytest.raises(mf.InputError, match="mobility by rank is 1"):
         trace_surface(library.rssr())
-    with pytest.raises(mf.ModelError, match="platform hangs on balls only"):
-        mo.configuration_surfaces(library.six_ups())
-    legs = [
-        each
-        for k, (x, y) in enumerate(((1, 0), (-0.5, 0.8), (-0.5, -0.8)))
-        for each in (
-            joint(f"R{k}", "R", ["ground", f"crank {k}"], [x, y, 0], [-y, x, 0]),
-            joint(f"A{k}", "S", [f"crank {k}", f"rod {k}"], [1.3 * x, 1.3 * y, 0]),
-            joint(f"B{k}", "S", [f"rod {k}", "platform"], [x / 2, y / 2, 1]),
-        )
-    ]
-    for joints in (legs, [*legs, joint("tool", "R", ["platform", "spindle"], [0, 0, 1])]):
-        with pytest.raises(mf.ModelError, match="platform hangs on balls only, such as B0"):
-            trace_surface(Linkage.of(joints))
-    with pytest.raises(mf.ModelError, match="floating"):
+    with pytest.raises(mf.InputError, match="mobility by rank is 6"):
+        trace_surface(library.six_ups())
+    with pytest.raises(mf.InputError, match="mobility by rank is 6"):
         trace_surface(Linkage.of([joint("F", "F", ["ground", "body"])]))
+    rods = [("A", "ground", "rod", [0, 0]), ("B", "rod", "next", [1, 0]), ("C", "next", "ground", [1, 1])]
+    with pytest.raises(mf.ModelError, match="next is a rod between two balls, such as B"):
+        trace_surface(Linkage.of([joint(name, "S", [a, b], at) for name, a, b, at in rods]))
     left = trace_surface(Linkage.of([*polygon([1.0] * 5).joints[:-1], ball_of(polygon([1.0] * 5))]), points=20).linkage
     for judge in (mf.mobility, mo.gruebler, mo.finite_mobility, mo.redundancy, mo.structure, mo.split):
         with pytest.raises(mf.ModelError, match="J4"):

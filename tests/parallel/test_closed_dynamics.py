@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import simpson
+from scipy.linalg import null_space
 
 from mafsil import mobility, parallel
 from mafsil.errors import InputError, ModelError
@@ -40,6 +41,25 @@ def test_accelerations_are_those_of_newton_and_keep_the_loops_closed(closed):
         assert np.abs(gaps[1]).max() < 1e-13
         assert np.abs(gaps[2] - gaps[0]).max() / (2 * h) < 1e-4
         assert np.abs(gaps[2] - 2 * gaps[1] + gaps[0]).max() / h**2 < 1e-3
+
+
+def test_added_inertia_acts_as_masses_that_only_the_joints_feel(closed):
+    """Gauss's principle: of all accelerations that keep the loops closed, that of least (a - f)' (M + D) (a - f)."""
+    chain, q = closed
+    rng = np.random.default_rng(5)
+    qd, tau = chain.rates(q, rng.normal(size=chain.n)), rng.normal(size=chain.n)
+    A = rng.normal(size=(chain.n, chain.n))
+    D = A @ A.T
+    found, terms = chain.forward_dynamics(q, qd, tau, added_inertia=D), chain.terms(q, qd)
+    heavier = chain.robot.mass_matrix(q) + D
+    free = np.linalg.solve(heavier, tau - chain.robot.inverse_dynamics(q, qd, np.zeros(chain.n)))
+    ways = null_space(terms.J, rcond=1e-9)
+    kept = -np.linalg.pinv(terms.J, rcond=1e-9) @ terms.gamma
+    least = np.linalg.solve(ways.T @ heavier @ ways, ways.T @ heavier @ (free - kept))
+    np.testing.assert_allclose(found.qdd, kept + ways @ least, atol=1e-9)
+    assert np.abs(found.qdd - chain.forward_dynamics(q, qd, tau).qdd).max() > 1e-3
+    twice = chain.forward_dynamics(q, qd, tau, added_inertia=np.stack([D, 0 * D]))
+    np.testing.assert_allclose(twice.qdd, [found.qdd, chain.forward_dynamics(q, qd, tau).qdd], atol=1e-9)
 
 
 @pytest.mark.parametrize("kind", [JointKind.FIXED, JointKind.REVOLUTE, JointKind.SPHERICAL])
@@ -197,3 +217,41 @@ def test_a_mechanism_without_mass_is_told_so_before_it_runs():
     assert not chain.forward_dynamics(np.zeros(chain.n), np.zeros(chain.n), np.zeros(chain.n))
     with pytest.raises(ModelError, match="moves no mass"):
         parallel.simulate_closed(chain, np.zeros(chain.n), duration=0.1)
+
+
+@pytest.mark.parametrize(("ground", "hold", "left"), [(5.0, None, 2.7), (1.0, ["A", "D"], None)])
+def test_loops_that_cannot_close_say_by_how_much(ground, hold, left):
+    """Stretched bars miss 5 - 0.4 - 1.1 - 0.8 m; with both cranks held it is the coupler that is too short or long."""
+    chain, q = parallel.ClosedChain(four_bar(ground, 0.4, 1.1, 0.8)), np.array([0.5, 0.3, 2.6])
+    found = chain.closed(q, hold=hold)
+    assert not found
+    if left is None:
+        ends = [0.4 * np.exp(1j * q[0]), ground + 0.8 * np.exp(1j * q[2])]
+        left = abs(abs(ends[1] - ends[0]) - 1.1)
+    assert (found.widest, found.distance) == ("C", pytest.approx(left, abs=1e-6))
+    assert f"{left:.3g} m" in found.explain("en")
+
+
+@pytest.mark.parametrize("driven", [("D",), ("D", "B")])
+def test_at_a_dead_point_a_motor_makes_nothing(driven):
+    """Crank and coupler in line: the rocker stands still, and no effort of its motor moves the crank."""
+    angle = np.arccos((1.5**2 + 1.0 - 0.8**2) / (2 * 1.5))
+    pin = 1.5 * np.exp(1j * angle)
+    q = np.array([angle, 0.0, np.angle(pin - 1.0)])
+    chain = parallel.ClosedChain(four_bar(driven=driven))
+    assert chain.error(q) < 1e-12
+    found = chain.inverse_dynamics(q, np.zeros(3), np.zeros(3))
+    tau = np.zeros(3)
+    tau[chain.actuated] = found.tau
+    assert tau[2] == pytest.approx(0.0, abs=1e-6)
+    assert bool(found) == (driven != ("D",))
+    near = chain.closed(q - [0.2, 0, 0], hold=["A"]).q
+    assert parallel.ClosedChain(four_bar(driven=driven)).inverse_dynamics(near, np.zeros(3), np.zeros(3))
+
+
+def test_efforts_beyond_all_numbers_end_a_run():
+    chain = parallel.ClosedChain(four_bar())
+    q = chain.closed([0.5, 0.5, 1.5], hold=["A"]).q
+    run = parallel.simulate_closed(chain, q, None, [1e200], duration=0.01)
+    assert run.status.name == "NOT_FINITE"
+    assert np.isfinite(run.q).all()

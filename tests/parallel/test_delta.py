@@ -81,3 +81,57 @@ def test_three_rps_is_found_by_its_legs():
         for theta in found.theta:
             B = robot.joints(np.sqrt(1.25) + change, theta)
             np.testing.assert_allclose(np.linalg.norm(B - np.roll(B, 1, axis=0), axis=1), 0.5 * 3**0.5, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("robot", "dimension"),
+    [
+        (pa.DeltaRobot(0.3, 0.1, 0.4, 0.8), 3),
+        (pa.FiveBar(1.0, 1.5, 0.3, 0.9, 1.2), 2),
+        (
+            pa.PlanarThreeRRR([[0, 0], [3, 0], [1, 2]], [[0, 0], [0.5, 0], [0, 0.5]], [0.8] * 3, [1.0, 0.5, 1.5]),
+            3,
+        ),
+    ],
+    ids=["delta", "five-bar", "3-RRR"],
+)
+def test_rods_miss_a_place_by_as_much_as_the_best_angle_of_the_crank_leaves(robot, dimension):
+    places = np.random.default_rng(4).uniform(-2.0, 2.0, (200, dimension))
+    misfit = robot.rod_misfit(places)
+    angles = robot.angles(places)
+    if isinstance(robot, pa.FiveBar):
+        reached = np.stack([np.isfinite(angles[:, 0, 0, 0]), np.isfinite(angles[:, 0, 0, 1])], axis=-1)
+    else:
+        reached = np.isfinite(angles[..., 0])
+    assert (reached == (misfit == 0)).all()
+    assert 0.05 < reached.mean() < 0.95
+    turn = np.linspace(-np.pi, np.pi, 4001)[:, None]
+    for place, miss in zip(places[:20], misfit, strict=False):
+        match robot:
+            case pa.DeltaRobot():
+                far = np.linalg.norm(place - robot.elbows(turn + np.zeros(3)), axis=-1) - robot.forearm
+            case pa.FiveBar():
+                elbows = np.stack(robot.crank_ends(turn + np.zeros(2)), axis=1)
+                far = np.linalg.norm(place - elbows, axis=-1) - [robot.rod_1, robot.rod_2]
+            case _:
+                far = np.linalg.norm(robot.ends(place) - robot.elbows(turn + np.zeros(3)), axis=-1) - robot.rods
+        best = np.where((far > 0).all(axis=0), far.min(axis=0), np.where((far < 0).all(axis=0), far.max(axis=0), 0.0))
+        np.testing.assert_allclose(miss, best, atol=1e-5)
+
+
+def test_rods_that_do_not_meet_say_by_how_much():
+    """Rods that are longer by that much just meet."""
+    q = np.random.default_rng(5).uniform(-np.pi, np.pi, (100, 3))
+    delta = pa.DeltaRobot(0.3, 0.1, 0.4, 0.5)
+    short = delta.forearms_short(q)
+    assert ((short == 0) == np.isfinite(delta.positions(q)[:, 0, 0])).all()
+    assert 0.1 < (short > 0).mean() < 0.9
+    for each, miss in zip(q[short > 0], short[short > 0], strict=True):
+        for more, meets in ((1.001, True), (0.999, False)):
+            longer = pa.DeltaRobot(0.3, 0.1, 0.4, 0.5 + more * miss)
+            assert np.isfinite(longer.positions(each)).all() == meets
+    bar = pa.FiveBar(1.0, 0.6, 0.5, 0.9, 1.2)
+    apart = bar.rods_apart(q[:, :2])
+    assert ((apart == 0) == np.isfinite(bar.points(q[:, :2])[:, 0, 0])).all()
+    for each, miss in zip(q[apart > 0], apart[apart > 0], strict=True):
+        assert np.isfinite(pa.FiveBar(1.0, 0.6 + 1.001 * miss, 0.5, 0.9, 1.2).points(each[:2])).all()

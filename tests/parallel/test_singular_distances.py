@@ -136,3 +136,23 @@ def test_ways_that_are_not_found_prove_nothing_and_ends_are_checked():
         parallel.mode_path(square, [1, 2, 0.5], [np.nan, 2, 1])
     with pytest.raises(InputError, match="tries"):
         parallel.mode_path(square, [1, 2, 0.5], [1, 2, 1], tries=-1)
+
+
+@pytest.mark.parametrize("planar", [True, False])
+def test_lines_have_no_units(planar):
+    """Rows are (moment about the middle of the base over the size, direction), in millimetres as in metres."""
+    rng = np.random.default_rng(2)
+    robot, x = random_robot(rng, planar), random_pose(rng, planar)
+    tiny = type(robot)(1e-3 * robot.base, 1e-3 * robot.platform)
+    small = x * [1e-3, 1e-3, 1.0] if planar else x @ np.diag([1, 1, 1, 1.0])
+    if not planar:
+        small[:3, 3] *= 1e-3
+    lines = pose_space(robot).lines(x)
+    np.testing.assert_allclose(pose_space(tiny).lines(small), lines, atol=1e-12)
+    arms, d = robot.base - robot.base.mean(axis=0), robot.leg_vectors(x)
+    u = d / np.linalg.norm(d, axis=-1, keepdims=True)
+    both = robot.base, robot.platform
+    size = max(np.linalg.norm(ends[:, None] - (ends if planar else ends.mean(axis=0)), axis=-1).max() for ends in both)
+    moments = np.cross(arms, u).reshape(len(u), -1) / size if not planar else None
+    flat = (arms[:, 0] * u[:, 1] - arms[:, 1] * u[:, 0])[:, None] / size if planar else moments
+    np.testing.assert_allclose(lines, np.hstack([flat, u]), atol=1e-12)

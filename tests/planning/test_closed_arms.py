@@ -115,16 +115,71 @@ def test_what_is_not_planned_is_said(palletiser, ends):
         mf.plan(slot, None, *ends)
 
 
-def test_planners_that_would_leave_loops_open_refuse_them(palletiser, ends):
+def test_a_roadmap_of_straight_motions_refuses_loops(palletiser):
     with pytest.raises(InputError, match="palletiser has loops"):
         planning.ArmRoadmap(Checker(palletiser))
-    cell = Arms([Mounted("one", palletiser), Mounted("two", palletiser, [3.0, 0, 0])])
-    for call in (
-        planning.plan_together,
-        lambda *a: planning.plan_in_turn(*a, MotionLimits.of(8, velocity=1.0, acceleration=1.0)),
+
+
+@pytest.fixture(scope="module")
+def two(palletiser):
+    """Two arms face to face whose loops are no parallelograms: straight motions open them."""
+    shift = np.zeros((4, 4))
+    shift[0, 3] = 0.03
+    joints = [replace(j, T_pj=j.T_pj + shift * (j.name == "lever")) for j in palletiser.mechanism.joints]
+    arm = mf.Robot(replace(palletiser.mechanism, joints=tuple(joints)))
+    T = np.diag([-1.0, -1.0, 1.0, 1.0])
+    T[0, 3] = 0.9
+    return ClosedChain(arm), Arms([Mounted("one", arm), Mounted("two", arm, T)])
+
+
+def _swapped(two):
+    closed = [two[0].closed([s, 0, v, 0], hold=["shoulder", "lever"]).q for s, v in ((0.0, 0.0), (1.0, 0.7))]
+    return {"one": closed[0], "two": closed[1]}, {"one": closed[1], "two": closed[0]}
+
+
+SLOW = MotionLimits.of(8, velocity=1.0, acceleration=2.0)
+
+
+@pytest.mark.parametrize(
+    "planned",
+    [planning.plan_together, lambda cell, *ends: planning.plan_in_turn(cell, *ends, SLOW)],
+    ids=["together", "in turn"],
+)
+def test_two_arms_with_loops_pass_each_other(two, planned):
+    chain, cell = two
+    found = planned(cell, *_swapped(two))
+    assert found, found.explain("en")
+    q = found.at(np.linspace(0, getattr(found, "duration", 1.0), 400))
+    assert cell.free(q).all()
+    assert max(chain.error(part).max() for part in cell.parted(q).values()) < planning.closed_arms.TOLERANCE
+    start, goal = _swapped(two)
+    np.testing.assert_allclose(q[[0, -1]], [cell.joined(start), cell.joined(goal)], atol=1e-9)
+
+
+def test_an_arm_with_loops_steps_aside_with_its_loops_closed(two):
+    chain, cell = two
+    q = np.random.default_rng(1).uniform(-1.0, 1.0, (30, 4))
+    near = planning.closed_arms.closed_near(chain.robot, q)
+    assert len(near) > 10
+    assert chain.error(near).max() < 1e-9
+    start = _swapped(two)[0]
+    settled = planning.plan_past(cell, "one", start, start["one"], SLOW, {})
+    assert settled, settled.explain("en")
+
+
+def test_gaping_ends_of_several_arms_are_named_with_the_gap(two):
+    _, cell = two
+    start, goal = _swapped(two)
+    bent = start | {"one": start["one"] + [0, 0.05, 0, 0]}
+    for refused, status in (
+        (planning.plan_in_turn(cell, bent, goal, SLOW), PlanningStatus.START_OFF),
+        (planning.plan_in_turn(cell, start, goal | {"two": bent["one"]}, SLOW), PlanningStatus.GOAL_OFF),
+        (planning.plan_together(cell, bent, goal), PlanningStatus.START_OFF),
+        (planning.plan_past(cell, "one", bent, goal["one"], SLOW, {}), PlanningStatus.START_OFF),
+        (planning.plan_past(cell, "one", start, bent["one"], SLOW, {}), PlanningStatus.GOAL_OFF),
     ):
-        with pytest.raises(InputError, match="palletiser has loops"):
-            call(cell, {"one": ends[0], "two": ends[0]}, {"one": ends[1]})
+        assert refused.status is status
+        assert "the limit is 1 mm" in refused.explain("en")
 
 
 def test_hinges_and_fixed_joints_are_kept_by_points(palletiser):

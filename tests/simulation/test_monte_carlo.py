@@ -450,16 +450,45 @@ def test_many_runs_with_loops_count_what_single_runs_say():
     assert np.isclose(found.outcomes.tip_error[worst], found.again(worst).tip_position_error.max(), rtol=1e-9)
 
 
-@pytest.mark.parametrize("fused", [True, False, None])
+@pytest.mark.parametrize("compiled", [True, False])
+def test_runs_that_tear_their_loops_fail_by_themselves(compiled, monkeypatch):
+    monkeypatch.setattr("mafsil.simulation.chunk_runs.can_fuse", lambda _: compiled)
+    given = closed_scenario(lambda chain: closed_gravity_compensation(chain, 80.0, 8.0), saturate=False)
+    found = monte_carlo(given, Variation(gains=(0.5, 60.0)), 12, seed=1, marks=[0.0, 0.1])
+    lost = found.outcomes.lost
+    assert 0 < lost.sum() < 12
+    assert (found.outcomes.finished == ~lost).all()
+    assert np.isfinite(found.outcomes.marked[~lost]).all()
+    assert np.isnan(found.outcomes.marked[lost, 1]).all()
+    assert "loops could not be followed" in found.explain("en")
+    for k in range(12):
+        tape = found.again(k)
+        assert tape.t[-1] == pytest.approx(found.outcomes.end[k])
+        assert ClosedChain(given.robot.mechanism).error(tape.q).max() < 1e-9
+        assert tape.status.name == ("LOOPS_LOST" if lost[k] else "COMPLETED")
+        assert lost[k] or np.isclose(tape.tip_position_error.max(), found.outcomes.tip_error[k], rtol=1e-9)
+
+
+def test_runs_that_tear_end_alike_in_compiled_code_and_in_python(monkeypatch):
+    given = closed_scenario(lambda chain: closed_gravity_compensation(chain, 80.0, 8.0), saturate=False)
+    run = partial(monte_carlo, given, Variation(gains=(0.5, 60.0)), 12, seed=1)
+    compiled = run().outcomes
+    monkeypatch.setattr("mafsil.simulation.chunk_runs.can_fuse", lambda _: False)
+    assert np.array_equal(compiled.end, run().outcomes.end)
+
+
+@pytest.mark.parametrize("fused", [True, False])
 def test_runs_that_come_near_lost_rank_are_refused_by_name(fused):
     """A folded parallelogram: no code of fixed size holds there, and nobody makes other plants' steps by hand."""
     mechanism = four_bar(1.0, 0.5, 1.0, 0.5)
     given = Scenario(robot=mf.Robot(mechanism), trajectory=rest(np.zeros(3), 0.01), law=mf.control.pid(3, 0.0))
     spread = Variation(inertia=(0.9, 1.1))
     varied = replace(given, variants=drawn(spread, given.robot, 1e-3, 2, 0))
-    run = partial(monte_carlo, given, spread, 2) if fused is None else partial(simulate, varied, fused=fused)
     with pytest.raises(mf.ModelError, match=r"run 0 comes where .* lose rank"):
-        run()
+        simulate(varied, fused=fused)
+    found = monte_carlo(given, spread, 2)
+    assert found.outcomes.lost.all()
+    assert not found.outcomes.end.any()
 
 
 def test_starts_that_cannot_be_closed_are_refused_by_name():

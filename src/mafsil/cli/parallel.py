@@ -77,6 +77,10 @@ def _at_pose(robot: Asked, x: Floats, F: Floats | None, picture: str | None) -> 
     data: dict[str, Any] = {"pose": x, "motors": motors}
     missed = [str(k + 1) for k, row in enumerate(motors) if not np.isfinite(row).any()]
     if missed:
+        misfit = robot.misfit(x)
+        if misfit is not None:
+            data["misfit"] = misfit
+            lines += [_missed(k + 1, value) for k, value in enumerate(misfit.tolist()) if value]
         return Answer(data, tuple(lines), say("cli.parallel_out_of_reach", motors=", ".join(missed)))
     found = robot.singularity(x)
     if found is not None:
@@ -115,6 +119,11 @@ def _for_motors(robot: Asked, motors: Floats, ways: bool, picture: str | None) -
         data["found"] = found.to_dict()
         lines.append(found.explain())
     if not len(poses):
+        apart = robot.apart(motors)
+        if apart:
+            data["apart"] = apart
+            kind = "short" if apart > 0.0 else "long"
+            lines.append(say(f"cli.parallel_rods_{kind}", length=abs(apart)))
         return Answer(data, tuple(lines), say("cli.parallel_no_pose"))
     turned = [name in ANGLES for name in robot.pose]
     units = [f"{name} [{'deg' if angle else 'm'}]" for name, angle in zip(robot.pose, turned, strict=True)]
@@ -137,6 +146,10 @@ def _ways(robot: Asked, poses: Floats, data: dict[str, Any], lines: list[str]) -
         every.append({"from": i, "to": j, **way.to_dict()})
         lines.append(f"{i} - {j}: {way.explain()}")
     data["ways"] = every
+
+
+def _missed(motor: int, misfit: float) -> str:
+    return say(f"cli.parallel_rod_{'short' if misfit > 0.0 else 'long'}", motor=motor, length=abs(misfit))
 
 
 def _cell(value: float) -> str:

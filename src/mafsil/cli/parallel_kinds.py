@@ -62,6 +62,14 @@ class Asked:
         """What was found for coordinates of the motors, and the poses as rows."""
         raise NotImplementedError
 
+    def misfit(self, x: Floats) -> Floats | None:
+        """By how much the rod of each motor is too short (positive) or too long for a pose [m], where that is known."""
+        return None
+
+    def apart(self, motors: Floats) -> float | None:
+        """By how much rods are too short (positive) or too long to meet for motors [m], where that is known."""
+        return None
+
     def singularity(self, x: Floats) -> SingularKinds | None:
         """At a pose, with the first choice of each motor."""
         return None
@@ -185,6 +193,10 @@ class AskedThreeRRR(Asked):
         found = self.robot.poses(motors)
         return found, found.x[: int(found.count)]
 
+    def misfit(self, x: Floats) -> Floats | None:
+        """Of the rods."""
+        return self.robot.rod_misfit(x)
+
     def singularity(self, x: Floats) -> SingularKinds | None:
         """Of any kind."""
         return self.robot.singularity(x, self.motors(x)[:, 0])
@@ -209,6 +221,14 @@ class AskedDelta(Asked):
     def poses(self, motors: Floats) -> tuple[Found | None, Floats]:
         """Both places."""
         return None, real(self.robot.positions(motors))
+
+    def misfit(self, x: Floats) -> Floats | None:
+        """Of the rods."""
+        return self.robot.rod_misfit(x)
+
+    def apart(self, motors: Floats) -> float | None:
+        """Of the rods."""
+        return float(self.robot.forearms_short(motors))
 
     def singularity(self, x: Floats) -> SingularKinds | None:
         """Of any kind."""
@@ -241,6 +261,14 @@ class AskedFiveBar(Asked):
     def poses(self, motors: Floats) -> tuple[Found | None, Floats]:
         """Both places."""
         return None, real(self.robot.points(motors))
+
+    def misfit(self, x: Floats) -> Floats | None:
+        """Of the rods."""
+        return self.robot.rod_misfit(x)
+
+    def apart(self, motors: Floats) -> float | None:
+        """Of the rods."""
+        return float(self.robot.rods_apart(motors))
 
     def singularity(self, x: Floats) -> SingularKinds | None:
         """Of any kind, with the cranks outside."""

@@ -112,6 +112,11 @@ class Arms(Checker):
         """Names of the links that carry the tips of the arms."""
         return tuple(f"{name}/{self.robots[name].mechanism.tip}" for name in self._moving)
 
+    @property
+    def ends_of_loops(self) -> tuple[str, ...]:
+        """Names of the links that loops of the arms that are planned join."""
+        return tuple(link for link in super().ends_of_loops if self.arm_of(link) in self._moving)
+
     def alone(self, name: str) -> Checker:
         """One of the arms in the scene, without the others.
 

@@ -285,11 +285,15 @@ class Checker:
     def moves_tip(self) -> Truth:
         """(n,) whether a coordinate moves a tip or what closes a loop; those of a gripper do not."""
         mechanism, joints = self.robot.mechanism, self._joints
-        ends_of_loops = [name for loop in mechanism.loops for name in (loop.parent, loop.child)]
-        tips = [mechanism.link_names.index(name) for name in (*self.tips, *ends_of_loops)]
+        tips = [mechanism.link_names.index(name) for name in (*self.tips, *self.ends_of_loops)]
         moves = np.zeros(self.robot.n, np.bool_)
         moves[joints.column[joints.moves[:, tips].any(axis=1)]] = True
         return moves
+
+    @property
+    def ends_of_loops(self) -> tuple[str, ...]:
+        """Names of the links that loops join, which have to move as the loops ask."""
+        return tuple(name for loop in self.robot.mechanism.loops for name in (loop.parent, loop.child))
 
     @property
     def skipped(self) -> tuple[SkippedPair, ...]:

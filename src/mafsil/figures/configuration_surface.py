@@ -13,7 +13,7 @@ from mafsil.figures.picture_file import picture_file
 from mafsil.messages.visible import visible
 from mafsil.mobility import Surface
 from mafsil.mobility.charts import angular, differences
-from mafsil.mobility.loop_closure import units
+from mafsil.mobility.loop_closure import are_lengths, units
 
 _INK, _BRANCH, _PINCH = "#39424a", "#2e8b57", "#d9902a"
 _FACES = ("#2f6fd0", "#d33f3a")
@@ -154,8 +154,7 @@ def _two(surface: Surface, joints: tuple[str, str] | None) -> tuple[tuple[int, i
 
 def _degrees(surface: Surface) -> Floats:
     """(F,) factors from coordinates to what is drawn: degrees of angles, metres."""
-    turns = np.abs(surface.linkage.screws[:3]).max(axis=0, initial=0.0) > 0
-    return np.where(turns, 180 / np.pi, 1.0)
+    return np.where(are_lengths(surface.linkage), 1.0, 180 / np.pi)
 
 
 def _shifts(surface: Surface, columns: tuple[int, int]) -> list[Floats]:

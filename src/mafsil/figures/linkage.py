@@ -78,10 +78,16 @@ def skeleton(axes: Any, linkage: Linkage, theta: Floats, found: Mobility) -> Non
     flat = is_flat(linkage)
     _bodies(axes, linkage, theta, flat, ghost=False)
     T = body_poses(linkage, theta)
-    idle = {name for one in found.instantaneous.idle for name in one.joints}
+    dead = {one.joints for one in found.dead_points}
+    idle = {name for one in found.instantaneous.idle if one.joints not in dead for name in one.joints}
+    labels: dict[tuple[float, ...], list[str]] = {}
     for each in linkage.joints:
         colour = _IDLE if each.name in idle else _DRIVEN if each.actuated else _INK
-        _joint(axes, linkage, each, T[linkage.bodies.index(each.parent)], colour)
+        point = _joint(axes, linkage, each, T[linkage.bodies.index(each.parent)], colour)
+        labels.setdefault(tuple(np.round(point / linkage.size, 6).tolist()), []).append(each.name)
+    for place, names in labels.items() if flat else ():
+        at = linkage.size * np.array(place[:2])
+        axes.annotate(visible(", ".join(names)), at, (5, 5), textcoords="offset points", zorder=5)
 
 
 def is_flat(linkage: Linkage) -> bool:
@@ -150,7 +156,8 @@ def _around(points: Floats) -> list[int]:
     return np.argsort(np.arctan2(flat[:, -1], flat[:, 0])).tolist()
 
 
-def _joint(axes: Any, linkage: Linkage, each: LinkageJoint, T_parent: Floats, colour: str) -> None:
+def _joint(axes: Any, linkage: Linkage, each: LinkageJoint, T_parent: Floats, colour: str) -> Floats:
+    """Draw a joint; its place (3,)."""
     flat = is_flat(linkage)
     point, axis = T_parent[:3, :3] @ each.point + T_parent[:3, 3], T_parent[:3, :3] @ each.axis
     look = {
@@ -161,11 +168,10 @@ def _joint(axes: Any, linkage: Linkage, each: LinkageJoint, T_parent: Floats, co
         "zorder": 4,
     }
     axes.plot(*point[: 2 if flat else 3, None], markeredgecolor=colour, **look)
-    if flat:
-        axes.annotate(visible(each.name), point[:2], (5, 5), textcoords="offset points", zorder=5)
-    elif each.kind in (Kind.REVOLUTE, Kind.CYLINDRICAL, Kind.HELICAL, Kind.PRISMATIC, Kind.UNIVERSAL):
+    if not flat and each.kind in (Kind.REVOLUTE, Kind.CYLINDRICAL, Kind.HELICAL, Kind.PRISMATIC, Kind.UNIVERSAL):
         half = 0.12 * linkage.size * axis
         axes.plot(*np.array([point - half, point + half]).T, color=colour, linewidth=1.6, zorder=3)
+    return point
 
 
 def save_torus(curves: Sequence[Floats], path: str | PathLike[str], *, names: tuple[str, str] = ("a", "b")) -> None:

@@ -30,8 +30,9 @@ SHARES = (0.5, 0.9, 0.95, 0.99, 1.0)
 """Of the runs, up to whose worst errors are told."""
 CLIPPED = 0.01
 """Share of the time with clipped efforts from which on they are taken as the cause of a missed target."""
-CAUSES = ("blown_up", "saturated", "not_reached")
-"""Why a run fails: the motion ran away; a target was missed while efforts were clipped, or without that."""
+CAUSES = ("blown_up", "loops_lost", "saturated", "not_reached")
+"""Why a run fails: the motion ran away; its loops could not be followed; a target was missed while efforts were
+clipped, or without that."""
 
 
 class VariationStatus(Status):
@@ -61,8 +62,8 @@ class JobVariation(Answer):
     def causes(self) -> dict[str, NDArray[np.bool_]]:
         """(b,) each: which runs failed by what; no run by two causes."""
         ended, clipped = self.drawn.outcomes.finished, self.drawn.outcomes.saturated > CLIPPED
-        off = ended & (self.missed >= 0)
-        return dict(zip(CAUSES, (~ended, off & clipped, off & ~clipped), strict=True))
+        off, lost = ended & (self.missed >= 0), self.drawn.outcomes.lost
+        return dict(zip(CAUSES, (~ended & ~lost, ~ended & lost, off & clipped, off & ~clipped), strict=True))
 
     @property
     def failed(self) -> NDArray[np.bool_]:
@@ -161,7 +162,7 @@ class JobVariation(Answer):
 
     def _cause(self, name: str, which: NDArray[np.bool_], language: str | None) -> str:
         details: dict[str, object] = {"count": int(which.sum()), "total": len(which), "first": int(which.argmax())}
-        if name != "blown_up":
+        if name in ("saturated", "not_reached"):
             legs, counts = np.unique(self.missed[which], return_counts=True)
             details["move"] = self.legs[int(legs[counts.argmax()])]
         return say(f"job.variation_{name}", language=language, **details)

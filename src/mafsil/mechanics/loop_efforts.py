@@ -28,6 +28,9 @@ from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
 from mafsil.mechanics.regrouping import regrouped
 from mafsil.model import Mechanism
 
+DEAD = 1e-12
+"""Square of the share that driven joints have of a motion, one where they are all of it: below it is a dead point."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Efforts:
@@ -55,14 +58,19 @@ def efforts(held: HeldTree, w: Expression, driven: Sequence[int], deciding: Sequ
         return Efforts(ex.zeros(0, 1), w, allowed, held.doubt)
     b = allowed.T @ w
     K = ex.vertcat(*(allowed[k, :] for k in driven))
+    least = DEAD
     if len(deciding) == len(driven):
         A, right, back = K, b, ex.eye(len(driven))
     else:
         across = ex.vertcat(*(K[k, :] for k in deciding))
         A, right, back = across @ across.T, ex.vertcat(*(b[k] for k in deciding)), across.T
+        least = DEAD**2
     factor = BranchFactor(A)
     tau = back @ ex.vertcat(*factor.solved(list(right)))
-    return Efforts(tau, w - spread(tau, driven, n), allowed, held.doubt + pivot_doubt(factor, A))
+    doubt = held.doubt + pivot_doubt(factor, A)
+    for pivot in factor.inverse_pivots:
+        doubt = doubt + least * pivot
+    return Efforts(tau, w - spread(tau, driven, n), allowed, doubt)
 
 
 class Passive:

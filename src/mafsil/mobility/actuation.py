@@ -19,6 +19,7 @@ from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.loop_closure import loop_matrix
 from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tolerances import RANK
+from mafsil.solvers.decompositions import ranks
 
 MOST_SUBSETS = 20_000
 
@@ -130,7 +131,5 @@ def locked_subsets(linkage: Linkage, size: int, theta: ArrayLike | None = None) 
     if not len(A):
         left = kept.sum(axis=1)
     else:
-        s = np.linalg.svd(A * kept[:, None, :], compute_uv=False)
-        ranks = (s > RANK * np.maximum(s[:, :1], 1e-300)).sum(axis=1)
-        left = kept.sum(axis=1) - ranks
+        left = kept.sum(axis=1) - ranks(A * kept[:, None, :], RANK)
     return dict(zip(names, left.tolist(), strict=True))

@@ -4,6 +4,11 @@ from __future__ import annotations
 
 from math import cos, hypot, pi, sin
 
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats
+
 Corner = tuple[float, float, int]
 """A corner (x, y) and the owner of the edge from it to the next corner."""
 Cell = list[Corner]
@@ -33,6 +38,30 @@ def cut(cell: Cell, a: float, b: float, c: float, owner: int) -> Cell:
             x2, y2, _ = cell[after]
             kept.append((x + share * (x2 - x), y + share * (y2 - y), owner if here <= 0.0 else own))
     return kept
+
+
+def cut_by(cell: Cell, directions: Floats, limits: Floats, owners: NDArray[np.intp]) -> Cell:
+    """What is left of a cell where directions @ (x, y) <= limits, the nearest first: most of them miss what is left.
+
+    Args:
+        cell: about the origin.
+        directions: (m, 2).
+        limits: (m,).
+        owners: (m,) of the new edges.
+    """
+    if not len(owners):
+        return cell
+    away = limits / np.maximum(np.linalg.norm(directions, axis=1), np.finfo(np.float64).tiny)
+    order = np.argsort(away, kind="stable")
+    reach = farthest(cell)[0]
+    rows = (part[order].tolist() for part in (away, directions, limits, owners))
+    for far, (a, b), limit, owner in zip(*rows, strict=True):
+        if far >= reach:
+            break
+        after = cut(cell, a, b, limit, owner)
+        if after is not cell:
+            cell, reach = after, farthest(after)[0]
+    return cell
 
 
 def farthest(cell: Cell) -> tuple[float, float, float]:

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.mobility.cells import Cell, Corner, cut, farthest, open_cell
+from mafsil.mobility.cells import Cell, Corner, cut, cut_by, farthest, open_cell
 from mafsil.mobility.linkage import Linkage
-from mafsil.mobility.loop_closure import closed_near, loop_matrix, units
+from mafsil.mobility.loop_closure import are_lengths, closed_near, loop_matrix, units
 from mafsil.solvers.points_on_circles import PointsOnCircles
 
 Whole = NDArray[np.intp]
@@ -53,6 +53,7 @@ class Charts:
         points: (n, F) coordinates over `units`.
         bases: (n, F, 2) orthonormal bases of the tangent planes.
         radii: (n,) that each chart has to cover.
+        reach: (n,) distance of the farthest corner of each cell.
         cells: polygons in the tangent planes: nearer to this point than to others.
         stuck: charts that gave up.
     """
@@ -62,6 +63,7 @@ class Charts:
     points: Floats
     bases: Floats
     radii: Floats
+    reach: Floats
     cells: list[Cell] = field(default_factory=list[list[Corner]])
     stuck: set[int] = field(default_factory=set[int])
 
@@ -69,7 +71,7 @@ class Charts:
     def started(cls, linkage: Linkage, theta: Floats, radius: float) -> Charts:
         """One chart at a configuration (F,) whose mobility by rank is 2."""
         F = linkage.coordinates
-        empty = cls(linkage, radius, np.zeros((0, F)), np.zeros((0, F, 2)), np.zeros(0))
+        empty = cls(linkage, radius, np.zeros((0, F)), np.zeros((0, F, 2)), np.zeros(0), np.zeros(0))
         point = wrapped_points(linkage, (theta / units(linkage))[None])
         empty._add(point, tangent_planes(linkage, point))
         return empty
@@ -94,7 +96,7 @@ class Charts:
         return True
 
     def _open(self, k: int) -> bool:
-        return k not in self.stuck and farthest(self.cells[k])[0] > self.radii[k] * (1 + 1e-9)
+        return k not in self.stuck and bool(self.reach[k] > self.radii[k] * (1 + 1e-9))
 
     def _towards(self, k: int) -> tuple[float, float]:
         distance, x, y = farthest(self.cells[k])
@@ -137,41 +139,55 @@ class Charts:
         self.points = np.concatenate([self.points, points])
         self.bases = np.concatenate([self.bases, bases])
         self.radii = np.concatenate([self.radii, radii])
+        self.reach = np.concatenate([self.reach, CELL * radii])
         self.cells += [open_cell(CELL * radius) for radius in radii.tolist()]
         touched = set(range(first, len(self.points)))
         near = self.tree().within(points, 2 * CELL * self.radius)
-        for k, others in enumerate(near, first):
-            ids = np.array([j for j in others if j < k or j >= first], dtype=np.intp)
-            touched |= self._cut_pairs(k, ids[ids != k])
-        return touched
+        news = np.repeat(np.arange(first, len(self.points)), [len(others) for others in near])
+        others = np.array([j for ids in near for j in ids], dtype=np.intp)
+        once = (others < news) | ((others >= first) & (others != news))
+        return touched | self._cut_pairs(news[once], others[once])
 
-    def _cut_pairs(self, k: int, ids: Whole) -> set[int]:
-        """Cut the cell of a new chart by neighbours on its sheet, and theirs by it; indices of those that changed."""
-        ids, u, v, square = self.neighbours(k, ids)
+    def _cut_pairs(self, news: Whole, others: Whole) -> set[int]:
+        """Cut cells of new charts by neighbours on their sheets, and theirs by them; indices of those that changed.
+
+        Args:
+            news: (m,) ascending.
+            others: (m,) of charts near each.
+        """
+        together, u, v, square = self.neighbours(news, others)
+        news, others, half = news[together], others[together], square / 2
         touched: set[int] = set()
-        own: Cell = self.cells[k]
-        for j, (a, b), (c, d), s in zip(map(int, ids), u.tolist(), v.tolist(), (square / 2).tolist(), strict=True):
-            own = cut(own, a, b, s, j)
-            before: Cell = self.cells[j]
-            after = cut(before, c, d, s, k)
-            if after is not before:
-                self.cells[j] = after
-                touched.add(j)
-        self.cells[k] = own
+        away = half / np.maximum(np.linalg.norm(v, axis=1), np.finfo(np.float64).tiny)
+        for k in sorted({int(k) for k in news}):
+            own = slice(*np.searchsorted(news, (k, k + 1)).tolist())
+            before: Cell = self.cells[k]
+            after = cut_by(before, u[own], half[own], others[own])
+            self.cells[k], self.reach[k] = after, farthest(after)[0]
+            for m in (own.start + np.flatnonzero(away[own] < self.reach[others[own]])).tolist():
+                j = int(others[m])
+                before = self.cells[j]
+                after = cut(before, float(v[m, 0]), float(v[m, 1]), float(half[m]), k)
+                if after is not before:
+                    self.cells[j], self.reach[j] = after, farthest(after)[0]
+                    touched.add(j)
         return touched
 
-    def neighbours(self, k: int, ids: Whole) -> tuple[Whole, Floats, Floats, Floats]:
-        """Of charts (m,) those on the sheet of chart k: indices, they in its plane, it in theirs, squared distances."""
-        d = differences(self.linkage, self.points[k], self.points[ids])
+    def neighbours(self, first: Whole, second: Whole) -> tuple[NDArray[np.bool_], Floats, Floats, Floats]:
+        """Of pairs of charts (m,) those on one sheet.
+
+        Returns:
+            which they are, and of them the second in the plane of the first, the first in the plane of the second, and
+            squared distances.
+        """
+        d = differences(self.linkage, self.points[first], self.points[second])
         square = np.sum(d**2, axis=1)
-        u = d @ self.bases[k]
-        v = -np.einsum("mf,mfi->mi", d, self.bases[ids])
+        u = np.einsum("mf,mfi->mi", d, self.bases[first])
+        v = -np.einsum("mf,mfi->mi", d, self.bases[second])
         off = square - np.minimum(np.sum(u**2, axis=1), np.sum(v**2, axis=1))
         together = off <= OFF_PLANE**2 * square
-        together &= (
-            _least_cosine(np.broadcast_to(self.bases[k], (len(ids), *self.bases[k].shape)), self.bases[ids]) > ALIGNED
-        )
-        return ids[together], u[together], v[together], square[together]
+        together[together] &= _least_cosine(self.bases[first[together]], self.bases[second[together]]) > ALIGNED
+        return together, u[together], v[together], square[together]
 
     def leads_to(self, points: Floats) -> NDArray[np.bool_]:
         """(m,) whether ways along the surface, from the nearest charts, end in points (m, F) of configurations.
@@ -200,7 +216,7 @@ class Charts:
 def angular(linkage: Linkage) -> NDArray[np.bool_]:
     """(F,) which coordinates are angles that a full turn leads back to: no screws that advance, no translations."""
     w, v = linkage.screws[:3], linkage.screws[3:]
-    return (np.abs(w).max(axis=0, initial=0.0) > 0) & (np.abs(np.sum(w * v, axis=0)) <= 1e-12 * linkage.size)
+    return ~are_lengths(linkage) & (np.abs(np.sum(w * v, axis=0)) <= 1e-12 * linkage.size)
 
 
 def wrapped_points(linkage: Linkage, points: Floats) -> Floats:

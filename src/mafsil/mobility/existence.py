@@ -11,6 +11,7 @@ from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats
 from mafsil.errors import ModelError
 from mafsil.mobility.assembly import assembly_modes
+from mafsil.mobility.closing import least_gap
 from mafsil.mobility.drawing import drawn_at
 from mafsil.mobility.joint_kind import Kind
 from mafsil.mobility.linkage import Linkage
@@ -40,6 +41,7 @@ class Existence(SingleAnswer):
         gap: smallest gap that was met (angle, length over the size).
         loop: joints of the loop that cannot close.
         excess: by how much its longest side is longer than the others together [m]: the distance to feasibility.
+        joint: that gapes most where all together gape least, if no way was found, by `distance` [m] and `angle` [rad].
     """
 
     status: ExistenceStatus
@@ -47,16 +49,22 @@ class Existence(SingleAnswer):
     gap: float
     loop: tuple[str, ...] = ()
     excess: float = 0.0
+    joint: str = ""
+    distance: float = 0.0
+    angle: float = 0.0
 
     def explain(self, language: str | None = None) -> str:
         """The finding in one sentence with its number."""
-        return self.status.sentence(language, gap=self.gap, loop=", ".join(self.loop), excess=self.excess)
+        return self.status.sentence(
+            language, gap=self.gap, loop=", ".join(self.loop), excess=self.excess, joint=self.joint,
+            distance=self.distance, angle=self.angle,
+        )  # fmt: skip
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
         return {
             "status": self.status.name.lower(), "theta": self.theta, "gap": self.gap, "loop": list(self.loop),
-            "excess": self.excess,
+            "excess": self.excess, "joint": self.joint, "distance": self.distance, "angle": self.angle,
         }  # fmt: skip
 
 
@@ -87,7 +95,10 @@ def existence(linkage: Linkage, *, starts: int = 256, seed: int = 0) -> Existenc
     if found:
         best = closed_near(linkage, found.theta[0])
         return Existence(ExistenceStatus.EXISTS, best.theta, float(best.gap))
-    return Existence(ExistenceStatus.NOT_FOUND, None, gap)
+    joint, distance, angle = least_gap(linkage)
+    return Existence(
+        ExistenceStatus.NOT_FOUND, None, gap, joint=joint, distance=distance, angle=angle
+    )  # fmt: skip
 
 
 def loop_sides(linkage: Linkage, loop: int) -> tuple[tuple[float, ...], tuple[str, ...]]:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Booleans, Floats
-from mafsil.mobility.instantaneous import at_state, null_space
+from mafsil.mobility.instantaneous import InstantaneousMobility, at_state, instantaneous, null_space
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.loop_closure import closed_beside, configuration, loop_state, reduced_screws, units
 from mafsil.mobility.many import by_singular_values
@@ -197,14 +197,27 @@ def generic_mobility(
         samples: number of steps.
         seed: of their directions.
     """
+    found = mobility_around(linkage, theta, step=step, samples=samples, seed=seed)
+    return None if found is None else found.mobility
+
+
+@on_linkage
+def mobility_around(
+    linkage: Linkage, theta: ArrayLike | None = None, *, step: float = 0.05, samples: int = 12, seed: int = 0
+) -> InstantaneousMobility | None:
+    """Mobility by rank where it is least around a configuration; there where nothing moves, None if nothing closed.
+
+    Arguments as for `generic_mobility`.
+    """
     value = configuration(linkage, theta)
     state = loop_state(linkage, value)
     here = at_state(linkage, value, state, np.ones(linkage.coordinates))
     if not here.mobility:
-        return 0
+        return here
     along = np.random.default_rng(seed).normal(size=(samples, here.mobility)) @ here.rates.T
     along = along / np.linalg.norm(along, axis=1, keepdims=True)
     closed = closed_beside(linkage, state.matrix[None], (value + step * along * units(linkage))[None])
-    if not closed.closed.any():
+    around = closed.theta[closed.closed]
+    if not len(around):
         return None
-    return int(by_singular_values(linkage, closed.theta[closed.closed]).min())
+    return instantaneous(linkage, around[int(by_singular_values(linkage, around).argmin())])

@@ -21,6 +21,9 @@ from mafsil.mobility.joint_kind import Kind
 from mafsil.mobility.linkage_joint import LinkageJoint
 from mafsil.mobility.tolerances import TYPED
 
+ROUNDINGS = 64 * float(np.finfo(np.float64).eps)
+"""Share of their coordinates within which points are one: the mean of equal points is off by rounding."""
+
 
 @dataclass(frozen=True, slots=True)
 class Coupling:
@@ -73,7 +76,8 @@ class Linkage:
         apart: displacements (4, 4) X by the name of the joint, T_child = T_parent exp([S] theta) X: from where the
             child is drawn to where it meets the joint. Empty when everything is drawn together.
         couplings: between joints of one freedom.
-        pairs: points that keep their distance, of balls without angles: only of surfaces of configurations.
+        pairs: points that keep their distance, of balls without angles: only of surfaces of configurations, as are
+            joints with `corners`.
     """
 
     name: str
@@ -178,8 +182,9 @@ class Linkage:
 
     @property
     def conditions(self) -> int:
-        """6 L + K + P: of the loops, the couplings, the pairs of points."""
-        return 6 * self.loops + len(self.couplings) + sum(pair.rows for pair in self.pairs)
+        """6 L + K + P: of the loops, the couplings, the points that keep their distances."""
+        sides = 3 * len(self.by_points)
+        return 6 * self.loops + len(self.couplings) + sum(pair.rows for pair in self.pairs) + sides
 
     def require_all_joints(self) -> None:
         """Refuse a linkage whose balls have become pairs of points: it has fewer bodies and joints than are counted.
@@ -187,8 +192,9 @@ class Linkage:
         Raises:
             ModelError: the sentence names these balls.
         """
-        if self.pairs:
-            names = dict.fromkeys(name for pair in self.pairs for name in pair.joints)
+        if self.pairs or self.by_points:
+            free = [self.joints[k].name for k, _, _ in self.by_points]
+            names = dict.fromkeys([*(name for pair in self.pairs for name in pair.joints), *free])
             raise ModelError("mobility.balls_left_out", joints=", ".join(names))
 
     @cached_property
@@ -201,6 +207,16 @@ class Linkage:
     def joint_of(self) -> NDArray[np.intp]:
         """(F,) index of the joint of each coordinate."""
         return np.repeat(np.arange(len(self.joints)), [each.freedoms for each in self.joints])
+
+    @cached_property
+    def by_points(self) -> tuple[tuple[int, Floats, slice], ...]:
+        """Joints whose coordinates are places of three points: index, corners (3, 3) [m], columns."""
+        first = np.cumsum([0, *(each.freedoms for each in self.joints)]).tolist()
+        return tuple(
+            (k, each.corners, slice(first[k], first[k + 1]))
+            for k, each in enumerate(self.joints)
+            if each.corners is not None
+        )
 
     @cached_property
     def screws(self) -> Floats:
@@ -273,11 +289,13 @@ class Linkage:
         """Largest distance of a joint from the middle [m]; 1 if all lie in one point."""
         points = self._places
         spread = float(np.linalg.norm(points - self.middle, axis=1).max()) if len(points) else 0.0
-        return spread if spread > 0 else 1.0
+        return spread if spread > ROUNDINGS * float(np.abs(points).max(initial=0.0)) else 1.0
 
     @property
     def _places(self) -> Floats:
-        return np.array([each.point for each in self.joints if each.kind is not Kind.PRISMATIC]).reshape(-1, 3)
+        places = [each.point[None] for each in self.joints if each.kind is not Kind.PRISMATIC and each.corners is None]
+        corners = [each.corners for each in self.joints if each.corners is not None]
+        return np.concatenate([np.zeros((0, 3)), *places, *corners])
 
     def index_of(self, names: Iterable[str]) -> tuple[int, ...]:
         """Indices of joints by name; one name alone counts as a list of one.

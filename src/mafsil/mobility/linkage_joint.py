@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, frozen, real_array, require_kind, single
 from mafsil.errors import InputError, ModelError
 from mafsil.mobility.joint_kind import KINDS, Kind
+from mafsil.mobility.three_points import pose_by_points
 from mafsil.mobility.tolerances import TYPED
 
 Z = (0.0, 0.0, 1.0)
@@ -33,6 +34,8 @@ class LinkageJoint:
         lower, upper: bounds of each of its coordinates [rad | m].
         child_point: (3,) place on the child, as drawn, that belongs in the joint [m]; None where the child is drawn in
             it.
+        corners: (3, 3) of a floating body, whose places are its nine coordinates instead of shifts and angles [m]: only
+            of surfaces of configurations.
     """
 
     name: str
@@ -47,15 +50,18 @@ class LinkageJoint:
     lower: float = -np.inf
     upper: float = np.inf
     child_point: Floats | None = None
+    corners: Floats | None = None
 
     @property
     def freedoms(self) -> int:
         """Number of coordinates."""
-        return self.kind.freedoms
+        return self.kind.freedoms if self.corners is None else self.corners.size
 
     @property
     def screws(self) -> Floats:
         """(6, f) screws in the frame of the drawing."""
+        if self.corners is not None:
+            return pose_by_points(self.corners, np.zeros(self.corners.size))[1]
         return self.kind.screws(self.point, self.axis, self.second, self.pitch)
 
 

@@ -11,14 +11,15 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, as_batch, frozen, single
 from mafsil.errors import ModelError
-from mafsil.geometry import pose
+from mafsil.geometry import pose, rotation
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.on_linkage import on_linkage
+from mafsil.mobility.three_points import SCALE, SIDES, distances, pose_by_points
 from mafsil.mobility.tolerances import CLOSED, RANK
 from mafsil.solvers import decompositions
 
@@ -42,23 +43,36 @@ def configuration(linkage: Linkage, theta: ArrayLike | None) -> Floats:
 
 
 def units(linkage: Linkage) -> Floats:
-    """(F,) one for angles, the size of the linkage [m] for translations."""
-    translations = np.abs(linkage.screws[:3]).max(axis=0, initial=0.0) == 0
-    return np.where(translations, linkage.size, 1.0)
+    """(F,) one for angles, the size of the linkage [m] for translations, SCALE times that for places of points."""
+    scale = np.where(are_lengths(linkage), linkage.size, 1.0)
+    for _, _, columns in linkage.by_points:
+        scale[columns] *= SCALE
+    return scale
+
+
+def are_lengths(linkage: Linkage) -> NDArray[np.bool_]:
+    """(F,) which coordinates are translations and places [m], no angles."""
+    found = np.abs(linkage.screws[:3]).max(axis=0, initial=0.0) == 0
+    for _, _, columns in linkage.by_points:
+        found[columns] = True
+    return found
 
 
 def _joint_motions(linkage: Linkage, theta: Floats) -> tuple[Floats, Floats]:
     """Displacement by each joint (*batch, J, 4, 4), and by what stands before each coordinate (*batch, F, 4, 4)."""
     steps = pose.exp(theta[..., None] * linkage.screws.T)
+    columns = {index: own for index, _, own in linkage.by_points}
     eye = np.broadcast_to(np.eye(4), (*theta.shape[:-1], 4, 4))
     motions: list[Floats] = []
     before: list[Floats] = []
     first = 0
-    for each in linkage.joints:
+    for index, each in enumerate(linkage.joints):
         done = eye
         for k in range(first, first + each.freedoms):
             before.append(done)
-            done = done @ steps[..., k, :, :]
+            done = done @ steps[..., k, :, :] if each.corners is None else eye
+        if each.corners is not None:
+            done = pose_by_points(each.corners, theta[..., columns[index]])[0]
         motions.append(done @ linkage.apart[each.name] if each.name in linkage.apart else done)
         first += each.freedoms
     empty = np.zeros((*theta.shape[:-1], 0, 4, 4))
@@ -117,7 +131,7 @@ class LoopState:
         poses: (*batch, N, 4, 4) displacements of the bodies.
         screws: (*batch, 6, F) of the joints where they are now, in the frame of the drawing.
         gap: (*batch, 6 L + K + P) twist that would close each loop at the joint that closes it, free of units; then
-            what the K couplings miss, and the pairs of points.
+            what the K couplings miss, the pairs of points, and the sides of bodies that have three points.
         matrix: (*batch, 6 L + K + P, F) rates of the gaps per rate of coordinates, free of units.
     """
 
@@ -141,6 +155,9 @@ def loop_state(linkage: Linkage, theta: ArrayLike | None = None) -> LoopState:
     T = _poses(linkage, value, motions)
     parents = linkage.ends[linkage.joint_of, 0]
     screws = np.einsum("...kij,jk->...ik", pose.adjoint(T[..., parents, :, :] @ before), linkage.screws)
+    for k, corners, columns in linkage.by_points:
+        twists = pose_by_points(corners, value[..., columns])[1]
+        screws[..., columns] = pose.adjoint(T[..., linkage.ends[k, 0], :, :]) @ twists
     gap, rows = _gaps(linkage, T, motions, screws)
     if linkage.couplings:
         ratios = coupling_rows(linkage)
@@ -149,6 +166,12 @@ def loop_state(linkage: Linkage, theta: ArrayLike | None = None) -> LoopState:
     if linkage.pairs:
         missed, moved = _pairs_of(linkage, T, screws)
         gap, rows = np.concatenate([gap, missed], axis=-1), np.concatenate([rows, moved], axis=-2)
+    for _, corners, columns in linkage.by_points:
+        missed, moved = distances(corners, value[..., columns])
+        sides = np.zeros((*rows.shape[:-2], len(SIDES), linkage.coordinates))
+        sides[..., columns] = moved * SCALE
+        gap = np.concatenate([gap, missed / linkage.size], axis=-1)
+        rows = np.concatenate([rows, sides], axis=-2)
     return LoopState(T, screws, gap, rows)
 
 
@@ -166,15 +189,16 @@ def coupling_rows(linkage: Linkage) -> Floats:
 def _pairs_of(linkage: Linkage, T: Floats, screws: Floats) -> tuple[Floats, Floats]:
     """What the pairs of points miss (*batch, P), over the size, and its rates (*batch, P, F)."""
     own: Floats = reduced_screws(linkage, screws)
+    index = np.array([[linkage.bodies.index(body) for body in pair.bodies] for pair in linkage.pairs])
+    points = np.array([pair.points for pair in linkage.pairs])
+    of = T[..., index, :, :]
+    x = np.einsum("...peij,pej->...pei", of[..., :3, :3], points) + of[..., :3, 3]
+    x = (x - linkage.middle) / linkage.size
+    moved = own[..., None, None, 3:, :] - rotation.hat(x) @ own[..., None, None, :3, :]
+    moved = linkage.paths[index][..., linkage.joint_of][:, :, None, :] * moved
     missed, rows = list[Floats](), list[Floats]()
-    for pair in linkage.pairs:
-        ends = list[tuple[Floats, Floats]]()
-        for body, point in zip(pair.bodies, pair.points, strict=True):
-            k = linkage.bodies.index(body)
-            x = ((T[..., k, :3, :3] @ point) + T[..., k, :3, 3] - linkage.middle) / linkage.size
-            turned = np.asarray(np.cross(own[..., :3, :], x[..., :, None], axis=-2), dtype=np.float64)
-            ends.append((x, linkage.paths[k, linkage.joint_of] * (own[..., 3:, :] + turned)))
-        apart, rate = ends[0][0] - ends[1][0], ends[0][1] - ends[1][1]
+    for k, pair in enumerate(linkage.pairs):
+        apart, rate = x[..., k, 0, :] - x[..., k, 1, :], moved[..., k, 0, :, :] - moved[..., k, 1, :, :]
         if pair.length > 0:
             far = np.linalg.norm(apart, axis=-1, keepdims=True)
             along = apart / np.maximum(far, np.finfo(np.float64).tiny)

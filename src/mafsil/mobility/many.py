@@ -15,6 +15,7 @@ from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.loop_closure import coordinates, loop_state, reduced_screws, units
 from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tolerances import RANK
+from mafsil.solvers import decompositions
 
 if TYPE_CHECKING:
     import mafsil.mobility.rank_loops as rank_loops
@@ -67,8 +68,4 @@ def mobilities(linkage: Linkage, theta: ArrayLike) -> NDArray[np.intp]:
 def by_singular_values(linkage: Linkage, theta: Floats) -> NDArray[np.intp]:
     """(k,) the same of a few configurations (k, F), without compiled loops."""
     A = loop_state(linkage, theta).matrix
-    if not A.shape[-2]:
-        return np.full(A.shape[:-2], linkage.coordinates, dtype=np.intp)
-    s = np.linalg.svd(A, compute_uv=False)
-    ranks = (s > RANK * np.maximum(s[..., :1], 1e-300)).sum(axis=-1)
-    return np.asarray(linkage.coordinates - ranks, dtype=np.intp)
+    return np.asarray(linkage.coordinates - decompositions.ranks(A, RANK), dtype=np.intp)

@@ -13,13 +13,14 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, as_batch, frozen, single
 from mafsil.errors import ModelError
 from mafsil.geometry import pose
+from mafsil.mobility.closing import closed_beside_drawing, least_gap
 from mafsil.mobility.drawing import drawn_at, split, without
 from mafsil.mobility.joint_kind import Kind, across
 from mafsil.mobility.library import MECHANISMS
 from mafsil.mobility.linkage import Coupling, Linkage
 from mafsil.mobility.linkage_file import is_linkage, read_linkage
 from mafsil.mobility.linkage_joint import LinkageJoint
-from mafsil.mobility.loop_closure import closed_near, largest_gap
+from mafsil.mobility.loop_closure import largest_gap
 from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tolerances import CLOSED
 from mafsil.model import Joint, JointKind, Limits, Link, Mechanism, Mimic
@@ -83,49 +84,84 @@ def linkage_of(mechanism: Mechanism, q: ArrayLike | None = None) -> Linkage:
     Raises:
         ModelError: nothing moves, or the loops could not be closed.
     """
-    value = np.zeros(mechanism.n) if q is None else single("q", q, (mechanism.n,))
-    given = {each.name: float(v) for each, v in zip(mechanism.coordinates, value, strict=True)}
-    T = {mechanism.links[0].name: np.asarray(mechanism.T_sb)}
-    given |= {
-        each.name: each.mimic.multiplier * given[each.mimic.leader] + each.mimic.offset
-        for each in mechanism.joints
-        if each.mimic is not None
-    }
-    for each in mechanism.joints:
-        T[each.child] = T[each.parent] @ each.T_pj @ pose.exp(each.screw * given.get(each.name, 0.0))
     if not any(each.moves for each in (*mechanism.coordinates, *mechanism.loops)):
         raise ModelError("mobility.nothing_moves", name=mechanism.name or "-")
+    given, T = _placed(mechanism, np.zeros(mechanism.n) if q is None else single("q", q, (mechanism.n,)))
+    joints = [_drawn(each, T[each.parent] @ each.T_pj, given.get(each.name, 0.0)) for each in mechanism.joints]
+    apart: dict[str, Floats] = {}
+    for each in mechanism.loops:
+        drawn, gap = _drawn_loop(each, T)
+        joints.append(drawn)
+        if np.abs(gap - np.eye(4)).max() > CLOSED / 100:
+            apart[each.name] = frozen(gap)
     couplings = tuple(
         Coupling(each.name, each.mimic.leader, each.mimic.multiplier)
         for each in mechanism.joints
         if each.mimic is not None and each.mimic.multiplier
     )
-    joints = [_drawn(each, T[each.parent] @ each.T_pj, given.get(each.name, 0.0)) for each in mechanism.joints]
-    apart: dict[str, Floats] = {}
-    for each in mechanism.loops:
-        T_p = T[each.parent] @ each.T_pj
-        T_pc = pose.inverse(T_p) @ T[each.child]
-        joints.append(_drawn(each, T_p, 0.0, about=_first_angle(each, T_pc[:3, :3])))
-        apart[each.name] = T_p @ _allowed(each, T_pc) @ pose.inverse(T[each.child])
-    base = mechanism.links[0].name
     whole = Linkage(
-        mechanism.name, mechanism.link_names, tuple(joints), mechanism.tip, couplings=couplings,
-        apart={name: frozen(gap) for name, gap in apart.items() if np.abs(gap - np.eye(4)).max() > CLOSED / 100},
+        mechanism.name, mechanism.link_names, tuple(joints), mechanism.tip, couplings=couplings, apart=apart
     )  # fmt: skip
-    assert whole.ground == base, "assemble puts the base first"
-    if float(largest_gap(whole)) > CLOSED:
-        found = closed_near(whole)
-        if not found:
-            raise ModelError("mobility.cannot_close", name=mechanism.name, gap=float(found.gap))
-        whole = drawn_at(whole, found.theta)
-    elif whole.apart:
-        whole = drawn_at(whole, np.zeros(whole.coordinates))
-    fixed = {k for k, each in enumerate(whole.joints) if each.kind is Kind.FIXED}
-    return without(whole, fixed)
+    assert whole.ground == mechanism.links[0].name, "assemble puts the base first"
+    closed = _closed(whole)
+    return without(closed, {k for k, each in enumerate(closed.joints) if each.kind is Kind.FIXED})
 
 
-def _allowed(each: Joint, T_pc: Floats) -> Floats:
-    """(4, 4) the displacement from {p} to {c} that a joint of several freedoms allows; the identity for others."""
+def _placed(mechanism: Mechanism, q: Floats) -> tuple[dict[str, float], dict[str, Floats]]:
+    """Coordinates of the joints, followers too, and poses (4, 4) of the links in {s}, at coordinates (n,)."""
+    given = {each.name: float(v) for each, v in zip(mechanism.coordinates, q, strict=True)}
+    given |= {
+        each.name: each.mimic.multiplier * given[each.mimic.leader] + each.mimic.offset
+        for each in mechanism.joints
+        if each.mimic is not None
+    }
+    T: dict[str, Floats] = {mechanism.links[0].name: np.asarray(mechanism.T_sb)}
+    for each in mechanism.joints:
+        T[each.child] = T[each.parent] @ each.T_pj @ pose.exp(each.screw * given.get(each.name, 0.0))
+    return given, T
+
+
+def _drawn_loop(each: Joint, T: dict[str, Floats]) -> tuple[LinkageJoint, Floats]:
+    """A joint that closes a loop, at the coordinates that come nearest, and the displacement (4, 4) that it misses."""
+    T_p = T[each.parent] @ each.T_pj
+    T_pc = pose.inverse(T_p) @ T[each.child]
+    at = _coordinate(each, T_pc)
+    drawn = _drawn(each, T_p, at, about=_first_angle(each, T_pc[:3, :3]))
+    return drawn, T_p @ _allowed(each, T_pc, at) @ pose.inverse(T[each.child])
+
+
+def _closed(whole: Linkage) -> Linkage:
+    """A linkage drawn where its loops close, near where it was drawn.
+
+    Raises:
+        ModelError: they could not be closed; the sentence says by how much they miss.
+    """
+    if float(largest_gap(whole)) <= CLOSED:
+        return drawn_at(whole, np.zeros(whole.coordinates)) if whole.apart else whole
+    theta = closed_beside_drawing(whole)
+    if theta is None:
+        joint, distance, angle = least_gap(whole)
+        raise ModelError("mobility.cannot_close", name=whole.name or "-", joint=joint, distance=distance, angle=angle)
+    return drawn_at(whole, theta)
+
+
+def _coordinate(each: Joint, T_pc: Floats) -> float:
+    """Coordinate of a joint of one freedom that comes nearest to a displacement [rad | m]; zero for others."""
+    along = float(each.axis @ T_pc[:3, 3])
+    match each.kind:
+        case JointKind.REVOLUTE:
+            return _angle(each.axis, T_pc[:3, :3])
+        case JointKind.PRISMATIC:
+            return along
+        case JointKind.HELICAL:
+            angle = _angle(each.axis, T_pc[:3, :3])
+            return angle + 2 * np.pi * round((along / each.pitch - angle) / (2 * np.pi))
+        case _:
+            return 0.0
+
+
+def _allowed(each: Joint, T_pc: Floats, at: float) -> Floats:
+    """(4, 4) the displacement from {p} to {c} that a joint allows, the nearest; `at` its coordinate if it has one."""
     X, R, along = np.eye(4), T_pc[:3, :3], each.axis * float(each.axis @ T_pc[:3, 3])
     match each.kind:
         case JointKind.SPHERICAL:
@@ -138,7 +174,7 @@ def _allowed(each: Joint, T_pc: Floats) -> Floats:
         case JointKind.PLANAR:
             X[:3, :3], X[:3, 3] = _rotation(each.axis, _angle(each.axis, R)), T_pc[:3, 3] - along
         case _:
-            pass
+            X = np.asarray(pose.exp(each.screw * at), dtype=np.float64)
     return X
 
 

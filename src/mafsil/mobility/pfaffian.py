@@ -20,6 +20,7 @@ from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, single
 from mafsil.errors import InputError
 from mafsil.mobility.tolerances import RANK
+from mafsil.solvers.decompositions import null_basis, ranks
 
 Rows: TypeAlias = Callable[[Any], Sequence[Sequence[Any]]]
 SAMPLES = 8
@@ -123,12 +124,12 @@ class Pfaffian:
 
     def rank(self, q: ArrayLike) -> int:
         """Number of independent constraints at coordinates (n,)."""
-        return _rank(self.matrix(q))
+        return int(ranks(self.matrix(q), RANK))
 
     def velocities(self, q: ArrayLike) -> Floats:
         """(n, n - rank) orthonormal basis of the admissible velocities at coordinates (n,)."""
         A = self.matrix(q)
-        return np.linalg.svd(A)[2][_rank(A) :].T
+        return null_basis(A, int(ranks(A, RANK)))
 
     def projected(self, q: ArrayLike, qd: ArrayLike) -> Floats:
         """(n,) the admissible velocity nearest to a velocity (n,), by least squares of the coordinates' rates."""
@@ -261,8 +262,7 @@ def _dimension(values: Sequence[Floats]) -> int:
     A = np.stack(values, axis=1)
     size = np.linalg.norm(A, axis=2, keepdims=True)
     A = A / np.where(size > 0, size, 1.0)
-    s = np.linalg.svd(A, compute_uv=False)
-    return int((s > RANK * np.maximum(s[:, :1], 1e-300)).sum(axis=1).max(initial=0))
+    return int(ranks(A, RANK).max(initial=0))
 
 
 def _kernel(A: Any, q: Any, samples: Floats) -> tuple[Any, ...]:
@@ -307,8 +307,3 @@ def _finite(A: Floats) -> Floats:
     if not np.isfinite(A).all():
         raise InputError("mobility.pfaffian_finite", row=int(np.flatnonzero(~np.isfinite(A).all(axis=1))[0]))
     return A
-
-
-def _rank(A: Floats) -> int:
-    s = np.linalg.svd(A, compute_uv=False)
-    return int((s > RANK * max(float(s[0]), 1e-300)).sum())

@@ -18,6 +18,7 @@ from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.loop_closure import loop_state, reduced_screws
 from mafsil.mobility.motion_group import MotionGroup, motion_group
 from mafsil.mobility.on_linkage import on_linkage
+from mafsil.mobility.shortest_loops import shortest_loops
 from mafsil.mobility.tolerances import IN_SUPPORT
 
 
@@ -115,10 +116,9 @@ class Redundancy(Answer):
 def loop_groups(linkage: Linkage, screws: Floats) -> tuple[tuple[tuple[str, ...], MotionGroup], ...]:
     """Joints of each independent loop, and what they generate; screws (6, F) free of units."""
     found: list[tuple[tuple[str, ...], MotionGroup]] = []
-    for row in linkage.cycles:
-        inside = np.flatnonzero(row)
+    for inside in shortest_loops(linkage):
         columns = np.isin(linkage.joint_of, inside)
-        found.append((tuple(linkage.joints[k].name for k in inside), motion_group(screws[:, columns])))
+        found.append((tuple(linkage.joints[int(k)].name for k in inside), motion_group(screws[:, columns])))
     return tuple(found)
 
 

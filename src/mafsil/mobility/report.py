@@ -15,16 +15,17 @@ from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.mobility.actuation import Actuation, ActuationStatus, actuation
 from mafsil.mobility.existence import assembled
-from mafsil.mobility.finite import FiniteMobility, FiniteStatus, finite_mobility, generic_mobility
+from mafsil.mobility.finite import FiniteMobility, FiniteStatus, finite_mobility, mobility_around
 from mafsil.mobility.gruebler import GrueblerCount, gruebler
-from mafsil.mobility.instantaneous import InstantaneousMobility, instantaneous
+from mafsil.mobility.instantaneous import IdleFreedom, InstantaneousMobility, instantaneous
 from mafsil.mobility.linkage import Linkage
-from mafsil.mobility.loop_closure import largest_gap
+from mafsil.mobility.loop_closure import largest_gap, loop_state
 from mafsil.mobility.mechanism_linkage import LinkageLike, as_linkage
 from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.redundancy import Redundancy, redundancy
 from mafsil.mobility.structure import Structure, structure
-from mafsil.mobility.tolerances import CLOSED
+from mafsil.mobility.tolerances import CLOSED, ROUNDED
+from mafsil.solvers.decompositions import ranks
 
 
 class MobilityStatus(Status):
@@ -49,7 +50,7 @@ class Mobility(SingleAnswer):
         count: Gruebler's.
         instantaneous: by rank, with idle freedoms.
         finite: of real motions.
-        generic: mobility by rank at configurations around; None if none was found.
+        around: mobility by rank at a configuration around; None if none was found.
         redundancy: dependent constraints and their causes.
         actuation: of the driven joints.
     """
@@ -59,7 +60,7 @@ class Mobility(SingleAnswer):
     count: GrueblerCount
     instantaneous: InstantaneousMobility
     finite: FiniteMobility
-    generic: int | None
+    around: InstantaneousMobility | None
     redundancy: Redundancy
     actuation: Actuation
 
@@ -67,6 +68,24 @@ class Mobility(SingleAnswer):
     def mobility(self) -> int:
         """Dimension of the set of configurations through this one, as far as it was found."""
         return self.finite.mobility
+
+    @property
+    def generic(self) -> int | None:
+        """Mobility by rank at configurations around; None if none was found."""
+        return None if self.around is None else self.around.mobility
+
+    @property
+    def nearly(self) -> int:
+        """Number of constraints that count by less than what rounded digits leave: with them this is special."""
+        return self.instantaneous.rank - int(ranks(loop_state(self.linkage).matrix, ROUNDED))
+
+    @property
+    def dead_points(self) -> tuple[IdleFreedom, ...]:
+        """Motions that leave the output body at rest for an instant only: around, it moves with them."""
+        if self.around is None:
+            return ()
+        stays = {(one.joints, one.count) for one in self.around.idle}
+        return tuple(one for one in self.instantaneous.idle if (one.joints, one.count) not in stays)
 
     @property
     def status(self) -> MobilityStatus:
@@ -97,6 +116,10 @@ class Mobility(SingleAnswer):
             say(f"mobility.{key}", language=language, m=self.count.group_dimension) for key in self.count.warnings
         ]
         lines += self.instantaneous.explain(language).split("\n")[:2]
+        here = self.instantaneous.mobility
+        if self.nearly:
+            details = {"count": self.nearly, "share": self.instantaneous.kept}
+            lines.append(say("mobility.nearly", language=language, **details, mobility=here + self.nearly))
         lines.append(self.finite.explain(language))
         if self.generic is not None and self.generic != self.instantaneous.mobility:
             lines.append(
@@ -104,16 +127,11 @@ class Mobility(SingleAnswer):
             )
         if self.redundancy:
             lines += self.redundancy.explain(language).split("\n")
+        dead = {one.joints for one in self.dead_points}
         for one in self.instantaneous.idle:
-            lines.append(
-                say(
-                    "mobility.idle",
-                    language=language,
-                    count=one.count,
-                    joints=", ".join(one.joints),
-                    output=self.linkage.output,
-                )
-            )
+            kind = "dead_point" if one.joints in dead else "idle"
+            details = {"count": one.count, "joints": ", ".join(one.joints), "output": self.linkage.output}
+            lines.append(say(f"mobility.{kind}", language=language, **details))
         if self.actuation.status is not ActuationStatus.NONE:
             lines.append(self.actuation.explain(language))
         return "\n".join(lines)
@@ -125,6 +143,8 @@ class Mobility(SingleAnswer):
             "structure": self.structure.to_dict(), "count": self.count.to_dict(),
             "instantaneous": self.instantaneous.to_dict(), "finite": self.finite.to_dict(), "generic": self.generic,
             "redundancy": self.redundancy.to_dict(), "actuation": self.actuation.to_dict(),
+            "nearly": self.nearly,
+            "dead_points": [{"joints": list(one.joints), "count": one.count} for one in self.dead_points],
         }  # fmt: skip
 
 
@@ -148,7 +168,7 @@ def mobility(source: LinkageLike, q: ArrayLike | None = None, *, rule: str | Non
         raise InputError("mobility.gapes", name=linkage.name or "-", gap=gap)
     return Mobility(
         linkage, structure(linkage), gruebler(linkage, rule), instantaneous(linkage),
-        finite_mobility(linkage, seed=seed), generic_mobility(linkage, seed=seed), redundancy(linkage),
+        finite_mobility(linkage, seed=seed), mobility_around(linkage, seed=seed), redundancy(linkage),
         actuation(linkage),
     )  # fmt: skip
 

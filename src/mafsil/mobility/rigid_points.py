@@ -14,6 +14,7 @@ from mafsil.arrays import Floats, as_batch, positive, real_array, require_finite
 from mafsil.errors import InputError
 from mafsil.mobility.motion_group import cross
 from mafsil.mobility.tolerances import RANK, TYPED
+from mafsil.solvers.decompositions import ranks
 
 
 class PointsStatus(Status):
@@ -107,8 +108,7 @@ def count_points(points: ArrayLike) -> PointCount:
     A = distance_matrix(points)
     P = real_array("points", points)
     n, d = P.shape
-    s = np.linalg.svd(A, compute_uv=False) if A.size else np.zeros(0)
-    rank = int((s > RANK * s.max(initial=1e-300)).sum())
+    rank = int(ranks(A, RANK))
     spread = np.linalg.svd(P - P.mean(axis=0), compute_uv=False)
     spanned = int((spread > TYPED * max(float(spread[0]), 1e-300)).sum()) if n > 1 else 0
     # A body of the plane is fixed by two points, one of space by three that are not on one line.

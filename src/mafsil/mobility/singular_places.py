@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 import numpy as np
 
 from mafsil.arrays import Floats
@@ -14,11 +16,13 @@ GAUSS_NEWTON_STEPS = 30
 ZERO = 1e-8
 """Singular values of the loop matrix below it are zero: differences over PATH_STEP / 10 leave 1e-9 of them."""
 DEPENDENT = 1e-8
-BISECTIONS = 40
+MOST_TRIES = 40
 AT_ONCE = 512
 """Edges looked at together, which bounds the memory."""
 SHARPEST = 1e-6
-"""Bisection is closed again by Newton's method, which ends that near to where the rank is lost."""
+"""Points between are closed by Newton's method, which ends that near to where the rank is lost."""
+Frame = tuple[Floats, Floats, Floats]
+"""Kept rows of the constraints, tangent plane, and the sign of both at one end of each edge."""
 
 
 def singular_near(linkage: Linkage, point: Floats) -> Floats | None:
@@ -90,30 +94,55 @@ def crossings(charts: Charts, sides: Whole) -> Floats:
         way = differences(linkage, start, charts.points[b])
         A = loop_matrix(linkage, start * units(linkage))
         rows = np.swapaxes(np.linalg.svd(A, full_matrices=False)[0][..., : F - 2], -1, -2)
-        frame = rows, charts.bases[a], np.sign(_determinant(linkage, start, rows, charts.bases[a]))
-        flipped = np.flatnonzero(_reversed(linkage, start + way, *frame))
+        before = _determinant(linkage, start, rows, charts.bases[a])
+        frame = rows, charts.bases[a], np.sign(before)
+        after = _signed(linkage, start + way, *frame)
+        flipped = np.flatnonzero(after < 0)
         if len(flipped):
+            own = tuple(part[flipped] for part in frame)
             ends = start[flipped], (start + way)[flipped]
-            found.append(_between(linkage, *ends, (frame[0][flipped], frame[1][flipped], frame[2][flipped])))
+            found.append(_between(linkage, ends, (np.abs(before[flipped]), after[flipped]), cast("Frame", own)))
     return wrapped_points(linkage, np.concatenate(found))
 
 
-def _between(linkage: Linkage, low: Floats, high: Floats, frame: tuple[Floats, Floats, Floats]) -> Floats:
-    """Where between the ends of edges the orientation reverses, by bisection of the chords."""
-    scale = units(linkage)
-    for _ in range(BISECTIONS):
-        middle = closed_near(linkage, (low + high) / 2 * scale).theta / scale
-        after = _reversed(linkage, middle, *frame)[:, None]
-        low, high = np.where(after, low, middle), np.where(after, middle, high)
-        if float(np.abs(high - low).max()) < SHARPEST:
+def _between(linkage: Linkage, ends: tuple[Floats, Floats], values: tuple[Floats, Floats], frame: Frame) -> Floats:
+    """Where between the ends of edges the orientation reverses: false position on the chords, after Illinois.
+
+    1. A point where the chord of the values vanishes, closed by Newton's method.
+    2. It replaces the end of its sign; an end that stays twice counts half, so that it does not stay for ever.
+    3. It ends where points no longer move.
+
+    Args:
+        linkage: of mobility 2.
+        ends: (e, F) points.
+        values: (e,) of `_signed` there, positive and negative.
+        frame: of the edges.
+    """
+    scale, (low, high), (above, below) = units(linkage), ends, values
+    here, stayed = low, np.zeros(len(low))
+    for _ in range(MOST_TRIES):
+        share = np.clip(above / np.maximum(above - below, np.finfo(np.float64).tiny), 0.01, 0.99)  # 1
+        before, here = here, closed_near(linkage, (low + share[:, None] * (high - low)) * scale).theta / scale
+        value = _signed(linkage, here, *frame)
+        after = value < 0  # 2
+        above = np.where(after, np.where(stayed > 0, above / 2, above), value)
+        below = np.where(after, value, np.where(stayed < 0, below / 2, below))
+        low, high = np.where(after[:, None], low, here), np.where(after[:, None], here, high)
+        stayed = np.where(after, 1.0, -1.0)
+        if float(np.minimum(_far(here, before), _far(high, low)).max()) < SHARPEST:  # 3
             break
-    return (low + high) / 2
+    return here
 
 
-def _reversed(linkage: Linkage, points: Floats, rows: Floats, bases: Floats, sign: Floats) -> np.ndarray:
+def _far(first: Floats, second: Floats) -> Floats:
+    return np.abs(first - second).max(axis=1)
+
+
+def _signed(linkage: Linkage, points: Floats, rows: Floats, bases: Floats, sign: Floats) -> Floats:
+    """(e,) the determinant of `_determinant`, positive where the orientation is that of the frame."""
     planes = tangent_planes(linkage, points)
     turned = np.sign(np.linalg.det(np.swapaxes(bases, -1, -2) @ planes))
-    return _determinant(linkage, points, rows, planes) * turned * sign < 0
+    return _determinant(linkage, points, rows, planes) * turned * sign
 
 
 def _determinant(linkage: Linkage, points: Floats, rows: Floats, planes: Floats) -> Floats:

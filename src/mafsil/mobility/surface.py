@@ -17,7 +17,7 @@ from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, as_batch, positive, whole
 from mafsil.errors import InputError
 from mafsil.messages import say
-from mafsil.mobility.balls import without_balls
+from mafsil.mobility.balls import without_balls, without_balls_at
 from mafsil.mobility.charts import SMALLEST, Charts, Whole, differences
 from mafsil.mobility.instantaneous import instantaneous
 from mafsil.mobility.linkage import Linkage
@@ -47,7 +47,8 @@ class Surface(SingleAnswer):
     """A surface of configurations; true if it was followed everywhere or as far as was allowed.
 
     Attributes:
-        linkage: of mobility 2, the balls left out: its coordinates F are those of the other joints.
+        linkage: of mobility 2, the balls left out: its coordinates F are those of the other joints, and nine for each
+            body that hangs on balls or floats: by how much three of its points are elsewhere [m].
         status: closed, closed and one-sided, pinched (closed but for singular places), open (the number of points is
             spent), stuck (charts gave up where no singular place was found, or triangles do not fit).
         theta: (n, F) coordinates of its points [rad | m]; angles of hinges in [-pi, pi).
@@ -108,9 +109,12 @@ class Surface(SingleAnswer):
             euler=self.euler_characteristic, genus=self.genus, branches=len(self.branch_points),
             singular=len(self.singular_points), openings=self.openings,
         )  # fmt: skip
-        if not self.left_out:
-            return found
-        return f"{found}\n{say('mobility.surface_balls', language=language, joints=', '.join(self.left_out))}"
+        lines = [found]
+        if self.left_out:
+            lines.append(say("mobility.surface_balls", language=language, joints=", ".join(self.left_out)))
+        if free := [self.linkage.joints[k].child for k, _, _ in self.linkage.by_points]:
+            lines.append(say("mobility.surface_points", language=language, bodies=", ".join(free)))
+        return "\n".join(lines)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
@@ -131,28 +135,29 @@ def trace_surface(
     1. Charts (a point, its tangent plane, the cell nearer to it than to others) spread until cells fit their radii;
        radii follow the turn of the tangent plane.
     2. Neighbours in the cells make triangles, and random weights make the cells agree on them.
-    3. Along edges the sign of det [kept rows; tangent plane] tells crossings of another sheet; bisection finds them.
+    3. Along edges the sign of det [kept rows; tangent plane] tells where another sheet crosses: by false position.
     4. Where radii would get too small, Gauss-Newton's method looks for a place at which the loop matrix loses rank.
 
     Closed means: of the triangles two meet at each edge and one ring at each point, a theorem about the triangles. That
     the surface is as they say rests on `step`; halve it to see whether the answer stays.
 
     Balls have no coordinates on the surface, whose angles would lock: those that close loops hold points together, rods
-    between two balls keep a distance, and how they spin does not count.
+    between two balls keep a distance, and how they spin does not count. A body that hangs on balls or floats has the
+    places of three of its points as coordinates.
 
     Args:
-        linkage: of mobility 2 but for spins of rods between two balls; joints that are no balls reach each other body.
+        linkage: of mobility 2 but for spins of rods between two balls.
         theta: (F,) start [rad | m]; as drawn if None.
         step: longest radius of a chart [rad, sizes].
         points: at most; memory grows in proportion to their number.
 
     Raises:
         InputError: the mobility by rank is not 2 at the start, or it does not close there.
-        ModelError: a floating joint, or a body that only balls hold.
+        ModelError: a rod between two balls that holds on to another such rod.
     """
     largest, most = positive("step", step), whole("points", points, 3, 1_000_000)
-    simple, kept = without_balls(linkage)
-    return followed(simple, configuration(linkage, theta)[kept], largest, most)
+    start = without_balls_at(linkage, configuration(linkage, theta))
+    return followed(without_balls(linkage), start, largest, most)
 
 
 def followed(linkage: Linkage, theta: Floats, largest: float, most: int) -> Surface:

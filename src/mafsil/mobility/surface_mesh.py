@@ -11,7 +11,7 @@ from typing import cast
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.mobility.cells import NOBODY, Cell, cut, open_cell, owners
+from mafsil.mobility.cells import NOBODY, Cell, cut_by, open_cell, owners
 from mafsil.mobility.charts import CELL, Charts, Whole
 
 ROUNDS = 60
@@ -59,12 +59,11 @@ def _around(charts: Charts) -> list[list[int]]:
 
 def _weighted(charts: Charts, k: int, others: list[int], weights: Floats) -> Cell:
     """The cell of a chart in the power diagram of its neighbours."""
-    ids, u, _, square = charts.neighbours(k, np.array(others, dtype=np.intp))
-    cell = open_cell(CELL * float(charts.radii[k]))
+    near = np.array(others, dtype=np.intp)
+    together, u, _, square = charts.neighbours(np.full_like(near, k), near)
+    ids = near[together]
     limits = (square + weights[k] - weights[ids]) / 2
-    for j, (a, b), c in zip(ids.tolist(), u.tolist(), limits.tolist(), strict=True):
-        cell = cut(cell, a, b, c, j)
-    return cell
+    return cut_by(open_cell(CELL * float(charts.radii[k])), u, limits, ids)
 
 
 def _star(k: int, cell: Cell) -> set[Triangle]:

@@ -12,10 +12,10 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import positive, whole
 from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table
-from mafsil.mobility.balls import without_balls
+from mafsil.mobility.balls import without_balls, without_balls_at
 from mafsil.mobility.instantaneous import instantaneous
 from mafsil.mobility.linkage import Linkage
-from mafsil.mobility.loop_closure import closed_near, units
+from mafsil.mobility.loop_closure import are_lengths, closed_near
 from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.surface import LONGEST, MOST_POINTS, Surface, followed
 
@@ -103,14 +103,13 @@ def configuration_surfaces(
         seed: of the starts.
 
     Raises:
-        ModelError: a floating joint, or a body that only balls hold.
+        ModelError: a rod between two balls that holds on to another such rod.
     """
     count, longest, most = whole("starts", starts, 1, 10_000), positive("step", step), whole("points", points, 3, 10**6)
-    linkage = without_balls(linkage)[0]
-    scale = units(linkage)
+    drawn, linkage = without_balls_at(linkage, np.zeros(linkage.coordinates)), without_balls(linkage)
     start = np.random.default_rng(seed).uniform(-np.pi, np.pi, (count, linkage.coordinates))
-    start = start * np.where(scale == 1.0, 1.0, linkage.size / np.pi)
-    start[0] = 0.0
+    start = start * np.where(are_lengths(linkage), linkage.size / np.pi, 1.0)
+    start[0] = drawn
     closed = closed_near(linkage, start)
     left = closed.theta[closed.closed]
     surfaces: list[Surface] = []

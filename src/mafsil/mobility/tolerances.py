@@ -5,6 +5,8 @@ Screws are taken about the middle of the joints and lengths over their spread, s
 
 RANK = 1e-9
 """Singular values below this share of the largest count as zero: what nine typed digits leave of a dependence."""
+ROUNDED = 1e-5
+"""Singular values below this share of the largest, though they count, are said: six typed digits leave a millionth."""
 CLOSED = 1e-10
 """A loop whose gap (angle, and length over the size) is below it is closed: typed digits after Newton's method."""
 AS_DRAWN = 1e-6

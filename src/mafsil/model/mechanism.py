@@ -137,7 +137,7 @@ class Mechanism:
 
         Raises:
             ModelError: a name is used twice or missing, the joints do not form one tree, one of them has several
-                freedoms, a mimic joint follows nothing or itself.
+                freedoms, a loop joins a link to itself, a mimic joint follows nothing or itself.
         """
         given_links, given_joints, closing = tuple(links), tuple(joints), tuple(loops)
         _require_unique("link", [link.name for link in given_links])
@@ -150,6 +150,9 @@ class Mechanism:
             for end in (joint.parent, joint.child):
                 if end not in by_name:
                     raise ModelError("model.unknown_link", joint=joint.name, link=end)
+        for joint in closing:
+            if joint.parent == joint.child:
+                raise ModelError("model.loop_on_itself", joint=joint.name, link=joint.parent)
         base, ordered = _sorted_tree(name, given_links, given_joints)
         _require_mimic_leaders(ordered)
         choice = None if tip is not None else choose_tip(base, ordered)

@@ -32,6 +32,7 @@ class ClosedConfigurations(Answer):
         steps: (*batch) of Newton's method.
         tolerance: up to which a loop counts as closed.
         widest: name of the loop that gapes most where none was found; empty otherwise.
+        distance, angle: by how much it is open there, in the nearest to closing that was found [m], [rad].
     """
 
     q: JointVector
@@ -39,6 +40,8 @@ class ClosedConfigurations(Answer):
     steps: Integers
     tolerance: float
     widest: str = ""
+    distance: float = 0.0
+    angle: float = 0.0
 
     @property
     def found(self) -> Booleans:
@@ -68,14 +71,14 @@ class ClosedConfigurations(Answer):
         """How many are closed, and the largest gap."""
         return self.status.sentence(
             language, found=int(self.found.sum()), count=len(self), error=float(self.error.max(initial=0.0)),
-            steps=int(self.steps.max(initial=0)), widest=visible(self.widest),
+            steps=int(self.steps.max(initial=0)), widest=visible(self.widest), distance=self.distance, angle=self.angle,
         )  # fmt: skip
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
         return {
             "status": self.status.name.lower(), "q": self.q, "error": self.error, "steps": self.steps,
-            "widest": self.widest,
+            "widest": self.widest, "distance": self.distance, "angle": self.angle,
         }  # fmt: skip
 
 

@@ -24,6 +24,7 @@ from mafsil.parallel.closed_answers import ActuatorEfforts, ClosedAccelerations,
 from mafsil.parallel.closed_compiled import CompiledChain, Run, trusted
 from mafsil.parallel.closed_kernels import terms_kernel
 from mafsil.parallel.closed_terms import Terms
+from mafsil.parallel.least_gap import least_open, widest_loop
 from mafsil.robot import Robot, as_robot
 
 CLOSED = 1e-13
@@ -139,13 +140,30 @@ class ClosedChain:
             best[open_[better]], error[open_[better]] = found[each, pick][better], gap[each, pick][better]
             steps[open_] += taken.reshape(-1, count).sum(axis=1)
             done += count
-        shape, widest = x.shape[:-1], ""
-        if (error > bound).any():
-            gaps = self.loop_errors(best[np.where(error > bound, error, -1.0).argmax()])
-            widest = self.robot.mechanism.loops[int(gaps.argmax())].name
+        shape = x.shape[:-1]
+        widest = self._widest(best, error, bound, free, refined=tries > 1)
         return ClosedConfigurations(
-            best.reshape(*shape, self.n), error.reshape(shape), steps.reshape(shape), bound, widest
+            best.reshape(*shape, self.n), error.reshape(shape), steps.reshape(shape), bound, *widest
         )
+
+    def _widest(
+        self, best: Floats, error: Floats, bound: float, free: Integers, *, refined: bool
+    ) -> tuple[str, float, float]:
+        """The loop that gapes most in the row that gapes most, and by how much [m], [rad]; an empty name if none does.
+
+        Args:
+            best, error: rows and their gaps; the row is changed to the one nearest to closing.
+            bound: of a gap that counts as closed.
+            free: indices of the coordinates that may change.
+            refined: whether to look for less than Newton's method left.
+        """
+        if not (error > bound).any():
+            return "", 0.0, 0.0
+        row = int(np.where(error > bound, error, -1.0).argmax())
+        if refined and np.isfinite(error[row]):
+            best[row] = least_open(self, best[row], free)
+            error[row] = float(closed_terms.error_of(self.terms(best[row])))
+        return widest_loop(self, best[row])
 
     def _searched(self, rows: Floats, free: Integers, most: int) -> tuple[Floats, Floats, Integers]:
         """Newton's method from each row: the best configuration, its gap, and steps.

@@ -146,6 +146,8 @@ def _stepped(
     """Coordinates and rates a step of Runge and Kutta later, before projection."""
 
     def slope(moment: float, place: JointVector, rate: JointVector) -> JointVector:
+        if not (np.isfinite(place).all() and np.isfinite(rate).all()):
+            return np.full_like(rate, np.nan)  # The run says so; neither the chain nor efforts are asked there.
         return chain.forward_dynamics(place, rate, torque(moment, place, rate)).qdd
 
     v2 = v + h / 2 * a

@@ -84,7 +84,7 @@ def accelerations(found: Terms, tau: Floats) -> tuple[Floats, Floats, Integers]:
         tau: (*batch, n) efforts.
     """
     m, n = found.J.shape[-2:]
-    if found.h.ndim == tau.ndim == 1:
+    if found.h.ndim == tau.ndim == found.M.ndim - 1 == 1:
         # A single state needs no copies, which would cost more than its solution.
         alone, across, rank = np.empty((1, n)), np.empty((1, m)), np.empty(1, dtype=np.int64)
         given = np.ascontiguousarray(tau)
@@ -92,7 +92,7 @@ def accelerations(found: Terms, tau: Floats) -> tuple[Floats, Floats, Integers]:
             found.M[None], found.h[None], found.J[None], found.gamma[None], given[None], alone, across, rank
         )
         return alone[0], across[0], rank.reshape(())
-    shape = np.broadcast_shapes(found.h.shape[:-1], tau.shape[:-1])
+    shape = np.broadcast_shapes(found.h.shape[:-1], tau.shape[:-1], found.M.shape[:-2])
 
     def rows(values: Floats, *core: int) -> Floats:
         return np.ascontiguousarray(np.broadcast_to(values, (*shape, *core)).reshape(-1, *core))
@@ -119,7 +119,7 @@ def efforts(found: Terms, qdd: Floats, driven: Integers) -> tuple[Floats, Floats
     # Motions that the loops allow feel only efforts, no forces of the loops.
     allowed = np.eye(needed.shape[-1]) - across @ found.J
     columns = allowed[..., driven]
-    tau = np.einsum("...an,...n->...a", decompositions.pinv(columns, RANK), needed)
+    tau = np.einsum("...an,...n->...a", _inverse_of_part(columns), needed)
     rest = needed.copy()
     rest[..., driven] -= tau
     force = np.einsum("...nm,...n->...m", across, rest)
@@ -131,3 +131,13 @@ def efforts(found: Terms, qdd: Floats, driven: Integers) -> tuple[Floats, Floats
         np.linalg.norm(needed, axis=-1),
     )
     return tau, force, *sizes, columns
+
+
+def _inverse_of_part(P: Floats) -> Floats:
+    """(*batch, a, n) pseudoinverses of columns (*batch, n, a) of projections, whose singular values are one at most.
+
+    Beside one and not beside the largest: at a dead point a single motor moves nothing, whatever its size.
+    """
+    U, s, Vt = np.linalg.svd(P, full_matrices=False)
+    inverse = np.where(s > RANK, 1.0 / np.where(s > RANK, s, 1.0), 0.0)
+    return np.einsum("...ka,...k,...nk->...an", Vt, inverse, U)

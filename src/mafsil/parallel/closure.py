@@ -20,7 +20,7 @@ from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, as_batch, real_array
 from mafsil.errors import InputError
 from mafsil.parallel.tolerances import RANK
-from mafsil.solvers.decompositions import singular_values
+from mafsil.solvers.decompositions import ranks, singular_values
 
 
 class DrivenStatus(Status):
@@ -99,8 +99,7 @@ class DrivenRates(SingleAnswer):
 
 def numerical_rank(M: Floats) -> int:
     """Number of singular values above RANK times the largest."""
-    s = np.linalg.svd(M, compute_uv=False)
-    return int((s > RANK * max(float(s.max(initial=0.0)), 1e-300)).sum())
+    return int(ranks(M, RANK))
 
 
 def kernel(M: Floats, scale: float | None = None) -> Floats:

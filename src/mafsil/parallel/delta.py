@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, as_batch, positive
 from mafsil.errors import InputError
 from mafsil.mobility.planar_positions import wrapped
+from mafsil.parallel.crank_reach import rod_misfit
 from mafsil.parallel.leg_lines import forces_for
 from mafsil.parallel.singular_kinds import SingularKinds, singular_kinds
 
@@ -99,6 +100,26 @@ class DeltaRobot:
         ends = np.stack([middle - h * n, middle + h * n], axis=-2)
         order = np.argsort(ends[..., 2], axis=-1)
         return np.take_along_axis(ends, order[..., None], axis=-2)
+
+    def rod_misfit(self, p: ArrayLike) -> Floats:
+        """(*batch, 3) by how much forearms are too short (positive) or too long for places p [m]; zero in reach."""
+        place = as_batch("p", p, (3,), finite=True)
+        along = place @ self.directions.T
+        across2 = (place[..., 0] ** 2 + place[..., 1] ** 2)[..., None] - along**2
+        in_plane = np.hypot(along - self.offset, place[..., 2:])
+        return rod_misfit(in_plane, np.sqrt(np.maximum(across2, 0.0)), self.arm, self.forearm)
+
+    def forearms_short(self, q: ArrayLike) -> Floats:
+        """(*batch,) by how much the forearms are too short to meet at angles q [m]; zero where they do.
+
+        Infinite where the elbows stand on one line, which no point is equally far from.
+        """
+        C = self.elbows(q)
+        a, b, c = (np.linalg.norm(C[..., k, :] - C[..., k - 1, :], axis=-1) for k in range(3))
+        twice = np.linalg.norm(np.cross(C[..., 1, :] - C[..., 0, :], C[..., 2, :] - C[..., 0, :]), axis=-1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            radius = np.where(a * b * c > 0.0, a * b * c / (2 * twice), 0.0)
+        return np.maximum(radius - self.forearm, 0.0)
 
     def motor_matrices(self, q: ArrayLike, p: ArrayLike) -> tuple[Floats, Floats]:
         """W and B (*batch, 3, 3) of W p' = B q': rows (p - C_k)' and (p - C_k) . dC_k/dq_k."""

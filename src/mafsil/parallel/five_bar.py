@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, as_batch, positive, single
 from mafsil.mobility.planar_positions import circle_crossings, wrapped
+from mafsil.parallel.crank_reach import rod_misfit
 from mafsil.parallel.loop_singularity import LoopSingularities, loop_singularities
 from mafsil.parallel.planar_chain import PlanarChain
 from mafsil.parallel.singular_kinds import SingularKinds, singular_kinds
@@ -69,6 +70,18 @@ class FiveBar:
         alpha, beta = np.arctan2(B[..., 1], B[..., 0]), np.arctan2(D[..., 1], D[..., 0])
         pairs = np.broadcast_arrays(alpha[..., :, None], beta[..., None, :])
         return np.stack(pairs, axis=-1)
+
+    def rod_misfit(self, C: ArrayLike) -> Floats:
+        """(*batch, 2) by how much rods are too short (positive) or too long for places C [m]; zero in reach."""
+        place = as_batch("C", C, (2,), finite=True)
+        far = [np.linalg.norm(place - motor, axis=-1) for motor in (np.zeros(2), np.array([self.ground, 0.0]))]
+        cranks, rods = np.array([self.crank_1, self.crank_2]), np.array([self.rod_1, self.rod_2])
+        return rod_misfit(np.stack(far, axis=-1), 0.0, cranks, rods)
+
+    def rods_apart(self, q: ArrayLike) -> Floats:
+        """(*batch,) by how much both rods together are too short (positive), or one too long, at angles q [m]."""
+        B, D = self.crank_ends(q)
+        return rod_misfit(np.linalg.norm(D - B, axis=-1), 0.0, self.rod_1, self.rod_2)
 
     def chain_angles(self, q: ArrayLike, mode: int = 0) -> Floats:
         """(*batch, 5) relative angles at (alpha, beta) in one of both assembly modes; NaN if there is none."""

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, as_batch, frozen, single
 from mafsil.errors import InputError
 from mafsil.mobility.planar_positions import circle_crossings
+from mafsil.parallel.crank_reach import rod_misfit
 from mafsil.parallel.leg_lines import forces_for, rates, resultant, unit_vectors
 from mafsil.parallel.planar_platform import all_poses, leg_vectors, sextic
 from mafsil.parallel.planar_poses import PlanarPoses
@@ -190,6 +191,11 @@ class PlanarThreeRRR:
         elbow = circle_crossings(np.broadcast_to(self.base, ends.shape), self.cranks, ends, self.rods)
         along = elbow - self.base[:, None]
         return np.arctan2(along[..., 1], along[..., 0])
+
+    def rod_misfit(self, x: ArrayLike) -> Floats:
+        """(*batch, 3) by how much rods are too short (positive) or too long at poses x [m]; zero in reach."""
+        far = np.linalg.norm(self.ends(x) - self.base, axis=-1)
+        return rod_misfit(far, 0.0, self.cranks, self.rods)
 
     def poses(self, q: ArrayLike) -> PlanarPoses:
         """All poses at angles of the cranks (*batch, 3), six at most: the platform is held by three distances."""

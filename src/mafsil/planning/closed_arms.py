@@ -7,10 +7,13 @@ from functools import lru_cache
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
+from mafsil.collision import Checker
 from mafsil.errors import InputError
 from mafsil.model import Joint, JointKind, Mechanism
 from mafsil.parallel import ClosedChain, closed_inverse_kinematics
-from mafsil.planning.path_constraints import LoopClosed
+from mafsil.planning.arm_limits import bounds_of
+from mafsil.planning.kept_planning import Kept
+from mafsil.planning.path_constraints import LoopClosed, kept_of
 from mafsil.robot import Robot
 
 TOLERANCE = 1e-3
@@ -65,15 +68,35 @@ def _lever(mechanism: Mechanism) -> float:
     return 0.5 * max(lengths, default=0.0) or 1.0
 
 
-def require_trees(*robots: Robot) -> None:
-    """Refuse robots with loops where these would be left open.
+def kept_loops_of(checker: Checker, q: JointVector) -> Kept | None:
+    """What a path of an arm, or of several, keeps so that loops stay closed; None where there are none.
+
+    Args:
+        checker: the arm.
+        q: (n,) a configuration of the path.
+    """
+    loops = loops_kept(checker.robot.mechanism)
+    return Kept(*kept_of(checker, loops, q, bounds_of(checker, q[None]))) if loops else None
+
+
+def closed_near(robot: Robot, q: JointVector) -> JointVector:
+    """(k, n) of configurations (m, n) those near them with closed loops and within the limits, found by a search."""
+    if not robot.mechanism.loops:
+        return q
+    found = _chain_of(robot).closed(q)
+    limits = robot.limits
+    within = ((found.q >= limits.lower) & (found.q <= limits.upper)).all(axis=1)
+    return np.asarray(found.q[found.found & within])
+
+
+def require_tree(robot: Robot) -> None:
+    """Refuse a robot with loops where straight motions would leave them open.
 
     Raises:
-        InputError: one has loops.
+        InputError: it has loops.
     """
-    for robot in robots:
-        if robot.mechanism.loops:
-            raise InputError("planning.loops_left_open", robot=robot.name)
+    if robot.mechanism.loops:
+        raise InputError("planning.loops_left_open", robot=robot.name)
 
 
 def closed_configurations(robot: Robot, poses: Floats, start: JointVector) -> JointVector:

@@ -16,7 +16,7 @@ from mafsil.geometry import Pose
 from mafsil.messages import say
 from mafsil.planning.arm_planning import configurations_of, plan
 from mafsil.planning.arms_motion import ArmsMotion, TimedArm, unproved_moment
-from mafsil.planning.closed_arms import require_trees
+from mafsil.planning.closed_arms import closed_near, kept_loops_of
 from mafsil.planning.outcome import PlanningStatus
 from mafsil.planning.rounding import rounded
 from mafsil.planning.waiting_places import RESTS, route_along, standing, timed_way
@@ -55,7 +55,8 @@ def plan_in_turn(
        limits, and waits: the earliest arrival on the grid of places and moments is taken.
     3. What was found is proved free at every moment, of all arms. Orders are tried one after the other.
 
-    Not every problem that has an answer is solved in turn; `plan_together` searches all joints at once.
+    Not every problem that has an answer is solved in turn; `plan_together` searches all joints at once. Loops of
+    mechanisms stay closed, as in `mf.plan`.
 
     Args:
         cell: the arms in their scene.
@@ -74,13 +75,11 @@ def plan_in_turn(
         M. Erdmann, T. Lozano-Perez, On multiple moving objects, Algorithmica 1987; K. Kant, S. Zucker, Toward
         efficient trajectory planning: the path-velocity decomposition, IJRR 1986.
     """
-    require_trees(*(cell.alone(name).robot for name in cell.names))
     begun = perf_counter()
     turns = _Turns(cell, start, goal, limits, whole("seed", seed), positive("seconds", seconds))
     blocked = turns.blocked_end()
     if blocked is not None:
-        status, q = blocked
-        return ArmsMotion(status, cell, seconds=perf_counter() - begun, ends=(cell.check(q),))
+        return turns.refused(*blocked, perf_counter() - begun)
     if order is not None and sorted(order) != sorted(cell.names):
         raise InputError("planning.order", order=", ".join(order), known=", ".join(cell.names))
     orders = [order] if order is not None else list(islice(permutations(cell.names), MOST_ORDERS))
@@ -122,8 +121,7 @@ def plan_past(
     ends = {each: motion.at(motion.duration) for each, motion in others.items()}
     blocked = turns.blocked_past(name, ends)
     if blocked is not None:
-        status, q = blocked
-        return ArmsMotion(status, cell, seconds=perf_counter() - begun, ends=(cell.check(q),))
+        return turns.refused(*blocked, perf_counter() - begun)
     waiting = tuple(each for each in cell.names if each != name and each not in others)
     found = turns.turn(name, others, waiting)
     if found is None:
@@ -163,6 +161,8 @@ class _Turns:
         start = self.cell.joined(self.start)
         if not self.cell.free(start):
             return PlanningStatus.START_BLOCKED, start
+        if self._gapes(start):
+            return PlanningStatus.START_OFF, start
         chosen: dict[str, JointVector] = {}
         for name, rows in self.goals.items():
             if not len(rows):
@@ -172,7 +172,10 @@ class _Turns:
             free = among.free(among.joined({**self.start, **chosen, name: near}))
             if not np.any(free):
                 return PlanningStatus.GOAL_BLOCKED, among.joined({**self.start, **chosen, name: near[0]})
-            chosen[name] = near[int(np.argmax(free))]
+            closed = free & ~self._gapes(self.cell.joined({**self.start, **chosen, name: near}))
+            if not np.any(closed):
+                return PlanningStatus.GOAL_OFF, self.cell.joined({**self.start, **chosen, name: near[0]})
+            chosen[name] = near[int(np.argmax(closed))]
         self.goal = chosen
         return None
 
@@ -181,6 +184,8 @@ class _Turns:
         start = self.cell.joined(self.start)
         if not self.cell.free(start):
             return PlanningStatus.START_BLOCKED, start
+        if self._gapes(start):
+            return PlanningStatus.START_OFF, start
         rows = self.goals[name]
         if not len(rows):
             return PlanningStatus.UNREACHABLE, start
@@ -189,8 +194,26 @@ class _Turns:
         free = np.asarray(self.cell.free(q))
         if not free.any():
             return PlanningStatus.GOAL_BLOCKED, q[0]
-        self.goal = {**self.start, **ends, name: near[int(free.argmax())]}
+        closed = free & ~self._gapes(q)
+        if not closed.any():
+            return PlanningStatus.GOAL_OFF, q[0]
+        self.goal = {**self.start, **ends, name: near[int(closed.argmax())]}
         return None
+
+    def refused(self, status: PlanningStatus, q: JointVector, seconds: float) -> ArmsMotion:
+        """The answer where an end cannot be: what meets there, or by how much loops gape."""
+        kept = kept_loops_of(self.cell, q)
+        if kept is None or status not in (PlanningStatus.START_OFF, PlanningStatus.GOAL_OFF):
+            return ArmsMotion(status, self.cell, seconds=seconds, ends=(self.cell.check(q),))
+        reason = "; ".join(kept.sentences(kept.measures(self.cell, q[None])[0]))
+        return ArmsMotion(status, self.cell, seconds=seconds, reason=reason)
+
+    def _gapes(self, q: JointVector) -> NDArray[np.bool_]:
+        """(*batch,) whether a loop gapes at configurations of all arms (*batch, n)."""
+        rows = q.reshape(-1, q.shape[-1])
+        kept = kept_loops_of(self.cell, rows[0])
+        open_rows = np.zeros(len(rows), np.bool_) if kept is None else ~kept.holds(self.cell, rows)
+        return open_rows.reshape(q.shape[:-1])
 
     def planned(self, order: tuple[str, ...]) -> tuple[dict[str, TimedArm] | None, str]:
         """Motions in an order of turns; else which arm found none."""
@@ -262,7 +285,8 @@ class _Turns:
             a + np.linspace(0.0, 1.0, int(count), endpoint=False)[:, None] * (b - a)
             for (a, b), count in zip(pairwise(points), counts, strict=True)
         ]
-        full = rounded(self.cell.among([name]), np.concatenate([*rows, points[-1:]])).curve
+        alone = self.cell.among([name])
+        full = rounded(alone, np.concatenate([*rows, points[-1:]]), kept=kept_loops_of(alone, points[0])).curve
         columns = self.cell.columns[name]
         return JointPath(PiecewisePolynomial(full.knots, frozen(full.coefficients[:, :, columns])))
 
@@ -290,6 +314,7 @@ class _Turns:
         alone, rng = self.cell.alone(name), np.random.default_rng(self.seed)
         limits = alone.robot.limits
         aside = np.clip(q + rng.uniform(-1.0, 1.0, (16 * ASIDE, len(q))), limits.lower, limits.upper)
+        aside = closed_near(alone.robot, aside)
         for there in aside[alone.free(aside)][:ASIDE]:
             first = self._points(name, {}, waiting, q, there, self.seed)
             second = self._points(name, at_goal, (*before, *waiting), there, goal, self.seed)

@@ -13,7 +13,7 @@ from mafsil.collision import Checker
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
 from mafsil.planning.arm_limits import bounds_of
-from mafsil.planning.closed_arms import require_trees
+from mafsil.planning.closed_arms import require_tree
 from mafsil.planning.interruption import best_kept
 from mafsil.planning.problem import length_of
 
@@ -50,7 +50,7 @@ class ArmRoadmap:
     """
 
     def __init__(self, checker: Checker, seed: int = 0) -> None:
-        require_trees(checker.robot)
+        require_tree(checker.robot)
         self.checker = checker
         n = checker.robot.n
         random = np.array([whole("seed", seed)], np.uint64)

@@ -13,7 +13,6 @@ from mafsil.collision import Arms
 from mafsil.geometry import Pose
 from mafsil.planning.arm_plan import ArmPlan
 from mafsil.planning.arm_planning import configurations_of, plan
-from mafsil.planning.closed_arms import require_trees
 
 MOST_GOALS = 256
 """Combinations of the arms' goals that are tried, the nearest to the start first."""
@@ -33,7 +32,7 @@ def plan_together(
     """A path of all arms at once, each straight motion of all their joints proved free.
 
     Any arm may move, also one that ends where it starts: it makes way. Of poses all solutions of the inverse kinematics
-    that are free without the other arms are combined.
+    that are free without the other arms are combined. Loops of mechanisms stay closed, as in `mf.plan`.
 
     Args:
         cell: the arms in their scene.
@@ -48,7 +47,6 @@ def plan_together(
     Raises:
         InputError: an unknown arm, a start that is missing, a wrong shape.
     """
-    require_trees(*(cell.alone(name).robot for name in cell.names))
     q = cell.joined(start)
     goals = _combined(cell, cell.parted(q), goal)
     return plan(

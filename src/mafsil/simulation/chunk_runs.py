@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,12 +13,12 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats
 from mafsil.lazy_module import lazily
 from mafsil.simulation.fused import can_fuse
-from mafsil.simulation.fused_run import FusedRun
+from mafsil.simulation.recording import Recording
 from mafsil.simulation.run import Run
 from mafsil.simulation.scenario import Scenario
 from mafsil.simulation.tolerances import PART_OF_STEP
 from mafsil.simulation.variation import Variants
-from mafsil.simulation.varied_run import VariedRun, require_held, runaway_of, variants_of
+from mafsil.simulation.varied_run import VariedFusedRun, VariedRun, runaway_of
 
 if TYPE_CHECKING:
     import mafsil.simulation.tally_loops as tally_loops
@@ -39,6 +40,7 @@ class Outcomes:
     Attributes:
         end: (b,) when the run ended [s].
         finished: (b,) whether it reached its end with finite numbers.
+        lost: (b,) whether it ended where its loops could not be followed: near lost rank, or torn by its efforts.
         tip_error, tip_rotation: (b,) largest on the way, infinite where it did not [m], [rad].
         tip_rms: (b,) root mean square over time [m].
         joint_rms: (b, n) of the error of each joint [rad | m].
@@ -50,6 +52,7 @@ class Outcomes:
 
     end: Floats
     finished: NDArray[np.bool_]
+    lost: NDArray[np.bool_]
     tip_error: Floats
     tip_rotation: Floats
     tip_rms: Floats
@@ -72,12 +75,14 @@ class _Part:
         tally: sums and peaks.
         q, qd: (b, n) the state at its last tick.
         marked: (b, m, n) positions at its marks.
+        lost: (b,) runs whose loops could not be followed.
     """
 
     tally: Tally
     q: Floats
     qd: Floats
     marked: Floats
+    lost: NDArray[np.bool_]
 
 
 def chunk_size(scenarios: Sequence[Scenario]) -> int:
@@ -105,8 +110,12 @@ def chunk_outcomes(scenarios: Sequence[Scenario], marks: Sequence[Floats], varia
     for k, scenario in enumerate(scenarios):  # 1
         part = _part(_from(scenario, variants, start, alive), marks[k], last=k == len(scenarios) - 1)  # 2
         part.tally.ends[~alive] = 0
+        whole = part.tally.ends == part_ticks(scenario, last=k == len(scenarios) - 1)
+        ended = scenario.ticks()[np.maximum(part.tally.ends - 1, 0)]
+        part.marked[~whole[:, None] & (marks[k] > ended[:, None] + PART_OF_STEP)] = np.nan
         part.marked[~alive] = np.nan
-        alive = alive & (part.tally.ends == part_ticks(scenario, last=k == len(scenarios) - 1))
+        part.lost[~alive] = False
+        alive = alive & whole
         alive &= np.isfinite(part.q).all(axis=1) & np.isfinite(part.qd).all(axis=1)
         start = part.q, part.qd
         parts.append(part)
@@ -133,9 +142,21 @@ def _part(scenario: Scenario, marks: Floats, *, last: bool) -> _Part:
     count = part_ticks(scenario, last=last)
     if can_fuse(scenario):
         return _Passing(scenario).part(marks, count)
-    run = VariedRun(scenario)
+    run = VariedRun(scenario, refusing=False)
     run.to_the_end(None)
     return _recorded(run, marks, count)
+
+
+def recorded_alone(scenario: Scenario) -> Recording:
+    """The recording of a chunk's run by itself; a run whose loops are lost goes on with numbers that mean nothing.
+
+    Args:
+        scenario: with the variants of one run.
+    """
+    run = (VariedFusedRun if can_fuse(scenario) else VariedRun)(scenario, refusing=False)
+    began = perf_counter()
+    status = run.to_the_end(None)
+    return run.recording(status, perf_counter() - began)
 
 
 class _Marks:
@@ -164,13 +185,13 @@ class _Marks:
         return np.swapaxes(found, 0, 1)
 
 
-class _Passing(FusedRun):
+class _Passing(VariedFusedRun):
     """Runs of which only sums and peaks are kept: ticks pass in windows that fit into the processor's cache."""
 
     def __init__(self, scenario: Scenario) -> None:
         rows = scenario.start()[0].size
         self.window = max(8, WINDOW_NUMBERS // rows)
-        super().__init__(scenario)
+        super().__init__(scenario, refusing=False)
 
     def part(self, marks: Floats, count: int) -> _Part:
         """All ticks, of which `count` are counted."""
@@ -182,13 +203,14 @@ class _Passing(FusedRun):
         for first in range(0, total, loop.window):
             last = min(first + loop.window, total)
             loop.advance(first, last)
-            require_held(loop.doubt[: last - first], loop.states[: last - first], variants_of(self.scenario))
+            self.see_lost(first, loop.doubt[: last - first], loop.states[: last - first])
+            np.minimum(tally.ends, self.ends, out=tally.ends)
             marked.see(first, loop.closed[: last - first])
             q, qd = (loop.closed[: last - first, :, part] for part in (0, 1))
             tau, command, tip = (x[: last - first] for x in (loop.effort, loop.command, loop.tip_errors))
             tally_loops.add(tally, first, q, qd, tau, command, reference[first:last], tip, runaway_of(n))
             state = loop.closed[last - first - 1]
-        return _Part(tally, state[:, 0].copy(), state[:, 1].copy(), marked.positions())
+        return _Part(tally, state[:, 0].copy(), state[:, 1].copy(), marked.positions(), self.lost)
 
 
 def _recorded(run: VariedRun, marks: Floats, count: int) -> _Part:
@@ -202,7 +224,7 @@ def _recorded(run: VariedRun, marks: Floats, count: int) -> _Part:
     # A run that blew up at the very last tick still has its ticks before.
     q, qd = run.q[-1].copy(), run.qd[-1].copy()
     qd[run.ends < len(run.t)] = np.nan
-    return _Part(tally, q, qd, marked.positions())
+    return _Part(tally, q, qd, marked.positions(), run.lost)
 
 
 def _outcomes(parts: list[_Part], scenarios: Sequence[Scenario], finished: NDArray[np.bool_]) -> Outcomes:
@@ -219,6 +241,7 @@ def _outcomes(parts: list[_Part], scenarios: Sequence[Scenario], finished: NDArr
     return Outcomes(
         end=end,
         finished=finished,
+        lost=np.logical_or.reduce([part.lost for part in parts]),
         tip_error=np.where(finished, tip[:, 0], np.inf),
         tip_rotation=np.where(finished, tip[:, 1], np.inf),
         tip_rms=np.where(finished, np.sqrt(squares / ticks), np.inf),

@@ -20,9 +20,7 @@ from mafsil.arrays import Floats, positive, real_array, require_finite, require_
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table
-from mafsil.simulation.chunk_runs import Outcomes, chunk_outcomes, chunk_size
-from mafsil.simulation.fused import can_fuse
-from mafsil.simulation.loop import simulate
+from mafsil.simulation.chunk_runs import Outcomes, chunk_outcomes, chunk_size, recorded_alone
 from mafsil.simulation.recording import Recording, SimulationStatus, joined
 from mafsil.simulation.run import Progress
 from mafsil.simulation.scenario import Scenario
@@ -31,6 +29,8 @@ from mafsil.simulation.variation import Variants, Variation, drawn
 INSTANT = 1e-9
 """Times closer than this are the same [s]."""
 MOST_RUNS = 1_000_000
+NAMED = 5
+"""Runs that are named where many could be."""
 CONFIDENCE = 1.959963984540054
 """Standard deviations of a confidence of 95 %."""
 
@@ -119,7 +119,7 @@ class MonteCarlo(Answer):
         return dict(sorted(found.items(), key=lambda item: -abs(item[1])))
 
     def again(self, run: int) -> Recording:
-        """The recording of one run, up to its end: that of one that blew up says so.
+        """The recording of one run, up to its end: that of one that blew up or lost its loops says so.
 
         Args:
             run: its number.
@@ -131,12 +131,15 @@ class MonteCarlo(Answer):
                 q, qd = (x[-1:] for x in (parts[-1].q, parts[-1].qd))
                 scenario, variants = replace(scenario, q=q, qd=qd), replace(variants, start=None)
             scenario = replace(scenario, variants=variants)
-            (only,) = simulate(scenario, fused=can_fuse(scenario))
+            (only,) = recorded_alone(scenario)
             parts.append(only)
             if sum(part.duration for part in parts) > self.outcomes.end[k] + INSTANT:
                 break
         tape = joined(parts)
-        return tape if self.outcomes.finished[k] else _broken_off(tape, float(self.outcomes.end[k]))
+        if self.outcomes.finished[k]:
+            return tape
+        status = SimulationStatus.LOOPS_LOST if self.outcomes.lost[k] else SimulationStatus.BLOWN_UP
+        return _broken_off(tape, float(self.outcomes.end[k]), status)
 
     def explain(self, language: str | None = None) -> str:
         """How many ended well, how far off the tip was, what mattered most."""
@@ -147,6 +150,10 @@ class MonteCarlo(Answer):
             "most": 1e3 * self.quantile(0.95), "largest": 1e3 * float(self.outcomes.tip_error[worst]), "worst": worst,
         }  # fmt: skip
         sentences = [self.status.sentence(language, **details)]
+        if self.outcomes.lost.any():
+            which = np.flatnonzero(self.outcomes.lost)
+            named = {"count": len(which), "first": ", ".join(map(str, which[:NAMED].tolist()))}
+            sentences.append(say("simulation.runs_lost_loops", language=language, **named))
         if self.bound is not None:
             within = {"share": share, "low": low, "high": high, "bound": 1e3 * self.bound}
             sentences.append(say("simulation.share_within", language=language, **within))
@@ -202,6 +209,8 @@ def monte_carlo(
             `dask.distributed.Client` (`pip install mafsil[distributed]`); None for this process. The numbers are the
             same to the last bit.
         progress: called with the fraction done; False ends it with the runs done so far.
+
+    A run of a mechanism with loops that cannot be followed, near lost rank or torn by its efforts, ends there.
 
     Raises:
         InputError: a scenario that has variants or a batch already, numbers out of their range, drawn numbers that make
@@ -279,10 +288,11 @@ def wilson(good: int, count: int) -> tuple[float, float, float]:
     return share, max(0.0, min(share, float(middle - half))), min(1.0, max(share, float(middle + half)))
 
 
-def _broken_off(tape: Recording, end: float) -> Recording:
-    """The ticks of a run before it blew up."""
+def _broken_off(tape: Recording, end: float, status: SimulationStatus) -> Recording:
+    """The ticks of a run before it broke off."""
     kept = {name: array[tape.t <= end + INSTANT] for name, array in tape.arrays().items()}
-    return replace(tape, **kept, status=SimulationStatus.BLOWN_UP)
+    fault = say("simulation.loops_not_followed") if status is SimulationStatus.LOOPS_LOST else ""
+    return replace(tape, **kept, status=status, metadata=tape.metadata | {"fault": fault})
 
 
 def _worked(

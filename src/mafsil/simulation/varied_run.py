@@ -24,14 +24,21 @@ from mafsil.solvers.integrate import State, Step
 
 
 class VariedStepper(Stepper):
-    """Steps of plants that differ from row to row: one compiled step with their numbers as inputs."""
+    """Steps of plants that differ from row to row: one compiled step with their numbers as inputs.
 
-    def __init__(self, scenario: Scenario, variants: Variants) -> None:
+    Attributes:
+        refusing: whether a step that does not hold its loops is refused; else its rates are NaN and its row is lost.
+        lost: (b,) rows whose loops could not be followed.
+        lost_after: (b,) of them those that were lost at the end of a step, not where it began.
+    """
+
+    def __init__(self, scenario: Scenario, variants: Variants, *, refusing: bool = True) -> None:
         plant = scenario.true_plant
         if type(plant) not in (Plant, ClosedPlant):
             raise InputError("simulation.varied_engine", engine=plant.engine)
         super().__init__(plant, scenario.chosen_integrator, scenario.step)
-        self.variants = variants
+        self.variants, self.refusing = variants, refusing
+        self.lost, self.lost_after = np.zeros((2, variants.count), np.bool_)
         self._holding = plant.chain.holding(scenario.start()[0]) if isinstance(plant, ClosedPlant) else None
 
     def move(self) -> Step:
@@ -55,7 +62,9 @@ class VariedStepper(Stepper):
         """
         if self._holding is None:
             return q, qd
+        before = self.lost.copy()
         closed = self._results(q, qd, np.zeros_like(q), None, self.step)["closed_state"]
+        self.lost_after |= self.lost & ~before
         return closed[..., 0, :], closed[..., 1, :]
 
     def _results(
@@ -74,7 +83,12 @@ class VariedStepper(Stepper):
         if self._holding is not None:
             rows = np.broadcast_shapes(found["doubt"].shape, (1, 1))
             states = np.broadcast_to(given["state"], (*found["doubt"].shape, 2, q.shape[-1]))
-            require_held(found["doubt"].reshape(rows), states.reshape(*rows, 2, q.shape[-1]), self.variants)
+            doubtful = not_held(found["doubt"].reshape(rows), states.reshape(*rows, 2, q.shape[-1]))
+            if self.refusing:
+                require_held(doubtful, self.variants)
+            self.lost |= doubtful.any(axis=0)
+            for name in ("next_state", "closed_state"):
+                found[name][~(found["doubt"] < 1.0), 1] = np.nan
         return found
 
     @cached_property
@@ -111,18 +125,34 @@ class VariedStepper(Stepper):
 class VariedRun(Run):
     """Runs tick by tick in Python.
 
+    Args:
+        scenario: with variants.
+        refusing: whether a run whose loops cannot be followed refuses them all; else it ends, as one that blew up.
+
     Attributes:
-        ends: (b,) ticks of each run; fewer than all where it blew up.
+        ends: (b,) ticks of each run; fewer than all where it blew up or its loops were lost.
+        lost: (b,) whether its loops were lost.
         waiting: (most late + 1, b, n) commands that are still to act.
     """
 
-    def __init__(self, scenario: Scenario) -> None:
-        self.variants = variants_of(scenario)
+    def __init__(self, scenario: Scenario, *, refusing: bool = True) -> None:
+        self.variants, self.refusing = variants_of(scenario), refusing
         self.ends = np.full(self.variants.count, len(scenario.ticks()))
+        self.lost = np.zeros(self.variants.count, np.bool_)
         super().__init__(scenario)
 
     def _stepper(self) -> Stepper:
-        return VariedStepper(self.scenario, self.variants) if self.variants.changes_plant else super()._stepper()
+        if not self.variants.changes_plant and not isinstance(self.scenario.true_plant, ClosedPlant):
+            return super()._stepper()  # Loops are followed row by row, so that one that tears is no other's end.
+        stepper = VariedStepper(self.scenario, self.variants, refusing=self.refusing)
+        self.lost = stepper.lost
+        return stepper
+
+    @property
+    def lost_as_it_began(self) -> NDArray[np.bool_]:
+        """(b,) runs whose loops were lost where a step began: that tick does not count."""
+        stepper = self.stepper
+        return self.lost & ~stepper.lost_after if isinstance(stepper, VariedStepper) else self.lost
 
     def _acting(self, k: int, command: JointVector) -> JointVector:
         delay = self.variants.delay
@@ -142,26 +172,46 @@ class VariedRun(Run):
         good = np.einsum("bi,bi->b", qd, qd) <= runaway_of(qd.shape[-1])
         bad = ~good
         if bad.any():
-            self.ends[bad] = np.minimum(self.ends[bad], k + 1)
+            self.ends[bad] = np.minimum(self.ends[bad], k + ~self.lost_as_it_began[bad])
             q[bad], qd[bad] = self.q[k][bad], 0.0
         return True
 
 
 class VariedFusedRun(FusedRun):
-    """The same runs as compiled code."""
+    """The same runs as compiled code; arguments and attributes as there."""
 
-    def __init__(self, scenario: Scenario) -> None:
-        self.variants = variants_of(scenario)
+    def __init__(self, scenario: Scenario, *, refusing: bool = True) -> None:
+        self.variants, self.refusing = variants_of(scenario), refusing
         self.ends = np.full(self.variants.count, len(scenario.ticks()))
+        self.lost = np.zeros(self.variants.count, np.bool_)
         super().__init__(scenario)
 
     def _stepper(self) -> Stepper:
-        return VariedStepper(self.scenario, self.variants) if self.variants.changes_plant else super()._stepper()
+        if not self.variants.changes_plant:
+            return super()._stepper()
+        return VariedStepper(self.scenario, self.variants, refusing=self.refusing)
 
     def _trusted_until(self, first: int, end: int) -> int:
-        """The end: rows that went on and whose steps do not hold are refused, for nobody can do them by hand."""
-        require_held(self.loop.doubt[first:end], self.loop.states[first:end], self.variants)
+        """The end: rows whose steps do not hold end there or are refused, for nobody can do them by hand."""
+        self.see_lost(first, self.loop.doubt[first:end], self.loop.states[first:end])
         return end
+
+    def see_lost(self, first: int, doubt: Floats, states: Floats) -> None:
+        """Rows whose loops cannot be followed end before that tick, or are refused.
+
+        Args:
+            first: number of the first tick.
+            doubt, states: as for `not_held`.
+
+        Raises:
+            ModelError: they are refused.
+        """
+        doubtful = not_held(doubt, states) & (first + np.arange(len(doubt))[:, None] < self.ends)
+        if self.refusing:
+            require_held(doubtful, self.variants)
+        lost = doubtful.any(axis=0)
+        self.lost |= lost
+        self.ends[lost] = first + doubtful[:, lost].argmax(axis=0)
 
     def _sound_until(self, first: int, end: int) -> NDArray[np.bool_]:
         rates = self.loop.states[first + 1 : end + 1, :, 1]
@@ -172,16 +222,12 @@ class VariedFusedRun(FusedRun):
         return np.ones(end - first, np.bool_)
 
 
-def require_held(doubt: Floats, states: Floats, variants: Variants) -> None:
-    """Refuse runs of closed chains that come where compiled steps do not hold: too near singular, or torn apart.
+def not_held(doubt: Floats, states: Floats) -> NDArray[np.bool_]:
+    """(k, b) where compiled steps do not hold the loops: too near singular, or torn apart.
 
     Args:
         doubt: (k, b) of steps, below one where they hold.
         states: (k, b, 2, n) they began with; those of a run that has blown up are not looked at any more.
-        variants: of the runs.
-
-    Raises:
-        ModelError: the sentence names the first of them.
     """
     doubtful = ~(doubt < 1.0)
     if doubtful.any():
@@ -189,6 +235,19 @@ def require_held(doubt: Floats, states: Floats, variants: Variants) -> None:
         with np.errstate(over="ignore", invalid="ignore"):
             sound = np.einsum("kbi,kbi->kb", rates, rates) <= runaway_of(rates.shape[-1])
         doubtful &= np.logical_and.accumulate(sound, axis=0)
+    return doubtful
+
+
+def require_held(doubtful: NDArray[np.bool_], variants: Variants) -> None:
+    """Refuse runs of closed chains that come where compiled steps do not hold.
+
+    Args:
+        doubtful: (k, b) by `not_held`.
+        variants: of the runs.
+
+    Raises:
+        ModelError: the sentence names the first of them.
+    """
     if doubtful.any():
         row = int(doubtful.any(axis=0).argmax())
         raise ModelError("simulation.varied_doubt", run=row if variants.numbers is None else int(variants.numbers[row]))

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.arrays import Floats
+from mafsil.arrays import Floats, Integers
 
 TINY = 1e-300
 
@@ -53,6 +53,14 @@ def damped_inverse(A: Floats, damping: float) -> Floats:
     a = np.einsum("...ij,...ij->...", clean, clean)[..., None, None] / max(m, 1)
     inner = np.asarray(np.linalg.inv(gram + np.eye(min(m, n)) * (damping * a + TINY)), dtype=np.float64)
     return _marked(turned @ inner if m <= n else inner @ turned, spoilt, 2)
+
+
+def ranks(A: Floats, share: float) -> Integers:
+    """(*batch,) numbers of singular values of (*batch, m, n) above this share of the largest; zero of zero matrices."""
+    if not A.size:
+        return np.zeros(A.shape[:-2], dtype=np.int64)
+    s = np.linalg.svd(A, compute_uv=False)
+    return np.asarray((s > share * np.maximum(s[..., :1], TINY)).sum(axis=-1), dtype=np.int64)
 
 
 def null_basis(A: Floats, rank: int) -> Floats:
