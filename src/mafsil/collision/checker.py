@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, Truth, as_batch, positive, real_array, single, whole
 from mafsil.collision.bodies import Body, bodies_of
-from mafsil.collision.joints import joints_of
+from mafsil.collision.joints import freed_by, joints_of
 from mafsil.collision.pairs import Reason, SkippedPair, named_pairs, skipped_by_structure, still_shapes
 from mafsil.collision.path_check import PathCheck, PathStatus, path_points
 from mafsil.collision.scene import Obstacle, Scene, as_obstacles
@@ -291,6 +291,17 @@ class Checker:
         moves[joints.column[joints.moves[:, tips].any(axis=1)]] = True
         return moves
 
+    @cached_property
+    def freed_by(self) -> Truth:
+        """(n, n) whether coordinate i belongs to a motion in which coordinate j changes, see `joints.freed_by`.
+
+        What moves one of several tips, or closes a loop, belongs to every motion.
+        """
+        found = freed_by(self._joints, self.robot.mechanism, self.moves_tip)
+        if len(self.tips) > 1 or self.robot.mechanism.loops:
+            found[self.moves_tip] = True
+        return found
+
     @property
     def skipped(self) -> tuple[SkippedPair, ...]:
         """Pairs of bodies that are not checked against each other, each with its reason."""
@@ -327,7 +338,8 @@ class Checker:
         other = self.with_scene(self.scene)
         # A cached property is an entry of the dictionary.
         other.__dict__["laid"] = laid_arm.LaidArm(self.robot, self._joints, arm)
-        other.__dict__.pop("moves_tip", None)
+        for name in ("moves_tip", "freed_by"):
+            other.__dict__.pop(name, None)
         return other
 
     def with_margin(self, margin: float) -> Self:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.arrays import Floats
+from mafsil.arrays import Floats, Truth
 from mafsil.model import Mechanism
 
 
@@ -28,6 +28,41 @@ class Joints:
     factor: Floats
     screw: Floats
     moves: NDArray[np.bool_]
+
+
+def freed_by(joints: Joints, mechanism: Mechanism, moves_tip: Truth) -> Truth:
+    """(n, n) whether coordinate i belongs to a motion in which coordinate j changes.
+
+    It does where it carries what j moves, or where both are of one limb.
+
+    Args:
+        joints: of the mechanism.
+        mechanism: that they move.
+        moves_tip: (n,) whether a coordinate moves the tip.
+    """
+    limb = _limbs(joints, moves_tip)
+    freed = np.eye(mechanism.n, dtype=np.bool_)
+    for k, column in enumerate(joints.column):
+        freed[column, joints.column[(limb == limb[k]) | joints.moves[k, joints.link]]] = True
+    return freed
+
+
+def _limbs(joints: Joints, moves_tip: Truth) -> NDArray[np.int64]:
+    """(j,) for each joint the first of its limb: a run of joints from one to the next, until something branches off.
+
+    So do a head and the arms from a torso, fingers from a hand. What comes behind the tip is a limb of its own too.
+    """
+    rows = len(joints.link)
+    carries = joints.moves[:, joints.link] & ~np.eye(rows, dtype=np.bool_)
+    depth = carries.sum(axis=0)
+    before: list[int] = [int(np.where(carries[:, k], depth, -1).argmax()) if depth[k] else -1 for k in range(rows)]
+    limb = np.arange(rows)
+    for k in np.argsort(depth, kind="stable").tolist():
+        parent = before[k]
+        if parent >= 0 and before.count(parent) == 1:
+            if moves_tip[joints.column[parent]] == moves_tip[joints.column[k]]:
+                limb[k] = limb[parent]
+    return limb
 
 
 def joints_of(mechanism: Mechanism) -> Joints:

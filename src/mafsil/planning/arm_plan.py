@@ -12,7 +12,7 @@ from mafsil.arrays import Floats, JointVector, positive, real_array, require_fin
 from mafsil.collision import Check, Checker, Clearance
 from mafsil.errors import InputError
 from mafsil.messages import say
-from mafsil.planning.arm_limits import bounds_of
+from mafsil.planning.arm_limits import Moving, bounds_of
 from mafsil.planning.kept_planning import Kept
 from mafsil.planning.outcome import Plan, PlanningStatus
 from mafsil.planning.path_optimisation import Descent, descend
@@ -31,6 +31,7 @@ class ArmPlan(Plan):
         goal: which of the goals the path leads to; -1 where there is no path.
         kept: what the path keeps, if something was to be kept.
         descent: how `optimised` made it, if it did.
+        moving: joints that were named as free to move, if they were.
     """
 
     checker: Checker | None = None
@@ -39,6 +40,7 @@ class ArmPlan(Plan):
     goal: int = -1
     kept: Kept | None = None
     descent: Descent | None = None
+    moving: Moving = None
 
     def kept_bounds(self) -> Floats:
         """(k,) largest angle [rad] or distance [m] of each constraint that the proof along the path leaves possible.
@@ -105,7 +107,7 @@ class ArmPlan(Plan):
             raise InputError("input.range", name="smoothness", value=smoothness, low=0.0, high=np.inf)
         whole("points", points, least=1)
         whole("iterations", iterations, least=1)
-        bounds = bounds_of(self.checker, self.path[[0, -1]])
+        bounds = bounds_of(self.checker, self.path[[0, -1]], self.moving)
         descent = descend(self.checker, self.path, bounds, clearance, smoothness, points, iterations, seconds)
         return replace(self, path=descent.path, descent=descent)
 
