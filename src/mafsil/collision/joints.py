@@ -57,7 +57,8 @@ def _limbs(joints: Joints, moves_tip: Truth) -> NDArray[np.int64]:
     depth = carries.sum(axis=0)
     before: list[int] = [int(np.where(carries[:, k], depth, -1).argmax()) if depth[k] else -1 for k in range(rows)]
     limb = np.arange(rows)
-    for k in np.argsort(depth, kind="stable").tolist():
+    order: list[int] = np.argsort(depth, kind="stable").tolist()
+    for k in order:
         parent = before[k]
         if parent >= 0 and before.count(parent) == 1:
             if moves_tip[joints.column[parent]] == moves_tip[joints.column[k]]:

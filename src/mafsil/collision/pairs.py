@@ -20,6 +20,10 @@ ON_AXIS = 1e-9
 """Distance from an axis, as share of a radius, and angle to it, below which a shape lies on it."""
 
 
+SAME_PLACE = 1e-6
+"""Distance within which the axes of two hinges make one joint [m]."""
+
+
 class Reason(Enum):
     """Why a pair is not checked."""
 
@@ -27,6 +31,7 @@ class Reason(Enum):
     ADJACENT = "adjacent"
     LISTED = "listed"
     ALWAYS = "always"
+    OFTEN = "often"
     UNSEEN = "unseen"
 
 
@@ -36,8 +41,9 @@ class SkippedPair:
 
     Attributes:
         first, second: their names.
-        reason: no joint moves between them; they are neighbours at one joint; listed in a file or by the caller; they
-            met in (nearly) all sampled configurations; they met in none of them.
+        reason: no joint moves between them; they are neighbours at one joint, of one axis or of several through a
+            point; listed in a file or by the caller; they met in (nearly) all sampled configurations; they met in many
+            and at the zero configuration; they met in none.
     """
 
     first: str
@@ -57,10 +63,9 @@ def skipped_by_structure(
     """
     group = rigid_groups(mechanism)
     index = {link.name: i for i, link in enumerate(mechanism.links)}
-    neighbours = {
-        frozenset((group[index[joint.parent]], group[index[joint.child]]))
-        for joint in (*mechanism.joints, *mechanism.loops)
-        if joint.moves
+    neighbours = _met_at_one_joint(mechanism, group, {group[body.link] for body in bodies})
+    neighbours |= {
+        frozenset((group[index[loop.parent]], group[index[loop.child]])) for loop in mechanism.loops if loop.moves
     }
     found = dict[tuple[int, int], Reason]()
     for (a, first), (b, second) in combinations(enumerate(bodies), 2):
@@ -81,6 +86,33 @@ def rigid_groups(mechanism: Mechanism) -> tuple[int, ...]:
     for k, (joint, parent) in enumerate(zip(mechanism.joints, mechanism.parents, strict=True)):
         group.append(k + 1 if joint.moves else group[parent])
     return tuple(group)
+
+
+def _met_at_one_joint(mechanism: Mechanism, group: tuple[int, ...], filled: set[int]) -> set[frozenset[int]]:
+    """Pairs of rigid groups that one joint joins, or several hinges at one point with empty links between.
+
+    The latter is how descriptions write universal and ball joints.
+
+    Args:
+        mechanism: the arm.
+        group: of each link, see `rigid_groups`.
+        filled: groups that have a body.
+    """
+    places = [np.eye(4)]
+    above = dict[int, tuple[int, bool, bool]]()
+    for k, (joint, parent) in enumerate(zip(mechanism.joints, mechanism.parents, strict=True)):
+        T = places[parent] @ joint.T_pj
+        places.append(np.eye(4) if joint.moves else T)
+        if joint.moves:
+            at_its_joint = bool(np.linalg.norm(T[:3, 3]) <= SAME_PLACE)
+            above[k + 1] = (group[parent], joint.kind is JointKind.REVOLUTE, at_its_joint)
+    found = set[frozenset[int]]()
+    for first, (parent, hinge, at_its_joint) in above.items():
+        found.add(frozenset((first, parent)))
+        while hinge and at_its_joint and parent not in filled and parent in above and above[parent][1]:
+            parent, hinge, at_its_joint = above[parent]
+            found.add(frozenset((first, parent)))
+    return found
 
 
 def named_pairs(pairs: Iterable[tuple[str, str]], known: Sequence[str]) -> dict[frozenset[str], str]:

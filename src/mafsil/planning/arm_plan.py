@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, positive, real_array, require_finite, whole
-from mafsil.collision import Check, Checker, Clearance
+from mafsil.collision import Check, Checker, Clearance, Contact
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.planning.arm_limits import Moving, bounds_of
@@ -147,6 +147,9 @@ class ArmPlan(Plan):
             which = say("planning.start_itself" if at_start else "planning.goal_number", language=language, number=k)
             contacts = "; ".join(each.sentence(language) for each in check.contacts)
             lines.append(say("planning.end_meets", language=language, which=which, contacts=contacts))
+        own = self._own_pair()
+        if own is not None:
+            lines.append(say("planning.own_bodies", language=language, first=own.first, second=own.second))
         if self.descent is not None:
             before, after, steps = self.descent.before, self.descent.after, self.descent.iterations
             numbers = {"length": before.length, "shorter": after.length, "cost": before.total, "lower": after.total}
@@ -155,6 +158,12 @@ class ArmPlan(Plan):
             worst = self.kept.along(self.checker, self.path[:-1], self.path[1:])
             lines += [] if worst is None else self.kept.sentences(worst, language)
         return "\n".join(lines)
+
+    def _own_pair(self) -> Contact | None:
+        """Two bodies of the robot itself that meet at an end, where nothing else meets there."""
+        contacts = [contact for check in self.ends for contact in check.contacts]
+        own = set[str]() if self.checker is None else {body.name for body in self.checker.bodies}
+        return contacts[0] if contacts and all(each.second in own for each in contacts) else None
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
