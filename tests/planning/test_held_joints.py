@@ -5,7 +5,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.collision import Box, Checker, Obstacle
-from mafsil.planning.arm_limits import bounds_of, held_of
+from mafsil.planning.arm_limits import bounds_of, held_of, with_carriers
 
 LIMITS = '<limit lower="-2.5" upper="2.5" effort="50" velocity="2"/>'
 LEFT, RIGHT = (tuple(f"{side}{k}" for k in range(4)) for side in ("left", "right"))
@@ -26,9 +26,8 @@ def joint(name, parent, child, xyz, axis, kind="revolute", limits=LIMITS):
     )
 
 
-@pytest.fixture(scope="module")
-def path(tmp_path_factory):
-    """A column that lifts two arms of four joints with two fingers each, and a head; the whole on wheels."""
+def two_arms(folder, axes=("0 0 1", "0 1 0", "0 0 1", "0 1 0")):
+    """A column that lifts two arms with two fingers each, and a head; the whole on wheels."""
     parts = [link("base", (0.0, 0.1)), link("torso", (0.0, 0.08)), link("head", (0.1, 0.05))]
     parts += [joint("lift", "base", "torso", "0 0 0.5", "0 0 1", "prismatic", LIMITS.replace("-2.5", "0"))]
     parts += [joint("pan", "torso", "head", "0 0 0.3", "0 0 1")]
@@ -36,26 +35,29 @@ def path(tmp_path_factory):
         parts += [link(f"{side}_wheel", (0.0, 0.05))]
         parts += [joint(f"{side}_wheel", "base", f"{side}_wheel", f"0 {y} -0.2", "0 1 0", "continuous", "")]
         before, at = "torso", f"0 {y} 0.2"
-        for k, axis in enumerate(("0 0 1", "0 1 0", "0 0 1", "0 1 0")):
+        for k, axis in enumerate(axes):
             parts += [link(f"{side}_link{k}", (0.1, 0.04), (0.2, 0.04))]
             parts += [joint(f"{side}{k}", before, f"{side}_link{k}", at, axis)]
             before, at = f"{side}_link{k}", "0.27 0 0"
         for finger, off in (("a", 0.03), ("b", -0.03)):
             parts += [link(f"{side}_{finger}", (0.02, 0.01))]
             parts += [joint(f"{side}_{finger}", before, f"{side}_{finger}", f"0.27 {off} 0", "0 1 0", "prismatic")]
-    file = tmp_path_factory.mktemp("held") / "two_arms.urdf"
+    file = folder / "two_arms.urdf"
     file.write_text(f'<robot name="two_arms">{"".join(parts)}</robot>')
-    return file
+    return mf.load(file, tip=f"right_link{len(axes) - 1}")
 
 
 @pytest.fixture(scope="module")
-def checker(path):
-    return Checker(mf.load(path, tip="right_link3"), WALL)
+def checker(tmp_path_factory):
+    return Checker(two_arms(tmp_path_factory.mktemp("held")), WALL)
+
+
+def names_of(checker):
+    return [each.name for each in checker.robot.mechanism.coordinates]
 
 
 def configuration(checker, **values):
-    names = [each.name for each in checker.robot.mechanism.coordinates]
-    return np.array([values.get(name, 0.5 if name == "lift" else 0.0) for name in names])
+    return np.array([values.get(name, 0.5 if name == "lift" else 0.0) for name in names_of(checker)])
 
 
 def may_move(checker, *ends, moving=None):
@@ -67,20 +69,36 @@ def may_move(checker, *ends, moving=None):
 @pytest.mark.parametrize(
     ("changes", "expected"),
     [
-        ({"left1": 1.0}, {"lift", *LEFT}),
-        ({"right3": 1.0}, {"lift", *RIGHT}),
-        ({"left0": 1.0, "right0": -1.0}, {"lift", *LEFT, *RIGHT}),
-        ({"pan": 1.0}, {"lift", "pan"}),
+        ({"left1": 1.0}, {*LEFT}),
+        ({"right3": 1.0}, {*RIGHT}),
+        ({"left0": 1.0, "right0": -1.0}, {*LEFT, *RIGHT}),
+        ({"pan": 1.0}, {"pan"}),
         ({"lift": 1.0}, {"lift", *RIGHT}),
         ({"lift": 1.0, "left0": 1.0}, {"lift", *LEFT}),
         ({"left_wheel": 1.0}, {"left_wheel"}),
-        ({"left_a": 0.02}, {"lift", *LEFT, "left_a"}),
+        ({"left_a": 0.02}, {"left_a"}),
         ({}, {"lift", *RIGHT}),
     ],
 )
-def test_a_limb_moves_with_what_carries_it_and_the_rest_is_held(checker, changes, expected):
+def test_a_limb_moves_and_the_rest_is_held(checker, changes, expected):
     a = configuration(checker)
     assert may_move(checker, a, configuration(checker, **changes)) == expected
+
+
+@pytest.mark.capability("11-39")
+def test_what_carries_a_limb_moves_where_nothing_is_found_without(tmp_path):
+    """Arms of one hinge: the left one passes a post only when the column lifts it; a lower post does not move it."""
+    checker = Checker(two_arms(tmp_path, ("0 0 1",)))
+    a, b = (configuration(checker, left0=x, right0=-1.0) for x in (-0.5, 0.9))
+    assert with_carriers(checker, np.stack([a, b])) == ("lift", "left0")
+    assert with_carriers(checker, np.stack([a, configuration(checker, lift=0.6)])) is None
+    for top, lifts in ((1.0, False), (1.3, True)):
+        post = checker.with_scene([Obstacle(Box((0.05, 0.05, 1.0)), (0.2, 0.25, top - 0.5), "post")])
+        found = mf.plan(post, None, a, b, nodes=4000)
+        assert found, found.explain()
+        assert bool(np.ptp(found.path[:, names_of(checker).index("lift")]) > 0.0) is lifts
+        assert found.moving == (("lift", "left0") if lifts else None)
+        assert mf.plan(post, None, a, b, nodes=4000, moving=[]) is not lifts
 
 
 def test_named_joints_move_in_place_of_the_rule(checker):
@@ -101,7 +119,7 @@ def test_the_other_arm_stays_where_it_is(checker, planner):
     moved = {
         e.name for e, way in zip(checker.robot.mechanism.coordinates, np.ptp(found.path, axis=0), strict=True) if way
     }
-    assert moved <= {"lift", *LEFT}
+    assert moved <= {*LEFT}
     assert len(moved) > 1
 
 

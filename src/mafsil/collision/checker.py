@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, JointVector, Truth, as_batch, positive, real_array, single, whole
 from mafsil.collision.bodies import Body, bodies_of
-from mafsil.collision.joints import freed_by, joints_of
+from mafsil.collision.joints import Kinship, joints_of, kinship_of
 from mafsil.collision.pairs import Reason, SkippedPair, named_pairs, skipped_by_structure, still_shapes
 from mafsil.collision.path_check import PathCheck, PathStatus, path_points
 from mafsil.collision.scene import Obstacle, Scene, as_obstacles
@@ -291,15 +291,18 @@ class Checker:
         return moves
 
     @cached_property
-    def freed_by(self) -> Truth:
-        """(n, n) whether coordinate i belongs to a motion in which coordinate j changes, see `joints.freed_by`.
-
-        What moves one of several tips, or closes a loop, belongs to every motion.
-        """
-        found = freed_by(self._joints, self.robot.mechanism, self.moves_tip)
+    def kinship(self) -> Kinship:
+        """Which coordinates belong together; what moves one of several tips, or closes a loop, belongs to all."""
+        found = kinship_of(self._joints, self.robot.n, self.moves_tip)
         if len(self.tips) > 1 or self.robot.mechanism.loops:
-            found[self.moves_tip] = True
+            found.limb[self.moves_tip] = True
         return found
+
+    @cached_property
+    def has_carriers(self) -> bool:
+        """Whether some limb carries another one, as a torso carries arms."""
+        limb, carries = self.kinship
+        return bool((carries & ~limb).any())
 
     @property
     def skipped(self) -> tuple[SkippedPair, ...]:
@@ -328,7 +331,8 @@ class Checker:
     def with_scene(self, scene: Scene | Iterable[Obstacle]) -> Self:
         """The same arm in another scene: nothing of the arm is computed again."""
         other = object.__new__(type(self))
-        other.__dict__.update(self.__dict__ | {"laid": self.laid, "_workshops": {}})
+        known = {"laid": self.laid, "kinship": self.kinship, "has_carriers": self.has_carriers}
+        other.__dict__.update(self.__dict__ | known | {"_workshops": {}})
         other.scene = scene if isinstance(scene, Scene) else Scene(scene)
         return other
 
@@ -337,7 +341,7 @@ class Checker:
         other = self.with_scene(self.scene)
         # A cached property is an entry of the dictionary.
         other.__dict__["laid"] = laid_arm.LaidArm(self.robot, self._joints, arm)
-        for name in ("moves_tip", "freed_by"):
+        for name in ("moves_tip", "kinship", "has_carriers"):
             other.__dict__.pop(name, None)
         return other
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,28 +31,37 @@ class Joints:
     moves: NDArray[np.bool_]
 
 
-def freed_by(joints: Joints, mechanism: Mechanism, moves_tip: Truth) -> Truth:
-    """(n, n) whether coordinate i belongs to a motion in which coordinate j changes.
+class Kinship(NamedTuple):
+    """Which coordinates belong to a motion in which others change.
 
-    It does where it carries what j moves, or where both are of one limb.
+    Attributes:
+        limb: (n, n) whether two are of one limb: a run of joints from one to the next, until something branches off. So
+            do a head and the arms from a torso, fingers from a hand. What comes behind the tip is a limb of its own.
+        carries: (n, n) whether coordinate i moves the joint of coordinate j.
+    """
+
+    limb: Truth
+    carries: Truth
+
+
+def kinship_of(joints: Joints, n: int, moves_tip: Truth) -> Kinship:
+    """Which coordinates belong together.
 
     Args:
-        joints: of the mechanism.
-        mechanism: that they move.
+        joints: of a mechanism.
+        n: how many coordinates it has.
         moves_tip: (n,) whether a coordinate moves the tip.
     """
-    limb = _limbs(joints, moves_tip)
-    freed = np.eye(mechanism.n, dtype=np.bool_)
+    first = _limbs(joints, moves_tip)
+    limb, carries = np.eye(n, dtype=np.bool_), np.zeros((n, n), np.bool_)
     for k, column in enumerate(joints.column):
-        freed[column, joints.column[(limb == limb[k]) | joints.moves[k, joints.link]]] = True
-    return freed
+        limb[column, joints.column[first == first[k]]] = True
+        carries[column, joints.column[joints.moves[k, joints.link]]] = True
+    return Kinship(limb, carries & ~np.eye(n, dtype=np.bool_))
 
 
 def _limbs(joints: Joints, moves_tip: Truth) -> NDArray[np.int64]:
-    """(j,) for each joint the first of its limb: a run of joints from one to the next, until something branches off.
-
-    So do a head and the arms from a torso, fingers from a hand. What comes behind the tip is a limb of its own too.
-    """
+    """(j,) for each joint the first one of its limb, see `Kinship`."""
     rows = len(joints.link)
     carries = joints.moves[:, joints.link] & ~np.eye(rows, dtype=np.bool_)
     depth = carries.sum(axis=0)

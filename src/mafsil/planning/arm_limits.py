@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -29,50 +29,82 @@ def beyond_limits(checker: Checker, q: JointVector) -> str:
     return say("planning.beyond_limit", joint=joint, value=float(q[k]), lower=lower, upper=upper, far=far)
 
 
-def endless_joints(checker: Checker) -> str:
-    """A sentence for joints that turn without end, whose goals may be meant up to whole turns; empty if none does."""
+def endless_joints(checker: Checker, held: Truth) -> str:
+    """A sentence for joints that turn without end, whose goals may be meant up to whole turns; empty if none does.
+
+    Args:
+        checker: the arm.
+        held: (n,) which coordinates do not move.
+    """
     limits, coordinates = checker.robot.limits, checker.robot.mechanism.coordinates
-    endless = checker.moves_tip & np.isinf(limits.lower) & np.isinf(limits.upper)
+    endless = ~held & np.isinf(limits.lower) & np.isinf(limits.upper)
     names = [each.name for each, free in zip(coordinates, endless, strict=True) if free and each.screw[:3].any()]
     return say("planning.endless", joints=", ".join(names)) if names else ""
 
 
-def held_of(checker: Checker, ends: JointVector, moving: Moving = None) -> Truth:
-    """(n,) which coordinates stay where they are at all ends, because nothing that changes needs them.
+class MotionRule(NamedTuple):
+    """Which coordinates may move though they end where they start.
 
-    What changes frees what carries it and the rest of its limb (`Checker.freed_by`); where all that changes moves the
-    tip, it frees all that does.
+    Attributes:
+        moves: (n,) whether a coordinate moves the tip.
+        limb: (n, n) whether coordinate i may move where j ends elsewhere than it starts.
+        behind: (n, n) whether it may do so where all that does moves the tip.
+    """
+
+    moves: Truth
+    limb: Truth
+    behind: Truth
+
+
+def rule_for(checker: Checker, moving: Moving = None) -> MotionRule:
+    """The rest of the limbs of what changes may move; where all of that moves the tip, what follows on the way to it.
 
     Args:
         checker: the arm.
-        ends: (k, n) start and goals.
-        moving: coordinates that may move beside those that change; None for the rule above.
-    """
-    changes = np.ptp(ends, axis=0) > 0.0
-    moves, freed = motion_rule(checker, moving)
-    may = freed[:, changes].any(axis=1)
-    return ~(changes | may | moves if moves[changes].all() else changes | may)
-
-
-def motion_rule(checker: Checker, moving: Moving = None) -> tuple[Truth, Truth]:
-    """(n,), (n, n) which coordinates move the tip, and which free each other; arguments as `held_of`.
+        moving: names of coordinates that may move in place of that.
 
     Raises:
         InputError: a name that no coordinate has.
     """
+    limb, carries = checker.kinship
     if moving is None:
-        return checker.moves_tip, checker.freed_by
+        moves = checker.moves_tip
+        return MotionRule(moves, limb, np.ascontiguousarray(carries.T & moves[:, None]))
     names = [each.name for each in checker.robot.mechanism.coordinates]
     for name in moving:
         if name not in names:
             raise InputError("input.choice", name="moving", value=name, known=", ".join(names))
     listed = np.array([name in moving for name in names], np.bool_)
-    return listed, np.repeat(listed[:, None], len(names), axis=1)
+    return MotionRule(listed, np.repeat(listed[:, None], len(names), axis=1), np.zeros_like(limb))
 
 
-def held_joints(checker: Checker, ends: JointVector, moving: Moving) -> str:
-    """A sentence for the coordinates that were held; empty if none was."""
-    held = held_of(checker, ends, moving)
+def held_of(checker: Checker, ends: JointVector, moving: Moving = None) -> Truth:
+    """(n,) which coordinates stay where they are at all ends; where nothing changes, all that do not move the tip.
+
+    Args:
+        checker: the arm.
+        ends: (k, n) start and goals.
+        moving: as for `rule_for`.
+    """
+    changes, rule = np.ptp(ends, axis=0) > 0.0, rule_for(checker, moving)
+    if not changes.any():
+        return ~rule.moves
+    may = changes | rule.limb[:, changes].any(axis=1)
+    return ~(may | rule.behind[:, changes].any(axis=1)) if rule.moves[changes].all() else ~may
+
+
+def with_carriers(checker: Checker, ends: JointVector) -> Moving:
+    """Names of what may move by the rule and of what carries it, such as a torso; None if that is nothing more."""
+    held = held_of(checker, ends)
+    carriers = held & checker.kinship.carries[:, ~held].any(axis=1)
+    if not carriers.any():
+        return None
+    may_move = ~held | carriers
+    return tuple(each.name for each, may in zip(checker.robot.mechanism.coordinates, may_move, strict=True) if may)
+
+
+def held_joints(checker: Checker, held: Truth) -> str:
+    """A sentence for the coordinates that were held (n,); empty if none was."""
     names = [each.name for each, still in zip(checker.robot.mechanism.coordinates, held, strict=True) if still]
     return say("planning.held", joints=", ".join(names)) if names else ""
 
@@ -83,7 +115,7 @@ def bounds_of(checker: Checker, ends: JointVector, moving: Moving = None) -> tup
     Args:
         checker: the arm.
         ends: (k, n) start and goals.
-        moving: as for `held_of`.
+        moving: as for `rule_for`.
     """
     limits = checker.robot.limits
     lower = np.where(np.isfinite(limits.lower), limits.lower, ends.min(axis=0) - UNBOUNDED)

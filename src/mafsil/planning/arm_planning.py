@@ -5,19 +5,28 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from time import perf_counter
-from typing import TypeAlias, cast
+from typing import NamedTuple, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, as_batch, positive, real_array, single, whole
+from mafsil.arrays import Floats, JointVector, Truth, as_batch, positive, real_array, single, whole
 from mafsil.collision import Checker, Obstacle, Scene
 from mafsil.errors import InputError
 from mafsil.geometry import Pose
 from mafsil.ik import inverse_kinematics
 from mafsil.model.loading import RobotLike
 from mafsil.model.placement import checked_poses
-from mafsil.planning.arm_limits import Moving, beyond_limits, bounds_of, endless_joints, held_joints, motion_rule
+from mafsil.planning.arm_limits import (
+    Moving,
+    beyond_limits,
+    bounds_of,
+    endless_joints,
+    held_joints,
+    held_of,
+    rule_for,
+    with_carriers,
+)
 from mafsil.planning.arm_plan import ArmPlan
 from mafsil.planning.arm_search import Searched, search
 from mafsil.planning.closed_arms import closed_configurations, loops_kept
@@ -60,11 +69,12 @@ def plan(
        when they count. What is to be kept is kept by projection, and proved between the points of the path.
     4. Shortcuts, proved too.
 
-    Coordinates that are the same at start and goals stay where what changes does not need them. What does change frees
-    the rest of its limb, a run of joints from which nothing branches off, and the joints that carry it: where the goal
-    moves some joints of the left arm of a robot, all of that arm and the torso may move on the way, but neither the
-    right arm nor head, wheels and fingers. `moving` names others. Where all that changes moves the tip, all that moves
-    it may. Of several `Arms` all joints of the arms that are planned may move.
+    Coordinates that are the same at start and goals stay, but for the rest of the limbs that change: where the goal
+    moves some joints of the left arm of a robot, all of that arm may move on the way, but neither the right arm nor
+    head, wheels and fingers. A limb is a run of joints from which nothing branches off. What carries it, such as a
+    torso, may move as well where half of the budget found nothing without. Where all that changes moves the tip, what
+    follows on the way to the tip may move too. `moving` names others in place of all this. Of several `Arms` all joints
+    of the arms that are planned may move.
     The loops of a mechanism stay closed: its poses become configurations with closed loops by a search, and every path
     keeps `loops_kept` as well.
 
@@ -112,38 +122,70 @@ def plan(
     positive("seconds", seconds)
     may_move = None if moving is None else tuple(moving)
     if may_move is not None:
-        motion_rule(checker, may_move)
+        rule_for(checker, may_move)
     begun = perf_counter()
     # 1.
     goals = configurations_of(checker, goal, q)
+    rules: tuple[Moving, ...] = (may_move,)
+    if moving is None and checker.has_carriers and len(goals):
+        wider = with_carriers(checker, np.concatenate([q[None], goals]))
+        rules = (None,) if wider is None else (None, wider)
+    seconds, nodes = seconds / len(rules), max(nodes // len(rules), 1)
+    budget = _Budget(seed, seconds, nodes, shorten)
     if planner == "rrt_connect" and not keep and not loops and roadmap is None and len(goals):
-        path, made, seen = search(checker, q, goals, seed, seconds, nodes, shorten, may_move)
+        path, made, seen, rule = None, 0, (0, 0, 0), rules[0]
+        for rule in rules:
+            path, more, also = search(checker, q, goals, seed, seconds, nodes, shorten, rule)
+            made, seen = made + more, _sum(seen, also)
+            if path is not None or not made:
+                break
         if made:  # Else an end cannot be, which follows by name.
-            return _answer(checker, path, planner, made, seen, q, goals, begun, moving=may_move)
+            return _answer(checker, path, planner, made, seen, q, goals, begun, moving=rule)
     # 2.
     refused = _refused(checker, q, goals, planner, begun)
     if isinstance(refused, ArmPlan):
         return _reasoned(refused, checker, goal, q)
-    open_goals = goals[refused]
-    lower, upper = bounds_of(checker, np.concatenate([q[None], goals]), may_move)
     constraints = ((keep,) if not isinstance(keep, Iterable) else tuple(keep)) + loops
-    kept = Kept(*kept_of(checker, constraints, q, (lower, upper))) if constraints else None
+    if constraints and planner != "rrt_connect":
+        raise InputError("planning.loops_planner" if loops else "planning.keep_planner", planner=planner)
     # 3., 4.
+    found = _searched(checker, roadmap, constraints, q, goals, refused, planner, budget, rules[0], begun)
+    if len(rules) > 1 and found.status is PlanningStatus.NOT_FOUND:
+        found = _searched(checker, roadmap, constraints, q, goals, refused, planner, budget, rules[1], begun)
+    return found
+
+
+class _Budget(NamedTuple):
+    """What a search may take; arguments as of `plan`."""
+
+    seed: int
+    seconds: float
+    nodes: int
+    shorten: int
+
+
+def _searched(
+    checker: Checker, roadmap: ArmRoadmap | None, constraints: tuple[Constraint, ...], q: JointVector,
+    goals: JointVector, is_open: Truth, planner: str, budget: _Budget, moving: Moving, begun: float,
+) -> ArmPlan:  # fmt: skip
+    """Steps 3 and 4 of `plan` by any planner, where some coordinates may move."""
+    bounds, open_goals = bounds_of(checker, np.concatenate([q[None], goals]), moving), goals[is_open]
+    kept = Kept(*kept_of(checker, constraints, q, bounds)) if constraints else None
     if kept is not None:
-        if planner != "rrt_connect":
-            raise InputError("planning.loops_planner" if loops else "planning.keep_planner", planner=planner)
         off = _not_kept(checker, kept, q, open_goals, begun)
         if isinstance(off, ArmPlan):
             return off
-        path, made, seen = search_kept(checker, kept, q, open_goals[off], seed, seconds, nodes, shorten)
+        path, made, seen = search_kept(checker, kept, q, open_goals[off], *budget)
     elif roadmap is not None:
-        path, made, seen = _asked(roadmap, (lower, upper), q, open_goals, seconds, nodes)
+        path, made, seen = _asked(roadmap, bounds, q, open_goals, budget.seconds, budget.nodes)
     else:
         chosen = ARM_PLANNERS.get(planner, _general)
-        path, made, seen = chosen(
-            checker, (lower, upper), q, open_goals, planner, seed, seconds, nodes, shorten, may_move
-        )
-    return _answer(checker, path, planner, made, seen, q, goals, begun, kept, may_move)
+        path, made, seen = chosen(checker, bounds, q, open_goals, planner, *budget, moving)
+    return _answer(checker, path, planner, made, seen, q, goals, begun, kept, moving)
+
+
+def _sum(a: tuple[int, int, int], b: tuple[int, int, int]) -> tuple[int, int, int]:
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
 def _answer(
@@ -156,8 +198,8 @@ def _answer(
     looked_at, proofs, states = seen
     seconds, reason = perf_counter() - begun, ""
     if path is None:
-        held = held_joints(checker, np.concatenate([q[None], goals]), moving)
-        reason = "; ".join(filter(None, [endless_joints(checker), held]))
+        held = held_of(checker, np.concatenate([q[None], goals]), moving)
+        reason = "; ".join(filter(None, [endless_joints(checker, held), held_joints(checker, held)]))
     return ArmPlan(
         status, points, planner, states, looked_at, made, seconds, reason, checker, (), proofs, reached, kept,
         moving=moving,
@@ -303,8 +345,7 @@ def _lazy_prm_star(
     if first is None or made >= nodes:
         return first, made, seen
     path, more, also = _asked(ArmRoadmap(checker, seed), bounds, q, goals, left, nodes - made, first)
-    a, b, c = (x + y for x, y in zip(seen, also, strict=True))
-    return path, made + more, (a, b, c)
+    return path, made + more, _sum(seen, also)
 
 
 def _asked(

@@ -34,7 +34,8 @@ class Limits(NamedTuple):
     Attributes:
         lower, upper: (n,) of the coordinates; infinite where there are none.
         moves: (n,) whether a coordinate moves the tip.
-        freed_by: (n, n) whether coordinate i may move where j ends elsewhere than it starts.
+        limb: (n, n) whether coordinate i may move where j ends elsewhere than it starts.
+        behind: (n, n) whether it may do so where all that does moves the tip.
         changes: (n,) to work in.
         around: how far beyond start and goals one without limits is searched [rad | m].
     """
@@ -42,7 +43,8 @@ class Limits(NamedTuple):
     lower: Floats
     upper: Floats
     moves: NDArray[np.bool_]
-    freed_by: NDArray[np.bool_]
+    limb: NDArray[np.bool_]
+    behind: NDArray[np.bool_]
     changes: NDArray[np.bool_]
     around: float
 
@@ -74,13 +76,11 @@ def _may_move(limits: Limits, c: int, of_tip: bool) -> bool:
     Args:
         limits: of configurations.
         c: the coordinate.
-        of_tip: whether all those that change move the tip: then all that move the tip belong to it.
+        of_tip: whether all those that change move the tip.
     """
-    if of_tip and limits.moves[c]:
-        return True
     found = False
     for j in range(len(limits.changes)):
-        found |= limits.changes[j] and limits.freed_by[c, j]
+        found |= limits.changes[j] and (limits.limb[c, j] or (of_tip and limits.behind[c, j]))
     return found
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from mafsil.arrays import JointVector
 from mafsil.collision import Checker
 from mafsil.lazy_module import lazily
-from mafsil.planning.arm_limits import UNBOUNDED, Moving, motion_rule
+from mafsil.planning.arm_limits import UNBOUNDED, Moving, rule_for
 
 if TYPE_CHECKING:
     import mafsil.planning.arm_question_loops as arm_question_loops
@@ -86,9 +86,9 @@ def _question_for(checker: Checker, goals: int, moving: Moving) -> Held[Question
         of_arm = _OF_THREAD.questions[checker.laid] = {}
     known, n = of_arm.get(moving), checker.robot.n
     if known is None or known.value.forests.q.shape[1] < goals + 2:
-        limits, (moves, freed_by) = checker.robot.limits, motion_rule(checker, moving)
+        limits, rule = checker.robot.limits, rule_for(checker, moving)
         between = arm_question_loops.Limits(
-            limits.lower.copy(), limits.upper.copy(), moves, freed_by, np.zeros(n, np.bool_), UNBOUNDED
+            limits.lower.copy(), limits.upper.copy(), *rule, np.zeros(n, np.bool_), UNBOUNDED
         )
         known = held_loops.Held(arm_question_loops.Question(between, _forests_for(n, goals), np.empty((2, n))))
         of_arm[moving] = known
