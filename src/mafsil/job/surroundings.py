@@ -91,8 +91,8 @@ class Surroundings:
     """The arm of a job among its obstacles.
 
     What the report draws is what is checked: the description's collision shapes, else what it shows, else tubes along
-    the links, and the boxes of tools. A carried part keeps no clearance, so that it may stand on a table; parts that were
-    put down stand where they are.
+    the links, and the boxes of tools. A carried part keeps no clearance, so that it may stand on a table; parts put
+    down stand where they are.
 
     Args:
         job: its obstacles and clearance.
