@@ -98,7 +98,12 @@ def test_what_carries_a_limb_moves_where_nothing_is_found_without(tmp_path):
         assert found, found.explain()
         assert bool(np.ptp(found.path[:, names_of(checker).index("lift")]) > 0.0) is lifts
         assert found.moving == (("lift", "left0") if lifts else None)
-        assert mf.plan(post, None, a, b, nodes=4000, moving=[]) is not lifts
+        alone = mf.plan(post, None, a, b, nodes=4000, moving=[])
+        assert bool(alone) is not lifts
+        for planner in ("lazy_prm_star", "prm"):
+            found = mf.plan(post, None, a, b, planner=planner, nodes=1000, seconds=0.4)
+            assert found, found.explain()
+            assert found.moving == (("lift", "left0") if lifts else None)
 
 
 def test_named_joints_move_in_place_of_the_rule(checker):

@@ -130,12 +130,11 @@ def plan(
     if moving is None and checker.has_carriers and len(goals):
         wider = with_carriers(checker, np.concatenate([q[None], goals]))
         rules = (None,) if wider is None else (None, wider)
-    seconds, nodes = seconds / len(rules), max(nodes // len(rules), 1)
-    budget = _Budget(seed, seconds, nodes, shorten)
+    half = seconds / len(rules), max(nodes // len(rules), 1)
     if planner == "rrt_connect" and not keep and not loops and roadmap is None and len(goals):
         path, made, seen, rule = None, 0, (0, 0, 0), rules[0]
         for rule in rules:
-            path, more, also = search(checker, q, goals, seed, seconds, nodes, shorten, rule)
+            path, more, also = search(checker, q, goals, seed, *half, shorten, rule)
             made, seen = made + more, _sum(seen, also)
             if path is not None or not made:
                 break
@@ -149,6 +148,12 @@ def plan(
     if constraints and planner != "rrt_connect":
         raise InputError("planning.loops_planner" if loops else "planning.keep_planner", planner=planner)
     # 3., 4.
+    if len(rules) > 1 and not constraints:
+        # What the best paths need is what any path needs, and that is found soon.
+        path, _, _ = search(checker, q, goals, seed, *half, 0, rules[0])
+        rules = rules[:1] if path is not None else rules[1:]
+        half = max(seconds - (perf_counter() - begun), 0.5 * seconds), nodes
+    budget = _Budget(seed, *half, shorten)
     found = _searched(checker, roadmap, constraints, q, goals, refused, planner, budget, rules[0], begun)
     if len(rules) > 1 and found.status is PlanningStatus.NOT_FOUND:
         found = _searched(checker, roadmap, constraints, q, goals, refused, planner, budget, rules[1], begun)
