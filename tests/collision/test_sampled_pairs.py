@@ -57,8 +57,8 @@ def test_bodies_that_meet_at_zero_and_often_are_left_out_and_named(tmp_path):
     checker = Checker(robot)
     assert reasons(checker)["l0", "l2"] is Reason.OFTEN
     assert checker.free(np.zeros(2))
-    assert "l0 - l2" in checker.explain()
-    assert "l0 - l2" in checker.explain("ar")
+    assert "l0 - l2" in checker.account()
+    assert "l0 - l2" in checker.account("ar")
     plain = Checker(robot, samples=0)
     assert not plain.free(np.zeros(2))
     assert "l0 hits l2" in Checker(robot, self_collision=True, samples=0).check(np.zeros(2)).explain()
@@ -75,7 +75,7 @@ def test_a_robot_that_is_never_free_of_itself_says_what_meets(tmp_path):
     )
     checker = Checker(robot, samples=0)
     checker.samples = 100
-    said = checker.explain()
+    said = checker.account()
     assert "zero configuration is not free: l0 hits l2" in said
     found = mf.plan(checker, None, np.zeros(2), np.ones(2))
     assert 'skip=[("l0", "l2")]' in found.explain()
@@ -98,4 +98,18 @@ def test_real_robots_need_no_hints(file, left_out, free):
     checker = Checker(str(ROBOTS / file))
     assert left_out in reasons(checker)
     assert bool(checker.free(checker.zero)) is free
-    assert free or "l_lower_leg hits r_lower_leg by 77.7 mm" in checker.explain()
+    assert free or "l_lower_leg hits r_lower_leg by 77.7 mm" in checker.account()
+
+
+def test_a_margin_that_the_robot_never_keeps_from_itself_is_named(tmp_path):
+    """Two bodies across a link without a shape stay 10 mm apart, so that no start keeps a margin of 20 mm."""
+    robot = chain(tmp_path, ([(0.0, 0.05)], "", ""), ((), "0 0 0", "0 0 1"), ([(0.0, 0.04)], "0.1 0 0", "0 0 1"))
+    checker = Checker(robot, margin=0.02)
+    assert checker.never_apart("l0", "l2")
+    assert not checker.with_margin(0.005).never_apart("l0", "l2")
+    assert not checker.never_apart("l0", "nothing")
+    assert "l0 - l2" in checker.account()
+    found = mf.plan(checker, None, np.zeros(2), np.ones(2))
+    assert "nearer than the margin at nearly any configuration" in found.explain()
+    assert 'skip=[("l0", "l2")]' in found.explain("ar")
+    assert mf.plan(checker, None, np.zeros(2), np.ones(2), margin=0.005)

@@ -367,7 +367,17 @@ class Checker:
                 self.robot, self.bodies, self._pairs(), rows, drop_unseen=drop_unseen, unlisted=unlisted
             )
 
-    def explain(self, language: str | None = None) -> str:
+    def never_apart(self, first: str, second: str) -> bool:
+        """Whether two bodies of the arm are within the margin at nearly all random configurations, by their names."""
+        names = [body.name for body in self.bodies]
+        if first not in names or second not in names or not self.robot.n:
+            return False
+        still = [(True,) * len(row) for row in self._still]
+        pair = (min(map(names.index, (first, second))), max(map(names.index, (first, second))))
+        alone = self._with_arm(layout.arm_of(self.bodies, [pair], still))
+        return sampled_pairs.met_always(alone.in_collision(self.random_configurations(max(self.samples, 100))))
+
+    def account(self, language: str | None = None) -> str:
         """What is checked, what is not and why, and whether that leaves free configurations without any scene."""
         return sampled_pairs.explained(self, self._pairs() if self._self_collision else [], language)
 

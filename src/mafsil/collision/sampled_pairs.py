@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.arrays import JointVector
+from mafsil.arrays import JointVector, Truth
 from mafsil.collision import laid_arm, layout, pair_counts_loops
 from mafsil.collision.bodies import Body
 from mafsil.collision.pairs import Reason
@@ -54,6 +54,11 @@ def skipped_by_samples(
     return found
 
 
+def met_always(met: Truth) -> bool:
+    """Whether something holds for nearly all samples (k,)."""
+    return float(met.mean()) >= ALWAYS
+
+
 def meetings(
     robot: Robot, bodies: tuple[Body, ...], pairs: list[tuple[int, int]], q: JointVector
 ) -> NDArray[np.int64]:  # fmt: skip
@@ -92,8 +97,8 @@ def explained(checker: Checker, pairs: list[tuple[int, int]], language: str | No
             meets = "; ".join(each.sentence(language) for each in alone.check(checker.zero).contacts[:MOST_NAMED])
             lines.append(say("collision.zero_meets", language=language, contacts=meets))
         if not free:
-            counts = meetings(checker.robot, bodies, pairs, rows)
-            most = [pairs[int(k)] for k in np.argsort(-counts, kind="stable")[:3]]
-            names = ", ".join(f"{bodies[a].name} - {bodies[b].name}" for a, b in most)
+            near = alone.distance(rows)
+            most = Counter(zip(near.first.tolist(), near.second.tolist(), strict=True)).most_common(3)
+            names = ", ".join(f"{first} - {second}" for (first, second), _ in most)
             lines.append(say("collision.never_free", language=language, names=names))
     return "\n".join(lines)

@@ -149,7 +149,9 @@ class ArmPlan(Plan):
             lines.append(say("planning.end_meets", language=language, which=which, contacts=contacts))
         own = self._own_pair()
         if own is not None:
-            lines.append(say("planning.own_bodies", language=language, first=own.first, second=own.second))
+            always = self.checker is not None and own.distance > 0.0 and self.checker.never_apart(own.first, own.second)
+            key = "planning.own_always_near" if always else "planning.own_bodies"
+            lines.append(say(key, language=language, first=own.first, second=own.second))
         if self.descent is not None:
             before, after, steps = self.descent.before, self.descent.after, self.descent.iterations
             numbers = {"length": before.length, "shorter": after.length, "cost": before.total, "lower": after.total}
