@@ -41,9 +41,9 @@ class SkippedPair:
 
     Attributes:
         first, second: their names.
-        reason: no joint moves between them; they are neighbours at one joint, of one axis or of several through a
-            point; listed in a file or by the caller; they met in (nearly) all sampled configurations; they met in many
-            and at the zero configuration; they met in none.
+        reason: no joint moves between them; they are neighbours at one joint; listed in a file or by the caller; they
+            met in (nearly) all sampled configurations; they met in many, and at the zero configuration or across
+            hinges at one point with empty links between; they met in none.
     """
 
     first: str
@@ -63,9 +63,10 @@ def skipped_by_structure(
     """
     group = rigid_groups(mechanism)
     index = {link.name: i for i, link in enumerate(mechanism.links)}
-    neighbours = _met_at_one_joint(mechanism, group, {group[body.link] for body in bodies})
-    neighbours |= {
-        frozenset((group[index[loop.parent]], group[index[loop.child]])) for loop in mechanism.loops if loop.moves
+    neighbours = {
+        frozenset((group[index[joint.parent]], group[index[joint.child]]))
+        for joint in (*mechanism.joints, *mechanism.loops)
+        if joint.moves
     }
     found = dict[tuple[int, int], Reason]()
     for (a, first), (b, second) in combinations(enumerate(bodies), 2):
@@ -88,16 +89,17 @@ def rigid_groups(mechanism: Mechanism) -> tuple[int, ...]:
     return tuple(group)
 
 
-def _met_at_one_joint(mechanism: Mechanism, group: tuple[int, ...], filled: set[int]) -> set[frozenset[int]]:
-    """Pairs of rigid groups that one joint joins, or several hinges at one point with empty links between.
+def joined_by_hinges(mechanism: Mechanism, bodies: tuple[Body, ...]) -> set[tuple[int, int]]:
+    """Pairs of bodies, by their indices, that several hinges at one point join, with empty links between.
 
-    The latter is how descriptions write universal and ball joints.
+    That is how descriptions write universal and ball joints.
 
     Args:
         mechanism: the arm.
-        group: of each link, see `rigid_groups`.
-        filled: groups that have a body.
+        bodies: of it.
     """
+    group = rigid_groups(mechanism)
+    filled = {group[body.link] for body in bodies}
     places = [np.eye(4)]
     above = dict[int, tuple[int, bool, bool]]()
     for k, (joint, parent) in enumerate(zip(mechanism.joints, mechanism.parents, strict=True)):
@@ -108,11 +110,12 @@ def _met_at_one_joint(mechanism: Mechanism, group: tuple[int, ...], filled: set[
             above[k + 1] = (group[parent], joint.kind is JointKind.REVOLUTE, at_its_joint)
     found = set[frozenset[int]]()
     for first, (parent, hinge, at_its_joint) in above.items():
-        found.add(frozenset((first, parent)))
         while hinge and at_its_joint and parent not in filled and parent in above and above[parent][1]:
             parent, hinge, at_its_joint = above[parent]
             found.add(frozenset((first, parent)))
-    return found
+    groups = [group[body.link] for body in bodies]
+    pairs = combinations(range(len(bodies)), 2)
+    return {(a, b) for a, b in pairs if frozenset((groups[a], groups[b])) in found}
 
 
 def named_pairs(pairs: Iterable[tuple[str, str]], known: Sequence[str]) -> dict[frozenset[str], str]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mafsil.arrays import JointVector, Truth
 from mafsil.collision import laid_arm, layout, pair_counts_loops
 from mafsil.collision.bodies import Body
-from mafsil.collision.pairs import Reason
+from mafsil.collision.pairs import Reason, joined_by_hinges
 from mafsil.messages import say
 from mafsil.robot import Robot
 
@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 ALWAYS = 0.95
 """Share of sampled configurations in which two bodies meet that always meet."""
 OFTEN = 0.4
-"""Share above which two bodies that also meet at the zero configuration have shapes thicker than the robot."""
+"""Share above which the shapes of two bodies are thicker than the robot if they also meet at the zero configuration, or
+if hinges at one point join them."""
 LISTED = (Reason.ALWAYS, Reason.OFTEN, Reason.UNSEEN)
 """Reasons whose pairs are named: they follow from samples and not from the structure or the user."""
 MOST_NAMED = 20
@@ -31,7 +32,7 @@ def skipped_by_samples(
     robot: Robot, bodies: tuple[Body, ...], pairs: list[tuple[int, int]], q: JointVector, *, drop_unseen: bool,
     unlisted: bool,
 ) -> dict[tuple[int, int], Reason]:  # fmt: skip
-    """Pairs that meet in nearly all samples; in many and at the zero configuration; if asked, in none.
+    """Pairs that meet in nearly all samples; in many, and at the zero configuration or a ball joint; if asked, in none.
 
     Args:
         robot: the arm.
@@ -39,15 +40,15 @@ def skipped_by_samples(
         pairs: of indices, those that are looked at.
         q: (k + 1, n) the zero configuration, then the samples.
         drop_unseen: whether those that meet in none count.
-        unlisted: whether those that meet in many and at zero count: no semantic description says which matter.
+        unlisted: whether those that meet in many count: no semantic description says which matter.
     """
     at_zero = meetings(robot, bodies, pairs, q[:1]).tolist()
     shares = (meetings(robot, bodies, pairs, q[1:]) / (len(q) - 1)).tolist()
-    found = dict[tuple[int, int], Reason]()
+    found, joined = dict[tuple[int, int], Reason](), joined_by_hinges(robot.mechanism, bodies)
     for pair, share, zero in zip(pairs, shares, at_zero, strict=True):
         if share >= ALWAYS:
             found[pair] = Reason.ALWAYS
-        elif unlisted and zero and share >= OFTEN:
+        elif unlisted and (zero or pair in joined) and share >= OFTEN:
             found[pair] = Reason.OFTEN
         elif share == 0.0 and drop_unseen:
             found[pair] = Reason.UNSEEN
