@@ -84,7 +84,7 @@ def race_ompl(folder: Path, name: str, count: int) -> None:
     from ompl import base, geometric, util  # pyright: ignore
 
     util.noOutputHandler()
-    theirs, ours = [], []
+    theirs, ours, unsolved, hit, lengths = [], [], [0, 0], 0, []
     for checker, a, b in posed(folder, name, count):
         if not checker.free(np.stack([a, b])).all():
             continue
@@ -110,11 +110,21 @@ def race_ompl(folder: Path, name: str, count: int) -> None:
         setup.solve(10.0)
         theirs.append(perf_counter() - begun)
         begun = perf_counter()
-        mf.plan(checker, None, a, b, shorten=0)
+        plan = mf.plan(checker, None, a, b, shorten=0)
         ours.append(perf_counter() - begun)
+        found = setup.haveExactSolutionPath()
+        unsolved[0] += not found
+        unsolved[1] += not plan
+        if found and plan:
+            path = np.array([[state[k] for k in range(n)] for state in setup.getSolutionPath().getStates()])
+            hit += not _path_free(checker, path)
+            lengths.append([float(np.linalg.norm(np.diff(each, axis=0), axis=1).sum()) for each in (path, plan.path)])
+    length = np.mean(np.array(lengths).reshape(-1, 2), axis=0)
     ratio = np.median(theirs) / np.median(ours)
     print(
-        f"{name}: OMPL median {1e3 * np.median(theirs):.1f} ms, ours {1e3 * np.median(ours):.2f} ms, ratio {ratio:.1f}"
+        f"{name}, {len(theirs)} problems: OMPL median {1e3 * np.median(theirs):.1f} ms, not found {unsolved[0]}, in "
+        f"collision at 0.001 rad {hit}, mean length {length[0]:.2f}; ours {1e3 * np.median(ours):.2f} ms, not found "
+        f"{unsolved[1]}, mean length {length[1]:.2f}; ratio of medians {ratio:.1f}"
     )
 
 
@@ -238,7 +248,7 @@ def main() -> None:
     given = parser.parse_args()
     warnings.simplefilter("ignore")
     kept: dict[str, Any] = {}
-    for name in ("panda", "ur5"):
+    for name in sorted(path.name.removesuffix(".json.xz") for path in given.problems.glob("*.json.xz")):
         if given.optimise:
             against_shortcuts(given.problems, name, given.optimise)
             continue

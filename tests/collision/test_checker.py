@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from mafsil import collision
 from mafsil.collision import Box, Checker, CheckStatus, Obstacle, Plane, Reason, Sphere
 from mafsil.collision.bodies import mesh_vertices
 from tests.collision.arms import arm, arm_of_many_pieces, scene
-from tests.collision.peer import CoalChecker
+from tests.collision.peer import CoalChecker, coal_distance, coal_shape
 
 
 @pytest.mark.capability("11-39")
@@ -255,3 +256,27 @@ def test_hulls_of_meshes_hold_every_vertex():
             T[:, :3, 3] = vertices
             assert collision.distance(Sphere(1e-9), geometry, T).distance.max() < 1e-9
     assert checker.check(np.zeros(6)).status in (CheckStatus.FREE, CheckStatus.COLLIDING)
+
+
+def test_what_is_attached_may_come_nearer_than_the_margin(tmp_path):
+    """Rounding below zero: the arm keeps the margin, the box at its tip is free as long as it meets nothing by coal."""
+    robot, half = arm(tmp_path), np.array([0.1, 0.15, 0.05])
+    corners, around = half * np.array(list(product((-1.0, 1.0), repeat=3))), scene(3)
+    box = Obstacle(collision.ConvexHull(corners, -0.05 * (1.0 - 1e-9)), name="box")
+    settings = {"margin": 0.05, "self_collision": False, "samples": 0}
+    alone, checker = Checker(robot, around, **settings), Checker(robot, around, attached=[box], **settings)
+    q = checker.random_configurations(300)
+    q = q[alone.free(q)]
+    free, tips = checker.free(q), robot.forward_kinematics(q)
+    theirs = coal_shape(Box(tuple(2 * half)))
+    away = [min(coal_distance(theirs, T, coal_shape(each.geometry), each.T_so) for each in around) for T in tips]
+    np.testing.assert_array_equal(free, np.array(away) > 0.0)
+    assert 0 < free.sum() < len(free)
+    assert not checker.free(q)[np.array(away) < 0.0].any()
+    assert (np.array(away)[free] < 0.05).any()
+    proved = checker.free_segment(q[:-1], q[1:])
+    for a, b in zip(q[:-1][proved][:5], q[1:][proved][:5], strict=True):
+        states = robot.forward_kinematics(a + np.linspace(0.0, 1.0, 30)[:, None] * (b - a))
+        assert all(
+            coal_distance(theirs, T, coal_shape(each.geometry), each.T_so) > 0.0 for T in states for each in around
+        )

@@ -206,3 +206,17 @@ def test_wrong_planners_and_clearances_are_named(move, key):
 def test_clearances_of_moves_are_lengths_of_the_file():
     text = 'robot = "panda"\nlengths = "millimetres"\n[[move]]\njoints = [0, 0, 0, -1.5, 0, 1.5, 0]\nclearance = 20\n'
     assert parse(text).move[0].clearance == pytest.approx(0.02)
+
+
+def test_a_clearance_that_the_arm_never_keeps_from_itself_is_said():
+    """The wrists of this UR5 stay 9.3 mm apart, whatever its joints do: no other start would help."""
+    robot = Path(__file__).parents[2] / "examples" / "robots" / "ur5.urdf"
+    text = f"robot = '{robot}'\n[collision]\nclearance = 0.02\n[start]\njoints = [0.3, -1.9, 1.9, -1.6, -1.6, 0]\n"
+    text += "[[move]]\njoints = [0.5, -1.9, 1.9, -1.6, -1.6, 0]\n"
+    refused = prepare(parse(text), text, Path())
+    assert isinstance(refused, Refusal)
+    for language in ("en", "ar"):
+        assert "wrist_1" in refused.explain(language)
+        assert "self_collision = false" in refused.explain(language)
+    nearer = text.replace("0.02", "0.009")
+    assert not isinstance(prepare(parse(nearer), nearer, Path()), Refusal)

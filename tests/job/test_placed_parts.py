@@ -167,7 +167,7 @@ def test_what_is_carried_counts_smaller_and_the_sentence_says_so():
     assert found.smaller[found.least] == pytest.approx(0.01 + 1e-4)
     (said,) = (one for one in run.remarks if one.key.startswith("job.least_clearance"))
     assert said.key == "job.least_clearance_carried"
-    assert "10.1 mm smaller" in said.sentence("en")
+    assert "count 10.1 mm more" in said.sentence("en")
     carried = next(leg for leg in run.plan.legs if leg.name == "there")
     q = carried.trajectory.at(np.linspace(0.0, carried.trajectory.duration, 1500)).u
     block = np.eye(4)
@@ -176,3 +176,17 @@ def test_what_is_carried_counts_smaller_and_the_sentence_says_so():
     centre = np.einsum("kji,kj->ki", poses[:, :3, :3], np.array([2.45, 0.05, 0.0]) - poses[:, :3, 3])
     whole = np.linalg.norm(np.maximum(np.abs(centre) - 0.15, 0.0), axis=1).min() - 0.1
     assert whole + 0.01 <= found.distance.min() + 1e-3 <= whole + 0.0101 * 3**0.5 + 2e-3
+
+
+@pytest.mark.capability("11-39")
+@pytest.mark.parametrize(("apart", "free"), [(0.001, True), (-0.005, False)])
+def test_corners_of_what_is_carried_pass_through_nothing(apart, free):
+    """A box that is smaller by the clearance on all sides, kept clear of all by that, leaves out the corners."""
+    carrying = LEAVE.split("[[move]]\nplace")[0]
+    _, plan = planned(HEAD.replace("clearance = 0.01", "clearance = 0.1") + carrying)
+    q = np.array([0.9, 0.3, 0.2])
+    checker = plan.surroundings.checker(plan.legs[-1].load)
+    post = np.eye(4)
+    post[:2, 3] = 0.35 + 0.1 + apart, 0.15 + 0.1 + apart
+    tip = plan.surroundings.robot.forward_kinematics(q)
+    assert bool(checker.with_scene([Obstacle(Box((0.2, 0.2, 0.2)), tip @ post, "post")]).free(q)) is free

@@ -253,3 +253,31 @@ def test_one_arm_past_settled_motions_and_arms_that_are_only_met(cell):
     assert twice.duration == pytest.approx(left.duration + found.motions["right"].duration)
     into = plan_past(met, "right", start, np.array([-0.9, 1.2, 0.3, 0.0, 0.0, 0.0]), LIMITS, {})
     assert into
+
+
+def test_an_arm_that_is_always_near_itself_has_its_turn(tmp_path):
+    """Two of its bodies stay 1 mm apart: what the moments keep on top of the margin is asked of other arms only."""
+    limits = '<limit lower="-2.5" upper="2.5" effort="1" velocity="1"/>'
+    balls = {"l0": [(0.0, 0.05)], "l1": [], "l2": [(0.0, 0.149), (0.4, 0.03)]}
+    links = [
+        f'<link name="{name}">'
+        + "".join(
+            f'<collision><origin xyz="{x} 0 0"/><geometry><sphere radius="{r}"/></geometry></collision>' for x, r in row
+        )
+        + "</link>"
+        for name, row in balls.items()
+    ]
+    joints = [
+        f'<joint name="j{k}" type="revolute"><parent link="l{k - 1}"/><child link="l{k}"/><origin xyz="{x} 0 0"/>'
+        f'<axis xyz="0 0 1"/>{limits}</joint>'
+        for k, x in ((1, 0.0), (2, 0.2))
+    ]
+    file = tmp_path / "near.urdf"
+    file.write_text(f'<robot name="near">{"".join(links + joints)}</robot>')
+    cell = Arms([Mounted("left", file), Mounted("right", file, (1.0, 0.0, 0.0))])
+    start = {"left": [1.0, 0.3], "right": [-2.0, 0.3]}
+    assert 0.0 < float(cell.distance(cell.joined(start)).distance) < 0.003
+    goal = {"left": [-1.0, 0.3], "right": [2.0, -0.3]}
+    found = plan_in_turn(cell, start, goal, MotionLimits.of(4, velocity=2.0, acceleration=5.0))
+    assert found, found.explain()
+    assert cell.free(found.at(np.linspace(0.0, found.duration, 2000))).all()

@@ -152,6 +152,23 @@ class Arms(Checker):
         other._moving = planned
         return other
 
+    def met_by_each_other(self, names: Iterable[str]) -> Self:
+        """The same coordinates with some of the arms only, of which each meets the others, but not itself or the scene.
+
+        Raises:
+            InputError: an unknown name.
+        """
+        kept = tuple(names)
+        for name in kept:
+            self._require(name)
+        owner = [self.arm_of(body.name) for body in self.bodies]
+        pairs = [
+            (a, b)
+            for a, b in self._pairs()
+            if owner[a] != owner[b] and {owner[a], owner[b]} <= set(kept) and not {owner[a], owner[b]} <= self._passive
+        ]
+        return self._with_arm(layout.arm_of(self.bodies, pairs, [(True,) * len(row) for row in self._still]))
+
     def with_passive(self, names: Iterable[str]) -> Self:
         """The same arms, of which some are only met by the others: not checked against the scene and among themselves.
 

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, Truth, as_batch, positive, real_array, single, whole
+from mafsil.arrays import Floats, JointVector, Truth, as_batch, positive, real_array, single, whole
 from mafsil.collision.bodies import Body, bodies_of
-from mafsil.collision.joints import joints_of
+from mafsil.collision.joints import Kinship, joints_of, kinship_of
 from mafsil.collision.pairs import Reason, SkippedPair, named_pairs, skipped_by_structure, still_shapes
 from mafsil.collision.path_check import PathCheck, PathStatus, path_points
 from mafsil.collision.scene import Obstacle, Scene, as_obstacles
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import mafsil.collision.distance_loops as distance_loops
     import mafsil.collision.laid_arm as laid_arm
     import mafsil.collision.layout as layout
-    import mafsil.collision.pair_counts_loops as pair_counts_loops
+    import mafsil.collision.sampled_pairs as sampled_pairs
     import mafsil.collision.segment_loops as segment_loops
     from mafsil.collision.arm_loops import Arm
     from mafsil.collision.laid_arm import LaidArm
@@ -40,11 +40,9 @@ else:
     distance_loops = lazily("mafsil.collision.distance_loops")
     laid_arm = lazily("mafsil.collision.laid_arm")
     layout = lazily("mafsil.collision.layout")
-    pair_counts_loops = lazily("mafsil.collision.pair_counts_loops")
+    sampled_pairs = lazily("mafsil.collision.sampled_pairs")
     segment_loops = lazily("mafsil.collision.segment_loops")
 
-ALWAYS = 0.95
-"""Share of sampled configurations in which two bodies meet that always meet."""
 MOST_CONTACTS = 200
 
 
@@ -60,7 +58,8 @@ class Checker:
         skip: further pairs of names (bodies, links) that are not checked.
         self_collision: whether bodies of the arm are checked against each other.
         radius: of capsules along links without a shape [m]; None leaves them out.
-        samples: random configurations by which pairs that always meet are found; 0 for none.
+        samples: random configurations by which pairs that always meet are found, and those that meet in many and at the
+            zero configuration, where no `srdf` says which matter; 0 for none.
         drop_unseen: also leave out pairs that met in none of the samples: quicker, but nothing proves that they
             cannot meet.
         seed: of the samples.
@@ -107,7 +106,7 @@ class Checker:
         listed = {**({} if srdf is None else disabled_pairs(srdf)), **named_pairs(skip, known)}
         self._skipped = skipped_by_structure(mechanism, self.bodies, listed)
         if self_collision:
-            self._sample_pairs(drop_unseen)
+            self._sample_pairs(drop_unseen, srdf is None)
         self._self_collision = self_collision
         self._workshops: dict[int, Held[Workshop]] = {}
 
@@ -290,6 +289,20 @@ class Checker:
         moves[joints.column[joints.moves[:, tips].any(axis=1)]] = True
         return moves
 
+    @cached_property
+    def kinship(self) -> Kinship:
+        """Which coordinates belong together; what moves one of several tips, or closes a loop, belongs to all."""
+        found = kinship_of(self._joints, self.robot.n, self.moves_tip)
+        if len(self.tips) > 1 or self.robot.mechanism.loops:
+            found.limb[self.moves_tip] = True
+        return found
+
+    @cached_property
+    def has_carriers(self) -> bool:
+        """Whether some limb carries another one, as a torso carries arms."""
+        limb, carries = self.kinship
+        return bool((carries & ~limb).any())
+
     @property
     def ends_of_loops(self) -> tuple[str, ...]:
         """Names of the links that loops join, which have to move as the loops ask."""
@@ -322,7 +335,8 @@ class Checker:
     def with_scene(self, scene: Scene | Iterable[Obstacle]) -> Self:
         """The same arm in another scene: nothing of the arm is computed again."""
         other = object.__new__(type(self))
-        other.__dict__.update(self.__dict__ | {"laid": self.laid, "_workshops": {}})
+        known = {"laid": self.laid, "kinship": self.kinship, "has_carriers": self.has_carriers}
+        other.__dict__.update(self.__dict__ | known | {"_workshops": {}})
         other.scene = scene if isinstance(scene, Scene) else Scene(scene)
         return other
 
@@ -331,7 +345,8 @@ class Checker:
         other = self.with_scene(self.scene)
         # A cached property is an entry of the dictionary.
         other.__dict__["laid"] = laid_arm.LaidArm(self.robot, self._joints, arm)
-        other.__dict__.pop("moves_tip", None)
+        for name in ("moves_tip", "kinship", "has_carriers"):
+            other.__dict__.pop(name, None)
         return other
 
     def with_margin(self, margin: float) -> Self:
@@ -348,20 +363,33 @@ class Checker:
         """All pairs of bodies that are not checked; without self-collision those that could be count as listed."""
         return self._skipped | ({} if self._self_collision else dict.fromkeys(self._pairs(), Reason.LISTED))
 
-    def _sample_pairs(self, drop_unseen: bool) -> None:
-        """Leave out pairs that meet in nearly all samples and, if asked, those that meet in none."""
-        pairs = self._pairs()
-        if not pairs or not self.samples or not self.robot.n:
-            return
-        arm = layout.arm_of(self.bodies, pairs)
-        counts = np.zeros(len(pairs), np.int64)
-        for _, poses in laid_arm.poses_in_parts(self.robot, self.random_configurations(self.samples)):
-            pair_counts_loops.count_meetings(arm, poses, counts)
-        for pair, count in zip(pairs, counts, strict=True):
-            if count >= ALWAYS * self.samples:
-                self._skipped[pair] = Reason.ALWAYS
-            elif count == 0 and drop_unseen:
-                self._skipped[pair] = Reason.UNSEEN
+    def _sample_pairs(self, drop_unseen: bool, unlisted: bool) -> None:
+        """Leave out pairs that meet too often in samples to be meant, and, if asked, those that meet in none."""
+        if self.samples and self.robot.n:
+            rows = np.concatenate([self.zero[None], self.random_configurations(self.samples)])
+            self._skipped |= sampled_pairs.skipped_by_samples(
+                self.robot, self.bodies, self._pairs(), rows, drop_unseen=drop_unseen, unlisted=unlisted
+            )
+
+    def never_apart(self, first: str, second: str) -> bool:
+        """Whether two bodies of the arm are within the margin at nearly all random configurations, by their names."""
+        names = [body.name for body in self.bodies]
+        if first not in names or second not in names or not self.robot.n:
+            return False
+        still = [(True,) * len(row) for row in self._still]
+        pair = (min(map(names.index, (first, second))), max(map(names.index, (first, second))))
+        alone = self._with_arm(layout.arm_of(self.bodies, [pair], still))
+        return sampled_pairs.met_always(alone.in_collision(self.random_configurations(max(self.samples, 100))))
+
+    def account(self, language: str | None = None) -> str:
+        """What is checked, what is not and why, and whether that leaves free configurations without any scene."""
+        return sampled_pairs.explained(self, self._pairs() if self._self_collision else [], language)
+
+    @property
+    def zero(self) -> JointVector:
+        """(n,) the zero configuration, as near as the limits allow."""
+        limits = self.robot.limits
+        return np.minimum(np.maximum(np.zeros(self.robot.n), limits.lower), limits.upper)
 
     def random_configurations(self, count: int) -> Floats:
         """(count, n) configurations, uniform between the limits; half a turn or a metre where there are none."""

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.arrays import Floats
+from mafsil.arrays import Floats, Truth
 from mafsil.model import Mechanism
 
 
@@ -28,6 +29,51 @@ class Joints:
     factor: Floats
     screw: Floats
     moves: NDArray[np.bool_]
+
+
+class Kinship(NamedTuple):
+    """Which coordinates belong to a motion in which others change.
+
+    Attributes:
+        limb: (n, n) whether two are of one limb: a run of joints from one to the next, until something branches off. So
+            do a head and the arms from a torso, fingers from a hand. What comes behind the tip is a limb of its own.
+        carries: (n, n) whether coordinate i moves the joint of coordinate j.
+    """
+
+    limb: Truth
+    carries: Truth
+
+
+def kinship_of(joints: Joints, n: int, moves_tip: Truth) -> Kinship:
+    """Which coordinates belong together.
+
+    Args:
+        joints: of a mechanism.
+        n: how many coordinates it has.
+        moves_tip: (n,) whether a coordinate moves the tip.
+    """
+    first = _limbs(joints, moves_tip)
+    limb, carries = np.eye(n, dtype=np.bool_), np.zeros((n, n), np.bool_)
+    for k, column in enumerate(joints.column):
+        limb[column, joints.column[first == first[k]]] = True
+        carries[column, joints.column[joints.moves[k, joints.link]]] = True
+    return Kinship(limb, carries & ~np.eye(n, dtype=np.bool_))
+
+
+def _limbs(joints: Joints, moves_tip: Truth) -> NDArray[np.int64]:
+    """(j,) for each joint the first one of its limb, see `Kinship`."""
+    rows = len(joints.link)
+    carries = joints.moves[:, joints.link] & ~np.eye(rows, dtype=np.bool_)
+    depth = carries.sum(axis=0)
+    before: list[int] = [int(np.where(carries[:, k], depth, -1).argmax()) if depth[k] else -1 for k in range(rows)]
+    limb = np.arange(rows)
+    order: list[int] = np.argsort(depth, kind="stable").tolist()
+    for k in order:
+        parent = before[k]
+        if parent >= 0 and before.count(parent) == 1:
+            if moves_tip[joints.column[parent]] == moves_tip[joints.column[k]]:
+                limb[k] = limb[parent]
+    return limb
 
 
 def joints_of(mechanism: Mechanism) -> Joints:

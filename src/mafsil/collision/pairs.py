@@ -20,6 +20,10 @@ ON_AXIS = 1e-9
 """Distance from an axis, as share of a radius, and angle to it, below which a shape lies on it."""
 
 
+SAME_PLACE = 1e-6
+"""Distance within which the axes of two hinges make one joint [m]."""
+
+
 class Reason(Enum):
     """Why a pair is not checked."""
 
@@ -27,6 +31,7 @@ class Reason(Enum):
     ADJACENT = "adjacent"
     LISTED = "listed"
     ALWAYS = "always"
+    OFTEN = "often"
     UNSEEN = "unseen"
 
 
@@ -37,7 +42,8 @@ class SkippedPair:
     Attributes:
         first, second: their names.
         reason: no joint moves between them; they are neighbours at one joint; listed in a file or by the caller; they
-            met in (nearly) all sampled configurations; they met in none of them.
+            met in (nearly) all sampled configurations; they met in many, and at the zero configuration or across
+            hinges at one point with empty links between; they met in none.
     """
 
     first: str
@@ -81,6 +87,35 @@ def rigid_groups(mechanism: Mechanism) -> tuple[int, ...]:
     for k, (joint, parent) in enumerate(zip(mechanism.joints, mechanism.parents, strict=True)):
         group.append(k + 1 if joint.moves else group[parent])
     return tuple(group)
+
+
+def joined_by_hinges(mechanism: Mechanism, bodies: tuple[Body, ...]) -> set[tuple[int, int]]:
+    """Pairs of bodies, by their indices, that several hinges at one point join, with empty links between.
+
+    That is how descriptions write universal and ball joints.
+
+    Args:
+        mechanism: the arm.
+        bodies: of it.
+    """
+    group = rigid_groups(mechanism)
+    filled = {group[body.link] for body in bodies}
+    places = [np.eye(4)]
+    above = dict[int, tuple[int, bool, bool]]()
+    for k, (joint, parent) in enumerate(zip(mechanism.joints, mechanism.parents, strict=True)):
+        T = places[parent] @ joint.T_pj
+        places.append(np.eye(4) if joint.moves else T)
+        if joint.moves:
+            at_its_joint = bool(np.linalg.norm(T[:3, 3]) <= SAME_PLACE)
+            above[k + 1] = (group[parent], joint.kind is JointKind.REVOLUTE, at_its_joint)
+    found = set[frozenset[int]]()
+    for first, (parent, hinge, at_its_joint) in above.items():
+        while hinge and at_its_joint and parent not in filled and parent in above and above[parent][1]:
+            parent, hinge, at_its_joint = above[parent]
+            found.add(frozenset((first, parent)))
+    groups = [group[body.link] for body in bodies]
+    pairs = combinations(range(len(bodies)), 2)
+    return {(a, b) for a, b in pairs if frozenset((groups[a], groups[b])) in found}
 
 
 def named_pairs(pairs: Iterable[tuple[str, str]], known: Sequence[str]) -> dict[frozenset[str], str]:

@@ -135,9 +135,9 @@ def _one(kind: int, size: tuple[float, float, float], rounding: float, radius: f
 
 
 def _hulls(corners: Floats, rounding: float) -> Rows:
-    """Hulls of (k, c, 3) corners, each in a ball about the middle of its extent."""
+    """Hulls of (k, c, 3) corners, each in a ball about the middle of its extent: around the corners, at least."""
     centres = (corners.min(axis=1) + corners.max(axis=1)) / 2
-    radii = np.sqrt(((corners - centres[:, None]) ** 2).sum(axis=2).max(axis=1)) + rounding
+    radii = np.sqrt(((corners - centres[:, None]) ** 2).sum(axis=2).max(axis=1)) + max(rounding, 0.0)
     return Rows(HULL, (0.0, 0.0, 0.0), rounding, corners, centres, radii)
 
 
@@ -171,6 +171,6 @@ def boxes(pieces: Pieces) -> Floats:
         corners = pieces.vertices[at[:, None] + np.arange(count)] @ R[same].transpose(0, 2, 1)
         reach[same] = np.stack([corners.min(axis=1), corners.max(axis=1)], axis=2)
     found = np.concatenate([p + reach[:, :, 0], p + reach[:, :, 1]], axis=1)
-    grown = found + np.outer(pieces.rows[:, ROUNDING], [-1.0, -1.0, -1.0, 1.0, 1.0, 1.0])
+    grown = found + np.outer(np.maximum(pieces.rows[:, ROUNDING], 0.0), [-1.0, -1.0, -1.0, 1.0, 1.0, 1.0])
     grown[kinds == PLANE] = [-np.inf, -np.inf, -np.inf, np.inf, np.inf, np.inf]
     return grown

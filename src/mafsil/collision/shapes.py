@@ -38,7 +38,8 @@ class ConvexHull:
 
     Attributes:
         points: (k, 3) [m].
-        rounding: everything so near to the hull belongs to it [m].
+        rounding: everything so near to the hull belongs to it; below zero all distances of the hull count larger by
+            that, so that it may come nearer than a margin, but not meet anything [m].
     """
 
     points: Floats
@@ -46,7 +47,7 @@ class ConvexHull:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", _points("points", self.points))
-        _require_length("rounding", self.rounding, zero=True)
+        _require_length("rounding", abs(self.rounding), zero=True)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

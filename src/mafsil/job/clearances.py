@@ -29,7 +29,7 @@ class Clearances:
         distance: (k,) between the arm and anything, or two of its own bodies [m]; minus the depth where they meet.
         first, second: (k,) the two bodies.
         wanted: (k,) the clearance that is to be kept then [m].
-        smaller: (k,) by how much a part that is carried counts smaller on each side, where it is the nearest [m].
+        smaller: (k,) by how much distances of a part that is carried count more, where it is the nearest [m].
     """
 
     t: Floats

@@ -159,7 +159,10 @@ class _Planner:
         walk, around = self.walk, self.walk.surroundings
         parts = walk.parts.counted()
         if around is not None and not around.is_free(walk.q, walk.load, None, parts):
-            contact = around.checker(walk.load, None, parts).check(walk.q).contacts[0]
+            checker = around.checker(walk.load, None, parts)
+            contact = checker.check(walk.q).contacts[0]
+            if contact.distance > 0.0 and checker.never_apart(contact.first, contact.second):
+                key = "job.never_apart"
             raise Refused(key, move=walk.where(index), contact=said_of(contact))
 
     def reach(self, index: int, name: str, goal: Goal) -> None:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
-from mafsil.collision import Box, Capsule, Checker, Clearance, Contact, Cylinder, Plane, Scene, Sphere
+from mafsil.collision import Box, Capsule, Checker, Clearance, Contact, ConvexHull, Cylinder, Plane, Scene, Sphere
 from mafsil.collision import Obstacle as Body
 from mafsil.job.beside import Beside
 from mafsil.job.description import Collision, Grasp, Job, Obstacle, SceneFile, Tool
@@ -34,6 +35,10 @@ RESTS = ("pick", "place", "tool", "pause", "set", "wait", "if", "settle")
 """Kinds of legs at which nothing moves."""
 ROOM = 1e-4
 """What ways round keep on top of the clearance: more than a chord by which they are proved again leaves them [m]."""
+CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
+"""(8, 3) of a box with edges of length 2."""
+NEARER = 1.0 - 1e-9
+"""Share of the clearance by which a carried part may come nearer: one that touches is not free, whatever is rounded."""
 RESTING = 1e-4
 """How much smaller than itself a carried part counts: it may stand on something [m]."""
 
@@ -86,8 +91,8 @@ class Surroundings:
     """The arm of a job among its obstacles.
 
     What the report draws is what is checked: the description's collision shapes, else what it shows, else tubes along
-    the links, and the boxes of tools. A carried part counts, smaller by the clearance, so that it may stand on a table;
-    parts that were put down stand where they are.
+    the links, and the boxes of tools. A carried part keeps no clearance, so that it may stand on a table; parts put
+    down stand where they are.
 
     Args:
         job: its obstacles and clearance.
@@ -182,7 +187,7 @@ class Surroundings:
     def clearance(
         self, q: Floats, load: Load, kept: float | None = None, parts: tuple[PlacedPart, ...] = ()
     ) -> Clearance:
-        """Smallest distances at configurations (k, n); a carried part is smaller by the clearance that is kept."""
+        """Smallest distances at configurations (k, n); those of a carried part are larger by the clearance kept."""
         return self.checker(load, kept, parts).distance(q)
 
     def neighbourhood(self, loads: Sequence[Load]) -> Neighbourhood:
@@ -270,13 +275,14 @@ def _hanging(load: Load, clearance: float) -> list[Body]:
 
 
 def _boxes(load: Load, clearance: float) -> Iterator[tuple[Tool | Grasp, Body]]:
-    """Tool and part, each with its box; the part smaller by the clearance and what it may stand on."""
+    """Tool and part, each with its box; that of the part is smaller by what it may stand on and keeps no clearance."""
     equipment, carried = load.equipment, load.carried
     tool = equipment.tool
     if tool.size is not None:
         T = equipment.T_of_first @ box_of_tool(equipment)
         yield tool, Body(Box(tool.size), T, visible(equipment.name or UNNAMED_TOOL))
     if carried is not None:
-        smaller = np.array(carried.size) - 2.0 * (clearance + RESTING)
-        x, y, z = np.maximum(smaller, 0.05 * np.array(carried.size)).tolist()
-        yield carried, Body(Box((x, y, z)), equipment.T_of_first @ box_in_tip(carried), visible(carried.name))
+        size = np.array(carried.size)
+        corners = np.maximum(size / 2.0 - RESTING, 0.05 * size / 2.0) * CORNERS
+        hull = ConvexHull(corners, rounding=-NEARER * clearance)
+        yield carried, Body(hull, equipment.T_of_first @ box_in_tip(carried), visible(carried.name))

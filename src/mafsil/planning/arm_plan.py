@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, positive, real_array, require_finite, whole
-from mafsil.collision import Check, Checker, Clearance
+from mafsil.collision import Check, Checker, Clearance, Contact
 from mafsil.errors import InputError
 from mafsil.messages import say
-from mafsil.planning.arm_limits import bounds_of
+from mafsil.planning.arm_limits import Moving, bounds_of
 from mafsil.planning.kept_planning import Kept
 from mafsil.planning.outcome import Plan, PlanningStatus
 from mafsil.planning.path_optimisation import Descent, descend
@@ -31,6 +31,7 @@ class ArmPlan(Plan):
         goal: which of the goals the path leads to; -1 where there is no path.
         kept: what the path keeps, if something was to be kept.
         descent: how `optimised` made it, if it did.
+        moving: joints that were named as free to move, if they were.
     """
 
     checker: Checker | None = None
@@ -39,6 +40,7 @@ class ArmPlan(Plan):
     goal: int = -1
     kept: Kept | None = None
     descent: Descent | None = None
+    moving: Moving = None
 
     def kept_bounds(self) -> Floats:
         """(k,) largest angle [rad] or distance [m] of each constraint that the proof along the path leaves possible.
@@ -105,7 +107,7 @@ class ArmPlan(Plan):
             raise InputError("input.range", name="smoothness", value=smoothness, low=0.0, high=np.inf)
         whole("points", points, least=1)
         whole("iterations", iterations, least=1)
-        bounds = bounds_of(self.checker, self.path[[0, -1]])
+        bounds = bounds_of(self.checker, self.path[[0, -1]], self.moving)
         descent = descend(self.checker, self.path, bounds, clearance, smoothness, points, iterations, seconds)
         return replace(self, path=descent.path, descent=descent)
 
@@ -145,6 +147,11 @@ class ArmPlan(Plan):
             which = say("planning.start_itself" if at_start else "planning.goal_number", language=language, number=k)
             contacts = "; ".join(each.sentence(language) for each in check.contacts)
             lines.append(say("planning.end_meets", language=language, which=which, contacts=contacts))
+        own = self._own_pair()
+        if own is not None:
+            always = self.checker is not None and own.distance > 0.0 and self.checker.never_apart(own.first, own.second)
+            key = "planning.own_always_near" if always else "planning.own_bodies"
+            lines.append(say(key, language=language, first=own.first, second=own.second))
         if self.descent is not None:
             before, after, steps = self.descent.before, self.descent.after, self.descent.iterations
             numbers = {"length": before.length, "shorter": after.length, "cost": before.total, "lower": after.total}
@@ -153,6 +160,12 @@ class ArmPlan(Plan):
             worst = self.kept.along(self.checker, self.path[:-1], self.path[1:])
             lines += [] if worst is None else self.kept.sentences(worst, language)
         return "\n".join(lines)
+
+    def _own_pair(self) -> Contact | None:
+        """Two bodies of the robot itself that meet at an end, where nothing else meets there."""
+        contacts = [contact for check in self.ends for contact in check.contacts]
+        own = set[str]() if self.checker is None else {body.name for body in self.checker.bodies}
+        return contacts[0] if contacts and all(each.second in own for each in contacts) else None
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""

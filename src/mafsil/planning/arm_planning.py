@@ -4,24 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
-from threading import local
 from time import perf_counter
-from typing import TYPE_CHECKING, TypeAlias, cast
-from weakref import WeakKeyDictionary
+from typing import NamedTuple, TypeAlias, cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, as_batch, positive, real_array, single, whole
+from mafsil.arrays import Floats, JointVector, Truth, as_batch, positive, real_array, single, whole
 from mafsil.collision import Checker, Obstacle, Scene
 from mafsil.errors import InputError
 from mafsil.geometry import Pose
 from mafsil.ik import inverse_kinematics
-from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
 from mafsil.model.placement import checked_poses
-from mafsil.planning.arm_limits import UNBOUNDED, beyond_limits, bounds_of, endless_joints
+from mafsil.planning.arm_limits import (
+    Moving,
+    beyond_limits,
+    bounds_of,
+    endless_joints,
+    held_joints,
+    held_of,
+    rule_for,
+    with_carriers,
+)
 from mafsil.planning.arm_plan import ArmPlan
+from mafsil.planning.arm_search import Searched, search
 from mafsil.planning.closed_arms import closed_configurations, loops_kept
 from mafsil.planning.goal_region import GoalRegion
 from mafsil.planning.interruption import tells_of_interruption
@@ -34,37 +41,7 @@ from mafsil.planning.roadmap import ArmRoadmap
 from mafsil.planning.search import PLANNERS, Budget
 from mafsil.planning.shortening import shortened
 
-if TYPE_CHECKING:
-    import mafsil.planning.arm_question_loops as arm_question_loops
-    import mafsil.planning.arm_search_loops as arm_search_loops
-    import mafsil.solvers.held_loops as held_loops
-    from mafsil.collision.laid_arm import LaidArm
-    from mafsil.planning.arm_question_loops import Question
-    from mafsil.planning.arm_search_loops import Forests
-    from mafsil.solvers.held_loops import Held
-else:
-    arm_question_loops = lazily("mafsil.planning.arm_question_loops")
-    arm_search_loops = lazily("mafsil.planning.arm_search_loops")
-    held_loops = lazily("mafsil.solvers.held_loops")
-
 LAZY = "lazy_prm_star"
-STEP = 0.07
-"""Longest edge of a tree, as share of the diagonal of the limits."""
-FIRST_ROOM = 1024
-"""Nodes of each side that there are arrays for at first."""
-SLICE = 512
-"""Samples between two looks at the clock."""
-Searched: TypeAlias = tuple[JointVector | None, int, tuple[int, int, int]]
-"""Path, nodes, (edges looked at, proofs, states)."""
-
-
-class _OfThread(local):
-    def __init__(self) -> None:
-        self.forests: dict[int, Forests] = {}
-        self.questions: WeakKeyDictionary[LaidArm, Held[Question]] = WeakKeyDictionary()
-
-
-_OF_THREAD = _OfThread()
 
 
 @tells_of_interruption
@@ -82,6 +59,7 @@ def plan(
     margin: float | None = None,
     keep: Constraint | Iterable[Constraint] = (),
     radius: float | None = None,
+    moving: Iterable[str] | None = None,
 ) -> ArmPlan:
     """A path of an arm from a configuration to a goal, each straight motion of it proved free of collisions.
 
@@ -91,7 +69,12 @@ def plan(
        when they count. What is to be kept is kept by projection, and proved between the points of the path.
     4. Shortcuts, proved too.
 
-    Coordinates that do not move the tip and are the same at start and goals, such as those of a gripper, stay.
+    Coordinates that are the same at start and goals stay, but for the rest of the limbs that change: where the goal
+    moves some joints of the left arm of a robot, all of that arm may move on the way, but neither the right arm nor
+    head, wheels and fingers. A limb is a run of joints from which nothing branches off. What carries it, such as a
+    torso, may move as well where half of the budget found nothing without. Where all that changes moves the tip, what
+    follows on the way to the tip may move too. `moving` names others in place of all this. Of several `Arms` all joints
+    of the arms that are planned may move.
     The loops of a mechanism stay closed: its poses become configurations with closed loops by a search, and every path
     keeps `loops_kept` as well.
 
@@ -112,12 +95,14 @@ def plan(
         keep: what the path keeps all along, such as `planning.Upright(0.1)`: one or several constraints. Only with
             "rrt_connect", which alone knows loops too.
         radius: of capsules along the links, for a robot without shapes [m]; a Checker was made with its own.
+        moving: names of joints that may move on the way though start and goals agree on them, in place of the rule
+            above; none for an empty list.
 
     Ctrl-C ends planners that improve with the best so far, `interrupted`; others raise `KeyboardInterrupt`.
 
     Raises:
         InputError: a wrong shape, a number that is not finite, an unknown planner; a loop that is closed by a joint
-            other than a hinge, a ball or a fixed one.
+            other than a hinge, a ball or a fixed one; `moving` names no joint.
 
     Reference: J. Kuffner, S. LaValle, RRT-Connect, ICRA 2000; proofs as in Schwarzer, Saha, Latombe, IEEE T-RO 2005.
     """
@@ -135,48 +120,94 @@ def plan(
     for name, number, least in (("seed", seed, 0), ("nodes", nodes, 1), ("shorten", shorten, 0)):
         whole(name, number, least=least)
     positive("seconds", seconds)
+    may_move = None if moving is None else tuple(moving)
+    if may_move is not None:
+        rule_for(checker, may_move)
     begun = perf_counter()
     # 1.
     goals = configurations_of(checker, goal, q)
+    rules: tuple[Moving, ...] = (may_move,)
+    if moving is None and checker.has_carriers and len(goals):
+        wider = with_carriers(checker, np.concatenate([q[None], goals]))
+        rules = (None,) if wider is None else (None, wider)
+    half = seconds / len(rules), max(nodes // len(rules), 1)
     if planner == "rrt_connect" and not keep and not loops and roadmap is None and len(goals):
-        path, made, seen = _search(checker, q, goals, seed, seconds, nodes, shorten)
+        path, made, seen, rule = None, 0, (0, 0, 0), rules[0]
+        for rule in rules:
+            path, more, also = search(checker, q, goals, seed, *half, shorten, rule)
+            made, seen = made + more, _sum(seen, also)
+            if path is not None or not made:
+                break
         if made:  # Else an end cannot be, which follows by name.
-            return _answer(checker, path, planner, made, seen, q, goals, begun)
+            return _answer(checker, path, planner, made, seen, q, goals, begun, moving=rule)
     # 2.
     refused = _refused(checker, q, goals, planner, begun)
     if isinstance(refused, ArmPlan):
         return _reasoned(refused, checker, goal, q)
-    open_goals = goals[refused]
-    lower, upper = bounds_of(checker, np.concatenate([q[None], goals]))
     constraints = ((keep,) if not isinstance(keep, Iterable) else tuple(keep)) + loops
-    kept = Kept(*kept_of(checker, constraints, q, (lower, upper))) if constraints else None
+    if constraints and planner != "rrt_connect":
+        raise InputError("planning.loops_planner" if loops else "planning.keep_planner", planner=planner)
     # 3., 4.
+    if len(rules) > 1 and not constraints:
+        # What the best paths need is what any path needs, and that is found soon.
+        path, _, _ = search(checker, q, goals, seed, *half, 0, rules[0])
+        rules = rules[:1] if path is not None else rules[1:]
+        half = max(seconds - (perf_counter() - begun), 0.5 * seconds), nodes
+    budget = _Budget(seed, *half, shorten)
+    found = _searched(checker, roadmap, constraints, q, goals, refused, planner, budget, rules[0], begun)
+    if len(rules) > 1 and found.status is PlanningStatus.NOT_FOUND:
+        found = _searched(checker, roadmap, constraints, q, goals, refused, planner, budget, rules[1], begun)
+    return found
+
+
+class _Budget(NamedTuple):
+    """What a search may take; arguments as of `plan`."""
+
+    seed: int
+    seconds: float
+    nodes: int
+    shorten: int
+
+
+def _searched(
+    checker: Checker, roadmap: ArmRoadmap | None, constraints: tuple[Constraint, ...], q: JointVector,
+    goals: JointVector, is_open: Truth, planner: str, budget: _Budget, moving: Moving, begun: float,
+) -> ArmPlan:  # fmt: skip
+    """Steps 3 and 4 of `plan` by any planner, where some coordinates may move."""
+    bounds, open_goals = bounds_of(checker, np.concatenate([q[None], goals]), moving), goals[is_open]
+    kept = Kept(*kept_of(checker, constraints, q, bounds)) if constraints else None
     if kept is not None:
-        if planner != "rrt_connect":
-            raise InputError("planning.loops_planner" if loops else "planning.keep_planner", planner=planner)
         off = _not_kept(checker, kept, q, open_goals, begun)
         if isinstance(off, ArmPlan):
             return off
-        path, made, seen = search_kept(checker, kept, q, open_goals[off], seed, seconds, nodes, shorten)
+        path, made, seen = search_kept(checker, kept, q, open_goals[off], *budget)
     elif roadmap is not None:
-        path, made, seen = _asked(roadmap, (lower, upper), q, open_goals, seconds, nodes)
+        path, made, seen = _asked(roadmap, bounds, q, open_goals, budget.seconds, budget.nodes)
     else:
-        search = ARM_PLANNERS.get(planner, _general)
-        path, made, seen = search(checker, (lower, upper), q, open_goals, planner, seed, seconds, nodes, shorten)
-    return _answer(checker, path, planner, made, seen, q, goals, begun, kept)
+        chosen = ARM_PLANNERS.get(planner, _general)
+        path, made, seen = chosen(checker, bounds, q, open_goals, planner, *budget, moving)
+    return _answer(checker, path, planner, made, seen, q, goals, begun, kept, moving)
+
+
+def _sum(a: tuple[int, int, int], b: tuple[int, int, int]) -> tuple[int, int, int]:
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
 def _answer(
     checker: Checker, path: JointVector | None, planner: str, made: int, seen: tuple[int, int, int], q: JointVector,
-    goals: JointVector, begun: float, kept: Kept | None = None,
+    goals: JointVector, begun: float, kept: Kept | None = None, moving: Moving = None,
 ) -> ArmPlan:  # fmt: skip
     status = PlanningStatus.NOT_FOUND if path is None else PlanningStatus.FOUND
     points = q[None] if path is None else path
     reached = -1 if path is None else 0 if len(goals) == 1 else int(np.abs(goals - points[-1]).max(axis=1).argmin())
     looked_at, proofs, states = seen
-    seconds, reason = perf_counter() - begun, "" if path is not None else endless_joints(checker)
+    seconds, reason = perf_counter() - begun, ""
+    if path is None:
+        held = held_of(checker, np.concatenate([q[None], goals]), moving)
+        reason = "; ".join(filter(None, [endless_joints(checker, held), held_joints(checker, held)]))
     return ArmPlan(
-        status, points, planner, states, looked_at, made, seconds, reason, checker, (), proofs, reached, kept
+        status, points, planner, states, looked_at, made, seconds, reason, checker, (), proofs, reached, kept,
+        moving=moving,
     )  # fmt: skip
 
 
@@ -274,81 +305,21 @@ def _not_kept(
     return found if found.any() else ended(PlanningStatus.GOAL_OFF, goals[0])
 
 
-def _search(
-    checker: Checker, q: JointVector, goals: JointVector, seed: int, seconds: float, nodes: int, shorten: int
-) -> Searched:  # fmt: skip
-    """RRT-Connect in slices: the clock and an interruption are looked at between them.
-
-    1. A slice is one compiled call; the first also looks at the ends and tries straight motions, the last makes
-       shortcuts.
-    2. Arrays double where they are full. The clock starts after the first slice: a first call ever also waits for the
-       compiler.
-
-    Returns:
-        None in place of the path if there is none, or if an end cannot be, which leaves no nodes.
-    """
-    loops, workshop, question = arm_question_loops, checker.workshop(), _question_for(checker, len(goals))
-    forests, deadline = question.value.forests, np.inf
-    code, path = loops.solve(workshop, question, q, goals, seed, STEP, min(SLICE, nodes), shorten, False)  # 1
-    if code == loops.REFUSED:
-        return None, 0, (0, 0, 0)
-    while code != loops.JOINED:
-        made, now = _nodes(forests), perf_counter()
-        deadline = min(deadline, now + seconds)
-        if made >= nodes or now > deadline:
-            return None, made, _counted(forests.seen)
-        if code == loops.FULL:  # 2
-            forests = arm_search_loops.doubled(forests)
-            question = held_loops.Held(question.value._replace(forests=forests))
-        left = max(min(SLICE, nodes - made), 1)
-        code, path = loops.solve(workshop, question, q, goals, seed, STEP, left, shorten, True)
-    return path, _nodes(forests), _counted(forests.seen)
-
-
-def _question_for(checker: Checker, goals: int) -> Held[Question]:
-    """Where this thread searches for paths of an arm, with place for so many goals; kept for the next question."""
-    known, n = _OF_THREAD.questions.get(checker.laid), checker.robot.n
-    if known is None or known.value.forests.q.shape[1] < goals + 2:
-        limits = checker.robot.limits
-        between = arm_question_loops.Limits(limits.lower.copy(), limits.upper.copy(), checker.moves_tip, UNBOUNDED)
-        known = held_loops.Held(arm_question_loops.Question(between, _forests_for(n, goals), np.empty((2, n))))
-        _OF_THREAD.questions[checker.laid] = known
-    return known
-
-
-def _forests_for(n: int, goals: int) -> Forests:
-    """Arrays of this thread for a search, used again by the next one."""
-    known = _OF_THREAD.forests
-    if n not in known or known[n].q.shape[1] < goals + 2:
-        ends, random = np.zeros((goals, n)), np.zeros(1, np.uint64)
-        known[n] = arm_search_loops.forests_of(np.zeros(n), ends, FIRST_ROOM, random, np.zeros(3, np.int64))
-    return known[n]
-
-
 def _compiled(
     checker: Checker, bounds: tuple[Floats, Floats], q: JointVector, goals: JointVector, planner: str, seed: int,
-    seconds: float, nodes: int, shorten: int,
+    seconds: float, nodes: int, shorten: int, moving: Moving,
 ) -> Searched:  # fmt: skip
     """As every search of `ARM_PLANNERS`."""
     del bounds, planner
-    return _search(checker, q, goals, seed, seconds, nodes, shorten)
-
-
-def _nodes(forests: Forests) -> int:
-    of_start, of_goals, _ = forests.sizes.tolist()
-    return of_start + of_goals
-
-
-def _counted(seen: NDArray[np.int64]) -> tuple[int, int, int]:
-    looked_at, proved, states = seen.tolist()
-    return looked_at, proved, states
+    return search(checker, q, goals, seed, seconds, nodes, shorten, moving)
 
 
 def _general(
     checker: Checker, bounds: tuple[Floats, Floats], q: JointVector, goals: JointVector, planner: str, seed: int,
-    seconds: float, nodes: int, shorten: int,
+    seconds: float, nodes: int, shorten: int, moving: Moving,
 ) -> Searched:  # fmt: skip
     """Any planner of `PLANNERS`; each segment is proved."""
+    del moving
     problem = Problem(*bounds, checker.free, checker.free_segment)
     rng = np.random.default_rng(seed)
     path, made = PLANNERS[planner](problem, q, goals, Budget(rng, perf_counter() + seconds, nodes))
@@ -360,27 +331,26 @@ def _general(
 
 def _optimising(
     checker: Checker, bounds: tuple[Floats, Floats], q: JointVector, goals: JointVector, planner: str, seed: int,
-    seconds: float, nodes: int, shorten: int,
+    seconds: float, nodes: int, shorten: int, moving: Moving,
 ) -> Searched:  # fmt: skip
     """Straight lines bent by the gradients of distances until they are free; nodes are steps."""
-    del planner, shorten
+    del planner, shorten, moving
     path, made = optimise_from_straight(checker, bounds, q, goals, seed, seconds, nodes)
     return path, made, (made, 0 if path is None else len(path) - 1, made * (POINTS + 2))
 
 
 def _lazy_prm_star(
     checker: Checker, bounds: tuple[Floats, Floats], q: JointVector, goals: JointVector, planner: str, seed: int,
-    seconds: float, nodes: int, shorten: int,
+    seconds: float, nodes: int, shorten: int, moving: Moving,
 ) -> Searched:  # fmt: skip
     """A first path by RRT-Connect, then a roadmap where a shorter one can pass, until the budget ends."""
     begun = perf_counter()
-    first, made, seen = _compiled(checker, bounds, q, goals, planner, seed, seconds, nodes, shorten)
+    first, made, seen = _compiled(checker, bounds, q, goals, planner, seed, seconds, nodes, shorten, moving)
     left = max(seconds - (perf_counter() - begun), 1e-9)
     if first is None or made >= nodes:
         return first, made, seen
     path, more, also = _asked(ArmRoadmap(checker, seed), bounds, q, goals, left, nodes - made, first)
-    a, b, c = (x + y for x, y in zip(seen, also, strict=True))
-    return path, made + more, (a, b, c)
+    return path, made + more, _sum(seen, also)
 
 
 def _asked(
@@ -395,9 +365,9 @@ def _asked(
 
 
 ArmSearch: TypeAlias = Callable[
-    [Checker, tuple[Floats, Floats], JointVector, JointVector, str, int, float, int, int], Searched
+    [Checker, tuple[Floats, Floats], JointVector, JointVector, str, int, float, int, int, Moving], Searched
 ]
-"""(checker, bounds, start, goals, name, seed, seconds, nodes, shorten) -> path, nodes, (edges, proofs, states)."""
+"""(checker, bounds, start, goals, name, seed, seconds, nodes, shorten, moving) -> path, nodes, counts."""
 ARM_PLANNERS: dict[str, ArmSearch] = {
     "rrt_connect": _compiled, LAZY: _lazy_prm_star, "trajectory_optimisation": _optimising,
 }  # fmt: skip

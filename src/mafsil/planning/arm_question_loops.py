@@ -34,12 +34,18 @@ class Limits(NamedTuple):
     Attributes:
         lower, upper: (n,) of the coordinates; infinite where there are none.
         moves: (n,) whether a coordinate moves the tip.
+        limb: (n, n) whether coordinate i may move where j ends elsewhere than it starts.
+        behind: (n, n) whether it may do so where all that does moves the tip.
+        changes: (n,) to work in.
         around: how far beyond start and goals one without limits is searched [rad | m].
     """
 
     lower: Floats
     upper: Floats
     moves: NDArray[np.bool_]
+    limb: NDArray[np.bool_]
+    behind: NDArray[np.bool_]
+    changes: NDArray[np.bool_]
     around: float
 
 
@@ -47,16 +53,35 @@ class Limits(NamedTuple):
 def bounds_around(limits: Limits, start: Floats, goals: Floats, bounds: Floats) -> None:
     """Lowest and highest coordinates of samples, (2, n), out.
 
-    Coordinates that do not move the tip and have one value at all ends, such as those of a gripper, keep it.
+    Coordinates with one value at all ends keep it unless `_may_move` frees them.
     """
+    of_tip = True
     for c in range(len(start)):
         low, high = start[c], start[c]
         for k in range(len(goals)):
             low, high = min(low, goals[k, c]), max(high, goals[k, c])
         bounds[0, c] = limits.lower[c] if limits.lower[c] > -np.inf else low - limits.around
         bounds[1, c] = limits.upper[c] if limits.upper[c] < np.inf else high + limits.around
-        if not limits.moves[c] and low == high:
-            bounds[0, c], bounds[1, c] = low, low
+        limits.changes[c] = low != high
+        of_tip &= limits.moves[c] or low == high
+    for c in range(len(start)):
+        if not limits.changes[c] and not _may_move(limits, c, of_tip):
+            bounds[0, c], bounds[1, c] = start[c], start[c]
+
+
+@uncounted
+def _may_move(limits: Limits, c: int, of_tip: bool) -> bool:
+    """Whether a coordinate that ends where it starts belongs to the motion of those that do not.
+
+    Args:
+        limits: of configurations.
+        c: the coordinate.
+        of_tip: whether all those that change move the tip.
+    """
+    found = False
+    for j in range(len(limits.changes)):
+        found |= limits.changes[j] and (limits.limb[c, j] or (of_tip and limits.behind[c, j]))
+    return found
 
 
 @uncounted

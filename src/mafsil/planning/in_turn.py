@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import partial
 from itertools import islice, pairwise, permutations
 from time import perf_counter
 
@@ -27,7 +28,9 @@ MOST_ORDERS = 6
 ASIDE = 8
 """Random places to step aside that are tried for an arm that finds no other way."""
 APART = 0.003
-"""Clearance beyond the margin by which moments are chosen, so that the proof has something to spare [m]."""
+"""Clearance between arms beyond the margin by which moments are chosen, so that the proof has something to spare [m].
+
+Of what an arm keeps from itself and from the scene its path is the proof, at any moment."""
 TRIES = 6
 """Times that a way that cannot be proved is looked for again."""
 DIRECT = 3
@@ -232,14 +235,14 @@ class _Turns:
     def turn(self, name: str, before: Mapping[str, TimedArm], after: tuple[str, ...]) -> TimedArm | None:
         """The motion of one arm among those planned; where it can be, it leaves those after it where they stand."""
         for waiting in dict.fromkeys((after, ())):
-            among = self.cell.among([*before, name, *waiting])
+            counted = (*before, name, *waiting)
             fixed = {each: q for each, q in self.start.items() if each != name and each not in before}
             best: TimedArm | None = None
             for k, points in enumerate(self._paths(name, before, waiting)):
                 if best is not None and (k >= DIRECT or self.left <= 0.0):
                     break
                 begun = perf_counter()
-                found = self._way(name, points, before, among, fixed)
+                found = self._way(name, points, before, counted, fixed)
                 self._spent("way", perf_counter() - begun)
                 if found is not None and (best is None or found.duration < best.duration):
                     best = found
@@ -254,16 +257,21 @@ class _Turns:
         self.warm.add(what)
 
     def _way(
-        self, name: str, points: JointVector, before: Mapping[str, TimedArm], among: Arms,
-        fixed: Mapping[str, JointVector],
+        self, name: str, points: JointVector, before: Mapping[str, TimedArm],
+        counted: tuple[str, ...], fixed: Mapping[str, JointVector],
     ) -> TimedArm | None:  # fmt: skip
         """The earliest arrival along one path, proved."""
-        wider = among.with_margin(among.margin + APART)
+        among, between = self.cell.among(counted), self.cell.met_by_each_other(counted)
+        horizon = max(0.0, *(each.duration for each in before.values())) if before else 0.0
 
-        def is_free(q: JointVector, t: Floats) -> NDArray[np.bool_]:
+        def is_free(q: JointVector, t: Floats, room: float = APART) -> NDArray[np.bool_]:
             places = {each: motion.at(t) for each, motion in before.items()}
             all_of_them = among.joined({**fixed, **places, name: q})
-            return np.asarray(wider.free(all_of_them), dtype=np.bool_)
+            return np.asarray(between.with_margin(among.margin + room).free(all_of_them), dtype=np.bool_)
+
+        ends = points[[0, -1]][:, self.cell.columns[name]]
+        if not is_free(ends, np.array([0.0, horizon])).all():
+            is_free = partial(is_free, room=0.0)
 
         def is_proved(motion: TimedArm) -> float | None:
             return unproved_moment(among, {**before, name: motion}, fixed)
@@ -274,7 +282,6 @@ class _Turns:
             return still if is_proved(still) is None else None
         path = self._rounded(name, points)
         route = route_along(path, limits)
-        horizon = max(0.0, *(each.duration for each in before.values())) if before else 0.0
         return None if route is None else timed_way(route, is_free, horizon, TRIES, is_proved)
 
     def _rounded(self, name: str, points: JointVector) -> JointPath:

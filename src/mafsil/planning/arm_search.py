@@ -1,0 +1,114 @@
+"""RRT-Connect of an arm: the compiled search in slices, with the arrays of each thread kept for the next question."""
+
+from __future__ import annotations
+
+from threading import local
+from time import perf_counter
+from typing import TYPE_CHECKING, TypeAlias
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import JointVector
+from mafsil.collision import Checker
+from mafsil.lazy_module import lazily
+from mafsil.planning.arm_limits import UNBOUNDED, Moving, rule_for
+
+if TYPE_CHECKING:
+    import mafsil.planning.arm_question_loops as arm_question_loops
+    import mafsil.planning.arm_search_loops as arm_search_loops
+    import mafsil.solvers.held_loops as held_loops
+    from mafsil.collision.laid_arm import LaidArm
+    from mafsil.planning.arm_question_loops import Question
+    from mafsil.planning.arm_search_loops import Forests
+    from mafsil.solvers.held_loops import Held
+else:
+    arm_question_loops = lazily("mafsil.planning.arm_question_loops")
+    arm_search_loops = lazily("mafsil.planning.arm_search_loops")
+    held_loops = lazily("mafsil.solvers.held_loops")
+
+STEP = 0.07
+"""Longest edge of a tree, as share of the diagonal of the limits."""
+FIRST_ROOM = 1024
+"""Nodes of each side that there are arrays for at first."""
+SLICE = 512
+"""Samples between two looks at the clock."""
+Searched: TypeAlias = tuple[JointVector | None, int, tuple[int, int, int]]
+"""Path, nodes, (edges looked at, proofs, states)."""
+
+
+class _OfThread(local):
+    def __init__(self) -> None:
+        self.forests: dict[int, Forests] = {}
+        self.questions: WeakKeyDictionary[LaidArm, dict[Moving, Held[Question]]] = WeakKeyDictionary()
+
+
+_OF_THREAD = _OfThread()
+
+
+def search(
+    checker: Checker, q: JointVector, goals: JointVector, seed: int, seconds: float, nodes: int, shorten: int,
+    moving: Moving = None,
+) -> Searched:  # fmt: skip
+    """RRT-Connect in compiled slices: the clock and an interruption are looked at between them.
+
+    1. A slice is one compiled call; the first also looks at the ends and tries straight motions, the last makes
+       shortcuts.
+    2. Arrays double where they are full. The clock starts after the first slice: a first call ever also waits for the
+       compiler.
+
+    Returns:
+        None in place of the path if there is none, or if an end cannot be, which leaves no nodes.
+    """
+    loops, workshop, question = arm_question_loops, checker.workshop(), _question_for(checker, len(goals), moving)
+    forests, deadline = question.value.forests, np.inf
+    code, path = loops.solve(workshop, question, q, goals, seed, STEP, min(SLICE, nodes), shorten, False)  # 1
+    if code == loops.REFUSED:
+        return None, 0, (0, 0, 0)
+    while code != loops.JOINED:
+        made, now = _nodes(forests), perf_counter()
+        deadline = min(deadline, now + seconds)
+        if made >= nodes or now > deadline:
+            return None, made, _counted(forests.seen)
+        if code == loops.FULL:  # 2
+            forests = arm_search_loops.doubled(forests)
+            question = held_loops.Held(question.value._replace(forests=forests))
+        left = max(min(SLICE, nodes - made), 1)
+        code, path = loops.solve(workshop, question, q, goals, seed, STEP, left, shorten, True)
+    return path, _nodes(forests), _counted(forests.seen)
+
+
+def _question_for(checker: Checker, goals: int, moving: Moving) -> Held[Question]:
+    """Where this thread searches for paths of an arm, with place for so many goals; kept for the next question."""
+    of_arm = _OF_THREAD.questions.get(checker.laid)
+    if of_arm is None:
+        of_arm = _OF_THREAD.questions[checker.laid] = {}
+    known, n = of_arm.get(moving), checker.robot.n
+    if known is None or known.value.forests.q.shape[1] < goals + 2:
+        limits, rule = checker.robot.limits, rule_for(checker, moving)
+        between = arm_question_loops.Limits(
+            limits.lower.copy(), limits.upper.copy(), *rule, np.zeros(n, np.bool_), UNBOUNDED
+        )
+        known = held_loops.Held(arm_question_loops.Question(between, _forests_for(n, goals), np.empty((2, n))))
+        of_arm[moving] = known
+    return known
+
+
+def _forests_for(n: int, goals: int) -> Forests:
+    """Arrays of this thread for a search, used again by the next one."""
+    known = _OF_THREAD.forests
+    if n not in known or known[n].q.shape[1] < goals + 2:
+        ends, random = np.zeros((goals, n)), np.zeros(1, np.uint64)
+        known[n] = arm_search_loops.forests_of(np.zeros(n), ends, FIRST_ROOM, random, np.zeros(3, np.int64))
+    return known[n]
+
+
+def _nodes(forests: Forests) -> int:
+    of_start, of_goals, _ = forests.sizes.tolist()
+    return of_start + of_goals
+
+
+def _counted(seen: NDArray[np.int64]) -> tuple[int, int, int]:
+    looked_at, proved, states = seen.tolist()
+    return looked_at, proved, states
