@@ -48,8 +48,6 @@ else:
     held_loops = lazily("mafsil.solvers.held_loops")
 
 LAZY = "lazy_prm_star"
-STEP = 0.07
-"""Longest edge of a tree, as share of the diagonal of the limits."""
 FIRST_ROOM = 1024
 """Nodes of each side that there are arrays for at first."""
 SLICE = 512
@@ -289,7 +287,8 @@ def _search(
     """
     loops, workshop, question = arm_question_loops, checker.workshop(), _question_for(checker, len(goals))
     forests, deadline = question.value.forests, np.inf
-    code, path = loops.solve(workshop, question, q, goals, seed, STEP, min(SLICE, nodes), shorten, False)  # 1
+    drawn = min(SLICE, nodes)
+    code, path = loops.solve(workshop, question, q, goals, seed, 0, drawn, shorten)  # 1
     if code == loops.REFUSED:
         return None, 0, (0, 0, 0)
     while code != loops.JOINED:
@@ -301,7 +300,8 @@ def _search(
             forests = arm_search_loops.doubled(forests)
             question = held_loops.Held(question.value._replace(forests=forests))
         left = max(min(SLICE, nodes - made), 1)
-        code, path = loops.solve(workshop, question, q, goals, seed, STEP, left, shorten, True)
+        code, path = loops.solve(workshop, question, q, goals, seed, drawn, left, shorten)
+        drawn += left
     return path, _nodes(forests), _counted(forests.seen)
 
 
@@ -311,7 +311,7 @@ def _question_for(checker: Checker, goals: int) -> Held[Question]:
     if known is None or known.value.forests.q.shape[1] < goals + 2:
         limits = checker.robot.limits
         between = arm_question_loops.Limits(limits.lower.copy(), limits.upper.copy(), checker.moves_tip, UNBOUNDED)
-        known = held_loops.Held(arm_question_loops.Question(between, _forests_for(n, goals), np.empty((2, n))))
+        known = held_loops.Held(arm_question_loops.Question(between, _forests_for(n, goals), *np.empty((2, 2, n))))
         _OF_THREAD.questions[checker.laid] = known
     return known
 

@@ -26,6 +26,8 @@ from mafsil.solvers.loops import compiled, inlined, uncounted
 
 REFUSED = FULL + 1
 """An end cannot be; beside JOINED, GROWING and FULL."""
+AROUND = 0.3
+"""How far beyond start and goal the samples around them lie, as share of what a coordinate can do."""
 
 
 class Limits(NamedTuple):
@@ -44,8 +46,8 @@ class Limits(NamedTuple):
 
 
 @uncounted
-def bounds_around(limits: Limits, start: Floats, goals: Floats, bounds: Floats) -> None:
-    """Lowest and highest coordinates of samples, (2, n), out.
+def bounds_around(limits: Limits, start: Floats, goals: Floats, bounds: Floats, near: Floats) -> None:
+    """Lowest and highest coordinates of samples, (2, n), out: of all, and of those around the start and the first goal.
 
     Coordinates that do not move the tip and have one value at all ends, such as those of a gripper, keep it.
     """
@@ -57,6 +59,24 @@ def bounds_around(limits: Limits, start: Floats, goals: Floats, bounds: Floats) 
         bounds[1, c] = limits.upper[c] if limits.upper[c] < np.inf else high + limits.around
         if not limits.moves[c] and low == high:
             bounds[0, c], bounds[1, c] = low, low
+        beyond = AROUND * (bounds[1, c] - bounds[0, c])
+        near[0, c] = max(min(start[c], goals[0, c]) - beyond, bounds[0, c])
+        near[1, c] = min(max(start[c], goals[0, c]) + beyond, bounds[1, c])
+
+
+class Question(NamedTuple):
+    """Where a thread searches.
+
+    Attributes:
+        limits: of configurations.
+        forests: to search in, with place for two nodes more than there are goals.
+        bounds, near: (2, n) out: between which it samples, and around the ends.
+    """
+
+    limits: Limits
+    forests: Forests
+    bounds: Floats
+    near: Floats
 
 
 @uncounted
@@ -76,13 +96,14 @@ def _copy(row: Floats, to: Floats) -> None:
 
 @uncounted
 def _begin(
-    shop: Held[Workshop], limits: Limits, start: Floats, goals: Floats, seed: int, forests: Forests, bounds: Floats
+    shop: Held[Workshop], question: Question, start: Floats, goals: Floats, seed: int
 ) -> int:  # fmt: skip
     """The beginning of `solve`: REFUSED, JOINED or GROWING.
 
     1. Goals that are open become roots, nearest first.
     2. A straight motion to one of them.
     """
+    limits, forests = question.limits, question.forests
     forests.sizes[0], forests.sizes[1], forests.sizes[2] = 0, 0, 0
     if not _is_open(shop, limits, start):
         return REFUSED
@@ -103,7 +124,7 @@ def _begin(
     forests.sizes[0], forests.sizes[1], forests.sizes[2] = 1, count, 0
     forests.random[0] = seed
     forests.seen[:] = 0
-    bounds_around(limits, start, roots[:count], bounds)
+    bounds_around(limits, start, roots[:count], question.bounds, question.near)
     for k in range(count):  # 2
         if proves_free(shop, start, roots[k], forests.seen):
             _copy(start, forests.path[0])
@@ -113,24 +134,10 @@ def _begin(
     return GROWING
 
 
-class Question(NamedTuple):
-    """Where a thread searches.
-
-    Attributes:
-        limits: of configurations.
-        forests: to search in, with place for two nodes more than there are goals.
-        bounds: (2, n) out: between which it samples.
-    """
-
-    limits: Limits
-    forests: Forests
-    bounds: Floats
-
-
 @compiled
 def solve(
-    shop: Held[Workshop], question: Held[Question], start: Floats, goals: Floats, seed: int, share: float,
-    samples: int, tries: int, begun: bool,
+    shop: Held[Workshop], question: Held[Question], start: Floats, goals: Floats, seed: int, drawn: int, samples: int,
+    tries: int,
 ) -> tuple[int, Floats]:  # fmt: skip
     """A whole question in one call: how it stands, and the path if there is one.
 
@@ -143,15 +150,16 @@ def solve(
         question: where to search.
         start, goals: (n,), (k, n).
         seed: of the samples.
-        share: longest edge, as share of the diagonal of the bounds.
+        drawn: samples before this call; if there were any, it goes on from what the forests hold.
         samples: before it comes back.
         tries: shortcuts that are tried.
-        begun: whether it goes on from what the forests hold.
     """
-    limits, forests, bounds = opened(question)
-    code = GROWING if begun else _begin(shop, limits, start, goals, seed, forests, bounds)
+    asked = opened(question)
+    forests, code = asked.forests, GROWING
+    if drawn == 0:
+        code = _begin(shop, asked, start, goals, seed)
     if code == GROWING:
-        code = grow(shop, bounds, share * apart(bounds[0], bounds[1]), samples, forests)
+        code = grow(shop, asked.bounds, asked.near, drawn, samples, forests)
     path = forests.path[: forests.sizes[2] if code == JOINED else 0].copy()
     if len(path) > 2 and tries > 0:
         path = shorten(shop, path, tries, forests.random, forests.seen)

@@ -23,6 +23,9 @@ LOOK = 8
 """Blocks of a proof, of eight intervals each, that an edge is worth while it is not known whether it counts."""
 PROOF = 256
 """Blocks that a motion of a path is worth; one that takes more passes something so closely that another is sought."""
+LONG, SHORT, AT_FIRST = 0.09, 0.055, 64
+"""Longest edges, as shares of the diagonal of the bounds, for so many samples and after: long ones lead out of easy
+places in few steps, short ones through narrow ones."""
 JOINED, GROWING, FULL = range(3)
 ROOT, CUT = -1, -2
 LOOKED_AT, PROVED, STATES_SEEN = range(3)
@@ -191,11 +194,14 @@ def write_path(forests: Forests, at_start: int, at_goal: int) -> None:
 
 
 @uncounted
-def grow(shop: Held[Workshop], bounds: Floats, step: float, iterations: int, forests: Forests) -> int:
+def grow(
+    shop: Held[Workshop], bounds: Floats, near: Floats, drawn: int, samples: int, forests: Forests
+) -> int:  # fmt: skip
     """Both sides grow until a path of proved motions joins start and goal: JOINED, GROWING, or FULL.
 
     1. From the side with fewer nodes one step each towards eight samples, from its nearest nodes; the ends of all the
-       steps are looked at together, and most of what collides shows there.
+       steps are looked at together, and most of what collides shows there. One sample is of all that there is, the
+       others lie around start and goal, where paths are sought first.
     2. The motion to an end that is free becomes an edge if it looks free.
     3. The other side goes step by step towards the new node, as far as it looks free.
     4. If it arrives, the edges of the path are proved; one that cannot be is cut off, and growing goes on.
@@ -203,19 +209,21 @@ def grow(shop: Held[Workshop], bounds: Floats, step: float, iterations: int, for
     Args:
         shop: what is free.
         bounds: (2, n) lowest and highest coordinates of the samples.
-        step: longest edge.
-        iterations: samples before it comes back.
+        near: (2, n) of those around start and goal.
+        drawn: samples before.
+        samples: before it comes back.
         forests: the roots stand in them.
 
     Reference:
         J. Kuffner, S. LaValle, RRT-Connect, ICRA 2000. R. Bohlin, L. Kavraki, Path planning using lazy PRM, ICRA 2000.
     """
     new, further, most = forests.rows, forests.rows[WIDTH], forests.q.shape[1]
-    for begun in range(0, iterations, WIDTH):
-        ours = 0 if forests.sizes[0] <= forests.sizes[1] else 1
-        theirs, count = 1 - ours, min(WIDTH, iterations - begun)
+    diagonal = apart(bounds[0], bounds[1])
+    for begun in range(drawn, drawn + samples, WIDTH):
+        ours, step = 0 if forests.sizes[0] <= forests.sizes[1] else 1, diagonal * (LONG if begun < AT_FIRST else SHORT)
+        theirs, count = 1 - ours, min(WIDTH, drawn + samples - begun)
         for lane in range(count):  # 1
-            _sample(bounds, forests.random, further)
+            _sample(bounds if lane == 0 else near, forests.random, further)
             _towards(forests.q[ours, nearest(forests, ours, further)], further, step, new[lane])
         forests.seen[STATES_SEEN] += count
         tell_by_address(shop, new, count, forests.colliding)
@@ -224,11 +232,11 @@ def grow(shop: Held[Workshop], bounds: Floats, step: float, iterations: int, for
                 continue
             if max(forests.sizes[0], forests.sizes[1]) + 1 >= most:
                 return FULL
-            near = nearest(forests, ours, new[lane])
-            code = look(shop, forests.q[ours, near], new[lane], forests.seen)  # 2
+            before = nearest(forests, ours, new[lane])
+            code = look(shop, forests.q[ours, before], new[lane], forests.seen)  # 2
             if code not in (FREE, OPEN):
                 continue
-            mine = add(forests, ours, new[lane], near, code == FREE)
+            mine = add(forests, ours, new[lane], before, code == FREE)
             other, arrived = _connect(shop, forests, theirs, new[lane], step, further)  # 3
             if not arrived:
                 continue
