@@ -135,7 +135,7 @@ def test_without_obstacles_the_path_is_straight(robot):
 @pytest.mark.parametrize("jerk", [np.inf, 50.0])
 def test_the_timed_motion_is_free_and_does_not_stop(robot, jerk):
     checker = Checker(robot, WALL)
-    found = mf.plan(checker, None, LEFT, RIGHT, seed=3)
+    found = mf.plan(checker, None, LEFT, RIGHT, seed=3, shorten=0)
     path = found.joint_path()
     assert len(path.corners()) == 0
     assert len(path.stops()) == 0

@@ -19,8 +19,8 @@ from mafsil.planning.arm_search_loops import (
     apart,
     grow,
     proves_free,
-    shorten,
 )  # fmt: skip
+from mafsil.planning.shorten_loops import shorten
 from mafsil.solvers.held_loops import Held, opened
 from mafsil.solvers.loops import compiled, inlined, uncounted
 
@@ -143,7 +143,7 @@ def solve(
 
     Start and goals are looked at; without a start or a goal that is open it is REFUSED. A straight motion to a goal is
     the path where it is free. Else both sides grow; if that does not join them, the forests hold what to go on from.
-    Shortcuts make the path shorter.
+    `shorten` makes the path shorter.
 
     Args:
         shop: what is free.
@@ -152,7 +152,7 @@ def solve(
         seed: of the samples.
         drawn: samples before this call; if there were any, it goes on from what the forests hold.
         samples: before it comes back.
-        tries: shortcuts that are tried.
+        tries: about how many motions are tried to make it shorter.
     """
     asked = opened(question)
     forests, code = asked.forests, GROWING
