@@ -11,6 +11,8 @@ import mafsil as mf
 from mafsil.collision import Box, Checker, Obstacle, Scene, Sphere
 from mafsil.collision import clearance_loops as known_loops
 from mafsil.collision.arm_loops import gap_between, place_bodies, scratch_for
+from mafsil.collision.joints import joints_of
+from mafsil.collision.regions import Regions
 from mafsil.model.placement import rotation_z
 from mafsil.solvers.lane_loops import WIDTH
 from mafsil.solvers.loops import compiled
@@ -28,6 +30,16 @@ WRIST = """<robot name="wrist">
 <joint name="roll" type="{roll}"><parent link="turner"/><child link="hand"/><axis xyz="1 0 0"/>{limit}</joint>
 <joint name="grip" type="prismatic"><parent link="hand"/><child link="finger"/><origin xyz="0 0 0.16"/>
 <axis xyz="0 1 0"/><limit lower="0" upper="0.02" effort="1" velocity="1"/></joint></robot>"""
+SPINNING = """<robot name="spinning">
+<link name="forearm"><collision><origin xyz="0 0 0"/><geometry><box size="0.5 0.05 0.05"/></geometry></collision>
+</link><link name="first"/><link name="second"/>
+<link name="hand"><collision><origin xyz="0.12 0.02 0"/><geometry><sphere radius="0.04"/></geometry></collision></link>
+<joint name="bend" type="revolute"><parent link="forearm"/><child link="first"/><origin xyz="0.3 0 0"/>
+<axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="1" velocity="1"/></joint>
+<joint name="sway" type="revolute"><parent link="first"/><child link="second"/><origin xyz="0.05 0 0"/>
+<axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="1" velocity="1"/></joint>
+<joint name="spin" type="{spin}"><parent link="second"/><child link="hand"/><axis xyz="1 0 0"/>{limit}</joint>
+</robot>"""
 LIMITED = '<limit lower="-2" upper="2.5" effort="1" velocity="1"/>'
 
 
@@ -104,6 +116,23 @@ def test_tables_know_nothing_beyond_the_limits(tmp_path):
 
 
 @pytest.mark.capability("11-39")
+@pytest.mark.parametrize("spin", [("revolute", LIMITED), ("continuous", "")])
+def test_tables_over_two_coordinates_hold_for_all_values_of_a_third(tmp_path, spin):
+    path = tmp_path / "spinning.urdf"
+    path.write_text(SPINNING.format(spin=spin[0], limit=spin[1]))
+    checker = Checker(str(path))
+    assert (checker.world().known.table >= 0).all()
+    q = checker.random_configurations(8000)
+    found, true = looked_up(checker, q), np.minimum(gaps(checker, q), 0.3)
+    assert (found <= true + 1e-12).all()
+    assert (found > 0.0).mean() > 0.5
+    assert ((true <= 0.0).any(axis=0)).all()
+    q[:, 2] += 2 * np.pi
+    assert np.isfinite(looked_up(checker, q)).all() == (spin[0] == "continuous")
+    assert (checker.in_collision(q) == (gaps(checker, q) <= 0.0).any(axis=1)).all()
+
+
+@pytest.mark.capability("11-39")
 @pytest.mark.parametrize("name", ["puma560", "panda", "offset_stanford"])
 def test_bodies_stay_in_their_regions(name):
     mechanism = mf.load(name).mechanism
@@ -117,6 +146,23 @@ def test_bodies_stay_in_their_regions(name):
         centres = at[:, :, :3] @ body[4:7] + at[:, :, 3]
         assert np.linalg.norm(centres - region[:3], axis=1).max() + body[7] <= region[3] + 1e-9
     assert np.isfinite(regions[0]).all()
+
+
+@pytest.mark.capability("11-39")
+@pytest.mark.parametrize("name", ["puma560", "panda", "offset_stanford"])
+def test_bodies_stay_as_near_to_axes_as_levers_say(name):
+    """Whether the hinge moves the body or the body stands where the hinge is moved."""
+    checker = Checker(name, radius=0.05)
+    arm, joints, limits = checker.arm, checker.laid.motion.joints, checker.robot.limits
+    regions = Regions(checker.robot.mechanism, joints_of(checker.robot.mechanism), arm, limits.lower, limits.upper)
+    poses = checker.robot.link_poses(checker.random_configurations(2000))
+    for j in np.flatnonzero(joints[:, 3] != 0.0):
+        axes = poses[:, int(joints[j, 0]), :3]
+        along = axes[:, :, :3] @ joints[j, 5:8]
+        for b, body in enumerate(arm.bodies):
+            at = poses[:, int(body[0]), :3]
+            away = np.cross(at[:, :, :3] @ body[4:7] + at[:, :, 3] - axes[:, :, 3], along)
+            assert np.linalg.norm(away, axis=1).max() + body[7] <= regions.lever(j, b) + 1e-9
 
 
 @pytest.mark.capability("11-39")

@@ -145,8 +145,9 @@ def test_the_timed_motion_is_free_and_does_not_stop(robot, jerk):
     q = timed.trajectory.at(np.linspace(0.0, timed.duration, 20_000)).u
     assert checker.free(q).all()
     np.testing.assert_allclose(q[[0, -1]], [LEFT, RIGHT], atol=1e-9)
-    stopping = time_optimal(JointPath.through(found.path, "lines"), limits)
-    assert timed.duration < 0.8 * stopping.duration
+    winding = mf.plan(checker, None, LEFT, RIGHT, seed=3, shorten=0)
+    stopping = time_optimal(JointPath.through(winding.path, "lines"), limits)
+    assert winding.timed(limits).duration < 0.8 * stopping.duration
     sharp = found.joint_path(share=0.0)
     assert len(sharp.corners()) == len(found.path) - 2
     with pytest.raises(InputError, match="share"):

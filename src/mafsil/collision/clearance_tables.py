@@ -1,4 +1,7 @@
-"""Tables of how near two bodies come to each other at least, over the two coordinates that move them to each other."""
+"""Tables of how near two bodies come to each other at least, over the two coordinates that move them to each other.
+
+Where a third moves them, as one that turns a hand about itself, a cell holds the least over all of its values.
+"""
 
 from __future__ import annotations
 
@@ -8,10 +11,12 @@ from itertools import groupby
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.collision.arm_loops import Arm
 from mafsil.collision.clearance_loops import SIDE, Clearances, fill_clearances
+from mafsil.collision.regions import Regions
 from mafsil.collision.speed_loops import Motion
 from mafsil.collision.support_loops import HULL, POINT
 from mafsil.model import JointLimits
@@ -22,14 +27,17 @@ COARSEST = 0.06
 """Distance that a table may give away for the size of its cells and for coordinates that it does not have [m]."""
 SLACK = 1e-6
 """Distance given away for what distances of hulls are inexact by [m]."""
-LONGEST = 500
-"""What a cell of all tables may cost, in comparisons of balls: a hand of balls takes 3 ms, one of a hull 10 ms."""
+GIVEN_FOR_THIRD = 0.02
+"""Distance to give away for the values between those that a third coordinate is taken at [m]."""
+LONGEST = 3000
+"""What a cell of all tables may cost, in comparisons of balls."""
 EXACT, OF_HULLS = 30, 500
 """What a comparison of pieces costs, in comparisons of balls."""
 USEFUL = 0.3
 """Share of cells of which a table has to know that the bodies are apart."""
-OFTEN, SAMPLES = 0.05, 200
-"""Share of configurations in which the balls around two bodies meet that a table is worth, and of how many."""
+OFTEN, OFTENER, SAMPLES = 0.05, 0.25, 200
+"""Share of configurations in which the balls around two bodies meet that a table is worth, one that is taken at many
+values of a third coordinate is worth, and of how many configurations."""
 Poses: TypeAlias = Callable[[Floats], Iterator[tuple[int, Floats]]]
 """(m, n) -> link poses in parts, each with the index of its first."""
 
@@ -40,24 +48,26 @@ class _Plan:
 
     Attributes:
         columns: of the two coordinates; equal where there is one.
+        third: a coordinate whose values all count, at `turns` of them; -1 for none.
         others: coordinates that are taken at their middle.
         pair: row of the arm's pairs.
         loss: what its distances give away [m].
     """
 
     columns: tuple[int, int]
+    third: int
+    turns: int
     others: tuple[int, ...]
     pair: int
     loss: float
 
+    @property
+    def of_table(self) -> tuple[tuple[int, int], int, tuple[int, ...]]:
+        """What the pairs of a table have in common."""
+        return self.columns, self.third, self.others
 
-def clearances_of(
-    arm: Arm,
-    motion: Motion,
-    levers: Floats,
-    limits: JointLimits,
-    poses: Poses,
-) -> Clearances:
+
+def clearances_of(arm: Arm, motion: Motion, regions: Regions, limits: JointLimits, poses: Poses) -> Clearances:
     """Tables for the pairs of an arm that two coordinates decide.
 
     1. Pairs whose balls meet often, the most often first, as long as that costs little: to others balls are enough.
@@ -66,18 +76,18 @@ def clearances_of(
 
     Args:
         arm, motion: as the compiled loops read them.
-        levers: (j, b) how far bodies get from the axes of hinges, within the limits.
+        regions: where the bodies can be within the limits.
         limits: of the coordinates; where they are infinite, only those of hinges have a table.
         poses: of configurations.
     """
-    grid, size, plans, cost = _Grid(motion, limits), SIDE * SIDE, list[_Plan](), 0
-    for k in _often_near(arm, poses, grid.samples()):  # 1
-        plan = grid.plan(arm, levers, k)
-        if plan is not None and cost + _cost(arm, *arm.pairs[k]) <= LONGEST:
+    grid, size, plans, cost = _Grid(motion, regions, limits), SIDE * SIDE, list[_Plan](), 0
+    for k, share in _often_near(arm, poses, grid.samples()):  # 1
+        plan = grid.plan(arm, k, share >= OFTENER)
+        if plan is not None and cost + plan.turns * _cost(arm, *arm.pairs[k]) <= LONGEST:
             plans.append(plan)
-            cost += _cost(arm, *arm.pairs[k])
-    plans.sort(key=lambda plan: (plan.columns, plan.others, plan.pair))
-    groups = [list(alike) for _, alike in groupby(plans, key=lambda plan: (plan.columns, plan.others))]  # 2
+            cost += plan.turns * _cost(arm, *arm.pairs[k])
+    plans.sort(key=lambda plan: (*plan.of_table, plan.pair))
+    groups = [list(alike) for _, alike in groupby(plans, key=lambda plan: plan.of_table)]  # 2
     known = Clearances(
         np.full(len(arm.pairs), -1), np.zeros(len(arm.pairs), np.int64), np.zeros((len(groups), 2, 4)),
         np.zeros((len(groups), len(limits.lower), 2)), np.zeros((len(groups), 2), np.int64),
@@ -87,12 +97,16 @@ def clearances_of(
     for t, group in enumerate(groups):
         pairs, (first, second) = np.array([plan.pair for plan in group]), group[0].columns
         known.table[pairs], known.slot[pairs] = t, np.arange(len(pairs))
-        known.axes[t], known.span[t] = grid.axes[[first, second]], grid.span(group[0].others)
+        known.axes[t], known.span[t] = grid.axes[[first, second]], grid.span(group[0])
         known.axes[t, 1, 2] *= first != second
         known.cells[t] = begin, len(pairs)
         found = known.values[begin : begin + size * len(pairs)].reshape(size, len(pairs))
-        for row, some in poses(grid.middles(group[0])):  # 3
-            fill_clearances(arm, some, pairs, MOST, found[row : row + len(some)])
+        found[:] = MOST
+        for third in grid.values(group):
+            for row, some in poses(grid.middles(group[0], third)):  # 3
+                now = np.empty((len(some), len(pairs)))
+                fill_clearances(arm, some, pairs, MOST, now)
+                np.minimum(found[row : row + len(some)], now, out=found[row : row + len(some)])
         found -= [plan.loss for plan in group]
         known.table[pairs[(found > 0.0).mean(axis=0) < USEFUL]] = -1
         begin += found.size
@@ -106,8 +120,8 @@ class _Grid:
         axes: (n, 4) as in `Clearances`.
     """
 
-    def __init__(self, motion: Motion, limits: JointLimits) -> None:
-        self.motion, joints = motion, motion.joints
+    def __init__(self, motion: Motion, regions: Regions, limits: JointLimits) -> None:
+        self.motion, self.regions, joints = motion, regions, motion.joints
         lower, upper = limits.lower.copy(), limits.upper.copy()
         whole = np.array([
             all(joints[j, 3] != 0.0 and joints[j, 4] == 0.0 and abs(joints[j, 2]) == 1.0
@@ -124,43 +138,62 @@ class _Grid:
         """(SAMPLES, n) configurations, anywhere."""
         return np.random.default_rng(0).uniform(self.lower, self.upper, (SAMPLES, len(self.lower)))
 
-    def plan(self, arm: Arm, levers: Floats, k: int) -> _Plan | None:
-        """How pair k is put into a table; None if it is not."""
-        a, b = arm.pairs[k]
-        moved = self.motion.moves[:, a] ^ self.motion.moves[:, b]
-        movers = [a if moves else b for moves in self.motion.moves[:, a]]
-        way = np.zeros(len(self.lower))
-        for j in np.flatnonzero(moved):
-            row = self.motion.joints[j]
-            way[int(row[1])] += abs(row[2]) * (levers[j, movers[j]] + row[4] if row[3] != 0.0 else 1.0)
+    def plan(self, arm: Arm, k: int, often: bool) -> _Plan | None:
+        """How pair k is put into a table, with a third coordinate if it is often near; None if it is not."""
+        moved = np.flatnonzero(self.motion.moves[:, arm.pairs[k, 0]] ^ self.motion.moves[:, arm.pairs[k, 1]])
         columns = np.unique(self.motion.joints[moved, 1].astype(np.int64))
-        way *= (self.upper - self.lower) / 2
-        order = sorted(columns, key=lambda c: -way[c])
-        first, others = sorted(order[:2]), order[2:]
-        loss = float(way[first].sum() / SIDE + way[others].sum()) + SLACK
-        if not len(columns) or not self.known[columns].all() or not loss <= COARSEST:
+        if not len(columns) or not self.known[columns].all():
             return None
-        return _Plan((int(first[0]), int(first[-1])), tuple(sorted(int(c) for c in others)), k, loss)
+        way = self._ways(arm, moved, k)
+        order = sorted((int(c) for c in columns), key=lambda c: -way[c])
+        first, third, others, turns = sorted(order[:2]), -1, order[2:], 1
+        if often and way[others].sum() > GIVEN_FOR_THIRD:
+            third, others, turns = others[0], others[1:], max(1, int(np.ceil(way[others[0]] / GIVEN_FOR_THIRD)))
+        loss = float(way[first].sum() / SIDE + way[third] / turns * (third >= 0) + way[others].sum()) + SLACK
+        return (
+            None if not loss <= COARSEST else _Plan((first[0], first[-1]), third, turns, tuple(sorted(others)), k, loss)
+        )
 
-    def middles(self, plan: _Plan) -> Floats:
+    def _ways(self, arm: Arm, moved: NDArray[np.int64], k: int) -> Floats:
+        """(n,) how far half of what a coordinate can do moves one body of pair k, seen from the other, at most.
+
+        A hinge moves either as seen from the other: the one that stays nearer to its axis says how far.
+        """
+        way, (a, b) = np.zeros(len(self.lower)), arm.pairs[k]
+        for j in moved:
+            row = self.motion.joints[j]
+            lever = min(self.regions.lever(j, a), self.regions.lever(j, b)) + row[4] if row[3] != 0.0 else 1.0
+            way[int(row[1])] += abs(row[2]) * lever
+        return way * (self.upper - self.lower) / 2
+
+    def values(self, group: list[_Plan]) -> list[float]:
+        """Of the third coordinate of a table."""
+        third, turns = group[0].third, max(plan.turns for plan in group)
+        lower, upper = self.lower[third], self.upper[third]
+        return [lower + (upper - lower) * (m + 0.5) / turns for m in range(turns)] if third >= 0 else [0.0]
+
+    def middles(self, plan: _Plan, third: float) -> Floats:
         """(SIDE^2, n) configurations at the middles of the cells."""
         rows = np.tile((self.lower + self.upper) / 2, (SIDE * SIDE, 1))
         first, second = np.divmod(np.arange(SIDE * SIDE), SIDE)
         a, b = plan.columns
+        if plan.third >= 0:
+            rows[:, plan.third] = third
         rows[:, b] = self.lower[b] + (second + 0.5) / self.axes[b, 2]
         rows[:, a] = self.lower[a] + (first + 0.5) / self.axes[a, 2]
         return rows
 
-    def span(self, others: tuple[int, ...]) -> Floats:
-        """(n, 2) between which coordinates are taken at their middle."""
+    def span(self, plan: _Plan) -> Floats:
+        """(n, 2) between which coordinates that are no axes of a table have to lie."""
         span = np.full((len(self.lower), 2), [-np.inf, np.inf])
-        for c in others:
-            span[c] = self.lower[c], self.upper[c]
+        for c in (plan.third, *plan.others):
+            if c >= 0 and (c != plan.third or self.axes[c, 3] == 0.0):
+                span[c] = self.lower[c], self.upper[c]
         return span
 
 
-def _often_near(arm: Arm, poses: Poses, q: Floats) -> list[int]:
-    """The pairs whose balls meet often at some configurations, the most often first."""
+def _often_near(arm: Arm, poses: Poses, q: Floats) -> list[tuple[int, float]]:
+    """The pairs whose balls meet often at some configurations, the most often first; in which share of them."""
     if not len(arm.pairs):
         return []
     links, counts = arm.bodies[:, 0].astype(np.int64), np.zeros(len(arm.pairs), np.int64)
@@ -170,7 +203,8 @@ def _often_near(arm: Arm, poses: Poses, q: Floats) -> list[int]:
         centres = (at[..., :3, :3] @ arm.bodies[:, 4:7, None])[..., 0] + at[..., :3, 3]
         away = np.linalg.norm(centres[:, arm.pairs[:, 0]] - centres[:, arm.pairs[:, 1]], axis=2)
         counts += (away <= reach).sum(axis=0)
-    return [int(k) for k in np.argsort(-counts, kind="stable") if counts[k] >= OFTEN * len(q)]
+    order, shares = np.argsort(-counts, kind="stable"), counts / len(q)
+    return [(int(k), float(shares[k])) for k in order if shares[k] >= OFTEN]
 
 
 def _cost(arm: Arm, a: int, b: int) -> int:

@@ -14,6 +14,7 @@ from mafsil.collision import clearance_tables, layout
 from mafsil.collision.arm_loops import Arm
 from mafsil.collision.clearance_loops import Clearances
 from mafsil.collision.joints import Joints
+from mafsil.collision.regions import Regions
 from mafsil.collision.scene import Scene
 from mafsil.collision.speed_loops import Motion
 from mafsil.collision.workshop_loops import Bench, Groups, Kinematics, Workshop, World, bench_for
@@ -60,14 +61,14 @@ class LaidArm:
     def regions(self) -> Floats:
         """(b, 4) balls in {s} that bodies never leave."""
         endless = np.full(self.robot.n, np.inf)
-        return layout.regions_of(self.robot.mechanism, self._joints, self.arm, -endless, endless)[0]
+        return Regions(self.robot.mechanism, self._joints, self.arm, -endless, endless).in_space()
 
     @cached_property
     def clearances(self) -> Clearances:
         """What is known of pairs of bodies."""
-        limits, mechanism = self.robot.limits, self.robot.mechanism
-        levers = layout.regions_of(mechanism, self._joints, self.arm, limits.lower, limits.upper)[1]
-        return clearance_tables.clearances_of(self.arm, self.motion, levers, limits, self._poses)
+        limits = self.robot.limits
+        regions = Regions(self.robot.mechanism, self._joints, self.arm, limits.lower, limits.upper)
+        return clearance_tables.clearances_of(self.arm, self.motion, regions, limits, self._poses)
 
     def workshop(self, scene: Scene, margin: float) -> Held[Workshop]:
         """What this thread asks about the arm in a scene."""

@@ -13,6 +13,7 @@ from mafsil.collision.arm_loops import Arm
 from mafsil.collision.bodies import Body
 from mafsil.collision.joints import Joints
 from mafsil.collision.pieces import boxes, pieces_of
+from mafsil.collision.regions import Regions
 from mafsil.collision.speed_loops import Motion
 from mafsil.collision.support_loops import BALL, BODY, PLANE, POINT, Pieces
 from mafsil.collision.tree_loops import Surroundings
@@ -76,7 +77,7 @@ def motion_of(mechanism: Mechanism, joints: Joints, arm: Arm) -> Motion:
     """How the joints of an arm move its bodies, and how far bodies can get from axes.
 
     From a joint's axis to a body lead the frames of the joints between: their distances add up, whatever the angles.
-    `regions_of` has another bound; the lesser holds.
+    `Regions` have another bound; the lesser holds.
     """
     links = arm.bodies[:, 0].astype(np.int64)
     rows, bodies, n = len(joints.link), len(links), mechanism.n
@@ -103,51 +104,13 @@ def motion_of(mechanism: Mechanism, joints: Joints, arm: Arm) -> Motion:
             link = mechanism.parents[link - 1]
     moves = np.ascontiguousarray(joints.moves[:, links])
     endless = np.full(n, np.inf)
-    reach = np.minimum(reach, np.where(moves, regions_of(mechanism, joints, arm, -endless, endless)[1], np.inf))
+    levers = Regions(mechanism, joints, arm, -endless, endless).levers()
+    reach = np.minimum(reach, np.where(moves, levers, np.inf))
     return Motion(
         table, moves, reach, stretch, np.flatnonzero(stretch.any(axis=(0, 1))),
         _last(joints.moves[:, joints.link] & ~np.eye(rows, dtype=np.bool_)), _last(moves),
         _last(moves[:, arm.pairs[:, 0]] & moves[:, arm.pairs[:, 1]]),
     )  # fmt: skip
-
-
-def regions_of(mechanism: Mechanism, joints: Joints, arm: Arm, lower: Floats, upper: Floats) -> tuple[Floats, Floats]:
-    """Where bodies can be, and how far joints move them.
-
-    From a body to the base, beginning with the ball around it: what turns about an axis stays in a ball about the foot
-    of the ball's centre on the axis, larger by the centre's distance from it; what slides, in one larger by half of the
-    way.
-
-    Args:
-        lower, upper: (n,) ends of the coordinates of sliding joints; hinges may turn as they like.
-
-    Returns:
-        (b, 4) for each body a ball in {s} that it never leaves.
-        (j, b) how far any point of a body is from the axis of a hinge that moves it at most; else zero.
-    """
-    of_link, regions = {int(link): j for j, link in enumerate(joints.link)}, np.empty((len(arm.bodies), 4))
-    levers = np.zeros((len(joints.link), len(arm.bodies)))
-    for b, body in enumerate(arm.bodies):
-        link, centre, radius = int(body[0]), body[4:7], float(body[7])
-        while link > 0:
-            j, joint = of_link.get(link), mechanism.joints[link - 1]
-            if j is not None:
-                axis, along = joints.screw[j, :3], joints.screw[j, 3:]
-                foot = axis * (axis @ centre) if axis.any() else centre
-                away = float(np.linalg.norm(centre - foot))
-                levers[j, b] = away + radius if axis.any() else 0.0
-                centre, radius = foot, radius + away
-                if along.any():
-                    offset = 0.0 if joint.mimic is None else joint.mimic.offset
-                    ends = np.array([lower[joints.column[j]], upper[joints.column[j]]])
-                    ends = (joints.factor[j] * ends if joints.factor[j] else 0.0 * np.sign(ends)) + offset
-                    middle = ends.mean() if np.isfinite(ends).all() else 0.0
-                    centre = centre + middle * along
-                    radius += float(np.abs(ends - middle).max() * np.linalg.norm(along))
-            centre = joint.T_pj[:3, :3] @ centre + joint.T_pj[:3, 3]
-            link = mechanism.parents[link - 1]
-        regions[b] = *(mechanism.T_sb[:3, :3] @ centre + mechanism.T_sb[:3, 3]), radius
-    return regions, levers
 
 
 def apart(regions: Floats, around: Surroundings) -> Floats:

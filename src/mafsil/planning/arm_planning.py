@@ -10,7 +10,7 @@ from typing import NamedTuple, TypeAlias, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, Truth, as_batch, positive, real_array, single, whole
+from mafsil.arrays import Floats, JointVector, Truth, as_batch, positive, real_array, require_finite, single, whole
 from mafsil.collision import Checker, Obstacle, Scene
 from mafsil.errors import InputError
 from mafsil.geometry import Pose
@@ -90,7 +90,7 @@ def plan(
         seed: of the samples; equal seeds give equal paths where the time does not end the search.
         seconds: after which it gives up, or for planners that improve gives the best so far.
         nodes: most that it may make.
-        shorten: how many shortcuts are tried; 0 for none.
+        shorten: about how many motions are tried to make the path shorter; 0 for none.
         margin: clearance to keep [m]; that of a Checker, or none.
         keep: what the path keeps all along, such as `planning.Upright(0.1)`: one or several constraints. Only with
             "rrt_connect", which alone knows loops too.
@@ -233,7 +233,9 @@ def configurations_of(checker: Checker, goal: ArrayLike | Pose | GoalRegion, sta
     array = np.asarray(goal, dtype=np.float64) if typed else real_array("goal", goal)
     if not array.size:
         raise InputError("planning.no_goals")
-    if not typed and array.ndim in (1, 2) and array.shape[-1] == n and not _looks_like_pose(array, n):
+    if not typed and array.shape == (n,):
+        return np.array(require_finite("goal", array), ndmin=2)
+    if not typed and array.ndim == 2 and array.shape[-1] == n and not _looks_like_pose(array, n):
         return np.array(as_batch("goal", array, (n,), finite=True), ndmin=2)
     if array.ndim not in (2, 3) or array.shape[-2:] != (4, 4):
         raise InputError("planning.no_goal", n=n, got=array.shape)

@@ -19,13 +19,15 @@ from mafsil.planning.arm_search_loops import (
     apart,
     grow,
     proves_free,
-    shorten,
 )  # fmt: skip
+from mafsil.planning.shorten_loops import shorten
 from mafsil.solvers.held_loops import Held, opened
 from mafsil.solvers.loops import compiled, inlined, uncounted
 
 REFUSED = FULL + 1
 """An end cannot be; beside JOINED, GROWING and FULL."""
+AROUND = 0.3
+"""How far beyond start and goal the samples around them lie, as share of what a coordinate can do."""
 
 
 class Limits(NamedTuple):
@@ -50,8 +52,8 @@ class Limits(NamedTuple):
 
 
 @uncounted
-def bounds_around(limits: Limits, start: Floats, goals: Floats, bounds: Floats) -> None:
-    """Lowest and highest coordinates of samples, (2, n), out.
+def bounds_around(limits: Limits, start: Floats, goals: Floats, bounds: Floats, near: Floats) -> None:
+    """Lowest and highest coordinates of samples, (2, n), out: of all, and of those around the start and the first goal.
 
     Coordinates with one value at all ends keep it unless `_may_move` frees them.
     """
@@ -67,6 +69,9 @@ def bounds_around(limits: Limits, start: Floats, goals: Floats, bounds: Floats) 
     for c in range(len(start)):
         if not limits.changes[c] and not _may_move(limits, c, of_tip):
             bounds[0, c], bounds[1, c] = start[c], start[c]
+        beyond = AROUND * (bounds[1, c] - bounds[0, c])
+        near[0, c] = max(min(start[c], goals[0, c]) - beyond, bounds[0, c])
+        near[1, c] = min(max(start[c], goals[0, c]) + beyond, bounds[1, c])
 
 
 @uncounted
@@ -82,6 +87,21 @@ def _may_move(limits: Limits, c: int, of_tip: bool) -> bool:
     for j in range(len(limits.changes)):
         found |= limits.changes[j] and (limits.limb[c, j] or (of_tip and limits.behind[c, j]))
     return found
+
+
+class Question(NamedTuple):
+    """Where a thread searches.
+
+    Attributes:
+        limits: of configurations.
+        forests: to search in, with place for two nodes more than there are goals.
+        bounds, near: (2, n) out: between which it samples, and around the ends.
+    """
+
+    limits: Limits
+    forests: Forests
+    bounds: Floats
+    near: Floats
 
 
 @uncounted
@@ -101,13 +121,14 @@ def _copy(row: Floats, to: Floats) -> None:
 
 @uncounted
 def _begin(
-    shop: Held[Workshop], limits: Limits, start: Floats, goals: Floats, seed: int, forests: Forests, bounds: Floats
+    shop: Held[Workshop], question: Question, start: Floats, goals: Floats, seed: int
 ) -> int:  # fmt: skip
     """The beginning of `solve`: REFUSED, JOINED or GROWING.
 
     1. Goals that are open become roots, nearest first.
     2. A straight motion to one of them.
     """
+    limits, forests = question.limits, question.forests
     forests.sizes[0], forests.sizes[1], forests.sizes[2] = 0, 0, 0
     if not _is_open(shop, limits, start):
         return REFUSED
@@ -128,7 +149,7 @@ def _begin(
     forests.sizes[0], forests.sizes[1], forests.sizes[2] = 1, count, 0
     forests.random[0] = seed
     forests.seen[:] = 0
-    bounds_around(limits, start, roots[:count], bounds)
+    bounds_around(limits, start, roots[:count], question.bounds, question.near)
     for k in range(count):  # 2
         if proves_free(shop, start, roots[k], forests.seen):
             _copy(start, forests.path[0])
@@ -138,45 +159,32 @@ def _begin(
     return GROWING
 
 
-class Question(NamedTuple):
-    """Where a thread searches.
-
-    Attributes:
-        limits: of configurations.
-        forests: to search in, with place for two nodes more than there are goals.
-        bounds: (2, n) out: between which it samples.
-    """
-
-    limits: Limits
-    forests: Forests
-    bounds: Floats
-
-
 @compiled
 def solve(
-    shop: Held[Workshop], question: Held[Question], start: Floats, goals: Floats, seed: int, share: float,
-    samples: int, tries: int, begun: bool,
+    shop: Held[Workshop], question: Held[Question], start: Floats, goals: Floats, seed: int, drawn: int, samples: int,
+    tries: int,
 ) -> tuple[int, Floats]:  # fmt: skip
     """A whole question in one call: how it stands, and the path if there is one.
 
     Start and goals are looked at; without a start or a goal that is open it is REFUSED. A straight motion to a goal is
     the path where it is free. Else both sides grow; if that does not join them, the forests hold what to go on from.
-    Shortcuts make the path shorter.
+    `shorten` makes the path shorter.
 
     Args:
         shop: what is free.
         question: where to search.
         start, goals: (n,), (k, n).
         seed: of the samples.
-        share: longest edge, as share of the diagonal of the bounds.
+        drawn: samples before this call; if there were any, it goes on from what the forests hold.
         samples: before it comes back.
-        tries: shortcuts that are tried.
-        begun: whether it goes on from what the forests hold.
+        tries: about how many motions are tried to make it shorter.
     """
-    limits, forests, bounds = opened(question)
-    code = GROWING if begun else _begin(shop, limits, start, goals, seed, forests, bounds)
+    asked = opened(question)
+    forests, code = asked.forests, GROWING
+    if drawn == 0:
+        code = _begin(shop, asked, start, goals, seed)
     if code == GROWING:
-        code = grow(shop, bounds, share * apart(bounds[0], bounds[1]), samples, forests)
+        code = grow(shop, asked.bounds, asked.near, drawn, samples, forests)
     path = forests.path[: forests.sizes[2] if code == JOINED else 0].copy()
     if len(path) > 2 and tries > 0:
         path = shorten(shop, path, tries, forests.random, forests.seen)

@@ -28,8 +28,6 @@ else:
     arm_search_loops = lazily("mafsil.planning.arm_search_loops")
     held_loops = lazily("mafsil.solvers.held_loops")
 
-STEP = 0.07
-"""Longest edge of a tree, as share of the diagonal of the limits."""
 FIRST_ROOM = 1024
 """Nodes of each side that there are arrays for at first."""
 SLICE = 512
@@ -63,7 +61,8 @@ def search(
     """
     loops, workshop, question = arm_question_loops, checker.workshop(), _question_for(checker, len(goals), moving)
     forests, deadline = question.value.forests, np.inf
-    code, path = loops.solve(workshop, question, q, goals, seed, STEP, min(SLICE, nodes), shorten, False)  # 1
+    drawn = min(SLICE, nodes)
+    code, path = loops.solve(workshop, question, q, goals, seed, 0, drawn, shorten)  # 1
     if code == loops.REFUSED:
         return None, 0, (0, 0, 0)
     while code != loops.JOINED:
@@ -75,7 +74,8 @@ def search(
             forests = arm_search_loops.doubled(forests)
             question = held_loops.Held(question.value._replace(forests=forests))
         left = max(min(SLICE, nodes - made), 1)
-        code, path = loops.solve(workshop, question, q, goals, seed, STEP, left, shorten, True)
+        code, path = loops.solve(workshop, question, q, goals, seed, drawn, left, shorten)
+        drawn += left
     return path, _nodes(forests), _counted(forests.seen)
 
 
@@ -90,7 +90,7 @@ def _question_for(checker: Checker, goals: int, moving: Moving) -> Held[Question
         between = arm_question_loops.Limits(
             limits.lower.copy(), limits.upper.copy(), *rule, np.zeros(n, np.bool_), UNBOUNDED
         )
-        known = held_loops.Held(arm_question_loops.Question(between, _forests_for(n, goals), np.empty((2, n))))
+        known = held_loops.Held(arm_question_loops.Question(between, _forests_for(n, goals), *np.empty((2, 2, n))))
         of_arm[moving] = known
     return known
 

@@ -17,12 +17,15 @@ from mafsil.collision.segment_loops import FREE, OPEN, prove_by_address, tell_by
 from mafsil.collision.workshop_loops import Workshop
 from mafsil.solvers.held_loops import Held
 from mafsil.solvers.lane_loops import WIDTH
-from mafsil.solvers.loops import compiled, uncounted
+from mafsil.solvers.loops import uncounted
 
 LOOK = 8
 """Blocks of a proof, of eight intervals each, that an edge is worth while it is not known whether it counts."""
 PROOF = 256
 """Blocks that a motion of a path is worth; one that takes more passes something so closely that another is sought."""
+LONG, SHORT, AT_FIRST = 0.09, 0.055, 64
+"""Longest edges, as shares of the diagonal of the bounds, for so many samples and after: long ones lead out of easy
+places in few steps, short ones through narrow ones."""
 JOINED, GROWING, FULL = range(3)
 ROOT, CUT = -1, -2
 LOOKED_AT, PROVED, STATES_SEEN = range(3)
@@ -191,11 +194,14 @@ def write_path(forests: Forests, at_start: int, at_goal: int) -> None:
 
 
 @uncounted
-def grow(shop: Held[Workshop], bounds: Floats, step: float, iterations: int, forests: Forests) -> int:
+def grow(
+    shop: Held[Workshop], bounds: Floats, near: Floats, drawn: int, samples: int, forests: Forests
+) -> int:  # fmt: skip
     """Both sides grow until a path of proved motions joins start and goal: JOINED, GROWING, or FULL.
 
     1. From the side with fewer nodes one step each towards eight samples, from its nearest nodes; the ends of all the
-       steps are looked at together, and most of what collides shows there.
+       steps are looked at together, and most of what collides shows there. One sample is of all that there is, the
+       others lie around start and goal, where paths are sought first.
     2. The motion to an end that is free becomes an edge if it looks free.
     3. The other side goes step by step towards the new node, as far as it looks free.
     4. If it arrives, the edges of the path are proved; one that cannot be is cut off, and growing goes on.
@@ -203,19 +209,21 @@ def grow(shop: Held[Workshop], bounds: Floats, step: float, iterations: int, for
     Args:
         shop: what is free.
         bounds: (2, n) lowest and highest coordinates of the samples.
-        step: longest edge.
-        iterations: samples before it comes back.
+        near: (2, n) of those around start and goal.
+        drawn: samples before.
+        samples: before it comes back.
         forests: the roots stand in them.
 
     Reference:
         J. Kuffner, S. LaValle, RRT-Connect, ICRA 2000. R. Bohlin, L. Kavraki, Path planning using lazy PRM, ICRA 2000.
     """
     new, further, most = forests.rows, forests.rows[WIDTH], forests.q.shape[1]
-    for begun in range(0, iterations, WIDTH):
-        ours = 0 if forests.sizes[0] <= forests.sizes[1] else 1
-        theirs, count = 1 - ours, min(WIDTH, iterations - begun)
+    diagonal = apart(bounds[0], bounds[1])
+    for begun in range(drawn, drawn + samples, WIDTH):
+        ours, step = 0 if forests.sizes[0] <= forests.sizes[1] else 1, diagonal * (LONG if begun < AT_FIRST else SHORT)
+        theirs, count = 1 - ours, min(WIDTH, drawn + samples - begun)
         for lane in range(count):  # 1
-            _sample(bounds, forests.random, further)
+            _sample(bounds if lane == 0 else near, forests.random, further)
             _towards(forests.q[ours, nearest(forests, ours, further)], further, step, new[lane])
         forests.seen[STATES_SEEN] += count
         tell_by_address(shop, new, count, forests.colliding)
@@ -224,11 +232,11 @@ def grow(shop: Held[Workshop], bounds: Floats, step: float, iterations: int, for
                 continue
             if max(forests.sizes[0], forests.sizes[1]) + 1 >= most:
                 return FULL
-            near = nearest(forests, ours, new[lane])
-            code = look(shop, forests.q[ours, near], new[lane], forests.seen)  # 2
+            before = nearest(forests, ours, new[lane])
+            code = look(shop, forests.q[ours, before], new[lane], forests.seen)  # 2
             if code not in (FREE, OPEN):
                 continue
-            mine = add(forests, ours, new[lane], near, code == FREE)
+            mine = add(forests, ours, new[lane], before, code == FREE)
             other, arrived = _connect(shop, forests, theirs, new[lane], step, further)  # 3
             if not arrived:
                 continue
@@ -267,112 +275,3 @@ def apart(a: Floats, b: Floats) -> float:
     for c in range(len(a)):
         total += (a[c] - b[c]) * (a[c] - b[c])
     return np.sqrt(total)
-
-
-@compiled
-def shorten(
-    shop: Held[Workshop], path: Floats, tries: int, random: NDArray[np.uint64], seen: NDArray[np.int64]
-) -> Floats:  # fmt: skip
-    """A path of proved motions, made shorter by proved motions.
-
-    1. Corners are left out.
-    2. Shortcuts. What they leave of other motions is part of what was proved.
-    3. Such a part can fail a proof of its own where the whole passed within a micrometre of the margin. So each motion
-       of the result is proved; if one cannot be, the shortcuts are made again, and what they leave is proved each time.
-
-    Args:
-        shop: what is free.
-        path: (k, n) proved.
-        tries: how many shortcuts are tried.
-        random: (1,) state of the source of samples.
-        seen: (3,) counts.
-    """
-    rows, lengths = np.empty((len(path) + 2 * tries, path.shape[1])), np.empty(len(path) + 2 * tries)
-    ends = np.empty((2, path.shape[1]))
-    rows[: len(path)] = path
-    straight = _leave_out_corners(shop, rows, len(path), seen)  # 1
-    before = rows[:straight].copy()
-    count = _cut_short(shop, rows, straight, tries, False, random, lengths, ends, seen)  # 2
-    for k in range(count - 1 if count > 2 else 0):  # 3
-        if not proves_free(shop, rows[k], rows[k + 1], seen):
-            rows[:straight] = before
-            count = _cut_short(shop, rows, straight, tries, True, random, lengths, ends, seen)
-            break
-    return rows[:count].copy()
-
-
-@compiled
-def _leave_out_corners(shop: Held[Workshop], rows: Floats, count: int, seen: NDArray[np.int64]) -> int:
-    """After each point the furthest one follows that a straight motion reaches; how many points are left."""
-    k = 0
-    while k + 2 < count:
-        j = count - 1
-        while j > k + 1 and not proves_free(shop, rows[k], rows[j], seen):
-            j -= 1
-        gone = j - k - 1
-        for i in range(k + 1, count - gone):
-            rows[i] = rows[i + gone]
-        count -= gone
-        k += 1
-    return count
-
-
-@compiled
-def _cut_short(
-    shop: Held[Workshop], rows: Floats, count: int, tries: int, careful: bool, random: NDArray[np.uint64],
-    lengths: Floats, ends: Floats, seen: NDArray[np.int64],
-) -> int:  # fmt: skip
-    """Straight motions between random places of a path; how many points it has then.
-
-    1. Two places; the straight motion between them has to be shorter and free.
-    2. It replaces the way between them.
-
-    Args:
-        rows: (count + 2 tries, n) at least, the path in the first ones; out.
-        careful: whether what a shortcut leaves of the motions that it cuts is proved by itself.
-        lengths, ends: arrays to work in, as long as `rows`, and (2, n).
-    """
-    first, second = ends[0], ends[1]
-    for _ in range(tries):
-        if count < 3:
-            break
-        lengths[0] = 0.0
-        for i in range(1, count):
-            lengths[i] = lengths[i - 1] + apart(rows[i], rows[i - 1])
-        s, t = draw(random) * lengths[count - 1], draw(random) * lengths[count - 1]  # 1
-        if s > t:
-            s, t = t, s
-        i = place_on(rows, lengths, count, s, first)
-        j = place_on(rows, lengths, count, t, second)
-        if i == j:
-            continue
-        away = apart(first, second)
-        if away >= (t - s) * (1.0 - 1e-9) or not proves_free(shop, first, second, seen):
-            continue
-        if careful and not proves_free(shop, rows[i], first, seen):
-            continue
-        if careful and not proves_free(shop, second, rows[j + 1], seen):
-            continue
-        shift = j - i - 2  # 2
-        if shift > 0:
-            for m in range(j + 1, count):
-                rows[m - shift] = rows[m]
-        else:
-            for m in range(count - 1, j, -1):
-                rows[m - shift] = rows[m]
-        rows[i + 1], rows[i + 2] = first, second
-        count -= shift
-    return count
-
-
-@uncounted
-def place_on(rows: Floats, lengths: Floats, count: int, s: float, out: Floats) -> int:
-    """The place at a length of a path, in `out`; the motion it lies on."""
-    k = 0
-    while k + 2 < count and lengths[k + 1] <= s:
-        k += 1
-    way = lengths[k + 1] - lengths[k]
-    share = (s - lengths[k]) / way if way > 0.0 else 0.0
-    for c in range(len(out)):
-        out[c] = rows[k, c] + share * (rows[k + 1, c] - rows[k, c])
-    return k

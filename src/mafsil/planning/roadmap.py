@@ -18,10 +18,10 @@ from mafsil.planning.interruption import best_kept
 from mafsil.planning.problem import length_of
 
 if TYPE_CHECKING:
-    import mafsil.planning.arm_search_loops as arm_search_loops
     import mafsil.planning.roadmap_loops as roadmap_loops
+    import mafsil.planning.shorten_loops as shorten_loops
 else:
-    arm_search_loops = lazily("mafsil.planning.arm_search_loops")
+    shorten_loops = lazily("mafsil.planning.shorten_loops")
     roadmap_loops = lazily("mafsil.planning.roadmap_loops")
 
 Scalar = TypeVar("Scalar", bound=np.generic)
@@ -122,7 +122,7 @@ class ArmRoadmap:
         shop = self.checker.workshop()
         lower, upper = bounds_of(self.checker, np.concatenate([start[None], goals])) if bounds is None else bounds
         # Nothing to shorten: a first call ever waits for the compiler, before the clock starts.
-        arm_search_loops.shorten(shop, np.stack([start, start]), 0, self._arrays.random, self._arrays.seen)
+        shorten_loops.shorten(shop, np.stack([start, start]), 0, self._arrays.random, self._arrays.seen)
         deadline, best = perf_counter() + seconds, np.empty((0, len(start)))
         length, shortest = np.inf, float(np.linalg.norm(goals - start, axis=1).min())
         if shortest == 0.0:
@@ -142,7 +142,7 @@ class ArmRoadmap:
                     if code == 1:
                         arrays = self._arrays
                         best = arrays.q[way].copy()
-                        short = arm_search_loops.shorten(shop, best, SHORTCUTS, arrays.random, arrays.seen)
+                        short = shorten_loops.shorten(shop, best, SHORTCUTS, arrays.random, arrays.seen)
                         if self.checker.free_segment(short[:-1], short[1:]).all():
                             best = short
                         length = length_of(best) * (1.0 - 1e-9)
