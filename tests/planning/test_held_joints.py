@@ -136,9 +136,13 @@ def test_bounds_of_the_compiled_search_are_those_of_the_others(checker):
     for changes in ({"left0": 0.5}, {"lift": 1.0}, {"pan": 0.3}, {"left_wheel": 9.0}, {"right_b": 0.1}):
         b = configuration(checker, **{"left0": -0.6} | changes)
         question = arm_search._question_for(checker, 1, None)
-        bounds = np.empty((2, checker.robot.n))
-        arm_question_loops.bounds_around(question.value.limits, a, b[None], bounds)
+        bounds, near = np.empty((2, 2, checker.robot.n))
+        arm_question_loops.bounds_around(question.value.limits, a, b[None], bounds, near)
         np.testing.assert_array_equal(bounds, bounds_of(checker, np.stack([a, b])))
+        assert (bounds[0] <= near[0]).all()
+        assert (near[0] <= np.minimum(a, b)).all()
+        assert (np.maximum(a, b) <= near[1]).all()
+        assert (near[1] <= bounds[1]).all()
 
 
 def test_a_search_that_finds_nothing_says_what_it_held(checker):
