@@ -309,6 +309,18 @@ def test_legs_hold_their_blends_by_the_book_s_formulas(points, speed):
     assert (T > np.abs(D) / speed - 1e-12).all()
 
 
+@pytest.mark.capability("11-29")
+@pytest.mark.parametrize("speed", [5.0, 50.0, 5e3])
+def test_speeds_that_no_leg_reaches_do_not_make_legs_long(speed):
+    """Three legs of 1 rad without a stop take at least 2 sqrt(3/4) s; blends take some more."""
+    plan = linear_blends([0.0, 1.0, 2.0, 3.0], velocity=speed, acceleration=4.0)
+    assert plan
+    assert 2.0 * np.sqrt(3.0 / 4.0) < plan.durations.sum() < 2.2
+    stop = linear_blends([0.0, 1.0, 1.0, 0.5, 3.0], velocity=speed, acceleration=4.0)
+    assert stop
+    assert stop.durations.sum() < 4.2
+
+
 def test_a_stop_lasts_as_long_as_the_blends_on_both_sides_of_it():
     """D = v = 1, A = 4: end legs last 1 s and reach 1 / (1 - t0/2), t0 = 1 - sqrt(1/2), which ends within that / A."""
     plan = linear_blends([0.0, 1.0, 1.0, 2.0], velocity=1.0, acceleration=4.0)

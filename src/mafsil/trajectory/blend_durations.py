@@ -14,8 +14,12 @@ from mafsil.trajectory.blend_plan import BlendProblem, blends
 from mafsil.trajectory.motion_limits import MotionLimits
 from mafsil.trajectory.tolerances import ROUNDING
 
-ROUNDS = 40
+ROUNDS = 60
 """Legs are lengthened so often by what they lack; what then still overlaps is slowed as a whole."""
+GROWTH = 0.25
+"""By which share of itself the quickest leg grows at once."""
+MUCH = (np.inf, 1.0, 0.25)
+"""What share of a leg is much to lack: each is tried, and the shortest of the motions taken."""
 SLOWER = 1.1
 """How much as a whole."""
 
@@ -85,12 +89,46 @@ def _with_blends(problem: BlendProblem, D: Floats, top: Floats) -> Floats:
 
 
 def _lengthened(problem: BlendProblem) -> BlendProblem:
-    """3. Longer legs until nothing overlaps."""
+    """3. Longer legs until nothing overlaps: what they lack, or slower legs where they lack much."""
+    return min((_without_overlaps(problem, much) for much in MUCH), key=lambda found: found[1])[0]
+
+
+def _without_overlaps(problem: BlendProblem, much: float) -> tuple[BlendProblem, float]:
+    """The problem with longer legs, and how long it takes in all; infinite where something overlaps to the end."""
+    total = np.inf
     for attempt in range(10 * ROUNDS):
-        straight = blends(problem).straight
-        lacking = -straight.reshape(-1, *straight.shape[-2:]).min(axis=(0, -1))
+        found = blends(problem)
+        lacking = -found.straight.reshape(-1, *found.straight.shape[-2:]).min(axis=(0, -1))
         if (lacking <= ROUNDING * problem.durations).all():
+            total = float(problem.durations.sum())
             break
-        longer = problem.durations + np.maximum(lacking, 0.0) * (1.0 + ROUNDING)
-        problem = replace(problem, durations=longer if attempt < ROUNDS else SLOWER * problem.durations)
-    return problem
+        longer = SLOWER * problem.durations
+        if attempt < ROUNDS:
+            longer = problem.durations + _growth(problem, found.slope, lacking, much)
+        problem = replace(problem, durations=longer)
+    return problem, total
+
+
+def _growth(problem: BlendProblem, slope: Floats, lacking: Floats, much: float) -> Floats:
+    """(m - 1,) what legs grow by: what they lack; where that is much, the quickest of a leg and those beside it grows.
+
+    It is quick legs that make blends long. A leg without distance is measured by those beside it.
+
+    Args:
+        problem: the legs.
+        slope: (*batch, m - 1, n) of them.
+        lacking: (m - 1,) what each leg lacks [s].
+        much: from which share of a leg on that is much.
+    """
+    durations, legs = problem.durations, len(problem.durations)
+    pace = np.abs(slope) / np.minimum(problem.up, problem.down)[..., :-1, :]
+    quick = pace.reshape(-1, *pace.shape[-2:]).max(axis=(0, -1))
+    growth = np.zeros(legs)
+    for k in np.flatnonzero(lacking > ROUNDING * durations):
+        beside = np.arange(max(k - 1, 0), min(k + 2, legs))
+        need, quickest = float(lacking[k]) * (1.0 + ROUNDING), int(beside[quick[beside].argmax()])
+        if need <= much * float(durations[k] if quick[k] > 0.0 else durations[beside].max()):
+            growth[k] = max(growth[k], need)
+        else:
+            growth[quickest] = max(growth[quickest], GROWTH * durations[quickest])
+    return growth
