@@ -97,3 +97,39 @@ def test_a_typed_pose_of_a_mechanism_with_loops_is_met_to_its_digits(capsys):
     chain = ClosedChain(mf.load(robot))
     assert chain.error(path).max() < 1e-9
     np.testing.assert_allclose(path[-1][[0, 2]], [1.0, 0.7], atol=1e-6)
+
+
+TOUCHING = """<robot name="touching">
+<link name="base"><collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link>
+<link name="middle"><collision><origin xyz="0.4 0 0"/><geometry><sphere radius="0.02"/></geometry></collision></link>
+<link name="end"><collision><origin xyz="-0.4 0 0"/><geometry><sphere radius="0.05"/></geometry></collision></link>
+<joint name="first" type="revolute"><parent link="base"/><child link="middle"/><axis xyz="0 0 1"/>
+<limit lower="-2" upper="2" effort="1" velocity="1"/></joint>
+<joint name="second" type="revolute"><parent link="middle"/><child link="end"/><origin xyz="0.4 0 0"/>
+<axis xyz="0 1 0"/><limit lower="-2" upper="2" effort="1" velocity="1"/></joint></robot>"""
+LISTED = '<robot name="touching"><disable_collisions link1="base" link2="end" reason="Default"/></robot>'
+
+
+@pytest.mark.capability("11-39")
+def test_pairs_that_a_semantic_description_lists_are_not_checked(capsys, tmp_path):
+    robot, listed = tmp_path / "touching.urdf", tmp_path / "touching.srdf"
+    robot.write_text(TOUCHING)
+    listed.write_text(LISTED)
+    words = ["plan", str(robot), "--start", "0", "0.1", "--goal", "1", "0"]
+    assert main(words) == 1
+    assert "base" in capsys.readouterr().err
+    assert main([*words, "--srdf", str(listed)]) == 0
+    assert main([*words, "--srdf", str(tmp_path / "none.srdf")]) == 2
+    assert "none.srdf" in capsys.readouterr().err
+
+
+def test_joints_that_may_move_are_named(capsys):
+    code, _, err = asked(capsys, "--start", *LEFT, "--goal", *RIGHT, "--scene", SCENE, "--moving", "elbow")
+    assert code == 2
+    assert "joint4" in err
+    words = ["--start", *LEFT, "--goal", *RIGHT, "--scene", SCENE, "--moving", "joint2", "joint4", "--json"]
+    code, out, _ = asked(capsys, *words)
+    assert code == 0
+    moved = np.ptp(np.array(json.loads(out)["path"]), axis=0)
+    assert (moved[[2, 4, 5, 6]] == 0.0).all()
+    assert (moved[[0, 1, 3]] > 0.0).all()

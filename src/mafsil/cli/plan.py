@@ -36,6 +36,8 @@ def plan(
     scene: str | None,
     clearance: str | None,
     planner: str | None,
+    srdf: str | None,
+    moving: list[str],
     seed: str | None,
     seconds: str | None,
     out: str | None,
@@ -52,6 +54,8 @@ def plan(
         scene: file of `[[obstacle]]` tables.
         clearance: that is kept [m].
         planner: which one searches.
+        srdf: file of the pairs of links that need no check.
+        moving: names of joints that may move though they end where they start; if none, those of the moving limb.
         seed: of its samples.
         seconds: after which it gives up.
         out: file for the timed motion; its ending says the format.
@@ -76,8 +80,10 @@ def plan(
     budget = 10.0 if seconds is None else number("--seconds", seconds)
     first = 0 if seed is None else count("--seed", seed)
     own = any(link.collisions or link.visuals for link in arm.mechanism.links)
-    checker = Checker(with_shapes(arm.mechanism), around, margin=margin, self_collision=own)
-    found = plan_path(checker, None, q, wanted, planner=planner or "rrt_connect", seed=first, seconds=budget)
+    checker = Checker(with_shapes(arm.mechanism), around, margin=margin, srdf=srdf, self_collision=own)
+    found = plan_path(
+        checker, None, q, wanted, planner=planner or "rrt_connect", seed=first, seconds=budget, moving=moving or None
+    )
     data: dict[str, Any] = {"robot": arm.name, **found.to_dict()}
     typed = [words for words in (start, goal) if words]
     hints = [hint for words in typed for hint in degrees_remarks(words, arm.mechanism, degrees=degrees)]

@@ -160,6 +160,8 @@ OPERATIONS: tuple[Operation, ...] = (
                 "text",
                 choices=("rrt_connect", "prm", "rrt_star", "lazy_prm_star", "trajectory_optimisation"),
             ),
+            Parameter("srdf", "path", reads=True),
+            Parameter("moving", "text", many=True, metavar="JOINT"),
             Parameter("seed", "count"),
             Parameter("seconds", "number"),
             Parameter("out", "path"),
