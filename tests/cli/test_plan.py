@@ -119,6 +119,7 @@ def test_pairs_that_a_semantic_description_lists_are_not_checked(capsys, tmp_pat
     assert main(words) == 1
     assert "base" in capsys.readouterr().err
     assert main([*words, "--srdf", str(listed)]) == 0
+    assert main([*words, "--srdf", str(listed), "--clearance", "0.02", "--own-clearance", "0.01"]) == 0
     assert main([*words, "--srdf", str(tmp_path / "none.srdf")]) == 2
     assert "none.srdf" in capsys.readouterr().err
 

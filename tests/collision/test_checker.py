@@ -280,3 +280,32 @@ def test_what_is_attached_may_come_nearer_than_the_margin(tmp_path):
         assert all(
             coal_distance(theirs, T, coal_shape(each.geometry), each.T_so) > 0.0 for T in states for each in around
         )
+
+
+@pytest.mark.capability("11-39")
+@pytest.mark.parametrize("made", [arm, arm_of_many_pieces])
+def test_bodies_of_the_arm_keep_a_margin_of_their_own(tmp_path, made):
+    around, robot = scene(4), made(tmp_path)
+    checker = Checker(robot, around, margin=0.05, own_margin=0.004)
+    alone, outside = Checker(robot), Checker(robot, around, self_collision=False)
+    q = checker.random_configurations(3000)
+    far, apart = outside.distance(q).distance, alone.distance(q).distance
+    expected = (far > 0.05) & (apart > 0.004)
+    assert 0.05 < expected.mean() < 0.95
+    assert (expected != ((far > 0.05) & (apart > 0.05))).any()
+    assert (checker.free(q) == expected).all()
+    assert (checker.distance(q).free == expected).all()
+    assert [bool(checker.free(row)) for row in q[:200]] == expected[:200].tolist()
+    assert [bool(checker.check(row)) for row in q[:200]] == expected[:200].tolist()
+    still = np.array([bool(checker.free_segment(row, row)) for row in q[:200]])
+    assert (still == expected[:200]).all()
+    assert (checker.with_margin(0.0).free(q) == ((far > 0.0) & (apart > 0.004))).all()
+    assert (checker.with_margin(own=0.0).free(q) == ((far > 0.05) & (apart > 0.0))).all()
+    assert (Checker(robot, around).with_margin(0.05).free(q) == ((far > 0.05) & (apart > 0.05))).all()
+
+
+@pytest.mark.capability("11-39")
+def test_a_margin_of_bodies_of_the_arm_that_is_none_is_refused(tmp_path):
+    for wrong in (-0.1, np.nan, np.inf, "far"):
+        with pytest.raises(mf.InputError, match="own_margin"):
+            Checker(arm(tmp_path), own_margin=wrong)

@@ -116,4 +116,7 @@ def test_a_margin_that_the_robot_never_keeps_from_itself_is_named(tmp_path):
     found = mf.plan(checker, None, np.zeros(2), np.ones(2))
     assert "nearer than the margin at nearly any configuration" in found.explain()
     assert 'skip=[("l0", "l2")]' in found.explain("ar")
+    assert "own_margin" in found.explain("ar")
+    assert mf.plan(checker, None, np.zeros(2), np.ones(2), own_margin=0.005)
+    assert mf.plan(robot, None, np.zeros(2), np.ones(2), margin=0.02, own_margin=0.005)
     assert mf.plan(checker, None, np.zeros(2), np.ones(2), margin=0.005)

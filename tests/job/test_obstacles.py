@@ -217,6 +217,15 @@ def test_a_clearance_that_the_arm_never_keeps_from_itself_is_said():
     assert isinstance(refused, Refusal)
     for language in ("en", "ar"):
         assert "wrist_1" in refused.explain(language)
-        assert "self_collision = false" in refused.explain(language)
+        assert "own_clearance" in refused.explain(language)
     nearer = text.replace("0.02", "0.009")
     assert not isinstance(prepare(parse(nearer), nearer, Path()), Refusal)
+    allowed = text.replace("clearance = 0.02\n", "clearance = 20\nown_clearance = 5\n")
+    allowed = "lengths = 'millimetres'\n" + allowed
+    run = solve(parse(allowed), allowed, Path())
+    assert isinstance(run, Run)
+    assert run.plan.surroundings is not None
+    checker = run.plan.surroundings.checker(run.plan.legs[0].load)
+    assert (checker.margin, checker.own_margin) == (pytest.approx(0.02), pytest.approx(0.005))
+    touching = allowed.replace("own_clearance = 5", "own_clearance = 12")
+    assert isinstance(prepare(parse(touching), touching, Path()), Refusal)

@@ -158,4 +158,6 @@ def test_what_is_left_of_a_position_does_not_depend_on_the_turn_of_the_frame() -
     T, target = pose.exp([0.4, -0.7, 0.2, 1.0, 2.0, 3.0]), pose.exp([1.0, 0.2, -0.3, 0.5, 0.1, -0.4])
     way = target[:3, 3] - T[:3, 3]
     np.testing.assert_allclose(path_error(T, target, "position"), way, atol=1e-15)
-    np.testing.assert_allclose(path_error(np.stack([T, T]), target, "position"), [way, way], atol=1e-15)
+    np.testing.assert_allclose(
+        path_error(np.stack([T, T]), np.stack([target, target]), "position"), [way, way], atol=1e-15
+    )

@@ -35,6 +35,7 @@ def plan(
     pose: list[str],
     scene: str | None,
     clearance: str | None,
+    own_clearance: str | None,
     planner: str | None,
     srdf: str | None,
     moving: list[str],
@@ -53,6 +54,7 @@ def plan(
         pose: of the tip: x, y, z [m], roll, pitch, yaw, as typed.
         scene: file of `[[obstacle]]` tables.
         clearance: that is kept [m].
+        own_clearance: that bodies of the robot keep from each other [m].
         planner: which one searches.
         srdf: file of the pairs of links that need no check.
         moving: names of joints that may move though they end where they start; if none, those of the moving limb.
@@ -77,10 +79,13 @@ def plan(
     )
     around = Scene() if scene is None else scene_of(parse_scene(text_of(Path(scene)), Path(scene).name))
     margin = 0.0 if clearance is None else number("--clearance", clearance)
+    among_itself = None if own_clearance is None else number("--own-clearance", own_clearance)
     budget = 10.0 if seconds is None else number("--seconds", seconds)
     first = 0 if seed is None else count("--seed", seed)
     own = any(link.collisions or link.visuals for link in arm.mechanism.links)
-    checker = Checker(with_shapes(arm.mechanism), around, margin=margin, srdf=srdf, self_collision=own)
+    checker = Checker(
+        with_shapes(arm.mechanism), around, margin=margin, own_margin=among_itself, srdf=srdf, self_collision=own
+    )
     found = plan_path(
         checker, None, q, wanted, planner=planner or "rrt_connect", seed=first, seconds=budget, moving=moving or None
     )

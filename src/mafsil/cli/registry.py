@@ -155,6 +155,7 @@ OPERATIONS: tuple[Operation, ...] = (
             Parameter("pose", "angle", many=True, metavar="P"),
             Parameter("scene", "path", reads=True),
             Parameter("clearance", "number"),
+            Parameter("own_clearance", "number"),
             Parameter(
                 "planner",
                 "text",

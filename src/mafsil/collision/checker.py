@@ -54,6 +54,8 @@ class Checker:
         scene: a Scene, or its obstacles; empty by default.
         attached: what is fixed to the tip: obstacles whose poses are in the tip frame {t}.
         margin: clearance below which the arm counts as colliding [m].
+        own_margin: the same between bodies of the arm, which may be nearer to each other than they are meant to come to
+            anything else; `margin` if None [m].
         srdf: path of a semantic description whose `disable_collisions` pairs are not checked.
         skip: further pairs of names (bodies, links) that are not checked.
         self_collision: whether bodies of the arm are checked against each other.
@@ -65,13 +67,15 @@ class Checker:
         seed: of the samples.
 
     Attributes:
-        robot, scene, margin: as given.
+        robot, scene, margin, own_margin: as given.
         bodies: what collides of the arm; `skipped` says which pairs of them are not checked, and why.
 
     Raises:
         InputError: no shapes, a mesh file that is missing, numbers out of range.
         FileError: an SRDF or mesh file that cannot be read.
     """
+
+    _own_margin: float | None = None
 
     def __init__(
         self,
@@ -80,6 +84,7 @@ class Checker:
         *,
         attached: Iterable[Obstacle] = (),
         margin: float = 0.0,
+        own_margin: float | None = None,
         srdf: str | Path | None = None,
         skip: Iterable[tuple[str, str]] = (),
         self_collision: bool = True,
@@ -91,6 +96,7 @@ class Checker:
         self.robot = as_robot(robot)
         self.scene = scene if isinstance(scene, Scene) else Scene(scene)
         self.margin = _not_negative("margin", margin)
+        self._own_margin = None if own_margin is None else _not_negative("own_margin", own_margin)
         self.samples = whole("samples", samples)
         self.seed = whole("seed", seed)
         mechanism = self.robot.mechanism
@@ -155,6 +161,7 @@ class Checker:
         return Clearance(
             rows.reshape(*batch, self.robot.n), self.margin, out[:, 0].reshape(batch), point_first, point_second,
             normal, gradient.reshape(*batch, self.robot.n), first.reshape(batch), second.reshape(batch),
+            None if self.own_margin == self.margin else self.free(rows).reshape(batch),
         )  # fmt: skip
 
     def check(self, q: ArrayLike) -> Check:
@@ -172,7 +179,9 @@ class Checker:
         poses = next(laid_arm.poses_in_parts(self.robot, rows))[1]
         out, who = np.zeros((MOST_CONTACTS, 10)), np.zeros((MOST_CONTACTS, 2), np.int64)
         around = self.scene.surroundings
-        count = distance_loops.contacts(self.arm, poses[0], around, self.margin, len(self.scene), out, who)
+        count = distance_loops.contacts(
+            self.arm, poses[0], around, self.margin, self.own_margin, len(self.scene), out, who
+        )
         if count:
             order = np.argsort(out[:count, 0])
             contacts = tuple(self._contact(out[k], who[k]) for k in order)
@@ -267,7 +276,7 @@ class Checker:
         """As `workshop`; who proves nothing does not wait until proofs are compiled."""
         thread = get_ident()
         if thread not in self._workshops:
-            self._workshops[thread] = self.laid.workshop(self.scene, self.margin)
+            self._workshops[thread] = self.laid.workshop(self.scene, self.margin, self.own_margin)
             segment_loops.be_able_to_tell(self._workshops[thread])
         return self._workshops[thread]
 
@@ -349,10 +358,18 @@ class Checker:
             other.__dict__.pop(name, None)
         return other
 
-    def with_margin(self, margin: float) -> Self:
-        """The same arm and scene with another clearance to keep [m]."""
+    @property
+    def own_margin(self) -> float:
+        """Clearance between bodies of the arm below which it counts as colliding [m]."""
+        return self.margin if self._own_margin is None else self._own_margin
+
+    def with_margin(self, margin: float | None = None, *, own: float | None = None) -> Self:
+        """The same arm and scene with another clearance to keep, and between bodies of the arm; None as it is [m]."""
         other = self.with_scene(self.scene)
-        other.margin = _not_negative("margin", margin)
+        if margin is not None:
+            other.margin = _not_negative("margin", margin)
+        if own is not None:
+            other._own_margin = _not_negative("own_margin", own)
         return other
 
     def _pairs(self) -> list[tuple[int, int]]:

@@ -200,8 +200,9 @@ def gradients(motion: Motion, poses: Floats, rows: Floats, who: NDArray[np.int64
 
 @compiled
 def contacts(
-    arm: Arm, poses: Floats, around: Surroundings, margin: float, obstacles: int, out: Floats, who: NDArray[np.int64]
-) -> int:
+    arm: Arm, poses: Floats, around: Surroundings, margin: float, own_margin: float, obstacles: int, out: Floats,
+    who: NDArray[np.int64],
+) -> int:  # fmt: skip
     """Every pair of one state that is within a margin, with its deepest place; how many there are.
 
     1. A body whose gap to everything around it is more than the margin is done.
@@ -211,6 +212,7 @@ def contacts(
 
     Args:
         poses: (L, 4, 4).
+        margin, own_margin: from the surroundings, and between bodies of the arm [m].
         obstacles: how many there are.
         out, who: (k, ROW), (k, 2) as in `distances`; rows beyond the last are not written.
     """
@@ -241,9 +243,10 @@ def contacts(
                 out[count], who[count, 0], who[count, 1] = place[k], b, k
                 count += 1
     # 4.
+    over = just_above(own_margin)
     for k in range(len(arm.pairs)):
         a, b = arm.pairs[k, 0], arm.pairs[k, 1]
-        if count == len(out) or gap_between(arm, a, b, poses, over, margin, s) > margin:
+        if count == len(out) or gap_between(arm, a, b, poses, over, own_margin, s) > own_margin:
             continue
         if separation_between(arm, a, b, poses, over, s, row):
             out[count], who[count, 0], who[count, 1] = row, a, -1 - b

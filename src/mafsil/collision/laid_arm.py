@@ -70,11 +70,11 @@ class LaidArm:
         regions = Regions(self.robot.mechanism, self._joints, self.arm, limits.lower, limits.upper)
         return clearance_tables.clearances_of(self.arm, self.motion, regions, limits, self._poses)
 
-    def workshop(self, scene: Scene, margin: float) -> Held[Workshop]:
-        """What this thread asks about the arm in a scene."""
+    def workshop(self, scene: Scene, margin: float, own_margin: float) -> Held[Workshop]:
+        """What this thread asks about the arm in a scene, with clearances from that and from itself [m]."""
         around, thread = scene.surroundings, get_ident()
         apart = layout.apart(self.regions, around)
-        keep, entries = np.array([margin]), np.zeros(4, np.int64)
+        keep, entries = np.array([margin, own_margin]), np.zeros(4, np.int64)
         world = World(
             self.arm, around, self.groups, apart, self.clearances, self._kinematics_here(), self.motion, keep, entries
         )

@@ -29,6 +29,8 @@ from mafsil.collision.tree_loops import DEPTH, Surroundings
 from mafsil.collision.workshop_loops import (
     AROUND_BY_LANES,
     AT_ONCE,
+    FROM_ITSELF,
+    FROM_SURROUNDINGS,
     ITSELF_BY_LANES,
     Bench,
     Workshop,
@@ -92,7 +94,7 @@ def _pieces_at_once(world: World, b: int, ball: Buffer, reach: Lanes, wanted: in
     """
     around, count, apart = world.around, 0, world.apart[b]
     for j in range(len(around.boxes)):
-        if apart[j] > world.margin[0]:
+        if apart[j] > world.margin[FROM_SURROUNDINGS]:
             continue
         bits = lane_bits(_box_within_reach(around.boxes[j], ball, reach)) & wanted
         if bits != 0:
@@ -177,7 +179,7 @@ def meets_around(
         h, moving: whether M is a way in an interval of half length h; then a piece that is within it is asked again
             with its own way, for what is near an axis hardly moves.
     """
-    arm, around, margin, s = world.arm, world.around, world.margin[0], bench.s
+    arm, around, margin, s = world.arm, world.around, world.margin[FROM_SURROUNDINGS], bench.s
     balls, body, found, few = seen(s.balls), arm.bodies[b], 0, len(around.boxes) <= AT_ONCE
     A, B, reach = arm.pieces, around.pieces, M + (body[7] + margin)
     if few:
@@ -225,17 +227,17 @@ def bodies_near(world: World, k: int, M: Lanes, bench: Bench) -> int:
     """Bits of the lanes in which the bodies of pair k may be within margin + M: by their balls, and by a table."""
     balls, bodies, known = seen(bench.s.balls), world.arm.bodies, world.known
     a, b, t = world.arm.pairs[k, 0], world.arm.pairs[k, 1], known.table[k]
-    reach = M + (bodies[a, 7] + bodies[b, 7] + world.margin[0])
+    reach = M + (bodies[a, 7] + bodies[b, 7] + world.margin[FROM_ITSELF])
     near = balls_meet(part(balls, 3 * a), part(balls, 3 * b), reach)
     if t >= 0 and any_lane(near):
-        near = near & (clearance(known, k, part(seen(bench.cells), t)) <= M + world.margin[0])
+        near = near & (clearance(known, k, part(seen(bench.cells), t)) <= M + world.margin[FROM_ITSELF])
     return lane_bits(near)
 
 
 @inlined
 def _pieces_near(world: World, a: int, b: int, M: Lanes, wanted: int, s: LaneScratch) -> int:
     """Pieces of body a within margin + M of the ball around body b in some lane, by their balls; how many."""
-    arm, margin = world.arm, world.margin[0]
+    arm, margin = world.arm, world.margin[FROM_ITSELF]
     place_pieces_in_lanes(arm, a, s)
     A, bodies, balls, count = arm.pieces, len(arm.bodies), seen(s.balls), 0
     for i in range(int(arm.bodies[a, 1]), int(arm.bodies[a, 2])):
@@ -269,7 +271,7 @@ def meets_itself(
         wanted: bits of the lanes that matter; those of `bodies_near`.
         M, h, moving, bench: as in `meets_around`.
     """
-    arm, margin, motion, speeds, s = world.arm, world.margin[0], world.motion, bench.speeds, bench.s
+    arm, margin, motion, speeds, s = world.arm, world.margin[FROM_ITSELF], world.motion, bench.speeds, bench.s
     A, bodies, balls, found = arm.pieces, len(arm.bodies), seen(s.balls), 0
     a, b, since = arm.pairs[k, 0], arm.pairs[k, 1], motion.common[k]
     if not moving and _few_lanes_meet(arm, a, b, wanted):

@@ -37,6 +37,7 @@ class MovableArm(Checker):
 
     def __init__(self, arm: Checker, scene: Scene) -> None:
         self.scene, self.margin, self.samples, self.seed = scene, arm.margin, arm.samples, arm.seed
+        self._own_margin = arm._own_margin
         self.robot = as_robot(on_movable_base(arm.robot.mechanism))
         self.bodies = tuple(replace(body, link=body.link + len(PLACES)) for body in arm.bodies)
         self._still, self._skipped, self._self_collision = arm._still, arm._unchecked(), True

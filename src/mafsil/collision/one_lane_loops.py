@@ -22,6 +22,8 @@ from mafsil.collision.workshop_loops import (
     AROUND_BY_LANES,
     BALLS,
     EVERY,
+    FROM_ITSELF,
+    FROM_SURROUNDINGS,
     ITSELF_BY_LANES,
     Workshop,
     World,
@@ -53,7 +55,7 @@ def _place_group(world: World, b: int, group: int, lane: int, s: LaneScratch, ou
 def _meets_around(shop: Held[Workshop], b: int, lane: int, count: int) -> bool:
     """Whether body b meets one of the pieces of the surroundings in `s.near`, in one lane."""
     world, bench = opened(shop)
-    arm, around, s, margin, balls = world.arm, world.around.pieces, bench.s, world.margin[0], buffer(4)
+    arm, around, s, margin, balls = world.arm, world.around.pieces, bench.s, world.margin[FROM_SURROUNDINGS], buffer(4)
     members = world.groups.members
     link, first = int(arm.bodies[b, 0]), int(arm.bodies[b, 1])
     for g in range(group_count(int(arm.bodies[b, 3]) - first)):
@@ -84,7 +86,7 @@ def _near_ball(balls: Buffer, x: float, y: float, z: float, reach: Lanes) -> Mas
 def _meets_itself(shop: Held[Workshop], a: int, b: int, lane: int) -> bool:
     """Whether two bodies of the arm meet in one lane."""
     world, bench = opened(shop)
-    arm, s, margin, ours, theirs = world.arm, bench.s, world.margin[0], buffer(4), buffer(4)
+    arm, s, margin, ours, theirs = world.arm, bench.s, world.margin[FROM_ITSELF], buffer(4), buffer(4)
     members = world.groups.members
     p, q, round = int(arm.bodies[a, 0]), int(arm.bodies[b, 0]), arm.bodies[b, 7] + margin
     middle = part(seen(s.balls), 3 * b)

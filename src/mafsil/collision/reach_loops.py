@@ -8,7 +8,7 @@ from mafsil.collision.arm_loops import just_above
 from mafsil.collision.pair_loops import separation
 from mafsil.collision.placing_loops import LaneScratch
 from mafsil.collision.support_loops import BALL, CONE, CYLINDER, HULL, PLANE, POINT, SEGMENT, Pieces, product
-from mafsil.collision.workshop_loops import Workshop
+from mafsil.collision.workshop_loops import FROM_ITSELF, FROM_SURROUNDINGS, Workshop
 from mafsil.solvers.held_loops import Held, opened
 from mafsil.solvers.lane_loops import WIDTH, buffer, get, larger, magnitude, part, seen, square_root
 from mafsil.solvers.loops import inlined, uncounted
@@ -85,7 +85,8 @@ def exact_answer(shop: Held[Workshop], i: int, p: int, j: int, q: int, M: float,
         M: beyond the margin [m], of that lane.
     """
     world, bench = opened(shop)
-    A, B, s, margin = world.arm.pieces, world.arm.pieces if q >= 0 else world.around.pieces, bench.s, world.margin[0]
+    A, s, margin = world.arm.pieces, bench.s, world.margin[FROM_ITSELF if q >= 0 else FROM_SURROUNDINGS]
+    B = A if q >= 0 else world.around.pieces
     P, Q, further = s.one.W[24:27], s.one.W[28:31], just_above(margin) + M
     _pose_of_lane(s, p, lane)
     product(s.T[p], A.T[i], P)

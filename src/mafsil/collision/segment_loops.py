@@ -29,6 +29,8 @@ from mafsil.collision.one_lane_loops import compile_for
 from mafsil.collision.placing_loops import ALL, place_bodies_in_lanes
 from mafsil.collision.speed_loops import ROUNDING, place_twists, take_motion, way_of_body
 from mafsil.collision.workshop_loops import (
+    FROM_ITSELF,
+    FROM_SURROUNDINGS,
     PROVE,
     TELL,
     Bench,
@@ -318,10 +320,10 @@ def prove_segments(
         evaluations: (m,) out: states that were looked at.
     """
     margin = opened(shop).world.margin
-    before = margin[0]
-    margin[0] = before + extra
+    around, itself = margin[FROM_SURROUNDINGS], margin[FROM_ITSELF]
+    margin[FROM_SURROUNDINGS], margin[FROM_ITSELF] = around + extra, itself + extra
     _prove_each(shop, A, B, code, t, evaluations)
-    margin[0] = before
+    margin[FROM_SURROUNDINGS], margin[FROM_ITSELF] = around, itself
 
 
 @uncounted

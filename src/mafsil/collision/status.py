@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mafsil.answer import Answer, SingleAnswer, Status
-from mafsil.arrays import Floats, JointVector, Scalar, Vector3
+from mafsil.arrays import Floats, JointVector, Scalar, Truth, Vector3
 from mafsil.collision.separation import place_of
 from mafsil.messages import say
 from mafsil.messages.tables import on_screen
@@ -105,6 +105,7 @@ class Clearance(Answer):
         normal: (*batch, 3) unit direction in which the first body leaves the second.
         gradient: (*batch, n) of the distance by q [m/rad | 1], as far as one pair stays the nearest.
         first, second: (*batch) names of the nearest pair.
+        verdict: (*batch) whether each is free, where another margin counts between bodies of the arm.
     """
 
     q: JointVector
@@ -116,11 +117,12 @@ class Clearance(Answer):
     gradient: JointVector
     first: Any
     second: Any
+    verdict: Truth | None = None
 
     @property
     def free(self) -> Any:
         """(*batch) whether each configuration is free."""
-        return self.distance > self.margin
+        return self.distance > self.margin if self.verdict is None else self.verdict
 
     @property
     def status(self) -> Any:

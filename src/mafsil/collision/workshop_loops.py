@@ -64,6 +64,8 @@ class Kinematics(NamedTuple):
     pose_lanes: Floats
 
 
+FROM_SURROUNDINGS, FROM_ITSELF = range(2)
+"""Places in `World.margin`."""
 EVERY, AROUND, BALLS = range(3)
 """Columns of `Groups.members`."""
 
@@ -92,7 +94,8 @@ class World(NamedTuple):
             than AT_ONCE pieces, there is no column.
         known: how near bodies of the arm come to each other at some coordinates.
         kinematics, motion: how the joints move it.
-        margin: (1,) clearance to keep [m]; a proof that is to keep more raises it for a while.
+        margin: (2,) clearance to keep from the surroundings, and between bodies of the arm [m]; a proof that is to keep
+            more raises both for a while.
         entries: (4,) addresses of what is long to compile: `prove`, 0 as long as nothing is to be proved,
             `colliding_rows`, and the two of `one_lane_loops`.
     """

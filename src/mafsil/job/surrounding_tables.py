@@ -36,6 +36,8 @@ class Collision(Part, frozen=True, kw_only=True):
 
     Attributes:
         clearance: that it keeps [m].
+        own_clearance: that its bodies keep from each other, some of which are always near, if that is less [m]; the
+            clearance if None.
         avoid: moves of the joints go round what stands in their way, unless a move says otherwise.
         self_collision: whether the arm is checked against itself; if None, where the description has shapes.
         seed: of the search for ways round.
@@ -44,6 +46,7 @@ class Collision(Part, frozen=True, kw_only=True):
     """
 
     clearance: NotNegative = 0.0
+    own_clearance: NotNegative | None = None
     avoid: bool = False
     self_collision: bool | None = None
     seed: Annotated[int, msgspec.Meta(ge=0)] = 0

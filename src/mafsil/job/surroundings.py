@@ -121,8 +121,14 @@ class Surroundings:
             scene = Scene([*self.scene, *(each.body for each in parts)]) if parts else self.scene
             if len(self._checkers) >= MOST_CHECKERS:
                 del self._checkers[next(iter(self._checkers))]
+            own = None if self.rule.own_clearance is None else min(self.rule.own_clearance, kept)
             self._checkers[key] = Checker(
-                self._mechanism, scene, attached=_hanging(load, kept), margin=kept, self_collision=itself
+                self._mechanism,
+                scene,
+                attached=_hanging(load, kept),
+                margin=kept,
+                own_margin=own,
+                self_collision=itself,
             )
         return self._checkers[key]
 

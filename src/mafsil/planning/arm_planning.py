@@ -57,6 +57,7 @@ def plan(
     nodes: int = 200_000,
     shorten: int = 100,
     margin: float | None = None,
+    own_margin: float | None = None,
     keep: Constraint | Iterable[Constraint] = (),
     radius: float | None = None,
     moving: Iterable[str] | None = None,
@@ -92,6 +93,8 @@ def plan(
         nodes: most that it may make.
         shorten: about how many motions are tried to make the path shorter; 0 for none.
         margin: clearance to keep [m]; that of a Checker, or none.
+        own_margin: clearance that bodies of the robot keep from each other, some of which are always near [m]; `margin`
+            if None.
         keep: what the path keeps all along, such as `planning.Upright(0.1)`: one or several constraints. Only with
             "rrt_connect", which alone knows loops too.
         radius: of capsules along the links, for a robot without shapes [m]; a Checker was made with its own.
@@ -108,10 +111,10 @@ def plan(
     """
     roadmap = robot if isinstance(robot, ArmRoadmap) else None
     if roadmap is not None:
-        if scene is not None or keep or margin is not None or radius is not None:
+        if scene is not None or keep or radius is not None or margin is not None or own_margin is not None:
             raise InputError("planning.roadmap_as_it_is")
         planner = LAZY
-    checker = _checker(robot, scene, margin, radius) if not isinstance(robot, ArmRoadmap) else robot.checker
+    checker = _checker(robot, scene, margin, own_margin, radius) if not isinstance(robot, ArmRoadmap) else robot.checker
     n, mechanism = checker.robot.n, checker.robot.mechanism
     loops = loops_kept(mechanism) if mechanism.loops else ()
     q = np.array(single("start", start, (n,)))
@@ -212,16 +215,16 @@ def _answer(
 
 
 def _checker(
-    robot: RobotLike | Checker, scene: Scene | Iterable[Obstacle] | None, margin: float | None, radius: float | None
-) -> Checker:
+    robot: RobotLike | Checker, scene: Scene | Iterable[Obstacle] | None, margin: float | None,
+    own_margin: float | None, radius: float | None,
+) -> Checker:  # fmt: skip
     if not isinstance(robot, Checker):
-        return Checker(
-            robot, () if scene is None else scene, margin=0.0 if margin is None else margin, radius=radius
-        )  # fmt: skip
+        around, kept = () if scene is None else scene, 0.0 if margin is None else margin
+        return Checker(robot, around, margin=kept, own_margin=own_margin, radius=radius)
     if radius is not None:
         raise InputError("planning.radius_of_a_checker")
     checker = robot if scene is None else robot.with_scene(scene)
-    return checker if margin is None else checker.with_margin(margin)
+    return checker if margin is None and own_margin is None else checker.with_margin(margin, own=own_margin)
 
 
 def configurations_of(checker: Checker, goal: ArrayLike | Pose | GoalRegion, start: JointVector) -> JointVector:

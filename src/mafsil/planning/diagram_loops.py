@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats
 from mafsil.collision.arm_loops import Arm, Scratch, gap_between, just_above, place_bodies, scratch_for
 from mafsil.collision.speed_loops import ROUNDING, Motion
-from mafsil.collision.workshop_loops import World
+from mafsil.collision.workshop_loops import FROM_ITSELF, World
 from mafsil.solvers.kernel_loops import call_kernel
 from mafsil.solvers.loops import compiled, uncounted
 
@@ -85,7 +85,7 @@ def bound(
 @uncounted
 def _is_full(world: World, k: int, M: float, s: Scratch) -> bool:
     """Whether a pair is nearer than the margin by more than M: by its depth, less what that may be too large by."""
-    arm, margin = world.arm, world.margin[0]
+    arm, margin = world.arm, world.margin[FROM_ITSELF]
     p, q = arm.pairs[k, 0], arm.pairs[k, 1]
     gap = gap_between(arm, p, q, world.kinematics.poses[0], just_above(margin), -np.inf, s)
     return gap + M + UNSURE * min(arm.bodies[p, 7], arm.bodies[q, 7]) <= margin
@@ -101,7 +101,7 @@ def classify_cells(world: World, A: Floats, B: Floats, R: Floats, codes: NDArray
         R: (j, b) reaches of bodies from axes that hold on both paths.
         codes: (k, m) out.
     """
-    arm, motion, margin = world.arm, world.motion, world.margin[0]
+    arm, motion, margin = world.arm, world.motion, world.margin[FROM_ITSELF]
     s, rates, states, last = scratch_for(arm), np.empty(len(motion.joints)), 0, -1
     pairs, poses = len(arm.pairs), world.kinematics.poses[0]
     ways = np.empty(len(arm.bodies))

@@ -22,7 +22,7 @@ LENGTHS: dict[type[Part], tuple[str, ...]] = {
     Pattern: ("pitch",),
     Grasp: ("size", "offset", "com"),
     Obstacle: ("box", "sphere", "cylinder", "capsule"),
-    Collision: ("clearance",),
+    Collision: ("clearance", "own_clearance"),
     Tolerance: ("position",),
     Step: ("blend", "clearance"),
     Surface: ("point", "sphere", "cylinder"),
