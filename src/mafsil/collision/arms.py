@@ -140,15 +140,9 @@ class Arms(Checker):
         planned = kept if moving is None else tuple(moving)
         for name in (*kept, *planned):
             self._require(name)
-        owner = [self.arm_of(body.name) for body in self.bodies]
-        pairs = [
-            (a, b)
-            for a, b in self._pairs()
-            if owner[a] in kept and owner[b] in kept and not {owner[a], owner[b]} <= self._passive
-        ]
-        checked = set(kept) - self._passive
+        owner, checked = self._owners(), set(kept) - self._passive
         still = [row if name in checked else (True,) * len(row) for name, row in zip(owner, self._still, strict=True)]
-        other = self._with_arm(layout.arm_of(self.bodies, pairs, still))
+        other = self._with_arm(layout.arm_of(self.bodies, self._pairs_of(kept), still))
         other._moving = planned
         return other
 
@@ -161,13 +155,19 @@ class Arms(Checker):
         kept = tuple(names)
         for name in kept:
             self._require(name)
-        owner = [self.arm_of(body.name) for body in self.bodies]
-        pairs = [
-            (a, b)
-            for a, b in self._pairs()
-            if owner[a] != owner[b] and {owner[a], owner[b]} <= set(kept) and not {owner[a], owner[b]} <= self._passive
-        ]
-        return self._with_arm(layout.arm_of(self.bodies, pairs, [(True,) * len(row) for row in self._still]))
+        owner, still = self._owners(), [(True,) * len(row) for row in self._still]
+        pairs = [(a, b) for a, b in self._pairs_of(kept) if owner[a] != owner[b]]
+        return self._with_arm(layout.arm_of(self.bodies, pairs, still))
+
+    def _owners(self) -> list[str]:
+        """The arm of each body."""
+        return [self.arm_of(body.name) for body in self.bodies]
+
+    def _pairs_of(self, names: Iterable[str]) -> list[tuple[int, int]]:
+        """Pairs of bodies of some arms, but for those of arms that are only met by the others."""
+        owner, kept = self._owners(), set(names)
+        owners = [(a, b, {owner[a], owner[b]}) for a, b in self._pairs()]
+        return [(a, b) for a, b, both in owners if both <= kept and not both <= self._passive]
 
     def with_passive(self, names: Iterable[str]) -> Self:
         """The same arms, of which some are only met by the others: not checked against the scene and among themselves.
