@@ -29,8 +29,8 @@ SLACK = 1e-6
 """Distance given away for what distances of hulls are inexact by [m]."""
 GIVEN_FOR_THIRD = 0.02
 """Distance to give away for the values between those that a third coordinate is taken at [m]."""
-LONGEST = 3000
-"""What a cell of all tables may cost, in comparisons of balls."""
+LONGEST = 6000
+"""What a cell of all tables may cost, in comparisons of balls: 0.1 to 0.4 s at the first question to an arm."""
 EXACT, OF_HULLS = 30, 500
 """What a comparison of pieces costs, in comparisons of balls."""
 USEFUL = 0.3
