@@ -89,17 +89,17 @@ def clearance(known: Clearances, k: int, cell: Buffer) -> Lanes:
 
 
 @compiled
-def fill_clearances(arm: Arm, poses: Floats, pairs: NDArray[np.int64], most: float, out: Floats) -> None:
-    """Distances of pairs of bodies, no larger than `most`, zero where they meet.
+def lower_clearances(arm: Arm, poses: Floats, pairs: NDArray[np.int64], out: Floats) -> None:
+    """Distances of pairs of bodies where they are less than what stands there, zero or less where they meet.
 
     Args:
         poses: (m, L, 4, 4).
         pairs: (k,) rows of the arm's pairs.
-        out: (m, k).
+        out: (m, k) in and out.
     """
     s = scratch_for(arm)
     for r in range(len(poses)):
         place_bodies(arm, poses[r], s)
         for k in range(len(pairs)):
             a, b = arm.pairs[pairs[k], 0], arm.pairs[pairs[k], 1]
-            out[r, k] = gap_between(arm, a, b, poses[r], most, 0.0, s)
+            out[r, k] = gap_between(arm, a, b, poses[r], out[r, k], 0.0, s)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.collision.arm_loops import Arm
-from mafsil.collision.clearance_loops import SIDE, Clearances, fill_clearances
+from mafsil.collision.clearance_loops import SIDE, Clearances, lower_clearances
 from mafsil.collision.regions import Regions
 from mafsil.collision.speed_loops import Motion
 from mafsil.collision.support_loops import HULL, POINT
@@ -104,9 +104,7 @@ def clearances_of(arm: Arm, motion: Motion, regions: Regions, limits: JointLimit
         found[:] = MOST
         for third in grid.values(group):
             for row, some in poses(grid.middles(group[0], third)):  # 3
-                now = np.empty((len(some), len(pairs)))
-                fill_clearances(arm, some, pairs, MOST, now)
-                np.minimum(found[row : row + len(some)], now, out=found[row : row + len(some)])
+                lower_clearances(arm, some, pairs, found[row : row + len(some)])
         found -= [plan.loss for plan in group]
         known.table[pairs[(found > 0.0).mean(axis=0) < USEFUL]] = -1
         begin += found.size
