@@ -90,7 +90,10 @@ def _with_blends(problem: BlendProblem, D: Floats, top: Floats) -> Floats:
 
 def _lengthened(problem: BlendProblem) -> BlendProblem:
     """3. Longer legs until nothing overlaps: what they lack, or slower legs where they lack much."""
-    return min((_without_overlaps(problem, much) for much in MUCH), key=lambda found: found[1])[0]
+    as_it_is, _ = found = _without_overlaps(problem, MUCH[0])
+    if as_it_is is problem:
+        return problem
+    return min(found, *(_without_overlaps(problem, much) for much in MUCH[1:]), key=lambda each: each[1])[0]
 
 
 def _without_overlaps(problem: BlendProblem, much: float) -> tuple[BlendProblem, float]:
