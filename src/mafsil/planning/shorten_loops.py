@@ -9,12 +9,18 @@ from mafsil.arrays import Floats
 from mafsil.collision.workshop_loops import Workshop
 from mafsil.planning.arm_search_loops import apart, draw, proves_free
 from mafsil.solvers.held_loops import Held
-from mafsil.solvers.loops import compiled, uncounted
+from mafsil.solvers.loops import compiled, inlined, uncounted
 
 ROUNDS, SHARES, SWEEPS = 2, 6, 24
 """Rounds of shortening; of the tries, each makes one in SHARES shortcuts and one in SWEEPS rounds over the corners."""
 LEAST_PULL, LEAST_GAIN = 0.1, 3e-3
 """Shares of the way to the chord, and of the length of its motions, below which a corner stays."""
+
+
+@inlined
+def _one_in(many: int, tries: int) -> int:
+    """How many tries are one in so many, at least one if there are any."""
+    return (tries + many - 1) // many
 
 
 @compiled
@@ -37,8 +43,8 @@ def shorten(
         random: (1,) state of the source of samples.
         seen: (3,) counts.
     """
-    each = (tries + SHARES - 1) // SHARES
-    rows, lengths = np.empty((len(path) + 2 * ROUNDS * each, path.shape[1])), np.empty(len(path) + 2 * ROUNDS * each)
+    room = len(path) + 2 * ROUNDS * _one_in(SHARES, tries)
+    rows, lengths = np.empty((room, path.shape[1])), np.empty(room)
     rows[: len(path)] = path
     straight = _leave_out_corners(shop, rows, len(path), seen)  # 1
     before = rows[:straight].copy()
@@ -59,9 +65,9 @@ def _rounds(
     """Step 2 of `shorten`; how many points there are then. Arguments as `_cut_short`."""
     ends = np.empty((2, rows.shape[1]))
     for _ in range(ROUNDS):
-        count = _cut_short(shop, rows, count, (tries + SHARES - 1) // SHARES, careful, random, lengths, ends, seen)
+        count = _cut_short(shop, rows, count, _one_in(SHARES, tries), careful, random, lengths, ends, seen)
         count = _leave_out_corners(shop, rows, count, seen)
-        _pull_straight(shop, rows, count, (tries + SWEEPS - 1) // SWEEPS, lengths, ends[0], seen)
+        _pull_straight(shop, rows, count, _one_in(SWEEPS, tries), lengths, ends[0], seen)
     return count
 
 
