@@ -169,7 +169,7 @@ def test_bodies_stay_as_near_to_axes_as_levers_say(name):
 def test_what_a_body_never_meets_is_further_than_said(tmp_path):
     around = Scene([*scene(3), Obstacle(Box((0.2, 0.3, 0.4)), (0.9, 0.0, 0.2), "shelf")])
     checker = Checker(arm(tmp_path), around)
-    apart, rows = checker.world().apart, checker.world().around.pieces.rows
+    apart, rows = checker.world().few.apart, checker.world().around.pieces.rows
     assert apart.shape == (len(checker.bodies), len(around))
     assert (apart > 0.0).any()
     for b, body in enumerate(checker.bodies):
@@ -187,8 +187,8 @@ def test_few_and_many_pieces_give_the_same_verdicts(tmp_path):
     far = [Obstacle(Sphere(0.1), (50.0 + k, 0.0, 0.0), f"far {k}") for k in range(30)]
     many = few.with_scene([*scene(5).obstacles, *far])
     q = few.random_configurations(4000)
-    assert few.world().apart.shape[1] == len(scene(5))
-    assert many.world().apart.shape[1] == 0
+    assert few.world().few.apart.shape[1] == len(scene(5))
+    assert many.world().few.apart.shape[1] == 0
     verdicts = few.in_collision(q)
     assert 0.1 < verdicts.mean() < 0.9
     assert (verdicts == many.in_collision(q)).all()

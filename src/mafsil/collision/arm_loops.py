@@ -49,18 +49,20 @@ class Scratch(NamedTuple):
         W: for `separation`: WORKSPACE; rows 24 to 31 for poses, row 32 for a separation.
         balls: (bodies + pieces, 5) balls of bodies and pieces in {s}; column 4 of a body: are its pieces placed.
         near: (DEPTH + FEW,) nodes of a walk through the tree, pieces found.
+        nearest: (2,) the pieces between which the last gap below its cutoff is.
     """
 
     W: Floats
     balls: Floats
     near: NDArray[np.int64]
+    nearest: NDArray[np.int64]
 
 
 @compiled
 def scratch_for(arm: Arm) -> Scratch:
     """Arrays for one thread."""
     rows = len(arm.bodies) + len(arm.pieces.rows)
-    return Scratch(np.empty(WORKSPACE), np.zeros((rows, 5)), np.zeros(DEPTH + FEW, np.int64))
+    return Scratch(np.empty(WORKSPACE), np.zeros((rows, 5)), np.zeros(DEPTH + FEW, np.int64), np.zeros(2, np.int64))
 
 
 @uncounted
@@ -180,7 +182,7 @@ def gap_around(
         cutoff: distances beyond it do not matter.
         enough: the search ends at a distance below the cutoff that is no more than this; where it is not -inf the
             depth of bodies that meet is not looked for.
-        s: to work in.
+        s: to work in; what is nearest stands in `s.nearest` if it is nearer than the cutoff.
     """
     count = _gather(around, s.balls[b], cutoff, s.near)
     return cutoff if count == 0 else _gap_to_found(arm, b, poses, around, count, cutoff, enough, s)
@@ -197,8 +199,9 @@ def _gap_to_found(
         _place_pieces(arm, b, poses, s)
     for i in range(int(arm.bodies[b, 1]), int(arm.bodies[b, 3])):
         if count < 0:
-            if nearest(A, i, T[:3], around, best, s.near, s.W, s.W[24:28], out) >= 0:
-                best = min(best, out[0])
+            j = nearest(A, i, T[:3], around, best, s.near, s.W, s.W[24:28], out)
+            if j >= 0 and out[0] < best:
+                best, s.nearest[0], s.nearest[1] = out[0], i, j
             if best <= enough and best < cutoff:
                 return best
             continue
@@ -208,13 +211,13 @@ def _gap_to_found(
             gap = _gap(B, j, ball[0], ball[1], ball[2]) - ball[3]  # 2
             if gap >= best:
                 continue
-            if point and B.rows[j, 0] != 5.0 and B.rows[j, 0] != 4.0:
-                best = gap
-            else:
+            if not point or B.rows[j, 0] == 5.0 or B.rows[j, 0] == 4.0:
                 if not posed:
                     product(T, A.T[i], P)
                     posed = True
-                best = min(best, separation(A, i, P, B, j, B.T[j], best, deep, s.W, out))  # 3
+                gap = separation(A, i, P, B, j, B.T[j], best, deep, s.W, out)  # 3
+            if gap < best:
+                best, s.nearest[0], s.nearest[1] = gap, i, j
             if best <= enough and best < cutoff:
                 return best
     return best
@@ -248,13 +251,15 @@ def gap_between(arm: Arm, a: int, b: int, poses: Floats, cutoff: float, enough: 
                 continue
             if A.rows[i, 0] == 0.0 and A.rows[j, 0] == 0.0:
                 square = (p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + (p[2] - q[2]) ** 2
-                best = min(best, np.sqrt(square) - p[3] - q[3])
+                gap = np.sqrt(square) - p[3] - q[3]
             else:
                 if not posed:
                     product(poses[int(arm.bodies[a, 0])], A.T[i], P)
                     posed = True
                 product(poses[int(arm.bodies[b, 0])], A.T[j], Q)
-                best = min(best, separation(A, i, P, A, j, Q, best, deep, s.W, s.W[32]))
+                gap = separation(A, i, P, A, j, Q, best, deep, s.W, s.W[32])
+            if gap < best:
+                best, s.nearest[0], s.nearest[1] = gap, i, j
             if best <= enough and best < cutoff:
                 return best
     return best

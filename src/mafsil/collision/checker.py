@@ -352,8 +352,7 @@ class Checker:
     def _with_arm(self, arm: Arm) -> Self:
         """The same in the same scene with other pairs, or other pieces that the surroundings matter to."""
         other = self.with_scene(self.scene)
-        # A cached property is an entry of the dictionary.
-        other.__dict__["laid"] = laid_arm.LaidArm(self.robot, self._joints, arm)
+        other.__dict__["laid"] = self.laid.with_arm(arm)  # A cached property is an entry of the dictionary.
         for name in ("moves_tip", "kinship", "has_carriers"):
             other.__dict__.pop(name, None)
         return other

@@ -35,7 +35,7 @@ EXACT, OF_HULLS = 30, 500
 """What a comparison of pieces costs, in comparisons of balls."""
 USEFUL = 0.3
 """Share of cells of which a table has to know that the bodies are apart."""
-OFTEN, OFTENER, SAMPLES = 0.05, 0.25, 200
+OFTEN, OFTENER, SAMPLES = 0.05, 0.15, 200
 """Share of configurations in which the balls around two bodies meet that a table is worth, one that is taken at many
 values of a third coordinate is worth, and of how many configurations."""
 Poses: TypeAlias = Callable[[Floats], Iterator[tuple[int, Floats]]]

@@ -16,7 +16,6 @@ from mafsil.collision.arm_loops import (
     scratch_for,
 )
 from mafsil.collision.lower_bound_loops import place_lower_bounds
-from mafsil.collision.near_loops import nearest
 from mafsil.collision.pair_loops import ROW, separation
 from mafsil.collision.speed_loops import Motion
 from mafsil.collision.support_loops import body_of, product
@@ -28,21 +27,6 @@ from mafsil.solvers.loops import compiled, inlined, uncounted
 
 SLACK = 1e-8
 """How much the bounds of a distance may be apart at most [m]."""
-
-
-@uncounted
-def separation_around(
-    arm: Arm, b: int, poses: Floats, around: Surroundings, cutoff: float, s: Scratch, out: Floats
-) -> int:  # fmt: skip
-    """The obstacle nearest to body b if nearer than the cutoff, else -1; `out` (ROW,) its separation."""
-    best, found, T = cutoff, -1, poses[int(arm.bodies[b, 0])][:3]
-    for i in range(int(arm.bodies[b, 1]), int(arm.bodies[b, 3])):
-        j = nearest(arm.pieces, i, T, around, best, s.near, s.W, s.W[24:28], s.W[32])
-        if j >= 0 and (found < 0 or s.W[32, 0] < best):
-            best, found = s.W[32, 0], body_of(around.pieces, j)
-            for c in range(ROW):
-                out[c] = s.W[32, c]
-    return found
 
 
 @uncounted
@@ -89,15 +73,14 @@ def distances(
         who: (m, 2) out: a body and an obstacle, or two bodies of which the second is written as -1 - body.
     """
     world, bench = opened(workshop)
-    row, items = np.zeros(ROW), len(world.arm.bodies) + len(world.arm.pairs)
-    lower, s = in_lanes(items), bench.s.one
+    lower, found, s = in_lanes(len(world.arm.bodies) + len(world.arm.pairs)), np.zeros(3, np.int64), bench.s.one
     out[:], out[:, 0] = 0.0, np.inf
     for first in range(0, len(q), WIDTH):
         pose_lanes_of(world.kinematics, q, first)
         place_lower_bounds(world, cutoff, bench, lower)
         for lane in range(min(WIDTH, len(q) - first)):
             r = first + lane
-            _distance(workshop, poses[r], cutoff, lane, lower, out[r], who[r], s, row)
+            _distance(workshop, poses[r], cutoff, lane, lower, out[r], who[r], found, s)
 
 
 @inlined
@@ -123,43 +106,57 @@ def _first_item(world: World, lower: Floats, lane: int, cutoff: float) -> int:
 
 
 @uncounted
+def _look(
+    world: World, k: int, poses: Floats, best: float, lane: int, lower: Floats, found: NDArray[np.int64], s: Scratch
+) -> float:  # fmt: skip
+    """The least distance so far after body or pair k, which is asked once, and only if it may be nearer.
+
+    Args:
+        best: the least distance before.
+        found: (3,) what has the least distance: the body or pair, and the pieces between which it is.
+    """
+    arm, bodies, places = world.arm, len(world.arm.bodies), seen(lower)
+    if k < 0 or get(places, k, lane) >= best:
+        return best
+    put(places, k, lane, np.inf)
+    if k < bodies:
+        gap = gap_around(arm, k, poses, world.around, best, -np.inf, s)
+    else:
+        gap = gap_between(arm, arm.pairs[k - bodies, 0], arm.pairs[k - bodies, 1], poses, best, -np.inf, s)
+    if gap < best:
+        found[0], found[1], found[2] = k, s.nearest[0], s.nearest[1]
+    return gap
+
+
+@uncounted
 def _distance(
     workshop: Held[Workshop], poses: Floats, cutoff: float, lane: int, lower: Floats, out: Floats,
-    who: NDArray[np.int64], s: Scratch, row: Floats,
+    who: NDArray[np.int64], found: NDArray[np.int64], s: Scratch,
 ) -> None:  # fmt: skip
     """One state of `distances`.
 
-    1. The body or pair that may be nearest.
-    2. Its gap, with the best so far as cutoff; it is not asked again. So until none may be nearer than the best.
-    3. Points and normal of the nearest pair alone.
+    1. The body or pair that may be nearest, and the one that may be nearest then: the rest seldom comes nearer.
+    2. The others that may.
+    3. Points and normal between the nearest pieces alone.
     """
     world = opened(workshop).world
-    arm, around, best, nearest_item = world.arm, world.around, cutoff, -1
-    bodies = len(arm.bodies)
+    arm, around, bodies = world.arm, world.around, len(world.arm.bodies)
     place_bodies(arm, poses, s)
-    k = _first_item(world, lower, lane, cutoff)  # 1
-    while k >= 0:
-        put(seen(lower), k, lane, np.inf)  # 2
-        if k < bodies:
-            gap = gap_around(arm, k, poses, around, best, -np.inf, s)
-        else:
-            gap = gap_between(arm, arm.pairs[k - bodies, 0], arm.pairs[k - bodies, 1], poses, best, -np.inf, s)
-        if gap < best:
-            best, nearest_item = gap, k
-        k = _next_item(world, lower, lane, best)  # 1
-    k = nearest_item  # 3
+    found[0] = -1
+    best = _look(world, _first_item(world, lower, lane, cutoff), poses, cutoff, lane, lower, found, s)  # 1
+    best = _look(world, _next_item(world, lower, lane, best), poses, best, lane, lower, found, s)
+    for k in range(bodies + len(arm.pairs)):
+        best = _look(world, k, poses, best, lane, lower, found, s)  # 2
+    k, i, j, P, Q = found[0], found[1], found[2], s.W[24:27], s.W[28:31]  # 3
     if 0 <= k < bodies:
-        found = separation_around(arm, k, poses, around, best + SLACK, s, row)
-        if found >= 0:
-            who[0], who[1] = k, found
-            for c in range(ROW):
-                out[c] = row[c]
+        product(poses[int(arm.bodies[k, 0])], arm.pieces.T[i], P)
+        separation(arm.pieces, i, P, around.pieces, j, around.pieces.T[j], best + SLACK, True, s.W, out)
+        who[0], who[1] = k, body_of(around.pieces, j)
     elif k >= bodies:
-        a, b = arm.pairs[k - bodies, 0], arm.pairs[k - bodies, 1]
-        if separation_between(arm, a, b, poses, best + SLACK, s, row):
-            who[0], who[1] = a, -1 - b
-            for c in range(ROW):
-                out[c] = row[c]
+        who[0], who[1] = arm.pairs[k - bodies, 0], -1 - arm.pairs[k - bodies, 1]
+        product(poses[int(arm.bodies[who[0], 0])], arm.pieces.T[i], P)
+        product(poses[int(arm.bodies[-1 - who[1], 0])], arm.pieces.T[j], Q)
+        separation(arm.pieces, i, P, arm.pieces, j, Q, best + SLACK, True, s.W, out)
 
 
 @uncounted

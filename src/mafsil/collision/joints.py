@@ -22,6 +22,7 @@ class Joints:
         factor: (j,) its motion per unit of that coordinate.
         screw: (j, 6) (omega, v) in the frame of its link.
         moves: (j, L) whether it moves a link.
+        before: (j,) the joint that carries each; -1 for none.
     """
 
     link: NDArray[np.int64]
@@ -29,6 +30,7 @@ class Joints:
     factor: Floats
     screw: Floats
     moves: NDArray[np.bool_]
+    before: NDArray[np.int64]
 
 
 class Kinship(NamedTuple):
@@ -62,14 +64,9 @@ def kinship_of(joints: Joints, n: int, moves_tip: Truth) -> Kinship:
 
 def _limbs(joints: Joints, moves_tip: Truth) -> NDArray[np.int64]:
     """(j,) for each joint the first one of its limb, see `Kinship`."""
-    rows = len(joints.link)
-    carries = joints.moves[:, joints.link] & ~np.eye(rows, dtype=np.bool_)
-    depth = carries.sum(axis=0)
-    before: list[int] = [int(np.where(carries[:, k], depth, -1).argmax()) if depth[k] else -1 for k in range(rows)]
-    limb = np.arange(rows)
-    order: list[int] = np.argsort(depth, kind="stable").tolist()
-    for k in order:
-        parent = before[k]
+    before: list[int] = joints.before.tolist()
+    limb = np.arange(len(before))
+    for k, parent in enumerate(before):
         if parent >= 0 and before.count(parent) == 1:
             if moves_tip[joints.column[parent]] == moves_tip[joints.column[k]]:
                 limb[k] = limb[parent]
@@ -85,11 +82,20 @@ def joints_of(mechanism: Mechanism) -> Joints:
         above[k + 1] = above[parent]
         above[k + 1, k] = True
     joints = [mechanism.joints[k] for k in kept]
+    moves = np.ascontiguousarray(above[:, kept].T)
+    carries = moves[:, np.array(kept, np.int64) + 1] & ~np.eye(len(kept), dtype=np.bool_)
     leaders = [joint.name if joint.mimic is None else joint.mimic.leader for joint in joints]
     return Joints(
         np.array(kept, np.int64) + 1,
         np.array([columns[leader] for leader in leaders], np.int64),
         np.array([1.0 if joint.mimic is None else joint.mimic.multiplier for joint in joints]),
         np.array([joint.screw for joint in joints]).reshape(-1, 6),
-        np.ascontiguousarray(above[:, kept].T),
+        moves,
+        last_of(carries),
     )
+
+
+def last_of(moves: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """For each column the last row that is set, joints standing before those that they carry; -1 for none."""
+    rows = np.arange(len(moves))[:, None]
+    return np.where(moves, rows, -1).max(axis=0, initial=-1)

@@ -11,6 +11,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.collision import clearance_tables, layout
+from mafsil.collision.arm_kernels import ArmKernels, arm_kernels
 from mafsil.collision.arm_loops import Arm
 from mafsil.collision.clearance_loops import Clearances
 from mafsil.collision.joints import Joints
@@ -47,6 +48,17 @@ class LaidArm:
         self._kinematics: dict[int, tuple[Kinematics, list[object]]] = {}
         self._benches: dict[int, Bench] = {}
 
+    def with_arm(self, arm: Arm) -> LaidArm:
+        """The same bodies, of which other pairs are checked, or other pieces against the surroundings."""
+        other = LaidArm(self.robot, self._joints, arm)
+        other.__dict__["kernels"] = self.kernels  # A cached property is an entry of the dictionary.
+        return other
+
+    @cached_property
+    def kernels(self) -> ArmKernels:
+        """Its links and bodies in eight configurations at once."""
+        return arm_kernels(self.robot.mechanism, self._joints, self.arm.bodies)
+
     @cached_property
     def motion(self) -> Motion:
         """How the joints move the bodies."""
@@ -73,11 +85,12 @@ class LaidArm:
     def workshop(self, scene: Scene, margin: float, own_margin: float) -> Held[Workshop]:
         """What this thread asks about the arm in a scene, with clearances from that and from itself [m]."""
         around, thread = scene.surroundings, get_ident()
-        apart = layout.apart(self.regions, around)
+        few = layout.few_around(self.regions, self.arm, around)
         keep, entries = np.array([margin, own_margin]), np.zeros(4, np.int64)
         world = World(
-            self.arm, around, self.groups, apart, self.clearances, self._kinematics_here(), self.motion, keep, entries
-        )
+            self.arm, around, self.groups, few, self.clearances, self._kinematics_here(), self.motion,
+            layout.everything(self.arm, around), keep, entries,
+        )  # fmt: skip
         if thread not in self._benches:
             self._benches[thread] = bench_for(world)
         return Held(Workshop(world, self._benches[thread]))
@@ -87,7 +100,7 @@ class LaidArm:
         thread, known = get_ident(), self._kinematics
         if thread not in known:
             kernel = self.robot.kernel("link_poses")
-            known[thread] = layout.kinematics_of(kernel, self.robot.n, len(self.robot.mechanism.links))
+            known[thread] = layout.kinematics_of(kernel, self.kernels, self.robot.mechanism, self.arm)
         return known[thread][0]
 
     def _poses(self, rows: Floats) -> Iterator[tuple[int, Floats]]:

@@ -9,15 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, Truth
+from mafsil.collision.arm_kernels import CENTRE, POSE, TWIST, ArmKernels
 from mafsil.collision.arm_loops import Arm
 from mafsil.collision.bodies import Body
-from mafsil.collision.joints import Joints
+from mafsil.collision.joints import Joints, last_of
 from mafsil.collision.pieces import boxes, pieces_of
+from mafsil.collision.placing_loops import ALL
 from mafsil.collision.regions import Regions
-from mafsil.collision.speed_loops import Motion
+from mafsil.collision.speed_loops import ROUNDING, Motion
 from mafsil.collision.support_loops import BALL, BODY, PLANE, POINT, Pieces
 from mafsil.collision.tree_loops import Surroundings
-from mafsil.collision.workshop_loops import AT_ONCE, STATES, Groups, Kinematics
+from mafsil.collision.workshop_loops import AT_ONCE, STATES, FewAround, Groups, Kinematics
 from mafsil.kernels import Kernel
 from mafsil.model import Mechanism
 from mafsil.solvers.lane_loops import WIDTH, in_lanes
@@ -108,16 +110,32 @@ def motion_of(mechanism: Mechanism, joints: Joints, arm: Arm) -> Motion:
     reach = np.minimum(reach, np.where(moves, levers, np.inf))
     return Motion(
         table, moves, reach, stretch, np.flatnonzero(stretch.any(axis=(0, 1))),
-        _last(joints.moves[:, joints.link] & ~np.eye(rows, dtype=np.bool_)), _last(moves),
-        _last(moves[:, arm.pairs[:, 0]] & moves[:, arm.pairs[:, 1]]),
+        last_of(moves), last_of(moves[:, arm.pairs[:, 0]] & moves[:, arm.pairs[:, 1]]),
     )  # fmt: skip
 
 
-def apart(regions: Floats, around: Surroundings) -> Floats:
-    """(b, k) how far each body stays from each piece around, by the boxes around the pieces; see `World`."""
-    count = len(around.boxes)
+def everything(arm: Arm, around: Surroundings) -> NDArray[np.int64]:
+    """What a proof asks about: bodies that the surroundings matter to, and pairs; see `World`."""
+    bodies = (arm.bodies[:, 3] > arm.bodies[:, 1]) & (len(around.boxes) > 0)
+    return np.where(np.concatenate([bodies, np.ones(len(arm.pairs), np.bool_)]), ALL, 0)
+
+
+def few_around(regions: Floats, arm: Arm, around: Surroundings) -> FewAround:
+    """What each body sees of few pieces around.
+
+    Args:
+        regions: (b, 4) balls that the bodies never leave.
+        arm, around: the arm and its surroundings.
+    """
+    bodies, count = len(regions), len(around.boxes)
     if count > AT_ONCE:
-        return np.zeros((len(regions), 0))
+        return FewAround(np.zeros((bodies, 0)), np.zeros((bodies, 0, 6)))
+    centre, reach = around.boxes[:, :3], around.boxes[:, 3:] + arm.bodies[:, 7, None, None] + ROUNDING
+    return FewAround(_apart(regions, around), np.concatenate([centre - reach, centre + reach], axis=2))
+
+
+def _apart(regions: Floats, around: Surroundings) -> Floats:
+    """(b, k) how far each body stays from each piece around, by the boxes around the pieces."""
     boxes, centres = around.boxes[None], regions[:, None, :3]
     away = np.maximum(np.abs(centres - boxes[..., :3]) - boxes[..., 3:], 0.0)
     gaps = np.linalg.norm(away, axis=2) - regions[:, 3:]
@@ -127,24 +145,30 @@ def apart(regions: Floats, around: Surroundings) -> Floats:
     return gaps
 
 
-def _last(moves: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """For each column the last row that is set, joints standing before those that they carry; -1 for none."""
-    rows = np.arange(len(moves))[:, None]
-    return np.where(moves, rows, -1).max(axis=0, initial=-1)
+def kinematics_of(
+    kernel: Kernel, lanes: ArmKernels, mechanism: Mechanism, arm: Arm
+) -> tuple[Kinematics, list[object]]:  # fmt: skip
+    """The kernels of an arm for compiled loops, with fresh arrays; and what must live as long as it is used.
 
-
-def kinematics_of(kernel: Kernel, n: int, links: int) -> tuple[Kinematics, list[object]]:
-    """The kernel of link poses for compiled loops, with fresh arrays; and what must live as long as it is used."""
-    q, poses = np.zeros((STATES, n)), np.zeros((STATES, links, 4, 4))
-    q_lanes, pose_lanes = in_lanes(n), in_lanes(16 * links)
+    Args:
+        kernel: of link poses.
+        lanes: of what is asked of eight configurations at once.
+        mechanism, arm: to which they belong.
+    """
+    n, links, joints = mechanism.n, len(mechanism.links), lanes.in_motion.signature.inputs[1].size
+    q, poses, rows = np.zeros((STATES, n)), np.zeros((STATES, links, 4, 4)), np.ones(1, np.int64)
     addresses = np.array([q.ctypes.data, poses.ctypes.data], np.uint64)
     strides = np.array([q.strides[0], poses.strides[0], q.strides[1], *poses.strides[1:]], np.int64)
-    rows = np.ones(1, np.int64)
-    entry, arguments, number, at_strides = (
-        int(x) for x in (kernel.addresses.batch, addresses.ctypes.data, rows.ctypes.data, strides.ctypes.data)
-    )
-    lanes, at_q, at_poses = (int(x) for x in (kernel.addresses.lanes, q_lanes.ctypes.data, pose_lanes.ctypes.data))
+    row_of_link = np.full(links, -1)
+    row_of_link[lanes.links] = np.arange(len(lanes.links))
+    sizes = TWIST * (1 + joints), POSE * len(lanes.links), CENTRE * (len(arm.bodies) + len(arm.pieces.rows))
+    given, placed = in_lanes(n + joints), in_lanes(sum(sizes))
+    placed[: TWIST * WIDTH] = 0.0
+    ends = WIDTH * np.cumsum(sizes)
+    twists, posed, balls = placed[: ends[0]], placed[ends[0] : ends[1]], placed[ends[1] :]
     found = Kinematics(
-        entry, arguments, number, at_strides, rows, q, poses, lanes, at_q, at_poses, q_lanes, pose_lanes
+        kernel.addresses.batch, addresses.ctypes.data, rows.ctypes.data, strides.ctypes.data, rows, q, poses,
+        lanes.at_rest.addresses.lanes, lanes.in_motion.addresses.lanes, given.ctypes.data, posed.ctypes.data,
+        twists[TWIST * WIDTH :].ctypes.data, given, twists, posed, balls, row_of_link,
     )  # fmt: skip
-    return found, [kernel, addresses, strides]
+    return found, [kernel, lanes, addresses, strides]

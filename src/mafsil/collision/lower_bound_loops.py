@@ -11,7 +11,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.collision.clearance_loops import clearance, place_cells
-from mafsil.collision.placing_loops import place_bodies_in_lanes
+from mafsil.collision.placing_loops import without_pieces
 from mafsil.collision.workshop_loops import AT_ONCE, Bench, World
 from mafsil.solvers.lane_loops import lanes, larger, magnitude, part, seen, smaller, square_root, where
 from mafsil.solvers.loops import inlined
@@ -30,7 +30,7 @@ def _of_body(world: World, b: int, cutoff: float, ball: Buffer) -> Lanes:
     around, radius, square, least = world.around, world.arm.bodies[b, 7], lanes(np.inf), lanes(np.inf)
     few = len(around.boxes) <= AT_ONCE
     for j in range(len(around.boxes) if few else 1):
-        if few and world.apart[b, j] >= cutoff:
+        if few and world.few.apart[b, j] >= cutoff:
             continue
         if j < around.planes:
             if not few:
@@ -77,7 +77,7 @@ def place_lower_bounds(world: World, cutoff: float, bench: Bench, lower: Floats)
         lower: (bodies + pairs) lanes out.
     """
     arm, out = world.arm, seen(lower)
-    place_bodies_in_lanes(arm, bench.s)
+    without_pieces(bench.s)
     place_cells(world.known, world.kinematics.q_lanes, bench.cells)
     for b in range(len(arm.bodies)):
         if len(world.around.boxes) == 0 or arm.bodies[b, 3] == arm.bodies[b, 1]:

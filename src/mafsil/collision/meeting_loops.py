@@ -21,7 +21,7 @@ from mafsil.arrays import Floats
 from mafsil.collision.arm_loops import FEW
 from mafsil.collision.clearance_loops import clearance, place_cells
 from mafsil.collision.one_lane_loops import call_by_lanes
-from mafsil.collision.placing_loops import ALL, LaneScratch, place_bodies_in_lanes, place_pieces_in_lanes
+from mafsil.collision.placing_loops import ALL, LaneScratch, place_pieces_in_lanes, without_pieces
 from mafsil.collision.reach_loops import balls_meet, beyond, lane_by_lane, within_reach
 from mafsil.collision.speed_loops import ROUNDING, way_of_ball
 from mafsil.collision.support_loops import BALL, CONE, HULL, POINT
@@ -46,7 +46,6 @@ from mafsil.solvers.lane_loops import (
     lane_bits,
     lanes,
     larger,
-    magnitude,
     part,
     seen,
 )  # fmt: skip
@@ -54,7 +53,7 @@ from mafsil.solvers.loops import inlined, uncounted
 
 if TYPE_CHECKING:
     from mafsil.collision.arm_loops import Arm
-    from mafsil.solvers.lane_loops import Buffer, Lanes, Mask
+    from mafsil.solvers.lane_loops import Buffer, Lanes
 
 NEXT, LAST, LEFT = range(3)
 """Places of `walk`: the piece to look at next, the end of its leaf, nodes that wait."""
@@ -76,27 +75,23 @@ def _meets_box(node: Floats, ball: Buffer, reach: Lanes) -> bool:
 
 
 @inlined
-def _box_within_reach(box: Floats, ball: Buffer, reach: Lanes) -> Mask:
-    """Where the box around a piece, along the axes, may be within reach of a point: seen along each axis."""
-    x, y, z = (
-        magnitude(ball[0] - box[0]) - box[3],
-        magnitude(ball[1] - box[1]) - box[4],
-        magnitude(ball[2] - box[2]) - box[5],
-    )
-    return larger(larger(x, y), z) <= reach
-
-
-@inlined
-def _pieces_at_once(world: World, b: int, ball: Buffer, reach: Lanes, wanted: int, s: LaneScratch) -> int:
-    """Of few pieces of the surroundings those within reach of body b in some lane (step 1); how many.
+def _pieces_at_once(world: World, b: int, ball: Buffer, M: Lanes, wanted: int, s: LaneScratch) -> int:
+    """Of few pieces of the surroundings those within margin + M of body b in some lane (step 1); how many.
 
     Those that the body does not come near at any configuration are not asked.
     """
-    around, count, apart = world.around, 0, world.apart[b]
+    around, count, margin = world.around, 0, world.margin[FROM_SURROUNDINGS]
+    apart, walls = world.few.apart[b], world.few.walls[b]
+    slack, reach = M + margin, M + (world.arm.bodies[b, 7] + margin)
+    x, y, z, X, Y, Z = (
+        ball[0] + slack, ball[1] + slack, ball[2] + slack, ball[0] - slack, ball[1] - slack, ball[2] - slack
+    )  # fmt: skip
     for j in range(len(around.boxes)):
-        if apart[j] > world.margin[FROM_SURROUNDINGS]:
+        if apart[j] > margin:
             continue
-        bits = lane_bits(_box_within_reach(around.boxes[j], ball, reach)) & wanted
+        wall = walls[j]
+        meets = (x >= wall[0]) & (X <= wall[3]) & (y >= wall[1]) & (Y <= wall[4]) & (z >= wall[2]) & (Z <= wall[5])
+        bits = lane_bits(meets) & wanted
         if bits != 0:
             bits = lane_bits(within_reach(around.pieces, j, ball, reach)) & bits
         if bits != 0:
@@ -183,7 +178,7 @@ def meets_around(
     balls, body, found, few = seen(s.balls), arm.bodies[b], 0, len(around.boxes) <= AT_ONCE
     A, B, reach = arm.pieces, around.pieces, M + (body[7] + margin)
     if few:
-        count, crowded = _pieces_at_once(world, b, part(balls, 3 * b), reach, wanted, s), False
+        count, crowded = _pieces_at_once(world, b, part(balls, 3 * b), M, wanted, s), False
     else:
         _begin_walk(around, s)
         count = _walk_on(around, part(balls, 3 * b), reach, wanted, s)
@@ -310,7 +305,7 @@ def meets_itself(
 def colliding_lanes(shop: Held[Workshop], world: World, bench: Bench) -> int:
     """Bits of the lanes whose state brings the arm within the margin of its surroundings or of itself."""
     arm, s = world.arm, bench.s
-    place_bodies_in_lanes(arm, s)
+    without_pieces(s)
     place_cells(world.known, world.kinematics.q_lanes, bench.cells)
     found, none, some = 0, lanes(0.0), len(world.around.boxes) > 0
     for b in range(len(arm.bodies)):

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from mafsil.collision.placing_loops import LaneScratch
+from mafsil.collision.placing_loops import LaneScratch, pose_in_lanes
 from mafsil.collision.reach_loops import MEETS, exact_answer, in_lane, within_reach
 from mafsil.collision.support_loops import CONE, HULL
 from mafsil.collision.tree_loops import DEPTH
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 @inlined
 def _place_group(world: World, b: int, group: int, lane: int, s: LaneScratch, out: Buffer) -> None:
     """Balls of a group of body b in {s} and their radii, in the state of one lane."""
-    T, balls = part(seen(s.poses), 16 * int(world.arm.bodies[b, 0])), part(seen(world.groups.balls), 4 * group)
+    T, balls = pose_in_lanes(s, int(world.arm.bodies[b, 0])), part(seen(world.groups.balls), 4 * group)
     x, y, z = balls[0], balls[1], balls[2]
     for r in range(3):
         turned = get(T, 4 * r, lane) * x + get(T, 4 * r + 1, lane) * y + get(T, 4 * r + 2, lane) * z

@@ -11,7 +11,7 @@ from mafsil.arrays import Floats
 from mafsil.collision.arm_loops import FEW, Arm, Scratch, scratch_for
 from mafsil.collision.support_loops import BALL
 from mafsil.collision.tree_loops import DEPTH
-from mafsil.solvers.lane_loops import WIDTH, in_lanes, part, seen
+from mafsil.solvers.lane_loops import WIDTH, part, seen
 from mafsil.solvers.loops import compiled, inlined
 
 if TYPE_CHECKING:
@@ -25,16 +25,18 @@ class LaneScratch(NamedTuple):
     """Arrays to work in, for one thread.
 
     Attributes:
-        poses: (16 L) lanes: of the links in {s}, element by element.
+        poses: (12 l) lanes: three rows of the pose in {s} of each link that carries a body.
+        row_of_link: (L,) which of them is that of a link.
         balls: (3 (bodies + pieces)) lanes: centres of balls of bodies, then of pieces, in {s}.
         placed: (bodies,) whether the balls of its pieces are placed.
         near: (2, DEPTH + FEW or more) nodes that wait; pieces found, and the bits of their lanes.
         walk: (3,) where a walk through the tree goes on.
         one: for what is looked at lane by lane.
-        T: (L, 4, 4) poses of one lane.
+        T: (l, 3, 4) poses of one lane.
     """
 
     poses: Floats
+    row_of_link: NDArray[np.int64]
     balls: Floats
     placed: NDArray[np.int64]
     near: NDArray[np.int64]
@@ -44,31 +46,25 @@ class LaneScratch(NamedTuple):
 
 
 @compiled
-def lane_scratch_for(arm: Arm, poses: Floats) -> LaneScratch:
-    """Arrays for one thread; `poses` is what the kernel writes to."""
-    rows = len(arm.bodies) + len(arm.pieces.rows)
-    links = len(poses) // (16 * WIDTH)
+def lane_scratch_for(arm: Arm, poses: Floats, balls: Floats, row_of_link: NDArray[np.int64]) -> LaneScratch:
+    """Arrays for one thread; the kernel writes poses and balls of bodies."""
     near = np.zeros((2, DEPTH + max(FEW, len(arm.pieces.rows))), np.int64)
     placed = np.zeros(len(arm.bodies), np.int64)
     walk = np.zeros(3, np.int64)
-    return LaneScratch(poses, in_lanes(3 * rows), placed, near, walk, scratch_for(arm), np.zeros((links, 4, 4)))
+    T = np.zeros((len(poses) // (12 * WIDTH), 3, 4))
+    return LaneScratch(poses, row_of_link, balls, placed, near, walk, scratch_for(arm), T)
 
 
 @inlined
-def _place(poses: Buffer, link: int, x: float, y: float, z: float, out: Buffer) -> None:
-    """A point of a link in {s}, in every lane."""
-    T = part(poses, 16 * link)
-    for r in range(3):
-        out[r] = T[4 * r] * x + T[4 * r + 1] * y + T[4 * r + 2] * z + T[4 * r + 3]
+def pose_in_lanes(s: LaneScratch, link: int) -> Buffer:
+    """Three rows of the pose of a link that carries a body."""
+    return part(seen(s.poses), 12 * s.row_of_link[link])
 
 
 @inlined
-def place_bodies_in_lanes(arm: Arm, s: LaneScratch) -> None:
-    """Balls of the bodies in {s}; those of the pieces follow when they are needed."""
-    poses, balls = seen(s.poses), seen(s.balls)
-    for b in range(len(arm.bodies)):
-        body = arm.bodies[b]
-        _place(poses, int(body[0]), body[4], body[5], body[6], part(balls, 3 * b))
+def without_pieces(s: LaneScratch) -> None:
+    """The balls of the bodies are placed; those of the pieces follow when they are needed."""
+    for b in range(len(s.placed)):
         s.placed[b] = 0
 
 
@@ -76,9 +72,11 @@ def place_bodies_in_lanes(arm: Arm, s: LaneScratch) -> None:
 def place_pieces_in_lanes(arm: Arm, b: int, s: LaneScratch) -> None:
     """Balls of the pieces of body b in {s}, unless they are there."""
     if s.placed[b] == 0:
-        body, poses = arm.bodies[b], seen(s.poses)
+        body, T = arm.bodies[b], pose_in_lanes(s, int(arm.bodies[b, 0]))
         balls = part(seen(s.balls), 3 * len(arm.bodies))
         for i in range(int(body[1]), int(body[2])):
-            row = arm.pieces.rows[i]
-            _place(poses, int(body[0]), row[BALL], row[BALL + 1], row[BALL + 2], part(balls, 3 * i))
+            row, ball = arm.pieces.rows[i], part(balls, 3 * i)
+            for r in range(3):
+                x, y, z = T[4 * r] * row[BALL], T[4 * r + 1] * row[BALL + 1], T[4 * r + 2] * row[BALL + 2]
+                ball[r] = x + y + z + T[4 * r + 3]
         s.placed[b] = 1

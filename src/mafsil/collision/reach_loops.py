@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 from mafsil.collision.arm_loops import just_above
 from mafsil.collision.pair_loops import separation
-from mafsil.collision.placing_loops import LaneScratch
+from mafsil.collision.placing_loops import LaneScratch, pose_in_lanes
 from mafsil.collision.support_loops import BALL, CONE, CYLINDER, HULL, PLANE, POINT, SEGMENT, Pieces, product
 from mafsil.collision.workshop_loops import FROM_ITSELF, FROM_SURROUNDINGS, Workshop
 from mafsil.solvers.held_loops import Held, opened
-from mafsil.solvers.lane_loops import WIDTH, buffer, get, larger, magnitude, part, seen, square_root
+from mafsil.solvers.lane_loops import WIDTH, buffer, get, larger, magnitude, square_root
 from mafsil.solvers.loops import inlined, uncounted
 
 if TYPE_CHECKING:
@@ -70,10 +70,10 @@ def balls_meet(a: Buffer, b: Buffer, reach: Lanes) -> Mask:
 
 @inlined
 def _pose_of_lane(s: LaneScratch, link: int, lane: int) -> None:
-    T = part(seen(s.poses), 16 * link)
+    T, row = pose_in_lanes(s, link), s.row_of_link[link]
     for r in range(3):
         for c in range(4):
-            s.T[link, r, c] = get(T, 4 * r + c, lane)
+            s.T[row, r, c] = get(T, 4 * r + c, lane)
 
 
 @uncounted
@@ -89,10 +89,10 @@ def exact_answer(shop: Held[Workshop], i: int, p: int, j: int, q: int, M: float,
     B = A if q >= 0 else world.around.pieces
     P, Q, further = s.one.W[24:27], s.one.W[28:31], just_above(margin) + M
     _pose_of_lane(s, p, lane)
-    product(s.T[p], A.T[i], P)
+    product(s.T[s.row_of_link[p]], A.T[i], P)
     if q >= 0:
         _pose_of_lane(s, q, lane)
-        product(s.T[q], B.T[j], Q)
+        product(s.T[s.row_of_link[q]], B.T[j], Q)
     gap = separation(A, i, P, B, j, Q if q >= 0 else B.T[j], further, False, s.one.W, s.one.W[32])
     if gap <= margin:
         return MEETS

@@ -26,8 +26,8 @@ from mafsil.arrays import Floats
 from mafsil.collision.clearance_loops import place_cells
 from mafsil.collision.meeting_loops import bodies_near, colliding_lanes, meets_around, meets_itself
 from mafsil.collision.one_lane_loops import compile_for
-from mafsil.collision.placing_loops import ALL, place_bodies_in_lanes
-from mafsil.collision.speed_loops import ROUNDING, place_twists, take_motion, way_of_body
+from mafsil.collision.placing_loops import ALL, without_pieces
+from mafsil.collision.speed_loops import ROUNDING, take_motion, way_of_body
 from mafsil.collision.workshop_loops import (
     FROM_ITSELF,
     FROM_SURROUNDINGS,
@@ -38,6 +38,7 @@ from mafsil.collision.workshop_loops import (
     World,
     pose_lanes_along,
     pose_lanes_of,
+    take_rates,
     tell_address,
 )
 from mafsil.solvers.held_loops import Held, opened
@@ -56,18 +57,6 @@ HOT = 2
 """Items that are asked first, at the middles alone."""
 UNCOUNTED = 1 << 40
 """Blocks that no proof needs."""
-
-
-@inlined
-def _everything(world: World, bench: Bench) -> int:
-    """All bodies and pairs as items; how many."""
-    bodies, count = len(world.arm.bodies), 0
-    for k in range(bodies + len(world.arm.pairs)):
-        body = world.arm.bodies[min(k, bodies - 1)]
-        if k >= bodies or (len(world.around.boxes) > 0 and body[3] > body[1]):
-            bench.items[count] = k
-            count += 1
-    return count
 
 
 @inlined
@@ -94,7 +83,7 @@ def _ask(shop: Held[Workshop], world: World, k: int, h: Lanes, wanted: int, benc
         places[2] = way
         return meets_around(shop, world, k, way, wanted, h, True, bench)
     p, q, since = arm.pairs[k - bodies, 0], arm.pairs[k - bodies, 1], motion.common[k - bodies]
-    steady = speeds.steady[p, since + 1] + speeds.steady[q, since + 1]
+    steady = speeds.steady[since + 1, p] + speeds.steady[since + 1, q]
     wanted &= bodies_near(world, k - bodies, h * float(steady) + ROUNDING, bench)
     if wanted == 0:
         return 0
@@ -171,18 +160,35 @@ def _divide(bench: Bench, used: int, waiting: int, open: int) -> int:
 
 
 @inlined
-def _take_block(world: World, a: Floats, b: Floats, waiting: int, bench: Bench) -> int:
-    """Poses at the middles of the intervals on top, what is to be proved in them; how many they are (step 1)."""
+def _take_all(world: World, bench: Bench) -> int:
+    """The whole motion as eight intervals, in which everything is to be proved."""
+    places = seen(bench.t)
+    for lane in range(WIDTH):
+        put(places, 0, lane, (lane + 0.5) / WIDTH)
+    places[1] = lanes(0.5 / WIDTH)
+    for k in range(len(bench.asked)):
+        bench.asked[k] = world.everything[k]
+    return WIDTH
+
+
+@inlined
+def _take_block(bench: Bench, waiting: int) -> int:
+    """The intervals on top, and what is to be proved in them; how many they are (step 1)."""
     intervals, places, used = bench.intervals, seen(bench.t), min(WIDTH, waiting)
     for lane in range(WIDTH):
         row = waiting - 1 - min(lane, used - 1)
         put(places, 0, lane, intervals[row, 0])
         put(places, 1, lane, intervals[row, 1])
-    pose_lanes_along(world.kinematics, a, b, places[0])
-    place_bodies_in_lanes(world.arm, bench.s)
-    place_cells(world.known, world.kinematics.q_lanes, bench.cells)
     _claim(bench, waiting, used)
     return used
+
+
+@inlined
+def _pose_block(world: World, a: Floats, b: Floats, bench: Bench) -> None:
+    """Poses at the middles of the intervals."""
+    pose_lanes_along(world.kinematics, a, b, seen(bench.t)[0])
+    without_pieces(bench.s)
+    place_cells(world.known, world.kinematics.q_lanes, bench.cells)
 
 
 @inlined
@@ -218,24 +224,21 @@ def prove(
     Args:
         blocks: after which it ends with OPEN if it has not ended before.
     """
-    count, waiting, states, intervals = _everything(world, bench), WIDTH, 0, bench.intervals
-    for lane in range(WIDTH):
-        intervals[lane, 0], intervals[lane, 1] = 1.0 - (lane + 0.5) / WIDTH, 0.5 / WIDTH
-        intervals[lane, 2], intervals[lane, 3] = 0, count
-    code, place = FREE, 1.0
-    while waiting > 0 and count > 0 and code == FREE:
+    code, place, waiting, states = FREE, 1.0, WIDTH, 0
+    take_rates(world, a, b, bench.speeds)
+    while waiting > 0 and code == FREE:
         if states == WIDTH * blocks:
             code, place = OPEN, 0.0
             break
-        used = _take_block(world, a, b, waiting, bench)  # 1
+        used = _take_all(world, bench) if states == 0 else _take_block(bench, waiting)  # 1
         waiting -= used
+        _pose_block(world, a, b, bench)
         meeting = _hot_meets(shop) if states == 0 else 0
         if states == 0 and meeting == 0:
             take_motion(world.motion, a, b, bench.speeds)
         states += WIDTH
         open, narrow = meeting, False
         if meeting == 0:
-            place_twists(world.motion, bench.speeds, bench.s)
             open, meeting, narrow = _ask_all(shop, world, bench)  # 2
         if meeting != 0:  # 3
             code, place = COLLIDING, _first_place(bench.t, meeting)

@@ -26,8 +26,8 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats
 from mafsil.collision.arm_loops import Arm
 from mafsil.collision.placing_loops import LaneScratch
-from mafsil.solvers.lane_loops import in_lanes, part, seen, square_root
-from mafsil.solvers.loops import compiled, inlined
+from mafsil.solvers.lane_loops import WIDTH, in_lanes, lanes, part, seen, square_root, where
+from mafsil.solvers.loops import compiled, inlined, uncounted
 
 if TYPE_CHECKING:
     from mafsil.solvers.lane_loops import Buffer, Lanes
@@ -42,12 +42,11 @@ class Motion(NamedTuple):
 
     Attributes:
         joints: (j, 11) link, column, factor, 1 if it turns, pitch [m/rad], axis in the frame of the link, direction in
-            which it slides.
+            which it slides; each stands before those that it carries.
         moves: (j, b) whether it moves a body.
         reach: (j, b) furthest a body gets from the joint's axis [m], sliding joints between at zero.
         stretch: (j, b, n) what that grows by per coordinate of a sliding joint between.
         slides: coordinates by which something grows.
-        before: (j,) the joint that carries each; -1 for none.
         last: (b,) the joint that carries each body; -1 for none.
         common: (pairs,) the last joint that carries both bodies of a pair; -1 for none.
     """
@@ -57,85 +56,79 @@ class Motion(NamedTuple):
     reach: Floats
     stretch: Floats
     slides: NDArray[np.int64]
-    before: NDArray[np.int64]
     last: NDArray[np.int64]
     common: NDArray[np.int64]
 
 
 class Speeds(NamedTuple):
-    """What one motion makes of it.
+    """What one motion makes of it, for B bodies and what fills up the last eight of them.
 
     Attributes:
         rates: (j,) rate of each joint [rad | m].
-        steady: (b, j + 1) sum of L_k |dq_k| over the joints behind joint c that carry a body, at c + 1: a bound of its
-            speed relative to the link of c.
-        curved: (b, j + 1) A of that relative motion.
+        levers: (j, B) L_j of each body that a joint moves; 0 for the others.
+        steady: (j + 1, B) sum of L_k |dq_k| over the joints behind joint c that carry a body, in row c + 1: a bound of
+            its speed relative to the link of c.
+        curved: (j + 1, B) A of that relative motion.
         twists: (6 (j + 1)) lanes: (omega, v about the origin of {s}) of what joint c carries, at c + 1.
     """
 
     rates: Floats
+    levers: Floats
     steady: Floats
     curved: Floats
     twists: Floats
 
 
 @compiled
-def speeds_for(motion: Motion) -> Speeds:
-    """Arrays for one thread."""
-    j, b = len(motion.joints), len(motion.last)
-    twists = in_lanes(6 * (j + 1))
-    twists[:] = 0.0
-    return Speeds(np.zeros(j), np.zeros((b, j + 1)), np.zeros((b, j + 1)), twists)
+def speeds_for(motion: Motion, twists: Floats) -> Speeds:
+    """Arrays for one thread; a kernel writes the twists."""
+    joints, groups = len(motion.joints), (len(motion.last) + WIDTH - 1) // WIDTH
+    B = groups * WIDTH
+    rates, levers = np.zeros(joints), in_lanes(joints * groups)[: joints * B].reshape(joints, B)
+    steady = in_lanes((joints + 1) * groups)[: (joints + 1) * B].reshape(joints + 1, B)
+    curved = in_lanes((joints + 1) * groups)[: (joints + 1) * B].reshape(joints + 1, B)
+    resting = np.zeros(motion.stretch.shape[2], np.float64)
+    place_levers(motion, resting, resting, levers)
+    return Speeds(rates, levers, steady, curved, twists)
+
+
+@uncounted
+def place_levers(motion: Motion, first: Floats, second: Floats, levers: Floats) -> None:
+    """L_j of each body along a motion between two configurations (step 3)."""
+    levers[:] = 0.0
+    for j in range(len(motion.joints)):
+        for b in range(len(motion.last)):
+            if motion.moves[j, b]:
+                levers[j, b] = _lever(motion, j, b, first, second)
 
 
 @inlined
-def reach_of(motion: Motion, j: int, b: int, first: Floats, second: Floats) -> float:
-    """L_j of a body along a motion between two configurations (step 3)."""
+def _lever(motion: Motion, j: int, b: int, first: Floats, second: Floats) -> float:
     if motion.joints[j, 3] == 0.0:
         return 1.0
     reach = motion.reach[j, b] + motion.joints[j, 4]
     for c in motion.slides:
         reach += motion.stretch[j, b, c] * max(abs(first[c]), abs(second[c]))
-    return reach
+    return max(reach, ROUNDING)
 
 
 @inlined
 def take_motion(motion: Motion, first: Floats, second: Floats, speeds: Speeds) -> None:
-    """Rates and bounds of the motion from the first configuration to the second."""
-    for j in range(len(motion.joints)):
-        column = int(motion.joints[j, 1])
-        speeds.rates[j] = motion.joints[j, 2] * (second[column] - first[column])
-    for b in range(len(motion.last)):
-        j, behind, curved = int(motion.last[b]), 0.0, 0.0
-        speeds.steady[b, j + 1], speeds.curved[b, j + 1] = 0.0, 0.0
-        while j >= 0:
-            rate = abs(speeds.rates[j])
-            way = rate * reach_of(motion, j, b, first, second)
+    """Bounds of the motion from the first configuration to the second, whose rates are known (step 2)."""
+    if len(motion.slides) > 0:
+        place_levers(motion, first, second, speeds.levers)
+    levers, steady, curved = seen(speeds.levers), seen(speeds.steady), seen(speeds.curved)
+    groups = speeds.steady.shape[1] // WIDTH
+    for g in range(groups):
+        behind, bent = lanes(0.0), lanes(0.0)
+        for j in range(len(motion.joints) - 1, -1, -1):
+            steady[(j + 1) * groups + g], curved[(j + 1) * groups + g] = behind, bent
+            rate, lever = abs(speeds.rates[j]), levers[j * groups + g]
+            way = lever * rate
             if motion.joints[j, 3] != 0.0:
-                curved += rate * (way + 2.0 * behind)
-            behind += way
-            j = int(motion.before[j])
-            speeds.steady[b, j + 1], speeds.curved[b, j + 1] = behind, curved
-
-
-@inlined
-def place_twists(motion: Motion, speeds: Speeds, s: LaneScratch) -> None:
-    """Twists of all joints' links, from the base on (step 1)."""
-    twists, poses = seen(speeds.twists), seen(s.poses)
-    for j in range(len(motion.joints)):
-        row, T = motion.joints[j], part(poses, 16 * int(motion.joints[j, 0]))
-        base, out, rate = part(twists, 6 * (motion.before[j] + 1)), part(twists, 6 * (j + 1)), speeds.rates[j]
-        x, y, z = row[5] * rate, row[6] * rate, row[7] * rate
-        wx, wy, wz = T[0] * x + T[1] * y + T[2] * z, T[4] * x + T[5] * y + T[6] * z, T[8] * x + T[9] * y + T[10] * z
-        px, py, pz = T[3], T[7], T[11]
-        out[0], out[1], out[2] = base[0] + wx, base[1] + wy, base[2] + wz
-        vx, vy, vz = py * wz - pz * wy, pz * wx - px * wz, px * wy - py * wx
-        if row[3] == 0.0 or row[4] != 0.0:
-            x, y, z = row[8] * rate, row[9] * rate, row[10] * rate
-            vx = vx + T[0] * x + T[1] * y + T[2] * z
-            vy = vy + T[4] * x + T[5] * y + T[6] * z
-            vz = vz + T[8] * x + T[9] * y + T[10] * z
-        out[3], out[4], out[5] = base[3] + vx, base[4] + vy, base[5] + vz
+                bent = where(lever > 0.0, bent + (way + behind + behind) * rate, bent)
+            behind = behind + way
+        steady[g], curved[g] = behind, bent
 
 
 @inlined
@@ -156,7 +149,7 @@ def way_of_ball(motion: Motion, speeds: Speeds, b: int, since: int, h: Lanes, ba
         return h * 0.0
     twists = seen(speeds.twists)
     speed = _speed(part(twists, 6 * (last + 1)), part(twists, 6 * (since + 1)), ball, radius)
-    return h * speed + h * h * (0.5 * speeds.curved[b, since + 1])
+    return h * speed + h * h * (0.5 * speeds.curved[since + 1, b])
 
 
 @inlined

@@ -19,7 +19,7 @@ from mafsil.collision.speed_loops import Motion, Speeds, speeds_for
 from mafsil.collision.tree_loops import Surroundings
 from mafsil.solvers.held_loops import Held
 from mafsil.solvers.kernel_loops import call_lanes, loop_address
-from mafsil.solvers.lane_loops import WIDTH, in_lanes, put, seen
+from mafsil.solvers.lane_loops import WIDTH, in_lanes, lanes, put, seen
 from mafsil.solvers.loops import compiled, inlined, uncounted
 
 if TYPE_CHECKING:
@@ -44,10 +44,13 @@ class Kinematics(NamedTuple):
         rows: (1,) the number of rows.
         q: (STATES, n) in.
         poses: (STATES, L, 4, 4) out.
-        lanes: address of its entry for rows in lanes.
-        q_address, pose_address: of the following.
-        q_lanes: (n,) lanes in.
-        pose_lanes: (16 L,) lanes out.
+        at_rest, in_motion: addresses of the entries for rows in lanes of `arm_kernels`.
+        q_address, rest_address, motion_address: of what they read, and of what each writes.
+        q_lanes: (n + j,) lanes in, rates of the joints behind the configuration.
+        twists: (6 (j + 1)) lanes out: of {s}, and of what each joint carries.
+        pose_lanes: (12 l,) lanes out: three rows of the pose of each link that carries a body.
+        balls: (3 (bodies + pieces)) lanes out: centres of bodies; room for those of pieces.
+        row_of_link: (L,) which of these poses is that of a link; -1 for none.
     """
 
     entry: int
@@ -57,11 +60,16 @@ class Kinematics(NamedTuple):
     rows: NDArray[np.int64]
     q: Floats
     poses: Floats
-    lanes: int
+    at_rest: int
+    in_motion: int
     q_address: int
-    pose_address: int
+    rest_address: int
+    motion_address: int
     q_lanes: Floats
+    twists: Floats
     pose_lanes: Floats
+    balls: Floats
+    row_of_link: NDArray[np.int64]
 
 
 FROM_SURROUNDINGS, FROM_ITSELF = range(2)
@@ -84,16 +92,29 @@ class Groups(NamedTuple):
     first: NDArray[np.int64]
 
 
+class FewAround(NamedTuple):
+    """The pieces of the surroundings as each body sees them; no columns where there are more than AT_ONCE.
+
+    Attributes:
+        apart: (bodies, k) how far the body stays from a piece at any configuration.
+        walls: (bodies, k, 6) the box around it, along the axes, wider by the radius of the body's ball: lowest and
+            highest coordinates of the ball's centre.
+    """
+
+    apart: Floats
+    walls: Floats
+
+
 class World(NamedTuple):
     """What decides whether a motion is free.
 
     Attributes:
         arm, around: what may not meet.
         groups: of the arm's pieces.
-        apart: (bodies, k) how far each body stays at any configuration from each piece around; where there are more
-            than AT_ONCE pieces, there is no column.
+        few: pieces of the surroundings as each body sees them, where they are few.
         known: how near bodies of the arm come to each other at some coordinates.
         kinematics, motion: how the joints move it.
+        everything: (bodies + pairs) ALL for each that is to be proved, else 0.
         margin: (2,) clearance to keep from the surroundings, and between bodies of the arm [m]; a proof that is to keep
             more raises both for a while.
         entries: (4,) addresses of what is long to compile: `prove`, 0 as long as nothing is to be proved,
@@ -103,10 +124,11 @@ class World(NamedTuple):
     arm: Arm
     around: Surroundings
     groups: Groups
-    apart: Floats
+    few: FewAround
     known: Clearances
     kinematics: Kinematics
     motion: Motion
+    everything: NDArray[np.int64]
     margin: Floats
     entries: NDArray[np.int64]
 
@@ -181,8 +203,10 @@ def bench_for(world: World) -> Bench:
     bodies, total = len(world.arm.bodies), len(world.arm.bodies) + len(world.arm.pairs)
     order = np.arange(total)
     order[:bodies] = order[:bodies][::-1].copy()  # What is far from the base meets more.
+    made = world.kinematics
     return Bench(
-        lane_scratch_for(world.arm, world.kinematics.pose_lanes), speeds_for(world.motion),
+        lane_scratch_for(world.arm, made.pose_lanes, made.balls, made.row_of_link),
+        speeds_for(world.motion, made.twists),
         np.empty(total * WIDTH * LEVELS, np.int64), np.empty((WIDTH * LEVELS, 4)), np.zeros(total, np.int64),
         order, in_lanes(3), in_lanes(len(world.known.axes)),
     )  # fmt: skip
@@ -197,19 +221,32 @@ def state_along(kinematics: Kinematics, a: Floats, b: Floats, t: float, row: int
 
 @inlined
 def pose_lanes_of(kinematics: Kinematics, q: Floats, first: int) -> None:
-    """Link poses in lanes of eight configurations (m, n) from a row on, the last one again where there are fewer."""
+    """Link poses and centres of bodies in lanes of eight configurations (m, n) from a row on.
+
+    Where there are fewer, the last one stands in several lanes.
+    """
     lanes_in = seen(kinematics.q_lanes)
     for lane in range(WIDTH):
         row = min(first + lane, len(q) - 1)
         for c in range(q.shape[1]):
             put(lanes_in, c, lane, q[row, c])
-    call_lanes(kinematics.lanes, kinematics.q_address, kinematics.pose_address)
+    call_lanes(kinematics.at_rest, kinematics.q_address, kinematics.rest_address)
+
+
+@inlined
+def take_rates(world: World, a: Floats, b: Floats, speeds: Speeds) -> None:
+    """Rates of the joints in the motion from a to b, also where the kernel reads them."""
+    motion, q = world.motion, seen(world.kinematics.q_lanes)
+    for j in range(len(motion.joints)):
+        column = int(motion.joints[j, 1])
+        speeds.rates[j] = motion.joints[j, 2] * (b[column] - a[column])
+        q[len(a) + j] = lanes(speeds.rates[j])
 
 
 @inlined
 def pose_lanes_along(kinematics: Kinematics, a: Floats, b: Floats, t: Lanes) -> None:
-    """Link poses in lanes at shares t of the motion from a to b."""
+    """Link poses, centres of bodies and twists in lanes at shares t of the motion from a to b; after `take_rates`."""
     q = seen(kinematics.q_lanes)
     for c in range(len(a)):
         q[c] = a[c] + t * (b[c] - a[c])
-    call_lanes(kinematics.lanes, kinematics.q_address, kinematics.pose_address)
+    call_lanes(kinematics.in_motion, kinematics.q_address, kinematics.motion_address)
