@@ -15,7 +15,9 @@ from __future__ import annotations
 
 from importlib import import_module
 from types import ModuleType
-from typing import Any
+from typing import Any, TypeVar, cast
+
+T = TypeVar("T")
 
 
 class LazyModule:
@@ -33,11 +35,13 @@ class LazyModule:
         object.__setattr__(self, "_loaded", None)
 
     def __getattr__(self, name: str) -> Any:
-        loaded = self._loaded
-        if loaded is None:
-            loaded = import_module(self._name)
-            object.__setattr__(self, "_loaded", loaded)
-        return getattr(loaded, name)
+        return getattr(self._loaded or self._itself(), name)
+
+    def _itself(self) -> ModuleType:
+        if self._loaded is None:
+            object.__setattr__(self, "_loaded", import_module(self._name))
+        assert self._loaded is not None
+        return self._loaded
 
     def __setattr__(self, name: str, value: object) -> None:
         setattr(import_module(self._name), name, value)
@@ -62,3 +66,12 @@ def lazily(name: str) -> LazyModule:
         name: full, as "mafsil.ik.numerical"; an ImportError comes at the first use.
     """
     return LazyModule(name)
+
+
+def loaded(module: T) -> T:
+    """The module itself that a `LazyModule` stands for, for a call that needs several of its names.
+
+    Args:
+        module: made by `lazily`, or a test's replacement of it.
+    """
+    return cast("T", module._itself()) if isinstance(module, LazyModule) else module  # pyright: ignore[reportPrivateUsage]

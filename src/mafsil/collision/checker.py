@@ -114,7 +114,8 @@ class Checker:
         if self_collision:
             self._sample_pairs(drop_unseen, srdf is None)
         self._self_collision = self_collision
-        self._workshops: dict[int, Held[Workshop]] = {}
+        # By thread, and whether proofs are compiled for it.
+        self._workshops: dict[tuple[int, bool], Held[Workshop]] = {}
 
     def in_collision(self, q: ArrayLike) -> Truth:
         """Whether the arm is within the margin of an obstacle or of itself.
@@ -268,17 +269,20 @@ class Checker:
 
     def workshop(self) -> Held[Workshop]:
         """The world and the arrays that this thread works in, for compiled loops that are asked again and again."""
-        shop = self._workshop()
-        segment_loops.be_able_to_prove(shop)
+        here = get_ident(), True
+        shop = self._workshops.get(here)
+        if shop is None:
+            shop = self._workshops[here] = self._workshop()
+            segment_loops.be_able_to_prove(shop)
         return shop
 
     def _workshop(self) -> Held[Workshop]:
         """As `workshop`; who proves nothing does not wait until proofs are compiled."""
-        thread = get_ident()
-        if thread not in self._workshops:
-            self._workshops[thread] = self.laid.workshop(self.scene, self.margin, self.own_margin)
-            segment_loops.be_able_to_tell(self._workshops[thread])
-        return self._workshops[thread]
+        here = get_ident(), False
+        if here not in self._workshops:
+            self._workshops[here] = self.laid.workshop(self.scene, self.margin, self.own_margin)
+            segment_loops.be_able_to_tell(self._workshops[here])
+        return self._workshops[here]
 
     def __getstate__(self) -> dict[str, Any]:
         """What another process can use: all but what lies at an address of this one."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import JointVector
 from mafsil.collision import Checker
-from mafsil.lazy_module import lazily
+from mafsil.lazy_module import lazily, loaded
 from mafsil.planning.arm_limits import UNBOUNDED, Moving, rule_for
 
 if TYPE_CHECKING:
@@ -59,7 +59,8 @@ def search(
     Returns:
         None in place of the path if there is none, or if an end cannot be, which leaves no nodes.
     """
-    loops, workshop, question = arm_question_loops, checker.workshop(), _question_for(checker, len(goals), moving)
+    loops, workshop = loaded(arm_question_loops), checker.workshop()
+    question = _question_for(checker, len(goals), moving)
     forests, deadline = question.value.forests, np.inf
     drawn = min(SLICE, nodes)
     code, path = loops.solve(workshop, question, q, goals, seed, 0, drawn, shorten)  # 1
