@@ -216,14 +216,13 @@ def _ask_all(shop: Held[Workshop], world: World, bench: Bench) -> tuple[int, int
 
 
 @uncounted
-def prove(
-    shop: Held[Workshop], world: World, bench: Bench, a: Floats, b: Floats, blocks: int
-) -> tuple[int, float, int]:  # fmt: skip
+def prove(shop: Held[Workshop], a: Floats, b: Floats, blocks: int) -> tuple[int, float, int]:
     """Whether the straight motion from a to b is free: code, where that shows (0..1), states looked at.
 
     Args:
         blocks: after which it ends with OPEN if it has not ended before.
     """
+    world, bench = opened(shop)
     code, place, waiting, states = FREE, 1.0, WIDTH, 0
     take_rates(world, a, b, bench.speeds)
     while waiting > 0 and code == FREE:
@@ -252,9 +251,7 @@ def prove(
 
 
 @uncounted
-def colliding_rows(
-    shop: Held[Workshop], world: World, bench: Bench, q: Floats, count: int, bits: NDArray[np.int64]
-) -> tuple[int]:  # fmt: skip
+def colliding_rows(shop: Held[Workshop], q: Floats, count: int, bits: NDArray[np.int64]) -> tuple[int]:
     """Which of some configurations bring the arm within the margin of its surroundings or of itself; how many they are.
 
     Args:
@@ -262,40 +259,39 @@ def colliding_rows(
         count: of the first of them.
         bits: out, of row 8 k + l bit l of number k.
     """
+    world, bench = opened(shop)
     for first in range(0, count, WIDTH):
         pose_lanes_of(world.kinematics, q[:count], first)
         bits[first // WIDTH] = colliding_lanes(shop, world, bench)
     return (count,)
 
 
-_call_prove = loop_caller(6, "int64", "float64", "int64")
-_call_colliding_rows = loop_caller(6, "int64")
+_call_prove = loop_caller(4, "int64", "float64", "int64")
+_call_colliding_rows = loop_caller(4, "int64")
 
 
 def be_able_to_tell(shop: Held[Workshop]) -> None:
     """Tell a world where `colliding_rows` is, and what that calls."""
     compile_for(shop)
-    tell_address(shop, TELL, colliding_rows, *shop.value, np.empty((1, 1)), 1, np.empty(1, np.int64))
+    tell_address(shop, TELL, colliding_rows, np.empty((1, 1)), 1, np.empty(1, np.int64))
 
 
 def be_able_to_prove(shop: Held[Workshop]) -> None:
     """Tell a world where `prove` is."""
     if shop.value.world.entries[PROVE] == 0:
-        tell_address(shop, PROVE, prove, *shop.value, np.empty(1), np.empty(1), 1)
+        tell_address(shop, PROVE, prove, np.empty(1), np.empty(1), 1)
 
 
 @inlined
 def prove_by_address(shop: Held[Workshop], a: Floats, b: Floats, blocks: int) -> tuple[int, float, int]:
     """`prove`, compiled once for all callers."""
-    world, bench = opened(shop)
-    return _call_prove(world.entries[PROVE], shop, world, bench, a, b, blocks)
+    return _call_prove(opened(shop).world.entries[PROVE], shop, a, b, blocks)
 
 
 @inlined
 def tell_by_address(shop: Held[Workshop], q: Floats, count: int, bits: NDArray[np.int64]) -> None:
     """`colliding_rows`, compiled once for all callers."""
-    world, bench = opened(shop)
-    _call_colliding_rows(world.entries[TELL], shop, world, bench, q, count, bits)
+    _call_colliding_rows(opened(shop).world.entries[TELL], shop, q, count, bits)
 
 
 @uncounted

@@ -62,7 +62,7 @@ def loop_caller(count: int, *results: str) -> Any:
     """What calls an `uncounted` loop by its address: `call(address, *arguments)`.
 
     Args:
-        count: of the arguments, 3 or 6.
+        count: of the arguments, 3 or 4.
         results: names of the types of what the loop returns.
     """
     result = types.Tuple([getattr(types, name) for name in results])
@@ -78,10 +78,10 @@ def loop_caller(count: int, *results: str) -> Any:
         return result(types.uintp, a, b, c), generate
 
     @cast("Callable[[Any], Any]", intrinsic)
-    def call_of_six(_typing: Any, address: Any, a: Any, b: Any, c: Any, d: Any, e: Any, f: Any) -> Any:
-        return result(types.uintp, a, b, c, d, e, f), generate
+    def call_of_four(_typing: Any, address: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
+        return result(types.uintp, a, b, c, d), generate
 
-    return {3: call_of_three, 6: call_of_six}[count]
+    return {3: call_of_three, 4: call_of_four}[count]
 
 
 def loop_address(loop: Any, *arguments: Any) -> int:
