@@ -18,6 +18,7 @@ from mafsil.planning.arm_search_loops import (
     Forests,
     apart,
     grow,
+    place,
     proves_free,
 )  # fmt: skip
 from mafsil.planning.shorten_loops import shorten
@@ -136,15 +137,17 @@ def _begin(
     for k in range(len(goals)):  # 1
         if not _is_open(shop, limits, goals[k]):
             continue
-        place, away = count, apart(start, goals[k])
-        while place > 0 and apart(start, roots[place - 1]) > away:
-            _copy(roots[place - 1], roots[place])
-            place -= 1
-        _copy(goals[k], roots[place])
+        rank, away = count, apart(start, goals[k])
+        while rank > 0 and apart(start, roots[rank - 1]) > away:
+            _copy(roots[rank - 1], roots[rank])
+            rank -= 1
+        _copy(goals[k], roots[rank])
         count += 1
     if count == 0:
         return REFUSED
-    _copy(start, forests.q[0, 0])
+    place(forests, 0, 0, start)
+    for k in range(count):
+        place(forests, 1, k, roots[k])
     forests.parent[:, :count] = ROOT
     forests.sizes[0], forests.sizes[1], forests.sizes[2] = 1, count, 0
     forests.random[0] = seed

@@ -16,7 +16,7 @@ from mafsil.arrays import Floats
 from mafsil.collision.segment_loops import FREE, OPEN, prove_by_address, tell_by_address
 from mafsil.collision.workshop_loops import Workshop
 from mafsil.solvers.held_loops import Held
-from mafsil.solvers.lane_loops import WIDTH
+from mafsil.solvers.lane_loops import WIDTH, buffer, get, in_lanes, lanes, part, seen, where
 from mafsil.solvers.loops import uncounted
 
 LOOK = 8
@@ -37,6 +37,7 @@ class Forests(NamedTuple):
 
     Attributes:
         q: (2, most, n) nodes.
+        eights: (2, most / 8, n, 8) the same, eight side by side; infinite where there is none or it is cut off.
         parent: (2, most) index, ROOT, or CUT.
         proved: (2, most) whether the edge to the parent is proved.
         sizes: (3,) nodes of both, points of the path.
@@ -48,6 +49,7 @@ class Forests(NamedTuple):
     """
 
     q: Floats
+    eights: Floats
     parent: NDArray[np.int64]
     proved: NDArray[np.bool_]
     sizes: NDArray[np.int64]
@@ -60,12 +62,24 @@ class Forests(NamedTuple):
 
 def forests_of(q: Floats, goals: Floats, most: int, random: NDArray[np.uint64], seen: NDArray[np.int64]) -> Forests:
     """The roots, with place for `most` nodes on each side."""
-    n, most = len(q), max(most, 2 * len(goals) + 2)
+    n, most = len(q), WIDTH * -(-max(most, 2 * len(goals) + 2) // WIDTH)
     rows, parent = np.empty((2, most, n)), np.full((2, most), ROOT)
     rows[0, 0], rows[1, : len(goals)] = q, goals
     count = np.array([1, len(goals), 0])
     proved, path = np.zeros((2, most), np.bool_), np.empty((2 * most, n))
-    return Forests(rows, parent, proved, count, random, seen, path, np.empty((WIDTH + 1, n)), np.zeros(1, np.int64))
+    eights, bits = _side_by_side(rows, count), np.zeros(1, np.int64)
+    return Forests(rows, eights, parent, proved, count, random, seen, path, np.empty((WIDTH + 1, n)), bits)
+
+
+def _side_by_side(rows: Floats, count: NDArray[np.int64]) -> Floats:
+    """Nodes (2, most, n), of which the first are there, eight side by side."""
+    _, most, n = rows.shape
+    found = in_lanes(2 * most // WIDTH * n)[: 2 * most * n].reshape(2, most // WIDTH, n, WIDTH)
+    known = np.full(rows.shape, np.inf)
+    for side in range(2):
+        known[side, : count[side]] = rows[side, : count[side]]
+    found[:] = known.reshape(2, most // WIDTH, WIDTH, n).swapaxes(2, 3)
+    return found
 
 
 def doubled(forests: Forests) -> Forests:
@@ -73,7 +87,10 @@ def doubled(forests: Forests) -> Forests:
     q, parent, proved = (
         np.concatenate([array, np.zeros_like(array)], axis=1) for array in (forests.q, forests.parent, forests.proved)
     )
-    return forests._replace(q=q, parent=parent, proved=proved, path=np.empty((2 * q.shape[1], q.shape[2])))
+    eights = _side_by_side(np.where((parent == CUT)[:, :, None], np.inf, q), forests.sizes)
+    return forests._replace(
+        q=q, eights=eights, parent=parent, proved=proved, path=np.empty((2 * q.shape[1], q.shape[2]))
+    )
 
 
 @uncounted
@@ -114,14 +131,26 @@ def proves_free(shop: Held[Workshop], a: Floats, b: Floats, seen: NDArray[np.int
 
 @uncounted
 def nearest(forests: Forests, side: int, q: Floats) -> int:
-    """The node of one side that is nearest to a configuration and not cut off."""
-    best, found, nodes, parent = np.inf, 0, forests.q[side], forests.parent[side]
-    for k in range(forests.sizes[side]):
-        away = 0.0
-        for c in range(len(q)):
-            away += (nodes[k, c] - q[c]) * (nodes[k, c] - q[c])
-        if away < best and parent[k] != CUT:
-            best, found = away, k
+    """The node of one side that is nearest to a configuration and not cut off.
+
+    1. The nearest in each lane, and in which eight it stands.
+    2. The nearest of these; of equal ones the first.
+    """
+    n, found, least = len(q), 0, np.inf
+    nodes, best, eight = part(seen(forests.eights), side * forests.eights.shape[1] * n), lanes(np.inf), lanes(0.0)
+    for g in range((forests.sizes[side] + WIDTH - 1) // WIDTH):  # 1
+        away = lanes(0.0)
+        for c in range(n):
+            apart_by = nodes[g * n + c] - q[c]
+            away = away + apart_by * apart_by
+        closer = away < best
+        best, eight = where(closer, away, best), where(closer, float(g), eight)
+    per_lane = buffer(2)
+    per_lane[0], per_lane[1] = best, eight
+    for lane in range(WIDTH):  # 2
+        away_here, k = get(per_lane, 0, lane), WIDTH * int(get(per_lane, 1, lane)) + lane
+        if away_here < least or (away_here == least and k < found):
+            least, found = away_here, k
     return found
 
 
@@ -138,11 +167,20 @@ def _towards(a: Floats, b: Floats, step: float, out: Floats) -> bool:
 
 
 @uncounted
+def place(forests: Forests, side: int, k: int, q: Floats) -> None:
+    """Where node k of one side stands; those before it stand already."""
+    eight = forests.eights[side, k // WIDTH]
+    if k % WIDTH == 0:
+        eight[:] = np.inf
+    for c in range(len(q)):
+        forests.q[side, k, c], eight[c, k % WIDTH] = q[c], q[c]
+
+
+@uncounted
 def add(forests: Forests, side: int, q: Floats, parent: int, proved: bool) -> int:
     """A node more, with whether the motion to it is proved; its index."""
     k = forests.sizes[side]
-    for c in range(len(q)):
-        forests.q[side, k, c] = q[c]
+    place(forests, side, k, q)
     forests.parent[side, k], forests.proved[side, k] = parent, proved
     forests.sizes[side] = k + 1
     return k
@@ -151,11 +189,13 @@ def add(forests: Forests, side: int, q: Floats, parent: int, proved: bool) -> in
 @uncounted
 def cut(forests: Forests, side: int, node: int) -> None:
     """A node goes, and all that grew from it: parents stand before their children."""
-    parent = forests.parent[side]
+    parent, nodes = forests.parent[side], forests.eights[side]
     parent[node] = CUT
+    nodes[node // WIDTH, 0, node % WIDTH] = np.inf
     for k in range(node + 1, forests.sizes[side]):
         if parent[k] >= 0 and parent[parent[k]] == CUT:
             parent[k] = CUT
+            nodes[k // WIDTH, 0, k % WIDTH] = np.inf
 
 
 @uncounted
