@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 import mafsil as mf
 import mafsil.expression as ex
@@ -340,3 +341,20 @@ def test_bars_that_do_not_close_say_how_much_is_missing():
         bar.linkage(0.1)
     with pytest.raises(mf.InputError, match="m are missing"):
         mo.SliderCrank(3, 1).linkage(1.0)
+
+
+@pytest.mark.capability("02-77")
+def test_coordinates_of_balls_are_orientations():
+    chain = mo.Linkage.of([
+        mo.joint("C", "C", ["ground", "a"], limits=(-1, 1)), mo.joint("U", "U", ["a", "b"], second=[1, 0, 0]),
+        mo.joint("S", "ball and socket", ["b", "c"]),
+    ])  # fmt: skip
+    space = mo.JointCoordinates.of(chain)
+    assert space.wraps.tolist() == [False, *[True] * 6]
+    assert space.balls == (4,)
+    first, last = space.sampled(20), space.sampled(20, seed=1)
+    ball = mo.Linkage.of([chain.joints[2]], ground="b")
+    R_a, R_b = (mo.body_poses(ball, q[:, 4:])[:, -1, :3, :3] for q in (first, last))
+    apart = Rotation.from_matrix(np.swapaxes(R_a, 1, 2) @ R_b).as_rotvec()
+    np.testing.assert_allclose(space.difference(first, last)[:, 4:], apart, atol=1e-9)
+    assert space.distance(first[0], first[0] + [0, 0, 2 * np.pi, 0, 0, 0, 0]) == pytest.approx(0.0, abs=1e-7)

@@ -95,3 +95,36 @@ def test_links_in_one_line_and_cranks_beside_their_way():
     assert mf.mobility(drawn).mobility == 1
     places = {tuple(np.round(each.point[:2], 9)) for each in drawn.joints}
     assert tuple(np.round(1.3 * np.array([np.cos(0.7), np.sin(0.7)]), 9)) in places
+
+
+@pytest.mark.capability("02-60", "08-47", "08-48")
+@pytest.mark.parametrize("lengths", [(2, 2, 2, 2), (2, 3, 3, 2), (4, 1, 1, 4)])
+def test_kites_fold_together_and_swing(lengths):
+    """Where crank pin and ground pivot coincide, any direction closes: said, and a curve of its own."""
+    four = mo.FourBar(*lengths)
+    found = four.positions([0.0, 1e-6, 0.2])
+    assert found
+    assert found.status is mo.PositionStatus.FREE
+    assert found.free.tolist() == [True, False, False]
+    np.testing.assert_allclose(found.C[0], found.C[1], atol=1e-5)
+    both, folded = four.curves()
+    for curve in (both, folded):
+        assert np.abs(four.closure(curve)).max() < 1e-7
+        assert np.abs(mo.torus.difference(curve, np.roll(curve, 1, axis=0))).max() < 0.1
+    np.testing.assert_allclose(folded[:, 0], 0.0)
+    assert np.ptp(folded[:, 1]) > 0.99 * 2 * np.pi
+
+
+@pytest.mark.capability("02-82")
+def test_chains_that_return_to_their_base():
+    for lengths, pieces, dimension in (([1, 1], 1, 1), ([1, 1, 1, 3], 1, 1), ([2, 2, 2], 2, 1), ([1, 1, 1, 1], 1, 2)):
+        found = mo.fibre(lengths, 0.0)
+        assert (found.components, found.dimension) == (pieces, dimension)
+    assert "swings" in mo.fibre([1, 1], 0.0).explain("en")
+    assert (mo.fibre([1.5], 1.5).dimension, mo.fibre([1.5], 1.0).dimension) == (0, None)
+
+
+@pytest.mark.capability("02-72")
+def test_no_direction_has_no_angles():
+    with pytest.raises(mf.InputError, match="length zero"):
+        mo.angles_of_direction([[0, 0, 1], [0, 0, 0]])

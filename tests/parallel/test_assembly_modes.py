@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
@@ -119,3 +120,25 @@ def test_degenerate_platforms_and_empty_batches():
     T = pose.from_rotation_translation(rotation.random(3), [1e6, -2e6, 5e5])
     found = huge.assembly_modes(huge.lengths(T))
     assert min(np.abs(each - T).max() for each in found) < 1e-2
+
+
+@pytest.mark.capability("08-25", "08-27")
+def test_lengths_that_no_pose_has_say_how_far_they_are_off():
+    a, b, _, s = planted(3, 1)
+    robot = StewartPlatform(a[0], b[0])
+    found = robot.assembly_modes(np.stack([np.full(6, 0.01), s[0]]))
+    assert found.status is AssemblyModesStatus.SOME
+    assert not found
+    assert "1 of 2 rows" in found.explain("en")
+    assert found.nearest.distance[1] == pytest.approx(0.0, abs=1e-11)
+    row = found[0]
+    assert row.status is AssemblyModesStatus.NONE
+    np.testing.assert_allclose(robot.lengths(row.nearest.x) - 0.01, row.nearest.misfit, atol=1e-12)
+    assert f"{row.nearest.distance:.4g} m away" in row.explain("en")
+    # Where nothing is nearer the platform is singular, and the misfit an equilibrium of the legs.
+    np.testing.assert_allclose(robot.wrench(row.nearest.x, row.nearest.misfit), 0.0, atol=1e-9)
+    rng = np.random.default_rng(1)
+    for _ in range(30):
+        start = pose.from_rotation_translation(rotation.random(rng), rng.normal(size=3))
+        fit = least_squares(lambda V, start=start: robot.lengths(start @ pose.exp(V)) - 0.01, np.zeros(6), max_nfev=60)
+        assert np.sqrt(2 * fit.cost) > row.nearest.distance - 1e-6

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from scipy.optimize import least_squares
 
 from mafsil import mobility as mo
 from mafsil import parallel as pa
@@ -80,6 +81,7 @@ def test_power_of_the_motors_is_that_of_the_platform(seed):
     rng = np.random.default_rng(seed)
     legs = pa.three_rps(*rng.uniform(0.5, 1.5, 3))
     there = pa.leg_forward(legs, rng.uniform(-0.1, 0.1, 3))
+    assume(there)
     J, F = legs.jacobian(there.q), rng.normal(size=6)
     forces = pa.leg_forces(legs, there.q, F)
     np.testing.assert_allclose(forces.efforts, J.T @ F, rtol=1e-6, atol=1e-6)
@@ -280,3 +282,56 @@ def test_wrong_input_is_refused():
     far = pa.leg_forward(legs, [5.0, -1.0, 0.0])
     assert not far
     assert np.isfinite(far.q).all()
+
+
+@pytest.mark.capability("08-42", "08-51", "08-60")
+def test_nothing_is_said_of_configurations_that_do_not_close():
+    legs, open_ = pa.three_rps(1.0, 0.5, 1.0), np.full(15, 0.2)
+    five = pa.FiveBar(1, 1.2, 1.1, 0.9, 1.5)
+    asked = (
+        legs.singularity, legs.rates, legs.jacobian, lambda q: pa.leg_forces(legs, q, np.ones(6)),
+        lambda q: pa.inverse_rates(legs, q, np.ones(6)), lambda q: pa.reduced_equations(legs, q),
+        lambda q: five.singularity(q[:4]), lambda q: pa.ParallelCranks(0.7, [0, 1.2]).singularity([1.0, 0.0, 0.5]),
+    )  # fmt: skip
+    for function in asked:
+        with pytest.raises(InputError, match="does not close the loops"):
+            function(open_)
+
+
+@pytest.mark.capability("08-51")
+def test_the_rank_of_most_configurations_is_found():
+    """Planar legs ask 6 of 12 rows wherever they are: not singular; three radial UPU legs at home are."""
+    places = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+    tops = [[0.4, 0.9, 0], [0.8, 0.9, 0], [0.5, 1.3, 0]]
+    screws: list[np.ndarray] = []
+    for a, b in zip(places, tops, strict=True):
+        along = np.subtract(b, a) / np.linalg.norm(np.subtract(b, a))
+        screws.append(np.stack([[0, 0, 1, a[1], -a[0], 0], [0, 0, 0, *along], [0, 0, 1, b[1], -b[0], 0]], axis=1))
+    planar = pa.LegMechanism(pa.legs_of(screws, pose.from_translation([0.5, 1, 0])), (1, 4, 7))
+    assert planar.generic_rank(np.zeros(9)) == 6
+    assert planar.singularity(np.zeros(9))
+    radial = pa.three_upu(1.0, 0.5, 2.0, "radial")
+    found = radial.singularity(np.zeros(radial.n))
+    assert (found.rank, found.full_rank) == (10, 12)
+
+
+@pytest.mark.capability("08-28")
+def test_legs_that_lie_flat_are_not_lost():
+    """tan(th / 2) is infinite there; and lengths that do not fit say how far the sides of the platform are off."""
+    flat = pa.ThreeRPS(1.0, 2.0).modes([1.0, 1.0, 1.0])
+    assert flat.status is pa.ThreeRPSStatus.SOME
+    np.testing.assert_allclose(np.abs(flat.theta), np.pi, atol=1e-5)
+    robot = pa.ThreeRPS(1.0, 0.5)
+    missed = robot.modes([0.1, 0.1, 3.0])
+    assert missed.status is pa.ThreeRPSStatus.NONE
+    rng, pairs = np.random.default_rng(0), ((0, 1), (0, 2), (1, 2))
+
+    def sides(theta):
+        B = robot.joints([0.1, 0.1, 3.0], theta)
+        return [np.linalg.norm(B[i] - B[j]) - 0.5 * np.sqrt(3) for i, j in pairs]
+
+    fits = [least_squares(sides, start).cost for start in rng.uniform(-np.pi, np.pi, (12, 3))]
+    assert np.linalg.norm(missed.misfit) == pytest.approx(np.sqrt(2 * min(fits)), rel=1e-6)
+    with pytest.raises(InputError, match="negative"):
+        robot.modes([-0.1, 1, 1])
+    assert pa.resultant([6, -5, 1], [-2, 1]) == pytest.approx(0.0, abs=1e-12)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.optimize import fsolve
+from scipy.optimize import fsolve, least_squares
 
 from mafsil.errors import InputError
 from mafsil.parallel import (
@@ -223,3 +223,42 @@ def test_all_links_in_line_are_singular_for_every_pair_of_motors_and_nothing_els
             for pair in ((0, 1), (0, 4), (2, 3)):
                 passive = np.delete(H, pair, axis=1)
                 assert (pair in good) == (np.linalg.matrix_rank(passive, 1e-9) == 3)
+
+
+@pytest.mark.capability("08-21", "08-22")
+def test_legs_of_length_zero_pin_the_platform():
+    """Newton's method has no slope there; s = 0 must neither divide nor lose the pose."""
+    rng = np.random.default_rng(8)
+    platform, x = rng.normal(size=(3, 2)), np.array([0.3, 0.2, 0.5])
+    ends = PlanarThreeRPR(np.zeros((3, 2)), platform).leg_vectors(x)
+    for pinned in (1, 2, 3):
+        base = np.where(np.arange(3)[:, None] < pinned, ends, ends + rng.normal(size=(3, 2)))
+        robot = PlanarThreeRPR(base, platform)
+        s = np.where(np.arange(3) < pinned, 0.0, robot.lengths(x))
+        found = robot.poses(s)
+        assert found
+        assert not found.movable
+        assert np.abs(found.x - x).max(axis=1).min() < 1e-9
+        with pytest.raises(InputError, match="has length zero"):
+            robot.jacobian(x)
+
+
+@pytest.mark.capability("08-21", "08-22")
+def test_lengths_that_no_pose_has_say_how_far_they_are_off():
+    base, platform = [[0, 0], [3, 0.2], [1.1, 2.7]], [[-0.4, -0.2], [0.6, -0.1], [0.1, 0.7]]
+    robot = PlanarThreeRPR(base, platform)
+    wanted = np.array([[0.1, 0.1, 0.1], [5, 1, 1], robot.lengths([1.0, 1.0, 0.3])])
+    found = robot.poses(wanted)
+    assert not found
+    assert "1 of 3 rows" in found.explain("en")
+    np.testing.assert_allclose(robot.lengths(found.nearest.x) - wanted, found.nearest.misfit, atol=1e-12)
+    assert found.nearest.distance[2] == pytest.approx(0.0, abs=1e-12)
+    rng = np.random.default_rng(0)
+    for row, s in zip(found, wanted[:2], strict=False):
+        starts = rng.uniform([-3, -3, -4], [5, 5, 4], (40, 3))
+        fits = [least_squares(lambda x, s=s: robot.lengths(x) - s, start).cost for start in starts]
+        assert row.nearest.distance == pytest.approx(np.sqrt(2 * min(fits)), rel=1e-6)
+        assert f"{row.nearest.distance:.4g} m away" in row.explain("en")
+    # A platform on cranks: its rods are the legs.
+    cranks = PlanarThreeRRR(base, platform, [1, 1, 1], [0.5, 0.6, 0.5])
+    assert cranks.poses([3.0, 0.0, 1.5]).nearest.distance > 0.1

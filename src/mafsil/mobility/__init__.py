@@ -20,7 +20,6 @@ from mafsil.mobility.components import ConfigurationCurves as ConfigurationCurve
 from mafsil.mobility.components import CurvesStatus as CurvesStatus
 from mafsil.mobility.components import configuration_curves as configuration_curves
 from mafsil.mobility.configuration_space import Factor as Factor
-from mafsil.mobility.configuration_space import JointCoordinates as JointCoordinates
 from mafsil.mobility.configuration_space import ProductSpace as ProductSpace
 from mafsil.mobility.configuration_space import configuration_space as configuration_space
 from mafsil.mobility.configuration_space import configuration_space_names as configuration_space_names
@@ -49,12 +48,14 @@ from mafsil.mobility.instantaneous import IdleFreedom as IdleFreedom
 from mafsil.mobility.instantaneous import InstantaneousMobility as InstantaneousMobility
 from mafsil.mobility.instantaneous import InstantStatus as InstantStatus
 from mafsil.mobility.instantaneous import instantaneous as instantaneous
+from mafsil.mobility.joint_coordinates import JointCoordinates as JointCoordinates
 from mafsil.mobility.joint_kind import KINDS as KINDS
 from mafsil.mobility.joint_kind import Kind as Kind
 from mafsil.mobility.linkage import Coupling as Coupling
 from mafsil.mobility.linkage import Linkage as Linkage
 from mafsil.mobility.linkage_file import read_linkage as read_linkage
 from mafsil.mobility.linkage_joint import LinkageJoint as LinkageJoint
+from mafsil.mobility.linkage_joint import coincident_joints as coincident_joints
 from mafsil.mobility.linkage_joint import joint as joint
 from mafsil.mobility.loop_closure import Closure as Closure
 from mafsil.mobility.loop_closure import ClosureStatus as ClosureStatus

@@ -12,6 +12,7 @@ from mafsil.mobility.four_bar import require_reached
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.linkage_joint import joint
 from mafsil.mobility.planar_positions import numbers_or_nan
+from mafsil.mobility.tolerances import TOUCHING
 
 
 @dataclass(frozen=True)
@@ -39,8 +40,10 @@ class SliderCrank:
         """
         angle = numbers_or_nan("theta", theta)
         rise = self.crank * np.sin(angle) - self.offset
+        square: Floats = (self.rod - rise) * (self.rod + rise)
+        touching = TOUCHING * max(self.rod, self.crank) ** 2
         with np.errstate(invalid="ignore"):
-            half = np.sqrt((self.rod - rise) * (self.rod + rise))
+            half = np.sqrt(np.where(square > -touching, np.maximum(square, 0.0), square))
         middle = self.crank * np.cos(angle)
         return np.stack([middle + half, middle - half], axis=-1)
 

@@ -13,6 +13,9 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, as_batch
 from mafsil.errors import InputError
 
+ROUNDING = 1e-14
+"""Share of the longest leg below which the length of another one is rounding."""
+
 
 def line_matrix(points: ArrayLike, directions: ArrayLike) -> Floats:
     """(*batch, m, 6) rows (q_i x u_i, u_i) of lines.
@@ -33,8 +36,9 @@ def unit_vectors(d: Floats) -> tuple[Floats, Floats]:
         InputError: a leg has length zero, so that it has no direction.
     """
     s = np.linalg.norm(d, axis=-1)
-    if (s == 0.0).any():
-        raise InputError("parallel.leg_zero", leg=int(np.argwhere(s == 0.0)[0][-1]) + 1)
+    without = s <= ROUNDING * s.max(axis=-1, keepdims=True, initial=0.0)
+    if without.any():
+        raise InputError("parallel.leg_zero", leg=int(np.argwhere(without)[0][-1]) + 1)
     return s, d / s[..., None]
 
 

@@ -22,9 +22,10 @@ import numpy as np
 
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats
+from mafsil.errors import InputError
 from mafsil.messages.tables import on_screen
 from mafsil.parallel.closure import DrivenRates, driven_rates, kernel, numerical_rank, second_form
-from mafsil.parallel.tolerances import DEFINITE, FEASIBLE, RANK
+from mafsil.parallel.tolerances import DEFINITE, FEASIBLE, OPEN, RANK
 
 STEP = 1e-2
 """Length of the steps of a searched self-motion, of coordinates of size one."""
@@ -133,7 +134,12 @@ def loop_singularities(
         q: (n,) the configuration.
         task: (t, n) rates of the task per rate of the joints.
         idle: motions that leave the task alone, such as the spin of a rod, do not count as actuator singularities.
+
+    Raises:
+        InputError: the loops do not close there.
     """
+    if closure is not None:
+        require_closed(closure(q)[0], float(np.abs(H).max(initial=1.0)))
     rank, rates = numerical_rank(H), driven_rates(H, driven, full_rank)
     findings: list[LoopSingularity] = []
     form, size, tangents = np.zeros((0, 0)), 0.0, np.zeros((0, H.shape[1]))
@@ -157,6 +163,21 @@ def loop_singularities(
     return LoopSingularities(
         tuple(findings) or (LoopSingularity.REGULAR,), rank, full_rank, rates, form, tangents, size, blocked
     )
+
+
+def require_closed(gap: Floats, size: float = 1.0) -> None:
+    """Refuse a configuration whose loops gape: nothing that is said of it would be true.
+
+    Args:
+        gap: (k,) what the loops miss.
+        size: over which it is judged.
+
+    Raises:
+        InputError: it does not close.
+    """
+    worst = float(np.abs(gap).max(initial=0.0))
+    if worst > OPEN * size:
+        raise InputError("parallel.open", gap=worst)
 
 
 def _crossing(forms: list[Floats], tangents: int) -> LoopSingularity:

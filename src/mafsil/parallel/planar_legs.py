@@ -16,6 +16,7 @@ from mafsil.errors import InputError
 from mafsil.mobility.planar_positions import circle_crossings
 from mafsil.parallel.crank_reach import rod_misfit
 from mafsil.parallel.leg_lines import forces_for, rates, resultant, unit_vectors
+from mafsil.parallel.nearest_lengths import LegEnds
 from mafsil.parallel.planar_platform import all_poses, leg_vectors, sextic
 from mafsil.parallel.planar_poses import PlanarPoses
 from mafsil.parallel.singular_kinds import SingularKinds, singular_kinds
@@ -235,7 +236,10 @@ def planar_poses(a: Floats, b: Floats, s: Floats, size: float, shape: tuple[int,
     found[..., :2] += middle - turned
     d, _ = leg_vectors(a[:, None], b[:, None], found)
     error = float(np.nan_to_num(np.abs(np.linalg.norm(d, axis=-1) - s[:, None])).max(initial=0.0))
-    return PlanarPoses(found.reshape(*shape, *found.shape[1:]), count.reshape(shape), movable.reshape(shape), error)
+    legs = LegEnds(a.reshape(*shape, 3, 2), b.reshape(*shape, 3, 2), s.reshape(*shape, 3))
+    return PlanarPoses(
+        found.reshape(*shape, *found.shape[1:]), count.reshape(shape), movable.reshape(shape), error, legs
+    )  # fmt: skip
 
 
 def _size(base: Floats, platform: Floats) -> float:
