@@ -96,7 +96,7 @@ def test_a_singular_pose_is_its_own_nearest():
 
 @pytest.mark.capability("08-35")
 def test_modes_of_one_sign_are_joined_and_those_of_two_are_not():
-    modes = INNOCENTI.poses([14.98, 15.38, 12.0]).x
+    modes = INNOCENTI.forward_kinematics([14.98, 15.38, 12.0]).x
     for i in range(6):
         for j in range(i + 1, 6):
             way = parallel.mode_path(INNOCENTI, modes[i], modes[j])
@@ -114,7 +114,7 @@ def test_modes_of_one_sign_are_joined_and_those_of_two_are_not():
 
 
 def test_a_platform_on_six_legs_goes_through_the_floor():
-    modes = HEXAPOD.assembly_modes(HEXAPOD.lengths(T))
+    modes = HEXAPOD.forward_kinematics(HEXAPOD.lengths(T))
     joined = [k for k in range(1, len(modes)) if parallel.mode_path(HEXAPOD, modes.T[0], modes.T[k])]
     same = [k for k in range(1, len(modes)) if modes.orientation[k] == modes.orientation[0]]
     assert joined == same
@@ -126,7 +126,7 @@ def test_a_platform_on_six_legs_goes_through_the_floor():
 
 
 def test_ways_that_are_not_found_prove_nothing_and_ends_are_checked():
-    modes = HEXAPOD.assembly_modes(HEXAPOD.lengths(T))
+    modes = HEXAPOD.forward_kinematics(HEXAPOD.lengths(T))
     none = parallel.mode_path(HEXAPOD, modes.T[0], modes.T[4], tries=0)
     assert none.status is parallel.ModePathStatus.NOT_FOUND
     assert "may exist" in none.explain("en")

@@ -94,7 +94,7 @@ class AssemblyModes(Answer):
             (str(k + 1), *map(number, T[:3, 3].tolist()), "+" if self.orientation[k] > 0 else "-")
             for k, T in enumerate(self)
         ]
-        return "\n".join([on_screen(self.explain()), *table(head, rows)])
+        return "\n".join([on_screen(self.explain()), *(table(head, rows) if rows else [])])
 
     def explain(self, language: str | None = None) -> str:
         """How many poses there are, real and complex, how exactly the legs fit; of one row without any how far off."""

@@ -170,7 +170,7 @@ class LegMechanism:
         return driven_rates(self.loop_matrix(self.require_closed(q)), self.driven)
 
     def jacobian(self, q: ArrayLike, leg: int = 0) -> Floats:
-        """(6, a) space Jacobian of the platform by the driven joints, taken through one of the legs; NaN if singular.
+        """(6, a) space Jacobian of the platform by the driven joints, taken through one of the legs.
 
         Idle freedoms of the passive joints, such as the spin of a rod, do not matter. With more motors than motions it
         holds for the rates that the loops admit (`rates(q).admissible`), all others have none.
@@ -178,6 +178,9 @@ class LegMechanism:
         Args:
             q: (n,) coordinates that close the loops.
             leg: through which the twist is read; all give the same.
+
+        Raises:
+            InputError: legs miss each other there, or the driven joints do not decide the motion of the platform.
         """
         value = self.require_closed(q)
         J, found = self.leg_jacobians(value), driven_rates(self.loop_matrix(value), self.driven)
@@ -189,7 +192,7 @@ class LegMechanism:
         scale = np.concatenate([np.ones(3), np.full(3, self.size)])
         moves = np.abs(J[0] @ free[self.parts[0]] / scale[:, None]).max(initial=0.0) > 10 * RANK
         if moves:
-            return np.full((6, len(self.driven)), np.nan)
+            raise InputError("parallel.undecided", free=found.free.shape[1])
         return J[leg] @ columns[self.parts[leg]]
 
     def require_closed(self, q: ArrayLike) -> Floats:

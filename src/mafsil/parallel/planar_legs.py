@@ -13,9 +13,8 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, as_batch, frozen, single
 from mafsil.errors import InputError
-from mafsil.mobility.planar_positions import circle_crossings
-from mafsil.parallel.crank_reach import rod_misfit
-from mafsil.parallel.leg_lines import forces_for, rates, resultant, unit_vectors
+from mafsil.parallel.leg_lines import forces_for, rates, require_rods, resultant, unit_vectors
+from mafsil.parallel.motor_angles import MotorAngles, crank_angles
 from mafsil.parallel.nearest_lengths import LegEnds
 from mafsil.parallel.planar_platform import all_poses, leg_vectors, sextic
 from mafsil.parallel.planar_poses import PlanarPoses
@@ -64,7 +63,11 @@ class PlanarThreeRPR:
         s = np.linalg.norm(self.leg_vectors(x), axis=-1)
         return np.stack([s, -s], axis=-1) if signed else s
 
-    def poses(self, lengths: ArrayLike, signed: bool = False) -> PlanarPoses:
+    def inverse_kinematics(self, x: ArrayLike) -> Floats:
+        """(*batch, 3) `lengths` of the legs [m] at poses (*batch, 3), under the name that all robots have."""
+        return self.lengths(x)
+
+    def forward_kinematics(self, lengths: ArrayLike, signed: bool = False) -> PlanarPoses:
         """All poses for given lengths, six at most, through the sextic.
 
         Args:
@@ -105,7 +108,15 @@ class PlanarThreeRPR:
         return resultant(self.jacobian(x), forces)
 
     def leg_forces(self, x: ArrayLike, F: ArrayLike) -> Floats:
-        """(*batch, 3) forces of the legs [N] whose wrench on the platform is F (*batch, 3); NaN where singular."""
+        """(*batch, 3) forces of the legs [N] whose wrench on the platform is F (*batch, 3).
+
+        Args:
+            x: (*batch, 3) poses.
+            F: (*batch, 3) wrenches (m_z, f_x, f_y) in {s}.
+
+        Raises:
+            InputError: a pose is singular, so that some wrench needs forces without bound.
+        """
         return forces_for(self.jacobian(x), F)
 
     def singularity(self, x: ArrayLike) -> SingularKinds:
@@ -182,23 +193,12 @@ class PlanarThreeRRR:
         """(*batch, 3, 2) hinges of the platform in {s} at poses (*batch, 3)."""
         return leg_vectors(np.zeros((3, 2)), self.platform, as_batch("x", x, (3,), finite=True))[0]
 
-    def angles(self, x: ArrayLike) -> Floats:
-        """(*batch, 3, 2) both angles of each crank at poses (*batch, 3), in (-pi, pi]; NaN where out of reach.
+    def inverse_kinematics(self, x: ArrayLike) -> MotorAngles:
+        """Both angles of each crank at poses (*batch, 3): elbow left of the line from motor to platform first."""
+        along = self.ends(x) - self.base
+        return crank_angles(along[..., 0], along[..., 1], 0.0, self.cranks, self.rods)
 
-        The first has its elbow to the left of the line from motor to platform. With three legs there are eight
-        combinations.
-        """
-        ends = self.ends(x)
-        elbow = circle_crossings(np.broadcast_to(self.base, ends.shape), self.cranks, ends, self.rods)
-        along = elbow - self.base[:, None]
-        return np.arctan2(along[..., 1], along[..., 0])
-
-    def rod_misfit(self, x: ArrayLike) -> Floats:
-        """(*batch, 3) by how much rods are too short (positive) or too long at poses x [m]; zero in reach."""
-        far = np.linalg.norm(self.ends(x) - self.base, axis=-1)
-        return rod_misfit(far, 0.0, self.cranks, self.rods)
-
-    def poses(self, q: ArrayLike) -> PlanarPoses:
+    def forward_kinematics(self, q: ArrayLike) -> PlanarPoses:
         """All poses at angles of the cranks (*batch, 3), six at most: the platform is held by three distances."""
         angle = as_batch("q", q, (3,), finite=True)
         elbows = self.elbows(angle).reshape(-1, 3, 2)
@@ -211,9 +211,14 @@ class PlanarThreeRRR:
         Args:
             x: (*batch, 3) poses.
             q: (*batch, 3) angles of the cranks that belong to them.
+
+        Raises:
+            InputError: they do not.
         """
         elbows = self.elbows(q)
-        _, u = unit_vectors(self.ends(x) - elbows)
+        rods = self.ends(x) - elbows
+        require_rods(rods, self.rods)
+        _, u = unit_vectors(rods)
         arm = elbows - self.base
         along = arm[..., 0] * u[..., 1] - arm[..., 1] * u[..., 0]
         return planar_line_matrix(elbows, u), along[..., None] * np.eye(3)

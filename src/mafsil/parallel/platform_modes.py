@@ -20,8 +20,8 @@ from mafsil.parallel.start_platforms import CORRECTIONS, MOST
 def stewart_assembly_modes(base: ArrayLike, platform: ArrayLike, lengths: ArrayLike) -> AssemblyModes:
     """All poses of many platforms on six legs, each followed from a general platform with its forty poses.
 
-    For one platform with many lengths `StewartPlatform.assembly_modes` is faster and knows how many poses its geometry
-    has; here a special geometry is said to lack poses, which lie at infinity.
+    For one platform with many lengths `StewartPlatform.forward_kinematics` is faster and knows how many poses its
+    geometry has; here a special geometry is said to lack poses, which lie at infinity.
 
     Args:
         base, platform: (*batch, 6, 3) ends of the legs in {s} and in {b} [m].

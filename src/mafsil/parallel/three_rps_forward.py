@@ -122,7 +122,7 @@ class ThreeRPS:
         object.__setattr__(self, "base", positive("base", self.base))
         object.__setattr__(self, "platform", positive("platform", self.platform))
 
-    def modes(self, lengths: ArrayLike) -> ThreeRPSModes:
+    def forward_kinematics(self, lengths: ArrayLike) -> ThreeRPSModes:
         """All assembly modes for lengths (3,) [m], complex ones included, sixteen at most.
 
         Raises:
