@@ -109,11 +109,14 @@ class AssemblyModes(Answer):
         return f"{sentence}; {say('parallel.nearest_lengths', language=language, **self.nearest.details())}"
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
+        """Plain data; of one row without any the nearest lengths too."""
+        found: dict[str, Any] = {
             "status": self.status.name.lower(), "T": self.T, "count": self.count, "finite": self.finite,
             "expected": self.expected, "error": self.error, "orientation": self.orientation,
         }  # fmt: skip
+        if self.count.ndim == 0 and not self.count and self.expected:
+            found["nearest"] = self.nearest.to_dict()
+        return found
 
 
 def _span(counts: Integers) -> str:

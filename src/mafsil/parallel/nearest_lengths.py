@@ -14,6 +14,7 @@ Reference: Nocedal and Wright, Numerical Optimization, 2006, sec. 3.4 and 4.1.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -52,6 +53,10 @@ class NearestLengths:
     def distance(self) -> Floats:
         """(*batch,) distance of the lengths from feasible ones, root of the sum of squares over the legs [m]."""
         return np.linalg.norm(self.misfit, axis=-1)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {"x": self.x, "misfit": self.misfit, "distance": self.distance, "starts": self.starts}
 
     def details(self) -> dict[str, object]:
         """Of one row, for its sentence: the distance, the leg that is most wrong, and what it would have to change."""

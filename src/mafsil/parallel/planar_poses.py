@@ -91,8 +91,11 @@ class PlanarPoses(Answer):
         )  # fmt: skip
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
+        """Plain data; of one row without any the nearest lengths too."""
+        found: dict[str, Any] = {
             "status": self.status.name.lower(), "x": self.x, "count": self.count, "movable": self.movable,
             "error": self.error,
         }  # fmt: skip
+        if self.count.ndim == 0 and self.status is PlanarPosesStatus.NONE:
+            found["nearest"] = self.nearest.to_dict()
+        return found

@@ -89,5 +89,13 @@ class PlatformPoints(Answer):
         return status.sentence(language, **details)
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {"status": self.status.name.lower(), "x": self.x, "count": self.count, "free": self.free}
+        """Plain data; of one row without any the nearest lengths too."""
+        found: dict[str, Any] = {
+            "status": self.status.name.lower(),
+            "x": self.x,
+            "count": self.count,
+            "free": self.free,
+        }
+        if self.free.ndim == 0 and self.status is PlatformPointsStatus.NONE:
+            found["nearest"] = self.nearest.to_dict()
+        return found
