@@ -31,6 +31,8 @@ CLOSED = 1e-13
 """Gap over the size of the mechanism, or in radians, at which a loop is closed: some hundred roundings."""
 TINY = 1e-300
 MOST_STEPS = 100
+AJAR = 1e-2
+"""Gap over the size, or in radians, up to which a step of an integrator may leave loops that were closed."""
 NEWTON_STEPS: Integers = np.array(3)
 """That compiled code takes."""
 LONGEST_STEP = 0.3
@@ -280,7 +282,7 @@ class ClosedChain:
             if type(found) is ClosedAccelerations:
                 return found
             return self._looked_at((q, qd, tau), *found)
-        terms = self.terms(q, qd)
+        terms = self._terms_of_closed(q, qd)
         M = np.ascontiguousarray(terms.M + as_batch("added_inertia", added_inertia, (self.n,) * 2))
         return self._solved(terms._replace(M=M), tau)
 
@@ -288,7 +290,7 @@ class ClosedChain:
         """The first call, and those that change between efforts of all joints and of the driven ones."""
         run = self._compiled.forward_for(tau, q)
         if run is None:
-            return self._solved(self.terms(q, qd), tau)
+            return self._solved(self._terms_of_closed(q, qd), tau)
         self._forward = run
         return run(q, qd, tau)
 
@@ -296,12 +298,27 @@ class ClosedChain:
         """With the rank of the loops found at every state."""
         return ClosedAccelerations(closed_terms.held(found, self._efforts(tau)))
 
+    def _terms_of_closed(self, q: ArrayLike, qd: ArrayLike) -> Terms:
+        """Terms of states; of those that an integrator left ajar, where their loops close, with the gap that they have.
+
+        Beside closed loops rows that depend on each other seem independent, and would hold what moves.
+        """
+        found = self.terms(q, qd)
+        gap = closed_terms.error_of(found)
+        ajar = np.asarray((gap > CLOSED * self.size) & (gap < AJAR * self.size))
+        if not ajar.any():
+            return found
+        here, rate = (np.array(np.broadcast_to(x, (*ajar.shape, self.n)), dtype=np.float64) for x in (q, qd))
+        back, rates = self.closed_state(here[ajar], rate[ajar])
+        here[ajar], rate[ajar] = back.q, rates
+        return self.terms(here, rate)._replace(gap=found.gap, facing=found.facing)
+
     def _looked_at(self, given: tuple[ArrayLike, ...], qdd: Floats, held: Floats) -> ClosedAccelerations:
         """Results of compiled code; rows that do not hold are found with their rank, what is not finite is refused."""
         doubtful = np.isnan(held[..., -1])
         if doubtful.any():
             q, qd, tau = (np.broadcast_to(x, (*doubtful.shape, np.shape(x)[-1]))[doubtful] for x in given)
-            found = self.terms(q, qd)
+            found = self._terms_of_closed(q, qd)
             qdd[doubtful], held[doubtful] = closed_terms.held(found, self._efforts(tau))
         return ClosedAccelerations((qdd, held))
 
