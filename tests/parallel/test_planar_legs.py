@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.optimize import fsolve, least_squares
+from scipy.optimize import brentq, fsolve, least_squares
 
 from mafsil.errors import InputError
 from mafsil.parallel import (
@@ -265,3 +265,18 @@ def test_lengths_that_no_pose_has_say_how_far_they_are_off():
     # A platform on cranks: its rods are the legs.
     cranks = PlanarThreeRRR(base, platform, [1, 1, 1], [0.5, 0.6, 0.5])
     assert cranks.forward_kinematics([3.0, 0.0, 1.5]).nearest.distance > 0.1
+
+
+@pytest.mark.capability("08-22")
+def test_rows_of_other_sizes_and_short_legs_lose_nothing():
+    """Each row has its own scale; where three lines meet and a leg is short, the pose is double and hardly stiff."""
+    robot = PlanarThreeRPR([[0, 0], [3, 0.2], [1.1, 2.7]], [[-0.4, -0.2], [0.6, -0.1], [0.1, 0.7]])
+    alone = robot.forward_kinematics(robot.lengths([0.3, 0.2, 0.5]))
+    beside = robot.forward_kinematics([robot.lengths([0.3, 0.2, 0.5]), [0, 0, 1e7]])
+    np.testing.assert_allclose(beside.x[0], alone.x, atol=1e-12)
+    rng = np.random.default_rng(183)
+    robot, p = PlanarThreeRPR(rng.normal(size=(3, 2)), rng.normal(size=(3, 2))), rng.normal(size=2)
+    x = np.array([*p, brentq(lambda phi: np.linalg.det(robot.jacobian([*p, phi])), -0.96, -0.92, xtol=1e-16)])
+    found = robot.forward_kinematics(robot.lengths(x))
+    assert robot.lengths(x).min() < 1e-4
+    assert np.abs(found.x - x).max() < 1e-6

@@ -16,9 +16,12 @@ from mafsil.errors import InputError
 from mafsil.parallel.leg_lines import forces_for, rates, require_rods, resultant, unit_vectors
 from mafsil.parallel.motor_angles import MotorAngles, crank_angles
 from mafsil.parallel.nearest_lengths import LegEnds
-from mafsil.parallel.planar_platform import all_poses, leg_vectors, sextic
+from mafsil.parallel.planar_platform import FITS, all_poses, leg_vectors, sextic
 from mafsil.parallel.planar_poses import PlanarPoses
 from mafsil.parallel.singular_kinds import SingularKinds, singular_kinds
+
+SHORT = 1e-3
+"""Of a leg, over the size."""
 
 
 def planar_line_matrix(points: Floats, directions: Floats) -> Floats:
@@ -232,13 +235,19 @@ class PlanarThreeRRR:
 def planar_poses(a: Floats, b: Floats, s: Floats, size: float, shape: tuple[int, ...]) -> PlanarPoses:
     """All poses of bodies (k, 3, 2) at distances s (k, 3) from points (k, 3, 2), as an answer of a batch."""
     middle, centre = a.mean(axis=1, keepdims=True), b.mean(axis=1, keepdims=True)
-    scale = max(size, float(s.max(initial=0.0)))
-    found, movable = all_poses((a - middle) / scale, (b - centre) / scale, s / scale)
-    count = np.isfinite(found[..., 2]).sum(axis=1)
-    found = found[:, : max(1, int(count.max(initial=0)))] * np.array([scale, scale, 1.0])
+    scale = np.maximum(size, s.max(axis=1, initial=0.0))[:, None]
+    found, movable = all_poses((a - middle) / scale[..., None], (b - centre) / scale[..., None], s / scale)
+    found[..., :2] *= scale[..., None]
     c, z = np.cos(found[..., 2]), np.sin(found[..., 2])
     turned = np.stack([c * centre[..., 0] - z * centre[..., 1], z * centre[..., 0] + c * centre[..., 1]], axis=-1)
     found[..., :2] += middle - turned
+    # Newton's method loses double poses with a short leg, whose direction is hardly known; least squares do not.
+    lost = np.flatnonzero(~np.isfinite(found[..., 2]).any(axis=1) & ~movable & (s.min(axis=1) < SHORT * scale[:, 0]))
+    near = LegEnds(a[lost], b[lost], s[lost]).nearest()
+    fits = near.distance <= FITS * scale[lost, 0]
+    found[lost[fits], 0] = near.x[fits]
+    count = np.isfinite(found[..., 2]).sum(axis=1)
+    found = found[:, : max(1, int(count.max(initial=0)))]
     d, _ = leg_vectors(a[:, None], b[:, None], found)
     error = float(np.nan_to_num(np.abs(np.linalg.norm(d, axis=-1) - s[:, None])).max(initial=0.0))
     legs = LegEnds(a.reshape(*shape, 3, 2), b.reshape(*shape, 3, 2), s.reshape(*shape, 3))
