@@ -358,3 +358,23 @@ def test_coordinates_of_balls_are_orientations():
     apart = Rotation.from_matrix(np.swapaxes(R_a, 1, 2) @ R_b).as_rotvec()
     np.testing.assert_allclose(space.difference(first, last)[:, 4:], apart, atol=1e-9)
     assert space.distance(first[0], first[0] + [0, 0, 2 * np.pi, 0, 0, 0, 0]) == pytest.approx(0.0, abs=1e-7)
+
+
+@pytest.mark.capability("02-63", "02-64")
+def test_brackets_of_a_rolling_coin():
+    """Roll and steer do not commute: with both brackets they lead everywhere, det = -r^2."""
+    r, q, h = 0.3, np.array([0.1, 0.2, 0.7, 0.4]), 1e-4
+
+    def roll(q):
+        return [r * ex.cos(q[2]), r * ex.sin(q[2]), 0, 1]
+
+    def steer(q):
+        return [0, 0, 1, 0]
+
+    aside = mo.lie_bracket(roll, steer)
+    back = mo.lie_bracket(steer, aside)
+    coin = mo.Coin(r)
+    end = coin.manoeuvre(q, [(0, h), (h, 0), (0, -h), (-h, 0)])[-1]
+    np.testing.assert_allclose((end - q) / h**2, aside(q), atol=1e-3)
+    fields = [[r * np.cos(0.7), r * np.sin(0.7), 0, 1], [0, 0, 1, 0], aside(q), back(q)]
+    assert np.linalg.det(fields) == pytest.approx(-(r**2))

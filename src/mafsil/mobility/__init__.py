@@ -74,6 +74,7 @@ from mafsil.mobility.motion_group import motion_group as motion_group
 from mafsil.mobility.pfaffian import Integrability as Integrability
 from mafsil.mobility.pfaffian import IntegrabilityAnswer as IntegrabilityAnswer
 from mafsil.mobility.pfaffian import Pfaffian as Pfaffian
+from mafsil.mobility.pfaffian import lie_bracket as lie_bracket
 from mafsil.mobility.planar_joints import SecondBody as SecondBody
 from mafsil.mobility.planar_joints import joint_residual as joint_residual
 from mafsil.mobility.planar_joints import second_body as second_body
