@@ -25,6 +25,8 @@ from mafsil.mobility.linkage_joint import joint
 from mafsil.mobility.planar_positions import PolygonSpace, circle_crossings, numbers_or_nan, polygon_space, wrapped
 from mafsil.mobility.tolerances import TOUCHING, TYPED
 
+ROUNDING = 1e-14
+"""Areas below it, over the square of the longest link, are rounding."""
 INSET = 1e-9
 """Share of an interval of the crank by which curves stay off its ends, where rounding decides whether links reach."""
 
@@ -224,11 +226,18 @@ class FourBar:
         return np.stack(rows, axis=-2)
 
     def rates(self, theta: ArrayLike) -> Floats:
-        """(*batch, 4) rates of the angles for a crank of rate 1 [rad/s]; infinite or NaN at its dead points."""
+        """(*batch, 4) rates of the angles for a crank of rate 1 [rad/s]; infinite at its dead points.
+
+        Where all links lie on one line two branches may cross, each with rates of its own: NaN, see
+        `parallel.singular_points` for their slopes.
+        """
         A = self.closure_matrix(theta)
+        minors = np.stack([(-1) ** k * np.linalg.det(np.delete(A, k, axis=-1)) for k in range(4)], axis=-1)
+        minors[np.abs(minors) <= ROUNDING * self.lengths.max() ** 2] = 0.0
         with np.errstate(divide="ignore", invalid="ignore"):
-            minors = np.stack([(-1) ** k * np.linalg.det(np.delete(A, k, axis=-1)) for k in range(4)], axis=-1)
-            return minors / minors[..., :1]
+            found = minors / minors[..., :1]
+        found[..., 0] = np.where(minors.any(axis=-1), 1.0, np.nan)
+        return found
 
     def transmission_angle(self, theta: ArrayLike) -> Floats:
         """(*batch,) angle between coupler and rocker in [0, pi] [rad]: pi/2 is best, 0 and pi are dead points."""
