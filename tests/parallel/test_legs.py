@@ -1,5 +1,7 @@
 """Platforms on legs of screws: both ways, rates, statics, idle freedoms, special platforms, against closed forms."""
 
+from itertools import combinations
+
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
@@ -341,3 +343,26 @@ def test_legs_that_lie_flat_are_not_lost():
     with pytest.raises(InputError, match="negative"):
         robot.forward_kinematics([-0.1, 1, 1])
     assert pa.resultant([6, -5, 1], [-2, 1]) == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.capability("08-55", "08-56", "08-57")
+def test_other_motors_that_decide_the_platform_are_found_past_idle_rods():
+    """Against the null space of every choice; rods that spin idly spoil none."""
+    rods = pa.stewart_legs(stewart(), HOME, "S")
+    sliders = [3, 10, 17, 24, 31, 38]
+    zero, among = np.zeros(rods.n), [*sliders, 0, 1, 2]
+    expected, J, H = [], rods.leg_jacobians(zero)[0], rods.loop_matrix(zero)
+    for driven in combinations(sorted(among), 6):
+        passive = np.delete(np.arange(rods.n), driven)
+        _, s, right = np.linalg.svd(H[:, passive])
+        motions = np.zeros((rods.n, rods.n - 6 - int((s > 1e-8 * s[0]).sum())))
+        motions[passive] = right[int((s > 1e-8 * s[0]).sum()) :].T
+        if np.abs(J @ motions[rods.parts[0]]).max() < 1e-8:
+            expected.append(driven)
+    assert rods.good_motors(zero, 6, sorted(among)) == tuple(expected)
+    assert tuple(sliders) in expected
+    assert len(expected) < 84
+    radial = pa.three_upu(1.0, 0.5, 2.0, "radial")
+    assert radial.good_motors(np.zeros(radial.n)) == ()
+    with pytest.raises(InputError, match="give fewer joints"):
+        rods.good_motors(zero)

@@ -19,7 +19,7 @@ from mafsil.arrays import Floats, as_batch, frozen, real_array, single, whole
 from mafsil.errors import InputError
 from mafsil.geometry import pose
 from mafsil.parallel.closure import DrivenRates, driven_rates
-from mafsil.parallel.loop_singularity import LoopSingularities, loop_singularities, require_closed
+from mafsil.parallel.loop_singularity import LoopSingularities, good_motors, loop_singularities, require_closed
 from mafsil.parallel.tolerances import FEASIBLE, RANK
 from mafsil.solvers.decompositions import pinv, ranks
 
@@ -250,20 +250,42 @@ class LegMechanism:
             InputError: legs miss each other there.
         """
         value, scale, units = self.require_closed(q), self._scale, self._units
-        H = scale[:, None] * self.loop_matrix(value) * units
+        H, task = self._without_units(value)
         bent = scale[:, None, None] * self.curvature(value) * units[:, None] * units
 
         def closure(x: Floats) -> tuple[Floats, Floats]:
             return scale * self.closure(x * units), scale[:, None] * self.loop_matrix(x * units) * units
 
-        task = np.zeros((6, self.n))
-        task[:, self.parts[0]] = self.leg_jacobians(value)[0]
-        task = scale[:6, None] * task * units
         expected = self.generic_rank(value) if full_rank is None else full_rank
         return loop_singularities(
             H, bent, self.driven, full_rank=expected, closure=closure, q=value / units, task=task,
             idle=True,
         )  # fmt: skip
+
+    def _without_units(self, q: Floats) -> tuple[Floats, Floats]:
+        """H, and the twist of the platform by all rates (6, n), with lengths over the size."""
+        task = np.zeros((6, self.n))
+        task[:, self.parts[0]] = self.leg_jacobians(q)[0]
+        H = self._scale[:, None] * self.loop_matrix(q) * self._units
+        return H, self._scale[:6, None] * task * self._units
+
+    def good_motors(
+        self, q: ArrayLike, count: int | None = None, among: Sequence[int] | None = None
+    ) -> tuple[tuple[int, ...], ...]:
+        """All choices of joints that, when driven, decide the motion of the platform; spins of rods do not matter.
+
+        Args:
+            q: (n,) coordinates that close the loops.
+            count: of motors; as many as are driven if None.
+            among: joints that may be driven; all if None.
+
+        Raises:
+            InputError: legs miss each other there, or too many choices.
+        """
+        value = self.require_closed(q)
+        H, task = self._without_units(value)
+        wanted = len(self.driven) if count is None else whole("count", count, 1, self.n)
+        return good_motors(H, wanted, self.generic_rank(value), task=task, among=among)
 
     def sampled_rank(self, configurations: ArrayLike) -> int:
         """The largest rank of H over configurations (k, n) that close the loops: the rank on most of them."""

@@ -16,12 +16,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from math import comb
 from typing import Any
 
 import numpy as np
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Floats
+from mafsil.arrays import Floats, Integers
 from mafsil.errors import InputError
 from mafsil.messages.tables import on_screen
 from mafsil.parallel.closure import DrivenRates, driven_rates, kernel, numerical_rank, second_form
@@ -30,6 +31,7 @@ from mafsil.parallel.tolerances import DEFINITE, FEASIBLE, OPEN, RANK
 STEP = 1e-2
 """Length of the steps of a searched self-motion, of coordinates of size one."""
 STEPS = 20
+MOST_CHOICES = 200_000
 
 
 class LoopSingularity(Status):
@@ -267,18 +269,45 @@ def _blocked(task: Floats, motions: Floats, mobility: int) -> Floats:
     return left[:, rank:possible] if rank < possible else np.zeros((task.shape[0], 0))
 
 
-def good_motors(H: Floats, count: int, full_rank: int) -> tuple[tuple[int, ...], ...]:
-    """All choices of `count` joints that, when driven, decide all other joints to first order.
+def good_motors(
+    H: Floats, count: int, full_rank: int | None = None, *, task: Floats | None = None,
+    among: Sequence[int] | None = None,
+) -> tuple[tuple[int, ...], ...]:  # fmt: skip
+    """All choices of `count` joints that, when driven, decide all other joints, or the task, to first order.
+
+    With N a basis of the motions and T those of them that move the task, the rows of a choice must tell all of T apart
+    from each other and from the motions that leave the task alone.
 
     Args:
         H: (m, n) matrix of the loops at one configuration.
         count: of motors.
-        full_rank: rank of H on most configurations.
+        full_rank: rank of H on most configurations; its rank here if None. Where it is less, no choice is good.
+        task: (t, n) rates of the task per rate of the joints: motions that leave it alone do not count; all do if None.
+        among: joints that may be driven; all if None.
+
+    Raises:
+        InputError: more than 200,000 choices; give fewer joints.
     """
     n = H.shape[1]
-    if numerical_rank(H) < full_rank:
+    joints = tuple(range(n)) if among is None else tuple(among)
+    if comb(len(joints), count) > MOST_CHOICES:
+        raise InputError("parallel.many_choices", choices=comb(len(joints), count), most=MOST_CHOICES)
+    if full_rank is not None and numerical_rank(H) < full_rank:
         return ()
-    scale = float(np.linalg.norm(H, 2))
-    return tuple(
-        driven for driven in combinations(range(n), count) if not kernel(np.delete(H, driven, axis=1), scale).size
-    )
+    N = kernel(H)
+    moves = np.eye(N.shape[1]) if task is None else np.asarray(task, dtype=np.float64) @ N
+    _, s, right = np.linalg.svd(moves)
+    moving = int((s > 10 * RANK * float(s.max(initial=0.0))).sum())
+    N = N @ right.T
+    every: Integers = np.array(list(combinations(joints, count)), dtype=np.int64).reshape(-1, count)
+    rows = N[every]
+    idle = ranks_above(rows[..., moving:], RANK)
+    good = ranks_above(rows, RANK) == moving + idle
+    return tuple(tuple(choice) for choice in every[good].tolist())
+
+
+def ranks_above(A: Floats, limit: float) -> Integers:
+    """(k,) numbers of singular values of (k, m, n) above a limit: of parts of orthonormal columns."""
+    if not A.size:
+        return np.zeros(len(A), dtype=np.int64)
+    return np.asarray((np.linalg.svd(A, compute_uv=False) > limit).sum(axis=-1), dtype=np.int64)
