@@ -15,7 +15,7 @@ Reference: Tsai, Robot Analysis, 1999, sec. 3.6; Nanua, Waldron, Murthy, IEEE Tr
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -37,8 +37,10 @@ COMMON = 1e-4
 FITS = 1e-10
 ELSEWHERE = 0.7
 """Direction of no meaning from which elevations are counted a second time [rad]."""
-STARTS, LONG = 24, 5000
-"""Searches, and steps of the best of them: near a pose that is singular, as the nearest one is, they are slow."""
+STARTS, SETTLING = 16, 12
+"""Searches, and steps of Newton's method from the best of them: where it ends, the derivatives have lost their rank, and
+the searches are slow."""
+DIFFERENCE = 1e-5
 
 
 class ThreeRPSStatus(Status):
@@ -177,9 +179,11 @@ class ThreeRPS:
                 J[row, i], J[row, j] = d @ swing[i] / far[row], -d @ swing[j] / far[row]
             return far - side, J
 
-        found = [levenberg_marquardt(missed, start).value for start in rng.uniform(-np.pi, np.pi, (STARTS, 3))]
+        found = [
+            levenberg_marquardt(missed, start, iterations=40).value for start in rng.uniform(-np.pi, np.pi, (STARTS, 3))
+        ]
         best = min(found, key=lambda theta: float(np.linalg.norm(missed(theta)[0])))
-        best = levenberg_marquardt(missed, best, iterations=LONG).value
+        best = _settled(missed, best)
         return best, missed(best)[0]
 
     def _swing(self, s: Floats, theta: Floats) -> Floats:
@@ -221,6 +225,24 @@ class ThreeRPS:
         z = np.cross(B[1] - B[0], B[2] - B[0])
         z = z / np.linalg.norm(z)
         return pose.from_rotation_translation(np.stack([x, np.cross(z, x), z], axis=1), middle)
+
+
+def _settled(missed: Callable[[Floats], tuple[Floats, Floats]], theta: Floats) -> Floats:
+    """The minimum (3,) of |r|^2 near theta, by Newton's method on J' r with differences of it."""
+    for _ in range(SETTLING):
+        r, J = missed(theta)
+        ahead, back = ([_gradient(missed, theta + sign * DIFFERENCE * e) for e in np.eye(3)] for sign in (1, -1))
+        H = (np.array(ahead) - np.array(back)) / (2 * DIFFERENCE)
+        step = np.linalg.pinv((H + H.T) / 2, rcond=1e-9) @ (J.T @ r)
+        if not np.linalg.norm(missed(theta - step)[0]) <= np.linalg.norm(r):
+            break
+        theta = theta - step
+    return theta
+
+
+def _gradient(missed: Callable[[Floats], tuple[Floats, Floats]], theta: Floats) -> Floats:
+    r, J = missed(theta)
+    return J.T @ r
 
 
 def _from(t: Complexes, begin: float) -> Complexes:
