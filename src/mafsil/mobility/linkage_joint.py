@@ -88,7 +88,8 @@ def joint(
         bodies: names of parent and child.
         at: (2,) or (3,) point on the axis [m].
         axis: (2,) or (3,) direction, of any length; z if None. Planar joints: the normal.
-        second: (2,) or (3,) second axis of a universal joint, perpendicular to the first; direction of a slot.
+        second: (2,) or (3,) second axis of a universal joint, perpendicular to the first; direction of a slot, which is
+            in the parent.
         pitch: of a helical joint [m/rad].
         actuated: whether a motor drives it.
         limits: least and greatest coordinate [rad | m].

@@ -38,8 +38,8 @@ FITS = 1e-10
 ELSEWHERE = 0.7
 """Direction of no meaning from which elevations are counted a second time [rad]."""
 STARTS, SETTLING = 16, 12
-"""Searches, and steps of Newton's method from the best of them: where it ends, the derivatives have lost their rank, and
-the searches are slow."""
+"""Searches, and steps of Newton's method from the best of them: where it ends the derivatives have lost their rank, so
+that searches are slow."""
 DIFFERENCE = 1e-5
 
 
