@@ -93,7 +93,8 @@ KINDS = {kind.title: kind for kind in Kind} | {kind.symbol: kind for kind in Kin
 ALIASES = {
     "hinge": Kind.REVOLUTE, "pin": Kind.REVOLUTE, "rotary": Kind.REVOLUTE, "linear": Kind.PRISMATIC,
     "translational": Kind.PRISMATIC, "slider": Kind.PRISMATIC, "screw": Kind.HELICAL, "ball": Kind.SPHERICAL,
-    "ball_and_socket": Kind.SPHERICAL, "pr": Kind.PIN_IN_SLOT, "hooke": Kind.UNIVERSAL, "cardan": Kind.UNIVERSAL, "free": Kind.FLOATING,
+    "ball_and_socket": Kind.SPHERICAL, "hooke": Kind.UNIVERSAL, "cardan": Kind.UNIVERSAL,
+    "free": Kind.FLOATING, "pr": Kind.PIN_IN_SLOT,
 }  # fmt: skip
 """Other names of the field."""
 
