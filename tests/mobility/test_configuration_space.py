@@ -336,7 +336,7 @@ def test_bars_that_do_not_close_say_how_much_is_missing():
     short = mo.FourBar(2, 4, 1, 2.5).positions(0.0)
     assert short.missing == pytest.approx(3 - 0.5)
     assert mo.FourBar(2, 4, 3.5, 4.5).positions([0.0, 1.0]).missing.tolist() == [0.0, 0.0]
-    assert mo.SliderCrank(3, 1).missing([0.0, np.pi / 2]).tolist() == [0.0, 2.0]
+    assert mo.SliderCrank(3, 1).positions([0.0, np.pi / 2]).missing.tolist() == [0.0, 2.0]
     with pytest.raises(mf.InputError, match=r"0\.5\d* m are missing"):
         bar.linkage(0.1)
     with pytest.raises(mf.InputError, match="m are missing"):

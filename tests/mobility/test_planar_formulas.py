@@ -69,7 +69,7 @@ def test_classes_of_four_bars_and_cranks_by_their_ranges():
         assert four.grashof.name == name, lengths
     for r, rod in ((1.0, 3.0), (3.0, 1.0)):
         crank = mo.SliderCrank(r, rod)
-        assert crank.full_turn == np.isfinite(crank.positions(theta)).all()
+        assert crank.full_turn == (crank.positions(theta).status is mo.SliderStatus.ALL)
 
 
 @pytest.mark.capability("02-53", "02-60")
@@ -81,14 +81,14 @@ def test_links_in_one_line_and_cranks_beside_their_way():
     assert mo.polygon_space([1, 1, 1, 2.999]).status.name == "SMOOTH"
     assert mo.polygon_space([2, 2, 2, 2]).status.name == "BRANCHED"
     crank, theta = mo.SliderCrank(1.3, 2.1, 0.4), np.array([0.2, 2.0, -1.9])
-    for x, angle in zip(crank.positions(theta), theta, strict=True):
+    for x, angle in zip(crank.positions(theta).x, theta, strict=True):
         pin = 1.3 * np.array([np.cos(angle), np.sin(angle)])
         for place in x:
             assert np.hypot(place - pin[0], 0.4 - pin[1]) == pytest.approx(2.1)
     # The rod reaches the way where |r sin(theta) - e| <= l.
     short = mo.SliderCrank(1.3, 1.0, 0.4)
     np.testing.assert_allclose(
-        short.missing(theta), np.maximum(np.abs(1.3 * np.sin(theta) - 0.4) - 1.0, 0.0), atol=1e-12
+        short.positions(theta).missing, np.maximum(np.abs(1.3 * np.sin(theta) - 0.4) - 1.0, 0.0), atol=1e-12
     )
     drawn = crank.linkage(0.7)
     assert largest_gap(drawn) < 1e-12

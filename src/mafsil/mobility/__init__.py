@@ -103,6 +103,8 @@ from mafsil.mobility.rigid_points import planar_residual as planar_residual
 from mafsil.mobility.rigid_points import points_of_body as points_of_body
 from mafsil.mobility.rigid_points import third_point as third_point
 from mafsil.mobility.slider_crank import SliderCrank as SliderCrank
+from mafsil.mobility.slider_crank import SliderCrankPositions as SliderCrankPositions
+from mafsil.mobility.slider_crank import SliderStatus as SliderStatus
 from mafsil.mobility.structure import Structure as Structure
 from mafsil.mobility.structure import StructureStatus as StructureStatus
 from mafsil.mobility.structure import structure as structure
