@@ -137,6 +137,8 @@ def test_choices_of_the_motors_are_all_combinations():
     assert len(found) == len({tuple(q) for q in found}) == 4
     for q in found:
         assert np.linalg.norm(bar.forward_kinematics(q).x - [0.7, 1.3], axis=-1).min() < 1e-12
+        J = bar.jacobian(q, [0.7, 1.3])
+        np.testing.assert_allclose(bar.torques(q, [0.7, 1.3], [3.0, -4.0]), J.T @ [3.0, -4.0], rtol=1e-12)
     assert pa.DeltaRobot(0.4, 0.1, 0.5, 1.0).inverse_kinematics(np.zeros((5, 3)) - [0, 0, 0.9]).choices.shape == (
         5,
         8,

@@ -150,6 +150,10 @@ def test_three_rrr_rates_and_both_kinds():
     ahead, back = (robot.inverse_kinematics(turned(x, sign * h * V)).q[..., 0] for sign in (1, -1))
     rate = (ahead - back) / (2 * h)
     np.testing.assert_allclose(np.einsum("kij,kj->ki", A, V), np.einsum("kij,kj->ki", B, rate), rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(np.einsum("kij,kj->ki", robot.jacobian(x, q), rate), V, rtol=1e-5, atol=1e-5)
+    F = rng.normal(size=(50, 3))
+    power = (robot.torques(x, q, F) * rate).sum(axis=1)
+    np.testing.assert_allclose(power, (F * V).sum(axis=1), rtol=1e-5, atol=1e-5)
     assert robot.singularity(x, q)
     # A stretched leg: the end of the platform stands at the sum of both lengths from its motor.
     turn = 0.1

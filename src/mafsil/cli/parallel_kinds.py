@@ -201,7 +201,7 @@ class AskedThreeRRR(Asked):
 
     def efforts(self, x: Floats, F: Floats) -> tuple[Found | None, Floats]:
         """By virtual work."""
-        return None, by_virtual_work(*self.robot.motor_matrices(x, self.motors(x)[:, 0]), F)
+        return None, self.robot.torques(x, self.motors(x)[:, 0], F)
 
 
 class AskedDelta(Asked):
@@ -267,7 +267,7 @@ class AskedFiveBar(Asked):
 
     def efforts(self, x: Floats, F: Floats) -> tuple[Found | None, Floats]:
         """By virtual work, with the cranks outside."""
-        return None, by_virtual_work(*self.robot.motor_matrices(self._outside(x), x), F)
+        return None, self.robot.torques(self._outside(x), x, F)
 
     def draw(self, x: Floats, path: str) -> None:
         """In the plane, with the cranks outside."""
@@ -343,11 +343,6 @@ def asked(robot: ParallelRobot) -> Asked:
 def matrix(x: Floats) -> Floats:
     """(4, 4) from x, y, z, roll, pitch, yaw."""
     return pose.from_rotation_translation(rotation.from_rpy(x[3:]), x[:3])
-
-
-def by_virtual_work(A: Floats, B: Floats, F: Floats) -> Floats:
-    """(m,) efforts tau with tau . q' = F . V for A V = B q'."""
-    return np.asarray(B.T @ np.linalg.solve(A.T, F), dtype=np.float64)
 
 
 def fitting(found: MotorAngles) -> Floats:

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, as_batch, positive, single
 from mafsil.mobility.planar_positions import circle_crossings, wrapped
 from mafsil.mobility.tolerances import TOUCHING
-from mafsil.parallel.leg_lines import require_regular, require_rods
+from mafsil.parallel.leg_lines import require_regular, require_rods, resultant
 from mafsil.parallel.loop_singularity import LoopSingularities, loop_singularities
 from mafsil.parallel.motor_angles import MotorAngles, crank_angles
 from mafsil.parallel.nearest_lengths import LegEnds
@@ -116,6 +116,18 @@ class FiveBar:
         """
         A, B = self.motor_matrices(q, C)
         return np.asarray(np.linalg.solve(require_regular(A), B), dtype=np.float64)
+
+    def torques(self, q: ArrayLike, C: ArrayLike, force: ArrayLike) -> Floats:
+        """(*batch, 2) efforts of both motors [N m] with which C exerts a force (*batch, 2) [N].
+
+        Args:
+            q, C: (*batch, 2) angles and places that belong together.
+            force: (*batch, 2) [N].
+
+        Raises:
+            InputError: as `jacobian`.
+        """
+        return resultant(self.jacobian(q, C), force)
 
     def motor_singularity(self, q: ArrayLike, C: ArrayLike) -> SingularKinds:
         """Kind of singularity with both motors on the ground: first, a crank in line with its rod; second, the rods."""

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, as_batch, frozen, single
 from mafsil.errors import InputError
-from mafsil.parallel.leg_lines import forces_for, rates, require_rods, resultant, unit_vectors
+from mafsil.parallel.leg_lines import forces_for, rates, require_regular, require_rods, resultant, unit_vectors
 from mafsil.parallel.motor_angles import MotorAngles, crank_angles
 from mafsil.parallel.nearest_lengths import LegEnds
 from mafsil.parallel.planar_platform import FITS, all_poses, leg_vectors, sextic
@@ -225,6 +225,30 @@ class PlanarThreeRRR:
         arm = elbows - self.base
         along = arm[..., 0] * u[..., 1] - arm[..., 1] * u[..., 0]
         return planar_line_matrix(elbows, u), along[..., None] * np.eye(3)
+
+    def jacobian(self, x: ArrayLike, q: ArrayLike) -> Floats:
+        """(*batch, 3, 3) of V = J q' with the twist (omega_z, v_x, v_y) in {s}.
+
+        Args:
+            x, q: (*batch, 3) poses and angles that belong together.
+
+        Raises:
+            InputError: they do not, or the lines of the rods meet in a point or are parallel.
+        """
+        A, B = self.motor_matrices(x, q)
+        return np.asarray(np.linalg.solve(require_regular(A), B), dtype=np.float64)
+
+    def torques(self, x: ArrayLike, q: ArrayLike, F: ArrayLike) -> Floats:
+        """(*batch, 3) efforts of the motors [N m] with which the platform exerts a wrench F (*batch, 3) in {s}.
+
+        Args:
+            x, q: (*batch, 3) poses and angles that belong together.
+            F: (*batch, 3) wrenches (m_z, f_x, f_y).
+
+        Raises:
+            InputError: as `jacobian`.
+        """
+        return resultant(self.jacobian(x, q), F)
 
     def singularity(self, x: ArrayLike, q: ArrayLike) -> SingularKinds:
         """First kind: a leg is stretched or folded. Second: the lines of the rods meet in a point or are parallel."""
