@@ -87,7 +87,7 @@ class FourBarPositions(Answer):
     @property
     def status(self) -> PositionStatus:
         """By how many inputs close."""
-        if self.reachable.all() and self.reachable.size:
+        if self.reachable.all():
             return PositionStatus.FREE if self.free.any() else PositionStatus.ALL
         return PositionStatus.SOME if self.reachable.any() else PositionStatus.NONE
 

@@ -105,7 +105,8 @@ def joint(
         raise ModelError("mobility.unknown_kind", joint=name, kind=kind, known=", ".join(k.title for k in Kind))
     require_kind(f"{name}: bodies", bodies, "pair of names", "__len__", "__getitem__")
     if isinstance(bodies, str) or len(bodies) != 2 or bodies[0] == bodies[1]:
-        raise ModelError("mobility.two_bodies", joint=name, bodies=", ".join(map(str, bodies)))
+        given = bodies if isinstance(bodies, str) else ", ".join(map(str, bodies))
+        raise ModelError("mobility.two_bodies", joint=name, bodies=given)
     point = _in_space(f"{name}: at", at)
     direction = _unit(name, "axis", Z if axis is None else axis)
     other = np.array([1.0, 0.0, 0.0])

@@ -49,7 +49,7 @@ class SliderCrankPositions(Answer):
     @property
     def status(self) -> SliderStatus:
         """By how many inputs are reached."""
-        if self.reachable.all() and self.reachable.size:
+        if self.reachable.all():
             return SliderStatus.ALL
         return SliderStatus.SOME if self.reachable.any() else SliderStatus.NONE
 

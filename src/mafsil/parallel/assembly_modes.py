@@ -98,8 +98,10 @@ class AssemblyModes(Answer):
 
     def explain(self, language: str | None = None) -> str:
         """How many poses there are, real and complex, how exactly the legs fit; of one row without any how far off."""
-        real, finite = self.count.reshape(-1), self.finite.reshape(-1)
-        sentence = self.status.sentence(
+        real, finite, status = self.count.reshape(-1), self.finite.reshape(-1), self.status
+        if status is AssemblyModesStatus.NONE and self.count.ndim:
+            status = AssemblyModesStatus.SOME
+        sentence = status.sentence(
             language, real=_span(real), finite=_span(finite), expected=self.expected, error=self.error,
             missing=int((self.expected - self.paths).max(initial=0)), rows=self.count.size,
             reached=int((real > 0).sum()), most=int(real.max(initial=0)),

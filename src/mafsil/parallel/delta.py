@@ -61,7 +61,7 @@ class DeltaRobot:
 
     def elbows(self, q: ArrayLike) -> Floats:
         """(*batch, 3, 3) centres C_k of the spheres on which p lies [m], at angles (*batch, 3) [rad]."""
-        angle = as_batch("q", q, (3,))
+        angle = as_batch("q", q, (3,), finite=True)
         found = (self.offset + self.arm * np.cos(angle))[..., None] * self.directions
         found[..., 2] -= self.arm * np.sin(angle)
         return found

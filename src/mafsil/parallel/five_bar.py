@@ -50,7 +50,7 @@ class FiveBar:
 
     def crank_ends(self, q: ArrayLike) -> tuple[Floats, Floats]:
         """B and D (*batch, 2) at angles (alpha, beta) (*batch, 2) [rad]."""
-        angle = as_batch("q", q, (2,))
+        angle = as_batch("q", q, (2,), finite=True)
         e = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
         return self.crank_1 * e[..., 0, :], self.crank_2 * e[..., 1, :] + np.array([self.ground, 0.0])
 

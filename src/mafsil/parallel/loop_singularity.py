@@ -20,9 +20,10 @@ from math import comb
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Floats, Integers
+from mafsil.arrays import Floats, Integers, real_array
 from mafsil.errors import InputError
 from mafsil.messages.tables import on_screen
 from mafsil.parallel.closure import DrivenRates, driven_rates, kernel, numerical_rank, second_form
@@ -270,7 +271,7 @@ def _blocked(task: Floats, motions: Floats, mobility: int) -> Floats:
 
 
 def good_motors(
-    H: Floats, count: int, full_rank: int | None = None, *, task: Floats | None = None,
+    H: ArrayLike, count: int, full_rank: int | None = None, *, task: Floats | None = None,
     among: Sequence[int] | None = None,
 ) -> tuple[tuple[int, ...], ...]:  # fmt: skip
     """All choices of `count` joints that, when driven, decide all other joints, or the task, to first order.
@@ -286,15 +287,18 @@ def good_motors(
         among: joints that may be driven; all if None.
 
     Raises:
-        InputError: more than 200,000 choices; give fewer joints.
+        InputError: no matrix, or more than 200,000 choices; give fewer joints.
     """
-    n = H.shape[1]
+    matrix = real_array("H", H)
+    if matrix.ndim != 2:
+        raise InputError("input.shape", name="H", expected="(m, n)", got=matrix.shape, hint="")
+    n = matrix.shape[1]
     joints = tuple(range(n)) if among is None else tuple(among)
     if comb(len(joints), count) > MOST_CHOICES:
         raise InputError("parallel.many_choices", choices=comb(len(joints), count), most=MOST_CHOICES)
-    if full_rank is not None and numerical_rank(H) < full_rank:
+    if full_rank is not None and numerical_rank(matrix) < full_rank:
         return ()
-    N = kernel(H)
+    N = kernel(matrix)
     moves = np.eye(N.shape[1]) if task is None else np.asarray(task, dtype=np.float64) @ N
     _, s, right = np.linalg.svd(moves)
     moving = int((s > 10 * RANK * float(s.max(initial=0.0))).sum())

@@ -189,7 +189,7 @@ class PlanarThreeRRR:
 
     def elbows(self, q: ArrayLike) -> Floats:
         """(*batch, 3, 2) ends of the cranks at angles q (*batch, 3) [rad]."""
-        angle = as_batch("q", q, (3,))
+        angle = as_batch("q", q, (3,), finite=True)
         return self.base + self.cranks[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
     def ends(self, x: ArrayLike) -> Floats:
