@@ -194,8 +194,8 @@ def test_slider_crank():
     case = CASES["C2-18-slider-crank"]
     crank, theta = mo.SliderCrank(case["input"]["r"], case["input"]["l"]), np.radians(case["input"]["theta_deg"])
     expected = case["expected"]
-    near(crank.positions(theta), [expected["x_plus"], expected["x_minus"]], case)
-    near(crank.rod_angles(theta)[0], expected["rod_angle_plus"], case)
+    near(crank.positions(theta).x, [expected["x_plus"], expected["x_minus"]], case)
+    near(crank.positions(theta).rod_angles[0], expected["rod_angle_plus"], case)
     near(crank.rates(theta)[0], expected["dx_dtheta_plus"], case)
 
 

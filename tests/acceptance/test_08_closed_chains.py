@@ -59,7 +59,7 @@ def test_stewart_platform():
     assert begin["R"] == "I"
     guess = np.eye(4)
     guess[:3, 3] = begin["p"]
-    found = robot.forward(robot.lengths(T), guess)
+    found = robot.forward_near(robot.lengths(T), guess)
     assert found
     assert found.steps <= case["fk_newton_max_iter"]
     near(found.T, T, case["fk_newton_tol"])
@@ -99,7 +99,7 @@ def test_stewart_home_and_singular_poses():
 @pytest.mark.capability("08-27", "08-35")
 def test_all_modes_of_a_semiregular_platform():
     case = CASES["ch08-07-stewart-fk-all-modes-semiregular"]
-    found = stewart().assembly_modes(stewart().lengths(pose_of(CASES["ch08-05-stewart-ik-jacobian-statics"])))
+    found = stewart().forward_kinematics(stewart().lengths(pose_of(CASES["ch08-05-stewart-ik-jacobian-statics"])))
     assert found.count == case["n_real"]
     assert found.finite == case["n_finite_nonsingular"] == found.expected
     above = np.array(sorted(T[:3, 3].tolist() for T in found if T[2, 3] > 0))
@@ -112,10 +112,10 @@ def test_all_modes_of_a_semiregular_platform():
 def test_all_forty_modes_are_real():
     case = CASES["ch08-104-stewart-dietmaier-count"]
     robot, expected = StewartPlatform(case["a"], case["b"]), case["expected"]
-    found = robot.assembly_modes(case["s"])
+    found = robot.forward_kinematics(case["s"])
     assert (found.count, found.finite) == (expected["n_real"], expected["n_complex"])
     near(robot.lengths(found.T), np.tile(case["s"], (40, 1)), 1e-9)
-    misread = robot.assembly_modes(np.sqrt(case["s"]))
+    misread = robot.forward_kinematics(np.sqrt(case["s"]))
     assert misread.count == expected["n_real_if_the_numbers_are_misread_as_squares"]
 
 
@@ -127,7 +127,7 @@ def test_all_modes_of_a_general_platform():
     T = np.eye(4)
     T[:3, :3], T[:3, 3] = quaternion.from_quaternion(q / np.linalg.norm(q)), made["p"]
     near(robot.lengths(T), case["s"], 1e-9)
-    found = robot.assembly_modes(case["s"])
+    found = robot.forward_kinematics(case["s"])
     assert (found.count, found.finite) == (expected["n_real"], expected["n_complex_nonsingular"])
     listed = np.array(expected["solutions_p_quat"])
     order = np.argsort(found.T[:, 0, 3])

@@ -32,7 +32,7 @@ def test_three_rpr():
     near(robot.leg_rates(x, case["twist"]), case["sdot"], 1e-8)
     near(robot.wrench(x, case["leg_forces"]), case["wrench_mz_fx_fy"], 1e-8)
     near(robot.leg_forces(x, case["wrench_mz_fx_fy"]), case["leg_forces"], 1e-7)
-    found = robot.poses(robot.lengths(x))
+    found = robot.forward_kinematics(robot.lengths(x))
     assert found.count == case["n_real_fk"]
     near(found.x * DEGREES, case["fk_solutions_px_py_phideg"], 1e-7)
 
@@ -46,10 +46,10 @@ def test_six_modes_are_real():
         near(np.linalg.norm(robot.platform[i] - robot.platform[j]), sides[name], 1e-8)
     sextic = robot.sextic(case["s"])
     near(sextic / sextic[-1], case["monic_sextic_ascending"], 1e-8)
-    found = robot.poses(case["s"])
+    found = robot.forward_kinematics(case["s"])
     near(np.tan(found.x[:, 2] / 2), case["t_roots"], 1e-8)
     near(found.x * DEGREES, case["solutions_px_py_phideg"], 2e-6)
-    mirrored = PlanarThreeRPR(case["a"], robot.platform * [1, -1]).poses(case["s"])
+    mirrored = PlanarThreeRPR(case["a"], robot.platform * [1, -1]).forward_kinematics(case["s"])
     assert mirrored.count == case["mirror_platform_b3_y_negative_n_real"]
 
 
@@ -59,7 +59,7 @@ def test_a_mode_at_half_a_turn():
     robot, expected = PlanarThreeRPR(case["a"], case["b"]), case["expected"]
     sextic = robot.sextic(case["s"])
     near(sextic * np.sign(sextic[0]), expected["sextic_ascending_max_abs_1"], case["tol"])
-    found = robot.poses(case["s"])
+    found = robot.forward_kinematics(case["s"])
     assert found.count == expected["n_real"]
     near(found.x * DEGREES, expected["solutions_px_py_phideg"], case["tol"])
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 import mafsil as mf
 import mafsil.expression as ex
@@ -335,8 +336,45 @@ def test_bars_that_do_not_close_say_how_much_is_missing():
     short = mo.FourBar(2, 4, 1, 2.5).positions(0.0)
     assert short.missing == pytest.approx(3 - 0.5)
     assert mo.FourBar(2, 4, 3.5, 4.5).positions([0.0, 1.0]).missing.tolist() == [0.0, 0.0]
-    assert mo.SliderCrank(3, 1).missing([0.0, np.pi / 2]).tolist() == [0.0, 2.0]
+    assert mo.SliderCrank(3, 1).positions([0.0, np.pi / 2]).missing.tolist() == [0.0, 2.0]
     with pytest.raises(mf.InputError, match=r"0\.5\d* m are missing"):
         bar.linkage(0.1)
     with pytest.raises(mf.InputError, match="m are missing"):
         mo.SliderCrank(3, 1).linkage(1.0)
+
+
+@pytest.mark.capability("02-77")
+def test_coordinates_of_balls_are_orientations():
+    chain = mo.Linkage.of([
+        mo.joint("C", "C", ["ground", "a"], limits=(-1, 1)), mo.joint("U", "U", ["a", "b"], second=[1, 0, 0]),
+        mo.joint("S", "ball and socket", ["b", "c"]),
+    ])  # fmt: skip
+    space = mo.JointCoordinates.of(chain)
+    assert space.wraps.tolist() == [False, *[True] * 6]
+    assert space.balls == (4,)
+    first, last = space.sampled(20), space.sampled(20, seed=1)
+    ball = mo.Linkage.of([chain.joints[2]], ground="b")
+    R_a, R_b = (mo.body_poses(ball, q[:, 4:])[:, -1, :3, :3] for q in (first, last))
+    apart = Rotation.from_matrix(np.swapaxes(R_a, 1, 2) @ R_b).as_rotvec()
+    np.testing.assert_allclose(space.difference(first, last)[:, 4:], apart, atol=1e-9)
+    assert space.distance(first[0], first[0] + [0, 0, 2 * np.pi, 0, 0, 0, 0]) == pytest.approx(0.0, abs=1e-7)
+
+
+@pytest.mark.capability("02-63", "02-64")
+def test_brackets_of_a_rolling_coin():
+    """Roll and steer do not commute: with both brackets they lead everywhere, det = -r^2."""
+    r, q, h = 0.3, np.array([0.1, 0.2, 0.7, 0.4]), 1e-4
+
+    def roll(q):
+        return [r * ex.cos(q[2]), r * ex.sin(q[2]), 0, 1]
+
+    def steer(q):
+        return [0, 0, 1, 0]
+
+    aside = mo.lie_bracket(roll, steer)
+    back = mo.lie_bracket(steer, aside)
+    coin = mo.Coin(r)
+    end = coin.manoeuvre(q, [(0, h), (h, 0), (0, -h), (-h, 0)])[-1]
+    np.testing.assert_allclose((end - q) / h**2, aside(q), atol=1e-3)
+    fields = [[r * np.cos(0.7), r * np.sin(0.7), 0, 1], [0, 0, 1, 0], aside(q), back(q)]
+    assert np.linalg.det(fields) == pytest.approx(-(r**2))

@@ -69,10 +69,10 @@ def test_nan_and_infinity_stay_in_their_rows():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert FOUR.positions([np.nan, np.inf, 1.0]).reachable.tolist() == [False, False, True]
-        assert np.isnan(mo.SliderCrank(1, 3).positions([np.inf, 0.1])).tolist() == [[True, True], [False, False]]
+        assert np.isnan(mo.SliderCrank(1, 3).positions([np.inf, 0.1]).x).tolist() == [[True, True], [False, False]]
         assert np.isnan(mo.torus.difference([np.inf, 0], [0, 1])).tolist() == [True, False]
         assert np.isnan(mo.Coin(0.1).moved(np.zeros((2, 4)), [np.inf, 1.0], 1.0, 1.0)[:, 0]).tolist() == [True, False]
-        assert mo.SliderCrank(3, 1).positions([1.5, 0.0]).shape == (2, 2)
+        assert mo.SliderCrank(3, 1).positions([1.5, 0.0]).x.shape == (2, 2)
         assert len(FOUR.positions(np.zeros(0)).theta) == 0
 
 

@@ -90,7 +90,7 @@ def test_circuits_of_slider_cranks(crank, rod, offset):
     """Configurations are joined where they are neighbours: as many circuits as connected pieces."""
     bar = SliderCrank(crank, rod, offset)
     theta = np.linspace(-np.pi, np.pi, 6001)[:-1]
-    x = bar.positions(theta)
+    x = bar.positions(theta).x
     mode, index = np.nonzero(np.isfinite(x.T))
     B, C = crank * np.exp(1j * theta[index]), x[index, mode] + 1j * offset
     found = assess_slider_cranks(np.zeros(1, complex), B[None], C[None], np.ones(1, complex))

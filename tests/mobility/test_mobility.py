@@ -188,6 +188,25 @@ def test_pin_through_three_links_is_two_joints(tmp_path):
     assert mf.mobility(path).count.mobility == 0
 
 
+@pytest.mark.capability("02-38", "02-40")
+def test_names_of_joints_and_pins_through_many_bodies():
+    words = {
+        "hinge": "R", "Revolute": "R", "translational": "P", "linear": "P", "screw": "H", "ball-and-socket": "S",
+        "Ball and socket": "S", "hooke": "U", "rp": "RP", "e": "E",
+    }  # fmt: skip
+    for word, letter in words.items():
+        assert mo.joint("J", word, ["a", "b"], second=[1, 0, 0], pitch=0.1).kind is mo.KINDS[letter]
+    with pytest.raises(mf.ModelError, match="glue is no kind of joint"):
+        mo.joint("J", "glue", ["a", "b"])
+    with pytest.raises(mf.ModelError, match="coincident_joints"):
+        mo.joint("J", "R", ["a", "b", "c"])
+    pin = mo.coincident_joints("P", "hinge", ["ground", "a", "b", "c"], [1, 0])
+    assert [(one.name, one.parent, one.child) for one in pin] == [
+        ("P-1", "ground", "a"), ("P-2", "a", "b"), ("P-3", "b", "c"),
+    ]  # fmt: skip
+    assert mf.mobility(mo.Linkage.of(pin, planar=True)).mobility == 3
+
+
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [

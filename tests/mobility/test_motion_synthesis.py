@@ -113,7 +113,7 @@ def test_three_poses_take_the_pivots_that_are_given(seed):
 
 def test_a_slider_crank_is_found_where_a_pivot_is_at_infinity():
     bar, theta = SliderCrank(1.0, 2.6, 0.4), np.linspace(0.3, 2.2, 5)
-    B, x = np.exp(1j * theta), bar.positions(theta)[:, 0]
+    B, x = np.exp(1j * theta), bar.positions(theta).x[:, 0]
     C = x + 0.4j
     u = (C - B) / np.abs(C - B)
     z = B + (0.7 + 0.9j) * u
@@ -132,7 +132,7 @@ def test_a_slider_crank_is_found_where_a_pivot_is_at_infinity():
 def test_a_slot_on_the_coupler_is_named():
     """The inverse motion of a slider-crank: its block's line is a line of the coupler."""
     bar, theta = SliderCrank(1.0, 2.6, 0.4), np.linspace(0.3, 2.2, 5)
-    B, x = np.exp(1j * theta), bar.positions(theta)[:, 0]
+    B, x = np.exp(1j * theta), bar.positions(theta).x[:, 0]
     angle = np.angle(x + 0.4j - B)
     z = -B * np.exp(-1j * angle)
     found = syn.synthesise_motion(np.stack([z.real, z.imag, -angle], axis=1))

@@ -69,7 +69,7 @@ def test_classes_of_four_bars_and_cranks_by_their_ranges():
         assert four.grashof.name == name, lengths
     for r, rod in ((1.0, 3.0), (3.0, 1.0)):
         crank = mo.SliderCrank(r, rod)
-        assert crank.full_turn == np.isfinite(crank.positions(theta)).all()
+        assert crank.full_turn == (crank.positions(theta).status is mo.SliderStatus.ALL)
 
 
 @pytest.mark.capability("02-53", "02-60")
@@ -81,17 +81,50 @@ def test_links_in_one_line_and_cranks_beside_their_way():
     assert mo.polygon_space([1, 1, 1, 2.999]).status.name == "SMOOTH"
     assert mo.polygon_space([2, 2, 2, 2]).status.name == "BRANCHED"
     crank, theta = mo.SliderCrank(1.3, 2.1, 0.4), np.array([0.2, 2.0, -1.9])
-    for x, angle in zip(crank.positions(theta), theta, strict=True):
+    for x, angle in zip(crank.positions(theta).x, theta, strict=True):
         pin = 1.3 * np.array([np.cos(angle), np.sin(angle)])
         for place in x:
             assert np.hypot(place - pin[0], 0.4 - pin[1]) == pytest.approx(2.1)
     # The rod reaches the way where |r sin(theta) - e| <= l.
     short = mo.SliderCrank(1.3, 1.0, 0.4)
     np.testing.assert_allclose(
-        short.missing(theta), np.maximum(np.abs(1.3 * np.sin(theta) - 0.4) - 1.0, 0.0), atol=1e-12
+        short.positions(theta).missing, np.maximum(np.abs(1.3 * np.sin(theta) - 0.4) - 1.0, 0.0), atol=1e-12
     )
     drawn = crank.linkage(0.7)
     assert largest_gap(drawn) < 1e-12
     assert mf.mobility(drawn).mobility == 1
     places = {tuple(np.round(each.point[:2], 9)) for each in drawn.joints}
     assert tuple(np.round(1.3 * np.array([np.cos(0.7), np.sin(0.7)]), 9)) in places
+
+
+@pytest.mark.capability("02-60", "08-47", "08-48")
+@pytest.mark.parametrize("lengths", [(2, 2, 2, 2), (2, 3, 3, 2), (4, 1, 1, 4)])
+def test_kites_fold_together_and_swing(lengths):
+    """Where crank pin and ground pivot coincide, any direction closes: said, and a curve of its own."""
+    four = mo.FourBar(*lengths)
+    found = four.positions([0.0, 1e-6, 0.2])
+    assert found
+    assert found.status is mo.PositionStatus.FREE
+    assert found.free.tolist() == [True, False, False]
+    np.testing.assert_allclose(found.C[0], found.C[1], atol=1e-5)
+    both, folded = four.curves()
+    for curve in (both, folded):
+        assert np.abs(four.closure(curve)).max() < 1e-7
+        assert np.abs(mo.torus.difference(curve, np.roll(curve, 1, axis=0))).max() < 0.1
+    np.testing.assert_allclose(folded[:, 0], 0.0)
+    assert np.ptp(folded[:, 1]) > 0.99 * 2 * np.pi
+
+
+@pytest.mark.capability("02-82")
+def test_chains_that_return_to_their_base():
+    for lengths, pieces, dimension in (([1, 1], 1, 1), ([1, 1, 1, 3], 1, 1), ([2, 2, 2], 2, 1), ([1, 1, 1, 1], 1, 2)):
+        found = mo.fibre(lengths, 0.0)
+        assert (found.components, found.dimension) == (pieces, dimension)
+    assert "swings" in mo.fibre([1, 1], 0.0).explain("en")
+    assert (mo.fibre([1.5], 1.5).dimension, mo.fibre([1.5], 1.0).dimension) == (0, None)
+
+
+@pytest.mark.capability("02-72")
+def test_no_direction_has_no_angles():
+    with pytest.raises(mf.InputError, match="length zero"):
+        mo.angles_of_direction([[0, 0, 1], [0, 0, 0]])

@@ -217,7 +217,7 @@ def test_a_floating_rod_spins_on_a_circle_bundle():
 
 def test_the_platform_of_a_delta_of_rods_is_where_its_closed_form_says():
     delta, q, joints = mf.parallel.DeltaRobot(0.3, 0.1, 0.4, 0.8), np.full(3, 0.3), []
-    height = delta.positions(q)[0]
+    height = delta.forward_kinematics(q).x[0]
     for k, (u, elbow) in enumerate(zip(delta.directions, delta.elbows(q), strict=True)):
         across = np.cross([0, 0, 1], u)
         joints.append(joint(f"M{k}", "R", ["ground", f"arm {k}"], delta.base * u, across))
@@ -233,7 +233,9 @@ def test_the_platform_of_a_delta_of_rods_is_where_its_closed_form_says():
     assert found
     places = found.theta[:, 3:].reshape(-1, 3, 3)
     np.testing.assert_allclose(places - places.mean(axis=1, keepdims=True), 0.0, atol=1e-9)
-    np.testing.assert_allclose(places.mean(axis=1) + height, delta.positions(q + found.theta[:, :3])[:, 0], atol=1e-8)
+    np.testing.assert_allclose(
+        places.mean(axis=1) + height, delta.forward_kinematics(q + found.theta[:, :3]).x[:, 0], atol=1e-8
+    )
 
 
 @pytest.mark.parametrize(("lengths", "places"), [((1, 1, 1, 1, 2), 4), ((1, 2, 3, 1, 1), 3)])

@@ -14,7 +14,7 @@ def test_forty_poses_are_proven_to_be_all():
     a, b, _, s = planted(7, 12)
     for k in range(12):
         robot = StewartPlatform(a[k], b[k])
-        found, modes = robot.certificate(s[k]), robot.assembly_modes(s[k])
+        found, modes = robot.certificate(s[k]), robot.forward_kinematics(s[k])
         assert found.status is CertificateStatus.ALL
         assert (found.proven, found.real) == (40, modes.count)
         assert found.radius < 1e-6

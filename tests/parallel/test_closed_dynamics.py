@@ -13,7 +13,7 @@ from scipy.linalg import null_space
 
 from mafsil import mobility, parallel
 from mafsil.errors import InputError, ModelError
-from mafsil.model import JointKind
+from mafsil.model import Inertial, JointKind
 from tests.parallel.closed_chains import Twin, four_bar, random_chain
 
 KINDS = list(JointKind)
@@ -255,3 +255,24 @@ def test_efforts_beyond_all_numbers_end_a_run():
     run = parallel.simulate_closed(chain, q, None, [1e200], duration=0.01)
     assert run.status.name == "NOT_FINITE"
     assert np.isfinite(run.q).all()
+
+
+@pytest.mark.capability("08-18")
+@pytest.mark.parametrize("seed", [3, 5])
+def test_over_constrained_loops_keep_their_energy(seed):
+    """Four skew hinges of Bennett: beside closed loops, where a step of the integrator ends, five rows seem independent
+    of which two are, and would lock the linkage."""
+    rng = np.random.default_rng(seed)
+    bare = mobility.mechanism_of(mobility.library.bennett())
+    links = []
+    for link in bare.links:
+        half = rng.normal(size=(3, 3))
+        inertia = 0.01 * half @ half.T + 0.02 * np.eye(3)
+        links.append(replace(link, inertial=Inertial(rng.uniform(0.3, 1.0), 0.1 * rng.normal(size=3), inertia)))
+    chain = parallel.ClosedChain(replace(bare, links=tuple(links)))
+    q = chain.closed(np.zeros(chain.n)).q
+    run = parallel.simulate_closed(chain, q, chain.rates(q, 3.0 * rng.normal(size=chain.n)), duration=0.6, step=2e-3)
+    assert run
+    assert run.error.max() < 1e-10
+    assert np.abs(run.energy - run.energy[0]).max() < 1e-6 * np.abs(run.energy).max()
+    assert np.ptp(run.q[:, 0]) > 1.0

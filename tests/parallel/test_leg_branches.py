@@ -14,7 +14,7 @@ def test_both_poses_of_a_delta_are_found():
     q = np.array([0.3, 0.1, -0.2])
     found = pa.leg_assembly_modes(legs, q - 0.35, 200)
     assert found
-    for p in robot.positions(q):
+    for p in robot.forward_kinematics(q):
         level = [T for T in found if np.allclose(T[:3, :3], np.eye(3), atol=1e-6)]
         assert min(np.linalg.norm(T[:3, 3] - p) for T in level) < 1e-8
     for row, T in zip(found.q, found, strict=True):
@@ -26,7 +26,7 @@ def test_both_poses_of_a_delta_are_found():
 @pytest.mark.capability("08-35")
 def test_all_real_modes_of_three_rps_are_found():
     change = np.array([0.1, -0.05, 0.15])
-    exact = pa.ThreeRPS(1.0, 0.5).modes(np.sqrt(1.25) + change)
+    exact = pa.ThreeRPS(1.0, 0.5).forward_kinematics(np.sqrt(1.25) + change)
     found = pa.leg_assembly_modes(pa.three_rps(1.0, 0.5, 1.0), change, 300)
     for T in exact.T:
         assert min(np.linalg.norm(each[:3, 3] - T[:3, 3]) for each in found) < 1e-7
@@ -37,12 +37,12 @@ def test_all_real_modes_of_three_rps_are_found():
 def test_branches_of_the_legs_of_a_delta():
     robot = pa.DeltaRobot(0.4, 0.1, 0.5, 1.0)
     legs = pa.delta_legs(robot, 0.35)
-    p = robot.positions([0.3, 0.1, -0.2])[0]
+    p = robot.forward_kinematics([0.3, 0.1, -0.2]).x[0]
     found = pa.leg_branches(legs, pose.from_translation(p), 100)
     assert found
     assert found.free == (0, 0, 0)
     assert found.count == np.prod([len(each) for each in found])
-    for leg, both, rows in zip(legs.legs, robot.angles(p), found, strict=True):
+    for leg, both, rows in zip(legs.legs, robot.inverse_kinematics(p).q, found, strict=True):
         arms = np.unique((rows[:, 0] + 0.35).round(6))
         for angle in both:
             assert np.abs(np.angle(np.exp(1j * (arms - angle)))).min() < 1e-5

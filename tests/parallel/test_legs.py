@@ -1,9 +1,12 @@
 """Platforms on legs of screws: both ways, rates, statics, idle freedoms, special platforms, against closed forms."""
 
+from itertools import combinations
+
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from scipy.optimize import least_squares
 
 from mafsil import mobility as mo
 from mafsil import parallel as pa
@@ -27,7 +30,7 @@ def test_legs_of_screws_are_the_platform_of_distances():
     change = 0.1 * rng.normal(size=(20, 6))
     found = pa.leg_forward(legs, change)
     assert found
-    wanted = robot.forward(robot.lengths(HOME) + change, HOME)
+    wanted = robot.forward_near(robot.lengths(HOME) + change, HOME)
     np.testing.assert_allclose(found.T, wanted.T, atol=1e-9)
     np.testing.assert_allclose(robot.lengths(found.T), robot.lengths(HOME) + change, atol=1e-10)
     for q in found.q[:3]:
@@ -80,6 +83,7 @@ def test_power_of_the_motors_is_that_of_the_platform(seed):
     rng = np.random.default_rng(seed)
     legs = pa.three_rps(*rng.uniform(0.5, 1.5, 3))
     there = pa.leg_forward(legs, rng.uniform(-0.1, 0.1, 3))
+    assume(there)
     J, F = legs.jacobian(there.q), rng.normal(size=6)
     forces = pa.leg_forces(legs, there.q, F)
     np.testing.assert_allclose(forces.efforts, J.T @ F, rtol=1e-6, atol=1e-6)
@@ -118,7 +122,8 @@ def test_under_exact_and_redundant():
     assert "break" in over.explain("en")
     alone = pa.leg_forces(legs.with_driven(1, 6), q, F)
     assert not alone.possible
-    assert np.isnan(legs.with_driven(1, 6).jacobian(q)).all()
+    with pytest.raises(InputError, match="1 motions are left"):
+        legs.with_driven(1, 6).jacobian(q)
     order = legs.with_driven(11, 1, 6)
     np.testing.assert_allclose(order.jacobian(q), legs.jacobian(q)[:, [2, 0, 1]], atol=1e-12)
 
@@ -146,7 +151,8 @@ def test_a_stewart_platform_at_a_quarter_turn_is_singular():
     legs = pa.stewart_legs(stewart(), T)
     found = legs.singularity(np.zeros(legs.n))
     assert found.status is pa.LoopSingularity.NONDEGENERATE
-    assert np.isnan(legs.jacobian(np.zeros(legs.n))).all()
+    with pytest.raises(InputError, match="do not decide the motion of the platform"):
+        legs.jacobian(np.zeros(legs.n))
     assert found.to_dict()["rank"] == 30
     assert "shaky" in found.explain("en")
 
@@ -225,12 +231,16 @@ def test_rods_of_an_eclipse_reach_from_its_blocks_to_its_platform():
     np.testing.assert_allclose(np.hypot(feet[:, 0], feet[:, 1]), 1.3, rtol=1e-12)
     np.testing.assert_allclose(np.linalg.norm(robot.platform_joints(T) - feet, axis=1), 1.2, rtol=1e-12)
     # Across the axis these rods are too short; of a narrow guide all four solutions of each leg are there.
-    assert np.isnan(robot.inverse(T, far=True)[:, 1]).all()
+    short = robot.rod_misfit(T, far=True)
+    joints = np.linalg.norm(robot.platform_joints(T)[:, :2], axis=1)
+    np.testing.assert_allclose(short, 1.3 + joints - 1.2, rtol=1e-12)
+    with pytest.raises(InputError, match=f"leg {short.argmax() + 1} is {short.max():.4g} m too short"):
+        robot.inverse_kinematics(T, far=True)
     narrow = pa.Eclipse(0.4, 1.2, 0.35)
     heights = set()
     for upper in (False, True):
         for far in (False, True):
-            found = narrow.inverse(T, upper=upper, far=far)
+            found = narrow.inverse_kinematics(T, upper=upper, far=far)
             block = np.column_stack([0.4 * np.cos(found[:, 0]), 0.4 * np.sin(found[:, 0]), found[:, 1]])
             np.testing.assert_allclose(np.linalg.norm(block - narrow.platform_joints(T), axis=1), 1.2, rtol=1e-12)
             heights.add(float(found[0, 1]))
@@ -280,3 +290,79 @@ def test_wrong_input_is_refused():
     far = pa.leg_forward(legs, [5.0, -1.0, 0.0])
     assert not far
     assert np.isfinite(far.q).all()
+
+
+@pytest.mark.capability("08-42", "08-51", "08-60")
+def test_nothing_is_said_of_configurations_that_do_not_close():
+    legs, open_ = pa.three_rps(1.0, 0.5, 1.0), np.full(15, 0.2)
+    five = pa.FiveBar(1, 1.2, 1.1, 0.9, 1.5)
+    asked = (
+        legs.singularity, legs.rates, legs.jacobian, lambda q: pa.leg_forces(legs, q, np.ones(6)),
+        lambda q: pa.inverse_rates(legs, q, np.ones(6)), lambda q: pa.reduced_equations(legs, q),
+        lambda q: five.singularity(q[:4]), lambda q: pa.ParallelCranks(0.7, [0, 1.2]).singularity([1.0, 0.0, 0.5]),
+    )  # fmt: skip
+    for function in asked:
+        with pytest.raises(InputError, match="does not close the loops"):
+            function(open_)
+
+
+@pytest.mark.capability("08-51")
+def test_the_rank_of_most_configurations_is_found():
+    """Planar legs ask 6 of 12 rows wherever they are: not singular; three radial UPU legs at home are."""
+    places = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+    tops = [[0.4, 0.9, 0], [0.8, 0.9, 0], [0.5, 1.3, 0]]
+    screws: list[np.ndarray] = []
+    for a, b in zip(places, tops, strict=True):
+        along = np.subtract(b, a) / np.linalg.norm(np.subtract(b, a))
+        screws.append(np.stack([[0, 0, 1, a[1], -a[0], 0], [0, 0, 0, *along], [0, 0, 1, b[1], -b[0], 0]], axis=1))
+    planar = pa.LegMechanism(pa.legs_of(screws, pose.from_translation([0.5, 1, 0])), (1, 4, 7))
+    assert planar.generic_rank(np.zeros(9)) == 6
+    assert planar.singularity(np.zeros(9))
+    radial = pa.three_upu(1.0, 0.5, 2.0, "radial")
+    found = radial.singularity(np.zeros(radial.n))
+    assert (found.rank, found.full_rank) == (10, 12)
+
+
+@pytest.mark.capability("08-28")
+def test_legs_that_lie_flat_are_not_lost():
+    """tan(th / 2) is infinite there; and lengths that do not fit say how far the sides of the platform are off."""
+    flat = pa.ThreeRPS(1.0, 2.0).forward_kinematics([1.0, 1.0, 1.0])
+    assert flat.status is pa.ThreeRPSStatus.SOME
+    np.testing.assert_allclose(np.abs(flat.theta), np.pi, atol=1e-5)
+    robot = pa.ThreeRPS(1.0, 0.5)
+    missed = robot.forward_kinematics([0.1, 0.1, 3.0])
+    assert missed.status is pa.ThreeRPSStatus.NONE
+    rng, pairs = np.random.default_rng(0), ((0, 1), (0, 2), (1, 2))
+
+    def sides(theta):
+        B = robot.joints([0.1, 0.1, 3.0], theta)
+        return [np.linalg.norm(B[i] - B[j]) - 0.5 * np.sqrt(3) for i, j in pairs]
+
+    fits = [least_squares(sides, start).cost for start in rng.uniform(-np.pi, np.pi, (12, 3))]
+    assert np.linalg.norm(missed.misfit) == pytest.approx(np.sqrt(2 * min(fits)), rel=1e-6)
+    with pytest.raises(InputError, match="negative"):
+        robot.forward_kinematics([-0.1, 1, 1])
+    assert pa.resultant([6, -5, 1], [-2, 1]) == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.capability("08-55", "08-56", "08-57")
+def test_other_motors_that_decide_the_platform_are_found_past_idle_rods():
+    """Against the null space of every choice; rods that spin idly spoil none."""
+    rods = pa.stewart_legs(stewart(), HOME, "S")
+    sliders = [3, 10, 17, 24, 31, 38]
+    zero, among = np.zeros(rods.n), [*sliders, 0, 1, 2]
+    expected, J, H = [], rods.leg_jacobians(zero)[0], rods.loop_matrix(zero)
+    for driven in combinations(sorted(among), 6):
+        passive = np.delete(np.arange(rods.n), driven)
+        _, s, right = np.linalg.svd(H[:, passive])
+        motions = np.zeros((rods.n, rods.n - 6 - int((s > 1e-8 * s[0]).sum())))
+        motions[passive] = right[int((s > 1e-8 * s[0]).sum()) :].T
+        if np.abs(J @ motions[rods.parts[0]]).max() < 1e-8:
+            expected.append(driven)
+    assert rods.good_motors(zero, 6, sorted(among)) == tuple(expected)
+    assert tuple(sliders) in expected
+    assert len(expected) < 84
+    radial = pa.three_upu(1.0, 0.5, 2.0, "radial")
+    assert radial.good_motors(np.zeros(radial.n)) == ()
+    with pytest.raises(InputError, match="give fewer joints"):
+        rods.good_motors(zero)

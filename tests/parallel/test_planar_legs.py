@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.optimize import fsolve
+from scipy.optimize import brentq, fsolve, least_squares
 
 from mafsil.errors import InputError
 from mafsil.parallel import (
@@ -34,7 +34,7 @@ def test_planted_poses_are_found_and_all_fit():
         robot = PlanarThreeRPR(*rng.normal(size=(2, 3, 2)) * 10 + [[[50, 0]], [[0, -30]]])
         x = random_poses(rng, 40) * [10, 10, 1]
         s = robot.lengths(x)
-        found = robot.poses(s)
+        found = robot.forward_kinematics(s)
         assert found
         assert (found.count % 2 == 0).all()
         assert (found.count <= 6).all()
@@ -50,7 +50,7 @@ def test_a_search_from_many_starts_finds_no_more():
     rng = np.random.default_rng(1)
     robot = PlanarThreeRPR(*rng.normal(size=(2, 3, 2)))
     s = robot.lengths(random_poses(rng, 1)[0])
-    seen = {tuple(np.round(x, 6)) for x in robot.poses(s)}
+    seen = {tuple(np.round(x, 6)) for x in robot.forward_kinematics(s)}
     for start in random_poses(rng, 300):
         x, _, ended, _ = fsolve(lambda x: robot.lengths(x) - s, start, full_output=True)
         if ended == 1 and np.abs(robot.lengths(x) - s).max() < 1e-10:
@@ -61,7 +61,7 @@ def test_a_search_from_many_starts_finds_no_more():
 @pytest.mark.capability("08-22")
 def test_self_motion_and_isolated_poses_together():
     hinges = [[0, 0], [4, 0], [1, 3]]
-    found = PlanarThreeRPR(hinges, hinges).poses([2, 2, 2])
+    found = PlanarThreeRPR(hinges, hinges).forward_kinematics([2, 2, 2])
     assert found.status is PlanarPosesStatus.MOVABLE
     assert found.movable
     assert np.tan(found.x[:, 2] / 2) == pytest.approx([-0.5, 0.5])
@@ -70,14 +70,16 @@ def test_self_motion_and_isolated_poses_together():
 @pytest.mark.capability("08-22", "08-21")
 def test_lengths_that_cannot_be_joined():
     robot = PlanarThreeRPR([[0, 0], [4, 0], [2, 3.5]], [[-0.5, -0.3], [0.5, -0.3], [0, 0.6]])
-    found = robot.poses([[1, 1, 1], [1.9, 1.8, 1.6]])
+    found = robot.forward_kinematics([[1, 1, 1], [1.9, 1.8, 1.6]])
     assert found.status is PlanarPosesStatus.SOME
     assert not found
     assert not found[0]
     assert found[1]
     with pytest.raises(InputError, match="signed"):
-        robot.poses([-1, 1, 1])
-    np.testing.assert_allclose(robot.poses([-1.9, 1.8, 1.6], signed=True).x, robot.poses([1.9, 1.8, 1.6]).x)
+        robot.forward_kinematics([-1, 1, 1])
+    np.testing.assert_allclose(
+        robot.forward_kinematics([-1.9, 1.8, 1.6], signed=True).x, robot.forward_kinematics([1.9, 1.8, 1.6]).x
+    )
     with pytest.raises(InputError, match="leg 2"):
         robot.jacobian([4 - 0.5, 0.3, 0])
 
@@ -128,24 +130,30 @@ def three_rrr():
 def test_three_rrr_there_and_back():
     robot, rng = three_rrr(), np.random.default_rng(4)
     x = random_poses(rng, 50) * 0.1
-    both = robot.angles(x)
-    assert np.isfinite(both).all()
+    answer = robot.inverse_kinematics(x)
+    assert answer
+    both = answer.q
     for choice in range(8):
         q = np.stack([both[:, leg, choice >> leg & 1] for leg in range(3)], axis=1)
-        found = robot.poses(q)
+        found = robot.forward_kinematics(q)
         assert found
         assert np.nanmin(np.abs(found.x - x[:, None]).max(axis=2), axis=1).max() < 1e-7
-    assert np.isnan(robot.angles([9.0, 0, 0])).all()
+    assert not robot.inverse_kinematics([9.0, 0, 0])
 
 
 @pytest.mark.capability("08-53", "08-58", "08-60", "02-20")
 def test_three_rrr_rates_and_both_kinds():
     robot, rng = three_rrr(), np.random.default_rng(5)
     x, V, h = random_poses(rng, 50) * 0.2, rng.normal(size=(50, 3)), 1e-6
-    q = robot.angles(x)[..., 0]
+    q = robot.inverse_kinematics(x).q[..., 0]
     A, B = robot.motor_matrices(x, q)
-    rate = (robot.angles(turned(x, h * V))[..., 0] - robot.angles(turned(x, -h * V))[..., 0]) / (2 * h)
+    ahead, back = (robot.inverse_kinematics(turned(x, sign * h * V)).q[..., 0] for sign in (1, -1))
+    rate = (ahead - back) / (2 * h)
     np.testing.assert_allclose(np.einsum("kij,kj->ki", A, V), np.einsum("kij,kj->ki", B, rate), rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(np.einsum("kij,kj->ki", robot.jacobian(x, q), rate), V, rtol=1e-5, atol=1e-5)
+    F = rng.normal(size=(50, 3))
+    power = (robot.torques(x, q, F) * rate).sum(axis=1)
+    np.testing.assert_allclose(power, (F * V).sum(axis=1), rtol=1e-5, atol=1e-5)
     assert robot.singularity(x, q)
     # A stretched leg: the end of the platform stands at the sum of both lengths from its motor.
     turn = 0.1
@@ -153,8 +161,7 @@ def test_three_rrr_rates_and_both_kinds():
     b = robot.platform[0]
     p = end - [np.cos(turn) * b[0] - np.sin(turn) * b[1], np.sin(turn) * b[0] + np.cos(turn) * b[1]]
     stretched = np.array([*p, turn])
-    both = robot.angles(stretched)
-    q = np.where(np.isfinite(both[:, 0]), both[:, 0], -1.6)
+    q = robot.inverse_kinematics(stretched).q[:, 0]
     found = robot.singularity(stretched, q)
     assert found.status is SingularKind.FIRST
     blocked = found.blocked_motion
@@ -176,7 +183,7 @@ def test_parallel_rods_are_singular_of_the_second_kind():
     assert found.status is SingularKind.SECOND
     V = found.free_motion
     assert np.abs(robot.motor_matrices(x, q)[0] @ V).max() < 1e-12
-    assert robot.poses(q).movable
+    assert robot.forward_kinematics(q).movable
 
 
 @pytest.mark.capability("08-62", "08-51")
@@ -223,3 +230,57 @@ def test_all_links_in_line_are_singular_for_every_pair_of_motors_and_nothing_els
             for pair in ((0, 1), (0, 4), (2, 3)):
                 passive = np.delete(H, pair, axis=1)
                 assert (pair in good) == (np.linalg.matrix_rank(passive, 1e-9) == 3)
+
+
+@pytest.mark.capability("08-21", "08-22")
+def test_legs_of_length_zero_pin_the_platform():
+    """Newton's method has no slope there; s = 0 must neither divide nor lose the pose."""
+    rng = np.random.default_rng(8)
+    platform, x = rng.normal(size=(3, 2)), np.array([0.3, 0.2, 0.5])
+    ends = PlanarThreeRPR(np.zeros((3, 2)), platform).leg_vectors(x)
+    for pinned in (1, 2, 3):
+        base = np.where(np.arange(3)[:, None] < pinned, ends, ends + rng.normal(size=(3, 2)))
+        robot = PlanarThreeRPR(base, platform)
+        s = np.where(np.arange(3) < pinned, 0.0, robot.lengths(x))
+        found = robot.forward_kinematics(s)
+        assert found
+        assert not found.movable
+        assert np.abs(found.x - x).max(axis=1).min() < 1e-9
+        with pytest.raises(InputError, match="has length zero"):
+            robot.jacobian(x)
+
+
+@pytest.mark.capability("08-21", "08-22")
+def test_lengths_that_no_pose_has_say_how_far_they_are_off():
+    base, platform = [[0, 0], [3, 0.2], [1.1, 2.7]], [[-0.4, -0.2], [0.6, -0.1], [0.1, 0.7]]
+    robot = PlanarThreeRPR(base, platform)
+    wanted = np.array([[0.1, 0.1, 0.1], [5, 1, 1], robot.lengths([1.0, 1.0, 0.3])])
+    found = robot.forward_kinematics(wanted)
+    assert not found
+    assert "1 of 3 rows" in found.explain("en")
+    np.testing.assert_allclose(robot.lengths(found.nearest.x) - wanted, found.nearest.misfit, atol=1e-12)
+    assert found.nearest.distance[2] == pytest.approx(0.0, abs=1e-12)
+    rng = np.random.default_rng(0)
+    for row, s in zip(found, wanted[:2], strict=False):
+        starts = rng.uniform([-3, -3, -4], [5, 5, 4], (40, 3))
+        fits = [least_squares(lambda x, s=s: robot.lengths(x) - s, start).cost for start in starts]
+        assert row.nearest.distance == pytest.approx(np.sqrt(2 * min(fits)), rel=1e-6)
+        assert f"{row.nearest.distance:.4g} m away" in row.explain("en")
+    # A platform on cranks: its rods are the legs.
+    cranks = PlanarThreeRRR(base, platform, [1, 1, 1], [0.5, 0.6, 0.5])
+    assert cranks.forward_kinematics([3.0, 0.0, 1.5]).nearest.distance > 0.1
+
+
+@pytest.mark.capability("08-22")
+def test_rows_of_other_sizes_and_short_legs_lose_nothing():
+    """Each row has its own scale; where three lines meet and a leg is short, the pose is double and hardly stiff."""
+    robot = PlanarThreeRPR([[0, 0], [3, 0.2], [1.1, 2.7]], [[-0.4, -0.2], [0.6, -0.1], [0.1, 0.7]])
+    alone = robot.forward_kinematics(robot.lengths([0.3, 0.2, 0.5]))
+    beside = robot.forward_kinematics([robot.lengths([0.3, 0.2, 0.5]), [0, 0, 1e7]])
+    np.testing.assert_allclose(beside.x[0], alone.x, atol=1e-12)
+    rng = np.random.default_rng(183)
+    robot, p = PlanarThreeRPR(rng.normal(size=(3, 2)), rng.normal(size=(3, 2))), rng.normal(size=2)
+    x = np.array([*p, brentq(lambda phi: np.linalg.det(robot.jacobian([*p, phi])), -0.96, -0.92, xtol=1e-16)])
+    found = robot.forward_kinematics(robot.lengths(x))
+    assert robot.lengths(x).min() < 1e-4
+    assert np.abs(found.x - x).max() < 1e-6

@@ -96,7 +96,7 @@ def test_a_singular_pose_is_its_own_nearest():
 
 @pytest.mark.capability("08-35")
 def test_modes_of_one_sign_are_joined_and_those_of_two_are_not():
-    modes = INNOCENTI.poses([14.98, 15.38, 12.0]).x
+    modes = INNOCENTI.forward_kinematics([14.98, 15.38, 12.0]).x
     for i in range(6):
         for j in range(i + 1, 6):
             way = parallel.mode_path(INNOCENTI, modes[i], modes[j])
@@ -114,7 +114,7 @@ def test_modes_of_one_sign_are_joined_and_those_of_two_are_not():
 
 
 def test_a_platform_on_six_legs_goes_through_the_floor():
-    modes = HEXAPOD.assembly_modes(HEXAPOD.lengths(T))
+    modes = HEXAPOD.forward_kinematics(HEXAPOD.lengths(T))
     joined = [k for k in range(1, len(modes)) if parallel.mode_path(HEXAPOD, modes.T[0], modes.T[k])]
     same = [k for k in range(1, len(modes)) if modes.orientation[k] == modes.orientation[0]]
     assert joined == same
@@ -126,7 +126,7 @@ def test_a_platform_on_six_legs_goes_through_the_floor():
 
 
 def test_ways_that_are_not_found_prove_nothing_and_ends_are_checked():
-    modes = HEXAPOD.assembly_modes(HEXAPOD.lengths(T))
+    modes = HEXAPOD.forward_kinematics(HEXAPOD.lengths(T))
     none = parallel.mode_path(HEXAPOD, modes.T[0], modes.T[4], tries=0)
     assert none.status is parallel.ModePathStatus.NOT_FOUND
     assert "may exist" in none.explain("en")
@@ -156,3 +156,21 @@ def test_lines_have_no_units(planar):
     moments = np.cross(arms, u).reshape(len(u), -1) / size if not planar else None
     flat = (arms[:, 0] * u[:, 1] - arms[:, 1] * u[:, 0])[:, None] / size if planar else moments
     np.testing.assert_allclose(lines, np.hstack([flat, u]), atol=1e-12)
+
+
+@pytest.mark.capability("08-53")
+def test_a_measure_that_bends_keeps_no_search_going_to_and_fro():
+    """Full steps never settle here; the nearest singular pose is that of sequential quadratic programming."""
+    base = [[3.3492809, 2.09874664], [-3.56252963, 0.34089953], [1.56372649, -1.09168355]]
+    platform = [[0.33988143, -0.40159311], [0.41614666, -1.55756987], [-1.87425086, -0.49733158]]
+    robot, x = parallel.PlanarThreeRPR(base, platform), np.array([0.26492153, 1.3531397, -0.5136435])
+    found = parallel.nearest_singularity(robot, x)
+    assert found
+    unit, best = np.array([1.0, 1.0, robot.size]), np.inf
+    for start in np.random.default_rng(0).normal(size=(8, 3)):
+        fit = minimize(
+            lambda u: u @ u, 2 * start, method="SLSQP", options={"ftol": 1e-12, "maxiter": 200},
+            constraints=[{"type": "eq", "fun": lambda u: np.linalg.det(robot.jacobian(x + u / unit))}],
+        )  # fmt: skip
+        best = min(best, np.sqrt(fit.fun)) if fit.success else best
+    assert found.distance == pytest.approx(best, rel=1e-6)

@@ -49,7 +49,7 @@ def test_newton_comes_back_from_near():
     )
     home = pose.from_translation([0, 0, 1.5])
     T = home @ random_poses(rng, 2000, 0.15, 0.15)
-    found = robot.forward(robot.lengths(T), home)
+    found = robot.forward_near(robot.lengths(T), home)
     assert found.found.mean() > 0.999
     np.testing.assert_allclose(robot.lengths(found.T[found.found]), robot.lengths(T)[found.found], atol=3e-12)
     np.testing.assert_allclose(found.T[found.found], T[found.found], atol=1e-8)
@@ -68,9 +68,9 @@ def test_negative_lengths_are_another_branch_of_the_same_poses():
     for branch in (both[:, 1], np.where(np.arange(6) % 2, both[:, 0], both[:, 1])):
         np.testing.assert_allclose(branch**2, (robot.leg_vectors(T) ** 2).sum(axis=-1), rtol=1e-14)
         np.testing.assert_allclose(
-            robot.forward(branch, pose.from_translation([0, 0, 1.5]), signed=True).T, T, atol=1e-9
+            robot.forward_near(branch, pose.from_translation([0, 0, 1.5]), signed=True).T, T, atol=1e-9
         )
-        for refused in (lambda s=branch: robot.forward(s, T), lambda s=branch: robot.assembly_modes(s)):
+        for refused in (lambda s=branch: robot.forward_near(s, T), lambda s=branch: robot.forward_kinematics(s)):
             with pytest.raises(InputError, match="signed"):
                 refused()
     planar = PlanarThreeRPR([[0, 0], [4, 0], [2, 3.5]], [[-0.5, -0.3], [0.5, -0.3], [0, 0.6]])
@@ -81,7 +81,7 @@ def test_negative_lengths_are_another_branch_of_the_same_poses():
 def test_one_polynomial_has_a_coordinate_of_every_pose_as_zero():
     robot = random_platform(np.random.default_rng(8))
     s = robot.lengths(pose.exp([0.2, -0.3, 0.4, 0.1, 0.2, 0.9]))
-    modes = robot.assembly_modes(s)
+    modes = robot.forward_kinematics(s)
     for k, name in enumerate("xyz"):
         polynomial = robot.eliminant(s, name)
         assert polynomial.degree() == modes.finite == 40
@@ -102,17 +102,17 @@ def test_one_polynomial_has_a_coordinate_of_every_pose_as_zero():
 def test_a_search_that_starts_at_a_singular_pose_says_so():
     base = random_platform(np.random.default_rng(9)).base
     similar = StewartPlatform(base, 0.5 * base)  # singular wherever it is not turned
-    found = similar.forward(
+    found = similar.forward_near(
         similar.lengths(pose.exp([0.3, 0.2, 0.1, 0.2, 0.1, 1.0])), pose.from_translation([0, 0, 1.0])
     )
     assert found.status is ForwardStatus.SINGULAR
-    far = random_platform(np.random.default_rng(4)).forward([100, 1, 1, 1, 1, 1], np.eye(4))
+    far = random_platform(np.random.default_rng(4)).forward_near([100, 1, 1, 1, 1, 1], np.eye(4))
     assert far.status is ForwardStatus.NOT_FOUND
 
 
 def test_lengths_that_cannot_be_are_said_not_to_be_found():
     robot = random_platform(np.random.default_rng(4))
-    found = robot.forward([100, 1, 1, 1, 1, 1], np.eye(4))
+    found = robot.forward_near([100, 1, 1, 1, 1, 1], np.eye(4))
     assert not found
     assert found.status in (ForwardStatus.NOT_FOUND, ForwardStatus.SINGULAR)
     assert found.error > 1
@@ -123,9 +123,9 @@ def test_lengths_that_cannot_be_are_said_not_to_be_found():
 def test_wrong_input_is_refused():
     robot = random_platform(np.random.default_rng(5))
     with pytest.raises(InputError, match="lengths"):
-        robot.forward([np.nan] * 6, np.eye(4))
+        robot.forward_near([np.nan] * 6, np.eye(4))
     with pytest.raises(InputError, match="lengths"):
-        robot.forward([1.0] * 5, np.eye(4))
+        robot.forward_near([1.0] * 5, np.eye(4))
     with pytest.raises(InputError, match="T"):
         robot.lengths(2 * np.eye(4))
     with pytest.raises(InputError, match="frame"):

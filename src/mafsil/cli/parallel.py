@@ -119,11 +119,6 @@ def _for_motors(robot: Asked, motors: Floats, ways: bool, picture: str | None) -
         data["found"] = found.to_dict()
         lines.append(found.explain())
     if not len(poses):
-        apart = robot.apart(motors)
-        if apart:
-            data["apart"] = apart
-            kind = "short" if apart > 0.0 else "long"
-            lines.append(say(f"cli.parallel_rods_{kind}", length=abs(apart)))
         return Answer(data, tuple(lines), say("cli.parallel_no_pose"))
     turned = [name in ANGLES for name in robot.pose]
     units = [f"{name} [{'deg' if angle else 'm'}]" for name, angle in zip(robot.pose, turned, strict=True)]
@@ -149,7 +144,7 @@ def _ways(robot: Asked, poses: Floats, data: dict[str, Any], lines: list[str]) -
 
 
 def _missed(motor: int, misfit: float) -> str:
-    return say(f"cli.parallel_rod_{'short' if misfit > 0.0 else 'long'}", motor=motor, length=abs(misfit))
+    return say(f"parallel.rod_{'short' if misfit > 0.0 else 'long'}", motor=motor, length=abs(misfit))
 
 
 def _cell(value: float) -> str:

@@ -17,10 +17,12 @@ from mafsil.parallel import (
     DeltaRobot,
     FiveBar,
     ModePath,
+    MotorAngles,
     NearestSingularity,
     PlanarPoses,
     PlanarThreeRPR,
     PlanarThreeRRR,
+    PlatformPoints,
     SingularKinds,
     StewartPlatform,
     cable_poses,
@@ -30,7 +32,7 @@ from mafsil.parallel import (
 )
 from mafsil.parallel.robot_file import ParallelRobot
 
-Found = AssemblyModes | PlanarPoses | CablePoses | CableTensions
+Found = AssemblyModes | PlanarPoses | PlatformPoints | CablePoses | CableTensions
 
 SPATIAL = ("x", "y", "z", "roll", "pitch", "yaw")
 PLANAR = ("x", "y", "phi")
@@ -64,10 +66,6 @@ class Asked:
 
     def misfit(self, x: Floats) -> Floats | None:
         """By how much the rod of each motor is too short (positive) or too long for a pose [m], where that is known."""
-        return None
-
-    def apart(self, motors: Floats) -> float | None:
-        """By how much rods are too short (positive) or too long to meet for motors [m], where that is known."""
         return None
 
     def singularity(self, x: Floats) -> SingularKinds | None:
@@ -109,7 +107,7 @@ class AskedStewart(Asked):
 
     def poses(self, motors: Floats) -> tuple[Found | None, Floats]:
         """All assembly modes."""
-        found = self.robot.assembly_modes(motors)
+        found = self.robot.forward_kinematics(motors)
         T = found.T[: int(found.count)]
         return found, np.concatenate([T[..., :3, 3], rotation.to_rpy(T[..., :3, :3])], axis=-1)
 
@@ -150,7 +148,7 @@ class AskedThreeRPR(Asked):
 
     def poses(self, motors: Floats) -> tuple[Found | None, Floats]:
         """All, by the sextic."""
-        found = self.robot.poses(motors)
+        found = self.robot.forward_kinematics(motors)
         return found, found.x[: int(found.count)]
 
     def singularity(self, x: Floats) -> SingularKinds | None:
@@ -186,16 +184,16 @@ class AskedThreeRRR(Asked):
 
     def motors(self, x: Floats) -> Floats:
         """Two angles each."""
-        return self.robot.angles(x)
+        return fitting(self.robot.inverse_kinematics(x))
 
     def poses(self, motors: Floats) -> tuple[Found | None, Floats]:
         """All, by the sextic."""
-        found = self.robot.poses(motors)
+        found = self.robot.forward_kinematics(motors)
         return found, found.x[: int(found.count)]
 
     def misfit(self, x: Floats) -> Floats | None:
         """Of the rods."""
-        return self.robot.rod_misfit(x)
+        return self.robot.inverse_kinematics(x).misfit
 
     def singularity(self, x: Floats) -> SingularKinds | None:
         """Of any kind."""
@@ -203,7 +201,7 @@ class AskedThreeRRR(Asked):
 
     def efforts(self, x: Floats, F: Floats) -> tuple[Found | None, Floats]:
         """By virtual work."""
-        return None, by_virtual_work(*self.robot.motor_matrices(x, self.motors(x)[:, 0]), F)
+        return None, self.robot.torques(x, self.motors(x)[:, 0], F)
 
 
 class AskedDelta(Asked):
@@ -216,19 +214,16 @@ class AskedDelta(Asked):
 
     def motors(self, x: Floats) -> Floats:
         """Two angles each, the knee outside first."""
-        return self.robot.angles(x)
+        return fitting(self.robot.inverse_kinematics(x))
 
     def poses(self, motors: Floats) -> tuple[Found | None, Floats]:
         """Both places."""
-        return None, real(self.robot.positions(motors))
+        found = self.robot.forward_kinematics(motors)
+        return found, np.array(list(found)).reshape(-1, 3)
 
     def misfit(self, x: Floats) -> Floats | None:
         """Of the rods."""
-        return self.robot.rod_misfit(x)
-
-    def apart(self, motors: Floats) -> float | None:
-        """Of the rods."""
-        return float(self.robot.forearms_short(motors))
+        return self.robot.inverse_kinematics(x).misfit
 
     def singularity(self, x: Floats) -> SingularKinds | None:
         """Of any kind."""
@@ -255,20 +250,16 @@ class AskedFiveBar(Asked):
 
     def motors(self, x: Floats) -> Floats:
         """Two angles each; the elbow left of the line to the point first."""
-        pairs = self.robot.angles(x)
-        return np.stack([pairs[:, 0, 0], pairs[0, :, 1]])
+        return fitting(self.robot.inverse_kinematics(x))
 
     def poses(self, motors: Floats) -> tuple[Found | None, Floats]:
         """Both places."""
-        return None, real(self.robot.points(motors))
+        found = self.robot.forward_kinematics(motors)
+        return found, np.array(list(found)).reshape(-1, 2)
 
     def misfit(self, x: Floats) -> Floats | None:
         """Of the rods."""
-        return self.robot.rod_misfit(x)
-
-    def apart(self, motors: Floats) -> float | None:
-        """Of the rods."""
-        return float(self.robot.rods_apart(motors))
+        return self.robot.inverse_kinematics(x).misfit
 
     def singularity(self, x: Floats) -> SingularKinds | None:
         """Of any kind, with the cranks outside."""
@@ -276,18 +267,19 @@ class AskedFiveBar(Asked):
 
     def efforts(self, x: Floats, F: Floats) -> tuple[Found | None, Floats]:
         """By virtual work, with the cranks outside."""
-        return None, by_virtual_work(*self.robot.motor_matrices(self._outside(x), x), F)
+        return None, self.robot.torques(self._outside(x), x, F)
 
     def draw(self, x: Floats, path: str) -> None:
         """In the plane, with the cranks outside."""
         from mafsil.figures import save_five_bar
 
         angles = self._outside(x)
-        mode = int(np.linalg.norm(self.robot.points(angles) - x, axis=-1).argmin())
+        mode = int(np.linalg.norm(self.robot.forward_kinematics(angles).x - x, axis=-1).argmin())
         save_five_bar(self.robot, self.robot.chain_angles(angles, mode)[:4], path)
 
     def _outside(self, x: Floats) -> Floats:
-        return self.robot.angles(x)[0, 1]
+        alpha, beta = self.robot.inverse_kinematics(x).q
+        return np.array([alpha[0], beta[1]])
 
 
 class AskedCables(Asked):
@@ -353,11 +345,6 @@ def matrix(x: Floats) -> Floats:
     return pose.from_rotation_translation(rotation.from_rpy(x[3:]), x[:3])
 
 
-def by_virtual_work(A: Floats, B: Floats, F: Floats) -> Floats:
-    """(m,) efforts tau with tau . q' = F . V for A V = B q'."""
-    return np.asarray(B.T @ np.linalg.solve(A.T, F), dtype=np.float64)
-
-
-def real(x: Floats) -> Floats:
-    """The rows that exist."""
-    return x[np.isfinite(x).all(axis=-1)]
+def fitting(found: MotorAngles) -> Floats:
+    """(m, 2) angles of the motors, NaN where the rod does not fit."""
+    return np.where(found.misfit[:, None] == 0.0, found.q, np.nan)

@@ -88,7 +88,7 @@ def save_delta(robot: DeltaRobot, q: ArrayLike, path: str | PathLike[str]) -> No
 def draw_delta(robot: DeltaRobot, q: Floats) -> Any:
     """The picture of `save_delta` as a matplotlib figure."""
     figure, axes = space.sheet()
-    p = robot.positions(q)[0]
+    p = robot.forward_kinematics(q).x[0]
     u = robot.directions
     hinges, corners = robot.base * u, p + robot.platform * u
     elbows = robot.elbows(q) + robot.platform * u

@@ -20,7 +20,6 @@ from mafsil.mobility.components import ConfigurationCurves as ConfigurationCurve
 from mafsil.mobility.components import CurvesStatus as CurvesStatus
 from mafsil.mobility.components import configuration_curves as configuration_curves
 from mafsil.mobility.configuration_space import Factor as Factor
-from mafsil.mobility.configuration_space import JointCoordinates as JointCoordinates
 from mafsil.mobility.configuration_space import ProductSpace as ProductSpace
 from mafsil.mobility.configuration_space import configuration_space as configuration_space
 from mafsil.mobility.configuration_space import configuration_space_names as configuration_space_names
@@ -49,12 +48,14 @@ from mafsil.mobility.instantaneous import IdleFreedom as IdleFreedom
 from mafsil.mobility.instantaneous import InstantaneousMobility as InstantaneousMobility
 from mafsil.mobility.instantaneous import InstantStatus as InstantStatus
 from mafsil.mobility.instantaneous import instantaneous as instantaneous
+from mafsil.mobility.joint_coordinates import JointCoordinates as JointCoordinates
 from mafsil.mobility.joint_kind import KINDS as KINDS
 from mafsil.mobility.joint_kind import Kind as Kind
 from mafsil.mobility.linkage import Coupling as Coupling
 from mafsil.mobility.linkage import Linkage as Linkage
 from mafsil.mobility.linkage_file import read_linkage as read_linkage
 from mafsil.mobility.linkage_joint import LinkageJoint as LinkageJoint
+from mafsil.mobility.linkage_joint import coincident_joints as coincident_joints
 from mafsil.mobility.linkage_joint import joint as joint
 from mafsil.mobility.loop_closure import Closure as Closure
 from mafsil.mobility.loop_closure import ClosureStatus as ClosureStatus
@@ -73,6 +74,7 @@ from mafsil.mobility.motion_group import motion_group as motion_group
 from mafsil.mobility.pfaffian import Integrability as Integrability
 from mafsil.mobility.pfaffian import IntegrabilityAnswer as IntegrabilityAnswer
 from mafsil.mobility.pfaffian import Pfaffian as Pfaffian
+from mafsil.mobility.pfaffian import lie_bracket as lie_bracket
 from mafsil.mobility.planar_joints import SecondBody as SecondBody
 from mafsil.mobility.planar_joints import joint_residual as joint_residual
 from mafsil.mobility.planar_joints import second_body as second_body
@@ -101,6 +103,8 @@ from mafsil.mobility.rigid_points import planar_residual as planar_residual
 from mafsil.mobility.rigid_points import points_of_body as points_of_body
 from mafsil.mobility.rigid_points import third_point as third_point
 from mafsil.mobility.slider_crank import SliderCrank as SliderCrank
+from mafsil.mobility.slider_crank import SliderCrankPositions as SliderCrankPositions
+from mafsil.mobility.slider_crank import SliderStatus as SliderStatus
 from mafsil.mobility.structure import Structure as Structure
 from mafsil.mobility.structure import StructureStatus as StructureStatus
 from mafsil.mobility.structure import structure as structure

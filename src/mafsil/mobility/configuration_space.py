@@ -8,15 +8,11 @@ from enum import Enum
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, as_batch
 from mafsil.errors import InputError
 from mafsil.mobility.joint_kind import Kind
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.on_linkage import on_linkage
-from mafsil.mobility.planar_positions import wrapped
-from mafsil.mobility.torus import chart
 
 
 class Factor(Enum):
@@ -157,61 +153,6 @@ def configuration_space(linkage: Linkage) -> ProductSpace:
         whole_turn = each.kind is Kind.REVOLUTE and each.upper - each.lower >= 2 * np.pi
         factors += [Factor.INTERVAL] if limited and not whole_turn else list(free)
     return ProductSpace(tuple(factors))
-
-
-@dataclass(frozen=True, eq=False)
-class JointCoordinates:
-    """Coordinates of a chain whose free angles wrap and whose others have bounds.
-
-    Attributes:
-        wraps: (n,) which coordinates are angles that go round.
-        lower, upper: (n,) bounds of the others; infinite where there are none.
-    """
-
-    wraps: np.ndarray[tuple[int], np.dtype[np.bool_]]
-    lower: Floats
-    upper: Floats
-
-    @classmethod
-    def of(cls, linkage: Linkage) -> JointCoordinates:
-        """Those of a chain or tree of joints of one freedom."""
-        space = configuration_space(linkage)
-        wraps = np.array([factor is Factor.CIRCLE for factor in space.factors], dtype=np.bool_)
-        if len(wraps) != linkage.coordinates:
-            raise InputError("mobility.split_first", name=linkage.name or "-")
-        bounds = np.array([(each.lower, each.upper) for each in linkage.joints if each.freedoms]).reshape(-1, 2)
-        return cls(wraps, np.where(wraps, 0.0, bounds[:, 0]), np.where(wraps, 2 * np.pi, bounds[:, 1]))
-
-    def difference(self, a: ArrayLike, b: ArrayLike) -> Floats:
-        """(*batch, n) b - a, the short way round where coordinates wrap."""
-        n = len(self.wraps)
-        step = as_batch("b", b, (n,)) - as_batch("a", a, (n,))
-        return np.where(self.wraps, wrapped(step), step)
-
-    def distance(self, a: ArrayLike, b: ArrayLike) -> Floats:
-        """(*batch,) Euclidean length of the difference."""
-        return np.linalg.norm(self.difference(a, b), axis=-1)
-
-    def inside(self, q: ArrayLike) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
-        """(*batch,) whether coordinates keep their bounds; angles that wrap always do."""
-        value = as_batch("q", q, (len(self.wraps),))
-        good = self.wraps | ((value >= self.lower) & (value <= self.upper))
-        return np.asarray(good.all(axis=-1), dtype=np.bool_)
-
-    def charted(self, q: ArrayLike) -> Floats:
-        """(*batch, n) with angles that wrap in [0, 2 pi)."""
-        value = as_batch("q", q, (len(self.wraps),))
-        return np.where(self.wraps, chart(value), value)
-
-    def sampled(self, count: int, seed: int = 0) -> Floats:
-        """(count, n) uniform samples.
-
-        Raises:
-            InputError: a coordinate has no bounds, so that there is no uniform distribution.
-        """
-        if not np.isfinite(self.upper - self.lower).all():
-            raise InputError("mobility.unbounded", index=int(np.argmin(np.isfinite(self.upper - self.lower))))
-        return np.random.default_rng(seed).uniform(self.lower, self.upper, (count, len(self.wraps)))
 
 
 def product(spaces: Iterable[ProductSpace]) -> ProductSpace:

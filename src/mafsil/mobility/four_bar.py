@@ -16,15 +16,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Floats, as_batch, positive, single
+from mafsil.arrays import Booleans, Floats, as_batch, positive, single
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.linkage_joint import joint
 from mafsil.mobility.planar_positions import PolygonSpace, circle_crossings, numbers_or_nan, polygon_space, wrapped
-from mafsil.mobility.tolerances import TYPED
+from mafsil.mobility.tolerances import TOUCHING, TYPED
 
+ROUNDING = 1e-14
+"""Areas below it, over the square of the longest link, are rounding."""
 INSET = 1e-9
 """Share of an interval of the crank by which curves stay off its ends, where rounding decides whether links reach."""
 
@@ -50,6 +52,7 @@ class PositionStatus(Status):
     """Whether the linkage closes at the given inputs."""
 
     ALL = ("mobility.positions_all", True)
+    FREE = ("mobility.positions_free", True)
     SOME = ("mobility.positions_some", True)
     NONE = ("mobility.positions_none", False)
 
@@ -65,6 +68,8 @@ class FourBarPositions(Answer):
         residual: largest closure error [m, rad].
         missing: (*batch,) length by which coupler and rocker are too short or too unequal to meet; zero where they do
             [m].
+        free: (*batch,) whether B and D coincide there and coupler and rocker are of one length, so that C is anywhere
+            on a circle about them: theta and C are the two places where the crank, coming to 0 from above, leaves it.
     """
 
     theta: Floats
@@ -72,17 +77,18 @@ class FourBarPositions(Answer):
     turns: Floats
     residual: float
     missing: Floats
+    free: Booleans
 
     @property
-    def reachable(self) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+    def reachable(self) -> Booleans:
         """(*batch,) whether the linkage closes there."""
         return np.asarray(np.isfinite(self.theta).all(axis=(-1, -2)), dtype=np.bool_)
 
     @property
     def status(self) -> PositionStatus:
         """By how many inputs close."""
-        if self.reachable.all() and self.reachable.size:
-            return PositionStatus.ALL
+        if self.reachable.all():
+            return PositionStatus.FREE if self.free.any() else PositionStatus.ALL
         return PositionStatus.SOME if self.reachable.any() else PositionStatus.NONE
 
     def __bool__(self) -> bool:
@@ -108,14 +114,14 @@ class FourBarPositions(Answer):
         """How many inputs close, and how exactly."""
         return self.status.sentence(
             language, reached=int(self.reachable.sum()), count=self.reachable.size, residual=self.residual,
-            missing=float(np.min(self.missing[self.missing > 0.0], initial=np.inf)),
+            missing=float(np.min(self.missing[self.missing > 0.0], initial=np.inf)), free=int(self.free.sum()),
         )  # fmt: skip
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
         return {
             "status": self.status.name.lower(), "theta": self.theta, "C": self.C, "turns": self.turns,
-            "residual": self.residual, "missing": self.missing,
+            "residual": self.residual, "missing": self.missing, "free": self.free,
         }  # fmt: skip
 
 
@@ -182,23 +188,24 @@ class FourBar:
         L1, L2, L3, L4 = self.lengths.tolist()
         B = L1 * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
         D = np.broadcast_to(np.array([L4, 0.0]), B.shape)
-        C = circle_crossings(B, L2, D, L3)
-        towards = C - B[..., None, :]
-        back = D[..., None, :] - C
-        crank = np.broadcast_to(angle[..., None], C.shape[:-1])
-        absolute = np.stack(
-            [crank, np.arctan2(towards[..., 1], towards[..., 0]), np.arctan2(back[..., 1], back[..., 0]),
-             np.full(crank.shape, np.pi)], axis=-1,
-        )  # fmt: skip
-        before = np.concatenate([np.zeros_like(absolute[..., :1]), absolute[..., :-1]], axis=-1)
-        theta = wrapped(absolute - before)
+        C, way = circle_crossings(B, L2, D, L3), np.linalg.norm(D - B, axis=-1)
+        free = np.asarray(np.maximum(way, abs(L2 - L3)) <= TOUCHING * self.lengths.max(), dtype=np.bool_)
+        folded = B[..., None, :] + L2 * np.array([[1.0, 0.0], [-1.0, 0.0]])
+        C = np.where(free[..., None, None], folded, C)
+        theta = self._relative(angle[..., None], C - B[..., None, :], D[..., None, :] - C)
         gap: Floats = np.abs(self.closure(theta))
         residual = max([0.0, *gap[np.isfinite(gap)].tolist()])
         turns = np.asarray(np.round(theta.sum(axis=-1) / np.pi), dtype=np.float64)
-        way = np.linalg.norm(D - B, axis=-1)
         missing = np.maximum(np.maximum(way - (L2 + L3), abs(L2 - L3) - way), 0.0)
         closes = np.isfinite(theta).all(axis=(-1, -2))
-        return FourBarPositions(theta, C, turns, residual, np.where(closes, 0.0, missing))
+        return FourBarPositions(theta, C, turns, residual, np.where(closes, 0.0, missing), free)
+
+    @staticmethod
+    def _relative(theta_1: Floats, coupler: Floats, rocker: Floats) -> Floats:
+        """(*batch, 4) relative angles, from that of the crank and the vectors from B to C and from C to D."""
+        directions = [np.arctan2(link[..., 1], link[..., 0]) for link in (coupler, rocker)]
+        first, *rest = np.broadcast_arrays(theta_1, *directions, np.pi)
+        return wrapped(np.diff(np.stack([np.zeros_like(first), first, *rest], axis=-1), axis=-1))
 
     def closure(self, theta: ArrayLike) -> Floats:
         """(*batch, 3) sum L cos s [m], sum L sin s [m], s_4 - pi in (-pi, pi], with s_j = theta_1 + ... + theta_j."""
@@ -219,11 +226,18 @@ class FourBar:
         return np.stack(rows, axis=-2)
 
     def rates(self, theta: ArrayLike) -> Floats:
-        """(*batch, 4) rates of the angles for a crank of rate 1 [rad/s]; infinite or NaN at its dead points."""
+        """(*batch, 4) rates of the angles for a crank of rate 1 [rad/s]; infinite at its dead points.
+
+        Where all links lie on one line two branches may cross, each with rates of its own: NaN, see
+        `parallel.singular_points` for their slopes.
+        """
         A = self.closure_matrix(theta)
+        minors = np.stack([(-1) ** k * np.linalg.det(np.delete(A, k, axis=-1)) for k in range(4)], axis=-1)
+        minors[np.abs(minors) <= ROUNDING * self.lengths.max() ** 2] = 0.0
         with np.errstate(divide="ignore", invalid="ignore"):
-            minors = np.stack([(-1) ** k * np.linalg.det(np.delete(A, k, axis=-1)) for k in range(4)], axis=-1)
-            return minors / minors[..., :1]
+            found = minors / minors[..., :1]
+        found[..., 0] = np.where(minors.any(axis=-1), 1.0, np.nan)
+        return found
 
     def transmission_angle(self, theta: ArrayLike) -> Floats:
         """(*batch,) angle between coupler and rocker in [0, pi] [rad]: pi/2 is best, 0 and pi are dead points."""
@@ -245,17 +259,20 @@ class FourBar:
         """The configurations as closed curves (k, 4) of angles, sampled along the crank.
 
         Where the crank goes round each mode is a curve; where it swings the modes join at its ends, in one curve
-        for each interval of theta_1 that is reached.
+        for each interval of theta_1 that is reached. Where crank and ground, and coupler and rocker, are of one
+        length, each mode goes on as the other one at theta_1 = 0, and there the folded linkage has a curve of its own.
         """
         reach = self.input_range
         if reach is None:
             return ()
         low, high = reach
+        spread = np.clip((1 - np.cos(np.linspace(0, np.pi, samples))) / 2, INSET, 1 - INSET)
         round_trip = low <= TYPED and high >= np.pi - TYPED
+        if self.positions(0.0).free:
+            return self._kite_curves((2 * np.pi if round_trip else high) * spread, round_trip)
         if round_trip:
             theta = self.positions(np.linspace(-np.pi, np.pi, samples)).theta
             return theta[:, 0], theta[:, 1]
-        spread = np.clip((1 - np.cos(np.linspace(0, np.pi, samples))) / 2, INSET, 1 - INSET)
         if low <= TYPED:
             intervals = [(-high, high)]
         elif high >= np.pi - TYPED:
@@ -269,6 +286,17 @@ class FourBar:
             inside = np.isfinite(theta).all(axis=(1, 2))
             found.append(np.concatenate([theta[inside, 0], theta[inside][::-1, 1]]))
         return tuple(found)
+
+    def _kite_curves(self, forth: Floats, round_trip: bool) -> tuple[Floats, Floats]:
+        """The curve of both modes, and that of the folded linkage, from crank angles (k,) that rise from 0."""
+        ahead = self.positions(forth).theta
+        pieces = [ahead[:, 0], ahead[:, 1]] if round_trip else [ahead[:, 0], ahead[::-1, 1]]
+        if not round_trip:
+            back = self.positions(-forth).theta
+            pieces += [back[:, 0], back[::-1, 1]]
+        around = np.linspace(-np.pi, np.pi, len(forth))
+        coupler = np.stack([np.cos(around), np.sin(around)], axis=-1)
+        return np.concatenate(pieces), self._relative(np.zeros(len(forth)), coupler, -coupler)
 
     def linkage(self, theta_1: float = 1.0, mode: int = 0) -> Linkage:
         """The linkage drawn at an angle of the crank [rad], in the first or second assembly mode.

@@ -89,7 +89,20 @@ class Kind(Enum):
 
 
 KINDS = {kind.title: kind for kind in Kind} | {kind.symbol: kind for kind in Kind}
-"""By the names and letters that files and people write."""
+"""By the names and letters that files write."""
+ALIASES = {
+    "hinge": Kind.REVOLUTE, "pin": Kind.REVOLUTE, "rotary": Kind.REVOLUTE, "linear": Kind.PRISMATIC,
+    "translational": Kind.PRISMATIC, "slider": Kind.PRISMATIC, "screw": Kind.HELICAL, "ball": Kind.SPHERICAL,
+    "ball_and_socket": Kind.SPHERICAL, "hooke": Kind.UNIVERSAL, "cardan": Kind.UNIVERSAL,
+    "free": Kind.FLOATING, "pr": Kind.PIN_IN_SLOT,
+}  # fmt: skip
+"""Other names of the field."""
+
+
+def kind_named(word: str) -> Kind | None:
+    """The kind of a name, a letter or an alias, in any case, with blanks or hyphens; None if there is none."""
+    title = word.strip().lower().replace(" ", "_").replace("-", "_")
+    return KINDS.get(word) or KINDS.get(title) or ALIASES.get(title) or KINDS.get(word.strip().upper())
 
 
 def across(normal: Floats) -> Floats:

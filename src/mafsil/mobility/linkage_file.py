@@ -18,13 +18,12 @@ A pin through more than two bodies stands as one joint: it becomes coincident jo
 
 from __future__ import annotations
 
-import itertools
 from pathlib import Path
 from typing import Any, cast
 
 from mafsil.errors import FileError, MafsilError
 from mafsil.mobility.linkage import Coupling, Linkage
-from mafsil.mobility.linkage_joint import LinkageJoint, joint
+from mafsil.mobility.linkage_joint import LinkageJoint, coincident_joints
 from mafsil.toml_source import read_toml
 
 _KEYS = {"name", "planar", "ground", "output", "bodies", "joint", "coupling"}
@@ -121,16 +120,8 @@ def _joints(entry: object, index: int, source: str) -> list[LinkageJoint]:
     name = str(table.get("name", f"J{index + 1}"))
     if "limits" in given:
         given["limits"] = _two_numbers(given["limits"], source, f"{place}: limits")
-    if len(names) <= 2:
-        return [_one(name, table["kind"], names, given, source, place)]
-    pairs = list(itertools.pairwise(names))
-    return [_one(f"{name}-{k + 1}", table["kind"], list(pair), given, source, place) for k, pair in enumerate(pairs)]
-
-
-def _one(name: str, kind: str, bodies: list[str], given: dict[str, Any], source: str, place: str) -> LinkageJoint:
-    """A joint, whose errors name file and place."""
     try:
-        return joint(name, kind, bodies, **given)
+        return list(coincident_joints(name, table["kind"], names, **given))
     except FileError:
         raise
     except MafsilError as error:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, frozen, real_array, require_kind, single
 from mafsil.errors import InputError, ModelError
-from mafsil.mobility.joint_kind import KINDS, Kind
+from mafsil.mobility.joint_kind import Kind, kind_named
 from mafsil.mobility.three_points import pose_by_points
 from mafsil.mobility.tolerances import TYPED
 
@@ -82,11 +83,13 @@ def joint(
 
     Args:
         name: of the joint, for reports.
-        kind: of the joint: a member of `Kind`, its name, or a letter: R, P, H, C, U, S, E (planar), F (floating), RP.
+        kind: of the joint: a member of `Kind`, its name (hinge, slider, screw, ball ... too), or a letter: R, P, H, C,
+            U, S, E (planar), F (floating), RP.
         bodies: names of parent and child.
         at: (2,) or (3,) point on the axis [m].
         axis: (2,) or (3,) direction, of any length; z if None. Planar joints: the normal.
-        second: (2,) or (3,) second axis of a universal joint, perpendicular to the first; direction of a slot.
+        second: (2,) or (3,) second axis of a universal joint, perpendicular to the first; direction of a slot, which is
+            in the parent.
         pitch: of a helical joint [m/rad].
         actuated: whether a motor drives it.
         limits: least and greatest coordinate [rad | m].
@@ -97,12 +100,13 @@ def joint(
         ModelError: an unknown kind, not two bodies, a zero axis, axes that are not perpendicular, limits that cross.
         InputError: points or directions that are not 2 or 3 finite numbers.
     """
-    found = KINDS.get(kind) if isinstance(kind, str) else kind
+    found = kind_named(kind) if isinstance(kind, str) else kind
     if not isinstance(cast("object", found), Kind) or found is None:
         raise ModelError("mobility.unknown_kind", joint=name, kind=kind, known=", ".join(k.title for k in Kind))
     require_kind(f"{name}: bodies", bodies, "pair of names", "__len__", "__getitem__")
     if isinstance(bodies, str) or len(bodies) != 2 or bodies[0] == bodies[1]:
-        raise ModelError("mobility.two_bodies", joint=name, bodies=", ".join(map(str, bodies)))
+        given = bodies if isinstance(bodies, str) else ", ".join(map(str, bodies))
+        raise ModelError("mobility.two_bodies", joint=name, bodies=given)
     point = _in_space(f"{name}: at", at)
     direction = _unit(name, "axis", Z if axis is None else axis)
     other = np.array([1.0, 0.0, 0.0])
@@ -122,6 +126,29 @@ def joint(
         name, found, str(bodies[0]), str(bodies[1]), frozen(point), frozen(direction), frozen(other), float(pitch),
         bool(actuated), low, high, None if child_at is None else frozen(_in_space(f"{name}: child_at", child_at)),
     )  # fmt: skip
+
+
+def coincident_joints(
+    name: str, kind: Kind | str, bodies: Sequence[str], at: ArrayLike = (0.0, 0.0, 0.0), **given: Any
+) -> tuple[LinkageJoint, ...]:
+    """A pin through k bodies: k - 1 joints at one place, each between neighbours of the list.
+
+    Args:
+        name: of the joint; of several `name-1`, `name-2` and so on.
+        kind: as for `joint`.
+        bodies: names of two or more, one after the other.
+        at: (2,) or (3,) point on the axis [m].
+        given: what else `joint` takes.
+
+    Raises:
+        ModelError, InputError: as `joint`.
+    """
+    require_kind(f"{name}: bodies", bodies, "list of names", "__len__", "__getitem__")
+    if isinstance(bodies, str) or len(bodies) <= 2:
+        return (joint(name, kind, bodies, at, **given),)
+    return tuple(
+        joint(f"{name}-{k}", kind, pair, at, **given) for k, pair in enumerate(itertools.pairwise(bodies), start=1)
+    )
 
 
 def bounds(name: str, limits: object) -> tuple[float, float]:

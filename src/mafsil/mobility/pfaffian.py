@@ -17,12 +17,13 @@ from numpy.typing import ArrayLike
 
 import mafsil.expression as ex
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, single
+from mafsil.arrays import Floats, real_array, single
 from mafsil.errors import InputError
 from mafsil.mobility.tolerances import RANK
 from mafsil.solvers.decompositions import null_basis, ranks
 
 Rows: TypeAlias = Callable[[Any], Sequence[Sequence[Any]]]
+VectorField: TypeAlias = Callable[[Any], Any]
 SAMPLES = 8
 """Configurations at which ranks are taken: a rank found at one of them is right; all miss a larger one only if it
 vanishes on all of them."""
@@ -207,7 +208,34 @@ class Pfaffian:
         )
 
 
-def bracket_of_fields(X: Any, Y: Any, q: Any) -> Any:
+def lie_bracket(X: VectorField, Y: VectorField) -> VectorField:
+    """The field [X, Y] = (DY) X - (DX) Y: the direction in which going along X, Y, -X and -Y ends.
+
+    Args:
+        X, Y: functions of the coordinates that give n components each, written with `mafsil.expression`; brackets too.
+
+    Returns:
+        A function of coordinates: numbers (n,) give numbers (n,), symbols expressions.
+    """
+
+    def bracket(q: Any) -> Any:
+        if isinstance(q, ex.Expression):
+            return _bracket(_column(X(q)), _column(Y(q)), q)
+        here = real_array("q", q)
+        symbols = ex.symbol("q", here.size)
+        return _finite(
+            _numbers(ex.Function("bracket", [symbols], [bracket(symbols)])(single("q", here, (here.size,)))).T
+        )[0]
+
+    return bracket
+
+
+def _column(field: Any) -> Any:
+    """(n, 1) of the components of a field."""
+    return field if isinstance(field, ex.Expression) else ex.vertcat(*[ex.expression(value) for value in field])
+
+
+def _bracket(X: Any, Y: Any, q: Any) -> Any:
     """(n, 1) [X, Y] = (DY) X - (DX) Y of fields as expressions of q."""
     return ex.jacobian(Y, q) @ X - ex.jacobian(X, q) @ Y
 
@@ -228,7 +256,7 @@ def growth_vector(fields: Sequence[Any], q: Any, samples: Floats) -> tuple[int, 
         made: list[Any] = []
         for X in fields:
             for Y in newest:
-                Z = bracket_of_fields(X, Y, q)
+                Z = _bracket(X, Y, q)
                 value = _at(Z, q, samples)
                 # What is left where both halves of a bracket cancel has no direction.
                 value[np.linalg.norm(value, axis=1) <= RANK * _bracket_size(X, Y, q, samples)] = 0.0

@@ -55,6 +55,7 @@ class PolygonStatus(Status):
     SMOOTH = ("mobility.polygon_smooth", True)
     BRANCHED = ("mobility.polygon_branched", True)
     ISOLATED = ("mobility.polygon_isolated", True)
+    SWINGS = ("mobility.polygon_swings", True)
     IMPOSSIBLE = ("mobility.polygon_impossible", False)
 
 
@@ -82,7 +83,7 @@ class PolygonSpace(SingleAnswer):
         if self.dimension is None:
             return PolygonStatus.IMPOSSIBLE
         if self.excess >= -TYPED * max(self.lengths):
-            return PolygonStatus.ISOLATED
+            return PolygonStatus.SWINGS if self.dimension else PolygonStatus.ISOLATED
         return PolygonStatus.SMOOTH if self.smooth else PolygonStatus.BRANCHED
 
     def explain(self, language: str | None = None) -> str:
@@ -104,20 +105,20 @@ def polygon_space(lengths: ArrayLike) -> PolygonSpace:
 
     1. The longest link at most as long as the others together: else none; equal: one stretched configuration.
     2. Links that can lie on one line (some sum of +-lengths is 0) make branch points.
-    3. Two pieces if three links are pairwise longer than half of the circumference, else one. A link of length 0
-       leaves a chain that turns as a whole about its point.
+    3. Two pieces if three links are pairwise longer than half of the circumference, else one. Links of length 0
+       take any direction; if one of them is the ground, the others turn as a whole about its point.
 
     Args:
-        lengths: (n,) of at least three links, none negative [m].
+        lengths: (n,) of at least two links, none negative [m].
 
     Raises:
-        InputError: fewer than three, negative or infinite lengths.
+        InputError: fewer than two, negative or infinite lengths.
 
     Reference: M. Kapovich, J. Millson, On the moduli space of polygons in the Euclidean plane, J. Differential
     Geometry 42 (1995), theorem 1.
     """
     L = as_batch("lengths", lengths, (len(np.atleast_1d(real_array("lengths", lengths))),), finite=True)
-    if L.ndim != 1 or not 3 <= len(L) <= 20 or L.min() < 0 or not L.max() > 0:
+    if L.ndim != 1 or not 2 <= len(L) <= 20 or L.min() < 0 or not L.max() > 0:
         raise InputError("mobility.polygon_lengths", got=np.shape(L))
     total, longest = float(L.sum()), float(L.max())
     excess, small = 2 * longest - total, TYPED * max(longest, 1e-300)
@@ -125,8 +126,7 @@ def polygon_space(lengths: ArrayLike) -> PolygonSpace:
     if excess > small:
         return PolygonSpace(given, 0, None, None, excess)
     if excess >= -small:
-        around = n - 3 if float(L.min()) <= small and n > 3 else 0
-        return PolygonSpace(given, 1, around, False, excess)
+        return PolygonSpace(given, 1, int((small >= L).sum()), False, excess)
     long = sorted(L)[-3:]
     pairs = all(a + b > total / 2 + small for a, b in combinations(long, 2))
     return PolygonSpace(given, 2 if pairs else 1, n - 3, not _can_line_up(L[L > small], small), excess)

@@ -81,8 +81,17 @@ def direction_of(theta: ArrayLike, phi: ArrayLike) -> Floats:
 
 
 def angles_of_direction(direction: ArrayLike) -> tuple[Floats, np.ndarray[tuple[int, ...], np.dtype[np.bool_]]]:
-    """(*batch, 2) polar angle and azimuth of directions [rad], and (*batch,) where the azimuth is free (poles: 0)."""
-    d = as_batch("direction", direction, (3,))
+    """(*batch, 2) polar angle and azimuth of directions [rad], and (*batch,) where the azimuth is free (poles: 0).
+
+    Args:
+        direction: (*batch, 3) of any length but zero.
+
+    Raises:
+        InputError: a direction is zero.
+    """
+    d = as_batch("direction", direction, (3,), finite=True)
+    if not d.any(axis=-1).all():
+        raise InputError("mobility.no_direction")
     level = np.hypot(d[..., 0], d[..., 1])
     pole = level <= TYPED * np.linalg.norm(d, axis=-1)
     phi = np.where(pole, 0.0, np.arctan2(d[..., 1], d[..., 0]))

@@ -64,6 +64,9 @@ from mafsil.parallel.leg_statics import reduced_equations as reduced_equations
 from mafsil.parallel.loop_singularity import LoopSingularities as LoopSingularities
 from mafsil.parallel.loop_singularity import LoopSingularity as LoopSingularity
 from mafsil.parallel.loop_singularity import good_motors as good_motors
+from mafsil.parallel.motor_angles import MotorAngles as MotorAngles
+from mafsil.parallel.motor_angles import MotorAnglesStatus as MotorAnglesStatus
+from mafsil.parallel.nearest_lengths import NearestLengths as NearestLengths
 from mafsil.parallel.parallel_cranks import ParallelCranks as ParallelCranks
 from mafsil.parallel.planar_chain import PlanarChain as PlanarChain
 from mafsil.parallel.planar_legs import PlanarThreeRPR as PlanarThreeRPR
@@ -71,6 +74,8 @@ from mafsil.parallel.planar_legs import PlanarThreeRRR as PlanarThreeRRR
 from mafsil.parallel.planar_poses import PlanarPoses as PlanarPoses
 from mafsil.parallel.planar_poses import PlanarPosesStatus as PlanarPosesStatus
 from mafsil.parallel.platform_modes import stewart_assembly_modes as stewart_assembly_modes
+from mafsil.parallel.platform_points import PlatformPoints as PlatformPoints
+from mafsil.parallel.platform_points import PlatformPointsStatus as PlatformPointsStatus
 from mafsil.parallel.platform_workspace import PlatformLimits as PlatformLimits
 from mafsil.parallel.platform_workspace import PlatformWorkspace as PlatformWorkspace
 from mafsil.parallel.platform_workspace import WorkspaceStatus as WorkspaceStatus

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, Integers
 from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table
+from mafsil.parallel.nearest_lengths import LegEnds, NearestLengths
 
 
 class AssemblyModesStatus(Status):
     """Whether all poses were found, and whether there are real ones."""
 
     ALL = ("parallel.modes_all", True)
+    SOME = ("parallel.modes_some", False)
     NONE = ("parallel.modes_none", False)
     INCOMPLETE = ("parallel.modes_incomplete", True)
     INCOMPLETE_NONE = ("parallel.modes_incomplete_none", False)
@@ -36,6 +39,7 @@ class AssemblyModes(Answer):
         expected: number of isolated poses of this geometry with general lengths; 40 if general.
         error: largest error of a leg over all real poses [m].
         orientation: (*batch, n) sign of det G of each: a platform that goes from + to - passes a singular pose.
+        legs: whose modes they are.
     """
 
     T: Floats
@@ -45,6 +49,12 @@ class AssemblyModes(Answer):
     expected: int
     error: float
     orientation: Floats
+    legs: LegEnds
+
+    @cached_property
+    def nearest(self) -> NearestLengths:
+        """The nearest lengths that the platform can have: of rows with a pose their own, else how far they are off."""
+        return self.legs.nearest()
 
     @property
     def status(self) -> AssemblyModesStatus:
@@ -52,8 +62,10 @@ class AssemblyModes(Answer):
         complete, some = bool((self.paths >= self.expected).all()), bool(self.count.all())
         if not self.expected:
             return AssemblyModesStatus.NOT_ISOLATED
+        if complete and self.count.any():
+            return AssemblyModesStatus.ALL if some else AssemblyModesStatus.SOME
         if complete:
-            return AssemblyModesStatus.ALL if some else AssemblyModesStatus.NONE
+            return AssemblyModesStatus.NONE if self.count.size else AssemblyModesStatus.ALL
         return AssemblyModesStatus.INCOMPLETE if some else AssemblyModesStatus.INCOMPLETE_NONE
 
     def __bool__(self) -> bool:
@@ -71,7 +83,7 @@ class AssemblyModes(Answer):
         """The modes of one row of a batch."""
         return AssemblyModes(
             self.T[row], self.count[row, ...], self.finite[row, ...], self.paths[row, ...], self.expected,
-            self.error, self.orientation[row],
+            self.error, self.orientation[row], self.legs[row],
         )  # fmt: skip
 
     def __repr__(self) -> str:
@@ -82,22 +94,31 @@ class AssemblyModes(Answer):
             (str(k + 1), *map(number, T[:3, 3].tolist()), "+" if self.orientation[k] > 0 else "-")
             for k, T in enumerate(self)
         ]
-        return "\n".join([on_screen(self.explain()), *table(head, rows)])
+        return "\n".join([on_screen(self.explain()), *(table(head, rows) if rows else [])])
 
     def explain(self, language: str | None = None) -> str:
-        """How many poses there are, real and complex, and how exactly the legs fit."""
-        real, finite = self.count.reshape(-1), self.finite.reshape(-1)
-        return self.status.sentence(
+        """How many poses there are, real and complex, how exactly the legs fit; of one row without any how far off."""
+        real, finite, status = self.count.reshape(-1), self.finite.reshape(-1), self.status
+        if status is AssemblyModesStatus.NONE and self.count.ndim:
+            status = AssemblyModesStatus.SOME
+        sentence = status.sentence(
             language, real=_span(real), finite=_span(finite), expected=self.expected, error=self.error,
             missing=int((self.expected - self.paths).max(initial=0)), rows=self.count.size,
+            reached=int((real > 0).sum()), most=int(real.max(initial=0)),
         )  # fmt: skip
+        if self.count.ndim or self.count or not self.expected:
+            return sentence
+        return f"{sentence}; {say('parallel.nearest_lengths', language=language, **self.nearest.details())}"
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
+        """Plain data; of one row without any the nearest lengths too."""
+        found: dict[str, Any] = {
             "status": self.status.name.lower(), "T": self.T, "count": self.count, "finite": self.finite,
             "expected": self.expected, "error": self.error, "orientation": self.orientation,
         }  # fmt: skip
+        if self.count.ndim == 0 and not self.count and self.expected:
+            found["nearest"] = self.nearest.to_dict()
+        return found
 
 
 def _span(counts: Integers) -> str:

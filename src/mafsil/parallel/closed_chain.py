@@ -19,26 +19,22 @@ from mafsil.kernels import Kernel
 from mafsil.mechanics.loop_terms import Holding
 from mafsil.model import JointKind, Mechanism
 from mafsil.model.loading import RobotLike
-from mafsil.parallel import closed_terms
+from mafsil.parallel import closed_terms, closing
 from mafsil.parallel.closed_answers import ActuatorEfforts, ClosedAccelerations, ClosedConfigurations
 from mafsil.parallel.closed_compiled import CompiledChain, Run, trusted
 from mafsil.parallel.closed_kernels import terms_kernel
 from mafsil.parallel.closed_terms import Terms
-from mafsil.parallel.least_gap import least_open, widest_loop
+from mafsil.parallel.closing import CLOSED, FARTHEST_START
 from mafsil.robot import Robot, as_robot
 
-CLOSED = 1e-13
-"""Gap over the size of the mechanism, or in radians, at which a loop is closed: some hundred roundings."""
-TINY = 1e-300
-MOST_STEPS = 100
+MOST_STEPS, TRIES = 100, 25
+"""Of a search for a closed configuration, and searches."""
+AJAR = 1e-2
+"""Gap over the size, or in radians, up to which a step of an integrator may leave loops that were closed."""
 NEWTON_STEPS: Integers = np.array(3)
 """That compiled code takes."""
-LONGEST_STEP = 0.3
-"""Of one coordinate in a Newton step [rad | sizes]."""
-TRIES, AT_ONCE = 25, 8
-"""Searches for a closed configuration, and how many of them begin at once after the first."""
-STARTS, FARTHEST_START, STEPS_OF_START = 24, 1.0, 40
-"""Searches for configurations anywhere, how far from zero they begin [rad | sizes], and how long they may take."""
+STARTS, STEPS_OF_START = 24, 40
+"""Searches for configurations anywhere, and how long they may take."""
 
 
 class ClosedChain:
@@ -121,76 +117,9 @@ class ClosedChain:
         Returns:
             Configurations; of those that were not found the best one and its gap: nothing is proved by that.
         """
-        x = np.array(as_batch("q", q, (self.n,), finite=True))
-        most, more = whole("max_steps", max_steps, 1, 100_000), whole("tries", tries, 1, 10_000) - 1
-        free, begin = self._free(hold), x.reshape(-1, self.n)
-        best, error, steps = self._searched(begin, free, most)
-        rng, done, bound = np.random.default_rng(0), 0, CLOSED * self.size
-        while done < more and len(open_ := np.flatnonzero(error > bound)):
-            count = min(AT_ONCE, more - done)
-            reach = FARTHEST_START * (done + count) / more
-            starts = np.repeat(begin[open_, None], count, axis=1)
-            starts[..., free] += reach * rng.uniform(-1.0, 1.0, (len(open_), count, len(free))) * self.unit[free]
-            found, gap, taken = self._searched(starts.reshape(-1, self.n), free, most)
-            found, gap = found.reshape(starts.shape), gap.reshape(-1, count)
-            far = np.abs((found - begin[open_, None]) / self.unit).max(axis=2)
-            pick = _nearest(gap, far, bound)
-            each = np.arange(len(open_))
-            better = gap[each, pick] < error[open_]
-            best[open_[better]], error[open_[better]] = found[each, pick][better], gap[each, pick][better]
-            steps[open_] += taken.reshape(-1, count).sum(axis=1)
-            done += count
-        shape = x.shape[:-1]
-        widest = self._widest(best, error, bound, free, refined=tries > 1)
-        return ClosedConfigurations(
-            best.reshape(*shape, self.n), error.reshape(shape), steps.reshape(shape), bound, *widest
-        )
-
-    def _widest(
-        self, best: Floats, error: Floats, bound: float, free: Integers, *, refined: bool
-    ) -> tuple[str, float, float]:
-        """The loop that gapes most in the row that gapes most, and by how much [m], [rad]; an empty name if none does.
-
-        Args:
-            best, error: rows and their gaps; the row is changed to the one nearest to closing.
-            bound: of a gap that counts as closed.
-            free: indices of the coordinates that may change.
-            refined: whether to look for less than Newton's method left.
-        """
-        if not (error > bound).any():
-            return "", 0.0, 0.0
-        row = int(np.where(error > bound, error, -1.0).argmax())
-        if refined and np.isfinite(error[row]):
-            best[row] = least_open(self, best[row], free)
-            error[row] = float(closed_terms.error_of(self.terms(best[row])))
-        return widest_loop(self, best[row])
-
-    def _searched(self, rows: Floats, free: Integers, most: int) -> tuple[Floats, Floats, Integers]:
-        """Newton's method from each row: the best configuration, its gap, and steps.
-
-        Args:
-            rows: (k, n) where it begins.
-            free: indices of the coordinates that may change.
-            most: steps.
-        """
-        rows = rows.copy()
-        best, steps = rows.copy(), np.zeros(len(rows), dtype=np.int64)
-        error = np.full(len(rows), np.inf)
-        open_, found = np.arange(len(rows)), self.terms(rows)
-        for _ in range(most + 1):
-            gap = closed_terms.error_of(found)
-            better = gap < error[open_]
-            error[open_[better]], best[open_[better]] = gap[better], rows[open_[better]]
-            going = gap > CLOSED * self.size
-            open_ = open_[going]
-            if not len(open_):
-                break
-            move = closed_terms.correction(found.J[going][:, :, free], found.gap[going])
-            longest = np.abs(move / self.unit[free]).max(axis=1, initial=0.0)
-            rows[open_[:, None], free] += move * np.minimum(1.0, LONGEST_STEP / np.maximum(longest, TINY))[:, None]
-            steps[open_] += 1
-            found = self.terms(rows[open_])
-        return best, error, steps
+        start = as_batch("q", q, (self.n,), finite=True)
+        most, count = whole("max_steps", max_steps, 1, 100_000), whole("tries", tries, 1, 10_000)
+        return closing.closed(self, start, self._free(hold), most, count)
 
     def rates(self, q: ArrayLike, qd: ArrayLike, *, hold: ArrayLike | None = None) -> JointVector:
         """(*batch, n) rates that keep the loops closed, the nearest to given ones in kinetic energy.
@@ -280,7 +209,7 @@ class ClosedChain:
             if type(found) is ClosedAccelerations:
                 return found
             return self._looked_at((q, qd, tau), *found)
-        terms = self.terms(q, qd)
+        terms = self._terms_of_closed(q, qd)
         M = np.ascontiguousarray(terms.M + as_batch("added_inertia", added_inertia, (self.n,) * 2))
         return self._solved(terms._replace(M=M), tau)
 
@@ -288,7 +217,7 @@ class ClosedChain:
         """The first call, and those that change between efforts of all joints and of the driven ones."""
         run = self._compiled.forward_for(tau, q)
         if run is None:
-            return self._solved(self.terms(q, qd), tau)
+            return self._solved(self._terms_of_closed(q, qd), tau)
         self._forward = run
         return run(q, qd, tau)
 
@@ -296,12 +225,27 @@ class ClosedChain:
         """With the rank of the loops found at every state."""
         return ClosedAccelerations(closed_terms.held(found, self._efforts(tau)))
 
+    def _terms_of_closed(self, q: ArrayLike, qd: ArrayLike) -> Terms:
+        """Terms of states; of those that an integrator left ajar, where their loops close, with the gap that they have.
+
+        Beside closed loops rows that depend on each other seem independent, and would hold what moves.
+        """
+        found = self.terms(q, qd)
+        gap = closed_terms.error_of(found)
+        ajar = np.asarray((gap > CLOSED * self.size) & (gap < AJAR * self.size))
+        if not ajar.any():
+            return found
+        here, rate = (np.array(np.broadcast_to(x, (*ajar.shape, self.n)), dtype=np.float64) for x in (q, qd))
+        back, rates = self.closed_state(here[ajar], rate[ajar])
+        here[ajar], rate[ajar] = back.q, rates
+        return self.terms(here, rate)._replace(gap=found.gap, facing=found.facing)
+
     def _looked_at(self, given: tuple[ArrayLike, ...], qdd: Floats, held: Floats) -> ClosedAccelerations:
         """Results of compiled code; rows that do not hold are found with their rank, what is not finite is refused."""
         doubtful = np.isnan(held[..., -1])
         if doubtful.any():
             q, qd, tau = (np.broadcast_to(x, (*doubtful.shape, np.shape(x)[-1]))[doubtful] for x in given)
-            found = self.terms(q, qd)
+            found = self._terms_of_closed(q, qd)
             qdd[doubtful], held[doubtful] = closed_terms.held(found, self._efforts(tau))
         return ClosedAccelerations((qdd, held))
 
@@ -398,10 +342,3 @@ def _anywhere(mechanism: Mechanism) -> Terms | None:
     starts = np.random.default_rng(0).uniform(-FARTHEST_START, FARTHEST_START, (STARTS, chain.n)) * chain.unit
     found = chain.closed(starts, max_steps=STEPS_OF_START, tries=1)
     return chain.terms(found.q[found.found]) if found.found.any() else None
-
-
-def _nearest(gap: Floats, far: Floats, bound: float) -> Integers:
-    """(rows,) of searches (rows, k) the nearest that closed, or the one with the least gap where none did."""
-    closed = gap <= bound
-    near, least = np.argmin(np.where(closed, far, np.inf), axis=1), np.argmin(gap, axis=1)
-    return np.asarray(np.where(np.any(closed, axis=1), near, least), dtype=np.int64)

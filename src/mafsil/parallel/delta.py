@@ -18,8 +18,10 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, as_batch, positive
 from mafsil.errors import InputError
 from mafsil.mobility.planar_positions import wrapped
-from mafsil.parallel.crank_reach import rod_misfit
-from mafsil.parallel.leg_lines import forces_for
+from mafsil.parallel.leg_lines import forces_for, require_regular, require_rods
+from mafsil.parallel.motor_angles import MotorAngles, crank_angles
+from mafsil.parallel.nearest_lengths import LegEnds
+from mafsil.parallel.platform_points import PlatformPoints
 from mafsil.parallel.singular_kinds import SingularKinds, singular_kinds
 
 TOUCHING = 1e-13
@@ -59,31 +61,23 @@ class DeltaRobot:
 
     def elbows(self, q: ArrayLike) -> Floats:
         """(*batch, 3, 3) centres C_k of the spheres on which p lies [m], at angles (*batch, 3) [rad]."""
-        angle = as_batch("q", q, (3,))
+        angle = as_batch("q", q, (3,), finite=True)
         found = (self.offset + self.arm * np.cos(angle))[..., None] * self.directions
         found[..., 2] -= self.arm * np.sin(angle)
         return found
 
-    def angles(self, p: ArrayLike) -> Floats:
-        """(*batch, 3, 2) both angles of each motor for places p (*batch, 3), in (-pi, pi]; NaN out of reach.
-
-        The first has its knee outside, as the robot is built, the second inside.
-        """
+    def inverse_kinematics(self, p: ArrayLike) -> MotorAngles:
+        """Both angles of each motor for places p (*batch, 3): the knee outside first, as the robot is built."""
         place = as_batch("p", p, (3,), finite=True)
         along = place @ self.directions.T
-        across2 = (place[..., 0] ** 2 + place[..., 1] ** 2)[..., None] - along**2
-        e, z = along - self.offset, place[..., 2:]
-        K = (e**2 + across2 + z**2 + self.arm**2 - self.forearm**2) / (2 * self.arm)
-        reach = np.hypot(e, z)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = K / reach
-            ratio = np.where(np.abs(np.abs(ratio) - 1) < TOUCHING, np.sign(ratio), ratio)
-            half = np.arccos(ratio)
-        middle = np.arctan2(-z, e)
-        return wrapped(np.stack([middle - half, middle + half], axis=-1))
+        across = np.sqrt(np.maximum((place[..., 0] ** 2 + place[..., 1] ** 2)[..., None] - along**2, 0.0))
+        # Angles swing the arm down: the plane is seen from the side on which they are positive, and left is inside.
+        down = np.broadcast_to(-place[..., 2:], along.shape)
+        found = crank_angles(along - self.offset, down, across, self.arm, np.full(3, self.forearm))
+        return MotorAngles(found.q[..., ::-1], found.misfit, found.free)
 
-    def positions(self, q: ArrayLike) -> Floats:
-        """(*batch, 2, 3) both places of the platform at angles (*batch, 3), the lower first; NaN where there is none.
+    def forward_kinematics(self, q: ArrayLike) -> PlatformPoints:
+        """Both places of the platform at angles (*batch, 3), the lower first.
 
         Three spheres of one radius meet on the line through the middle of the circle of their centres.
         """
@@ -99,47 +93,49 @@ class DeltaRobot:
         middle = C[..., 0, :] + to_middle
         ends = np.stack([middle - h * n, middle + h * n], axis=-2)
         order = np.argsort(ends[..., 2], axis=-1)
-        return np.take_along_axis(ends, order[..., None], axis=-2)
-
-    def rod_misfit(self, p: ArrayLike) -> Floats:
-        """(*batch, 3) by how much forearms are too short (positive) or too long for places p [m]; zero in reach."""
-        place = as_batch("p", p, (3,), finite=True)
-        along = place @ self.directions.T
-        across2 = (place[..., 0] ** 2 + place[..., 1] ** 2)[..., None] - along**2
-        in_plane = np.hypot(along - self.offset, place[..., 2:])
-        return rod_misfit(in_plane, np.sqrt(np.maximum(across2, 0.0)), self.arm, self.forearm)
-
-    def forearms_short(self, q: ArrayLike) -> Floats:
-        """(*batch,) by how much the forearms are too short to meet at angles q [m]; zero where they do.
-
-        Infinite where the elbows stand on one line, which no point is equally far from.
-        """
-        C = self.elbows(q)
-        a, b, c = (np.linalg.norm(C[..., k, :] - C[..., k - 1, :], axis=-1) for k in range(3))
-        twice = np.linalg.norm(np.cross(C[..., 1, :] - C[..., 0, :], C[..., 2, :] - C[..., 0, :]), axis=-1)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            radius = np.where(a * b * c > 0.0, a * b * c / (2 * twice), 0.0)
-        return np.maximum(radius - self.forearm, 0.0)
+        legs = LegEnds(C, np.zeros_like(C), np.full(C.shape[:-1], self.forearm))
+        # Where two elbows coincide and the third is in reach, a circle of places is left.
+        apart = np.sqrt(np.concatenate([u2, v2, ((v - u) ** 2).sum(axis=-1, keepdims=True)], axis=-1))
+        near, far = apart.min(axis=-1) <= TOUCHING * self.forearm, apart.max(axis=-1) <= 2 * self.forearm
+        return PlatformPoints(np.take_along_axis(ends, order[..., None], axis=-2), np.asarray(near & far), legs)
 
     def motor_matrices(self, q: ArrayLike, p: ArrayLike) -> tuple[Floats, Floats]:
-        """W and B (*batch, 3, 3) of W p' = B q': rows (p - C_k)' and (p - C_k) . dC_k/dq_k."""
+        """W and B (*batch, 3, 3) of W p' = B q': rows (p - C_k)' and (p - C_k) . dC_k/dq_k.
+
+        Args:
+            q, p: (*batch, 3) angles and places that belong together.
+
+        Raises:
+            InputError: they do not.
+        """
         angle = as_batch("q", q, (3,))
         rods = as_batch("p", p, (3,))[..., None, :] - self.elbows(angle)
+        require_rods(rods, self.forearm)
         swing = -np.sin(angle)[..., None] * self.directions
         swing[..., 2] -= np.cos(angle)
         return rods, (self.arm * (rods * swing).sum(axis=-1))[..., None] * np.eye(3)
 
     def jacobian(self, q: ArrayLike, p: ArrayLike) -> Floats:
-        """(*batch, 3, 3) of p' = J q'; the platform does not turn. NaN where the forearms lie in one plane."""
+        """(*batch, 3, 3) of p' = J q'; the platform does not turn.
+
+        Args:
+            q, p: (*batch, 3) angles and places that belong together.
+
+        Raises:
+            InputError: they do not, or the forearms lie in one plane.
+        """
         W, B = self.motor_matrices(q, p)
-        regular = np.linalg.matrix_rank(W) == 3
-        safe = np.where(regular[..., None, None], W, np.eye(3))
-        return np.where(regular[..., None, None], np.linalg.solve(safe, B), np.nan)
+        return np.asarray(np.linalg.solve(require_regular(W), B), dtype=np.float64)
 
     def torques(self, q: ArrayLike, p: ArrayLike, force: ArrayLike) -> Floats:
         """(*batch, 3) efforts of the motors [N m] that push the platform with a force (*batch, 3) [N].
 
-        NaN where the forearms lie in one plane.
+        Args:
+            q, p: (*batch, 3) angles and places that belong together.
+            force: (*batch, 3) that the platform exerts [N].
+
+        Raises:
+            InputError: they do not, or the forearms lie in one plane.
         """
         W, B = self.motor_matrices(q, p)
         along_rods = forces_for(W, as_batch("force", force, (3,)))
@@ -176,8 +172,19 @@ class Eclipse:
         b = self.platform * np.stack([np.cos(angle), np.sin(angle), np.zeros(3)], axis=-1)
         return b @ np.swapaxes(pose_sb[..., :3, :3], -1, -2) + pose_sb[..., None, :3, 3]
 
-    def inverse(self, T: ArrayLike, upper: bool = False, far: bool = False) -> Floats:
-        """(*batch, 3, 2) angle on the circle [rad] and height of the block [m] of each leg; NaN out of reach.
+    def rod_misfit(self, T: ArrayLike, far: bool = False) -> Floats:
+        """(*batch, 3) by how much the rod of each leg is too short to reach the platform; zero where it does [m].
+
+        Args:
+            T: (*batch, 4, 4) poses.
+            far: columns on the far side of the axis.
+        """
+        B = self.platform_joints(T)
+        rho = np.hypot(B[..., 0], B[..., 1]) * (-1.0 if far else 1.0)
+        return np.maximum(np.abs(self.guide - rho) - self.rod, 0.0)
+
+    def inverse_kinematics(self, T: ArrayLike, upper: bool = False, far: bool = False) -> Floats:
+        """(*batch, 3, 2) angle on the circle [rad] and height of the block [m] of each leg.
 
         There are four solutions for each leg, 64 in all: block above or below the joint, column near it or across.
 
@@ -185,27 +192,24 @@ class Eclipse:
             T: (*batch, 4, 4) poses.
             upper: blocks above the joints of the platform.
             far: columns on the far side of the axis.
+
+        Raises:
+            InputError: a rod does not reach; `rod_misfit` says which and by how much, for whole batches.
         """
+        missing = self.rod_misfit(T, far)
+        if (missing > TOUCHING * self.rod).any():
+            *_, leg = np.unravel_index(int(missing.argmax()), missing.shape)
+            raise InputError("parallel.rod_of_leg_short", leg=int(leg) + 1, length=float(missing.max()))
         B = self.platform_joints(T)
         rho = np.hypot(B[..., 0], B[..., 1]) * (-1.0 if far else 1.0)
         gamma = np.arctan2(B[..., 1], B[..., 0]) + (np.pi if far else 0.0)
-        with np.errstate(invalid="ignore"):
-            drop = np.sqrt((self.rod - (self.guide - rho)) * (self.rod + (self.guide - rho)))
+        aside = self.guide - rho
+        drop = np.sqrt(np.maximum((self.rod - aside) * (self.rod + aside), 0.0))
         return np.stack([wrapped(gamma), B[..., 2] + (drop if upper else -drop)], axis=-1)
 
     def feet(self, T: ArrayLike) -> Floats:
         """(*batch, 3, 3) places of the hinges on the blocks in {s}, on the near side with blocks below."""
-        found = self.inverse(T)
+        found = self.inverse_kinematics(T)
         gamma = found[..., 0]
         around = self.guide * np.stack([np.cos(gamma), np.sin(gamma)], axis=-1)
         return np.concatenate([around, found[..., 1:]], axis=-1)
-
-
-def require_reached(name: str, value: Floats) -> None:
-    """Refuse a pose that some leg does not reach.
-
-    Raises:
-        InputError: an entry is NaN.
-    """
-    if np.isnan(value).any():
-        raise InputError("parallel.not_reached", name=name)

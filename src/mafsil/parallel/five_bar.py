@@ -15,9 +15,13 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, as_batch, positive, single
 from mafsil.mobility.planar_positions import circle_crossings, wrapped
-from mafsil.parallel.crank_reach import rod_misfit
+from mafsil.mobility.tolerances import TOUCHING
+from mafsil.parallel.leg_lines import require_regular, require_rods, resultant
 from mafsil.parallel.loop_singularity import LoopSingularities, loop_singularities
+from mafsil.parallel.motor_angles import MotorAngles, crank_angles
+from mafsil.parallel.nearest_lengths import LegEnds
 from mafsil.parallel.planar_chain import PlanarChain
+from mafsil.parallel.platform_points import PlatformPoints
 from mafsil.parallel.singular_kinds import SingularKinds, singular_kinds
 
 
@@ -46,48 +50,35 @@ class FiveBar:
 
     def crank_ends(self, q: ArrayLike) -> tuple[Floats, Floats]:
         """B and D (*batch, 2) at angles (alpha, beta) (*batch, 2) [rad]."""
-        angle = as_batch("q", q, (2,))
+        angle = as_batch("q", q, (2,), finite=True)
         e = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
         return self.crank_1 * e[..., 0, :], self.crank_2 * e[..., 1, :] + np.array([self.ground, 0.0])
 
-    def points(self, q: ArrayLike) -> Floats:
-        """(*batch, 2, 2) both places of C at angles (alpha, beta): left of B -> D first; NaN where there are none.
-
-        Where B = D and the rods are equal, C is any point of a circle about B: NaN too, see `singularity`.
-        """
+    def forward_kinematics(self, q: ArrayLike) -> PlatformPoints:
+        """Both places of C at angles (alpha, beta) (*batch, 2): left of B -> D first."""
         B, D = self.crank_ends(q)
-        return circle_crossings(B, self.rod_1, D, self.rod_2)
+        apart = np.linalg.norm(D - B, axis=-1)
+        free = np.asarray(np.maximum(apart, abs(self.rod_1 - self.rod_2)) <= TOUCHING * self.rod_1, dtype=np.bool_)
+        C = circle_crossings(B, self.rod_1, D, self.rod_2)
+        ends = np.stack([B, D], axis=-2)
+        rods = np.broadcast_to(np.array([self.rod_1, self.rod_2]), ends.shape[:-1])
+        return PlatformPoints(
+            np.where(free[..., None, None], np.nan, C), free, LegEnds(ends, np.zeros_like(ends), rods)
+        )
 
-    def angles(self, C: ArrayLike) -> Floats:
-        """(*batch, 2, 2, 2) all four pairs (alpha, beta) for a place C (*batch, 2), in (-pi, pi]; NaN out of reach.
-
-        The first index is the elbow B, the second D; each left of the line from its motor to C first.
-        """
+    def inverse_kinematics(self, C: ArrayLike) -> MotorAngles:
+        """Both angles alpha and both angles beta for a place C (*batch, 2): elbow left of the line to C first."""
         place = as_batch("C", C, (2,), finite=True)
-        E = np.array([self.ground, 0.0])
-        B = circle_crossings(np.zeros(place.shape), self.crank_1, place, self.rod_1)
-        D = circle_crossings(np.broadcast_to(E, place.shape), self.crank_2, place, self.rod_2) - E
-        alpha, beta = np.arctan2(B[..., 1], B[..., 0]), np.arctan2(D[..., 1], D[..., 0])
-        pairs = np.broadcast_arrays(alpha[..., :, None], beta[..., None, :])
-        return np.stack(pairs, axis=-1)
-
-    def rod_misfit(self, C: ArrayLike) -> Floats:
-        """(*batch, 2) by how much rods are too short (positive) or too long for places C [m]; zero in reach."""
-        place = as_batch("C", C, (2,), finite=True)
-        far = [np.linalg.norm(place - motor, axis=-1) for motor in (np.zeros(2), np.array([self.ground, 0.0]))]
+        along = place[..., None, 0] - np.array([0.0, self.ground])
+        up = np.broadcast_to(place[..., None, 1], along.shape)
         cranks, rods = np.array([self.crank_1, self.crank_2]), np.array([self.rod_1, self.rod_2])
-        return rod_misfit(np.stack(far, axis=-1), 0.0, cranks, rods)
-
-    def rods_apart(self, q: ArrayLike) -> Floats:
-        """(*batch,) by how much both rods together are too short (positive), or one too long, at angles q [m]."""
-        B, D = self.crank_ends(q)
-        return rod_misfit(np.linalg.norm(D - B, axis=-1), 0.0, self.rod_1, self.rod_2)
+        return crank_angles(along, up, 0.0, cranks, rods)
 
     def chain_angles(self, q: ArrayLike, mode: int = 0) -> Floats:
         """(*batch, 5) relative angles at (alpha, beta) in one of both assembly modes; NaN if there is none."""
         angle = as_batch("q", q, (2,))
         B, D = self.crank_ends(angle)
-        C = self.points(angle)[..., mode, :]
+        C = self.forward_kinematics(angle).x[..., mode, :]
         forth, back = C - B, D - C
         turned = [
             angle[..., 0], np.arctan2(forth[..., 1], forth[..., 0]), np.arctan2(back[..., 1], back[..., 0]),
@@ -98,23 +89,45 @@ class FiveBar:
         return wrapped(absolute - before)
 
     def motor_matrices(self, q: ArrayLike, C: ArrayLike) -> tuple[Floats, Floats]:
-        """A and B (*batch, 2, 2) of A C' = B (alpha', beta'): rows (C - B)' and (C - D)'."""
+        """A and B (*batch, 2, 2) of A C' = B (alpha', beta'): rows (C - B)' and (C - D)'.
+
+        Args:
+            q, C: (*batch, 2) angles and places that belong together.
+
+        Raises:
+            InputError: they do not.
+        """
         first, second = self.crank_ends(q)
         place = as_batch("C", C, (2,))
         rods = np.stack([place - first, place - second], axis=-2)
+        require_rods(rods, np.array([self.rod_1, self.rod_2]))
         cranks = np.stack([first, second - np.array([self.ground, 0.0])], axis=-2)
         across = np.stack([-cranks[..., 1], cranks[..., 0]], axis=-1)
         return rods, (rods * across).sum(axis=-1)[..., None] * np.eye(2)
 
     def jacobian(self, q: ArrayLike, C: ArrayLike) -> Floats:
-        """(*batch, 2, 2) of C' = J (alpha', beta'); infinite or NaN where the rods are in line."""
+        """(*batch, 2, 2) of C' = J (alpha', beta').
+
+        Args:
+            q, C: (*batch, 2) angles and places that belong together.
+
+        Raises:
+            InputError: they do not, or the rods are in line.
+        """
         A, B = self.motor_matrices(q, C)
-        det = A[..., 0, 0] * A[..., 1, 1] - A[..., 0, 1] * A[..., 1, 0]
-        adjugate = np.stack(
-            [np.stack([A[..., 1, 1], -A[..., 0, 1]], -1), np.stack([-A[..., 1, 0], A[..., 0, 0]], -1)], axis=-2
-        )
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return adjugate @ B / det[..., None, None]
+        return np.asarray(np.linalg.solve(require_regular(A), B), dtype=np.float64)
+
+    def torques(self, q: ArrayLike, C: ArrayLike, force: ArrayLike) -> Floats:
+        """(*batch, 2) efforts of both motors [N m] with which C exerts a force (*batch, 2) [N].
+
+        Args:
+            q, C: (*batch, 2) angles and places that belong together.
+            force: (*batch, 2) [N].
+
+        Raises:
+            InputError: as `jacobian`.
+        """
+        return resultant(self.jacobian(q, C), force)
 
     def motor_singularity(self, q: ArrayLike, C: ArrayLike) -> SingularKinds:
         """Kind of singularity with both motors on the ground: first, a crank in line with its rod; second, the rods."""

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, positive
+from mafsil.errors import InputError
 from mafsil.geometry import pose
-from mafsil.parallel.delta import DeltaRobot, Eclipse, require_reached
+from mafsil.parallel.delta import DeltaRobot, Eclipse
 from mafsil.parallel.leg_mechanism import LegMechanism, legs_of
 from mafsil.parallel.stewart import StewartPlatform
 
@@ -73,8 +74,10 @@ def delta_legs(robot: DeltaRobot, q: float) -> LegMechanism:
 
     Coordinates of the arms count from there.
     """
-    p = robot.positions(np.full(3, float(q)))[0]
-    require_reached("q", p)
+    found = robot.forward_kinematics(np.full(3, float(q)))
+    if not found.count:
+        raise InputError("parallel.not_reached", name="q")
+    p = found.x[0]
     screws: list[Floats] = []
     for u in robot.directions:
         t = np.array([-u[1], u[0], 0.0])
@@ -88,8 +91,7 @@ def delta_legs(robot: DeltaRobot, q: float) -> LegMechanism:
 
 def eclipse_legs(robot: Eclipse, T: ArrayLike) -> LegMechanism:
     """The Eclipse machine drawn in a pose (4, 4): legs of column, block, hinge, ball; columns and blocks are driven."""
-    found = robot.inverse(T)
-    require_reached("T", found)
+    found = robot.inverse_kinematics(T)
     screws: list[Floats] = []
     z = np.array([0.0, 0.0, 1.0])
     for (gamma, _), foot, B in zip(found, robot.feet(T), robot.platform_joints(T), strict=True):

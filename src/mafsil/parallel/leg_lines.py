@@ -12,6 +12,10 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, as_batch
 from mafsil.errors import InputError
+from mafsil.parallel.tolerances import OPEN
+
+ROUNDING = 1e-14
+"""Share of the longest leg below which the length of another one is rounding."""
 
 
 def line_matrix(points: ArrayLike, directions: ArrayLike) -> Floats:
@@ -33,8 +37,9 @@ def unit_vectors(d: Floats) -> tuple[Floats, Floats]:
         InputError: a leg has length zero, so that it has no direction.
     """
     s = np.linalg.norm(d, axis=-1)
-    if (s == 0.0).any():
-        raise InputError("parallel.leg_zero", leg=int(np.argwhere(s == 0.0)[0][-1]) + 1)
+    without = s <= ROUNDING * s.max(axis=-1, keepdims=True, initial=0.0)
+    if without.any():
+        raise InputError("parallel.leg_zero", leg=int(np.argwhere(without)[0][-1]) + 1)
     return s, d / s[..., None]
 
 
@@ -49,15 +54,43 @@ def resultant(G: Floats, forces: ArrayLike) -> Floats:
 
 
 def forces_for(G: Floats, F: ArrayLike) -> Floats:
-    """(*batch, m) forces of the legs with wrench F (*batch, k) on the platform, G' tau = F; NaN where singular.
+    """(*batch, m) forces of the legs with wrench F (*batch, k) on the platform, G' tau = F.
 
     A load F_load on the platform is carried by the forces for -F_load.
+
+    Raises:
+        InputError: G is singular in some row.
     """
     wrench = as_batch("F", F, (G.shape[-1],))
-    shape = np.broadcast_shapes(G.shape[:-2], wrench.shape[:-1])
-    rows = np.broadcast_to(G, (*shape, *G.shape[-2:]))
-    known = np.broadcast_to(wrench, (*shape, G.shape[-1]))
-    regular = np.linalg.matrix_rank(rows) == G.shape[-1]
-    safe = np.where(regular[..., None, None], rows, np.eye(G.shape[-1]))
-    found = np.linalg.solve(np.swapaxes(safe, -1, -2), known[..., None])[..., 0]
-    return np.where(regular[..., None], found, np.nan)
+    tau = np.linalg.solve(np.swapaxes(require_regular(G), -1, -2), wrench[..., None])[..., 0]
+    return np.asarray(tau, dtype=np.float64)
+
+
+def require_regular(G: Floats) -> Floats:
+    """Matrices (*batch, k, k), looked at.
+
+    Raises:
+        InputError: one is singular: its equations have no solution, or many.
+    """
+    singular = np.linalg.matrix_rank(G) < G.shape[-1]
+    if singular.any():
+        row = ", ".join(map(str, np.argwhere(singular)[0].tolist()))
+        raise InputError("parallel.singular_row", row=row or "0", count=int(singular.sum()), rows=singular.size)
+    return G
+
+
+def require_rods(rods: Floats, lengths: Floats | float) -> None:
+    """Refuse poses and angles that do not belong together.
+
+    Args:
+        rods: (*batch, m, k) from the ends of the cranks to the platform [m].
+        lengths: (m,) that they have [m].
+
+    Raises:
+        InputError: a rod would be of another length.
+    """
+    wrong = np.linalg.norm(rods, axis=-1) - lengths
+    off = np.abs(wrong) > OPEN * np.maximum(lengths, 1e-300)
+    if off.any():
+        *_, rod = np.argwhere(off)[0]
+        raise InputError("parallel.rod_wrong", rod=int(rod) + 1, length=float(wrong[tuple(np.argwhere(off)[0])]))

@@ -15,12 +15,16 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, as_batch, frozen, real_array, single
+from mafsil.arrays import Floats, as_batch, frozen, real_array, single, whole
 from mafsil.errors import InputError
 from mafsil.geometry import pose
 from mafsil.parallel.closure import DrivenRates, driven_rates
-from mafsil.parallel.loop_singularity import LoopSingularities, loop_singularities
-from mafsil.parallel.tolerances import RANK
+from mafsil.parallel.loop_singularity import LoopSingularities, good_motors, loop_singularities, require_closed
+from mafsil.parallel.tolerances import FEASIBLE, RANK
+from mafsil.solvers.decompositions import pinv, ranks
+
+CLOSING_STEPS = 12
+"""Newton's steps back to closed loops from a tenth of a radian: six would do."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,11 +167,10 @@ class LegMechanism:
 
     def rates(self, q: ArrayLike) -> DrivenRates:
         """Rates of the passive joints per rate of the driven ones at one configuration that closes the loops."""
-        value = single("q", q, (self.n,))
-        return driven_rates(self.loop_matrix(value), self.driven)
+        return driven_rates(self.loop_matrix(self.require_closed(q)), self.driven)
 
     def jacobian(self, q: ArrayLike, leg: int = 0) -> Floats:
-        """(6, a) space Jacobian of the platform by the driven joints, taken through one of the legs; NaN if singular.
+        """(6, a) space Jacobian of the platform by the driven joints, taken through one of the legs.
 
         Idle freedoms of the passive joints, such as the spin of a rod, do not matter. With more motors than motions it
         holds for the rates that the loops admit (`rates(q).admissible`), all others have none.
@@ -175,9 +178,12 @@ class LegMechanism:
         Args:
             q: (n,) coordinates that close the loops.
             leg: through which the twist is read; all give the same.
+
+        Raises:
+            InputError: legs miss each other there, or the driven joints do not decide the motion of the platform.
         """
-        value = single("q", q, (self.n,))
-        J, found = self.leg_jacobians(value), self.rates(value)
+        value = self.require_closed(q)
+        J, found = self.leg_jacobians(value), driven_rates(self.loop_matrix(value), self.driven)
         columns = np.zeros((self.n, len(self.driven)))
         columns[list(self.driven)] = np.eye(len(self.driven))
         columns[list(self.passive)] = found.passive_map
@@ -186,40 +192,105 @@ class LegMechanism:
         scale = np.concatenate([np.ones(3), np.full(3, self.size)])
         moves = np.abs(J[0] @ free[self.parts[0]] / scale[:, None]).max(initial=0.0) > 10 * RANK
         if moves:
-            return np.full((6, len(self.driven)), np.nan)
+            raise InputError("parallel.undecided", free=found.free.shape[1])
         return J[leg] @ columns[self.parts[leg]]
+
+    def require_closed(self, q: ArrayLike) -> Floats:
+        """(n,) coordinates, looked at.
+
+        Args:
+            q: (n,) that close the loops.
+
+        Raises:
+            InputError: wrong ones, or legs that miss each other there.
+        """
+        value = single("q", q, (self.n,))
+        require_closed(self._scale * self.closure(value))
+        return value
+
+    @cached_property
+    def _scale(self) -> Floats:
+        """(6 (m - 1),) one for angles, one over the size for lengths, so that no singular value depends on units."""
+        return np.tile(np.concatenate([np.ones(3), np.full(3, 1 / self.size)]), len(self.legs) - 1)
+
+    def generic_rank(self, q: ArrayLike, samples: int = 6, seed: int = 0) -> int:
+        """Largest rank of H at closed configurations around one: what the loops ask on most configurations.
+
+        Legs that move in one plane, or translate, ask less than 6 (m - 1) everywhere.
+
+        Args:
+            q: (n,) coordinates that close the loops.
+            samples: random steps of up to 0.1 rad, or as much of the size, that are closed by Newton's method.
+            seed: of the steps.
+        """
+        here, rng = self.require_closed(q), np.random.default_rng(seed)
+        around = here + 0.1 * rng.uniform(-1.0, 1.0, (whole("samples", samples, 0), self.n)) * self._units
+        for _ in range(CLOSING_STEPS):
+            H = self._scale[:, None] * self.loop_matrix(around) * self._units
+            gap = self._scale * self.closure(around)
+            around = around - np.einsum("kij,kj->ki", pinv(H, RANK), gap) * self._units
+        closed = np.abs(self._scale * self.closure(around)).max(axis=-1, initial=0.0) < FEASIBLE
+        looked_at = np.concatenate([here[None], around[closed]])
+        return int(ranks(self._scale[:, None] * self.loop_matrix(looked_at) * self._units, RANK).max())
+
+    @cached_property
+    def _units(self) -> Floats:
+        """(n,) one for angles, the size for slides."""
+        slides = np.concatenate([np.linalg.norm(leg.screws[:3], axis=0) == 0 for leg in self.legs])
+        return np.where(slides, self.size, 1.0)
 
     def singularity(self, q: ArrayLike, full_rank: int | None = None) -> LoopSingularities:
         """All that is singular about a configuration that closes the loops, for the motion of the platform.
 
         Args:
             q: (n,) coordinates.
-            full_rank: rank of H on most configurations; all its rows, or all its columns less the mobility, if None.
+            full_rank: rank of H on most configurations; `generic_rank` if None.
+
+        Raises:
+            InputError: legs miss each other there.
         """
-        value = single("q", q, (self.n,))
-        # Lengths over the size, so that no singular value depends on units.
-        scale = np.tile(np.concatenate([np.ones(3), np.full(3, 1 / self.size)]), len(self.legs) - 1)
-        slides = np.concatenate([np.linalg.norm(leg.screws[:3], axis=0) == 0 for leg in self.legs])
-        units = np.where(slides, self.size, 1.0)
-        H = scale[:, None] * self.loop_matrix(value) * units
+        value, scale, units = self.require_closed(q), self._scale, self._units
+        H, task = self._without_units(value)
         bent = scale[:, None, None] * self.curvature(value) * units[:, None] * units
 
         def closure(x: Floats) -> tuple[Floats, Floats]:
             return scale * self.closure(x * units), scale[:, None] * self.loop_matrix(x * units) * units
 
-        task = np.zeros((6, self.n))
-        task[:, self.parts[0]] = self.leg_jacobians(value)[0]
-        task = scale[:6, None] * task * units
-        expected = min(H.shape) if full_rank is None else full_rank
+        expected = self.generic_rank(value) if full_rank is None else full_rank
         return loop_singularities(
             H, bent, self.driven, full_rank=expected, closure=closure, q=value / units, task=task,
             idle=True,
         )  # fmt: skip
 
+    def _without_units(self, q: Floats) -> tuple[Floats, Floats]:
+        """H, and the twist of the platform by all rates (6, n), with lengths over the size."""
+        task = np.zeros((6, self.n))
+        task[:, self.parts[0]] = self.leg_jacobians(q)[0]
+        H = self._scale[:, None] * self.loop_matrix(q) * self._units
+        return H, self._scale[:6, None] * task * self._units
+
+    def good_motors(
+        self, q: ArrayLike, count: int | None = None, among: Sequence[int] | None = None
+    ) -> tuple[tuple[int, ...], ...]:
+        """All choices of joints that, when driven, decide the motion of the platform; spins of rods do not matter.
+
+        Args:
+            q: (n,) coordinates that close the loops.
+            count: of motors; as many as are driven if None.
+            among: joints that may be driven; all if None.
+
+        Raises:
+            InputError: legs miss each other there, or too many choices.
+        """
+        value = self.require_closed(q)
+        H, task = self._without_units(value)
+        wanted = len(self.driven) if count is None else whole("count", count, 1, self.n)
+        return good_motors(H, wanted, self.generic_rank(value), task=task, among=among)
+
     def sampled_rank(self, configurations: ArrayLike) -> int:
         """The largest rank of H over configurations (k, n) that close the loops: the rank on most of them."""
         H = self.loop_matrix(as_batch("configurations", configurations, (self.n,)))
-        return int(np.linalg.matrix_rank(H, tol=None).max(initial=0))
+        return int(ranks(self._scale[:, None] * H * self._units, RANK).max(initial=0))
 
 
 def _bent(J: Floats) -> Floats:

@@ -82,7 +82,7 @@ def leg_forces(mechanism: LegMechanism, q: ArrayLike, F: ArrayLike) -> LegForces
         q: (n,) coordinates that close the loops.
         F: (6,) wrench in {s}.
     """
-    value, wrench = single("q", q, (mechanism.n,)), single("F", F, (6,))
+    value, wrench = mechanism.require_closed(q), single("F", F, (6,))
     J = mechanism.leg_jacobians(value)
     m = len(J)
     rows: list[Floats] = []
@@ -153,7 +153,7 @@ def inverse_rates(mechanism: LegMechanism, q: ArrayLike, V: ArrayLike) -> LegRat
         q: (n,) coordinates that close the loops.
         V: (6,) twist.
     """
-    value, twist = single("q", q, (mechanism.n,)), single("V", V, (6,))
+    value, twist = mechanism.require_closed(q), single("V", V, (6,))
     scale = np.concatenate([np.ones(3), np.full(3, 1 / mechanism.size)])
     rates, left = np.zeros(mechanism.n), np.zeros(6)
     for part, J in zip(mechanism.parts, mechanism.leg_jacobians(value), strict=True):
@@ -174,7 +174,7 @@ def reduced_equations(mechanism: LegMechanism, q: ArrayLike) -> tuple[Floats, Fl
         mechanism: legs and driven joints.
         q: (n,) coordinates that close the loops.
     """
-    value = single("q", q, (mechanism.n,))
+    value = mechanism.require_closed(q)
     rows_A: list[Floats] = []
     rows_B: list[Floats] = []
     for part, J in zip(mechanism.parts, mechanism.leg_jacobians(value), strict=True):

@@ -16,19 +16,23 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from math import comb
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Floats
+from mafsil.arrays import Floats, Integers, real_array
+from mafsil.errors import InputError
 from mafsil.messages.tables import on_screen
 from mafsil.parallel.closure import DrivenRates, driven_rates, kernel, numerical_rank, second_form
-from mafsil.parallel.tolerances import DEFINITE, FEASIBLE, RANK
+from mafsil.parallel.tolerances import DEFINITE, FEASIBLE, OPEN, RANK
 
 STEP = 1e-2
 """Length of the steps of a searched self-motion, of coordinates of size one."""
 STEPS = 20
+MOST_CHOICES = 200_000
 
 
 class LoopSingularity(Status):
@@ -133,7 +137,12 @@ def loop_singularities(
         q: (n,) the configuration.
         task: (t, n) rates of the task per rate of the joints.
         idle: motions that leave the task alone, such as the spin of a rod, do not count as actuator singularities.
+
+    Raises:
+        InputError: the loops do not close there.
     """
+    if closure is not None:
+        require_closed(closure(q)[0], float(np.abs(H).max(initial=1.0)))
     rank, rates = numerical_rank(H), driven_rates(H, driven, full_rank)
     findings: list[LoopSingularity] = []
     form, size, tangents = np.zeros((0, 0)), 0.0, np.zeros((0, H.shape[1]))
@@ -157,6 +166,21 @@ def loop_singularities(
     return LoopSingularities(
         tuple(findings) or (LoopSingularity.REGULAR,), rank, full_rank, rates, form, tangents, size, blocked
     )
+
+
+def require_closed(gap: Floats, size: float = 1.0) -> None:
+    """Refuse a configuration whose loops gape: nothing that is said of it would be true.
+
+    Args:
+        gap: (k,) what the loops miss.
+        size: over which it is judged.
+
+    Raises:
+        InputError: it does not close.
+    """
+    worst = float(np.abs(gap).max(initial=0.0))
+    if worst > OPEN * size:
+        raise InputError("parallel.open", gap=worst)
 
 
 def _crossing(forms: list[Floats], tangents: int) -> LoopSingularity:
@@ -246,18 +270,48 @@ def _blocked(task: Floats, motions: Floats, mobility: int) -> Floats:
     return left[:, rank:possible] if rank < possible else np.zeros((task.shape[0], 0))
 
 
-def good_motors(H: Floats, count: int, full_rank: int) -> tuple[tuple[int, ...], ...]:
-    """All choices of `count` joints that, when driven, decide all other joints to first order.
+def good_motors(
+    H: ArrayLike, count: int, full_rank: int | None = None, *, task: Floats | None = None,
+    among: Sequence[int] | None = None,
+) -> tuple[tuple[int, ...], ...]:  # fmt: skip
+    """All choices of `count` joints that, when driven, decide all other joints, or the task, to first order.
+
+    With N a basis of the motions and T those of them that move the task, the rows of a choice must tell all of T apart
+    from each other and from the motions that leave the task alone.
 
     Args:
         H: (m, n) matrix of the loops at one configuration.
         count: of motors.
-        full_rank: rank of H on most configurations.
+        full_rank: rank of H on most configurations; its rank here if None. Where it is less, no choice is good.
+        task: (t, n) rates of the task per rate of the joints: motions that leave it alone do not count; all do if None.
+        among: joints that may be driven; all if None.
+
+    Raises:
+        InputError: no matrix, or more than 200,000 choices; give fewer joints.
     """
-    n = H.shape[1]
-    if numerical_rank(H) < full_rank:
+    matrix = real_array("H", H)
+    if matrix.ndim != 2:
+        raise InputError("input.shape", name="H", expected="(m, n)", got=matrix.shape, hint="")
+    n = matrix.shape[1]
+    joints = tuple(range(n)) if among is None else tuple(among)
+    if comb(len(joints), count) > MOST_CHOICES:
+        raise InputError("parallel.many_choices", choices=comb(len(joints), count), most=MOST_CHOICES)
+    if full_rank is not None and numerical_rank(matrix) < full_rank:
         return ()
-    scale = float(np.linalg.norm(H, 2))
-    return tuple(
-        driven for driven in combinations(range(n), count) if not kernel(np.delete(H, driven, axis=1), scale).size
-    )
+    N = kernel(matrix)
+    moves = np.eye(N.shape[1]) if task is None else np.asarray(task, dtype=np.float64) @ N
+    _, s, right = np.linalg.svd(moves)
+    moving = int((s > 10 * RANK * float(s.max(initial=0.0))).sum())
+    N = N @ right.T
+    every: Integers = np.array(list(combinations(joints, count)), dtype=np.int64).reshape(-1, count)
+    rows = N[every]
+    idle = ranks_above(rows[..., moving:], RANK)
+    good = ranks_above(rows, RANK) == moving + idle
+    return tuple(tuple(choice) for choice in every[good].tolist())
+
+
+def ranks_above(A: Floats, limit: float) -> Integers:
+    """(k,) numbers of singular values of (k, m, n) above a limit: of parts of orthonormal columns."""
+    if not A.size:
+        return np.zeros(len(A), dtype=np.int64)
+    return np.asarray((np.linalg.svd(A, compute_uv=False) > limit).sum(axis=-1), dtype=np.int64)

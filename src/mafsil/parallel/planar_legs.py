@@ -13,12 +13,15 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, as_batch, frozen, single
 from mafsil.errors import InputError
-from mafsil.mobility.planar_positions import circle_crossings
-from mafsil.parallel.crank_reach import rod_misfit
-from mafsil.parallel.leg_lines import forces_for, rates, resultant, unit_vectors
-from mafsil.parallel.planar_platform import all_poses, leg_vectors, sextic
+from mafsil.parallel.leg_lines import forces_for, rates, require_regular, require_rods, resultant, unit_vectors
+from mafsil.parallel.motor_angles import MotorAngles, crank_angles
+from mafsil.parallel.nearest_lengths import LegEnds
+from mafsil.parallel.planar_platform import FITS, all_poses, leg_vectors, sextic
 from mafsil.parallel.planar_poses import PlanarPoses
 from mafsil.parallel.singular_kinds import SingularKinds, singular_kinds
+
+SHORT = 1e-3
+"""Of a leg, over the size."""
 
 
 def planar_line_matrix(points: Floats, directions: Floats) -> Floats:
@@ -63,7 +66,11 @@ class PlanarThreeRPR:
         s = np.linalg.norm(self.leg_vectors(x), axis=-1)
         return np.stack([s, -s], axis=-1) if signed else s
 
-    def poses(self, lengths: ArrayLike, signed: bool = False) -> PlanarPoses:
+    def inverse_kinematics(self, x: ArrayLike) -> Floats:
+        """(*batch, 3) `lengths` of the legs [m] at poses (*batch, 3), under the name that all robots have."""
+        return self.lengths(x)
+
+    def forward_kinematics(self, lengths: ArrayLike, signed: bool = False) -> PlanarPoses:
         """All poses for given lengths, six at most, through the sextic.
 
         Args:
@@ -104,7 +111,15 @@ class PlanarThreeRPR:
         return resultant(self.jacobian(x), forces)
 
     def leg_forces(self, x: ArrayLike, F: ArrayLike) -> Floats:
-        """(*batch, 3) forces of the legs [N] whose wrench on the platform is F (*batch, 3); NaN where singular."""
+        """(*batch, 3) forces of the legs [N] whose wrench on the platform is F (*batch, 3).
+
+        Args:
+            x: (*batch, 3) poses.
+            F: (*batch, 3) wrenches (m_z, f_x, f_y) in {s}.
+
+        Raises:
+            InputError: a pose is singular, so that some wrench needs forces without bound.
+        """
         return forces_for(self.jacobian(x), F)
 
     def singularity(self, x: ArrayLike) -> SingularKinds:
@@ -174,30 +189,19 @@ class PlanarThreeRRR:
 
     def elbows(self, q: ArrayLike) -> Floats:
         """(*batch, 3, 2) ends of the cranks at angles q (*batch, 3) [rad]."""
-        angle = as_batch("q", q, (3,))
+        angle = as_batch("q", q, (3,), finite=True)
         return self.base + self.cranks[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
     def ends(self, x: ArrayLike) -> Floats:
         """(*batch, 3, 2) hinges of the platform in {s} at poses (*batch, 3)."""
         return leg_vectors(np.zeros((3, 2)), self.platform, as_batch("x", x, (3,), finite=True))[0]
 
-    def angles(self, x: ArrayLike) -> Floats:
-        """(*batch, 3, 2) both angles of each crank at poses (*batch, 3), in (-pi, pi]; NaN where out of reach.
+    def inverse_kinematics(self, x: ArrayLike) -> MotorAngles:
+        """Both angles of each crank at poses (*batch, 3): elbow left of the line from motor to platform first."""
+        along = self.ends(x) - self.base
+        return crank_angles(along[..., 0], along[..., 1], 0.0, self.cranks, self.rods)
 
-        The first has its elbow to the left of the line from motor to platform. With three legs there are eight
-        combinations.
-        """
-        ends = self.ends(x)
-        elbow = circle_crossings(np.broadcast_to(self.base, ends.shape), self.cranks, ends, self.rods)
-        along = elbow - self.base[:, None]
-        return np.arctan2(along[..., 1], along[..., 0])
-
-    def rod_misfit(self, x: ArrayLike) -> Floats:
-        """(*batch, 3) by how much rods are too short (positive) or too long at poses x [m]; zero in reach."""
-        far = np.linalg.norm(self.ends(x) - self.base, axis=-1)
-        return rod_misfit(far, 0.0, self.cranks, self.rods)
-
-    def poses(self, q: ArrayLike) -> PlanarPoses:
+    def forward_kinematics(self, q: ArrayLike) -> PlanarPoses:
         """All poses at angles of the cranks (*batch, 3), six at most: the platform is held by three distances."""
         angle = as_batch("q", q, (3,), finite=True)
         elbows = self.elbows(angle).reshape(-1, 3, 2)
@@ -210,12 +214,41 @@ class PlanarThreeRRR:
         Args:
             x: (*batch, 3) poses.
             q: (*batch, 3) angles of the cranks that belong to them.
+
+        Raises:
+            InputError: they do not.
         """
         elbows = self.elbows(q)
-        _, u = unit_vectors(self.ends(x) - elbows)
+        rods = self.ends(x) - elbows
+        require_rods(rods, self.rods)
+        _, u = unit_vectors(rods)
         arm = elbows - self.base
         along = arm[..., 0] * u[..., 1] - arm[..., 1] * u[..., 0]
         return planar_line_matrix(elbows, u), along[..., None] * np.eye(3)
+
+    def jacobian(self, x: ArrayLike, q: ArrayLike) -> Floats:
+        """(*batch, 3, 3) of V = J q' with the twist (omega_z, v_x, v_y) in {s}.
+
+        Args:
+            x, q: (*batch, 3) poses and angles that belong together.
+
+        Raises:
+            InputError: they do not, or the lines of the rods meet in a point or are parallel.
+        """
+        A, B = self.motor_matrices(x, q)
+        return np.asarray(np.linalg.solve(require_regular(A), B), dtype=np.float64)
+
+    def torques(self, x: ArrayLike, q: ArrayLike, F: ArrayLike) -> Floats:
+        """(*batch, 3) efforts of the motors [N m] with which the platform exerts a wrench F (*batch, 3) in {s}.
+
+        Args:
+            x, q: (*batch, 3) poses and angles that belong together.
+            F: (*batch, 3) wrenches (m_z, f_x, f_y).
+
+        Raises:
+            InputError: as `jacobian`.
+        """
+        return resultant(self.jacobian(x, q), F)
 
     def singularity(self, x: ArrayLike, q: ArrayLike) -> SingularKinds:
         """First kind: a leg is stretched or folded. Second: the lines of the rods meet in a point or are parallel."""
@@ -226,16 +259,25 @@ class PlanarThreeRRR:
 def planar_poses(a: Floats, b: Floats, s: Floats, size: float, shape: tuple[int, ...]) -> PlanarPoses:
     """All poses of bodies (k, 3, 2) at distances s (k, 3) from points (k, 3, 2), as an answer of a batch."""
     middle, centre = a.mean(axis=1, keepdims=True), b.mean(axis=1, keepdims=True)
-    scale = max(size, float(s.max(initial=0.0)))
-    found, movable = all_poses((a - middle) / scale, (b - centre) / scale, s / scale)
-    count = np.isfinite(found[..., 2]).sum(axis=1)
-    found = found[:, : max(1, int(count.max(initial=0)))] * np.array([scale, scale, 1.0])
+    scale = np.maximum(size, s.max(axis=1, initial=0.0))[:, None]
+    found, movable = all_poses((a - middle) / scale[..., None], (b - centre) / scale[..., None], s / scale)
+    found[..., :2] *= scale[..., None]
     c, z = np.cos(found[..., 2]), np.sin(found[..., 2])
     turned = np.stack([c * centre[..., 0] - z * centre[..., 1], z * centre[..., 0] + c * centre[..., 1]], axis=-1)
     found[..., :2] += middle - turned
+    # Newton's method loses double poses with a short leg, whose direction is hardly known; least squares do not.
+    lost = np.flatnonzero(~np.isfinite(found[..., 2]).any(axis=1) & ~movable & (s.min(axis=1) < SHORT * scale[:, 0]))
+    near = LegEnds(a[lost], b[lost], s[lost]).nearest()
+    fits = near.distance <= FITS * scale[lost, 0]
+    found[lost[fits], 0] = near.x[fits]
+    count = np.isfinite(found[..., 2]).sum(axis=1)
+    found = found[:, : max(1, int(count.max(initial=0)))]
     d, _ = leg_vectors(a[:, None], b[:, None], found)
     error = float(np.nan_to_num(np.abs(np.linalg.norm(d, axis=-1) - s[:, None])).max(initial=0.0))
-    return PlanarPoses(found.reshape(*shape, *found.shape[1:]), count.reshape(shape), movable.reshape(shape), error)
+    legs = LegEnds(a.reshape(*shape, 3, 2), b.reshape(*shape, 3, 2), s.reshape(*shape, 3))
+    return PlanarPoses(
+        found.reshape(*shape, *found.shape[1:]), count.reshape(shape), movable.reshape(shape), error, legs
+    )  # fmt: skip
 
 
 def _size(base: Floats, platform: Floats) -> float:

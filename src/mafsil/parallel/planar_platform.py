@@ -8,6 +8,7 @@ t = tan(phi / 2) a polynomial of degree eight that 1 + t^2 divides: the sextic.
 2. Its coefficients by the discrete Fourier transform; zeros as eigenvalues, also phi = pi, where t is infinite.
 3. From phi to P; where D = 0 too, P is where a line and a circle meet, or the sextic says nothing about P.
 4. Newton's method on (x, y, phi) with the three distances.
+5. A leg of length zero pins the body, and Newton's method finds no slope: another leg gives the angle.
 
 Reference: Gosselin, Sefrioui, Richard, Polynomial solutions to the direct kinematic problem of planar three-degree-of-
 freedom parallel manipulators, Mech. Mach. Theory 27, 1992.
@@ -89,7 +90,7 @@ def all_poses(a: Floats, b: Floats, s: Floats) -> tuple[Floats, Booleans]:
     """All real poses (x, y, phi) for ends (k, 3, 2), (k, 3, 2) and lengths (k, 3), of size about one.
 
     Returns:
-        (k, 12, 3) isolated poses by ascending phi in (-pi, pi], NaN beyond their number; (k,) whether there are poses
+        (k, n, 3) isolated poses by ascending phi in (-pi, pi], NaN beyond their number; (k,) whether there are poses
         besides that form a curve: the sextic vanishes, or both w_i do, so that P is any point of a circle.
     """
     c = circle_coefficients(a, b, s)
@@ -103,7 +104,11 @@ def all_poses(a: Floats, b: Floats, s: Floats) -> tuple[Floats, Booleans]:
     phi = np.repeat(angles, 2, axis=1)
     x = np.concatenate([_origin(a[:, None], b[:, None], P, phi), phi[..., None]], axis=-1)
     # 4.
-    x = _sorted_distinct(a, b, s, _polished(a[:, None], b[:, None], s[:, None], x))
+    x = _polished(a[:, None], b[:, None], s[:, None], x)
+    # 5.
+    if (s <= VANISHING).any():
+        x = np.concatenate([x, _pinned(a, b, s)], axis=1)
+    x = _sorted_distinct(a, b, s, x)
     curve, angle = translates(a, b, s)
     with np.errstate(invalid="ignore"):
         x[curve[:, None] & (np.abs(wrapped(x[..., 2] - angle[:, None])) < NEAR_CIRCLE)] = np.nan
@@ -112,7 +117,10 @@ def all_poses(a: Floats, b: Floats, s: Floats) -> tuple[Floats, Booleans]:
 
 
 def translates(a: Floats, b: Floats, s: Floats) -> tuple[Booleans, Floats]:
-    """(k,) whether three equal legs are parallel at some angle, so that the body goes round on a circle; the angle."""
+    """(k,) whether three equal legs are parallel at some angle, so that the body goes round on a circle; the angle.
+
+    Legs of length zero hold it where they are.
+    """
     A, B = a[:, 1:] - a[:, :1], b[:, 1:] - b[:, :1]
     cosine = (A * B).sum(axis=(1, 2))
     sine = (B[..., 0] * A[..., 1] - B[..., 1] * A[..., 0]).sum(axis=1)
@@ -120,7 +128,7 @@ def translates(a: Floats, b: Floats, s: Floats) -> tuple[Booleans, Floats]:
     w, k = _linear(a, b, s, phi)
     size = np.maximum(np.abs(A).max(axis=(1, 2)), s.max(axis=1))
     flat = (np.abs(w).max(axis=(1, 2)) < SAME * size) & (np.abs(k).max(axis=1) < SAME * size**2)
-    return np.asarray(flat, dtype=np.bool_), phi
+    return np.asarray(flat & (s[:, 0] > FITS * size), dtype=np.bool_), phi
 
 
 def _angles(c: NDArray[np.complex128]) -> Floats:
@@ -156,6 +164,27 @@ def _places(a: Floats, b: Floats, s: Floats, phi: Floats) -> Floats:
     first = np.where(flat[..., None], foot * u + half * across, regular)
     second = np.where(flat[..., None], foot * u - half * across, np.nan)
     return np.stack([first, second], axis=-2).reshape(len(s), 2 * phi.shape[1], 2)
+
+
+def _pinned(a: Floats, b: Floats, s: Floats) -> Floats:
+    """(k, 12, 3) candidates of rows whose leg i has length zero, so that R b_i + p = a_i; NaN for other legs.
+
+    Leg j keeps |R B_j - A_j| = s_j about there: A_j . R B_j = (|A_j|^2 + |B_j|^2 - s_j^2) / 2.
+    """
+    found: list[Floats] = []
+    for i, j in ((0, 1), (0, 2), (1, 2), (1, 0), (2, 0), (2, 1)):
+        A, B = a[:, j] - a[:, i], b[:, j] - b[:, i]
+        size = np.linalg.norm(A, axis=-1) * np.linalg.norm(B, axis=-1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            cosine: Floats = ((A**2).sum(axis=-1) + (B**2).sum(axis=-1) - s[:, j] ** 2) / (2 * size)
+            half = np.arccos(np.where(np.abs(np.abs(cosine) - 1) < VANISHING, np.sign(cosine), cosine))
+        half = np.where(s[:, i] <= VANISHING, half, np.nan)
+        middle = np.arctan2(A[:, 1], A[:, 0]) - np.arctan2(B[:, 1], B[:, 0])
+        for phi in (middle + half, middle - half):
+            c, z, end = np.cos(phi), np.sin(phi), b[:, i]
+            place = a[:, i] - np.stack([c * end[:, 0] - z * end[:, 1], z * end[:, 0] + c * end[:, 1]], axis=-1)
+            found.append(np.concatenate([place, phi[:, None]], axis=-1))
+    return np.stack(found, axis=1)
 
 
 def _origin(a: Floats, b: Floats, P: Floats, phi: Floats) -> Floats:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Booleans, Floats, Integers
 from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table
+from mafsil.parallel.nearest_lengths import LegEnds, NearestLengths
 
 
 class PlanarPosesStatus(Status):
@@ -32,12 +34,19 @@ class PlanarPoses(Answer):
         count: (*batch,) number of them.
         movable: (*batch,) whether there is a curve of poses besides: the platform moves with its actuators locked.
         error: largest error of a length [m].
+        legs: whose poses they are.
     """
 
     x: Floats
     count: Integers
     movable: Booleans
     error: float
+    legs: LegEnds
+
+    @cached_property
+    def nearest(self) -> NearestLengths:
+        """The nearest lengths that the platform can have: of rows with a pose their own, else how far they are off."""
+        return self.legs.nearest()
 
     @property
     def status(self) -> PlanarPosesStatus:
@@ -61,7 +70,7 @@ class PlanarPoses(Answer):
 
     def __getitem__(self, row: int) -> PlanarPoses:
         """The poses of one row of a batch."""
-        return PlanarPoses(self.x[row], self.count[row, ...], self.movable[row, ...], self.error)
+        return PlanarPoses(self.x[row], self.count[row, ...], self.movable[row, ...], self.error, self.legs[row])
 
     def __repr__(self) -> str:
         if self.count.ndim:
@@ -71,16 +80,22 @@ class PlanarPoses(Answer):
         return "\n".join([on_screen(self.explain()), *(table(head, rows) if rows else [])])
 
     def explain(self, language: str | None = None) -> str:
-        """How many poses there are, and how exactly the lengths fit."""
+        """How many poses there are, and how exactly the lengths fit; of one row without any how far they are off."""
+        if self.status is PlanarPosesStatus.NONE and self.count.ndim == 0:
+            return self.status.sentence(language, **self.nearest.details())
+        status = PlanarPosesStatus.SOME if self.status is PlanarPosesStatus.NONE else self.status
         low, high = int(self.count.min(initial=99)), int(self.count.max(initial=0))
-        return self.status.sentence(
-            language, count=str(high) if low >= high else f"{low}-{high}", rows=self.count.size,
+        return status.sentence(
+            language, count=str(high) if low >= high else f"{low}-{high}", most=high, rows=self.count.size,
             reached=int((self.count > 0).sum()), movable=int(self.movable.sum()), error=self.error,
         )  # fmt: skip
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
+        """Plain data; of one row without any the nearest lengths too."""
+        found: dict[str, Any] = {
             "status": self.status.name.lower(), "x": self.x, "count": self.count, "movable": self.movable,
             "error": self.error,
         }  # fmt: skip
+        if self.count.ndim == 0 and self.status is PlanarPosesStatus.NONE:
+            found["nearest"] = self.nearest.to_dict()
+        return found

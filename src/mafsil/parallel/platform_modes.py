@@ -12,6 +12,7 @@ from mafsil.geometry import pose, rotation
 from mafsil.geometry.quaternion import from_quaternion
 from mafsil.parallel.assembly_modes import AssemblyModes
 from mafsil.parallel.leg_lines import line_matrix
+from mafsil.parallel.nearest_lengths import LegEnds
 from mafsil.parallel.platform_paths import AllPoses, Start, all_poses, general_start
 from mafsil.parallel.start_platforms import CORRECTIONS, MOST
 
@@ -19,8 +20,8 @@ from mafsil.parallel.start_platforms import CORRECTIONS, MOST
 def stewart_assembly_modes(base: ArrayLike, platform: ArrayLike, lengths: ArrayLike) -> AssemblyModes:
     """All poses of many platforms on six legs, each followed from a general platform with its forty poses.
 
-    For one platform with many lengths `StewartPlatform.assembly_modes` is faster and knows how many poses its geometry
-    has; here a special geometry is said to lack poses, which lie at infinity.
+    For one platform with many lengths `StewartPlatform.forward_kinematics` is faster and knows how many poses its
+    geometry has; here a special geometry is said to lack poses, which lie at infinity.
 
     Args:
         base, platform: (*batch, 6, 3) ends of the legs in {s} and in {b} [m].
@@ -58,8 +59,9 @@ def modes_of(base: Floats, platform: Floats, lengths: Floats, starts: Sequence[S
     error = float((np.nan_to_num(found.error) * size[:, None]).max(initial=0.0))
     count, finite, paths = (each.reshape(shape) for each in (found.real, found.finite, found.paths))
     return AssemblyModes(
-        T.reshape(*shape, *T.shape[1:]), count, finite, paths, expected, error, sign.reshape(*shape, T.shape[1])
-    )
+        T.reshape(*shape, *T.shape[1:]), count, finite, paths, expected, error, sign.reshape(*shape, T.shape[1]),
+        LegEnds(base, platform, lengths),
+    )  # fmt: skip
 
 
 def _in_metres(found: AllPoses, a: Floats, b: Floats, size: Floats) -> tuple[Floats, Floats]:

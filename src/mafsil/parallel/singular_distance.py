@@ -21,7 +21,8 @@ from mafsil.parallel.singular_kinds import SingularKinds
 from mafsil.parallel.stewart import StewartPlatform
 from mafsil.parallel.tolerances import RANK
 
-STEPS = 100
+RELAXED = (1.0,) * 60 + (0.5,) * 60 + (0.25,) * 60 + (0.1,) * 80
+"""Shares of the steps that are taken, one after the other: full ones may go to and fro where the measure bends."""
 DIFFERENCE = 1e-6
 """Step of central differences over the size: errors of 1e-10 of the gradient."""
 CONVERGED = 1e-9
@@ -124,13 +125,13 @@ def _zeros(space: PoseSpace, here: Floats, count: int, rng: np.random.Generator)
     xi *= size * rng.uniform(0.0, 1.0, (count, 1)) / np.linalg.norm(xi, axis=-1, keepdims=True)
     xi[0] = 0.0
     change = np.full(count, np.inf)
-    for _ in range(STEPS):
+    for share in RELAXED:
         f, g = _measure_and_gradient(space, here, xi)
         g2 = np.maximum((g**2).sum(axis=-1, keepdims=True), np.finfo(np.float64).tiny)
         ahead = (((g * xi).sum(axis=-1) - f)[:, None] / g2) * g - xi
         length = np.linalg.norm(ahead, axis=-1, keepdims=True)
         ahead *= np.minimum(1.0, LONGEST * size / np.maximum(length, np.finfo(np.float64).tiny))
-        xi, change = xi + ahead, np.linalg.norm(ahead, axis=-1)
+        xi, change = xi + share * ahead, np.linalg.norm(ahead, axis=-1)
         if (change < CONVERGED * size).all():
             break
     s = np.linalg.svd(space.lines(space.moved(here, xi)), compute_uv=False)

@@ -97,6 +97,10 @@ class StewartPlatform:
         s = np.linalg.norm(self.leg_vectors(T), axis=-1)
         return np.stack([s, -s], axis=-1) if signed else s
 
+    def inverse_kinematics(self, T: ArrayLike) -> Floats:
+        """(*batch, 6) `lengths` of the legs [m] for poses T_sb (*batch, 4, 4), under the name that all robots have."""
+        return self.lengths(T)
+
     def jacobian(self, T: ArrayLike, frame: Frame = "space") -> Floats:
         """(*batch, 6, 6) G with s' = G V, by the lines of the legs: rows (a_i x u_i, u_i) in {s}.
 
@@ -136,7 +140,16 @@ class StewartPlatform:
         return rates(line_matrix(self.base, u), change) + bending
 
     def twist(self, T: ArrayLike, leg_rates: ArrayLike, frame: Frame = "space") -> Floats:
-        """(*batch, 6) twists for rates of the lengths (*batch, 6) [m/s]; NaN at singular poses."""
+        """(*batch, 6) twists for rates of the lengths (*batch, 6) [m/s].
+
+        Args:
+            T: (*batch, 4, 4) poses T_sb.
+            leg_rates: (*batch, 6) [m/s].
+            frame: of the twist: `space` or `body`.
+
+        Raises:
+            InputError: a pose is singular.
+        """
         return forces_for(np.swapaxes(self.jacobian(T, frame), -1, -2), as_batch("leg_rates", leg_rates, (6,)))
 
     def wrench(self, T: ArrayLike, forces: ArrayLike, frame: Frame = "space") -> Floats:
@@ -144,9 +157,17 @@ class StewartPlatform:
         return resultant(self.jacobian(T, frame), forces)
 
     def leg_forces(self, T: ArrayLike, F: ArrayLike, frame: Frame = "space") -> Floats:
-        """(*batch, 6) forces of the legs [N] whose wrench on the platform is F (*batch, 6); NaN at singular poses.
+        """(*batch, 6) forces of the legs [N] whose wrench on the platform is F (*batch, 6).
 
         To hold a load F_load give F = -F_load.
+
+        Args:
+            T: (*batch, 4, 4) poses T_sb.
+            F: (*batch, 6) wrenches (m, f).
+            frame: of the wrench: `space` or `body`.
+
+        Raises:
+            InputError: a pose is singular, so that some wrench needs forces without bound.
         """
         return forces_for(self.jacobian(T, frame), F)
 
@@ -161,7 +182,7 @@ class StewartPlatform:
         """(*batch, 6) standard deviation of `external_wrench` per unit of independent noise on every leg."""
         return np.linalg.norm(self.jacobian(T, frame), axis=-2)
 
-    def forward(
+    def forward_near(
         self, lengths: ArrayLike, T_guess: ArrayLike, max_steps: int = 50, *, signed: bool = False
     ) -> ForwardPoses:
         """Poses of given lengths by Newton's method from first ones, in batches, compiled.
@@ -197,7 +218,7 @@ class StewartPlatform:
         found = np.asarray(error <= limit)
         return ForwardPoses(T, found.reshape(shape), error.reshape(shape), steps.reshape(shape), pivot.reshape(shape))
 
-    def assembly_modes(self, lengths: ArrayLike, *, signed: bool = False) -> AssemblyModes:
+    def forward_kinematics(self, lengths: ArrayLike, *, signed: bool = False) -> AssemblyModes:
         """All poses with legs of these lengths, real ones as poses, complex ones counted.
 
         At the first call the isolated poses of this platform for general complex lengths are found once: forty, or
@@ -228,7 +249,7 @@ class StewartPlatform:
 
         Returns:
             A polynomial of the coordinate [m], of leading coefficient one in its own window. Of degree 40 its zeros are
-            only as good as the last digits of its coefficients allow; the poses are `assembly_modes`.
+            only as good as the last digits of its coefficients allow; the poses are `forward_kinematics`.
         """
         s = magnitudes_of(single("lengths", lengths, (6,)), signed=False)
         if coordinate not in AXES:

@@ -29,12 +29,16 @@ def half_angle_polynomial(constant: ArrayLike, cosine: ArrayLike, sine: ArrayLik
     return np.stack([a + b, 2 * c, a - b], axis=-1)
 
 
-def sylvester_matrix(f: NDArray[np.inexact], g: NDArray[np.inexact]) -> NDArray[np.inexact]:
+def sylvester_matrix(f: ArrayLike, g: ArrayLike) -> NDArray[np.inexact]:
     """(*batch, m + n, m + n) of polynomials of degrees m and n by ascending coefficients (*batch, m + 1), (.., n + 1).
+
+    Args:
+        f, g: real or complex coefficients.
 
     Raises:
         InputError: a polynomial is constant.
     """
+    f, g = (np.atleast_1d(np.asarray(each)) * 1.0 for each in (f, g))
     m, n = f.shape[-1] - 1, g.shape[-1] - 1
     if m < 1 or n < 1:
         raise InputError("parallel.constant_polynomial", degrees=[m, n])
@@ -47,7 +51,7 @@ def sylvester_matrix(f: NDArray[np.inexact], g: NDArray[np.inexact]) -> NDArray[
     return M
 
 
-def resultant(f: NDArray[np.inexact], g: NDArray[np.inexact]) -> NDArray[np.inexact]:
+def resultant(f: ArrayLike, g: ArrayLike) -> NDArray[np.inexact]:
     """(*batch,) determinant of Sylvester's matrix: zero where both polynomials have a common zero."""
     return np.asarray(np.linalg.det(sylvester_matrix(f, g)))
 

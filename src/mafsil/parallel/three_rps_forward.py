@@ -7,13 +7,15 @@ a + b cos th_i + ... = 0, in t_k = tan(th_k / 2) biquadratic each.
 1. F(t1, t3) and G(t2, t3) lose t3: a determinant (4, 4), of degree four in t1 and in t2.
 2. That and E(t1, t2) lose t2: a determinant (6, 6), of degree sixteen in t1.
 3. Back: t2 as the common zero of both, t3 likewise, and Newton's method on the three distances.
+4. Where sixteen are not found, a leg may lie flat outwards, t = infinity: once more with angles from another direction.
+5. Without a real one: how near the distances come to the sides, by least squares from many starts.
 
 Reference: Tsai, Robot Analysis, 1999, sec. 3.6; Nanua, Waldron, Murthy, IEEE Trans. Rob. Autom. 6, 1990.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,22 +24,32 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, positive, single
+from mafsil.errors import InputError
 from mafsil.geometry import pose
 from mafsil.messages.tables import on_screen
 from mafsil.parallel.sylvester import Complexes, eliminant, resultant, trimmed, zeros
+from mafsil.solvers import levenberg_marquardt
 
 DEGREE = 16
 PAIRS = ((0, 1), (0, 2), (1, 2))
 COMMON = 1e-4
 """Zeros of two polynomials that agree so far are tried as common: Newton's method decides."""
 FITS = 1e-10
+ELSEWHERE = 0.7
+"""Direction of no meaning from which elevations are counted a second time [rad]."""
+STARTS, SETTLING = 16, 12
+"""Searches, and steps of Newton's method from the best of them: where it ends the derivatives have lost their rank, so
+that searches are slow."""
+DIFFERENCE = 1e-5
 
 
 class ThreeRPSStatus(Status):
     """Whether there are real poses."""
 
     ALL = ("parallel.rps_all", True)
+    SOME = ("parallel.rps_some", True)
     NONE = ("parallel.rps_none", False)
+    NOT_FOUND = ("parallel.rps_not_found", False)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -51,6 +63,8 @@ class ThreeRPSModes(Answer):
         theta: (real, 3) elevations of the legs [rad].
         T: (real, 4, 4) poses of the platform.
         error: largest error of a distance [m].
+        misfit: (3,) how much longer the sides 12, 13 and 23 of the platform would have to be for the nearest pose that
+            was found [m]; zero where there is a real one.
     """
 
     coefficients: Complexes
@@ -59,11 +73,14 @@ class ThreeRPSModes(Answer):
     theta: Floats
     T: Floats
     error: float
+    misfit: Floats
 
     @property
     def status(self) -> ThreeRPSStatus:
-        """Some real or none."""
-        return ThreeRPSStatus.ALL if self.real else ThreeRPSStatus.NONE
+        """Some real or none, and whether all were found: double ones count once, so that fewer prove nothing."""
+        if len(self.t) == DEGREE:
+            return ThreeRPSStatus.ALL if self.real else ThreeRPSStatus.NONE
+        return ThreeRPSStatus.SOME if self.real else ThreeRPSStatus.NOT_FOUND
 
     def __bool__(self) -> bool:
         return self.status.succeeded
@@ -79,13 +96,16 @@ class ThreeRPSModes(Answer):
 
     def explain(self, language: str | None = None) -> str:
         """How many solutions there are, real and complex, and how exactly the distances fit."""
-        return self.status.sentence(language, real=self.real, count=len(self.t), error=self.error, most=DEGREE)
+        return self.status.sentence(
+            language, real=self.real, count=len(self.t), error=self.error, most=DEGREE,
+            misfit=float(np.abs(self.misfit).max()),
+        )  # fmt: skip
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
         return {
             "status": self.status.name.lower(), "T": self.T, "theta": self.theta, "complex": len(self.t),
-            "error": self.error,
+            "error": self.error, "misfit": self.misfit,
         }  # fmt: skip
 
 
@@ -104,25 +124,72 @@ class ThreeRPS:
         object.__setattr__(self, "base", positive("base", self.base))
         object.__setattr__(self, "platform", positive("platform", self.platform))
 
-    def modes(self, lengths: ArrayLike) -> ThreeRPSModes:
-        """All assembly modes for lengths (3,) [m], complex ones included, sixteen at most."""
+    def forward_kinematics(self, lengths: ArrayLike) -> ThreeRPSModes:
+        """All assembly modes for lengths (3,) [m], complex ones included, sixteen at most.
+
+        Raises:
+            InputError: wrong lengths, a negative one.
+        """
         s = single("lengths", lengths, (3,))
-        size = max(self.base, self.platform)
-        sides = [self._distance(s, i, j) / size**2 for i, j in PAIRS]
+        if (s < 0).any():
+            raise InputError("parallel.negative", name="lengths", value=float(s.min()))
+        c, t, error = self._solutions(s)
+        # 4.
+        if len(t) != DEGREE:
+            _, turned, other = self._solutions(s, ELSEWHERE)
+            if len(turned) <= DEGREE and (len(turned) > len(t) or len(t) > DEGREE):
+                t, error = _from(turned, ELSEWHERE), other
+        real = np.where(np.isinf(t), 0.0, np.abs(t.imag)).max(axis=1, initial=0.0) < 1e-7
+        t = np.concatenate([t[real], t[~real]])
+        theta = 2 * np.arctan(t[: int(real.sum())].real)
+        # 5.
+        misfit = np.zeros(3)
+        if not len(theta):
+            nearest, misfit = self._nearest(s)
+            if np.abs(misfit).max() <= FITS * self.size:
+                theta, t = nearest[None], np.concatenate([np.tan(nearest / 2)[None].astype(np.complex128), t])
+        T = np.array([self._pose(s, each) for each in theta]).reshape(-1, 4, 4)
+        return ThreeRPSModes(c, t, len(theta), theta, T, error * self.size, misfit)
+
+    @property
+    def size(self) -> float:
+        """The larger radius [m]."""
+        return max(self.base, self.platform)
+
+    def _solutions(self, s: Floats, from_direction: float = 0.0) -> tuple[Complexes, Complexes, float]:
+        """The polynomial (17,), solutions (k, 3) that differ, and their largest error, elevations from a direction."""
+        sides = [self._distance(s, i, j, from_direction) / self.size**2 for i, j in PAIRS]
         E, F, G = sides
         # 1. and 2.
         c = eliminant(lambda t1: _second(E, F, G, t1), DEGREE)
         c = c / np.abs(c).max()
         # 3.
-        found = _lifted(E, F, G, zeros(trimmed(c, 1e-13)))
-        t, error = _polished(sides, found)
-        t = _distinct(t[error < FITS])
-        real = np.abs(t.imag).max(axis=1, initial=0.0) < 1e-7
-        t = np.concatenate([t[real], t[~real]])
-        theta = 2 * np.arctan(t[: int(real.sum())].real)
-        T = np.array([self._pose(s, each) for each in theta]).reshape(-1, 4, 4)
-        worst = float(error[error < FITS].max(initial=0.0)) * size
-        return ThreeRPSModes(c, t, int(real.sum()), theta, T, worst)
+        t, error = _polished(sides, _lifted(E, F, G, zeros(trimmed(c, 1e-13))))
+        return c, _distinct(t[error < FITS]), float(error[error < FITS].max(initial=0.0))
+
+    def _nearest(self, s: Floats) -> tuple[Floats, Floats]:
+        """(3,) elevations at which the distances of the joints come nearest to the sides, and what they miss (3,)."""
+        side, rng = np.sqrt(3) * self.platform, np.random.default_rng(0)
+
+        def missed(theta: Floats) -> tuple[Floats, Floats]:
+            B, swing, J = self.joints(s, theta), self._swing(s, theta), np.zeros((3, 3))
+            apart = [B[i] - B[j] for i, j in PAIRS]
+            far = np.array([max(float(np.linalg.norm(d)), 1e-12 * self.size) for d in apart])
+            for row, ((i, j), d) in enumerate(zip(PAIRS, apart, strict=True)):
+                J[row, i], J[row, j] = d @ swing[i] / far[row], -d @ swing[j] / far[row]
+            return far - side, J
+
+        found = [
+            levenberg_marquardt(missed, start, iterations=40).value for start in rng.uniform(-np.pi, np.pi, (STARTS, 3))
+        ]
+        best = min(found, key=lambda theta: float(np.linalg.norm(missed(theta)[0])))
+        best = _settled(missed, best)
+        return best, missed(best)[0]
+
+    def _swing(self, s: Floats, theta: Floats) -> Floats:
+        """(3, 3) rates of the joints by the elevations [m/rad]."""
+        g, out = 2 * np.pi * np.arange(3) / 3, s * np.sin(theta)
+        return np.stack([out * np.cos(g), out * np.sin(g), s * np.cos(theta)], axis=-1)
 
     def joints(self, lengths: ArrayLike, theta: ArrayLike) -> Floats:
         """(3, 3) places of the spherical joints for lengths and elevations (3,)."""
@@ -131,8 +198,14 @@ class ThreeRPS:
         out = self.base - s * np.cos(th)
         return np.stack([out * np.cos(g), out * np.sin(g), s * np.sin(th)], axis=-1)
 
-    def _distance(self, s: Floats, i: int, j: int) -> Floats:
-        """(3, 3) biquadratic coefficients of |B_i - B_j|^2 - side^2 in t_i and t_j, times both 1 + t^2."""
+    def _distance(self, s: Floats, i: int, j: int, begin: float) -> Floats:
+        """(3, 3) biquadratic coefficients of |B_i - B_j|^2 - side^2 in t_i and t_j, times both 1 + t^2.
+
+        Args:
+            s: (3,) lengths [m].
+            i, j: of the legs.
+            begin: direction from which the elevations count: th = begin + 2 atan t.
+        """
         cos = np.cos(2 * np.pi * (j - i) / 3)
         r, a, b = self.base, float(s[i]), float(s[j])
         # Bilinear in (1, cos, sin) of both: |B|^2 = r^2 - 2 r s cos + s^2, and B_i . B_j.
@@ -140,7 +213,9 @@ class ThreeRPS:
         M[0, 0] = 2 * r * r + a * a + b * b - 2 * r * r * cos - 3 * self.platform**2
         M[1, 0], M[0, 1] = 2 * r * a * (cos - 1), 2 * r * b * (cos - 1)
         M[1, 1], M[2, 2] = -2 * a * b * cos, -2 * a * b
-        by_half = np.array([[1.0, 1.0, 0.0], [0.0, 0.0, 2.0], [1.0, -1.0, 0.0]])
+        turn = np.eye(3)
+        turn[1:, 1:] = [[np.cos(begin), -np.sin(begin)], [np.sin(begin), np.cos(begin)]]
+        by_half = np.array([[1.0, 1.0, 0.0], [0.0, 0.0, 2.0], [1.0, -1.0, 0.0]]) @ turn.T
         return by_half @ M @ by_half.T
 
     def _pose(self, s: Floats, theta: Floats) -> Floats:
@@ -150,6 +225,32 @@ class ThreeRPS:
         z = np.cross(B[1] - B[0], B[2] - B[0])
         z = z / np.linalg.norm(z)
         return pose.from_rotation_translation(np.stack([x, np.cross(z, x), z], axis=1), middle)
+
+
+def _settled(missed: Callable[[Floats], tuple[Floats, Floats]], theta: Floats) -> Floats:
+    """The minimum (3,) of |r|^2 near theta, by Newton's method on J' r with differences of it."""
+    for _ in range(SETTLING):
+        r, J = missed(theta)
+        ahead, back = ([_gradient(missed, theta + sign * DIFFERENCE * e) for e in np.eye(3)] for sign in (1, -1))
+        H = (np.array(ahead) - np.array(back)) / (2 * DIFFERENCE)
+        step = np.linalg.pinv((H + H.T) / 2, rcond=1e-9) @ (J.T @ r)
+        if not np.linalg.norm(missed(theta - step)[0]) <= np.linalg.norm(r):
+            break
+        theta = theta - step
+    return theta
+
+
+def _gradient(missed: Callable[[Floats], tuple[Floats, Floats]], theta: Floats) -> Floats:
+    r, J = missed(theta)
+    return J.T @ r
+
+
+def _from(t: Complexes, begin: float) -> Complexes:
+    """Half tangents of elevations whose half tangents from another direction are given; infinite at a half turn."""
+    tangent = np.tan(begin / 2)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found = (t + tangent) / (1 - tangent * t)
+    return np.where(np.abs(1 - tangent * t) < 1e-7 * (1 + np.abs(t)), np.inf, found)
 
 
 def _powers(t: Complexes) -> Complexes:

@@ -10,6 +10,8 @@ REAL = 1e-5
 """Imaginary parts below it are tried as real poses by Newton's method, which decides."""
 FEASIBLE = 1e-9
 """Residual of a leg up to which a requested pose is accepted, lengths over the size."""
+OPEN = 1e-6
+"""Gap, lengths over the size, up to which a configuration that somebody typed closes the loops."""
 DEFINITE = 1e-7
 """Second order forms of unit vectors below it vanish: a few times what RANK leaves of a vanishing form."""
 POSSIBLE = 1e-7

@@ -96,7 +96,7 @@ class Candidate(SingleAnswer):
             ends = self.linkage.positions(angle).C[..., mode, :]
             C = ends[..., 0] + 1j * ends[..., 1]
         else:
-            C = self.linkage.positions(angle)[..., mode] + 1j * self.linkage.offset
+            C = self.linkage.positions(angle).x[..., mode] + 1j * self.linkage.offset
         return self._in_world(B), self._in_world(C)
 
     def _in_world(self, z: Any) -> Floats:

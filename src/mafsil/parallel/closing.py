@@ -1,0 +1,123 @@
+"""Configurations that close all loops of a chain: Newton's method with shortest steps, from one start and from others.
+
+1. From the start itself.
+2. While it stays open, from starts ever farther away, a few at a time: of those that close, the nearest in its round.
+3. Of rows that never closed the one that gapes least, made to gape still less by least squares.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mafsil.arrays import Floats, Integers, JointVector
+from mafsil.parallel import closed_terms
+from mafsil.parallel.closed_answers import ClosedConfigurations
+from mafsil.parallel.least_gap import least_open, widest_loop
+
+if TYPE_CHECKING:
+    from mafsil.parallel.closed_chain import ClosedChain
+
+CLOSED = 1e-13
+"""Gap over the size of the mechanism, or in radians, at which a loop is closed: some hundred roundings."""
+TINY = 1e-300
+LONGEST_STEP = 0.3
+"""Of one coordinate in a Newton step [rad | sizes]."""
+AT_ONCE = 8
+"""How many searches begin at once after the first."""
+FARTHEST_START = 1.0
+"""How far from the first start the last one is [rad | sizes]."""
+
+
+def closed(chain: ClosedChain, q: JointVector, free: Integers, most: int, tries: int) -> ClosedConfigurations:
+    """The nearest configurations that close all loops, as `ClosedChain.closed` says.
+
+    Args:
+        chain: with loops.
+        q: (*batch, n) where the search begins [rad | m].
+        free: indices of the coordinates that may change.
+        most: steps of a search.
+        tries: searches for each row.
+    """
+    begin, more, bound = q.reshape(-1, chain.n), tries - 1, CLOSED * chain.size
+    # 1
+    best, error, steps = _searched(chain, begin, free, most)
+    # 2
+    rng, done = np.random.default_rng(0), 0
+    while done < more and len(open_ := np.flatnonzero(error > bound)):
+        count = min(AT_ONCE, more - done)
+        reach = FARTHEST_START * (done + count) / more
+        starts = np.repeat(begin[open_, None], count, axis=1)
+        starts[..., free] += reach * rng.uniform(-1.0, 1.0, (len(open_), count, len(free))) * chain.unit[free]
+        found, gap, taken = _searched(chain, starts.reshape(-1, chain.n), free, most)
+        found, gap = found.reshape(starts.shape), gap.reshape(-1, count)
+        far = np.abs((found - begin[open_, None]) / chain.unit).max(axis=2)
+        pick = _nearest(gap, far, bound)
+        each = np.arange(len(open_))
+        better = gap[each, pick] < error[open_]
+        best[open_[better]], error[open_[better]] = found[each, pick][better], gap[each, pick][better]
+        steps[open_] += taken.reshape(-1, count).sum(axis=1)
+        done += count
+    # 3
+    widest, shape = _widest(chain, best, error, bound, free, refined=tries > 1), q.shape[:-1]
+    return ClosedConfigurations(
+        best.reshape(*shape, chain.n), error.reshape(shape), steps.reshape(shape), bound, *widest
+    )
+
+
+def _searched(chain: ClosedChain, rows: Floats, free: Integers, most: int) -> tuple[Floats, Floats, Integers]:
+    """Newton's method from each row: the best configuration, its gap, and steps.
+
+    Args:
+        chain: with loops.
+        rows: (k, n) where it begins.
+        free: indices of the coordinates that may change.
+        most: steps.
+    """
+    rows = rows.copy()
+    best, steps = rows.copy(), np.zeros(len(rows), dtype=np.int64)
+    error = np.full(len(rows), np.inf)
+    open_, found = np.arange(len(rows)), chain.terms(rows)
+    for _ in range(most + 1):
+        gap = closed_terms.error_of(found)
+        better = gap < error[open_]
+        error[open_[better]], best[open_[better]] = gap[better], rows[open_[better]]
+        going = gap > CLOSED * chain.size
+        open_ = open_[going]
+        if not len(open_):
+            break
+        move = closed_terms.correction(found.J[going][:, :, free], found.gap[going])
+        longest = np.abs(move / chain.unit[free]).max(axis=1, initial=0.0)
+        rows[open_[:, None], free] += move * np.minimum(1.0, LONGEST_STEP / np.maximum(longest, TINY))[:, None]
+        steps[open_] += 1
+        found = chain.terms(rows[open_])
+    return best, error, steps
+
+
+def _nearest(gap: Floats, far: Floats, bound: float) -> Integers:
+    """(rows,) of searches (rows, k) the nearest that closed, or the one with the least gap where none did."""
+    closed = gap <= bound
+    near, least = np.argmin(np.where(closed, far, np.inf), axis=1), np.argmin(gap, axis=1)
+    return np.asarray(np.where(np.any(closed, axis=1), near, least), dtype=np.int64)
+
+
+def _widest(
+    chain: ClosedChain, best: Floats, error: Floats, bound: float, free: Integers, *, refined: bool
+) -> tuple[str, float, float]:
+    """The loop that gapes most in the row that gapes most, and by how much [m], [rad]; an empty name if none does.
+
+    Args:
+        chain: with loops.
+        best, error: rows and their gaps; the row is changed to the one nearest to closing.
+        bound: of a gap that counts as closed.
+        free: indices of the coordinates that may change.
+        refined: whether to look for less than Newton's method left.
+    """
+    if not (error > bound).any():
+        return "", 0.0, 0.0
+    row = int(np.where(error > bound, error, -1.0).argmax())
+    if refined and np.isfinite(error[row]):
+        best[row] = least_open(chain, best[row], free)
+        error[row] = float(closed_terms.error_of(chain.terms(best[row])))
+    return widest_loop(chain, best[row])
