@@ -10,6 +10,7 @@ from mafsil.control import (
     Gains,
     Impedance,
     Law,
+    as_law,
     combined,
     computed_torque,
     feedforward,
@@ -143,3 +144,19 @@ def test_wrong_input_is_named(panda, call, words):
 def test_what_makes_no_law_is_said_where_it_is_made(made, words):
     with pytest.raises(InputError, match=words):
         made()
+
+
+@pytest.mark.capability("10-2", "10-3")
+def test_a_plain_function_is_a_law():
+    def pull(t, q, qd, reference):
+        return 3.0 * (reference.u - q) - qd
+
+    still = Motion(np.array([0.3, 0.1]), np.zeros(2), np.zeros(2))
+    law = combined(pull, pid(2, kp=2.0))
+    np.testing.assert_allclose(law.session(1e-3)(0.0, np.zeros(2), np.zeros(2), still), 5.0 * still.u)
+    assert as_law(law) is law
+    for wrong in (3, None, lambda t, q: q, Gains):
+        with pytest.raises(InputError, match="Law"):
+            as_law(wrong)
+    with pytest.raises(InputError, match="laws"):
+        combined()

@@ -103,7 +103,10 @@ from mafsil.control.joint_feedback import feedforward as feedforward
 from mafsil.control.joint_feedback import gravity_compensation as gravity_compensation
 from mafsil.control.joint_feedback import pid as pid
 from mafsil.control.law import Combined as Combined
+from mafsil.control.law import FunctionLaw as FunctionLaw
 from mafsil.control.law import Law as Law
+from mafsil.control.law import LawFunction as LawFunction
+from mafsil.control.law import as_law as as_law
 from mafsil.control.law import combined as combined
 from mafsil.control.law import saturated as saturated
 from mafsil.control.law_export import export_law as export_law

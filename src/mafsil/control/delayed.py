@@ -6,7 +6,7 @@ from collections import deque
 from dataclasses import dataclass
 
 from mafsil.arrays import JointVector
-from mafsil.control.law import Law
+from mafsil.control.law import Law, LawFunction, as_law
 from mafsil.control.law_memory import take_over
 from mafsil.errors import InputError
 from mafsil.trajectory import Motion
@@ -64,16 +64,16 @@ class _Queue:
         return self._whole.session(period)
 
 
-def delayed(law: Law, delay: float) -> Delayed:
+def delayed(law: Law | LawFunction, delay: float) -> Delayed:
     """A law whose efforts act a delay after the measurement.
 
     Args:
-        law: without delay.
+        law: without delay; a function of (t, q, qd, reference) too.
         delay: a whole number of the periods of the run [s].
 
     Raises:
-        InputError: a negative or infinite delay.
+        InputError: a negative or infinite delay, or no law.
     """
     if not 0.0 <= delay < float("inf"):
         raise InputError("input.range", name="delay", value=delay, low=0.0, high=float("inf"))
-    return Delayed(law, float(delay))
+    return Delayed(as_law(law), float(delay))

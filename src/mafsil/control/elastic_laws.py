@@ -12,7 +12,7 @@ from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, JointVector, positive, whole
 from mafsil.control.elastic_arm import ElasticArm, ElasticState
 from mafsil.control.gains import Gains
-from mafsil.control.law import Law
+from mafsil.control.law import Law, LawFunction, as_law
 from mafsil.errors import InputError
 from mafsil.trajectory import Motion, Trajectory
 
@@ -157,7 +157,7 @@ class FastDamping:
         return FastDamping(self.law.session(period), self.damping)
 
 
-def fast_damping(arm: ElasticArm, law: Law, damping: ArrayLike) -> FastDamping:
+def fast_damping(arm: ElasticArm, law: Law | LawFunction, damping: ArrayLike) -> FastDamping:
     """A law that was made for rigid joints, on elastic ones that are stiff: the springs' swing is damped at once.
 
     Args:
@@ -166,12 +166,12 @@ def fast_damping(arm: ElasticArm, law: Law, damping: ArrayLike) -> FastDamping:
         damping: Kv, a number or (n,) [N m s/rad | N s/m]; about sqrt(K B) damps the motors well.
 
     Raises:
-        InputError: a wrong shape, a negative number.
+        InputError: a wrong shape, a negative number, no law.
 
     Reference: Spong, Khorasani and Kokotovic, An integral manifold approach to the feedback control of flexible joint
         robots, IEEE J. Robotics and Automation 3(4), 1987.
     """
-    return FastDamping(law, Gains.of(arm.n, 0.0, damping).kd)
+    return FastDamping(as_law(law), Gains.of(arm.n, 0.0, damping).kd)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
