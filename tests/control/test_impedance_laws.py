@@ -84,6 +84,9 @@ def test_stiffness_alone_is_a_spring():
     np.testing.assert_allclose(F, [0, 0, 0, -4.0, 0, 0], atol=1e-9)
     with pytest.raises(InputError, match="mass"):
         wanted.acceleration(np.zeros(6), np.zeros(6), np.zeros(6))
+    for of_mass in ("roots", "natural_frequency"):
+        with pytest.raises(InputError, match="mass"):
+            getattr(wanted, of_mass)
 
 
 @pytest.mark.capability("10-84", "10-97")

@@ -56,8 +56,7 @@ class Impedance:
         Raises:
             InputError: D has no inverse.
         """
-        if np.linalg.matrix_rank(self.inertia, hermitian=True) < len(self.inertia):
-            raise InputError("control.no_virtual_mass")
+        self._require_mass()
         push = force - V @ self.damping - X @ self.stiffness
         return np.asarray(np.linalg.solve(self.inertia, push[..., None])[..., 0], dtype=np.float64)
 
@@ -96,17 +95,31 @@ class Impedance:
 
     @property
     def natural_frequency(self) -> Floats:
-        """(m,) increasing, of D and K alone [rad/s]."""
+        """(m,) increasing, of D and K alone [rad/s].
+
+        Raises:
+            InputError: D has no inverse.
+        """
+        self._require_mass()
         squares = np.linalg.eigvals(np.linalg.solve(self.inertia, self.stiffness)).real
         return np.asarray(np.sqrt(np.sort(squares).clip(0.0)), dtype=np.float64)
 
     @property
     def roots(self) -> NDArray[np.complex128]:
-        """(2 m,) of the free motion [1/s]."""
+        """(2 m,) of the free motion [1/s].
+
+        Raises:
+            InputError: D has no inverse.
+        """
+        self._require_mass()
         m = len(self.inertia)
         below = np.linalg.solve(self.inertia, np.hstack([-self.stiffness, -self.damping]))
         whole = np.vstack([np.hstack([np.zeros((m, m)), np.eye(m)]), below])
         return np.asarray(np.linalg.eigvals(whole), dtype=np.complex128)
+
+    def _require_mass(self) -> None:
+        if np.linalg.matrix_rank(self.inertia, hermitian=True) < len(self.inertia):
+            raise InputError("control.no_virtual_mass")
 
 
 class ImpedanceAsymptotes(NamedTuple):
