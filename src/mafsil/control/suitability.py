@@ -13,6 +13,7 @@ from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, as_batch
 from mafsil.control.impedance import Impedance
 from mafsil.errors import InputError
+from mafsil.messages import say
 from mafsil.robot import Robot, of_robot
 
 ENVIRONMENTS = ("free", "compliant", "rigid")
@@ -161,8 +162,11 @@ class Interaction(SingleAnswer):
     def explain(self, language: str | None = None) -> str:
         """The realisation with the shares of the deciding joint."""
         k = self.joint - 1
-        shares = {"rotor": float(self.rotor_share[k]), "friction": float(self.friction_share[k])}
-        return self.status.sentence(language, joint=self.joint, **shares, light=ROTORS, dry=DRY)
+        known = np.isfinite(self.friction_share[k])
+        key = "control.dry_friction_share" if known else "control.dry_friction_unknown"
+        friction = say(key, language=language, friction=float(self.friction_share[k]), dry=DRY)
+        rotor = float(self.rotor_share[k])
+        return self.status.sentence(language, joint=self.joint, rotor=rotor, light=ROTORS, friction=friction)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
