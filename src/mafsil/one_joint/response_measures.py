@@ -17,9 +17,9 @@ from mafsil.one_joint.row_answer import RowAnswer
 TAIL = 0.05
 """Share of the record at whose end the steady error is looked for."""
 
-FIFTH = 0.2
+SEEN_AT_REST = 0.15
 """Share of the record at whose end an error has to keep within the band about its own mean, or it has not been seen to
-come to rest: an exponential that is cut off there is then known within a fifth of its settling time."""
+come to rest: of an exponential that is cut off there the settling time is at most a quarter too short."""
 
 
 class MeasureStatus(Status):
@@ -68,7 +68,7 @@ def measure_response(
         t: (k,) rising [s].
         error: (*batch, k).
         steady_error: (*batch) from a model; None takes the mean of the last twentieth of the record, if the error keeps
-            within the band about it over the last fifth.
+            within the band about it over the last 15 %.
         band: share of the step, 0.02 for 2 %.
 
     Raises:
@@ -92,7 +92,7 @@ def measure_response(
     rise = _first_below(time, y, 0.1) - _first_below(time, y, 0.9)
     known = np.full(settled.shape, fill_value=True)
     if steady_error is None:
-        known = (np.abs(y[..., -max(1, round(FIFTH * len(time))) :]) <= part).all(axis=-1)
+        known = (np.abs(y[..., -max(1, round(SEEN_AT_REST * len(time))) :]) <= part).all(axis=-1)
     verdict = np.where(~stepped, 2, np.where(~known, 3, np.where(settled, 0, 1))).astype(np.int8)
     nan = np.where(stepped & known, 0.0, np.nan)
     duration = time[-1] - time[0]
