@@ -14,9 +14,9 @@ from mafsil.control.block_diagram import BlockDiagram as BlockDiagram
 from mafsil.control.block_diagram import Term as Term
 from mafsil.control.block_diagram import block_diagram as block_diagram
 from mafsil.control.citation import CITATIONS as CITATIONS
-from mafsil.control.citation import Citation as Citation
 from mafsil.control.citation import citation as citation
 from mafsil.control.citation import citations_of as citations_of
+from mafsil.control.cited_work import Citation as Citation
 from mafsil.control.closed_chain_laws import ClosedComputedTorque as ClosedComputedTorque
 from mafsil.control.closed_chain_laws import ClosedGravityCompensation as ClosedGravityCompensation
 from mafsil.control.closed_chain_laws import closed_computed_torque as closed_computed_torque

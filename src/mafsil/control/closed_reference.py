@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -39,8 +39,8 @@ class DrivenTrajectory:
 
     chain: ClosedChain
     driven: Trajectory
-    places: Floats
-    known: JointVector
+    places: Floats = field(repr=False)
+    known: JointVector = field(repr=False)
 
     @property
     def duration(self) -> float:

@@ -8,7 +8,8 @@ import numpy as np
 
 from mafsil.control.adaptive import AdaptiveControl
 from mafsil.control.admittance import AdmittanceControl
-from mafsil.control.citation import Citation, citation
+from mafsil.control.citation import citation
+from mafsil.control.cited_work import Citation
 from mafsil.control.computed_torque import ComputedTorque
 from mafsil.control.contact_switch import ContactSwitch
 from mafsil.control.current_loop import CurrentLoop
