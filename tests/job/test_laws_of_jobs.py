@@ -322,3 +322,37 @@ def test_noise_of_sensors_is_no_switching_effort():
 def test_a_number_that_is_nearly_its_limit_shows_on_which_side_it_is():
     for value, shown in ((1.00000019, "1.00000019"), (0.99972, "0.99972"), (1.0, "1 "), (1.7, "1.7")):
         assert f" {shown.strip()} " in Condition("sampled", value, 1.0).explain(language="en")
+
+
+@pytest.mark.capability("10-87")
+@pytest.mark.parametrize("height", [-0.2, 0.2])
+def test_an_adaptive_law_that_touches_something_fails_its_condition(height):
+    """Its proof knows no force but those of inertia: what pushes at the tip is learned as a payload."""
+    arm, start, goal = mf.load("planar2r"), [0.4, 0.9], [0.3, 0.9]
+    low = arm.forward_kinematics(goal)[1, 3]
+    text = f"""
+robot = "planar2r"
+[start]
+joints = {start}
+[controller]
+kind = "adaptive"
+[tolerance]
+position = 0.5
+[[surface]]
+point = [0, {low + height * 0.05}, 0]
+normal = [0, 1, 0]
+stiffness = 2000
+damping = 50
+[[move]]
+joints = {goal}
+"""
+    found = solve(parse(text), text, Path())
+    assert isinstance(found, Run)
+    named = {each.name: each for each in conditions(found)}
+    assert ("learned" in named) == (height > 0.0)
+    if height > 0.0:
+        tape = found.recording
+        efforts = np.einsum("kij,ki->kj", arm.jacobian_body(tape.q), tape.contact_wrench)
+        assert not named["learned"].holds
+        assert named["learned"].value == pytest.approx(np.abs(efforts).max())
+        assert named["learned"].explain(language="en") != named["learned"].explain(language="ar")
