@@ -22,6 +22,7 @@ from mafsil.job.law_conditions import Condition, conditions
 from mafsil.job.laws import KINDS, control_period, kinds_for
 from mafsil.job.plan import Plan
 from mafsil.job.run import Run
+from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table
 from mafsil.robot import Robot
 from mafsil.simulation import SimulationStatus
@@ -103,7 +104,9 @@ class LawResult:
 
     def explain(self, language: str | None = None) -> str:
         """What the law made of the job."""
-        worst = float(np.nanmax(self.joint_error)) if np.isfinite(self.joint_error).any() else np.nan
+        stopped, tried = int(np.isnan(self.joint_error).sum()), len(self.joint_error)
+        key = "job.law_worst_stopped" if stopped else "job.law_worst"
+        worst = say(key, language=language, worst=max(self.joint_error), stopped=stopped, tried=tried)
         details = {"law": self.kind, "error": self.joint_error[0], "tip": self.numbers.tip_error, "worst": worst}
         return self.status.sentence(language, **details)
 
