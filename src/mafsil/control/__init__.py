@@ -88,6 +88,9 @@ from mafsil.control.gains import Gains as Gains
 from mafsil.control.hybrid import HybridControl as HybridControl
 from mafsil.control.hybrid import flat as flat
 from mafsil.control.hybrid import hybrid_control as hybrid_control
+from mafsil.control.hybrid_certificate import HybridCertificate as HybridCertificate
+from mafsil.control.hybrid_certificate import HybridStatus as HybridStatus
+from mafsil.control.hybrid_certificate import hybrid_certificate as hybrid_certificate
 from mafsil.control.impedance import Impedance as Impedance
 from mafsil.control.impedance import ImpedanceAsymptotes as ImpedanceAsymptotes
 from mafsil.control.impedance import ImpedanceControl as ImpedanceControl
