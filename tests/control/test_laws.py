@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import mafsil as mf
+from mafsil import one_joint
 from mafsil.control import (
     Gains,
     Impedance,
@@ -20,7 +21,7 @@ from mafsil.control import (
     saturated,
 )
 from mafsil.errors import InputError
-from mafsil.trajectory import Motion
+from mafsil.trajectory import Motion, rest
 
 SOFT = Impedance.of(6, inertia=1.0, stiffness=1.0)
 
@@ -160,3 +161,32 @@ def test_a_plain_function_is_a_law():
             as_law(wrong)
     with pytest.raises(InputError, match="laws"):
         combined()
+
+
+LINK = """<robot name="link"><link name="base"/><link name="arm"><inertial><origin xyz="0.1 0 0"/><mass value="1"/>
+<inertia ixx="0.01" iyy="0.49" izz="0.49" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="joint" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 -1 0"/>
+<limit lower="-9" upper="9" effort="1.6" velocity="9"/><dynamics damping="0.1"/></joint></robot>"""
+
+
+@pytest.mark.capability("10-20", "10-30")
+@pytest.mark.parametrize("anti_windup", ["off", "hold"])
+def test_an_integral_that_waits_at_the_limit_is_that_of_the_one_joint_loop(tmp_path, anti_windup):
+    """The link of one joint in both simulations, thrown up with 1.6 N m: the same motion, to rounding."""
+    (tmp_path / "link.urdf").write_text(LINK)
+    robot = mf.load(tmp_path / "link.urdf")
+    law = pid(1, 8.0, 2.0, 6.0, effort_limit=1.6 if anti_windup == "hold" else None)
+    run = mf.simulate(
+        mf.Scenario(
+            robot=robot, trajectory=rest([1.2], 4.0), q=[-1.0], qd=[0.0], law=law, period=0.01, step=1e-3,
+            integrator="rk4",
+        )
+    )  # fmt: skip
+    known = one_joint.run_sampled(
+        one_joint.JointArm.of(0.5, 1.0, 0.1, 0.1), one_joint.JointLaw.pid(8.0, 6.0, 2.0), 1.2, 4.0, period=0.01,
+        start=-1.0, conditions=one_joint.LoopConditions(torque_limit=1.6, anti_windup=anti_windup, tachometer=True),
+    )  # fmt: skip
+    np.testing.assert_allclose(run.q[:, 0], known.theta, atol=1e-8)
+    assert (run.q.max() < 1.5) == (anti_windup == "hold"), "without it the link goes over by three radians"
+    with pytest.raises(InputError, match="effort_limit"):
+        pid(1, 8.0, effort_limit=0.0)

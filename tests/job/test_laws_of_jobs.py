@@ -358,3 +358,9 @@ joints = {goal}
         assert not named["learned"].holds
         assert named["learned"].value == pytest.approx(np.abs(efforts).max())
         assert named["learned"].explain(language="en") != named["learned"].explain(language="ar")
+
+
+def test_the_integral_of_a_job_waits_where_efforts_are_at_their_limits():
+    (driven,) = run("pid").driven
+    law = driven.scenario.law
+    np.testing.assert_array_equal(law.effort_limit, driven.scenario.robot.limits.effort)

@@ -88,7 +88,8 @@ def _pid(job: Job, model: Robot, trajectory: Trajectory) -> Law:
     given = job.controller.integral
     # A joint of inertia M alone is stable below ki = kp kd / M; M = kp / w^2 of its own gains.
     inertia = np.diagonal(np.asarray(model.mass_matrix(_places(trajectory))), axis1=-2, axis2=-1).max(axis=0)
-    return pid(model.n, kp, kd, INTEGRAL_SHARE * kp * kd / inertia if given is None else _row(given, model))
+    ki = INTEGRAL_SHARE * kp * kd / inertia if given is None else _row(given, model)
+    return pid(model.n, kp, kd, ki, effort_limit=model.limits.effort)
 
 
 def _feedforward(job: Job, model: Robot, trajectory: Trajectory) -> Law:
