@@ -12,8 +12,11 @@ from mafsil.control import (
     Impedance,
     Law,
     as_law,
+    block_diagram,
     combined,
     computed_torque,
+    encoder_loop,
+    explained,
     feedforward,
     gravity_compensation,
     hold,
@@ -190,3 +193,45 @@ def test_an_integral_that_waits_at_the_limit_is_that_of_the_one_joint_loop(tmp_p
     assert (run.q.max() < 1.5) == (anti_windup == "hold"), "without it the link goes over by three radians"
     with pytest.raises(InputError, match="effort_limit"):
         pid(1, 8.0, effort_limit=0.0)
+
+
+@pytest.mark.capability("10-10", "10-11", "10-103")
+@pytest.mark.parametrize("filter_time", [0.0, 0.03])
+def test_a_law_behind_encoders_is_the_sampled_loop_of_one_joint(tmp_path, filter_time):
+    """Steps of 10 mrad, differenced rates and their filter: the same motion in both simulations, to rounding."""
+    (tmp_path / "link.urdf").write_text(LINK)
+    robot = mf.load(tmp_path / "link.urdf")
+    law = encoder_loop(pid(1, 8.0, 2.0, 1.0), 0.01, filter_time=filter_time)
+    run = mf.simulate(
+        mf.Scenario(
+            robot=robot, trajectory=rest([0.4], 2.0), q=[-0.3], qd=[0.0], law=law, period=0.01, step=1e-3,
+            integrator="rk4", saturate=False,
+        )
+    )  # fmt: skip
+    known = one_joint.run_sampled(
+        one_joint.JointArm.of(0.5, 1.0, 0.1, 0.1), one_joint.JointLaw.pid(8.0, 1.0, 2.0), 0.4, 2.0, period=0.01,
+        start=-0.3, conditions=one_joint.LoopConditions(quantum=0.01, filter_time=filter_time),
+    )  # fmt: skip
+    np.testing.assert_allclose(run.q[:, 0], known.theta, atol=1e-8)
+    assert run.metadata["law"] == "JointFeedback"
+    assert block_diagram(law).blocks[-1].text == "Δq = 0.01"
+    assert explained(law).name == "encoder_loop"
+
+
+def test_encoders_of_many_joints_have_steps_of_their_own():
+    seen = []
+
+    def watched(t, q, qd, reference):
+        seen.append((q, qd))
+        return 0.0 * q
+
+    law, still = encoder_loop(watched, [0.1, 0.0]), Motion(*np.zeros((3, 2)))
+    session = law.session(0.5)
+    for q in ([[0.16, 0.16], [1.0, 2.0]], [[0.31, 0.2], [1.04, 2.0]]):
+        session(0.0, np.array(q), np.full((2, 2), np.nan), still)
+    np.testing.assert_allclose(seen[0], [[[0.2, 0.16], [1.0, 2.0]], np.zeros((2, 2))])
+    np.testing.assert_allclose(seen[1], [[[0.3, 0.2], [1.0, 2.0]], [[0.2, 0.08], [0.0, 0.0]]], atol=1e-12)
+    for wrong in (lambda: encoder_loop(watched, -0.1), lambda: encoder_loop(3, 0.1),
+                  lambda: encoder_loop(watched, 0.1, filter_time=np.inf)):  # fmt: skip
+        with pytest.raises(InputError):
+            wrong()

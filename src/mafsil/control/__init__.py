@@ -61,6 +61,8 @@ from mafsil.control.elastic_laws import elastic_linearization as elastic_lineari
 from mafsil.control.elastic_laws import fast_damping as fast_damping
 from mafsil.control.elastic_laws import motor_feedback as motor_feedback
 from mafsil.control.elastic_laws import set_point_condition as set_point_condition
+from mafsil.control.encoder_loop import EncoderLoop as EncoderLoop
+from mafsil.control.encoder_loop import encoder_loop as encoder_loop
 from mafsil.control.environment import CombinedEnvironment as CombinedEnvironment
 from mafsil.control.environment import Environment as Environment
 from mafsil.control.environment import SpringDamper as SpringDamper
@@ -105,6 +107,7 @@ from mafsil.control.joint_feedback import JointFeedback as JointFeedback
 from mafsil.control.joint_feedback import feedforward as feedforward
 from mafsil.control.joint_feedback import gravity_compensation as gravity_compensation
 from mafsil.control.joint_feedback import pid as pid
+from mafsil.control.law import Around as Around
 from mafsil.control.law import Combined as Combined
 from mafsil.control.law import FunctionLaw as FunctionLaw
 from mafsil.control.law import Law as Law

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from mafsil.arrays import JointVector, positive
-from mafsil.control.law import Law, LawFunction, as_law
+from mafsil.control.law import Around, Law, LawFunction, as_law
 from mafsil.control.law_memory import take_over
 from mafsil.trajectory import Motion
 
 
-@dataclass(frozen=True, slots=True)
-class CurrentLoop:
+@dataclass(frozen=True, eq=False, slots=True)
+class CurrentLoop(Around):
     """A law behind an inner loop: tau' = w (commanded - tau); without it (w endless) the commanded torque acts at once.
 
     Attributes:
@@ -21,7 +21,6 @@ class CurrentLoop:
         bandwidth: w of the inner loop [rad/s].
     """
 
-    law: Law
     bandwidth: float
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:

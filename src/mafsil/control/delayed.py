@@ -6,7 +6,7 @@ from collections import deque
 from dataclasses import dataclass
 
 from mafsil.arrays import JointVector
-from mafsil.control.law import Law, LawFunction, as_law
+from mafsil.control.law import Around, Law, LawFunction, as_law
 from mafsil.control.law_memory import take_over
 from mafsil.errors import InputError
 from mafsil.trajectory import Motion
@@ -16,7 +16,7 @@ WHOLE = 1e-6
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Delayed:
+class Delayed(Around):
     """A law whose efforts act a while after the state that they answer.
 
     Attributes:
@@ -24,7 +24,6 @@ class Delayed:
         delay: from the measurement to the effort [s]; a whole number of the periods of a run.
     """
 
-    law: Law
     delay: float
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:

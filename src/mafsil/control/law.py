@@ -76,6 +76,17 @@ def as_law(law: Law | LawFunction, name: str = "law") -> Law:
     return FunctionLaw(law)
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Around:
+    """Something between a law and its arm: a law around another one, whose efforts or measured states it changes.
+
+    Attributes:
+        law: inside.
+    """
+
+    law: Law
+
+
 @dataclass(frozen=True, slots=True)
 class Combined:
     """The sum of several laws, such as feedforward and feedback."""

@@ -13,11 +13,10 @@ from mafsil.arrays import Floats
 from mafsil.control import (
     AdaptiveControl,
     AdmittanceControl,
+    Around,
     Combined,
     ComputedTorque,
     ContactSwitch,
-    CurrentLoop,
-    Delayed,
     Gains,
     HybridControl,
     ImpedanceControl,
@@ -133,7 +132,7 @@ def _own(run: Run, driven: Driven) -> Iterator[Condition]:
 
 def parts_of(law: Law) -> Iterator[Law]:
     """A law's parts: of sums, of laws behind a delay or an inner loop, of those that a contact parts."""
-    if isinstance(law, Delayed | CurrentLoop):
+    if isinstance(law, Around):
         yield from parts_of(law.law)
     elif isinstance(law, Combined):
         for part in law.laws:

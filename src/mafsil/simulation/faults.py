@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
-from mafsil.control import Combined, ContactSwitch, CurrentLoop, Delayed, FunctionLaw, Law, TaskCoordinates
+from mafsil.control import Around, Combined, ContactSwitch, FunctionLaw, Law, TaskCoordinates
 from mafsil.errors import InputError
 from mafsil.messages.visible import visible
 from mafsil.simulation.recording import SimulationStatus
@@ -32,8 +32,8 @@ class Stopped(InputError):
 
 
 def law_name(law: object) -> str:
-    """What a law is called: its class or function; of a delayed one or one behind a current loop, the law inside."""
-    if isinstance(law, Delayed | CurrentLoop):
+    """What a law is called: its class or function; of one around another one, that of the inner law."""
+    if isinstance(law, Around):
         return law_name(law.law)
     named = law.function if isinstance(law, FunctionLaw) else law
     return str(getattr(named, "__name__", type(named).__name__))
@@ -111,7 +111,7 @@ def task_of(law: object) -> TaskCoordinates | None:
     inside: tuple[object, ...] = ()
     if isinstance(law, Combined):
         inside = law.laws
-    elif isinstance(law, Delayed | CurrentLoop):
+    elif isinstance(law, Around):
         inside = (law.law,)
     elif isinstance(law, ContactSwitch):
         inside = (law.free,)
