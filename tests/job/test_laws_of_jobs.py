@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.control import combined, delayed, feedforward, inertia_gains, pid
+from mafsil.control import EncoderLoop, combined, delayed, feedforward, inertia_gains, pid
 from mafsil.errors import InputError, JobError
 from mafsil.job import Run, bench_laws, parse, solve
 from mafsil.job.causes import error_growth
@@ -364,3 +364,19 @@ def test_the_integral_of_a_job_waits_where_efforts_are_at_their_limits():
     (driven,) = run("pid").driven
     law = driven.scenario.law
     np.testing.assert_array_equal(law.effort_limit, driven.scenario.robot.limits.effort)
+
+
+@pytest.mark.capability("10-11", "10-103")
+def test_a_job_has_encoders_before_its_law_and_errors_of_their_size():
+    text = JOB.format(kind="computed_torque", gains="delay = 0.001", friction="false")
+    coarse = text.replace("friction = false", "friction = false\nnoise = { resolution = 1e-3, filter_time = 0.002 }")
+    runs = [solve(parse(each), each, Path()) for each in (text, coarse)]
+    law = runs[1].driven[0].scenario.law
+    assert isinstance(law.law, EncoderLoop), "the delay is behind the law, the encoders before it"
+    assert (float(law.law.resolution), law.law.filter_time) == (1e-3, 0.002)
+    errors = [np.abs(each.recording.q_ref - each.recording.q).max() for each in runs]
+    assert errors[0] < 2e-4 < errors[1] < 5e-3
+    factors = [
+        growth_along(parse(each), found.driven[0]).factor for each, found in zip((text, coarse), runs, strict=True)
+    ]
+    assert factors[0] == pytest.approx(factors[1]), "steps have no slope: small errors are those of the law itself"

@@ -17,6 +17,7 @@ from mafsil.control import (
     combined,
     computed_torque,
     delayed,
+    encoder_loop,
     feedforward,
     gravity_compensation,
     inertia_gains,
@@ -62,6 +63,9 @@ def law_of(job: Job, model: Robot, trajectory: Trajectory, plant: Plant) -> Law:
         law = tip_law(job, model, trajectory, plant)
     else:
         law = _MAKERS[job.controller.kind](job, model, trajectory)
+    seen = job.simulation.noise
+    if seen.resolution or seen.filter_time:
+        law = encoder_loop(law, seen.resolution, filter_time=seen.filter_time)
     return delayed(law, job.controller.delay) if job.controller.delay else law
 
 
