@@ -16,12 +16,16 @@ from mafsil.control import (
     combined,
     computed_torque,
     encoder_loop,
+    energy_certificate,
     explained,
     feedforward,
     gravity_compensation,
     hold,
+    hybrid_certificate,
     pid,
     saturated,
+    set_point_condition,
+    sliding_certificate,
 )
 from mafsil.errors import InputError
 from mafsil.trajectory import Motion, rest
@@ -235,3 +239,17 @@ def test_encoders_of_many_joints_have_steps_of_their_own():
                   lambda: encoder_loop(watched, 0.1, filter_time=np.inf)):  # fmt: skip
         with pytest.raises(InputError):
             wrong()
+
+
+@pytest.mark.parametrize(
+    "certificate",
+    [
+        lambda: energy_certificate(mf.load("planar2r"), Gains.of(2, 1.0, 1.0), [0, 0], [0, 1], *np.zeros((2, 2, 2))),
+        lambda: sliding_certificate(pid(2, 1.0), mf.load("planar2r"), rest([0, 0], 1.0), [0, 1], *np.zeros((2, 2, 2))),
+        lambda: hybrid_certificate(pid(2, 1.0), [0, 1, 2], *np.zeros((2, 3, 2))),
+        lambda: set_point_condition(pid(2, 1.0)),
+    ],
+)
+def test_certificates_of_other_laws_are_refused(certificate):
+    with pytest.raises(InputError, match="law: expected"):
+        certificate()

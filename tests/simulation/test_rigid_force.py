@@ -218,3 +218,5 @@ def test_a_certificate_of_a_block_has_the_disturbance_as_its_rest():
     assert wild.force_radius == pytest.approx(float(sampled_force_radius(0.5, 1.2)))
     with pytest.raises(InputError, match="evenly"):
         hybrid_certificate(law, run.t**2, run.q, run.qd)
+    with pytest.raises(InputError, match="HybridControl"):
+        hybrid_certificate(hold(np.eye(4)), run.t, run.q, run.qd)

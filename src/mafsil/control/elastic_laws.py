@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, JointVector, positive, whole
+from mafsil.arrays import Floats, JointVector, positive, require_kind, whole
 from mafsil.control.elastic_arm import ElasticArm, ElasticState
 from mafsil.control.gains import Gains
 from mafsil.control.law import Law, LawFunction, as_law
@@ -121,8 +121,9 @@ def set_point_condition(law: MotorFeedback, samples: int = 2000, *, seed: int = 
         seed: of these.
 
     Raises:
-        InputError: not a whole number of samples.
+        InputError: another law, not a whole number of samples.
     """
+    require_kind("law", law, "MotorFeedback", "arm", "gains")
     count, arm = whole("samples", samples, least=1), law.arm
     low, high = (np.clip(side, -RANGE, RANGE) for side in (arm.links.limits.lower, arm.links.limits.upper))
     q = np.random.default_rng(seed).uniform(low, high, (count, 1, arm.n))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, as_batch
+from mafsil.arrays import Floats, as_batch, require_kind
 from mafsil.control.force import sampled_force_radius
 from mafsil.control.gains import Gains
 from mafsil.control.hybrid import HybridControl
@@ -83,10 +83,11 @@ def hybrid_certificate(
         allowed: shares up to which rests count as those of the sampling.
 
     Raises:
-        InputError: a wrong shape, a number that is not finite, fewer than three times, uneven ones.
+        InputError: another law, a wrong shape, a number that is not finite, fewer than three times, uneven ones.
 
     Reference: Lynch and Park, Modern Robotics, sec. 11.6.
     """
+    require_kind("law", law, "HybridControl", "constraint", "force_gains")
     n = law.robot.n
     times = as_batch("t", t, np.shape(t)[-1:], finite=True)
     if len(times) < 3 or np.ptp(np.diff(times)) > 1e-6 * (times[1] - times[0]):

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, JointVector, as_batch, real_array
+from mafsil.arrays import Floats, JointVector, as_batch, real_array, require_kind
 from mafsil.control.gains import Gains
 from mafsil.control.law import Law
 from mafsil.errors import InputError
@@ -209,8 +209,9 @@ def sliding_certificate(
         q, qd: (k, n) motion.
 
     Raises:
-        InputError: wrong shapes.
+        InputError: another law, wrong shapes.
     """
+    require_kind("law", law, "SlidingMode", "parts", "error_bound")
     n = law.robot.n
     times = as_batch("t", t, (), finite=True)
     x, v = as_batch("q", q, (n,), finite=True), as_batch("qd", qd, (n,), finite=True)
