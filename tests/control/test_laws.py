@@ -253,3 +253,27 @@ def test_encoders_of_many_joints_have_steps_of_their_own():
 def test_certificates_of_other_laws_are_refused(certificate):
     with pytest.raises(InputError, match="law: expected"):
         certificate()
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: mf.control.delayed(pid(2, 1.0), None),
+        lambda: mf.control.selection(3, 3, 3),
+        lambda: mf.control.constrained_dynamics(3.0, [0.0], [[1.0]], [0.0]),
+        lambda: mf.control.contact_mode([1.0, 2.0], 1.0, 0.3),
+        lambda: mf.control.constraint_table((True,), ("hard",), ("x",)),
+        lambda: mf.control.suitable_family(None, None),
+        lambda: mf.control.impedance_class(None, SOFT),
+        lambda: mf.control.motor_feedback(mf.load("planar2r"), 1.0, 1.0),
+        lambda: mf.control.citation(["hogan1985"]),
+        lambda: mf.control.in_joints([[1.0, 0.0]], np.eye(3)),
+        lambda: mf.control.free_speed([1.0, 2.0], 0.5, 1.0, 2.0, 1.0, 0.1),
+        lambda: one_joint.joint_margins(mf.load("planar2r"), one_joint.JointLaw.pid(1.0)),
+        lambda: one_joint.sampled_stability(one_joint.JointArm.of(1.0), pid(1, 1.0), 0.01),
+        lambda: one_joint.sweep_rate(one_joint.JointArm.of(1.0), pid(1, 1.0), 1.0, 1.0, [0.1]),
+    ],
+)
+def test_things_of_another_kind_are_named(call):
+    with pytest.raises(InputError):
+        call()

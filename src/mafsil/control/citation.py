@@ -18,7 +18,7 @@ def citation(key: str) -> Citation:
         InputError: no such work.
     """
     found = {one.key: one for one in CITATIONS}
-    if key not in found:
+    if not isinstance(key, str) or key not in found:  # pyright: ignore[reportUnnecessaryIsInstance] - what users give
         raise InputError("input.choice", name="key", value=key, known=", ".join(found))
     return found[key]
 

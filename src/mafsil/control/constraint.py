@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, as_batch, real_array, require_finite
+from mafsil.arrays import Floats, as_batch, real_array, require_finite, require_kind, single
 from mafsil.errors import InputError
 from mafsil.messages import say
 
@@ -144,7 +144,9 @@ def _constrained_tip(
     A_rate: ArrayLike | None,
 ) -> _ConstrainedTip:  # fmt: skip
     """The arguments of `constrained_dynamics`, checked."""
-    Lambda = as_batch("inertia", inertia, np.shape(inertia)[-2:], finite=True)
+    Lambda = require_finite("inertia", real_array("inertia", inertia))
+    if Lambda.ndim < 2 or Lambda.shape[-1] != Lambda.shape[-2]:
+        raise InputError("input.shape", name="inertia", expected="(*batch, m, m)", got=Lambda.shape, hint="")
     m = Lambda.shape[-1]
     rows = np.atleast_2d(real_array("A", A))
     rows = as_batch("A", rows, (rows.shape[-2], m), finite=True)
@@ -177,7 +179,8 @@ def in_joints(A: ArrayLike, J: ArrayLike) -> Floats:
         A: (*batch, k, m) at the tip.
         J: (*batch, m, n) Jacobian of the same coordinates, or E with V = E dq/dt for coordinates q of the pose.
     """
-    return np.asarray(A, dtype=np.float64) @ np.asarray(J, dtype=np.float64)
+    rows, columns = np.atleast_2d(real_array("A", A)), real_array("J", J)
+    return rows @ as_batch("J", columns, (rows.shape[-1], *columns.shape[-1:]))
 
 
 class SelectionStatus(Status):
@@ -234,7 +237,9 @@ def selection(
     Reference: Lynch and Park, Modern Robotics, sec. 11.6.
     """
     B = require_finite("environment", real_array("environment", environment))
-    n = B.shape[-1]
+    if B.ndim != 2 or B.shape[0] != B.shape[1]:
+        raise InputError("input.shape", name="environment", expected="(n, n)", got=B.shape, hint="")
+    n = len(B)
     S_F, S_V = (as_batch(name, x, (n, n), finite=True) for name, x in (("forces", forces), ("velocities", velocities)))
     wanted = np.zeros(n) if values is None else as_batch("values", values, (n,), finite=True)
     system = S_F @ B + S_V
@@ -299,8 +304,10 @@ def sliding_friction(normal_force: float, velocity: ArrayLike, friction: float) 
 
 
 def _pressed(normal_force: float, friction: float) -> tuple[float, float]:
-    held = float(require_finite("normal_force", real_array("normal_force", normal_force)))
-    mu = float(require_finite("friction", real_array("friction", friction)))
+    held, mu = (
+        float(require_finite(name, single(name, value, ())))
+        for name, value in (("normal_force", normal_force), ("friction", friction))
+    )
     if mu < 0.0:
         raise InputError("input.range", name="friction", value=mu, low=0.0, high=np.inf)
     return held, mu
@@ -337,14 +344,17 @@ def constraint_table(
 
     Reference: Mason, Compliance and force control for computer controlled manipulators, 1981.
     """
-    if not len(constrained) == len(wanted) == len(names):
+    for name, each in (("constrained", constrained), ("wanted", wanted), ("names", names)):
+        require_kind(name, each, "sequence, an entry for each axis", "__len__", "__getitem__")
+    chosen = single("wanted", wanted, (len(wanted),))
+    if not len(constrained) == len(chosen) == len(names):
         lengths = (len(constrained), len(wanted), len(names))
         raise InputError("input.shape", name="wanted", expected=(len(names),), got=lengths, hint="")
     return tuple(
         TaskConstraint(f"d{name}/dt = 0", f"F_{name} = {value:g}")
         if blocked
         else TaskConstraint(f"F_{name} = 0", f"d{name}/dt = {value:g}")
-        for blocked, value, name in zip(constrained, wanted, names, strict=True)
+        for blocked, value, name in zip(constrained, chosen.tolist(), names, strict=True)
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass
 
-from mafsil.arrays import JointVector
+from mafsil.arrays import JointVector, single
 from mafsil.control.law import Around, Law, LawFunction, as_law
 from mafsil.control.law_memory import take_over
 from mafsil.errors import InputError
@@ -73,6 +73,7 @@ def delayed(law: Law | LawFunction, delay: float) -> Delayed:
     Raises:
         InputError: a negative or infinite delay, or no law.
     """
-    if not 0.0 <= delay < float("inf"):
-        raise InputError("input.range", name="delay", value=delay, low=0.0, high=float("inf"))
-    return Delayed(as_law(law), float(delay))
+    late = float(single("delay", delay, ()))
+    if not 0.0 <= late < float("inf"):
+        raise InputError("input.range", name="delay", value=late, low=0.0, high=float("inf"))
+    return Delayed(as_law(law), late)

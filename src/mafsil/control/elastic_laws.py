@@ -75,6 +75,7 @@ def motor_feedback(arm: ElasticArm, kp: ArrayLike, kd: ArrayLike) -> MotorFeedba
 
     Reference: Tomei, A simple PD controller for robots with elastic joints, IEEE Trans. Automatic Control 36(10), 1991.
     """
+    require_kind("arm", arm, "ElasticArm", "links", "stiffness")
     return MotorFeedback(arm, Gains.of(arm.n, kp, kd))
 
 
@@ -172,6 +173,7 @@ def fast_damping(arm: ElasticArm, law: Law | LawFunction, damping: ArrayLike) ->
     Reference: Spong, Khorasani and Kokotovic, An integral manifold approach to the feedback control of flexible joint
         robots, IEEE J. Robotics and Automation 3(4), 1987.
     """
+    require_kind("arm", arm, "ElasticArm", "links", "stiffness")
     return FastDamping(as_law(law), Gains.of(arm.n, 0.0, damping).kd)
 
 
@@ -244,6 +246,7 @@ def elastic_linearization(arm: ElasticArm, trajectory: Trajectory, *, rate: floa
 
     Reference: Spong, Modeling and control of elastic joint robots, J. Dyn. Syst. Meas. Control 109, 1987.
     """
+    require_kind("arm", arm, "ElasticArm", "links", "stiffness")
     positive("rate", rate)
     if arm.damping.any():
         raise InputError("control.damped_springs", value=float(arm.damping.max()))

@@ -35,7 +35,7 @@ def flat(A: ArrayLike) -> Constraint:
     Args:
         A: (k, m).
     """
-    rows = np.atleast_2d(np.asarray(A, dtype=np.float64))
+    rows = np.atleast_2d(real_array("A", A))
     still = np.zeros_like(rows)
     return lambda T, V: (rows, still)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -11,8 +13,9 @@ from mafsil.one_joint.arguments import row
 
 Complexes = NDArray[np.complex128]
 
-NEAR = (3e-2, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7)
-"""Distances, as shares of the largest root, within which roots may be one: rounding parts m equal ones by eps^(1/m)."""
+NEAR, NEAREST = 10.0, 1e-8
+"""Distances, as shares of the largest root, within which roots may be one: rounding parts n equal ones by some
+eps^(1/n), two of them by half of the digits."""
 
 ROUNDED = 16 * np.finfo(np.float64).eps
 """Share of the terms of a coefficient by which it may have been rounded."""
@@ -70,18 +73,25 @@ def _joined(a: Floats, s: Complexes) -> Complexes:
     """(*batch, n) roots, those made equal that rounding may have parted; only where some are near."""
     n = s.shape[-1]
     rows, found = a.reshape(-1, n + 1), s.reshape(-1, n).copy()
-    apart = np.abs(found[:, :, None] - found[:, None, :]) + np.where(np.eye(n, dtype=np.bool_), np.inf, 0.0)
-    close = apart.min(axis=(1, 2), initial=np.inf) <= NEAR[0] * np.abs(found).max(axis=1, initial=0.0)
-    for k in np.flatnonzero(close).tolist():
+    apart = np.full(len(found), np.inf)
+    for i, j in combinations(range(n), 2):
+        np.minimum(apart, np.abs(found[:, i] - found[:, j]), out=apart)
+    for k in np.flatnonzero(apart <= _nearness(n)[0] * np.abs(found).max(axis=1)).tolist():
         found[k] = _coarsest(rows[k] / rows[k, 0], found[k])
     return np.asarray(found.reshape(s.shape), dtype=np.complex128)
+
+
+def _nearness(n: int) -> list[float]:
+    """Shares of the largest root within which roots of order n are grouped, the widest first."""
+    widest = NEAR * np.finfo(np.float64).eps ** (1.0 / n)
+    return [float(widest / 10.0**k) for k in range(int(np.log10(widest / NEAREST)) + 1)]
 
 
 def _coarsest(a: Floats, s: Complexes) -> Complexes:
     """The roots of one polynomial in as few groups of equal ones as its coefficients, to rounding, still allow."""
     size = np.abs(s).max()
     terms = np.abs(np.poly(-np.abs(s)))
-    for share in NEAR:
+    for share in _nearness(len(s)):
         # 1. Groups: all that a chain of near roots joins.
         linked = np.abs(s[:, None] - s[None, :]) <= share * size
         for _ in range(len(s)):
