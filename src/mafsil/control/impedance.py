@@ -100,9 +100,28 @@ class Impedance:
         Raises:
             InputError: D has no inverse.
         """
+        return self._modes()[0]
+
+    @property
+    def damping_ratio(self) -> Floats:
+        """(m,) of the modes of D and K, in the order of `natural_frequency`: b / 2 sqrt(k m) along one direction.
+
+        Above one where a mode does not oscillate, infinite without a spring. What B couples of the modes is not in it.
+
+        Raises:
+            InputError: D has no inverse.
+        """
+        w, modes = self._modes()
+        own = np.einsum("ik,ij,jk->k", modes, self.damping, modes)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(np.where(own > 0.0, own / (2.0 * w), 0.0), dtype=np.float64)
+
+    def _modes(self) -> tuple[Floats, Floats]:
+        """(m,) natural frequencies, increasing, and (m, m) modes with modes' D modes = 1, as columns."""
         self._require_mass()
-        squares = np.linalg.eigvals(np.linalg.solve(self.inertia, self.stiffness)).real
-        return np.asarray(np.sqrt(np.sort(squares).clip(0.0)), dtype=np.float64)
+        L = np.linalg.inv(np.linalg.cholesky(self.inertia))
+        squares, axes = np.linalg.eigh(L @ self.stiffness @ L.T)
+        return np.sqrt(np.asarray(squares, dtype=np.float64).clip(0.0)), np.asarray(L.T @ axes, dtype=np.float64)
 
     @property
     def roots(self) -> NDArray[np.complex128]:
