@@ -18,7 +18,7 @@ from mafsil.job.description import Controller, Job
 from mafsil.job.drive import drive
 from mafsil.job.judgement import Summary, summary
 from mafsil.job.language.table_checks import GAINS
-from mafsil.job.law_conditions import Condition, conditions
+from mafsil.job.law_conditions import Condition, beside, conditions
 from mafsil.job.laws import KINDS, control_period, kinds_for
 from mafsil.job.plan import Plan
 from mafsil.job.run import Run
@@ -165,7 +165,8 @@ class LawBench(Answer):
                 each.kind, *(number(x) for x in each.joint_error), number(each.numbers.tip_error),
                 number(each.peak_force), number(float(np.linalg.norm(each.numbers.rms_effort))),
                 number(float(each.numbers.peak_effort.max(initial=0.0))),
-                number(each.numbers.energy), number(each.growth),
+                number(each.numbers.energy),
+                beside(each.growth, 1.0) if np.isfinite(each.growth) else number(each.growth),
             )
             for each in self.results
         ]  # fmt: skip

@@ -67,7 +67,7 @@ class Condition:
 
     def explain(self, *, language: str | None = None) -> str:
         """What is asked, the number, and when it was worst."""
-        details = {"value": _beside(self.value, self.limit), "limit": digits(self.limit)}
+        details = {"value": beside(self.value, self.limit), "limit": digits(self.limit)}
         said = say(f"job.condition_{self.name}", language=language, **details)
         if not np.isfinite(self.time):
             return said
@@ -81,8 +81,13 @@ class Condition:
         }  # fmt: skip
 
 
-def _beside(value: float, limit: float) -> str:
-    """A number beside its limit: with as many digits as show on which side of it it is."""
+def beside(value: float, limit: float) -> str:
+    """A number beside its limit: with as many digits as show on which side of it it is.
+
+    Args:
+        value: the number.
+        limit: that it is held against.
+    """
     text = digits(value)
     if text != digits(limit) or value == limit or not np.isfinite(value):
         return text
