@@ -156,3 +156,18 @@ def test_spread_of_a_geared_arm_by_its_own_mass_matrix():
     found = joint_coupling(geared)
     np.testing.assert_allclose(found.spread, (np.abs(own - own.mean(0)) / own.mean(0)).max(0), rtol=0.05, atol=1e-9)
     np.testing.assert_allclose(found.coupling, (np.abs(M[:, 0, 1])[:, None] / own).max(0), rtol=0.02)
+
+
+@pytest.mark.capability("10-68", "10-72", "10-73")
+def test_a_tip_without_constraints_has_all_freedoms():
+    """The chalk that is lifted: no row of A, six freedoms of motion, none of force."""
+    rng = np.random.default_rng(3)
+    root, h, F = rng.normal(size=(6, 6)), *rng.normal(size=(2, 6))
+    Lambda, none = root @ root.T + np.eye(6), np.zeros((0, 6))
+    free = constrained_dynamics(Lambda, h, none, F)
+    assert free.multipliers.shape == (0,)
+    np.testing.assert_allclose(free.P, np.eye(6))
+    np.testing.assert_allclose(free.acceleration, np.linalg.solve(Lambda, F - h))
+    reduced = reduced_dynamics(Lambda, h, none, F)
+    assert reduced.N.shape == (6, 6)
+    np.testing.assert_allclose(reduced.N @ reduced.acceleration, free.acceleration)

@@ -168,3 +168,24 @@ def test_what_is_wrong_is_refused(arm):
     assert np.isfinite(run.q).all()
     coarse = simulate_elastic(arm, Nothing(), rest(np.zeros(2), 60.0), step=0.1)
     assert coarse.status is SimulationStatus.BLOWN_UP
+
+
+@pytest.mark.capability("10-89")
+@pytest.mark.parametrize(
+    ("wrong", "status"),
+    [
+        (lambda: np.zeros(2)[[3]], SimulationStatus.LAW_RAISED),
+        (lambda: "much", SimulationStatus.LAW_NONSENSE),
+        (lambda: np.full(2, np.nan), SimulationStatus.NOT_FINITE),
+    ],
+)
+def test_a_function_that_fails_ends_the_run_with_its_name(arm, wrong, status):
+    def clumsy(t, state, reference):
+        return wrong() if t > 0.01 else arm.links.gravity_torque(reference.u)
+
+    run = simulate_elastic(arm, clumsy, rest(np.zeros(2), 0.1))
+    assert run.status is status
+    assert run.t[-1] == pytest.approx(0.0102)
+    assert status is SimulationStatus.NOT_FINITE or "clumsy" in run.explain("en")
+    with pytest.raises(InputError, match="ElasticLaw"):
+        simulate_elastic(arm, lambda t, state: state, rest(np.zeros(2), 0.1))

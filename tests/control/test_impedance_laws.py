@@ -84,6 +84,9 @@ def test_stiffness_alone_is_a_spring():
     np.testing.assert_allclose(F, [0, 0, 0, -4.0, 0, 0], atol=1e-9)
     with pytest.raises(InputError, match="mass"):
         wanted.acceleration(np.zeros(6), np.zeros(6), np.zeros(6))
+    for of_mass in ("roots", "natural_frequency"):
+        with pytest.raises(InputError, match="mass"):
+            getattr(wanted, of_mass)
 
 
 @pytest.mark.capability("10-84", "10-97")
@@ -117,3 +120,21 @@ def test_a_redundant_arm_bears_its_gravity_beside_the_task_too(law):
         at_rest = np.sort(np.abs(poles + w))[:2]
         assert at_rest.max() < 2e-3 * w
         assert poles.real.max() < -0.5
+
+
+@pytest.mark.capability("10-76")
+def test_modes_of_an_impedance_have_their_damping_ratios():
+    rng = np.random.default_rng(2)
+    root, modes = rng.normal(size=(3, 3)), np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    w, zeta = np.array([2.0, 5.0, 11.0]), np.array([0.3, 1.4, 0.05])
+    # x = S y with y'' + 2 zeta w y' + w^2 y = 0: D = S^-T S^-1, and so on.
+    S = np.linalg.inv(root) @ modes
+    back = np.linalg.inv(S)
+    of = {
+        name: back.T @ np.diag(x) @ back
+        for name, x in (("inertia", w**0), ("damping", 2 * zeta * w), ("stiffness", w**2))
+    }
+    found = Impedance.of(3, **{name: (x + x.T) / 2 for name, x in of.items()})
+    np.testing.assert_allclose(found.natural_frequency, w, rtol=1e-9)
+    np.testing.assert_allclose(found.damping_ratio, zeta, rtol=1e-9)
+    np.testing.assert_allclose(Impedance.of(2, inertia=2.0, damping=[3.0, 0.0]).damping_ratio, [np.inf, 0.0])

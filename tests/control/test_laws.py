@@ -6,20 +6,29 @@ import numpy as np
 import pytest
 
 import mafsil as mf
+from mafsil import one_joint
 from mafsil.control import (
     Gains,
     Impedance,
     Law,
+    as_law,
+    block_diagram,
     combined,
     computed_torque,
+    encoder_loop,
+    energy_certificate,
+    explained,
     feedforward,
     gravity_compensation,
     hold,
+    hybrid_certificate,
     pid,
     saturated,
+    set_point_condition,
+    sliding_certificate,
 )
 from mafsil.errors import InputError
-from mafsil.trajectory import Motion
+from mafsil.trajectory import Motion, rest
 
 SOFT = Impedance.of(6, inertia=1.0, stiffness=1.0)
 
@@ -143,3 +152,128 @@ def test_wrong_input_is_named(panda, call, words):
 def test_what_makes_no_law_is_said_where_it_is_made(made, words):
     with pytest.raises(InputError, match=words):
         made()
+
+
+@pytest.mark.capability("10-2", "10-3")
+def test_a_plain_function_is_a_law():
+    def pull(t, q, qd, reference):
+        return 3.0 * (reference.u - q) - qd
+
+    still = Motion(np.array([0.3, 0.1]), np.zeros(2), np.zeros(2))
+    law = combined(pull, pid(2, kp=2.0))
+    np.testing.assert_allclose(law.session(1e-3)(0.0, np.zeros(2), np.zeros(2), still), 5.0 * still.u)
+    assert as_law(law) is law
+    for wrong in (3, None, lambda t, q: q, Gains):
+        with pytest.raises(InputError, match="Law"):
+            as_law(wrong)
+    with pytest.raises(InputError, match="laws"):
+        combined()
+
+
+LINK = """<robot name="link"><link name="base"/><link name="arm"><inertial><origin xyz="0.1 0 0"/><mass value="1"/>
+<inertia ixx="0.01" iyy="0.49" izz="0.49" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="joint" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 -1 0"/>
+<limit lower="-9" upper="9" effort="1.6" velocity="9"/><dynamics damping="0.1"/></joint></robot>"""
+
+
+@pytest.mark.capability("10-20", "10-30")
+@pytest.mark.parametrize("anti_windup", ["off", "hold"])
+def test_an_integral_that_waits_at_the_limit_is_that_of_the_one_joint_loop(tmp_path, anti_windup):
+    """The link of one joint in both simulations, thrown up with 1.6 N m: the same motion, to rounding."""
+    (tmp_path / "link.urdf").write_text(LINK)
+    robot = mf.load(tmp_path / "link.urdf")
+    law = pid(1, 8.0, 2.0, 6.0, effort_limit=1.6 if anti_windup == "hold" else None)
+    run = mf.simulate(
+        mf.Scenario(
+            robot=robot, trajectory=rest([1.2], 4.0), q=[-1.0], qd=[0.0], law=law, period=0.01, step=1e-3,
+            integrator="rk4",
+        )
+    )  # fmt: skip
+    known = one_joint.run_sampled(
+        one_joint.JointArm.of(0.5, 1.0, 0.1, 0.1), one_joint.JointLaw.pid(8.0, 6.0, 2.0), 1.2, 4.0, period=0.01,
+        start=-1.0, conditions=one_joint.LoopConditions(torque_limit=1.6, anti_windup=anti_windup, tachometer=True),
+    )  # fmt: skip
+    np.testing.assert_allclose(run.q[:, 0], known.theta, atol=1e-8)
+    assert (run.q.max() < 1.5) == (anti_windup == "hold"), "without it the link goes over by three radians"
+    with pytest.raises(InputError, match="effort_limit"):
+        pid(1, 8.0, effort_limit=0.0)
+
+
+@pytest.mark.capability("10-10", "10-11", "10-103")
+@pytest.mark.parametrize("filter_time", [0.0, 0.03])
+def test_a_law_behind_encoders_is_the_sampled_loop_of_one_joint(tmp_path, filter_time):
+    """Steps of 10 mrad, differenced rates and their filter: the same motion in both simulations, to rounding."""
+    (tmp_path / "link.urdf").write_text(LINK)
+    robot = mf.load(tmp_path / "link.urdf")
+    law = encoder_loop(pid(1, 8.0, 2.0, 1.0), 0.01, filter_time=filter_time)
+    run = mf.simulate(
+        mf.Scenario(
+            robot=robot, trajectory=rest([0.4], 2.0), q=[-0.3], qd=[0.0], law=law, period=0.01, step=1e-3,
+            integrator="rk4", saturate=False,
+        )
+    )  # fmt: skip
+    known = one_joint.run_sampled(
+        one_joint.JointArm.of(0.5, 1.0, 0.1, 0.1), one_joint.JointLaw.pid(8.0, 1.0, 2.0), 0.4, 2.0, period=0.01,
+        start=-0.3, conditions=one_joint.LoopConditions(quantum=0.01, filter_time=filter_time),
+    )  # fmt: skip
+    np.testing.assert_allclose(run.q[:, 0], known.theta, atol=1e-8)
+    assert run.metadata["law"] == "JointFeedback"
+    assert block_diagram(law).blocks[-1].text == "Δq = 0.01"
+    assert explained(law).name == "encoder_loop"
+
+
+def test_encoders_of_many_joints_have_steps_of_their_own():
+    seen = []
+
+    def watched(t, q, qd, reference):
+        seen.append((q, qd))
+        return 0.0 * q
+
+    law, still = encoder_loop(watched, [0.1, 0.0]), Motion(*np.zeros((3, 2)))
+    session = law.session(0.5)
+    for q in ([[0.16, 0.16], [1.0, 2.0]], [[0.31, 0.2], [1.04, 2.0]]):
+        session(0.0, np.array(q), np.full((2, 2), np.nan), still)
+    np.testing.assert_allclose(seen[0], [[[0.2, 0.16], [1.0, 2.0]], np.zeros((2, 2))])
+    np.testing.assert_allclose(seen[1], [[[0.3, 0.2], [1.0, 2.0]], [[0.2, 0.08], [0.0, 0.0]]], atol=1e-12)
+    for wrong in (lambda: encoder_loop(watched, -0.1), lambda: encoder_loop(3, 0.1),
+                  lambda: encoder_loop(watched, 0.1, filter_time=np.inf)):  # fmt: skip
+        with pytest.raises(InputError):
+            wrong()
+
+
+@pytest.mark.parametrize(
+    "certificate",
+    [
+        lambda: energy_certificate(mf.load("planar2r"), Gains.of(2, 1.0, 1.0), [0, 0], [0, 1], *np.zeros((2, 2, 2))),
+        lambda: sliding_certificate(pid(2, 1.0), mf.load("planar2r"), rest([0, 0], 1.0), [0, 1], *np.zeros((2, 2, 2))),
+        lambda: hybrid_certificate(pid(2, 1.0), [0, 1, 2], *np.zeros((2, 3, 2))),
+        lambda: set_point_condition(pid(2, 1.0)),
+    ],
+)
+def test_certificates_of_other_laws_are_refused(certificate):
+    with pytest.raises(InputError, match="law: expected"):
+        certificate()
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: mf.control.delayed(pid(2, 1.0), None),
+        lambda: mf.control.selection(3, 3, 3),
+        lambda: mf.control.constrained_dynamics(3.0, [0.0], [[1.0]], [0.0]),
+        lambda: mf.control.contact_mode([1.0, 2.0], 1.0, 0.3),
+        lambda: mf.control.constraint_table((True,), ("hard",), ("x",)),
+        lambda: mf.control.suitable_family(None, None),
+        lambda: mf.control.impedance_class(None, SOFT),
+        lambda: mf.control.motor_feedback(mf.load("planar2r"), 1.0, 1.0),
+        lambda: mf.control.citation(["hogan1985"]),
+        lambda: mf.control.in_joints([[1.0, 0.0]], np.eye(3)),
+        lambda: mf.control.free_speed([1.0, 2.0], 0.5, 1.0, 2.0, 1.0, 0.1),
+        lambda: one_joint.joint_margins(mf.load("planar2r"), one_joint.JointLaw.pid(1.0)),
+        lambda: one_joint.sampled_stability(one_joint.JointArm.of(1.0), pid(1, 1.0), 0.01),
+        lambda: one_joint.sweep_rate(one_joint.JointArm.of(1.0), pid(1, 1.0), 1.0, 1.0, [0.1]),
+    ],
+)
+def test_things_of_another_kind_are_named(call):
+    with pytest.raises(InputError):
+        call()

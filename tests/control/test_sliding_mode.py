@@ -69,6 +69,11 @@ def test_the_error_stays_below_what_is_promised(seed):
     assert found
     assert found.reached < 1.5
     assert (found.error <= law.error_bound).all()
+    for time, said in ((0.5 * found.reached, "boundary layer"), (found.reached + 0.1, "too late")):
+        part = slice(0, int(time * 1e3))
+        short = sliding_certificate(law, arm, path, run.t[part], run.q[part], run.qd[part])
+        assert np.isnan(short.error).all()
+        assert said in short.explain("en")
     assert (law.error_bound == 0.002).all()
     s, after = found.distance, found.t > found.reached
     assert (np.abs(s[after]) <= law.width + 1e-12).all()

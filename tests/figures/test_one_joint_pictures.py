@@ -42,8 +42,9 @@ def test_a_measured_response(tmp_path):
     measured = oj.measure_response(t, e)
     assert f"{float(measured.settling_time):.4g}" in texts(tmp_path / "a.svg")
     assert f"{100 * float(measured.overshoot):.4g} %" in texts(tmp_path / "a.svg")
-    figures.save_error_response(t[:20], e[:20], tmp_path / "cut.svg")  # does not settle: no such line
-    assert (tmp_path / "cut.svg").exists()
+    assert "steady error" in texts(tmp_path / "a.svg")
+    figures.save_error_response(t[:20], e[:20], tmp_path / "cut.svg")  # does not come to rest: no such line
+    assert "steady error" not in texts(tmp_path / "cut.svg")
 
 
 @pytest.mark.capability("10-34", "10-41")

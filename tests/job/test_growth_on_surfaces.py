@@ -11,13 +11,13 @@ import pytest
 import mafsil as mf
 from mafsil.job import Run, parse, solve
 from mafsil.job.law_stability import growth_along
-from mafsil.trajectory import rest
+from mafsil.trajectory import quintic, rest
 
 PLANAR = ("planar2r_point_masses", [0.4, 0.9], [0, 1.0, 0], [0])
 SPATIAL = ("puma560", [0.4, -0.3, 0.5, 0.3, -0.4, 0.5], [0.0, 0.6, 0.8], [0, 1, 3, 4, 5])
 
 
-def pressed(robot, q, normal, controller):
+def pressed(robot, q, normal, controller, friction=0.0):
     """A stretch in which the arm rests on a surface, and its law wants to be a millimetre in it; with its job."""
     arm = mf.load(robot)
     T = arm.forward_kinematics(q)
@@ -34,6 +34,7 @@ method = "rk4"
 point = {T[:3, 3].tolist()}
 normal = {normal}
 rigid = true
+friction = {friction}
 [[move]]
 pause = 0.1
 """
@@ -91,3 +92,68 @@ def test_the_growth_on_a_rigid_surface_is_that_of_runs_that_begin_side_by_side_o
     before, after = (np.concatenate([pair[part] for pair in pairs]) for part in (slice(None, -1), slice(1, None)))
     step = np.linalg.lstsq(before, after, rcond=1e-9)[0]
     assert np.abs(np.linalg.eigvals(step)).max() == pytest.approx(factor, abs=2e-3)
+
+
+RAILS = """<robot name="rails"><link name="base"/>{links}</robot>"""
+RAIL = """
+<link name="{name}"><inertial><mass value="{mass}"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="{name}_rail" type="prismatic"><parent link="{parent}"/><child link="{name}"/><axis xyz="{axis}"/>
+<limit lower="-2" upper="2" effort="1000" velocity="5"/></joint>"""
+TICK, SIDE = 1e-5, np.array([1e-6, 3e-5])
+
+
+def step_of_runs(scenario, bases, free):
+    """The step of small errors over a tick, from pairs of runs of one tick that begin beside each other.
+
+    Each base (n, k) has a column for every direction that the surface leaves free; `free` picks as many joints.
+    """
+    q, qd = (np.asarray(x) for x in (scenario.q, scenario.qd))
+    columns = []
+    for k in range(2 * len(free)):
+        ends = []
+        for side in (1.0, -1.0):
+            moved = side * SIDE[k // len(free)] * bases[:, k % len(free)]
+            start, rate = (q + moved, qd) if k < len(free) else (q, qd + moved)
+            run = mf.simulate(replace(scenario, q=start, qd=rate, duration=TICK))
+            assert run.metadata["rigid_contact"]["slips"] == 0
+            ends.append(np.concatenate([run.q[-1, free], run.qd[-1, free]]))
+        columns.append((ends[0] - ends[1]) / (2.0 * SIDE[k // len(free)]))
+    return np.stack(columns, axis=1)
+
+
+@pytest.mark.capability("10-23", "10-94")
+@pytest.mark.parametrize("speed", [1.0, 0.1])
+def test_the_growth_while_sliding_on_rough_ground_is_that_of_runs_side_by_side(tmp_path, speed):
+    """Three rails: the coordinates are flat, so that the frozen step is the true one. Friction follows the velocity."""
+    names, axes, masses = ("base", "a", "b", "c"), ("1 0 0", "0 1 0", "0 0 1"), (3.0, 2.0, 1.5)
+    links = [RAIL.format(name=names[k + 1], parent=names[k], axis=axes[k], mass=masses[k]) for k in range(3)]
+    file = tmp_path / "rails.urdf"
+    file.write_text(RAILS.format(links="".join(links)))
+    q, v = [0.1, 0.2, 0.3], speed * np.array([0.3, -0.4, 0.0])
+    job, driven = pressed(str(file), q, [0, 0, 1], 'kind = "pd_gravity"\nstiffness = 1500\nrate_gain = 60', 0.4)
+    inside = np.array(q) - [0.0, 0.0, 5e-3]
+    motion = quintic(inside, inside + 2 * TICK * v, 2 * TICK, start_velocity=v, goal_velocity=v)
+    scenario = replace(driven.scenario, trajectory=motion, q=q, qd=v, step=TICK, period=TICK)
+    factor = growth_along(job, replace(driven, scenario=scenario, stretch=replace(driven.stretch, trajectory=motion)))
+    step = step_of_runs(scenario, np.eye(3)[:, :2], [0, 1])
+    rates = np.log([factor.factor, np.abs(np.linalg.eigvals(step)).max()]) / TICK
+    assert rates[0] == pytest.approx(rates[1], rel=5e-4)
+    assert -10.0 < rates[0] < -4.0
+
+
+@pytest.mark.capability("10-23", "10-94")
+def test_the_growth_where_friction_holds_the_tip_is_that_of_the_wrist_behind_it():
+    robot, q, normal, _ = SPATIAL
+    job, driven = pressed(robot, q, normal, 'kind = "pd_gravity"\nstiffness = 1500\nrate_gain = 60', 0.9)
+    arm, base = mf.load(robot), np.array(q)
+    T = arm.forward_kinematics(base)
+    J = T[:3, :3] @ arm.jacobian_body(base)[3:]
+    # Rotations about the resting tip: the null space of J, by what the wrist does.
+    Z = np.linalg.svd(J)[2][3:].T
+    Z = Z @ np.linalg.inv(Z[3:])
+    scenario = replace(driven.scenario, q=base, qd=np.zeros(6), step=TICK, period=TICK)
+    factor = growth_along(job, replace(driven, scenario=scenario)).factor
+    step = step_of_runs(scenario, Z, [3, 4, 5])
+    rates = np.log([factor, np.abs(np.linalg.eigvals(step)).max()]) / TICK
+    assert rates[0] == pytest.approx(rates[1], rel=1e-3)

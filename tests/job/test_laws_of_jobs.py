@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.control import combined, delayed, feedforward, inertia_gains, pid
+from mafsil.control import EncoderLoop, combined, delayed, feedforward, inertia_gains, pid
 from mafsil.errors import InputError, JobError
 from mafsil.job import Run, bench_laws, parse, solve
 from mafsil.job.causes import error_growth
@@ -139,6 +139,8 @@ def test_the_bench_measures_what_each_law_bears():
     assert 0 < by_law["pid"].growth < 1
     assert found.to_dict()["laws"][0]["kind"] == "computed_torque"
     assert found.explain("en") != found.explain("ar")
+    lost = replace(found.results[0], joint_error=(1e-4, 2e-4, np.nan, 1e-4, np.nan)).explain("en")
+    assert "under 2 of 5 conditions the run ended early" in lost, "nothing is worse than a run that ended"
     assert "pd_gravity" in repr(found)
     with pytest.raises(JobError, match="computed_torque"):
         bench_laws(parse(text), text, robot, plan, ("magic",))
@@ -322,3 +324,59 @@ def test_noise_of_sensors_is_no_switching_effort():
 def test_a_number_that_is_nearly_its_limit_shows_on_which_side_it_is():
     for value, shown in ((1.00000019, "1.00000019"), (0.99972, "0.99972"), (1.0, "1 "), (1.7, "1.7")):
         assert f" {shown.strip()} " in Condition("sampled", value, 1.0).explain(language="en")
+
+
+@pytest.mark.capability("10-87")
+@pytest.mark.parametrize("height", [-0.2, 0.2])
+def test_an_adaptive_law_that_touches_something_fails_its_condition(height):
+    """Its proof knows no force but those of inertia: what pushes at the tip is learned as a payload."""
+    arm, start, goal = mf.load("planar2r"), [0.4, 0.9], [0.3, 0.9]
+    low = arm.forward_kinematics(goal)[1, 3]
+    text = f"""
+robot = "planar2r"
+[start]
+joints = {start}
+[controller]
+kind = "adaptive"
+[tolerance]
+position = 0.5
+[[surface]]
+point = [0, {low + height * 0.05}, 0]
+normal = [0, 1, 0]
+stiffness = 2000
+damping = 50
+[[move]]
+joints = {goal}
+"""
+    found = solve(parse(text), text, Path())
+    assert isinstance(found, Run)
+    named = {each.name: each for each in conditions(found)}
+    assert ("learned" in named) == (height > 0.0)
+    if height > 0.0:
+        tape = found.recording
+        efforts = np.einsum("kij,ki->kj", arm.jacobian_body(tape.q), tape.contact_wrench)
+        assert not named["learned"].holds
+        assert named["learned"].value == pytest.approx(np.abs(efforts).max())
+        assert named["learned"].explain(language="en") != named["learned"].explain(language="ar")
+
+
+def test_the_integral_of_a_job_waits_where_efforts_are_at_their_limits():
+    (driven,) = run("pid").driven
+    law = driven.scenario.law
+    np.testing.assert_array_equal(law.effort_limit, driven.scenario.robot.limits.effort)
+
+
+@pytest.mark.capability("10-11", "10-103")
+def test_a_job_has_encoders_before_its_law_and_errors_of_their_size():
+    text = JOB.format(kind="computed_torque", gains="delay = 0.001", friction="false")
+    coarse = text.replace("friction = false", "friction = false\nnoise = { resolution = 1e-3, filter_time = 0.002 }")
+    runs = [solve(parse(each), each, Path()) for each in (text, coarse)]
+    law = runs[1].driven[0].scenario.law
+    assert isinstance(law.law, EncoderLoop), "the delay is behind the law, the encoders before it"
+    assert (float(law.law.resolution), law.law.filter_time) == (1e-3, 0.002)
+    errors = [np.abs(each.recording.q_ref - each.recording.q).max() for each in runs]
+    assert errors[0] < 2e-4 < errors[1] < 5e-3
+    factors = [
+        growth_along(parse(each), found.driven[0]).factor for each, found in zip((text, coarse), runs, strict=True)
+    ]
+    assert factors[0] == pytest.approx(factors[1]), "steps have no slope: small errors are those of the law itself"

@@ -74,7 +74,7 @@ def test_a_plate_is_polished_with_the_force_that_is_asked_for(polished, tmp_path
     assert found.peak == force.max()
     assert not force[tape.t > 3.0].any()
     assert as_data(polished, summary(polished))["contact"]["contacts"] == 1
-    assert "contact force" in write_results(polished, tmp_path / "out").read_text()
+    assert "Contact force" in write_results(polished, tmp_path / "out").read_text()
     again = Recording.load(tmp_path / "out" / "recording")
     assert np.array_equal(again.contact_wrench, tape.contact_wrench)
     assert "contact_wrench[fz]" in (tmp_path / "out" / "recording.csv").read_text().split("\n", 1)[0]

@@ -186,3 +186,15 @@ def test_answers_speak_both_languages():
         assert answer.explain("ar") != answer.explain("en")
         assert answer.to_dict()["status"]
         assert repr(answer)
+
+
+@pytest.mark.capability("10-27")
+@pytest.mark.parametrize("zeta", [0.2, 1.0, 2.0])
+def test_a_record_that_is_cut_off_shows_no_steady_error_of_its_own(zeta):
+    """At three tenths of the settling time nothing is at rest: neither settling nor overshoot may be said."""
+    loop = SecondOrder.of(2.0, zeta)
+    t = np.linspace(0.0, 0.3 * float(loop.settling_time()), 400)
+    cut = one_joint.measure_response(t, [loop.response(t), 5.0 * loop.response(t) - 1.0])
+    assert [each.status.name for each in cut] == ["STILL_MOVING"] * 2
+    assert np.isnan([cut.settling_time, cut.overshoot, cut.peak_time, cut.rise_time]).all()
+    assert "steady" in next(iter(cut)).explain("en")

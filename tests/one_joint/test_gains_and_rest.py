@@ -76,7 +76,7 @@ def test_rest_of_an_arm():
     panda = mf.load("panda")
     kp, goal = np.full(7, 400.0), np.array([0.1, 0.4, -0.3, -1.5, 0.2, 1.4, 0.3])
     rest = one_joint.rest_of_joints(kp, panda.gravity_torque, goal)
-    assert rest
+    assert rest.status is one_joint.RestStatus.FOUND, "whether there are others was not looked at"
     np.testing.assert_allclose(kp * rest.error, panda.gravity_torque(goal - rest.error), atol=1e-9)
 
 

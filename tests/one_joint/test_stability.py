@@ -119,3 +119,29 @@ def test_time_constants():
     dynamics = ErrorDynamics.from_row(np.poly([-0.5, -2.0, -10.0]))
     np.testing.assert_allclose(dynamics.time_constants, [2.0, 0.5, 0.1])
     assert dynamics.response([2.0], [1.0, -0.5, 0.25])[0] == pytest.approx(np.exp(-1.0))
+
+
+@pytest.mark.capability("10-23", "10-29")
+@pytest.mark.parametrize(
+    "wanted",
+    [[-1.4] * 3, [-2.0] * 4, [-3.0] * 5, [0.0] * 3, [-1, -1, -2], [2j, -2j] * 2, [-1 + 2j, -1 - 2j] * 2 + [-3.0]],
+)
+def test_equal_roots_have_all_their_digits(wanted):
+    """Eigenvalues part m equal roots by the m-th root of the rounding: 1e-5 for three."""
+    found = roots(2.5 * np.poly(wanted).real)
+    np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(np.array(wanted, dtype=complex)), atol=1e-13)
+
+
+@pytest.mark.capability("10-23")
+def test_roots_that_are_only_near_stay_apart():
+    near = np.array([-1.0, -1.001, -1.003])
+    np.testing.assert_allclose(np.sort(roots(np.poly(near)).real), np.sort(near), atol=1e-8)
+    np.testing.assert_allclose(roots([1.0, 2.0, 1.0 + 1e-12]).imag, [1e-6, -1e-6], rtol=1e-3)
+
+
+@pytest.mark.capability("10-25")
+def test_inertia_alone_moves_on():
+    """e''' = 0: a parabola; no root sets a unit of time."""
+    t = np.array([0.0, 1.0, 3.0])
+    found = ErrorDynamics.of(2.0, 0.0, 0.0, 0.0).response(t, [1.0, 2.0, 4.0])
+    np.testing.assert_allclose(found, 1 + 2 * t + 2 * t**2)

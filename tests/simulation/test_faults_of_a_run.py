@@ -272,3 +272,18 @@ def test_a_law_cannot_write_into_the_state_of_the_arm_or_the_reference():
         assert "read-only" in run.explain("en")
         assert len(run.t) == 11
         np.testing.assert_array_equal(run.q_ref, np.tile(q, (11, 1)))
+
+
+@pytest.mark.capability("10-2")
+def test_a_plain_function_drives_an_arm_and_is_named():
+    def pd(t, q, qd, reference):
+        return 400.0 * (reference.u - q) + 40.0 * (reference.v - qd) + ARM.gravity_torque(q)
+
+    run = simulate(Scenario(robot=ARM, trajectory=PATH, law=pd))
+    assert run
+    assert run.metadata["law"] == "pd"
+    late = simulate(Scenario(robot=ARM, trajectory=PATH, law=delayed(lambda t, q, qd, u: q[[3]], 2e-3)))
+    assert late.status is SimulationStatus.LAW_RAISED
+    assert "IndexError" in late.explain("en")
+    with pytest.raises(InputError, match="reference"):
+        Scenario(robot=ARM, trajectory=PATH, law=lambda t, q: q)

@@ -20,7 +20,7 @@ LAW = computed_torque(ARM)
         ("robot", None),
         ("trajectory", None),
         ("law", None),
-        ("law", lambda *words: 0),
+        ("law", lambda t, q: 0),
         ("step", None),
         ("step", "a"),
         ("step", [1e-3]),

@@ -10,12 +10,14 @@ import pytest
 import mafsil as mf
 from mafsil.control import (
     Gains,
+    HybridStatus,
     Impedance,
     TaskCoordinates,
     TipForceSensor,
     TipMotion,
     admittance_control,
     hold,
+    hybrid_certificate,
     hybrid_control,
     sampled_force_radius,
     task_dynamics,
@@ -58,8 +60,12 @@ def wiped(surface, press, duration=0.15, heavier=0.0, **gains):
         PUMA, tip, constraint, lambda T: -press * normal(T), gains=Gains.from_natural_frequency(6, 20.0),
         sensor=TipForceSensor(plant.robot, None, TaskCoordinates()), **gains,
     )  # fmt: skip
-    return tip, simulate(
-        mf.Scenario(robot=PUMA, trajectory=rest(AT, duration), law=law, plant=plant, saturate=False, step=1e-3)
+    return (
+        law,
+        tip,
+        simulate(
+            mf.Scenario(robot=PUMA, trajectory=rest(AT, duration), law=law, plant=plant, saturate=False, step=1e-3)
+        ),
     )
 
 
@@ -77,7 +83,7 @@ def apart(surface, run):
 @pytest.mark.parametrize("kind", ["plane", "sphere", "hollow cylinder"])
 def test_hybrid_control_presses_with_the_force_that_is_asked_and_keeps_the_constraint(kind):
     surface = surfaces()[kind]
-    tip, run = wiped(surface, 10.0)
+    _, tip, run = wiped(surface, 10.0)
     assert run
     assert np.abs(pressed(surface, run) - 10.0).max() < 1e-9
     assert apart(surface, run) < 1e-12
@@ -86,14 +92,14 @@ def test_hybrid_control_presses_with_the_force_that_is_asked_and_keeps_the_const
         aside = T[:, :3, 3] - np.array([tip(t).pose[:3, 3] for t in run.t])
         assert np.linalg.norm(aside, axis=1).max() < 1e-4
     # The first reading is zero: the integral takes it for an error of one period, and forgets it.
-    _, run = wiped(surface, 10.0, force_ki=40.0)
+    *_, run = wiped(surface, 10.0, force_ki=40.0)
     left = 0.4 * 0.96 ** np.arange(8)
     np.testing.assert_allclose(pressed(surface, run)[:8] - 10.0, left, atol=5e-4)
 
 
 def test_on_a_rough_plane_the_integral_takes_out_what_friction_adds():
     surface = surfaces()["rough plane"]
-    _, run = wiped(surface, 10.0, duration=0.3, force_ki=100.0)
+    *_, run = wiped(surface, 10.0, duration=0.3, force_ki=100.0)
     T = PUMA.forward_kinematics(run.q)
     force = np.einsum("kij,kj->ki", T[:, :3, :3], run.contact_wrench[:, 3:])
     normal = force @ OUT
@@ -107,7 +113,7 @@ def test_with_a_wrong_model_the_integral_brings_the_force_to_what_is_asked():
     surface = surfaces()["sphere"]
     off = []
     for gains in ({}, {"force_ki": 60.0}):
-        _, run = wiped(surface, 10.0, duration=0.25, heavier=0.2, **gains)
+        *_, run = wiped(surface, 10.0, duration=0.25, heavier=0.2, **gains)
         off.append(np.abs(pressed(surface, run)[125:] - 10.0).max())
         assert apart(surface, run) < 1e-12
     assert off[0] > 3.0
@@ -162,8 +168,55 @@ def test_admittance_on_a_rigid_surface_renders_its_spring(ratio):
 
 def test_runs_beside_each_other_read_their_own_forces_and_none_is_read_outside():
     with ThreadPoolExecutor(2) as pool:
-        found = list(pool.map(lambda press: wiped(surfaces()["plane"], press, force_ki=40.0)[1], (5.0, 20.0)))
+        found = list(pool.map(lambda press: wiped(surfaces()["plane"], press, force_ki=40.0)[2], (5.0, 20.0)))
     for press, run in zip((5.0, 20.0), found, strict=True):
         assert np.linalg.norm(run.contact_wrench[7, 3:]) == pytest.approx(press * (1.0 + 0.04 * 0.96**7), rel=1e-4)
     with pytest.raises(InputError, match="RigidPlant"):
         TipForceSensor(PUMA, None, TaskCoordinates())(AT, np.zeros(6))
+
+
+@pytest.mark.capability("10-106")
+@pytest.mark.parametrize("heavier", [0.0, 0.2])
+def test_a_certificate_says_whether_both_errors_obeyed_their_equations(heavier):
+    law, _, run = wiped(surfaces()["plane"], 10.0, heavier=heavier, force_ki=40.0)
+    found = hybrid_certificate(law, run.t, run.q, run.qd, run.contact_wrench)
+    assert bool(found) == (heavier == 0.0)
+    assert found.status is (HybridStatus.DEPARTED if heavier else HybridStatus.OBEYED)
+    assert found.slowest_root == pytest.approx(-20.0)
+    assert found.force_radius == pytest.approx(0.96)
+    # What is along the constraint is no part of the motion's equation.
+    assert np.abs(found.motion @ np.concatenate([np.zeros(3), OUT])).max() < 1e-9
+    assert found.explain("en") != found.explain("ar")
+    alone = hybrid_certificate(law, run.t, run.q, run.qd)
+    assert alone.force_share == 0.0
+    assert alone.motion_share == found.motion_share
+
+
+@pytest.mark.capability("10-106")
+def test_a_certificate_of_a_block_has_the_disturbance_as_its_rest():
+    """Pressing with a weight that the model does not know: F_e + Kfp F_e' + Kfi int F_e' = -0.25 m g at each tick."""
+    plant = RigidPlant(BLOCK, surface=RigidSurface.plane(np.zeros(3), [0, 0, 1])).with_scaled_inertia(1.25)
+    task = TaskCoordinates(rows=(3, 4, 5))
+
+    def law_of(ki):
+        return hybrid_control(
+            BLOCK, hold(np.eye(4)), [[0.0, 0.0, -1.0]], [0.0, 0.0, -30.0], coordinates=task, force_kp=0.5,
+            force_ki=ki, sensor=TipForceSensor(plant.robot, None, task),
+        )  # fmt: skip
+
+    law = law_of(100.0)
+    scenario = mf.Scenario(
+        robot=BLOCK, trajectory=rest(np.zeros(3), 0.024), law=law, plant=plant, step=2e-3, saturate=False
+    )
+    run = simulate(scenario)
+    found = hybrid_certificate(law, run.t, run.q, run.qd, run.contact_wrench)
+    np.testing.assert_allclose(found.force, np.tile([0.0, 0.0, 0.25 * MASS * G], (12, 1)), atol=1e-9)
+    assert found.status is HybridStatus.DEPARTED
+    assert found.motion_share == 0.0
+    wild = hybrid_certificate(law_of(600.0), run.t, run.q, run.qd)
+    assert wild.status is HybridStatus.UNSTABLE
+    assert wild.force_radius == pytest.approx(float(sampled_force_radius(0.5, 1.2)))
+    with pytest.raises(InputError, match="evenly"):
+        hybrid_certificate(law, run.t**2, run.q, run.qd)
+    with pytest.raises(InputError, match="HybridControl"):
+        hybrid_certificate(hold(np.eye(4)), run.t, run.q, run.qd)

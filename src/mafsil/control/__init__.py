@@ -14,9 +14,9 @@ from mafsil.control.block_diagram import BlockDiagram as BlockDiagram
 from mafsil.control.block_diagram import Term as Term
 from mafsil.control.block_diagram import block_diagram as block_diagram
 from mafsil.control.citation import CITATIONS as CITATIONS
-from mafsil.control.citation import Citation as Citation
 from mafsil.control.citation import citation as citation
 from mafsil.control.citation import citations_of as citations_of
+from mafsil.control.cited_work import Citation as Citation
 from mafsil.control.closed_chain_laws import ClosedComputedTorque as ClosedComputedTorque
 from mafsil.control.closed_chain_laws import ClosedGravityCompensation as ClosedGravityCompensation
 from mafsil.control.closed_chain_laws import closed_computed_torque as closed_computed_torque
@@ -61,6 +61,8 @@ from mafsil.control.elastic_laws import elastic_linearization as elastic_lineari
 from mafsil.control.elastic_laws import fast_damping as fast_damping
 from mafsil.control.elastic_laws import motor_feedback as motor_feedback
 from mafsil.control.elastic_laws import set_point_condition as set_point_condition
+from mafsil.control.encoder_loop import EncoderLoop as EncoderLoop
+from mafsil.control.encoder_loop import encoder_loop as encoder_loop
 from mafsil.control.environment import CombinedEnvironment as CombinedEnvironment
 from mafsil.control.environment import Environment as Environment
 from mafsil.control.environment import SpringDamper as SpringDamper
@@ -88,6 +90,9 @@ from mafsil.control.gains import Gains as Gains
 from mafsil.control.hybrid import HybridControl as HybridControl
 from mafsil.control.hybrid import flat as flat
 from mafsil.control.hybrid import hybrid_control as hybrid_control
+from mafsil.control.hybrid_certificate import HybridCertificate as HybridCertificate
+from mafsil.control.hybrid_certificate import HybridStatus as HybridStatus
+from mafsil.control.hybrid_certificate import hybrid_certificate as hybrid_certificate
 from mafsil.control.impedance import Impedance as Impedance
 from mafsil.control.impedance import ImpedanceAsymptotes as ImpedanceAsymptotes
 from mafsil.control.impedance import ImpedanceControl as ImpedanceControl
@@ -102,8 +107,12 @@ from mafsil.control.joint_feedback import JointFeedback as JointFeedback
 from mafsil.control.joint_feedback import feedforward as feedforward
 from mafsil.control.joint_feedback import gravity_compensation as gravity_compensation
 from mafsil.control.joint_feedback import pid as pid
+from mafsil.control.law import Around as Around
 from mafsil.control.law import Combined as Combined
+from mafsil.control.law import FunctionLaw as FunctionLaw
 from mafsil.control.law import Law as Law
+from mafsil.control.law import LawFunction as LawFunction
+from mafsil.control.law import as_law as as_law
 from mafsil.control.law import combined as combined
 from mafsil.control.law import saturated as saturated
 from mafsil.control.law_export import export_law as export_law

@@ -16,6 +16,7 @@ from mafsil.control.computed_torque import ComputedTorque
 from mafsil.control.contact_switch import ContactSwitch, TipDamping
 from mafsil.control.current_loop import CurrentLoop
 from mafsil.control.delayed import Delayed
+from mafsil.control.encoder_loop import EncoderLoop
 from mafsil.control.feedback import pd
 from mafsil.control.felt_constraint import ContactFeedforward
 from mafsil.control.force import ForceControl, gained
@@ -111,6 +112,7 @@ class _Parts:
     terms: list[Term] = field(default_factory=list[Term])
     delay: float = 0.0
     inner: float | None = None
+    resolution: float | None = None
 
 
 BOTH = ("trajectory", "sensors")
@@ -144,7 +146,8 @@ def block_diagram(law: Law, *, idealised: bool = False) -> BlockDiagram:
         chain.append(Block("amplifier", inner, len(chain) + 2))
         chain.append(Block("actuator", "", len(chain) + 2))
     chain.append(Block("arm", "M q̈ + c + g + J'F = τ", len(chain) + 2))
-    chain.append(Block("sensors", "q, q̇" if idealised else "", len(chain) + 1, 1))
+    steps = "" if parts.resolution is None else f"Δq = {parts.resolution:g}"
+    chain.append(Block("sensors", "q, q̇" if idealised else steps, len(chain) + 1, 1))
     signals = {"amplifier": "i", "actuator": "τ", "arm": "q, q̇"}
     blocks += chain
     for before, after in itertools.pairwise(chain):
@@ -164,6 +167,9 @@ def _take_apart(law: Any, parts: _Parts) -> None:
         _take_apart(law.law, parts)
     elif isinstance(law, CurrentLoop):
         parts.inner = law.bandwidth
+        _take_apart(law.law, parts)
+    elif isinstance(law, EncoderLoop):
+        parts.resolution = float(law.resolution.max())
         _take_apart(law.law, parts)
     elif isinstance(law, ContactSwitch):
         _take_apart(law.free, parts)

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from mafsil.arrays import Floats, JointVector, PoseMatrix
+from mafsil.arrays import Floats, JointVector, PoseMatrix, require_kind
 from mafsil.parallel import ClosedChain
 from mafsil.parallel.closed_poses import Task, closed_pose_near, missed
 from mafsil.solvers import Outcome
@@ -53,6 +53,8 @@ def follow_with_loops(
         The path of the joints, its residual the largest deviation; or None with UNREACHABLE, SINGULAR or JOINT_LIMIT
         and the place where it ends, DEVIATES if more knots do not help.
     """
+    require_kind("chain", chain, "ClosedChain", "actuated", "closed")
+    require_kind("path", path, "TipPath", "breaks", "poses")
     pieces = FEWEST
     while True:
         between: list[Floats] = [np.linspace(a, b, pieces + 1)[1:] for a, b in pairwise(path.breaks.tolist())]

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, as_batch
+from mafsil.arrays import Floats, JointVector, as_batch, require_kind
 from mafsil.errors import InputError
 from mafsil.parallel import ClosedChain
 from mafsil.solvers import decompositions
@@ -39,8 +39,8 @@ class DrivenTrajectory:
 
     chain: ClosedChain
     driven: Trajectory
-    places: Floats
-    known: JointVector
+    places: Floats = field(repr=False)
+    known: JointVector = field(repr=False)
 
     @property
     def duration(self) -> float:
@@ -88,6 +88,8 @@ def driven_trajectory(chain: ClosedChain, driven: Trajectory, q_0: ArrayLike) ->
         InputError: a trajectory of another width; the loops cannot be closed at some time (named, with the gap), or the
             motion passes a singular configuration of the driven joints.
     """
+    require_kind("chain", chain, "ClosedChain", "actuated", "closed")
+    require_kind("driven", driven, "Trajectory", "n", "duration", "at")
     a = chain.actuated
     if driven.n != len(a):
         details = {"expected": f"n = {len(a)}", "got": f"n = {driven.n}", "hint": ""}

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, as_batch, real_array, require_finite
+from mafsil.arrays import Floats, as_batch, real_array, require_finite, require_kind, single
 from mafsil.errors import InputError
 from mafsil.messages import say
 
@@ -52,7 +52,7 @@ def constrained_dynamics(
     Args:
         inertia: (*batch, m, m) Lambda, or the mass matrix where constraints are said in joints.
         rest_force: (*batch, m) gamma + eta.
-        A: (*batch, k, m) with independent rows, or one row (m,).
+        A: (*batch, k, m) with independent rows, none of a tip that is free, or one row (m,).
         force: (*batch, m) F.
         V: (*batch, m) velocity; needed where A changes.
         A_rate: (*batch, k, m) dA/dt; zero if None.
@@ -62,25 +62,17 @@ def constrained_dynamics(
 
     Reference: Lynch and Park, Modern Robotics, sec. 11.6.2; the sign of dA/dt V is corrected.
     """
-    Lambda = as_batch("inertia", inertia, np.shape(inertia)[-2:], finite=True)
-    m = Lambda.shape[-1]
-    A = np.atleast_2d(real_array("A", A))
-    A = as_batch("A", A, (A.shape[-2], m), finite=True)
-    require_independent(A)
-    h, F = (as_batch(name, x, (m,), finite=True) for name, x in (("rest_force", rest_force), ("force", force)))
+    tip = _constrained_tip(inertia, rest_force, A, force, V, A_rate)
+    Lambda, A, pushed = tip.inertia, tip.A, tip.force - tip.rest_force
     solved: Floats = np.asarray(np.linalg.solve(Lambda, np.swapaxes(A, -1, -2)), dtype=np.float64)
     weight: Floats = np.asarray(np.linalg.inv(A @ solved), dtype=np.float64)
-    bend = np.zeros(A.shape[:-1])
-    if A_rate is not None:
-        rate = as_batch("A_rate", np.atleast_2d(real_array("A_rate", A_rate)), A.shape[-2:], finite=True)
-        bend = _times(rate, as_batch("V", np.zeros(m) if V is None else V, (m,), finite=True))
-    pull = _times(np.swapaxes(solved, -1, -2), F - h) + bend
+    pull = _times(np.swapaxes(solved, -1, -2), pushed) + tip.bend
     multipliers = _times(weight, pull)
     back = np.swapaxes(A, -1, -2)
-    acceleration = np.linalg.solve(Lambda, (F - h - _times(back, multipliers))[..., None])[..., 0]
-    P = np.eye(m) - back @ weight @ np.swapaxes(solved, -1, -2)
+    acceleration = np.linalg.solve(Lambda, (pushed - _times(back, multipliers))[..., None])[..., 0]
+    P = np.eye(Lambda.shape[-1]) - back @ weight @ np.swapaxes(solved, -1, -2)
     return ConstrainedDynamics(
-        multipliers, np.asarray(acceleration, dtype=np.float64), P, _times(back, _times(weight, bend))
+        multipliers, np.asarray(acceleration, dtype=np.float64), P, _times(back, _times(weight, tip.bend))
     )
 
 
@@ -124,30 +116,53 @@ def reduced_dynamics(
 
     Reference: Murray, Li and Sastry, A Mathematical Introduction to Robotic Manipulation, sec. 6.1.
     """
-    Lambda = as_batch("inertia", inertia, np.shape(inertia)[-2:], finite=True)
-    m = Lambda.shape[-1]
-    A = np.atleast_2d(real_array("A", A))
-    A = as_batch("A", A, (A.shape[-2], m), finite=True)
-    require_independent(A)
-    h, F = (as_batch(name, x, (m,), finite=True) for name, x in (("rest_force", rest_force), ("force", force)))
+    tip = _constrained_tip(inertia, rest_force, A, force, V, A_rate)
+    Lambda, A, back = tip.inertia, tip.A, np.swapaxes(tip.A, -1, -2)
     # 1.
     N: Floats = np.swapaxes(np.linalg.svd(A)[2][..., A.shape[-2] :, :], -1, -2)
     # 2.
-    bend = np.zeros_like(h)
-    if A_rate is not None:
-        rate = as_batch("A_rate", np.atleast_2d(real_array("A_rate", A_rate)), A.shape[-2:], finite=True)
-        moving = _times(rate, as_batch("V", np.zeros(m) if V is None else V, (m,), finite=True))
-        back = np.swapaxes(A, -1, -2)
-        bend = -_times(back, np.asarray(np.linalg.solve(A @ back, moving[..., None])[..., 0], dtype=np.float64))
+    drift = -_times(back, np.asarray(np.linalg.solve(A @ back, tip.bend[..., None])[..., 0], dtype=np.float64))
     along = np.swapaxes(N, -1, -2)
     own = along @ Lambda @ N
-    rest, push = _times(along, _times(Lambda, bend) + h), _times(along, F)
+    rest, push = _times(along, _times(Lambda, drift) + tip.rest_force), _times(along, tip.force)
     rate_of_u = np.linalg.solve(own, (push - rest)[..., None])[..., 0]
     return ReducedDynamics(N, own, rest, push, np.asarray(rate_of_u, dtype=np.float64))
 
 
+class _ConstrainedTip(NamedTuple):
+    """What both forms of the equations of motion start from; `bend` is dA/dt V, (*batch, k)."""
+
+    inertia: Floats
+    rest_force: Floats
+    A: Floats
+    force: Floats
+    bend: Floats
+
+
+def _constrained_tip(
+    inertia: ArrayLike, rest_force: ArrayLike, A: ArrayLike, force: ArrayLike, V: ArrayLike | None,
+    A_rate: ArrayLike | None,
+) -> _ConstrainedTip:  # fmt: skip
+    """The arguments of `constrained_dynamics`, checked."""
+    Lambda = require_finite("inertia", real_array("inertia", inertia))
+    if Lambda.ndim < 2 or Lambda.shape[-1] != Lambda.shape[-2]:
+        raise InputError("input.shape", name="inertia", expected="(*batch, m, m)", got=Lambda.shape, hint="")
+    m = Lambda.shape[-1]
+    rows = np.atleast_2d(real_array("A", A))
+    rows = as_batch("A", rows, (rows.shape[-2], m), finite=True)
+    require_independent(rows)
+    h, F = (as_batch(name, x, (m,), finite=True) for name, x in (("rest_force", rest_force), ("force", force)))
+    bend = np.zeros(rows.shape[:-1])
+    if A_rate is not None:
+        rate = as_batch("A_rate", np.atleast_2d(real_array("A_rate", A_rate)), rows.shape[-2:], finite=True)
+        bend = _times(rate, as_batch("V", np.zeros(m) if V is None else V, (m,), finite=True))
+    return _ConstrainedTip(Lambda, h, rows, F, bend)
+
+
 def require_independent(A: Floats) -> None:
-    """Raise where rows of a constraint (*batch, k, m) depend on each other."""
+    """Raise where rows of a constraint (*batch, k, m) depend on each other; no row at all is no constraint."""
+    if not A.shape[-2]:
+        return
     sizes = np.linalg.svd(A, compute_uv=False)
     if A.shape[-2] > A.shape[-1] or bool((sizes[..., -1] <= DEPENDENT * sizes[..., 0]).any()):
         raise InputError(
@@ -164,7 +179,8 @@ def in_joints(A: ArrayLike, J: ArrayLike) -> Floats:
         A: (*batch, k, m) at the tip.
         J: (*batch, m, n) Jacobian of the same coordinates, or E with V = E dq/dt for coordinates q of the pose.
     """
-    return np.asarray(A, dtype=np.float64) @ np.asarray(J, dtype=np.float64)
+    rows, columns = np.atleast_2d(real_array("A", A)), real_array("J", J)
+    return rows @ as_batch("J", columns, (rows.shape[-1], *columns.shape[-1:]))
 
 
 class SelectionStatus(Status):
@@ -221,7 +237,9 @@ def selection(
     Reference: Lynch and Park, Modern Robotics, sec. 11.6.
     """
     B = require_finite("environment", real_array("environment", environment))
-    n = B.shape[-1]
+    if B.ndim != 2 or B.shape[0] != B.shape[1]:
+        raise InputError("input.shape", name="environment", expected="(n, n)", got=B.shape, hint="")
+    n = len(B)
     S_F, S_V = (as_batch(name, x, (n, n), finite=True) for name, x in (("forces", forces), ("velocities", velocities)))
     wanted = np.zeros(n) if values is None else as_batch("values", values, (n,), finite=True)
     system = S_F @ B + S_V
@@ -286,8 +304,10 @@ def sliding_friction(normal_force: float, velocity: ArrayLike, friction: float) 
 
 
 def _pressed(normal_force: float, friction: float) -> tuple[float, float]:
-    held = float(require_finite("normal_force", real_array("normal_force", normal_force)))
-    mu = float(require_finite("friction", real_array("friction", friction)))
+    held, mu = (
+        float(require_finite(name, single(name, value, ())))
+        for name, value in (("normal_force", normal_force), ("friction", friction))
+    )
     if mu < 0.0:
         raise InputError("input.range", name="friction", value=mu, low=0.0, high=np.inf)
     return held, mu
@@ -324,14 +344,17 @@ def constraint_table(
 
     Reference: Mason, Compliance and force control for computer controlled manipulators, 1981.
     """
-    if not len(constrained) == len(wanted) == len(names):
+    for name, each in (("constrained", constrained), ("wanted", wanted), ("names", names)):
+        require_kind(name, each, "sequence, an entry for each axis", "__len__", "__getitem__")
+    chosen = single("wanted", wanted, (len(wanted),))
+    if not len(constrained) == len(chosen) == len(names):
         lengths = (len(constrained), len(wanted), len(names))
         raise InputError("input.shape", name="wanted", expected=(len(names),), got=lengths, hint="")
     return tuple(
         TaskConstraint(f"d{name}/dt = 0", f"F_{name} = {value:g}")
         if blocked
         else TaskConstraint(f"F_{name} = 0", f"d{name}/dt = {value:g}")
-        for blocked, value, name in zip(constrained, wanted, names, strict=True)
+        for blocked, value, name in zip(constrained, chosen.tolist(), names, strict=True)
     )
 
 

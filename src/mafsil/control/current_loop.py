@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from mafsil.arrays import JointVector, positive
-from mafsil.control.law import Law
+from mafsil.control.law import Around, Law, LawFunction, as_law
 from mafsil.control.law_memory import take_over
 from mafsil.trajectory import Motion
 
 
-@dataclass(frozen=True, slots=True)
-class CurrentLoop:
+@dataclass(frozen=True, eq=False, slots=True)
+class CurrentLoop(Around):
     """A law behind an inner loop: tau' = w (commanded - tau); without it (w endless) the commanded torque acts at once.
 
     Attributes:
@@ -21,7 +21,6 @@ class CurrentLoop:
         bandwidth: w of the inner loop [rad/s].
     """
 
-    law: Law
     bandwidth: float
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
@@ -58,16 +57,16 @@ class _Following:
         return self._whole.session(period)
 
 
-def current_loop(law: Law, bandwidth: float) -> CurrentLoop:
+def current_loop(law: Law | LawFunction, bandwidth: float) -> CurrentLoop:
     """A law whose torques pass an inner loop.
 
     Args:
-        law: that commands torques.
+        law: that commands torques; a function of (t, q, qd, reference) too.
         bandwidth: of the inner loop [rad/s]; some thousands for usual drives.
 
     Raises:
-        InputError: a bandwidth that is not positive.
+        InputError: a bandwidth that is not positive, or no law.
 
     Reference: Lynch and Park, Modern Robotics, sec. 11.1 and 8.9.
     """
-    return CurrentLoop(law, positive("bandwidth", bandwidth))
+    return CurrentLoop(as_law(law), positive("bandwidth", bandwidth))

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass
 
-from mafsil.arrays import JointVector
-from mafsil.control.law import Law
+from mafsil.arrays import JointVector, single
+from mafsil.control.law import Around, Law, LawFunction, as_law
 from mafsil.control.law_memory import take_over
 from mafsil.errors import InputError
 from mafsil.trajectory import Motion
@@ -16,7 +16,7 @@ WHOLE = 1e-6
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Delayed:
+class Delayed(Around):
     """A law whose efforts act a while after the state that they answer.
 
     Attributes:
@@ -24,7 +24,6 @@ class Delayed:
         delay: from the measurement to the effort [s]; a whole number of the periods of a run.
     """
 
-    law: Law
     delay: float
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
@@ -64,16 +63,17 @@ class _Queue:
         return self._whole.session(period)
 
 
-def delayed(law: Law, delay: float) -> Delayed:
+def delayed(law: Law | LawFunction, delay: float) -> Delayed:
     """A law whose efforts act a delay after the measurement.
 
     Args:
-        law: without delay.
+        law: without delay; a function of (t, q, qd, reference) too.
         delay: a whole number of the periods of the run [s].
 
     Raises:
-        InputError: a negative or infinite delay.
+        InputError: a negative or infinite delay, or no law.
     """
-    if not 0.0 <= delay < float("inf"):
-        raise InputError("input.range", name="delay", value=delay, low=0.0, high=float("inf"))
-    return Delayed(law, float(delay))
+    late = float(single("delay", delay, ()))
+    if not 0.0 <= late < float("inf"):
+        raise InputError("input.range", name="delay", value=late, low=0.0, high=float("inf"))
+    return Delayed(as_law(law), late)

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, JointVector, positive, whole
+from mafsil.arrays import Floats, JointVector, positive, require_kind, whole
 from mafsil.control.elastic_arm import ElasticArm, ElasticState
 from mafsil.control.gains import Gains
-from mafsil.control.law import Law
+from mafsil.control.law import Law, LawFunction, as_law
 from mafsil.errors import InputError
 from mafsil.trajectory import Motion, Trajectory
 
@@ -75,6 +75,7 @@ def motor_feedback(arm: ElasticArm, kp: ArrayLike, kd: ArrayLike) -> MotorFeedba
 
     Reference: Tomei, A simple PD controller for robots with elastic joints, IEEE Trans. Automatic Control 36(10), 1991.
     """
+    require_kind("arm", arm, "ElasticArm", "links", "stiffness")
     return MotorFeedback(arm, Gains.of(arm.n, kp, kd))
 
 
@@ -121,8 +122,9 @@ def set_point_condition(law: MotorFeedback, samples: int = 2000, *, seed: int = 
         seed: of these.
 
     Raises:
-        InputError: not a whole number of samples.
+        InputError: another law, not a whole number of samples.
     """
+    require_kind("law", law, "MotorFeedback", "arm", "gains")
     count, arm = whole("samples", samples, least=1), law.arm
     low, high = (np.clip(side, -RANGE, RANGE) for side in (arm.links.limits.lower, arm.links.limits.upper))
     q = np.random.default_rng(seed).uniform(low, high, (count, 1, arm.n))
@@ -157,7 +159,7 @@ class FastDamping:
         return FastDamping(self.law.session(period), self.damping)
 
 
-def fast_damping(arm: ElasticArm, law: Law, damping: ArrayLike) -> FastDamping:
+def fast_damping(arm: ElasticArm, law: Law | LawFunction, damping: ArrayLike) -> FastDamping:
     """A law that was made for rigid joints, on elastic ones that are stiff: the springs' swing is damped at once.
 
     Args:
@@ -166,12 +168,13 @@ def fast_damping(arm: ElasticArm, law: Law, damping: ArrayLike) -> FastDamping:
         damping: Kv, a number or (n,) [N m s/rad | N s/m]; about sqrt(K B) damps the motors well.
 
     Raises:
-        InputError: a wrong shape, a negative number.
+        InputError: a wrong shape, a negative number, no law.
 
     Reference: Spong, Khorasani and Kokotovic, An integral manifold approach to the feedback control of flexible joint
         robots, IEEE J. Robotics and Automation 3(4), 1987.
     """
-    return FastDamping(law, Gains.of(arm.n, 0.0, damping).kd)
+    require_kind("arm", arm, "ElasticArm", "links", "stiffness")
+    return FastDamping(as_law(law), Gains.of(arm.n, 0.0, damping).kd)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -243,6 +246,7 @@ def elastic_linearization(arm: ElasticArm, trajectory: Trajectory, *, rate: floa
 
     Reference: Spong, Modeling and control of elastic joint robots, J. Dyn. Syst. Meas. Control 109, 1987.
     """
+    require_kind("arm", arm, "ElasticArm", "links", "stiffness")
     positive("rate", rate)
     if arm.damping.any():
         raise InputError("control.damped_springs", value=float(arm.damping.max()))

@@ -8,11 +8,13 @@ import numpy as np
 
 from mafsil.control.adaptive import AdaptiveControl
 from mafsil.control.admittance import AdmittanceControl
-from mafsil.control.citation import Citation, citation
+from mafsil.control.citation import citation
+from mafsil.control.cited_work import Citation
 from mafsil.control.computed_torque import ComputedTorque
 from mafsil.control.contact_switch import ContactSwitch
 from mafsil.control.current_loop import CurrentLoop
 from mafsil.control.delayed import Delayed
+from mafsil.control.encoder_loop import EncoderLoop
 from mafsil.control.force import ForceControl
 from mafsil.control.hybrid import HybridControl
 from mafsil.control.impedance import ImpedanceControl
@@ -52,6 +54,7 @@ FORMULAS: dict[str, tuple[str, tuple[str, ...]]] = {
     "linear_quadratic": ("min ∫ (x' Q x + δτ' R δτ) dt,  δτ = K x", ()),
     "delayed": ("τ(t) = law(t - T)", ()),
     "current_loop": ("τ' = ω (τ_commanded - τ)", ("lynch2017",)),
+    "encoder_loop": ("q_k = Δq round(q / Δq);  v_k = a v_{k-1} + (1 - a) (q_k - q_{k-1}) / dt", ("lynch2017",)),
     "tip_error": ("max |p_d(t) - p(t)|", ()),
     "joint_error": ("sqrt(mean (u - q)²)", ()),
     "rms_effort": ("sqrt(mean τ²)", ()),
@@ -89,6 +92,7 @@ CLASSES: dict[type, str] = {
     ContactSwitch: "hybrid",
     Delayed: "delayed",
     CurrentLoop: "current_loop",
+    EncoderLoop: "encoder_loop",
 }
 PLACES, NEAR_SINGULAR, NEAR_LIMIT = 100, 0.05, 0.02
 """Where a motion is looked at; singular values and shares of a range from which on they decide."""

@@ -64,6 +64,20 @@ class Integral:
         """Add the present error and return the term (*batch, n)."""
         return self._sum.add(self._weight * (reference.u - q))
 
+    def within(self, effort: Floats, limit: Floats, q: JointVector, reference: Motion) -> Floats:
+        """Effort and term together (*batch, n); the term waits where it would drive them further beyond a limit.
+
+        Args:
+            effort: (*batch, n) without the term [N m | N].
+            limit: (n,) > 0.
+            q: (*batch, n) measured.
+            reference: that is followed.
+        """
+        growth = self._weight * (reference.u - q)
+        ahead = effort + self._sum.value + growth
+        waits = (np.abs(ahead) > limit) & (ahead * growth > 0.0)
+        return effort + self._sum.add(np.where(waits, 0.0, growth))
+
     def go_on(self, before: Integral) -> None:
         """Go on with the term that another integral ended with, whatever its gain.
 

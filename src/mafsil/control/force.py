@@ -15,6 +15,7 @@ from mafsil.control.law import Law
 from mafsil.control.matrix_feedback import symmetric
 from mafsil.errors import InputError
 from mafsil.geometry.matrix_exponential import exponential
+from mafsil.one_joint import ForceLoop
 from mafsil.robot import Robot, of_robot
 from mafsil.trajectory import Motion
 
@@ -190,23 +191,22 @@ def free_speed(wrench: float, kp: float, ki: float, damping: float, mass: float,
     """Speed of a tip of some mass that meets nothing: m v' = (1 + kp) F_d + ki F_d t - Kdamp v, from rest.
 
     v = a/d (1 - e) + r/d t - m r/d^2 (1 - e),  a = (1 + kp) F_d,  r = ki F_d,  e = exp(-d t/m): with ki it runs away.
+    `mafsil.one_joint.ForceLoop` has the same for batches and any speed at the start.
 
     Args:
         wrench: F_d [N].
         kp, ki: gains of the force error and its integral.
-        damping: d [N s/m].
+        damping: d; without it nothing bounds the speed at all [N s/m].
         mass: m [kg].
-        t: times [s].
+        t: times from 0 on [s].
 
     Raises:
-        InputError: a number that is not finite, a damping or mass that is not positive.
+        InputError: a number that is not finite or out of its range.
     """
     moments = require_finite("t", real_array("t", t))
-    if not (damping > 0.0 and mass > 0.0):
-        raise InputError("input.positive", name="damping" if not damping > 0.0 else "mass", value=min(damping, mass))
-    grown = -np.expm1(-damping * moments / mass)
-    a, r = (1.0 + kp) * wrench, ki * wrench
-    return np.asarray(a / damping * grown + r / damping * moments - mass * r / damping**2 * grown, dtype=np.float64)
+    given = {"wrench": wrench, "kp": kp, "ki": ki, "damping": damping, "mass": mass}
+    F, p, i, d, m = (single(name, value, ()) for name, value in given.items())
+    return ForceLoop.of(p, i, d).free_speed(moments.reshape(-1), F, m).reshape(moments.shape)
 
 
 def sampled_force_radius(kp: ArrayLike, ki_period: ArrayLike) -> Floats:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch, real_array, require_function
-from mafsil.control.constraint import constrained_dynamics
+from mafsil.control.constraint import constrained_dynamics, require_independent
 from mafsil.control.feedback import RunningSum
 from mafsil.control.gains import Gains
 from mafsil.control.law import Law
@@ -35,7 +35,7 @@ def flat(A: ArrayLike) -> Constraint:
     Args:
         A: (k, m).
     """
-    rows = np.atleast_2d(np.asarray(A, dtype=np.float64))
+    rows = np.atleast_2d(real_array("A", A))
     still = np.zeros_like(rows)
     return lambda T, V: (rows, still)
 
@@ -46,7 +46,8 @@ class HybridControl:
 
     Motion errors obey the equation of computed torque inside the freedoms of motion, force errors
     (1 + Kfp) lambda_e + Kfi int lambda_e = 0 along the constraint; h = gamma + eta, and `bend`
-    cancels what a curved constraint takes.
+    cancels what a curved constraint takes. Of X_e and V_e only what is at right angles to the rows of A counts, of F_e
+    only what is along them: what a soft wall and friction add is left out.
 
     Attributes:
         robot: the model.
@@ -183,7 +184,7 @@ def hybrid_control(
         force_kp, force_ki: of the force error, a number or (m,) [1, 1/s].
 
     Raises:
-        InputError: a wrong shape, a negative gain, force gains without a sensor.
+        InputError: a wrong shape, rows that depend on each other, a negative gain, force gains without a sensor.
 
     Reference: Lynch and Park, Modern Robotics, eq. (11.61); Raibert and Craig, Hybrid position/force control, 1981.
     """
@@ -195,7 +196,9 @@ def hybrid_control(
     if callable(constraint):
         held = constraint
     else:
-        held = flat(as_batch("constraint", np.atleast_2d(real_array("constraint", constraint)), (m,), finite=True))
+        rows = as_batch("constraint", np.atleast_2d(real_array("constraint", constraint)), (m,), finite=True)
+        require_independent(rows)
+        held = flat(rows)
     force_gains = Gains.of(m, force_kp, 0.0, force_ki)
     if sensor is None and (force_gains.kp.any() or force_gains.integrates):
         raise InputError("control.no_sensor")

@@ -56,8 +56,7 @@ class Impedance:
         Raises:
             InputError: D has no inverse.
         """
-        if np.linalg.matrix_rank(self.inertia, hermitian=True) < len(self.inertia):
-            raise InputError("control.no_virtual_mass")
+        self._require_mass()
         push = force - V @ self.damping - X @ self.stiffness
         return np.asarray(np.linalg.solve(self.inertia, push[..., None])[..., 0], dtype=np.float64)
 
@@ -96,17 +95,50 @@ class Impedance:
 
     @property
     def natural_frequency(self) -> Floats:
-        """(m,) increasing, of D and K alone [rad/s]."""
-        squares = np.linalg.eigvals(np.linalg.solve(self.inertia, self.stiffness)).real
-        return np.asarray(np.sqrt(np.sort(squares).clip(0.0)), dtype=np.float64)
+        """(m,) increasing, of D and K alone [rad/s].
+
+        Raises:
+            InputError: D has no inverse.
+        """
+        return self._modes()[0]
+
+    @property
+    def damping_ratio(self) -> Floats:
+        """(m,) of the modes of D and K, in the order of `natural_frequency`: b / 2 sqrt(k m) along one direction.
+
+        Above one where a mode does not oscillate, infinite without a spring. What B couples of the modes is not in it.
+
+        Raises:
+            InputError: D has no inverse.
+        """
+        w, modes = self._modes()
+        own = np.einsum("ik,ij,jk->k", modes, self.damping, modes)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(np.where(own > 0.0, own / (2.0 * w), 0.0), dtype=np.float64)
+
+    def _modes(self) -> tuple[Floats, Floats]:
+        """(m,) natural frequencies, increasing, and (m, m) modes with modes' D modes = 1, as columns."""
+        self._require_mass()
+        L = np.linalg.inv(np.linalg.cholesky(self.inertia))
+        squares, axes = np.linalg.eigh(L @ self.stiffness @ L.T)
+        return np.sqrt(np.asarray(squares, dtype=np.float64).clip(0.0)), np.asarray(L.T @ axes, dtype=np.float64)
 
     @property
     def roots(self) -> NDArray[np.complex128]:
-        """(2 m,) of the free motion [1/s]."""
+        """(2 m,) of the free motion [1/s].
+
+        Raises:
+            InputError: D has no inverse.
+        """
+        self._require_mass()
         m = len(self.inertia)
         below = np.linalg.solve(self.inertia, np.hstack([-self.stiffness, -self.damping]))
         whole = np.vstack([np.hstack([np.zeros((m, m)), np.eye(m)]), below])
         return np.asarray(np.linalg.eigvals(whole), dtype=np.complex128)
+
+    def _require_mass(self) -> None:
+        if np.linalg.matrix_rank(self.inertia, hermitian=True) < len(self.inertia):
+            raise InputError("control.no_virtual_mass")
 
 
 class ImpedanceAsymptotes(NamedTuple):

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import JointVector, require_kind, whole
+from mafsil.arrays import Floats, JointVector, as_batch, frozen, real_array, require_kind, whole
 from mafsil.control.feedback import Integral, pd
 from mafsil.control.gains import Gains
 from mafsil.control.law import Law
+from mafsil.errors import InputError
 from mafsil.robot import Robot, of_robot
 from mafsil.trajectory import Motion
 
@@ -21,10 +23,12 @@ class JointFeedback:
     Attributes:
         gains: in units of effort.
         model: the robot whose gravity is compensated, or None.
+        effort_limit: (n,) at which the integral of a joint waits (anti-windup), or None.
     """
 
     gains: Gains
     model: Robot | None = None
+    effort_limit: Floats | None = None
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
         """Joint efforts (*batch, n) without the integral term, which needs a session [N m | N]."""
@@ -44,7 +48,10 @@ class _WithIntegral:
         self._integral = Integral(law.gains, period)
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
-        return self._law(t, q, qd, reference) + self._integral(q, reference)
+        effort, limit = self._law(t, q, qd, reference), self._law.effort_limit
+        if limit is None:
+            return effort + self._integral(q, reference)
+        return self._integral.within(effort, limit, q, reference)
 
     def go_on(self, before: _WithIntegral) -> None:
         self._integral.go_on(before._integral)
@@ -68,33 +75,51 @@ class Feedforward:
         return self
 
 
-def pid(n: int, kp: ArrayLike, kd: ArrayLike = 0.0, ki: ArrayLike = 0.0) -> JointFeedback:
+def pid(
+    n: int, kp: ArrayLike, kd: ArrayLike = 0.0, ki: ArrayLike = 0.0, *, effort_limit: ArrayLike | None = None
+) -> JointFeedback:
     """Independent PID of n joints.
 
     Args:
         n: number of joints.
         kp, kd, ki: a number or (n,) [N m/rad | N/m], per (rad/s | m/s), per (rad s | m s).
+        effort_limit: a number or (n,): nothing is added to the integral of a joint while that would drive its effort
+            further beyond this (anti-windup); if None the integral always grows [N m | N].
 
     Raises:
-        InputError: no number of joints, a wrong shape, a negative gain.
+        InputError: no number of joints, a wrong shape, a negative gain, a limit that is not positive.
 
     Reference: Lynch and Park, Modern Robotics, sec. 11.4.1.
     """
-    return JointFeedback(Gains.of(whole("n", n, least=1), kp, kd, ki))
+    return JointFeedback(Gains.of(whole("n", n, least=1), kp, kd, ki), None, _limits(n, effort_limit))
 
 
 @of_robot
-def gravity_compensation(robot: Robot, kp: ArrayLike, kd: ArrayLike, ki: ArrayLike = 0.0) -> JointFeedback:
+def gravity_compensation(
+    robot: Robot, kp: ArrayLike, kd: ArrayLike, ki: ArrayLike = 0.0, *, effort_limit: ArrayLike | None = None
+) -> JointFeedback:
     """PD (or PID) of every joint plus the model's gravity: globally stable at a set point.
 
     Args:
         robot: the model.
         kp, kd, ki: a number or (n,) [N m/rad | N/m], per (rad/s | m/s), per (rad s | m s).
+        effort_limit: as of `pid`.
 
     Reference: Lynch and Park, Modern Robotics, sec. 11.4.2.
     """
     require_kind("robot", robot, "Robot", "gravity_torque")
-    return JointFeedback(Gains.of(robot.n, kp, kd, ki), robot)
+    return JointFeedback(Gains.of(robot.n, kp, kd, ki), robot, _limits(robot.n, effort_limit))
+
+
+def _limits(n: int, given: ArrayLike | None) -> Floats | None:
+    """(n,) limits; None where all are infinite."""
+    if given is None:
+        return None
+    limits = real_array("effort_limit", given)
+    limits = as_batch("effort_limit", np.full(n, limits) if limits.ndim == 0 else limits, (n,))
+    if not (limits > 0.0).all():
+        raise InputError("input.positive", name="effort_limit", value=float(limits.min()))
+    return frozen(limits) if np.isfinite(limits).any() else None
 
 
 @of_robot

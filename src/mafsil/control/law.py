@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 
-from mafsil.arrays import Floats, JointVector
+from mafsil.arrays import Floats, JointVector, require_function
+from mafsil.errors import InputError
 from mafsil.trajectory import Motion
 
 
@@ -33,6 +35,58 @@ class Law(Protocol):
         ...
 
 
+LawFunction: TypeAlias = Callable[[float, JointVector, JointVector, Motion], JointVector]
+"""(t, q, qd, reference) -> efforts (*batch, n): a law without memory."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FunctionLaw:
+    """A plain function as a law.
+
+    Attributes:
+        function: (t, q, qd, reference) -> efforts.
+    """
+
+    function: LawFunction
+
+    def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
+        """What the function says (*batch, n) [N m | N]."""
+        return self.function(t, q, qd, reference)
+
+    def session(self, period: float) -> Law:
+        """The law itself: a function has no memory that a run could begin."""
+        return self
+
+
+def as_law(law: Law | LawFunction, name: str = "law") -> Law:
+    """The law itself; a plain function of (t, q, qd, reference) becomes one.
+
+    Args:
+        law: either.
+        name: of the argument, for the sentence.
+
+    Raises:
+        InputError: neither a law nor a function of four arguments.
+    """
+    if isinstance(law, type):
+        raise InputError("input.kind", name=name, expected="Law", got=law.__name__)
+    if isinstance(law, Law):
+        return law
+    require_function(name, law, "Law, or a function law(t, q, qd, reference)", 4)
+    return FunctionLaw(law)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Around:
+    """Something between a law and its arm: a law around another one, whose efforts or measured states it changes.
+
+    Attributes:
+        law: inside.
+    """
+
+    law: Law
+
+
 @dataclass(frozen=True, slots=True)
 class Combined:
     """The sum of several laws, such as feedforward and feedback."""
@@ -52,9 +106,18 @@ class Combined:
         return Combined(tuple(law.session(period) for law in self.laws))
 
 
-def combined(*laws: Law) -> Combined:
-    """The sum of several laws, such as feedforward and feedback."""
-    return Combined(laws)
+def combined(*laws: Law | LawFunction) -> Combined:
+    """The sum of several laws, such as feedforward and feedback.
+
+    Args:
+        laws: at least one; functions of (t, q, qd, reference) too.
+
+    Raises:
+        InputError: no law at all, or something that is none.
+    """
+    if not laws:
+        raise InputError("input.kind", name="laws", expected="Law", got="nothing")
+    return Combined(tuple(as_law(law, f"laws[{k}]") for k, law in enumerate(laws)))
 
 
 def saturated(effort: JointVector, limit: Floats) -> JointVector:

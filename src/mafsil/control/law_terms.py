@@ -25,7 +25,9 @@ def _computed_torque(law: ComputedTorque) -> LawTerms:
     return LawTerms((Term("computed_torque", law.robot.mechanism),), (law.gains,))
 
 
-def _joint_feedback(law: JointFeedback) -> LawTerms:
+def _joint_feedback(law: JointFeedback) -> LawTerms | None:
+    if law.effort_limit is not None and law.gains.integrates:
+        return None  # An integral that waits is a decision at each call.
     gravity = () if law.model is None else (Term("gravity", law.model.mechanism),)
     return LawTerms((Term("feedback"), *gravity), (law.gains,))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -34,9 +34,9 @@ class LinearQuadratic:
     robot: Robot
     pose: Floats
     gain: Floats
-    A: Floats
-    B: Floats
-    cost: Floats
+    A: Floats = field(repr=False)
+    B: Floats = field(repr=False)
+    cost: Floats = field(repr=False)
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
         """Efforts (*batch, n) [N m | N]."""

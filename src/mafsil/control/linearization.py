@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -37,8 +37,8 @@ class LinearArm:
         q, qd, tau: (*batch, n) the point; accelerations there need not be zero.
     """
 
-    A: Floats
-    B: Floats
+    A: Floats = field(repr=False)
+    B: Floats = field(repr=False)
     q: JointVector
     qd: JointVector
     tau: JointVector

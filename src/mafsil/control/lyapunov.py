@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, JointVector, as_batch
+from mafsil.arrays import Floats, JointVector, as_batch, require_kind
 from mafsil.control.joint_feedback import JointFeedback
 from mafsil.control.matrix_feedback import MatrixFeedback
 from mafsil.errors import InputError
@@ -92,6 +92,7 @@ def energy_certificate(
     Reference: Takegaki and Arimoto, A new feedback method for dynamic control of manipulators, 1981; Lynch and Park,
         Modern Robotics, sec. 11.4.2.
     """
+    require_kind("law", law, "law of gravity_compensation or matrix_gravity_compensation", "gains", "model")
     kp, kd = (np.diag(K) if K.ndim == 1 else K for K in (law.gains.kp, law.gains.kd))
     if law.gains.ki.any() or law.model is None or (isinstance(law, MatrixFeedback) and law.whole_model):
         raise InputError("control.no_certificate")

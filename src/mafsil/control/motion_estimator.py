@@ -11,6 +11,9 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix, Vector3, as_batch, po
 from mafsil.control.task_coordinates import TaskCoordinates
 from mafsil.robot import Robot, of_robot
 
+BLIND = 1e-9
+"""Share of the largest singular value, or of a joint's own part, below which readings do not see a joint."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class TipMotionEstimate:
@@ -122,6 +125,10 @@ def joint_acceleration(robot: Robot, q: ArrayLike, qd: ArrayLike, readings: dict
         robot: the arm.
         q, qd: (*batch, n) state.
         readings: (*batch, 3) by the link that carries the accelerometer.
+
+    Returns:
+        NaN for a joint whose acceleration the readings do not decide, such as one whose axis passes through all of the
+        accelerometers that it moves.
     """
     q, qd = as_batch("q", q, (robot.n,), finite=True), as_batch("qd", qd, (robot.n,), finite=True)
     rows, right = list[Floats](), list[Floats]()
@@ -133,4 +140,7 @@ def joint_acceleration(robot: Robot, q: ArrayLike, qd: ArrayLike, readings: dict
         rows.append(task.jacobian(robot, q))
         right.append(moved - (task.jacobian_rate(robot, q, qd) @ qd[..., None])[..., 0])
     J, b = np.concatenate(rows, axis=-2), np.concatenate(right, axis=-1)
-    return np.asarray((np.linalg.pinv(J) @ b[..., None])[..., 0], dtype=np.float64)
+    back = np.asarray(np.linalg.pinv(J, rcond=BLIND), dtype=np.float64)
+    found = (back @ b[..., None])[..., 0]
+    decided = np.einsum("...ij,...ji->...i", back, J) > 1.0 - BLIND
+    return np.asarray(np.where(decided, found, np.nan), dtype=np.float64)

@@ -13,7 +13,7 @@ Automatica 36, 2000.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -55,10 +55,10 @@ class ModelPredictive:
 
     robot: Robot
     interval: float
-    hessian: Floats
-    inverse: Floats
-    slope: Floats
-    gain: Floats
+    hessian: Floats = field(repr=False)
+    inverse: Floats = field(repr=False)
+    slope: Floats = field(repr=False)
+    gain: Floats = field(repr=False)
     limit: Floats
 
     @property

@@ -20,10 +20,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, JointVector, as_batch, real_array
+from mafsil.arrays import Floats, JointVector, as_batch, real_array, require_kind
 from mafsil.control.gains import Gains
 from mafsil.control.law import Law
 from mafsil.errors import InputError
+from mafsil.messages import say
 from mafsil.robot import Robot, of_robot
 from mafsil.trajectory import Motion, Trajectory
 
@@ -160,7 +161,8 @@ class SlidingCertificate(SingleAnswer):
         needed: (k, n) efforts by which the arm differs from the model on the surface [N m | N].
         bound: (k, n) K [N m | N].
         distance: (k, n) s [rad/s | m/s].
-        error: (n,) largest error after the surface was reached [rad | m].
+        error: (n,) largest error from eight time constants after the surface was reached on; NaN if the motion ends
+            before [rad | m].
         error_bound: (n,) width / L [rad | m].
         reached: when all joints came into the boundary layer to stay [s]; infinite if they did not.
     """
@@ -178,12 +180,13 @@ class SlidingCertificate(SingleAnswer):
         """The largest share of the bound that was needed, where and when."""
         share = np.abs(self.needed) / np.maximum(self.bound, np.finfo(np.float64).tiny)
         k, joint = (int(each) for each in np.unravel_index(int(share.argmax()), share.shape))
-        ratio = self.error / self.error_bound
-        worst = int(ratio.argmax())
-        return self.status.sentence(
-            language, share=float(share[k, joint]), joint=joint + 1, time=float(self.t[k]), reached=self.reached,
-            error=float(self.error[worst]), limit=float(self.error_bound[worst]), worst=worst + 1,
-        )  # fmt: skip
+        said = self.status.sentence(language, share=float(share[k, joint]), joint=joint + 1, time=float(self.t[k]))
+        if self.status is SlidingStatus.BROKEN:
+            return said
+        worst = int((self.error / self.error_bound).argmax())
+        end = "error" if np.isfinite(self.error[worst]) else "late" if np.isfinite(self.reached) else "not_reached"
+        details = {"error": float(self.error[worst]), "limit": float(self.error_bound[worst]), "worst": worst + 1}
+        return said + say(f"control.sliding_{end}", language=language, reached=self.reached, **details)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
@@ -206,8 +209,9 @@ def sliding_certificate(
         q, qd: (k, n) motion.
 
     Raises:
-        InputError: wrong shapes.
+        InputError: another law, wrong shapes.
     """
+    require_kind("law", law, "SlidingMode", "parts", "error_bound")
     n = law.robot.n
     times = as_batch("t", t, (), finite=True)
     x, v = as_batch("q", q, (n,), finite=True), as_batch("qd", qd, (n,), finite=True)
@@ -219,7 +223,7 @@ def sliding_certificate(
     reached = float(times[first]) if first < len(times) else np.inf
     # On the surface errors die as exp(-L t): the bound holds some time constants after it was reached.
     settled = times > reached + SETTLING / law.rates.min()
-    error = np.abs(wanted.u - x)[settled].max(axis=0, initial=0.0)
+    error = np.abs(wanted.u - x)[settled].max(axis=0) if settled.any() else np.full(n, np.nan)
     broken = (np.abs(needed) > bound).any()
     status = SlidingStatus.BROKEN if broken else SlidingStatus.GUARANTEED
     return SlidingCertificate(status, times, needed, bound, s, error, law.error_bound, reached)

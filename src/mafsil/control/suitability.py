@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, as_batch
+from mafsil.arrays import Floats, as_batch, require_kind
 from mafsil.control.impedance import Impedance
 from mafsil.errors import InputError
+from mafsil.messages import say
 from mafsil.robot import Robot, of_robot
 
 ENVIRONMENTS = ("free", "compliant", "rigid")
@@ -100,6 +101,8 @@ def suitable_family(
 
     Reference: Lynch and Park, Modern Robotics, sec. 11.1.
     """
+    for name, each in (("environment", environment), ("wanted", wanted)):
+        require_kind(name, each, "sequence, a word for each direction", "__len__", "__getitem__")
     count = len(environment)
     labels = tuple(names or ("xyz"[:count] if count <= 3 else map(str, range(1, count + 1))))
     if not count or not count == len(wanted) == len(labels):
@@ -161,8 +164,11 @@ class Interaction(SingleAnswer):
     def explain(self, language: str | None = None) -> str:
         """The realisation with the shares of the deciding joint."""
         k = self.joint - 1
-        shares = {"rotor": float(self.rotor_share[k]), "friction": float(self.friction_share[k])}
-        return self.status.sentence(language, joint=self.joint, **shares, light=ROTORS, dry=DRY)
+        known = np.isfinite(self.friction_share[k])
+        key = "control.dry_friction_share" if known else "control.dry_friction_unknown"
+        friction = say(key, language=language, friction=float(self.friction_share[k]), dry=DRY)
+        rotor = float(self.rotor_share[k])
+        return self.status.sentence(language, joint=self.joint, rotor=rotor, light=ROTORS, friction=friction)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
@@ -248,6 +254,8 @@ def impedance_class(impedance: Impedance, environment: Impedance, frequency: flo
     """
     if not 0.0 <= frequency < np.inf:
         raise InputError("input.range", name="frequency", value=frequency, low=0.0, high=np.inf)
+    for name, each in (("impedance", impedance), ("environment", environment)):
+        require_kind(name, each, "Impedance", "frequency_response")
     Z, E = (each.frequency_response(frequency) for each in (impedance, environment))
     if Z.shape != E.shape or np.linalg.matrix_rank(Z + E) < len(Z):
         raise InputError("control.nothing_resists", frequency=frequency)

@@ -140,17 +140,18 @@ class TaskCoordinates:
 
         Reference: Lynch and Park, Modern Robotics, sec. 11.4.3.
         """
-        rows, ahead, A = list(self.rows), target.velocity, target.acceleration
+        rows, T, V = list(self.rows), np.asarray(T), np.asarray(V)
+        T_d, ahead, A = (np.asarray(part) for part in target)
         if self.axes == "decoupled":
-            apart = rotation.log(target.pose[..., :3, :3] @ np.swapaxes(T[..., :3, :3], -1, -2))
-            X = np.concatenate([apart, target.pose[..., :3, 3] - T[..., :3, 3]], axis=-1)
+            apart = rotation.log(T_d[..., :3, :3] @ np.swapaxes(T[..., :3, :3], -1, -2))
+            X = np.concatenate([apart, T_d[..., :3, 3] - T[..., :3, 3]], axis=-1)
         elif self.axes in SEQUENCES:
-            apart = angle_error(self._angles(target.pose), self._angles(T))
-            X = np.concatenate([apart, target.pose[..., :3, 3] - T[..., :3, 3]], axis=-1)
+            apart = angle_error(self._angles(T_d), self._angles(T))
+            X = np.concatenate([apart, T_d[..., :3, 3] - T[..., :3, 3]], axis=-1)
         elif self.axes == "space":
-            X = pose.log(target.pose @ pose.inverse(T))
+            X = pose.log(T_d @ pose.inverse(T))
         else:
-            between = pose.inverse(T) @ target.pose
+            between = pose.inverse(T) @ T_d
             Ad = pose.adjoint(between)
             X, ahead, A = pose.log(between), (Ad @ ahead[..., None])[..., 0], (Ad @ A[..., None])[..., 0]
             if len(rows) == 6:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -44,8 +44,8 @@ class TipWay:
     """
 
     axes: TaskAxes
-    t: Floats
-    poses: PoseMatrix
+    t: Floats = field(repr=False)
+    poses: PoseMatrix = field(repr=False)
     off_line: float
     length: float
     off_turn: float

@@ -17,7 +17,7 @@ from mafsil.figures.picture_file import picture_file
 from mafsil.messages import say
 from mafsil.messages.isolates import in_cell
 from mafsil.messages.tables import number
-from mafsil.one_joint import ErrorDynamics, JointRun, RootLocus, SpeedFriction, measure_response
+from mafsil.one_joint import ErrorDynamics, JointRun, MeasureStatus, RootLocus, SpeedFriction, measure_response
 from mafsil.one_joint.polynomial import Complexes
 
 PLACES = 600
@@ -85,6 +85,8 @@ def save_error_response(
 ) -> None:
     """Draw an error over time with what is measured of it: steady error, overshoot, settling time and its band.
 
+    Of a record that ends before the error has come to rest only the curve is drawn: nothing else is known.
+
     Args:
         t: (k,) times [s].
         error: (k,) of one joint.
@@ -102,16 +104,18 @@ def save_error_response(
         raise InputError("input.shape", name="t", expected="(k,)", got=times.shape, hint="")
     figure = sheet(6.0, 3.2)
     axes: Any = figure.subplots()
-    rest = float(measured.steady_error)
-    width = band * abs(float(values[0]) - rest)
-    axes.axhspan(rest - width, rest + width, color=SOFT)
-    axes.axhline(rest, color="0.5", linewidth=0.8, label=_said("steady_error", rest, language))
+    if measured.status is not MeasureStatus.STILL_MOVING:
+        rest = float(measured.steady_error)
+        width = band * abs(float(values[0]) - rest)
+        axes.axhspan(rest - width, rest + width, color=SOFT)
+        axes.axhline(rest, color="0.5", linewidth=0.8, label=_said("steady_error", rest, language))
     axes.plot(times, values, color=COLOURS[0], linewidth=1.4)
     for key, at in (("settling_time", float(measured.settling_time)), ("peak_time", float(measured.peak_time))):
         if np.isfinite(at):
             label = _said(key, at, language) if key == "settling_time" else _overshoot(measured.overshoot, language)
             axes.axvline(at, color=SINGULAR if key == "settling_time" else COLOURS[1], linestyle="--", label=label)
-    axes.legend(frameon=False, fontsize=7)
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(frameon=False, fontsize=7)
     flat_axes(axes, "t [s]", say("pictures.error_of_one", language=language), equal=False)
     save(figure, file)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.control import ComputedTorque, Gains, JointFeedback
+from mafsil.control import ComputedTorque, JointFeedback
 from mafsil.job.arrival import INSTANT, Arrival
 from mafsil.job.remark import said
 from mafsil.job.run import Run
@@ -18,6 +18,7 @@ from mafsil.messages.quantities import digits, quantity
 from mafsil.messages.visible import visible
 from mafsil.model import JointKind
 from mafsil.simulation.disturbance import push_at
+from mafsil.trajectory import Motion
 
 MAIN_PART = 0.5
 """Part of an error from which on its cause is named."""
@@ -98,7 +99,7 @@ def split(run: Run, driven: Driven, row: int) -> Split | None:
     touched = np.zeros(len(q)) if tape.contact_wrench is None else J.T @ tape.contact_wrench[row]
     moving = np.asarray(true.inverse_dynamics(q, qd, qdd))
     friction = applied + pushed + touched - moving
-    kp, kd, stored = law.gains.kp, law.gains.kd, _stored(run, driven, law.gains, row)
+    kp, kd, stored = law.gains.kp, law.gains.kd, _stored(run, driven, law, row)
     if isinstance(law, ComputedTorque):
         model = np.asarray(law.robot.inverse_dynamics(q, qd, qdd))
         M = np.asarray(law.robot.mass_matrix(q))
@@ -129,12 +130,19 @@ def split(run: Run, driven: Driven, row: int) -> Split | None:
     return Split(e, **{name: inverse @ part for name, part in parts.items()})
 
 
-def _stored(run: Run, driven: Driven, gains: Gains, row: int) -> Floats:
+def _stored(run: Run, driven: Driven, law: ComputedTorque | JointFeedback, row: int) -> Floats:
     """(n,) what an integral has summed up from the beginning of a stretch to a tick, by the rectangle rule."""
     tape, start = run.recording, driven.stretch.start
-    first = int(np.searchsorted(tape.t, start - INSTANT))
-    errors = (tape.q_ref[first : row + 1] - tape.q[first : row + 1]).sum(axis=0)
-    return np.asarray(gains.ki * driven.scenario.control_period * errors)
+    ticks = slice(int(np.searchsorted(tape.t, start - INSTANT)), row + 1)
+    growth = law.gains.ki * driven.scenario.control_period * (tape.q_ref[ticks] - tape.q[ticks])
+    if isinstance(law, ComputedTorque) or law.effort_limit is None:
+        return np.asarray(growth.sum(axis=0))
+    reference = Motion(tape.q_ref[ticks], tape.qd_ref[ticks], tape.qdd_ref[ticks])
+    stored = np.zeros(growth.shape[1])
+    for effort, grown in zip(law(0.0, tape.q[ticks], tape.qd[ticks], reference), growth, strict=True):
+        ahead = effort + stored + grown
+        stored = stored + np.where((np.abs(ahead) > law.effort_limit) & (ahead * grown > 0.0), 0.0, grown)
+    return stored
 
 
 def cause(run: Run, judged: Arrival) -> Cause | None:

@@ -73,11 +73,21 @@ class Controller(Part, frozen=True, kw_only=True):
 
 
 class Noise(Part, frozen=True, kw_only=True):
-    """Errors of the sensors: standard deviations, reproducible by the seed; of forces at the tip [N]."""
+    """Errors of the sensors.
+
+    Attributes:
+        position, velocity: standard deviations of what the joints measure.
+        force: that of the sensor of force at the tip [N].
+        resolution: steps of the encoders at the joints; rates are then differences of them [rad | m].
+        filter_time: time constant of the filter of such rates [s].
+        seed: by which noise is reproducible.
+    """
 
     position: NotNegative = 0.0
     velocity: NotNegative = 0.0
     force: NotNegative = 0.0
+    resolution: NotNegative = 0.0
+    filter_time: NotNegative = 0.0
     seed: Annotated[int, msgspec.Meta(ge=0)] = 0
 
 

@@ -18,10 +18,11 @@ from mafsil.job.description import Controller, Job
 from mafsil.job.drive import drive
 from mafsil.job.judgement import Summary, summary
 from mafsil.job.language.table_checks import GAINS
-from mafsil.job.law_conditions import Condition, conditions
+from mafsil.job.law_conditions import Condition, beside, conditions
 from mafsil.job.laws import KINDS, control_period, kinds_for
 from mafsil.job.plan import Plan
 from mafsil.job.run import Run
+from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table
 from mafsil.robot import Robot
 from mafsil.simulation import SimulationStatus
@@ -103,7 +104,9 @@ class LawResult:
 
     def explain(self, language: str | None = None) -> str:
         """What the law made of the job."""
-        worst = float(np.nanmax(self.joint_error)) if np.isfinite(self.joint_error).any() else np.nan
+        stopped, tried = int(np.isnan(self.joint_error).sum()), len(self.joint_error)
+        key = "job.law_worst_stopped" if stopped else "job.law_worst"
+        worst = say(key, language=language, worst=max(self.joint_error), stopped=stopped, tried=tried)
         details = {"law": self.kind, "error": self.joint_error[0], "tip": self.numbers.tip_error, "worst": worst}
         return self.status.sentence(language, **details)
 
@@ -162,7 +165,8 @@ class LawBench(Answer):
                 each.kind, *(number(x) for x in each.joint_error), number(each.numbers.tip_error),
                 number(each.peak_force), number(float(np.linalg.norm(each.numbers.rms_effort))),
                 number(float(each.numbers.peak_effort.max(initial=0.0))),
-                number(each.numbers.energy), number(each.growth),
+                number(each.numbers.energy),
+                beside(each.growth, 1.0) if np.isfinite(each.growth) else number(each.growth),
             )
             for each in self.results
         ]  # fmt: skip

@@ -7,15 +7,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.control import (
+    AdaptiveControl,
     AdmittanceControl,
+    Around,
     Combined,
     ComputedTorque,
     ContactSwitch,
-    CurrentLoop,
-    Delayed,
     Gains,
     HybridControl,
     ImpedanceControl,
@@ -66,7 +67,7 @@ class Condition:
 
     def explain(self, *, language: str | None = None) -> str:
         """What is asked, the number, and when it was worst."""
-        details = {"value": _beside(self.value, self.limit), "limit": digits(self.limit)}
+        details = {"value": beside(self.value, self.limit), "limit": digits(self.limit)}
         said = say(f"job.condition_{self.name}", language=language, **details)
         if not np.isfinite(self.time):
             return said
@@ -80,8 +81,13 @@ class Condition:
         }  # fmt: skip
 
 
-def _beside(value: float, limit: float) -> str:
-    """A number beside its limit: with as many digits as show on which side of it it is."""
+def beside(value: float, limit: float) -> str:
+    """A number beside its limit: with as many digits as show on which side of it it is.
+
+    Args:
+        value: the number.
+        limit: that it is held against.
+    """
     text = digits(value)
     if text != digits(limit) or value == limit or not np.isfinite(value):
         return text
@@ -131,7 +137,7 @@ def _own(run: Run, driven: Driven) -> Iterator[Condition]:
 
 def parts_of(law: Law) -> Iterator[Law]:
     """A law's parts: of sums, of laws behind a delay or an inner loop, of those that a contact parts."""
-    if isinstance(law, Delayed | CurrentLoop):
+    if isinstance(law, Around):
         yield from parts_of(law.law)
     elif isinstance(law, Combined):
         for part in law.laws:
@@ -189,6 +195,19 @@ def _min_max(law: MinMax, run: Run, driven: Driven) -> Iterator[Condition]:
         yield _worst("error_bound", (error / bound).max(axis=-1), t)
 
 
+def _learned(law: AdaptiveControl, run: Run, driven: Driven) -> Iterator[Condition]:
+    """Efforts of contact, which no inertia explains: the law learns them as a payload, and its proof asks for none."""
+    wrench, t = run.recording.contact_wrench, run.recording.t
+    if wrench is None:
+        return
+    rows = _rows(run, driven)
+    efforts = law.robot.jacobian_body(run.recording.q[rows]).swapaxes(-1, -2) @ wrench[rows][..., None]
+    size = np.abs(efforts[..., 0]).max(axis=-1)
+    if size.any():
+        k = int(size.argmax())
+        yield Condition("learned", float(size[k]), 0.0, float(t[rows][k]))
+
+
 def _force_loop(law: HybridControl, run: Run, driven: Driven) -> Iterator[Condition]:
     """On a rigid wall with one period of delay z^2 + (Kfp + Kfi dt - 1) z - Kfp has to have its roots inside."""
     yield from _equation_of(law.gains)
@@ -237,10 +256,15 @@ def _about_pose(law: LinearQuadratic, run: Run, driven: Driven) -> Iterator[Cond
 
 def _recorded(run: Run, driven: Driven) -> tuple[Floats, Floats, Floats]:
     """Times (k,), positions and rates (k, n) of a stretch."""
-    tape, stretch = run.recording, driven.stretch
-    inside = np.flatnonzero((tape.t >= stretch.start) & (tape.t <= stretch.start + stretch.trajectory.duration))
-    rows = inside[:: max(1, len(inside) // LONGEST)]
+    tape, rows = run.recording, _rows(run, driven)
     return tape.t[rows], tape.q[rows], tape.qd[rows]
+
+
+def _rows(run: Run, driven: Driven) -> NDArray[np.int64]:
+    """Those of the recording that belong to a stretch, at most some thousands."""
+    t, stretch = run.recording.t, driven.stretch
+    inside = np.flatnonzero((t >= stretch.start) & (t <= stretch.start + stretch.trajectory.duration))
+    return inside[:: max(1, len(inside) // LONGEST)]
 
 
 def _worst(name: str, shares: Floats, t: Floats) -> Condition:
@@ -253,6 +277,7 @@ def _plain(value: float) -> float | None:
 
 
 _TESTS: dict[type, Callable[[Any, Run, Driven], Iterator[Condition]]] = {
+    AdaptiveControl: _learned,
     ComputedTorque: _error_equation,
     TaskComputedTorque: _error_equation,
     JointFeedback: _integral,

@@ -17,6 +17,7 @@ from mafsil.control import (
     combined,
     computed_torque,
     delayed,
+    encoder_loop,
     feedforward,
     gravity_compensation,
     inertia_gains,
@@ -62,6 +63,9 @@ def law_of(job: Job, model: Robot, trajectory: Trajectory, plant: Plant) -> Law:
         law = tip_law(job, model, trajectory, plant)
     else:
         law = _MAKERS[job.controller.kind](job, model, trajectory)
+    seen = job.simulation.noise
+    if seen.resolution or seen.filter_time:
+        law = encoder_loop(law, seen.resolution, filter_time=seen.filter_time)
     return delayed(law, job.controller.delay) if job.controller.delay else law
 
 
@@ -88,7 +92,8 @@ def _pid(job: Job, model: Robot, trajectory: Trajectory) -> Law:
     given = job.controller.integral
     # A joint of inertia M alone is stable below ki = kp kd / M; M = kp / w^2 of its own gains.
     inertia = np.diagonal(np.asarray(model.mass_matrix(_places(trajectory))), axis1=-2, axis2=-1).max(axis=0)
-    return pid(model.n, kp, kd, INTEGRAL_SHARE * kp * kd / inertia if given is None else _row(given, model))
+    ki = INTEGRAL_SHARE * kp * kd / inertia if given is None else _row(given, model)
+    return pid(model.n, kp, kd, ki, effort_limit=model.limits.effort)
 
 
 def _feedforward(job: Job, model: Robot, trajectory: Trajectory) -> Law:

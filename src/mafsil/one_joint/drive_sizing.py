@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Status
-from mafsil.arrays import Floats
+from mafsil.arrays import Floats, require_kind
 from mafsil.errors import InputError
 from mafsil.one_joint.arguments import above_zero, finite, magnitude, row, share, together
 from mafsil.one_joint.row_answer import RowAnswer
@@ -118,7 +118,7 @@ def size_drive(
         InputError: not finite, out of range, shapes that do not go together; a joint that never moves and needs
             nothing.
     """
-    tau, omega = row("torque", torque), row("speed", speed)
+    require_kind("motor", motor, "MotorRating", "peak_torque", "inertia")
     tau, omega, alpha = together(
         torque=row("torque", torque), speed=row("speed", speed), acceleration=finite("acceleration", acceleration)
     )

@@ -118,7 +118,8 @@ def _free_response(a: Floats, t: Floats, start: Floats) -> Floats:
     """(rows, k, n) of x' = A x: by modes where the roots are well apart, by the matrix exponential elsewhere."""
     n = a.shape[1] - 1
     s = roots(a)
-    size = np.maximum(np.abs(s).max(axis=1), np.finfo(np.float64).tiny)
+    size = np.abs(s).max(axis=1)
+    size = np.where(size > 0.0, size, 1.0)  # All roots are zero: any unit of time will do.
     modes = (s / size[:, None])[:, None, :] ** np.arange(float(n))[:, None]
     with np.errstate(all="ignore"):
         apart = np.linalg.cond(modes) < WELL_SEPARATED

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Status
-from mafsil.arrays import Floats
+from mafsil.arrays import Floats, require_kind
 from mafsil.errors import InputError
 from mafsil.one_joint.arguments import row
 from mafsil.one_joint.joint_arm import JointArm
@@ -94,6 +94,8 @@ def joint_margins(arm: JointArm, law: JointLaw) -> Margins:
     Raises:
         InputError: a law that is not feedback alone.
     """
+    require_kind("arm", arm, "JointArm", "gravity_moment", "friction")
+    require_kind("law", law, "JointLaw", "kind", "model")
     if law.kind is not LawKind.FEEDBACK:
         raise InputError("input.choice", name="law.kind", value=law.kind.name, known=LawKind.FEEDBACK.name)
     M, b, kp, ki, kd = np.broadcast_arrays(arm.inertia, arm.friction.viscous, law.kp, law.ki, law.kd)

@@ -17,6 +17,10 @@ from mafsil.one_joint.row_answer import RowAnswer
 TAIL = 0.05
 """Share of the record at whose end the steady error is looked for."""
 
+SEEN_AT_REST = 0.15
+"""Share of the record at whose end an error has to keep within the band about its own mean, or it has not been seen to
+come to rest: of an exponential that is cut off there the settling time is at most a quarter too short."""
+
 
 class MeasureStatus(Status):
     """Whether the record shows the response to its end."""
@@ -24,6 +28,7 @@ class MeasureStatus(Status):
     SETTLED = ("one_joint.settled", True)
     NOT_SETTLED = ("one_joint.not_settled", False)
     NO_STEP = ("one_joint.no_step", False)
+    STILL_MOVING = ("one_joint.still_moving", False)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -33,7 +38,8 @@ class ResponseMeasures(RowAnswer):
     Attributes:
         verdict: (*batch) which of `statuses`.
         steady_error: (*batch) given, or the mean of the last twentieth of the record.
-        overshoot: (*batch) max(0, -(e - e_ss) / (e(0) - e_ss)): share of the step; NaN without a step.
+        overshoot: (*batch) max(0, -(e - e_ss) / (e(0) - e_ss)): share of the step; NaN without a step, and where no
+            steady error is given and the record ends before the error has come to rest.
         peak_time: (*batch) of that largest excursion [s]; NaN without overshoot.
         rise_time: (*batch) from 90 % to 10 % of the step [s]; NaN if not reached.
         settling_time: (*batch) after which the error stays within the band [s], between samples by a straight line; NaN
@@ -61,8 +67,8 @@ def measure_response(
     Args:
         t: (k,) rising [s].
         error: (*batch, k).
-        steady_error: (*batch) from a model; None takes the mean of the last twentieth of the record, which shortens
-            settling times of records that are cut off.
+        steady_error: (*batch) from a model; None takes the mean of the last twentieth of the record, if the error keeps
+            within the band about it over the last 15 %.
         band: share of the step, 0.02 for 2 %.
 
     Raises:
@@ -84,8 +90,11 @@ def measure_response(
     peak = np.where(overshoot > 0.0, time[np.argmin(y, axis=-1)], np.nan)
     settling, settled = _settling(time, np.abs(y), part)
     rise = _first_below(time, y, 0.1) - _first_below(time, y, 0.9)
-    verdict = np.where(~stepped, 2, np.where(settled, 0, 1)).astype(np.int8)
-    nan = np.where(stepped, 0.0, np.nan)
+    known = np.full(settled.shape, fill_value=True)
+    if steady_error is None:
+        known = (np.abs(y[..., -max(1, round(SEEN_AT_REST * len(time))) :]) <= part).all(axis=-1)
+    verdict = np.where(~stepped, 2, np.where(~known, 3, np.where(settled, 0, 1))).astype(np.int8)
+    nan = np.where(stepped & known, 0.0, np.nan)
     duration = time[-1] - time[0]
     return ResponseMeasures(
         verdict, rest.copy(), overshoot + nan, peak + nan, rise + nan, np.where(settled, settling, np.nan) + nan,

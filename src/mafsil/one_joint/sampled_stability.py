@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Status
-from mafsil.arrays import Floats, whole
+from mafsil.arrays import Floats, require_kind, whole
 from mafsil.errors import InputError
 from mafsil.one_joint.arguments import above_zero, together
 from mafsil.one_joint.joint_arm import JointArm
@@ -68,6 +68,8 @@ def step_matrix(arm: JointArm, law: JointLaw, period: ArrayLike, delay: int = 0)
     Raises:
         InputError: a law that is not feedback alone, a number out of its range.
     """
+    require_kind("arm", arm, "JointArm", "gravity_moment", "friction")
+    require_kind("law", law, "JointLaw", "kind", "model")
     if law.kind is not LawKind.FEEDBACK:
         raise InputError("input.choice", name="law.kind", value=law.kind.name, known=LawKind.FEEDBACK.name)
     d = whole("delay", delay, most=2000)

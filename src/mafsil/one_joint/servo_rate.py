@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Status
-from mafsil.arrays import Floats
+from mafsil.arrays import Floats, require_kind
 from mafsil.errors import InputError
 from mafsil.one_joint.arguments import above_zero, row, share
 from mafsil.one_joint.joint_arm import JointArm
@@ -82,6 +82,8 @@ def sweep_rate(
 
     Reference: Lynch and Park, Modern Robotics, sec. 11.1.
     """
+    require_kind("arm", arm, "JointArm", "gravity_moment", "friction")
+    require_kind("law", law, "JointLaw", "kind", "model")
     steps = np.sort(row("periods", above_zero("periods", periods)))[::-1]
     if steps.ndim != 1 or np.ndim(law.kp) or np.ndim(arm.inertia):
         raise InputError(

@@ -32,6 +32,7 @@ class RestStatus(Status):
     UNIQUE = ("one_joint.rest_unique", True)
     ONE_OF_SEVERAL = ("one_joint.rest_several", True)
     NOT_FOUND = ("one_joint.rest_not_found", False)
+    FOUND = ("one_joint.rest_found", True)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -104,8 +105,8 @@ def rest_of_joints(kp: ArrayLike, gravity: Callable[[Floats], ArrayLike], goal: 
         goal: (n,) [rad | m].
 
     Returns:
-        The rest nearest along Newton's steps, or NOT_FOUND, with the residual in both cases. Nothing is said about
-        others: with Kp above the slopes of g there are none.
+        The rest nearest along Newton's steps, FOUND or NOT_FOUND, with the residual in both cases. Nothing is said
+        about others: with Kp above the slopes of g there are none.
 
     Raises:
         InputError: wrong shapes, not finite, no function.
@@ -131,7 +132,7 @@ def rest_of_joints(kp: ArrayLike, gravity: Callable[[Floats], ArrayLike], goal: 
     g = load(desired - e)
     residual = np.abs(K @ e - g).max()
     found = residual <= 1e-9 * max(float(np.abs(g).max()), 1e-300)
-    return RestError(np.array(1 if found else 2, dtype=np.int8), e, K @ e, np.asarray(residual))
+    return RestError(np.array(3 if found else 2, dtype=np.int8), e, K @ e, np.asarray(residual))
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import ceil
-from typing import Any
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer
-from mafsil.arrays import Floats, as_batch, positive
-from mafsil.control import ElasticArm, ElasticLaw, ElasticState
+from mafsil.arrays import Floats, JointVector, as_batch, positive, require_function
+from mafsil.control import ElasticArm, ElasticLaw, ElasticState, FunctionLaw
 from mafsil.errors import InputError
+from mafsil.simulation.faults import Stopped, decided, law_name
 from mafsil.simulation.recording import SimulationStatus
 from mafsil.simulation.tolerances import PART_OF_STEP
-from mafsil.trajectory import Trajectory
+from mafsil.trajectory import Motion, Trajectory
+
+ElasticLawFunction: TypeAlias = Callable[[float, ElasticState, Motion], JointVector]
+"""(t, state, reference) -> efforts of the motors (*batch, n): a law without memory."""
 
 RUNAWAY = 1e6
 """Rate [rad/s | m/s] beyond which a run counts as blown up."""
@@ -34,6 +39,8 @@ class ElasticRun(SingleAnswer):
         tau: (k, *batch, n) efforts after each time [N m | N].
         q_ref: (k, n) the reference.
         end, step: of the request [s].
+        law: its name.
+        fault: what the law did wrong, in a few words; empty if nothing.
     """
 
     status: SimulationStatus
@@ -46,10 +53,13 @@ class ElasticRun(SingleAnswer):
     q_ref: Floats
     end: float
     step: float
+    law: str
+    fault: str
 
     def explain(self, language: str | None = None) -> str:
         """How the run ended."""
-        return self.status.sentence(language, time=float(self.t[-1]), end=self.end, step=self.step)
+        details = {"end": self.end, "step": self.step, "law": self.law, "fault": self.fault}
+        return self.status.sentence(language, time=float(self.t[-1]), **details)
 
     def state(self, k: int) -> ElasticState:
         """At the k-th time."""
@@ -63,7 +73,7 @@ class ElasticRun(SingleAnswer):
 
 def simulate_elastic(
     arm: ElasticArm,
-    law: ElasticLaw,
+    law: ElasticLaw | ElasticLawFunction,
     trajectory: Trajectory,
     *,
     start: ElasticState | None = None,
@@ -75,7 +85,7 @@ def simulate_elastic(
 
     Args:
         arm: that moves; the law's model may be another.
-        law: called once a step.
+        law: called once a step; a plain function of (t, state, reference) is a law without memory.
         trajectory: of the links.
         start: state, (*batch, n) each; at rest at the trajectory's start if None.
         duration: that of the trajectory if None [s].
@@ -83,8 +93,11 @@ def simulate_elastic(
         effort_limit: of the motors at the joint, a number or (n,) [N m | N].
 
     Raises:
-        InputError: wrong shapes, a step or duration that is not positive, more than five million steps.
+        InputError: wrong shapes, a step or duration that is not positive, more than five million steps, no law.
+
+    A law that raises, or returns what are no efforts, ends the run; its status says so, and what was recorded is kept.
     """
+    session = _begun(law, step)
     length = trajectory.duration if duration is None else duration
     positive("duration", length)
     positive("step", step)
@@ -96,11 +109,16 @@ def simulate_elastic(
     rows = np.zeros((count + 1, 4, *np.broadcast_shapes(*(x.shape for x in given))))
     rows[0] = np.stack(np.broadcast_arrays(*given))
     tau = np.zeros((count + 1, *rows.shape[2:]))
-    t, limit, session = step * np.arange(count + 1.0), np.asarray(effort_limit, dtype=np.float64), law.session(step)
-    wanted, status, k = trajectory.at(t), SimulationStatus.COMPLETED, 0
+    t, limit = step * np.arange(count + 1.0), np.asarray(effort_limit, dtype=np.float64)
+    wanted, status, fault, k = trajectory.at(t), SimulationStatus.COMPLETED, "", 0
     for k in range(count + 1):
         reference = type(wanted)(*(each[k] for each in wanted))
-        tau[k] = np.clip(session(float(t[k]), ElasticState(*rows[k]), reference), -limit, limit)
+        try:
+            command = decided(_at_motors(session, rows[k]), float(t[k]), rows[k, 0], rows[k, 1], reference, law)
+        except Stopped as stop:
+            status, fault = stop.status, stop.fault
+            break
+        tau[k] = np.clip(command, -limit, limit)
         if not np.isfinite(tau[k]).all():
             status = SimulationStatus.NOT_FINITE
         elif k < count:
@@ -111,7 +129,23 @@ def simulate_elastic(
             break
     kept = slice(0, k + 1)
     q, qd, motor, motor_rate = np.moveaxis(rows[kept], 1, 0)
-    return ElasticRun(status, t[kept], q, qd, motor, motor_rate, tau[kept], wanted.u[kept], float(length), step)
+    return ElasticRun(
+        status, t[kept], q, qd, motor, motor_rate, tau[kept], wanted.u[kept], float(length), step, law_name(law), fault
+    )
+
+
+def _begun(law: ElasticLaw | ElasticLawFunction, step: float) -> ElasticLawFunction:
+    """What is asked in one run."""
+    if isinstance(law, type) or not hasattr(law, "session"):
+        require_function("law", law, "function law(t, state, reference), or an ElasticLaw", 3)
+        return law
+    positive("step", step)
+    return cast("ElasticLaw", law).session(step)
+
+
+def _at_motors(session: ElasticLawFunction, row: Floats) -> FunctionLaw:
+    """A law of the links alone: the motors' state is filled in."""
+    return FunctionLaw(lambda t, q, qd, reference: session(t, ElasticState(q, qd, *row[2:]), reference))
 
 
 def _stepped(arm: ElasticArm, row: Floats, tau: Floats, h: float) -> Floats:

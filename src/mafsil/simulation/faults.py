@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
-from mafsil.control import Combined, ContactSwitch, CurrentLoop, Delayed, Law, TaskCoordinates
+from mafsil.control import Around, Combined, ContactSwitch, FunctionLaw, Law, TaskCoordinates
 from mafsil.errors import InputError
 from mafsil.messages.visible import visible
 from mafsil.simulation.recording import SimulationStatus
@@ -31,12 +31,15 @@ class Stopped(InputError):
         self.status, self.fault = status, fault
 
 
-def law_name(law: Law) -> str:
-    """What a law is called: its class; of a delayed one or one behind a current loop, that of the law inside."""
-    return law_name(law.law) if isinstance(law, Delayed | CurrentLoop) else type(law).__name__
+def law_name(law: object) -> str:
+    """What a law is called: its class or function; of one around another one, that of the inner law."""
+    if isinstance(law, Around):
+        return law_name(law.law)
+    named = law.function if isinstance(law, FunctionLaw) else law
+    return str(getattr(named, "__name__", type(named).__name__))
 
 
-def decided(law: Law, t: float, q: JointVector, qd: JointVector, reference: Motion, whole: Law) -> JointVector:
+def decided(law: Law, t: float, q: JointVector, qd: JointVector, reference: Motion, whole: object) -> JointVector:
     """The efforts of a law at one tick, real and of the shape of q.
 
     The law may look at the state, which is that of the arm, and not write into it.
@@ -108,7 +111,7 @@ def task_of(law: object) -> TaskCoordinates | None:
     inside: tuple[object, ...] = ()
     if isinstance(law, Combined):
         inside = law.laws
-    elif isinstance(law, Delayed | CurrentLoop):
+    elif isinstance(law, Around):
         inside = (law.law,)
     elif isinstance(law, ContactSwitch):
         inside = (law.free,)

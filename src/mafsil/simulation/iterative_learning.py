@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Floats, positive, real_array, whole
+from mafsil.arrays import Floats, positive, real_array, require_kind, whole
 from mafsil.control import Gains, LearnedEffort, combined
 from mafsil.errors import InputError
 from mafsil.messages.tables import number, on_screen, table
@@ -111,6 +111,7 @@ def learn(scenario: Scenario, passes: int = 8, *, gain: float = 1.0, cutoff: flo
     Raises:
         InputError: a number out of its range, a batch.
     """
+    require_kind("scenario", scenario, "Scenario", "trajectory", "law")
     count, share = whole("passes", passes, 1, 10_000), _share(gain)
     start, _ = scenario.start()
     if start.ndim != 1:
@@ -174,6 +175,7 @@ def learning_factor(gains: Gains, *, gain: float = 1.0, cutoff: float = 20.0) ->
         gains: of the feedback, in units of acceleration.
         gain, cutoff: as for `learn`.
     """
+    require_kind("gains", gains, "Gains", "kp", "kd", "ki")
     w = np.geomspace(1e-3, 1e5, FREQUENCIES)[:, None]
     s = 1j * w
     sensitivity = s**3 / (s**3 + gains.kd * s**2 + gains.kp * s + gains.ki)

@@ -13,13 +13,12 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.control import (
     AdaptiveControl,
     AdmittanceControl,
+    Around,
     ClosedComputedTorque,
     ClosedGravityCompensation,
     Combined,
     ComputedTorque,
     ContactSwitch,
-    CurrentLoop,
-    Delayed,
     ForceControl,
     Gains,
     HybridControl,
@@ -83,7 +82,7 @@ def parts_of(law: Law) -> Iterator[Law]:
     inside: tuple[Law, ...] = ()
     if isinstance(law, Combined):
         inside = law.laws
-    elif isinstance(law, Delayed | CurrentLoop):
+    elif isinstance(law, Around):
         inside = (law.law,)
     elif isinstance(law, ContactSwitch):
         inside = (law.free, law.touching)
@@ -130,7 +129,7 @@ def scaled(law: Law, factor: Floats) -> Law:
     Raises:
         InputError: a law without gains that are known here.
     """
-    if isinstance(law, Delayed | CurrentLoop):
+    if isinstance(law, Around):
         return replace(law, law=scaled(law.law, factor))
     if isinstance(law, ContactSwitch):
         return replace(law, free=scaled(law.free, factor), touching=scaled(law.touching, factor))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, as_batch, positive, require_finite, require_kind
-from mafsil.control import Law
+from mafsil.control import Law, as_law
 from mafsil.errors import InputError
 from mafsil.kernels.lazy import lazy
 from mafsil.robot import Robot, as_robot
@@ -46,7 +46,7 @@ class Scenario:
     Attributes:
         robot: the arm as its model knows it.
         trajectory: the reference, of robot.n coordinates.
-        law: the controller.
+        law: the controller; a plain function of (t, q, qd, reference) becomes a law (`mafsil.control.as_law`).
         plant: the true arm; the robot itself, with its friction and its loops, if None.
         q, qd: (*batch, n) initial state; the start of the trajectory, at its velocity, if None [rad | m], [.../s].
         disturbances: pushes at the tip.
@@ -83,7 +83,7 @@ class Scenario:
     def __post_init__(self) -> None:
         object.__setattr__(self, "robot", as_robot(self.robot))
         require_kind("trajectory", self.trajectory, "Trajectory", "n", "duration", "at")
-        require_kind("law", self.law, "Law", "session")
+        object.__setattr__(self, "law", as_law(self.law))
         require_kind("plant", self.true_plant, "Plant", "acceleration")
         if self.noise is not None:
             require_kind("noise", self.noise, "SensorNoise", "drawn")
