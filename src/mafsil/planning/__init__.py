@@ -8,6 +8,8 @@ from mafsil.planning.arm_planning import plan as plan
 from mafsil.planning.arms_motion import ArmsMotion as ArmsMotion
 from mafsil.planning.arms_motion import TimedArm as TimedArm
 from mafsil.planning.base_placement import place as place
+from mafsil.planning.cell_decomposition import CellDecomposition as CellDecomposition
+from mafsil.planning.cell_decomposition import cell_decomposition as cell_decomposition
 from mafsil.planning.closed_arms import loops_kept as loops_kept
 from mafsil.planning.configuration_space import PlanarArm as PlanarArm
 from mafsil.planning.configuration_space import configuration_space as configuration_space
