@@ -179,9 +179,7 @@ class Checker:
         poses = next(laid_arm.poses_in_parts(self.robot, rows))[1]
         out, who = np.zeros((MOST_CONTACTS, 10)), np.zeros((MOST_CONTACTS, 2), np.int64)
         around = self.scene.surroundings
-        count = distance_loops.contacts(
-            self.arm, poses[0], around, self.margin, self.own_margin, len(self.scene), out, who
-        )
+        count = distance_loops.contacts(self.arm, poses[0], around, self._margins(), len(self.scene), out, who)
         if count:
             order = np.argsort(out[:count, 0])
             contacts = tuple(self._contact(out[k], who[k]) for k in order)
@@ -276,7 +274,7 @@ class Checker:
         """As `workshop`; who proves nothing does not wait until proofs are compiled."""
         thread = get_ident()
         if thread not in self._workshops:
-            self._workshops[thread] = self.laid.workshop(self.scene, self.margin, self.own_margin)
+            self._workshops[thread] = self.laid.workshop(self.scene, self._margins())
             segment_loops.be_able_to_tell(self._workshops[thread])
         return self._workshops[thread]
 
@@ -371,6 +369,10 @@ class Checker:
         if own is not None:
             other._own_margin = _not_negative("own_margin", own)
         return other
+
+    def _margins(self) -> Floats:
+        """(1 + pairs,) clearances from the surroundings and between the bodies of each pair [m]."""
+        return np.array([self.margin, *[self.own_margin] * len(self.arm.pairs)])
 
     def _pairs(self) -> list[tuple[int, int]]:
         count = len(self.bodies)

@@ -53,6 +53,10 @@ class Collision(Part, frozen=True, kw_only=True):
     planner: PlannerName = "rrt_connect"
     seconds: Positive = 10.0
 
+    def kept_of_itself(self, kept: float) -> float | None:
+        """Clearance of bodies of a robot from each other, where it keeps one from everything else; that one if None."""
+        return None if self.own_clearance is None else min(self.own_clearance, kept)
+
 
 class SceneFile(Part, frozen=True, kw_only=True):
     """A file of obstacles alone.

@@ -121,13 +121,12 @@ class Surroundings:
             scene = Scene([*self.scene, *(each.body for each in parts)]) if parts else self.scene
             if len(self._checkers) >= MOST_CHECKERS:
                 del self._checkers[next(iter(self._checkers))]
-            own = None if self.rule.own_clearance is None else min(self.rule.own_clearance, kept)
             self._checkers[key] = Checker(
                 self._mechanism,
                 scene,
                 attached=_hanging(load, kept),
                 margin=kept,
-                own_margin=own,
+                own_margin=self.rule.kept_of_itself(kept),
                 self_collision=itself,
             )
         return self._checkers[key]
@@ -204,7 +203,7 @@ class Surroundings:
         """
         hanging = {(load.equipment.name, id(thing)): body for load in loads for thing, body in _boxes(load, 0.0)}
         boxes = [replace(body, name=f"{body.name} {k + 1}") for k, body in enumerate(hanging.values())]
-        return Neighbourhood(Robot(self._mechanism), self.neighbours, self.scene, boxes, self.rule.clearance)
+        return Neighbourhood(Robot(self._mechanism), self.neighbours, self.scene, boxes, self.rule)
 
     def settle(self, others: Beside | None, main: TimedArm) -> tuple[NeighbourMotion, ...]:
         """What the other robots do while the robot moves as planned.
