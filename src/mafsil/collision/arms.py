@@ -211,9 +211,9 @@ class Arms(Checker):
         """The arm that a body of an answer belongs to; empty for an obstacle."""
         return next((name for name in self.names if body.startswith(f"{name}/")), "")
 
-    def _margins(self) -> Floats:
+    def margins(self) -> Floats:
         """Bodies of different arms keep what they keep from everything else."""
-        margins, owner = super()._margins(), self._owners()
+        margins, owner = super().margins(), self._owners()
         pairs: list[list[int]] = self.arm.pairs.tolist()
         different = [owner[a] != owner[b] for a, b in pairs]
         margins[1:][different] = self.margin

@@ -5,6 +5,7 @@ from mafsil.figures.animation import save_row_animation as save_row_animation
 from mafsil.figures.base_map import save_placement as save_placement
 from mafsil.figures.block_diagram import save_block_diagram as save_block_diagram
 from mafsil.figures.block_diagram import save_response as save_response
+from mafsil.figures.configuration_space import save_configuration_space as save_configuration_space
 from mafsil.figures.configuration_surface import save_surface as save_surface
 from mafsil.figures.configurations import save_configurations as save_configurations
 from mafsil.figures.dh_frames import save_dh_frames as save_dh_frames

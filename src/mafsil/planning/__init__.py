@@ -3,7 +3,7 @@
 from mafsil.planning.approach import ApproachPlan as ApproachPlan
 from mafsil.planning.approach import plan_approach as plan_approach
 from mafsil.planning.arm_plan import ArmPlan as ArmPlan
-from mafsil.planning.arm_planning import ARM_PLANNERS as ARM_PLANNERS
+from mafsil.planning.arm_planners import ARM_PLANNERS as ARM_PLANNERS
 from mafsil.planning.arm_planning import plan as plan
 from mafsil.planning.arms_motion import ArmsMotion as ArmsMotion
 from mafsil.planning.arms_motion import TimedArm as TimedArm

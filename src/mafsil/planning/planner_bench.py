@@ -15,7 +15,9 @@ from mafsil.collision import Checker
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table
-from mafsil.planning.arm_planning import ARM_PLANNERS, plan
+from mafsil.planning.arm_planners import ARM_PLANNERS, CELLS
+from mafsil.planning.arm_planning import plan
+from mafsil.planning.cell_cover import MOST_MOVING
 from mafsil.planning.outcome import Plan, PlanningStatus
 from mafsil.planning.pipeline import find_path
 from mafsil.planning.problem import Problem
@@ -41,7 +43,10 @@ class Query:
     @property
     def planners(self) -> tuple[str, ...]:
         """Names of all planners that can be asked."""
-        return tuple(dict.fromkeys([*ARM_PLANNERS, *PLANNERS] if isinstance(self.space, Checker) else PLANNERS))
+        if isinstance(self.space, Problem):
+            return tuple(PLANNERS)
+        few = self.space.robot.n <= MOST_MOVING
+        return tuple(dict.fromkeys(name for name in (*ARM_PLANNERS, *PLANNERS) if few or name != CELLS))
 
     def asked(self, planner: str, seed: int, seconds: float, nodes: int, shorten: bool) -> Plan:
         """The answer of a planner; Ctrl-C goes on to who asked for the table.
