@@ -5,19 +5,36 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
-from mafsil.collision import Box, Capsule, Checker, Clearance, Contact, ConvexHull, Cylinder, Plane, Scene, Sphere
+from mafsil.collision import (
+    Box,
+    Capsule,
+    Checker,
+    Clearance,
+    Cone,
+    Contact,
+    ConvexHull,
+    Cylinder,
+    Plane,
+    Scene,
+    Sphere,
+)
 from mafsil.collision import Obstacle as Body
+from mafsil.collision.shapes import Geometry
 from mafsil.job.beside import Beside
 from mafsil.job.description import Collision, Grasp, Job, Obstacle, SceneFile, Tool
 from mafsil.job.equipment import UNNAMED_TOOL, Load, box_of_tool
+from mafsil.job.named_files import mesh_of
 from mafsil.job.neighbours import Neighbour, Neighbourhood, NeighbourMotion, standing_bodies
 from mafsil.job.payload import box_in_tip
 from mafsil.job.placed_parts import PlacedPart, Stay
 from mafsil.job.poses import pose_matrix
+from mafsil.job.reading import parse_scene
+from mafsil.job.text import text_of
 from mafsil.messages.visible import visible
 from mafsil.model import Mechanism
 from mafsil.model.skeleton import with_skeleton
@@ -127,6 +144,8 @@ class Surroundings:
                 attached=_hanging(load, kept),
                 margin=kept,
                 own_margin=self.rule.kept_of_itself(kept),
+                srdf=self.rule.srdf,
+                skip=self.rule.skip,
                 self_collision=itself,
             )
         return self._checkers[key]
@@ -234,14 +253,31 @@ class Surroundings:
             yield from around.clearances(q, t, motions, stays)
 
 
-def scene_of(file: Job | SceneFile) -> Scene:
+def scene_of(file: Job | SceneFile, folder: Path | None = None) -> Scene:
     """The obstacles of a file.
 
     Args:
         file: a job, or a file of obstacles alone.
+        folder: to which paths of meshes are relative; the present one if None.
+
+    Raises:
+        FileError: a mesh that cannot be read.
     """
-    degrees = file.angles == "degrees"
-    return Scene([body_of(each, k, degrees) for k, each in enumerate(file.obstacle)])
+    degrees, home = file.angles == "degrees", folder or Path()
+    return Scene([body_of(each, k, degrees, home) for k, each in enumerate(file.obstacle)])
+
+
+def scene_in(path: Path) -> Scene:
+    """The obstacles of a file that has them alone.
+
+    Args:
+        path: of the file.
+
+    Raises:
+        FileError: it, or a mesh that it names, cannot be read.
+        JobError: what is no obstacle.
+    """
+    return scene_of(parse_scene(text_of(path), path.name), path.parent)
 
 
 def with_shapes(mechanism: Mechanism) -> Mechanism:
@@ -253,15 +289,16 @@ def with_shapes(mechanism: Mechanism) -> Mechanism:
     return mechanism if any(link.collisions for link in mechanism.links) else with_skeleton(mechanism)
 
 
-def body_of(obstacle: Obstacle, index: int, degrees: bool) -> Body:
+def body_of(obstacle: Obstacle, index: int, degrees: bool, folder: Path) -> Body:
     """An obstacle of a job file.
 
     Args:
         obstacle: as the file has it.
         index: its number, where it has no name.
         degrees: unit of its angles.
+        folder: to which the path of a mesh is relative.
     """
-    geometry = Plane()
+    geometry: Geometry = Plane()
     if obstacle.box is not None:
         geometry = Box(obstacle.box)
     elif obstacle.sphere is not None:
@@ -270,6 +307,11 @@ def body_of(obstacle: Obstacle, index: int, degrees: bool) -> Body:
         geometry = Cylinder(*obstacle.cylinder)
     elif obstacle.capsule is not None:
         geometry = Capsule(*obstacle.capsule)
+    elif obstacle.cone is not None:
+        geometry = Cone(*obstacle.cone)
+    elif obstacle.mesh is not None:
+        mesh = mesh_of(obstacle, folder)
+        geometry = ConvexHull(mesh.vertices) if obstacle.hull else mesh
     T = pose_matrix(obstacle, degrees=degrees, orientation=np.eye(3))
     return Body(geometry, T, visible(obstacle.name) or f"obstacle[{index}]")
 
