@@ -104,7 +104,7 @@ def plan(
         written = export(timed.trajectory, out, _limits(arm), joints=arm.joint_names)
         data |= {"duration": timed.duration, "file": written.to_dict()}
         lines.append(written.explain())
-    return Answer(data, tuple(lines))
+    return Answer(data, tuple(lines), interrupted=found.interrupted)
 
 
 def _points(arm: Robot, found: ArmPlan, *, degrees: bool) -> list[Laid]:
