@@ -40,6 +40,7 @@ from mafsil.figures.parallel_robot import save_platform as save_platform
 from mafsil.figures.path_difficulties import save_path_difficulties as save_path_difficulties
 from mafsil.figures.phase_plane import save_phase_plane as save_phase_plane
 from mafsil.figures.pole import save_pole as save_pole
+from mafsil.figures.potential import save_potential as save_potential
 from mafsil.figures.profiles import save_profiles as save_profiles
 from mafsil.figures.screw_motion import save_screw_motion as save_screw_motion
 from mafsil.figures.search import save_search as save_search

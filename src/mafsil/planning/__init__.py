@@ -47,6 +47,7 @@ from mafsil.planning.polygons import PolygonWorld as PolygonWorld
 from mafsil.planning.polygons import minkowski_sum as minkowski_sum
 from mafsil.planning.potential_field import PotentialField as PotentialField
 from mafsil.planning.potential_field import disc as disc
+from mafsil.planning.potential_field import whole_arm as whole_arm
 from mafsil.planning.problem import Problem as Problem
 from mafsil.planning.quadtree import Quadtree as Quadtree
 from mafsil.planning.quadtree import quadtree as quadtree
