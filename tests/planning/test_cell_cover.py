@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from collections import deque
 
 import numpy as np
@@ -33,6 +34,10 @@ def test_a_link_between_two_posts_does_not_get_out():
         found = mf.plan(caught, None, [0.0, 0.0], goal, planner="cell_decomposition")
         assert found.status is PlanningStatus.SEPARATED
         assert "boxes" in found.explain("en")
+        assert found.reason in found.explain("en")
+        assert "صناديق" in found.explain("ar")
+        assert "turn" not in found.explain("ar"), "reasons are said again in the other language"
+        assert pickle.loads(pickle.dumps(found.reason)).explain("ar") == found.reason.explain("ar")
     within = mf.plan(caught, None, [0.0, 0.0], [0.2, 2.0], planner="cell_decomposition")
     assert within
     assert caught.check_path(within.path)

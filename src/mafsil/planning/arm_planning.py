@@ -16,7 +16,6 @@ from mafsil.collision import Checker, Obstacle, Scene
 from mafsil.errors import InputError
 from mafsil.geometry import Pose
 from mafsil.ik import inverse_kinematics
-from mafsil.messages import say
 from mafsil.model.loading import RobotLike
 from mafsil.model.placement import checked_poses
 from mafsil.planning.arm_limits import (
@@ -48,6 +47,7 @@ from mafsil.planning.kept_planning import Kept, search_kept
 from mafsil.planning.outcome import PlanningStatus
 from mafsil.planning.path_constraints import Constraint, kept_of
 from mafsil.planning.problem import Problem
+from mafsil.planning.reasons import Reason
 from mafsil.planning.roadmap import ArmRoadmap
 from mafsil.planning.search import PLANNERS
 from mafsil.planning.shortening import shortened
@@ -206,8 +206,9 @@ def _decided(
     found = replace(found, nodes=found.nodes + sure.boxes, seconds=found.seconds + perf_counter() - begun)
     if sure.separated:
         status = PlanningStatus.SEPARATED if moving.all() else found.status
-        proof = say("planning.boxes" if moving.all() else "planning.boxes_held", count=sure.boxes)
-        return replace(found, status=status, reason="; ".join(filter(None, [found.reason, proof])))
+        proof = Reason(("planning.boxes" if moving.all() else "planning.boxes_held", {"count": sure.boxes}))
+        reason = found.reason if isinstance(found.reason, Reason) else Reason()
+        return replace(found, status=status, reason=reason.and_then(proof))
     if sure.path is None:
         return found
     problem = Problem(*bounds, checker.free, checker.free_segment)
@@ -249,7 +250,7 @@ def _answer(
     seconds, reason = perf_counter() - begun, ""
     if path is None:
         held = held_of(checker, np.concatenate([q[None], goals]), moving)
-        reason = "; ".join(filter(None, [endless_joints(checker, held), held_joints(checker, held)]))
+        reason = endless_joints(checker, held).and_then(held_joints(checker, held))
     return ArmPlan(
         status, points, planner, states, looked_at, made, seconds, reason, checker, (), proofs, reached, kept,
         moving=moving,
