@@ -97,7 +97,8 @@ def test_files_beside_a_cell_in_another_folder_are_found(folder):
     arm += '<child link="b"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>'
     (folder / "cells" / "arm.urdf").write_text(arm)
     (folder / "cells" / "own.toml").write_text(
-        'robot = "arm.urdf"\n[[other_robot]]\nname = "o"\nrobot = "arm.urdf"\n[[obstacle]]\nmesh = "no.stl"\nposition = [0, 0, 0]\n'
+        'robot = "arm.urdf"\n[[other_robot]]\nname = "o"\nrobot = "arm.urdf"\n[[obstacle]]\nmesh = "no.stl"\n'
+        "position = [0, 0, 0]\n"
     )
     text = 'include = "cells/own.toml"\n[[move]]\njoints = [0.5]\n'
     job = parse(text, folder=folder)

@@ -8,7 +8,9 @@ import msgspec
 
 from mafsil.job.part import NotNegative, Part, Pose, Positive
 
-PlannerName: TypeAlias = Literal["rrt_connect", "lazy_prm_star", "trajectory_optimisation", "prm", "rrt_star"]
+PlannerName: TypeAlias = Literal[
+    "rrt_connect", "lazy_prm_star", "trajectory_optimisation", "cell_decomposition", "prm", "rrt_star"
+]
 """Planners of `mafsil.planning` for ways round obstacles."""
 
 

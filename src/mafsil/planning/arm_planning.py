@@ -203,7 +203,10 @@ def _decided(
     begun, limits = perf_counter(), checker.robot.limits
     is_open = ((goals >= limits.lower) & (goals <= limits.upper)).all(axis=1) & checker.free(goals)
     sure = cover(checker, bounds, q, goals[is_open], boxes, seconds)
-    found = replace(found, nodes=found.nodes + sure.boxes, seconds=found.seconds + perf_counter() - begun)
+    found = replace(
+        found, nodes=found.nodes + sure.boxes, configurations=found.configurations + sure.boxes,
+        seconds=found.seconds + perf_counter() - begun,
+    )  # fmt: skip
     if sure.separated:
         status = PlanningStatus.SEPARATED if moving.all() else found.status
         proof = Reason(("planning.boxes" if moving.all() else "planning.boxes_held", {"count": sure.boxes}))
