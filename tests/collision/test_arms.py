@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mafsil.collision import Arms, Box, Mounted, Obstacle, PathStatus, Scene, Sphere
+from mafsil.collision import Arms, Box, Checker, Mounted, Obstacle, PathStatus, Scene, Sphere
 from mafsil.errors import InputError, ModelError
 from mafsil.model.placement import rotation_z
 from tests.collision.arms import arm, scene
@@ -68,6 +68,28 @@ def test_all_arms_are_each_arm_alone_and_the_arms_among_each_other(pair, seed):
         if len(names - {""}) == 1:
             assert abs(contact.distance - single) < 1e-8
         assert bool(pair.free(row)) == (contact.distance > 0.0)
+
+
+@pytest.mark.capability("11-45")
+def test_an_arm_may_keep_less_from_itself_than_from_the_other_arm(pair):
+    """Free is what keeps 60 mm from the scene and the other arm, and 1 mm from itself; so do verdicts and proofs."""
+    cell = pair.with_margin(0.06, own=0.001)
+    q = cell.random_configurations(400)
+    wanted = pair.met_by_each_other(pair.names).distance(q).distance > 0.06
+    for name, rows in pair.parted(q).items():
+        alone = pair.alone(name)
+        itself, around = alone.with_scene([]), Checker(alone.robot, alone.scene, self_collision=False)
+        wanted &= (itself.distance(rows).distance > 0.001) & (around.distance(rows).distance > 0.06)
+        assert cell.alone(name).own_margin == 0.001
+    assert 0.02 < wanted.mean() < 0.98
+    assert (cell.free(q) == wanted).all()
+    assert (cell.with_margin(0.06, own=0.06).free(q) != wanted).any()
+    assert [bool(cell.check(row)) for row in q[:40]] == wanted[:40].tolist()
+    there = q[:60] + np.random.default_rng(1).normal(size=(60, 12)) * 0.05
+    proved = cell.free_segment(q[:60], there)
+    dense = np.linspace(q[:60], there, 30).reshape(-1, 12)
+    assert (cell.free(dense).reshape(30, 60).all(axis=0) == proved).all()
+    assert Arms([Mounted("one", pair.robots["left"])], margin=0.02, own_margin=0.0).alone("one").own_margin == 0.0
 
 
 @pytest.mark.capability("11-45")

@@ -55,3 +55,12 @@ def test_a_branch_that_the_arm_does_not_have_is_refused_with_those_it_has():
         parse(line)
     with pytest.raises(JobError, match="elbow"):
         parse(JOB.format(pose=POSE, branch='elbow = "left"'))
+
+
+def test_a_limit_of_an_arm_of_few_joints_is_named():
+    """The pose needs joint 2 of the SCARA at 1.63 rad, beyond its range: no word of too few joints."""
+    text = 'robot = "cobra600"\n[[move]]\npose = { position = [0.4, 0.1, 0.1], rpy = [3.141592653589793, 0, 0] }\n'
+    refused = prepare(parse(text), text, Path())
+    assert isinstance(refused, Refusal)
+    assert "beyond the joint limits" in refused.explain("en")
+    assert "joint2 at 1.63" in refused.explain("en")

@@ -91,6 +91,25 @@ def test_a_whole_job_with_a_cell_runs_and_its_copy_runs_beside_it(folder, tmp_pa
     np.testing.assert_array_equal(again.recording.q, run.recording.q)
 
 
+def test_files_beside_a_cell_in_another_folder_are_found(folder):
+    """A robot, another one, and the mesh of an obstacle lie beside the cell, and nothing of that beside the job."""
+    arm = '<robot name="arm"><link name="a"/><link name="b"/><joint name="j" type="revolute"><parent link="a"/>'
+    arm += '<child link="b"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>'
+    (folder / "cells" / "arm.urdf").write_text(arm)
+    (folder / "cells" / "own.toml").write_text(
+        'robot = "arm.urdf"\n[[other_robot]]\nname = "o"\nrobot = "arm.urdf"\n[[obstacle]]\nmesh = "no.stl"\n'
+        "position = [0, 0, 0]\n"
+    )
+    text = 'include = "cells/own.toml"\n[[move]]\njoints = [0.5]\n'
+    job = parse(text, folder=folder)
+    beside = str((folder / "cells" / "arm.urdf").resolve())
+    assert (job.robot, job.other_robot[0].robot, job.obstacle[0].mesh) == (beside, beside, "no.stl")
+    (folder / "cells" / "own.toml").write_text('robot = "planar2r"\n[collision]\nsrdf = "arm.urdf"\n')
+    job = parse(text, folder=folder)
+    assert job.collision is not None
+    assert (job.robot, job.collision.srdf) == ("planar2r", beside)
+
+
 def test_cells_include_cells_relative_to_themselves(folder):
     (folder / "cells" / "parts.toml").write_text("[part.cube]\nmass = 0.1\n")
     (folder / "cells" / "cell.toml").write_text('include = ["parts.toml"]\n' + CELL)

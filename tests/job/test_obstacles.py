@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.collision import Checker
+from mafsil.collision import Checker, Reason
 from mafsil.errors import JobError
 from mafsil.job import solve
 from mafsil.job.judgement import summary
@@ -18,6 +18,7 @@ from mafsil.job.remark import Refusal
 from mafsil.job.run import Run
 from mafsil.job.solve import prepare
 from mafsil.report.contents import page
+from mafsil.report.replay import replay_scene
 from mafsil.report.results import as_data
 
 EXAMPLE = (Path(__file__).parents[2] / "examples" / "jobs" / "around_a_wall_panda.toml").read_text("utf-8")
@@ -229,3 +230,73 @@ def test_a_clearance_that_the_arm_never_keeps_from_itself_is_said():
     assert (checker.margin, checker.own_margin) == (pytest.approx(0.02), pytest.approx(0.005))
     touching = allowed.replace("own_clearance = 5", "own_clearance = 12")
     assert isinstance(prepare(parse(touching), touching, Path()), Refusal)
+
+
+CELL = """
+robot = "planar3r"
+
+[collision]
+avoid = true
+skip = [["link1", "link3"]]
+
+[start]
+joints = [0.2, 0.9, 0.3]
+
+[[obstacle]]
+name = "casting"
+mesh = "casting.stl"
+scale = 0.001
+hull = true
+position = [1.2, 1.2, 0.0]
+
+[[obstacle]]
+name = "sheet"
+mesh = "casting.stl"
+scale = 0.001
+position = [-1.2, -1.2, 0.0]
+
+[[obstacle]]
+name = "hopper"
+cone = [0.1, 0.4]
+position = [0.0, -1.8, 0.0]
+
+[[move]]
+joints = [1.6, 0.4, 0.2]
+"""
+
+
+@pytest.mark.capability("11-50")
+def test_meshes_cones_and_pairs_that_are_left_out(tmp_path: Path) -> None:
+    """A tetrahedron of 200 mm in millimetres stands in the way as its hull; what cannot be is named with its line."""
+    corners = [(-100, -100, -100), (100, -100, -100), (0, 100, -100), (0, 0, 200)]
+    facets = [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]
+    rows = [f"vertex {x} {y} {z}" for face in facets for x, y, z in (corners[k] for k in face)]
+    threes = ["\n".join(rows[k : k + 3]) for k in (0, 3, 6, 9)]
+    loops = [f"facet normal 0 0 0\nouter loop\n{three}\nendloop\nendfacet" for three in threes]
+    (tmp_path / "casting.stl").write_text("\n".join(["solid casting", *loops, "endsolid casting"]))
+    run = solve(parse(CELL), CELL, tmp_path)
+    assert isinstance(run, Run)
+    assert run, run.explain("en")
+    assert "casting" in run.explain("en")
+    around = run.plan.surroundings
+    assert around is not None
+    kinds = [type(each.geometry).__name__ for each in around.obstacles]
+    assert kinds == ["ConvexHull", "TriangleMesh", "Cone"]
+    checker = around.checker(run.plan.legs[0].load)
+    listed = [(each.first, each.second) for each in checker.skipped if each.reason is Reason.LISTED]
+    assert listed == [("link1", "link3")]
+    hull, sheet, hopper = (body.solids[0] for body, _ in replay_scene(run).fixed)
+    for solid, count in ((hull, 4), (sheet, 4), (hopper, 46)):
+        assert solid.surface is not None
+        assert len(solid.surface.faces) == count
+        a, b, c = (solid.surface.vertices[solid.surface.faces[:, k]] for k in range(3))
+        assert (np.cross(b - a, c - a) * (a - solid.surface.vertices.mean(axis=0))).sum(axis=1).min() > 0.0
+    wrong = {
+        CELL.replace('"casting.stl"\nscale = 0.001\nh', '"cast.stl"\nh'): r":13: obstacle\[1\].mesh.*cast.stl",
+        CELL.replace('mesh = "casting.stl"\n', "sphere = 0.1\n", 1): ":14: scale has an effect beside a mesh",
+        CELL.replace("scale = 0.001", "scale = 1.0", 1): "300 m across.*scale = 0.001",
+        CELL.replace("skip", 'srdf = "arm.srdf"\nskip'): "collision.srdf.*arm.srdf",
+    }
+    for text, sentence in wrong.items():
+        with pytest.raises(mf.MafsilError, match=sentence):
+            solve(parse(text), text, tmp_path)

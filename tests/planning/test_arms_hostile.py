@@ -24,12 +24,16 @@ PLANNERS = ("rrt_connect", "lazy_prm_star", "trajectory_optimisation")
 
 @pytest.fixture(scope="module")
 def parted():
-    """An arm of two links in a plane that cannot go from one side to the other, and an end on each side."""
+    """An arm of four links in a plane that cannot go from one side to the other, and an end on each side."""
     plates = [
         Obstacle(Box((2.4, 0.02, 0.5)), (1.4, 0.0, 0.0), "before"),
         Obstacle(Box((2.4, 0.02, 0.5)), (-1.4, 0.0, 0.0), "behind"),
     ]
-    return Checker("planar2r", plates, radius=0.03, self_collision=False), np.array([0.7, 0.1]), np.array([-0.7, 0.1])
+    home = np.eye(4)
+    home[0, 3] = 2.0
+    arm = mf.Robot.from_screws([[0, 0, 1, 0, -x, 0] for x in (0.0, 0.5, 1.0, 1.5)], home)
+    start, goal = np.array([0.7, 0.1, 0.0, 0.0]), np.array([-0.7, 0.1, 0.0, 0.0])
+    return Checker(arm, plates, radius=0.03, self_collision=False), start, goal
 
 
 @pytest.fixture(scope="module")

@@ -15,8 +15,9 @@ from mafsil.collision import Box, Checker, Obstacle, Sphere, TriangleMesh
 from mafsil.job import parse, solve
 from mafsil.job.judgement import summary
 from mafsil.job.solve import prepare
-from mafsil.planning import PlanningStatus, Problem, find_path, roadmap_loops, search
+from mafsil.planning import PlanningStatus, Problem, arm_planners, find_path, roadmap_loops, search
 from mafsil.planning.interruption import is_interruption
+from mafsil.planning.problem import length_of
 from mafsil.report.results import as_data
 
 A = np.array([0.8, -0.3, 0.0, -2.2, 0.0, 1.9, 0.8])
@@ -136,6 +137,22 @@ def test_a_time_out_says_so_and_planners_that_improve_give_their_best(arm):
         assert plan
         assert not plan.interrupted
         assert plan.seconds < 2.0
+
+
+def test_ctrl_c_in_searches_from_other_seeds_ends_with_the_best_of_them(arm, monkeypatch):
+    real, made = arm_planners.rrt_connect, []
+
+    def stopped(asked):
+        if len(made) == 4:
+            raise KeyboardInterrupt
+        made.append(real(asked))
+        return made[-1]
+
+    monkeypatch.setattr(arm_planners, "rrt_connect", stopped)
+    plan = mf.plan(arm, [WALL], A, B, planner="lazy_prm_star", seconds=20.0)
+    assert plan.interrupted
+    assert plan.seconds < 10.0
+    assert plan.length == min(length_of(path) for path, _, _ in made)
 
 
 def test_ctrl_c_keeps_the_best_so_far(arm, monkeypatch):

@@ -18,6 +18,7 @@ from mafsil.planning import (
     PotentialField,
     Problem,
     avoid_moving,
+    cell_decomposition,
     configuration_space,
     coordinate,
     disc,
@@ -71,6 +72,55 @@ def test_visibility_is_never_longer_than_a_search(seed):
     assert search.length <= exact.length * 1.3
     for a, b in pairwise(search.path):
         assert world.free(a + np.linspace(0, 1, 200)[:, None] * (b - a)).all()
+
+
+@pytest.mark.capability("11-43")
+def test_a_corner_on_the_border_is_passed():
+    """The diamond's lowest corner is on the border: the way bends there once, and is not led along an edge."""
+    world = PolygonWorld.of([-5, -5], [5, 5], [[[3, -5], [4, -4], [3, -3], [2, -4]]])
+    a, corner, b = np.array([4.3, -4.5]), np.array([3.0, -5.0]), np.array([-3.5, -3.6])
+    over = np.linalg.norm(a - corner) + np.linalg.norm(corner - b)
+    assert visibility_path(world, a, b).length == pytest.approx(over, rel=1e-12)
+
+
+@pytest.mark.capability("11-43")
+def test_trapezoids_round_a_square():
+    """Left, below, above, right of a square of area 4 in a room of area 100; a wall across separates."""
+    found = cell_decomposition(ONE)
+    heights = found.cells[:, (3, 2), 1] - found.cells[:, (0, 1), 1]
+    areas = (found.cells[:, 1, 0] - found.cells[:, 0, 0]) * heights.mean(axis=1)
+    np.testing.assert_allclose(np.sort(areas), [8.0, 8.0, 40.0, 40.0])
+    assert len(found.doors) == 4
+    way = found.path([-3, 0], [3, 0])
+    assert way.length == pytest.approx(2 * (np.sqrt(13) + 1), rel=1e-12)
+    assert found.path([0, 0], [3, 0]).status is PlanningStatus.START_BLOCKED
+    assert found.path([3, 0], [9, 0]).status is PlanningStatus.GOAL_BLOCKED
+    assert cell_decomposition(WALLED).path([0, 2], [0, -2]).status is PlanningStatus.SEPARATED
+
+
+@settings(deadline=None, max_examples=8)
+@given(st.integers(0, 2**32 - 1))
+@pytest.mark.capability("11-43")
+def test_trapezoids_fill_what_is_free_and_find_a_way_where_the_visibility_graph_does(seed):
+    """Squares at random places, or at whole numbers, where they share edges and corners, and stand over the border."""
+    rng = np.random.default_rng(seed)
+    centres = rng.uniform(-5, 5, (6, 2))
+    if seed % 2:
+        polygons = [
+            np.round(c) + size * np.array(SQUARE) for c, size in zip(centres, rng.integers(1, 3, 6), strict=True)
+        ]
+    else:
+        polygons = [c + 1.5 * SQUARE_AT(rng) for c in centres]
+    world = PolygonWorld.of([-5, -5], [5, 5], polygons)
+    found, points = cell_decomposition(world), rng.uniform(-5, 5, (60, 2))
+    free = world.free(points)
+    assert [bool(found.holding(point)) for point in points] == free.tolist()
+    some = points[free]
+    for a, b in zip(some[:6:2], some[1:6:2], strict=False):
+        way, shortest = found.path(a, b), visibility_path(world, a, b)
+        assert way.status is shortest.status
+        assert way.length >= shortest.length * (1 - 1e-9) or not way
+        assert all(world.free_segment(p, q) for p, q in pairwise(way.path))
 
 
 def SQUARE_AT(rng):

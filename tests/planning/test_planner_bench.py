@@ -50,6 +50,21 @@ def test_all_planners_answer_the_same_question():
 
 
 @pytest.mark.capability("11-50")
+def test_ctrl_c_keeps_the_planners_that_have_answered(monkeypatch):
+    def stopped(problem, start, goals, budget):
+        raise KeyboardInterrupt
+
+    monkeypatch.setitem(PLANNERS, "stopped", stopped)
+    found = bench_planners([point()], ["rrt_connect", "stopped", "prm"], seeds=(0,), seconds=5.0)
+    assert found.interrupted
+    assert not found
+    assert [each.planner for each in found] == ["rrt_connect"]
+    assert "interrupted" in found.explain("en")
+    with pytest.raises(KeyboardInterrupt):
+        bench_planners([point()], ["stopped"], seeds=(0,))
+
+
+@pytest.mark.capability("11-50")
 def test_what_is_not_solved_is_said_with_its_reason():
     walled = point(free=lambda q: np.abs(q[:, 0]) > 0.1)
     blocked = point(goal=(0.0, 0.0))

@@ -78,12 +78,13 @@ def bench(
             queries = queries_of(planned[1])
             found = bench_planners(queries, planners or (), seeds=range(searches), seconds=budget, progress=bar.update)
             hardest = int(np.argmax(sum(each.nodes.mean(axis=1) for each in found)))
-            pictures = _replayed(queries[hardest], [each.planner for each in found], budget, replay)
+            names = [] if found.interrupted else [each.planner for each in found]
+            pictures = _replayed(queries[hardest], names, budget, replay)
             head, rows = found.columns()
             shown = ["", *(say(f"cli.bench_{name}") for name in head[1:])]
             lines = [say("cli.bench_planners_table", moves=len(queries), seeds=len(found.seeds))]
             lines += [*(Laid(line) for line in table(shown, rows)), *found.explain().splitlines(), *pictures]
-            return Answer({**found.to_dict(), "pictures": pictures}, tuple(lines))
+            return Answer({**found.to_dict(), "pictures": pictures}, tuple(lines), interrupted=found.interrupted)
         bar.enter("stage_simulating")
         laid = bench_laws(asked, text, *planned, laws or None, bar.update)
     _, rows = laid.columns()

@@ -16,9 +16,7 @@ from mafsil.collision import Scene
 from mafsil.csv_table import read_csv_table
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
-from mafsil.job.reading import parse_scene
-from mafsil.job.surroundings import scene_of
-from mafsil.job.text import text_of
+from mafsil.job.surroundings import scene_in
 from mafsil.planning import BasePlacement
 from mafsil.planning import place as place_base
 from mafsil.robot import Robot, load
@@ -59,7 +57,7 @@ def place(
         MafsilError: no such robot or file, numbers out of range.
     """
     arm = load(robot, tip=tip)
-    around = Scene() if scene is None else scene_of(parse_scene(text_of(Path(scene)), Path(scene).name))
+    around = Scene() if scene is None else scene_in(Path(scene))
     found = place_base(
         arm, _targets(targets, degrees=degrees), scene=around,
         region=(_ends("--x", x), _ends("--y", y)),

@@ -15,9 +15,7 @@ from mafsil.cli.typed_pose import typed_pose
 from mafsil.collision import Checker, Scene
 from mafsil.errors import InputError
 from mafsil.geometry import Pose
-from mafsil.job.reading import parse_scene
-from mafsil.job.surroundings import scene_of, with_shapes
-from mafsil.job.text import text_of
+from mafsil.job.surroundings import scene_in, with_shapes
 from mafsil.messages import say
 from mafsil.planning import ArmPlan
 from mafsil.planning import plan as plan_path
@@ -77,7 +75,7 @@ def plan(
         if pose
         else joint_values("goal", goal, arm.mechanism, degrees=degrees)
     )
-    around = Scene() if scene is None else scene_of(parse_scene(text_of(Path(scene)), Path(scene).name))
+    around = Scene() if scene is None else scene_in(Path(scene))
     margin = 0.0 if clearance is None else number("--clearance", clearance)
     among_itself = None if own_clearance is None else number("--own-clearance", own_clearance)
     budget = 10.0 if seconds is None else number("--seconds", seconds)
@@ -106,7 +104,7 @@ def plan(
         written = export(timed.trajectory, out, _limits(arm), joints=arm.joint_names)
         data |= {"duration": timed.duration, "file": written.to_dict()}
         lines.append(written.explain())
-    return Answer(data, tuple(lines))
+    return Answer(data, tuple(lines), interrupted=found.interrupted)
 
 
 def _points(arm: Robot, found: ArmPlan, *, degrees: bool) -> list[Laid]:

@@ -159,7 +159,14 @@ OPERATIONS: tuple[Operation, ...] = (
             Parameter(
                 "planner",
                 "text",
-                choices=("rrt_connect", "prm", "rrt_star", "lazy_prm_star", "trajectory_optimisation"),
+                choices=(
+                    "rrt_connect",
+                    "prm",
+                    "rrt_star",
+                    "lazy_prm_star",
+                    "trajectory_optimisation",
+                    "cell_decomposition",
+                ),
             ),
             Parameter("srdf", "path", reads=True),
             Parameter("moving", "text", many=True, metavar="JOINT"),

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import JointVector, as_batch
+from mafsil.arrays import Floats, JointVector, as_batch
 from mafsil.collision.bodies import Body
 from mafsil.collision.checker import Checker
 from mafsil.collision.joints import joints_of
@@ -60,6 +60,7 @@ class Arms(Checker):
         arms: each with its base pose.
         scene: a Scene, or its obstacles, around all of them.
         margin: clearance below which anything counts as colliding [m].
+        own_margin: the same between bodies of one arm, as for `Checker`; `margin` if None [m].
         samples, seed: as for `Checker`, for the pairs within each arm.
 
     Attributes:
@@ -77,6 +78,7 @@ class Arms(Checker):
         scene: Scene | Iterable[Obstacle] = (),
         *,
         margin: float = 0.0,
+        own_margin: float | None = None,
         samples: int = 1000,
         seed: int = 0,
     ) -> None:
@@ -85,12 +87,13 @@ class Arms(Checker):
         if not given or len(set(self.names)) < len(given):
             raise InputError("collision.arm_names", names=", ".join(self.names) or "-")
         scene = scene if isinstance(scene, Scene) else Scene(scene)
-        self._alone = {each.name: _alone(each, scene, margin, samples, seed) for each in given}
+        self._alone = {each.name: _alone(each, scene, (margin, own_margin), samples, seed) for each in given}
         self.robots: dict[str, Robot] = {name: checker.robot for name, checker in self._alone.items()}
         mechanisms = [(name, robot.mechanism, robot.mechanism.T_sb) for name, robot in self.robots.items()]
         self.robot = as_robot(mounted_together(mechanisms))
         self.scene, self.samples, self.seed = scene, samples, seed
-        self.margin = self._alone[self.names[0]].margin
+        one = self._alone[self.names[0]]
+        self.margin, self._own_margin = one.margin, one._own_margin
         self.columns: dict[str, slice] = {}
         bodies, still, links, n = list[Body](), list[tuple[bool, ...]](), 1, 0
         self._skipped: dict[tuple[int, int], Reason] = {}
@@ -124,7 +127,7 @@ class Arms(Checker):
             InputError: there is none of that name.
         """
         self._require(name)
-        return self._alone[name].with_scene(self.scene)
+        return self._alone[name].with_scene(self.scene).with_margin(self.margin, own=self._own_margin)
 
     def among(self, names: Iterable[str], moving: Iterable[str] | None = None) -> Self:
         """The same coordinates with some of the arms only: what the others meet does not count.
@@ -208,6 +211,14 @@ class Arms(Checker):
         """The arm that a body of an answer belongs to; empty for an obstacle."""
         return next((name for name in self.names if body.startswith(f"{name}/")), "")
 
+    def margins(self) -> Floats:
+        """Bodies of different arms keep what they keep from everything else."""
+        margins, owner = super().margins(), self._owners()
+        pairs: list[list[int]] = self.arm.pairs.tolist()
+        different = [owner[a] != owner[b] for a, b in pairs]
+        margins[1:][different] = self.margin
+        return margins
+
     @cached_property
     def between(self) -> Arm:
         """The bodies with pairs of different arms only, as the compiled loops read them."""
@@ -219,12 +230,12 @@ class Arms(Checker):
             raise InputError("collision.no_arm", name=name, known=", ".join(self.names))
 
 
-def _alone(arm: Mounted, scene: Scene, margin: float, samples: int, seed: int) -> Checker:
+def _alone(arm: Mounted, scene: Scene, margins: tuple[float, float | None], samples: int, seed: int) -> Checker:
     """The checker of one arm at its base pose."""
     mechanism = as_robot(arm.robot).mechanism
     if arm.T_sb is not None:
         mechanism = replace(mechanism, T_sb=placed(arm.name, arm.T_sb))
     return Checker(
-        mechanism, scene, attached=arm.attached, margin=margin, srdf=arm.srdf, skip=arm.skip,
+        mechanism, scene, attached=arm.attached, margin=margins[0], own_margin=margins[1], srdf=arm.srdf, skip=arm.skip,
         self_collision=arm.self_collision, radius=arm.radius, samples=samples, seed=seed,
     )  # fmt: skip

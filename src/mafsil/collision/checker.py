@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 from math import prod
 from pathlib import Path
@@ -180,9 +180,7 @@ class Checker:
         poses = next(laid_arm.poses_in_parts(self.robot, rows))[1]
         out, who = np.zeros((MOST_CONTACTS, 10)), np.zeros((MOST_CONTACTS, 2), np.int64)
         around = self.scene.surroundings
-        count = distance_loops.contacts(
-            self.arm, poses[0], around, self.margin, self.own_margin, len(self.scene), out, who
-        )
+        count = distance_loops.contacts(self.arm, poses[0], around, self.margins(), len(self.scene), out, who)
         if count:
             order = np.argsort(out[:count, 0])
             contacts = tuple(self._contact(out[k], who[k]) for k in order)
@@ -250,7 +248,11 @@ class Checker:
         return codes, t, evaluations, batch
 
     def largest_way(self, change: ArrayLike, largest: ArrayLike) -> float:
-        """How far any point of the arm can move when the coordinates change [m]; an upper bound.
+        """How far any point of the arm can move when the coordinates change [m]; arguments as `largest_ways`."""
+        return float(self.largest_ways(change, largest).max(initial=0.0))
+
+    def largest_ways(self, change: ArrayLike, largest: ArrayLike) -> Floats:
+        """(b,) how far any point of each body can move when the coordinates change [m]; upper bounds.
 
         Args:
             change: (n,) largest change of each coordinate [rad | m].
@@ -261,7 +263,7 @@ class Checker:
         rates = np.abs(motion.joints[:, 2]) * dq[motion.joints[:, 1].astype(np.int64)]
         reach = motion.reach + motion.stretch @ most + motion.joints[:, 4:5]
         lever = np.where(motion.joints[:, 3:4] != 0.0, reach, 1.0)
-        return float((rates[:, None] * lever * motion.moves).sum(axis=0).max(initial=0.0))
+        return (rates[:, None] * lever * motion.moves).sum(axis=0)
 
     def world(self) -> World:
         """All that compiled loops ask whether a motion is free, with arrays of this thread alone."""
@@ -280,7 +282,7 @@ class Checker:
         """As `workshop`; who proves nothing does not wait until proofs are compiled."""
         here = get_ident(), False
         if here not in self._workshops:
-            self._workshops[here] = self.laid.workshop(self.scene, self.margin, self.own_margin)
+            self._workshops[here] = self.laid.workshop(self.scene, self.margins())
             segment_loops.be_able_to_tell(self._workshops[here])
         return self._workshops[here]
 
@@ -353,6 +355,30 @@ class Checker:
         other.scene = scene if isinstance(scene, Scene) else Scene(scene)
         return other
 
+    def checking(self, bodies: Sequence[int], pairs: Sequence[int]) -> Self:
+        """The same arm and scene, where only some bodies count among the surroundings, and only some pairs of them.
+
+        Args:
+            bodies: indices into `bodies`.
+            pairs: indices of the pairs that are checked, rows of `arm.pairs`.
+        """
+        table, others = self.arm.bodies.copy(), np.setdiff1d(np.arange(len(self.bodies)), bodies)
+        table[others, 3] = table[others, 1]
+        return self._with_arm(self.arm._replace(bodies=table, pairs=self.arm.pairs[np.asarray(pairs, np.int64)]))
+
+    def hits(self, q: ArrayLike) -> Truth:
+        """(*batch, obstacles + 1) which obstacles of the scene the arm is within the margin of, and, last, itself.
+
+        Args:
+            q: (*batch, n) joint coordinates [rad | m].
+
+        Raises:
+            InputError: a wrong shape, NaN or infinities.
+        """
+        around = self.checking(range(len(self.bodies)), ())
+        checkers = [*(around.with_scene([each]) for each in self.scene), self.with_scene(())]
+        return np.stack([each.in_collision(q) for each in checkers], axis=-1)
+
     def _with_arm(self, arm: Arm) -> Self:
         """The same in the same scene with other pairs, or other pieces that the surroundings matter to."""
         other = self.with_scene(self.scene)
@@ -374,6 +400,10 @@ class Checker:
         if own is not None:
             other._own_margin = _not_negative("own_margin", own)
         return other
+
+    def margins(self) -> Floats:
+        """(1 + pairs,) clearances to keep from the surroundings, and between the bodies of each pair of `arm` [m]."""
+        return np.array([self.margin, *[self.own_margin] * len(self.arm.pairs)])
 
     def _pairs(self) -> list[tuple[int, int]]:
         count = len(self.bodies)

@@ -20,7 +20,7 @@ from mafsil.collision.pair_loops import ROW, separation
 from mafsil.collision.speed_loops import Motion
 from mafsil.collision.support_loops import body_of, product
 from mafsil.collision.tree_loops import Surroundings
-from mafsil.collision.workshop_loops import Workshop, World, pose_lanes_of
+from mafsil.collision.workshop_loops import FROM_ITSELF, FROM_SURROUNDINGS, Workshop, World, pose_lanes_of
 from mafsil.solvers.held_loops import Held, opened
 from mafsil.solvers.lane_loops import WIDTH, get, in_lanes, put, seen
 from mafsil.solvers.loops import compiled, inlined, uncounted
@@ -197,7 +197,7 @@ def gradients(motion: Motion, poses: Floats, rows: Floats, who: NDArray[np.int64
 
 @compiled
 def contacts(
-    arm: Arm, poses: Floats, around: Surroundings, margin: float, own_margin: float, obstacles: int, out: Floats,
+    arm: Arm, poses: Floats, around: Surroundings, margin: Floats, obstacles: int, out: Floats,
     who: NDArray[np.int64],
 ) -> int:  # fmt: skip
     """Every pair of one state that is within a margin, with its deepest place; how many there are.
@@ -209,17 +209,21 @@ def contacts(
 
     Args:
         poses: (L, 4, 4).
-        margin, own_margin: from the surroundings, and between bodies of the arm [m].
+        margin: (1 + pairs,) as in `World` [m].
         obstacles: how many there are.
         out, who: (k, ROW), (k, 2) as in `distances`; rows beyond the last are not written.
     """
     s, row, count = scratch_for(arm), np.zeros(ROW), 0
     deepest, place = np.full(obstacles, np.inf), np.zeros((obstacles, ROW))
-    over = just_above(margin)
+    around_margin = margin[FROM_SURROUNDINGS]
+    over = just_above(around_margin)
     place_bodies(arm, poses, s)
     for b in range(len(arm.bodies)):
         # 1.
-        if arm.bodies[b, 3] == arm.bodies[b, 1] or gap_around(arm, b, poses, around, over, margin, s) > margin:
+        if (
+            arm.bodies[b, 3] == arm.bodies[b, 1]
+            or gap_around(arm, b, poses, around, over, around_margin, s) > around_margin
+        ):
             continue
         # 2.
         deepest[:] = np.inf
@@ -240,9 +244,9 @@ def contacts(
                 out[count], who[count, 0], who[count, 1] = place[k], b, k
                 count += 1
     # 4.
-    over = just_above(own_margin)
     for k in range(len(arm.pairs)):
-        a, b = arm.pairs[k, 0], arm.pairs[k, 1]
+        a, b, own_margin = arm.pairs[k, 0], arm.pairs[k, 1], margin[FROM_ITSELF + k]
+        over = just_above(own_margin)
         if count == len(out) or gap_between(arm, a, b, poses, over, own_margin, s) > own_margin:
             continue
         if separation_between(arm, a, b, poses, over, s, row):

@@ -82,14 +82,14 @@ class LaidArm:
         regions = Regions(self.robot.mechanism, self._joints, self.arm, limits.lower, limits.upper)
         return clearance_tables.clearances_of(self.arm, self.motion, regions, limits, self._poses)
 
-    def workshop(self, scene: Scene, margin: float, own_margin: float) -> Held[Workshop]:
-        """What this thread asks about the arm in a scene, with clearances from that and from itself [m]."""
+    def workshop(self, scene: Scene, margin: Floats) -> Held[Workshop]:
+        """What this thread asks about the arm in a scene, with clearances (1 + pairs,) as in `World` [m]."""
         around, thread = scene.surroundings, get_ident()
         few = layout.few_around(self.regions, self.arm, around)
-        keep, entries = np.array([margin, own_margin]), np.zeros(4, np.int64)
+        entries = np.zeros(4, np.int64)
         world = World(
             self.arm, around, self.groups, few, self.clearances, self._kinematics_here(), self.motion,
-            layout.everything(self.arm, around), keep, entries,
+            layout.everything(self.arm, around), margin, entries,
         )  # fmt: skip
         if thread not in self._benches:
             self._benches[thread] = bench_for(world)

@@ -211,7 +211,7 @@ def meets_around(
                     hits = lane_bits(within_reach(B, j, ball, lanes(radius + margin))) & bits
                     found |= bits | (hits << WIDTH)
                 else:
-                    found |= lane_by_lane(shop, i, int(body[0]), j, -1, way, bits)  # 3
+                    found |= lane_by_lane(shop, i, int(body[0]), j, -1, FROM_SURROUNDINGS, way, bits)  # 3
                 if (found >> WIDTH) == wanted:
                     return found
     return found
@@ -222,17 +222,18 @@ def bodies_near(world: World, k: int, M: Lanes, bench: Bench) -> int:
     """Bits of the lanes in which the bodies of pair k may be within margin + M: by their balls, and by a table."""
     balls, bodies, known = seen(bench.s.balls), world.arm.bodies, world.known
     a, b, t = world.arm.pairs[k, 0], world.arm.pairs[k, 1], known.table[k]
-    reach = M + (bodies[a, 7] + bodies[b, 7] + world.margin[FROM_ITSELF])
+    margin = world.margin[FROM_ITSELF + k]
+    reach = M + (bodies[a, 7] + bodies[b, 7] + margin)
     near = balls_meet(part(balls, 3 * a), part(balls, 3 * b), reach)
     if t >= 0 and any_lane(near):
-        near = near & (clearance(known, k, part(seen(bench.cells), t)) <= M + world.margin[FROM_ITSELF])
+        near = near & (clearance(known, k, part(seen(bench.cells), t)) <= M + margin)
     return lane_bits(near)
 
 
 @inlined
-def _pieces_near(world: World, a: int, b: int, M: Lanes, wanted: int, s: LaneScratch) -> int:
+def _pieces_near(world: World, a: int, b: int, margin: float, M: Lanes, wanted: int, s: LaneScratch) -> int:
     """Pieces of body a within margin + M of the ball around body b in some lane, by their balls; how many."""
-    arm, margin = world.arm, world.margin[FROM_ITSELF]
+    arm = world.arm
     place_pieces_in_lanes(arm, a, s)
     A, bodies, balls, count = arm.pieces, len(arm.bodies), seen(s.balls), 0
     for i in range(int(arm.bodies[a, 1]), int(arm.bodies[a, 2])):
@@ -266,12 +267,12 @@ def meets_itself(
         wanted: bits of the lanes that matter; those of `bodies_near`.
         M, h, moving, bench: as in `meets_around`.
     """
-    arm, margin, motion, speeds, s = world.arm, world.margin[FROM_ITSELF], world.motion, bench.speeds, bench.s
+    arm, margin, motion, speeds, s = world.arm, world.margin[FROM_ITSELF + k], world.motion, bench.speeds, bench.s
     A, bodies, balls, found = arm.pieces, len(arm.bodies), seen(s.balls), 0
     a, b, since = arm.pairs[k, 0], arm.pairs[k, 1], motion.common[k]
     if not moving and _few_lanes_meet(arm, a, b, wanted):
         return call_by_lanes(world.entries[ITSELF_BY_LANES], shop, k, wanted)[0]
-    count = _pieces_near(world, b, a, M, wanted, s)  # 1
+    count = _pieces_near(world, b, a, margin, M, wanted, s)  # 1
     if count == 0:
         return 0
     place_pieces_in_lanes(arm, a, s)
@@ -295,7 +296,7 @@ def meets_itself(
             if A.rows[i, 0] == POINT and A.rows[j, 0] == POINT:  # 2
                 found |= bits | ((lane_bits(balls_meet(ball, other, lanes(reach))) & bits) << WIDTH)
             else:
-                found |= lane_by_lane(shop, i, p, j, q, way, bits)  # 3
+                found |= lane_by_lane(shop, i, p, j, q, FROM_ITSELF + k, way, bits)  # 3
             if (found >> WIDTH) == wanted:
                 return found
     return found

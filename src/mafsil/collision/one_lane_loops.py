@@ -71,7 +71,8 @@ def _meets_around(shop: Held[Workshop], b: int, lane: int, count: int) -> bool:
             if around.rows[j, 0] not in (HULL, CONE) and near & members[group, BALLS]:  # 2
                 return True
             for i in range(WIDTH):
-                if (near >> i) & 1 and exact_answer(shop, first + g * WIDTH + i, link, j, -1, 0.0, lane) == MEETS:
+                piece = first + g * WIDTH + i
+                if (near >> i) & 1 and exact_answer(shop, piece, link, j, -1, FROM_SURROUNDINGS, 0.0, lane) == MEETS:
                     return True
     return False
 
@@ -83,10 +84,10 @@ def _near_ball(balls: Buffer, x: float, y: float, z: float, reach: Lanes) -> Mas
 
 
 @uncounted
-def _meets_itself(shop: Held[Workshop], a: int, b: int, lane: int) -> bool:
-    """Whether two bodies of the arm meet in one lane."""
+def _meets_itself(shop: Held[Workshop], a: int, b: int, keep: int, lane: int) -> bool:
+    """Whether two bodies of the arm meet in one lane; `keep` is the place of their margin in `World.margin`."""
     world, bench = opened(shop)
-    arm, s, margin, ours, theirs = world.arm, bench.s, world.margin[FROM_ITSELF], buffer(4), buffer(4)
+    arm, s, margin, ours, theirs = world.arm, bench.s, world.margin[keep], buffer(4), buffer(4)
     members = world.groups.members
     p, q, round = int(arm.bodies[a, 0]), int(arm.bodies[b, 0]), arm.bodies[b, 7] + margin
     middle = part(seen(s.balls), 3 * b)
@@ -110,7 +111,7 @@ def _meets_itself(shop: Held[Workshop], a: int, b: int, lane: int) -> bool:
                     return True
                 piece, first = int(arm.bodies[a, 1]) + g * WIDTH + i, int(arm.bodies[b, 1]) + d * WIDTH
                 for k in range(WIDTH):
-                    if (near >> k) & 1 and exact_answer(shop, piece, p, first + k, q, 0.0, lane) == MEETS:
+                    if (near >> k) & 1 and exact_answer(shop, piece, p, first + k, q, keep, 0.0, lane) == MEETS:
                         return True
     return False
 
@@ -142,7 +143,7 @@ def itself_by_lanes(shop: Held[Workshop], k: int, wanted: int) -> tuple[int]:
     if piece_count(arm, a) > piece_count(arm, b):
         a, b = b, a
     for lane in range(WIDTH):
-        if (wanted >> lane) & 1 and _meets_itself(shop, a, b, lane):
+        if (wanted >> lane) & 1 and _meets_itself(shop, a, b, FROM_ITSELF + k, lane):
             found |= in_lane(MEETS, lane)
     return (found,)
 

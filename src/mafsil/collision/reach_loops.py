@@ -8,7 +8,7 @@ from mafsil.collision.arm_loops import just_above
 from mafsil.collision.pair_loops import separation
 from mafsil.collision.placing_loops import LaneScratch, pose_in_lanes
 from mafsil.collision.support_loops import BALL, CONE, CYLINDER, HULL, PLANE, POINT, SEGMENT, Pieces, product
-from mafsil.collision.workshop_loops import FROM_ITSELF, FROM_SURROUNDINGS, Workshop
+from mafsil.collision.workshop_loops import Workshop
 from mafsil.solvers.held_loops import Held, opened
 from mafsil.solvers.lane_loops import WIDTH, buffer, get, larger, magnitude, square_root
 from mafsil.solvers.loops import inlined, uncounted
@@ -77,15 +77,16 @@ def _pose_of_lane(s: LaneScratch, link: int, lane: int) -> None:
 
 
 @uncounted
-def exact_answer(shop: Held[Workshop], i: int, p: int, j: int, q: int, M: float, lane: int) -> int:
+def exact_answer(shop: Held[Workshop], i: int, p: int, j: int, q: int, keep: int, M: float, lane: int) -> int:
     """NEAR, MEETS or 0, by `separation`, of piece i of the arm and piece j of the arm or of the surroundings.
 
     Args:
         p, q: the links that carry them; q = -1 for the surroundings.
+        keep: place of the margin in `World.margin`.
         M: beyond the margin [m], of that lane.
     """
     world, bench = opened(shop)
-    A, s, margin = world.arm.pieces, bench.s, world.margin[FROM_ITSELF if q >= 0 else FROM_SURROUNDINGS]
+    A, s, margin = world.arm.pieces, bench.s, world.margin[keep]
     B = A if q >= 0 else world.around.pieces
     P, Q, further = s.one.W[24:27], s.one.W[28:31], just_above(margin) + M
     _pose_of_lane(s, p, lane)
@@ -100,11 +101,11 @@ def exact_answer(shop: Held[Workshop], i: int, p: int, j: int, q: int, M: float,
 
 
 @uncounted
-def lane_by_lane(shop: Held[Workshop], i: int, p: int, j: int, q: int, M: Lanes, bits: int) -> int:
+def lane_by_lane(shop: Held[Workshop], i: int, p: int, j: int, q: int, keep: int, M: Lanes, bits: int) -> int:
     """Bits of what `exact_answer` says in some lanes."""
     found, per_lane = 0, buffer(1)
     per_lane[0] = M
     for lane in range(WIDTH):
         if (bits >> lane) & 1:
-            found |= in_lane(exact_answer(shop, i, p, j, q, get(per_lane, 0, lane), lane), lane)
+            found |= in_lane(exact_answer(shop, i, p, j, q, keep, get(per_lane, 0, lane), lane), lane)
     return found

@@ -29,8 +29,6 @@ from mafsil.collision.one_lane_loops import compile_for
 from mafsil.collision.placing_loops import ALL, without_pieces
 from mafsil.collision.speed_loops import ROUNDING, take_motion, way_of_body
 from mafsil.collision.workshop_loops import (
-    FROM_ITSELF,
-    FROM_SURROUNDINGS,
     PROVE,
     TELL,
     Bench,
@@ -319,10 +317,10 @@ def prove_segments(
         evaluations: (m,) out: states that were looked at.
     """
     margin = opened(shop).world.margin
-    around, itself = margin[FROM_SURROUNDINGS], margin[FROM_ITSELF]
-    margin[FROM_SURROUNDINGS], margin[FROM_ITSELF] = around + extra, itself + extra
+    kept = margin.copy()
+    margin += extra
     _prove_each(shop, A, B, code, t, evaluations)
-    margin[FROM_SURROUNDINGS], margin[FROM_ITSELF] = around, itself
+    margin[:] = kept
 
 
 @uncounted

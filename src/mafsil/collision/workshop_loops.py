@@ -73,7 +73,7 @@ class Kinematics(NamedTuple):
 
 
 FROM_SURROUNDINGS, FROM_ITSELF = range(2)
-"""Places in `World.margin`."""
+"""Places in `World.margin`; pair k of bodies has FROM_ITSELF + k."""
 EVERY, AROUND, BALLS = range(3)
 """Columns of `Groups.members`."""
 
@@ -115,8 +115,8 @@ class World(NamedTuple):
         known: how near bodies of the arm come to each other at some coordinates.
         kinematics, motion: how the joints move it.
         everything: (bodies + pairs) ALL for each that is to be proved, else 0.
-        margin: (2,) clearance to keep from the surroundings, and between bodies of the arm [m]; a proof that is to keep
-            more raises both for a while.
+        margin: (1 + pairs,) clearance to keep from the surroundings, and between the bodies of each pair [m]; a proof
+            that is to keep more raises all for a while.
         entries: (4,) addresses of what is long to compile: `prove`, 0 as long as nothing is to be proved,
             `colliding_rows`, and the two of `one_lane_loops`.
     """

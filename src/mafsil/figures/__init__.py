@@ -5,6 +5,7 @@ from mafsil.figures.animation import save_row_animation as save_row_animation
 from mafsil.figures.base_map import save_placement as save_placement
 from mafsil.figures.block_diagram import save_block_diagram as save_block_diagram
 from mafsil.figures.block_diagram import save_response as save_response
+from mafsil.figures.configuration_space import save_configuration_space as save_configuration_space
 from mafsil.figures.configuration_surface import save_surface as save_surface
 from mafsil.figures.configurations import save_configurations as save_configurations
 from mafsil.figures.dh_frames import save_dh_frames as save_dh_frames
@@ -39,6 +40,7 @@ from mafsil.figures.parallel_robot import save_platform as save_platform
 from mafsil.figures.path_difficulties import save_path_difficulties as save_path_difficulties
 from mafsil.figures.phase_plane import save_phase_plane as save_phase_plane
 from mafsil.figures.pole import save_pole as save_pole
+from mafsil.figures.potential import save_potential as save_potential
 from mafsil.figures.profiles import save_profiles as save_profiles
 from mafsil.figures.screw_motion import save_screw_motion as save_screw_motion
 from mafsil.figures.search import save_search as save_search

@@ -123,6 +123,10 @@ class Goals:
             return Refused("job.unreachable_millimetres", move=where, reason=answer)
         if self.robot.n >= FIXES[task]:
             return Refused("job.unreachable", move=where, reason=answer)
+        exact = inverse_kinematics(self.robot, T) if task == "pose" else None
+        if isinstance(exact, SolutionSet) and len(exact.q) and not np.any(exact.within):
+            # The joints would do, their limits do not.
+            return Refused("job.unreachable", move=where, reason=exact)
         details = {
             "joints": self.robot.n,
             "position": quantity(float(answer.position_error), "m"),

@@ -163,7 +163,7 @@ class _Planner:
             contact = checker.check(walk.q).contacts[0]
             if contact.distance > 0.0 and checker.never_apart(contact.first, contact.second):
                 key = "job.never_apart"
-            raise Refused(key, move=walk.where(index), contact=said_of(contact))
+            raise Refused(key, move=walk.where(index), contact=said_of(contact, checker.margin))
 
     def reach(self, index: int, name: str, goal: Goal) -> None:
         """To a pose, all joints together."""

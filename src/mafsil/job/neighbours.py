@@ -17,7 +17,7 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.collision import Arms, Checker, Contact, Mounted, Scene
 from mafsil.collision import Obstacle as Body
 from mafsil.errors import MafsilError
-from mafsil.job.description import Bounds, Job, Pose
+from mafsil.job.description import Bounds, Collision, Job, Pose
 from mafsil.job.fitting import coordinates, require_within
 from mafsil.job.lines import Places
 from mafsil.job.other_robot import OtherRobot
@@ -200,16 +200,18 @@ class Neighbourhood:
         neighbours: the others.
         scene: obstacles, standing robots among them.
         parts: everything that the robot of the job carries at some time: met by the others at all times.
-        clearance: to keep [m].
+        rule: the clearance to keep, and that of each of the others from itself.
     """
 
     def __init__(
-        self, robot: Robot, neighbours: Sequence[Neighbour], scene: Scene, parts: Sequence[Body], clearance: float
+        self, robot: Robot, neighbours: Sequence[Neighbour], scene: Scene, parts: Sequence[Body], rule: Collision
     ) -> None:
         self.moving = tuple(each for each in neighbours if not each.stands)
         mounted = [Mounted(each.asked.name, each.robot, self_collision=each.checks_itself) for each in self.moving]
         main = Mounted(MAIN, robot, attached=parts, self_collision=False)
-        self.cell = Arms([main, *mounted], scene, margin=clearance).with_passive([MAIN])
+        self.cell = Arms(
+            [main, *mounted], scene, margin=rule.clearance, own_margin=rule.kept_of_itself(rule.clearance)
+        ).with_passive([MAIN])
 
     def limits(self, bounds: Bounds, speed: float) -> MotionLimits:
         """Limits of all coordinates, as jobs drive robots: shares of their own, assumed where there are none.

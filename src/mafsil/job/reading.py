@@ -76,7 +76,7 @@ def parse_scene(text: str, source: str = "<text>") -> SceneFile:
         raise translated(error, data, places.error) from None
     refuse_not_finite(data, (), places.error)
     check_obstacles(found.obstacle, data["obstacle"], places.error)
-    return found
+    return in_metres(found, data)
 
 
 def _checked(data: dict[str, Any], error: Complaint) -> JobFile:

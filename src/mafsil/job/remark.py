@@ -10,6 +10,7 @@ from mafsil.answer import Answer
 from mafsil.collision import Contact
 from mafsil.job.status import JobStatus
 from mafsil.messages import say
+from mafsil.messages.quantities import quantity
 
 Level: TypeAlias = Literal["good", "warning", "failure"]
 """How good the news is."""
@@ -83,18 +84,22 @@ class Refusal(Answer):
 
 @dataclass(frozen=True, slots=True)
 class Meeting:
-    """Two bodies that meet, for sentences in any language."""
+    """Two bodies that meet, or come nearer than the clearance that is kept [m], for sentences in any language."""
 
     contact: Contact
+    kept: float = 0.0
 
     def explain(self, *, language: str | None = None) -> str:
-        """Which bodies, how near, where."""
-        return self.contact.sentence(language)
+        """Which bodies, how near, where; of what does not touch, which clearance was asked for."""
+        sentence = self.contact.sentence(language)
+        if not 0.0 < self.contact.distance <= self.kept:
+            return sentence
+        return say("job.nearer_than", language=language, contact=sentence, kept=quantity(self.kept, "m"))
 
 
-def said_of(contact: Contact) -> Meeting:
-    """A contact as a detail of a sentence."""
-    return Meeting(contact)
+def said_of(contact: Contact, kept: float = 0.0) -> Meeting:
+    """A contact as a detail of a sentence, with the clearance that was asked for [m]."""
+    return Meeting(contact, kept)
 
 
 class Refused(Exception):

@@ -16,6 +16,7 @@ from mafsil.job.equipment import equipment_of
 from mafsil.job.fitting import require_fit
 from mafsil.job.lines import Places
 from mafsil.job.move_planner import plan
+from mafsil.job.named_files import with_files
 from mafsil.job.neighbours import neighbours_of
 from mafsil.job.plan import Plan
 from mafsil.job.reading import parse
@@ -168,6 +169,7 @@ def prepare(
     tools = equipment_of(job, folder, places)
     robot = tools[0].robot
     require_fit(job, robot, places)
+    job = with_files(job, folder, places)
     neighbours = neighbours_of(job, folder, places)
     eye.enter("stage_planning")
     motion = plan(job, tools, eye.update, text, neighbours)

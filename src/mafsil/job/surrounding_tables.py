@@ -8,19 +8,25 @@ import msgspec
 
 from mafsil.job.part import NotNegative, Part, Pose, Positive
 
-PlannerName: TypeAlias = Literal["rrt_connect", "lazy_prm_star", "trajectory_optimisation", "prm", "rrt_star"]
+PlannerName: TypeAlias = Literal[
+    "rrt_connect", "lazy_prm_star", "trajectory_optimisation", "cell_decomposition", "prm", "rrt_star"
+]
 """Planners of `mafsil.planning` for ways round obstacles."""
 
 
 class Obstacle(Pose, frozen=True, kw_only=True):
-    """A body that stands in {s}: exactly one of box, sphere, cylinder, capsule and floor.
+    """A body that stands in {s}: exactly one of box, sphere, cylinder, capsule, cone, floor and mesh.
 
     Attributes:
         name: for the report and for errors.
         box: edge lengths [m].
         sphere: radius [m].
         cylinder, capsule: radius and length along z [m]; a capsule's without its ends.
+        cone: radius of its base and length along z, the apex above [m].
         floor: the half space below its frame.
+        mesh: path of an STL, OBJ, Collada or MSH file, relative to the file.
+        scale: of the mesh: 0.001 for a file in millimetres.
+        hull: whether the convex hull of the mesh counts, which is solid; else its surface alone.
     """
 
     name: str = ""
@@ -28,7 +34,11 @@ class Obstacle(Pose, frozen=True, kw_only=True):
     sphere: Positive | None = None
     cylinder: tuple[Positive, Positive] | None = None
     capsule: tuple[Positive, Positive] | None = None
+    cone: tuple[Positive, Positive] | None = None
     floor: bool = False
+    mesh: str | None = None
+    scale: Positive = 1.0
+    hull: bool = False
 
 
 class Collision(Part, frozen=True, kw_only=True):
@@ -39,6 +49,8 @@ class Collision(Part, frozen=True, kw_only=True):
         own_clearance: that its bodies keep from each other, some of which are always near, if that is less [m]; the
             clearance if None.
         avoid: moves of the joints go round what stands in their way, unless a move says otherwise.
+        srdf: path of a semantic description whose disabled pairs of links are not checked, relative to the file.
+        skip: further pairs of links or bodies that are not checked against each other.
         self_collision: whether the arm is checked against itself; if None, where the description has shapes.
         seed: of the search for ways round.
         planner: that searches them.
@@ -48,10 +60,16 @@ class Collision(Part, frozen=True, kw_only=True):
     clearance: NotNegative = 0.0
     own_clearance: NotNegative | None = None
     avoid: bool = False
+    srdf: str | None = None
+    skip: tuple[tuple[str, str], ...] = ()
     self_collision: bool | None = None
     seed: Annotated[int, msgspec.Meta(ge=0)] = 0
     planner: PlannerName = "rrt_connect"
     seconds: Positive = 10.0
+
+    def kept_of_itself(self, kept: float) -> float | None:
+        """Clearance of bodies of a robot from each other, where it keeps one from everything else; that one if None."""
+        return None if self.own_clearance is None else min(self.own_clearance, kept)
 
 
 class SceneFile(Part, frozen=True, kw_only=True):
@@ -59,7 +77,9 @@ class SceneFile(Part, frozen=True, kw_only=True):
 
     Attributes:
         angles: unit of its angles.
+        lengths: unit of its lengths.
     """
 
     angles: Literal["radians", "degrees"] = "radians"
+    lengths: Literal["metres", "millimetres"] = "metres"
     obstacle: tuple[Obstacle, ...]

@@ -5,19 +5,36 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
-from mafsil.collision import Box, Capsule, Checker, Clearance, Contact, ConvexHull, Cylinder, Plane, Scene, Sphere
+from mafsil.collision import (
+    Box,
+    Capsule,
+    Checker,
+    Clearance,
+    Cone,
+    Contact,
+    ConvexHull,
+    Cylinder,
+    Plane,
+    Scene,
+    Sphere,
+)
 from mafsil.collision import Obstacle as Body
+from mafsil.collision.shapes import Geometry
 from mafsil.job.beside import Beside
 from mafsil.job.description import Collision, Grasp, Job, Obstacle, SceneFile, Tool
 from mafsil.job.equipment import UNNAMED_TOOL, Load, box_of_tool
+from mafsil.job.named_files import mesh_of
 from mafsil.job.neighbours import Neighbour, Neighbourhood, NeighbourMotion, standing_bodies
 from mafsil.job.payload import box_in_tip
 from mafsil.job.placed_parts import PlacedPart, Stay
 from mafsil.job.poses import pose_matrix
+from mafsil.job.reading import parse_scene
+from mafsil.job.text import text_of
 from mafsil.messages.visible import visible
 from mafsil.model import Mechanism
 from mafsil.model.skeleton import with_skeleton
@@ -121,13 +138,14 @@ class Surroundings:
             scene = Scene([*self.scene, *(each.body for each in parts)]) if parts else self.scene
             if len(self._checkers) >= MOST_CHECKERS:
                 del self._checkers[next(iter(self._checkers))]
-            own = None if self.rule.own_clearance is None else min(self.rule.own_clearance, kept)
             self._checkers[key] = Checker(
                 self._mechanism,
                 scene,
                 attached=_hanging(load, kept),
                 margin=kept,
-                own_margin=own,
+                own_margin=self.rule.kept_of_itself(kept),
+                srdf=self.rule.srdf,
+                skip=self.rule.skip,
                 self_collision=itself,
             )
         return self._checkers[key]
@@ -204,7 +222,7 @@ class Surroundings:
         """
         hanging = {(load.equipment.name, id(thing)): body for load in loads for thing, body in _boxes(load, 0.0)}
         boxes = [replace(body, name=f"{body.name} {k + 1}") for k, body in enumerate(hanging.values())]
-        return Neighbourhood(Robot(self._mechanism), self.neighbours, self.scene, boxes, self.rule.clearance)
+        return Neighbourhood(Robot(self._mechanism), self.neighbours, self.scene, boxes, self.rule)
 
     def settle(self, others: Beside | None, main: TimedArm) -> tuple[NeighbourMotion, ...]:
         """What the other robots do while the robot moves as planned.
@@ -235,14 +253,31 @@ class Surroundings:
             yield from around.clearances(q, t, motions, stays)
 
 
-def scene_of(file: Job | SceneFile) -> Scene:
+def scene_of(file: Job | SceneFile, folder: Path | None = None) -> Scene:
     """The obstacles of a file.
 
     Args:
         file: a job, or a file of obstacles alone.
+        folder: to which paths of meshes are relative; the present one if None.
+
+    Raises:
+        FileError: a mesh that cannot be read.
     """
-    degrees = file.angles == "degrees"
-    return Scene([body_of(each, k, degrees) for k, each in enumerate(file.obstacle)])
+    degrees, home = file.angles == "degrees", folder or Path()
+    return Scene([body_of(each, k, degrees, home) for k, each in enumerate(file.obstacle)])
+
+
+def scene_in(path: Path) -> Scene:
+    """The obstacles of a file that has them alone.
+
+    Args:
+        path: of the file.
+
+    Raises:
+        FileError: it, or a mesh that it names, cannot be read.
+        JobError: what is no obstacle.
+    """
+    return scene_of(parse_scene(text_of(path), path.name), path.parent)
 
 
 def with_shapes(mechanism: Mechanism) -> Mechanism:
@@ -254,15 +289,16 @@ def with_shapes(mechanism: Mechanism) -> Mechanism:
     return mechanism if any(link.collisions for link in mechanism.links) else with_skeleton(mechanism)
 
 
-def body_of(obstacle: Obstacle, index: int, degrees: bool) -> Body:
+def body_of(obstacle: Obstacle, index: int, degrees: bool, folder: Path) -> Body:
     """An obstacle of a job file.
 
     Args:
         obstacle: as the file has it.
         index: its number, where it has no name.
         degrees: unit of its angles.
+        folder: to which the path of a mesh is relative.
     """
-    geometry = Plane()
+    geometry: Geometry = Plane()
     if obstacle.box is not None:
         geometry = Box(obstacle.box)
     elif obstacle.sphere is not None:
@@ -271,6 +307,11 @@ def body_of(obstacle: Obstacle, index: int, degrees: bool) -> Body:
         geometry = Cylinder(*obstacle.cylinder)
     elif obstacle.capsule is not None:
         geometry = Capsule(*obstacle.capsule)
+    elif obstacle.cone is not None:
+        geometry = Cone(*obstacle.cone)
+    elif obstacle.mesh is not None:
+        mesh = mesh_of(obstacle, folder)
+        geometry = ConvexHull(mesh.vertices) if obstacle.hull else mesh
     T = pose_matrix(obstacle, degrees=degrees, orientation=np.eye(3))
     return Body(geometry, T, visible(obstacle.name) or f"obstacle[{index}]")
 

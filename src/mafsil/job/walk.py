@@ -200,7 +200,8 @@ class Walk:
             return
         avoidable = kind == "joint" and not self.avoids(index) and not self.job.move[index].via
         key = "job.meets_avoidable" if avoidable else "job.meets"
-        raise Refused(key, move=self.where(index), time=quantity(hit.time, "s"), contact=said_of(hit.contact))
+        contact = said_of(hit.contact, clearance)
+        raise Refused(key, move=self.where(index), time=quantity(hit.time, "s"), contact=contact)
 
     def append(
         self,

@@ -3,11 +3,13 @@
 from mafsil.planning.approach import ApproachPlan as ApproachPlan
 from mafsil.planning.approach import plan_approach as plan_approach
 from mafsil.planning.arm_plan import ArmPlan as ArmPlan
-from mafsil.planning.arm_planning import ARM_PLANNERS as ARM_PLANNERS
+from mafsil.planning.arm_planners import ARM_PLANNERS as ARM_PLANNERS
 from mafsil.planning.arm_planning import plan as plan
 from mafsil.planning.arms_motion import ArmsMotion as ArmsMotion
 from mafsil.planning.arms_motion import TimedArm as TimedArm
 from mafsil.planning.base_placement import place as place
+from mafsil.planning.cell_decomposition import CellDecomposition as CellDecomposition
+from mafsil.planning.cell_decomposition import cell_decomposition as cell_decomposition
 from mafsil.planning.closed_arms import loops_kept as loops_kept
 from mafsil.planning.configuration_space import PlanarArm as PlanarArm
 from mafsil.planning.configuration_space import configuration_space as configuration_space
@@ -45,6 +47,7 @@ from mafsil.planning.polygons import PolygonWorld as PolygonWorld
 from mafsil.planning.polygons import minkowski_sum as minkowski_sum
 from mafsil.planning.potential_field import PotentialField as PotentialField
 from mafsil.planning.potential_field import disc as disc
+from mafsil.planning.potential_field import whole_arm as whole_arm
 from mafsil.planning.problem import Problem as Problem
 from mafsil.planning.quadtree import Quadtree as Quadtree
 from mafsil.planning.quadtree import quadtree as quadtree

@@ -9,27 +9,27 @@ import numpy as np
 from mafsil.arrays import Floats, JointVector, Truth
 from mafsil.collision import Checker
 from mafsil.errors import InputError
-from mafsil.messages import say
+from mafsil.planning.reasons import Reason
 
 Moving: TypeAlias = tuple[str, ...] | None
 UNBOUNDED = np.pi
 """Where a joint without limits is searched, to both sides of start and goals [rad | m]."""
 
 
-def beyond_limits(checker: Checker, q: JointVector) -> str:
+def beyond_limits(checker: Checker, q: JointVector) -> Reason:
     """A sentence for the joint that is furthest beyond its limits; empty if none is."""
     limits = checker.robot.limits
     beyond = np.maximum(limits.lower - q, q - limits.upper)
     k = int(beyond.argmax())
     if not beyond[k] > 0.0:
-        return ""
+        return Reason()
     joint = checker.robot.mechanism.coordinates[k].name
     lower, upper = float(limits.lower[k]), float(limits.upper[k])
-    far = float(beyond[k])
-    return say("planning.beyond_limit", joint=joint, value=float(q[k]), lower=lower, upper=upper, far=far)
+    details = {"joint": joint, "value": float(q[k]), "lower": lower, "upper": upper, "far": float(beyond[k])}
+    return Reason(("planning.beyond_limit", details))
 
 
-def endless_joints(checker: Checker, held: Truth) -> str:
+def endless_joints(checker: Checker, held: Truth) -> Reason:
     """A sentence for joints that turn without end, whose goals may be meant up to whole turns; empty if none does.
 
     Args:
@@ -39,7 +39,7 @@ def endless_joints(checker: Checker, held: Truth) -> str:
     limits, coordinates = checker.robot.limits, checker.robot.mechanism.coordinates
     endless = ~held & np.isinf(limits.lower) & np.isinf(limits.upper)
     names = [each.name for each, free in zip(coordinates, endless, strict=True) if free and each.screw[:3].any()]
-    return say("planning.endless", joints=", ".join(names)) if names else ""
+    return Reason(("planning.endless", {"joints": ", ".join(names)})) if names else Reason()
 
 
 class MotionRule(NamedTuple):
@@ -103,10 +103,10 @@ def with_carriers(checker: Checker, ends: JointVector) -> Moving:
     return tuple(each.name for each, may in zip(checker.robot.mechanism.coordinates, may_move, strict=True) if may)
 
 
-def held_joints(checker: Checker, held: Truth) -> str:
+def held_joints(checker: Checker, held: Truth) -> Reason:
     """A sentence for the coordinates that were held (n,); empty if none was."""
     names = [each.name for each, still in zip(checker.robot.mechanism.coordinates, held, strict=True) if still]
-    return say("planning.held", joints=", ".join(names)) if names else ""
+    return Reason(("planning.held", {"joints": ", ".join(names)})) if names else Reason()
 
 
 def bounds_of(checker: Checker, ends: JointVector, moving: Moving = None) -> tuple[Floats, Floats]:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import replace
+from itertools import product
 from time import perf_counter
-from typing import NamedTuple, TypeAlias, cast
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, Truth, as_batch, positive, real_array, require_finite, single, whole
+from mafsil.arrays import Floats, JointVector, as_batch, positive, real_array, require_finite, single, whole
 from mafsil.collision import Checker, Obstacle, Scene
 from mafsil.errors import InputError
 from mafsil.geometry import Pose
@@ -28,20 +29,31 @@ from mafsil.planning.arm_limits import (
     with_carriers,
 )
 from mafsil.planning.arm_plan import ArmPlan
-from mafsil.planning.arm_search import Searched, search
+from mafsil.planning.arm_planners import (
+    ARM_PLANNERS,
+    CELLS,
+    LAZY,
+    ArmQuestion,
+    any_planner,
+    ask_roadmap,
+    summed,
+)
+from mafsil.planning.arm_search import search
+from mafsil.planning.cell_cover import MOST_MOVING, cover
 from mafsil.planning.closed_arms import closed_configurations, loops_kept
 from mafsil.planning.goal_region import GoalRegion
 from mafsil.planning.interruption import tells_of_interruption
 from mafsil.planning.kept_planning import Kept, search_kept
 from mafsil.planning.outcome import PlanningStatus
 from mafsil.planning.path_constraints import Constraint, kept_of
-from mafsil.planning.path_optimisation import POINTS, optimise_from_straight
 from mafsil.planning.problem import Problem
+from mafsil.planning.reasons import Reason
 from mafsil.planning.roadmap import ArmRoadmap
-from mafsil.planning.search import PLANNERS, Budget
+from mafsil.planning.search import PLANNERS
 from mafsil.planning.shortening import shortened
 
-LAZY = "lazy_prm_star"
+MOST_BOXES = 200_000
+"""Of the cover that is asked where a search found nothing: about a second."""
 
 
 @tells_of_interruption
@@ -69,6 +81,8 @@ def plan(
     3. RRT-Connect in compiled code, or another planner of `PLANNERS`; edges are looked at when they grow and proved
        when they count. What is to be kept is kept by projection, and proved between the points of the path.
     4. Shortcuts, proved too.
+    5. Where nothing was found and at most three coordinates move, boxes of configurations that are proved free or full
+       decide, if they can: a path, or `SEPARATED`.
 
     Coordinates that are the same at start and goals stay, but for the rest of the limbs that change: where the goal
     moves some joints of the left arm of a robot, all of that arm may move on the way, but neither the right arm nor
@@ -134,20 +148,27 @@ def plan(
         wider = with_carriers(checker, np.concatenate([q[None], goals]))
         rules = (None,) if wider is None else (None, wider)
     half = seconds / len(rules), max(nodes // len(rules), 1)
+    constraints = ((keep,) if not isinstance(keep, Iterable) else tuple(keep)) + loops
     if planner == "rrt_connect" and not keep and not loops and roadmap is None and len(goals):
-        path, made, seen, rule = None, 0, (0, 0, 0), rules[0]
-        for rule in rules:
-            path, more, also = search(checker, q, goals, seed, *half, shorten, rule)
-            made, seen = made + more, _sum(seen, also)
-            if path is not None or not made:
+        made, seen, found = 0, (0, 0, 0), None
+        # Where boxes may decide, they are asked before most of the budget is spent.
+        shares = (0.1, 1.0) if n <= MOST_MOVING else (1.0,)
+        for rule, share in product(rules, shares):
+            some = share * half[0], max(int(share * half[1]), 1)
+            path, more, also = search(checker, q, goals, seed, *some, shorten, rule)
+            made, seen = made + more, summed(seen, also)
+            if not made:  # An end cannot be, which follows by name.
                 break
-        if made:  # Else an end cannot be, which follows by name.
-            return _answer(checker, path, planner, made, seen, q, goals, begun, moving=rule)
+            found = _answer(checker, path, planner, made, seen, q, goals, begun, moving=rule)
+            found = _decided(found, q, goals, seed, shorten, MOST_BOXES, half[0])
+            if found.status is not PlanningStatus.NOT_FOUND:
+                break
+        if found is not None:
+            return found
     # 2.
     refused = _refused(checker, q, goals, planner, begun)
     if isinstance(refused, ArmPlan):
         return _reasoned(refused, checker, goal, q)
-    constraints = ((keep,) if not isinstance(keep, Iterable) else tuple(keep)) + loops
     if constraints and planner != "rrt_connect":
         raise InputError("planning.loops_planner" if loops else "planning.keep_planner", planner=planner)
     # 3., 4.
@@ -156,44 +177,69 @@ def plan(
         path, _, _ = search(checker, q, goals, seed, *half, 0, rules[0])
         rules = rules[:1] if path is not None else rules[1:]
         half = max(seconds - (perf_counter() - begun), 0.5 * seconds), nodes
-    budget = _Budget(seed, *half, shorten)
-    found = _searched(checker, roadmap, constraints, q, goals, refused, planner, budget, rules[0], begun)
+    asked = ArmQuestion(checker, q, goals[refused], planner, seed, *half, shorten)
+    found = _searched(asked, goals, roadmap, constraints, rules[0], begun)
     if len(rules) > 1 and found.status is PlanningStatus.NOT_FOUND:
-        found = _searched(checker, roadmap, constraints, q, goals, refused, planner, budget, rules[1], begun)
-    return found
+        found = _searched(asked, goals, roadmap, constraints, rules[1], begun)
+    if constraints:
+        return found
+    return _decided(found, q, goals, seed, shorten, nodes if planner == CELLS else MOST_BOXES, seconds)
 
 
-class _Budget(NamedTuple):
-    """What a search may take; arguments as of `plan`."""
+def _decided(
+    found: ArmPlan, q: JointVector, goals: JointVector, seed: int, shorten: int, boxes: int, seconds: float
+) -> ArmPlan:
+    """The same, but where nothing was found and few coordinates move, with what boxes of configurations prove.
 
-    seed: int
-    seconds: float
-    nodes: int
-    shorten: int
+    While coordinates are held that could move, a proof that there is no path says nothing of them: it is a reason.
+    """
+    checker = found.checker
+    if checker is None or found.status is not PlanningStatus.NOT_FOUND:
+        return found
+    bounds = bounds_of(checker, np.concatenate([q[None], goals]), found.moving)
+    moving = bounds[1] > bounds[0]
+    if not 0 < moving.sum() <= MOST_MOVING:
+        return found
+    begun, limits = perf_counter(), checker.robot.limits
+    is_open = ((goals >= limits.lower) & (goals <= limits.upper)).all(axis=1) & checker.free(goals)
+    sure = cover(checker, bounds, q, goals[is_open], boxes, seconds)
+    found = replace(
+        found, nodes=found.nodes + sure.boxes, configurations=found.configurations + sure.boxes,
+        seconds=found.seconds + perf_counter() - begun,
+    )  # fmt: skip
+    if sure.separated:
+        status = PlanningStatus.SEPARATED if moving.all() else found.status
+        proof = Reason(("planning.boxes" if moving.all() else "planning.boxes_held", {"count": sure.boxes}))
+        reason = found.reason if isinstance(found.reason, Reason) else Reason()
+        return replace(found, status=status, reason=reason.and_then(proof))
+    if sure.path is None:
+        return found
+    problem = Problem(*bounds, checker.free, checker.free_segment)
+    path = shortened(problem, sure.path, np.random.default_rng(seed), shorten) if shorten else sure.path
+    goal = int(np.abs(goals - path[-1]).max(axis=1).argmin())
+    return replace(found, status=PlanningStatus.FOUND, path=path, reason="", goal=goal)
 
 
 def _searched(
-    checker: Checker, roadmap: ArmRoadmap | None, constraints: tuple[Constraint, ...], q: JointVector,
-    goals: JointVector, is_open: Truth, planner: str, budget: _Budget, moving: Moving, begun: float,
+    asked: ArmQuestion, goals: JointVector, roadmap: ArmRoadmap | None, constraints: tuple[Constraint, ...],
+    moving: Moving, begun: float,
 ) -> ArmPlan:  # fmt: skip
     """Steps 3 and 4 of `plan` by any planner, where some coordinates may move."""
-    bounds, open_goals = bounds_of(checker, np.concatenate([q[None], goals]), moving), goals[is_open]
+    checker, q = asked.checker, asked.start
+    bounds = bounds_of(checker, np.concatenate([q[None], goals]), moving)
+    asked = asked._replace(bounds=bounds, moving=moving)
     kept = Kept(*kept_of(checker, constraints, q, bounds)) if constraints else None
     if kept is not None:
-        off = _not_kept(checker, kept, q, open_goals, begun)
+        off = _not_kept(checker, kept, q, asked.goals, begun)
         if isinstance(off, ArmPlan):
             return off
-        path, made, seen = search_kept(checker, kept, q, open_goals[off], *budget)
+        budget = asked.seed, asked.seconds, asked.nodes, asked.shorten
+        path, made, seen = search_kept(checker, kept, q, asked.goals[off], *budget)
     elif roadmap is not None:
-        path, made, seen = _asked(roadmap, bounds, q, open_goals, budget.seconds, budget.nodes)
+        path, made, seen = ask_roadmap(roadmap, asked)
     else:
-        chosen = ARM_PLANNERS.get(planner, _general)
-        path, made, seen = chosen(checker, bounds, q, open_goals, planner, *budget, moving)
-    return _answer(checker, path, planner, made, seen, q, goals, begun, kept, moving)
-
-
-def _sum(a: tuple[int, int, int], b: tuple[int, int, int]) -> tuple[int, int, int]:
-    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+        path, made, seen = ARM_PLANNERS.get(asked.planner, any_planner)(asked)
+    return _answer(checker, path, asked.planner, made, seen, q, goals, begun, kept, moving)
 
 
 def _answer(
@@ -207,7 +253,7 @@ def _answer(
     seconds, reason = perf_counter() - begun, ""
     if path is None:
         held = held_of(checker, np.concatenate([q[None], goals]), moving)
-        reason = "; ".join(filter(None, [endless_joints(checker, held), held_joints(checker, held)]))
+        reason = endless_joints(checker, held).and_then(held_joints(checker, held))
     return ArmPlan(
         status, points, planner, states, looked_at, made, seconds, reason, checker, (), proofs, reached, kept,
         moving=moving,
@@ -310,72 +356,3 @@ def _not_kept(
         return ended(PlanningStatus.START_OFF, q)
     found = kept.holds(checker, goals)
     return found if found.any() else ended(PlanningStatus.GOAL_OFF, goals[0])
-
-
-def _compiled(
-    checker: Checker, bounds: tuple[Floats, Floats], q: JointVector, goals: JointVector, planner: str, seed: int,
-    seconds: float, nodes: int, shorten: int, moving: Moving,
-) -> Searched:  # fmt: skip
-    """As every search of `ARM_PLANNERS`."""
-    del bounds, planner
-    return search(checker, q, goals, seed, seconds, nodes, shorten, moving)
-
-
-def _general(
-    checker: Checker, bounds: tuple[Floats, Floats], q: JointVector, goals: JointVector, planner: str, seed: int,
-    seconds: float, nodes: int, shorten: int, moving: Moving,
-) -> Searched:  # fmt: skip
-    """Any planner of `PLANNERS`; each segment is proved."""
-    del moving
-    problem = Problem(*bounds, checker.free, checker.free_segment)
-    rng = np.random.default_rng(seed)
-    path, made = PLANNERS[planner](problem, q, goals, Budget(rng, perf_counter() + seconds, nodes))
-    if path is not None and shorten:
-        path = shortened(problem, path, rng, shorten)
-    counts = problem.counts
-    return path, made, (counts.segments, counts.segments, counts.configurations)
-
-
-def _optimising(
-    checker: Checker, bounds: tuple[Floats, Floats], q: JointVector, goals: JointVector, planner: str, seed: int,
-    seconds: float, nodes: int, shorten: int, moving: Moving,
-) -> Searched:  # fmt: skip
-    """Straight lines bent by the gradients of distances until they are free; nodes are steps."""
-    del planner, shorten, moving
-    path, made = optimise_from_straight(checker, bounds, q, goals, seed, seconds, nodes)
-    return path, made, (made, 0 if path is None else len(path) - 1, made * (POINTS + 2))
-
-
-def _lazy_prm_star(
-    checker: Checker, bounds: tuple[Floats, Floats], q: JointVector, goals: JointVector, planner: str, seed: int,
-    seconds: float, nodes: int, shorten: int, moving: Moving,
-) -> Searched:  # fmt: skip
-    """A first path by RRT-Connect, then a roadmap where a shorter one can pass, until the budget ends."""
-    begun = perf_counter()
-    first, made, seen = _compiled(checker, bounds, q, goals, planner, seed, seconds, nodes, shorten, moving)
-    left = max(seconds - (perf_counter() - begun), 1e-9)
-    if first is None or made >= nodes:
-        return first, made, seen
-    path, more, also = _asked(ArmRoadmap(checker, seed), bounds, q, goals, left, nodes - made, first)
-    return path, made + more, _sum(seen, also)
-
-
-def _asked(
-    roadmap: ArmRoadmap, bounds: tuple[Floats, Floats], q: JointVector, goals: JointVector, seconds: float, nodes: int,
-    first: JointVector | None = None,
-) -> Searched:  # fmt: skip
-    """A roadmap's answer, with its nodes and what was looked at for it."""
-    before = roadmap.seen
-    path = roadmap.path(q, goals, seconds=seconds, nodes=nodes, first=first, bounds=bounds)
-    a, b, c = (now - then for now, then in zip(roadmap.seen, before, strict=True))
-    return path, roadmap.nodes, (a, b, c)
-
-
-ArmSearch: TypeAlias = Callable[
-    [Checker, tuple[Floats, Floats], JointVector, JointVector, str, int, float, int, int, Moving], Searched
-]
-"""(checker, bounds, start, goals, name, seed, seconds, nodes, shorten, moving) -> path, nodes, counts."""
-ARM_PLANNERS: dict[str, ArmSearch] = {
-    "rrt_connect": _compiled, LAZY: _lazy_prm_star, "trajectory_optimisation": _optimising,
-}  # fmt: skip
-"""Planners made for arms: they ask a `Checker` itself and not one configuration or segment after the other."""

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, JointVector, as_batch, positive, real_array, single, whole
+from mafsil.arrays import Floats, as_batch, positive, real_array, single, whole
+from mafsil.collision import Checker
 from mafsil.errors import InputError
 from mafsil.planning.polygons import PolygonWorld, distances_to_segments
 from mafsil.planning.problem import Problem, require_few_cells
+
+MOST_PAINTED = 3
+"""Coordinates of a picture."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,25 +68,66 @@ class PlanarArm:
         return Problem(np.full(n, -np.pi), np.full(n, np.pi), self.free, resolution=resolution)
 
 
-def configuration_space(arm: PlanarArm, cells: int = 100) -> tuple[tuple[Floats, ...], NDArray[np.bool_]]:
+def configuration_space(
+    arm: PlanarArm | Checker, cells: int = 100, *, joints: Iterable[str] | None = None, at: ArrayLike | None = None
+) -> tuple[tuple[Floats, ...], NDArray[np.bool_]]:
     """Axes of the grid, and for each obstacle whether the middle of each cell is forbidden by it.
 
     Args:
-        arm: of two or three joints.
-        cells: along each angle.
+        arm: among polygons, or any arm in its scene.
+        cells: along each coordinate.
+        joints: of an arm in its scene, names of one to three coordinates; all if None. They go from limit to limit, or
+            half a turn to both sides of zero.
+        at: (n,) where the other coordinates are; the zero configuration if None [rad | m].
 
     Returns:
-        (n) axes, and bools (obstacles, cells, ..., cells): each obstacle's patch by itself.
+        (k) axes, and bools (patches, cells, ..., cells): each obstacle's patch by itself, in the order of the scene;
+        the last patch of an arm in its scene is what it forbids itself.
+
+    Raises:
+        InputError: no such joint, none or more than three, one that slides without limits, a wrong shape.
 
     Reference: Lozano-Perez, Spatial planning: a configuration space approach, 1983.
     """
-    count, n = whole("cells", cells, least=1), len(arm.lengths)
-    require_few_cells(count**n)
-    axis: Floats = np.asarray(-np.pi + (np.arange(count) + 0.5) * (2.0 * np.pi / count), dtype=np.float64)
-    grid: JointVector = np.asarray(np.stack(np.meshgrid(*[axis] * n, indexing="ij"), axis=-1), dtype=np.float64)
-    grid = grid.reshape(-1, n)
-    hits = np.concatenate([arm.hits(part) for part in np.array_split(grid, max(len(grid) // 20_000, 1))])
-    return (axis,) * n, np.moveaxis(hits.reshape(*(count,) * n, -1), -1, 0)
+    count = whole("cells", cells, least=1)
+    if isinstance(arm, PlanarArm):
+        columns, rest = np.arange(len(arm.lengths)), np.zeros(len(arm.lengths))
+        lower, upper = rest - np.pi, rest + np.pi
+    else:
+        columns, lower, upper = _painted(arm, joints)
+        rest = arm.zero if at is None else single("at", at, (arm.robot.n,))
+    require_few_cells(count ** len(columns))
+    places = (np.arange(count) + 0.5) / count
+    axes = tuple(lower[k] + places * (upper[k] - lower[k]) for k in range(len(columns)))
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(columns))
+    parts: list[NDArray[np.bool_]] = []
+    for some in np.array_split(grid, max(len(grid) // 20_000, 1)):
+        q = np.repeat(rest[None], len(some), axis=0)
+        q[:, columns] = some
+        parts.append(arm.hits(np.asarray(q)))
+    hits = np.concatenate(parts)
+    return axes, np.moveaxis(hits.reshape(*(count,) * len(columns), -1), -1, 0)
+
+
+def _painted(arm: Checker, joints: Iterable[str] | None) -> tuple[NDArray[np.int64], Floats, Floats]:
+    """Columns of the coordinates that are painted, and from where to where they go."""
+    known = arm.robot.mechanism.coordinates
+    names = [each.name for each in known]
+    asked = names if joints is None else list(joints)
+    for name in asked:
+        if name not in names:
+            raise InputError("input.choice", name="joints", value=name, known=", ".join(names))
+    if not 1 <= len(set(asked)) == len(asked) <= MOST_PAINTED:
+        raise InputError("planning.painted", count=len(asked), most=MOST_PAINTED, known=", ".join(names))
+    columns = np.array([names.index(name) for name in asked], np.int64)
+    turns = np.array([known[names.index(name)].screw[:3].any() for name in asked], np.bool_)
+    lower, upper = arm.robot.limits.lower[columns], arm.robot.limits.upper[columns]
+    lower = np.where(np.isinf(lower) & turns, -np.pi, lower)
+    upper = np.where(np.isinf(upper) & turns, np.pi, upper)
+    for name, low, high in zip(asked, lower, upper, strict=True):
+        if not np.isfinite([low, high]).all():
+            raise InputError("planning.slides_without_end", joint=name)
+    return columns, lower, upper
 
 
 def planar_arm(

@@ -222,7 +222,7 @@ def _cut(cell: Arms, name: str, rows: JointVector, step: float) -> _Pieces:
 
 def _classified(cell: Arms, pieces: list[_Pieces]) -> tuple[NDArray[np.int8], int]:
     """The cells of the diagram, and how many states were looked at."""
-    world = cell.world()._replace(arm=cell.between)
+    world = cell.world()._replace(arm=cell.between, margin=np.full(1 + len(cell.between.pairs), cell.margin))
     largest = sum((np.abs(each.rows).max(axis=0) for each in pieces), np.zeros(cell.robot.n))
     reach = np.ascontiguousarray(world.motion.reach + world.motion.stretch @ largest)
     codes = np.zeros((len(pieces[0].seconds), len(pieces[1].seconds)), np.int8)

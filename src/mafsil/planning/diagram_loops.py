@@ -85,7 +85,7 @@ def bound(
 @uncounted
 def _is_full(world: World, k: int, M: float, s: Scratch) -> bool:
     """Whether a pair is nearer than the margin by more than M: by its depth, less what that may be too large by."""
-    arm, margin = world.arm, world.margin[FROM_ITSELF]
+    arm, margin = world.arm, world.margin[FROM_ITSELF + k]
     p, q = arm.pairs[k, 0], arm.pairs[k, 1]
     gap = gap_between(arm, p, q, world.kinematics.poses[0], just_above(margin), -np.inf, s)
     return gap + M + UNSURE * min(arm.bodies[p, 7], arm.bodies[q, 7]) <= margin
@@ -101,7 +101,7 @@ def classify_cells(world: World, A: Floats, B: Floats, R: Floats, codes: NDArray
         R: (j, b) reaches of bodies from axes that hold on both paths.
         codes: (k, m) out.
     """
-    arm, motion, margin = world.arm, world.motion, world.margin[FROM_ITSELF]
+    arm, motion = world.arm, world.motion
     s, rates, states, last = scratch_for(arm), np.empty(len(motion.joints)), 0, -1
     pairs, poses = len(arm.pairs), world.kinematics.poses[0]
     ways = np.empty(len(arm.bodies))
@@ -134,7 +134,7 @@ def classify_cells(world: World, A: Floats, B: Floats, R: Floats, codes: NDArray
                         code = FULL
                         continue
                 for k in range(pairs):
-                    p, q = arm.pairs[k, 0], arm.pairs[k, 1]
+                    p, q, margin = arm.pairs[k, 0], arm.pairs[k, 1], world.margin[FROM_ITSELF + k]
                     away = margin + h * (ways[p] + ways[q]) + s.balls[p, 3] + s.balls[q, 3]
                     x_pq, y_pq, z_pq = (
                         s.balls[p, 0] - s.balls[q, 0], s.balls[p, 1] - s.balls[q, 1], s.balls[p, 2] - s.balls[q, 2],

@@ -14,9 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, single, whole
 from mafsil.errors import InputError
-from mafsil.messages import say
 from mafsil.planning.outcome import Plan, PlanningStatus
 from mafsil.planning.problem import Problem, require_few_cells
+from mafsil.planning.reasons import Reason
 
 Cell: TypeAlias = tuple[int, ...]
 """Place on a grid, by the indices along its axes."""
@@ -87,7 +87,8 @@ class NavigationFunction:
                 return ended(PlanningStatus.FOUND, np.stack([q, *places, self.goal]))
             blocked |= set(wrong)  # 2
             steps = _wave(self.free, last, blocked)
-        return ended(PlanningStatus.NOT_FOUND, q[None], say("planning.cut_off", grid=" x ".join(map(str, steps.shape))))
+        grid = " x ".join(map(str, steps.shape))
+        return ended(PlanningStatus.NOT_FOUND, q[None], Reason(("planning.cut_off", {"grid": grid})))
 
 
 def navigation_function(problem: Problem, goal: ArrayLike, cells: int | tuple[int, ...] = 64) -> NavigationFunction:

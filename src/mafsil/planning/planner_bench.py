@@ -15,7 +15,9 @@ from mafsil.collision import Checker
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table
-from mafsil.planning.arm_planning import ARM_PLANNERS, plan
+from mafsil.planning.arm_planners import ARM_PLANNERS, CELLS
+from mafsil.planning.arm_planning import plan
+from mafsil.planning.cell_cover import MOST_MOVING
 from mafsil.planning.outcome import Plan, PlanningStatus
 from mafsil.planning.pipeline import find_path
 from mafsil.planning.problem import Problem
@@ -41,7 +43,10 @@ class Query:
     @property
     def planners(self) -> tuple[str, ...]:
         """Names of all planners that can be asked."""
-        return tuple(dict.fromkeys([*ARM_PLANNERS, *PLANNERS] if isinstance(self.space, Checker) else PLANNERS))
+        if isinstance(self.space, Problem):
+            return tuple(PLANNERS)
+        few = self.space.robot.n <= MOST_MOVING
+        return tuple(dict.fromkeys(name for name in (*ARM_PLANNERS, *PLANNERS) if few or name != CELLS))
 
     def asked(self, planner: str, seed: int, seconds: float, nodes: int, shorten: bool) -> Plan:
         """The answer of a planner; Ctrl-C goes on to who asked for the table.
@@ -118,14 +123,16 @@ class PlannerBench(Answer):
         results: of the planners.
         queries: names of the questions.
         seeds: of the searches.
+        interrupted: whether Ctrl-C ended it: planners that had not answered all questions are left out.
     """
 
     results: tuple[PlannerResult, ...]
     queries: tuple[str, ...]
     seeds: tuple[int, ...]
+    interrupted: bool = False
 
     def __bool__(self) -> bool:
-        return all(each.solved == each.length.size for each in self.results)
+        return not self.interrupted and all(each.solved == each.length.size for each in self.results)
 
     def __len__(self) -> int:
         return len(self.results)
@@ -153,7 +160,7 @@ class PlannerBench(Answer):
 
     def explain(self, language: str | None = None) -> str:
         """A line for each planner: what it solved, and how the rest ended."""
-        lines: list[str] = []
+        lines = [say("planning.bench_interrupted", language=language)] if self.interrupted else []
         for each in self.results:
             total = each.length.size
             lines.append(
@@ -165,7 +172,10 @@ class PlannerBench(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
-        return {"queries": self.queries, "seeds": self.seeds, "planners": [each.to_dict() for each in self.results]}
+        results = [each.to_dict() for each in self.results]
+        return {
+            "queries": self.queries, "seeds": self.seeds, "planners": results, "interrupted": self.interrupted,
+        }  # fmt: skip
 
 
 def bench_planners(
@@ -192,6 +202,8 @@ def bench_planners(
         shorten: whether paths are shortened.
         progress: called with the share that is done.
 
+    Ctrl-C gives the planners that have answered all questions, `interrupted`; if there is none yet, it goes on to you.
+
     Raises:
         InputError: no question, an unknown planner, a number out of its range.
     """
@@ -206,14 +218,19 @@ def bench_planners(
     numbers = tuple(whole("seeds", seed) for seed in seeds)
     chosen = list(planners) or known
     results: list[PlannerResult] = []
-    for k, name in enumerate(chosen):
-        plans: list[list[Plan]] = []
-        for i, query in enumerate(queries):
-            plans.append([query.asked(name, seed, seconds, nodes, shorten) for seed in numbers])
-            progress((k + (i + 1) / len(queries)) / len(chosen))
-        results.append(_result(name, queries, plans))
+    try:
+        for k, name in enumerate(chosen):
+            plans: list[list[Plan]] = []
+            for i, query in enumerate(queries):
+                plans.append([query.asked(name, seed, seconds, nodes, shorten) for seed in numbers])
+                progress((k + (i + 1) / len(queries)) / len(chosen))
+            results.append(_result(name, queries, plans))
+    except KeyboardInterrupt:
+        if not results:
+            raise
     order = sorted(results, key=lambda each: (-each.solved, float(np.median(each.seconds))))
-    return PlannerBench(tuple(order), tuple(query.name for query in queries), numbers)
+    names = tuple(query.name for query in queries)
+    return PlannerBench(tuple(order), names, numbers, len(results) < len(chosen))
 
 
 def _result(name: str, queries: Sequence[Query], plans: list[list[Plan]]) -> PlannerResult:

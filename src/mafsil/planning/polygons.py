@@ -141,7 +141,9 @@ class PolygonWorld:
         size = float(np.linalg.norm(way))
         aside = np.array([-way[1], way[0]]) * (BESIDE * self.slack / size if size else 0.0)
         sides = [self.free(on_way + shift) & self._within(on_way + shift) for shift in (aside, -aside)]
-        return bool((sides[0] | sides[1]).all())
+        # Parts no longer than what is looked at beside them are touched in a point, which may be passed.
+        point = np.diff(places) * size <= 4.0 * BESIDE * self.slack
+        return bool((sides[0] | sides[1] | point).all())
 
     def _within(self, points: Floats) -> NDArray[np.bool_]:
         return np.asarray(((points >= self.lower) & (points <= self.upper)).all(axis=1), dtype=np.bool_)

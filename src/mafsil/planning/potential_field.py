@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import TypeAlias
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, positive, real_array, require_finite, require_function, single, whole
+from mafsil.collision import Checker
 from mafsil.errors import InputError
 from mafsil.planning.outcome import Plan, PlanningStatus
 
@@ -39,15 +40,40 @@ def disc(centre: ArrayLike, radius: float) -> Distance:
     return distance
 
 
+def whole_arm(checker: Checker) -> tuple[Distance, ...]:
+    """The distance of each body of an arm to everything around it: forces on every link, not on the tip alone.
+
+    As a function of the coordinates the distance rises along its gradient; its "nearest point" lies as far back along
+    that as the distance is large.
+
+    Args:
+        checker: the arm in its scene.
+    """
+
+    def of(alone: Checker) -> Distance:
+        def distance(points: Floats) -> tuple[Floats, Floats]:
+            found = alone.distance(points)
+            rho = np.maximum(found.distance, 0.0)
+            far = np.isinf(rho)
+            back = np.where(far, 0.0, rho)[..., None] * found.gradient
+            return rho, points - np.where(far[..., None], 1.0, back)
+
+        return distance
+
+    moving = [b for b, row in enumerate(checker.arm.bodies) if row[3] > row[1]]
+    return tuple(of(checker.checking([b], ())) for b in moving)
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class PotentialField:
     """U = kp |x - goal|^2/2 + sum eta (1/rho - 1/rho_0)^2/2 over obstacles nearer than rho_0.
 
     Attributes:
-        goal: (n,) [m].
+        goal: (n,) [m]; of an arm [rad | m].
         obstacles: distances to them.
         kp, eta: how strong attraction and repulsion are.
         reach: rho_0 [m].
+        lever: how far anything that keeps a distance moves at most where x changes by a length of one.
     """
 
     goal: Floats
@@ -55,6 +81,31 @@ class PotentialField:
     kp: float = 1.0
     eta: float = 1.0
     reach: float = 1.0
+    lever: float = 1.0
+
+    @classmethod
+    def of_arm(
+        cls, checker: Checker, goal: ArrayLike, *, kp: float = 1.0, eta: float = 1e-3, reach: float = 0.1
+    ) -> PotentialField:
+        """The field of an arm in the space of its configurations: every link is pushed away from what is around.
+
+        The arm is not pushed away from itself.
+
+        Args:
+            checker: the arm in its scene.
+            goal: (n,) [rad | m].
+            kp, eta, reach: as of the field.
+
+        Raises:
+            InputError: a wrong shape, a number that is not finite, a strength or reach that is not positive.
+        """
+        n, limits = checker.robot.n, checker.robot.limits
+        target = single("goal", goal, (n,))
+        bounds = np.where(np.isfinite([limits.lower, limits.upper]), [limits.lower, limits.upper], 0.0)
+        largest = np.maximum(np.abs(bounds).max(axis=0), np.abs(target))
+        ways = [checker.largest_way(row, largest) for row in np.eye(n)]
+        field = cls.of(target, whole_arm(checker), kp=kp, eta=eta, reach=reach)
+        return replace(field, lever=max(float(np.linalg.norm(ways)), 1e-9))
 
     @classmethod
     def of(
@@ -86,7 +137,8 @@ class PotentialField:
             with np.errstate(divide="ignore", invalid="ignore"):
                 size = self.eta * (1.0 / rho - 1.0 / self.reach) / rho**2
                 away = (points - nearest) / rho[..., None]
-            total = total + np.where((rho < self.reach)[..., None], size[..., None] * away, 0.0)
+            pushed = np.where((rho < self.reach)[..., None], size[..., None] * away, 0.0)
+            total = total + np.where(np.isnan(pushed), np.inf, pushed)
         return total
 
     def force(self, x: ArrayLike) -> Floats:
@@ -145,7 +197,7 @@ class PotentialField:
                     break
                 # 3.
                 left -= 1
-                rows += self._wandered(x, rng, longest)
+                rows += self._wandered(x, rng, longest, whole("escapes", escapes) - left)
                 moved = rows[-1]
             x = moved
             rows.append(x.copy())
@@ -153,6 +205,31 @@ class PotentialField:
             PlanningStatus.LOCAL_MINIMUM if np.linalg.norm(self.force(x)) <= 1e-3 * size else PlanningStatus.NOT_FOUND
         )
         return Plan(status, np.stack(rows), "potential_field", looks, 0, len(rows), perf_counter() - begun)
+
+    def minima(
+        self, lower: ArrayLike, upper: ArrayLike, *, starts: int = 50, seed: int = 0, step: float = 0.05
+    ) -> Floats:
+        """(m, n) local minima other than the goal that descents from random places end in.
+
+        Args:
+            lower, upper: (n,) between which they begin [m].
+            starts: how many.
+            seed: of the places.
+            step: longest step of a descent [m].
+
+        Raises:
+            InputError: a wrong shape, a number that is not finite.
+        """
+        low, high = (single(name, x, self.goal.shape) for name, x in (("lower", lower), ("upper", upper)))
+        places = np.random.default_rng(seed).uniform(low, high, (whole("starts", starts), len(low)))
+        found: list[Floats] = []
+        for place in places:
+            ended = self.path(place, step=step)
+            end = ended.path[-1]
+            same = 1e-4 * float(np.linalg.norm(high - low))
+            if ended.status is PlanningStatus.LOCAL_MINIMUM and all(np.linalg.norm(end - x) > same for x in found):
+                found.append(end)
+        return np.array(found).reshape(-1, len(low))
 
     def _clear(self, x: Floats) -> float:
         """Distance to the nearest obstacle."""
@@ -164,7 +241,7 @@ class PotentialField:
         size = float(np.linalg.norm(F))
         if not np.isfinite(size) or size == 0.0:
             return None
-        length = min(longest, clear / 2.0, size / self.kp)
+        length = min(longest, clear / (2.0 * self.lever), size / self.kp)
         here = float(self.potential(x))
         while length > 1e-15 * max(1.0, float(np.abs(x).max())):
             new = x + F * (length / size)
@@ -173,14 +250,12 @@ class PotentialField:
             length /= 2.0
         return None
 
-    def _wandered(self, x: Floats, rng: np.random.Generator, longest: float) -> list[Floats]:
-        """A random walk of some steps that touches no obstacle."""
-        rows: list[Floats] = []
-        for _ in range(int(rng.integers(10, 60))):
-            move = rng.normal(size=len(x)) * longest * 2.0
+    def _wandered(self, x: Floats, rng: np.random.Generator, longest: float, times: int) -> list[Floats]:
+        """A random walk of some steps that touches no obstacle; the longer, the more there were before."""
+        rows = [x + 0.0]
+        for _ in range(times * int(rng.integers(10, 60))):
+            move = rng.normal(size=len(x)) * longest * 2.0 / max(self.lever, 1.0)
             # Within the ball that is clear about it nothing is met on the way.
-            if float(np.linalg.norm(move)) < self._clear(x):
-                new = x + move
-                x = new
-                rows.append(new)
-        return rows or [x + 0.0]
+            if float(np.linalg.norm(move)) * self.lever < self._clear(rows[-1]):
+                rows.append(rows[-1] + move)
+        return rows[1:] or rows

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, single, whole
+from mafsil.planning.doors import way_through
 from mafsil.planning.outcome import Plan, PlanningStatus
 from mafsil.planning.polygons import PolygonWorld, distances_to_segments
-from mafsil.planning.search import shortest_way
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -58,20 +58,11 @@ class Quadtree:
         assert ends[0] is not None
         assert ends[1] is not None
         # 2.
-        doors, edges, of_cell = _doors(self.free)
-        nodes = np.concatenate([doors, a[None], b[None]])
-        edges += [set(), set()]
-        for k, cell in ((len(doors), ends[0]), (len(doors) + 1, ends[1])):
-            for door in of_cell[cell]:
-                edges[k].add(door)
-                edges[door].add(k)
-        if ends[0] == ends[1]:
-            edges[-1].add(len(doors))
-            edges[len(doors)].add(len(doors) + 1)
-        way = shortest_way(nodes, edges, len(doors), {len(doors) + 1})
+        doors, of_cell = _doors(self.free)
+        way = way_through(doors, of_cell, ([ends[0]], [ends[1]]), a, b)
         seconds = perf_counter() - begun
         if way is not None:
-            return Plan(PlanningStatus.FOUND, nodes[way], *account, seconds)
+            return Plan(PlanningStatus.FOUND, way, *account, seconds)
         # 3.
         joined = np.concatenate([self.free, self.mixed])
         status = PlanningStatus.NOT_FOUND if _connected(joined, ends[0], ends[1]) else PlanningStatus.SEPARATED
@@ -152,8 +143,8 @@ def _touching(cells: Floats, k: int) -> tuple[list[int], Floats]:
     return (rows + k + 1).tolist(), (low[rows] + high[rows]) / 2.0
 
 
-def _doors(cells: Floats) -> tuple[Floats, list[set[int]], list[list[int]]]:
-    """Middles of the borders between cells, which of them share a cell, and those of each cell."""
+def _doors(cells: Floats) -> tuple[Floats, list[list[int]]]:
+    """Middles of the borders between cells, and those of each cell."""
     doors: list[Floats] = []
     of_cell: list[list[int]] = [[] for _ in cells]
     for k in range(len(cells)):
@@ -162,11 +153,7 @@ def _doors(cells: Floats) -> tuple[Floats, list[set[int]], list[list[int]]]:
             of_cell[k].append(len(doors))
             of_cell[other].append(len(doors))
             doors.append(middle)
-    edges: list[set[int]] = [set() for _ in doors]
-    for of_one in of_cell:
-        for door in of_one:
-            edges[door] |= set(of_one) - {door}
-    return np.array(doors).reshape(-1, 2), edges, of_cell
+    return np.array(doors).reshape(-1, 2), of_cell
 
 
 def _connected(cells: Floats, start: int, end: int) -> bool:

@@ -132,7 +132,7 @@ class ArmRoadmap:
         ends = np.array([self._node(goal) for goal in goals], np.int64)
         if first is not None:
             best, length = first, length_of(first)
-            self._include(first)
+            self.include(first)
         with best_kept(lambda: len(best) > 0):
             while True:
                 # 2.
@@ -146,7 +146,7 @@ class ArmRoadmap:
                         if self.checker.free_segment(short[:-1], short[1:]).all():
                             best = short
                         length = length_of(best) * (1.0 - 1e-9)
-                        self._include(best)
+                        self.include(best)
                 ended = perf_counter() >= deadline or self.nodes >= nodes
                 if ended or length <= shortest * (1.0 + 1e-9):
                     return best if len(best) else None
@@ -159,7 +159,8 @@ class ArmRoadmap:
                 roadmap_loops.grow_roadmap(shop, self._arrays, lower, upper, best, bound, tries, joined)
         return best
 
-    def _include(self, path: JointVector) -> None:
+    def include(self, path: JointVector) -> None:
+        """A path (k, n) of proved motions becomes part of the roadmap."""
         self._reserve(2 * len(path))
         joined = roadmap_loops.neighbours(self.nodes, path.shape[1])
         roadmap_loops.add_path(self._arrays, np.ascontiguousarray(path), joined)

@@ -8,10 +8,14 @@ from pathlib import Path
 import numpy as np
 
 from mafsil.arrays import Floats
+from mafsil.collision import Cone, ConvexHull, TriangleMesh
 from mafsil.geometry import pose
 from mafsil.job import Job, Run
 from mafsil.job.equipment import UNNAMED_TOOL, box_of_tool
 from mafsil.job.payload import box_in_tip
+from mafsil.model.mesh import Surface
+from mafsil.model.mesh.hull import hull_surface
+from mafsil.model.mesh.primitives import SIDES
 from mafsil.model.shape import Box, Capsule, Cylinder, Sphere
 from mafsil.report.content import Carried, Scene
 from mafsil.report.touched import doors, standing
@@ -177,12 +181,26 @@ def _obstacles(run: Run, size: float) -> list[tuple[Body, Floats]]:
                 solid = Solid("cylinder", (radius, length), colour=OBSTACLE_COLOUR)
             case Capsule(radius=radius, length=length):
                 solid = Solid("capsule", (radius, length), colour=OBSTACLE_COLOUR)
+            case Cone(radius=radius, length=length):
+                surface = hull_surface(_points_of_cone(radius, length))
+                solid = Solid("surface", (), colour=OBSTACLE_COLOUR, surface=surface)
+            case ConvexHull(points=points):
+                solid = Solid("surface", (), colour=OBSTACLE_COLOUR, surface=hull_surface(points))
+            case TriangleMesh(vertices=vertices, faces=faces):
+                solid = Solid("surface", (), colour=OBSTACLE_COLOUR, surface=Surface(vertices, faces))
             case _:
                 thin = 2e-3 * size
                 below = (0.0, 0.0, -thin / 2, 1.0, 0.0, 0.0, 0.0)
                 solid = Solid("box", (3 * size, 3 * size, thin), below, OBSTACLE_COLOUR)
         found.append((Body(obstacle.name, (solid,)), np.asarray(obstacle.T_so)))
     return found
+
+
+def _points_of_cone(radius: float, length: float) -> Floats:
+    """(k, 3) of its base and its apex [m]."""
+    angles = np.linspace(0.0, 2.0 * np.pi, SIDES, endpoint=False)
+    base = np.stack([radius * np.cos(angles), radius * np.sin(angles), np.full(SIDES, -length / 2.0)], axis=1)
+    return np.concatenate([base, [[0.0, 0.0, length / 2.0]]])
 
 
 def _lowest(part: Part) -> float:

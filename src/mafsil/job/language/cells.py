@@ -7,6 +7,7 @@ the job's own.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
@@ -19,6 +20,10 @@ from mafsil.job.text import tables_of, text_of
 from mafsil.messages.visible import visible
 
 TABLE = "include"
+FILES: dict[str, Sequence[str]] = {
+    "robot": (), "other_robot": ("robot",), "obstacle": ("mesh",), "collision": ("srdf",),
+}  # fmt: skip
+"""Keys that name files, and for tables which of their keys do."""
 DEEPEST = 8
 """Files that include files."""
 MOST_CELLS = 100
@@ -43,6 +48,39 @@ def with_cells(data: dict[str, Any], folder: Path, places: Places) -> tuple[dict
     merging = _Merging(dict(data), [])
     merging.include(data.get(TABLE, ()), folder, ((folder / places.source).resolve(),), places)
     return merging.data, tuple(merging.cells)
+
+
+def _with_paths(given: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """The same tables, where files that lie beside the cell are named so that the job finds them.
+
+    Args:
+        given: tables of a cell in another folder than the job's.
+        folder: of the cell.
+    """
+    found = dict(given)
+    for key, names in FILES.items():
+        value = given.get(key)
+        if isinstance(value, str):
+            found[key] = _beside(value, folder)
+        elif isinstance(value, dict | list):
+            tables = cast("list[object]", value if isinstance(value, list) else [value])
+            named = [_named(each, names, folder) for each in tables]
+            found[key] = named if isinstance(value, list) else named[0]
+    return found
+
+
+def _named(given: object, names: Sequence[str], folder: Path) -> object:
+    """A table with the files that some keys name; what is none is refused later."""
+    if not isinstance(given, dict):
+        return given
+    table = cast("dict[str, Any]", given)
+    return table | {name: _beside(table[name], folder) for name in names if isinstance(table.get(name), str)}
+
+
+def _beside(name: str, folder: Path) -> str:
+    """The path of a file beside a cell; what lies elsewhere, or is no file, stays as it is."""
+    path = folder / name
+    return str(path) if Path(name).suffix and path.is_file() else name
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +114,8 @@ class _Merging:
                 raise above_places.of_file(fault, keys) from None
             places = Places(text, source)
             self._require_cell(given, places)
+            if path.parent != above[0].parent:
+                given = _with_paths(given, path.parent)
             self.cells.append(Cell(source=source, text=text, gave=tuple(self._merged(given))))
             self.include(given.get(TABLE, ()), path.parent, (*above, path), places)
 

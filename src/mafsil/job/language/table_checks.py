@@ -13,7 +13,7 @@ from mafsil.job.language.statements import JobFile, OtherProgram, PlacedGoal
 from mafsil.job.variation_table import SPREADS, Normal, Spread
 from mafsil.simulation.rigid_plant import METHODS
 
-KINDS_OF_OBSTACLE = ("box", "sphere", "cylinder", "capsule", "floor")
+KINDS_OF_OBSTACLE = ("box", "sphere", "cylinder", "capsule", "cone", "floor", "mesh")
 FORMS = {"surface": ("normal", "sphere", "cylinder"), "guide": ("direction", "normal")}
 """Keys of what is touched of which exactly one is given."""
 DIRECTIONS = {"surface": ("normal", "axis"), "hole": ("axis",), "door": ("axis",), "guide": ("direction", "normal")}
@@ -62,6 +62,9 @@ def check_obstacles(obstacles: tuple[Obstacle, ...], data: Sequence[dict[str, An
         if len(given) != 1:
             known = ", ".join(KINDS_OF_OBSTACLE)
             raise error("job.obstacle_kind", ("obstacle", k), given=", ".join(given) or "-", known=known)
+        for name in ("scale", "hull"):
+            if name in data[k] and obstacle.mesh is None:
+                raise error("job.mesh_key", ("obstacle", k, name), given=name)
         check_pose(obstacle, ("obstacle", k), data[k], error)
 
 

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from math import pi
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 import msgspec
 
 from mafsil.job.contact_tables import Door, Guide, Hole, Surface
-from mafsil.job.description import Bounds, Collision, Grasp, Job, Obstacle, Part, Pose, Step, Tolerance, Tool
+from mafsil.job.description import Bounds, Collision, Grasp, Job, Obstacle, Part, Pose, SceneFile, Step, Tolerance, Tool
 from mafsil.job.language.statements import JobFile, Pattern, Placed
 from mafsil.job.other_robot import OtherPlace
 from mafsil.job.part import keys_of
 from mafsil.job.variation_table import Normal, VariationTable
 
+File = TypeVar("File", JobFile, SceneFile)
 MILLIMETRE, DEGREE = 1e-3, pi / 180.0
 LENGTHS: dict[type[Part], tuple[str, ...]] = {
     Pose: ("position",),
@@ -21,7 +22,7 @@ LENGTHS: dict[type[Part], tuple[str, ...]] = {
     OtherPlace: ("position",),
     Pattern: ("pitch",),
     Grasp: ("size", "offset", "com"),
-    Obstacle: ("box", "sphere", "cylinder", "capsule"),
+    Obstacle: ("box", "sphere", "cylinder", "capsule", "cone"),
     Collision: ("clearance", "own_clearance"),
     Tolerance: ("position",),
     Step: ("blend", "clearance"),
@@ -46,8 +47,8 @@ def length_unit(job: Job) -> float:
     return MILLIMETRE if job.lengths == "millimetres" else 1.0
 
 
-def in_metres(file: JobFile, data: dict[str, Any]) -> JobFile:
-    """The same job with all lengths in metres; coordinates of prismatic joints stay as they are.
+def in_metres(file: File, data: dict[str, Any]) -> File:
+    """The same file with all lengths in metres; coordinates of prismatic joints stay as they are.
 
     Args:
         file: as it was read.

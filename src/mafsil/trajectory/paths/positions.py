@@ -95,7 +95,7 @@ class ArcCurve:
         u, v = b - a, c - a
         normal = np.cross(u, v)
         if np.linalg.norm(normal) <= GIVEN * np.linalg.norm(u) * np.linalg.norm(v) or not normal.any():
-            points = {name: str(p.tolist()) for name, p in (("start", a), ("via", b), ("goal", c))}
+            points = {name: str((np.round(p, 9) + 0.0).tolist()) for name, p in (("start", a), ("via", b), ("goal", c))}
             raise InputError("trajectory.arc_points", **points)
         # From the start to the centre: (|v|^2 n x u + |u|^2 v x n) / 2 |n|^2 with n = u x v.
         to_centre = ((v @ v) * np.cross(normal, u) + (u @ u) * np.cross(v, normal)) / (2 * normal @ normal)

@@ -1,0 +1,165 @@
+"""Planners of arms: each takes a question and gives a path, its nodes, and what it looked at."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from time import perf_counter
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+from mafsil.arrays import Floats, JointVector
+from mafsil.collision import Checker
+from mafsil.errors import InputError
+from mafsil.planning.arm_limits import Moving
+from mafsil.planning.arm_search import Searched, search
+from mafsil.planning.cell_cover import MOST_MOVING
+from mafsil.planning.interruption import best_kept
+from mafsil.planning.path_optimisation import POINTS, optimise_from_straight
+from mafsil.planning.problem import Problem, length_of
+from mafsil.planning.roadmap import ArmRoadmap
+from mafsil.planning.search import PLANNERS, Budget
+from mafsil.planning.shortening import shortened
+
+LAZY = "lazy_prm_star"
+CELLS = "cell_decomposition"
+RESTARTS, MOST_SEARCHES, KEPT = 0.5, 100_000, 20
+"""Share of a budget that searches from other seeds take; most of them, and of their paths that a roadmap holds."""
+BETWEEN = 7919
+"""Seeds of searches differ by that."""
+
+
+class ArmQuestion(NamedTuple):
+    """What a planner of arms is asked.
+
+    Attributes:
+        checker: the arm in its scene.
+        start: (n,) [rad | m].
+        goals: (g, n) of which any will do: free, and within the limits.
+        planner: its name.
+        seed, seconds, nodes, shorten: as of `plan`.
+        bounds: (n,), (n,) between which it may search; one value for what is held.
+        moving: joints that were named as free to move, if they were.
+    """
+
+    checker: Checker
+    start: JointVector
+    goals: JointVector
+    planner: str
+    seed: int
+    seconds: float
+    nodes: int
+    shorten: int
+    bounds: tuple[Floats, Floats] = (np.zeros(0), np.zeros(0))
+    moving: Moving = None
+
+
+def rrt_connect(asked: ArmQuestion) -> Searched:
+    """The compiled search."""
+    budget = asked.seed, asked.seconds, asked.nodes, asked.shorten
+    return search(asked.checker, asked.start, asked.goals, *budget, asked.moving)
+
+
+def lazy_prm_star(asked: ArmQuestion) -> Searched:
+    """Paths by RRT-Connect, then a roadmap that holds the best of them, where a shorter one can pass.
+
+    1. A first path; without one there is no answer.
+    2. Searches from other seeds, for a share of the budget: they go round obstacles on other sides.
+    3. The roadmap, until the budget ends: its ways change from one path to another.
+
+    Reference: B. Raveh, A. Enosh, D. Halperin, A little more, a lot better: improving path quality by a path-merging
+        algorithm, IEEE T-RO 2011.
+    """
+    begun = perf_counter()
+    # 1.
+    first, made, seen = rrt_connect(asked)
+    if first is None or made >= asked.nodes:
+        return first, made, seen
+    # 2.
+    paths, straight = [first], float(np.linalg.norm(asked.goals - asked.start, axis=1).min())
+    stopped = True
+    with best_kept(lambda: True):
+        for k in range(1, MOST_SEARCHES):
+            used = perf_counter() - begun
+            if made >= RESTARTS * asked.nodes or used >= RESTARTS * asked.seconds:
+                break
+            if length_of(paths[0]) <= straight * (1.0 + 1e-9):
+                break
+            left = RESTARTS * asked.seconds - used
+            again = asked._replace(seed=asked.seed + k * BETWEEN, seconds=left, nodes=asked.nodes - made)
+            path, more, also = rrt_connect(again)
+            made, seen = made + more, summed(seen, also)
+            if path is not None:
+                paths = sorted([*paths, path], key=length_of)[:KEPT]
+        stopped = False
+    if stopped:
+        return paths[0], made, seen
+    # 3.
+    left = max(asked.seconds - (perf_counter() - begun), 1e-9)
+    roadmap = ArmRoadmap(asked.checker, asked.seed)
+    for path in paths[1:]:
+        roadmap.include(path)
+    rest = asked._replace(seconds=left, nodes=max(asked.nodes - made, roadmap.nodes + 1))
+    path, more, also = ask_roadmap(roadmap, rest, paths[0])
+    return path, made + more, summed(seen, also)
+
+
+def trajectory_optimisation(asked: ArmQuestion) -> Searched:
+    """Straight lines bent by the gradients of distances until they are free; nodes are steps."""
+    budget = asked.seed, asked.seconds, asked.nodes
+    path, made = optimise_from_straight(asked.checker, asked.bounds, asked.start, asked.goals, *budget)
+    return path, made, (made, 0 if path is None else len(path) - 1, made * (POINTS + 2))
+
+
+def cell_decomposition(asked: ArmQuestion) -> Searched:
+    """No search: boxes of configurations decide, as after any search that finds nothing.
+
+    Raises:
+        InputError: more coordinates move than boxes are made of.
+    """
+    lower, upper = asked.bounds
+    count = int((upper > lower).sum())
+    if count > MOST_MOVING:
+        raise InputError("planning.many_moving", planner=asked.planner, count=count, most=MOST_MOVING)
+    return None, 0, (0, 0, 0)
+
+
+def any_planner(asked: ArmQuestion) -> Searched:
+    """A planner of `PLANNERS`; each segment is proved."""
+    problem = Problem(*asked.bounds, asked.checker.free, asked.checker.free_segment)
+    rng = np.random.default_rng(asked.seed)
+    budget = Budget(rng, perf_counter() + asked.seconds, asked.nodes)
+    path, made = PLANNERS[asked.planner](problem, asked.start, asked.goals, budget)
+    if path is not None and asked.shorten:
+        path = shortened(problem, path, rng, asked.shorten)
+    counts = problem.counts
+    return path, made, (counts.segments, counts.segments, counts.configurations)
+
+
+def ask_roadmap(roadmap: ArmRoadmap, asked: ArmQuestion, first: JointVector | None = None) -> Searched:
+    """A roadmap's answer, with its nodes and what was looked at for it.
+
+    Args:
+        roadmap: that is asked and grows.
+        asked: what it is asked.
+        first: (k, n) a path that is known already.
+    """
+    before = roadmap.seen
+    path = roadmap.path(
+        asked.start, asked.goals, seconds=asked.seconds, nodes=asked.nodes, first=first, bounds=asked.bounds
+    )
+    a, b, c = (now - then for now, then in zip(roadmap.seen, before, strict=True))
+    return path, roadmap.nodes, (a, b, c)
+
+
+def summed(a: tuple[int, int, int], b: tuple[int, int, int]) -> tuple[int, int, int]:
+    """What was looked at by two searches."""
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+ArmSearch: TypeAlias = Callable[[ArmQuestion], Searched]
+ARM_PLANNERS: dict[str, ArmSearch] = {
+    "rrt_connect": rrt_connect, LAZY: lazy_prm_star, "trajectory_optimisation": trajectory_optimisation,
+    CELLS: cell_decomposition,
+}  # fmt: skip
+"""Planners made for arms: they ask a `Checker` itself and not one configuration or segment after the other."""
