@@ -403,7 +403,9 @@ class Checker:
 
     def margins(self) -> Floats:
         """(1 + pairs,) clearances to keep from the surroundings, and between the bodies of each pair of `arm` [m]."""
-        return np.array([self.margin, *[self.own_margin] * len(self.arm.pairs)])
+        found = np.full(1 + len(self.arm.pairs), self.own_margin)
+        found[0] = self.margin
+        return found
 
     def _pairs(self) -> list[tuple[int, int]]:
         count = len(self.bodies)
