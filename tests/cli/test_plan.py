@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -134,3 +135,57 @@ def test_joints_that_may_move_are_named(capsys):
     moved = np.ptp(np.array(json.loads(out)["path"]), axis=0)
     assert (moved[[2, 4, 5, 6]] == 0.0).all()
     assert (moved[[0, 1, 3]] > 0.0).all()
+
+
+@pytest.mark.capability("11-40")
+def test_any_of_several_goals_and_a_region_will_do(capsys):
+    near, far = ["45", "25", "0", "-100", "0", "130", "45"], RIGHT
+    code, out, _ = asked(capsys, "--start", *LEFT, "--goal", *far, *near, "--json")
+    assert code == 0
+    np.testing.assert_allclose(json.loads(out)["path"][-1], np.radians([float(x) for x in near]), atol=1e-12)
+    poses = ["0.45", "-0.3", "0.25", "180", "0", "0"], ["0.5", "0.3", "0.3", "180", "0", "0"]
+    code, out, _ = asked(capsys, "--start", *LEFT, "--pose", *poses[0], *poses[1], "--json")
+    assert code == 0
+    tip = mf.load("panda").forward_kinematics(np.array(json.loads(out)["path"][-1]))[:3, 3]
+    assert min(np.linalg.norm(tip - [float(x) for x in pose[:3]]) for pose in poses) < 1e-6
+    blocked = ["0.55", "0", "0.3", "180", "0", "0"]
+    assert asked(capsys, "--start", *LEFT, "--pose", *blocked, "--scene", SCENE)[0] == 1
+    code, out, _ = asked(
+        capsys, "--start", *LEFT, "--pose", *blocked, "--scene", SCENE, "--box", "0.1", "0.3", "0.1", "--json"
+    )
+    assert code == 0
+    away = mf.load("panda").forward_kinematics(np.array(json.loads(out)["path"][-1]))[:3, 3] - [0.55, 0.0, 0.3]
+    assert (np.abs(away) <= [0.1, 0.3, 0.1]).all()
+    for words in (["--goal", *RIGHT, "--box", "0.1"], ["--pose", *poses[0], *poses[1], "--angle", "5"]):
+        code, _, err = asked(capsys, "--start", *LEFT, *words)
+        assert code == 2
+        assert "--pose" in err
+    code, _, err = asked(capsys, "--start", *LEFT, "--goal", *RIGHT, *RIGHT[:3])
+    assert code == 2
+    assert "goal" in err
+
+
+@pytest.mark.capability("11-40", "11-46")
+def test_what_is_kept_on_the_way_is_kept(capsys):
+    panda = mf.load("panda")
+    words = ["--start", *LEFT, "--goal", *RIGHT, "--scene", SCENE, "--json"]
+
+    def along(*keep):
+        code, out, _ = asked(capsys, *words, *keep)
+        assert code == 0
+        path = np.array(json.loads(out)["path"])
+        shares = np.linspace(0.0, 1.0, 20)[:, None]
+        return panda.forward_kinematics(np.concatenate([a + shares * (b - a) for a, b in pairwise(path)]))
+
+    T = along("--upright", "15")
+    assert np.degrees(np.arccos(T[:, :3, 2] @ T[0, :3, 2])).max() <= 15.0
+    T = along("--plane", "0", "0", "1")
+    assert np.ptp(T[:, 2, 3]) <= 2e-3
+    for keep, said in (
+        (["--line", "1", "0"], "line"),
+        (["--upright", "200"], "angle"),
+        (["--plane", "0", "0", "0"], "normal"),
+    ):
+        code, _, err = asked(capsys, *words, *keep)
+        assert code == 2
+        assert said in err

@@ -9,12 +9,10 @@ import numpy as np
 
 from mafsil.cli.answer import Answer, Laid
 from mafsil.cli.numerals import count, number
+from mafsil.cli.plan_question import rows_of, typed_constraints, typed_goal
 from mafsil.cli.state import degrees_remarks, joint_values, shown, unit
 from mafsil.cli.table import brief, table
-from mafsil.cli.typed_pose import typed_pose
 from mafsil.collision import Checker, Scene
-from mafsil.errors import InputError
-from mafsil.geometry import Pose
 from mafsil.job.surroundings import scene_in, with_shapes
 from mafsil.messages import say
 from mafsil.planning import ArmPlan
@@ -31,6 +29,12 @@ def plan(
     start: list[str],
     goal: list[str],
     pose: list[str],
+    box: list[str],
+    angle: str | None,
+    upright: str | None,
+    orientation: bool,
+    line: list[str],
+    plane: list[str],
     scene: str | None,
     clearance: str | None,
     own_clearance: str | None,
@@ -43,13 +47,17 @@ def plan(
     tip: str | None,
     degrees: bool,
 ) -> Answer:
-    """A path from a configuration to another, or to a pose of the tip.
+    """A path from a configuration to others, to poses of the tip or a region around one; it may keep something.
 
     Args:
         robot: name or file.
         start: (n) coordinates as typed.
-        goal: (n) coordinates as typed, or none if `pose` is given.
-        pose: of the tip: x, y, z [m], roll, pitch, yaw, as typed.
+        goal: (n) coordinates as typed, or of several one after the other; none if `pose` is given.
+        pose: of the tip: x, y, z [m], roll, pitch, yaw, as typed; or of several.
+        box, angle: room around one pose, along its axes [m] and about any.
+        upright: largest angle of the tip's z axis from where it points at the start.
+        orientation: whether the tip keeps its orientation.
+        line, plane: (3) direction and normal, in {s}, that the tip stays along or in.
         scene: file of `[[obstacle]]` tables.
         clearance: that is kept [m].
         own_clearance: that bodies of the robot keep from each other [m].
@@ -63,18 +71,12 @@ def plan(
         degrees: whether bare angles are degrees, and angles are printed so.
 
     Raises:
-        MafsilError: no such robot or file, not one number per joint, no goal or two.
+        MafsilError: no such robot or file, not one number per joint, no goal or two, room around none or several poses.
     """
     arm = load(robot, tip=tip)
-    if bool(goal) == bool(pose):
-        raise InputError("cli.plan_one_goal")
+    wanted = typed_goal(goal, pose, box, angle, arm.mechanism, degrees=degrees)
     q = joint_values("start", start, arm.mechanism, degrees=degrees)
-    wanted = (
-        # An array of four rows could be four configurations of an arm with four joints.
-        Pose(typed_pose("pose", pose, degrees=degrees))
-        if pose
-        else joint_values("goal", goal, arm.mechanism, degrees=degrees)
-    )
+    keep = typed_constraints(upright, orientation, line, plane, degrees=degrees)
     around = Scene() if scene is None else scene_in(Path(scene))
     margin = 0.0 if clearance is None else number("--clearance", clearance)
     among_itself = None if own_clearance is None else number("--own-clearance", own_clearance)
@@ -85,10 +87,11 @@ def plan(
         with_shapes(arm.mechanism), around, margin=margin, own_margin=among_itself, srdf=srdf, self_collision=own
     )
     found = plan_path(
-        checker, None, q, wanted, planner=planner or "rrt_connect", seed=first, seconds=budget, moving=moving or None
-    )
+        checker, None, q, wanted, planner=planner or "rrt_connect", seed=first, seconds=budget, keep=keep,
+        moving=moving or None,
+    )  # fmt: skip
     data: dict[str, Any] = {"robot": arm.name, **found.to_dict()}
-    typed = [words for words in (start, goal) if words]
+    typed = [words for words in (start, *rows_of(goal, arm.n)) if words]
     hints = [hint for words in typed for hint in degrees_remarks(words, arm.mechanism, degrees=degrees)]
     if not found:
         return Answer(data, (), "\n".join([found.explain(), *dict.fromkeys(hints)]))

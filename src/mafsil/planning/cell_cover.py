@@ -8,6 +8,7 @@ something more deeply than that, the box is full. Every other box is mixed, and 
 from __future__ import annotations
 
 from itertools import pairwise
+from math import hypot
 from time import perf_counter
 from typing import NamedTuple
 
@@ -15,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, Truth
-from mafsil.collision import Checker
+from mafsil.collision import Checker, Cone, Cylinder, Scene
 from mafsil.planning.search import shortest_way
 
 MOST_MOVING = 3
@@ -25,7 +26,7 @@ FIRST_BOXES = 64
 DEEPEST = 14
 """How often a box is divided at most."""
 SURE = 1e-3
-"""Share of the size of a body by which a depth has to be larger: those of cylinders and cones are upper bounds."""
+"""Share of both sizes by which a depth has to be larger: those of cylinders and cones are upper bounds."""
 ROUNDING = 1e-9
 """Of distances [m]."""
 LINKS = 64
@@ -89,7 +90,7 @@ class _Space:
         shares = np.maximum(ways / max(float(ways.max()), ROUNDING), 1e-3)
         even = float((FIRST_BOXES / np.prod(shares)) ** (1.0 / len(size)))
         self.counts = np.maximum(np.round(even * shares), 1.0).astype(np.int64)
-        self.unsure = SURE * checker.arm.bodies[:, 7]
+        self.unsure, self.unsure_around = SURE * checker.arm.bodies[:, 7], SURE * _rounded_size(checker.scene)
 
     def _ways(self, half: Floats) -> Floats:
         change = np.zeros(len(self.lower))
@@ -114,13 +115,19 @@ class _Space:
         for b, checker in self.around:
             gap = checker.distance(q, within=margin + 2.0 * M[b]).distance
             free &= gap > margin + M[b]
-            full |= gap + M[b] + self.unsure[b] <= margin
+            full |= gap + M[b] + self.unsure[b] + self.unsure_around <= margin
         for (a, b, checker), kept in zip(self.pairs, margins, strict=True):
             both = M[a] + M[b]
             gap = checker.distance(q, within=kept + 2.0 * both).distance
             free &= gap > kept + both
-            full |= gap + both + max(self.unsure[a], self.unsure[b]) <= kept
+            full |= gap + both + self.unsure[a] + self.unsure[b] <= kept
         return free, full
+
+
+def _rounded_size(scene: Scene) -> float:
+    """The largest extent of its cylinders and cones [m]."""
+    shapes = [each.geometry for each in scene]
+    return max([0.0, *(hypot(each.radius, each.length) for each in shapes if isinstance(each, Cylinder | Cone))])
 
 
 def cover(
