@@ -155,6 +155,34 @@ def test_lengths_and_files_of_other_robots():
     assert job.other_robot[0].position == (1.2, 0.0, 0.0)
 
 
+TOUCHING = """<robot name="touching">
+<link name="base"><collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link>
+<link name="middle"><collision><origin xyz="0.4 0 0"/><geometry><sphere radius="0.02"/></geometry></collision></link>
+<link name="end"><collision><origin xyz="-0.4 0 0"/><geometry><sphere radius="0.05"/></geometry></collision></link>
+<joint name="first" type="revolute"><parent link="base"/><child link="middle"/><axis xyz="0 0 1"/>
+<limit lower="-2" upper="2" effort="1" velocity="1"/></joint>
+<joint name="second" type="revolute"><parent link="middle"/><child link="end"/><origin xyz="0.4 0 0"/>
+<axis xyz="0 1 0"/><limit lower="-2" upper="2" effort="1" velocity="1"/></joint></robot>"""
+LISTED = '<robot name="touching"><disable_collisions link1="base" link2="end" reason="Default"/></robot>'
+
+
+def test_pairs_of_another_robot_are_left_out_by_its_file_or_by_name(tmp_path):
+    (tmp_path / "touching.urdf").write_text(TOUCHING)
+    (tmp_path / "touching.srdf").write_text(LISTED)
+    moves = "joints = [0, 0]\n{}[[other_robot.move]]\njoints = [60, 0]\n"
+    beside = '[[other_robot]]\nname = "right"\nrobot = "touching.urdf"\nposition = [5, 0, 0]\n' + moves
+
+    def solved(more):
+        text = HEAD + beside.format(more)
+        return prepare(parse(text), text, tmp_path)
+
+    assert not solved("")
+    assert solved('srdf = "touching.srdf"\n')
+    assert solved('skip = [["base", "end"]]\n')
+    with pytest.raises(FileError, match=r"other_robot\[1\].srdf.*none.srdf"):
+        solved('srdf = "none.srdf"\n')
+
+
 @pytest.mark.capability("11-45")
 def test_another_robot_goes_to_a_pose_in_space():
     """With the orientation that its tip has; through the inverse kinematics, a configuration that is free."""

@@ -11,6 +11,7 @@ from mafsil.collision import TriangleMesh
 from mafsil.collision.srdf import disabled_pairs
 from mafsil.errors import FileError
 from mafsil.job.description import Job, Obstacle
+from mafsil.job.lines import Path as Keys
 from mafsil.job.lines import Places
 
 MOST_ACROSS = 100.0
@@ -56,10 +57,20 @@ def with_files(job: Job, folder: Path, places: Places) -> Job:
         obstacles[k] = msgspec.structs.replace(one, mesh=str((folder / one.mesh).resolve()))
     rule = job.collision
     if rule is not None and rule.srdf is not None:
-        path = (folder / rule.srdf).resolve()
-        try:
-            disabled_pairs(path)
-        except FileError as fault:
-            raise places.of_file(fault, ("collision", "srdf")) from None
-        rule = msgspec.structs.replace(rule, srdf=str(path))
-    return msgspec.structs.replace(job, obstacle=tuple(obstacles), collision=rule)
+        rule = msgspec.structs.replace(rule, srdf=_semantic(rule.srdf, folder, places, ("collision", "srdf")))
+    others = list(job.other_robot)
+    for k, other in enumerate(others):
+        if other.srdf is not None:
+            path = _semantic(other.srdf, folder, places, ("other_robot", k, "srdf"))
+            others[k] = msgspec.structs.replace(other, srdf=path)
+    return msgspec.structs.replace(job, obstacle=tuple(obstacles), collision=rule, other_robot=tuple(others))
+
+
+def _semantic(name: str, folder: Path, places: Places, keys: Keys) -> str:
+    """The whole path of a semantic description that can be read."""
+    path = (folder / name).resolve()
+    try:
+        disabled_pairs(path)
+    except FileError as fault:
+        raise places.of_file(fault, keys) from None
+    return str(path)

@@ -207,7 +207,13 @@ class Neighbourhood:
         self, robot: Robot, neighbours: Sequence[Neighbour], scene: Scene, parts: Sequence[Body], rule: Collision
     ) -> None:
         self.moving = tuple(each for each in neighbours if not each.stands)
-        mounted = [Mounted(each.asked.name, each.robot, self_collision=each.checks_itself) for each in self.moving]
+        mounted = [
+            Mounted(
+                each.asked.name, each.robot, srdf=each.asked.srdf, skip=each.asked.skip,
+                self_collision=each.checks_itself,
+            )
+            for each in self.moving
+        ]  # fmt: skip
         main = Mounted(MAIN, robot, attached=parts, self_collision=False)
         self.cell = Arms(
             [main, *mounted], scene, margin=rule.clearance, own_margin=rule.kept_of_itself(rule.clearance)

@@ -58,6 +58,8 @@ class OtherPlace(Part, frozen=True, kw_only=True):
         position: of its base in {s} [m].
         rpy, quaternion: how its base is turned [rad, or degrees].
         joints: where it begins; zero, moved into the middle 70 % of each range, if None.
+        srdf: path of a semantic description whose disabled pairs of its links are not checked, relative to the file.
+        skip: further pairs of its links or bodies that are not checked against each other.
     """
 
     name: str
@@ -66,6 +68,8 @@ class OtherPlace(Part, frozen=True, kw_only=True):
     rpy: Three | None = None
     quaternion: Four | None = None
     joints: tuple[float, ...] | None = None
+    srdf: str | None = None
+    skip: tuple[tuple[str, str], ...] = ()
 
 
 class OtherRobot(OtherPlace, frozen=True, kw_only=True):

@@ -21,7 +21,7 @@ from mafsil.messages.visible import visible
 
 TABLE = "include"
 FILES: dict[str, Sequence[str]] = {
-    "robot": (), "other_robot": ("robot",), "obstacle": ("mesh",), "collision": ("srdf",),
+    "robot": (), "other_robot": ("robot", "srdf"), "obstacle": ("mesh",), "collision": ("srdf",),
 }  # fmt: skip
 """Keys that name files, and for tables which of their keys do."""
 DEEPEST = 8
