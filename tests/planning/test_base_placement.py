@@ -10,7 +10,7 @@ from mafsil.collision import Arms, Box, Checker, Mounted, MovableArm, Obstacle, 
 from mafsil.errors import InputError, MafsilError
 from mafsil.figures import save_placement
 from mafsil.geometry import rotation
-from mafsil.planning import Miss, PlacementStatus
+from mafsil.planning import Miss, PlacementStatus, base_placement
 from mafsil.planning.base_placement import base_poses
 from tests.collision.arms import arm, scene
 
@@ -158,3 +158,29 @@ def test_what_is_refused(ur5):
             mf.place(ur5, **{"targets": TARGETS, "scene": TABLE, **wrong})
     with pytest.raises(MafsilError, match=r"targets\[0\] is no pose"):
         mf.place(ur5, 2.0 * np.asarray(TARGETS), scene=TABLE)
+
+
+@pytest.mark.parametrize("when", [0, 3, 10_000])
+def test_what_was_looked_at_is_kept_at_an_interruption(found, ur5, monkeypatch, when):
+    """In the first part of the grid, in a later one, and while the grid is made finer."""
+    solve, calls = base_placement._Search._solve, list[int]()
+
+    def until(self, bases, *rest):
+        calls.append(len(bases))
+        if len(calls) > when or len(bases) < found.grid:
+            raise KeyboardInterrupt
+        solve(self, bases, *rest)
+
+    monkeypatch.setattr(base_placement, "CHUNK", 300)
+    monkeypatch.setattr(base_placement._Search, "_solve", until)
+    if not when:
+        with pytest.raises(KeyboardInterrupt):
+            mf.place(ur5, TARGETS, scene=TABLE, region=REGION, stands_on=["table"])
+        return
+    some = mf.place(ur5, TARGETS, scene=TABLE, region=REGION, stands_on=["table"])
+    assert some.interrupted
+    assert "interrupted" in some.explain("en")
+    count = len(some.bases)
+    assert count == found.grid if when > 3 else 0 < count < found.grid
+    np.testing.assert_array_equal(some.misses, found.misses[:count])
+    np.testing.assert_array_equal(some.q, found.q[:count])

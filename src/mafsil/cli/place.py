@@ -75,8 +75,9 @@ def place(
         save_placement(found, picture, scene=around)
         data["picture"] = picture
     if not found:
-        return Answer(data, (), found.explain())
-    return Answer(data, (*found.explain().splitlines(), *_configurations(arm, found, degrees=degrees)))
+        return Answer(data, (), found.explain(), interrupted=found.interrupted)
+    lines = (*found.explain().splitlines(), *_configurations(arm, found, degrees=degrees))
+    return Answer(data, lines, interrupted=found.interrupted)
 
 
 def _targets(file: str, *, degrees: bool) -> PoseMatrix:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
@@ -17,6 +18,7 @@ from mafsil.model.loading import RobotLike
 from mafsil.model.placement import checked_poses, inverse
 from mafsil.model.skeleton import reach, with_skeleton
 from mafsil.performance import scaled_jacobian
+from mafsil.planning.interruption import is_interruption
 from mafsil.planning.placement_answer import MEASURES, BasePlacement, Miss, PlacementStatus
 from mafsil.robot import as_robot
 
@@ -67,6 +69,8 @@ def place(
         refinements: of step 4.
         seed: of the samples.
 
+    Ctrl-C gives the best of the base poses that were looked at, `interrupted`, as soon as there is one.
+
     Memory: 64 solutions of CHUNK pairs at once, and 24 bytes for each base pose and target.
 
     Raises:
@@ -102,8 +106,14 @@ def place(
         moves = np.delete(near.reshape(3, -1).T, 13, axis=0)
         rows = best + np.insert(moves, 2, 0.0, axis=1)
         rows = rows[((rows[:, :3] >= low) & (rows[:, :3] <= high)).all(axis=1)]
-        if len(rows):
+        if not len(rows) or found.interrupted:
+            continue
+        try:
             found = found.with_more(search.judged(rows))
+        except (KeyboardInterrupt, SystemError) as error:
+            if not is_interruption(error):
+                raise
+            found = replace(found, interrupted=True)
     return search.answer(found)
 
 
@@ -127,7 +137,7 @@ class _Search:
             self.starts += list(rng.uniform(low, high, (samples - 1, arm.robot.n)))
 
     def judged(self, bases: Floats) -> BasePlacement:
-        """What each of (k, 4) base poses reaches, and how well."""
+        """What each of (k, 4) base poses reaches, and how well; at Ctrl-C of those looked at till then."""
         shape = (len(bases), len(self.targets))
         misses, quality = np.full(shape, Miss.REACH, np.int8), np.full((*shape, len(MEASURES)), -1.0)
         q = np.full((*shape, self.robot.n), np.nan)
@@ -135,12 +145,18 @@ class _Search:
         misses[~open_bases] = Miss.BASE
         T_sb = base_poses(bases)
         near = np.linalg.norm(self.targets[None, :, :3, 3] - T_sb[:, None, :3, 3], axis=2) <= self.farthest
-        rows = np.argwhere(open_bases[:, None] & near)
-        for begin in range(0, len(rows), CHUNK):
-            part = rows[begin : begin + CHUNK]
-            self._solve(bases, T_sb, part, misses, quality, q)
+        rows, done, begin = np.argwhere(open_bases[:, None] & near), len(bases), 0
+        try:
+            for begin in range(0, len(rows), CHUNK):
+                part = rows[begin : begin + CHUNK]
+                self._solve(bases, T_sb, part, misses, quality, q)
+        except (KeyboardInterrupt, SystemError) as error:
+            done = int(rows[begin, 0])
+            if not is_interruption(error) or not done:
+                raise
         return BasePlacement(
-            PlacementStatus.NOT_FOUND, self.robot, self.targets, bases, misses, quality, q, len(bases)
+            PlacementStatus.NOT_FOUND, self.robot, self.targets, bases[:done], misses[:done], quality[:done], q[:done],
+            done, interrupted=done < len(bases),
         )  # fmt: skip
 
     def _solve(

@@ -53,6 +53,7 @@ class BasePlacement(SingleAnswer):
         q: (k, m, n) that solution; NaN where there is none.
         grid: how many of the bases are of the grid.
         contacts: for targets that the best base misses by a collision, what the arm meets.
+        interrupted: whether Ctrl-C ended the search; the bases are those that were looked at till then.
     """
 
     status: PlacementStatus
@@ -64,6 +65,7 @@ class BasePlacement(SingleAnswer):
     q: JointVector
     grid: int
     contacts: Mapping[int, Contact | None] = field(default_factory=dict[int, Contact | None])
+    interrupted: bool = False
 
     @property
     def reached(self) -> NDArray[np.bool_]:
@@ -109,7 +111,8 @@ class BasePlacement(SingleAnswer):
     def with_more(self, other: BasePlacement) -> BasePlacement:
         """With further base poses after these."""
         names = ("bases", "misses", "quality", "q")
-        return replace(self, **{each: np.concatenate([getattr(self, each), getattr(other, each)]) for each in names})
+        both = {each: np.concatenate([getattr(self, each), getattr(other, each)]) for each in names}
+        return replace(self, **both, interrupted=self.interrupted or other.interrupted)
 
     def judged(self, contacts: Mapping[int, Contact | None]) -> BasePlacement:
         """With the status that the bases say, and what the arm meets where the best base misses targets."""
@@ -128,6 +131,8 @@ class BasePlacement(SingleAnswer):
                 targets=len(reached),
             ),
         ]  # fmt: skip
+        if self.interrupted:
+            lines.insert(1, say("planning.placing_interrupted", language=language))
         if reached.any():
             worst = self.quality[self.best][reached].min(axis=0)
             lines.append(say("planning.worst_shares", language=language, **dict(zip(MEASURES, worst, strict=True))))
@@ -151,5 +156,5 @@ class BasePlacement(SingleAnswer):
         return {
             "status": self.status.name, "T_sb": self.T_sb, "base": self.bases[self.best], "tried": len(self.bases),
             "score": float(self.score[self.best]), "configurations": self.configurations, "targets": misses,
-            "reached_from": self.reached.sum(axis=0),
+            "reached_from": self.reached.sum(axis=0), "interrupted": self.interrupted,
         }  # fmt: skip
