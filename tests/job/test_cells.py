@@ -147,11 +147,11 @@ def test_units_of_a_cell_are_those_of_its_job(folder):
 @pytest.mark.parametrize(
     ("include", "says"),
     [
-        ('"nowhere.toml"', "job.toml:2: include: job file nowhere.toml"),
+        ('"nowhere.toml"', "job.toml:2: include: file nowhere.toml"),
         ('"cells"', "job.toml:2: include: cells is a directory"),
-        ('["cells/cell.toml", "cells/deep.toml"]', "cells/deep.toml:3: include: job file nothing.toml"),
+        ('["cells/cell.toml", "cells/deep.toml"]', "cells/deep.toml:3: include: file nothing.toml"),
         ('"cells/open.toml"', "job.toml:2: include: cells/open.toml:3: "),
-        ('"cells/bytes.toml"', "job.toml:2: include: job file cells/bytes.toml is not UTF-8 (line 2"),
+        ('"cells/bytes.toml"', "job.toml:2: include: file cells/bytes.toml is not UTF-8 (line 2"),
         ('"job.toml"', "job.toml:2: include: job.toml includes itself"),
     ],
 )
