@@ -148,7 +148,6 @@ def plan(
         wider = with_carriers(checker, np.concatenate([q[None], goals]))
         rules = (None,) if wider is None else (None, wider)
     half = seconds / len(rules), max(nodes // len(rules), 1)
-    constraints = ((keep,) if not isinstance(keep, Iterable) else tuple(keep)) + loops
     if planner == "rrt_connect" and not keep and not loops and roadmap is None and len(goals):
         made, seen, found = 0, (0, 0, 0), None
         # Where boxes may decide, they are asked before most of the budget is spent.
@@ -169,6 +168,7 @@ def plan(
     refused = _refused(checker, q, goals, planner, begun)
     if isinstance(refused, ArmPlan):
         return _reasoned(refused, checker, goal, q)
+    constraints = ((keep,) if not isinstance(keep, Iterable) else tuple(keep)) + loops
     if constraints and planner != "rrt_connect":
         raise InputError("planning.loops_planner" if loops else "planning.keep_planner", planner=planner)
     # 3., 4.
