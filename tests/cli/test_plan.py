@@ -14,6 +14,7 @@ from mafsil.cli.main import main
 from mafsil.job.reading import parse_scene
 from mafsil.job.surroundings import scene_of, with_shapes
 from mafsil.parallel import ClosedChain
+from tests.collision.arms import LISTED, TOUCHING
 
 SCENE = str(Path(__file__).parents[2] / "examples" / "scenes" / "wall.toml")
 LEFT, RIGHT = ["45", "20", "0", "-110", "0", "130", "45"], ["-45", "20", "0", "-110", "0", "130", "45"]
@@ -98,17 +99,6 @@ def test_a_typed_pose_of_a_mechanism_with_loops_is_met_to_its_digits(capsys):
     chain = ClosedChain(mf.load(robot))
     assert chain.error(path).max() < 1e-9
     np.testing.assert_allclose(path[-1][[0, 2]], [1.0, 0.7], atol=1e-6)
-
-
-TOUCHING = """<robot name="touching">
-<link name="base"><collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link>
-<link name="middle"><collision><origin xyz="0.4 0 0"/><geometry><sphere radius="0.02"/></geometry></collision></link>
-<link name="end"><collision><origin xyz="-0.4 0 0"/><geometry><sphere radius="0.05"/></geometry></collision></link>
-<joint name="first" type="revolute"><parent link="base"/><child link="middle"/><axis xyz="0 0 1"/>
-<limit lower="-2" upper="2" effort="1" velocity="1"/></joint>
-<joint name="second" type="revolute"><parent link="middle"/><child link="end"/><origin xyz="0.4 0 0"/>
-<axis xyz="0 1 0"/><limit lower="-2" upper="2" effort="1" velocity="1"/></joint></robot>"""
-LISTED = '<robot name="touching"><disable_collisions link1="base" link2="end" reason="Default"/></robot>'
 
 
 @pytest.mark.capability("11-39")

@@ -21,6 +21,18 @@ _SHAPES = (
 _AXES = ("0 0 1", "0 1 0", "0 1 0", "1 0 0", "0 1 0", "0 0 1")
 _STEPS = ("0 0 0.2", "0 0.1 0", "0 0 0.4", "0.05 0 0.35", "0 0 0.1", "0 0.02 0.1")
 
+TOUCHING = """<robot name="touching">
+<link name="base"><collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link>
+<link name="middle"><collision><origin xyz="0.4 0 0"/><geometry><sphere radius="0.02"/></geometry></collision></link>
+<link name="end"><collision><origin xyz="-0.4 0 0"/><geometry><sphere radius="0.05"/></geometry></collision></link>
+<joint name="first" type="revolute"><parent link="base"/><child link="middle"/><axis xyz="0 0 1"/>
+<limit lower="-2" upper="2" effort="1" velocity="1"/></joint>
+<joint name="second" type="revolute"><parent link="middle"/><child link="end"/><origin xyz="0.4 0 0"/>
+<axis xyz="0 1 0"/><limit lower="-2" upper="2" effort="1" velocity="1"/></joint></robot>"""
+"""Two links of it meet always."""
+LISTED = '<robot name="touching"><disable_collisions link1="base" link2="end" reason="Default"/></robot>'
+"""An SRDF file that leaves them out."""
+
 
 def urdf() -> str:
     """The arm as a URDF."""

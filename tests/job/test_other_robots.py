@@ -20,6 +20,7 @@ from mafsil.report.contents import page as page_of
 from mafsil.report.replay import replay_scene
 from mafsil.report.results import as_data
 from mafsil.trajectory import quintic, rest
+from tests.collision.arms import LISTED, TOUCHING
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "jobs" / "two_arms.toml"
 HEAD = """
@@ -153,17 +154,6 @@ def test_lengths_and_files_of_other_robots():
     text = HEAD.replace('angles = "degrees"', 'angles = "degrees"\nlengths = "millimetres"').replace("0.01", "10")
     job = parse(text + RIGHT.replace("[1.2, 0, 0]", "[1200, 0, 0]"))
     assert job.other_robot[0].position == (1.2, 0.0, 0.0)
-
-
-TOUCHING = """<robot name="touching">
-<link name="base"><collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link>
-<link name="middle"><collision><origin xyz="0.4 0 0"/><geometry><sphere radius="0.02"/></geometry></collision></link>
-<link name="end"><collision><origin xyz="-0.4 0 0"/><geometry><sphere radius="0.05"/></geometry></collision></link>
-<joint name="first" type="revolute"><parent link="base"/><child link="middle"/><axis xyz="0 0 1"/>
-<limit lower="-2" upper="2" effort="1" velocity="1"/></joint>
-<joint name="second" type="revolute"><parent link="middle"/><child link="end"/><origin xyz="0.4 0 0"/>
-<axis xyz="0 1 0"/><limit lower="-2" upper="2" effort="1" velocity="1"/></joint></robot>"""
-LISTED = '<robot name="touching"><disable_collisions link1="base" link2="end" reason="Default"/></robot>'
 
 
 def test_pairs_of_another_robot_are_left_out_by_its_file_or_by_name(tmp_path):
