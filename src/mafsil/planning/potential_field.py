@@ -252,10 +252,11 @@ class PotentialField:
 
     def _wandered(self, x: Floats, rng: np.random.Generator, longest: float, times: int) -> list[Floats]:
         """A random walk of some steps that touches no obstacle; the longer, the more there were before."""
-        rows = [x + 0.0]
+        rows, clear = [x + 0.0], self._clear(x)
         for _ in range(times * int(rng.integers(10, 60))):
             move = rng.normal(size=len(x)) * longest * 2.0 / max(self.lever, 1.0)
             # Within the ball that is clear about it nothing is met on the way.
-            if float(np.linalg.norm(move)) * self.lever < self._clear(rows[-1]):
+            if float(np.linalg.norm(move)) * self.lever < clear:
                 rows.append(rows[-1] + move)
+                clear = self._clear(rows[-1])
         return rows[1:] or rows
