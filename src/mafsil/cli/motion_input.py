@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from math import isinf, pi
+from math import isinf
 
 import numpy as np
 
 from mafsil.algebra.tolerance import ROTATION, UNIT
 from mafsil.arrays import Floats, PoseMatrix
-from mafsil.cli.numerals import coordinate
+from mafsil.cli.numerals import angle, coordinate
 from mafsil.errors import InputError
 from mafsil.geometry import euler, membership, planar, pose, quaternion, rotation, screw
 
@@ -52,10 +52,10 @@ class _Words:
         self.require_count(len(words), len(kinds))
         values: list[float] = []
         for k, (word, kind) in enumerate(zip(words, kinds, strict=True)):
-            value, marked = coordinate(f"{self.option}[{k}]", word)
+            value = angle(f"{self.option}[{k}]", word, degrees=kind == "a" and self.degrees)
             if not np.isfinite(value):
                 raise InputError("input.finite", name=self.option, value=value, index=k)
-            values.append(value * pi / 180 if kind == "a" and self.degrees and not marked else value)
+            values.append(value)
         return np.array(values)
 
     def require_count(self, got: int, *expected: int) -> None:

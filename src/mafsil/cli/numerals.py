@@ -47,6 +47,18 @@ def coordinate(name: str, text: str) -> tuple[float, bool]:
     return _read(name, text)
 
 
+def angle(name: str, text: str, *, degrees: bool) -> float:
+    """A number whose unit, if it has one, stands; a bare one is in degrees if that is asked.
+
+    Args:
+        name: of the argument, for the error.
+        text: what was typed.
+        degrees: whether bare numbers are degrees.
+    """
+    value, marked = coordinate(name, text)
+    return value * pi / 180 if degrees and not marked else value
+
+
 def count(name: str, text: str) -> int:
     """A whole number from 0 on.
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from math import pi
 from typing import TypeAlias
 
 import numpy as np
 
 from mafsil.arrays import JointVector, PoseMatrix, single
-from mafsil.cli.numerals import coordinate, number
+from mafsil.cli import numerals
+from mafsil.cli.numerals import number
 from mafsil.cli.state import joint_values
 from mafsil.cli.typed_pose import PLACES, typed_pose
 from mafsil.errors import InputError
@@ -54,7 +54,8 @@ def typed_goal(
     if box or angle is not None:
         sizes = [number(f"--box[{k}]", word) for k, word in enumerate(box or ["0"])]
         room = sizes[0] if len(sizes) == 1 else single("box", sizes, (3,))
-        return GoalRegion(poses[0], box=room, angle=0.0 if angle is None else _angle("--angle", angle, degrees=degrees))
+        turn = 0.0 if angle is None else numerals.angle("--angle", angle, degrees=degrees)
+        return GoalRegion(poses[0], box=room, angle=turn)
     # An array of four rows could be four configurations of an arm with four joints.
     return Pose(poses[0]) if len(poses) == 1 else np.stack(poses)
 
@@ -76,7 +77,7 @@ def typed_constraints(
     """
     found = list[Kept]()
     if upright is not None:
-        found.append(Upright(_angle("--upright", upright, degrees=degrees)))
+        found.append(Upright(numerals.angle("--upright", upright, degrees=degrees)))
     if orientation:
         found.append(FixedOrientation())
     if line:
@@ -84,8 +85,3 @@ def typed_constraints(
     if plane:
         found.append(InPlane(single("plane", [number("--plane", word) for word in plane], (3,))))
     return tuple(found)
-
-
-def _angle(name: str, word: str, *, degrees: bool) -> float:
-    value, marked = coordinate(name, word)
-    return value * pi / 180 if degrees and not marked else value

@@ -8,7 +8,7 @@ from math import pi
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.cli.numerals import coordinate, number
+from mafsil.cli.numerals import angle, coordinate, number
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.model import JointKind, Mechanism
@@ -29,9 +29,8 @@ def joint_values(name: str, words: list[str], mechanism: Mechanism, *, degrees: 
     _require_count(name, words, mechanism)
     values: list[float] = []
     for joint, word in zip(mechanism.coordinates, words, strict=True):
-        value, marked = coordinate(f"{name}[{joint.name}]", word)
-        revolute = joint.kind is not JointKind.PRISMATIC
-        values.append(value * pi / 180 if degrees and revolute and not marked else value)
+        turns = joint.kind is not JointKind.PRISMATIC
+        values.append(angle(f"{name}[{joint.name}]", word, degrees=degrees and turns))
     return _finite(name, values, mechanism)
 
 

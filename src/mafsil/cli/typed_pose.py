@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from math import pi
-
 import numpy as np
 
 from mafsil.arrays import PoseMatrix
-from mafsil.cli.numerals import coordinate, number
+from mafsil.cli.numerals import angle, number
 from mafsil.errors import InputError
 
 PLACES = ("x", "y", "z", "roll", "pitch", "yaw")
@@ -30,8 +28,7 @@ def typed_pose(name: str, words: list[str], *, degrees: bool) -> PoseMatrix:
         raise InputError("cli.ik_pose_count", name=name, got=len(words))
     values = [number(f"{name}[{place}]", word) for place, word in zip(PLACES[:3], words[:3], strict=True)]
     for place, word in zip(PLACES[3:], words[3:], strict=False):
-        value, marked = coordinate(f"{name}[{place}]", word)
-        values.append(value * pi / 180 if degrees and not marked else value)
+        values.append(angle(f"{name}[{place}]", word, degrees=degrees))
     for place, value in zip(PLACES, values, strict=False):
         if not np.isfinite(value):
             raise InputError("input.finite", name=name, value=value, index=place)
