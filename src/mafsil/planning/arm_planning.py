@@ -276,8 +276,6 @@ def _checker(
 def configurations_of(checker: Checker, goal: ArrayLike | Pose | GoalRegion, start: JointVector) -> JointVector:
     """(k, n) goals; of poses all solutions within the limits."""
     n = checker.robot.n
-    if type(goal) is np.ndarray and goal.shape == (n,):
-        return np.array(single("goal", goal, (n,)), ndmin=2)
     if isinstance(goal, GoalRegion):
         return _solutions(checker, goal.poses(), start)
     typed = isinstance(goal, Pose)

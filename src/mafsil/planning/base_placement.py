@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
@@ -18,7 +17,7 @@ from mafsil.model.loading import RobotLike
 from mafsil.model.placement import checked_poses, inverse
 from mafsil.model.skeleton import reach, with_skeleton
 from mafsil.performance import scaled_jacobian
-from mafsil.planning.interruption import is_interruption
+from mafsil.planning.interruption import best_kept, tells_of_interruption
 from mafsil.planning.placement_answer import MEASURES, BasePlacement, Miss, PlacementStatus
 from mafsil.robot import as_robot
 
@@ -27,6 +26,7 @@ CHUNK = 4000
 MOST_POSES = 200_000
 
 
+@tells_of_interruption
 def place(
     robot: RobotLike | Checker,
     targets: ArrayLike,
@@ -97,23 +97,19 @@ def place(
     # 2., 3.
     found = search.judged(grid)
     # 4.
+    finer = whole("refinements", refinements) if len(found.bases) == len(grid) else 0
     low, high = (np.array([f(axis) for axis in (*axes, levels)]) for f in (np.min, np.max))
     turn = 2.0 * np.pi / count
-    for _ in range(whole("refinements", refinements)):
-        step, turn = step / 2.0, turn / 2.0
-        best = found.bases[found.best]
-        near = np.stack(np.meshgrid(*(np.array([-1.0, 0.0, 1.0]) * d for d in (step, step, turn)), indexing="ij"))
-        moves = np.delete(near.reshape(3, -1).T, 13, axis=0)
-        rows = best + np.insert(moves, 2, 0.0, axis=1)
-        rows = rows[((rows[:, :3] >= low) & (rows[:, :3] <= high)).all(axis=1)]
-        if not len(rows) or found.interrupted:
-            continue
-        try:
-            found = found.with_more(search.judged(rows))
-        except (KeyboardInterrupt, SystemError) as error:
-            if not is_interruption(error):
-                raise
-            found = replace(found, interrupted=True)
+    with best_kept(lambda: True):
+        for _ in range(finer):
+            step, turn = step / 2.0, turn / 2.0
+            best = found.bases[found.best]
+            near = np.stack(np.meshgrid(*(np.array([-1.0, 0.0, 1.0]) * d for d in (step, step, turn)), indexing="ij"))
+            moves = np.delete(near.reshape(3, -1).T, 13, axis=0)
+            rows = best + np.insert(moves, 2, 0.0, axis=1)
+            rows = rows[((rows[:, :3] >= low) & (rows[:, :3] <= high)).all(axis=1)]
+            if len(rows):
+                found = found.with_more(search.judged(rows))
     return search.answer(found)
 
 
@@ -145,18 +141,15 @@ class _Search:
         misses[~open_bases] = Miss.BASE
         T_sb = base_poses(bases)
         near = np.linalg.norm(self.targets[None, :, :3, 3] - T_sb[:, None, :3, 3], axis=2) <= self.farthest
-        rows, done, begin = np.argwhere(open_bases[:, None] & near), len(bases), 0
-        try:
+        rows, done = np.argwhere(open_bases[:, None] & near), 0
+        with best_kept(lambda: done > 0):
             for begin in range(0, len(rows), CHUNK):
-                part = rows[begin : begin + CHUNK]
-                self._solve(bases, T_sb, part, misses, quality, q)
-        except (KeyboardInterrupt, SystemError) as error:
-            done = int(rows[begin, 0])
-            if not is_interruption(error) or not done:
-                raise
+                done = int(rows[begin, 0])
+                self._solve(bases, T_sb, rows[begin : begin + CHUNK], misses, quality, q)
+            done = len(bases)
         return BasePlacement(
             PlacementStatus.NOT_FOUND, self.robot, self.targets, bases[:done], misses[:done], quality[:done], q[:done],
-            done, interrupted=done < len(bases),
+            done,
         )  # fmt: skip
 
     def _solve(

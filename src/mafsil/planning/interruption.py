@@ -13,9 +13,10 @@ from threading import local
 from typing import ParamSpec, TypeVar
 
 from mafsil.planning.outcome import Plan
+from mafsil.planning.placement_answer import BasePlacement
 
 P = ParamSpec("P")
-Answered = TypeVar("Answered", bound=Plan)
+Answered = TypeVar("Answered", bound=Plan | BasePlacement)
 
 
 class _OfThread(local):
@@ -56,7 +57,7 @@ def tells_of_interruption(search: Callable[P, Answered]) -> Callable[P, Answered
     """The same search, whose answer says where Ctrl-C ended it.
 
     Args:
-        search: gives a plan.
+        search: gives a plan or a placement.
     """
 
     @wraps(search)

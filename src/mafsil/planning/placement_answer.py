@@ -111,8 +111,7 @@ class BasePlacement(SingleAnswer):
     def with_more(self, other: BasePlacement) -> BasePlacement:
         """With further base poses after these."""
         names = ("bases", "misses", "quality", "q")
-        both = {each: np.concatenate([getattr(self, each), getattr(other, each)]) for each in names}
-        return replace(self, **both, interrupted=self.interrupted or other.interrupted)
+        return replace(self, **{each: np.concatenate([getattr(self, each), getattr(other, each)]) for each in names})
 
     def judged(self, contacts: Mapping[int, Contact | None]) -> BasePlacement:
         """With the status that the bases say, and what the arm meets where the best base misses targets."""
