@@ -17,8 +17,10 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, Truth
 from mafsil.collision import Checker, Cone, Cylinder, Scene
+from mafsil.lazy_module import lazily
 from mafsil.planning.search import shortest_way
 
+sparse, csgraph = lazily("scipy.sparse"), lazily("scipy.sparse.csgraph")
 MOST_MOVING = 3
 """Coordinates of which boxes are made: of more there are too many boxes."""
 FIRST_BOXES = 64
@@ -225,17 +227,8 @@ def _numbers(space: _Space, boxes: _Boxes) -> Indices:
 
 def _labels(count: int, pairs: Indices) -> Indices:
     """(count,) the same number for all that pairs join to each other."""
-    label = np.arange(count)
-    while True:
-        least = np.minimum(label[pairs[:, 0]], label[pairs[:, 1]])
-        lower = label.copy()
-        for side in range(2):
-            np.minimum.at(lower, pairs[:, side], least)
-            np.minimum.at(lower, label[pairs[:, side]], least)
-        lower = lower[lower]
-        if np.array_equal(lower, label):
-            return label
-        label = lower
+    joined = sparse.coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
+    return np.asarray(csgraph.connected_components(joined, directed=False)[1], dtype=np.int64)
 
 
 def _holding(space: _Space, levels: list[_Boxes], q: JointVector) -> Indices:
