@@ -198,8 +198,8 @@ def require_finite(name: str, array: Floats) -> Floats:
     Raises:
         InputError: names the first NaN or infinity and its index.
     """
-    few = array.size <= FEW
-    if not (all(map(isfinite, array.ravel().tolist())) if few else np.isfinite(array).all()):
+    # The sum of few numbers is finite if they are, and found sooner; finite numbers whose sum overflows are looked at.
+    if not (array.size <= FEW and isfinite(sum(array.ravel().tolist()))) and not np.isfinite(array).all():
         index = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
         raise InputError("input.finite", name=name, value=array[index], index=index)
     return array

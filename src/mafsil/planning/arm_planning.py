@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from itertools import product
+from itertools import product, repeat
 from time import perf_counter
 from typing import cast
 
@@ -131,11 +131,12 @@ def plan(
     checker = _checker(robot, scene, margin, own_margin, radius) if not isinstance(robot, ArmRoadmap) else robot.checker
     n, mechanism = checker.robot.n, checker.robot.mechanism
     loops = loops_kept(mechanism) if mechanism.loops else ()
-    q = np.array(single("start", start, (n,)))
+    q = single("start", start, (n,)).copy()
     if not isinstance(cast(object, planner), str) or (planner not in PLANNERS and planner not in ARM_PLANNERS):
         raise InputError("input.choice", name="planner", value=planner, known=", ".join({**ARM_PLANNERS, **PLANNERS}))
-    for name, number, least in (("seed", seed, 0), ("nodes", nodes, 1), ("shorten", shorten, 0)):
-        whole(name, number, least=least)
+    whole("seed", seed)
+    whole("nodes", nodes, 1)
+    whole("shorten", shorten)
     positive("seconds", seconds)
     may_move = None if moving is None else tuple(moving)
     if may_move is not None:
@@ -149,19 +150,7 @@ def plan(
         rules = (None,) if wider is None else (None, wider)
     half = seconds / len(rules), max(nodes // len(rules), 1)
     if planner == "rrt_connect" and not keep and not loops and roadmap is None and len(goals):
-        made, seen, found = 0, (0, 0, 0), None
-        # Where boxes may decide, they are asked before most of the budget is spent.
-        shares = (0.1, 1.0) if n <= MOST_MOVING else (1.0,)
-        for rule, share in product(rules, shares):
-            some = share * half[0], max(int(share * half[1]), 1)
-            path, more, also = search(checker, q, goals, seed, *some, shorten, rule)
-            made, seen = made + more, summed(seen, also)
-            if not made:  # An end cannot be, which follows by name.
-                break
-            found = _answer(checker, path, planner, made, seen, q, goals, begun, moving=rule)
-            found = _decided(found, q, goals, seed, shorten, MOST_BOXES, half[0])
-            if found.status is not PlanningStatus.NOT_FOUND:
-                break
+        found = _connected(checker, q, goals, rules, seed, *half, shorten, begun)
         if found is not None:
             return found
     # 2.
@@ -184,6 +173,32 @@ def plan(
     if constraints:
         return found
     return _decided(found, q, goals, seed, shorten, nodes if planner == CELLS else MOST_BOXES, seconds)
+
+
+def _connected(
+    checker: Checker, q: JointVector, goals: JointVector, rules: tuple[Moving, ...], seed: int, seconds: float,
+    nodes: int, shorten: int, begun: float,
+) -> ArmPlan | None:  # fmt: skip
+    """What RRT-Connect and boxes of configurations find, one rule of what may move after the other.
+
+    Where boxes may decide, they are asked before most of the budget of a rule is spent.
+
+    Returns:
+        None if an end cannot be.
+    """
+    made, seen, found = 0, (0, 0, 0), None
+    for rule, share in product(rules, (0.1, 1.0)) if len(q) <= MOST_MOVING else zip(rules, repeat(1.0)):
+        budget = share * seconds, max(int(share * nodes), 1)
+        path, more, also = search(checker, q, goals, seed, *budget, shorten, rule)
+        if not more:
+            return None
+        made, seen = made + more, summed(seen, also)
+        found = _answer(checker, path, "rrt_connect", made, seen, q, goals, begun, moving=rule)
+        if path is None:
+            found = _decided(found, q, goals, seed, shorten, MOST_BOXES, seconds)
+        if found.status is not PlanningStatus.NOT_FOUND:
+            return found
+    return found
 
 
 def _decided(
@@ -275,15 +290,15 @@ def _checker(
 
 def configurations_of(checker: Checker, goal: ArrayLike | Pose | GoalRegion, start: JointVector) -> JointVector:
     """(k, n) goals; of poses all solutions within the limits."""
-    n = checker.robot.n
+    n = len(start)
     if isinstance(goal, GoalRegion):
         return _solutions(checker, goal.poses(), start)
     typed = isinstance(goal, Pose)
     array = np.asarray(goal, dtype=np.float64) if typed else real_array("goal", goal)
+    if array.shape == (n,) and n:
+        return require_finite("goal", array).copy()[None]
     if not array.size:
         raise InputError("planning.no_goals")
-    if not typed and array.shape == (n,):
-        return np.array(require_finite("goal", array), ndmin=2)
     if not typed and array.ndim == 2 and array.shape[-1] == n and not _looks_like_pose(array, n):
         return np.array(as_batch("goal", array, (n,), finite=True), ndmin=2)
     if array.ndim not in (2, 3) or array.shape[-2:] != (4, 4):

@@ -85,9 +85,9 @@ def _question_for(checker: Checker, goals: int, moving: Moving) -> Held[Question
     of_arm = _OF_THREAD.questions.get(checker.laid)
     if of_arm is None:
         of_arm = _OF_THREAD.questions[checker.laid] = {}
-    known, n = of_arm.get(moving), checker.robot.n
+    known = of_arm.get(moving)
     if known is None or known.value.forests.q.shape[1] < goals + 2:
-        limits, rule = checker.robot.limits, rule_for(checker, moving)
+        n, limits, rule = checker.robot.n, checker.robot.limits, rule_for(checker, moving)
         between = arm_question_loops.Limits(
             limits.lower.copy(), limits.upper.copy(), *rule, np.zeros(n, np.bool_), UNBOUNDED
         )
