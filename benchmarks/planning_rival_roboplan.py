@@ -11,6 +11,7 @@ its options are its own but for the nodes (its 1,000 give up early), the clock, 
 
 import json
 import sys
+from contextlib import suppress
 from itertools import combinations
 from time import perf_counter
 
@@ -41,8 +42,8 @@ def placed(scene: core.Scene, row: dict) -> None:
         scene.addCylinderGeometry(name, "universe", core.Cylinder(row["radius"], row["length"]), T, COLOUR)
 
 
-def main(path: str) -> None:
-    """Answer numbers of problems until the input ends."""
+def main(path: str, repeats: str) -> None:
+    """Answer numbers of problems until the input ends: the first path, and the seconds of so many searches."""
     with open(path, encoding="utf-8") as file:
         data = json.load(file)
     with open(data["urdf"], encoding="utf-8") as file:
@@ -68,18 +69,18 @@ def main(path: str) -> None:
         start, goal = (np.array(problem[end])[columns] for end in ("start", "goal"))
         options = rrt.RRTOptions("arm", max_nodes=1_000_000, max_planning_time=10.0, rrt_connect=True)
         options.collision_check_step_size = 0.02
-        planner = rrt.RRT(scene, options)
-        planner.setRngSeed(0)
-        begun = perf_counter()
-        try:
-            found = planner.plan(
-                core.JointConfiguration(data["joints"], start), core.JointConfiguration(data["joints"], goal)
-            )
-            rows, reason = [row.tolist() for row in found.positions], ""
-        except RuntimeError as no:
-            rows, reason = None, str(no)
-        print(json.dumps({"path": rows, "seconds": perf_counter() - begun, "reason": reason}), flush=True)
+        ends = [core.JointConfiguration(data["joints"], each) for each in (start, goal)]
+        path, seconds = None, []
+        for seed in range(int(repeats)):
+            planner = rrt.RRT(scene, options)
+            planner.setRngSeed(seed)
+            begun = perf_counter()
+            with suppress(RuntimeError):
+                found = planner.plan(*ends)
+                path = path or [row.tolist() for row in found.positions]
+            seconds.append(perf_counter() - begun)
+        print(json.dumps({"path": path, "seconds": seconds}), flush=True)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main(*sys.argv[1:])
