@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Mapping
 from os import PathLike
 from typing import Any
@@ -194,14 +195,14 @@ def _through_meetings(locus: RootLocus) -> Complexes:
 
     Both branches that are nearest to a meeting between its two neighbouring gains stand on it; the others go on evenly.
     """
-    rows, gains = list(locus.roots), locus.gains.tolist()
+    rows, gains = list(locus.roots), [float(gain) for gain in locus.gains]
     for gain, point in zip(locus.meeting_gains.tolist(), locus.meetings.tolist(), strict=True):
-        k = int(np.searchsorted(gains, gain))
+        k = bisect_left(gains, gain)
         if not 0 < k < len(gains) or gain in gains:
             continue
         share = (gain - gains[k - 1]) / (gains[k] - gains[k - 1])
         between = (1.0 - share) * rows[k - 1] + share * rows[k]
-        for place in {point, point.conjugate()}:
+        for place in (point, point.conjugate()) if point.imag else (point,):
             between[np.argsort(np.abs(between - place))[:2]] = place
         rows.insert(k, between)
         gains.insert(k, gain)
