@@ -89,6 +89,10 @@ def test_joint_computed_torque():
     agree(robot.velocity_torque(q, qd), expected["C_theta_dot"], tol)
     agree(robot.gravity_torque(q), expected["g"], tol)
     agree(law(0.0, q, qd, reference), expected["tau"], tol)
+    joints = (replace(j, friction=Friction(0.7)) if j.moves else j for j in robot.mechanism.joints)
+    rubbing = Plant(mf.Robot(replace(robot.mechanism, joints=tuple(joints))))
+    rest = np.array(expected["tau"]) - expected["C_theta_dot"] - expected["g"] - 0.7 * qd
+    agree(rubbing.acceleration(q, qd, np.array(expected["tau"])), np.linalg.solve(expected["M"], rest), tol)
     still = gravity_compensation(robot, given["Kp"], given["Kd"])
     set_point = Motion(reference.u, np.zeros(2), np.zeros(2))
     agree(still(0.0, q, qd, set_point), expected["tau_PD_plus_gravity_setpoint"], tol)

@@ -117,7 +117,7 @@ def test_motors_alone_bring_the_links_to_the_goal(arm):
     assert weak.explain("ar") != weak.explain("en")
 
 
-@pytest.mark.capability("10-89")
+@pytest.mark.capability("10-89", "10-112")
 def test_the_linearised_links_fall_as_four_equal_roots(arm):
     goal, away, p = np.array([0.4, 0.6]), np.array([0.3, -0.2]), 15.0
     law = elastic_linearization(arm, rest(goal, 1.0), rate=p)

@@ -47,6 +47,14 @@ def test_force_control_against_a_spring():
         found = run(arm, law, q, 2.0, plant=plant, step=2.5e-4)
         assert found.status.name == "COMPLETED"
         errors[name] = np.abs(wrench - sensed(found.q[-1], found.qd[-1])).max()
+        end, J = arm.forward_kinematics(found.q[-1]), arm.jacobian_body(found.q[-1])
+        pull = 2e4 * (place[:3, 3] - end[:3, 3]) - 300.0 * end[:3, :3] @ (J @ found.qd[-1])[3:]
+        felt = np.concatenate([np.zeros(3), end[:3, :3].T @ pull])
+        np.testing.assert_allclose(tip_wrench_of(arm, spring, found.q[-1], found.qd[-1]), felt, rtol=0, atol=1e-9)
+        held = plant.robot.gravity_torque(found.q[-1]) - J.T @ felt
+        np.testing.assert_allclose(found.tau[-1], held, atol=2e-3, err_msg="at rest: tau = g + J' F_app")
+    blind = force_control(arm, wrench)(0.0, q, np.zeros(2), None)
+    np.testing.assert_allclose(blind, arm.gravity_torque(q) + arm.jacobian_body(q).T @ wrench, rtol=0, atol=1e-12)
     assert errors["open"] > 1.0
     assert errors["closed"] < 0.01
 

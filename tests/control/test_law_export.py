@@ -39,6 +39,7 @@ def laws(arm):
         "computed_torque": computed_torque(arm, natural_frequency=15.0, integral=20.0),
         "pd_gravity": gravity_compensation(arm, 120.0, 15.0),
         "pid": pid(arm.n, 120.0, 15.0, 30.0),
+        "waiting": gravity_compensation(arm, 120.0, 15.0, 9e4, effort_limit=np.resize([60.0, np.inf, 9.0], arm.n)),
         "sum": combined(feedforward(arm), pid(arm.n, 90.0, 9.0, 5.0)),
     }
 
@@ -53,7 +54,7 @@ def test_the_c_function_is_the_law(name, law, tmp_path):
 
 
 @needs_compiler
-@pytest.mark.parametrize("law", ["computed_torque", "sum"])
+@pytest.mark.parametrize("law", ["computed_torque", "sum", "waiting"])
 def test_a_run_in_c_is_the_run_of_the_session(law, tmp_path):
     """Fifty calls with the memory handed on, beside the law's own session in Python, to 1e-12 of the largest effort."""
     arm, period = robot("puma560"), 2e-3

@@ -120,7 +120,7 @@ def test_a_large_ball_is_a_wall_and_a_point_at_the_origin_the_tip_itself():
     assert not ball.wrench(pose.exp(np.array([0, 0, 0, 0, 0, 0.001])), V).any()
 
 
-@pytest.mark.capability("10-84")
+@pytest.mark.capability("10-84", "10-85")
 def test_a_virtual_wall_feels_like_the_real_one():
     arm, q = mf.load("planar2r"), np.array([0.4, 1.1])
     tip = arm.forward_kinematics(q)[:3, 3]

@@ -113,6 +113,10 @@ def test_an_adaptive_law_finds_the_payload():
     law = adaptive_control(
         UR5E, rate=10.0, damping=60.0 * np.diag(UR5E.mass_matrix(Q)), learning=[4.0, 0.4, 0.4, 0.4, *[0.02] * 6]
     )
+    # On the surface s = 0 only the dynamics are left: tau = M (a + L (v - qd)) + c(q, qd) + g.
+    e, v, a = np.array([[0.1, -0.2, 0.3, 0.1, 0.2, -0.1], [0.5, 0.4, -0.3, 0.2, 0.1, 0.6], [1.0, 2.0, 3.0, -1, 0.5, 0]])
+    tau = UR5E.inverse_dynamics(Q, v + 10.0 * e, a - 100.0 * e)
+    np.testing.assert_allclose(law(0.0, Q, v + 10.0 * e, Motion(Q + e, v, a)), tau, rtol=0, atol=1e-9)
     session = law.session(1e-3)
 
     class Watched:

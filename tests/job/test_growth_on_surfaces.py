@@ -10,8 +10,9 @@ import pytest
 
 import mafsil as mf
 from mafsil.job import Run, parse, solve
-from mafsil.job.law_stability import growth_along
-from mafsil.trajectory import quintic, rest
+from mafsil.job.held_slopes import HeldArm
+from mafsil.job.law_stability import growth_along, quiet_law
+from mafsil.trajectory import Motion, quintic, rest
 
 PLANAR = ("planar2r_point_masses", [0.4, 0.9], [0, 1.0, 0], [0])
 SPATIAL = ("puma560", [0.4, -0.3, 0.5, 0.3, -0.4, 0.5], [0.0, 0.6, 0.8], [0, 1, 3, 4, 5])
@@ -123,9 +124,9 @@ def step_of_runs(scenario, bases, free):
 
 
 @pytest.mark.capability("10-23", "10-94")
-@pytest.mark.parametrize("speed", [1.0, 0.1])
-def test_the_growth_while_sliding_on_rough_ground_is_that_of_runs_side_by_side(tmp_path, speed):
+def test_the_growth_while_sliding_on_rough_ground_is_that_of_runs_side_by_side(tmp_path):
     """Three rails: the coordinates are flat, so that the frozen step is the true one. Friction follows the velocity."""
+    speed = 1.0
     names, axes, masses = ("base", "a", "b", "c"), ("1 0 0", "0 1 0", "0 0 1"), (3.0, 2.0, 1.5)
     links = [RAIL.format(name=names[k + 1], parent=names[k], axis=axes[k], mass=masses[k]) for k in range(3)]
     file = tmp_path / "rails.urdf"
@@ -140,6 +141,39 @@ def test_the_growth_while_sliding_on_rough_ground_is_that_of_runs_side_by_side(t
     rates = np.log([factor.factor, np.abs(np.linalg.eigvals(step)).max()]) / TICK
     assert rates[0] == pytest.approx(rates[1], rel=5e-4)
     assert -10.0 < rates[0] < -4.0
+
+
+@pytest.mark.capability("10-23", "10-94")
+@pytest.mark.parametrize(("case", "friction"), [(PLANAR, 0.3), (SPATIAL, 0.3), (SPATIAL, 0.0)])
+def test_the_growth_of_arms_that_slide_fast_is_that_of_runs_in_the_same_coordinates(case, friction):
+    """At 1 m/s what is tangent to the surface changes from tick to tick: errors are compared by Z+ of one place."""
+    robot, q, normal, _ = case
+    job, driven = pressed(robot, q, normal, 'kind = "pd_gravity"\nstiffness = 1500\nrate_gain = 60', friction)
+    arm, base, n = mf.load(robot), np.array(q), np.array(normal)
+    J = arm.forward_kinematics(base)[:3, :3] @ arm.jacobian_body(base)[3:]
+    v, inside = (
+        np.linalg.pinv(J) @ np.cross(n, [0, 0, 1.0] if arm.n == 2 else [1.0, 0, 0]),
+        base - 2e-3 * np.linalg.pinv(J) @ n,
+    )
+    motion = quintic(inside, inside + 2 * TICK * v, 2 * TICK, start_velocity=v, goal_velocity=v)
+    scenario = replace(driven.scenario, trajectory=motion, step=TICK, period=TICK)
+    driven = replace(driven, scenario=scenario, stretch=replace(driven.stretch, trajectory=motion))
+    held = HeldArm(driven, quiet_law(job, driven), 0.0, Motion(*motion.at(0.0)), (0,))
+    (surface,), (q0, v0) = scenario.true_plant.surfaces, held.base
+    before, after = [], []
+    for e, x in [(SIDE[k], z) for k in range(2) for z in held.Z.T]:
+        pair = []
+        for side in (e, -e):
+            moved = (q0 + side * x, v0) if e == SIDE[0] else (q0, v0 + side * x)
+            start, rate = put_on(arm, surface, *moved)
+            run = mf.simulate(replace(scenario, q=start, qd=rate, duration=TICK))
+            pair.append([held.inverse @ np.stack([run.q[k], run.qd[k]], axis=1) for k in (0, -1)])
+        first, last = (np.array(pair[0]) - pair[1]) / (2.0 * e)
+        before.append(first.T.ravel())
+        after.append(last.T.ravel())
+    step = np.linalg.solve(before, after)
+    rates = np.log([growth_along(job, driven).factor, np.abs(np.linalg.eigvals(step)).max()]) / TICK
+    assert rates[0] == pytest.approx(rates[1], rel=2e-5)
 
 
 @pytest.mark.capability("10-23", "10-94")

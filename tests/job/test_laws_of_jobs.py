@@ -20,6 +20,7 @@ from mafsil.job.law_stability import growth_along
 from mafsil.job.laws import KINDS
 from mafsil.simulation import Plant, Scenario
 from mafsil.simulation.findings import alternating_efforts
+from mafsil.simulation.fused import can_fuse
 from mafsil.trajectory import quintic, rest
 from tests.job.test_job_planning import planned
 
@@ -364,6 +365,7 @@ def test_the_integral_of_a_job_waits_where_efforts_are_at_their_limits():
     (driven,) = run("pid").driven
     law = driven.scenario.law
     np.testing.assert_array_equal(law.effort_limit, driven.scenario.robot.limits.effort)
+    assert can_fuse(driven.scenario)
 
 
 @pytest.mark.capability("10-11", "10-103")

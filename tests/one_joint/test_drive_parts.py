@@ -11,7 +11,7 @@ from mafsil import one_joint as oj
 from mafsil.errors import InputError
 
 
-@pytest.mark.capability("02-4", "02-5")
+@pytest.mark.capability("02-4", "02-5", "10-7")
 def test_fast_actuators_need_a_reduction_before_a_joint():
     kinds = {kind.name: kind for kind in oj.ACTUATORS}
     assert set(kinds) == {
@@ -29,7 +29,7 @@ def test_fast_actuators_need_a_reduction_before_a_joint():
         kinds["stepper"].reduction(0.0)
 
 
-@pytest.mark.capability("02-6")
+@pytest.mark.capability("02-6", "10-7")
 def test_transmissions_are_judged_by_what_they_do_to_the_tip():
     kinds = {kind.name: kind for kind in oj.TRANSMISSIONS}
     backlash, slip = [kind.backlash for kind in oj.TRANSMISSIONS], [kind.slip for kind in oj.TRANSMISSIONS]

@@ -7,14 +7,14 @@ from mafsil.errors import InputError
 from mafsil.one_joint import Play, SpeedFriction
 
 
-@pytest.mark.capability("02-10")
+@pytest.mark.capability("02-10", "10-11")
 def test_nothing_passes_within_the_gap():
     play = Play.of(0.01, 200.0)
     np.testing.assert_allclose(play.torque([-0.02, -0.005, 0.0, 0.004, 0.005, 0.015]), [-3, 0, 0, 0, 0, 2], atol=1e-12)
     assert Play.of([0.0, 0.01], 100.0).torque(0.01).tolist() == [1.0, 0.5]
 
 
-@pytest.mark.capability("02-10")
+@pytest.mark.capability("02-10", "10-11")
 def test_the_link_stands_elsewhere_on_the_way_back():
     play = Play.of(0.2)
     out, back = np.linspace(0, 1, 101), np.linspace(1, 0, 101)
@@ -27,7 +27,7 @@ def test_the_link_stands_elsewhere_on_the_way_back():
     assert play.followed([0.5], start=2.0)[0] == pytest.approx(0.6)
 
 
-@pytest.mark.capability("02-10")
+@pytest.mark.capability("02-10", "10-11")
 @pytest.mark.parametrize("amplitude", [0.051, 0.06, 0.1, 0.5, 5.0])
 def test_the_first_harmonic_is_that_of_the_motion(amplitude):
     play, t = Play.of(0.1), np.linspace(0, 4 * np.pi, 80_001)
@@ -44,7 +44,7 @@ def test_ends_of_the_describing_function():
     assert Play.of(0.0).describing_function(1.0) == 1.0
 
 
-@pytest.mark.capability("02-10")
+@pytest.mark.capability("02-10", "10-11")
 def test_friction_is_a_term_that_can_be_left_out():
     assert SpeedFriction.of().torque(3.0) == 0.0
     assert SpeedFriction.of(viscous=2.0).torque(3.0) == pytest.approx(6.0)

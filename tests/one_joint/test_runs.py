@@ -28,6 +28,7 @@ def test_the_arm():
     run = one_joint.run(free, JointLaw.pid(), 0.0, 30.0, start=0.3, speed=1.0, step=2e-3)
     energy = free.energy(run.theta.T, run.speed.T)
     np.testing.assert_allclose(energy, energy[0] + 0 * energy, atol=1e-9)
+    np.testing.assert_allclose(energy[0], [0.5 / 2 + 9.81 * 0.1 * np.sin(0.3), 0.5 / 2], rtol=1e-12)
 
 
 @pytest.mark.capability("10-20", "10-21", "10-22")

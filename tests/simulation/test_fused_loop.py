@@ -68,6 +68,14 @@ CASES = {
     "feedforward and PID": lambda arm: {
         "law": combined(feedforward(arm), pid(6, [800, 800, 400, 80, 80, 80], [60, 60, 30, 3, 3, 3], 10.0))
     },
+    "integrals that wait": lambda arm: {
+        "law": combined(
+            gravity_compensation(arm, 60.0, 4.0, 900.0, effort_limit=[20, 50, 30, 1, np.inf, 2]),
+            pid(6, 20.0, 2.0, 400.0, effort_limit=[1, 2, 3, 4, 5, 0.5]),
+            computed_torque(arm, integral=9.0),
+        ),
+        "noise": SensorNoise(1e-4, 1e-3, 7),
+    },
     "another plant, rk4, no limits": lambda arm: {
         "plant": Plant(arm, friction=False).with_payload(1.0, [0.0, 0.0, 0.1]),
         "integrator": "rk4",

@@ -31,6 +31,9 @@ def admittance():
     return mf.control.admittance_control(ARM, wanted, still, lambda q, qd: np.zeros(2), coordinates=IN_PLANE)
 
 
+WAITING = combined(
+    mf.control.feedforward(ARM), mf.control.gravity_compensation(ARM, 300.0, 3.0, 900.0, effort_limit=[5.0, np.inf])
+)
 LAWS = {
     "pid": mf.control.pid(2, 300.0, 30.0, 900.0),
     "gravity": mf.control.gravity_compensation(ARM, 300.0, 30.0, 500.0),
@@ -79,10 +82,16 @@ def test_a_law_of_another_kind_begins_afresh_and_gains_that_change_make_no_jump(
     np.testing.assert_array_equal(other.tau, run(LAWS["adaptive"], rest(B, 0.05), None, first).tau)
 
 
-def test_a_memory_and_compiled_runs():
-    law = mf.control.computed_torque(ARM)
-    np.testing.assert_allclose(run(law, WHOLE, LawMemory(), fused=True).q, run(law, WHOLE).q, atol=1e-10)
-    with pytest.raises(InputError, match="compiled"):
-        run(LAWS["pid"], WHOLE, LawMemory(), fused=True)
+@pytest.mark.parametrize("name", ["pid", "torque", "waiting", "sum"])
+def test_compiled_runs_hand_on_what_their_law_remembers(name):
+    """A compiled run, one in Python, a compiled one: each goes on with the integral of the one before."""
+    law, memory, tape = (LAWS | {"waiting": WAITING})[name], LawMemory(), None
+    whole, begin = run(law, sequence(PARTS[0], rest(B, 0.1), rest(B, 0.1)), fused=False), 0
+    for trajectory, fused in ((PARTS[0], True), (rest(B, 0.1), False), (rest(B, 0.1), True)):
+        tape = run(law, trajectory, memory, tape, fused=fused)
+        assert tape.metadata["fused"] == fused
+        here = slice(begin, begin + len(tape.t))
+        np.testing.assert_allclose(tape.tau, whole.tau[here], rtol=0, atol=1e-7)
+        begin += len(tape.t) - 1
     with pytest.raises(InputError, match="memory"):
         run(law, WHOLE, memory={})

@@ -45,7 +45,7 @@ from mafsil.simulation import (
 )
 from mafsil.simulation.chunk_runs import chunk_size
 from mafsil.simulation.many_runs import wilson
-from mafsil.simulation.variation import drawn
+from mafsil.simulation.variation import drawn, drawn_name
 from mafsil.trajectory import quintic, rest
 from tests.parallel.closed_chains import four_bar
 
@@ -283,14 +283,16 @@ def test_the_answer_in_words_and_as_a_picture(tmp_path):
         text = found.explain(language)
         assert f"{100 * share:.4g}" in text
         assert f"{100 * low:.4g}" in text
-        assert "payload" in text
+        assert {"en": "payload", "ar": "الحمل"}[language] in text
+        assert all(drawn_name(name, language, unit=True) for name in found.variants.columns())
     worst = list(found)
     assert all(a >= b for a, b in pairwise(found.outcomes.tip_error[worst]))
     assert str(worst[0]) in repr(found)
     assert set(found.to_dict()) >= {"influence", "drawn", "tip_error", "share_within"}
     for name in ("a.png", "b.svg"):
-        figures.save_monte_carlo(found, tmp_path / name, language="ar")
+        figures.save_monte_carlo(found, tmp_path / name, language="en")
         assert (tmp_path / name).stat().st_size > 5000
+    assert "payload [kg]" in (tmp_path / "b.svg").read_text("utf-8")
     assert high > share
 
 
@@ -340,6 +342,20 @@ def test_motions_that_follow_each_other(law):
             assert np.abs(tape.q[near] - q).max() <= between + 1e-12
     few = monte_carlo(parts, variation, 2, seed=5, marks=marks)
     assert np.array_equal(few.outcomes.marked, found.outcomes.marked[:2])
+
+
+@pytest.mark.parametrize("compiled", [True, False])
+def test_laws_remember_from_motion_to_motion(compiled, monkeypatch):
+    """As single runs do that hand on what their law remembers: here what an integral holds up."""
+    monkeypatch.setattr("mafsil.simulation.chunk_runs.can_fuse", lambda scenario: compiled)
+    parts = [replace(each, law=gravity_compensation(each.robot, 200.0, 20.0, 900.0)) for each in several()]
+    found = monte_carlo(parts, Variation(gains=(1.0, 1.0)), 1, marks=[0.15])
+    memory, q, qd = mf.control.LawMemory(), parts[0].q, parts[0].qd
+    for part in parts:
+        tape = mf.simulate(replace(part, q=q, qd=qd), memory=memory)
+        q, qd = tape.q[-1], tape.qd[-1]
+    np.testing.assert_allclose(found.outcomes.marked[0, 0], q, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(found.again(0).q[-1], q, rtol=0, atol=1e-9)
 
 
 def test_a_run_that_ends_in_one_motion_is_not_in_the_next():

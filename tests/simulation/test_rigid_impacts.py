@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from itertools import permutations
+from itertools import combinations, permutations
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize
+from scipy.optimize import brentq, lsq_linear, minimize
 
 import mafsil as mf
 from mafsil.simulation import RigidSurface
@@ -174,6 +174,57 @@ def test_a_surface_along_which_the_arm_cannot_move_takes_no_part():
     assert run
     assert {event["surface"] for event in impacts(run)} == {1}
     assert mf.load("planar2r_point_masses").n == 2
+
+
+def _by_trial(G, N, v, bounds):
+    """Impulses p >= 0 with N (v + G N' p) >= bounds, equal where p > 0: the set of surfaces that fits, of all."""
+    for some in (list(each) for size in range(len(N) + 1) for each in combinations(range(len(N)), size)):
+        p = np.zeros(len(N))
+        p[some] = np.linalg.solve(N[some] @ G @ N[some].T, bounds[some] - N[some] @ v)
+        if (p >= -1e-13).all() and (N @ (v + G @ N.T @ p) >= bounds - 1e-12).all():
+            return p
+    raise AssertionError("no set fits")
+
+
+def _rubbed_in_the_plane(C, across, v, most):
+    """Friction in a plane has two senses, so that the least energy is a least-squares problem in a box."""
+    free = most > 1e-12
+    if not free.any():
+        return v
+    columns = C.T @ across[free].T
+    return v + C @ columns @ lsq_linear(columns, -np.linalg.solve(C, v), (-most[free], most[free]), tol=1e-15).x
+
+
+def test_restitution_that_is_cut_short_by_energy_is_that_of_general_solvers():
+    """All four steps between two rough lines by other means; where friction would give back more, the cut by roots."""
+    rng, cut = np.random.default_rng(4), 0
+    for _ in range(60):
+        A, N, v = rng.normal(size=(2, 2)), rng.normal(size=(2, 2)), rng.normal(size=2)
+        G = A @ A.T + 0.1 * np.eye(2)
+        N *= (-np.sign(N @ v) / np.linalg.norm(N, axis=1))[:, None]
+        e, mu = rng.uniform(0, 1, 2), rng.choice([0.0, 0.5, 2.0], 2)
+        C, across = np.linalg.cholesky(G), N[:, ::-1] * [1.0, -1.0]
+
+        def energy(velocity, C=C):
+            return np.sum(np.linalg.solve(C, velocity) ** 2) / 2.0
+
+        held, whole = _by_trial(G, N, v, np.zeros(2)), _by_trial(G, N, v, -e * (N @ v))
+        pressed, returned = v + G @ N.T @ held, G @ N.T @ (whole - held)
+        rubbed = _rubbed_in_the_plane(C, across, pressed, mu * np.minimum(held, whole))
+        allowed = energy(pressed + returned) - energy(pressed)
+
+        def excess(share, rubbed=rubbed, returned=returned, allowed=allowed, energy=energy):
+            return energy(rubbed + share * returned) - energy(rubbed) - allowed
+
+        share = brentq(excess, 0.0, 1.0, xtol=1e-15) if excess(1.0) > 1e-12 and excess(0.0) < 0.0 else 1.0
+        known = _rubbed_in_the_plane(
+            C, across, rubbed + share * returned, mu * share * np.maximum(whole - held, 0.0)
+        )  # fmt: skip
+        found = after_impacts(G, N, mu, v, e)
+        np.testing.assert_allclose(found.velocity, known, rtol=0, atol=2e-7)
+        np.testing.assert_allclose(found.normal, held + share * (whole - held), rtol=0, atol=1e-9)
+        cut += share < 0.999
+    assert cut >= 4
 
 
 def test_restitution_after_friction_gives_back_what_it_would_without_it_or_less():

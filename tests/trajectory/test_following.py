@@ -82,7 +82,7 @@ def test_both_ways_to_rates_and_accelerations_agree(name):
     np.testing.assert_allclose(exact.qd[[0, -1]], 0.0, atol=1e-9)
 
 
-@pytest.mark.capability("11-38")
+@pytest.mark.capability("11-38", "10-54")
 def test_rates_are_those_of_the_followed_joint_path():
     """A third way: the joint path of `follow` with the law along it."""
     robot = mf.load("ur5e")

@@ -34,7 +34,9 @@ def law_kernel(mechanism: Mechanism, terms: tuple[Term, ...]) -> Kernel:
     )  # fmt: skip
     n = mechanism.n
     inputs = (*(Port(name, (n,)) for name in ("q", "qd", "u", "v", "a")), Port("gains", input_sizes(loop)["gains"]))
-    parts = [(term.kind, None if term.model is None else fingerprint(term.model), term.holding) for term in terms]
+    parts = [
+        (term.kind, None if term.model is None else fingerprint(term.model), term.holding, term.waits) for term in terms
+    ]
     return kernels.compile(
         Signature("closed_law", inputs, (Port("effort", (n,)), Port("doubt", ()))),
         partial(_build, loop),

@@ -6,7 +6,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.control.closed_chain_laws import ClosedComputedTorque, ClosedGravityCompensation
 from mafsil.control.law import Combined, Law
-from mafsil.control.law_terms import LawTerms, law_terms
+from mafsil.control.law_terms import LawTerms, all_together, law_terms
 
 
 def closed_law_terms(law: Law, q: ArrayLike) -> LawTerms | None:
@@ -17,11 +17,7 @@ def closed_law_terms(law: Law, q: ArrayLike) -> LawTerms | None:
         q: (*batch, n) configurations that close the loops.
     """
     if isinstance(law, Combined):
-        parts = [closed_law_terms(part, q) for part in law.laws]
-        known = [part for part in parts if part is not None]
-        if not known or len(known) < len(parts):
-            return None
-        return LawTerms(sum((p.terms for p in known), ()), sum((p.gains for p in known), ()))
+        return all_together([closed_law_terms(part, q) for part in law.laws])
     if not isinstance(law, ClosedComputedTorque | ClosedGravityCompensation):
         return law_terms(law)
     return law.as_terms(q)

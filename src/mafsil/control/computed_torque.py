@@ -40,14 +40,14 @@ class _WithIntegral:
 
     def __init__(self, law: ComputedTorque, period: float) -> None:
         self._law = law
-        self._integral = Integral(law.gains, period)
+        self.integral = Integral(law.gains, period)
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
-        acceleration = reference.a + pd(self._law.gains, q, qd, reference) + self._integral(q, reference)
+        acceleration = reference.a + pd(self._law.gains, q, qd, reference) + self.integral(q, reference)
         return self._law.robot.inverse_dynamics(q, qd, acceleration)
 
     def go_on(self, before: _WithIntegral) -> None:
-        self._integral.go_on(before._integral)
+        self.integral.go_on(before.integral)
 
     def session(self, period: float) -> Law:
         return self._law.session(period)

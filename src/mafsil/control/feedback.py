@@ -39,6 +39,15 @@ class RunningSum:
         self.value = np.minimum(np.maximum(self.value + growth, -np.asarray(most)), most)
         return self.value
 
+    def become(self, before: Floats, value: Floats) -> None:
+        """Be a sum that was added up elsewhere.
+
+        Args:
+            before: of the last growth.
+            value: with it.
+        """
+        self._before, self.value = before, value
+
     def go_on(self, before: RunningSum) -> None:
         """Go on with another sum, but for its last growth: the state at which two runs meet is seen by both.
 
@@ -51,6 +60,9 @@ class RunningSum:
 class Integral:
     """Ki times the error summed over the control periods: the rectangle rule.
 
+    Attributes:
+        sum: of all calls.
+
     Args:
         gains: whose ki is used.
         period: time between calls [s].
@@ -58,11 +70,11 @@ class Integral:
 
     def __init__(self, gains: Gains, period: float) -> None:
         self._weight = gains.ki * period
-        self._sum = RunningSum(0.0 * gains.ki)
+        self.sum = RunningSum(0.0 * gains.ki)
 
     def __call__(self, q: JointVector, reference: Motion) -> Floats:
         """Add the present error and return the term (*batch, n)."""
-        return self._sum.add(self._weight * (reference.u - q))
+        return self.sum.add(self._weight * (reference.u - q))
 
     def within(self, effort: Floats, limit: Floats, q: JointVector, reference: Motion) -> Floats:
         """Effort and term together (*batch, n); the term waits where it would drive them further beyond a limit.
@@ -74,9 +86,9 @@ class Integral:
             reference: that is followed.
         """
         growth = self._weight * (reference.u - q)
-        ahead = effort + self._sum.value + growth
+        ahead = effort + self.sum.value + growth
         waits = (np.abs(ahead) > limit) & (ahead * growth > 0.0)
-        return effort + self._sum.add(np.where(waits, 0.0, growth))
+        return effort + self.sum.add(np.where(waits, 0.0, growth))
 
     def go_on(self, before: Integral) -> None:
         """Go on with the term that another integral ended with, whatever its gain.
@@ -84,4 +96,4 @@ class Integral:
         Args:
             before: of an earlier run.
         """
-        self._sum.go_on(before._sum)
+        self.sum.go_on(before.sum)

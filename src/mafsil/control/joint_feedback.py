@@ -45,16 +45,16 @@ class _WithIntegral:
 
     def __init__(self, law: JointFeedback, period: float) -> None:
         self._law = law
-        self._integral = Integral(law.gains, period)
+        self.integral = Integral(law.gains, period)
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
         effort, limit = self._law(t, q, qd, reference), self._law.effort_limit
         if limit is None:
-            return effort + self._integral(q, reference)
-        return self._integral.within(effort, limit, q, reference)
+            return effort + self.integral(q, reference)
+        return self.integral.within(effort, limit, q, reference)
 
     def go_on(self, before: _WithIntegral) -> None:
-        self._integral.go_on(before._integral)
+        self.integral.go_on(before.integral)
 
     def session(self, period: float) -> Law:
         return self._law.session(period)

@@ -77,15 +77,22 @@ def export_law(
         raise InputError("control.no_expression", law=type(law).__name__)
     gains = np.array([[g.kp, g.kd, h * g.ki] for g in known.gains]).reshape(-1, 3, arm.n)
     integrates = any(each.integrates for each in known.gains)
-    kernel = law_kernel(arm, known.terms, gains, integrates=integrates, saturate=saturate)
+    waiting = np.stack(known.limits) if known.limits else None
+    kernel = law_kernel(arm, known.terms, gains, integrates=integrates, saturate=saturate, integral_limit=waiting)
     joints = ", ".join(arm.joint_names)
-    kinds = " + ".join(term.kind.replace("_", " ") for term in known.terms)
+    kinds = " + ".join(kind.replace("_", " ") for term in known.terms for kind in term.parts)
     words = Legend(arm.name, f"Control law ({kinds}), one call every {h:g} s. Joints: {joints}.", PORTS)
     return export_kernel(kernel, words, to, target=target, real=real, name=function)
 
 
 def law_kernel(
-    robot: Robot, terms: tuple[Term, ...], gains: Floats | None, *, integrates: bool, saturate: bool = True
+    robot: Robot,
+    terms: tuple[Term, ...],
+    gains: Floats | None,
+    *,
+    integrates: bool,
+    saturate: bool = True,
+    integral_limit: Floats | None = None,
 ) -> Kernel:
     """A law as a kernel.
 
@@ -95,17 +102,18 @@ def law_kernel(
         gains: (terms with gains, 3, n) proportional, rate, integral times period; None makes them an input.
         integrates: whether it has an integral.
         saturate: whether efforts are clipped.
+        integral_limit: (terms that wait, n) efforts at which integrals wait [N m | N].
     """
     limit = robot.limits.effort if saturate and np.isfinite(robot.limits.effort).any() else None
     loop = Loop(
         plant=robot.mechanism, terms=terms, shown=robot.mechanism, scheme=(), substeps=1, friction=None,
         pushed=False, noisy=False, saturated=False, integrates=integrates,
     )  # fmt: skip
-    return _compiled(loop, None if gains is None else _Constants(gains), None if limit is None else _Constants(limit))
+    return _compiled(loop, *(None if each is None else _Constants(each) for each in (gains, limit, integral_limit)))
 
 
 def _name(terms: tuple[Term, ...]) -> str:
-    kinds = tuple(term.kind for term in terms)
+    kinds = tuple(kind for term in terms for kind in term.parts)
     return KNOWN_NAMES.get(kinds, "_".join(kinds))
 
 
@@ -124,19 +132,22 @@ class _Constants:
 
 
 @lru_cache(maxsize=32)
-def _compiled(loop: Loop, gains: _Constants | None, limit: _Constants | None) -> Kernel:
-    g, m = (None if each is None else each.values for each in (gains, limit))
+def _compiled(
+    loop: Loop, gains: _Constants | None, limit: _Constants | None, integral_limit: _Constants | None
+) -> Kernel:
+    constants = (gains, limit, integral_limit)
+    g, *limits = (None if each is None else each.values for each in constants)
     inputs = tuple(Port(name, shape) for name, shape in steps.law_inputs(loop, g).items())
     outputs = tuple(Port(name, shape) for name, shape in steps.law_outputs(loop).items())
-    terms = [(term.kind, None if term.model is None else fingerprint(term.model)) for term in loop.terms]
-    numbers = [None if each is None else each.key for each in (gains, limit)]
+    terms = [(term.kind, None if term.model is None else fingerprint(term.model), term.waits) for term in loop.terms]
+    numbers = [None if each is None else each.key for each in constants]
     return kernels.compile(
         Signature(_name(loop.terms), inputs, outputs),
-        partial(_build, loop, g, m),
+        partial(_build, loop, g, *limits),
         key=f"law {fingerprint(loop.plant)} {terms} {loop.integrates} {numbers}",
         fingerprints=(kernels.fingerprint("mafsil.algebra", "mafsil.mechanics"),),
     )
 
 
-def _build(loop: Loop, gains: Floats | None, limit: Floats | None) -> Any:
-    return steps.law_step(loop, gains, limit)
+def _build(loop: Loop, gains: Floats | None, limit: Floats | None, integral_limit: Floats | None) -> Any:
+    return steps.law_step(loop, gains, limit, integral_limit)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Protocol, runtime_checkable
 
+from mafsil.control.feedback import Integral
 from mafsil.control.law import Combined, Law
 
 
@@ -18,6 +19,13 @@ class Remembering(Protocol):
             before: which has ended; of the same class.
         """
         ...
+
+
+@runtime_checkable
+class Integrating(Protocol):
+    """A session of a law of joints with an integral."""
+
+    integral: Integral
 
 
 class LawMemory:
@@ -58,3 +66,14 @@ def take_over(session: Law, before: Law | None) -> None:
             take_over(part, earlier)
     elif isinstance(session, Remembering) and type(session) is type(before):
         session.go_on(before)
+
+
+def integrals_of(session: Law) -> tuple[Integral, ...]:
+    """The integrals of a session of laws of joints, part by part.
+
+    Args:
+        session: of one law, or of a sum of them.
+    """
+    if isinstance(session, Combined):
+        return tuple(integral for part in session.laws for integral in integrals_of(part))
+    return (session.integral,) if isinstance(session, Integrating) else ()

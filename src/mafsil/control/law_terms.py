@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any
 
+from mafsil.arrays import Floats
 from mafsil.control.computed_torque import ComputedTorque
 from mafsil.control.gains import Gains
 from mafsil.control.joint_feedback import Feedforward, JointFeedback
@@ -15,10 +16,11 @@ from mafsil.mechanics.loop_terms import Term
 
 @dataclass(frozen=True, eq=False, slots=True)
 class LawTerms:
-    """A control law as data: its terms, the gains of those that have some."""
+    """A control law as data: its terms, the gains of those that have some, the limits of those whose integral waits."""
 
     terms: tuple[Term, ...]
     gains: tuple[Gains, ...]
+    limits: tuple[Floats, ...] = ()
 
 
 def _computed_torque(law: ComputedTorque) -> LawTerms:
@@ -27,7 +29,8 @@ def _computed_torque(law: ComputedTorque) -> LawTerms:
 
 def _joint_feedback(law: JointFeedback) -> LawTerms | None:
     if law.effort_limit is not None and law.gains.integrates:
-        return None  # An integral that waits is a decision at each call.
+        model = None if law.model is None else law.model.mechanism
+        return LawTerms((Term("feedback", model, waits=True),), (law.gains,), (law.effort_limit,))
     gravity = () if law.model is None else (Term("gravity", law.model.mechanism),)
     return LawTerms((Term("feedback"), *gravity), (law.gains,))
 
@@ -37,11 +40,23 @@ def _feedforward(law: Feedforward) -> LawTerms:
 
 
 def _combined(law: Combined) -> LawTerms | None:
-    parts = [law_terms(part) for part in law.laws]
-    if not parts or any(part is None for part in parts):
+    return all_together([law_terms(part) for part in law.laws])
+
+
+def all_together(parts: Sequence[LawTerms | None]) -> LawTerms | None:
+    """The sum of laws as data; None if there is none, or if one of them is no data.
+
+    Args:
+        parts: laws as data.
+    """
+    known = [part for part in parts if part is not None]
+    if not known or len(known) < len(parts):
         return None
-    known = cast("list[LawTerms]", parts)
-    return LawTerms(sum((p.terms for p in known), ()), sum((p.gains for p in known), ()))
+    return LawTerms(
+        sum((part.terms for part in known), ()),
+        sum((part.gains for part in known), ()),
+        sum((part.limits for part in known), ()),
+    )
 
 
 LAWS: dict[type, Callable[[Any], LawTerms | None]] = {

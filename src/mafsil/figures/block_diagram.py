@@ -10,9 +10,10 @@ import numpy as np
 from mafsil.arrays import Floats, require_kind
 from mafsil.control import BlockDiagram
 from mafsil.figures.motion_over_time import COLOURS
-from mafsil.figures.performance_sheet import save, sheet
+from mafsil.figures.performance_sheet import flat_axes, legend, save, sheet
 from mafsil.figures.picture_file import picture_file
 from mafsil.messages import say
+from mafsil.model import JointKind
 from mafsil.robot import Robot
 from mafsil.simulation import Recording
 
@@ -62,9 +63,21 @@ def save_block_diagram(diagram: BlockDiagram, path: str | PathLike[str], *, lang
             },
         )  # fmt: skip
         if arrow.signal and end[0] >= start[0]:
-            middle = ((start[0] + end[0]) / 2, (start[1] + end[1]) / 2 + 0.08)
-            axes.text(*middle, arrow.signal, fontsize=7, ha="center", color="0.35")
+            x, y = _between(axes, boxes[arrow.start], boxes[arrow.end], start, end)
+            paper = {"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none"}
+            axes.text(x, y, arrow.signal, fontsize=7, ha="center", va="center", color="0.35", bbox=paper, zorder=1.5)
     save(figure, file)
+
+
+def _between(
+    axes: Any, first: Any, second: Any, start: tuple[float, float], end: tuple[float, float]
+) -> tuple[float, float]:
+    """The middle of an arrow between two boxes, in the coordinates of the axes."""
+    boxes = [axes.transData.inverted().transform_bbox(box.get_window_extent()) for box in (first, second)]
+    if end[0] == start[0]:
+        return start[0], (boxes[0].y0 + boxes[1].y1) / 2.0
+    x = (boxes[0].x1 + boxes[1].x0) / 2.0
+    return x, start[1] + (end[1] - start[1]) * (x - start[0]) / (end[0] - start[0])
 
 
 def save_response(
@@ -90,8 +103,11 @@ def save_response(
         colour = COLOURS[k % len(COLOURS)]
         drawn.plot(recording.t, recording.q[:, k], color=colour, linewidth=1.2, label=name)
         drawn.plot(recording.t, recording.q_ref[:, k], color=colour, linewidth=0.8, linestyle="--")
-    drawn.set_xlabel("t [s]")
-    drawn.legend(frameon=False, fontsize=7)
+    drawn.plot([], [], color="0.35", linewidth=0.8, linestyle="--", label=say("pictures.reference", language=language))
+    units = {"m" if one.kind is JointKind.PRISMATIC else "rad" for one in robot.mechanism.joints if one.moves}
+    position = say("pictures.position_of_joints", language=language, unit=" | ".join(sorted(units, reverse=True)))
+    legend(drawn)
+    flat_axes(drawn, "t [s]", position, equal=False)
     poses = {"pose_start": recording.q[0], "pose_end": recording.q[-1]}
     lines = {key: skeleton(robot, q) for key, q in poses.items()}
     axes_shown = np.argsort(-np.ptp(np.concatenate(list(lines.values())), axis=0), kind="stable")[:2]
@@ -99,9 +115,8 @@ def save_response(
     for (key, line), colour in zip(lines.items(), ("0.6", COLOURS[0]), strict=True):
         label = say(f"pictures.{key}", language=language)
         beside.plot(line[:, axes_shown.min()], line[:, axes_shown.max()], "o-", color=colour, markersize=3, label=label)
-    beside.set_aspect("equal")
-    beside.set(xlabel="xyz"[axes_shown.min()] + " [m]", ylabel="xyz"[axes_shown.max()] + " [m]")
-    beside.legend(frameon=False, fontsize=7)
+    legend(beside)
+    flat_axes(beside, "xyz"[axes_shown.min()] + " [m]", "xyz"[axes_shown.max()] + " [m]")
     save(figure, file)
 
 

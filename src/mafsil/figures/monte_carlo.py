@@ -13,6 +13,7 @@ from mafsil.figures.performance_sheet import SINGULAR, flat_axes, save, sheet
 from mafsil.figures.picture_file import picture_file
 from mafsil.messages import say
 from mafsil.simulation import MonteCarlo
+from mafsil.simulation.variation import drawn_name
 
 
 def save_monte_carlo(result: MonteCarlo, path: str | PathLike[str], *, language: str | None = None) -> None:
@@ -32,7 +33,7 @@ def save_monte_carlo(result: MonteCarlo, path: str | PathLike[str], *, language:
     left, right = figure.subplots(1, 2)
     error = say("simulation.tip_error_of", language=language)
     _shares(left, result, error, say("simulation.runs_not_worse", language=language))
-    _strongest(right, result, error)
+    _strongest(right, result, error, language)
     save(figure, file)
 
 
@@ -46,10 +47,10 @@ def _shares(axes: Any, result: MonteCarlo, error: str, share: str) -> None:
     flat_axes(axes, error, share, equal=False)
 
 
-def _strongest(axes: Any, result: MonteCarlo, error: str) -> None:
+def _strongest(axes: Any, result: MonteCarlo, error: str, language: str | None) -> None:
     name = next(iter(result.influence), None)
     ended = result.outcomes.finished
     if name is not None:
         column = result.variants.columns()[name]
         axes.plot(column[ended], 1e3 * result.outcomes.tip_error[ended], ".", markersize=2.5, color=COLOURS[1])
-    flat_axes(axes, name or "", error, equal=False)
+    flat_axes(axes, "" if name is None else drawn_name(name, language, unit=True), error, equal=False)

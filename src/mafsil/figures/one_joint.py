@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Mapping
 from os import PathLike
 from typing import Any
@@ -12,7 +13,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, require_kind
 from mafsil.errors import InputError
 from mafsil.figures.motion_over_time import COLOURS
-from mafsil.figures.performance_sheet import SINGULAR, SOFT, flat_axes, save, sheet
+from mafsil.figures.performance_sheet import SINGULAR, SOFT, flat_axes, legend, save, sheet
 from mafsil.figures.picture_file import picture_file
 from mafsil.messages import say
 from mafsil.messages.isolates import in_cell
@@ -57,7 +58,7 @@ def save_root_locus(
     figure = sheet(8.0 if len(chosen) else 4.4, 3.6)
     axes: Any = figure.subplots(1, 2 if len(chosen) else 1, squeeze=False)[0]
     plane = axes[0]
-    for branch in locus:
+    for branch in _through_meetings(locus).T:
         plane.plot(branch.real, branch.imag, color=COLOURS[0], linewidth=1.2)
     plane.plot(locus.roots[0].real, locus.roots[0].imag, "x", color=COLOURS[0], markersize=6)
     plane.axvline(0.0, color=SINGULAR, linewidth=0.8, linestyle="--")
@@ -72,10 +73,10 @@ def save_root_locus(
         colour = COLOURS[(k + 1) % len(COLOURS)]
         plane.plot(s.real, s.imag, "o", color=colour, markersize=5)
         axes[1].plot(t, _response(s, start, t), color=colour, linewidth=1.2, label=f"K = {number(gain)}")
-    plane.legend(frameon=False, fontsize=7)
+    legend(plane)
     flat_axes(plane, "Re s [1/s]", "Im s [1/s]", equal=False)
     if len(chosen):
-        axes[1].legend(frameon=False, fontsize=7)
+        legend(axes[1])
         flat_axes(axes[1], "t [s]", say("pictures.error_of_one", language=language), equal=False)
     save(figure, file)
 
@@ -115,7 +116,7 @@ def save_error_response(
             label = _said(key, at, language) if key == "settling_time" else _overshoot(measured.overshoot, language)
             axes.axvline(at, color=SINGULAR if key == "settling_time" else COLOURS[1], linestyle="--", label=label)
     if axes.get_legend_handles_labels()[0]:
-        axes.legend(frameon=False, fontsize=7)
+        legend(axes)
     flat_axes(axes, "t [s]", say("pictures.error_of_one", language=language), equal=False)
     save(figure, file)
 
@@ -148,8 +149,8 @@ def save_joint_runs(runs: Mapping[str, JointRun], path: str | PathLike[str], *, 
         (only,) = runs.values()
         for k, part in enumerate("PID"):
             torque.plot(only.t, only.parts[:, k], linestyle="--", linewidth=0.9, color=COLOURS[k + 1], label=part)
-        torque.legend(frameon=False, fontsize=7)
-    angle.legend(frameon=False, fontsize=7)
+        legend(torque)
+    legend(angle)
     labels = ("pictures.angle", "pictures.error_in_rad", "pictures.torque")
     for axes, key in zip((angle, error, torque), labels, strict=True):
         flat_axes(axes, "t [s]", say(key, language=language), equal=False)
@@ -184,9 +185,28 @@ def save_friction_laws(
         rest = np.array([low, high])
         x, y = np.concatenate([-there[::-1], [0.0, 0.0], there]), np.concatenate([back, rest, on])
         axes.plot(x, y, color=colour, linewidth=1.4, label=name)
-    axes.legend(frameon=False, fontsize=7)
+    legend(axes)
     flat_axes(axes, say("pictures.speed", language=language), say("pictures.friction", language=language), equal=False)
     save(figure, file)
+
+
+def _through_meetings(locus: RootLocus) -> Complexes:
+    """(k + m, n) branches that go through the points where they meet, between the gains of the locus too.
+
+    Both branches that are nearest to a meeting between its two neighbouring gains stand on it; the others go on evenly.
+    """
+    rows, gains = list(locus.roots), [float(gain) for gain in locus.gains]
+    for gain, point in zip(locus.meeting_gains.tolist(), locus.meetings.tolist(), strict=True):
+        k = bisect_left(gains, gain)
+        if not 0 < k < len(gains) or gain in gains:
+            continue
+        share = (gain - gains[k - 1]) / (gains[k] - gains[k - 1])
+        between = (1.0 - share) * rows[k - 1] + share * rows[k]
+        for place in (point, point.conjugate()) if point.imag else (point,):
+            between[np.argsort(np.abs(between - place))[:2]] = place
+        rows.insert(k, between)
+        gains.insert(k, gain)
+    return np.stack(rows)
 
 
 def _decay(s: Complexes) -> float:
@@ -207,7 +227,8 @@ def _require_some(name: str, given: Mapping[str, object]) -> None:
 
 
 def _said(key: str, value: float, language: str | None) -> str:
-    return f"{say(f'pictures.{key}', language=language)} {in_cell(number(value), language)}"
+    unit = " s" if key == "settling_time" else ""
+    return f"{say(f'pictures.{key}', language=language)} {in_cell(number(value) + unit, language)}"
 
 
 def _overshoot(value: Floats, language: str | None) -> str:

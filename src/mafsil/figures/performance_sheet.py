@@ -34,6 +34,11 @@ def flat_axes(axes: Any, x: str, y: str, *, equal: bool = True) -> None:
         side.set_visible(False)
 
 
+def legend(axes: Any) -> None:
+    """Names of curves, readable where a curve passes behind them."""
+    axes.legend(fontsize=7, facecolor="white", edgecolor="none", framealpha=0.8)
+
+
 def label(key: str, language: str | None = None, **details: object) -> str:
     """Words of a picture."""
     return say(f"performance.label_{key}", language=language, **details)

@@ -36,7 +36,7 @@ SLOWER = 4
 LATE = 2
 """Periods of the law by which its efforts come late under `late`."""
 PIECES = 600
-"""Of the time of the plan, each a point of the curves."""
+"""Of the time of the plan, each a point of the curves; fewer where they would not have two ticks each."""
 CONDITIONS = ("as asked", "heavier", "loaded", "slower", "late")
 """What is tried with every law."""
 
@@ -54,7 +54,7 @@ class Curves:
     """A run over time, each number the largest of its piece of the time of the plan; NaN where the run had ended.
 
     Attributes:
-        t: (PIECES,) middle of each piece [s].
+        t: (p,) middle of each piece [s].
         joint_error: of all joints [rad | m].
         tip_error: distance of the tip from its path [m].
         effort: norm over the joints [N m | N].
@@ -102,12 +102,25 @@ class LawResult:
         """Whether all its conditions hold; false where none is known."""
         return bool(self.conditions) and all(each.holds for each in self.conditions)
 
+    def name(self, language: str | None = None) -> str:
+        """Of the law, in words.
+
+        Args:
+            language: `en` or `ar`; the current one if None.
+        """
+        return say(f"report.controller_{self.kind}", language=language)
+
     def explain(self, language: str | None = None) -> str:
         """What the law made of the job."""
         stopped, tried = int(np.isnan(self.joint_error).sum()), len(self.joint_error)
         key = "job.law_worst_stopped" if stopped else "job.law_worst"
         worst = say(key, language=language, worst=max(self.joint_error), stopped=stopped, tried=tried)
-        details = {"law": self.kind, "error": self.joint_error[0], "tip": self.numbers.tip_error, "worst": worst}
+        details = {
+            "law": self.name(language),
+            "error": self.joint_error[0],
+            "tip": self.numbers.tip_error,
+            "worst": worst,
+        }
         return self.status.sentence(language, **details)
 
     @property
@@ -273,12 +286,14 @@ def _result(kind: str, runs: list[Run]) -> LawResult:
 
 
 def _curves(run: Run) -> Curves:
-    """The run in PIECES of the time of its plan."""
-    tape, edges = run.recording, np.linspace(0.0, run.plan.duration, PIECES + 1)
-    piece = np.clip(np.searchsorted(edges, tape.t, side="right") - 1, 0, PIECES - 1)
+    """The run in pieces of the time of its plan."""
+    tape, ticks = run.recording, run.plan.duration / run.driven[0].scenario.control_period
+    count = int(np.clip(ticks / 2.0, 1, PIECES))
+    edges = np.linspace(0.0, run.plan.duration, count + 1)
+    piece = np.clip(np.searchsorted(edges, tape.t, side="right") - 1, 0, count - 1)
 
     def largest(values: Floats) -> Floats:
-        found = np.full(PIECES, -np.inf)
+        found = np.full(count, -np.inf)
         np.maximum.at(found, piece, values)
         return np.where(np.isfinite(found), found, np.nan)
 

@@ -25,6 +25,7 @@ from mafsil.simulation import Normal as DrawnNormal
 from mafsil.simulation.many_runs import wilson
 from mafsil.simulation.run import Progress
 from mafsil.simulation.stepping import DEFAULT, IMPLICIT_FRICTION, STIFF
+from mafsil.simulation.variation import drawn_name
 
 SHARES = (0.5, 0.9, 0.95, 0.99, 1.0)
 """Of the runs, up to whose worst errors are told."""
@@ -129,7 +130,7 @@ class JobVariation(Answer):
             lines.append(say("simulation.share_within", language=language, **bound))
         strongest = next(iter(self.drawn.influence.items()), None)
         if strongest is not None:
-            words = {"name": strongest[0], "correlation": strongest[1]}
+            words = {"name": drawn_name(strongest[0], language), "correlation": strongest[1]}
             lines.append(say("simulation.influence", language=language, **words))
         return "\n".join(lines)
 

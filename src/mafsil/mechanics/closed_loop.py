@@ -108,31 +108,43 @@ class Commands:
         self._u, self._v, self._a = x["reference"][:n], x["reference"][n : 2 * n], x["reference"][2 * n :]
         self.effort, self.doubt = ex.zeros(n, 1), ex.Expression(0)
         integrals: list[Expression] = []
-        row = 0
+        row, waiting = 0, 0
         for term in loop.terms:
             feedback = ex.zeros(n, 1)
             if term.fed_back:
                 kp, kd, ki = (x["gains"][(3 * row + part) * n : (3 * row + part + 1) * n] for part in range(3))
                 feedback = kp * (self._u - q) + kd * (self._v - qd)
+                if term.waits and term.model is not None:
+                    feedback = feedback + self._held_up(term.model)
                 if loop.integrates:
-                    integrals.append(x["integral"][row * n : (row + 1) * n] + ki * (self._u - q))
+                    before, growth = x["integral"][row * n : (row + 1) * n], ki * (self._u - q)
+                    if term.waits:
+                        limit = x["integral_limit"][waiting * n : (waiting + 1) * n]
+                        growth = _unless_beyond(growth, feedback + before + growth, limit)
+                        waiting += 1
+                    integrals.append(before + growth)
                     feedback = feedback + integrals[-1]
                 row += 1
             self.effort = self.effort + (x["given"] if term.kind == "given" else self._efforts(term, feedback))
         self.integral = ex.vertcat(ex.zeros(0, 1), *integrals)
 
+    def _held_up(self, model: Mechanism) -> Expression:
+        """(n,) efforts against gravity."""
+        rest = ex.zeros(self._loop.plant.n, 1)
+        return inverse_dynamics(self._trees.of(model), self._q, rest, rest)
+
     def _efforts(self, term: Term, feedback: Expression) -> Expression:
         """(n,) of one term."""
         if term.kind == "feedback":
             return feedback
-        model, rest = term.model, ex.zeros(self._loop.plant.n, 1)
+        model = term.model
         assert model is not None
         if term.holding is not None:
             return self._closed(model, term.holding, term.kind, feedback)
         if term.kind == "computed_torque":
             return _efforts(self._loop, self._trees, model, self._q, self._qd, self._a + feedback)
         if term.kind == "gravity":
-            return inverse_dynamics(self._trees.of(model), self._q, rest, rest)
+            return self._held_up(model)
         return inverse_dynamics(self._trees.of(model), self._u, self._v, self._a)
 
     def _closed(self, model: Mechanism, holding: Holding, kind: str, feedback: Expression) -> Expression:
@@ -182,6 +194,12 @@ def _efforts(loop: Loop, trees: Trees, model: Mechanism, q: Expression, qd: Expr
     if model is not loop.plant or loop.noisy or loop.varied or not by_mass_matrix_shorter(tree):
         return inverse_dynamics(tree, q, qd, qdd)
     return mass_matrix(tree, q) @ qdd + inverse_dynamics(tree, q, qd, ex.zeros(tree.n, 1))
+
+
+def _unless_beyond(growth: Expression, ahead: Expression, limit: Expression) -> Expression:
+    """(n,) growth of an integral: none where it would drive the efforts ahead further beyond their limits."""
+    waits = [ex.logic_and(ex.fabs(ahead[i]) > limit[i], ahead[i] * growth[i] > 0.0) for i in range(growth.shape[0])]
+    return ex.vertcat(*(ex.if_else(wait, 0.0, growth[i]) for i, wait in enumerate(waits)))
 
 
 def clipped(command: Expression, limit: Expression) -> Expression:

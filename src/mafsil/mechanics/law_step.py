@@ -11,7 +11,7 @@ from mafsil.mechanics.loop_terms import Loop, input_sizes, output_sizes
 
 
 def law_inputs(loop: Loop, gains: Floats | None) -> dict[str, tuple[int, ...]]:
-    """Names and core shapes of the inputs.
+    """Names and core shapes of the inputs; limits at which integrals wait are constants.
 
     Args:
         loop: whose law it is.
@@ -30,18 +30,23 @@ def law_outputs(loop: Loop) -> dict[str, tuple[int, ...]]:
     return {name: sizes[name] for name in ("effort", "next_integral") if name in sizes}
 
 
-def law_step(loop: Loop, gains: Floats | None, limit: Floats | None) -> ex.Function:
+def law_step(
+    loop: Loop, gains: Floats | None, limit: Floats | None, integral_limit: Floats | None = None
+) -> ex.Function:
     """The call as a function, inputs and outputs as `law_inputs` and `law_outputs` say, columns in C order.
 
     Args:
         loop: whose law it is; its plant only says how many coordinates there are.
         gains: (terms, 3, n) proportional, rate, and integral times the period; None makes them an input.
         limit: (n,) at which efforts are clipped [N m | N]; None for no clipping.
+        integral_limit: (terms, n) at which the integrals of terms that wait do so [N m | N].
     """
     symbols = {name: symbol_of(name, shape) for name, shape in law_inputs(loop, gains).items()}
     x = dict(symbols)
     if gains is not None:
         x["gains"] = ex.Expression(gains.reshape(-1))
+    if integral_limit is not None:
+        x["integral_limit"] = ex.Expression(integral_limit.reshape(-1))
     law = replace(loop, noisy=True)  # The state is measured: nothing is shared with the plant's own step.
     commands = Commands(law, Trees(), x["q"], x["qd"], x)
     effort = commands.effort if limit is None else clipped(commands.effort, ex.Expression(limit))

@@ -35,16 +35,24 @@ class Term:
             decides.
         model: the mechanism the law believes in; None for "feedback" and "given".
         holding: of the model, where it is taken as a closed chain.
+        waits: whether its integral waits where it would drive efforts further beyond a limit. A "feedback" that waits
+            has a model if it holds that up: limits are those of both together.
     """
 
     kind: str
     model: Mechanism | None = None
     holding: Holding | None = None
+    waits: bool = False
 
     @property
     def fed_back(self) -> bool:
         """Whether it has gains."""
         return self.kind in ("computed_torque", "feedback", "closed_computed_torque")
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """Kinds of what it adds up."""
+        return (self.kind, "gravity") if self.waits and self.model is not None else (self.kind,)
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,15 +97,17 @@ class Loop:
 
 
 def input_sizes(loop: Loop) -> dict[str, tuple[int, ...]]:
-    """Names and core shapes of the inputs; integrals and gains hold one row for each term that has them.
+    """Names and core shapes of the inputs; integrals, gains and limits hold one row for each term that has them.
 
     Bodies and friction are those of `mafsil.mechanics.varied_bodies`.
 
-    What would hold no numbers is left out: integrals without an integral, gains without feedback.
+    What would hold no numbers is left out: integrals without an integral, gains without feedback, limits at which no
+    integral waits.
     """
     n = loop.plant.n
     sizes: dict[str, tuple[int, ...]] = {"state": (2, n), "integral": (loop.integrals, n), "reference": (3, n)}
     sizes |= {"gains": (loop.gains, 3, n), "step": (), "T_desired": (4, 4)}
+    sizes["integral_limit"] = (sum(term.waits for term in loop.terms), n)
     if loop.saturated:
         sizes["limit"] = (n,)
     if loop.pushed:

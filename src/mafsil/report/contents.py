@@ -291,7 +291,7 @@ def _joint_table(run: Run, numbers: Summary, words: _Words) -> Table:
         rows.append(
             (
                 joint.name,
-                f"{numbers.lowest[k]:.3f} … {numbers.highest[k]:.3f} {unit}",
+                f"{numbers.lowest[k]:z.3f} … {numbers.highest[k]:z.3f} {unit}",
                 f"{digits(float(numbers.peak_speed[k]))} {unit}/s{_share(numbers.peak_speed[k], bounds.velocity)}",
                 f"{digits(acceleration)} {unit}/s²{_share(acceleration, bounds.acceleration)}",
                 f"{digits(float(numbers.peak_effort[k]))} {effort}{_share(numbers.peak_effort[k], bounds.effort)}",

@@ -11,6 +11,8 @@ from mafsil.messages.isolates import runs
 from mafsil.messages.visible import visible
 from mafsil.report.content import Details, Figure, Finding, Step, Table
 
+LONG = 60
+"""Letters from which on a cell of a table is a text that goes over several lines."""
 _ARABIC = re.compile(r"[\u0600-\u06ff]")
 
 
@@ -62,7 +64,7 @@ def table(content: Table) -> str:
     for texts in content.rows:
         row = SubElement(body, "tr")
         for text in texts:
-            _say(SubElement(row, "td"), text)
+            _say(SubElement(row, "td", {"class": "text"} if len(text) > LONG else {}), text)
     return _html(root)
 
 

@@ -30,6 +30,7 @@ class LawPage:
         findings: what each law made of the job, and why.
         times: (rows,) [s], of all plots.
         laws: kinds, in the order of the plots' columns.
+        names: of the laws.
         plots: a curve for each law.
         details: formulas, the job, versions.
     """
@@ -45,6 +46,7 @@ class LawPage:
     findings: tuple[Finding, ...]
     times: Floats
     laws: tuple[str, ...]
+    names: tuple[str, ...]
     plots: tuple[Plot, ...]
     details: tuple[Details, ...]
 
@@ -72,6 +74,7 @@ def law_page(bench: LawBench, job: Job, text: str, language: str) -> LawPage:
         findings=tuple(_findings(bench, language)),
         times=bench.results[0].curves.t,
         laws=tuple(each.kind for each in bench),
+        names=tuple(map(words.law, bench)),
         plots=tuple(_plots(bench, words)),
         details=tuple(_details(bench, text, words)),
     )
@@ -88,7 +91,7 @@ class _Words:
 
     def law(self, result: LawResult) -> str:
         """The name of a law."""
-        return self(f"controller_{result.kind}")
+        return result.name(self.language)
 
 
 def _figures(bench: LawBench, words: _Words) -> Iterator[Figure]:
@@ -99,15 +102,16 @@ def _figures(bench: LawBench, words: _Words) -> Iterator[Figure]:
     yield Figure(words("laws_stable"), f"{stable} / {len(bench)}", "", words("laws_stable_note"), level)
     best: list[tuple[str, str, Callable[[LawResult], float]]] = [
         ("tip_error", "m", lambda one: one.numbers.tip_error),
-        ("laws_effort", "N m", _effort),
+        ("laws_effort", "N m, N", _effort),
         ("energy", "J", lambda one: one.numbers.energy),
-        ("laws_steadiest", "", _worst_error),
+        ("laws_steadiest", "rad, m", _worst_error),
     ]
     if bench.results[0].curves.force is not None:
         best.append(("contact_force", "N", lambda one: one.peak_force))
     for name, unit, of in best if able else ():
         winner = min(able, key=of)
-        number, _, shown = quantity(of(winner), unit).partition(" ") if unit else (digits(of(winner)), "", "")
+        mixed = ", " in unit  # A norm over joints that rotate and joints that slide has no multiple of a unit.
+        number, _, shown = (digits(of(winner)), "", unit) if mixed else quantity(of(winner), unit).partition(" ")
         yield Figure(words(f"laws_least_{name}"), number, shown, words.law(winner))
 
 

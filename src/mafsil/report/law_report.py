@@ -99,14 +99,18 @@ def _data(*pages: LawPage) -> dict[str, Any]:
         "language": page.language,
         "languages": {each.language: _language(each.language) for each in pages},
         "titles": {each.language: visible(each.title) for each in pages},
-        "texts": {
-            each.language: {"plots": [{"title": plot.title, "names": []} for plot in each.plots]} for each in pages
-        },
+        "texts": {each.language: _curves(each) for each in pages},
         "joints": list(page.laws),
         "time": packed(page.times),
         "moves": [],
         "plots": [plot_data(plot) for plot in page.plots],
     }
+
+
+def _curves(page: LawPage) -> dict[str, Any]:
+    """Names of the laws, and what the plots say."""
+    names = list(page.names)
+    return {"laws": names, "plots": [{"title": plot.title, "names": names} for plot in page.plots]}
 
 
 def _language(code: str) -> dict[str, Any]:

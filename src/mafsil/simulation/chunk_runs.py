@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
+from mafsil.control import LawMemory
 from mafsil.lazy_module import lazily
 from mafsil.simulation.fused import can_fuse
 from mafsil.simulation.recording import Recording
@@ -96,7 +97,8 @@ def chunk_size(scenarios: Sequence[Scenario]) -> int:
 def chunk_outcomes(scenarios: Sequence[Scenario], marks: Sequence[Floats], variants: Variants) -> Outcomes:
     """What is kept of the runs of one chunk.
 
-    1. Each scenario begins where the one before ended; a run that did not come to its end waits at rest, uncounted.
+    1. Each scenario begins where the one before ended, its law with what that remembers; a run that did not come to
+       its end waits at rest, uncounted.
     2. The last tick of a scenario is the first one of the next, and is counted there.
 
     Args:
@@ -107,8 +109,9 @@ def chunk_outcomes(scenarios: Sequence[Scenario], marks: Sequence[Floats], varia
     alive = np.ones(variants.count, np.bool_)
     start: tuple[Floats, Floats] | None = None
     parts: list[_Part] = []
+    memory = LawMemory()
     for k, scenario in enumerate(scenarios):  # 1
-        part = _part(_from(scenario, variants, start, alive), marks[k], last=k == len(scenarios) - 1)  # 2
+        part = _part(_from(scenario, variants, start, alive), marks[k], memory, last=k == len(scenarios) - 1)  # 2
         part.tally.ends[~alive] = 0
         whole = part.tally.ends == part_ticks(scenario, last=k == len(scenarios) - 1)
         ended = scenario.ticks()[np.maximum(part.tally.ends - 1, 0)]
@@ -138,22 +141,27 @@ def _from(
     return replace(scenario, variants=replace(variants, start=None), q=q, qd=qd)
 
 
-def _part(scenario: Scenario, marks: Floats, *, last: bool) -> _Part:
+def _part(scenario: Scenario, marks: Floats, memory: LawMemory, *, last: bool) -> _Part:
     count = part_ticks(scenario, last=last)
     if can_fuse(scenario):
-        return _Passing(scenario).part(marks, count)
+        passing = _Passing(scenario)
+        passing.memory = memory
+        return passing.part(marks, count)
     run = VariedRun(scenario, refusing=False)
+    run.memory = memory
     run.to_the_end(None)
     return _recorded(run, marks, count)
 
 
-def recorded_alone(scenario: Scenario) -> Recording:
+def recorded_alone(scenario: Scenario, memory: LawMemory) -> Recording:
     """The recording of a chunk's run by itself; a run whose loops are lost goes on with numbers that mean nothing.
 
     Args:
         scenario: with the variants of one run.
+        memory: of what its law remembers, from scenario to scenario.
     """
     run = (VariedFusedRun if can_fuse(scenario) else VariedRun)(scenario, refusing=False)
+    run.memory = memory
     began = perf_counter()
     status = run.to_the_end(None)
     return run.recording(status, perf_counter() - began)
@@ -200,6 +208,7 @@ class _Passing(VariedFusedRun):
         tally = tally_loops.tally_of(np.full(b, count), n)
         reference, marked = np.ascontiguousarray(self.reference.u)[:, None], _Marks(self, marks, b)
         state = loop.closed[0]
+        self._begin_memory()
         for first in range(0, total, loop.window):
             last = min(first + loop.window, total)
             loop.advance(first, last)
@@ -210,6 +219,7 @@ class _Passing(VariedFusedRun):
             tau, command, tip = (x[: last - first] for x in (loop.effort, loop.command, loop.tip_errors))
             tally_loops.add(tally, first, q, qd, tau, command, reference[first:last], tip, runaway_of(n))
             state = loop.closed[last - first - 1]
+        self._end_memory(total - 1)
         return _Part(tally, state[:, 0].copy(), state[:, 1].copy(), marked.positions(), self.lost)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +11,7 @@ import numpy as np
 from mafsil import kernels
 from mafsil.arrays import Floats
 from mafsil.control.closed_law_terms import closed_law_terms
+from mafsil.control.feedback import Integral
 from mafsil.control.law_terms import LawTerms, law_terms
 from mafsil.kernels import Kernel, Port, Signature
 from mafsil.kernels.march import march
@@ -47,12 +49,6 @@ def can_fuse(scenario: Scenario) -> bool:
         and (scenario.variants is None or scenario.variants.delay is None)
         and stepper.evaluations() * scenario.substeps <= MOST_EVALUATIONS
     )
-
-
-def remembers(scenario: Scenario) -> bool:
-    """Whether the law of a scenario that can be compiled has an integral."""
-    law = _law_of(scenario)
-    return law is not None and any(gains.integrates for gains in law.gains)
 
 
 def _law_of(scenario: Scenario) -> LawTerms | None:
@@ -100,6 +96,7 @@ class FusedLoop:
         q, qd = (x.reshape(-1, scenario.robot.n) for x in scenario.start())
         law, variants = _law_of(scenario), scenario.variants
         assert law is not None
+        self._integrating = [row for row, gains in enumerate(law.gains) if gains.integrates]
         self.kernel = _kernel_of(scenario, law, pushed=push is not None)
         sizes = {port.name: port.shape for port in self.kernel.signature.ports}
         rows, n = q.shape
@@ -119,6 +116,7 @@ class FusedLoop:
             "gains": np.stack(np.broadcast_arrays(*gains), axis=-3) if gains else np.zeros((0, 3, n)),
             "step": np.array(scenario.step),
             "limit": scenario.robot.limits.effort,
+            "integral_limit": np.stack(law.limits) if law.limits else None,
         }
         if variants is not None:
             fixed["bodies"] = variants.bodies(scenario.true_plant.robot)
@@ -132,6 +130,29 @@ class FusedLoop:
                 self.inputs[port.name] = numbers[None, None] if alike else numbers[None]
             elif port.name in over_time:
                 self.inputs[port.name] = np.ascontiguousarray(over_time[port.name])
+
+    def begin_with(self, integrals: Sequence[Integral], shape: tuple[int, ...]) -> None:
+        """Let the integrals of the law go on where they stand.
+
+        Args:
+            integrals: of a session of the law.
+            shape: (*batch, n) of the states.
+        """
+        for row, integral in zip(self._integrating, integrals, strict=True):
+            self.integrals[0, :, row] = np.broadcast_to(integral.sum.value, shape).reshape(-1, shape[-1])
+
+    def leave_to(self, integrals: Sequence[Integral], shape: tuple[int, ...], k: int) -> None:
+        """Let a session go on after tick k, the last one; the integral of a run that blew up begins afresh.
+
+        Args:
+            integrals: of the session.
+            shape: (*batch, n) of the states.
+            k: of the present window.
+        """
+        here = k % self.window
+        for row, integral in zip(self._integrating, integrals, strict=True):
+            around = self.integrals[here : here + 2, :, row].reshape(2, *shape)
+            integral.sum.become(*np.where(np.isfinite(around).all(axis=0), around, 0.0))
 
     def advance(self, first: int, last: int) -> None:
         """Run the ticks first .. last - 1, all of one window."""
@@ -196,7 +217,7 @@ def loop_kernel(loop: Loop) -> Kernel:
 
 def _key(loop: Loop) -> str:
     """Words that differ whenever the expression does."""
-    terms = [(term.kind, None if term.model is None else fingerprint(term.model)) for term in loop.terms]
+    terms = [(term.kind, None if term.model is None else fingerprint(term.model), term.waits) for term in loop.terms]
     same = [term.model is loop.plant for term in loop.terms]
     flags = (loop.pushed, loop.noisy, loop.saturated, loop.integrates, loop.varied)
     robots = (fingerprint(loop.plant), fingerprint(loop.shown), loop.shown is loop.plant, same)

@@ -6,7 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.control import saturated
+from mafsil.control import Law, saturated
+from mafsil.control.feedback import Integral
+from mafsil.control.law_memory import integrals_of
 from mafsil.errors import InputError
 from mafsil.simulation.closed_plant import LoopsLost
 from mafsil.simulation.fused import FusedLoop
@@ -25,6 +27,8 @@ class FusedRun(Run):
     """The same run as compiled code."""
 
     fused = True
+    before: Law | None = None
+    integrals: tuple[Integral, ...] = ()
     window: int | None = None
     """Ticks that are kept at a time; None for all, as a recording needs them."""
 
@@ -53,6 +57,7 @@ class FusedRun(Run):
 
     def to_the_end(self, progress: Progress | None) -> SimulationStatus:
         """The loop in pieces, between which progress is reported and Ctrl-C is heard."""
+        self._begin_memory()
         ticks, last = len(self.t), len(self.t) - 1
         piece = max(1, PIECE // max(1, self.loop.states.shape[1]))
         every = max(1, last // 100)
@@ -88,6 +93,24 @@ class FusedRun(Run):
             first = end
         return self._ended(last, SimulationStatus.COMPLETED)
 
+    def _begin_memory(self) -> None:
+        """Integrals go on where the run before left them, if there was one."""
+        if self.memory is None:
+            return
+        self.before = self.memory.session
+        session = self.memory.begun(self.scenario.acting_law, self.scenario.control_period)
+        self.integrals = integrals_of(session)
+        self.loop.begin_with(self.integrals, self.start[0].shape)
+
+    def _end_memory(self, k: int) -> None:
+        """Leave the integrals as they are at tick k to the run that follows."""
+        if self.memory is not None:
+            self.loop.leave_to(self.integrals, self.start[0].shape, k)
+
+    def _ended(self, k: int, status: SimulationStatus) -> SimulationStatus:
+        self._end_memory(k)
+        return super()._ended(k, status)
+
     def _trusted_until(self, first: int, end: int) -> int:
         """The first tick whose results do not hold: where a closed chain is too near a singular state."""
         doubtful = ~(self.loop.doubt[first:end] < 1.0).all(axis=1)
@@ -96,6 +119,8 @@ class FusedRun(Run):
     def _tick_by_tick(self, progress: Progress | None) -> SimulationStatus:
         """The whole run again as `Run` does it: only so are the integrals of a law known where it takes over."""
         run, self.fused = Run(self.scenario), False
+        if self.memory is not None:
+            run.memory, self.memory.session = self.memory, self.before
         run.log, run.logged = self.log, self.logged
         try:
             return run.to_the_end(progress)

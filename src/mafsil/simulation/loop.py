@@ -11,7 +11,7 @@ from mafsil.control import LawMemory
 from mafsil.errors import InputError
 from mafsil.simulation.clock import RealTime
 from mafsil.simulation.faults import Stopped, law_name
-from mafsil.simulation.fused import WORTH, can_fuse, remembers
+from mafsil.simulation.fused import WORTH, can_fuse
 from mafsil.simulation.fused_run import FusedRun
 from mafsil.simulation.live_log import LiveLog, log_of
 from mafsil.simulation.recording import Recording, SimulationStatus
@@ -46,7 +46,7 @@ def simulate(
         log: a file `.mcap` that grows with the run and survives the process (`pip install mafsil[record]`), or a
             `LiveLog` for several runs; `Recording.load` reads it. None for none.
         memory: what the law takes over from the last run with this memory, and leaves for the next: for runs that
-            follow each other. Such runs are not compiled if their law has an integral. None begins afresh.
+            follow each other. None begins afresh.
 
     Returns:
         The recording up to the end, or up to the last good state: if the motion blows up, a sensor or the law fails,
@@ -54,8 +54,8 @@ def simulate(
 
     Raises:
         InputError: the law returns efforts of a wrong shape; progress cannot be called; `fused` is asked of a law or a
-            number of substeps that cannot be compiled, or together with a clock or an integral that is handed on; a log
-            of another suffix, or `mcap` is not installed.
+            number of substeps that cannot be compiled, or together with a clock; a log of another suffix, or `mcap` is
+            not installed.
         FileError: the log cannot be written.
     """
     require_kind("scenario", scenario, "Scenario", "trajectory", "law", "ticks")
@@ -71,7 +71,7 @@ def simulate(
         raise InputError("simulation.fused_clock")
     began = perf_counter()
     kinds = (Run, FusedRun) if scenario.variants is None else (VariedRun, VariedFusedRun)
-    kind = kinds[clock is None and _is_fused(scenario, fused, memory)]
+    kind = kinds[clock is None and _is_fused(scenario, fused)]
     run = RigidRun(scenario) if isinstance(scenario.true_plant, RigidPlant) else kind(scenario)
     run.memory = memory
     if clock:
@@ -91,13 +91,13 @@ def simulate(
     return recording
 
 
-def _is_fused(scenario: Scenario, requested: bool | None, memory: LawMemory | None) -> bool:
+def _is_fused(scenario: Scenario, requested: bool | None) -> bool:
     if requested is False:
         return False
     states = max(1, scenario.start()[0].size // scenario.robot.n)
     if requested is None and scenario.length / scenario.control_period * states < WORTH:
         return False
-    possible = can_fuse(scenario) and (memory is None or not remembers(scenario))
+    possible = can_fuse(scenario)
     if requested and not possible:
         raise InputError("simulation.not_fused", law=law_name(scenario.law), substeps=scenario.substeps)
     return possible

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, positive, real_array, require_finite, require_function, require_kind, whole
+from mafsil.control import LawMemory
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table
@@ -24,7 +25,7 @@ from mafsil.simulation.chunk_runs import Outcomes, chunk_outcomes, chunk_size, r
 from mafsil.simulation.recording import Recording, SimulationStatus, joined
 from mafsil.simulation.run import Progress
 from mafsil.simulation.scenario import Scenario
-from mafsil.simulation.variation import Variants, Variation, drawn
+from mafsil.simulation.variation import Variants, Variation, drawn, drawn_name
 
 INSTANT = 1e-9
 """Times closer than this are the same [s]."""
@@ -124,14 +125,14 @@ class MonteCarlo(Answer):
         Args:
             run: its number.
         """
-        k = whole("run", run, 0, len(self) - 1)
+        k, memory = whole("run", run, 0, len(self) - 1), LawMemory()
         variants, parts = self.variants.rows(k, k + 1), list[Recording]()
         for scenario in self.scenarios:
             if parts:
                 q, qd = (x[-1:] for x in (parts[-1].q, parts[-1].qd))
                 scenario, variants = replace(scenario, q=q, qd=qd), replace(variants, start=None)
             scenario = replace(scenario, variants=variants)
-            (only,) = recorded_alone(scenario)
+            (only,) = recorded_alone(scenario, memory)
             parts.append(only)
             if sum(part.duration for part in parts) > self.outcomes.end[k] + INSTANT:
                 break
@@ -159,7 +160,7 @@ class MonteCarlo(Answer):
             sentences.append(say("simulation.share_within", language=language, **within))
         strongest = next(iter(self.influence.items()), None)
         if strongest is not None:
-            named = {"name": strongest[0], "correlation": strongest[1]}
+            named = {"name": drawn_name(strongest[0], language), "correlation": strongest[1]}
             sentences.append(say("simulation.influence", language=language, **named))
         return ". ".join(sentences)
 
@@ -199,7 +200,7 @@ def monte_carlo(
 
     Args:
         scenario: one run; its plant is what the drawn numbers change. Several follow each other: each begins where the
-            one before ended, with the same numbers.
+            one before ended, with the same numbers, its law with what that remembers.
         variation: what differs from run to run.
         runs: how many.
         seed: of the draws.

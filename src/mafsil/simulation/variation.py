@@ -12,6 +12,7 @@ from mafsil.arrays import Floats, real_array
 from mafsil.errors import InputError
 from mafsil.mechanics.inertial_parameters import inertial_parameters
 from mafsil.mechanics.varied_bodies import body_parameters, friction_rows
+from mafsil.messages import say
 from mafsil.robot import Robot
 from mafsil.simulation.disturbance import SensorNoise
 
@@ -168,6 +169,20 @@ class Variants:
             if field.name != "count"
         }
         return Variants(count=min(last, self.count) - first, **parts)
+
+
+def drawn_name(column: str, language: str | None = None, *, unit: bool = False) -> str:
+    """What was drawn, in words.
+
+    Args:
+        column: one of `Variants.columns`, such as `inertia[3]`.
+        language: `en` or `ar`; the current one if None.
+        unit: whether it is said, in brackets.
+    """
+    name, _, place = column.rstrip("]").partition("[")
+    axis = "xyz"[int(place)] if name == "payload_offset" else ""
+    said = say(f"simulation.drawn_{name}", language=language, number=place, axis=axis)
+    return said if unit else said.partition(" [")[0]
 
 
 def drawn(
