@@ -142,7 +142,7 @@ def _part(scenario: Scenario, marks: Floats, *, last: bool) -> _Part:
     count = part_ticks(scenario, last=last)
     if can_fuse(scenario):
         return _Passing(scenario).part(marks, count)
-    run = VariedRun(scenario, refusing=False)
+    run = VariedRun(scenario)
     run.to_the_end(None)
     return _recorded(run, marks, count)
 
@@ -153,7 +153,7 @@ def recorded_alone(scenario: Scenario) -> Recording:
     Args:
         scenario: with the variants of one run.
     """
-    run = (VariedFusedRun if can_fuse(scenario) else VariedRun)(scenario, refusing=False)
+    run = (VariedFusedRun if can_fuse(scenario) else VariedRun)(scenario)
     began = perf_counter()
     status = run.to_the_end(None)
     return run.recording(status, perf_counter() - began)
@@ -191,7 +191,7 @@ class _Passing(VariedFusedRun):
     def __init__(self, scenario: Scenario) -> None:
         rows = scenario.start()[0].size
         self.window = max(8, WINDOW_NUMBERS // rows)
-        super().__init__(scenario, refusing=False)
+        super().__init__(scenario)
 
     def part(self, marks: Floats, count: int) -> _Part:
         """All ticks, of which `count` are counted."""
