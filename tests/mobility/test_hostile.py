@@ -76,6 +76,12 @@ def test_nan_and_infinity_stay_in_their_rows():
         assert len(FOUR.positions(np.zeros(0)).theta) == 0
 
 
+@pytest.mark.parametrize("ask", [FOUR.positions, mo.SliderCrank(1, 3).positions, mo.SliderCrank(1, 3).rates])
+def test_a_single_angle_that_is_no_number_is_refused(ask):
+    with pytest.raises(mf.InputError, match="finite"):
+        ask(np.inf)
+
+
 def test_trivial_constraints():
     assert mo.Pfaffian(("x", "y"), lambda q: [[1, 0], [0, 1]]).integrability.first_integrals == 2
     assert mo.Pfaffian(("x", "y"), lambda q: [[0, 0]]).integrability.first_integrals == 0

@@ -61,9 +61,9 @@ def test_classes_of_four_bars_and_cranks_by_their_ranges():
         four, margin = mo.FourBar(*lengths), 2 * (lengths.min() + lengths.max()) - lengths.sum()
         if not four.space or abs(margin) < 1e-3 or abs(four.space.excess) < 1e-3:
             continue
-        first = np.isfinite(four.positions(theta).C).all()
+        first = four.positions(theta).reachable.all()
         # The other crank: the same bars read from the other side.
-        last = np.isfinite(mo.FourBar(c, b, a, d).positions(theta).C).all()
+        last = mo.FourBar(c, b, a, d).positions(theta).reachable.all()
         expected = {(True, True): "DOUBLE_CRANK", (True, False): "CRANK_ROCKER", (False, True): "ROCKER_CRANK"}
         name = expected.get((bool(first), bool(last)), "DOUBLE_ROCKER" if margin < 0 else "TRIPLE_ROCKER")
         assert four.grashof.name == name, lengths

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from scipy.optimize import linprog, minimize
+from scipy.optimize import linprog, lsq_linear, minimize
 from scipy.spatial.transform import Rotation
 
 from mafsil import parallel
@@ -185,3 +185,24 @@ def test_what_is_no_robot_is_refused():
         parallel.cable_tensions(crane(), np.eye(4), [np.nan] * 6)
     few = parallel.CableRobot(CORNERS[:3], EYES[:3], 1.0, 50.0)
     assert parallel.cable_tensions(few, np.eye(4), np.zeros(6)).status is parallel.CableStatus.SINGULAR
+
+
+def test_the_nearest_tensions_where_none_hold_the_load():
+    """Bounded least squares, by another program; the distance is never less than the facet's."""
+    rng, robot = np.random.default_rng(7), crane()
+    T, load = np.tile(np.eye(4), (20, 1, 1)), 3000.0 * rng.normal(size=(20, 6))
+    T[:, :3, 3] = rng.uniform(-0.3, 0.3, (20, 3))
+    load[:10] /= 10
+    found = parallel.cable_tensions(robot, T, load)
+    W, open_rows = robot.about_platform(T, robot.structure_matrix(T)), np.flatnonzero(~found.held)
+    wanted = robot.about_platform(T, -load[..., None])[..., 0]
+    assert len(open_rows) > 10
+    for k in open_rows:
+        best = lsq_linear(W[k], wanted[k], (robot.lowest, robot.highest), tol=1e-14)
+        assert found.missing[k] == pytest.approx(np.sqrt(2 * best.cost), rel=1e-9)
+        assert ((found.tensions[k] >= robot.lowest) & (found.tensions[k] <= robot.highest)).all()
+    assert (found.missing[open_rows] >= -found.margin[open_rows] - 1e-9).all()
+    few = parallel.CableRobot(robot.base[:4], robot.platform[:4], robot.lowest[:4], robot.highest[:4])
+    none = parallel.cable_tensions(few, np.eye(4), [0, 0, 0, 0, 0, -30.0])
+    assert none.margin == -np.inf
+    assert f"{float(none.missing):.4g} N" in none.explain("en")

@@ -78,9 +78,31 @@ def test_singular_rows_of_a_batch_are_found_with_their_rank():
 
 def test_a_mass_matrix_without_mass_is_said_and_not_nan():
     chain = parallel.ClosedChain(mf.mobility.mechanism_of(mf.mobility.library.bennett()))
-    found = chain.forward_dynamics(np.zeros((2, 3)), np.zeros((2, 3)), np.zeros((2, 3)))
-    assert not found
+    q = np.zeros((2, 3))
+    found = chain.forward_dynamics(q, q, [[0.0, 0, 0], [1.0, 0, 0]])
     assert found.status.name == "SINGULAR_MASS"
+    np.testing.assert_allclose(found.qdd[0], 0.0, atol=1e-9)
+    along = chain.rates(q[0], [1.0, 0.0, 0.0])
+    np.testing.assert_allclose(chain.terms(q[0]).J @ along, 0.0, atol=1e-9)
+    np.testing.assert_array_equal(found.qdd[1], np.copysign(np.inf, along))
+
+
+def test_a_massless_link_that_loops_hold_accelerates_as_a_light_one():
+    """A four-bar whose coupler has no mass, as parts of universal joints have none."""
+    chains = []
+    for share in (0.0, 1e-9):
+        drawn = four_bar()
+        links = list(drawn.links)
+        k = drawn.link_names.index("coupler")
+        body = links[k].inertial
+        links[k] = replace(links[k], inertial=replace(body, mass=share * body.mass, inertia=share * body.inertia))
+        chains.append(parallel.ClosedChain(replace(drawn, links=tuple(links))))
+    q = chains[1].closed([0.9, -0.5, 1.4]).q
+    none, little = (chain.forward_dynamics([q, q], np.zeros((2, 3)), [[1.0], [-2.0]]) for chain in chains)
+    assert none
+    assert none.rank.tolist() == [2, 2]
+    np.testing.assert_allclose(none.qdd, little.qdd, rtol=1e-5)
+    np.testing.assert_allclose(none.force, little.force, atol=1e-5 * np.abs(little.force).max())
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])

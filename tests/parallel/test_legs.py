@@ -189,8 +189,9 @@ def test_a_planar_platform_is_a_flat_stewart_platform():
 @pytest.mark.capability("08-19", "08-48")
 def test_the_curve_of_a_four_bar_and_the_surface_of_a_five_bar():
     theta = np.linspace(0, 2 * np.pi, 2001)
-    phi, every = pa.output_angles(mo.FourBar(4, 4, 3, 2), theta)
+    phi, every, missing = pa.output_angles(mo.FourBar(4, 4, 3, 2), theta)
     assert not every.any()
+    assert not missing.any()
     gap = np.abs(np.angle(np.exp(1j * (phi[:, 0] - phi[:, 1]))))
     assert gap.min() == pytest.approx(1.268, abs=1e-3)
     slope = np.gradient(np.unwrap(phi[:, 0]), theta)[1:-1]
@@ -200,10 +201,11 @@ def test_the_curve_of_a_four_bar_and_the_surface_of_a_five_bar():
     robot = pa.FiveBar(2, 3, 3, 2, 2)
     q = np.stack(np.meshgrid(np.linspace(-3, 3, 30), np.linspace(-3, 3, 30)), axis=-1)
     for mode in (0, 1):
-        surface = robot.chain_angles(q, mode)
-        closes = np.isfinite(surface).all(axis=-1)
-        assert closes.any()
-        np.testing.assert_allclose(robot.chain.closure(surface[closes][:, :4]), 0, atol=1e-12)
+        surface, off = robot.chain_angles(q, mode), robot.forward_kinematics(q).missing
+        assert (off == 0.0).any()
+        # Two rods that point at each other share their gap: it is the root of two times the distance of their lengths.
+        gap = np.linalg.norm(robot.chain.closure(surface[..., :4]), axis=-1)
+        np.testing.assert_allclose(gap, np.sqrt(2) * off, atol=1e-12)
 
 
 @pytest.mark.capability("08-54", "08-42")

@@ -57,6 +57,8 @@ def mobility_of(
         linkage = locked(linkage, locked_joints)
     found = mobility(linkage, rule=rule)
     data, lines = found.to_dict(), found.explain().split("\n")
+    if actuated is None and len(linkage.closing) and str(mechanism).lower().endswith((".sdf", ".world")):
+        lines.append(say("cli.mobility_driven_unknown"))
     if subsets is not None:
         left = locked_subsets(linkage, _count(subsets))
         data["locked_subsets"] = [{"joints": list(names), "mobility": count} for names, count in left.items()]

@@ -73,14 +73,15 @@ def _at_pose(robot: Asked, x: Floats, F: Floats | None, picture: str | None) -> 
     motors = robot.motors(x)
     unit, scale = ("deg", float(np.degrees(1.0))) if robot.rotary else ("m", 1.0)
     head = (say("cli.parallel_motor"), *(f"{k + 1} [{unit}]" for k in range(motors.shape[1])))
-    lines = table(head, [(str(k + 1), *map(_cell, scale * row)) for k, row in enumerate(motors)])
+    misfit = robot.misfit(x)
+    off = np.zeros(len(motors)) if misfit is None else misfit
+    shown = np.where(off[:, None] == 0.0, scale * motors, np.nan)
+    lines = table(head, [(str(k + 1), *map(_cell, row)) for k, row in enumerate(shown)])
     data: dict[str, Any] = {"pose": x, "motors": motors}
-    missed = [str(k + 1) for k, row in enumerate(motors) if not np.isfinite(row).any()]
+    missed = [str(k + 1) for k in np.flatnonzero(off).tolist()]
     if missed:
-        misfit = robot.misfit(x)
-        if misfit is not None:
-            data["misfit"] = misfit
-            lines += [_missed(k + 1, value) for k, value in enumerate(misfit.tolist()) if value]
+        data["misfit"] = off
+        lines += [_missed(k + 1, value) for k, value in enumerate(off.tolist()) if value]
         return Answer(data, tuple(lines), say("cli.parallel_out_of_reach", motors=", ".join(missed)))
     found = robot.singularity(x)
     if found is not None:

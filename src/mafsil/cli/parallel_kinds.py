@@ -57,7 +57,7 @@ class Asked:
     count: int = 3
 
     def motors(self, x: Floats) -> Floats:
-        """(m, k) coordinates of the motors at a pose, k choices each; NaN out of reach."""
+        """(m, k) coordinates of the motors at a pose, k choices each; the nearest where `misfit` is not zero."""
         raise NotImplementedError
 
     def poses(self, motors: Floats) -> tuple[Found | None, Floats]:
@@ -346,5 +346,5 @@ def matrix(x: Floats) -> Floats:
 
 
 def fitting(found: MotorAngles) -> Floats:
-    """(m, 2) angles of the motors, NaN where the rod does not fit."""
-    return np.where(found.misfit[:, None] == 0.0, found.q, np.nan)
+    """(m, 2) angles of the motors, those at which the rod comes nearest where it does not fit."""
+    return found.q

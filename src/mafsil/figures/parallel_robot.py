@@ -296,8 +296,8 @@ def draw_four_bar_curve(linkage: FourBar) -> Any:
     """The picture of `save_four_bar_curve` as a matplotlib figure."""
     figure, axes = _flat_sheet()
     theta = np.linspace(0, 2 * np.pi, SAMPLES)
-    phi = output_angles(linkage, theta)[0] % (2 * np.pi)
-    for branch in phi.T:
+    found = output_angles(linkage, theta)
+    for branch in np.where(found.missing > 0.0, np.nan, found.phi.T % (2 * np.pi)):
         jumps = np.abs(np.diff(branch, append=branch[-1])) > np.pi
         axes.plot(np.degrees(theta), np.degrees(np.where(jumps, np.nan, branch)), color=PLATFORM, linewidth=1.6)
     for point in singular_points(linkage):

@@ -81,6 +81,7 @@ from mafsil.mobility.planar_joints import second_body as second_body
 from mafsil.mobility.planar_positions import PolygonSpace as PolygonSpace
 from mafsil.mobility.planar_positions import PolygonStatus as PolygonStatus
 from mafsil.mobility.planar_positions import circle_crossings as circle_crossings
+from mafsil.mobility.planar_positions import circle_gap as circle_gap
 from mafsil.mobility.planar_positions import polygon_space as polygon_space
 from mafsil.mobility.redundancy import LoopCause as LoopCause
 from mafsil.mobility.redundancy import Redundancy as Redundancy

@@ -17,16 +17,22 @@ from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Booleans, Floats, as_batch, positive, single
-from mafsil.errors import InputError
+from mafsil.errors import InputError, InputWarning, warn
 from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table
+from mafsil.mobility.four_bar_rates import directions, per_crank
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.linkage_joint import joint
-from mafsil.mobility.planar_positions import PolygonSpace, circle_crossings, numbers_or_nan, polygon_space, wrapped
+from mafsil.mobility.planar_positions import (
+    PolygonSpace,
+    circle_crossings,
+    circle_gap,
+    finite_numbers,
+    polygon_space,
+    wrapped,
+)
 from mafsil.mobility.tolerances import TOUCHING, TYPED
 
-ROUNDING = 1e-14
-"""Areas below it, over the square of the longest link, are rounding."""
 INSET = 1e-9
 """Share of an interval of the crank by which curves stay off its ends, where rounding decides whether links reach."""
 
@@ -55,6 +61,7 @@ class PositionStatus(Status):
     FREE = ("mobility.positions_free", True)
     SOME = ("mobility.positions_some", True)
     NONE = ("mobility.positions_none", False)
+    NEVER = ("mobility.positions_never", False)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -62,12 +69,15 @@ class FourBarPositions(Answer):
     """Both assembly modes at angles of the crank; true if some input can be reached, iterable over the modes.
 
     Attributes:
-        theta: (*batch, 2, 4) relative angles in (-pi, pi], mode with C left of B -> D first; NaN where it cannot close.
-        C: (*batch, 2, 2) joint of coupler and rocker [m].
+        theta: (*batch, 2, 4) relative angles in (-pi, pi], mode with C left of B -> D first; where the linkage does not
+            close twice those of the dead point nearest to the input, with the crank turned back as far as that.
+        C: (*batch, 2, 2) joint of coupler and rocker there [m].
         turns: (*batch, 2) the sum of the angles over pi: an odd number.
         residual: largest closure error [m, rad].
-        missing: (*batch,) length by which coupler and rocker are too short or too unequal to meet; zero where they do
-            [m].
+        missing: (*batch,) length by which coupler and rocker are too short or too unequal to meet at the input; zero
+            where they do [m].
+        beyond: (*batch,) angle of the input beyond the dead point that is given; zero where they meet, and where the
+            lengths close at no angle: then all links are on one line with a gap of `space.excess` [rad].
         free: (*batch,) whether B and D coincide there and coupler and rocker are of one length, so that C is anywhere
             on a circle about them: theta and C are the two places where the crank, coming to 0 from above, leaves it.
     """
@@ -77,19 +87,22 @@ class FourBarPositions(Answer):
     turns: Floats
     residual: float
     missing: Floats
+    beyond: Floats
     free: Booleans
 
     @property
     def reachable(self) -> Booleans:
-        """(*batch,) whether the linkage closes there."""
-        return np.asarray(np.isfinite(self.theta).all(axis=(-1, -2)), dtype=np.bool_)
+        """(*batch,) whether the linkage closes at the input."""
+        return np.asarray(self.missing == 0.0, dtype=np.bool_)
 
     @property
     def status(self) -> PositionStatus:
         """By how many inputs close."""
         if self.reachable.all():
             return PositionStatus.FREE if self.free.any() else PositionStatus.ALL
-        return PositionStatus.SOME if self.reachable.any() else PositionStatus.NONE
+        if self.reachable.any():
+            return PositionStatus.SOME
+        return PositionStatus.NONE if self.beyond.any() else PositionStatus.NEVER
 
     def __bool__(self) -> bool:
         return self.status.succeeded
@@ -114,14 +127,14 @@ class FourBarPositions(Answer):
         """How many inputs close, and how exactly."""
         return self.status.sentence(
             language, reached=int(self.reachable.sum()), count=self.reachable.size, residual=self.residual,
-            missing=float(np.min(self.missing[self.missing > 0.0], initial=np.inf)), free=int(self.free.sum()),
+            missing=least_positive(self.missing), beyond=least_positive(self.beyond), free=int(self.free.sum()),
         )  # fmt: skip
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
         return {
             "status": self.status.name.lower(), "theta": self.theta, "C": self.C, "turns": self.turns,
-            "residual": self.residual, "missing": self.missing, "free": self.free,
+            "residual": self.residual, "missing": self.missing, "beyond": self.beyond, "free": self.free,
         }  # fmt: skip
 
 
@@ -175,8 +188,11 @@ class FourBar:
 
         From |L2 - L3| <= |BD| <= L2 + L3 with |BD|^2 = L1^2 + L4^2 - 2 L1 L4 cos theta_1.
         """
-        if not self.space:
-            return None
+        return self._dead_points if self.space else None
+
+    @cached_property
+    def _dead_points(self) -> tuple[float, float]:
+        """`input_range`; twice the angle at which the gap is least, if it never closes."""
         L1, L2, L3, L4 = self.lengths.tolist()
         cosines = [(L1**2 + L4**2 - reach**2) / (2 * L1 * L4) for reach in (abs(L2 - L3), L2 + L3)]
         low, high = (float(np.arccos(np.clip(c, -1.0, 1.0))) for c in cosines)
@@ -184,21 +200,30 @@ class FourBar:
 
     def positions(self, theta_1: ArrayLike) -> FourBarPositions:
         """Both assembly modes at angles of the crank (*batch,) [rad]."""
-        angle = numbers_or_nan("theta_1", theta_1)
-        L1, L2, L3, L4 = self.lengths.tolist()
-        B = L1 * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-        D = np.broadcast_to(np.array([L4, 0.0]), B.shape)
-        C, way = circle_crossings(B, L2, D, L3), np.linalg.norm(D - B, axis=-1)
+        angle = finite_numbers("theta_1", theta_1)
+        L2, L3, D = self.coupler, self.rocker, np.array([self.ground, 0.0])
+        B = self._crank_end(angle)
+        way = np.linalg.norm(D - B, axis=-1)
         free = np.asarray(np.maximum(way, abs(L2 - L3)) <= TOUCHING * self.lengths.max(), dtype=np.bool_)
+        missing = np.where(free, 0.0, circle_gap(B, L2, D, L3))
+        closes = missing == 0.0
+        wound = wrapped(angle)
+        back = np.copysign(np.clip(np.abs(wound), *self._dead_points), wound)
+        beyond = np.where(closes, 0.0, np.abs(wrapped(wound - back)) if self.space else 0.0)
+        crank = np.where(closes, angle, back)
+        B = self._crank_end(crank)
+        C = circle_crossings(B, L2, D, L3)
+        # At a dead point both places are one, which rounding would take apart by its root.
+        C = np.where(closes[..., None, None], C, C.mean(axis=-2, keepdims=True))
         folded = B[..., None, :] + L2 * np.array([[1.0, 0.0], [-1.0, 0.0]])
         C = np.where(free[..., None, None], folded, C)
-        theta = self._relative(angle[..., None], C - B[..., None, :], D[..., None, :] - C)
-        gap: Floats = np.abs(self.closure(theta))
-        residual = max([0.0, *gap[np.isfinite(gap)].tolist()])
+        theta = self._relative(crank[..., None], C - B[..., None, :], D - C)
+        residual = float(np.abs(self.closure(theta[closes])).max(initial=0.0))
         turns = np.asarray(np.round(theta.sum(axis=-1) / np.pi), dtype=np.float64)
-        missing = np.maximum(np.maximum(way - (L2 + L3), abs(L2 - L3) - way), 0.0)
-        closes = np.isfinite(theta).all(axis=(-1, -2))
-        return FourBarPositions(theta, C, turns, residual, np.where(closes, 0.0, missing), free)
+        return FourBarPositions(theta, C, turns, residual, missing, beyond, free)
+
+    def _crank_end(self, angle: Floats) -> Floats:
+        return self.crank * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
     @staticmethod
     def _relative(theta_1: Floats, coupler: Floats, rocker: Floats) -> Floats:
@@ -226,18 +251,33 @@ class FourBar:
         return np.stack(rows, axis=-2)
 
     def rates(self, theta: ArrayLike) -> Floats:
-        """(*batch, 4) rates of the angles for a crank of rate 1 [rad/s]; infinite at its dead points.
+        """(*batch, 4) rates of the angles for a crank of rate 1 [rad/s].
 
-        Where all links lie on one line two branches may cross, each with rates of its own: NaN, see
-        `parallel.singular_points` for their slopes.
+        At dead points the crank stands: the others are infinite with the signs of `tangents`, zero if they stand too.
+        Where all links lie on one line two branches may cross: those of the first, `branch_rates` has both.
+
+        Warns:
+            InputWarning: two branches cross at a configuration.
         """
-        A = self.closure_matrix(theta)
-        minors = np.stack([(-1) ** k * np.linalg.det(np.delete(A, k, axis=-1)) for k in range(4)], axis=-1)
-        minors[np.abs(minors) <= ROUNDING * self.lengths.max() ** 2] = 0.0
-        with np.errstate(divide="ignore", invalid="ignore"):
-            found = minors / minors[..., :1]
-        found[..., 0] = np.where(minors.any(axis=-1), 1.0, np.nan)
-        return found
+        found = self.branch_rates(theta)
+        if not np.array_equal(found[..., 0, :], found[..., 1, :]):
+            warn(InputWarning("mobility.two_branches"))
+        return found[..., 0, :]
+
+    def branch_rates(self, theta: ArrayLike) -> Floats:
+        """(*batch, 2, 4) rates for a crank of rate 1 on both branches that cross there; equal ones where one passes.
+
+        Zeros at a configuration that the linkage cannot leave.
+        """
+        return per_crank(self.tangents(theta))
+
+    def tangents(self, theta: ArrayLike) -> Floats:
+        """(*batch, 2, 4) unit directions in which the angles change on both branches; equal ones where one passes.
+
+        Finite at dead points too, where the first entry is zero. Two branches cross where all links lie on one line,
+        unless the linkage cannot leave that configuration: zeros.
+        """
+        return directions(self.lengths, self.closure_matrix(theta), as_batch("theta", theta, (4,)))
 
     def transmission_angle(self, theta: ArrayLike) -> Floats:
         """(*batch,) angle between coupler and rocker in [0, pi] [rad]: pi/2 is best, 0 and pi are dead points."""
@@ -281,10 +321,9 @@ class FourBar:
             intervals = [(low, high), (-high, -low)]
         found: list[Floats] = []
         for start, end in intervals:
-            theta = self.positions(start + (end - start) * spread).theta
-            theta = np.where(np.isfinite(theta), theta, theta[:, ::-1])
-            inside = np.isfinite(theta).all(axis=(1, 2))
-            found.append(np.concatenate([theta[inside, 0], theta[inside][::-1, 1]]))
+            places = self.positions(start + (end - start) * spread)
+            theta = places.theta[places.reachable]
+            found.append(np.concatenate([theta[:, 0], theta[::-1, 1]]))
         return tuple(found)
 
     def _kite_curves(self, forth: Floats, round_trip: bool) -> tuple[Floats, Floats]:
@@ -316,6 +355,11 @@ class FourBar:
             ],
             name="four-bar", planar=True, output="coupler",
         )  # fmt: skip
+
+
+def least_positive(numbers: Floats) -> float:
+    """The least number above zero, zero if there is none."""
+    return float(np.min(numbers, where=numbers > 0.0, initial=np.inf)) if (numbers > 0.0).any() else 0.0
 
 
 def require_reached(missing: float, angle: float) -> None:

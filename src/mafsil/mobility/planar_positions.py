@@ -10,43 +10,81 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, as_batch, real_array
+from mafsil.arrays import Floats, as_batch, real_array, require_finite
 from mafsil.errors import InputError
 from mafsil.mobility.tolerances import TOUCHING, TYPED
 
 
 def circle_crossings(A: ArrayLike, a: ArrayLike, B: ArrayLike, b: ArrayLike) -> Floats:
-    """(*batch, 2, 2) the two points at distances a from A and b from B: left of A -> B first; NaN if there are none.
+    """(*batch, 2, 2) the two points at distances a from A and b from B: left of A -> B first.
+
+    Where the circles do not meet, `circle_gap` is not zero and both are the point in the middle of that gap, the one
+    nearest to both circles. Equal circles about one centre: two opposite points, of all that there are.
 
     Args:
         A, B: (*batch, 2) centres [m].
         a, b: (*batch,) radii [m].
+
+    Raises:
+        InputError: wrong shapes, a single radius that is not finite.
     """
+    return _crossings(*_circles(A, a, B, b))[0]
+
+
+def circle_gap(A: ArrayLike, a: ArrayLike, B: ArrayLike, b: ArrayLike) -> Floats:
+    """(*batch,) width of the gap between two circles, outside or inside each other [m]; zero where they meet.
+
+    Args:
+        A, B: (*batch, 2) centres [m].
+        a, b: (*batch,) radii [m].
+
+    Raises:
+        InputError: wrong shapes, a single radius that is not finite.
+    """
+    return _crossings(*_circles(A, a, B, b))[1]
+
+
+def _circles(A: ArrayLike, a: ArrayLike, B: ArrayLike, b: ArrayLike) -> tuple[Floats, Floats, Floats, Floats]:
     start, end = as_batch("A", A, (2,)), as_batch("B", B, (2,))
+    return start, finite_numbers("a", a), end, finite_numbers("b", b)
+
+
+def _crossings(start: Floats, first: Floats, end: Floats, second: Floats) -> tuple[Floats, Floats]:
+    """Both points and the gap."""
     along = end - start
     d = np.hypot(along[..., 0], along[..., 1])
-    first, second = real_array("a", a), real_array("b", b)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        u = along / d[..., None]
-        foot = (first**2 - second**2 + d**2) / (2 * d)
-        h2 = (first - foot) * (first + foot)
-        small = TOUCHING * np.maximum(np.maximum(first, second), d) ** 2
-        h = np.sqrt(np.where(h2 > -small, np.maximum(h2, 0.0), h2))
+    apart = d > 0.0
+    way = np.where(apart, d, 1.0)
+    u = np.where(apart[..., None], along, np.array([1.0, 0.0])) / way[..., None]
+    outside, inside = d - (first + second), np.abs(first - second) - d
+    foot = np.where(apart, (first - second) * (first + second) / (2 * way) + d / 2, 0.0)
+    h2 = (first - foot) * (first + foot)
+    small = TOUCHING * np.maximum(np.maximum(first, second), d) ** 2
+    meets = (h2 > -small) & (apart | (first == second))
+    within = np.where(first > second, first + d + second, d - first - second) / 2
+    foot = np.where(meets, foot, np.where(outside >= inside, (d + first - second) / 2, within))
+    h = np.sqrt(np.where(meets, np.maximum(h2, 0.0), 0.0))[..., None]
     across = np.stack([-u[..., 1], u[..., 0]], axis=-1)
     middle = start + foot[..., None] * u
-    return np.stack([middle + h[..., None] * across, middle - h[..., None] * across], axis=-2)
+    points = np.stack([middle + h * across, middle - h * across], axis=-2)
+    return points, np.where(meets, 0.0, np.maximum(outside, inside))
 
 
-def numbers_or_nan(name: str, value: ArrayLike) -> Floats:
-    """(*batch,) real numbers; infinite ones, which stand for no angle and no length, as NaN."""
+def finite_numbers(name: str, value: ArrayLike) -> Floats:
+    """(*batch,) real numbers; NaN and infinite ones, which stand for no angle and no length, are NaN in their rows.
+
+    Raises:
+        InputError: a single one is not finite.
+    """
     number = real_array(name, value)
-    return np.where(np.isinf(number), np.nan, number)
+    return np.where(np.isinf(number), np.nan, number) if number.ndim else require_finite(name, number)
 
 
 def wrapped(angle: ArrayLike) -> Floats:
     """(*batch,) angles in (-pi, pi]."""
-    value = numbers_or_nan("angle", angle)
-    return -np.remainder(-value + np.pi, 2 * np.pi) + np.pi
+    value = real_array("angle", angle)
+    with np.errstate(invalid="ignore"):
+        return -np.remainder(-value + np.pi, 2 * np.pi) + np.pi
 
 
 class PolygonStatus(Status):

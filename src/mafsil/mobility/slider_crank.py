@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Booleans, Floats, positive, real_array
 from mafsil.messages.tables import on_screen
-from mafsil.mobility.four_bar import require_reached
+from mafsil.mobility.four_bar import least_positive, require_reached
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.linkage_joint import joint
-from mafsil.mobility.planar_positions import numbers_or_nan
+from mafsil.mobility.planar_positions import finite_numbers, wrapped
 from mafsil.mobility.tolerances import TOUCHING
 
 
@@ -25,6 +25,7 @@ class SliderStatus(Status):
     ALL = ("mobility.slider_all", True)
     SOME = ("mobility.slider_some", True)
     NONE = ("mobility.slider_none", False)
+    NEVER = ("mobility.slider_never", False)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -32,26 +33,35 @@ class SliderCrankPositions(Answer):
     """Both assembly modes at angles of the crank; true if some input can be reached, iterable over the modes.
 
     Attributes:
-        x: (*batch, 2) place of the block, the farther one first; NaN where the rod does not reach [m].
+        theta: (*batch,) angles of the crank of these positions: the input, or the dead point nearest to it if the rod
+            does not reach the line [rad].
+        x: (*batch, 2) place of the block, the farther one first [m].
         rod_angles: (*batch, 2) direction of the rod from crank pin to block, in (-pi, pi] [rad].
-        missing: (*batch,) length by which the rod is too short to reach the line of the block; zero where it does [m].
+        missing: (*batch,) length by which the rod is too short to reach the line of the block at the input; zero where
+            it does [m].
+        beyond: (*batch,) angle of the input beyond the dead point that is given; zero where the rod reaches, and where
+            it does at no angle: then crank and rod stand across the line, with a gap [rad].
     """
 
+    theta: Floats
     x: Floats
     rod_angles: Floats
     missing: Floats
+    beyond: Floats
 
     @property
     def reachable(self) -> Booleans:
-        """(*batch,) whether the rod reaches there."""
-        return np.asarray(np.isfinite(self.x).all(axis=-1), dtype=np.bool_)
+        """(*batch,) whether the rod reaches the line at the input."""
+        return np.asarray(self.missing == 0.0, dtype=np.bool_)
 
     @property
     def status(self) -> SliderStatus:
         """By how many inputs are reached."""
         if self.reachable.all():
             return SliderStatus.ALL
-        return SliderStatus.SOME if self.reachable.any() else SliderStatus.NONE
+        if self.reachable.any():
+            return SliderStatus.SOME
+        return SliderStatus.NONE if self.beyond.any() else SliderStatus.NEVER
 
     def __bool__(self) -> bool:
         return self.status.succeeded
@@ -69,13 +79,14 @@ class SliderCrankPositions(Answer):
         """How many inputs are reached, and what the others lack."""
         return self.status.sentence(
             language, reached=int(self.reachable.sum()), count=self.reachable.size,
-            missing=float(np.min(self.missing[self.missing > 0.0], initial=np.inf)),
+            missing=least_positive(self.missing), beyond=least_positive(self.beyond),
         )  # fmt: skip
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
         return {
-            "status": self.status.name.lower(), "x": self.x, "rod_angles": self.rod_angles, "missing": self.missing
+            "status": self.status.name.lower(), "theta": self.theta, "x": self.x, "rod_angles": self.rod_angles,
+            "missing": self.missing, "beyond": self.beyond,
         }  # fmt: skip
 
 
@@ -102,22 +113,42 @@ class SliderCrank:
 
         x = r cos theta +- sqrt(l^2 - (r sin theta - e)^2)
         """
-        angle = numbers_or_nan("theta", theta)
+        angle = finite_numbers("theta", theta)
         rise = self.crank * np.sin(angle) - self.offset
-        square: Floats = (self.rod - rise) * (self.rod + rise)
-        touching = TOUCHING * max(self.rod, self.crank) ** 2
-        with np.errstate(invalid="ignore"):
-            half = np.sqrt(np.where(square > -touching, np.maximum(square, 0.0), square))
-        along = np.stack([half, -half], axis=-1)
+        reaches = (self.rod - rise) * (self.rod + rise) > -TOUCHING * max(self.rod, self.crank) ** 2
+        missing = np.where(reaches, 0.0, np.abs(rise) - self.rod)
+        # The dead point has sin theta = (e +- l) / r; of its two angles the nearer one.
+        first = np.arcsin(np.clip((self.offset + np.copysign(self.rod, rise)) / self.crank, -1.0, 1.0))
+        near, far = wrapped(first - angle), wrapped(np.pi - first - angle)
+        shift = np.where(reaches, 0.0, np.where(np.abs(near) <= np.abs(far), near, far))
+        closes = abs(self.offset) <= self.crank + self.rod * (1.0 + TOUCHING)
+        crank = angle + shift
+        rise = self.crank * np.sin(crank) - self.offset
+        square = np.where(reaches, np.maximum((self.rod - rise) * (self.rod + rise), 0.0), 0.0)
+        along = np.stack([np.sqrt(square), -np.sqrt(square)], axis=-1)
         rod_angles = np.arctan2(np.broadcast_to(-rise[..., None], along.shape), along)
-        missing = np.where(square > -touching, 0.0, np.abs(rise) - self.rod)
-        return SliderCrankPositions((self.crank * np.cos(angle))[..., None] + along, rod_angles, missing)
+        x = (self.crank * np.cos(crank))[..., None] + along
+        return SliderCrankPositions(crank, x, rod_angles, missing, np.abs(shift) if closes else 0.0 * shift)
 
     def rates(self, theta: ArrayLike) -> Floats:
-        """(*batch, 2) dx/dtheta in both modes [m/rad]: r (tan(rod angle) cos theta - sin theta); NaN out of reach."""
-        angle = numbers_or_nan("theta", theta)[..., None]
-        slope = np.tan(self.positions(theta).rod_angles)
-        return self.crank * (slope * np.cos(angle) - np.sin(angle))
+        """(*batch, 2) dx/dtheta in both modes [m/rad]: r (tan(rod angle) cos theta - sin theta).
+
+        At dead points, and for inputs beyond them, the block moves while the crank stands: infinite, with the sign that
+        it has when the crank comes from where the rod reaches. Where the crank passes with its rod across the line the
+        modes cross: rates when the crank goes on; zeros where it cannot.
+        """
+        found = self.positions(theta)
+        angle = found.theta[..., None]
+        sine, cosine, modes = np.sin(angle), np.cos(angle), np.array([1.0, -1.0])
+        across = np.abs(np.cos(found.rod_angles)) <= np.sqrt(TOUCHING)
+        slope = np.tan(np.where(across, 0.0, found.rod_angles))
+        regular = self.crank * (slope * cosine - sine)
+        rise = self.crank * sine - self.offset
+        # Near such an angle the block is at r cos theta +- sqrt(r l (sin theta sign(rise))) times the step.
+        bend = self.crank * self.rod * sine * np.sign(rise)
+        passing = np.where(bend > 0.0, modes * np.sqrt(np.maximum(bend, 0.0)) - self.crank * sine, 0.0)
+        dead = np.copysign(np.inf, -modes * rise * cosine)
+        return np.where(across, np.where(np.abs(cosine) <= np.sqrt(TOUCHING), passing, dead), regular)
 
     @property
     def full_turn(self) -> bool:

@@ -7,18 +7,18 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, real_array
 from mafsil.errors import InputError
-from mafsil.mobility.planar_positions import numbers_or_nan, wrapped
+from mafsil.mobility.planar_positions import finite_numbers, wrapped
 
 
 def chart(q: ArrayLike) -> Floats:
     """(*batch, n) angles in [0, 2 pi): the flat square, with its seam counted once."""
-    angle = np.remainder(numbers_or_nan("q", q), 2 * np.pi)
+    angle = np.remainder(finite_numbers("q", q), 2 * np.pi)
     return np.where(angle == 2 * np.pi, 0.0, angle)
 
 
 def difference(a: ArrayLike, b: ArrayLike) -> Floats:
     """(*batch, n) shortest way b - a of each angle in (-pi, pi] [rad]."""
-    start, end = numbers_or_nan("a", a), numbers_or_nan("b", b)
+    start, end = finite_numbers("a", a), finite_numbers("b", b)
     try:
         return wrapped(end - start)
     except ValueError:
@@ -32,7 +32,7 @@ def distance(a: ArrayLike, b: ArrayLike) -> Floats:
 
 def between(a: ArrayLike, b: ArrayLike, s: float) -> Floats:
     """(*batch, n) the point at share s of the shortest way from a to b, in [0, 2 pi)."""
-    return chart(numbers_or_nan("a", a) + s * difference(a, b))
+    return chart(finite_numbers("a", a) + s * difference(a, b))
 
 
 def embedded(q: ArrayLike, radius: float = 2.0, tube: float = 0.7) -> Floats:
@@ -44,7 +44,7 @@ def embedded(q: ArrayLike, radius: float = 2.0, tube: float = 0.7) -> Floats:
         q: (*batch, 2) angles about the axis and about the tube [rad].
         radius, tube: R and r [m].
     """
-    angles = numbers_or_nan("q", q)
+    angles = finite_numbers("q", q)
     a, b = angles[..., 0], angles[..., 1]
     out = radius + tube * np.cos(b)
     return np.stack([out * np.cos(a), out * np.sin(a), tube * np.sin(b)], axis=-1)

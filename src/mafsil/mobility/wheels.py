@@ -13,7 +13,7 @@ import mafsil.expression as ex
 from mafsil.arrays import Floats, as_batch, positive, single
 from mafsil.errors import InputError
 from mafsil.mobility.pfaffian import Pfaffian
-from mafsil.mobility.planar_positions import numbers_or_nan
+from mafsil.mobility.planar_positions import finite_numbers
 from mafsil.solvers import first_order, integrate
 from mafsil.solvers.tableaus import RK4
 
@@ -69,8 +69,8 @@ class Coin:
             phi_dot, theta_dot: (*batch,) [rad/s].
             duration: (*batch,) [s].
         """
-        start, T = as_batch("q", q, (4,)), numbers_or_nan("duration", duration)
-        turn, roll = numbers_or_nan("phi_dot", phi_dot) * T, numbers_or_nan("theta_dot", theta_dot) * T
+        start, T = as_batch("q", q, (4,)), finite_numbers("duration", duration)
+        turn, roll = finite_numbers("phi_dot", phi_dot) * T, finite_numbers("theta_dot", theta_dot) * T
         x, y = rolled(start[..., 0], start[..., 1], start[..., 2], self.radius * roll, turn)
         return np.stack(np.broadcast_arrays(x, y, start[..., 2] + turn, start[..., 3] + roll), axis=-1)
 
@@ -116,9 +116,9 @@ class Unicycle:
             q: (*batch, 3) start.
             speed, phi_dot, duration: (*batch,).
         """
-        start, T = as_batch("q", q, (3,)), numbers_or_nan("duration", duration)
-        turn = numbers_or_nan("phi_dot", phi_dot) * T
-        x, y = rolled(start[..., 0], start[..., 1], start[..., 2], numbers_or_nan("speed", speed) * T, turn)
+        start, T = as_batch("q", q, (3,)), finite_numbers("duration", duration)
+        turn = finite_numbers("phi_dot", phi_dot) * T
+        x, y = rolled(start[..., 0], start[..., 1], start[..., 2], finite_numbers("speed", speed) * T, turn)
         return np.stack(np.broadcast_arrays(x, y, start[..., 2] + turn), axis=-1)
 
 
@@ -162,7 +162,7 @@ class Cart:
             duration: (*batch,) [s].
         """
         start, rates = as_batch("q", q, (5,)), as_batch("wheel_rates", wheel_rates, (2,))
-        roll = rates * numbers_or_nan("duration", duration)[..., None]
+        roll = rates * finite_numbers("duration", duration)[..., None]
         way = self.radius * (roll[..., 0] + roll[..., 1]) / 2
         turn = self.radius * (roll[..., 0] - roll[..., 1]) / self.width
         x, y = rolled(start[..., 0], start[..., 1], start[..., 2], way, turn)

@@ -155,7 +155,7 @@ class Mechanism:
                 raise ModelError("model.loop_on_itself", joint=joint.name, link=joint.parent)
         base, ordered = _sorted_tree(name, given_links, given_joints)
         _require_mimic_leaders(ordered)
-        choice = None if tip is not None else choose_tip(base, ordered)
+        choice = None if tip is not None else choose_tip(base, _without_loop_ends(ordered, closing, by_name))
         chosen = tip if choice is None else choice.tip
         if choice is not None and choice.others:
             provenance = replace(provenance, notes=(*provenance.notes, choice.sentence("en")))
@@ -266,6 +266,16 @@ def _require_unique(what: str, names: list[str]) -> None:
         if name in seen:
             raise ModelError(f"model.duplicate_{what}", name=name)
         seen.add(name)
+
+
+def _without_loop_ends(
+    joints: tuple[Joint, ...], loops: tuple[Joint, ...], links: dict[str, Link]
+) -> tuple[Joint, ...]:
+    """The joints but for those of bare frames, without mass and shape, in which a loop ends: no tip of an arm."""
+    carrying = {joint.parent for joint in joints}
+    ends = {end for loop in loops for end in (loop.parent, loop.child)} - carrying
+    bare = {end for end in ends if links[end].inertial is None and not (links[end].visuals or links[end].collisions)}
+    return tuple(joint for joint in joints if joint.moves or joint.child not in bare)
 
 
 def _sorted_tree(name: str, links: tuple[Link, ...], joints: tuple[Joint, ...]) -> tuple[str, tuple[Joint, ...]]:

@@ -35,6 +35,7 @@ from mafsil.parallel.five_bar import FiveBar as FiveBar
 from mafsil.parallel.forward_pose import ForwardPoses as ForwardPoses
 from mafsil.parallel.forward_pose import ForwardStatus as ForwardStatus
 from mafsil.parallel.four_bar_curve import FourBarPoint as FourBarPoint
+from mafsil.parallel.four_bar_curve import OutputAngles as OutputAngles
 from mafsil.parallel.four_bar_curve import output_angles as output_angles
 from mafsil.parallel.four_bar_curve import singular_points as singular_points
 from mafsil.parallel.leg_branches import LegBranches as LegBranches

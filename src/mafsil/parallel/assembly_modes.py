@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Floats, Integers
+from mafsil.arrays import Booleans, Floats, Integers
 from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table
 from mafsil.parallel.nearest_lengths import LegEnds, NearestLengths
@@ -32,13 +34,15 @@ class AssemblyModes(Answer):
     Of a batch: true if each row has one, iterable over the rows.
 
     Attributes:
-        T: (*batch, n, 4, 4) real poses in {s}, higher ones first; NaN beyond their number.
+        T: (*batch, n, 4, 4) real poses in {s}, higher ones first; of a batch NaN beyond their number, where `there` is
+            false.
         count: (*batch,) number of real poses that differ.
         finite: (*batch,) number of isolated poses that differ, complex ones included.
         paths: (*batch,) the same, double ones counted twice: number of paths that ended.
         expected: number of isolated poses of this geometry with general lengths; 40 if general.
         error: largest error of a leg over all real poses [m].
-        orientation: (*batch, n) sign of det G of each: a platform that goes from + to - passes a singular pose.
+        orientation: (*batch, n) sign of det G of each, zero beyond their number: from + to - a platform passes a
+            singular pose.
         legs: whose modes they are.
     """
 
@@ -51,10 +55,21 @@ class AssemblyModes(Answer):
     orientation: Floats
     legs: LegEnds
 
+    @property
+    def there(self) -> Booleans:
+        """(*batch, n) which places of `T` hold a pose."""
+        return np.asarray(np.arange(self.T.shape[-3]) < self.count[..., None], dtype=np.bool_)
+
     @cached_property
     def nearest(self) -> NearestLengths:
         """The nearest lengths that the platform can have: of rows with a pose their own, else how far they are off."""
-        return self.legs.nearest()
+        first = self.T[..., 0, :, :] if self.T.shape[-3] else np.zeros((*self.count.shape, 4, 4))
+        return self.legs.nearest_unless(np.asarray(self.count > 0), first)
+
+    @property
+    def missing(self) -> Floats:
+        """(*batch,) distance of the lengths from the nearest ones that a pose has; zero where there is a pose [m]."""
+        return self.nearest.distance
 
     @property
     def status(self) -> AssemblyModesStatus:
@@ -111,12 +126,12 @@ class AssemblyModes(Answer):
         return f"{sentence}; {say('parallel.nearest_lengths', language=language, **self.nearest.details())}"
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data; of one row without any the nearest lengths too."""
+        """Plain data; if rows have no pose, the nearest lengths too."""
         found: dict[str, Any] = {
             "status": self.status.name.lower(), "T": self.T, "count": self.count, "finite": self.finite,
-            "expected": self.expected, "error": self.error, "orientation": self.orientation,
+            "there": self.there, "expected": self.expected, "error": self.error, "orientation": self.orientation,
         }  # fmt: skip
-        if self.count.ndim == 0 and not self.count and self.expected:
+        if not self.count.all() and self.expected:
             found["nearest"] = self.nearest.to_dict()
         return found
 

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
+import scipy.optimize
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Answer, Status
@@ -20,6 +21,7 @@ from mafsil.lazy_module import lazily
 from mafsil.messages.tables import on_screen
 from mafsil.parallel.cable_robot import CableRobot
 from mafsil.parallel.tolerances import RANK
+from mafsil.solvers import decompositions
 
 if TYPE_CHECKING:
     import mafsil.parallel.cable_loops as cable_loops
@@ -36,6 +38,8 @@ class CableStatus(Status):
 
 
 STATUSES = tuple(CableStatus)
+HELPING = 1e-3
+"""Force of a helper over that of a cable, for the same cost."""
 EXACT = 1e-9
 """Wrench that may be missing, over the largest one that a cable makes."""
 
@@ -48,8 +52,11 @@ class CableTensions(Answer):
 
     Attributes:
         verdict: (*batch) which of HELD, BEYOND, SINGULAR: cables too few or in lines that depend on each other.
-        tensions: (*batch, m) within their bounds, nearest to the preferred ones; NaN where there are none [N].
-        margin: (*batch) by which any wrench may be added, moments over the robot's `size`; negative: missing [N].
+        tensions: (*batch, m) within their bounds, nearest to the preferred ones; where none hold the load those whose
+            wrench comes nearest to holding it [N].
+        missing: (*batch) size of the wrench that they lack, moments over the robot's `size`; zero where they hold [N].
+        margin: (*batch) by which any wrench may be added, moments likewise; negative: missing at least; minus infinity
+            where cables are too few or depend on each other so much that no n - 1 of them are independent [N].
         direction: (*batch, n) unit wrench about the middle of the platform's ends along which the margin is least.
         needed: (*batch) of the load along it [N].
         offered: (*batch) most that cables make along it [N].
@@ -57,6 +64,7 @@ class CableTensions(Answer):
 
     verdict: NDArray[np.int8]
     tensions: Floats
+    missing: Floats
     margin: Floats
     direction: Floats
     needed: Floats
@@ -82,8 +90,8 @@ class CableTensions(Answer):
     def __iter__(self) -> Iterator[CableTensions]:
         for row in np.ndindex(self.verdict.shape):
             yield CableTensions(
-                self.verdict[row], self.tensions[row], self.margin[row], self.direction[row], self.needed[row],
-                self.offered[row],
+                self.verdict[row], self.tensions[row], self.missing[row], self.margin[row], self.direction[row],
+                self.needed[row], self.offered[row],
             )  # fmt: skip
 
     def __repr__(self) -> str:
@@ -92,21 +100,22 @@ class CableTensions(Answer):
     def explain(self, language: str | None = None) -> str:
         """The least margin, or the proof of the first row that fails."""
         if not self.verdict.size:
-            return CableStatus.HELD.sentence(language, held=0, count=0, margin=np.nan, low=np.nan, high=np.nan)
+            return CableStatus.HELD.sentence(language, held=0, count=0, margin=0.0, low=0.0, high=0.0)
         row = np.unravel_index(int(np.argmax(self.verdict != 0)), self.verdict.shape)
         held = self.tensions[self.held]
         return self.status.sentence(
             language, held=int(self.held.sum()), count=len(self), margin=float(self.margin.min()),
             low=float(held.min(initial=np.inf)), high=float(held.max(initial=-np.inf)), needed=float(self.needed[row]),
-            offered=float(self.offered[row]), direction=", ".join(f"{each:.3g}" for each in self.direction[row]),
+            offered=float(self.offered[row]), missing=float(self.missing[row]),
+            direction=", ".join(f"{each:.3g}" for each in self.direction[row]),
         )  # fmt: skip
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
         names = [STATUSES[k].name.lower() for k in self.verdict.ravel().tolist()]
         return {
-            "status": names if self.verdict.ndim else names[0], "tensions": self.tensions, "margin": self.margin,
-            "direction": self.direction, "needed": self.needed, "offered": self.offered,
+            "status": names if self.verdict.ndim else names[0], "tensions": self.tensions, "missing": self.missing,
+            "margin": self.margin, "direction": self.direction, "needed": self.needed, "offered": self.offered,
         }  # fmt: skip
 
 
@@ -136,20 +145,82 @@ def cable_tensions(
     rows, n = wanted.shape
     near = facets(robot, W, wanted)
     good = np.flatnonzero(regular(W))
-    tensions, missing = np.full((rows, robot.m), np.nan), np.full(rows, np.inf)
-    found, left = np.empty((len(good), robot.m)), np.empty(len(good))
-    cable_loops.tensions(W[good], low, high, preferred, wanted[good], found, left)
-    tensions[good], missing[good] = found, left
+    tensions, left = np.empty((rows, robot.m)), np.full(rows, np.inf)
+    found, rest = np.empty((len(good), robot.m)), np.empty(len(good))
+    cable_loops.tensions(W[good], low, high, preferred, wanted[good], found, rest)
+    tensions[good], left[good] = found, rest
     # A load on the boundary is held as far as rounding lets one see.
-    exact = missing <= EXACT * np.abs(W).max(axis=(1, 2), initial=0.0) * float(high.max())
+    exact = left <= EXACT * np.abs(W).max(axis=(1, 2), initial=0.0) * float(high.max())
     verdict = np.where(exact, 0, 1).astype(np.int8)
     verdict[~regular(W)] = 2
-    tensions[~exact] = np.nan
+    open_rows = ~exact
+    tensions[open_rows] = _nearest(W[open_rows], low, high, preferred, wanted[open_rows])
+    lacking = _lack(W, tensions, wanted)
     return CableTensions(
-        verdict.reshape(shape), tensions.reshape(*shape, robot.m), near.margin.reshape(shape),
+        verdict.reshape(shape), tensions.reshape(*shape, robot.m), np.where(exact, 0.0, lacking).reshape(shape),
+        near.margin.reshape(shape),
         near.direction.reshape(*shape, n), (near.direction * wanted).sum(axis=1).reshape(shape),
         near.offered.reshape(shape),
     )  # fmt: skip
+
+
+def _nearest(W: Floats, low: Floats, high: Floats, preferred: Floats, wanted: Floats) -> Floats:
+    """(rows, m) tensions within their bounds whose wrenches W t come nearest to those wanted.
+
+    1. Forces that make up for what the cables lack, at a cost, as further cables: then every wrench can be made.
+    2. Tensions at their bounds stay there, the others are those of least squares; once more for those that then leave
+       their bounds.
+    3. Rows in which that has not settled, by active sets.
+    """
+    rows, n, m = W.shape
+    if not rows:
+        return np.empty((0, m))
+    # 1.
+    helper = HELPING * np.maximum(np.abs(W).max(axis=(1, 2)), 1e-300)
+    most = (np.abs(wanted).max(axis=1) + np.abs(W).max(axis=(1, 2)) * high.sum()).max() / helper.min()
+    wide = np.concatenate([W, helper[:, None, None] * np.eye(n)], axis=2)
+    bounds = (np.concatenate([each, np.full(n, side * most)]) for each, side in ((low, -1.0), (high, 1.0)))
+    lower, upper = bounds
+    t, left = np.empty((rows, m + n)), np.empty(rows)
+    cable_loops.tensions(wide, lower, upper, np.concatenate([preferred, np.zeros(n)]), wanted, t, left)
+    # 2.
+    t = np.clip(t[:, :m], low, high)
+    lack = _lack(W, t, wanted)
+    for _ in range(m):
+        inside = (t > low) & (t < high)
+        rest = wanted - np.einsum("knm,km->kn", W, t)
+        step = np.einsum("kmn,kn->km", decompositions.pinv(W * inside[:, None, :], RANK), rest)
+        after = np.clip(t + np.where(inside, step, 0.0), low, high)
+        then = _lack(W, after, wanted)
+        better = then < lack
+        if not better.any():
+            break
+        t[better], lack[better] = after[better], then[better]
+    # 3.
+    for row in np.flatnonzero(~_settled(W, t, wanted, low, high)).tolist():
+        t[row] = np.clip(_bounded(W[row], wanted[row], low, high), low, high)
+    return t
+
+
+def _settled(W: Floats, t: Floats, wanted: Floats, low: Floats, high: Floats) -> Booleans:
+    """(rows,) whether no tension can be changed within its bounds so that less of the wrench is missing."""
+    slope = np.einsum("knm,kn->km", W, np.einsum("knm,km->kn", W, t) - wanted)
+    unit = np.abs(W).max(axis=(1, 2))
+    size = unit * np.maximum(np.abs(wanted).max(axis=1), unit * high.max())
+    open_way = np.maximum(np.where(t > low, slope, 0.0), np.where(t < high, -slope, 0.0)).max(axis=1)
+    return np.asarray(open_way <= EXACT * size, dtype=np.bool_)
+
+
+def _bounded(W: Floats, wanted: Floats, low: Floats, high: Floats) -> Floats:
+    """(m,) the tensions of one row by active sets, exact and slow."""
+    free = np.where(high > low, high, low + 1e-12 * max(float(np.abs(low).max()), 1.0))
+    solve = cast("Any", scipy.optimize).lsq_linear  # carries no types
+    return np.asarray(solve(W, wanted, (low, free), method="bvls", tol=EXACT**2).x, dtype=np.float64)
+
+
+def _lack(W: Floats, t: Floats, wanted: Floats) -> Floats:
+    """(rows,) size of the wrench that tensions (rows, m) leave."""
+    return np.linalg.norm(np.einsum("knm,km->kn", W, t) - wanted, axis=1)
 
 
 def cable_margins(robot: CableRobot, x: ArrayLike, load: ArrayLike) -> Floats:
@@ -171,7 +242,7 @@ class Facets(NamedTuple):
     """Where a wrench lies among the facets of what cables make.
 
     Attributes:
-        margin: (rows,) least distance to a facet, negative outside; NaN where no n - 1 cables are independent.
+        margin: (rows,) least distance to a facet, negative outside; -infinity where no n - 1 cables are independent.
         direction: (rows, n) normal of that facet.
         offered: (rows,) most that the cables make along it.
         closure: (rows,) least over all normals of the strongest pull of a unit tension.
@@ -197,10 +268,14 @@ def facets(robot: CableRobot, W: Floats, wanted: Floats) -> Facets:
     found = Facets(np.empty(rows), np.empty((rows, n)), np.empty(rows), np.empty(rows), np.empty((rows, n)))
     sides = found.margin, found.direction, found.offered, found.closure, found.loose
     if robot.m < n - 1:
-        for each, value in zip(sides, (np.nan, 0.0, 0.0, 0.0, 0.0), strict=True):
+        for each, value in zip(sides, (-np.inf, 0.0, 0.0, 0.0, 0.0), strict=True):
             each[...] = value
     else:
         cable_loops.margins(W, robot.lowest, robot.highest, wanted, *sides)
+        none = np.isnan(found.margin)
+        found.margin[none] = -np.inf
+        for each in (found.direction, found.offered, found.loose):
+            each[none] = 0.0
     return found
 
 

@@ -74,7 +74,7 @@ class CableClosure(Answer):
     def explain(self, language: str | None = None) -> str:
         """The weakest direction, or the first one along which no cable pulls."""
         if not self.measure.size:
-            return ClosureStatus.CLOSED.sentence(language, closed=0, count=0, measure=np.nan)
+            return ClosureStatus.CLOSED.sentence(language, closed=0, count=0, measure=0.0)
         row = np.unravel_index(int(np.argmax(~self.closed)), self.measure.shape)
         return self.status.sentence(
             language, closed=int(self.closed.sum()), count=len(self), measure=float(self.measure.min()),

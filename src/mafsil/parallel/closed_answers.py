@@ -93,9 +93,10 @@ class ClosedAccelerations(Answer, tuple[JointVector, Floats]):
     """Accelerations under efforts and forces of the loops; true if known in every row, iterable over the rows.
 
     Attributes:
-        qdd: (*batch, n) accelerations of all joints [rad/s^2 | m/s^2].
+        qdd: (*batch, n) accelerations of all joints [rad/s^2 | m/s^2]; along motions without mass infinite where a
+            force acts on them, zero where none does.
         force: (*batch, m) forces along the rows of the loops, the shortest that do it [N m, N].
-        rank: (*batch) independent rows of the loops; -1 where the mass matrix is singular.
+        rank: (*batch) independent rows of the loops; -1 where the loops allow motions that move no mass.
         rows: number of rows.
         error: (*batch) largest gap of a loop [rad | m].
 
@@ -132,7 +133,7 @@ class ClosedAccelerations(Answer, tuple[JointVector, Floats]):
 
     @property
     def rank(self) -> Integers:
-        """(*batch) independent rows of the loops; -1 where the mass matrix is singular."""
+        """(*batch) independent rows of the loops; -1 where the loops allow motions that move no mass."""
         return self[1][..., -2].astype(np.int64)
 
     @property

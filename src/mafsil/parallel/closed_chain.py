@@ -135,7 +135,7 @@ class ClosedChain:
         if hold is None:
             momentum = np.einsum("...ij,...j->...i", found.M, rate)
             return closed_terms.accelerations(
-                found._replace(h=-momentum, gamma=np.zeros_like(found.gamma)), np.zeros(self.n)
+                found._replace(h=-momentum, gamma=np.zeros_like(found.gamma)), np.zeros(self.n), rate
             )[0]
         free = self._free(hold)
         shape = found.M.shape[:-2]

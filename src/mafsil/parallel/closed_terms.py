@@ -11,6 +11,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, Integers
 from mafsil.lazy_module import lazily
+from mafsil.parallel.massless import accelerations_without_mass
 from mafsil.parallel.tolerances import RANK
 from mafsil.solvers import decompositions
 
@@ -76,12 +77,13 @@ def held(found: Terms, tau: Floats) -> tuple[Floats, Floats]:
     return qdd, np.concatenate([force, ranks[..., None].astype(np.float64), error[..., None]], axis=-1)
 
 
-def accelerations(found: Terms, tau: Floats) -> tuple[Floats, Floats, Integers]:
-    """Accelerations (*batch, n), forces (*batch, m) and ranks (*batch).
+def accelerations(found: Terms, tau: Floats, prefer: Floats | None = None) -> tuple[Floats, Floats, Integers]:
+    """Accelerations (*batch, n), forces (*batch, m) and ranks (*batch), -1 where the loops allow motions without mass.
 
     Args:
         found: terms of the states.
         tau: (*batch, n) efforts.
+        prefer: (*batch, n) along motions that have no mass and that no effort drives; none if None.
     """
     m, n = found.J.shape[-2:]
     if found.h.ndim == tau.ndim == found.M.ndim - 1 == 1:
@@ -91,19 +93,29 @@ def accelerations(found: Terms, tau: Floats) -> tuple[Floats, Floats, Integers]:
         closed_dynamics_loops.accelerations(
             found.M[None], found.h[None], found.J[None], found.gamma[None], given[None], alone, across, rank
         )
+        if rank[0] < 0:
+            alone[0], across[0], rank[0] = accelerations_without_mass(*found[:4], tau, _preferred(prefer, n))
         return alone[0], across[0], rank.reshape(())
     shape = np.broadcast_shapes(found.h.shape[:-1], tau.shape[:-1], found.M.shape[:-2])
 
     def rows(values: Floats, *core: int) -> Floats:
         return np.ascontiguousarray(np.broadcast_to(values, (*shape, *core)).reshape(-1, *core))
 
-    efforts = rows(tau, n)
+    M, h, J = rows(found.M, n, n), rows(found.h, n), rows(found.J, m, n)
+    gamma, efforts = rows(found.gamma, m), rows(tau, n)
     qdd, force = np.empty_like(efforts), np.empty((len(efforts), m))
-    ranks = np.empty(len(efforts), dtype=np.int64)
-    closed_dynamics_loops.accelerations(
-        rows(found.M, n, n), rows(found.h, n), rows(found.J, m, n), rows(found.gamma, m), efforts, qdd, force, ranks
-    )
+    ranks = np.empty(len(qdd), dtype=np.int64)
+    closed_dynamics_loops.accelerations(M, h, J, gamma, efforts, qdd, force, ranks)
+    light = np.flatnonzero(ranks < 0)
+    if len(light):
+        wanted = rows(_preferred(prefer, n), n)
+        for k in light.tolist():
+            qdd[k], force[k], ranks[k] = accelerations_without_mass(M[k], h[k], J[k], gamma[k], efforts[k], wanted[k])
     return qdd.reshape(*shape, n), force.reshape(*shape, m), ranks.reshape(shape)
+
+
+def _preferred(prefer: Floats | None, n: int) -> Floats:
+    return np.zeros(n) if prefer is None else prefer
 
 
 def efforts(found: Terms, qdd: Floats, driven: Integers) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:

@@ -79,25 +79,44 @@ class DeltaRobot:
     def forward_kinematics(self, q: ArrayLike) -> PlatformPoints:
         """Both places of the platform at angles (*batch, 3), the lower first.
 
-        Three spheres of one radius meet on the line through the middle of the circle of their centres.
+        Three spheres of one radius meet on the line through the middle of the circle of their centres. Where they do
+        not, the place is that nearest to all three, and `missing` says how far the lengths are off.
         """
         C = self.elbows(q)
         u, v = C[..., 1, :] - C[..., 0, :], C[..., 2, :] - C[..., 0, :]
         n = np.cross(u, v)
         n2, u2, v2 = ((w**2).sum(axis=-1, keepdims=True) for w in (n, u, v))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            to_middle = (np.cross(n, u) * v2 + np.cross(v, n) * u2) / (2 * n2)
-            h2 = (self.forearm**2 - (to_middle**2).sum(axis=-1, keepdims=True)) / n2
-            small = TOUCHING * self.forearm**2 / n2
-            h = np.sqrt(np.where(np.abs(h2) < small, 0.0, h2))
+        spread = n2 > 0.0
+        area = np.where(spread, n2, 1.0)
+        to_middle = (np.cross(n, u) * v2 + np.cross(v, n) * u2) / (2 * area)
+        h2 = (self.forearm**2 - (to_middle**2).sum(axis=-1, keepdims=True)) / area
+        small = TOUCHING * self.forearm**2 / area
+        h = np.sqrt(np.where(np.abs(h2) < small, 0.0, np.maximum(h2, 0.0)))
         middle = C[..., 0, :] + to_middle
         ends = np.stack([middle - h * n, middle + h * n], axis=-2)
-        order = np.argsort(ends[..., 2], axis=-1)
-        legs = LegEnds(C, np.zeros_like(C), np.full(C.shape[:-1], self.forearm))
         # Where two elbows coincide and the third is in reach, a circle of places is left.
         apart = np.sqrt(np.concatenate([u2, v2, ((v - u) ** 2).sum(axis=-1, keepdims=True)], axis=-1))
         near, far = apart.min(axis=-1) <= TOUCHING * self.forearm, apart.max(axis=-1) <= 2 * self.forearm
-        return PlatformPoints(np.take_along_axis(ends, order[..., None], axis=-2), np.asarray(near & far), legs)
+        free = np.asarray(near & far, dtype=np.bool_)
+        if free.any():
+            ends[free] = self._circle_ends(C[free])
+        order = np.argsort(ends[..., 2], axis=-1)
+        legs = LegEnds(C, np.zeros_like(C), np.full(C.shape[:-1], self.forearm))
+        meets = np.asarray((spread & (h2 > -small))[..., 0] | free, dtype=np.bool_)
+        return PlatformPoints(np.take_along_axis(ends, order[..., None], axis=-2), meets, free, legs)
+
+    def _circle_ends(self, C: Floats) -> Floats:
+        """(k, 2, 3) lowest and highest place of the circle about elbows (k, 3, 3) of which two or all coincide."""
+        away = C - C[:, :1]
+        across = away[np.arange(len(C)), np.linalg.norm(away, axis=-1).argmax(axis=1)]
+        d2 = (across**2).sum(axis=-1, keepdims=True)
+        axis = across / np.sqrt(np.where(d2 > 0.0, d2, 1.0))
+        up = np.array([0.0, 0.0, 1.0]) - axis[:, 2:] * axis
+        level = np.linalg.norm(up, axis=-1, keepdims=True) <= TOUCHING
+        up = np.where(level, np.array([1.0, 0.0, 0.0]), up)
+        up *= np.sqrt(np.maximum(self.forearm**2 - d2 / 4, 0.0)) / np.linalg.norm(up, axis=-1, keepdims=True)
+        middle = C[:, 0] + across / 2
+        return np.stack([middle - up, middle + up], axis=1)
 
     def motor_matrices(self, q: ArrayLike, p: ArrayLike) -> tuple[Floats, Floats]:
         """W and B (*batch, 3, 3) of W p' = B q': rows (p - C_k)' and (p - C_k) . dC_k/dq_k.

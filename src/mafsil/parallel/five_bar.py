@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, as_batch, positive, single
-from mafsil.mobility.planar_positions import circle_crossings, wrapped
+from mafsil.mobility.planar_positions import circle_crossings, circle_gap, wrapped
 from mafsil.mobility.tolerances import TOUCHING
 from mafsil.parallel.leg_lines import require_regular, require_rods, resultant
 from mafsil.parallel.loop_singularity import LoopSingularities, loop_singularities
@@ -55,16 +55,20 @@ class FiveBar:
         return self.crank_1 * e[..., 0, :], self.crank_2 * e[..., 1, :] + np.array([self.ground, 0.0])
 
     def forward_kinematics(self, q: ArrayLike) -> PlatformPoints:
-        """Both places of C at angles (alpha, beta) (*batch, 2): left of B -> D first."""
+        """Both places of C at angles (alpha, beta) (*batch, 2): left of B -> D first.
+
+        Where the rods do not meet, C is in the middle of their gap, and `missing` says how far their lengths are off.
+        """
         B, D = self.crank_ends(q)
         apart = np.linalg.norm(D - B, axis=-1)
         free = np.asarray(np.maximum(apart, abs(self.rod_1 - self.rod_2)) <= TOUCHING * self.rod_1, dtype=np.bool_)
-        C = circle_crossings(B, self.rod_1, D, self.rod_2)
+        C, gap = circle_crossings(B, self.rod_1, D, self.rod_2), circle_gap(B, self.rod_1, D, self.rod_2)
+        around = B[..., None, :] + self.rod_1 * np.array([[1.0, 0.0], [-1.0, 0.0]])
         ends = np.stack([B, D], axis=-2)
         rods = np.broadcast_to(np.array([self.rod_1, self.rod_2]), ends.shape[:-1])
-        return PlatformPoints(
-            np.where(free[..., None, None], np.nan, C), free, LegEnds(ends, np.zeros_like(ends), rods)
-        )
+        meets = np.asarray((gap == 0.0) | free, dtype=np.bool_)
+        places = np.where(free[..., None, None], around, C)
+        return PlatformPoints(places, meets, free, LegEnds(ends, np.zeros_like(ends), rods))
 
     def inverse_kinematics(self, C: ArrayLike) -> MotorAngles:
         """Both angles alpha and both angles beta for a place C (*batch, 2): elbow left of the line to C first."""
@@ -75,7 +79,10 @@ class FiveBar:
         return crank_angles(along, up, 0.0, cranks, rods)
 
     def chain_angles(self, q: ArrayLike, mode: int = 0) -> Floats:
-        """(*batch, 5) relative angles at (alpha, beta) in one of both assembly modes; NaN if there is none."""
+        """(*batch, 5) relative angles at (alpha, beta) in one of both assembly modes.
+
+        Where the rods do not meet, they point at each other: the cranks stand as asked, and `chain.closure` is the gap.
+        """
         angle = as_batch("q", q, (2,))
         B, D = self.crank_ends(angle)
         C = self.forward_kinematics(angle).x[..., mode, :]

@@ -12,13 +12,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Booleans, Floats, require_kind
 from mafsil.mobility.four_bar import FourBar
-from mafsil.mobility.planar_positions import numbers_or_nan, wrapped
+from mafsil.mobility.planar_positions import finite_numbers, wrapped
 from mafsil.mobility.tolerances import TOUCHING, TYPED
 
 
@@ -54,19 +55,32 @@ class FourBarPoint:
         return np.sort(np.array([large / c, a / large if large else 0.0]))
 
 
-def output_angles(linkage: FourBar, theta: ArrayLike) -> tuple[Floats, Booleans]:
-    """Both angles of the rocker for angles of the crank, and where any angle will do.
+class OutputAngles(NamedTuple):
+    """Angles of the rocker of a four-bar.
+
+    Attributes:
+        phi: (*batch, 2) both angles, in (-pi, pi]; where it does not close twice the one that comes nearest [rad].
+        every: (*batch,) whether any angle will do; two opposite ones are given.
+        missing: (*batch,) length by which the coupler is too short or too long; zero where it closes [m].
+    """
+
+    phi: Floats
+    every: Booleans
+    missing: Floats
+
+
+def output_angles(linkage: FourBar, theta: ArrayLike) -> OutputAngles:
+    """Both angles of the rocker for angles of the crank, where any angle will do, and where none does.
 
     Args:
         linkage: its lengths.
         theta: (*batch,) angles of the crank [rad].
 
     Returns:
-        (*batch, 2) phi in (-pi, pi], the coupler's end to the left of the line from crank pin to ground pivot last;
-        NaN where it does not close or any phi closes; (*batch,) whether any does.
+        The angles, the coupler's end to the left of the line from crank pin to ground pivot last.
     """
     require_kind("linkage", linkage, "FourBar", "lengths", "grashof")
-    angle = numbers_or_nan("theta", theta)
+    angle = finite_numbers("theta", theta)
     L1, L2, L3, L4 = linkage.lengths.tolist()
     alpha, beta = 2 * L3 * (L4 - L1 * np.cos(angle)), -2 * L1 * L3 * np.sin(angle)
     d2 = (L1 - L4) ** 2 + 4 * L1 * L4 * np.sin(angle / 2) ** 2
@@ -74,12 +88,14 @@ def output_angles(linkage: FourBar, theta: ArrayLike) -> tuple[Floats, Booleans]
     reach = 2 * L3 * np.sqrt(d2)
     small = TOUCHING * float(linkage.lengths.max()) ** 2
     every = (reach <= small) & (np.abs(gamma) <= small)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratio: Floats = gamma / reach
-        cosine: Floats = np.where(np.abs(np.abs(ratio) - 1) < TOUCHING, np.sign(ratio), ratio)
-        half = np.where(every, np.nan, np.arccos(cosine))
-    middle = np.arctan2(beta, alpha)
-    return wrapped(np.stack([middle + half, middle - half], axis=-1)), np.asarray(every, dtype=np.bool_)
+    ratio = np.where(reach > 0.0, gamma / np.where(reach > 0.0, reach, 1.0), np.copysign(np.inf, gamma))
+    closes = every | (np.abs(ratio) - 1 < TOUCHING)
+    half = np.where(every, np.pi / 2, np.arccos(np.clip(ratio, -1.0, 1.0)))
+    middle = np.where(every, np.pi / 2, np.arctan2(beta, alpha))
+    way = np.sqrt(d2)
+    missing = np.where(closes, 0.0, np.maximum(way - (L2 + L3), np.maximum(np.abs(way - L3) - L2, L2 - (way + L3))))
+    phi = wrapped(np.stack([middle + half, middle - half], axis=-1))
+    return OutputAngles(phi, np.asarray(every, dtype=np.bool_), np.maximum(missing, 0.0))
 
 
 def singular_points(linkage: FourBar) -> tuple[FourBarPoint, ...]:

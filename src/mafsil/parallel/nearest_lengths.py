@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from mafsil.arrays import Floats
+from mafsil.arrays import Booleans, Floats
 from mafsil.geometry import pose, rotation
 
 STARTS_IN_PLANE, STARTS = 24, 48
@@ -40,7 +40,7 @@ class NearestLengths:
     """The nearest lengths that a platform can have, row by row, of those that searches found.
 
     Attributes:
-        x: (*batch, 4, 4) or (*batch, 3) poses that have them.
+        x: (*batch, 4, 4) or (*batch, 3) poses that have them; of a point its places.
         misfit: (*batch, m) what each leg lacks of the length that it has there [m]: positive where it is too short.
         starts: of the search for each row.
     """
@@ -83,6 +83,19 @@ class LegEnds:
     def __getitem__(self, row: object) -> LegEnds:
         index: tuple[object, ...] = (row, ...)
         return LegEnds(self.base[index], self.platform[index], self.lengths[index])  # type: ignore[index]
+
+    def nearest_unless(self, met: Booleans, x: Floats) -> NearestLengths:
+        """The nearest lengths of rows that are not met, and the poses themselves of those that are.
+
+        Args:
+            met: (*batch,) which rows have a pose.
+            x: (*batch, 4, 4) or (*batch, 3) their poses, of no meaning elsewhere.
+        """
+        open_rows = ~met
+        found = self[open_rows].nearest()
+        place, misfit = x.copy(), np.zeros_like(self.lengths)
+        place[open_rows], misfit[open_rows] = found.x, found.misfit
+        return NearestLengths(place, misfit, found.starts)
 
     def nearest(self, seed: int = 0) -> NearestLengths:
         """The nearest lengths that the platform can have.

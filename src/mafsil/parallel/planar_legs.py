@@ -271,7 +271,7 @@ def planar_poses(a: Floats, b: Floats, s: Floats, size: float, shape: tuple[int,
     fits = near.distance <= FITS * scale[lost, 0]
     found[lost[fits], 0] = near.x[fits]
     count = np.isfinite(found[..., 2]).sum(axis=1)
-    found = found[:, : max(1, int(count.max(initial=0)))]
+    found = found[:, : int(count.max(initial=0))]
     d, _ = leg_vectors(a[:, None], b[:, None], found)
     error = float(np.nan_to_num(np.abs(np.linalg.norm(d, axis=-1) - s[:, None])).max(initial=0.0))
     legs = LegEnds(a.reshape(*shape, 3, 2), b.reshape(*shape, 3, 2), s.reshape(*shape, 3))

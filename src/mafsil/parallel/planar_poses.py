@@ -30,7 +30,8 @@ class PlanarPoses(Answer):
     """All real poses of a planar platform; true if every row has one, iterable over the poses, of a batch over rows.
 
     Attributes:
-        x: (*batch, n, 3) isolated poses (x, y, phi), by ascending phi in (-pi, pi]; NaN beyond their number [m, rad].
+        x: (*batch, n, 3) isolated poses (x, y, phi), by ascending phi in (-pi, pi]; of a batch NaN beyond their number,
+            where `there` is false [m, rad].
         count: (*batch,) number of them.
         movable: (*batch,) whether there is a curve of poses besides: the platform moves with its actuators locked.
         error: largest error of a length [m].
@@ -43,10 +44,21 @@ class PlanarPoses(Answer):
     error: float
     legs: LegEnds
 
+    @property
+    def there(self) -> Booleans:
+        """(*batch, n) which places of `x` hold a pose."""
+        return np.asarray(np.arange(self.x.shape[-2]) < self.count[..., None], dtype=np.bool_)
+
     @cached_property
     def nearest(self) -> NearestLengths:
         """The nearest lengths that the platform can have: of rows with a pose their own, else how far they are off."""
-        return self.legs.nearest()
+        first = self.x[..., 0, :] if self.x.shape[-2] else np.zeros((*self.count.shape, 3))
+        return self.legs.nearest_unless(np.asarray(self.count > 0), first)
+
+    @property
+    def missing(self) -> Floats:
+        """(*batch,) distance of the lengths from the nearest ones that a pose has; zero where there is a pose [m]."""
+        return self.nearest.distance
 
     @property
     def status(self) -> PlanarPosesStatus:
@@ -91,11 +103,11 @@ class PlanarPoses(Answer):
         )  # fmt: skip
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data; of one row without any the nearest lengths too."""
+        """Plain data; if rows have no pose, the nearest lengths too."""
         found: dict[str, Any] = {
-            "status": self.status.name.lower(), "x": self.x, "count": self.count, "movable": self.movable,
-            "error": self.error,
+            "status": self.status.name.lower(), "x": self.x, "count": self.count, "there": self.there,
+            "movable": self.movable, "error": self.error,
         }  # fmt: skip
-        if self.count.ndim == 0 and self.status is PlanarPosesStatus.NONE:
+        if not (self.count.all() or self.movable.any()):
             found["nearest"] = self.nearest.to_dict()
         return found

@@ -65,9 +65,9 @@ def modes_of(base: Floats, platform: Floats, lengths: Floats, starts: Sequence[S
 
 
 def _in_metres(found: AllPoses, a: Floats, b: Floats, size: Floats) -> tuple[Floats, Floats]:
-    """Poses (k, n, 4, 4) and signs of det G (k, n), NaN beyond their number."""
-    x = found.x[:, : max(1, int(found.real.max(initial=0)))]
-    T, sign = np.full((*x.shape[:2], 4, 4), np.nan), np.full(x.shape[:2], np.nan)
+    """Poses (k, n, 4, 4), NaN beyond their number, and signs of det G (k, n), zero there."""
+    x = found.x[:, : int(found.real.max(initial=0))]
+    T, sign = np.full((*x.shape[:2], 4, 4), np.nan), np.zeros(x.shape[:2])
     row, column = np.nonzero(np.isfinite(x).all(axis=-1))
     if not len(row):
         return T, sign

@@ -47,7 +47,7 @@ class NearestSingularity(SingleAnswer):
         status: found, or the pose itself is singular, or none was found.
         free: no pose within this length is singular, by a bound on how legs turn: proven [m].
         distance: length of the step to the nearest singular pose found, rotations times the size; infinite if none [m].
-        x: that pose, (4, 4) or (3,); NaN if none.
+        x: that pose, (4, 4) or (3,); None if none.
         kinds: of the singularity there; None if none.
         size: of the robot [m].
         starts, converged: how many searches began, and how many of them ended at a singular pose.
@@ -56,7 +56,7 @@ class NearestSingularity(SingleAnswer):
     status: NearestStatus
     free: float
     distance: float
-    x: Floats
+    x: Floats | None
     kinds: SingularKinds | None
     size: float
     starts: int
@@ -107,8 +107,7 @@ def nearest_singularity(
         return NearestSingularity(NearestStatus.HERE, 0.0, 0.0, here, robot.singularity(here), space.size, 0, 0)
     steps, found = _zeros(space, here, count, np.random.default_rng(seed))
     if not found.any():
-        nowhere = np.full(here.shape, np.nan)
-        return NearestSingularity(NearestStatus.NOT_FOUND, free, np.inf, nowhere, None, space.size, count, 0)
+        return NearestSingularity(NearestStatus.NOT_FOUND, free, np.inf, None, None, space.size, count, 0)
     lengths = np.where(found, np.linalg.norm(steps, axis=-1), np.inf)
     best = int(lengths.argmin())
     place = space.moved(here, steps[best])

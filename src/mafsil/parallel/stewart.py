@@ -250,6 +250,9 @@ class StewartPlatform:
         Returns:
             A polynomial of the coordinate [m], of leading coefficient one in its own window. Of degree 40 its zeros are
             only as good as the last digits of its coefficients allow; the poses are `forward_kinematics`.
+
+        Raises:
+            InputError: wrong lengths, an unknown coordinate, a geometry without isolated poses.
         """
         s = magnitudes_of(single("lengths", lengths, (6,)), signed=False)
         if coordinate not in AXES:
@@ -258,6 +261,8 @@ class StewartPlatform:
         found = all_poses(a[None], b[None], s[None] / float(size), self._starts, len(self._starts[0].poses))
         places = found.complexes[0, :, 4 + AXES.index(coordinate)]
         places = places[np.isfinite(places)]
+        if not len(places):
+            raise InputError("parallel.eliminant_without_poses")
         middle, unit = float(self.base.mean(axis=0)[AXES.index(coordinate)]), float(size)
         return Polynomial(np.poly(places)[::-1].real, domain=[middle - unit, middle + unit], window=[-1.0, 1.0])
 

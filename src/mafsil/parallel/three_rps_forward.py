@@ -65,6 +65,7 @@ class ThreeRPSModes(Answer):
         error: largest error of a distance [m].
         misfit: (3,) how much longer the sides 12, 13 and 23 of the platform would have to be for the nearest pose that
             was found [m]; zero where there is a real one.
+        nearest: (3,) elevations of the legs at the first real pose, else at that nearest one [rad].
     """
 
     coefficients: Complexes
@@ -74,6 +75,7 @@ class ThreeRPSModes(Answer):
     T: Floats
     error: float
     misfit: Floats
+    nearest: Floats
 
     @property
     def status(self) -> ThreeRPSStatus:
@@ -105,7 +107,7 @@ class ThreeRPSModes(Answer):
         """Plain data."""
         return {
             "status": self.status.name.lower(), "T": self.T, "theta": self.theta, "complex": len(self.t),
-            "error": self.error, "misfit": self.misfit,
+            "error": self.error, "misfit": self.misfit, "nearest": self.nearest,
         }  # fmt: skip
 
 
@@ -143,13 +145,13 @@ class ThreeRPS:
         t = np.concatenate([t[real], t[~real]])
         theta = 2 * np.arctan(t[: int(real.sum())].real)
         # 5.
-        misfit = np.zeros(3)
+        misfit, nearest = np.zeros(3), theta[0] if len(theta) else np.zeros(3)
         if not len(theta):
             nearest, misfit = self._nearest(s)
             if np.abs(misfit).max() <= FITS * self.size:
                 theta, t = nearest[None], np.concatenate([np.tan(nearest / 2)[None].astype(np.complex128), t])
         T = np.array([self._pose(s, each) for each in theta]).reshape(-1, 4, 4)
-        return ThreeRPSModes(c, t, len(theta), theta, T, error * self.size, misfit)
+        return ThreeRPSModes(c, t, len(theta), theta, T, error * self.size, misfit, nearest)
 
     @property
     def size(self) -> float:

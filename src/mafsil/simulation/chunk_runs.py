@@ -147,7 +147,7 @@ def _part(scenario: Scenario, marks: Floats, memory: LawMemory, *, last: bool) -
         passing = _Passing(scenario)
         passing.memory = memory
         return passing.part(marks, count)
-    run = VariedRun(scenario, refusing=False)
+    run = VariedRun(scenario)
     run.memory = memory
     run.to_the_end(None)
     return _recorded(run, marks, count)
@@ -160,7 +160,7 @@ def recorded_alone(scenario: Scenario, memory: LawMemory) -> Recording:
         scenario: with the variants of one run.
         memory: of what its law remembers, from scenario to scenario.
     """
-    run = (VariedFusedRun if can_fuse(scenario) else VariedRun)(scenario, refusing=False)
+    run = (VariedFusedRun if can_fuse(scenario) else VariedRun)(scenario)
     run.memory = memory
     began = perf_counter()
     status = run.to_the_end(None)
@@ -199,7 +199,7 @@ class _Passing(VariedFusedRun):
     def __init__(self, scenario: Scenario) -> None:
         rows = scenario.start()[0].size
         self.window = max(8, WINDOW_NUMBERS // rows)
-        super().__init__(scenario, refusing=False)
+        super().__init__(scenario)
 
     def part(self, marks: Floats, count: int) -> _Part:
         """All ticks, of which `count` are counted."""

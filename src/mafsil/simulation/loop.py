@@ -10,6 +10,7 @@ from mafsil.arrays import require_function, require_kind
 from mafsil.control import LawMemory
 from mafsil.errors import InputError
 from mafsil.simulation.clock import RealTime
+from mafsil.simulation.ended_early import with_ends
 from mafsil.simulation.faults import Stopped, law_name
 from mafsil.simulation.fused import WORTH, can_fuse
 from mafsil.simulation.fused_run import FusedRun
@@ -85,6 +86,8 @@ def simulate(
         except KeyboardInterrupt:
             status = run.stopped(SimulationStatus.INTERRUPTED)
         recording = run.recording(status, perf_counter() - began)
+        if isinstance(run, VariedRun | VariedFusedRun):
+            recording = with_ends(recording, run)
         run.end_log(recording)
     if run.log is not None and run.log.fault:
         recording.metadata["log_fault"] = run.log.fault

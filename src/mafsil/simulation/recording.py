@@ -36,6 +36,8 @@ from mafsil.simulation.stepping import IMPLICIT_FRICTION, STIFF
 from mafsil.whole_file import write_whole
 
 FORMAT = 1
+ENDS = ("run_ends", "runs_lost", "runs_blown_up")
+"""What the metadata say of runs side by side that ended early: the last time of each [s], and which did why."""
 """Version of the file layout."""
 OPTIONAL = ("contact_wrench",)
 """Arrays that a recording may lack."""
@@ -141,6 +143,14 @@ class Recording(Answer):
         return ". ".join(sentence for sentence in found if sentence)
 
     def _ending(self, language: str | None) -> str:
+        ends = self.metadata.get("run_ends")
+        if ends is not None and self.q.ndim > 2:
+            lost, blown = (self.metadata[name] for name in ("runs_lost", "runs_blown_up"))
+            first = min([*lost, *blown], key=lambda k: float(ends[k]))
+            return say(
+                "simulation.runs_ended", language=language, good=len(ends) - len(lost) - len(blown), count=len(ends),
+                end=self.duration, lost=len(lost), blown=len(blown), first=first, time=float(ends[first]),
+            )  # fmt: skip
         details = {"time": self.duration, "end": self.metadata.get("end", self.duration), "step": self.metadata["step"]}
         details |= {name: self.metadata.get(name, "") for name in ("law", "fault")}
         sentence = self.status.sentence(language, **details)
@@ -261,8 +271,20 @@ class Recording(Answer):
         return tuple(_of_logged(run, Path(path)) for run in logged_runs(Path(path)))
 
     def _run(self, k: int) -> Recording:
-        """One run of a batch."""
-        return replace(self, **{name: array[:, k] for name, array in self.arrays().items() if name != "t"})
+        """One run of a batch, up to its own end."""
+        only = replace(self, **{name: array[:, k] for name, array in self.arrays().items() if name != "t"})
+        ends = self.metadata.get("run_ends")
+        if ends is None:
+            return only
+        known = {name: value for name, value in self.metadata.items() if name not in ENDS}
+        lost, blown = k in self.metadata["runs_lost"], k in self.metadata["runs_blown_up"]
+        status = SimulationStatus.LOOPS_LOST if lost else SimulationStatus.BLOWN_UP if blown else None
+        if status is None:
+            return replace(only, status=SimulationStatus.COMPLETED, metadata=known)
+        kept = self.t <= ends[k]
+        arrays = {name: array[kept] for name, array in only.arrays().items()}
+        fault = {"fault": say("simulation.loops_not_followed")} if lost else {}
+        return replace(only, **arrays, status=status, metadata=known | {"end": self.duration} | fault)
 
     def _about(self) -> dict[str, object]:
         worst = {

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, Vector6
-from mafsil.errors import InputError, ModelError
+from mafsil.errors import InputError
 from mafsil.kernels import Kernel
 from mafsil.mechanics.friction import SMOOTHING
 from mafsil.mechanics.loop_terms import Loop, Term
@@ -16,6 +16,7 @@ from mafsil.simulation.closed_plant import ClosedPlant
 from mafsil.simulation.fused import loop_kernel
 from mafsil.simulation.fused_run import FusedRun
 from mafsil.simulation.plant import Plant
+from mafsil.simulation.recording import SimulationStatus
 from mafsil.simulation.run import RUNAWAY, Run
 from mafsil.simulation.scenario import Scenario
 from mafsil.simulation.stepping import Stepper
@@ -27,17 +28,16 @@ class VariedStepper(Stepper):
     """Steps of plants that differ from row to row: one compiled step with their numbers as inputs.
 
     Attributes:
-        refusing: whether a step that does not hold its loops is refused; else its rates are NaN and its row is lost.
-        lost: (b,) rows whose loops could not be followed.
+        lost: (b,) rows whose loops could not be followed: their rates are NaN from then on.
         lost_after: (b,) of them those that were lost at the end of a step, not where it began.
     """
 
-    def __init__(self, scenario: Scenario, variants: Variants, *, refusing: bool = True) -> None:
+    def __init__(self, scenario: Scenario, variants: Variants) -> None:
         plant = scenario.true_plant
         if type(plant) not in (Plant, ClosedPlant):
             raise InputError("simulation.varied_engine", engine=plant.engine)
         super().__init__(plant, scenario.chosen_integrator, scenario.step)
-        self.variants, self.refusing = variants, refusing
+        self.variants = variants
         self.lost, self.lost_after = np.zeros((2, variants.count), np.bool_)
         self._holding = plant.chain.holding(scenario.start()[0]) if isinstance(plant, ClosedPlant) else None
 
@@ -84,8 +84,6 @@ class VariedStepper(Stepper):
             rows = np.broadcast_shapes(found["doubt"].shape, (1, 1))
             states = np.broadcast_to(given["state"], (*found["doubt"].shape, 2, q.shape[-1]))
             doubtful = not_held(found["doubt"].reshape(rows), states.reshape(*rows, 2, q.shape[-1]))
-            if self.refusing:
-                require_held(doubtful, self.variants)
             self.lost |= doubtful.any(axis=0)
             for name in ("next_state", "closed_state"):
                 found[name][~(found["doubt"] < 1.0), 1] = np.nan
@@ -126,8 +124,7 @@ class VariedRun(Run):
     """Runs tick by tick in Python.
 
     Args:
-        scenario: with variants.
-        refusing: whether a run whose loops cannot be followed refuses them all; else it ends, as one that blew up.
+        scenario: with variants; a run whose loops cannot be followed ends, as one that blew up.
 
     Attributes:
         ends: (b,) ticks of each run; fewer than all where it blew up or its loops were lost.
@@ -135,8 +132,8 @@ class VariedRun(Run):
         waiting: (most late + 1, b, n) commands that are still to act.
     """
 
-    def __init__(self, scenario: Scenario, *, refusing: bool = True) -> None:
-        self.variants, self.refusing = variants_of(scenario), refusing
+    def __init__(self, scenario: Scenario) -> None:
+        self.variants = variants_of(scenario)
         self.ends = np.full(self.variants.count, len(scenario.ticks()))
         self.lost = np.zeros(self.variants.count, np.bool_)
         super().__init__(scenario)
@@ -144,7 +141,7 @@ class VariedRun(Run):
     def _stepper(self) -> Stepper:
         if not self.variants.changes_plant and not isinstance(self.scenario.true_plant, ClosedPlant):
             return super()._stepper()  # Loops are followed row by row, so that one that tears is no other's end.
-        stepper = VariedStepper(self.scenario, self.variants, refusing=self.refusing)
+        stepper = VariedStepper(self.scenario, self.variants)
         self.lost = stepper.lost
         return stepper
 
@@ -164,6 +161,11 @@ class VariedRun(Run):
         self.waiting[k % size] = command
         return self.waiting[np.maximum(k - delay, 0) % size, np.arange(len(delay))]
 
+    def _ended(self, k: int, status: SimulationStatus) -> SimulationStatus:
+        """Efforts of runs that ended before do not count."""
+        self.tau[k][self.ends <= k] = 0.0
+        return super()._ended(k, status)
+
     def _require_finite(self, t: float, command: JointVector) -> None:
         """A run whose efforts are not finite blows up by itself; the others go on."""
 
@@ -180,8 +182,8 @@ class VariedRun(Run):
 class VariedFusedRun(FusedRun):
     """The same runs as compiled code; arguments and attributes as there."""
 
-    def __init__(self, scenario: Scenario, *, refusing: bool = True) -> None:
-        self.variants, self.refusing = variants_of(scenario), refusing
+    def __init__(self, scenario: Scenario) -> None:
+        self.variants = variants_of(scenario)
         self.ends = np.full(self.variants.count, len(scenario.ticks()))
         self.lost = np.zeros(self.variants.count, np.bool_)
         super().__init__(scenario)
@@ -189,26 +191,26 @@ class VariedFusedRun(FusedRun):
     def _stepper(self) -> Stepper:
         if not self.variants.changes_plant:
             return super()._stepper()
-        return VariedStepper(self.scenario, self.variants, refusing=self.refusing)
+        return VariedStepper(self.scenario, self.variants)
+
+    def _ended(self, k: int, status: SimulationStatus) -> SimulationStatus:
+        """Efforts of runs that ended before do not count."""
+        self.tau[k][self.ends <= k] = 0.0
+        return super()._ended(k, status)
 
     def _trusted_until(self, first: int, end: int) -> int:
-        """The end: rows whose steps do not hold end there or are refused, for nobody can do them by hand."""
+        """The end: rows whose steps do not hold end there, for nobody can do them by hand."""
         self.see_lost(first, self.loop.doubt[first:end], self.loop.states[first:end])
         return end
 
     def see_lost(self, first: int, doubt: Floats, states: Floats) -> None:
-        """Rows whose loops cannot be followed end before that tick, or are refused.
+        """Rows whose loops cannot be followed end before that tick.
 
         Args:
             first: number of the first tick.
             doubt, states: as for `not_held`.
-
-        Raises:
-            ModelError: they are refused.
         """
         doubtful = not_held(doubt, states) & (first + np.arange(len(doubt))[:, None] < self.ends)
-        if self.refusing:
-            require_held(doubtful, self.variants)
         lost = doubtful.any(axis=0)
         self.lost |= lost
         self.ends[lost] = first + doubtful[:, lost].argmax(axis=0)
@@ -236,21 +238,6 @@ def not_held(doubt: Floats, states: Floats) -> NDArray[np.bool_]:
             sound = np.einsum("kbi,kbi->kb", rates, rates) <= runaway_of(rates.shape[-1])
         doubtful &= np.logical_and.accumulate(sound, axis=0)
     return doubtful
-
-
-def require_held(doubtful: NDArray[np.bool_], variants: Variants) -> None:
-    """Refuse runs of closed chains that come where compiled steps do not hold.
-
-    Args:
-        doubtful: (k, b) by `not_held`.
-        variants: of the runs.
-
-    Raises:
-        ModelError: the sentence names the first of them.
-    """
-    if doubtful.any():
-        row = int(doubtful.any(axis=0).argmax())
-        raise ModelError("simulation.varied_doubt", run=row if variants.numbers is None else int(variants.numbers[row]))
 
 
 def runaway_of(n: int) -> float:

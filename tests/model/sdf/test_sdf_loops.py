@@ -88,6 +88,21 @@ def test_balls_close_loops_as_one_joint_and_carry_links_as_three_hinges():
     assert mf.mobility(closing).mobility == mf.mobility(carrying).mobility == 1
 
 
+def test_balls_springs_and_joints_of_no_effort_are_not_driven_and_no_frame_of_a_loop_is_the_tip():
+    text = bars(ENDS, "ABDC", kinds={"B": "ball"})
+    free, sprung = (f"<axis>{tag}<xyz>0 0 1</xyz></axis>" for tag in (
+        "<limit><effort>0</effort></limit>", "<dynamics><spring_stiffness>5</spring_stiffness></dynamics>"))  # fmt: skip
+    plain = "<axis><xyz>0 0 1</xyz></axis>"
+    head, first, rest, last = text.split(plain)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        read = sdf.read(head + plain + first + free + rest + sprung + last)
+    driven = {joint.name: joint.actuated for joint in (*read.coordinates, *read.loops)}
+    assert driven == {"A": True, "B": False, "B/axis2": False, "B/axis3": False, "D": False, "C": False}
+    assert read.tip in PLACES
+    assert sdf.read(bars(ENDS, "ABDC")).tip == "coupler"
+
+
 def test_parts_that_hang_on_nothing_are_still_named():
     text = bars({**ENDS, "D": ("rocker", "coupler"), "C": ("rocker", "coupler")}, "ABDC")
     assert sdf.read(text).loops

@@ -13,18 +13,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, whole
-from mafsil.mobility.synthesis.poses import PoseConditions, as_points, checked_poses
-from mafsil.mobility.synthesis.tolerances import AT_INFINITY
+from mafsil.mobility.synthesis.poses import PoseConditions, checked_poses, in_plane
 
 
 @dataclass(frozen=True, eq=False)
 class BurmesterCurves:
-    """Points of both curves that belong together, two for each line through the pole.
+    """Points of both curves that belong together, two or none for each line through the pole.
 
     Attributes:
-        centre_points: (samples, 2, 2) fixed pivots [m]; NaN where a line meets the curve in no real point, or far off.
-        circle_points: (samples, 2, 2) moving pivots in the first pose, in the world [m].
-        p, q: (samples, 2, 3) the same homogeneous, of size one, with points at infinity.
+        centre_points: (k, 2) fixed pivots, in the order of the lines; infinite along their direction where far off [m].
+        circle_points: (k, 2) moving pivots in the first pose, in the world, likewise [m].
+        p, q: (k, 3) the same homogeneous, of size one.
     """
 
     centre_points: Floats
@@ -63,16 +62,17 @@ def curves_of(given: PoseConditions, samples: int) -> BurmesterCurves:
     Q = np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * second
     last, plus, minus = (_cubic(M, shift * start + Q) for shift in (0.0, 1.0, -1.0))
     square, linear = (plus + minus) / 2 - last, (plus - minus) / 2
-    with np.errstate(invalid="ignore", divide="ignore"):
-        root = np.sqrt(linear**2 - 4 * square * last)
-        stable = -(linear + np.copysign(root, linear)) / 2
-        s = np.stack([stable / square, last / stable], axis=-1)
-    s = np.where(np.isfinite(s), s, np.nan)
-    p = s[..., None] * start + Q[:, None]
+    inside = linear**2 - 4 * square * last
+    root = np.sqrt(np.maximum(inside, 0.0))
+    stable = -(linear + np.copysign(root, linear)) / 2
+    above, below = np.stack([stable, last], axis=-1), np.stack([square, stable], axis=-1)
+    real = (inside >= 0.0)[:, None] & (np.maximum(np.abs(above), np.abs(below)) > 0.0)
+    # Without a division: a root at infinity is the pole itself.
+    p = (above[..., None] * start + below[..., None] * Q[:, None])[real]
     p /= np.linalg.norm(p, axis=-1, keepdims=True)
-    rows = np.einsum("abi,jik->abjk", np.nan_to_num(p), M)
-    q = np.where(np.isfinite(p).all(axis=-1, keepdims=True), np.linalg.svd(rows)[2][..., -1, :], np.nan)
-    return BurmesterCurves(_in_world(given, p), _in_world(given, q), p, q)
+    q = np.linalg.svd(np.einsum("ai,jik->ajk", p, M))[2][:, -1, :]
+    centre, circle = (in_plane(points, given.middle, given.size) for points in (p, q))
+    return BurmesterCurves(centre, circle, p, q)
 
 
 def block_of(given: PoseConditions) -> tuple[Floats, Floats]:
@@ -89,10 +89,3 @@ def block_of(given: PoseConditions) -> tuple[Floats, Floats]:
 def _cubic(M: Floats, p: Floats) -> Floats:
     """(k,) the determinant of the three rows p^T M_j at points (k, 3)."""
     return np.linalg.det(np.einsum("ai,jik->ajk", p, M))
-
-
-def _in_world(given: PoseConditions, points: Floats) -> Floats:
-    """(*batch, 2) homogeneous points of size one as points of the world [m]; NaN at infinity."""
-    third = np.where(np.abs(points[..., 2]) < AT_INFINITY, np.nan, points[..., 2])
-    with np.errstate(invalid="ignore"):
-        return as_points(given.in_world((points[..., 0] + 1j * points[..., 1]) / third))

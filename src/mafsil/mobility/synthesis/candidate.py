@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, Integers
+from mafsil.arrays import Floats, Integers, whole
 from mafsil.messages import say
 from mafsil.mobility.four_bar import FourBar, GrashofClass
 from mafsil.mobility.linkage import Linkage
-from mafsil.mobility.planar_positions import numbers_or_nan, wrapped
+from mafsil.mobility.planar_positions import wrapped
 from mafsil.mobility.slider_crank import SliderCrank
 from mafsil.mobility.synthesis.assessment import Assessment
 from mafsil.mobility.synthesis.positions import Positions
@@ -88,16 +88,19 @@ class Candidate(SingleAnswer):
         return self.linkage.linkage(float(self.theta[position]), int(self.modes[position]))
 
     def moving_pivots(self, theta: ArrayLike, mode: int = 0) -> tuple[Floats, Floats]:
-        """(*batch, 2) B and C in the world at angles of the crank (*batch,) [m]; NaN where it does not close."""
-        angle = numbers_or_nan("theta", theta)
-        crank = self.linkage.crank
-        B = crank * np.exp(1j * angle)
+        """(*batch, 2) B and C in the world at angles of the crank (*batch,) [m].
+
+        Where the linkage does not close, those of the nearest dead point; `linkage.positions(theta).missing` says where
+        and by how much.
+        """
         if isinstance(self.linkage, FourBar):
-            ends = self.linkage.positions(angle).C[..., mode, :]
+            found = self.linkage.positions(theta)
+            angle, ends = found.theta[..., mode, 0], found.C[..., mode, :]
             C = ends[..., 0] + 1j * ends[..., 1]
         else:
-            C = self.linkage.positions(angle).x[..., mode] + 1j * self.linkage.offset
-        return self._in_world(B), self._in_world(C)
+            places = self.linkage.positions(theta)
+            angle, C = places.theta, places.x[..., mode] + 1j * self.linkage.offset
+        return self._in_world(self.linkage.crank * np.exp(1j * angle)), self._in_world(C)
 
     def _in_world(self, z: Any) -> Floats:
         turned = complex(*self.A) + np.exp(1j * self.direction) * z
@@ -107,16 +110,22 @@ class Candidate(SingleAnswer):
         """(*batch, 3) poses (x, y, phi) of the coupler's frame at angles of the crank [m, rad]."""
         B, C = self.moving_pivots(theta, mode)
         step = (C - B)[..., 0] + 1j * (C - B)[..., 1]
-        with np.errstate(invalid="ignore"):
-            u = step / np.abs(step)
+        u = step / np.abs(step)
         z = (self.along + 1j * self.across) * u
         return np.stack([B[..., 0] + z.real, B[..., 1] + z.imag, wrapped(np.angle(u) + self.turned)], axis=-1)
 
-    def coupler_curves(self, samples: int = 361) -> tuple[Floats, Floats]:
-        """What the origin of the coupler's frame draws in both modes (samples, 2) [m]; NaN where it does not close."""
-        theta = np.linspace(-np.pi, np.pi, samples)
-        first, second = (self.coupler_poses(theta, mode)[..., :2] for mode in (0, 1))
-        return first, second
+    def coupler_curves(self, samples: int = 361) -> tuple[Floats, ...]:
+        """What the origin of the coupler's frame draws: pieces (k, 2) of both modes, one for each reach of the crank.
+
+        Args:
+            samples: angles of the crank over a turn, of which those are left out at which the linkage does not close.
+        """
+        theta = np.linspace(-np.pi, np.pi, whole("samples", samples, 2, 1_000_000))
+        closes = self.linkage.positions(theta).reachable
+        reaches = np.split(np.arange(len(theta)), np.flatnonzero(np.diff(closes)) + 1)
+        return tuple(
+            self.coupler_poses(theta[reach], mode)[..., :2] for mode in (0, 1) for reach in reaches if closes[reach[0]]
+        )
 
     def explain(self, language: str | None = None) -> str:
         """Lengths and class, each defect with its numbers, and the transmission angle at worst."""

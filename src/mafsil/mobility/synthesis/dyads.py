@@ -38,8 +38,9 @@ class Dyad:
         kind: crank (two hinges), block (hinge on a line of the ground), slot (line of the coupler about a fixed pin).
         pivot: (2,) the fixed pivot [m]; of a block the direction across its line, of length one.
         point: (2,) the moving pivot on the coupler [m]; of a slot the direction across its line on the coupler.
-        places: (N, 2) places of the moving pivot in the poses [m]; of a slot NaN.
-        length: of the crank [m]; of a block the line's distance from the origin, along `pivot`; of a slot NaN.
+        places: (N, 2) places of the moving pivot in the poses [m]; of a slot the fixed pin, which stands still.
+        length: of the crank [m]; of a block the line's distance from the origin, along `pivot`; of a slot that of its
+            line from the coupler's origin, along `point`.
         residual: largest error of the length, or of the line, between the poses [m].
     """
 
@@ -70,19 +71,24 @@ def dyad_of(given: PoseConditions, p: Floats, q: Floats) -> Dyad | None:
         return None
     p, q = p / lengths[0], q / lengths[1]
     far_p, far_q = abs(p[2]) < AT_INFINITY, abs(q[2]) < AT_INFINITY
-    nowhere = np.full((len(given.d), 2), np.nan)
     if far_p and far_q:
         return None
     if far_q:
-        pivot = as_points(given.in_world(np.complex128(complex(p[0], p[1]) / p[2])))
+        pin = given.in_world(np.complex128(complex(p[0], p[1]) / p[2]))
         across = complex(q[0], q[1]) * np.exp(-1j * given.poses[0, 2])
-        return Dyad(DyadKind.SLOT, pivot, as_points(across / abs(across)), nowhere, float("nan"), 0.0)
+        across /= abs(across)
+        # The pin as the coupler sees it in each pose runs along the line.
+        seen = (pin - as_complex(given.poses[:, :2])) * np.exp(-1j * given.poses[:, 2])
+        along: Floats = (np.conj(across) * seen).real
+        error = float(np.abs(along - along.mean()).max())
+        places = np.tile(as_points(pin), (len(seen), 1))
+        return Dyad(DyadKind.SLOT, as_points(pin), as_points(np.complex128(across)), places, float(along.mean()), error)
     w = np.complex128(complex(q[0], q[1]) / q[2])
     W = given.in_world(given.places(np.asarray(w)))
     point = as_points(given.on_body(w))
     if far_p:
         n = complex(p[0], p[1]) / abs(complex(p[0], p[1]))
-        along: Floats = (np.conj(n) * W).real
+        along = (np.conj(n) * W).real
         error = float(np.abs(along - along.mean()).max())
         return Dyad(DyadKind.BLOCK, as_points(np.complex128(n)), point, as_points(W), float(along.mean()), error)
     m = given.in_world(np.complex128(complex(p[0], p[1]) / p[2]))

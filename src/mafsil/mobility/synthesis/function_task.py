@@ -38,14 +38,17 @@ class StructuralError:
 
     Attributes:
         x: (samples,) arguments.
-        desired, generated: (samples,) values of the function and of the linkage; NaN where it does not close.
+        desired, generated: (samples,) values of the function and of the linkage.
         output_error: (samples,) error of the rocker's angle [rad].
+        missing: (samples,) length by which the linkage does not close; zero where it does, elsewhere `generated` is of
+            its nearest dead point [m].
     """
 
     x: Floats
     desired: Floats
     generated: Floats
     output_error: Floats
+    missing: Floats
 
     @property
     def error(self) -> Floats:
@@ -55,7 +58,7 @@ class StructuralError:
     @property
     def largest(self) -> float:
         """Largest error of the value; infinite if the linkage does not close everywhere."""
-        return float(np.abs(self.error).max()) if np.isfinite(self.error).all() else float("inf")
+        return float(np.abs(self.error).max()) if not self.missing.any() else float("inf")
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,7 +137,8 @@ class FunctionTask:
         error = wrapped(_rocker_angle(one, theta) - float(first[0]) - (self.rocker_angles(y) - found.task[0, 1]))
         low, high = self.values(np.array(self.interval))
         scale = (high - low) / (self.outputs[1] - self.outputs[0])
-        return StructuralError(x, y, y + scale * error, error)
+        assert isinstance(one.linkage, FourBar)
+        return StructuralError(x, y, y + scale * error, error, one.linkage.positions(theta).missing)
 
 
 def _rocker_angle(one: Candidate, theta: Floats) -> Floats:

@@ -109,7 +109,7 @@ def dyads_through(
     if count == 4:
         curves = curves_of(conditions, samples)
         p, q = block_of(conditions)
-        p, q = np.concatenate([curves.p.reshape(-1, 3), p]), np.concatenate([curves.q.reshape(-1, 3), q])
+        p, q = np.concatenate([curves.p, p]), np.concatenate([curves.q, q])
         return dyads_of(conditions, p, q), curves, False
     group = larger_group(conditions)
     if group is not None and not group.all():

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.arrays import Floats, as_batch
 from mafsil.errors import InputError
 from mafsil.mobility.planar_positions import wrapped
-from mafsil.mobility.synthesis.tolerances import SAME_POSE
+from mafsil.mobility.synthesis.tolerances import AT_INFINITY, SAME_POSE
 
 Complexes = NDArray[np.complex128]
 """Points and vectors of the plane as complex numbers x + i y."""
@@ -32,6 +32,22 @@ def as_points(numbers: Complexes | complex) -> Floats:
     """(*batch,) complex numbers as (*batch, 2) points."""
     z = np.asarray(numbers, dtype=np.complex128)
     return np.stack([z.real, z.imag], axis=-1)
+
+
+def in_plane(points: Floats, middle: Complexes, size: Floats, turn: Complexes | complex = 1.0) -> Floats:
+    """(*batch, 2) homogeneous points (*batch, 3) of size one in the plane [m]; infinite along their direction if far.
+
+    Args:
+        points: (*batch, 3) of length one.
+        middle: of what has the size.
+        size: length that is one [m].
+        turn: unit numbers by which the plane is rotated.
+    """
+    far = np.abs(points[..., 2]) < AT_INFINITY
+    direction = (points[..., 0] + 1j * points[..., 1]) * turn
+    near = as_points(middle * turn + size * direction / np.where(far, 1.0, points[..., 2]))
+    along = as_points(direction)
+    return np.where(far[..., None], np.copysign(np.where(np.abs(along) < AT_INFINITY, 0.0, np.inf), along), near)
 
 
 def checked_poses(poses: ArrayLike, least: int, most: int) -> Floats:

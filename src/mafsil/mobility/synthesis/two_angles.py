@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.arrays import Booleans, Floats
-from mafsil.mobility.planar_positions import circle_crossings
+from mafsil.mobility.planar_positions import circle_crossings, circle_gap
 from mafsil.mobility.synthesis.poses import PoseConditions, as_complex, as_points
 from mafsil.mobility.synthesis.tolerances import AT_INFINITY, EXACT, SAME_POSE
 
@@ -50,8 +50,8 @@ def two_angle_pairs(given: PoseConditions, group: Booleans) -> tuple[Floats, Flo
     e = complex(E[outside[0]]) - 1
     centres = as_points((middle - d[outside]) / e)
     radius = abs(middle) / abs(e)
-    w = as_complex(circle_crossings(centres[0], radius, centres[1], radius))
-    w = w[np.isfinite(w)]
+    meet = circle_gap(centres[0], radius, centres[1], radius) == 0.0
+    w = as_complex(circle_crossings(centres[0], radius, centres[1], radius)[: 2 if meet else 0])
     q = given.d[0] + given.E[0] * (w - given.d[start]) / given.E[start]
     return _homogeneous(w + middle), _homogeneous(q), False
 

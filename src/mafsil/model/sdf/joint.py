@@ -90,7 +90,7 @@ def read_joint(reading: Reading, part: Part, frames: Frames, version: tuple[int,
         end = f"{name}/frame" if last else f"{name}/between{'' if k == 0 else k + 1}"
         own, start = name if k == 0 else f"{name}/axis{k + 1}", parent if k == 0 else links[-1].name
         if kind == "ball":
-            joint = Joint(own, one, start, end, frozen(T_pj), frozen(np.eye(3)[k]), wraps=True)
+            joint = Joint(own, one, start, end, frozen(T_pj), frozen(np.eye(3)[k]), wraps=True, actuated=False)
         else:
             axis = reading.one(element, "axis" if k == 0 else "axis2")
             joint = _one(reading, part, axis, frames, version, one, own, start, end, T_pj)
@@ -117,7 +117,15 @@ def _one(
     wraps = kind is JointKind.REVOLUTE and limits.lower == -inf and limits.upper == inf
     pitch = _pitch(reading, part.element) if kind is JointKind.HELICAL else 0.0
     mimic, friction = _mimic(reading, part, axis), _friction(reading, axis)
-    return Joint(name, kind, parent, child, pose, frozen(along), pitch, limits, wraps, True, mimic, None, friction)
+    driven = limits.effort > 0.0 and not _sprung(axis)
+    return Joint(name, kind, parent, child, pose, frozen(along), pitch, limits, wraps, driven, mimic, None, friction)
+
+
+def _sprung(axis: Element) -> bool:
+    """Whether a spring moves the joint: a motor would have to overcome it, so that none is there."""
+    dynamics = axis.first("dynamics")
+    stiffness = None if dynamics is None else dynamics.first("spring_stiffness")
+    return stiffness is not None and stiffness.text.strip() not in ("", "0", "0.0")
 
 
 def direction(reading: Reading, part: Part, axis: Element, frames: Frames, version: tuple[int, int]) -> Floats:
