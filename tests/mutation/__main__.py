@@ -104,7 +104,9 @@ def _is_asked_for(name: str, options: argparse.Namespace) -> bool:
 
 def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m tests.mutation")
-    parser.add_argument("--parts", nargs="+", default=["03", "04", "05", "07", "09"], help="parts of the specification")
+    parser.add_argument(
+        "--parts", nargs="+", default=["03", "04", "05", "07", "09", "11"], help="parts of the specification"
+    )
     parser.add_argument("--capability", nargs="+", default=[], help="only these")
     parser.add_argument("--shard", default="1/1", help="K/N: every N-th capability, from the K-th on")
     parser.add_argument("--limit", type=float, default=600.0, help="seconds for each")
