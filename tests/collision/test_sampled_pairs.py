@@ -71,6 +71,13 @@ def test_bodies_that_meet_at_zero_and_often_are_left_out_and_named(tmp_path):
     srdf = tmp_path / "none.srdf"
     srdf.write_text("<robot name='chain'/>")
     assert ("l0", "l2") not in reasons(Checker(robot, srdf=srdf))
+    known = Checker(robot, samples=0, rest=[[1.5, 0.0], [0.0, 0.0]])
+    assert reasons(known)["l0", "l2"] is Reason.REST
+    assert known.free(np.zeros(2))
+    assert "rest=): 1 (l0 - l2)" in known.account("en")
+    assert ("l0", "l2") not in reasons(Checker(robot, samples=0, rest=[2.4, 0.0]))
+    with pytest.raises(mf.MafsilError, match="rest"):
+        Checker(robot, rest=[0.0])
 
 
 def test_a_robot_that_is_never_free_of_itself_says_what_meets(tmp_path):
@@ -103,6 +110,7 @@ def test_real_robots_at_zero(file, left_out, free):
     assert left_out in reasons(checker)
     assert bool(checker.free(checker.zero)) is free
     assert free or "l_lower_leg hits r_lower_leg by 77.7 mm" in checker.account()
+    assert Checker(str(ROBOTS / file), samples=300, rest=checker.zero).free(checker.zero)
 
 
 def test_a_margin_that_the_robot_never_keeps_from_itself_is_named(tmp_path):

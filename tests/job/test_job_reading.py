@@ -41,7 +41,7 @@ def test_examples_are_valid(path: Path) -> None:
         ("rpy = [180, 0, 0] }", "rpy = [180, 0, 0], quaternion = [1, 0, 0, 0] }", "job.two_orientations", ["move[1]"]),
         ("rpy = [180, 0, 0] }", "quaternion = [0, 0, 0, 0] }", "job.zero_quaternion", ["move[1].pose.quaternion"]),
         ('profile = "trapezoid"', 'path = "line"', "job.line_pose", ["move[9].path"]),
-        ("[start]", "[[obstacle]]\nradius = 1\n[start]", "job.unknown_key", ["obstacle[1].radius", "sphere"]),
+        ("[start]", "[[obstacle]]\nlength = 1\n[start]", "job.unknown_key", ["obstacle[1].length", "sphere"]),
         ("[start]", "[[obstacle]]\nposition = [1, 0, 0]\n[start]", "job.obstacle_kind", ["box, sphere", "given: -"]),
         (
             "[start]",

@@ -105,7 +105,9 @@ joints = [0, -1.5, 1.5, 0, 0, 0]
     assert up
 
 
-def test_kinds_of_obstacles_stand_where_the_file_says() -> None:
+def test_kinds_of_obstacles_stand_where_the_file_says(tmp_path: Path) -> None:
+    np.savetxt(tmp_path / "scan.xyz", [[0.0, 0.0, 0.0], [100.0, 0.0, 0.0]])
+    np.save(tmp_path / "ground.npy", [[0.0, 0.1, 0.0], [0.2, 0.0, 0.1]])
     text = """robot = "ur5e"
 angles = "degrees"
 [[obstacle]]
@@ -118,13 +120,33 @@ position = [0, 2, 0]
 [[obstacle]]
 sphere = 0.3
 position = [0, 0, 3]
+[[obstacle]]
+cloud = "scan.xyz"
+radius = 0.02
+scale = 0.001
+position = [2, 0, 0]
+[[obstacle]]
+heights = "ground.npy"
+size = [2.0, 1.0]
+position = [0, 0, -2]
 [[move]]
 pause = 0.1
 """
-    run = solved(text)
+    run = solve(parse(text), text, tmp_path)
     assert isinstance(run, Run)
     assert run.plan.surroundings is not None
-    cylinder, capsule, sphere = run.plan.surroundings.scene
+    cylinder, capsule, sphere, cloud, ground = run.plan.surroundings.scene
+    np.testing.assert_allclose(cloud.geometry.points, [[0, 0, 0], [0.1, 0, 0]])
+    assert (cloud.geometry.radius, ground.geometry.size, ground.geometry.base) == (0.02, (2.0, 1.0), -0.1)
+    balls, hills = (body.solids[0].surface for body, _ in replay_scene(run).fixed[3:])
+    assert balls is not None
+    assert hills is not None
+    assert (len(balls.faces), len(hills.faces)) == (16, 16)
+    a, b, c = (hills.vertices[hills.faces[:, k]] for k in range(3))
+    # Volume enclosed with the open underside at the base, which adds nothing about its own plane.
+    shift = [0.0, 0.0, ground.geometry.base]
+    volume = np.einsum("ij,ij->i", a - shift, np.cross(b - shift, c - shift)).sum() / 6
+    assert 0.2 < volume < 0.4
     np.testing.assert_allclose(cylinder.T_so[:3, 2], [0, -1, 0], atol=1e-12)
     assert (cylinder.geometry.radius, cylinder.geometry.length) == (0.1, 0.5)
     assert isinstance(capsule.geometry, mf.collision.Capsule)
@@ -293,8 +315,11 @@ def test_meshes_cones_and_pairs_that_are_left_out(tmp_path: Path) -> None:
         assert (np.cross(b - a, c - a) * (a - solid.surface.vertices.mean(axis=0))).sum(axis=1).min() > 0.0
     wrong = {
         CELL.replace('"casting.stl"\nscale = 0.001\nh', '"cast.stl"\nh'): r":13: obstacle\[1\].mesh.*cast.stl",
-        CELL.replace('mesh = "casting.stl"\n', "sphere = 0.1\n", 1): ":14: scale has an effect beside a mesh",
+        CELL.replace('mesh = "casting.stl"\n', "sphere = 0.1\n", 1): ":14: scale has an effect beside mesh, cloud",
         CELL.replace("scale = 0.001", "scale = 1.0", 1): "300 m across.*scale = 0.001",
+        CELL + '[[obstacle]]\ncloud = "scan.ply"\n': "cloud needs radius",
+        CELL + '[[obstacle]]\nheights = "hill.png"\nsize = [1, 1]\nposition = [0, 0, 0]\n': "heights.*hill.png",
+        CELL + "[[obstacle]]\nbox = [1, 1, 1]\nradius = 1.0\n": "radius has an effect beside cloud only",
         CELL.replace("skip", 'srdf = "arm.srdf"\nskip'): "collision.srdf.*arm.srdf",
     }
     for text, sentence in wrong.items():

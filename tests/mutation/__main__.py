@@ -104,7 +104,7 @@ def _is_asked_for(name: str, options: argparse.Namespace) -> bool:
 
 def _options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m tests.mutation")
-    parts = ["02", "03", "04", "05", "07", "08", "09", "10"]
+    parts = ["02", "03", "04", "05", "07", "08", "09", "10", "11"]
     parser.add_argument("--parts", nargs="+", default=parts, help="parts of the specification")
     parser.add_argument("--capability", nargs="+", default=[], help="only these")
     parser.add_argument("--shard", default="1/1", help="K/N: every N-th capability, from the K-th on")

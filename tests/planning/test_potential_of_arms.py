@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mafsil.collision import Checker, Cylinder, Obstacle
+from mafsil.collision import Box, Checker, Cylinder, Obstacle
+from mafsil.collision.each_distance import each_distance
 from mafsil.errors import InputError
 from mafsil.figures import save_potential
 from mafsil.planning import PlanningStatus, PotentialField, disc
@@ -44,12 +45,41 @@ def test_an_arm_arrives_or_is_stuck_and_meets_nothing(arm, tmp_path):
     assert arm.check_path(there.path)
     stuck = field.path([0.6, -0.4], step=0.2)
     assert stuck.status is PlanningStatus.LOCAL_MINIMUM
+    np.testing.assert_array_equal(stuck.minima, stuck.path[-1:])
+    assert "1 local min" in stuck.explain("en")
     assert arm.check_path(stuck.path)
     assert field.path([0.785, 0.0]).status is PlanningStatus.START_BLOCKED
     with pytest.raises(InputError, match="goal"):
         PotentialField.of_arm(arm, [1.0])
     save_potential(field, tmp_path / "arm.png", [0.4, -0.6], [2.2, 0.6], way=stuck.path, cells=20, starts=1)
     assert (tmp_path / "arm.png").stat().st_size > 5000
+
+
+@pytest.mark.capability("11-44")
+def test_an_arm_is_pushed_away_from_itself_and_walks_out_of_minima():
+    """Distances are the checker's, forces the slope of U; no path meets anything or leaves the limits."""
+    boxes = [Obstacle(Box((0.5, 0.04, 0.45)), (0.6, 0.0, 0.225)), Obstacle(Box((0.4, 0.4, 0.03)), (0.5, 0.5, 0.5))]
+    panda = Checker("panda", boxes, radius=0.05)
+    q = panda.random_configurations(60)
+    q = q[panda.distance(q).distance > 0.01]
+    rho, _ = each_distance(panda, q, np.inf)
+    np.testing.assert_allclose(rho.min(axis=-1), panda.distance(q).distance, atol=1e-9)
+    alone = PotentialField.of_arm(panda.with_scene([]), q[0], eta=0.01, reach=0.5)
+    near = alone.near(q).rho
+    folded = q[((near < np.asarray(alone.reach)).any(axis=-1)) & (near.min(axis=-1) > 0.02)][0]
+    assert np.abs(alone.repulsion(folded)).max() > 0.0
+    slope = [(alone.potential(folded + 1e-6 * e) - alone.potential(folded - 1e-6 * e)) / 2e-6 for e in np.eye(7)]
+    np.testing.assert_allclose(alone.force(folded), -np.array(slope), rtol=1e-4, atol=1e-5)
+    arrived = 0
+    for k in range(4):
+        found = PotentialField.of_arm(panda, q[2 * k + 1]).path(q[2 * k], step=0.1, escapes=5, seed=k)
+        arrived += bool(found)
+        assert panda.check_path(found.path)
+        assert (found.path >= panda.robot.limits.lower).all()
+        assert (found.path <= panda.robot.limits.upper).all()
+    assert arrived >= 3
+    assert alone.path(q[1] + 9.0).status is PlanningStatus.START_OUTSIDE
+    assert PotentialField.of_arm(panda, q[0] + 9.0).path(q[1]).status is PlanningStatus.GOAL_OUTSIDE
 
 
 @pytest.mark.capability("11-44")

@@ -2,29 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from functools import cached_property
 from math import prod
-from pathlib import Path
-from threading import get_ident
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, JointVector, Truth, as_batch, positive, real_array, single, whole
-from mafsil.collision.bodies import Body, bodies_of
-from mafsil.collision.joints import Kinship, joints_of, kinship_of
-from mafsil.collision.pairs import Reason, SkippedPair, named_pairs, skipped_by_structure, still_shapes
+from mafsil.arrays import Floats, Truth, as_batch, single
+from mafsil.collision.arm_in_scene import ArmInScene, not_negative
 from mafsil.collision.path_check import PathCheck, PathStatus, path_points
-from mafsil.collision.scene import Obstacle, Scene, as_obstacles
-from mafsil.collision.shapes import MOST_LENGTH, Plane
-from mafsil.collision.srdf import disabled_pairs
 from mafsil.collision.status import Check, CheckStatus, Clearance, Contact
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
-from mafsil.model.loading import RobotLike
-from mafsil.robot import as_robot
 
 if TYPE_CHECKING:
     import mafsil.collision.distance_loops as distance_loops
@@ -32,10 +21,6 @@ if TYPE_CHECKING:
     import mafsil.collision.layout as layout
     import mafsil.collision.sampled_pairs as sampled_pairs
     import mafsil.collision.segment_loops as segment_loops
-    from mafsil.collision.arm_loops import Arm
-    from mafsil.collision.laid_arm import LaidArm
-    from mafsil.collision.workshop_loops import Workshop, World
-    from mafsil.solvers.held_loops import Held
 else:
     distance_loops = lazily("mafsil.collision.distance_loops")
     laid_arm = lazily("mafsil.collision.laid_arm")
@@ -46,7 +31,7 @@ else:
 MOST_CONTACTS = 200
 
 
-class Checker:
+class Checker(ArmInScene):
     """An arm in a scene, laid out for many questions.
 
     Args:
@@ -65,6 +50,8 @@ class Checker:
         drop_unseen: also leave out pairs that met in none of the samples: quicker, but nothing proves that they
             cannot meet.
         seed: of the samples.
+        rest: a configuration at which the robot is known to be free of itself, or several: bodies that meet there
+            have shapes thicker than the robot, and are not checked against each other (n,) or (k, n) [rad | m].
 
     Attributes:
         robot, scene, margin, own_margin: as given.
@@ -74,48 +61,6 @@ class Checker:
         InputError: no shapes, a mesh file that is missing, numbers out of range.
         FileError: an SRDF or mesh file that cannot be read.
     """
-
-    _own_margin: float | None = None
-
-    def __init__(
-        self,
-        robot: RobotLike,
-        scene: Scene | Iterable[Obstacle] = (),
-        *,
-        attached: Iterable[Obstacle] = (),
-        margin: float = 0.0,
-        own_margin: float | None = None,
-        srdf: str | Path | None = None,
-        skip: Iterable[tuple[str, str]] = (),
-        self_collision: bool = True,
-        radius: float | None = None,
-        samples: int = 1000,
-        drop_unseen: bool = False,
-        seed: int = 0,
-    ) -> None:
-        self.robot = as_robot(robot)
-        self.scene = scene if isinstance(scene, Scene) else Scene(scene)
-        self.margin = _not_negative("margin", margin)
-        self._own_margin = None if own_margin is None else _not_negative("own_margin", own_margin)
-        self.samples = whole("samples", samples)
-        self.seed = whole("seed", seed)
-        mechanism = self.robot.mechanism
-        fixed = as_obstacles("attached", attached)
-        if any(isinstance(each.geometry, Plane) for each in fixed):
-            raise InputError("collision.attached_plane")
-        self.bodies: tuple[Body, ...] = bodies_of(
-            mechanism, fixed, None if radius is None else positive("radius", radius)
-        )
-        self._joints = joints_of(mechanism)
-        self._still = still_shapes(mechanism, self.bodies)
-        known = (*dict.fromkeys((*(body.name for body in self.bodies), *mechanism.link_names)),)
-        listed = {**({} if srdf is None else disabled_pairs(srdf)), **named_pairs(skip, known)}
-        self._skipped = skipped_by_structure(mechanism, self.bodies, listed)
-        if self_collision:
-            self._sample_pairs(drop_unseen, srdf is None)
-        self._self_collision = self_collision
-        # By thread, and whether proofs are compiled for it.
-        self._workshops: dict[tuple[int, bool], Held[Workshop]] = {}
 
     def in_collision(self, q: ArrayLike) -> Truth:
         """Whether the arm is within the margin of an obstacle or of itself.
@@ -149,7 +94,7 @@ class Checker:
             InputError: a wrong shape, NaN or infinities; `within` is no length.
         """
         if not (type(within) is float and within >= 0.0):
-            within = _not_negative("within", within, most=np.inf)
+            within = not_negative("within", within, most=np.inf)
         rows, batch = self._rows(q)
         out, who = np.zeros((len(rows), 10)), np.zeros((len(rows), 2), np.int64)
         gradient, shop = np.zeros(rows.shape), self._workshop()
@@ -205,7 +150,7 @@ class Checker:
         Raises:
             InputError: a wrong shape, NaN or infinities.
         """
-        codes, _, _, batch = self._prove(a, b, _not_negative("extra", extra))
+        codes, _, _, batch = self._prove(a, b, not_negative("extra", extra))
         return bool(codes[0] == 0) if batch == () else (codes == 0).reshape(batch)
 
     def check_path(self, q_a: ArrayLike, q_b: ArrayLike | None = None) -> PathCheck:
@@ -265,107 +210,6 @@ class Checker:
         lever = np.where(motion.joints[:, 3:4] != 0.0, reach, 1.0)
         return (rates[:, None] * lever * motion.moves).sum(axis=0)
 
-    def world(self) -> World:
-        """All that compiled loops ask whether a motion is free, with arrays of this thread alone."""
-        return self.workshop().value.world
-
-    def workshop(self) -> Held[Workshop]:
-        """The world and the arrays that this thread works in, for compiled loops that are asked again and again."""
-        here = get_ident(), True
-        shop = self._workshops.get(here)
-        if shop is None:
-            shop = self._workshops[here] = self._workshop()
-            segment_loops.be_able_to_prove(shop)
-        return shop
-
-    def _workshop(self) -> Held[Workshop]:
-        """As `workshop`; who proves nothing does not wait until proofs are compiled."""
-        here = get_ident(), False
-        if here not in self._workshops:
-            self._workshops[here] = self.laid.workshop(self.scene, self.margins())
-            segment_loops.be_able_to_tell(self._workshops[here])
-        return self._workshops[here]
-
-    def __getstate__(self) -> dict[str, Any]:
-        """What another process can use: all but what lies at an address of this one."""
-        return self.__dict__ | {"_workshops": {}}
-
-    @property
-    def tips(self) -> tuple[str, ...]:
-        """Names of the links that carry the tip frame."""
-        return (self.robot.mechanism.tip,)
-
-    @cached_property
-    def moves_tip(self) -> Truth:
-        """(n,) whether a coordinate moves a tip or what closes a loop; those of a gripper do not."""
-        mechanism, joints = self.robot.mechanism, self._joints
-        tips = [mechanism.link_names.index(name) for name in (*self.tips, *self.ends_of_loops)]
-        moves = np.zeros(self.robot.n, np.bool_)
-        moves[joints.column[joints.moves[:, tips].any(axis=1)]] = True
-        return moves
-
-    @cached_property
-    def kinship(self) -> Kinship:
-        """Which coordinates belong together; what moves one of several tips, or closes a loop, belongs to all."""
-        found = kinship_of(self._joints, self.robot.n, self.moves_tip)
-        if len(self.tips) > 1 or self.robot.mechanism.loops:
-            found.limb[self.moves_tip] = True
-        return found
-
-    @cached_property
-    def has_carriers(self) -> bool:
-        """Whether some limb carries another one, as a torso carries arms."""
-        limb, carries = self.kinship
-        return bool((carries & ~limb).any())
-
-    @property
-    def ends_of_loops(self) -> tuple[str, ...]:
-        """Names of the links that loops join, which have to move as the loops ask."""
-        return tuple(name for loop in self.robot.mechanism.loops for name in (loop.parent, loop.child))
-
-    @property
-    def skipped(self) -> tuple[SkippedPair, ...]:
-        """Pairs of bodies that are not checked against each other, each with its reason."""
-        named = self._skipped.items()
-        return tuple(SkippedPair(self.bodies[a].name, self.bodies[b].name, reason) for (a, b), reason in named)
-
-    @property
-    def only_drawn(self) -> tuple[str, ...]:
-        """Links that the description draws without a collision shape, where others have one: they meet nothing."""
-        checked = {body.link for body in self.bodies}
-        links = self.robot.mechanism.links
-        return tuple(link.name for k, link in enumerate(links) if link.visuals and k not in checked)
-
-    @cached_property
-    def laid(self) -> LaidArm:
-        """The arm as the compiled loops read it, shared by all scenes."""
-        pairs = self._pairs() if self._self_collision else []
-        return laid_arm.LaidArm(self.robot, self._joints, layout.arm_of(self.bodies, pairs, self._still))
-
-    @property
-    def arm(self) -> Arm:
-        """Bodies and pairs as the compiled loops read them."""
-        return self.laid.arm
-
-    def with_scene(self, scene: Scene | Iterable[Obstacle]) -> Self:
-        """The same arm in another scene: nothing of the arm is computed again."""
-        other = object.__new__(type(self))
-        known = {"laid": self.laid, "kinship": self.kinship, "has_carriers": self.has_carriers}
-        other.__dict__.update(self.__dict__ | known | {"_workshops": {}})
-        other.scene = scene if isinstance(scene, Scene) else Scene(scene)
-        return other
-
-    def checking(self, bodies: Sequence[int], pairs: Sequence[int]) -> Self:
-        """The same arm and scene, where only some bodies count among the surroundings, and only some pairs of them.
-
-        Args:
-            bodies: indices into `bodies`.
-            pairs: indices of the pairs that are checked, rows of `arm.pairs`.
-        """
-        table, others = self.arm.bodies.copy(), np.setdiff1d(np.arange(len(self.bodies)), bodies)
-        table[others, 3] = table[others, 1]
-        return self._with_arm(self.arm._replace(bodies=table, pairs=self.arm.pairs[np.asarray(pairs, np.int64)]))
-
     def hits(self, q: ArrayLike) -> Truth:
         """(*batch, obstacles + 1) which obstacles of the scene the arm is within the margin of, and, last, itself.
 
@@ -378,50 +222,6 @@ class Checker:
         around = self.checking(range(len(self.bodies)), ())
         checkers = [*(around.with_scene([each]) for each in self.scene), self.with_scene(())]
         return np.stack([each.in_collision(q) for each in checkers], axis=-1)
-
-    def _with_arm(self, arm: Arm) -> Self:
-        """The same in the same scene with other pairs, or other pieces that the surroundings matter to."""
-        other = self.with_scene(self.scene)
-        other.__dict__["laid"] = self.laid.with_arm(arm)  # A cached property is an entry of the dictionary.
-        for name in ("moves_tip", "kinship", "has_carriers"):
-            other.__dict__.pop(name, None)
-        return other
-
-    @property
-    def own_margin(self) -> float:
-        """Clearance between bodies of the arm below which it counts as colliding [m]."""
-        return self.margin if self._own_margin is None else self._own_margin
-
-    def with_margin(self, margin: float | None = None, *, own: float | None = None) -> Self:
-        """The same arm and scene with another clearance to keep, and between bodies of the arm; None as it is [m]."""
-        other = self.with_scene(self.scene)
-        if margin is not None:
-            other.margin = _not_negative("margin", margin)
-        if own is not None:
-            other._own_margin = _not_negative("own_margin", own)
-        return other
-
-    def margins(self) -> Floats:
-        """(1 + pairs,) clearances to keep from the surroundings, and between the bodies of each pair of `arm` [m]."""
-        found = np.full(1 + len(self.arm.pairs), self.own_margin)
-        found[0] = self.margin
-        return found
-
-    def _pairs(self) -> list[tuple[int, int]]:
-        count = len(self.bodies)
-        return [(a, b) for a in range(count) for b in range(a + 1, count) if (a, b) not in self._skipped]
-
-    def _unchecked(self) -> dict[tuple[int, int], Reason]:
-        """All pairs of bodies that are not checked; without self-collision those that could be count as listed."""
-        return self._skipped | ({} if self._self_collision else dict.fromkeys(self._pairs(), Reason.LISTED))
-
-    def _sample_pairs(self, drop_unseen: bool, unlisted: bool) -> None:
-        """Leave out pairs that meet too often in samples to be meant, and, if asked, those that meet in none."""
-        if self.samples and self.robot.n:
-            rows = np.concatenate([self.zero[None], self.random_configurations(self.samples)])
-            self._skipped |= sampled_pairs.skipped_by_samples(
-                self.robot, self.bodies, self._pairs(), rows, drop_unseen=drop_unseen, unlisted=unlisted
-            )
 
     def never_apart(self, first: str, second: str) -> bool:
         """Whether two bodies of the arm are within the margin at nearly all random configurations, by their names."""
@@ -437,25 +237,6 @@ class Checker:
         """What is checked, what is not and why, and whether that leaves free configurations without any scene."""
         return sampled_pairs.explained(self, self._pairs() if self._self_collision else [], language)
 
-    @property
-    def zero(self) -> JointVector:
-        """(n,) the zero configuration, as near as the limits allow."""
-        limits = self.robot.limits
-        return np.minimum(np.maximum(np.zeros(self.robot.n), limits.lower), limits.upper)
-
-    def random_configurations(self, count: int) -> Floats:
-        """(count, n) configurations, uniform between the limits; half a turn or a metre where there are none."""
-        limits, coordinates = self.robot.mechanism.limits, self.robot.mechanism.coordinates
-        turns = np.array([np.pi if each.screw[:3].any() else 1.0 for each in coordinates])
-        lower = np.where(np.isfinite(limits.lower), limits.lower, -turns)
-        upper = np.where(np.isfinite(limits.upper), limits.upper, turns)
-        return np.random.default_rng(self.seed).uniform(np.minimum(lower, upper), upper, (count, self.robot.n))
-
-    def _rows(self, q: ArrayLike) -> tuple[Floats, tuple[int, ...]]:
-        array = as_batch("q", q, (self.robot.n,), finite=True)
-        # Not -1 rows: an arm without coordinates has as many as the batch.
-        return np.ascontiguousarray(array.reshape(prod(array.shape[:-1]), self.robot.n)), array.shape[:-1]
-
     def _names(self, out: Floats, who: NDArray[np.int64]) -> tuple[NDArray[np.object_], NDArray[np.object_]]:
         bodies = np.array([body.name for body in self.bodies], object)
         second = np.array([*self.scene.names, *bodies[::-1]], object)
@@ -466,10 +247,3 @@ class Checker:
     def _contact(self, row: Floats, who: NDArray[np.int64]) -> Contact:
         first, second = self._names(row[None], who[None])
         return Contact(str(first[0]), str(second[0]), float(row[0]), row[1:4], row[4:7], row[7:10])
-
-
-def _not_negative(name: str, value: float, most: float = MOST_LENGTH) -> float:
-    number = real_array(name, value)
-    if number.ndim or not 0.0 <= number <= most:
-        raise InputError("collision.length", name=name, value=value, most=most)
-    return float(number)

@@ -30,6 +30,7 @@ class Reason(Enum):
     RIGID = "rigid"
     ADJACENT = "adjacent"
     LISTED = "listed"
+    REST = "rest"
     ALWAYS = "always"
     OFTEN = "often"
     UNSEEN = "unseen"
@@ -42,6 +43,7 @@ class SkippedPair:
     Attributes:
         first, second: their names.
         reason: no joint moves between them; they are neighbours at one joint; listed in a file or by the caller; they
+            meet where the robot is known to be free; they
             met in (nearly) all sampled configurations; they met in many, and at the zero configuration or across
             hinges at one point with empty links between; they met in none.
     """

@@ -23,7 +23,7 @@ ALWAYS = 0.95
 OFTEN = 0.4
 """Share above which the shapes of two bodies are thicker than the robot if they also meet at the zero configuration, or
 if hinges at one point join them."""
-LISTED = (Reason.ALWAYS, Reason.OFTEN, Reason.UNSEEN)
+LISTED = (Reason.REST, Reason.ALWAYS, Reason.OFTEN, Reason.UNSEEN)
 """Reasons whose pairs are named: they follow from samples and not from the structure or the user."""
 MOST_NAMED = 20
 

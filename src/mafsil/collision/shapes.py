@@ -13,10 +13,13 @@ from mafsil.arrays import Floats, as_batch, frozen, real_array
 from mafsil.errors import InputError
 from mafsil.model.mesh.reader import read
 from mafsil.model.mesh.surface import cleaned
+from mafsil.model.scan import read_heights, read_points
 from mafsil.model.shape import Box, Capsule, Cylinder, Mesh, Sphere
 
 MOST_LENGTH = 1e6
 """Largest length, and farthest coordinate of a point, that a geometry may have: beyond it digits are lost [m]."""
+THICK = 0.1
+"""Of ground from a file below its lowest height [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +108,20 @@ class PointCloud:
         object.__setattr__(self, "points", _points("points", self.points))
         _require_length("radius", self.radius, zero=True)
 
+    @classmethod
+    def from_file(cls, path: str | Path, radius: float, *, scale: float = 1.0) -> PointCloud:
+        """The points of an .npy, .ply, .xyz, .txt or .csv file.
+
+        Args:
+            path: of the file.
+            radius: of the ball that each point stands for [m].
+            scale: factor, such as 0.001 for a file in millimetres.
+
+        Raises:
+            FileError: no such file, another format, too large, a damaged one.
+        """
+        return cls(scale * read_points(path), radius)
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class HeightMap:
@@ -130,6 +147,24 @@ class HeightMap:
             raise InputError("collision.base", base=self.base, least=float(heights.min()))
         _require_lengths("size", self.size, 2)
         object.__setattr__(self, "heights", heights)
+
+    @classmethod
+    def from_file(
+        cls, path: str | Path, size: tuple[float, float], *, scale: float = 1.0, base: float | None = None
+    ) -> HeightMap:
+        """The heights of an .npy, .csv or .txt file, or of a grey .png picture.
+
+        Args:
+            path: of the file.
+            size: (x, y) full extent of the grid [m].
+            scale: factor of its numbers, such as 0.001 for millimetres; of a picture the height of white [m].
+            base: height of the underside [m]; THICK below the lowest height if None.
+
+        Raises:
+            FileError: no such file, another format, too large, a damaged one.
+        """
+        heights = scale * read_heights(path)
+        return cls(heights, size, float(heights.min()) - THICK if base is None else base)
 
 
 Geometry: TypeAlias = (

@@ -67,12 +67,15 @@ class ClosedSteps:
         ways = [coordinates(self.walk.job, self.walk.robot, via) for via in move.via if isinstance(via, tuple)]
         straight = self.loops.motion(self.walk.q, [*ways, goal], move, limits, where)
         around = self.walk.surroundings
-        if around is None or not self.ways.goes_round(index):
+        if around is None or not (move.keep is not None or self.ways.goes_round(index)):
             return straight, None
-        parts = self.walk.counted(index, straight.at(straight.duration).u)
-        hit = around.first_hit(straight, self.walk.load, self.walk.clearance(index, index), parts)
-        if hit is None:
+        end, hit = straight.at(straight.duration).u, None
+        if move.keep is None:
+            kept, parts = self.walk.clearance(index, index), self.walk.counted(index, end)
+            hit = around.first_hit(straight, self.walk.load, kept, parts)
+            if hit is None:
+                return straight, None
+        way = self.ways.way_round(index, end, None if hit is None else hit.contact)
+        if way is None:
             return straight, None
-        way = self.ways.way_round(index, straight.at(straight.duration).u, hit.contact)
-        assert way is not None
         return self.loops.along(self.walk.q, way.plan.joint_path(), move, limits, where), way

@@ -54,6 +54,15 @@ class Configurations:
                 break
         return best
 
+    def others(self, index: int, goal: Goal, target: PoseMatrix) -> tuple[JointVector, ...]:
+        """Where a move that keeps something may end as well: not every configuration is reached that way."""
+        if self.walk.job.move[index].keep is None or goal.branch is not None:
+            return ()
+        if self.walk.goals.taken(target, goal.task) is not None:
+            return ()
+        found = self.walk.goals.others(target, goal.task, self.walk.q)
+        return tuple(q for q in found if self.walk.is_free(q, index))
+
     def on_branch(self, index: int, branch: BranchChoice, target: PoseMatrix) -> JointVector:
         """The nearest configuration of a branch that is free, if one of them is."""
         found = self.walk.goals.on_branch(target, branch, self.walk.q, self.walk.where(index))

@@ -19,6 +19,7 @@ from mafsil.job.driving_tables import Disturbance as Disturbance
 from mafsil.job.driving_tables import LawKind as LawKind
 from mafsil.job.driving_tables import Noise as Noise
 from mafsil.job.driving_tables import Simulation as Simulation
+from mafsil.job.keep_table import Keep
 from mafsil.job.other_robot import OtherRobot
 from mafsil.job.part import Four as Four
 from mafsil.job.part import NotNegative as NotNegative
@@ -139,6 +140,7 @@ class Step(Part, frozen=True, kw_only=True):
         avoid: whether a move of the joints goes round what stands in its way; as the job says if None.
         planner: that searches the way round; that of the job if None.
         clearance: that it keeps, if another than the job's [m].
+        keep: what the tip keeps on the way; the way is planned then, round what stands in it.
         tolerance: of this move, if another than the job's.
     """
 
@@ -159,6 +161,7 @@ class Step(Part, frozen=True, kw_only=True):
     avoid: bool | None = None
     planner: PlannerName | None = None
     clearance: NotNegative | None = None
+    keep: Keep | None = None
     tolerance: Tolerance | None = None
 
 

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from mafsil.arrays import JointVector
 from mafsil.collision import Contact
+from mafsil.job.constraints import constraints_of
 from mafsil.job.description import QUICKEST, Bounds
 from mafsil.job.fitting import coordinates
-from mafsil.job.joint_motion import JointMove, joint_motion, motion_on_path
+from mafsil.job.joint_motion import STILL, JointMove, joint_motion, motion_on_path
+from mafsil.job.language.units import angle_unit
 from mafsil.job.planned_remarks import decided_by
 from mafsil.job.remark import Refused, Remark
 from mafsil.job.surroundings import WayRound
 from mafsil.job.timing import Timing
 from mafsil.job.walk import Walk
 from mafsil.model import JointLimits
+from mafsil.planning.path_constraints import Constraint
 from mafsil.trajectory import Trajectory
 
 
@@ -26,10 +31,18 @@ class JointMoves:
     def __init__(self, walk: Walk) -> None:
         self.walk = walk
 
-    def joint_motion(self, index: int, goal: JointVector) -> tuple[Trajectory, Timing, WayRound | None]:
-        """All joints together to a goal, through points on the way or round what stands in it; what limits that."""
+    def joint_motion(
+        self, index: int, goal: JointVector, others: tuple[JointVector, ...] = ()
+    ) -> tuple[Trajectory, Timing, WayRound | None]:
+        """All joints together to a goal, through points on the way or round what stands in it; what limits that.
+
+        Args:
+            index: of the move.
+            goal: (n,) where it ends.
+            others: (n,) each, where it may end as well if it keeps something.
+        """
         move, robot, where = self.walk.job.move[index], self.walk.robot, self.walk.where(index)
-        way = self.way_round(index, goal)
+        way = self.way_round(index, goal, None, others)
         around = None if way is None else way.plan.joint_path()
         ways = [coordinates(self.walk.job, robot, via) for via in move.via if isinstance(via, tuple)]
         points = [self.walk.q, *ways, goal]
@@ -53,23 +66,35 @@ class JointMoves:
         move = self.walk.job.move[index]
         return not move.via and move.profile in (None, *QUICKEST) and self.walk.avoids(index)
 
-    def way_round(self, index: int, goal: JointVector, met: Contact | None = None) -> WayRound | None:
+    def way_round(
+        self, index: int, goal: JointVector, met: Contact | None = None, others: tuple[JointVector, ...] = ()
+    ) -> WayRound | None:
         """A way round obstacles; None where the move does not ask for one, or where the straight way is free.
 
         Args:
             index: of the move.
             goal: (n,) where it ends.
             met: what the way without it meets, where that is no straight way of the joints.
+            others: (n,) each, where it may end as well if it keeps something.
         """
-        move, around = self.walk.job.move[index], self.walk.surroundings
-        if around is None or not self.goes_round(index):
-            return None
         walk = self.walk
-        kept, parts = walk.clearance(index, index), walk.counted(index, goal)
-        found = around.way_round(walk.q, goal, walk.load, kept, move.planner, met, parts)
+        move, around, where = walk.job.move[index], walk.surroundings, walk.where(index)
+        if around is None or not (self.goes_round(index) or move.keep is not None):
+            return None
+        clearance, parts = walk.clearance(index, index), walk.counted(index, goal)
+        keep: tuple[Constraint, ...] = ()
+        if move.keep is not None:
+            if np.abs(goal - walk.q).max(initial=0.0) < STILL:
+                return None
+            keep, goal = constraints_of(move.keep, walk.load.equipment, angle_unit(walk.job)), np.stack([goal, *others])
+        found = around.way_round(walk.q, goal, walk.load, clearance, move.planner, met, parts, keep)
         if found is None:
             return None
         if not found.plan:
-            raise Refused("job.no_way_round", move=self.walk.where(index), reason=found.plan)
-        self.walk.remarks.append(Remark("good", "job.went_round", {"move": self.walk.where(index)} | found.details()))
+            raise Refused("job.no_kept_way" if keep else "job.no_way_round", move=where, reason=found.plan)
+        walk.remarks.append(
+            Remark("good", "job.went_round", {"move": where} | found.details())
+            if not keep
+            else Remark("good", "job.keeps_way", {"move": where, "kept": found.keeps} | found.details())
+        )
         return found

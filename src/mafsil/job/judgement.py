@@ -14,6 +14,7 @@ from mafsil.job.causes import cause
 from mafsil.job.clearances import Clearances, clearance_remarks, clearances
 from mafsil.job.contact_remarks import contact_remarks
 from mafsil.job.holding import overload_remarks, overloads
+from mafsil.job.keeping import keeping_remarks
 from mafsil.job.law_conditions import parts_of
 from mafsil.job.limiting import would_save
 from mafsil.job.plan import Plan
@@ -141,6 +142,8 @@ def remarks(run: Run, numbers: Summary) -> tuple[Remark, ...]:
     found += collapse + _failure_remarks(run, numbers) + overload_remarks(overloads(run), run.robot)
     near = clearance_remarks(numbers.clearances)
     found += [remark for remark in near if remark.level != "good"]
+    kept = keeping_remarks(run)
+    found += [remark for remark in kept if remark.level != "good"]
     rigid = rigid_remarks(run)
     pressed = [*touching_remarks(numbers.touching, struck=bool(rigid)), *rigid]
     pressed += [*brief_contact_remarks(run), *contact_remarks(run)]
@@ -157,6 +160,7 @@ def remarks(run: Run, numbers: Summary) -> tuple[Remark, ...]:
         *found,
         *_good_news(run, numbers),
         *good,
+        *(remark for remark in kept if remark.level == "good"),
         *(remark for remark in pressed if remark.level == "good"),
         *would_save(run.robot, run.limits, numbers.cycle),
         *(remark for remark in run.plan.remarks if remark.level == "good"),

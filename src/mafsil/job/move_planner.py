@@ -170,7 +170,9 @@ class _Planner:
         walk = self.walk
         target = walk.target(goal, walk.q)
         configuration = self.configurations.configuration(index, goal, target)
-        trajectory, timing, way = self.joint_moves.joint_motion(index, configuration)
+        others = self.configurations.others(index, goal, target)
+        trajectory, timing, way = self.joint_moves.joint_motion(index, configuration, others)
+        configuration = configuration if way is None else way.plan.path[-1]
         walk.append(index, name, "joint", trajectory, timing, target, goal.task, way=way)
         walk.q = configuration
         walk.arrived(index, goal, target)

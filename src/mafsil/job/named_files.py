@@ -1,4 +1,4 @@
-"""Files that a job names beside its robots: meshes of obstacles, semantic descriptions."""
+"""Files that a job names beside its robots: shapes of obstacles, semantic descriptions."""
 
 from __future__ import annotations
 
@@ -7,29 +7,46 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from mafsil.collision import TriangleMesh
+from mafsil.collision import ConvexHull, HeightMap, PointCloud, TriangleMesh
 from mafsil.collision.srdf import disabled_pairs
-from mafsil.errors import FileError
+from mafsil.errors import FileError, InputError
 from mafsil.job.description import Job, Obstacle
+from mafsil.job.lines import Fault, Places
 from mafsil.job.lines import Path as Keys
-from mafsil.job.lines import Places
 
 MOST_ACROSS = 100.0
-"""A mesh that is larger was probably meant in millimetres [m]."""
+"""What is larger was probably meant in millimetres [m]."""
 
 
-def mesh_of(obstacle: Obstacle, folder: Path) -> TriangleMesh:
-    """The triangles of an obstacle that is a mesh, in metres.
+def shape_of(obstacle: Obstacle, folder: Path) -> TriangleMesh | ConvexHull | PointCloud | HeightMap:
+    """The shape of an obstacle that stands in a file, in metres.
 
     Args:
-        obstacle: as the file has it.
+        obstacle: as the job has it.
         folder: to which its path is relative.
 
     Raises:
-        FileError: no such file, another format, a damaged one.
+        FileError: no such file, another format, a damaged one, one too large.
+        InputError: heights that do not lie above the underside.
     """
+    if obstacle.cloud is not None:
+        assert obstacle.radius is not None
+        return PointCloud.from_file(folder / obstacle.cloud, obstacle.radius, scale=obstacle.scale)
+    if obstacle.heights is not None:
+        assert obstacle.size is not None
+        return HeightMap.from_file(folder / obstacle.heights, obstacle.size, scale=obstacle.scale, base=obstacle.base)
     assert obstacle.mesh is not None
-    return TriangleMesh.from_file(folder / obstacle.mesh, scale=obstacle.scale)
+    mesh = TriangleMesh.from_file(folder / obstacle.mesh, scale=obstacle.scale)
+    return ConvexHull(mesh.vertices) if obstacle.hull else mesh
+
+
+def _across(shape: TriangleMesh | ConvexHull | PointCloud | HeightMap) -> float:
+    """Largest extent of what stands in the file [m]."""
+    match shape:
+        case TriangleMesh(vertices=points) | ConvexHull(points=points) | PointCloud(points=points):
+            return float(np.ptp(points, axis=0).max())
+        case HeightMap(heights=heights):
+            return float(np.ptp(heights))
 
 
 def with_files(job: Job, folder: Path, places: Places) -> Job:
@@ -42,19 +59,23 @@ def with_files(job: Job, folder: Path, places: Places) -> Job:
 
     Raises:
         FileError: a file that cannot be read, with the place of the key that names it.
-        JobError: a mesh so large that its numbers are probably millimetres.
+        JobError: a shape so large that its numbers are probably millimetres, or that cannot be.
     """
     obstacles = list(job.obstacle)
     for k, one in enumerate(obstacles):
-        if one.mesh is None:
+        if one.file is None:
             continue
+        key, path = one.file
         try:
-            size = float(np.ptp(mesh_of(one, folder).vertices, axis=0).max())
+            size = _across(shape_of(one, folder))
         except FileError as fault:
-            raise places.of_file(fault, ("obstacle", k, "mesh")) from None
+            raise places.of_file(fault, ("obstacle", k, key)) from None
+        except InputError as fault:
+            raise places.error("job.obstacle_shape", ("obstacle", k, key), fault=Fault(fault)) from None
         if size > MOST_ACROSS:
-            raise places.error("job.mesh_far", ("obstacle", k, "mesh"), size=f"{size:.3g}")
-        obstacles[k] = msgspec.structs.replace(one, mesh=str((folder / one.mesh).resolve()))
+            raise places.error("job.mesh_far", ("obstacle", k, key), size=f"{size:.3g}")
+        changed: dict[str, object] = {key: str((folder / path).resolve())}
+        obstacles[k] = msgspec.structs.replace(one, **changed)
     rule = job.collision
     if rule is not None and rule.srdf is not None:
         rule = msgspec.structs.replace(rule, srdf=_semantic(rule.srdf, folder, places, ("collision", "srdf")))

@@ -14,8 +14,12 @@ PlannerName: TypeAlias = Literal[
 """Planners of `mafsil.planning` for ways round obstacles."""
 
 
+FILE_KEYS = ("mesh", "cloud", "heights")
+"""Obstacles that stand in files of their own."""
+
+
 class Obstacle(Pose, frozen=True, kw_only=True):
-    """A body that stands in {s}: exactly one of box, sphere, cylinder, capsule, cone, floor and mesh.
+    """A body that stands in {s}: exactly one of box, sphere, cylinder, capsule, cone, floor, mesh, cloud and heights.
 
     Attributes:
         name: for the report and for errors.
@@ -25,8 +29,13 @@ class Obstacle(Pose, frozen=True, kw_only=True):
         cone: radius of its base and length along z, the apex above [m].
         floor: the half space below its frame.
         mesh: path of an STL, OBJ, Collada or MSH file, relative to the file.
-        scale: of the mesh: 0.001 for a file in millimetres.
+        cloud: path of an .npy, .ply, .xyz, .txt or .csv file with points of a scanner or camera.
+        heights: path of an .npy, .csv or .txt file with ground heights on a grid, or of a grey .png picture.
+        scale: of the numbers of these files: 0.001 for millimetres; of a picture the height of white in metres.
         hull: whether the convex hull of the mesh counts, which is solid; else its surface alone.
+        radius: of the ball that each point of a cloud stands for [m].
+        size: extent along x and y of the grid of heights, centred on its frame [m].
+        base: height of the underside of that ground; 0.1 m below its lowest place if None [m].
     """
 
     name: str = ""
@@ -37,8 +46,22 @@ class Obstacle(Pose, frozen=True, kw_only=True):
     cone: tuple[Positive, Positive] | None = None
     floor: bool = False
     mesh: str | None = None
+    cloud: str | None = None
+    heights: str | None = None
     scale: Positive = 1.0
     hull: bool = False
+    radius: Positive | None = None
+    size: tuple[Positive, Positive] | None = None
+    base: float | None = None
+
+    @property
+    def file(self) -> tuple[str, str] | None:
+        """The key that names a file, and its path; None where the numbers stand in the table."""
+        for key in FILE_KEYS:
+            path = getattr(self, key)
+            if path is not None:
+                return key, str(path)
+        return None
 
 
 class Collision(Part, frozen=True, kw_only=True):

@@ -26,9 +26,10 @@ from mafsil.collision import (
 from mafsil.collision import Obstacle as Body
 from mafsil.collision.shapes import Geometry
 from mafsil.job.beside import Beside
+from mafsil.job.constraints import Measured
 from mafsil.job.description import Collision, Grasp, Job, Obstacle, SceneFile, Tool
 from mafsil.job.equipment import UNNAMED_TOOL, Load, box_of_tool
-from mafsil.job.named_files import mesh_of
+from mafsil.job.named_files import shape_of
 from mafsil.job.neighbours import Neighbour, Neighbourhood, NeighbourMotion, standing_bodies
 from mafsil.job.payload import box_in_tip
 from mafsil.job.placed_parts import PlacedPart, Stay
@@ -39,6 +40,7 @@ from mafsil.messages.visible import visible
 from mafsil.model import Mechanism
 from mafsil.model.skeleton import with_skeleton
 from mafsil.planning import ArmPlan, TimedArm, plan
+from mafsil.planning.path_constraints import Constraint
 from mafsil.planning.waiting_places import standing
 from mafsil.robot import Robot
 from mafsil.trajectory import MotionLimits, Trajectory
@@ -52,6 +54,8 @@ RESTS = ("pick", "place", "tool", "pause", "set", "wait", "if", "settle")
 """Kinds of legs at which nothing moves."""
 ROOM = 1e-4
 """What ways round keep on top of the clearance: more than a chord by which they are proved again leaves them [m]."""
+KEEPER = "rrt_connect"
+"""The planner that keeps something."""
 CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 """(8, 3) of a box with edges of length 2."""
 NEARER = 1.0 - 1e-9
@@ -85,6 +89,15 @@ class WayRound:
     plan: ArmPlan
     contact: Contact | None
 
+    @property
+    def keeps(self) -> Measured | None:
+        """What is kept on the way, and within what that is proved; None where nothing was asked for."""
+        found = self.plan
+        if found.kept is None or found.checker is None:
+            return None
+        worst = found.kept.along(found.checker, found.path[:-1], found.path[1:])
+        return None if worst is None else Measured(found.kept, worst)
+
     def details(self) -> dict[str, object]:
         """For the sentence about it."""
         found = self.plan
@@ -101,6 +114,7 @@ class WayRound:
             "planner": found.planner, "nodes": found.nodes, "configurations": found.configurations,
             "segments": found.segments, "proofs": found.proofs, "length": found.length, "path": found.path.tolist(),
             "would_hit": None if self.contact is None else [self.contact.first, self.contact.second],
+            "kept": found.kept_bounds().tolist(),
         }  # fmt: skip
 
 
@@ -180,29 +194,31 @@ class Surroundings:
 
     def way_round(
         self, q: JointVector, goal: JointVector, load: Load, clearance: float, planner: str | None = None,
-        met: Contact | None = None, parts: tuple[PlacedPart, ...] = (),
+        met: Contact | None = None, parts: tuple[PlacedPart, ...] = (), keep: tuple[Constraint, ...] = (),
     ) -> WayRound | None:  # fmt: skip
         """A way between two configurations, or why there is none; None where the straight one is free.
 
         Args:
-            q, goal: (n,) where it begins and ends.
+            q: (n,) where it begins.
+            goal: (n,) where it ends, or (k, n) of which any will do.
             load: what hangs on the flange.
             clearance: that is kept [m].
             planner: which one searches; that of the job if None.
             met: what stands in the way, if that is known; the straight way is not asked then.
             parts: that stand in the scene.
+            keep: what is kept all the way; the straight way is not asked then.
         """
         checker = self.checker(load, clearance, parts)
-        if met is None:
+        if met is None and not keep:
             straight = checker.check_path(q, goal)
             if straight:
                 return None
             met = straight.contacts[0] if straight.contacts else None
         roomy, rule = checker.with_margin(clearance + ROOM), self.rule
-        if roomy.free(np.stack([q, goal])).all():
+        if roomy.free(np.concatenate([q[None], np.atleast_2d(goal)])).all():
             checker = roomy
-        search = planner or rule.planner
-        found = plan(checker, None, q, goal, planner=search, seed=rule.seed, seconds=rule.seconds)
+        search = KEEPER if keep else planner or rule.planner
+        found = plan(checker, None, q, goal, planner=search, seed=rule.seed, seconds=rule.seconds, keep=keep)
         if found.interrupted:
             # Who stops a job wants no more of it than of its planner.
             raise KeyboardInterrupt
@@ -258,10 +274,10 @@ def scene_of(file: Job | SceneFile, folder: Path | None = None) -> Scene:
 
     Args:
         file: a job, or a file of obstacles alone.
-        folder: to which paths of meshes are relative; the present one if None.
+        folder: to which paths of files are relative; the present one if None.
 
     Raises:
-        FileError: a mesh that cannot be read.
+        FileError: a file that cannot be read.
     """
     degrees, home = file.angles == "degrees", folder or Path()
     return Scene([body_of(each, k, degrees, home) for k, each in enumerate(file.obstacle)])
@@ -274,7 +290,7 @@ def scene_in(path: Path) -> Scene:
         path: of the file.
 
     Raises:
-        FileError: it, or a mesh that it names, cannot be read.
+        FileError: it, or a file that it names, cannot be read.
         JobError: what is no obstacle.
     """
     return scene_of(parse_scene(text_of(path), path.name), path.parent)
@@ -309,9 +325,8 @@ def body_of(obstacle: Obstacle, index: int, degrees: bool, folder: Path) -> Body
         geometry = Capsule(*obstacle.capsule)
     elif obstacle.cone is not None:
         geometry = Cone(*obstacle.cone)
-    elif obstacle.mesh is not None:
-        mesh = mesh_of(obstacle, folder)
-        geometry = ConvexHull(mesh.vertices) if obstacle.hull else mesh
+    elif obstacle.file is not None:
+        geometry = shape_of(obstacle, folder)
     T = pose_matrix(obstacle, degrees=degrees, orientation=np.eye(3))
     return Body(geometry, T, visible(obstacle.name) or f"obstacle[{index}]")
 

@@ -57,7 +57,7 @@ class Walk:
         self.remarks += unit_remarks(job, robot, places)
         self.goals_of = {name: Goals(each.robot) for name, each in self.tools.items()}
         meets = job.obstacle or neighbours or job.collision is not None
-        meets = meets or any(move.clearance is not None for move in job.move)
+        meets = meets or any(move.clearance is not None or move.keep is not None for move in job.move)
         self.surroundings = Surroundings(job, robot, neighbours) if meets else None
         self.beside: tuple[NeighbourMotion, ...] = ()
         self.signals = CellSignals(job, control_period(job))
@@ -198,7 +198,8 @@ class Walk:
         hit = self.surroundings.first_hit(trajectory, self.load, clearance, parts)
         if hit is None:
             return
-        avoidable = kind == "joint" and not self.avoids(index) and not self.job.move[index].via
+        move = self.job.move[index]
+        avoidable = kind == "joint" and not self.avoids(index) and not move.via and move.keep is None
         key = "job.meets_avoidable" if avoidable else "job.meets"
         contact = said_of(hit.contact, clearance)
         raise Refused(key, move=self.where(index), time=quantity(hit.time, "s"), contact=contact)

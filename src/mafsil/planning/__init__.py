@@ -21,6 +21,7 @@ from mafsil.planning.coordination import coordinate as coordinate
 from mafsil.planning.coordination_diagram import CoordinatedPlan as CoordinatedPlan
 from mafsil.planning.coordination_diagram import Waiting as Waiting
 from mafsil.planning.coordination_diagram import coordinate_arms as coordinate_arms
+from mafsil.planning.field_descent import FieldPath as FieldPath
 from mafsil.planning.goal_region import GoalRegion as GoalRegion
 from mafsil.planning.groups import JointGroup as JointGroup
 from mafsil.planning.groups import joint_group as joint_group
@@ -47,7 +48,6 @@ from mafsil.planning.polygons import PolygonWorld as PolygonWorld
 from mafsil.planning.polygons import minkowski_sum as minkowski_sum
 from mafsil.planning.potential_field import PotentialField as PotentialField
 from mafsil.planning.potential_field import disc as disc
-from mafsil.planning.potential_field import whole_arm as whole_arm
 from mafsil.planning.problem import Problem as Problem
 from mafsil.planning.quadtree import Quadtree as Quadtree
 from mafsil.planning.quadtree import quadtree as quadtree

@@ -3,23 +3,37 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from time import perf_counter
-from typing import TypeAlias
+from dataclasses import dataclass, field
+from typing import NamedTuple, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, positive, real_array, require_finite, require_function, single, whole
 from mafsil.collision import Checker
+from mafsil.collision.each_distance import each_distance
 from mafsil.errors import InputError
-from mafsil.planning.outcome import Plan, PlanningStatus
+from mafsil.planning.field_descent import FieldPath, down_the_field
+from mafsil.planning.outcome import PlanningStatus
 
 Distance: TypeAlias = Callable[[Floats], tuple[Floats, Floats]]
 """(k, n) points -> (k,) distances to an obstacle, and (k, n) its nearest points."""
-STILL = 1e-10
-"""Force, as share of the attraction at the start, below which a point stands still."""
-MOST_STEPS = 20_000
+ROOM = 0.5
+"""Distance beyond its reach in which a field of an arm looks for what is near [m]."""
+SHARE = 0.5
+"""Of what an arm keeps at its goal, below which things repel it: nothing does at the goal itself."""
+
+
+class Near(NamedTuple):
+    """What is around points, thing by thing.
+
+    Attributes:
+        rho: (*batch, m) distances, zero where there is none left [m].
+        away: (*batch, m, n) how they grow with the coordinates.
+    """
+
+    rho: Floats
+    away: Floats
 
 
 def disc(centre: ArrayLike, radius: float) -> Distance:
@@ -40,28 +54,64 @@ def disc(centre: ArrayLike, radius: float) -> Distance:
     return distance
 
 
-def whole_arm(checker: Checker) -> tuple[Distance, ...]:
-    """The distance of each body of an arm to everything around it: forces on every link, not on the tip alone.
+@dataclass(frozen=True, eq=False, slots=True)
+class Discs:
+    """Distances to obstacles of which each is a function.
 
-    As a function of the coordinates the distance rises along its gradient; its "nearest point" lies as far back along
-    that as the distance is large.
-
-    Args:
-        checker: the arm in its scene.
+    Attributes:
+        obstacles: each with its nearest points.
     """
 
-    def of(alone: Checker) -> Distance:
-        def distance(points: Floats) -> tuple[Floats, Floats]:
-            found = alone.distance(points)
-            rho = np.maximum(found.distance, 0.0)
-            far = np.isinf(rho)
-            back = np.where(far, 0.0, rho)[..., None] * found.gradient
-            return rho, points - np.where(far[..., None], 1.0, back)
+    obstacles: tuple[Distance, ...]
 
-        return distance
+    def __call__(self, points: Floats) -> Near:
+        """Of points (*batch, n)."""
+        found = [obstacle(points) for obstacle in self.obstacles]
+        if not found:
+            none = np.zeros((*points.shape[:-1], 0, points.shape[-1]))
+            return Near(none[..., 0], none)
+        rho, nearest = np.stack([d for d, _ in found], axis=-1), np.stack([place for _, place in found], axis=-2)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return Near(rho, (points[..., None, :] - nearest) / rho[..., None])
 
-    moving = [b for b, row in enumerate(checker.arm.bodies) if row[3] > row[1]]
-    return tuple(of(checker.checking([b], ())) for b in moving)
+
+@dataclass(frozen=True, eq=False, slots=True)
+class WholeArm:
+    """What each body of an arm keeps from everything around it, and each pair of bodies that is checked.
+
+    Attributes:
+        checker: the arm in its scene; its margins are no room.
+        within: how far it looks [m].
+        levers: (bodies + pairs,) how far what keeps a distance moves at most where the coordinates change by one.
+    """
+
+    checker: Checker
+    within: float
+    levers: Floats
+
+    @classmethod
+    def of(cls, checker: Checker, goal: Floats, within: float) -> WholeArm:
+        """Of an arm.
+
+        Args:
+            checker: the arm in its scene.
+            goal: (n,) to which it goes [rad | m].
+            within: how far it looks [m].
+        """
+        n, limits = checker.robot.n, checker.robot.limits
+        bounds = np.where(np.isfinite([limits.lower, limits.upper]), [limits.lower, limits.upper], 0.0)
+        largest = np.maximum(np.abs(bounds).max(axis=0), np.abs(goal))
+        ways = np.stack([checker.largest_ways(row, largest) for row in np.eye(n)])
+        of_bodies, pairs = np.linalg.norm(ways, axis=0), checker.arm.pairs
+        both = of_bodies[pairs[:, 0]] + of_bodies[pairs[:, 1]]
+        return cls(checker, within, np.maximum(np.concatenate([of_bodies, both]), 1e-9))
+
+    def __call__(self, points: Floats) -> Near:
+        """Of configurations (*batch, n)."""
+        rho, away = each_distance(self.checker, points, self.within)
+        kept, bodies = self.checker.margins(), len(self.checker.arm.bodies)
+        margins = np.concatenate([np.full(bodies, kept[0]), kept[1:]])
+        return Near(np.maximum(np.minimum(rho, self.within) - margins, 0.0), away)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -70,18 +120,21 @@ class PotentialField:
 
     Attributes:
         goal: (n,) [m]; of an arm [rad | m].
-        obstacles: distances to them.
+        near: what is around points.
         kp, eta: how strong attraction and repulsion are.
-        reach: rho_0 [m].
-        lever: how far anything that keeps a distance moves at most where x changes by a length of one.
+        reach: rho_0, one for all or one for each thing that is near [m].
+        lever: how far what keeps a distance moves at most where x changes by a length of one; likewise.
+        lower, upper: (n,) between which x stays.
     """
 
     goal: Floats
-    obstacles: tuple[Distance, ...]
+    near: Callable[[Floats], Near]
     kp: float = 1.0
     eta: float = 1.0
-    reach: float = 1.0
-    lever: float = 1.0
+    reach: float | Floats = 1.0
+    lever: float | Floats = 1.0
+    lower: Floats = field(default_factory=lambda: np.array(-np.inf))
+    upper: Floats = field(default_factory=lambda: np.array(np.inf))
 
     @classmethod
     def of_arm(
@@ -89,7 +142,8 @@ class PotentialField:
     ) -> PotentialField:
         """The field of an arm in the space of its configurations: every link is pushed away from what is around.
 
-        The arm is not pushed away from itself.
+        Bodies of the arm push each other away too, where the checker checks them. What is nearer than twice its reach
+        at the goal repels from half that distance on, so that the goal is a minimum.
 
         Args:
             checker: the arm in its scene.
@@ -99,13 +153,12 @@ class PotentialField:
         Raises:
             InputError: a wrong shape, a number that is not finite, a strength or reach that is not positive.
         """
-        n, limits = checker.robot.n, checker.robot.limits
-        target = single("goal", goal, (n,))
-        bounds = np.where(np.isfinite([limits.lower, limits.upper]), [limits.lower, limits.upper], 0.0)
-        largest = np.maximum(np.abs(bounds).max(axis=0), np.abs(target))
-        ways = [checker.largest_way(row, largest) for row in np.eye(n)]
-        field = cls.of(target, whole_arm(checker), kp=kp, eta=eta, reach=reach)
-        return replace(field, lever=max(float(np.linalg.norm(ways)), 1e-9))
+        target = single("goal", goal, (checker.robot.n,))
+        kp, eta, reach = (positive(name, x) for name, x in (("kp", kp), ("eta", eta), ("reach", reach)))
+        arm = WholeArm.of(checker, target, reach + ROOM)
+        limits, kept = checker.robot.limits, arm(target).rho
+        reaches = np.minimum(reach, np.maximum(SHARE * kept, 1e-9))
+        return cls(target, arm, kp, eta, reach=reaches, lever=arm.levers, lower=limits.lower, upper=limits.upper)
 
     @classmethod
     def of(
@@ -121,8 +174,8 @@ class PotentialField:
             raise InputError("input.shape", name="goal", expected="(n,)", got=target.shape, hint="")
         for k, obstacle in enumerate(obstacles):
             require_function(f"obstacles[{k}]", obstacle, "function of points (k, n)", 1)
-        numbers = (positive(name, x) for name, x in (("kp", kp), ("eta", eta), ("reach", reach)))
-        return cls(target, tuple(obstacles), *numbers)
+        kp, eta, reach = (positive(name, x) for name, x in (("kp", kp), ("eta", eta), ("reach", reach)))
+        return cls(target, Discs(tuple(obstacles)), kp, eta, reach)
 
     def attraction(self, x: ArrayLike) -> Floats:
         """(*batch, n) kp (goal - x)."""
@@ -130,16 +183,7 @@ class PotentialField:
 
     def repulsion(self, x: ArrayLike) -> Floats:
         """(*batch, n) sum of eta (1/rho - 1/rho_0)/rho^2 along the directions away from obstacles; infinite at them."""
-        points = np.asarray(x, dtype=np.float64)
-        total = np.zeros_like(points)
-        for obstacle in self.obstacles:
-            rho, nearest = obstacle(points)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                size = self.eta * (1.0 / rho - 1.0 / self.reach) / rho**2
-                away = (points - nearest) / rho[..., None]
-            pushed = np.where((rho < self.reach)[..., None], size[..., None] * away, 0.0)
-            total = total + np.where(np.isnan(pushed), np.inf, pushed)
-        return total
+        return self._repulsion(self.near(np.asarray(x, dtype=np.float64)))
 
     def force(self, x: ArrayLike) -> Floats:
         """(*batch, n) minus the gradient of U."""
@@ -148,26 +192,28 @@ class PotentialField:
     def potential(self, x: ArrayLike) -> Floats:
         """(*batch,) U."""
         points = np.asarray(x, dtype=np.float64)
-        total = 0.5 * self.kp * ((points - self.goal) ** 2).sum(axis=-1)
-        for obstacle in self.obstacles:
-            rho, _ = obstacle(points)
-            with np.errstate(divide="ignore"):
-                total = total + np.where(rho < self.reach, 0.5 * self.eta * (1.0 / rho - 1.0 / self.reach) ** 2, 0.0)
-        return total
+        return self._potential(points, self.near(points))
 
-    def path(self, start: ArrayLike, *, step: float = 0.05, escapes: int = 0, seed: int = 0) -> Plan:
+    def at(self, x: Floats) -> tuple[float, Floats, float]:
+        """U, the force (n,), and by how much x (n,) can change before anything could be met."""
+        near = self.near(x)
+        force = self.attraction(x) + self._repulsion(near)
+        return float(self._potential(x, near)), force, float((near.rho / self.lever).min(initial=np.inf))
+
+    def path(self, start: ArrayLike, *, step: float = 0.05, escapes: int = 0, seed: int = 0) -> FieldPath:
         """Down the field from a point: a local method, which sees only what is near.
 
         A start or goal at which an obstacle has no distance left is blocked.
 
-        1. Along the force, by at most `step` and no farther than half way to an obstacle; halved until U falls.
+        1. Along the force, by at most `step` and where that is proved clear; halved until U falls.
         2. Where the force vanishes before the goal there is a local minimum, which is where the path ends,
-        3. unless escapes are left: a random walk away from it, and down again.
+        3. unless escapes are left: a random walk away from it, and down again. What ends no lower is forgotten, and the
+           walks grow longer, and begin farther back.
 
         Args:
             start: (n,) [m].
             step: longest step [m].
-            escapes: how many local minima are left by a random walk.
+            escapes: how many random walks out of local minima are tried.
             seed: of these.
 
         Raises:
@@ -176,35 +222,9 @@ class PotentialField:
         Reference: Khatib, Real-time obstacle avoidance for manipulators and mobile robots, IJRR 1986; Barraquand and
             Latombe, Robot motion planning: a distributed representation approach, IJRR 1991.
         """
-        begun, rng = perf_counter(), np.random.default_rng(seed)
         x = single("start", start, self.goal.shape).copy()
-        rows, size = [x.copy()], max(float(np.linalg.norm(self.attraction(x))), 1e-300)
-        left, longest = whole("escapes", escapes), positive("step", step)
-        for status, end in ((PlanningStatus.START_BLOCKED, x), (PlanningStatus.GOAL_BLOCKED, self.goal)):
-            if not self._clear(end) > 0.0:
-                return Plan(status, x[None], "potential_field", 1, 0, 0, perf_counter() - begun)
-        looks = 0
-        for looks in range(1, MOST_STEPS + 1):
-            if np.linalg.norm(self.goal - x) <= 1e-9 * max(1.0, size / self.kp):
-                return Plan(
-                    PlanningStatus.FOUND, np.stack(rows), "potential_field", looks, 0, len(rows), perf_counter() - begun
-                )
-            F = self.force(x)
-            moved = self._down(x, F, longest)
-            # 2.
-            if np.linalg.norm(F) <= STILL * size or moved is None:
-                if left == 0:
-                    break
-                # 3.
-                left -= 1
-                rows += self._wandered(x, rng, longest, whole("escapes", escapes) - left)
-                moved = rows[-1]
-            x = moved
-            rows.append(x.copy())
-        status = (
-            PlanningStatus.LOCAL_MINIMUM if np.linalg.norm(self.force(x)) <= 1e-3 * size else PlanningStatus.NOT_FOUND
-        )
-        return Plan(status, np.stack(rows), "potential_field", looks, 0, len(rows), perf_counter() - begun)
+        numbers = positive("step", step), whole("escapes", escapes), whole("seed", seed)
+        return down_the_field(self, x, *numbers)
 
     def minima(
         self, lower: ArrayLike, upper: ArrayLike, *, starts: int = 50, seed: int = 0, step: float = 0.05
@@ -231,32 +251,15 @@ class PotentialField:
                 found.append(end)
         return np.array(found).reshape(-1, len(low))
 
-    def _clear(self, x: Floats) -> float:
-        """Distance to the nearest obstacle."""
-        return min((float(obstacle(x[None])[0][0]) for obstacle in self.obstacles), default=np.inf)
+    def _potential(self, points: Floats, near: Near) -> Floats:
+        drawn = 0.5 * self.kp * ((points - self.goal) ** 2).sum(axis=-1)
+        with np.errstate(divide="ignore"):
+            excess = 1.0 / near.rho - 1.0 / np.asarray(self.reach)
+        pushed = np.where(near.rho < self.reach, 0.5 * self.eta * excess**2, 0.0)
+        return drawn + cast("Floats", pushed.sum(axis=-1))
 
-    def _down(self, x: Floats, F: Floats, longest: float) -> Floats | None:
-        """A point farther down along the force; None where none is lower."""
-        clear = self._clear(x)
-        size = float(np.linalg.norm(F))
-        if not np.isfinite(size) or size == 0.0:
-            return None
-        length = min(longest, clear / (2.0 * self.lever), size / self.kp)
-        here = float(self.potential(x))
-        while length > 1e-15 * max(1.0, float(np.abs(x).max())):
-            new = x + F * (length / size)
-            if float(self.potential(new)) < here:
-                return new
-            length /= 2.0
-        return None
-
-    def _wandered(self, x: Floats, rng: np.random.Generator, longest: float, times: int) -> list[Floats]:
-        """A random walk of some steps that touches no obstacle; the longer, the more there were before."""
-        rows, clear = [x + 0.0], self._clear(x)
-        for _ in range(times * int(rng.integers(10, 60))):
-            move = rng.normal(size=len(x)) * longest * 2.0 / max(self.lever, 1.0)
-            # Within the ball that is clear about it nothing is met on the way.
-            if float(np.linalg.norm(move)) * self.lever < clear:
-                rows.append(rows[-1] + move)
-                clear = self._clear(rows[-1])
-        return rows[1:] or rows
+    def _repulsion(self, near: Near) -> Floats:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            size = self.eta * (1.0 / near.rho - 1.0 / np.asarray(self.reach)) / near.rho**2
+            pushed = np.where((near.rho < self.reach)[..., None], size[..., None] * near.away, 0.0)
+            return cast("Floats", np.where(np.isnan(pushed), np.inf, pushed).sum(axis=-2))

@@ -18,6 +18,7 @@ from mafsil.job.cell_signals import assignments, conditions
 from mafsil.job.judgement import Summary, error_details, joint_quantity
 from mafsil.job.plan import Leg
 from mafsil.job.run import Run
+from mafsil.job.surroundings import WayRound
 from mafsil.messages import LANGUAGES, say
 from mafsil.messages.quantities import digits, quantity
 from mafsil.model import JointKind
@@ -324,11 +325,16 @@ def _ways(run: Run, words: _Words) -> Iterator[Details]:
     """The planner's account of each move that goes round something."""
     rounds = [leg for leg in run.plan.legs if leg.way is not None]
     if rounds:
-        accounts = [leg.way.details() for leg in rounds if leg.way is not None]
-        pairs = (
-            (_name(leg, words), words("way_round", **account)) for leg, account in zip(rounds, accounts, strict=True)
-        )
+        pairs = ((_name(leg, words), _account(leg.way, words)) for leg in rounds if leg.way is not None)
         yield Details(words("ways_round"), tuple(pairs), open=True)
+
+
+def _account(way: WayRound, words: _Words) -> str:
+    """What the planner looked at, and what would have been hit or was kept."""
+    kept = way.keeps
+    if kept is None:
+        return words("way_round", **way.details())
+    return words("way_kept", **way.details(), kept=kept.explain(language=words.language))
 
 
 def _explained(run: Run, words: _Words) -> Iterator[tuple[str, str]]:

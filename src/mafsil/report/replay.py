@@ -8,16 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.collision import Cone, ConvexHull, TriangleMesh
 from mafsil.geometry import pose
 from mafsil.job import Job, Run
 from mafsil.job.equipment import UNNAMED_TOOL, box_of_tool
 from mafsil.job.payload import box_in_tip
-from mafsil.model.mesh import Surface
-from mafsil.model.mesh.hull import hull_surface
-from mafsil.model.mesh.primitives import SIDES
-from mafsil.model.shape import Box, Capsule, Cylinder, Sphere
 from mafsil.report.content import Carried, Scene
+from mafsil.report.obstacles import drawn
 from mafsil.report.touched import doors, standing
 from mafsil.scene import Body, Drawing, Solid, compact
 
@@ -25,7 +21,6 @@ MOST_NUMBERS = 420_000
 """Of the replay: a long run gets fewer frames, so that its replay stays below 2.3 MB."""
 PART_COLOUR = (0.23, 0.47, 0.70, 1.0)
 TOOL_COLOUR = (0.35, 0.35, 0.38, 1.0)
-OBSTACLE_COLOUR = (0.72, 0.66, 0.58, 1.0)
 JOB = "job.toml"
 """The job beside its report."""
 
@@ -33,9 +28,9 @@ JOB = "job.toml"
 def recipe(job: Job) -> tuple[str, ...]:
     """Lines of Python that do a run again, beside its report; the robot is `run.robot` then.
 
-    Robots and included files are looked for from where the script runs.
+    Robots, included files and shapes of obstacles are looked for from where the script runs.
     """
-    folder = ', folder="."' if Path(job.robot).suffix or job.cells else ""
+    folder = ', folder="."' if Path(job.robot).suffix or job.cells or any(each.file for each in job.obstacle) else ""
     return ("from mafsil.job import solve_file", f'run = solve_file("{JOB}"{folder})')
 
 
@@ -59,6 +54,8 @@ def replay_scene(run: Run) -> Scene:
     beside, still = _neighbours(run, moments, floor)
     beside += [Part(body, track, 0, 0) for body, track in doors(run, moments, tips)]
     targets = [(leg.name, compact(leg.target)) for leg in run.plan.legs if leg.target is not None]
+    surroundings = run.plan.surroundings
+    around = [] if surroundings is None else drawn(surroundings.obstacles, size)
     return Scene(
         bodies=drawing.bodies(floor, poses[0]),
         period=period,
@@ -68,7 +65,7 @@ def replay_scene(run: Run) -> Scene:
         references=compact(references),
         targets=tuple(targets),
         carried=tuple(Carried(one.body, compact(one.track), one.first, one.end) for one in (*carried, *beside)),
-        fixed=tuple((body, compact(T)) for body, T in (*_obstacles(run, size), *standing(run, size), *still)),
+        fixed=tuple((body, compact(T)) for body, T in (*around, *standing(run, size), *still)),
         centre=centre,
         size=size,
         floor=floor,
@@ -165,42 +162,6 @@ def _neighbours(run: Run, moments: Floats, floor: float) -> tuple[list[Part], li
             else:
                 moving.append(Part(body, poses[:, k], 0, 0))
     return moving, standing
-
-
-def _obstacles(run: Run, size: float) -> list[tuple[Body, Floats]]:
-    """What stands around the arm, with its pose; a half space is a flat plate as wide as the scene."""
-    around = run.plan.surroundings
-    found: list[tuple[Body, Floats]] = []
-    for obstacle in () if around is None else around.obstacles:
-        match obstacle.geometry:
-            case Box(size=edges):
-                solid = Solid("box", edges, colour=OBSTACLE_COLOUR)
-            case Sphere(radius=radius):
-                solid = Solid("sphere", (radius,), colour=OBSTACLE_COLOUR)
-            case Cylinder(radius=radius, length=length):
-                solid = Solid("cylinder", (radius, length), colour=OBSTACLE_COLOUR)
-            case Capsule(radius=radius, length=length):
-                solid = Solid("capsule", (radius, length), colour=OBSTACLE_COLOUR)
-            case Cone(radius=radius, length=length):
-                surface = hull_surface(_points_of_cone(radius, length))
-                solid = Solid("surface", (), colour=OBSTACLE_COLOUR, surface=surface)
-            case ConvexHull(points=points):
-                solid = Solid("surface", (), colour=OBSTACLE_COLOUR, surface=hull_surface(points))
-            case TriangleMesh(vertices=vertices, faces=faces):
-                solid = Solid("surface", (), colour=OBSTACLE_COLOUR, surface=Surface(vertices, faces))
-            case _:
-                thin = 2e-3 * size
-                below = (0.0, 0.0, -thin / 2, 1.0, 0.0, 0.0, 0.0)
-                solid = Solid("box", (3 * size, 3 * size, thin), below, OBSTACLE_COLOUR)
-        found.append((Body(obstacle.name, (solid,)), np.asarray(obstacle.T_so)))
-    return found
-
-
-def _points_of_cone(radius: float, length: float) -> Floats:
-    """(k, 3) of its base and its apex [m]."""
-    angles = np.linspace(0.0, 2.0 * np.pi, SIDES, endpoint=False)
-    base = np.stack([radius * np.cos(angles), radius * np.sin(angles), np.full(SIDES, -length / 2.0)], axis=1)
-    return np.concatenate([base, [[0.0, 0.0, length / 2.0]]])
 
 
 def _lowest(part: Part) -> float:

@@ -16,12 +16,13 @@ from mafsil.errors import FileError
 from mafsil.job.description import Cell
 from mafsil.job.lines import Path as Keys
 from mafsil.job.lines import Places
+from mafsil.job.surrounding_tables import FILE_KEYS
 from mafsil.job.text import tables_of, text_of
 from mafsil.messages.visible import visible
 
 TABLE = "include"
 FILES: dict[str, Sequence[str]] = {
-    "robot": (), "other_robot": ("robot", "srdf"), "obstacle": ("mesh",), "collision": ("srdf",),
+    "robot": (), "other_robot": ("robot", "srdf"), "obstacle": FILE_KEYS, "collision": ("srdf",),
 }  # fmt: skip
 """Keys that name files, and for tables which of their keys do."""
 DEEPEST = 8

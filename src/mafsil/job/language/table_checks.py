@@ -10,10 +10,21 @@ from mafsil.job.description import Controller, Obstacle, Simulation
 from mafsil.job.language.frames import Complaint
 from mafsil.job.language.pose_checks import check_pose
 from mafsil.job.language.statements import JobFile, OtherProgram, PlacedGoal
+from mafsil.job.surrounding_tables import FILE_KEYS
 from mafsil.job.variation_table import SPREADS, Normal, Spread
 from mafsil.simulation.rigid_plant import METHODS
 
-KINDS_OF_OBSTACLE = ("box", "sphere", "cylinder", "capsule", "cone", "floor", "mesh")
+KINDS_OF_OBSTACLE = ("box", "sphere", "cylinder", "capsule", "cone", "floor", *FILE_KEYS)
+KEYS_OF_FILES: dict[str, tuple[str, ...]] = {
+    "scale": FILE_KEYS,
+    "hull": ("mesh",),
+    "radius": ("cloud",),
+    "size": ("heights",),
+    "base": ("heights",),
+}
+"""Keys that have an effect beside some kinds of files only."""
+NEEDED = {"cloud": "radius", "heights": "size"}
+"""What has to be said beside a file."""
 FORMS = {"surface": ("normal", "sphere", "cylinder"), "guide": ("direction", "normal")}
 """Keys of what is touched of which exactly one is given."""
 DIRECTIONS = {"surface": ("normal", "axis"), "hole": ("axis",), "door": ("axis",), "guide": ("direction", "normal")}
@@ -62,9 +73,12 @@ def check_obstacles(obstacles: tuple[Obstacle, ...], data: Sequence[dict[str, An
         if len(given) != 1:
             known = ", ".join(KINDS_OF_OBSTACLE)
             raise error("job.obstacle_kind", ("obstacle", k), given=", ".join(given) or "-", known=known)
-        for name in ("scale", "hull"):
-            if name in data[k] and obstacle.mesh is None:
-                raise error("job.mesh_key", ("obstacle", k, name), given=name)
+        for name, owners in KEYS_OF_FILES.items():
+            if name in data[k] and given[0] not in owners:
+                raise error("job.mesh_key", ("obstacle", k, name), given=name, known=", ".join(owners))
+        needed = NEEDED.get(given[0])
+        if needed is not None and getattr(obstacle, needed) is None:
+            raise error("job.file_needs", ("obstacle", k, given[0]), needed=needed)
         check_pose(obstacle, ("obstacle", k), data[k], error)
 
 

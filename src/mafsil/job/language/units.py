@@ -9,6 +9,7 @@ import msgspec
 
 from mafsil.job.contact_tables import Door, Guide, Hole, Surface
 from mafsil.job.description import Bounds, Collision, Grasp, Job, Obstacle, Part, Pose, SceneFile, Step, Tolerance, Tool
+from mafsil.job.keep_table import Keep
 from mafsil.job.language.statements import JobFile, Pattern, Placed
 from mafsil.job.other_robot import OtherPlace
 from mafsil.job.part import keys_of
@@ -22,9 +23,10 @@ LENGTHS: dict[type[Part], tuple[str, ...]] = {
     OtherPlace: ("position",),
     Pattern: ("pitch",),
     Grasp: ("size", "offset", "com"),
-    Obstacle: ("box", "sphere", "cylinder", "capsule", "cone"),
+    Obstacle: ("box", "sphere", "cylinder", "capsule", "cone", "radius", "size", "base"),
     Collision: ("clearance", "own_clearance"),
     Tolerance: ("position",),
+    Keep: ("tolerance",),
     Step: ("blend", "clearance"),
     Surface: ("point", "sphere", "cylinder"),
     Hole: ("mouth", "clearance", "depth", "chamfer", "peg"),

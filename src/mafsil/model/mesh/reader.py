@@ -38,22 +38,31 @@ def read(path: str | Path, *, limits: MeshLimits = DEFAULT_LIMITS) -> Surface:
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
         raise FileError("mesh.format", path=shown(str(path)), known=", ".join(_READERS))
-    data = _bytes(path, limits)
+    data = contents(path, limits.bytes)
     try:
         return reader(data, limits)
     except FileError as error:
         raise FileError(error.key, path=shown(str(path)), **error.details) from None
 
 
-def _bytes(path: Path, limits: MeshLimits) -> bytes:
+def contents(path: Path, most: int) -> bytes:
+    """The bytes of a file with shapes.
+
+    Args:
+        path: of the file.
+        most: bytes beyond which it is refused.
+
+    Raises:
+        FileError: no such file, no plain file, too large.
+    """
     try:
         with open(path, "rb", opener=_without_waiting) as file:
             status = os.fstat(file.fileno())
             if not stat.S_ISREG(status.st_mode):
                 raise FileError("mesh.unreadable", path=shown(str(path)))
-            if status.st_size > limits.bytes:
-                raise FileError("mesh.too_large", path=shown(str(path)), limit=limits.bytes)
-            return file.read(limits.bytes)
+            if status.st_size > most:
+                raise FileError("mesh.too_large", path=shown(str(path)), limit=most)
+            return file.read(most)
     except FileError:
         raise
     except (OSError, ValueError):
