@@ -9,10 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import scipy.optimize
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Answer, Status
@@ -22,6 +21,7 @@ from mafsil.messages.tables import on_screen
 from mafsil.parallel.cable_robot import CableRobot
 from mafsil.parallel.tolerances import RANK
 from mafsil.solvers import decompositions
+from mafsil.solvers.bounded_least_squares import bounded_least_squares
 
 if TYPE_CHECKING:
     import mafsil.parallel.cable_loops as cable_loops
@@ -214,8 +214,7 @@ def _settled(W: Floats, t: Floats, wanted: Floats, low: Floats, high: Floats) ->
 def _bounded(W: Floats, wanted: Floats, low: Floats, high: Floats) -> Floats:
     """(m,) the tensions of one row by active sets, exact and slow."""
     free = np.where(high > low, high, low + 1e-12 * max(float(np.abs(low).max()), 1.0))
-    solve = cast("Any", scipy.optimize).lsq_linear  # carries no types
-    return np.asarray(solve(W, wanted, (low, free), method="bvls", tol=EXACT**2).x, dtype=np.float64)
+    return bounded_least_squares(W, wanted, low, free, EXACT**2)
 
 
 def _lack(W: Floats, t: Floats, wanted: Floats) -> Floats:
