@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import scipy.optimize
@@ -18,5 +18,5 @@ def bounded_least_squares(A: Floats, b: Floats, low: Floats, high: Floats, toler
         low, high: (m,) bounds, low below high.
         tolerance: share of |A x - b| by which a step has to improve it.
     """
-    solve: Any = scipy.optimize.lsq_linear  # carries no types
+    solve = cast("Any", scipy.optimize).lsq_linear  # carries no types
     return np.asarray(solve(A, b, (low, high), method="bvls", tol=tolerance).x, dtype=np.float64)
