@@ -57,6 +57,17 @@ def run():
     return found
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "key"),
+    [("[0, 0, 0.10]", "[0, 0, 100]", "tools.short.offset"), ("[0.05, 0.05, 0.25]", "[50, 50, 250]", "tools.long.size")],
+)
+def test_a_tool_in_millimetres_is_refused_by_name(old, new, key):
+    text = TOOLS.replace(old, new) + MOVES
+    with pytest.raises(JobError, match=key) as refused:
+        solved(text)
+    assert "millimetres" in refused.value.message("en") != refused.value.message("ar")
+
+
 @pytest.mark.capability("11-40")
 def test_the_tip_of_the_mounted_tool_goes_to_the_pose(run):
     """Poses from the bare arm and the offsets of the tools, by hand."""

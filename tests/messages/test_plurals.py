@@ -28,6 +28,14 @@ def test_categories_of_english():
     assert [category(count, "en") for count in (0, 1, 2, 21)] == ["other", "one", "other", "other"]
 
 
+def test_a_joint_is_not_named_twice():
+    assert (
+        say("mobility.unknown_joint", language="en", joint="joint9", known="a")
+        == "there is no joint9; the joints are a"
+    )
+    assert "no joint elbow;" in say("mobility.unknown_joint", language="en", joint="elbow", known="a")
+
+
 def test_a_sentence_takes_the_form_of_its_number():
     details = {"robot": "r", "warnings": 0, "notes": 2}
     assert say("lint.summary", language="en", errors=1, **details) == "r: 1 error, 0 warnings, 2 notes"

@@ -96,6 +96,7 @@ def test_one_roadmap_answers_many_questions(panda):
     assert blocked.status is PlanningStatus.GOAL_BLOCKED
 
 
+@pytest.mark.capability("11-43")
 def test_several_goals_and_none_in_the_budget(panda):
     two = mf.plan(panda, None, START, [GOAL, GOAL + 0.1], planner="lazy_prm_star", nodes=800, seconds=30.0)
     assert two

@@ -115,6 +115,8 @@ def test_what_stands_in_the_way_of_coordination_is_said(cell):
     blocked = coordinate_arms(walled, {"left": SWEEP, "right": DIP})
     assert blocked.status is PlanningStatus.PATH_BLOCKED
     assert "post" in blocked.reason
+    assert "hits" in blocked.explain("en")
+    assert "hits" not in blocked.explain("ar")
     ends = coordinate_arms(cell, {"left": np.stack([SWEEP[0], MET]), "right": np.stack([BACK, MET])})
     assert ends.status is PlanningStatus.GOAL_BLOCKED
     assert {cell.arm_of(ends.ends[0].contacts[0].first), cell.arm_of(ends.ends[0].contacts[0].second)} == {
@@ -209,6 +211,7 @@ def test_what_cannot_be_planned_in_turn_is_named(cell):
     assert none.status is PlanningStatus.NOT_FOUND
     assert none.duration == np.inf
     assert "found no way" in none.explain("en")
+    assert "found no way" not in none.explain("ar")
     ends = {"left": SWEEP[0], "right": BACK}
     with pytest.raises(InputError, match="have to be finite"):
         plan_in_turn(cell, ends, {}, MotionLimits.of(12, velocity=1.0))

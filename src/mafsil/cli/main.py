@@ -14,7 +14,7 @@ from typing import Any, cast
 from mafsil import __version__
 from mafsil.cli.answer import Answer, Laid
 from mafsil.errors import FileError, InputError, JobError, MafsilError, ModelError
-from mafsil.messages import LANGUAGES, in_line, language, say
+from mafsil.messages import LANGUAGES, clauses, in_line, language, say
 from mafsil.messages.visible import visible
 
 DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -157,8 +157,9 @@ def _plain(value: Any) -> Any:
 
 
 def _complain(sentence: str) -> None:
-    """One line on stderr."""
-    line = in_line(visible(" ".join(sentence.split())))
+    """One line on stderr; lines of longer answers are clauses of it."""
+    lines = [" ".join(line.split()) for line in sentence.splitlines() if line.strip()]
+    line = in_line(visible(clauses([each.rstrip(".") for each in lines[:-1]] + lines[-1:])))
     print(f"mafsil: {line}", file=sys.stderr, flush=True)
 
 

@@ -12,7 +12,7 @@ from mafsil.arrays import JointVector, Truth
 from mafsil.collision import laid_arm, layout, pair_counts_loops
 from mafsil.collision.bodies import Body
 from mafsil.collision.pairs import Reason, joined_by_hinges
-from mafsil.messages import say
+from mafsil.messages import clauses, say
 from mafsil.robot import Robot
 
 if TYPE_CHECKING:
@@ -95,7 +95,8 @@ def explained(checker: Checker, pairs: list[tuple[int, int]], language: str | No
         free = int(alone.free(rows).sum())
         lines.append(say("collision.free_of_itself", language=language, free=free, samples=checker.samples))
         if not alone.free(checker.zero):
-            meets = "; ".join(each.sentence(language) for each in alone.check(checker.zero).contacts[:MOST_NAMED])
+            met = alone.check(checker.zero).contacts[:MOST_NAMED]
+            meets = clauses((each.sentence(language) for each in met), language)
             lines.append(say("collision.zero_meets", language=language, contacts=meets))
         if not free:
             near = alone.distance(rows)

@@ -2,41 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from mafsil.arrays import Floats
 from mafsil.job.equipment import Equipment
 from mafsil.job.keep_table import Keep
 from mafsil.planning import FixedOrientation, InPlane, OnLine, Upright
-from mafsil.planning.kept_planning import Kept
 from mafsil.planning.path_constraints import Constraint
 
 WIDTH = 1e-3
 """Of lines and planes, where the job names none [m]."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Measured:
-    """What is kept and how well, for sentences in any language.
-
-    Attributes:
-        kept: the constraints.
-        measures: (k,) of each of them.
-    """
-
-    kept: Kept
-    measures: Floats
-
-    def explain(self, *, language: str | None = None) -> str:
-        """One clause for each constraint."""
-        return "; ".join(self.kept.sentences(self.measures, language))
-
-    @property
-    def holds(self) -> bool:
-        """Whether each is within its limit."""
-        return bool((self.measures <= self.kept.arrays.limit).all())
 
 
 def constraints_of(keep: Keep, equipment: Equipment, unit: float) -> tuple[Constraint, ...]:

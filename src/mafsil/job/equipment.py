@@ -10,8 +10,9 @@ import numpy as np
 from mafsil.arrays import PoseMatrix
 from mafsil.errors import JobError, MafsilError
 from mafsil.geometry import pose
+from mafsil.ik.problem import reach_bound
 from mafsil.job.description import Grasp, Job, Tool
-from mafsil.job.language.units import angle_unit, length_unit
+from mafsil.job.language.units import MILLIMETRE, angle_unit, length_unit
 from mafsil.job.lines import Places
 from mafsil.job.payload import with_tool
 from mafsil.messages.visible import visible
@@ -21,6 +22,8 @@ from mafsil.robot import Robot
 
 UNNAMED_TOOL = "tool"
 """What the tool of `[tool]` is called."""
+FAR_TOOL = 3.0
+"""Lengths of a tool beyond this many times the arm's reach were probably meant in millimetres."""
 FIXED = 1e-9
 """Tips that move against each other by less sit on one flange [m, and entries of the rotation]."""
 
@@ -85,6 +88,8 @@ def equipment_of(job: Job, folder: Path, places: Places | None = None) -> tuple[
         JobError: tools on links that move against each other.
     """
     bare = _bare(job, folder, places)
+    if places is not None:
+        _require_near(job, bare, places)
     names = dict.fromkeys([job.start.tool, *(move.tool for move in job.move if move.tool is not None)])
     robots = {name: _robot(job, bare, name) for name in names}
     first = robots[job.start.tool]
@@ -135,6 +140,20 @@ def _between(first: Robot, robot: Robot, name: str | None) -> PoseMatrix:
     if np.abs(here - there).max() > FIXED * max(1.0, np.abs(here).max()):
         raise JobError("job.tool_flange", tool=visible(str(name)))
     return here
+
+
+def _require_near(job: Job, bare: Mechanism, places: Places) -> None:
+    """Refuse a tool so far away or so large that its numbers are probably millimetres."""
+    _, reach = reach_bound(bare, None)
+    tools = [(("tool",), job.tool), *((("tools", name), tool) for name, tool in job.tools.items())]
+    for path, tool in tools:
+        lengths = {"com": tool.com, "centre": tool.centre, "size": tool.size or ()}
+        lengths |= {} if tool.offset is None else {"offset": tool.offset.position}
+        for key, values in lengths.items():
+            size = max(map(abs, values), default=0.0)
+            if size > FAR_TOOL * reach > 0.0:
+                known = f"{MILLIMETRE * size:g}"
+                raise places.error("job.tool_far", (*path, key), size=f"{size:g}", reach=f"{reach:.3g}", known=known)
 
 
 def _locked(job: Job, mechanism: Mechanism) -> dict[str, float]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.job.called import Where
-from mafsil.job.constraints import Measured
 from mafsil.job.remark import Remark
 from mafsil.job.run import Run
+from mafsil.planning.kept_planning import Measured
 
 
 def worst_kept(run: Run, leg: int) -> Measured | None:

@@ -26,7 +26,6 @@ from mafsil.collision import (
 from mafsil.collision import Obstacle as Body
 from mafsil.collision.shapes import Geometry
 from mafsil.job.beside import Beside
-from mafsil.job.constraints import Measured
 from mafsil.job.description import Collision, Grasp, Job, Obstacle, SceneFile, Tool
 from mafsil.job.equipment import UNNAMED_TOOL, Load, box_of_tool
 from mafsil.job.named_files import shape_of
@@ -40,6 +39,7 @@ from mafsil.messages.visible import visible
 from mafsil.model import Mechanism
 from mafsil.model.skeleton import with_skeleton
 from mafsil.planning import ArmPlan, TimedArm, plan
+from mafsil.planning.kept_planning import Measured
 from mafsil.planning.path_constraints import Constraint
 from mafsil.planning.waiting_places import standing
 from mafsil.robot import Robot

@@ -1,6 +1,7 @@
 """The message catalogue: every sentence that a user reads, in English and Arabic."""
 
 from mafsil.messages.catalogue import LANGUAGES as LANGUAGES
+from mafsil.messages.catalogue import clauses as clauses
 from mafsil.messages.catalogue import direction as direction
 from mafsil.messages.catalogue import keys as keys
 from mafsil.messages.catalogue import language as language

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import re
 import tomllib
+from collections.abc import Iterable
 from functools import cache
 from importlib import resources
 from typing import Protocol, runtime_checkable
@@ -11,6 +13,7 @@ from typing import Protocol, runtime_checkable
 from mafsil.messages.plurals import Filling
 
 LANGUAGES = ("en", "ar")
+_TWICE = re.compile(r"(?<![<\w])joint (?=joint)")
 
 
 @runtime_checkable
@@ -69,9 +72,19 @@ def say(key: str, *, language: str | None = None, **details: object) -> str:
     details |= {name: fact.spoken(language) for name, fact in details.items() if isinstance(fact, Spoken)}
     sentence = template(key, language)
     if ":#" not in sentence:
-        return sentence.format(**details)
+        return _once(sentence.format(**details))
     code = language or _current()
-    return Filling(code, lambda noun: template(f"plurals.{noun}", code)).vformat(sentence, (), details)
+    return _once(Filling(code, lambda noun: template(f"plurals.{noun}", code)).vformat(sentence, (), details))
+
+
+def clauses(sentences: Iterable[str], language: str | None = None) -> str:
+    """Several sentences in one, parted as the language parts them."""
+    return template("messages.between_clauses", language).join(sentences)
+
+
+def _once(sentence: str) -> str:
+    """The sentence without `joint` before a name that begins with it: `joint joint2` is `joint2`."""
+    return _TWICE.sub("", sentence) if "joint joint" in sentence else sentence
 
 
 def template(key: str, code: str | None = None) -> str:

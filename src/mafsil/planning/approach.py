@@ -24,6 +24,7 @@ from mafsil.messages import say
 from mafsil.planning.arm_plan import ArmPlan
 from mafsil.planning.arm_planning import configurations_of, plan
 from mafsil.planning.outcome import PlanningStatus
+from mafsil.planning.reasons import Reason, said
 from mafsil.trajectory import follow, line_path
 
 CHORD = 0.02
@@ -38,7 +39,7 @@ class Branch:
     Attributes:
         q: (n,) [rad | m].
         fine: (k, n) chords to it, proved free; empty where there are none.
-        reason: why there are none, in words of the language that was chosen when it was asked.
+        reason: why there are none.
     """
 
     q: JointVector
@@ -77,7 +78,7 @@ class ApproachPlan(SingleAnswer):
         if self:
             lines.append(say("planning.approach", language=language, points=len(self.fine), off=1e3 * self.deviation))
         lines += [
-            say("planning.approach_branch", language=language, number=k + 1, reason=branch.reason)
+            say("planning.approach_branch", language=language, number=k + 1, reason=said(branch.reason, language))
             for k, branch in enumerate(self.branches)
             if branch.reason
         ]
@@ -145,19 +146,19 @@ def _branches(checker: Checker, start: JointVector, goal: PoseMatrix, before: Po
     line = line_path(goal, before)
     for q in configurations_of(checker, goal, start):
         if not checker.free(q):
-            yield Branch(q, none, checker.check(q).explain())
+            yield Branch(q, none, Reason(checker.check(q)))
             continue
         followed = follow(checker.robot, line, q)
         if not followed or followed.value is None:
-            yield Branch(q, none, followed.explain())
+            yield Branch(q, none, Reason(followed))
             continue
         chords = _chords(followed.value.at)
         limits = checker.robot.limits
         if ((chords < limits.lower - 1e-9) | (chords > limits.upper + 1e-9)).any():
-            yield Branch(q, none, PlanningStatus.GOAL_OUTSIDE.sentence())
+            yield Branch(q, none, Reason((PlanningStatus.GOAL_OUTSIDE.key, {})))
             continue
         proved = checker.check_path(chords)
-        yield Branch(q, chords[::-1] if proved else none, "" if proved else proved.explain())
+        yield Branch(q, chords[::-1] if proved else none, "" if proved else Reason(proved))
 
 
 def _chords(at: Any) -> JointVector:

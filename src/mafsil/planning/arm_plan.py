@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, JointVector, positive, real_array, require_finite, whole
 from mafsil.collision import Check, Checker, Clearance, Contact
 from mafsil.errors import InputError
-from mafsil.messages import say
+from mafsil.messages import clauses, say
 from mafsil.planning.arm_limits import Moving, bounds_of
 from mafsil.planning.kept_planning import Kept
 from mafsil.planning.outcome import Plan, PlanningStatus
@@ -145,7 +145,7 @@ class ArmPlan(Plan):
         for k, check in enumerate(self.ends):
             at_start = self.status is PlanningStatus.START_BLOCKED
             which = say("planning.start_itself" if at_start else "planning.goal_number", language=language, number=k)
-            contacts = "; ".join(each.sentence(language) for each in check.contacts)
+            contacts = clauses((each.sentence(language) for each in check.contacts), language)
             lines.append(say("planning.end_meets", language=language, which=which, contacts=contacts))
         own = self._own_pair()
         if own is not None:

@@ -43,11 +43,11 @@ from mafsil.planning.cell_cover import MOST_MOVING, cover
 from mafsil.planning.closed_arms import closed_configurations, loops_kept
 from mafsil.planning.goal_region import GoalRegion
 from mafsil.planning.interruption import tells_of_interruption
-from mafsil.planning.kept_planning import Kept, search_kept
+from mafsil.planning.kept_planning import Kept, Measured, search_kept
 from mafsil.planning.outcome import PlanningStatus
 from mafsil.planning.path_constraints import Constraint, kept_of
 from mafsil.planning.problem import Problem
-from mafsil.planning.reasons import Reason
+from mafsil.planning.reasons import FirstLine, Reason
 from mafsil.planning.roadmap import ArmRoadmap
 from mafsil.planning.search import PLANNERS
 from mafsil.planning.shortening import shortened
@@ -322,7 +322,7 @@ def _reasoned(refused: ArmPlan, checker: Checker, goal: ArrayLike | Pose | GoalR
         return refused
     poses = goal.poses() if isinstance(goal, GoalRegion) else np.asarray(goal, dtype=np.float64).reshape(-1, 4, 4)
     found = inverse_kinematics(checker.robot, poses[0], q0=q)
-    return replace(refused, reason=found.explain().split("\n")[0])
+    return replace(refused, reason=Reason(FirstLine(found)))
 
 
 def _looks_like_pose(array: Floats, n: int) -> bool:
@@ -362,7 +362,7 @@ def _not_kept(
     """An end that does not keep what is to be kept, with by how much; else which goals do."""
 
     def ended(status: PlanningStatus, end: JointVector) -> ArmPlan:
-        reason = "; ".join(kept.sentences(kept.measures(checker, end[None])[0]))
+        reason = Reason(Measured(kept, kept.measures(checker, end[None])[0]))
         return ArmPlan(status, q[None], "rrt_connect", 1, 0, 0, perf_counter() - begun, reason, checker)
 
     if not kept.holds(checker, q[None])[0]:

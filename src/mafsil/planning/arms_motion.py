@@ -15,6 +15,7 @@ from mafsil.arrays import Floats, JointVector
 from mafsil.collision import Arms, Check, Clearance
 from mafsil.messages import say
 from mafsil.planning.outcome import PlanningStatus
+from mafsil.planning.reasons import said
 from mafsil.planning.timed_proof import first_unproved
 from mafsil.trajectory import Trajectory
 
@@ -110,7 +111,8 @@ class ArmsMotion(SingleAnswer):
 
     def explain(self, language: str | None = None) -> str:
         """The status; when each arm arrives and how long it waits, or what stands in the way."""
-        first = self.status.sentence(language) + (f" ({self.reason})" if self.reason else "")
+        reason = said(self.reason, language)
+        first = self.status.sentence(language) + (f" ({reason})" if reason else "")
         lines = [first] + [
             say(
                 "planning.arm_arrives", language=language, arm=name, duration=each.duration, waiting=each.waiting

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from time import perf_counter
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, single
-from mafsil.planning.doors import way_through
+from mafsil.planning.doors import Ends, way_through
 from mafsil.planning.outcome import Plan, PlanningStatus
 from mafsil.planning.polygons import PolygonWorld
 
@@ -46,20 +45,16 @@ class CellDecomposition:
         Raises:
             InputError: a wrong shape, a number that is not finite.
         """
-        begun = perf_counter()
-        a, b = single("start", start, (2,)), single("goal", goal, (2,))
-        found = self.holding(a), self.holding(b)
         account = ("cell_decomposition", len(self.cells), len(self.doors), len(self.cells))
-        for status, cells in zip((PlanningStatus.START_BLOCKED, PlanningStatus.GOAL_BLOCKED), found, strict=True):
-            if not cells:
-                return Plan(status, a[None], *account, perf_counter() - begun)
+        ends = Ends.of(start, goal, self.holding, account)
+        if ends.blocked is not None:
+            return ends.plan(ends.blocked[0])
         of_cell: list[list[int]] = [[] for _ in self.cells]
         for door, pair in enumerate(self.neighbours):
             for cell in map(int, pair):
                 of_cell[cell].append(door)
-        way = way_through(self.doors, of_cell, found, a, b)
-        status = PlanningStatus.SEPARATED if way is None else PlanningStatus.FOUND
-        return Plan(status, a[None] if way is None else way, *account, perf_counter() - begun)
+        way = way_through(self.doors, of_cell, ends.cells, ends.a, ends.b)
+        return ends.plan(PlanningStatus.SEPARATED if way is None else PlanningStatus.FOUND, way)
 
     def holding(self, point: ArrayLike) -> list[int]:
         """Cells that hold a point (2,), their borders included; none where it is blocked or outside."""

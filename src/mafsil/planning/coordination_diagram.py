@@ -18,6 +18,7 @@ from mafsil.lazy_module import lazily
 from mafsil.messages import say
 from mafsil.planning.arm_plan import ArmPlan
 from mafsil.planning.outcome import PlanningStatus
+from mafsil.planning.reasons import Named, Reason
 
 if TYPE_CHECKING:
     import mafsil.planning.diagram_loops as diagram_loops
@@ -188,7 +189,7 @@ def _refused(cell: Arms, points: Mapping[str, JointVector], start: JointVector, 
         alone = cell.alone(name)
         found = alone.check_path(rows) if len(rows) > 1 else alone.check(rows[0])
         if not found:
-            return ended(PlanningStatus.PATH_BLOCKED, f"{name}: {found.explain()}")
+            return ended(PlanningStatus.PATH_BLOCKED, Reason(Named(name, found)))
     if not cell.free(start):
         return ended(PlanningStatus.START_BLOCKED, "", start)
     goal = cell.joined({name: rows[-1] for name, rows in points.items()})

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 from itertools import islice, pairwise, permutations
 from time import perf_counter
@@ -14,11 +14,12 @@ from mafsil.arrays import Floats, JointVector, frozen, positive, whole
 from mafsil.collision import Arms
 from mafsil.errors import InputError
 from mafsil.geometry import Pose
-from mafsil.messages import say
 from mafsil.planning.arm_planning import configurations_of, plan
 from mafsil.planning.arms_motion import ArmsMotion, TimedArm, unproved_moment
 from mafsil.planning.closed_arms import closed_near, kept_loops_of
+from mafsil.planning.kept_planning import Measured
 from mafsil.planning.outcome import PlanningStatus
+from mafsil.planning.reasons import Reason
 from mafsil.planning.rounding import rounded
 from mafsil.planning.waiting_places import RESTS, route_along, standing, timed_way
 from mafsil.trajectory import JointPath, MotionLimits, PiecewisePolynomial
@@ -128,12 +129,12 @@ def plan_past(
     waiting = tuple(each for each in cell.names if each != name and each not in others)
     found = turns.turn(name, others, waiting)
     if found is None:
-        reason = say("planning.no_turn", arm=name, past=", ".join(others) or "-")
+        reason = _no_turn(name, others)
         return ArmsMotion(PlanningStatus.NOT_FOUND, cell, {}, perf_counter() - begun, reason)
     still = {each: standing(turns.start[each], turns.limits[each]) for each in waiting}
     motions = {**others, **still, name: found}
     if unproved_moment(cell, motions, {}) is not None:
-        reason = say("planning.no_turn", arm=name, past=", ".join((*others, *waiting)))
+        reason = _no_turn(name, (*others, *waiting))
         return ArmsMotion(PlanningStatus.NOT_FOUND, cell, {}, perf_counter() - begun, reason)
     return ArmsMotion(PlanningStatus.FOUND, cell, motions, perf_counter() - begun)
 
@@ -208,7 +209,7 @@ class _Turns:
         kept = kept_loops_of(self.cell, q)
         if kept is None or status not in (PlanningStatus.START_OFF, PlanningStatus.GOAL_OFF):
             return ArmsMotion(status, self.cell, seconds=seconds, ends=(self.cell.check(q),))
-        reason = "; ".join(kept.sentences(kept.measures(self.cell, q[None])[0]))
+        reason = Reason(Measured(kept, kept.measures(self.cell, q[None])[0]))
         return ArmsMotion(status, self.cell, seconds=seconds, reason=reason)
 
     def _gapes(self, q: JointVector) -> NDArray[np.bool_]:
@@ -224,12 +225,11 @@ class _Turns:
         for k, name in enumerate(order):
             found = self.turn(name, motions, order[k + 1 :])
             if found is None:
-                past = ", ".join(order[:k]) or "-"
-                return None, say("planning.no_turn", arm=name, past=past)
+                return None, _no_turn(name, order[:k])
             motions[name] = found
         # 3.
         if unproved_moment(self.cell, motions, {}) is not None:
-            return None, say("planning.no_turn", arm=order[0], past=", ".join(order[1:]))
+            return None, _no_turn(order[0], order[1:])
         return motions, ""
 
     def turn(self, name: str, before: Mapping[str, TimedArm], after: tuple[str, ...]) -> TimedArm | None:
@@ -343,6 +343,11 @@ class _Turns:
         found = plan(checker, None, a, b, seed=seed, seconds=min(SECONDS, self.left), nodes=NODES)
         self._spent("path", found.seconds)
         return found.path if found else None
+
+
+def _no_turn(arm: str, past: Iterable[str]) -> Reason:
+    """Which arm found no way past which others."""
+    return Reason(("planning.no_turn", {"arm": arm, "past": ", ".join(past) or "-"}))
 
 
 def _part(limits: MotionLimits, columns: slice) -> MotionLimits:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, JointVector
 from mafsil.collision import Checker
 from mafsil.lazy_module import lazily
+from mafsil.messages import clauses
 from mafsil.planning.path_constraints import Constraint
 
 if TYPE_CHECKING:
@@ -86,6 +87,28 @@ class Kept:
     def sentences(self, measures: Floats, language: str | None = None) -> list[str]:
         """What each constraint keeps, and within what."""
         return [one.sentence(float(m), language) for one, m in zip(self.constraints, measures, strict=True)]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Measured:
+    """What is kept and how well, in words.
+
+    Attributes:
+        kept: the constraints.
+        measures: (k,) of each of them.
+    """
+
+    kept: Kept
+    measures: Floats
+
+    @property
+    def holds(self) -> bool:
+        """Whether each is within its limit."""
+        return bool((self.measures <= self.kept.arrays.limit).all())
+
+    def explain(self, language: str | None = None) -> str:
+        """A clause for each constraint."""
+        return clauses(self.kept.sentences(self.measures, language), language)
 
 
 def search_kept(

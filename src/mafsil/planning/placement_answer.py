@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.collision import Contact
+from mafsil.ik.problem import reach_bound
 from mafsil.messages import say
 from mafsil.robot import Robot
 
@@ -143,11 +144,21 @@ class BasePlacement(SingleAnswer):
         """Why a target is missed from the best base, and from how many it is reached."""
         miss = Miss(int(self.misses[self.best, j]))
         contact = self.contacts.get(j)
-        why = say(f"planning.miss_{miss.name.lower()}", language=language)
+        far = self._beyond_reach(j) if miss is Miss.REACH else None
+        key = f"planning.miss_{miss.name.lower()}" if far is None else "planning.miss_far"
+        why = say(key, language=language, **(far or {}))
         if contact is not None:
             why += f" ({contact.sentence(language)})"
         elsewhere = int(self.reached[:, j].sum())
         return say("planning.target_missed", language=language, number=j, why=why, elsewhere=elsewhere)
+
+    def _beyond_reach(self, j: int) -> dict[str, str] | None:
+        """How far a target is from the best base, and how far the arm reaches from there; None where that is enough."""
+        mechanism = self.robot.mechanism
+        centre, radius = reach_bound(mechanism, None)
+        reach = radius + float(np.linalg.norm(centre - mechanism.T_sb[:3, 3]))
+        away = float(np.linalg.norm(self.targets[j, :3, 3] - self.bases[self.best, :3]))
+        return {"distance": f"{away:.3g}", "reach": f"{reach:.3g}"} if away > reach else None
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data of the best base; all bases are in the arrays."""

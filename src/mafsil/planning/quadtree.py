@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from time import perf_counter
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, single, whole
-from mafsil.planning.doors import way_through
+from mafsil.arrays import Floats, whole
+from mafsil.planning.doors import Ends, way_through
 from mafsil.planning.outcome import Plan, PlanningStatus
 from mafsil.planning.polygons import PolygonWorld, distances_to_segments
 
@@ -45,28 +44,21 @@ class Quadtree:
         Raises:
             InputError: a wrong shape, a number that is not finite.
         """
-        begun = perf_counter()
-        a, b = single("start", start, (2,)), single("goal", goal, (2,))
-        ends = [_cell_of(self.free, point) for point in (a, b)]
+        # 1.
         account = ("quadtree", len(self.free) + len(self.full) + len(self.mixed), 0, len(self.free))
-        for status, point, cell in zip(
-            (PlanningStatus.START_BLOCKED, PlanningStatus.GOAL_BLOCKED), (a, b), ends, strict=True
-        ):
-            if cell is None:
-                kind = PlanningStatus.NOT_FOUND if _cell_of(self.mixed, point) is not None else status
-                return Plan(kind, a[None], *account, perf_counter() - begun)
-        assert ends[0] is not None
-        assert ends[1] is not None
+        ends = Ends.of(start, goal, lambda point: _cells_of(self.free, point)[:1], account)
+        if ends.blocked is not None:
+            status, point = ends.blocked
+            return ends.plan(PlanningStatus.NOT_FOUND if _cells_of(self.mixed, point) else status)
         # 2.
         doors, of_cell = _doors(self.free)
-        way = way_through(doors, of_cell, ([ends[0]], [ends[1]]), a, b)
-        seconds = perf_counter() - begun
+        way = way_through(doors, of_cell, ends.cells, ends.a, ends.b)
         if way is not None:
-            return Plan(PlanningStatus.FOUND, way, *account, seconds)
+            return ends.plan(PlanningStatus.FOUND, way)
         # 3.
-        joined = np.concatenate([self.free, self.mixed])
-        status = PlanningStatus.NOT_FOUND if _connected(joined, ends[0], ends[1]) else PlanningStatus.SEPARATED
-        return Plan(status, a[None], *account, seconds)
+        joined, (first, second) = np.concatenate([self.free, self.mixed]), ends.cells
+        is_open = _connected(joined, first[0], second[0])
+        return ends.plan(PlanningStatus.NOT_FOUND if is_open else PlanningStatus.SEPARATED)
 
 
 def quadtree(world: PolygonWorld, depth: int = 6) -> Quadtree:
@@ -123,10 +115,9 @@ def _crosses(a: Floats, b: Floats, cell: Floats) -> bool:
     return bool((~outside & (leave - enter > 1e-12)).any())
 
 
-def _cell_of(cells: Floats, point: Floats) -> int | None:
-    """The cell that holds a point, its border included."""
-    rows = np.flatnonzero(((cells[:, 0] <= point) & (point <= cells[:, 1])).all(axis=1))
-    return int(rows[0]) if len(rows) else None
+def _cells_of(cells: Floats, point: Floats) -> list[int]:
+    """The cells that hold a point, their borders included."""
+    return np.flatnonzero(((cells[:, 0] <= point) & (point <= cells[:, 1])).all(axis=1)).tolist()
 
 
 def _meeting(cells: Floats, k: int) -> list[int]:

@@ -3,19 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Self, TypeAlias
+from dataclasses import dataclass
+from typing import Any, Protocol, Self, TypeAlias
 
-from mafsil.messages import say
+from mafsil.messages import clauses, say
 
-Part: TypeAlias = tuple[str, Mapping[str, object]]
-"""Key of a sentence in the catalogue, and its values."""
+
+class Sayable(Protocol):
+    """What explains itself in either language."""
+
+    def explain(self, *, language: str | None = None) -> str:
+        """The text, in `en` or `ar` or the present language."""
+        ...
+
+
+Part: TypeAlias = tuple[str, Mapping[str, object]] | Sayable
+"""Key of a sentence in the catalogue and its values, or what explains itself."""
 
 
 class Reason(str):
     """Sentences one after the other; empty without any.
 
     Args:
-        parts: of each sentence its key and its values.
+        parts: of each sentence its key and its values, or what says it.
     """
 
     __slots__ = ("parts",)
@@ -39,5 +49,54 @@ class Reason(str):
         return Reason, self.parts
 
 
+@dataclass(frozen=True, slots=True)
+class Named:
+    """What is said of something that has a name.
+
+    Attributes:
+        name: of it.
+        said: of it.
+    """
+
+    name: str
+    said: Sayable
+
+    def explain(self, language: str | None = None) -> str:
+        """`left: ...`."""
+        return f"{self.name}: {self.said.explain(language=language)}"
+
+
+@dataclass(frozen=True, slots=True)
+class FirstLine:
+    """The first line of a longer answer.
+
+    Attributes:
+        said: the answer.
+    """
+
+    said: Sayable
+
+    def explain(self, language: str | None = None) -> str:
+        """The line."""
+        return self.said.explain(language=language).split("\n")[0]
+
+
+def said(reason: str, language: str | None = None) -> str:
+    """A reason in a language; a plain text as it is.
+
+    Args:
+        reason: of a plan.
+        language: `en` or `ar`, or the present one.
+    """
+    return reason.explain(language) if isinstance(reason, Reason) else reason
+
+
 def _said(parts: tuple[Part, ...], language: str | None) -> str:
-    return "; ".join(say(key, language=language, **values) for key, values in parts)
+    return clauses([_one(part, language) for part in parts], language)
+
+
+def _one(part: Part, language: str | None) -> str:
+    if isinstance(part, tuple):
+        key, values = part
+        return say(key, language=language, **values)
+    return part.explain(language=language)
