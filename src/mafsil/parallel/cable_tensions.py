@@ -9,10 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import scipy.optimize
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Answer, Status
@@ -22,6 +21,7 @@ from mafsil.messages.tables import on_screen
 from mafsil.parallel.cable_robot import CableRobot
 from mafsil.parallel.tolerances import RANK
 from mafsil.solvers import decompositions
+from mafsil.solvers.bounded_least_squares import bounded_least_squares
 
 if TYPE_CHECKING:
     import mafsil.parallel.cable_loops as cable_loops
@@ -198,7 +198,7 @@ def _nearest(W: Floats, low: Floats, high: Floats, preferred: Floats, wanted: Fl
         t[better], lack[better] = after[better], then[better]
     # 3.
     for row in np.flatnonzero(~_settled(W, t, wanted, low, high)).tolist():
-        t[row] = np.clip(_bounded(W[row], wanted[row], low, high), low, high)
+        t[row] = bounded_least_squares(W[row], wanted[row], low, high)
     return t
 
 
@@ -209,13 +209,6 @@ def _settled(W: Floats, t: Floats, wanted: Floats, low: Floats, high: Floats) ->
     size = unit * np.maximum(np.abs(wanted).max(axis=1), unit * high.max())
     open_way = np.maximum(np.where(t > low, slope, 0.0), np.where(t < high, -slope, 0.0)).max(axis=1)
     return np.asarray(open_way <= EXACT * size, dtype=np.bool_)
-
-
-def _bounded(W: Floats, wanted: Floats, low: Floats, high: Floats) -> Floats:
-    """(m,) the tensions of one row by active sets, exact and slow."""
-    free = np.where(high > low, high, low + 1e-12 * max(float(np.abs(low).max()), 1.0))
-    solve = cast("Any", scipy.optimize).lsq_linear  # carries no types
-    return np.asarray(solve(W, wanted, (low, free), method="bvls", tol=EXACT**2).x, dtype=np.float64)
 
 
 def _lack(W: Floats, t: Floats, wanted: Floats) -> Floats:
