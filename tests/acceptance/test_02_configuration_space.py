@@ -45,6 +45,10 @@ def test_points_of_a_rigid_body():
             points[:, 2] = 0.3 * points[:, 0] - 0.8 * points[:, 1]
         found = mo.count_points(points)
         assert (found.constraints, found.rank) == (expected["constraints"], expected["rank"])
+        assert found.redundant == expected["constraints"] - expected["rank"]
+        rigid = "SHAKY" if found.nullity > found.body_dof else "RIGID"
+        on_a_line = given.get("special") == "collinear" and given["d"] == 3
+        assert found.status.name == ("FIX_NO_BODY" if on_a_line else rigid)
         assert found.nullity == (expected["nullity"] if "nullity" in expected else expected["dof"])
         assert found.body_dof == (expected["true_dof"] if "true_dof" in expected else expected["dof"])
 
@@ -216,6 +220,7 @@ def test_joints_between_two_bodies():
         found = mo.second_body(kind, x["A"], phi, x["d_AB"], x["d_CD"], theta=theta, d=x["d"], slot=slot)
         for name in ("B", "C", "D"):
             near(getattr(found, name), case["expected"][kind][name], case)
+        near(mo.planar_angle(x["A"], found.B), phi, case)
 
 
 @pytest.mark.capability("02-81")
@@ -273,6 +278,7 @@ def test_cart_of_two_wheels():
     assert cart.constraints.keeps(lambda v: v[2] - x["r"] / x["b"] * (v[3] - v[4]))
     near(cart.constraints.projected(q, x["qdot"]), expected["projected_qdot"], case)
     near(cart.moved(np.zeros(5), x["wheel_rates"], x["T"]), expected["final_q"], case)
+    near(cart.first_integral([0.0, 0.0, 0.5, 0.7, 0.3]), 0.5 - x["r"] / x["b"] * 0.4, case)
 
 
 @pytest.mark.capability("02-82", "02-66")

@@ -35,6 +35,9 @@ def test_counted_mobility():
             freedoms[k % case["J"]] += 1
         assert max(freedoms) <= most
         assert mo.count(case["N"], freedoms, case["space"]).mobility == case["dof"]
+    assert pa.three_rps(1.0, 0.5, 1.2).counted_mobility == 3
+    found = mo.structure(mo.library.six_ups())
+    assert (found.status, found.loops) == (mo.StructureStatus.MANY_LOOPS, 5)
 
 
 @pytest.mark.capability("08-2", "08-31", "08-41", "08-42", "08-43", "08-44")

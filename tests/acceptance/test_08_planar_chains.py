@@ -131,6 +131,7 @@ def test_five_bar_singularities():
             good = good_motors(H, 2, 3)
             for name, driven in pairs().items():
                 assert driven_rates(H, driven).rank_passive == case["rank_Hp"][name]
+                assert driven_rates(H, driven).regular is (case["rank_Hp"][name] == 3)
                 assert (driven in good) is (case["rank_Hp"][name] == 3)
         if "abs_second_order_w_g_vv_unit_w_v" in case:
             near(abs(found.second_order), case["abs_second_order_w_g_vv_unit_w_v"], 1e-7)
@@ -142,6 +143,10 @@ def test_five_bar_singularities():
                 (sorted([plus, minus]) == [1, 2]) if said == "1 of one sign, 2 of the other" else (0 in (plus, minus))
             )
         if "rank_JC_on_kerH" in case:
+            sides = np.stack([theta[:4] + 1e-6 * np.eye(4), theta[:4] - 1e-6 * np.eye(4)])
+            tips = np.exp(1j * np.cumsum(sides, axis=-1)[..., :2]) @ [robot.crank_1, robot.rod_1]
+            rates = (tips[0] - tips[1]) / 2e-6
+            near(robot.point_rates(theta[:4])[:, :4], [rates.real, rates.imag], 1e-8)
             motions = np.linalg.svd(H)[2][3:].T
             assert np.linalg.matrix_rank(robot.point_rates(theta) @ motions, 1e-6) == case["rank_JC_on_kerH"]
             near(np.abs(found.blocked[:, 0]), case["blocked_direction"], 1e-7)

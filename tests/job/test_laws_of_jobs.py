@@ -170,6 +170,8 @@ def test_feedforward_needs_feedback_and_helps_it_where_the_model_is_wrong():
     for law in (model, joints, combined(model, joints)):
         plant = Plant(arm, friction=False)
         run = mf.simulate(Scenario(robot=robot, plant=plant, trajectory=path, law=law, saturate=False))
+        assert run
+        np.testing.assert_allclose(run.q_ref[-1], path.at(0.6).u, atol=1e-12)
         errors.append(np.sqrt(np.mean((run.q_ref - run.q) ** 2)))
     alone, feedback, both = errors
     assert both < 0.5 * feedback

@@ -218,6 +218,7 @@ def test_branch_points_of_a_parallelogram():
     assert (there.status, there.mobility, there.branches) == (mo.FiniteStatus.BRANCH_POINT, 1, 2)
 
 
+@pytest.mark.capability("02-60")
 def test_ways_of_assembly():
     four = mo.FourBar(2, 4, 3.5, 4.5)
     found = mo.assembly_modes(four.linkage(1.0), {"A": 0.2})

@@ -9,6 +9,7 @@ import mafsil as mf
 from mafsil import mobility as mo
 from mafsil.mobility import library
 from mafsil.mobility.loop_closure import largest_gap
+from mafsil.mobility.spoken_name import spoken_name
 
 # name: rule, count, rank here, of the output body, finite, status
 EXPECTED = {
@@ -157,3 +158,13 @@ def test_no_mechanism_has_the_name_of_a_robot():
     from mafsil.model.library.registry import names
 
     assert not set(library.names()) & set(names())
+
+
+def test_every_mechanism_has_a_name_in_both_languages():
+    for name in library.names():
+        linkage = library.linkage(name)
+        assert spoken_name(linkage.name, "en") == linkage.name
+        assert any("\u0600" < letter < "\u06ff" for letter in spoken_name(linkage.name, "ar")), linkage.name
+    assert spoken_name("chain of 12", "ar").endswith("12")
+    assert spoken_name("my gripper 3 of 4", "ar") == "my gripper 3 of 4"
+    assert spoken_name("") == "-"

@@ -102,6 +102,7 @@ def test_count_by_numbers_and_its_warnings():
     wrong = mo.gruebler(four_bar(OPEN, planar=False), rule="spatial")
     assert (wrong.mobility, wrong.warnings) == (-2, ("warn_planar_as_spatial",))
     assert mo.gruebler(platform("U", np.random.default_rng(0)).with_output("platform")).warnings == ()
+    assert mo.mobility(mo.library.truss()).status is mo.MobilityStatus.RIGID
     body = mo.Linkage.of([mo.joint("F", "floating", ["ground", "body"])])
     with pytest.raises(mf.InputError, match="3 freedoms"):
         mo.gruebler(body, rule="planar")
@@ -134,16 +135,17 @@ def test_second_derivatives_of_the_gaps(make):
         np.testing.assert_allclose(np.einsum("rij,i,j->r", K, v, v), numeric, atol=1e-8)
 
 
+@pytest.mark.capability("02-59")
 def test_rates_of_the_loop_matrix_are_derivatives_of_the_gap():
     linkage = platform("S", np.random.default_rng(6))
     rng = np.random.default_rng(7)
     theta = mo.closed_near(linkage, 0.1 * rng.normal(size=(4, linkage.coordinates))).theta
-    state, scale = loop_state(linkage, theta), mo.loop_closure.units(linkage)
+    A, scale = mo.loop_matrix(linkage, theta), mo.loop_closure.units(linkage)
     v, h = rng.normal(size=linkage.coordinates), 1e-6
     numeric = (loop_state(linkage, theta + h * v * scale).gap - loop_state(linkage, theta - h * v * scale).gap) / (
         2 * h
     )
-    np.testing.assert_allclose(np.einsum("brf,f->br", state.matrix, v), numeric, atol=1e-7)
+    np.testing.assert_allclose(np.einsum("brf,f->br", A, v), numeric, atol=1e-7)
 
 
 def test_mechanism_with_loops_and_back():

@@ -21,6 +21,7 @@ from mafsil.mobility import (
     locked_subsets,
     mobility,
 )
+from mafsil.mobility.spoken_name import spoken_name
 
 
 def mobility_of(
@@ -81,7 +82,7 @@ def mobility_of(
         data["picture"] = picture
         lines.append(say("cli.picture_written", path=picture))
     return Answer(data, tuple(lines), None if found else found.status.sentence(
-        name=linkage.name or "-", mobility=found.mobility, counted=found.count.mobility,
+        name=spoken_name(linkage.name), mobility=found.mobility, counted=found.count.mobility,
         instantaneous=found.instantaneous.mobility,
     ))  # fmt: skip
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.figures.picture_file import picture_file
+from mafsil.messages import in_line
 from mafsil.messages.visible import visible
 from mafsil.mobility import Surface
 from mafsil.mobility.charts import angular, differences
@@ -75,7 +76,7 @@ def draw_surface(surface: Surface, joints: tuple[str, str] | None = None) -> Any
     for axis, k, name in ((square.xaxis, columns[0], names[0]), (square.yaxis, columns[1], names[1])):
         axis.set_label_text(visible(f"{name} [°]" if _degrees(surface)[k] != 1.0 else f"{name} [m]"))
         _limits(axis, corners[..., 0 if axis is square.xaxis else 1], bool(angular(surface.linkage)[k]))
-    figure.suptitle("\n".join(map(visible, surface.explain().split("\n"))), fontsize=9, wrap=True)
+    figure.suptitle("\n".join(in_line(visible(line)) for line in surface.explain().split("\n")), fontsize=9, wrap=True)
     return figure
 
 

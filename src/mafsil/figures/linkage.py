@@ -10,6 +10,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.figures.picture_file import picture_file
+from mafsil.messages import in_line
 from mafsil.messages.visible import visible
 from mafsil.mobility import Kind, Linkage, LinkageJoint, Mobility, body_poses, closed_near, mobility, torus, trace
 from mafsil.mobility.loop_closure import units
@@ -62,7 +63,7 @@ def draw_linkage(linkage: Linkage, found: Mobility) -> Any:
     axes.set_aspect("equal")
     axes.margins(0.1)
     axes.axis("off")
-    figure.suptitle(visible(found.explain().split("\n")[0]), fontsize=10, wrap=True)
+    figure.suptitle(in_line(visible(found.explain().split("\n")[0])), fontsize=10, wrap=True)
     return figure
 
 
@@ -80,14 +81,37 @@ def skeleton(axes: Any, linkage: Linkage, theta: Floats, found: Mobility) -> Non
     T = body_poses(linkage, theta)
     dead = {one.joints for one in found.dead_points}
     idle = {name for one in found.instantaneous.idle if one.joints not in dead for name in one.joints}
-    labels: dict[tuple[float, ...], list[str]] = {}
+    labels: dict[tuple[float, ...], list[LinkageJoint]] = {}
     for each in linkage.joints:
         colour = _IDLE if each.name in idle else _DRIVEN if each.actuated else _INK
         point = _joint(axes, linkage, each, T[linkage.bodies.index(each.parent)], colour)
-        labels.setdefault(tuple(np.round(point / linkage.size, 6).tolist()), []).append(each.name)
-    for place, names in labels.items() if flat else ():
-        at = linkage.size * np.array(place[:2])
-        axes.annotate(visible(", ".join(names)), at, (5, 5), textcoords="offset points", zorder=5)
+        labels.setdefault(tuple(np.round(point / linkage.size, 6).tolist()), []).append(each)
+    for place, joints in labels.items() if flat else ():
+        _label(axes, linkage, linkage.size * np.array(place[:2]), joints, T)
+
+
+def _label(axes: Any, linkage: Linkage, at: Floats, joints: Sequence[LinkageJoint], T: Floats) -> None:
+    """Names of joints at a place, on the side that is farthest from the bodies that meet there."""
+    ends = [at]
+    for body in {end for each in joints for end in (each.parent, each.child)} - {linkage.ground}:
+        k = linkage.bodies.index(body)
+        ends += list((_places(linkage, body) @ T[k, :3, :3].T + T[k, :3, 3])[:, :2])
+    away = np.array(ends) - at
+    busy = away[np.linalg.norm(away, axis=1) > 1e-6 * linkage.size]
+    sides = np.exp(1j * np.pi * (0.25 + np.arange(16) / 8))
+    lines = busy[:, 0] + 1j * busy[:, 1]
+    apart: Floats = np.abs(np.angle(sides[:, None] / lines)).min(axis=1, initial=np.pi)
+    best = complex(sides[int(apart.round(3).argmax())])
+    grounded = any(linkage.ground in (each.parent, each.child) for each in joints)
+    offset = (13.0 if grounded else 8.0) * best
+    axes.annotate(
+        visible(", ".join(each.name for each in joints)), at, (offset.real, offset.imag), textcoords="offset points",
+        ha=_side(best.real, "right", "left"), va=_side(best.imag, "top", "bottom"), zorder=5,
+    )  # fmt: skip
+
+
+def _side(x: float, below: str, above: str) -> str:
+    return "center" if abs(x) < 0.3 else below if x < 0.0 else above
 
 
 def is_flat(linkage: Linkage) -> bool:
@@ -116,9 +140,16 @@ def _along_the_motion(linkage: Linkage, found: Mobility) -> list[Floats]:
 def _places(linkage: Linkage, body: str) -> Floats:
     """(k, 3) points of the joints of a body where it is drawn, without repeats.
 
-    A body whose joints all stand on one axis would rotate unseen, so it gets one more point, beside the axis.
+    A body whose joints all stand on one axis would rotate unseen, so it gets one more point, beside the axis; where all
+    axes of the linkage meet in a point, bodies are sectors of circles about it.
     """
     own = [each for each in linkage.joints if body in (each.parent, each.child)]
+    if body != linkage.ground and len(own) == 2 and _is_spherical(linkage):
+        first, last = own[0].axis, own[1].axis
+        first = np.where(first @ last < 0.0, -first, first)
+        arc = first + np.linspace(0.0, 1.0, 9)[:, None] * (last - first)
+        arc *= 0.5 * linkage.size / np.linalg.norm(arc, axis=1, keepdims=True)
+        return own[0].point + np.vstack([np.zeros(3), arc])
     points = np.unique(np.round(np.array([each.point for each in own]), 12), axis=0)
     axis = own[0].axis
     rotating = all(each.kind in (Kind.REVOLUTE, Kind.CYLINDRICAL, Kind.HELICAL) for each in own)
@@ -127,6 +158,14 @@ def _places(linkage: Linkage, body: str) -> Floats:
         return points
     beside = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
     return np.vstack([points, points.mean(axis=0) + 0.3 * linkage.size * beside / np.linalg.norm(beside)])
+
+
+def _is_spherical(linkage: Linkage) -> bool:
+    """Whether all joints are hinges that stand in one point."""
+    points = np.array([each.point for each in linkage.joints])
+    return all(each.kind is Kind.REVOLUTE for each in linkage.joints) and bool(
+        np.abs(points - points[0]).max() < 1e-9 * linkage.size
+    )
 
 
 def _bodies(axes: Any, linkage: Linkage, theta: Floats, flat: bool, *, ghost: bool) -> None:

@@ -11,6 +11,7 @@ from mafsil.arrays import Floats
 from mafsil.errors import InputError
 from mafsil.figures.linkage import is_flat, skeleton
 from mafsil.figures.picture_file import picture_file
+from mafsil.messages import in_line
 from mafsil.messages.visible import visible
 from mafsil.mobility import Linkage, Mobility, body_poses, closed_near, mobility, trace
 from mafsil.mobility.instantaneous import null_space
@@ -56,7 +57,7 @@ def save_linkage_motion(linkage: Linkage, path: str | PathLike[str], *, found: M
         FigureCanvasAgg(figure)
         flat = is_flat(linkage)
         axes: Any = figure.add_axes((0.02, 0.02, 0.96, 0.88), projection=None if flat else "3d")
-        figure.suptitle(visible(report.explain().split("\n")[0]), fontsize=9, wrap=True)
+        figure.suptitle(in_line(visible(report.explain().split("\n")[0])), fontsize=9, wrap=True)
         trail, box = _output_point(linkage, motion), _box(linkage, motion)
 
         def show(k: int) -> list[Any]:

@@ -198,12 +198,30 @@ def draw_five_bar(robot: FiveBar, theta: Floats, found: LoopSingularities) -> An
             *place, marker="o", markersize=9, color=DRIVEN if filled else LEG,
             markerfacecolor=DRIVEN if filled else "white", zorder=4,
         )  # fmt: skip
-        _word(axes, place + 0.09 * robot.chain.size, str(k + 1), LEG)
+    _numbers(axes, places, robot.chain.size)
     for along in found.blocked.T:
         reach = 0.5 * robot.chain.size * np.stack([-along, along])
         axes.plot(*(places[2] + reach).T, color=space.AXES[0], linestyle=":", linewidth=1.8, zorder=3)
+    # Links on one line are no picture by themselves.
+    middle, half = places[:, 1].mean(), max(float(np.ptp(places[:, 1])) / 2, 0.25 * robot.chain.size)
+    axes.plot([0.0, 0.0], [middle - half, middle + half], alpha=0.0)
     _finish(figure, axes, say(f"parallel.picture_{found.status.key.removeprefix('parallel.')}"))
     return figure
+
+
+def _numbers(axes: Any, places: Floats, size: float) -> None:
+    """Numbers of joints away from the links that meet there; joints in one place share their words."""
+    ring = np.vstack([places[-1:], places, places[:1]])
+    done: set[int] = set()
+    for k, place in enumerate(places):
+        if k in done:
+            continue
+        here = np.flatnonzero(np.linalg.norm(places - place, axis=1) < 1e-6 * size).tolist()
+        done.update(here)
+        away = sum((2 * place - ring[j] - ring[j + 2] for j in here), np.zeros(2))
+        bent = len(here) == 1 and np.linalg.norm(away) > 0.1 * size and abs(np.ptp(places[:, 1])) > 0.05 * size
+        step = away / np.linalg.norm(away) if bent else np.array([0.0, 1.0])
+        _word(axes, place + 0.11 * size * step, ", ".join(str(j + 1) for j in here), LEG)
 
 
 def save_legs(mechanism: LegMechanism, q: ArrayLike, path: str | PathLike[str]) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, PoseMatrix, Vector3
 from mafsil.errors import FileError
+from mafsil.messages import in_line
 
 INK, SOFT, PALE = "#39424a", "#8a949c", "#c9ced2"
 AXES = ("#d33f3a", "#2f9e57", "#2f6fd0")
@@ -38,8 +39,8 @@ def panel(figure: Any, place: tuple[float, float, float, float]) -> Any:
 
 
 def title(figure: Any, text: str, x: float = 0.5, y: float = 0.975, size: float = 12.0) -> None:
-    """The heading, centred at x."""
-    figure.text(x, y, text, ha="center", va="top", fontsize=size, color=INK)
+    """The heading, centred at x, in the direction of the language."""
+    figure.text(x, y, "\n".join(map(in_line, text.split("\n"))), ha="center", va="top", fontsize=size, color=INK)
 
 
 def arrow(axes: Any, start: Vector3, step: Vector3, colour: str, width: float = 1.8, head: float = 0.16) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from mafsil.arrays import Floats, whole
 from mafsil.errors import InputError
 from mafsil.figures.picture_file import picture_file
-from mafsil.messages import say
+from mafsil.messages import in_line, say
 from mafsil.messages.visible import visible
 from mafsil.mobility import FourBar
 from mafsil.mobility.synthesis import Candidate, Synthesis
@@ -78,7 +78,7 @@ def draw_synthesis(found: Synthesis, index: int = 0) -> Any:
     axes.axis("off")
     if axes.get_legend_handles_labels()[0]:
         axes.legend(loc="lower right", fontsize=8, frameon=False)
-    figure.suptitle(visible(found.explain().split("\n")[0]), fontsize=10, wrap=True)
+    figure.suptitle(in_line(visible(found.explain().split("\n")[0])), fontsize=10, wrap=True)
     return figure
 
 

@@ -23,6 +23,7 @@ from mafsil.mobility.loop_closure import largest_gap, loop_state
 from mafsil.mobility.mechanism_linkage import LinkageLike, as_linkage
 from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.redundancy import Redundancy, redundancy
+from mafsil.mobility.spoken_name import spoken_name
 from mafsil.mobility.structure import Structure, structure
 from mafsil.mobility.tolerances import CLOSED, ROUNDED
 from mafsil.solvers.decompositions import ranks
@@ -108,8 +109,8 @@ class Mobility(SingleAnswer):
     def explain(self, language: str | None = None) -> str:
         """Verdict, count with terms and warnings, rank, finite mobility, causes, idle freedoms, actuators."""
         verdict = self.status.sentence(
-            language, name=self.linkage.name or "-", mobility=self.mobility, counted=self.count.mobility,
-            instantaneous=self.instantaneous.mobility,
+            language, name=spoken_name(self.linkage.name, language), mobility=self.mobility,
+            counted=self.count.mobility, instantaneous=self.instantaneous.mobility,
         )  # fmt: skip
         lines = [verdict, self.structure.explain(language), *self.count.explain(language).split("\n")[:1]]
         lines += [

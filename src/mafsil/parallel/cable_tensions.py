@@ -198,7 +198,7 @@ def _nearest(W: Floats, low: Floats, high: Floats, preferred: Floats, wanted: Fl
         t[better], lack[better] = after[better], then[better]
     # 3.
     for row in np.flatnonzero(~_settled(W, t, wanted, low, high)).tolist():
-        t[row] = np.clip(_bounded(W[row], wanted[row], low, high), low, high)
+        t[row] = bounded_least_squares(W[row], wanted[row], low, high)
     return t
 
 
@@ -209,12 +209,6 @@ def _settled(W: Floats, t: Floats, wanted: Floats, low: Floats, high: Floats) ->
     size = unit * np.maximum(np.abs(wanted).max(axis=1), unit * high.max())
     open_way = np.maximum(np.where(t > low, slope, 0.0), np.where(t < high, -slope, 0.0)).max(axis=1)
     return np.asarray(open_way <= EXACT * size, dtype=np.bool_)
-
-
-def _bounded(W: Floats, wanted: Floats, low: Floats, high: Floats) -> Floats:
-    """(m,) the tensions of one row by active sets, exact and slow."""
-    free = np.where(high > low, high, low + 1e-12 * max(float(np.abs(low).max()), 1.0))
-    return bounded_least_squares(W, wanted, low, free, EXACT**2)
 
 
 def _lack(W: Floats, t: Floats, wanted: Floats) -> Floats:
