@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Protocol, runtime_checkable
 
+from mafsil.arrays import positive, require_kind
 from mafsil.control.feedback import Integral
 from mafsil.control.law import Combined, Law
 
@@ -48,7 +49,8 @@ class LawMemory:
             law: of the run.
             period: between its calls [s].
         """
-        session = law.session(period)
+        require_kind("law", law, "Law", "session")
+        session = law.session(positive("period", period))
         take_over(session, self.session)
         self.session = session
         return session
