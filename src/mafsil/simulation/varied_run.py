@@ -16,6 +16,7 @@ from mafsil.simulation.closed_plant import ClosedPlant
 from mafsil.simulation.fused import loop_kernel
 from mafsil.simulation.fused_run import FusedRun
 from mafsil.simulation.plant import Plant
+from mafsil.simulation.recording import SimulationStatus
 from mafsil.simulation.run import RUNAWAY, Run
 from mafsil.simulation.scenario import Scenario
 from mafsil.simulation.stepping import Stepper
@@ -160,9 +161,21 @@ class VariedRun(Run):
             return command
         if k == 0:
             self.waiting = np.empty((int(delay.max(initial=0)) + 1, *command.shape))
-        size = len(self.waiting)
+        size, rows = len(self.waiting), np.arange(len(delay))
+        before = None if self.memory is None else self.memory.waiting
         self.waiting[k % size] = command
-        return self.waiting[np.maximum(k - delay, 0) % size, np.arange(len(delay))]
+        acting = self.waiting[np.maximum(k - delay, 0) % size, rows]
+        if before is None or k >= size:
+            return acting
+        return np.where((k < delay)[:, None], before[np.maximum(delay - k, 0), rows], acting)
+
+    def _ended(self, k: int, status: SimulationStatus) -> SimulationStatus:
+        """Commands that still wait are left to the run that follows, which begins with the last tick of this one."""
+        if self.memory is not None and self.variants.delay is not None:
+            size = len(self.waiting)
+            late = self.waiting[np.maximum(k - np.arange(size), 0) % size]
+            self.memory.waiting = np.where(np.isfinite(late), late, 0.0)
+        return super()._ended(k, status)
 
     def _require_finite(self, t: float, command: JointVector) -> None:
         """A run whose efforts are not finite blows up by itself; the others go on."""
