@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from mafsil import one_joint
@@ -47,6 +47,8 @@ def test_meetings_of_the_ki_locus_by_kp(kp, expected):
 
 @pytest.mark.capability("10-29")
 @given(st.lists(st.floats(-3, 1), min_size=2, max_size=4, unique=True), st.floats(-4, -0.2))
+@example([-1.0, -1.1682969643869234], -1.0)
+@example([-1.0, -0.5], -1.0)
 def test_crossings_and_meetings_satisfy_the_equation(poles, zero):
     D, N = np.poly(poles), np.array([1.0, -zero])
     locus = one_joint.root_locus(D, N, [0.0, 1.0, 10.0])

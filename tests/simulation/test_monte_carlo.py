@@ -358,6 +358,18 @@ def test_laws_remember_from_motion_to_motion(compiled, monkeypatch):
     np.testing.assert_allclose(found.again(0).q[-1], q, rtol=0, atol=1e-9)
 
 
+def test_commands_that_are_late_act_in_the_next_motion():
+    """As those of the delayed law do: here of a law that pulls where a motion ends, far from the reference."""
+    parts = [replace(each, law=gravity_compensation(each.robot, 60.0, 6.0)) for each in several()]
+    found = monte_carlo(parts, Variation(delay=(0.006, 0.006)), 1, marks=[0.15])
+    memory, q, qd = mf.control.LawMemory(), parts[0].q, parts[0].qd
+    for part in parts:
+        tape = mf.simulate(replace(part, law=mf.control.delayed(part.law, 0.006), q=q, qd=qd), memory=memory)
+        q, qd = tape.q[-1], tape.qd[-1]
+    np.testing.assert_allclose(found.outcomes.marked[0, 0], q, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(found.again(0).q[-1], q, rtol=0, atol=1e-12)
+
+
 def test_a_run_that_ends_in_one_motion_is_not_in_the_next():
     parts = [replace(each, law=gravity_compensation(each.robot, 200.0, 20.0), saturate=False) for each in several()]
     found = monte_carlo(parts, Variation(gains=(0.5, 80.0)), 12, seed=1, marks=[0.0, 0.15])

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mafsil.arrays import Floats, JointVector, PoseMatrix, positive, require_function
+from mafsil.arrays import Floats, JointVector, PoseMatrix, positive, require_finite, require_function, single
 from mafsil.control.gains import Gains
 from mafsil.control.hybrid import TaskForceSensor
 from mafsil.control.impedance import Impedance, require_size
@@ -182,9 +182,19 @@ def effective_admittance(
         inertia, damping, stiffness: D, B, K that are wanted.
         kp, kd: gains of the tracking [1/s^2, 1/s].
         period: dt [s].
+
+    Raises:
+        InputError: not numbers, or not finite.
     """
-    D = inertia / (1.0 + kd * period)
-    return EffectiveImpedance(D, damping - kp * period * D, stiffness)
+    D, B, K = _numbers(inertia=inertia, damping=damping, stiffness=stiffness)
+    p, d = _numbers(kp=kp, kd=kd)
+    dt = positive("period", period)
+    D = D / (1.0 + d * dt)
+    return EffectiveImpedance(D, B - p * dt * D, K)
+
+
+def _numbers(**values: float) -> tuple[float, ...]:
+    return tuple(float(single(name, value, ())) for name, value in values.items())
 
 
 def least_virtual_mass(damping: float, stiffness: float, period: float) -> float:
@@ -197,8 +207,8 @@ def least_virtual_mass(damping: float, stiffness: float, period: float) -> float
         damping, stiffness: B, and K with the environment's [N s/m, N/m].
         period: dt [s].
     """
-    dt = positive("period", period)
-    return damping * dt / 2.0 + stiffness * dt**2 / 4.0
+    dt, (B, K) = positive("period", period), _numbers(damping=damping, stiffness=stiffness)
+    return B * dt / 2.0 + K * dt * dt / 4.0
 
 
 def admittance_radius(
@@ -212,6 +222,7 @@ def admittance_radius(
         explicit: position by the old velocity (which needs B > K dt) instead of the new one.
     """
     D, dt = positive("inertia", inertia), positive("period", period)
-    a, b = dt * stiffness / D, 1.0 - dt * damping / D
+    B, K = _numbers(damping=damping, stiffness=stiffness)
+    a, b = dt * K / D, 1.0 - dt * B / D
     step = np.array([[1.0, dt], [-a, b]]) if explicit else np.array([[1.0 - dt * a, dt * b], [-a, b]])
-    return float(np.abs(np.linalg.eigvals(step)).max())
+    return float(np.abs(np.linalg.eigvals(require_finite("step", step))).max())

@@ -24,7 +24,7 @@ from mafsil.control.hybrid import HybridControl
 from mafsil.control.impedance import ImpedanceControl
 from mafsil.control.impedance_by_force import ImpedanceByForce
 from mafsil.control.joint_feedback import Feedforward, JointFeedback
-from mafsil.control.law import Combined, Law
+from mafsil.control.law import Combined, Law, as_law
 from mafsil.control.linear_quadratic import LinearQuadratic
 from mafsil.control.null_space import NullSpaceFeedback
 from mafsil.control.receding_horizon import ModelPredictive
@@ -128,10 +128,13 @@ def block_diagram(law: Law, *, idealised: bool = False) -> BlockDiagram:
         law: any law; sums, delays and inner loops are taken apart.
         idealised: which form.
 
+    Raises:
+        InputError: no law.
+
     Reference: Lynch and Park, Modern Robotics, fig. 11.1, 11.10, 11.18.
     """
     parts = _Parts()
-    _take_apart(law, parts)
+    _take_apart(as_law(law), parts)
     blocks, arrows = [Block("trajectory", "u, v, a", 0)], list[Arrow]()
     for k, term in enumerate(parts.terms):
         name = f"term {k + 1}"

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from mafsil.arrays import Floats, JointVector, PoseMatrix, require_kind
+from mafsil.arrays import Floats, JointVector, PoseMatrix, require_kind, single
 from mafsil.parallel import ClosedChain
 from mafsil.parallel.closed_poses import Task, closed_pose_near, missed
 from mafsil.solvers import Outcome
@@ -82,7 +82,7 @@ def _at_knots(
     """(k, n) configurations at the knots, or what stops them."""
     known = np.empty((len(knots), chain.n))
     limits, allowed = chain.robot.limits, max(MET, slack)
-    known[0] = q
+    known[0] = single("q_start", q, (chain.n,))
     for k in range(1, len(knots)):
         guess = known[k - 1] + (known[k - 1] - known[k - 2] if k > 1 else 0.0)
         closed = closed_pose_near(chain, T[k], guess, task, nearest=slack > 0.0)

@@ -64,7 +64,10 @@ def constrained_dynamics(
     """
     tip = _constrained_tip(inertia, rest_force, A, force, V, A_rate)
     Lambda, A, pushed = tip.inertia, tip.A, tip.force - tip.rest_force
-    solved: Floats = np.asarray(np.linalg.solve(Lambda, np.swapaxes(A, -1, -2)), dtype=np.float64)
+    try:
+        solved: Floats = np.asarray(np.linalg.solve(Lambda, np.swapaxes(A, -1, -2)), dtype=np.float64)
+    except np.linalg.LinAlgError:
+        raise InputError("control.singular_inertia") from None
     weight: Floats = np.asarray(np.linalg.inv(A @ solved), dtype=np.float64)
     pull = _times(np.swapaxes(solved, -1, -2), pushed) + tip.bend
     multipliers = _times(weight, pull)
@@ -125,7 +128,10 @@ def reduced_dynamics(
     along = np.swapaxes(N, -1, -2)
     own = along @ Lambda @ N
     rest, push = _times(along, _times(Lambda, drift) + tip.rest_force), _times(along, tip.force)
-    rate_of_u = np.linalg.solve(own, (push - rest)[..., None])[..., 0]
+    try:
+        rate_of_u = np.linalg.solve(own, (push - rest)[..., None])[..., 0]
+    except np.linalg.LinAlgError:
+        raise InputError("control.singular_inertia") from None
     return ReducedDynamics(N, own, rest, push, np.asarray(rate_of_u, dtype=np.float64))
 
 

@@ -247,6 +247,7 @@ def elastic_linearization(arm: ElasticArm, trajectory: Trajectory, *, rate: floa
     Reference: Spong, Modeling and control of elastic joint robots, J. Dyn. Syst. Meas. Control 109, 1987.
     """
     require_kind("arm", arm, "ElasticArm", "links", "stiffness")
+    require_kind("trajectory", trajectory, "Trajectory", "at", "n")
     positive("rate", rate)
     if arm.damping.any():
         raise InputError("control.damped_springs", value=float(arm.damping.max()))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, as_batch, frozen, real_array
+from mafsil.arrays import Floats, JointVector, as_batch, frozen, real_array, single
 from mafsil.control.law import Around, Law, LawFunction, as_law
 from mafsil.control.law_memory import take_over
 from mafsil.errors import InputError
@@ -85,7 +85,8 @@ def encoder_loop(law: Law | LawFunction, resolution: ArrayLike, *, filter_time: 
     """
     step = real_array("resolution", resolution)
     step = as_batch("resolution", step, step.shape[-1:], finite=True)
-    for name, value in (("resolution", float(step.min(initial=0.0))), ("filter_time", float(filter_time))):
+    lag = float(single("filter_time", filter_time, ()))
+    for name, value in (("resolution", float(step.min(initial=0.0))), ("filter_time", lag)):
         if not 0.0 <= value < np.inf:
             raise InputError("input.range", name=name, value=value, low=0.0, high=np.inf)
-    return EncoderLoop(as_law(law), frozen(step), float(filter_time))
+    return EncoderLoop(as_law(law), frozen(step), lag)

@@ -8,9 +8,20 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, PoseMatrix, Vector3, Vector6, positive, require_finite, single
+from mafsil.arrays import (
+    Floats,
+    JointVector,
+    PoseMatrix,
+    Vector3,
+    Vector6,
+    as_batch,
+    positive,
+    require_finite,
+    require_kind,
+    single,
+)
 from mafsil.errors import InputError
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 
 
 @runtime_checkable
@@ -114,6 +125,7 @@ class CombinedEnvironment:
         return sum((part.wrench(T, V) for part in self.parts), still)
 
 
+@of_robot
 def tip_wrench_of(robot: Robot, environment: Environment, q: JointVector, qd: JointVector) -> Vector6:
     """(*batch, 6) wrench that an environment exerts on a robot's tip, in the tip frame: what an ideal sensor reads.
 
@@ -122,7 +134,8 @@ def tip_wrench_of(robot: Robot, environment: Environment, q: JointVector, qd: Jo
         environment: what it touches.
         q, qd: (*batch, n) state.
     """
-    V = (robot.jacobian_body(q) @ qd[..., None])[..., 0]
+    require_kind("environment", environment, "Environment", "wrench")
+    V = (robot.jacobian_body(q) @ as_batch("qd", qd, (robot.n,))[..., None])[..., 0]
     return environment.wrench(robot.forward_kinematics(q), V)
 
 

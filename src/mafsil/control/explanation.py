@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mafsil.arrays import require_kind
 from mafsil.control.adaptive import AdaptiveControl
 from mafsil.control.admittance import AdmittanceControl
 from mafsil.control.citation import citation
@@ -178,6 +179,7 @@ def joint_or_task_space(
         contact: whether the tip touches something.
         coordinates: of the task; all six, decoupled, if None.
     """
+    require_kind("trajectory", trajectory, "Trajectory", "at", "duration")
     arm, task = as_robot(robot), coordinates or TaskCoordinates()
     u = trajectory.at(np.linspace(0.0, trajectory.duration, PLACES)).u
     sizes = np.linalg.svd(task.jacobian(arm, u), compute_uv=False)

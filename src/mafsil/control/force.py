@@ -16,6 +16,7 @@ from mafsil.control.matrix_feedback import symmetric
 from mafsil.errors import InputError
 from mafsil.geometry.matrix_exponential import exponential
 from mafsil.one_joint import ForceLoop
+from mafsil.one_joint.arguments import together
 from mafsil.robot import Robot, of_robot
 from mafsil.trajectory import Motion
 
@@ -168,8 +169,9 @@ def force_error(kp: ArrayLike, ki: ArrayLike, disturbance: ArrayLike, t: ArrayLi
         require_finite(name, real_array(name, x))
         for name, x in (("kp", kp), ("ki", ki), ("disturbance", disturbance), ("t", t))
     )
-    if max(kp.ndim, ki.ndim) == 2:
+    if max(kp.ndim, ki.ndim) >= 2:
         return _coupled_error(kp, ki, w, t)
+    kp, ki, w, t = together(kp=kp, ki=ki, disturbance=w, t=t)
     return np.asarray(-w / (1.0 + kp) * np.exp(-t * ki / (1.0 + kp)), dtype=np.float64)
 
 
@@ -218,8 +220,9 @@ def sampled_force_radius(kp: ArrayLike, ki_period: ArrayLike) -> Floats:
         kp: gain of the force error.
         ki_period: gain of its integral times the period.
     """
-    kp, step = np.broadcast_arrays(
-        *(require_finite(n, real_array(n, x)) for n, x in (("kp", kp), ("ki_period", ki_period)))
+    kp, step = together(
+        kp=require_finite("kp", real_array("kp", kp)),
+        ki_period=require_finite("ki_period", real_array("ki_period", ki_period)),
     )
     b = kp + step - 1.0
     root = np.sqrt(b**2 + 4.0 * kp + 0j)
@@ -235,6 +238,7 @@ def applied_wrench(sensed: ArrayLike, adjoint: ArrayLike, tool_weight: ArrayLike
         tool_weight: (*batch, 6) that gravity needs to be held, in the tip frame.
         bias: (6,) reading without any load.
     """
-    F = as_batch("sensed", sensed, (6,), finite=True) - np.asarray(bias)
+    rest = require_finite("bias", real_array("bias", bias))
+    F = as_batch("sensed", sensed, (6,), finite=True) - (as_batch("bias", rest, (6,)) if rest.ndim else rest)
     Ad = as_batch("adjoint", adjoint, (6, 6), finite=True)
     return (np.swapaxes(Ad, -1, -2) @ F[..., None])[..., 0] - as_batch("tool_weight", tool_weight, (6,), finite=True)

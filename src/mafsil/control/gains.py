@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, frozen, real_array, require_finite
+from mafsil.arrays import Floats, frozen, real_array, require_finite, whole
 from mafsil.errors import InputError
 
 
@@ -30,6 +30,7 @@ class Gains:
         Raises:
             InputError: a wrong shape, a number that is not finite, a negative gain.
         """
+        whole("n", n, 1)
         return cls(*(per_joint(name, value, n) for name, value in (("kp", kp), ("kd", kd), ("ki", ki))))
 
     @classmethod
@@ -49,6 +50,7 @@ class Gains:
 
         Reference: Lynch and Park, Modern Robotics, sec. 11.4.1.
         """
+        whole("n", n, 1)
         w = per_joint("natural_frequency", natural_frequency, n)
         gains = cls(
             frozen(w**2),

@@ -9,7 +9,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch, real_array, require_function
+from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch, real_array, require_finite, require_function
 from mafsil.control.constraint import constrained_dynamics, require_independent
 from mafsil.control.feedback import RunningSum
 from mafsil.control.gains import Gains
@@ -35,7 +35,7 @@ def flat(A: ArrayLike) -> Constraint:
     Args:
         A: (k, m).
     """
-    rows = np.atleast_2d(real_array("A", A))
+    rows = require_finite("A", np.atleast_2d(real_array("A", A)))
     still = np.zeros_like(rows)
     return lambda T, V: (rows, still)
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, JointVector, positive, real_array, require_finite, require_function
+from mafsil.arrays import Floats, JointVector, as_batch, positive, real_array, require_finite, require_function, single
 from mafsil.control.hybrid import TaskForceSensor
 from mafsil.control.law import Law
 from mafsil.control.matrix_feedback import symmetric
@@ -57,6 +57,7 @@ class Impedance:
             InputError: D has no inverse.
         """
         self._require_mass()
+        X, V, force = (as_batch(name, x, self.damping.shape[-1:]) for name, x in (("X", X), ("V", V), ("force", force)))
         push = force - V @ self.damping - X @ self.stiffness
         return np.asarray(np.linalg.solve(self.inertia, push[..., None])[..., 0], dtype=np.float64)
 
@@ -267,6 +268,7 @@ def sampled_wall_radius(mass: float, damping: float, stiffness: float, period: f
     Raises:
         InputError: a number out of its range.
     """
-    device = JointArm.of(positive("mass", mass), friction=damping)
-    found = sampled_stability(device, JointLaw.pid(stiffness), positive("period", period), delay)
+    device = JointArm.of(positive("mass", mass), friction=single("damping", damping, ()))
+    law = JointLaw.pid(single("stiffness", stiffness, ()))
+    found = sampled_stability(device, law, positive("period", period), delay)
     return float(found.spectral_radius)

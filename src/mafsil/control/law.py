@@ -8,7 +8,7 @@ from typing import Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 
-from mafsil.arrays import Floats, JointVector, require_function
+from mafsil.arrays import Floats, JointVector, real_array, require_function
 from mafsil.errors import InputError
 from mafsil.trajectory import Motion
 
@@ -127,4 +127,5 @@ def saturated(effort: JointVector, limit: Floats) -> JointVector:
         effort: (*batch, n) commanded [N m | N].
         limit: (n,) magnitudes.
     """
-    return np.minimum(np.maximum(effort, -limit), limit)
+    tau, most = real_array("effort", effort), real_array("limit", limit)
+    return np.minimum(np.maximum(tau, -most), most)

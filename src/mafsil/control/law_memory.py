@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Protocol, runtime_checkable
 
+from mafsil.arrays import Floats, positive, require_kind
 from mafsil.control.feedback import Integral
 from mafsil.control.law import Combined, Law
 
@@ -36,10 +37,12 @@ class LawMemory:
 
     Attributes:
         session: of the last run, or None.
+        waiting: (k, b, n) commands of the last run's end that differing delays still hold back, the latest first.
     """
 
     def __init__(self) -> None:
         self.session: Law | None = None
+        self.waiting: Floats | None = None
 
     def begun(self, law: Law, period: float) -> Law:
         """The session of a run, which goes on with what the last one remembers.
@@ -48,7 +51,8 @@ class LawMemory:
             law: of the run.
             period: between its calls [s].
         """
-        session = law.session(period)
+        require_kind("law", law, "Law", "session")
+        session = law.session(positive("period", period))
         take_over(session, self.session)
         self.session = session
         return session

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, as_batch, positive
-from mafsil.control.law import Law
+from mafsil.arrays import Floats, JointVector, as_batch, positive, real_array, require_finite, require_kind
+from mafsil.control.law import Law, as_law
 from mafsil.errors import InputError
 from mafsil.robot import Robot, of_robot
 from mafsil.trajectory import Motion
@@ -89,7 +89,8 @@ class LinearArm:
             reference: that it follows, (n,) each.
             t: time [s].
         """
-        n = self.B.shape[-1]
+        n, law = self.B.shape[-1], as_law(law)
+        require_kind("reference", reference, "Motion", "u", "v", "a")
         columns = [
             (law(t, self.q + x[:n], self.qd + x[n:], reference) - law(t, self.q - x[:n], self.qd - x[n:], reference))
             / (2.0 * DIFFERENCE)
@@ -157,7 +158,7 @@ def exponential(A: ArrayLike) -> Floats:
 
     Reference: Golub and Van Loan, Matrix Computations, sec. 9.3.
     """
-    matrix = np.array(A, dtype=np.float64)
+    matrix = require_finite("A", real_array("A", A)).copy()
     largest = float(np.abs(matrix).sum(axis=-1).max(initial=0.0))
     squarings = max(int(np.ceil(np.log2(largest / SQUARINGS))), 0) if largest > SQUARINGS else 0
     matrix /= 2.0**squarings

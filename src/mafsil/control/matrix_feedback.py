@@ -50,6 +50,7 @@ def symmetric(name: str, value: ArrayLike, n: int) -> Floats:
         InputError: a wrong shape, a number that is not finite, a matrix that is not symmetric or has a negative
             eigenvalue.
     """
+    whole("n", n, 1)
     array = require_finite(name, real_array(name, value))
     if array.shape not in ((), (n,), (n, n)):
         raise InputError("input.shape", name=name, expected=(n, n), got=array.shape, hint="")

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix, Vector3, as_batch, positive
 from mafsil.control.task_coordinates import TaskCoordinates
-from mafsil.robot import Robot, of_robot
+from mafsil.robot import Robot, as_robot, of_robot
 
 BLIND = 1e-9
 """Share of the largest singular value, or of a joint's own part, below which readings do not see a joint."""
@@ -44,7 +44,7 @@ class JointMotionEstimate:
             robot: whose tip it is.
             coordinates: of the velocities; all six, decoupled, if None.
         """
-        task = coordinates or TaskCoordinates()
+        robot, task = as_robot(robot), coordinates or TaskCoordinates()
         J, rate = task.jacobian(robot, self.q), task.jacobian_rate(robot, self.q, self.qd)
         V, A = (J @ self.qd[..., None])[..., 0], (J @ self.qdd[..., None] + rate @ self.qd[..., None])[..., 0]
         return TipMotionEstimate(task.pose(robot, self.q), V, A)
@@ -83,14 +83,18 @@ class MotionEstimator:
         Args:
             q: (*batch, n) measured.
             qdd: (*batch, n) accelerations from accelerometers, which then are taken as they are; None without any.
+
+        Raises:
+            InputError: a wrong shape, or a number that is not finite: nothing is remembered of it.
         """
         T, z, now = self._period, self._keep, self._now
+        q = as_batch("q", q, now.q.shape[-1:], finite=True)
         # 1.
         ahead = now.q + T * now.qd + T**2 / 2.0 * now.qdd
         faster = now.qd + T * now.qdd
         # 2.
         e = q - ahead
-        found = now.qdd + (1.0 - z) ** 3 * e / T**2 if qdd is None else np.asarray(qdd, dtype=np.float64)
+        found = now.qdd + (1.0 - z) ** 3 * e / T**2 if qdd is None else as_batch("qdd", qdd, q.shape[-1:], finite=True)
         self._now = JointMotionEstimate(
             ahead + (1.0 - z**3) * e, faster + 1.5 * (1.0 - z**2) * (1.0 - z) * e / T, found
         )  # fmt: skip

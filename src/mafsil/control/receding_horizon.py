@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, as_batch, frozen, positive, whole
+from mafsil.arrays import Floats, JointVector, as_batch, frozen, positive, require_kind, single, whole
 from mafsil.control.gains import per_joint
 from mafsil.control.law import Law
 from mafsil.errors import InputError
@@ -96,6 +96,8 @@ class ModelPredictive:
         Raises:
             InputError: the best efforts were not found: the weights differ too much for floating point.
         """
+        require_kind("reference", reference, "Motion", "u", "v", "a")
+        q, qd = (single(name, x, (self.robot.n,)) for name, x in (("q", q), ("qd", qd)))
         M, known = self.robot.mass_matrix(q), self.robot.inverse_dynamics(q, qd, reference.a)
         w, free, efforts = np.empty((3, self.horizon, self.robot.n))
         errors, rates = (np.asarray(x, dtype=np.float64) for x in (reference.u - q, reference.v - qd))

@@ -271,8 +271,7 @@ def guiding_line(point: ArrayLike, direction: ArrayLike, stiffness: float, dampi
         stiffness, damping: across it [N/m, N s/m].
     """
     u = _unit("direction", direction)
-    across = np.eye(3) - np.outer(u, u)
-    return SpringDamper(single("point", point, (3,)), stiffness * across, damping * across)
+    return _guide(point, np.eye(3) - np.outer(u, u), stiffness, damping)
 
 
 def guiding_plane(point: ArrayLike, normal: ArrayLike, stiffness: float, damping: float = 0.0) -> SpringDamper:
@@ -283,8 +282,12 @@ def guiding_plane(point: ArrayLike, normal: ArrayLike, stiffness: float, damping
         stiffness, damping: across it [N/m, N s/m].
     """
     u = _unit("normal", normal)
-    across = np.outer(u, u)
-    return SpringDamper(single("point", point, (3,)), stiffness * across, damping * across)
+    return _guide(point, np.outer(u, u), stiffness, damping)
+
+
+def _guide(point: ArrayLike, across: Floats, stiffness: float, damping: float) -> SpringDamper:
+    k, d = single("stiffness", stiffness, ()), single("damping", damping, ())
+    return SpringDamper(single("point", point, (3,)), k * across, d * across)
 
 
 def _velocity(T: PoseMatrix, V: Vector6) -> Vector3:

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.algebra.euler_sequence import SEQUENCES
-from mafsil.arrays import PoseMatrix
+from mafsil.arrays import PoseMatrix, require_finite, single
 from mafsil.control.task_angles import axes_rate, rates_of_angles
-from mafsil.control.task_coordinates import TaskAxes, TaskCoordinates, TaskTarget
+from mafsil.control.task_coordinates import TWISTS, TaskAxes, TaskCoordinates, TaskTarget
+from mafsil.errors import InputError
 from mafsil.geometry import euler, pose
 from mafsil.robot import Robot
 from mafsil.trajectory import Trajectory
@@ -53,7 +54,7 @@ def hold(T_sd: ArrayLike) -> TipReference:
     Raises:
         InputError: it is no pose.
     """
-    target = TaskTarget(pose.check(T_sd, "T_sd"), np.zeros(6), np.zeros(6))
+    target = TaskTarget(require_finite("T_sd", pose.check(T_sd, "T_sd")), np.zeros(6), np.zeros(6))
     return lambda t: target
 
 
@@ -100,7 +101,9 @@ def target_in_axes(T: PoseMatrix, V: ArrayLike, A: ArrayLike, axes: TaskAxes) ->
         V, A: (6,) body twist and its derivative.
         axes: in which velocity and acceleration are wanted.
     """
-    V, A = np.asarray(V, dtype=np.float64), np.asarray(A, dtype=np.float64)
+    T, V, A = single("T", T, (4, 4)), single("V", V, (6,)), single("A", A, (6,))
+    if axes not in (*TWISTS, *SEQUENCES):
+        raise InputError("input.choice", name="axes", value=axes, known=", ".join((*TWISTS, *SEQUENCES)))
     if axes == "body":
         return TaskTarget(T, V, A)
     if axes == "space":

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, positive
-from mafsil.control.gains import Gains
+from mafsil.arrays import Floats, PoseMatrix, positive, require_kind, single
+from mafsil.control.gains import Gains, per_joint
 from mafsil.control.task_angles import rates_of_angles
 from mafsil.control.task_coordinates import TWISTS, TaskAxes, TaskCoordinates, TaskTarget
 from mafsil.errors import InputError
@@ -95,7 +95,9 @@ def tip_ways(
 
     Reference: Lynch and Park, Modern Robotics, sec. 11.4.3.
     """
-    T, T_d = pose.check(start, "start"), pose.check(goal, "goal")
+    T, T_d = (pose.check(single(name, x, (4, 4)), name) for name, x in (("start", start), ("goal", goal)))
+    require_kind("axes", axes, "tuple of TaskAxes", "__len__", "__iter__")
+    per_joint("natural_frequency", natural_frequency, 6, positive=True)
     gains = Gains.from_natural_frequency(6, natural_frequency, damping_ratio)
     end = 10.0 / float(np.sqrt(gains.kp.min())) if duration is None else positive("duration", duration)
     t = np.linspace(0.0, end, PLACES)

@@ -74,6 +74,8 @@ class MinMax:
             arm: the true one, whose inertias count; the model if None.
         """
         places = as_batch("q", q, (self.robot.n,), finite=True)
+        if not places.size:
+            raise InputError("input.shape", name="q", expected=f"(k, {self.robot.n}), k > 0", got=places.shape, hint="")
         inertias = np.linalg.eigvalsh((self.robot if arm is None else arm).mass_matrix(places))
         ratio = float(inertias.max()) / float(inertias.min())
         return float(np.sqrt(self.share * self.width / (4.0 * self.damping.min()) * ratio))

@@ -26,8 +26,7 @@ class HeldArm:
     x'' = Z+ qdd exactly.
 
     Where the tip moves, what is tangent to the surfaces changes, and which errors of two ticks are called equal is a
-    choice: here those of equal Z+ of this place. Another one, such as some of the joints, has another growth at finite
-    speed.
+    choice: here those of equal Z+ of this place. Some of the joints as coordinates have another growth at finite speed.
 
     Args:
         driven: a stretch on a `RigidPlant`.

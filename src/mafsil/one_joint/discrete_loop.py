@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, require_finite, require_function, whole
+from mafsil.arrays import Floats, require_finite, require_function, require_kind, whole
 from mafsil.errors import InputError
 from mafsil.one_joint.arguments import above_zero, finite, magnitude
 
@@ -86,6 +86,9 @@ class DiscreteLoop:
         theta = finite("reading", reading)
         if self._last is not None and theta.shape != self._last.shape:
             raise InputError("input.shape", name="reading", expected=self._last.shape, got=theta.shape, hint="")
+        require_kind("desired", desired, "Desired", "__len__", "__getitem__")
+        if len(desired) != 3:
+            raise InputError("input.shape", name="desired", expected=(3,), got=(len(desired),), hint="")
         u, v, a = (finite(f"desired[{k}]", part) for k, part in enumerate(desired))
         kp, ki, kd = self.gains
         # 1. Differences of the readings, filtered; zero at the first.
@@ -130,6 +133,7 @@ def run_loop(
     Raises:
         InputError: a callback that cannot be called so, or a reading that is not finite: no torque follows it.
     """
+    require_kind("loop", loop, "DiscreteLoop", "update", "period")
     for name, function, count in (("sense", sense, 0), ("command", command, 1), ("desired", desired, 1)):
         require_function(name, function, f"function of {count} arguments", count)
     for k in range(whole("ticks", ticks)):

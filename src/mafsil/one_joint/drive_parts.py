@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Status
-from mafsil.arrays import Floats
+from mafsil.arrays import Floats, positive
 from mafsil.messages import say
 from mafsil.one_joint.arguments import above_zero, finite, magnitude, together
 from mafsil.one_joint.row_answer import RowAnswer
@@ -42,7 +42,7 @@ class ActuatorKind:
         Args:
             joint_speed: highest of the joint; behind a linear actuator that of its point of attack [rad/s | m/s].
         """
-        speed = float(above_zero("joint_speed", joint_speed))
+        speed = positive("joint_speed", joint_speed)
         return self.speeds[0] / speed, self.speeds[1] / speed
 
     def explain(self, language: str | None = None) -> str:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats
+from mafsil.arrays import Floats, real_array, require_kind
 from mafsil.errors import InputError
 from mafsil.one_joint.arguments import above_zero, finite, magnitude, together
 from mafsil.one_joint.dry_friction import SpeedFriction
@@ -51,7 +51,8 @@ class FrictionConditions:
         Raises:
             InputError: a negative number, a stiffness of zero, shapes that do not go together.
         """
-        spring = np.asarray(stiffness, dtype=np.float64)
+        require_kind("friction", friction, "SpeedFriction", "torque", "interval")
+        spring = real_array("stiffness", stiffness)
         if not (spring > 0.0).all():
             raise InputError("input.positive", name="stiffness", value=float(spring.min()))
         parts = together(

@@ -45,7 +45,7 @@ class DesignedGains(RowAnswer):
     @classmethod
     def of(cls, kp: Floats, ki: Floats, kd: Floats) -> DesignedGains:
         """With the verdict that follows from the signs."""
-        kp, ki, kd = together(kp=kp, ki=ki, kd=kd)
+        kp, ki, kd = together(kp=finite("kp", kp), ki=finite("ki", ki), kd=finite("kd", kd))
         verdict = np.where((kp < 0.0) | (ki < 0.0), 2, np.where(kd < 0.0, 1, 0)).astype(np.int8)
         return cls(verdict, kp, ki, kd)
 
@@ -119,7 +119,10 @@ def gains_from_roots(inertia: ArrayLike, friction: ArrayLike, wanted: ArrayLike)
     Raises:
         InputError: not two or three roots, not finite, or complex roots without their conjugates.
     """
-    s: NDArray[Any] = np.asarray(wanted)
+    try:
+        s: NDArray[Any] = np.asarray(wanted)
+    except ValueError:
+        raise InputError("input.numbers", name="wanted", got=type(wanted).__name__) from None
     if s.dtype.kind not in "fiuc" or s.ndim == 0 or s.shape[-1] not in (2, 3):
         raise InputError("input.shape", name="wanted", expected="(*batch, 2) or (*batch, 3)", got=s.shape, hint="")
     finite("wanted", np.stack([np.real(s), np.imag(s)]).astype(np.float64))

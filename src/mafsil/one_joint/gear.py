@@ -60,7 +60,10 @@ class Gear:
             motor_torque: (*batch) [N m].
             motor_speed: (*batch) [rad/s].
         """
-        tau, w = finite("motor_torque", motor_torque), finite("motor_speed", motor_speed)
+        tau, w, _ = together(
+            motor_torque=finite("motor_torque", motor_torque), motor_speed=finite("motor_speed", motor_speed),
+            ratio=self.ratio,
+        )  # fmt: skip
         driving = tau * w >= 0.0
         return self.ratio * tau * np.where(driving, self.efficiency, 1.0 / self.efficiency)
 
@@ -76,7 +79,8 @@ class Gear:
 
     def apparent_inertia(self, link_inertia: ArrayLike) -> Floats:
         """(*batch) I_link + G^2 I_m [kg m^2]."""
-        return magnitude("link_inertia", link_inertia) + self.reflected_inertia
+        link, rotor = together(link_inertia=magnitude("link_inertia", link_inertia), ratio=self.reflected_inertia)
+        return link + rotor
 
     def motor_share(self, link_inertia: ArrayLike) -> Floats:
         """(*batch) share of the torque that accelerates the rotor: G^2 I_m / (I_link + G^2 I_m)."""
@@ -84,12 +88,16 @@ class Gear:
 
     def link_acceleration(self, link_inertia: ArrayLike, motor_torque: ArrayLike) -> Floats:
         """(*batch) eta G tau / (I_link + G^2 I_m) of a motor that drives from rest [rad/s^2]."""
-        push = self.efficiency * self.ratio * finite("motor_torque", motor_torque)
-        return push / above_zero("apparent inertia", self.apparent_inertia(link_inertia))
+        inertia = above_zero("apparent inertia", self.apparent_inertia(link_inertia))
+        tau, inertia = together(motor_torque=finite("motor_torque", motor_torque), link_inertia=inertia)
+        return self.efficiency * self.ratio * tau / inertia
 
     def kinetic_energy(self, link_inertia: ArrayLike, link_speed: ArrayLike) -> Floats:
         """(*batch) of link and rotor [J]."""
-        return 0.5 * self.apparent_inertia(link_inertia) * finite("link_speed", link_speed) ** 2
+        inertia, w = together(
+            link_inertia=self.apparent_inertia(link_inertia), link_speed=finite("link_speed", link_speed)
+        )
+        return 0.5 * inertia * w**2
 
     def kinetic_power(self, link_inertia: ArrayLike, link_speed: ArrayLike, link_acceleration: ArrayLike) -> Floats:
         """(*batch) rate of the kinetic energy, (I_link + G^2 I_m) theta'' theta' [W].
@@ -98,14 +106,19 @@ class Gear:
             link_inertia: (*batch) [kg m^2].
             link_speed, link_acceleration: (*batch) [rad/s, rad/s^2].
         """
-        rate = finite("link_speed", link_speed) * finite("link_acceleration", link_acceleration)
-        return np.asarray(self.apparent_inertia(link_inertia) * rate)
+        inertia, w, a = together(
+            link_inertia=self.apparent_inertia(link_inertia), link_speed=finite("link_speed", link_speed),
+            link_acceleration=finite("link_acceleration", link_acceleration),
+        )  # fmt: skip
+        return np.asarray(inertia * w * a)
 
     def payload_sensitivity(self, link_inertia: ArrayLike, payload_inertia: ArrayLike) -> Floats:
         """(*batch) relative rise of the apparent inertia with a payload: small behind a high ratio."""
-        return magnitude("payload_inertia", payload_inertia) / above_zero(
-            "apparent inertia", self.apparent_inertia(link_inertia)
+        load, inertia = together(
+            payload_inertia=magnitude("payload_inertia", payload_inertia),
+            link_inertia=above_zero("apparent inertia", self.apparent_inertia(link_inertia)),
         )
+        return load / inertia
 
 
 def matching_ratio(link_inertia: ArrayLike, motor_inertia: ArrayLike) -> Floats:

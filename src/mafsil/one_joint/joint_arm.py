@@ -70,14 +70,19 @@ class JointArm:
             speed: (*batch) [rad/s].
             applied: motor torque (*batch) [N m], which friction holds at rest as far as it can.
         """
-        weight = self.gravity_moment * np.cos(finite("theta", theta))
-        return weight + self.friction.torque(speed, finite("applied", applied) - weight)
+        q, w, tau, _ = together(
+            theta=finite("theta", theta), speed=finite("speed", speed), applied=finite("applied", applied),
+            inertia=self.inertia,
+        )  # fmt: skip
+        weight = self.gravity_moment * np.cos(q)
+        return weight + self.friction.torque(w, tau - weight)
 
     def torque(self, theta: ArrayLike, speed: ArrayLike, acceleration: ArrayLike) -> Floats:
         """Inverse dynamics (*batch) [N m]; at rest without acceleration friction is taken as zero."""
-        return self.inertia * finite("acceleration", acceleration) + self.bias(
-            theta, speed, self.gravity_moment * np.cos(finite("theta", theta))
+        q, a, _ = together(
+            theta=finite("theta", theta), acceleration=finite("acceleration", acceleration), inertia=self.inertia
         )
+        return self.inertia * a + self.bias(q, speed, self.gravity_moment * np.cos(q))
 
     def acceleration(self, theta: ArrayLike, speed: ArrayLike, torque: ArrayLike) -> Floats:
         """Forward dynamics (*batch) [rad/s^2]: zero at rest as long as friction holds."""
@@ -86,10 +91,11 @@ class JointArm:
 
     def energy(self, theta: ArrayLike, speed: ArrayLike) -> Floats:
         """Kinetic and potential energy (*batch) [J], constant without friction and torque."""
-        w = finite("speed", speed)
-        return 0.5 * self.inertia * w * w + self.gravity_moment * np.sin(finite("theta", theta))
+        q, w, _ = together(theta=finite("theta", theta), speed=finite("speed", speed), inertia=self.inertia)
+        return 0.5 * self.inertia * w * w + self.gravity_moment * np.sin(q)
 
     def moves_from_rest(self, theta: ArrayLike, torque: ArrayLike) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
         """(*batch) whether motor torque and weight overcome stiction."""
-        load = finite("torque", torque) - self.gravity_moment * np.cos(finite("theta", theta))
+        q, tau, _ = together(theta=finite("theta", theta), torque=finite("torque", torque), inertia=self.inertia)
+        load = tau - self.gravity_moment * np.cos(q)
         return np.asarray(self.friction.holds(load).verdict == 1)

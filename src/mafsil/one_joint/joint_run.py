@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Status
-from mafsil.arrays import Floats, require_function, require_kind, whole
+from mafsil.arrays import Floats, positive, require_function, require_kind, whole
 from mafsil.errors import InputError
-from mafsil.one_joint.arguments import above_zero, finite, magnitude, together
+from mafsil.one_joint.arguments import above_zero, finite, magnitude, row, together
 from mafsil.one_joint.joint_arm import JointArm
 from mafsil.one_joint.joint_law import JointLaw
 from mafsil.one_joint.row_answer import RowAnswer
@@ -72,7 +72,9 @@ class JointRun(RowAnswer):
 
     def error_at(self, times: ArrayLike) -> Floats:
         """(*batch, m) errors at the ticks nearest to times (m,) [s]."""
-        wanted = finite("times", times)
+        wanted = row("times", times)
+        if wanted.ndim != 1:
+            raise InputError("input.shape", name="times", expected="(m,)", got=wanted.shape, hint="")
         first, step = self.t[..., :1], self.t[..., 1:2] - self.t[..., :1]
         index = np.clip(np.rint((wanted - first) / step).astype(np.intp), 0, self.t.shape[-1] - 1)
         return np.take_along_axis(self.error, index, axis=-1)
@@ -242,8 +244,8 @@ def _loops() -> Any:
 
 def _ticks(duration: float, step: float) -> tuple[int, float]:
     """Number of ticks, both ends included, and their distance."""
-    T, h = float(above_zero("duration", duration)), float(above_zero("step", step))
-    count = int(np.rint(T / h))
+    T, h = positive("duration", duration), positive("step", step)
+    count = int(min(np.rint(T / h), 1e9))
     if count < 1 or count > 10**8 or abs(count * h - T) > 1e-6 * h * max(count, 1):
         raise InputError("one_joint.ticks", duration=T, step=h)
     return count + 1, h

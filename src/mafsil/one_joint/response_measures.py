@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.answer import Status
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
-from mafsil.one_joint.arguments import finite, row, share
+from mafsil.one_joint.arguments import finite, row, share, together
 from mafsil.one_joint.row_answer import RowAnswer
 
 TAIL = 0.05
@@ -82,7 +82,9 @@ def measure_response(
     part = float(share("band", band))
     last = max(1, round(TAIL * len(time)))
     rest = e[..., -last:].mean(axis=-1) if steady_error is None else finite("steady_error", steady_error)
-    rest = np.broadcast_to(rest, e.shape[:-1])
+    _, rest = together(error=e[..., 0], steady_error=rest)
+    if rest.shape != e.shape[:-1]:
+        raise InputError("input.shape", name="steady_error", expected=e.shape[:-1], got=rest.shape, hint="")
     step = e[..., 0] - rest
     stepped = np.abs(step) > 1e-12 * np.abs(e).max(axis=-1)
     y = (e - rest[..., None]) / np.where(stepped, step, 1.0)[..., None]

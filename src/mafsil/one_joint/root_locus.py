@@ -13,7 +13,7 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
 from mafsil.messages.tables import number, on_screen, table
-from mafsil.one_joint.arguments import magnitude, row
+from mafsil.one_joint.arguments import finite, magnitude, row
 from mafsil.one_joint.polynomial import Complexes, coefficients_of, roots
 from mafsil.one_joint.routh import routh_hurwitz
 
@@ -117,7 +117,9 @@ def root_locus(denominator: ArrayLike, numerator: ArrayLike, gains: ArrayLike) -
     N = np.trim_zeros(N, "f")
     if D.ndim != 1 or N.ndim != 1 or len(N) > len(D) or not len(N):
         raise InputError("one_joint.locus_orders")
-    K = np.sort(magnitude("gains", np.atleast_1d(row("gains", np.atleast_1d(np.asarray(gains))))))
+    K = np.sort(magnitude("gains", row("gains", np.atleast_1d(finite("gains", gains)))))
+    if K.ndim != 1:
+        raise InputError("input.shape", name="gains", expected="(k,)", got=K.shape, hint="")
     wide = np.concatenate([np.zeros(len(D) - len(N)), N])
     closed = D + K[:, None] * wide
     found = _followed(roots(closed))
@@ -139,16 +141,31 @@ def _followed(found: Complexes) -> Complexes:
 
 
 def _meetings(D: Floats, N: Floats) -> tuple[Floats, Complexes]:
-    """Gains and places of double roots."""
+    """Gains and places of double roots.
+
+    Where D and N share a root r, it is one for every K, and a double one for K = -D'(r) / N'(r).
+    """
     condition = np.trim_zeros(np.polysub(np.polymul(np.polyder(D), N), np.polymul(D, np.polyder(N))), "f")
     s = roots(condition) if len(condition) > 1 else np.empty(0, dtype=np.complex128)
-    s = s[np.abs(np.polyval(N, s)) > 0.0]
     s = np.asarray(np.where(np.abs(s.imag) <= REAL * np.abs(s), s.real, s), dtype=np.complex128)
-    K: Complexes = np.asarray(-np.polyval(D, s) / np.polyval(N, s), dtype=np.complex128)
-    scale = np.polyval(np.abs(D), np.abs(s)) / np.abs(np.polyval(N, s))
+    shared = _vanishes(N, s) & _vanishes(D, s)
+    again = [bool(shared[k]) and bool((np.abs(s[k] - s[:k][shared[:k]]) <= 1e-6).any()) for k in range(len(s))]
+    once = ~np.array(again, dtype=np.bool_) & ((np.abs(np.polyval(N, s)) > 0.0) | shared)
+    s, shared = s[once], shared[once]
+    above, below = (np.where(shared, np.polyval(np.polyder(p), s), np.polyval(p, s)) for p in (D, N))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        K: Complexes = np.asarray(-above / below, dtype=np.complex128)
+        size = np.where(shared, np.polyval(np.abs(np.polyder(D)), np.abs(s)), np.polyval(np.abs(D), np.abs(s)))
+        scale = size / np.abs(below)
     kept = (np.abs(K.imag) <= REAL * np.maximum(np.abs(K), 1e-300)) & (K.real >= -1e-12 * scale) & (s.imag >= 0.0)
     order = np.argsort(K.real[kept])
     return np.maximum(K.real[kept][order], 0.0), s[kept][order]
+
+
+def _vanishes(p: Floats, s: Complexes) -> NDArray[np.bool_]:
+    """(k,) whether a polynomial is zero at points, up to rounding."""
+    size: Floats = np.asarray(np.polyval(np.abs(p), np.abs(s)), dtype=np.float64)
+    return np.asarray(np.abs(np.polyval(p, s)) <= REAL * size, dtype=np.bool_)
 
 
 def _crossings(D: Floats, N: Floats) -> tuple[Floats, Floats]:
@@ -162,7 +179,8 @@ def _crossings(D: Floats, N: Floats) -> tuple[Floats, Floats]:
     frequencies = np.unique(np.abs(w.real[real]))
     frequencies = frequencies[np.concatenate([[True], np.diff(frequencies) > REAL * frequencies[1:]])]
     D_w, N_w = (np.asarray(np.polyval(p, frequencies), dtype=np.complex128) for p in (d, n))
-    there = np.abs(N_w) > 0.0
+    on_axis = 1j * frequencies
+    there = (np.abs(N_w) > 0.0) & ~(_vanishes(D, on_axis) & _vanishes(N, on_axis))
     K: Complexes = np.asarray(-(D_w[there] / N_w[there]), dtype=np.complex128)
     size = np.asarray(np.polyval(np.abs(D), frequencies[there]) / np.abs(N_w[there]), dtype=np.float64)
     kept = (np.abs(K.imag) <= REAL * np.maximum(size, 1e-300)) & (K.real >= -1e-12 * size)

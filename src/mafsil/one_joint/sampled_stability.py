@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Status
-from mafsil.arrays import Floats, require_kind, whole
+from mafsil.arrays import Floats, real_array, require_kind, whole
 from mafsil.errors import InputError
-from mafsil.one_joint.arguments import above_zero, together
+from mafsil.one_joint.arguments import above_zero, finite, together
 from mafsil.one_joint.joint_arm import JointArm
 from mafsil.one_joint.joint_law import JointLaw, LawKind
 from mafsil.one_joint.row_answer import RowAnswer
@@ -44,12 +44,16 @@ class SampledStability(RowAnswer):
     @classmethod
     def of_matrix(cls, A: Floats) -> SampledStability:
         """Of step matrices (*batch, n, n)."""
-        return cls.of_radius(np.asarray(np.abs(np.linalg.eigvals(A)).max(axis=-1), dtype=np.float64))
+        if np.ndim(A) < 2 or np.shape(A)[-1] != np.shape(A)[-2]:
+            raise InputError("input.shape", name="A", expected="(*batch, n, n)", got=np.shape(A), hint="")
+        values = np.linalg.eigvals(finite("A", A))
+        return cls.of_radius(np.asarray(np.abs(values).max(axis=-1), dtype=np.float64))
 
     @classmethod
     def of_radius(cls, radius: Floats) -> SampledStability:
         """Of spectral radii (*batch)."""
-        verdict = np.where(radius < 1.0 - AT_LIMIT, 0, np.where(radius > 1.0 + AT_LIMIT, 2, 1)).astype(np.int8)
+        radius = real_array("radius", radius)
+        verdict = np.where(radius < 1.0 - AT_LIMIT, 0, np.where(radius <= 1.0 + AT_LIMIT, 1, 2)).astype(np.int8)
         return cls(verdict, radius)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, whole
+from mafsil.arrays import Floats, positive, whole
 from mafsil.messages import say
 from mafsil.one_joint.arguments import above_zero, row
 
@@ -48,7 +48,7 @@ class SensorKind:
         Raises:
             InputError: not finite, no samples, a period that is not positive.
         """
-        true, step = row("truth", truth), float(above_zero("period", period))
+        true, step = row("truth", truth), positive("period", period)
         readings = true.copy()
         if np.isfinite(self.bandwidth):
             kept = np.exp(-self.bandwidth * step)

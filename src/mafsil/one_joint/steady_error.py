@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Status
-from mafsil.arrays import Floats, require_finite, require_function
+from mafsil.arrays import Floats, require_function, single
+from mafsil.errors import InputError
 from mafsil.one_joint.arguments import above_zero, finite, magnitude, row, together
 from mafsil.one_joint.error_dynamics import ErrorDynamics
 from mafsil.one_joint.polynomial import Complexes
@@ -112,13 +113,16 @@ def rest_of_joints(kp: ArrayLike, gravity: Callable[[Floats], ArrayLike], goal: 
         InputError: wrong shapes, not finite, no function.
     """
     desired = row("goal", goal)
+    if desired.ndim != 1:
+        raise InputError("input.shape", name="goal", expected="(n,)", got=desired.shape, hint="")
     require_function("gravity", gravity, "function g(theta)", 1)
-    K = finite("kp", kp)
-    K = np.diag(np.broadcast_to(K, desired.shape)) if K.ndim < 2 else K
-    n = len(desired)
+    K, n = finite("kp", kp), len(desired)
+    if K.shape not in ((), (n,), (n, n)):
+        raise InputError("input.shape", name="kp", expected=(n,), got=K.shape, hint="")
+    K = np.diag(np.broadcast_to(K, (n,))) if K.ndim < 2 else K
 
     def load(theta: Floats) -> Floats:
-        return require_finite("gravity", np.asarray(gravity(theta), dtype=np.float64))
+        return single("gravity", gravity(theta), (n,))
 
     e = np.zeros(n)
     for _ in range(ITERATIONS):
@@ -177,7 +181,8 @@ class TrackingError:
 
     def ramp(self, speed: ArrayLike) -> Floats:
         """(*batch) the error that remains behind a ramp theta_d = speed t: b speed / Kp; zero with an integral."""
-        _, lag = together(kp=self.kp, speed=finite("speed", speed) * self.friction / self.kp)
+        rate, _ = together(speed=finite("speed", speed), kp=self.kp)
+        lag = rate * self.friction / self.kp
         return np.where(self.ki > 0.0, 0.0, lag)
 
     def sine(self, frequency: ArrayLike) -> Complexes:

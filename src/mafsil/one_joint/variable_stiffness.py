@@ -64,8 +64,11 @@ class VariableStiffness:
             q: (*batch) of the joint [rad].
             first, second: (*batch) of the motors, each positive where it pulls its own cable in [rad].
         """
-        turn = self.radius * finite("q", q)
-        pulls = (self.motor_radius * finite("first", first) - turn, self.motor_radius * finite("second", second) + turn)
+        angle, one, two, _ = together(
+            q=finite("q", q), first=finite("first", first), second=finite("second", second), radius=self.radius
+        )
+        turn = self.radius * angle
+        pulls = (self.motor_radius * one - turn, self.motor_radius * two + turn)
         return np.maximum(pulls[0], 0.0), np.maximum(pulls[1], 0.0)
 
     def torque(self, q: ArrayLike, first: ArrayLike, second: ArrayLike) -> Floats:

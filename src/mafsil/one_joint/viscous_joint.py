@@ -38,7 +38,8 @@ class ViscousJoint:
         Args:
             torque, load: (*batch) [N m | N].
         """
-        return (finite("torque", torque) - finite("load", load)) / self.friction
+        tau, pull, b = together(torque=finite("torque", torque), load=finite("load", load), friction=self.friction)
+        return (tau - pull) / b
 
     def time_constant(self, kp: ArrayLike) -> Floats:
         """(*batch) b / Kp: in which the error falls to 37 % under proportional control [s].
@@ -46,7 +47,8 @@ class ViscousJoint:
         Args:
             kp: (*batch) above zero [N m/rad | N/m].
         """
-        return self.friction / above_zero("kp", kp)
+        b, k = together(friction=self.friction, kp=above_zero("kp", kp))
+        return b / k
 
     def inertia_share(self, kp: ArrayLike) -> Floats:
         """(*batch) (M / b) / (b / Kp): how slow the inertia is against the loop; small where first order holds.

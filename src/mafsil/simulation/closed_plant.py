@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from mafsil.arrays import Floats, JointVector, Vector6
+from mafsil.arrays import Floats, JointVector, Vector6, as_batch
 from mafsil.errors import InputError
 from mafsil.kernels.lazy import lazy
 from mafsil.parallel import ClosedChain
@@ -117,7 +117,7 @@ class ClosedPlant(Plant):
         self, q: JointVector, qd: JointVector, tau: JointVector, push: Vector6 | None, *, friction: bool
     ) -> Floats:
         """(*batch, n) efforts of motors, friction and world."""
-        applied = tau * self._driven
+        applied = as_batch("tau", tau, self._driven.shape) * self._driven
         if friction and self.has_friction:
             applied = applied - self.robot.friction_torque(qd)
         push = self.tip_push(q, qd, push)

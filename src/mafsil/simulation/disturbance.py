@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mafsil.arrays import Floats, Vector6, as_batch, frozen, require_finite
+from mafsil.arrays import Floats, Vector6, as_batch, frozen, require_finite, whole
 from mafsil.errors import InputError
 
 
@@ -48,8 +48,8 @@ class SensorNoise:
 
     def drawn(self, ticks: int, shape: tuple[int, ...]) -> tuple[Floats, Floats]:
         """Noise of every control tick, (ticks, *shape) for positions and for rates."""
-        generator = np.random.default_rng(self.seed)
-        draws = generator.standard_normal((2, ticks, *shape))
+        sizes = (whole("ticks", ticks), *(whole("shape", each) for each in shape))
+        draws = np.random.default_rng(self.seed).standard_normal((2, *sizes))
         return self.position * draws[0], self.velocity * draws[1]
 
 

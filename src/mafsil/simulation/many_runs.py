@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Floats, positive, real_array, require_finite, require_function, require_kind, whole
+from mafsil.arrays import Floats, positive, real_array, require_finite, require_function, require_kind, single, whole
 from mafsil.control import LawMemory
 from mafsil.errors import InputError
 from mafsil.messages import say
@@ -103,6 +103,7 @@ class MonteCarlo(Answer):
 
     def quantile(self, share: float) -> float:
         """Tip error that this share of the runs does not exceed [m]; infinite where so many did not finish."""
+        share = float(single("share", share, ()))
         if not 0.0 <= share <= 1.0:
             raise InputError("input.range", name="share", value=share, low=0.0, high=1.0)
         errors = np.sort(self.outcomes.tip_error)

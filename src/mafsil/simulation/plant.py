@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, Vector6, real_array
+from mafsil.arrays import Floats, JointVector, Vector6, as_batch, real_array
 from mafsil.control.environment import Environment, tip_wrench_of
 from mafsil.errors import InputError
 from mafsil.kernels.lazy import lazy
@@ -51,6 +51,8 @@ class Plant:
 
     def tip_push(self, q: JointVector, qd: JointVector, push: Vector6 | None) -> Vector6 | None:
         """(*batch, 6) wrench on the tip, in the tip frame: the push and what the environment adds; None if nothing."""
+        if push is not None:
+            push = as_batch("push", push, (6,))
         if self.environment is None:
             return push
         touch = tip_wrench_of(self.robot, self.environment, q, qd)

@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Vector3, positive, single
+from mafsil.arrays import Floats, Vector3, as_batch, positive, single
 from mafsil.control.shaped_environment import round_normal, round_normal_rate
 from mafsil.errors import InputError
 
@@ -106,18 +106,21 @@ class RigidSurface:
 
     def distance(self, p: Vector3) -> Floats:
         """(*batch,) from points p (*batch, 3) in {s} to the surface [m]; negative inside."""
+        p = as_batch("p", p, (3,))
         if self.normal is not None:
             return np.asarray((p - self.point) @ self.normal)
         return -round_normal(p, self.point, self.radius or inf, self.axis, self.hollow)[1]
 
     def outward(self, p: Vector3) -> Vector3:
         """(*batch, 3) normal at points p (*batch, 3)."""
+        p = as_batch("p", p, (3,))
         if self.normal is not None:
             return np.broadcast_to(self.normal, p.shape)
         return round_normal(p, self.point, self.radius or inf, self.axis, self.hollow)[0]
 
     def outward_rate(self, p: Vector3, velocity: Vector3) -> Vector3:
         """(*batch, 3) of the normal at points p (*batch, 3) that move [1/s]."""
+        p, velocity = as_batch("p", p, (3,)), as_batch("velocity", velocity, (3,))
         if self.normal is not None:
             return np.zeros_like(p)
         return round_normal_rate(p, velocity, self.point, self.axis, self.hollow)

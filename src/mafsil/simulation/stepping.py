@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mafsil.arrays import Floats, JointVector, Vector6
+from mafsil.arrays import Floats, JointVector, Vector6, as_batch, positive, require_kind
 from mafsil.errors import InputError
 from mafsil.mechanics.friction import SMOOTHING, FrictionLaw
 from mafsil.mechanics.tolerances import NEGLIGIBLE_RATE
@@ -56,6 +56,9 @@ def suitable_integrator(plant: Plant, q: JointVector, step: float, preferred: st
         step: of the integration [s].
         preferred: name of a method.
     """
+    require_kind("plant", plant, "Plant", "has_friction", "robot")
+    require_integrator(preferred)
+    q, step = as_batch("q", q, (plant.robot.n,)), positive("step", step)
     return IMPLICIT_FRICTION if friction_stiffness(plant, q) * step > STIFF else preferred
 
 

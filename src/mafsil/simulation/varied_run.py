@@ -157,9 +157,21 @@ class VariedRun(Run):
             return command
         if k == 0:
             self.waiting = np.empty((int(delay.max(initial=0)) + 1, *command.shape))
-        size = len(self.waiting)
+        size, rows = len(self.waiting), np.arange(len(delay))
+        before = None if self.memory is None else self.memory.waiting
         self.waiting[k % size] = command
-        return self.waiting[np.maximum(k - delay, 0) % size, np.arange(len(delay))]
+        acting = self.waiting[np.maximum(k - delay, 0) % size, rows]
+        if before is None or k >= size:
+            return acting
+        return np.where((k < delay)[:, None], before[np.maximum(delay - k, 0), rows], acting)
+
+    def _ended(self, k: int, status: SimulationStatus) -> SimulationStatus:
+        """Commands that still wait are left to the run that follows, which begins with the last tick of this one."""
+        if self.memory is not None and self.variants.delay is not None:
+            size = len(self.waiting)
+            late = self.waiting[np.maximum(k - np.arange(size), 0) % size]
+            self.memory.waiting = np.where(np.isfinite(late), late, 0.0)
+        return super()._ended(k, status)
 
     def _ended(self, k: int, status: SimulationStatus) -> SimulationStatus:
         """Efforts of runs that ended before do not count."""

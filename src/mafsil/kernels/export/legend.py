@@ -66,7 +66,8 @@ def symbol(owner: str, quantity: str, given: str | None = None) -> str:
     """
     if given is None:
         return f"{identifier(owner)}_{identifier(quantity)}"
-    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,62}", given) or given in KEYWORDS or given == "main":
+    name = str(given)
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,62}", name) or name in KEYWORDS or name == "main":
         raise InputError("export.name", name=given)
     return given
 

@@ -18,9 +18,9 @@ from mafsil.arrays import (
     Vector6,
     as_batch,
     positive,
-    require_finite,
     require_function,
     require_kind,
+    single,
     whole,
 )
 from mafsil.geometry import pose, wrench
@@ -147,11 +147,11 @@ def free_body_motion(
     Reference: Lynch & Park, Modern Robotics, sec. 8.2; Munthe-Kaas, High order Runge-Kutta methods on manifolds, 1999.
     """
     require_kind("body", body, "RigidBody", "inertial", "acceleration")
-    start, turn = pose.check(T), require_finite("V", as_batch("V", V, (6,)).reshape(6))
+    start, turn = pose.check(single("T", T, (4, 4))), single("V", V, (6,))
     end, accuracy = positive("duration", duration), Tolerance(positive("tolerance", tolerance), tolerance)
     whole("most_steps", most_steps, 1)
     deadline = perf_counter() + Budget(seconds=seconds).seconds
-    fall = require_finite("gravity", as_batch("gravity", gravity, (3,)).reshape(3))
+    fall = single("gravity", gravity, (3,))
     with np.errstate(over="ignore", invalid="ignore"):
         body.acceleration(turn, np.zeros(6))
     system = _Body(body, _wrench_of(F), fall)
@@ -214,7 +214,7 @@ def _wrench_of(F: BodyWrench | ArrayLike | None) -> BodyWrench | None:
     if callable(F):
         require_function("F", F, "function of (t, T, V)", 3)
         return F
-    constant = require_finite("F", as_batch("F", F, (6,)).reshape(6))
+    constant = single("F", F, (6,))
     return lambda t, T, V: constant
 
 

@@ -10,7 +10,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Floats, JointVector, as_batch, real_array, require_finite, require_function, require_kind
+from mafsil.arrays import (
+    Floats,
+    JointVector,
+    as_batch,
+    real_array,
+    require_finite,
+    require_function,
+    require_kind,
+    whole,
+)
 from mafsil.errors import InputError
 from mafsil.messages.tables import in_notebook
 from mafsil.robot import Robot, of_robot
@@ -182,10 +191,20 @@ def differentiate(t: ArrayLike, values: ArrayLike, order: int = 1) -> Floats:
         values: (k, ...) samples.
         order: 1 or 2.
 
+    Raises:
+        InputError: not finite, too few times, times that do not rise, another number of samples.
+
     Reference: Fornberg, Generation of finite difference formulas on arbitrarily spaced grids, Math. Comp. 51, 1988.
     """
-    times, samples = real_array("t", t), real_array("values", values)
-    count = len(times)
+    times, samples = (require_finite(name, real_array(name, x)) for name, x in (("t", t), ("values", values)))
+    whole("order", order, 1, 2)
+    count = times.size
+    if times.ndim != 1 or count <= order:
+        raise InputError("input.shape", name="t", expected=f"(k,), k > {order}", got=times.shape, hint="")
+    if samples.shape[:1] != (count,):
+        raise InputError("input.shape", name="values", expected=f"({count}, ...)", got=samples.shape, hint="")
+    if not (np.diff(times) > 0.0).all():
+        raise InputError("simulation.times", got=times.shape)
     width = min(STENCIL, count)
     first = np.clip(np.arange(count) - width // 2, 0, count - width)
     rows = first[:, None] + np.arange(width)

@@ -10,7 +10,17 @@ from typing import Any, TypeAlias, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, as_batch, frozen, positive, real_array, require_finite, require_function
+from mafsil.arrays import (
+    Floats,
+    JointVector,
+    as_batch,
+    frozen,
+    positive,
+    real_array,
+    require_finite,
+    require_function,
+    single,
+)
 from mafsil.errors import InputError
 
 Source: TypeAlias = "ArrayLike | Sampled | Callable[..., ArrayLike] | None"
@@ -49,7 +59,7 @@ class Sampled:
 
     def at(self, t: float) -> Floats:
         """Value (*batch, m) at a time."""
-        values = cast(Floats, self.values)
+        values, t = cast(Floats, self.values), float(single("t", t, ()))
         place = min(max(t / self.step, 0.0), len(values) - 1.0)
         if not self.joined:
             # A time that rounding puts just before a sample belongs to it.
