@@ -87,7 +87,7 @@ def crossings(charts: Charts, sides: Whole) -> Floats:
         sides: pairs of charts.
     """
     linkage, F = charts.linkage, charts.linkage.coordinates
-    found = [np.zeros((0, F))]
+    turned: list[tuple[Floats, ...]] = []
     for first in range(0, len(sides) if linkage.conditions else 0, AT_ONCE):
         a, b = sides[first : first + AT_ONCE].T
         start = charts.points[a]
@@ -99,9 +99,16 @@ def crossings(charts: Charts, sides: Whole) -> Floats:
         after = _signed(linkage, start + way, *frame)
         flipped = np.flatnonzero(after < 0)
         if len(flipped):
-            own = tuple(part[flipped] for part in frame)
-            ends = start[flipped], (start + way)[flipped]
-            found.append(_between(linkage, ends, (np.abs(before[flipped]), after[flipped]), cast("Frame", own)))
+            turned.append(tuple(part[flipped] for part in (start, start + way, np.abs(before), after, *frame)))
+    if not turned:
+        return np.zeros((0, F))
+    low, high, above, below, *own = (np.concatenate(parts) for parts in zip(*turned, strict=True))
+    found = [
+        _between(
+            linkage, (low[rows], high[rows]), (above[rows], below[rows]), cast("Frame", tuple(x[rows] for x in own))
+        )
+        for rows in (slice(first, first + AT_ONCE) for first in range(0, len(low), AT_ONCE))
+    ]
     return wrapped_points(linkage, np.concatenate(found))
 
 

@@ -6,6 +6,7 @@ Computational Geometry 51 (2014).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import cast
 
 import numpy as np
@@ -43,8 +44,9 @@ def agreed(charts: Charts, seed: int = 0) -> tuple[Whole, int]:
         if not concerned:
             break
         weights[concerned] = random.uniform(0.0, (SHARE * charts.radii[concerned]) ** 2)
-        for k in {k for corner in concerned for k in [corner, *around[corner]] if inner[k]}:
-            stars[k] = _star(k, _weighted(charts, k, around[k], weights))
+        anew = sorted({k for corner in concerned for k in [corner, *around[corner]] if inner[k]})
+        for k, cell in zip(anew, _weighted(charts, anew, around, weights), strict=True):
+            stars[k] = _star(k, cell)
         odd = _odd(stars)
     found = sorted({triangle for star in stars for triangle in star} - odd)
     left = sum(all(inner[k] for k in one) for one in odd)
@@ -57,13 +59,16 @@ def _around(charts: Charts) -> list[list[int]]:
     return [[j for j in ids if j != k] for k, ids in enumerate(near)]
 
 
-def _weighted(charts: Charts, k: int, others: list[int], weights: Floats) -> Cell:
-    """The cell of a chart in the power diagram of its neighbours."""
-    near = np.array(others, dtype=np.intp)
-    together, u, _, square = charts.neighbours(np.full_like(near, k), near)
-    ids = near[together]
-    limits = (square + weights[k] - weights[ids]) / 2
-    return cut_by(open_cell(CELL * float(charts.radii[k])), u, limits, ids)
+def _weighted(charts: Charts, own: list[int], around: list[list[int]], weights: Floats) -> Iterator[Cell]:
+    """The cells of charts in the power diagram of their neighbours."""
+    first = np.repeat(np.array(own, dtype=np.intp), [len(around[k]) for k in own])
+    second = np.array([j for k in own for j in around[k]], dtype=np.intp)
+    together, u, _, square = charts.neighbours(first, second)
+    first, second = first[together], second[together]
+    limits = (square + weights[first] - weights[second]) / 2
+    begins = np.searchsorted(first, [*own, own[-1] + 1])
+    for k, begin, end in zip(own, begins.tolist(), begins.tolist()[1:], strict=False):
+        yield cut_by(open_cell(CELL * float(charts.radii[k])), u[begin:end], limits[begin:end], second[begin:end])
 
 
 def _star(k: int, cell: Cell) -> set[Triangle]:

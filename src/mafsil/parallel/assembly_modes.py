@@ -123,7 +123,7 @@ class AssemblyModes(Answer):
         )  # fmt: skip
         if self.count.ndim or self.count or not self.expected:
             return sentence
-        return f"{sentence}; {say('parallel.nearest_lengths', language=language, **self.nearest.details())}"
+        return sentence + say("parallel.nearest_lengths", language=language, **self.nearest.details())
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data; if rows have no pose, the nearest lengths too."""

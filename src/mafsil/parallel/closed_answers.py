@@ -30,7 +30,8 @@ class ClosedConfigurations(Answer):
         q: (*batch, n) the best that were found [rad | m].
         error: (*batch) their largest gap [rad | m]; infinite where a loop is closed the wrong way round.
         steps: (*batch) of Newton's method.
-        tolerance: up to which a loop counts as closed.
+        tolerance: up to which a loop counts as closed: roundings, and (*batch) what digits of the description that
+            contradict each other leave.
         widest: name of the loop that gapes most where none was found; empty otherwise.
         distance, angle: by how much it is open there, in the nearest to closing that was found [m], [rad].
     """
@@ -38,7 +39,7 @@ class ClosedConfigurations(Answer):
     q: JointVector
     error: Floats
     steps: Integers
-    tolerance: float
+    tolerance: float | Floats
     widest: str = ""
     distance: float = 0.0
     angle: float = 0.0

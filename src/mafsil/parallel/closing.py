@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mafsil.arrays import Floats, Integers, JointVector
+from mafsil.arrays import Booleans, Floats, Integers, JointVector
 from mafsil.parallel import closed_terms
 from mafsil.parallel.closed_answers import ClosedConfigurations
 from mafsil.parallel.least_gap import least_open, widest_loop
@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 
 CLOSED = 1e-13
 """Gap over the size of the mechanism, or in radians, at which a loop is closed: some hundred roundings."""
+TYPED = 1e-9
+"""Gap likewise, which rows that depend on others may leave: numbers of a file contradict each other in their last
+digits, and nothing can close what they leave."""
 TINY = 1e-300
 LONGEST_STEP = 0.3
 """Of one coordinate in a Newton step [rad | sizes]."""
@@ -42,32 +45,34 @@ def closed(chain: ClosedChain, q: JointVector, free: Integers, most: int, tries:
     """
     begin, more, bound = q.reshape(-1, chain.n), tries - 1, CLOSED * chain.size
     # 1
-    best, error, steps = _searched(chain, begin, free, most)
+    best, error, steps, left = _searched(chain, begin, free, most)
     # 2
     rng, done = np.random.default_rng(0), 0
-    while done < more and len(open_ := np.flatnonzero(error > bound)):
+    while done < more and len(open_ := np.flatnonzero(error > np.maximum(bound, left))):
         count = min(AT_ONCE, more - done)
         reach = FARTHEST_START * (done + count) / more
         starts = np.repeat(begin[open_, None], count, axis=1)
         starts[..., free] += reach * rng.uniform(-1.0, 1.0, (len(open_), count, len(free))) * chain.unit[free]
-        found, gap, taken = _searched(chain, starts.reshape(-1, chain.n), free, most)
-        found, gap = found.reshape(starts.shape), gap.reshape(-1, count)
+        found, gap, taken, rest = _searched(chain, starts.reshape(-1, chain.n), free, most)
+        found, gap, rest = found.reshape(starts.shape), gap.reshape(-1, count), rest.reshape(-1, count)
         far = np.abs((found - begin[open_, None]) / chain.unit).max(axis=2)
-        pick = _nearest(gap, far, bound)
+        pick = _nearest(gap, far, np.maximum(bound, rest))
         each = np.arange(len(open_))
         better = gap[each, pick] < error[open_]
         best[open_[better]], error[open_[better]] = found[each, pick][better], gap[each, pick][better]
+        left[open_[better]] = rest[each, pick][better]
         steps[open_] += taken.reshape(-1, count).sum(axis=1)
         done += count
+    limits = np.maximum(bound, left)
     # 3
-    widest, shape = _widest(chain, best, error, bound, free, refined=tries > 1), q.shape[:-1]
+    widest, shape = _widest(chain, best, error, limits, free, refined=tries > 1), q.shape[:-1]
     return ClosedConfigurations(
-        best.reshape(*shape, chain.n), error.reshape(shape), steps.reshape(shape), bound, *widest
+        best.reshape(*shape, chain.n), error.reshape(shape), steps.reshape(shape), limits.reshape(shape), *widest
     )
 
 
-def _searched(chain: ClosedChain, rows: Floats, free: Integers, most: int) -> tuple[Floats, Floats, Integers]:
-    """Newton's method from each row: the best configuration, its gap, and steps.
+def _searched(chain: ClosedChain, rows: Floats, free: Integers, most: int) -> tuple[Floats, Floats, Integers, Floats]:
+    """Newton's method from each row: the best configuration, its gap, steps, and what dependent rows leave of the gap.
 
     Args:
         chain: with loops.
@@ -77,7 +82,7 @@ def _searched(chain: ClosedChain, rows: Floats, free: Integers, most: int) -> tu
     """
     rows = rows.copy()
     best, steps = rows.copy(), np.zeros(len(rows), dtype=np.int64)
-    error = np.full(len(rows), np.inf)
+    error, left = np.full(len(rows), np.inf), np.zeros(len(rows))
     open_, found = np.arange(len(rows)), chain.terms(rows)
     for _ in range(most + 1):
         gap = closed_terms.error_of(found)
@@ -87,15 +92,39 @@ def _searched(chain: ClosedChain, rows: Floats, free: Integers, most: int) -> tu
         open_ = open_[going]
         if not len(open_):
             break
-        move = closed_terms.correction(found.J[going][:, :, free], found.gap[going])
+        gap, J = gap[going], found.J[going]
+        move = closed_terms.correction(J[:, :, free], found.gap[going])
+        spent = _spent(chain, J, found.gap[going], gap)
+        if spent.any():
+            left[open_[spent]] = gap[spent]
+            open_, move = open_[~spent], move[~spent]
+            if not len(open_):
+                break
         longest = np.abs(move / chain.unit[free]).max(axis=1, initial=0.0)
         rows[open_[:, None], free] += move * np.minimum(1.0, LONGEST_STEP / np.maximum(longest, TINY))[:, None]
         steps[open_] += 1
         found = chain.terms(rows[open_])
-    return best, error, steps
+    return best, error, steps, left
 
 
-def _nearest(gap: Floats, far: Floats, bound: float) -> Integers:
+def _spent(chain: ClosedChain, J: Floats, gaps: Floats, widest: Floats) -> Booleans:
+    """(k,) whether a gap is that of digits which contradict each other: no coordinate would make it smaller.
+
+    Args:
+        chain: with loops.
+        J: (k, m, n) rows of the loops by all coordinates.
+        gaps: (k, m).
+        widest: (k,) the largest of each, infinite where a loop is closed the wrong way round.
+    """
+    spent = np.asarray(widest <= TYPED * chain.size)
+    if spent.any():
+        step = closed_terms.correction(J[spent], gaps[spent])
+        within_reach = np.abs(np.einsum("kmn,kn->km", J[spent], step)).max(axis=1, initial=0.0)
+        spent[spent] = within_reach <= CLOSED * chain.size
+    return spent
+
+
+def _nearest(gap: Floats, far: Floats, bound: Floats) -> Integers:
     """(rows,) of searches (rows, k) the nearest that closed, or the one with the least gap where none did."""
     closed = gap <= bound
     near, least = np.argmin(np.where(closed, far, np.inf), axis=1), np.argmin(gap, axis=1)
@@ -103,14 +132,14 @@ def _nearest(gap: Floats, far: Floats, bound: float) -> Integers:
 
 
 def _widest(
-    chain: ClosedChain, best: Floats, error: Floats, bound: float, free: Integers, *, refined: bool
+    chain: ClosedChain, best: Floats, error: Floats, bound: Floats, free: Integers, *, refined: bool
 ) -> tuple[str, float, float]:
     """The loop that gapes most in the row that gapes most, and by how much [m], [rad]; an empty name if none does.
 
     Args:
         chain: with loops.
         best, error: rows and their gaps; the row is changed to the one nearest to closing.
-        bound: of a gap that counts as closed.
+        bound: of gaps that count as closed.
         free: indices of the coordinates that may change.
         refined: whether to look for less than Newton's method left.
     """

@@ -83,12 +83,12 @@ def output_angles(linkage: FourBar, theta: ArrayLike) -> OutputAngles:
     angle = finite_numbers("theta", theta)
     L1, L2, L3, L4 = linkage.lengths.tolist()
     alpha, beta = 2 * L3 * (L4 - L1 * np.cos(angle)), -2 * L1 * L3 * np.sin(angle)
-    d2 = (L1 - L4) ** 2 + 4 * L1 * L4 * np.sin(angle / 2) ** 2
-    gamma = (L2 - L3) * (L2 + L3) - d2
-    reach = 2 * L3 * np.sqrt(d2)
+    d2: Floats = (L1 - L4) ** 2 + 4 * L1 * L4 * np.sin(angle / 2) ** 2
+    gamma: Floats = (L2 - L3) * (L2 + L3) - d2
+    reach: Floats = 2 * L3 * np.sqrt(d2)
     small = TOUCHING * float(linkage.lengths.max()) ** 2
     every = (reach <= small) & (np.abs(gamma) <= small)
-    ratio = np.where(reach > 0.0, gamma / np.where(reach > 0.0, reach, 1.0), np.copysign(np.inf, gamma))
+    ratio: Floats = np.where(reach > 0.0, gamma / np.where(reach > 0.0, reach, 1.0), np.copysign(np.inf, gamma))
     closes = every | (np.abs(ratio) - 1 < TOUCHING)
     half = np.where(every, np.pi / 2, np.arccos(np.clip(ratio, -1.0, 1.0)))
     middle = np.where(every, np.pi / 2, np.arctan2(beta, alpha))

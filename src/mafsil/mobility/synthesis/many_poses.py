@@ -14,7 +14,7 @@ from mafsil.mobility.synthesis.poses import PoseConditions, checked_poses, in_pl
 MOST_DYADS = 4
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ManyDyads:
     """Dyads of batches of five poses; the point of one with a slider is infinite, across the line of the slider.
 
@@ -30,6 +30,9 @@ class ManyDyads:
     moving: Floats
     count: Integers
     infinite: Booleans
+
+    def __repr__(self) -> str:
+        return f"ManyDyads(count={self.count!r}, infinite={self.infinite!r})"
 
     @property
     def there(self) -> Booleans:
