@@ -82,6 +82,17 @@ def _legs(plan):
 
 
 @pytest.mark.capability("11-45")
+def test_the_clock_of_the_replay_names_moves_of_the_job_alone(run):
+    """The table has the moves of both; bands of plots and the name above the replay follow the robot of the job."""
+    steps = page_of(run, summary(run), "en").steps
+    assert [step.beside for step in steps] == sorted(step.beside for step in steps)
+    ends = [step.end for step in steps if not step.beside]
+    assert len(ends) == len(run.plan.legs)
+    assert ends == sorted(ends)
+    assert any(step.beside for step in steps)
+
+
+@pytest.mark.capability("11-45")
 def test_both_stand_in_the_replay_and_in_the_clearance(run):
     found = clearances(run)
     names = {*found.first, *found.second}

@@ -159,7 +159,8 @@ def _plain(value: Any) -> Any:
 def _complain(sentence: str) -> None:
     """One line on stderr; lines of longer answers are clauses of it."""
     lines = [" ".join(line.split()) for line in sentence.splitlines() if line.strip()]
-    line = in_line(visible(clauses([each.rstrip(".") for each in lines[:-1]] + lines[-1:])))
+    joined = clauses([*(each.rstrip(".") for each in lines[:-1]), *lines[-1:]]).replace(":" + clauses(["", ""]), ": ")
+    line = in_line(visible(joined))
     print(f"mafsil: {line}", file=sys.stderr, flush=True)
 
 

@@ -16,6 +16,8 @@ from mafsil.messages.visible import visible
 
 MOST_MOMENTS = 2000
 """Moments of a run at which distances are measured."""
+FEWEST_MOMENTS, MANY_PIECES = 200, 200_000_000
+"""The same among a cloud of a camera or the like, and how many pieces all moments together look at, about."""
 NEARLY = 0.5
 """Share of the wanted clearance below which what is left of it deserves a warning."""
 
@@ -64,7 +66,9 @@ def clearances(run: Run) -> Clearances | None:
     if around is None:
         return None
     t, q = run.recording.t, run.recording.q
-    rows = np.unique(np.linspace(0, len(t) - 1, min(len(t), MOST_MOMENTS)).round().astype(np.intp))
+    pieces = max(len(around.scene.pieces.rows), 1)
+    most = int(np.clip(MANY_PIECES // pieces, FEWEST_MOMENTS, MOST_MOMENTS))
+    rows = np.unique(np.linspace(0, len(t) - 1, min(len(t), most)).round().astype(np.intp))
     rows = rows[np.isfinite(q[rows]).all(axis=1)]
     legs = np.clip(np.searchsorted(run.plan.starts, t[rows], side="right") - 1, 0, len(run.plan.legs) - 1)
     distance = np.empty(len(rows))

@@ -18,7 +18,7 @@ def worst_kept(run: Run, leg: int) -> Measured | None:
         leg: its number.
     """
     way = run.plan.legs[leg].way
-    if way is None or way.plan.kept is None or way.plan.checker is None:
+    if way is None or way.plan.kept is None or not way.plan.kept.asked or way.plan.checker is None:
         return None
     t, begun, end = run.recording.t, run.plan.starts[leg], run.plan.starts[leg + 1]
     rows = np.flatnonzero((t >= begun) & (t <= end))

@@ -93,7 +93,7 @@ class WayRound:
     def keeps(self) -> Measured | None:
         """What is kept on the way, and within what that is proved; None where nothing was asked for."""
         found = self.plan
-        if found.kept is None or found.checker is None:
+        if found.kept is None or not found.kept.asked or found.checker is None:
             return None
         worst = found.kept.along(found.checker, found.path[:-1], found.path[1:])
         return None if worst is None else Measured(found.kept, worst)
@@ -114,7 +114,7 @@ class WayRound:
             "planner": found.planner, "nodes": found.nodes, "configurations": found.configurations,
             "segments": found.segments, "proofs": found.proofs, "length": found.length, "path": found.path.tolist(),
             "would_hit": None if self.contact is None else [self.contact.first, self.contact.second],
-            "kept": found.kept_bounds().tolist(),
+            "kept": [] if self.keeps is None else found.kept_bounds().tolist(),
         }  # fmt: skip
 
 

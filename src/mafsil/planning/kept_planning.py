@@ -13,7 +13,7 @@ from mafsil.arrays import Floats, JointVector
 from mafsil.collision import Checker
 from mafsil.lazy_module import lazily
 from mafsil.messages import clauses
-from mafsil.planning.path_constraints import Constraint
+from mafsil.planning.path_constraints import Constraint, LoopClosed
 
 if TYPE_CHECKING:
     import mafsil.planning.arm_search_loops as arm_search_loops
@@ -46,6 +46,11 @@ class Kept:
 
     constraints: tuple[Constraint, ...]
     arrays: kept_loops.Kept
+
+    @property
+    def asked(self) -> bool:
+        """Whether anything but closed loops is kept."""
+        return not all(isinstance(one, LoopClosed) for one in self.constraints)
 
     def measures(self, checker: Checker, q: JointVector) -> Floats:
         """(m, k) measures of configurations (m, n)."""
@@ -107,8 +112,13 @@ class Measured:
         return bool((self.measures <= self.kept.arrays.limit).all())
 
     def explain(self, language: str | None = None) -> str:
-        """A clause for each constraint."""
-        return clauses(self.kept.sentences(self.measures, language), language)
+        """A clause for each constraint; loops that stay closed need none beside others."""
+        every, limits = self.kept.sentences(self.measures, language), self.kept.arrays.limit
+        some = [
+            said for said, one, measure, limit in zip(every, self.kept.constraints, self.measures, limits, strict=True)
+            if measure > limit or not isinstance(one, LoopClosed)
+        ]  # fmt: skip
+        return clauses(some or every, language)
 
 
 def search_kept(

@@ -41,6 +41,7 @@ class Step:
         start, end: [s].
         text: how it went.
         level: whether it went well.
+        beside: whether another robot makes it meanwhile; the replay and the plots follow the robot of the job.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Step:
     end: float
     text: str = ""
     level: Level = "good"
+    beside: bool = False
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -256,7 +256,7 @@ def _other_steps(run: Run, words: _Words) -> Iterator[Step]:
         for one in beside.steps:
             name = words("other_move", name=beside.neighbour.name, number=one.number)
             text = one.text if one.decision is None else one.decision.explain(language=words.language)
-            yield Step(name, words(f"kind_{one.kind}"), one.start, one.end, text, "good")
+            yield Step(name, words(f"kind_{one.kind}"), one.start, one.end, text, "good", beside=True)
 
 
 def _arrived(run: Run, leg: Leg, judged: Arrival, words: _Words) -> str:

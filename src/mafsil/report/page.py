@@ -102,7 +102,7 @@ def _words(page: Page) -> dict[str, Any]:
     """What the script says in a language besides its sentences."""
     return {
         "title": visible(page.title),
-        "moves": [visible(step.name) for step in page.steps],
+        "moves": [visible(step.name) for step in page.steps if not step.beside],
         "plots": [{"title": plot.title, "names": [visible(name) for name in plot.names]} for plot in page.plots],
     }
 
@@ -168,7 +168,7 @@ def _data(page: Page, others: Sequence[Page]) -> dict[str, Any]:
         "duration": page.duration,
         "joints": [visible(name) for name in page.joints],
         "time": packed(page.times),
-        "moves": [{"from": step.start, "to": step.end} for step in page.steps],
+        "moves": [{"from": step.start, "to": step.end} for step in page.steps if not step.beside],
         "plots": [plot_data(plot) for plot in page.plots],
         "tape": _tape(scene),
     }

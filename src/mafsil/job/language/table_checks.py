@@ -12,6 +12,7 @@ from mafsil.job.language.pose_checks import check_pose
 from mafsil.job.language.statements import JobFile, OtherProgram, PlacedGoal
 from mafsil.job.surrounding_tables import FILE_KEYS
 from mafsil.job.variation_table import SPREADS, Normal, Spread
+from mafsil.messages.visible import visible
 from mafsil.simulation.rigid_plant import METHODS
 
 KINDS_OF_OBSTACLE = ("box", "sphere", "cylinder", "capsule", "cone", "floor", *FILE_KEYS)
@@ -68,7 +69,11 @@ def check_tables(file: JobFile, data: dict[str, Any], error: Complaint) -> None:
 
 def check_obstacles(obstacles: tuple[Obstacle, ...], data: Sequence[dict[str, Any]], error: Complaint) -> None:
     """Each obstacle is exactly one thing."""
+    names: set[str] = set()
     for k, obstacle in enumerate(obstacles):
+        if obstacle.name in names:
+            raise error("job.obstacle_twice", ("obstacle", k, "name"), given=visible(obstacle.name))
+        names |= {obstacle.name} - {""}
         given = [name for name in KINDS_OF_OBSTACLE if getattr(obstacle, name) not in (None, False)]
         if len(given) != 1:
             known = ", ".join(KINDS_OF_OBSTACLE)
