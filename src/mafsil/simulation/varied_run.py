@@ -166,16 +166,15 @@ class VariedRun(Run):
         return np.where((k < delay)[:, None], before[np.maximum(delay - k, 0), rows], acting)
 
     def _ended(self, k: int, status: SimulationStatus) -> SimulationStatus:
-        """Commands that still wait are left to the run that follows, which begins with the last tick of this one."""
+        """Efforts of runs that ended before do not count.
+
+        Commands that still wait are left to the run that follows, which begins with the last tick of this one.
+        """
+        self.tau[k][self.ends <= k] = 0.0
         if self.memory is not None and self.variants.delay is not None:
             size = len(self.waiting)
             late = self.waiting[np.maximum(k - np.arange(size), 0) % size]
             self.memory.waiting = np.where(np.isfinite(late), late, 0.0)
-        return super()._ended(k, status)
-
-    def _ended(self, k: int, status: SimulationStatus) -> SimulationStatus:
-        """Efforts of runs that ended before do not count."""
-        self.tau[k][self.ends <= k] = 0.0
         return super()._ended(k, status)
 
     def _require_finite(self, t: float, command: JointVector) -> None:
