@@ -57,7 +57,7 @@ def test_the_shortest_way_round_a_square():
         PolygonWorld.of([0, 0], [1, 1], [[[0, 0], [1, 1], [2, 2]]])
 
 
-@settings(deadline=None, max_examples=6)
+@settings(deadline=None, max_examples=4)
 @given(st.integers(0, 2**32 - 1))
 def test_visibility_is_never_longer_than_a_search(seed):
     rng = np.random.default_rng(seed)
@@ -232,7 +232,7 @@ def _signed_distance(points, corners):
 
 
 @pytest.mark.capability("11-42", "11-44")
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_paths_down_a_navigation_function_are_free_between_the_cells(seed):
     """Splinters thinner than the cells: their middles are free, motions between them need not be."""
     rng = np.random.default_rng(seed)
@@ -338,7 +338,7 @@ def test_an_arm_goes_round_an_obstacle():
     start, goal = [-0.9, 0.3], [0.9, -0.3]
     assert not arm.problem().is_free_segment(np.array(start), np.array(goal))
     for planner in ("rrt_connect", "prm", "rrt_star"):
-        nodes = 500 if planner == "rrt_star" else 3000
+        nodes = 250 if planner == "rrt_star" else 3000
         found = find_path(arm.problem(), start, goal, planner=planner, seed=4, nodes=nodes, seconds=20.0)
         assert found, found.explain("en")
         shares = np.linspace(0, 1, 400)[:, None]

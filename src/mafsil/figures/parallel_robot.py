@@ -211,14 +211,14 @@ def draw_five_bar(robot: FiveBar, theta: Floats, found: LoopSingularities) -> An
 
 def _numbers(axes: Any, places: Floats, size: float) -> None:
     """Numbers of joints away from the links that meet there; joints in one place share their words."""
-    ring = np.vstack([places[-1:], places, places[:1]])
+    around = np.vstack([places[-1:], places, places[:1]])
     done: set[int] = set()
     for k, place in enumerate(places):
         if k in done:
             continue
         here = np.flatnonzero(np.linalg.norm(places - place, axis=1) < 1e-6 * size).tolist()
         done.update(here)
-        away = sum((2 * place - ring[j] - ring[j + 2] for j in here), np.zeros(2))
+        away = sum((2 * place - around[j] - around[j + 2] for j in here), np.zeros(2))
         bent = len(here) == 1 and np.linalg.norm(away) > 0.1 * size and abs(np.ptp(places[:, 1])) > 0.05 * size
         step = away / np.linalg.norm(away) if bent else np.array([0.0, 1.0])
         _word(axes, place + 0.11 * size * step, ", ".join(str(j + 1) for j in here), LEG)
