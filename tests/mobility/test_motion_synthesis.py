@@ -19,6 +19,13 @@ def pose_error(one, poses):
     return max(np.abs(met[:, :2] - poses[:, :2]).max() / size, np.abs(wrapped(met[:, 2] - poses[:, 2])).max())
 
 
+def unlike(one):
+    """Longest link over shortest: by so much rounding of the one shows at the other."""
+    bar = one.linkage
+    links = bar.lengths if isinstance(bar, FourBar) else np.array([bar.crank, bar.rod])
+    return links.max() / links.min()
+
+
 def is_planted(one, plant, tolerance=1e-6):
     pivots, other = np.array([one.A, one.D]), np.array([plant.A, plant.D])
     return min(np.abs(pivots - other).max(), np.abs(pivots[::-1] - other).max()) < tolerance
@@ -34,7 +41,7 @@ def test_five_poses_of_a_four_bar_give_it_back_and_all_candidates_take_them(seed
     assert max(one.residual for one in hits) < 1e-9
     assert len(found.dyads) in (2, 4)
     assert len(found) <= 6
-    assert max(pose_error(one, plant.poses) for one in found) < 1e-9
+    assert max(pose_error(one, plant.poses) / unlike(one) for one in found) < 1e-11
 
 
 @pytest.mark.parametrize("seed", range(4))
