@@ -309,3 +309,15 @@ def test_a_margin_of_bodies_of_the_arm_that_is_none_is_refused(tmp_path):
     for wrong in (-0.1, np.nan, np.inf, "far"):
         with pytest.raises(mf.InputError, match="own_margin"):
             Checker(arm(tmp_path), own_margin=wrong)
+
+
+@pytest.mark.capability("11-40")
+def test_tables_of_fewer_pairs_are_those_of_an_arm_that_knows_nothing_yet():
+    """Distances in cells that another choice of pairs has found already are used again."""
+    ur5, other = (Checker("ur5e", radius=0.06) for _ in range(2))
+    assert ur5.laid.clearances.table.max() >= 3
+    fewer, fresh = (one.checking(range(len(one.bodies)), range(0, len(one.arm.pairs), 2)).laid for one in (ur5, other))
+    for known, new in zip(fewer.clearances, fresh.clearances, strict=True):
+        np.testing.assert_array_equal(known, new)
+    assert fewer._nearest_in_cells is ur5.laid._nearest_in_cells
+    assert 0 < len(fresh._nearest_in_cells) < len(fewer._nearest_in_cells)

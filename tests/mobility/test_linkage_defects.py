@@ -90,9 +90,9 @@ def test_circuits_of_slider_cranks(crank, rod, offset):
     """Configurations are joined where they are neighbours: as many circuits as connected pieces."""
     bar = SliderCrank(crank, rod, offset)
     theta = np.linspace(-np.pi, np.pi, 6001)[:-1]
-    x = bar.positions(theta).x
-    mode, index = np.nonzero(np.isfinite(x.T))
-    B, C = crank * np.exp(1j * theta[index]), x[index, mode] + 1j * offset
+    places = bar.positions(theta)
+    index, mode = np.nonzero(np.stack([places.reachable, places.reachable], axis=-1))
+    B, C = crank * np.exp(1j * theta[index]), places.x[index, mode] + 1j * offset
     found = assess_slider_cranks(np.zeros(1, complex), B[None], C[None], np.ones(1, complex))
     points = np.stack([B.real, B.imag, C.real], axis=1)
     pieces = _pieces(points, 0.12)
@@ -102,11 +102,13 @@ def test_circuits_of_slider_cranks(crank, rod, offset):
 
 
 def _pieces(points, reach):
+    from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
 
-    graph = cKDTree(points).sparse_distance_matrix(cKDTree(points), reach)
-    return connected_components(graph)[1].tolist()
+    pairs = cKDTree(points).query_pairs(reach, output_type="ndarray")
+    graph = coo_array((np.ones(len(pairs)), pairs.T), (len(points), len(points)))
+    return connected_components(graph, directed=False)[1].tolist()
 
 
 def test_what_a_candidate_says_is_computed_from_its_numbers():

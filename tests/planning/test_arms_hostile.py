@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import signal
 import threading
-from itertools import pairwise
 from time import perf_counter
 
 import numpy as np
@@ -13,7 +12,7 @@ import pytest
 
 import mafsil as mf
 from mafsil import planning
-from mafsil.collision import Box, Checker, Obstacle, Scene, Sphere, TriangleMesh
+from mafsil.collision import Box, Checker, Obstacle, TriangleMesh
 from mafsil.errors import InputError
 from mafsil.planning import PlanningStatus
 
@@ -48,31 +47,6 @@ def test_an_empty_scene(panda, planner):
     assert found
     np.testing.assert_allclose(found.length, np.linalg.norm(GOAL - START), rtol=1e-9)
     assert np.isinf(found.clearance(5).distance).all()
-
-
-@pytest.mark.capability("11-40")
-def test_ten_thousand_obstacles(panda):
-    rng = np.random.default_rng(1)
-    places = rng.uniform([-0.9, -0.9, 0.0], [0.9, 0.9, 1.3], (20_000, 3))
-    keep = np.linalg.norm(places[:, :2], axis=1) > 0.2
-    for q in (START, GOAL):
-        tip = panda.robot.link_poses(q)[:, :3, 3]
-        for a, b in pairwise(tip):
-            for point in np.linspace(a, b, 8):
-                keep &= np.linalg.norm(places - point, axis=1) > 0.12
-    scene = Scene([Obstacle(Sphere(0.004), place, f"ball {k}") for k, place in enumerate(places[keep][:10_000])])
-    assert len(scene) == 10_000
-    crowded = panda.with_scene(scene)
-    found = mf.plan(crowded, None, START, GOAL, seconds=10.0)
-    assert found or found.status in (
-        PlanningStatus.NOT_FOUND,
-        PlanningStatus.START_BLOCKED,
-        PlanningStatus.GOAL_BLOCKED,
-    )
-    if found:
-        assert crowded.check_path(found.path)
-    else:
-        assert found.explain("en")
 
 
 @pytest.mark.capability("11-40")

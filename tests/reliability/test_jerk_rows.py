@@ -17,6 +17,6 @@ def test_states_to_states():
 
 @pytest.mark.row("R11")
 def test_via_points():
-    found = jerk_via_points.work(0, 600)
+    found = jerk_via_points.work(0, 300)
     assert not any(value for name, value in found.items() if name.startswith("bad_"))
-    assert found["shorter_than_stops"] > 500
+    assert found["shorter_than_stops"] > 250

@@ -40,6 +40,8 @@ OFTEN, OFTENER, SAMPLES = 0.05, 0.15, 200
 values of a third coordinate is worth, and of how many configurations."""
 Poses: TypeAlias = Callable[[Floats], Iterator[tuple[int, Floats]]]
 """(m, n) -> link poses in parts, each with the index of its first."""
+NearestInCells: TypeAlias = dict[tuple[object, ...], Floats]
+"""(SIDE^2,) distances of pairs of bodies at the middles of cells, 32 kB each, by what they depend on."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +69,9 @@ class _Plan:
         return self.columns, self.third, self.others
 
 
-def clearances_of(arm: Arm, motion: Motion, regions: Regions, limits: JointLimits, poses: Poses) -> Clearances:
+def clearances_of(
+    arm: Arm, motion: Motion, regions: Regions, limits: JointLimits, poses: Poses, nearest: NearestInCells
+) -> Clearances:
     """Tables for the pairs of an arm that two coordinates decide.
 
     1. Pairs whose balls meet often, the most often first, as long as that costs little: to others balls are enough.
@@ -79,6 +83,7 @@ def clearances_of(arm: Arm, motion: Motion, regions: Regions, limits: JointLimit
         regions: where the bodies can be within the limits.
         limits: of the coordinates; where they are infinite, only those of hinges have a table.
         poses: of configurations.
+        nearest: what is known already of pairs of the same bodies, in and out.
     """
     grid, size, plans, cost = _Grid(motion, regions, limits), SIDE * SIDE, list[_Plan](), 0
     for k, share in _often_near(arm, poses, grid.samples()):  # 1
@@ -101,14 +106,31 @@ def clearances_of(arm: Arm, motion: Motion, regions: Regions, limits: JointLimit
         known.axes[t, 1, 2] *= first != second
         known.cells[t] = begin, len(pairs)
         found = known.values[begin : begin + size * len(pairs)].reshape(size, len(pairs))
-        found[:] = MOST
-        for third in grid.values(group):
-            for row, some in poses(grid.middles(group[0], third)):  # 3
-                lower_clearances(arm, some, pairs, found[row : row + len(some)])
-        found -= [plan.loss for plan in group]
+        _look_at_cells(arm, grid, group, poses, nearest)  # 3
+        for slot, plan in enumerate(group):
+            found[:, slot] = nearest[_key(arm, plan, group)] - plan.loss
         known.table[pairs[(found > 0.0).mean(axis=0) < USEFUL]] = -1
         begin += found.size
     return known
+
+
+def _key(arm: Arm, plan: _Plan, group: list[_Plan]) -> tuple[object, ...]:
+    """What the distances of a pair in the cells of its table depend on, of arms with the same bodies."""
+    a, b = arm.pairs[plan.pair].tolist()
+    return a, b, plan.of_table, max(each.turns for each in group)
+
+
+def _look_at_cells(arm: Arm, grid: _Grid, group: list[_Plan], poses: Poses, nearest: NearestInCells) -> None:
+    """The distances at the middles of all cells, of the pairs of a table of which they are not known."""
+    missing = [plan for plan in group if _key(arm, plan, group) not in nearest]
+    if not missing:
+        return
+    pairs, found = np.array([plan.pair for plan in missing]), np.full((SIDE * SIDE, len(missing)), MOST)
+    for third in grid.values(group):
+        for row, some in poses(grid.middles(group[0], third)):
+            lower_clearances(arm, some, pairs, found[row : row + len(some)])
+    for column, plan in zip(found.T, missing, strict=True):
+        nearest[_key(arm, plan, group)] = column.copy()
 
 
 class _Grid:

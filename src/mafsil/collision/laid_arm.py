@@ -47,11 +47,13 @@ class LaidArm:
         self.robot, self.arm, self._joints = robot, arm, joints
         self._kinematics: dict[int, tuple[Kinematics, list[object]]] = {}
         self._benches: dict[int, Bench] = {}
+        self._nearest_in_cells: clearance_tables.NearestInCells = {}
 
     def with_arm(self, arm: Arm) -> LaidArm:
         """The same bodies, of which other pairs are checked, or other pieces against the surroundings."""
         other = LaidArm(self.robot, self._joints, arm)
         other.__dict__["kernels"] = self.kernels  # A cached property is an entry of the dictionary.
+        other._nearest_in_cells = self._nearest_in_cells
         return other
 
     @cached_property
@@ -80,7 +82,9 @@ class LaidArm:
         """What is known of pairs of bodies."""
         limits = self.robot.limits
         regions = Regions(self.robot.mechanism, self._joints, self.arm, limits.lower, limits.upper)
-        return clearance_tables.clearances_of(self.arm, self.motion, regions, limits, self._poses)
+        return clearance_tables.clearances_of(
+            self.arm, self.motion, regions, limits, self._poses, self._nearest_in_cells
+        )
 
     def workshop(self, scene: Scene, margin: Floats) -> Held[Workshop]:
         """What this thread asks about the arm in a scene, with clearances (1 + pairs,) as in `World` [m]."""
