@@ -115,4 +115,7 @@ def _options() -> argparse.Namespace:
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    code = main()
+    sys.stdout.flush()
+    # With all oracles in one process their libraries can crash while the interpreter goes down: that would be the code.
+    os._exit(code)
