@@ -35,6 +35,8 @@ class PlacedKeep(Keep, frozen=True, kw_only=True):
     frame: str | None = None
 
 
+KEEPER = "rrt_connect"
+"""The planner that keeps something."""
 KINDS = ("upright", "orientation", "line", "plane")
 """Keys of which at least one is given."""
 DIRECTIONS = ("line", "plane")

@@ -28,6 +28,7 @@ from mafsil.collision.shapes import Geometry
 from mafsil.job.beside import Beside
 from mafsil.job.description import Collision, Grasp, Job, Obstacle, SceneFile, Tool
 from mafsil.job.equipment import UNNAMED_TOOL, Load, box_of_tool
+from mafsil.job.keep_table import KEEPER
 from mafsil.job.named_files import shape_of
 from mafsil.job.neighbours import Neighbour, Neighbourhood, NeighbourMotion, standing_bodies
 from mafsil.job.payload import box_in_tip
@@ -54,8 +55,6 @@ RESTS = ("pick", "place", "tool", "pause", "set", "wait", "if", "settle")
 """Kinds of legs at which nothing moves."""
 ROOM = 1e-4
 """What ways round keep on top of the clearance: more than a chord by which they are proved again leaves them [m]."""
-KEEPER = "rrt_connect"
-"""The planner that keeps something."""
 CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 """(8, 3) of a box with edges of length 2."""
 NEARER = 1.0 - 1e-9
@@ -109,12 +108,12 @@ class WayRound:
 
     def to_dict(self) -> dict[str, object]:
         """The planner's account: what it looked at, the corners of its path, what stands in the straight way."""
-        found = self.plan
+        found, keeps = self.plan, self.keeps
         return {
             "planner": found.planner, "nodes": found.nodes, "configurations": found.configurations,
             "segments": found.segments, "proofs": found.proofs, "length": found.length, "path": found.path.tolist(),
             "would_hit": None if self.contact is None else [self.contact.first, self.contact.second],
-            "kept": [] if self.keeps is None else found.kept_bounds().tolist(),
+            "kept": [] if keeps is None else keeps.amounts.tolist(),
         }  # fmt: skip
 
 

@@ -13,7 +13,7 @@ from mafsil.collision import Check, Checker, Clearance, Contact
 from mafsil.errors import InputError
 from mafsil.messages import clauses, say
 from mafsil.planning.arm_limits import Moving, bounds_of
-from mafsil.planning.kept_planning import Kept
+from mafsil.planning.kept_planning import Kept, Measured
 from mafsil.planning.outcome import Plan, PlanningStatus
 from mafsil.planning.path_optimisation import Descent, descend
 from mafsil.planning.rounding import rounded
@@ -54,7 +54,7 @@ class ArmPlan(Plan):
             return np.zeros(0)
         worst = self.kept.along(self.checker, self.path[:-1], self.path[1:])
         assert worst is not None
-        return np.array([one.amount(float(m)) for one, m in zip(self.kept.constraints, worst, strict=True)])
+        return Measured(self.kept, worst).amounts
 
     def at(self, s: ArrayLike) -> JointVector:
         """(*batch, n) configurations at shares 0..1 of the length of the path.

@@ -107,6 +107,11 @@ class Measured:
     measures: Floats
 
     @property
+    def amounts(self) -> Floats:
+        """(k,) the measures as angles [rad] or distances [m]."""
+        return np.array([one.amount(float(m)) for one, m in zip(self.kept.constraints, self.measures, strict=True)])
+
+    @property
     def holds(self) -> bool:
         """Whether each is within its limit."""
         return bool((self.measures <= self.kept.arrays.limit).all())

@@ -6,13 +6,11 @@ import math
 from typing import Any
 
 from mafsil.job.description import QUICKEST, TIP_PATHS, Job, Move
-from mafsil.job.keep_table import DIRECTIONS, KINDS, Keep, PlacedKeep
+from mafsil.job.keep_table import DIRECTIONS, KEEPER, KINDS, Keep, PlacedKeep
 from mafsil.job.language.frames import Complaint
 from mafsil.job.language.units import angle_unit
 from mafsil.job.lines import Path
 
-ONLY_PLANNER = "rrt_connect"
-"""The planner that keeps something."""
 SHORTEST_DIRECTION = 1e-6
 """Length of a vector that is taken as a direction."""
 OF: dict[str, tuple[str, ...]] = {"tolerance": DIRECTIONS, "frame": DIRECTIONS, "angle": ("orientation",)}
@@ -56,8 +54,8 @@ def _check_move(move: Move, path: Path, error: Complaint) -> None:
         raise error("job.keep_via", (*path, "via"))
     if move.profile not in (None, *QUICKEST):
         raise error("job.keep_profile", (*path, "profile"), known=", ".join(QUICKEST))
-    if move.planner not in (None, ONLY_PLANNER):
-        raise error("job.keep_planner", (*path, "planner"), planner=ONLY_PLANNER)
+    if move.planner not in (None, KEEPER):
+        raise error("job.keep_planner", (*path, "planner"), planner=KEEPER)
     if move.avoid is False:
         raise error("job.keep_avoid", (*path, "avoid"))
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import stat
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import TypeVar
 
 from mafsil.errors import FileError
 from mafsil.model.diagnostics import shown
@@ -15,6 +16,7 @@ from mafsil.model.mesh.obj import read_obj
 from mafsil.model.mesh.stl import read_stl
 from mafsil.model.mesh.surface import DEFAULT_LIMITS, MeshLimits, Surface
 
+T = TypeVar("T")
 _READERS: dict[str, Callable[[bytes, MeshLimits], Surface]] = {
     ".stl": read_stl,
     ".stlb": read_stl,
@@ -34,13 +36,33 @@ def read(path: str | Path, *, limits: MeshLimits = DEFAULT_LIMITS) -> Surface:
     Raises:
         FileError: no such file, another format, too large, cut, a header that lies, indices out of range.
     """
+    readers = {ending: _within(limits, reader) for ending, reader in _READERS.items()}
+    return read_by(readers, path, limits.bytes, "mesh.format")
+
+
+def _within(limits: MeshLimits, reader: Callable[[bytes, MeshLimits], Surface]) -> Callable[[bytes], Surface]:
+    return lambda data: reader(data, limits)
+
+
+def read_by(readers: Mapping[str, Callable[[bytes], T]], path: str | Path, most: int, unknown: str) -> T:
+    """What the reader of a file's kind makes of it; every refusal names the file.
+
+    Args:
+        readers: by the end of the name, in small letters.
+        path: of the file.
+        most: bytes beyond which it is refused.
+        unknown: key of the sentence about another end.
+
+    Raises:
+        FileError: no such file, another format, too large, or what the reader refuses.
+    """
     path = Path(path)
-    reader = _READERS.get(path.suffix.lower())
+    reader = readers.get(path.suffix.lower())
     if reader is None:
-        raise FileError("mesh.format", path=shown(str(path)), known=", ".join(_READERS))
-    data = contents(path, limits.bytes)
+        raise FileError(unknown, path=shown(str(path)), known=", ".join(readers))
+    data = contents(path, most)
     try:
-        return reader(data, limits)
+        return reader(data)
     except FileError as error:
         raise FileError(error.key, path=shown(str(path)), **error.details) from None
 

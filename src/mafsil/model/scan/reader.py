@@ -11,7 +11,7 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.errors import FileError
 from mafsil.model.diagnostics import shown
-from mafsil.model.mesh.reader import contents
+from mafsil.model.mesh.reader import read_by
 from mafsil.model.scan.npy import read_npy
 from mafsil.model.scan.ply import read_ply
 from mafsil.model.scan.png import read_png
@@ -46,7 +46,7 @@ def read_points(path: str | Path, *, limits: ScanLimits = DEFAULT_LIMITS) -> Flo
         ".ply": lambda data: read_ply(data, limits.points),
         **dict.fromkeys((".xyz", ".txt", ".csv"), lambda data: read_rows(data, 12 * limits.points)),
     }
-    points = _read(path, readers, limits)
+    points = read_by(readers, path, limits.bytes, "scan.format")
     if points.ndim == 3:
         # The picture of a depth camera: rows and columns of points.
         points = points.reshape(-1, points.shape[2])
@@ -73,24 +73,12 @@ def read_heights(path: str | Path, *, limits: ScanLimits = DEFAULT_LIMITS) -> Fl
         ".png": lambda data: read_png(data, limits.heights)[::-1],
         **dict.fromkeys((".csv", ".txt"), lambda data: read_rows(data, limits.heights)),
     }
-    heights = _read(path, readers, limits)
+    heights = read_by(readers, path, limits.bytes, "scan.format")
     if heights.ndim != 2 or min(heights.shape) < 2:
         raise FileError("scan.heights", path=shown(str(path)), got=heights.shape)
     if heights.size > limits.heights:
         raise FileError("scan.too_many", path=shown(str(path)), found=heights.size, limit=limits.heights)
     return _finite(path, heights)
-
-
-def _read(path: str | Path, readers: dict[str, Callable[[bytes], Floats]], limits: ScanLimits) -> Floats:
-    path = Path(path)
-    reader = readers.get(path.suffix.lower())
-    if reader is None:
-        raise FileError("scan.format", path=shown(str(path)), known=", ".join(readers))
-    data = contents(path, limits.bytes)
-    try:
-        return reader(data)
-    except FileError as error:
-        raise FileError(error.key, path=shown(str(path)), **error.details) from None
 
 
 def _finite(path: str | Path, values: Floats) -> Floats:
