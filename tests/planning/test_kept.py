@@ -51,7 +51,7 @@ def test_a_tool_stays_upright_around_a_wall(panda, angle):
     assert panda.free(q).all()
     assert "deg" in found.explain("en")
     assert found.explain("en") != found.explain("ar")
-    unconstrained = mf.plan(panda, None, START, GOAL, seed=1)
+    unconstrained = mf.plan(panda, None, START, GOAL, planner="prm", seed=1)
     assert tilt(panda.robot.forward_kinematics(dense(unconstrained.path)), direction).max() > angle
     again = mf.plan(panda, None, START, GOAL, keep=[planning.Upright(angle)], seed=1)
     np.testing.assert_array_equal(found.path, again.path)

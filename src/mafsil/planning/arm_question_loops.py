@@ -11,7 +11,9 @@ from mafsil.arrays import Floats
 from mafsil.collision.segment_loops import free_at
 from mafsil.collision.workshop_loops import Workshop
 from mafsil.planning.arm_search_loops import (
+    AT_FIRST,
     FULL,
+    GOALS_LEFT,
     GROWING,
     JOINED,
     ROOT,
@@ -21,12 +23,16 @@ from mafsil.planning.arm_search_loops import (
     place,
     proves_free,
 )  # fmt: skip
+from mafsil.planning.retreat_loops import Limbs
 from mafsil.planning.shorten_loops import shorten
 from mafsil.solvers.held_loops import Held, opened
+from mafsil.solvers.lane_loops import WIDTH
 from mafsil.solvers.loops import compiled, inlined, uncounted
 
 REFUSED = FULL + 1
 """An end cannot be; beside JOINED, GROWING and FULL."""
+DETOUR = 1.2
+"""How often as long as the straight motion a path may be before another one is looked for beside it."""
 AROUND = 0.3
 """How far beyond start and goal the samples around them lie, as share of what a coordinate can do."""
 
@@ -97,12 +103,14 @@ class Question(NamedTuple):
         limits: of configurations.
         forests: to search in, with place for two nodes more than there are goals.
         bounds, near: (2, n) out: between which it samples, and around the ends.
+        limbs: whose tools can go back.
     """
 
     limits: Limits
     forests: Forests
     bounds: Floats
     near: Floats
+    limbs: Limbs
 
 
 @uncounted
@@ -183,12 +191,53 @@ def solve(
         tries: about how many motions are tried to make it shorter.
     """
     asked = opened(question)
-    forests, code = asked.forests, GROWING
+    forests, code, left = asked.forests, GROWING, 0
     if drawn == 0:
         code = _begin(shop, asked, start, goals, seed)
+        left = max(min(forests.sizes[1], GOALS_LEFT, samples // WIDTH - 1), 0)
     if code == GROWING:
-        code = grow(shop, asked.bounds, asked.near, drawn, samples, forests)
+        code = grow(shop, asked.bounds, asked.near, asked.limbs, left, drawn, samples, forests)
     path = forests.path[: forests.sizes[2] if code == JOINED else 0].copy()
     if len(path) > 2 and tries > 0:
-        path = shorten(shop, path, tries, forests.random, forests.seen)
+        path = _shortened(shop, asked, path, tries)
     return code, path
+
+
+@compiled
+def _shortened(shop: Held[Workshop], question: Question, path: Floats, tries: int) -> Floats:
+    """A path made shorter, or another one: shortening does not change on which side a path goes round things.
+
+    1. Half of the tries make it shorter.
+    2. If it is a detour, another path is sought from the roots again, by few samples and without going back. Half of
+       the tries make that shorter, and the shorter one is the answer.
+    3. Else the path gets the other half of the tries.
+    """
+    forests, half = question.forests, (tries + 1) // 2
+    path = shorten(shop, path, half, forests.random, forests.seen)  # 1
+    if _length(path) > DETOUR * apart(path[0], path[-1]):  # 2
+        _back_to_roots(forests)
+        code = grow(shop, question.bounds, question.near, question.limbs, 0, 0, AT_FIRST, forests)
+        if code == JOINED:
+            other = shorten(shop, forests.path[: forests.sizes[2]], half, forests.random, forests.seen)
+            return path if _length(path) <= _length(other) else other
+    return shorten(shop, path, tries - half, forests.random, forests.seen)  # 3
+
+
+@uncounted
+def _length(path: Floats) -> float:
+    total = 0.0
+    for k in range(1, len(path)):
+        total += apart(path[k - 1], path[k])
+    return total
+
+
+@uncounted
+def _back_to_roots(forests: Forests) -> None:
+    """Nothing has grown yet."""
+    for side in range(2):
+        roots = 0
+        while forests.parent[side, roots] == ROOT and roots < forests.sizes[side]:
+            roots += 1
+        forests.sizes[side] = roots
+        for k in range(roots, WIDTH * ((roots + WIDTH - 1) // WIDTH)):
+            forests.eights[side, k // WIDTH, 0, k % WIDTH] = np.inf

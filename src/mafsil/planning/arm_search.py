@@ -14,6 +14,7 @@ from mafsil.arrays import JointVector
 from mafsil.collision import Checker
 from mafsil.lazy_module import lazily, loaded
 from mafsil.planning.arm_limits import UNBOUNDED, Moving, rule_for
+from mafsil.planning.limbs import limbs_of
 
 if TYPE_CHECKING:
     import mafsil.planning.arm_question_loops as arm_question_loops
@@ -91,7 +92,8 @@ def _question_for(checker: Checker, goals: int, moving: Moving) -> Held[Question
         between = arm_question_loops.Limits(
             limits.lower.copy(), limits.upper.copy(), *rule, np.zeros(n, np.bool_), UNBOUNDED
         )
-        known = held_loops.Held(arm_question_loops.Question(between, _forests_for(n, goals), *np.empty((2, 2, n))))
+        forests, bounds, near = _forests_for(n, goals), np.empty((2, n)), np.empty((2, n))
+        known = held_loops.Held(arm_question_loops.Question(between, forests, bounds, near, limbs_of(checker)))
         of_arm[moving] = known
     return known
 

@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats
 from mafsil.collision.segment_loops import FREE, OPEN, prove_by_address, tell_by_address
 from mafsil.collision.workshop_loops import Workshop
+from mafsil.planning.retreat_loops import Limbs, retreats
 from mafsil.solvers.held_loops import Held
 from mafsil.solvers.lane_loops import WIDTH, buffer, get, in_lanes, lanes, part, seen, where
-from mafsil.solvers.loops import uncounted
+from mafsil.solvers.loops import inlined, uncounted
 
 LOOK = 8
 """Blocks of a proof, of eight intervals each, that an edge is worth while it is not known whether it counts."""
@@ -26,6 +27,8 @@ PROOF = 256
 LONG, SHORT, AT_FIRST = 0.09, 0.055, 64
 """Longest edges, as shares of the diagonal of the bounds, for so many samples and after: long ones lead out of easy
 places in few steps, short ones through narrow ones."""
+GOALS_LEFT = 3
+"""Goals, nearest first, from which the tools go back."""
 JOINED, GROWING, FULL = range(3)
 ROOT, CUT = -1, -2
 LOOKED_AT, PROVED, STATES_SEEN = range(3)
@@ -104,7 +107,7 @@ def draw(random: NDArray[np.uint64]) -> float:
     return float(z >> np.uint64(11)) * 2.0**-53
 
 
-@uncounted
+@inlined
 def look(shop: Held[Workshop], a: Floats, b: Floats, seen: NDArray[np.int64]) -> int:
     """What the first blocks of a proof say of a motion: FREE, OPEN, or that it is not free."""
     seen[LOOKED_AT] += 1
@@ -129,7 +132,7 @@ def proves_free(shop: Held[Workshop], a: Floats, b: Floats, seen: NDArray[np.int
     return code == FREE
 
 
-@uncounted
+@inlined
 def nearest(forests: Forests, side: int, q: Floats) -> int:
     """The node of one side that is nearest to a configuration and not cut off.
 
@@ -176,7 +179,7 @@ def place(forests: Forests, side: int, k: int, q: Floats) -> None:
         forests.q[side, k, c], eight[c, k % WIDTH] = q[c], q[c]
 
 
-@uncounted
+@inlined
 def add(forests: Forests, side: int, q: Floats, parent: int, proved: bool) -> int:
     """A node more, with whether the motion to it is proved; its index."""
     k = forests.sizes[side]
@@ -235,21 +238,25 @@ def write_path(forests: Forests, at_start: int, at_goal: int) -> None:
 
 @uncounted
 def grow(
-    shop: Held[Workshop], bounds: Floats, near: Floats, drawn: int, samples: int, forests: Forests
+    shop: Held[Workshop], bounds: Floats, near: Floats, limbs: Limbs, left: int, drawn: int, samples: int,
+    forests: Forests,
 ) -> int:  # fmt: skip
     """Both sides grow until a path of proved motions joins start and goal: JOINED, GROWING, or FULL.
 
-    1. From the side with fewer nodes one step each towards eight samples, from its nearest nodes; the ends of all the
-       steps are looked at together, and most of what collides shows there. One sample is of all that there is, the
-       others lie around start and goal, where paths are sought first.
-    2. The motion to an end that is free becomes an edge if it looks free.
-    3. The other side goes step by step towards the new node, as far as it looks free.
-    4. If it arrives, the edges of the path are proved; one that cannot be is cut off, and growing goes on.
+    1. The first ends are those of `retreats`, from the nearest goals and from the start, if that is asked.
+    2. The others are one step each towards eight samples, from the nearest nodes of the side with fewer. One sample is
+       of all that there is, the others lie around start and goal, where paths are sought first.
+    3. Eight ends are looked at together, and most of what collides shows there. The motion to an end that is free
+       becomes an edge if it looks free.
+    4. The other side goes towards the new node, as far as it looks free: step by step, or to an end of step 1 at once.
+    5. If it arrives, the edges of the path are proved; one that cannot be is cut off, and growing goes on.
 
     Args:
         shop: what is free.
         bounds: (2, n) lowest and highest coordinates of the samples.
         near: (2, n) of those around start and goal.
+        limbs: whose tools can go back.
+        left: goals from which they do so; then they do from the start too.
         drawn: samples before.
         samples: before it comes back.
         forests: the roots stand in them.
@@ -258,29 +265,37 @@ def grow(
         J. Kuffner, S. LaValle, RRT-Connect, ICRA 2000. R. Bohlin, L. Kavraki, Path planning using lazy PRM, ICRA 2000.
     """
     new, further, most = forests.rows, forests.rows[WIDTH], forests.q.shape[1]
-    diagonal = apart(bounds[0], bounds[1])
-    for begun in range(drawn, drawn + samples, WIDTH):
-        ours, step = 0 if forests.sizes[0] <= forests.sizes[1] else 1, diagonal * (LONG if begun < AT_FIRST else SHORT)
-        theirs, count = 1 - ours, min(WIDTH, drawn + samples - begun)
-        for lane in range(count):  # 1
-            _sample(bounds if lane == 0 else near, forests.random, further)
-            _towards(forests.q[ours, nearest(forests, ours, further)], further, step, new[lane])
+    diagonal, places = apart(bounds[0], bounds[1]), left + 1 if left > 0 and len(limbs.parts) > 0 else 0
+    for begun in range(drawn - WIDTH * places, drawn + samples, WIDTH):
+        ours, step, count = 0 if forests.sizes[0] <= forests.sizes[1] else 1, np.inf, WIDTH
+        if begun < 0:  # 1
+            place_left = places + begun // WIDTH
+            ours = 1 if place_left < places - 1 else 0
+            root = forests.q[ours, place_left if ours == 1 else 0]
+            if not retreats(shop, limbs, root, bounds, new):
+                continue
+        else:  # 2
+            step, count = diagonal * (LONG if begun < AT_FIRST else SHORT), min(WIDTH, drawn + samples - begun)
+            for lane in range(count):
+                _sample(bounds if lane == 0 else near, forests.random, further)
+                _towards(forests.q[ours, nearest(forests, ours, further)], further, step, new[lane])
+        theirs = 1 - ours
         forests.seen[STATES_SEEN] += count
         tell_by_address(shop, new, count, forests.colliding)
-        for lane in range(count):
+        for lane in range(count):  # 3
             if (forests.colliding[0] >> lane) & 1:
                 continue
             if max(forests.sizes[0], forests.sizes[1]) + 1 >= most:
                 return FULL
             before = nearest(forests, ours, new[lane])
-            code = look(shop, forests.q[ours, before], new[lane], forests.seen)  # 2
+            code = look(shop, forests.q[ours, before], new[lane], forests.seen)
             if code not in (FREE, OPEN):
                 continue
             mine = add(forests, ours, new[lane], before, code == FREE)
-            other, arrived = _connect(shop, forests, theirs, new[lane], step, further)  # 3
+            other, arrived = _connect(shop, forests, theirs, new[lane], step, further)  # 4
             if not arrived:
                 continue
-            at_start, at_goal = (mine, other) if ours == 0 else (other, mine)  # 4
+            at_start, at_goal = (mine, other) if ours == 0 else (other, mine)  # 5
             if way_is_proved(shop, forests, 0, at_start) and way_is_proved(shop, forests, 1, at_goal):
                 write_path(forests, at_start, at_goal)
                 return JOINED
@@ -293,7 +308,7 @@ def _sample(bounds: Floats, random: NDArray[np.uint64], out: Floats) -> None:
         out[c] = bounds[0, c] + draw(random) * (bounds[1, c] - bounds[0, c])
 
 
-@uncounted
+@inlined
 def _connect(
     shop: Held[Workshop], forests: Forests, side: int, q: Floats, step: float, further: Floats
 ) -> tuple[int, bool]:  # fmt: skip

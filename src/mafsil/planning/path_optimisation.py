@@ -120,8 +120,9 @@ def descend(
 
     1. Points evenly along the path.
     2. A step against the gradient in the metric of squared differences, so that all points move at once; half of it
-       until the cost is lower, within the limits.
-    3. Each lower cost is proved free, motion by motion; the cheapest that is stays.
+       until the cost is lower, within the limits. Once the points are proved free, motion by motion, so is each step:
+       the gradient of no state would bring a motion back that has gone through something thin.
+    3. The cheapest that is proved free stays.
     4. Where steps end and nothing is proved, clearance weighs more.
 
     Args:
@@ -143,7 +144,7 @@ def descend(
     base = weight = CLEARANCE_WEIGHT * (1.0 + length_of(now) ** 2)
     (cost, gradient), best = terms.at(now, weight), path
     before = least = cost
-    proved = bool(checker.free_segment(path[:-1], path[1:]).all())
+    proved, kept_free = bool(checker.free_segment(path[:-1], path[1:]).all()), _proved(checker, now)
     metric, step, deadline, made = _inverse(points, smoothness), 0.5, perf_counter() + seconds, 0
     while made < iterations and perf_counter() < deadline:
         made += 1
@@ -153,7 +154,7 @@ def descend(
             tried = now.copy()
             tried[1:-1] = np.clip(now[1:-1] - step * way, lower, upper)
             next_cost, next_gradient = terms.at(tried, weight)
-            lowered = next_cost.total < cost.total
+            lowered = next_cost.total < cost.total and (not kept_free or _proved(checker, tried))
             if lowered:
                 quiet = next_cost.total > cost.total * (1.0 - QUIET)
                 now, cost, gradient, step = tried, next_cost, next_gradient, min(1.0, 1.5 * step)
@@ -161,8 +162,8 @@ def descend(
                 step /= 2.0
         # 3.
         plain = replace(cost, total=cost.total + (base - weight) * cost.crowding)
-        if lowered and (not proved or plain.total < least.total) and _proved(checker, now):
-            best, least, proved = now, plain, True
+        if lowered and (not proved or plain.total < least.total) and (kept_free or _proved(checker, now)):
+            best, least, proved, kept_free = now, plain, True, True
         # 4.
         if quiet:
             if best is now or weight > HEAVIEST * base:
