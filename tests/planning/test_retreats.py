@@ -139,3 +139,4 @@ def test_a_detour_is_measured_against_another_way():
     short = [mf.plan(arm, None, a, b, seed=seed) for seed in range(6)]
     assert all(arm.check_path(each.path) for each in short)
     assert np.mean([each.length for each in short]) < 0.75 * raw.length
+    assert min(each.nodes for each in short) >= raw.nodes, "nodes that were let go count"

@@ -54,10 +54,10 @@ class ArmQuestion(NamedTuple):
     moving: Moving = None
 
 
-def rrt_connect(asked: ArmQuestion) -> Searched:
-    """The compiled search."""
+def rrt_connect(asked: ArmQuestion, leave: bool = True) -> Searched:
+    """The compiled search; `leave` as for `search`."""
     budget = asked.seed, asked.seconds, asked.nodes, asked.shorten
-    return search(asked.checker, asked.start, asked.goals, *budget, asked.moving)
+    return search(asked.checker, asked.start, asked.goals, *budget, asked.moving, leave)
 
 
 def lazy_prm_star(asked: ArmQuestion) -> Searched:
@@ -87,7 +87,7 @@ def lazy_prm_star(asked: ArmQuestion) -> Searched:
                 break
             left = RESTARTS * asked.seconds - used
             again = asked._replace(seed=asked.seed + k * BETWEEN, seconds=left, nodes=asked.nodes - made)
-            path, more, also = rrt_connect(again)
+            path, more, also = rrt_connect(again, leave=False)
             made, seen = made + more, summed(seen, also)
             if path is not None:
                 paths = sorted([*paths, path], key=length_of)[:KEPT]

@@ -16,6 +16,7 @@ from mafsil.planning.arm_search_loops import (
     GOALS_LEFT,
     GROWING,
     JOINED,
+    LET_GO,
     ROOT,
     Forests,
     apart,
@@ -138,7 +139,7 @@ def _begin(
     2. A straight motion to one of them.
     """
     limits, forests = question.limits, question.forests
-    forests.sizes[0], forests.sizes[1], forests.sizes[2] = 0, 0, 0
+    forests.sizes[:] = 0
     if not _is_open(shop, limits, start):
         return REFUSED
     roots, count = forests.q[1], 0
@@ -173,7 +174,7 @@ def _begin(
 @compiled
 def solve(
     shop: Held[Workshop], question: Held[Question], start: Floats, goals: Floats, seed: int, drawn: int, samples: int,
-    tries: int,
+    tries: int, leave: bool,
 ) -> tuple[int, Floats]:  # fmt: skip
     """A whole question in one call: how it stands, and the path if there is one.
 
@@ -189,12 +190,13 @@ def solve(
         drawn: samples before this call; if there were any, it goes on from what the forests hold.
         samples: before it comes back.
         tries: about how many motions are tried to make it shorter.
+        leave: whether the first ends are those of `retreats`, if there are to be so many samples.
     """
     asked = opened(question)
     forests, code, left = asked.forests, GROWING, 0
     if drawn == 0:
         code = _begin(shop, asked, start, goals, seed)
-        left = max(min(forests.sizes[1], GOALS_LEFT, samples // WIDTH - 1), 0)
+        left = max(min(forests.sizes[1], GOALS_LEFT, samples // WIDTH - 1), 0) if leave else 0
     if code == GROWING:
         code = grow(shop, asked.bounds, asked.near, asked.limbs, left, drawn, samples, forests)
     path = forests.path[: forests.sizes[2] if code == JOINED else 0].copy()
@@ -233,11 +235,12 @@ def _length(path: Floats) -> float:
 
 @uncounted
 def _back_to_roots(forests: Forests) -> None:
-    """Nothing has grown yet."""
+    """All that has grown is let go."""
     for side in range(2):
         roots = 0
         while forests.parent[side, roots] == ROOT and roots < forests.sizes[side]:
             roots += 1
+        forests.sizes[LET_GO] += forests.sizes[side] - roots
         forests.sizes[side] = roots
         for k in range(roots, WIDTH * ((roots + WIDTH - 1) // WIDTH)):
             forests.eights[side, k // WIDTH, 0, k % WIDTH] = np.inf

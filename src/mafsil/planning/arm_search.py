@@ -48,7 +48,7 @@ _OF_THREAD = _OfThread()
 
 def search(
     checker: Checker, q: JointVector, goals: JointVector, seed: int, seconds: float, nodes: int, shorten: int,
-    moving: Moving = None,
+    moving: Moving = None, leave: bool = True,
 ) -> Searched:  # fmt: skip
     """RRT-Connect in compiled slices: the clock and an interruption are looked at between them.
 
@@ -57,6 +57,9 @@ def search(
     2. Arrays double where they are full. The clock starts after the first slice: a first call ever also waits for the
        compiler.
 
+    Args:
+        leave: whether it begins with tools that go back, whatever the seed.
+
     Returns:
         None in place of the path if there is none, or if an end cannot be, which leaves no nodes.
     """
@@ -64,7 +67,7 @@ def search(
     question = _question_for(checker, len(goals), moving)
     forests, deadline = question.value.forests, np.inf
     drawn = min(SLICE, nodes)
-    code, path = loops.solve(workshop, question, q, goals, seed, 0, drawn, shorten)  # 1
+    code, path = loops.solve(workshop, question, q, goals, seed, 0, drawn, shorten, leave)  # 1
     if code == loops.REFUSED:
         return None, 0, (0, 0, 0)
     while code != loops.JOINED:
@@ -76,7 +79,7 @@ def search(
             forests = arm_search_loops.doubled(forests)
             question = held_loops.Held(question.value._replace(forests=forests))
         left = max(min(SLICE, nodes - made), 1)
-        code, path = loops.solve(workshop, question, q, goals, seed, drawn, left, shorten)
+        code, path = loops.solve(workshop, question, q, goals, seed, drawn, left, shorten, leave)
         drawn += left
     return path, _nodes(forests), _counted(forests.seen)
 
@@ -108,8 +111,8 @@ def _forests_for(n: int, goals: int) -> Forests:
 
 
 def _nodes(forests: Forests) -> int:
-    of_start, of_goals, _ = forests.sizes.tolist()
-    return of_start + of_goals
+    of_start, of_goals, _, let_go = forests.sizes.tolist()
+    return of_start + of_goals + let_go
 
 
 def _counted(seen: NDArray[np.int64]) -> tuple[int, int, int]:
