@@ -40,6 +40,7 @@ class ArmQuestion(NamedTuple):
         seed, seconds, nodes, shorten: as of `plan`.
         bounds: (n,), (n,) between which it may search; one value for what is held.
         moving: joints that were named as free to move, if they were.
+        leave: whether searches begin with tools that go back, whatever the seed.
     """
 
     checker: Checker
@@ -52,12 +53,13 @@ class ArmQuestion(NamedTuple):
     shorten: int
     bounds: tuple[Floats, Floats] = (np.zeros(0), np.zeros(0))
     moving: Moving = None
+    leave: bool = True
 
 
-def rrt_connect(asked: ArmQuestion, leave: bool = True) -> Searched:
-    """The compiled search; `leave` as for `search`."""
+def rrt_connect(asked: ArmQuestion) -> Searched:
+    """The compiled search."""
     budget = asked.seed, asked.seconds, asked.nodes, asked.shorten
-    return search(asked.checker, asked.start, asked.goals, *budget, asked.moving, leave)
+    return search(asked.checker, asked.start, asked.goals, *budget, asked.moving, asked.leave)
 
 
 def lazy_prm_star(asked: ArmQuestion) -> Searched:
@@ -72,6 +74,7 @@ def lazy_prm_star(asked: ArmQuestion) -> Searched:
     """
     begun = perf_counter()
     # 1.
+    asked = asked._replace(leave=False)  # Other seeds are to lead elsewhere.
     first, made, seen = rrt_connect(asked)
     if first is None or made >= asked.nodes:
         return first, made, seen
@@ -87,7 +90,7 @@ def lazy_prm_star(asked: ArmQuestion) -> Searched:
                 break
             left = RESTARTS * asked.seconds - used
             again = asked._replace(seed=asked.seed + k * BETWEEN, seconds=left, nodes=asked.nodes - made)
-            path, more, also = rrt_connect(again, leave=False)
+            path, more, also = rrt_connect(again)
             made, seen = made + more, summed(seen, also)
             if path is not None:
                 paths = sorted([*paths, path], key=length_of)[:KEPT]

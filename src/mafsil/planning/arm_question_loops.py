@@ -32,6 +32,8 @@ from mafsil.solvers.loops import compiled, inlined, uncounted
 
 REFUSED = FULL + 1
 """An end cannot be; beside JOINED, GROWING and FULL."""
+GLIMPSE = 4
+"""One in so many of the tries shows how short a path will become."""
 DETOUR = 1.2
 """How often as long as the straight motion a path may be before another one is looked for beside it."""
 AROUND = 0.3
@@ -180,7 +182,7 @@ def solve(
 
     Start and goals are looked at; without a start or a goal that is open it is REFUSED. A straight motion to a goal is
     the path where it is free. Else both sides grow; if that does not join them, the forests hold what to go on from.
-    `shorten` makes the path shorter.
+    `shorten` makes the path shorter; what began with `retreats` is compared with another path.
 
     Args:
         shop: what is free.
@@ -201,28 +203,31 @@ def solve(
         code = grow(shop, asked.bounds, asked.near, asked.limbs, left, drawn, samples, forests)
     path = forests.path[: forests.sizes[2] if code == JOINED else 0].copy()
     if len(path) > 2 and tries > 0:
-        path = _shortened(shop, asked, path, tries)
+        if leave:
+            path = _shorter_of_two(shop, asked, path, tries)
+        else:
+            path = shorten(shop, path, tries, forests.random, forests.seen)
     return code, path
 
 
 @compiled
-def _shortened(shop: Held[Workshop], question: Question, path: Floats, tries: int) -> Floats:
-    """A path made shorter, or another one: shortening does not change on which side a path goes round things.
+def _shorter_of_two(shop: Held[Workshop], question: Question, path: Floats, tries: int) -> Floats:
+    """A path made shorter, or another one: shortcuts do not change on which side a path goes round things.
 
-    1. Half of the tries make it shorter.
-    2. If it is a detour, another path is sought from the roots again, by few samples and without going back. Half of
-       the tries make that shorter, and the shorter one is the answer.
-    3. Else the path gets the other half of the tries.
+    1. A few of the tries make it shorter.
+    2. If it is a detour, another path is sought from the roots again, by few samples and without going back, and made
+       shorter by as many tries.
+    3. The shorter one gets the others.
     """
-    forests, half = question.forests, (tries + 1) // 2
-    path = shorten(shop, path, half, forests.random, forests.seen)  # 1
+    forests, few = question.forests, (tries + GLIMPSE - 1) // GLIMPSE
+    path = shorten(shop, path, few, forests.random, forests.seen)  # 1
     if _length(path) > DETOUR * apart(path[0], path[-1]):  # 2
         _back_to_roots(forests)
         code = grow(shop, question.bounds, question.near, question.limbs, 0, 0, AT_FIRST, forests)
         if code == JOINED:
-            other = shorten(shop, forests.path[: forests.sizes[2]], half, forests.random, forests.seen)
-            return path if _length(path) <= _length(other) else other
-    return shorten(shop, path, tries - half, forests.random, forests.seen)  # 3
+            other = shorten(shop, forests.path[: forests.sizes[2]], few, forests.random, forests.seen)
+            path = path if _length(path) <= _length(other) else other
+    return shorten(shop, path, tries - few, forests.random, forests.seen)  # 3
 
 
 @uncounted
@@ -238,7 +243,7 @@ def _back_to_roots(forests: Forests) -> None:
     """All that has grown is let go."""
     for side in range(2):
         roots = 0
-        while forests.parent[side, roots] == ROOT and roots < forests.sizes[side]:
+        while roots < forests.sizes[side] and forests.parent[side, roots] == ROOT:
             roots += 1
         forests.sizes[LET_GO] += forests.sizes[side] - roots
         forests.sizes[side] = roots
