@@ -18,8 +18,8 @@ REACHING = np.radians([40.0, 30, 0, -90, 0, 120, 45])
 
 
 @compiled
-def retreats(shop, limbs, q, bounds, out):
-    return retreat_loops.retreats(shop, limbs, q, bounds, out)
+def retreats(limbs, q, bounds, out):
+    return retreat_loops.retreats(limbs, q, bounds, out)
 
 
 def rates_of(checker, q, bounds=None):
@@ -27,7 +27,7 @@ def rates_of(checker, q, bounds=None):
     limits, limbs, n = checker.robot.limits, limbs_of(checker), checker.robot.n
     box = np.array([np.maximum(limits.lower, -9.0), np.minimum(limits.upper, 9.0)]) if bounds is None else bounds
     out = np.empty((8, n))
-    some = retreats(checker.workshop(), limbs, q, box, out)
+    some = retreats(limbs, q, box, out)
     expected = np.clip(q + retreat_loops.SUMS @ limbs.rates, *box)
     if len(limbs.parts) == 1 and some:
         np.testing.assert_allclose(out, expected, atol=1e-12)

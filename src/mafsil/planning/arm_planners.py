@@ -12,7 +12,7 @@ from mafsil.arrays import Floats, JointVector
 from mafsil.collision import Checker
 from mafsil.errors import InputError
 from mafsil.planning.arm_limits import Moving
-from mafsil.planning.arm_search import Searched, search
+from mafsil.planning.arm_search import Searched, search, summed
 from mafsil.planning.cell_cover import MOST_MOVING
 from mafsil.planning.interruption import best_kept
 from mafsil.planning.path_optimisation import POINTS, optimise_from_straight
@@ -153,11 +153,6 @@ def ask_roadmap(roadmap: ArmRoadmap, asked: ArmQuestion, first: JointVector | No
     )
     a, b, c = (now - then for now, then in zip(roadmap.seen, before, strict=True))
     return path, roadmap.nodes, (a, b, c)
-
-
-def summed(a: tuple[int, int, int], b: tuple[int, int, int]) -> tuple[int, int, int]:
-    """What was looked at by two searches."""
-    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
 ArmSearch: TypeAlias = Callable[[ArmQuestion], Searched]

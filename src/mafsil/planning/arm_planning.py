@@ -36,9 +36,8 @@ from mafsil.planning.arm_planners import (
     ArmQuestion,
     any_planner,
     ask_roadmap,
-    summed,
 )
-from mafsil.planning.arm_search import search
+from mafsil.planning.arm_search import search, summed
 from mafsil.planning.cell_cover import MOST_MOVING, cover
 from mafsil.planning.closed_arms import closed_configurations, loops_kept
 from mafsil.planning.goal_region import GoalRegion

@@ -11,12 +11,10 @@ from mafsil.arrays import Floats
 from mafsil.collision.segment_loops import free_at
 from mafsil.collision.workshop_loops import Workshop
 from mafsil.planning.arm_search_loops import (
-    AT_FIRST,
     FULL,
     GOALS_LEFT,
     GROWING,
     JOINED,
-    LET_GO,
     ROOT,
     Forests,
     apart,
@@ -32,10 +30,6 @@ from mafsil.solvers.loops import compiled, inlined, uncounted
 
 REFUSED = FULL + 1
 """An end cannot be; beside JOINED, GROWING and FULL."""
-GLIMPSE = 4
-"""One in so many of the tries shows how short a path will become."""
-DETOUR = 1.2
-"""How often as long as the straight motion a path may be before another one is looked for beside it."""
 AROUND = 0.3
 """How far beyond start and goal the samples around them lie, as share of what a coordinate can do."""
 
@@ -182,7 +176,7 @@ def solve(
 
     Start and goals are looked at; without a start or a goal that is open it is REFUSED. A straight motion to a goal is
     the path where it is free. Else both sides grow; if that does not join them, the forests hold what to go on from.
-    `shorten` makes the path shorter; what began with `retreats` is compared with another path.
+    `shorten` makes the path shorter.
 
     Args:
         shop: what is free.
@@ -203,49 +197,5 @@ def solve(
         code = grow(shop, asked.bounds, asked.near, asked.limbs, left, drawn, samples, forests)
     path = forests.path[: forests.sizes[2] if code == JOINED else 0].copy()
     if len(path) > 2 and tries > 0:
-        if leave:
-            path = _shorter_of_two(shop, asked, path, tries)
-        else:
-            path = shorten(shop, path, tries, forests.random, forests.seen)
+        path = shorten(shop, path, tries, forests.random, forests.seen)
     return code, path
-
-
-@compiled
-def _shorter_of_two(shop: Held[Workshop], question: Question, path: Floats, tries: int) -> Floats:
-    """A path made shorter, or another one: shortcuts do not change on which side a path goes round things.
-
-    1. A few of the tries make it shorter.
-    2. If it is a detour, another path is sought from the roots again, by few samples and without going back, and made
-       shorter by as many tries.
-    3. The shorter one gets the others.
-    """
-    forests, few = question.forests, (tries + GLIMPSE - 1) // GLIMPSE
-    path = shorten(shop, path, few, forests.random, forests.seen)  # 1
-    if _length(path) > DETOUR * apart(path[0], path[-1]):  # 2
-        _back_to_roots(forests)
-        code = grow(shop, question.bounds, question.near, question.limbs, 0, 0, AT_FIRST, forests)
-        if code == JOINED:
-            other = shorten(shop, forests.path[: forests.sizes[2]], few, forests.random, forests.seen)
-            path = path if _length(path) <= _length(other) else other
-    return shorten(shop, path, tries - few, forests.random, forests.seen)  # 3
-
-
-@uncounted
-def _length(path: Floats) -> float:
-    total = 0.0
-    for k in range(1, len(path)):
-        total += apart(path[k - 1], path[k])
-    return total
-
-
-@uncounted
-def _back_to_roots(forests: Forests) -> None:
-    """All that has grown is let go."""
-    for side in range(2):
-        roots = 0
-        while roots < forests.sizes[side] and forests.parent[side, roots] == ROOT:
-            roots += 1
-        forests.sizes[LET_GO] += forests.sizes[side] - roots
-        forests.sizes[side] = roots
-        for k in range(roots, WIDTH * ((roots + WIDTH - 1) // WIDTH)):
-            forests.eights[side, k // WIDTH, 0, k % WIDTH] = np.inf

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import dist
 from threading import local
 from time import perf_counter
 from typing import TYPE_CHECKING, TypeAlias
@@ -33,6 +34,12 @@ FIRST_ROOM = 1024
 """Nodes of each side that there are arrays for at first."""
 SLICE = 512
 """Samples between two looks at the clock."""
+AT_FIRST, ONE_SLICE = 64, -1.0
+"""Samples of a second search, and seconds that are over after its first slice."""
+GLIMPSE = 4
+"""One in so many of the tries shows how short a path will become."""
+DETOUR = 1.2
+"""How often as long as the straight motion a path may be before another one is looked for beside it."""
 Searched: TypeAlias = tuple[JointVector | None, int, tuple[int, int, int]]
 """Path, nodes, (edges looked at, proofs, states)."""
 
@@ -50,18 +57,50 @@ def search(
     checker: Checker, q: JointVector, goals: JointVector, seed: int, seconds: float, nodes: int, shorten: int,
     moving: Moving = None, leave: bool = True,
 ) -> Searched:  # fmt: skip
-    """RRT-Connect in compiled slices: the clock and an interruption are looked at between them.
+    """RRT-Connect, and its path made shorter or another one: shortcuts leave a path on its side of what it goes round.
+
+    1. A path, for which the tools have gone back first; a few of the tries make it shorter.
+    2. If it is a detour, another path is sought by few samples and without going back, and made shorter by as many
+       tries.
+    3. The shorter one gets the others.
+
+    Args:
+        checker, q, goals, seed, seconds, nodes, shorten, moving: as `plan` has them.
+        leave: whether it begins with tools that go back, whatever the seed; else there is no second path.
+
+    Returns:
+        None in place of the path if there is none, or if an end cannot be, which leaves no nodes.
+    """
+    few = -(-shorten // GLIMPSE) if leave else shorten
+    path, made, seen = _grown(checker, q, goals, seed, seconds, nodes, few, moving, leave)  # 1
+    if few == shorten or path is None or len(path) < 3:
+        return path, made, seen
+    if _way(path) > DETOUR * dist(path[0], path[-1]):  # 2
+        other, more, also = _grown(checker, q, goals, seed, ONE_SLICE, AT_FIRST, few, moving, False)
+        made, seen = made + more, summed(seen, also)
+        if other is not None and _way(other) < _way(path):
+            path = other
+    random, counts = _question_for(checker, len(goals), moving).value.forests.random, np.zeros(3, np.int64)
+    path = loaded(arm_question_loops).shorten(checker.workshop(), path, shorten - few, random, counts)  # 3
+    return path, made, summed(seen, _counted(counts))
+
+
+def _way(path: JointVector) -> float:
+    """The length of a path [rad | m]."""
+    rows = path.tolist()
+    return sum(map(dist, rows, rows[1:]))
+
+
+def _grown(
+    checker: Checker, q: JointVector, goals: JointVector, seed: int, seconds: float, nodes: int, shorten: int,
+    moving: Moving, leave: bool,
+) -> Searched:  # fmt: skip
+    """RRT-Connect in compiled slices: the clock and an interruption are looked at between them. As `search`.
 
     1. A slice is one compiled call; the first also looks at the ends and tries straight motions, the last makes
        shortcuts.
     2. Arrays double where they are full. The clock starts after the first slice: a first call ever also waits for the
        compiler.
-
-    Args:
-        leave: whether it begins with tools that go back, whatever the seed.
-
-    Returns:
-        None in place of the path if there is none, or if an end cannot be, which leaves no nodes.
     """
     loops, workshop = loaded(arm_question_loops), checker.workshop()
     question = _question_for(checker, len(goals), moving)
@@ -111,10 +150,15 @@ def _forests_for(n: int, goals: int) -> Forests:
 
 
 def _nodes(forests: Forests) -> int:
-    of_start, of_goals, _, let_go = forests.sizes.tolist()
-    return of_start + of_goals + let_go
+    of_start, of_goals, _ = forests.sizes.tolist()
+    return of_start + of_goals
 
 
 def _counted(seen: NDArray[np.int64]) -> tuple[int, int, int]:
     looked_at, proved, states = seen.tolist()
     return looked_at, proved, states
+
+
+def summed(a: tuple[int, int, int], b: tuple[int, int, int]) -> tuple[int, int, int]:
+    """What was looked at by two searches."""
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]

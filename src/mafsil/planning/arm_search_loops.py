@@ -33,8 +33,6 @@ JOINED, GROWING, FULL = range(3)
 ROOT, CUT = -1, -2
 LOOKED_AT, PROVED, STATES_SEEN = range(3)
 """Places in `Forests.seen`: edges looked at, edges proved or tried to be, states."""
-LET_GO = 3
-"""Place in `Forests.sizes`."""
 
 
 class Forests(NamedTuple):
@@ -45,7 +43,7 @@ class Forests(NamedTuple):
         eights: (2, most / 8, n, 8) the same, eight side by side; infinite where there is none or it is cut off.
         parent: (2, most) index, ROOT, or CUT.
         proved: (2, most) whether the edge to the parent is proved.
-        sizes: (4,) nodes of both, points of the path, nodes that were let go.
+        sizes: (3,) nodes of both, points of the path.
         random: (1,) state of the source of samples.
         seen: (3,) counts for the account.
         path: (most + 2, n) out, the path that joins them.
@@ -70,7 +68,7 @@ def forests_of(q: Floats, goals: Floats, most: int, random: NDArray[np.uint64], 
     n, most = len(q), WIDTH * -(-max(most, 2 * len(goals) + 2) // WIDTH)
     rows, parent = np.empty((2, most, n)), np.full((2, most), ROOT)
     rows[0, 0], rows[1, : len(goals)] = q, goals
-    count = np.array([1, len(goals), 0, 0])
+    count = np.array([1, len(goals), 0])
     proved, path = np.zeros((2, most), np.bool_), np.empty((2 * most, n))
     eights, bits = _side_by_side(rows, count), np.zeros(1, np.int64)
     return Forests(rows, eights, parent, proved, count, random, seen, path, np.empty((WIDTH + 1, n)), bits)
@@ -274,7 +272,7 @@ def grow(
             place_left = places + begun // WIDTH
             ours = 1 if place_left < places - 1 else 0
             root = forests.q[ours, place_left if ours == 1 else 0]
-            if not retreats(shop, limbs, root, bounds, new):
+            if not retreats(limbs, root, bounds, new):
                 continue
         else:  # 2
             step, count = diagonal * (LONG if begun < AT_FIRST else SHORT), min(WIDTH, drawn + samples - begun)

@@ -21,7 +21,7 @@ FEWEST = 2
 
 
 def limbs_of(checker: Checker) -> Limbs:
-    """The limbs of an arm with arrays to work in.
+    """The limbs of an arm with arrays to work in, for this thread.
 
     The longest chain of joints to a body is a limb; of the other chains, longest first, each that has more joints of
     its own than it shares with limbs before it. So are both arms of a torso, but not the fingers of a hand.
@@ -43,7 +43,8 @@ def limbs_of(checker: Checker) -> Limbs:
     gravity = np.asarray(mechanism.gravity)
     up = -gravity / np.linalg.norm(gravity) if gravity.any() else np.zeros(3)
     rows, mine = np.array(parts, np.int64).reshape(-1, 5), np.array(own, np.bool_).reshape(-1, n)
-    return retreat_loops.room_for(rows, mine, np.array(reach, np.float64), up)
+    kinematics = checker.world().kinematics
+    return retreat_loops.room_for(kinematics, motion.joints, rows, mine, np.array(reach, np.float64), up)
 
 
 def _parts(checker: Checker, chain: Truth, fresh: Truth, tool: int) -> tuple[int, int, int, int, int]:

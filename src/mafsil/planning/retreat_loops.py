@@ -19,9 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.collision.workshop_loops import Kinematics, Workshop
+from mafsil.collision.workshop_loops import Kinematics
 from mafsil.solvers.cholesky_loops import factored, solved
-from mafsil.solvers.held_loops import Held, opened
 from mafsil.solvers.kernel_loops import call_lanes
 from mafsil.solvers.lane_loops import WIDTH, get, lanes, part, put, seen
 from mafsil.solvers.loops import uncounted
@@ -45,6 +44,8 @@ class Limbs(NamedTuple):
     """Limbs whose tools can go back, and room to find how.
 
     Attributes:
+        kinematics: the kernels of the arm, for one thread.
+        joints: as in `Motion`.
         parts: (m, 5) the joint that carries the limb's END, its TOOL's body, a body BEFORE the tool or -1, coordinates
             of the joint about which the tool ROLLs and of the SHOULDER or -1.
         own: (m, n) coordinates of the limb.
@@ -58,6 +59,8 @@ class Limbs(NamedTuple):
         A: (6, 6), b: (6,) of the equations.
     """
 
+    kinematics: Kinematics
+    joints: Floats
     parts: NDArray[np.int64]
     own: NDArray[np.bool_]
     reach: Floats
@@ -71,21 +74,22 @@ class Limbs(NamedTuple):
     b: Floats
 
 
-def room_for(parts: NDArray[np.int64], own: NDArray[np.bool_], reach: Floats, up: Floats) -> Limbs:
+def room_for(
+    kinematics: Kinematics, joints: Floats, parts: NDArray[np.int64], own: NDArray[np.bool_], reach: Floats, up: Floats
+) -> Limbs:
     """The limbs with fresh arrays to work in."""
     m, n = own.shape
     return Limbs(
-        parts, own, reach, up, np.zeros((m, n, 6)), np.zeros((3, n)), np.zeros((3, 3)), np.zeros(3), np.zeros((n, 6)),
-        np.zeros((6, 6)), np.zeros(6),
+        kinematics, joints, parts, own, reach, up, np.zeros((m, n, 6)), np.zeros((3, n)), np.zeros((3, 3)), np.zeros(3),
+        np.zeros((n, 6)), np.zeros((6, 6)), np.zeros(6),
     )  # fmt: skip
 
 
 @uncounted
-def retreats(shop: Held[Workshop], limbs: Limbs, q: Floats, bounds: Floats, out: Floats) -> bool:
+def retreats(limbs: Limbs, q: Floats, bounds: Floats, out: Floats) -> bool:
     """Configurations in which the tools have gone back, (WIDTH, n) out; whether any does.
 
     Args:
-        shop: of the arm.
         limbs: of the arm.
         q: (n,) where the tools are.
         bounds: (2, n) lowest and highest coordinates; where they are the same a coordinate stays.
@@ -96,10 +100,10 @@ def retreats(shop: Held[Workshop], limbs: Limbs, q: Floats, bounds: Floats, out:
             out[lane, c] = q[c]
     if len(limbs.parts) == 0:
         return False
-    _find_twists(shop, limbs, q)  # 1
+    _find_twists(limbs, q)  # 1
     some = False
     for limb in range(len(limbs.parts)):
-        if _find_rates(shop, limbs, limb, bounds):  # 2
+        if _find_rates(limbs, limb, bounds):  # 2
             some = True
             for lane in range(WIDTH):  # 3
                 for k in range(3):
@@ -112,9 +116,9 @@ def retreats(shop: Held[Workshop], limbs: Limbs, q: Floats, bounds: Floats, out:
 
 
 @uncounted
-def _find_twists(shop: Held[Workshop], limbs: Limbs, q: Floats) -> None:
+def _find_twists(limbs: Limbs, q: Floats) -> None:
     """Twists of the ends per unit of each coordinate; the centres of all bodies (step 1)."""
-    kinematics, joints = opened(shop).world.kinematics, opened(shop).world.motion.joints
+    kinematics, joints = limbs.kinematics, limbs.joints
     given, twists = seen(kinematics.q_lanes), seen(kinematics.twists)
     for c in range(len(q)):
         given[c] = lanes(q[c])
@@ -133,7 +137,7 @@ def _find_twists(shop: Held[Workshop], limbs: Limbs, q: Floats) -> None:
 
 
 @uncounted
-def _find_rates(shop: Held[Workshop], limbs: Limbs, limb: int, bounds: Floats) -> bool:
+def _find_rates(limbs: Limbs, limb: int, bounds: Floats) -> bool:
     """Rates of a limb's coordinates for each direction of its tool; whether any of them moves (step 2).
 
     1. The Jacobian about the middle of the tool's body.
@@ -141,8 +145,7 @@ def _find_rates(shop: Held[Workshop], limbs: Limbs, limb: int, bounds: Floats) -
     3. Rates for each direction.
     """
     J, A, b, n = limbs.J, limbs.A, limbs.b, limbs.own.shape[1]
-    kinematics = opened(shop).world.kinematics
-    middle = part(seen(kinematics.balls), 3 * limbs.parts[limb, TOOL])
+    middle = part(seen(limbs.kinematics.balls), 3 * limbs.parts[limb, TOOL])
     x, y, z = get(middle, 0, 0), get(middle, 1, 0), get(middle, 2, 0)
     if not _take_columns(limbs, limb, bounds, x, y, z):  # 1
         return False
@@ -153,7 +156,7 @@ def _find_rates(shop: Held[Workshop], limbs: Limbs, limb: int, bounds: Floats) -
                 total += J[c, i] * J[c, k]
             A[i, k] = total
     factored(A, 6)
-    _find_directions(kinematics, limbs, limb, x, y, z)
+    _find_directions(limbs, limb, x, y, z)
     for k in range(3):  # 3
         for i in range(3):
             b[i], b[3 + i] = 0.0, limbs.directions[k, i]
@@ -182,7 +185,7 @@ def _take_columns(limbs: Limbs, limb: int, bounds: Floats, x: float, y: float, z
 
 
 @uncounted
-def _find_directions(kinematics: Kinematics, limbs: Limbs, limb: int, x: float, y: float, z: float) -> None:
+def _find_directions(limbs: Limbs, limb: int, x: float, y: float, z: float) -> None:
     """Unit vectors of the ways a tool whose body is about (x, y, z) can go; zero for one that is none.
 
     1. Back: along the axis about which it rolls, if that is where it points seen from the body before; else straight
@@ -194,7 +197,7 @@ def _find_directions(kinematics: Kinematics, limbs: Limbs, limb: int, x: float, 
     for i in range(3):
         back[i], inward[i], limbs.directions[UP, i] = 0.0, 0.0, limbs.up[i]
     if before >= 0:  # 1
-        other = part(seen(kinematics.balls), 3 * before)
+        other = part(seen(limbs.kinematics.balls), 3 * before)
         back[0], back[1], back[2] = get(other, 0, 0) - x, get(other, 1, 0) - y, get(other, 2, 0) - z
         _to_unit(back)
         if roll >= 0:
