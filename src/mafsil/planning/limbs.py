@@ -36,15 +36,26 @@ def limbs_of(checker: Checker) -> Limbs:
         chain, fresh = motion.moves[:, tool], new[:, tool]
         if fresh.sum() < FEWEST or 2 * fresh.sum() <= chain.sum():
             break
+        taken |= chain
+        far = _reach(checker, fresh, tool)
+        if far == 0.0:
+            continue
         parts.append(_parts(checker, chain, fresh, tool))
         own.append(np.isin(np.arange(n), motion.joints[fresh, 1]))
-        reach.append(float(motion.reach[fresh, tool].max()))
-        taken |= chain
+        reach.append(far)
     gravity = np.asarray(mechanism.gravity)
     up = -gravity / np.linalg.norm(gravity) if gravity.any() else np.zeros(3)
-    rows, mine = np.array(parts, np.int64).reshape(-1, 5), np.array(own, np.bool_).reshape(-1, n)
+    rows, mine = np.array(parts, np.int64).reshape(-1, 5), np.array(own, np.bool_).reshape(len(parts), n)
     kinematics = checker.world().kinematics
     return retreat_loops.room_for(kinematics, motion.joints, rows, mine, np.array(reach, np.float64), up)
+
+
+def _reach(checker: Checker, fresh: Truth, tool: int) -> float:
+    """How far a limb reaches: from the axis of a hinge, and along its sliding joints as far as they have limits [m]."""
+    motion, limits = checker.laid.motion, checker.robot.limits
+    slides = motion.joints[fresh & (motion.joints[:, 3] == 0.0), 1].astype(np.int64)
+    travel = (limits.upper - limits.lower)[np.unique(slides)]
+    return float(motion.reach[fresh, tool].max() + travel[np.isfinite(travel)].sum())
 
 
 def _parts(checker: Checker, chain: Truth, fresh: Truth, tool: int) -> tuple[int, int, int, int, int]:

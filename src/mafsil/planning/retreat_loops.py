@@ -155,7 +155,8 @@ def _find_rates(limbs: Limbs, limb: int, bounds: Floats) -> bool:
             for c in range(n):
                 total += J[c, i] * J[c, k]
             A[i, k] = total
-    factored(A, 6)
+    if not factored(A, 6):
+        return False
     _find_directions(limbs, limb, x, y, z)
     for k in range(3):  # 3
         for i in range(3):
