@@ -115,6 +115,21 @@ def test_pairs_that_a_semantic_description_lists_are_not_checked(capsys, tmp_pat
     assert "none.srdf" in capsys.readouterr().err
 
 
+@pytest.mark.capability("11-39")
+def test_pairs_that_meet_where_the_robot_is_known_to_be_free_are_not_checked(capsys, tmp_path):
+    robot = tmp_path / "touching.urdf"
+    robot.write_text(TOUCHING)
+    words = ["plan", str(robot), "--start", "0", "0.1", "--goal", "1", "0"]
+    assert main([*words, "--rest", "0", "0.1"]) == 0
+    assert "known to be free of itself" in capsys.readouterr().out
+    assert main([*words, "--rest", "0", "0.1", "--json"]) == 0
+    met = json.loads(capsys.readouterr().out)["not_checked"]
+    assert met
+    assert all(len(pair) == 2 for pair in met)
+    assert main([*words, "--rest", "0"]) == 2
+    assert "rest" in capsys.readouterr().err
+
+
 def test_joints_that_may_move_are_named(capsys):
     code, _, err = asked(capsys, "--start", *LEFT, "--goal", *RIGHT, "--scene", SCENE, "--moving", "elbow")
     assert code == 2

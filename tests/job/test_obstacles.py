@@ -325,3 +325,21 @@ def test_meshes_cones_and_pairs_that_are_left_out(tmp_path: Path) -> None:
     for text, sentence in wrong.items():
         with pytest.raises(mf.MafsilError, match=sentence):
             solve(parse(text), text, tmp_path)
+
+
+@pytest.mark.capability("11-39")
+def test_bodies_that_meet_where_the_robot_is_known_to_be_free_are_named_and_left_out():
+    robot = Path(__file__).parents[2] / "examples" / "robots" / "ur5.urdf"
+    text = f"robot = '{robot}'\n[start]\njoints = [0.3, -1.9, 2.9, -1.6, -1.6, 0]\n[collision]\nrest = false\n"
+    text += "[[move]]\njoints = [0.5, -1.9, 1.9, -1.6, -1.6, 0]\n"
+    refused = prepare(parse(text), text, Path())
+    assert isinstance(refused, Refusal)
+    assert "upper_arm hits wrist_3" in refused.explain("en")
+    resting = text.replace("rest = false", "rest = true")
+    run = solve(parse(resting), resting, Path())
+    assert isinstance(run, Run)
+    remark = next(each for each in run.plan.remarks if each.key == "job.rest_pairs")
+    assert remark.level == "warning"
+    assert "upper_arm - wrist_3" in remark.details["pairs"]
+    assert "forearm - wrist_3" not in remark.details["pairs"], "what does not meet there is checked"
+    assert remark.sentence("en") != remark.sentence("ar")

@@ -12,7 +12,7 @@ from mafsil.cli.numerals import count, number
 from mafsil.cli.plan_question import rows_of, typed_constraints, typed_goal
 from mafsil.cli.state import degrees_remarks, joint_values, shown, unit
 from mafsil.cli.table import brief, table
-from mafsil.collision import Checker, Scene
+from mafsil.collision import Checker, Reason, Scene
 from mafsil.job.surroundings import scene_in, with_shapes
 from mafsil.messages import say
 from mafsil.planning import ArmPlan
@@ -40,6 +40,7 @@ def plan(
     own_clearance: str | None,
     planner: str | None,
     srdf: str | None,
+    rest: list[str],
     moving: list[str],
     seed: str | None,
     seconds: str | None,
@@ -63,6 +64,7 @@ def plan(
         own_clearance: that bodies of the robot keep from each other [m].
         planner: which one searches.
         srdf: file of the pairs of links that need no check.
+        rest: (n) coordinates as typed at which the robot is known to be free of itself.
         moving: names of joints that may move though they end where they start; if none, those of the moving limb.
         seed: of its samples.
         seconds: after which it gives up.
@@ -83,9 +85,11 @@ def plan(
     budget = 10.0 if seconds is None else number("--seconds", seconds)
     first = 0 if seed is None else count("--seed", seed)
     own = any(link.collisions or link.visuals for link in arm.mechanism.links)
+    known_free = joint_values("rest", rest, arm.mechanism, degrees=degrees) if rest else None
     checker = Checker(
-        with_shapes(arm.mechanism), around, margin=margin, own_margin=among_itself, srdf=srdf, self_collision=own
-    )
+        with_shapes(arm.mechanism), around, margin=margin, own_margin=among_itself, srdf=srdf, self_collision=own,
+        rest=known_free,
+    )  # fmt: skip
     found = plan_path(
         checker, None, q, wanted, planner=planner or "rrt_connect", seed=first, seconds=budget, keep=keep,
         moving=moving or None,
@@ -96,6 +100,11 @@ def plan(
     if not found:
         return Answer(data, (), "\n".join([found.explain(), *dict.fromkeys(hints)]))
     lines = [*found.explain().splitlines(), *_points(arm, found, degrees=degrees), *dict.fromkeys(hints)]
+    if known_free is not None:
+        met = [(each.first, each.second) for each in checker.skipped if each.reason is Reason.REST]
+        data["not_checked"] = met
+        names = f" ({', '.join(' - '.join(pair) for pair in met)})" if met else ""
+        lines.append(say("collision.skipped_rest", count=len(met), names=names))
     near = found.clearance()
     if np.isfinite(near.distance).any():
         k = int(near.distance.argmin())

@@ -175,6 +175,7 @@ OPERATIONS: tuple[Operation, ...] = (
                 ),
             ),
             Parameter("srdf", "path", reads=True),
+            Parameter("rest", "angle", many=True, metavar="Q"),
             Parameter("moving", "text", many=True, metavar="JOINT"),
             Parameter("seed", "count"),
             Parameter("seconds", "number"),

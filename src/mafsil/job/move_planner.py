@@ -106,6 +106,8 @@ class _Planner:
                 T = pose_matrix(given.pose, degrees=walk.degrees)
                 walk.q = self.configurations.configuration(-1, given.pose, T)
         walk.origin = walk.q
+        if walk.surroundings is not None and walk.surroundings.rule.rest:
+            walk.remarks += walk.surroundings.rests_at(walk.q, walk.load)
         self.require_standing("job.start_meets", -1)
 
     def add(self, index: int, move: Move) -> int:

@@ -74,6 +74,8 @@ class Collision(Part, frozen=True, kw_only=True):
         avoid: moves of the joints go round what stands in their way, unless a move says otherwise.
         srdf: path of a semantic description whose disabled pairs of links are not checked, relative to the file.
         skip: further pairs of links or bodies that are not checked against each other.
+        rest: whether the arm is known to be free of itself at the start: bodies that meet there are not checked against
+            each other, and named.
         self_collision: whether the arm is checked against itself; if None, where the description has shapes.
         seed: of the search for ways round.
         planner: that searches them.
@@ -85,6 +87,7 @@ class Collision(Part, frozen=True, kw_only=True):
     avoid: bool = False
     srdf: str | None = None
     skip: tuple[tuple[str, str], ...] = ()
+    rest: bool = False
     self_collision: bool | None = None
     seed: Annotated[int, msgspec.Meta(ge=0)] = 0
     planner: PlannerName = "rrt_connect"

@@ -20,6 +20,7 @@ from mafsil.collision import (
     ConvexHull,
     Cylinder,
     Plane,
+    Reason,
     Scene,
     Sphere,
 )
@@ -35,6 +36,7 @@ from mafsil.job.payload import box_in_tip
 from mafsil.job.placed_parts import PlacedPart, Stay
 from mafsil.job.poses import pose_matrix
 from mafsil.job.reading import parse_scene
+from mafsil.job.remark import Remark
 from mafsil.job.text import text_of
 from mafsil.messages.visible import visible
 from mafsil.model import Mechanism
@@ -138,6 +140,7 @@ class Surroundings:
         self.scene = Scene([*self.obstacles, *standing_bodies(neighbours)])
         self._others: tuple[Neighbourhood, Mapping[str, TimedArm], tuple[Stay, ...]] | None = None
         self._checkers: dict[tuple[Load, float, tuple[PlacedPart, ...]], Checker] = {}
+        self._rest: JointVector | None = None
         links = robot.mechanism.links
         self.has_shapes = any(link.collisions or link.visuals for link in links)
         self._mechanism = with_shapes(robot.mechanism)
@@ -160,8 +163,21 @@ class Surroundings:
                 srdf=self.rule.srdf,
                 skip=self.rule.skip,
                 self_collision=itself,
+                rest=self._rest,
             )
         return self._checkers[key]
+
+    def rests_at(self, q: JointVector, load: Load) -> list[Remark]:
+        """From now on bodies of the arm that meet at a configuration are not checked against each other; which.
+
+        Args:
+            q: where the arm is known to be free of itself.
+            load: what hangs on the flange there.
+        """
+        self._rest = q
+        self._checkers.clear()
+        pairs = [f"{each.first} - {each.second}" for each in self.checker(load).skipped if each.reason is Reason.REST]
+        return [Remark("warning", "job.rest_pairs", {"pairs": ", ".join(pairs)})] if pairs else []
 
     def is_free(
         self, q: JointVector, load: Load, clearance: float | None = None, parts: tuple[PlacedPart, ...] = ()

@@ -54,7 +54,7 @@ class Limbs(NamedTuple):
         twists: (m, n, 6) of the END per unit of each coordinate, about the origin of {s}.
         rates: (3, n) of the coordinates, for one reach in each direction.
         directions: (3, 3) in rows.
-        arm: (3,) from the body before to the tool's.
+        arm: (3,) from the tool to the axis of its shoulder.
         J: (n, 6) twists about the middle of the tool's body, of the coordinates that move; lengths in reaches.
         A: (6, 6), b: (6,) of the equations.
     """
@@ -93,7 +93,7 @@ def retreats(limbs: Limbs, q: Floats, bounds: Floats, out: Floats) -> bool:
         limbs: of the arm.
         q: (n,) where the tools are.
         bounds: (2, n) lowest and highest coordinates; where they are the same a coordinate stays.
-        out: by and by, as `SUMS` has them.
+        out: a row for each of `SUMS`.
     """
     for lane in range(WIDTH):
         for c in range(len(q)):
