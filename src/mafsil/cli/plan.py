@@ -12,7 +12,7 @@ from mafsil.cli.numerals import count, number
 from mafsil.cli.plan_question import rows_of, typed_constraints, typed_goal
 from mafsil.cli.state import degrees_remarks, joint_values, shown, unit
 from mafsil.cli.table import brief, table
-from mafsil.collision import Checker, Reason, Scene
+from mafsil.collision import Checker, Scene
 from mafsil.job.surroundings import scene_in, with_shapes
 from mafsil.messages import say
 from mafsil.planning import ArmPlan
@@ -101,10 +101,9 @@ def plan(
         return Answer(data, (), "\n".join([found.explain(), *dict.fromkeys(hints)]))
     lines = [*found.explain().splitlines(), *_points(arm, found, degrees=degrees), *dict.fromkeys(hints)]
     if known_free is not None:
-        met = [(each.first, each.second) for each in checker.skipped if each.reason is Reason.REST]
-        data["not_checked"] = met
-        names = f" ({', '.join(' - '.join(pair) for pair in met)})" if met else ""
-        lines.append(say("collision.skipped_rest", count=len(met), names=names))
+        data["not_checked"] = [(each.first, each.second) for each in checker.resting]
+        names = f" ({', '.join(map(str, checker.resting))})" if checker.resting else ""
+        lines.append(say("collision.skipped_rest", count=len(checker.resting), names=names))
     near = found.clearance()
     if np.isfinite(near.distance).any():
         k = int(near.distance.argmin())

@@ -153,6 +153,11 @@ class ArmInScene:
         return tuple(SkippedPair(self.bodies[a].name, self.bodies[b].name, reason) for (a, b), reason in named)
 
     @property
+    def resting(self) -> tuple[SkippedPair, ...]:
+        """Those of `skipped` that meet where the robot is known to be free."""
+        return tuple(each for each in self.skipped if each.reason is Reason.REST)
+
+    @property
     def only_drawn(self) -> tuple[str, ...]:
         """Links that the description draws without a collision shape, where others have one: they meet nothing."""
         checked = {body.link for body in self.bodies}

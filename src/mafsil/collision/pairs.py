@@ -52,6 +52,9 @@ class SkippedPair:
     second: str
     reason: Reason
 
+    def __str__(self) -> str:
+        return f"{self.first} - {self.second}"
+
 
 def skipped_by_structure(
     mechanism: Mechanism, bodies: tuple[Body, ...], listed: Mapping[frozenset[str], str]

@@ -84,7 +84,7 @@ def explained(checker: Checker, pairs: list[tuple[int, int]], language: str | No
     lines = [say("collision.checked", language=language, bodies=len(bodies), pairs=len(pairs))]
     named = defaultdict[Reason, list[str]](list)
     for each in checker.skipped:
-        named[each.reason].append(f"{each.first} - {each.second}")
+        named[each.reason].append(str(each))
     for reason, found in named.items():
         shown = found[:MOST_NAMED] + ["..."] * (len(found) > MOST_NAMED)
         names = " (" + ", ".join(shown) + ")" if reason in LISTED else ""

@@ -20,7 +20,6 @@ from mafsil.collision import (
     ConvexHull,
     Cylinder,
     Plane,
-    Reason,
     Scene,
     Sphere,
 )
@@ -176,8 +175,8 @@ class Surroundings:
         """
         self._rest = q
         self._checkers.clear()
-        pairs = [f"{each.first} - {each.second}" for each in self.checker(load).skipped if each.reason is Reason.REST]
-        return [Remark("warning", "job.rest_pairs", {"pairs": ", ".join(pairs)})] if pairs else []
+        pairs = self.checker(load).resting
+        return [Remark("warning", "job.rest_pairs", {"pairs": ", ".join(map(str, pairs))})] if pairs else []
 
     def is_free(
         self, q: JointVector, load: Load, clearance: float | None = None, parts: tuple[PlacedPart, ...] = ()

@@ -16,6 +16,7 @@ from mafsil.collision import Checker
 from mafsil.lazy_module import lazily, loaded
 from mafsil.planning.arm_limits import UNBOUNDED, Moving, rule_for
 from mafsil.planning.limbs import limbs_of
+from mafsil.planning.problem import length_of
 
 if TYPE_CHECKING:
     import mafsil.planning.arm_question_loops as arm_question_loops
@@ -34,8 +35,8 @@ FIRST_ROOM = 1024
 """Nodes of each side that there are arrays for at first."""
 SLICE = 512
 """Samples between two looks at the clock."""
-AT_FIRST, ONE_SLICE = 64, -1.0
-"""Samples of a second search, and seconds that are over after its first slice."""
+SECOND = 64
+"""Samples of a second search."""
 GLIMPSE = 4
 """One in so many of the tries shows how short a path will become."""
 DETOUR = 1.2
@@ -75,20 +76,15 @@ def search(
     path, made, seen = _grown(checker, q, goals, seed, seconds, nodes, few, moving, leave)  # 1
     if few == shorten or path is None or len(path) < 3:
         return path, made, seen
-    if _way(path) > DETOUR * dist(path[0], path[-1]):  # 2
-        other, more, also = _grown(checker, q, goals, seed, ONE_SLICE, AT_FIRST, few, moving, False)
+    length = length_of(path)
+    if length > DETOUR * dist(path[0], path[-1]):  # 2
+        other, more, also = _grown(checker, q, goals, seed, 0.0, SECOND, few, moving, False)
         made, seen = made + more, summed(seen, also)
-        if other is not None and _way(other) < _way(path):
+        if other is not None and length_of(other) < length:
             path = other
     random, counts = _question_for(checker, len(goals), moving).value.forests.random, np.zeros(3, np.int64)
     path = loaded(arm_question_loops).shorten(checker.workshop(), path, shorten - few, random, counts)  # 3
     return path, made, summed(seen, _counted(counts))
-
-
-def _way(path: JointVector) -> float:
-    """The length of a path [rad | m]."""
-    rows = path.tolist()
-    return sum(map(dist, rows, rows[1:]))
 
 
 def _grown(
@@ -112,7 +108,7 @@ def _grown(
     while code != loops.JOINED:
         made, now = _nodes(forests), perf_counter()
         deadline = min(deadline, now + seconds)
-        if made >= nodes or now > deadline:
+        if made >= nodes or now >= deadline:
             return None, made, _counted(forests.seen)
         if code == loops.FULL:  # 2
             forests = arm_search_loops.doubled(forests)
