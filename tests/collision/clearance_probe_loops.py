@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from mafsil.collision.clearance_loops import clearance, place_cells
-from mafsil.solvers.lane_loops import WIDTH, in_lanes, part, put, seen
-from mafsil.solvers.loops import compiled
+from mafsil.kernels.loops.lanes import WIDTH, in_lanes, part, put, seen
+from mafsil.kernels.loops.loop import compiled
 
 
 @compiled

@@ -14,8 +14,8 @@ from mafsil.collision.arm_loops import gap_between, place_bodies, scratch_for
 from mafsil.collision.joints import joints_of
 from mafsil.collision.regions import Regions
 from mafsil.model.placement import rotation_z
-from mafsil.solvers.lane_loops import WIDTH
-from mafsil.solvers.loops import compiled
+from mafsil.kernels.loops.lanes import WIDTH
+from mafsil.kernels.loops.loop import compiled
 from tests.collision.arms import arm, scene
 from tests.collision.clearance_probe_loops import bounds
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from mafsil.parallel.complex_lane_loops import solve_in_lanes
-from mafsil.solvers.lane_loops import seen
-from mafsil.solvers.loops import compiled
+from mafsil.kernels.loops.lanes import seen
+from mafsil.kernels.loops.loop import compiled
 
 
 @compiled

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.solvers.held_loops import Held, opened
-from mafsil.solvers.loops import compiled
+from mafsil.kernels.loops.held import Held, opened
+from mafsil.kernels.loops.loop import compiled
 
 
 class Inner(NamedTuple):

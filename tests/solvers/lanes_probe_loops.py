@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from mafsil.solvers.lane_loops import (
-    angle_of,
+from mafsil.kernels.loops.lanes import (
     any_lane,
     buffer,
     get,
@@ -19,7 +18,8 @@ from mafsil.solvers.lane_loops import (
     square_root,
     where,
 )  # fmt: skip
-from mafsil.solvers.loops import reordered
+from mafsil.kernels.loops.loop import reordered
+from mafsil.solvers.angle_loops import angle_of
 
 
 @reordered

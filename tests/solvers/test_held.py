@@ -8,7 +8,7 @@ from threading import Thread
 
 import numpy as np
 
-from mafsil.solvers.held_loops import Held
+from mafsil.kernels.loops.held import Held
 from tests.solvers.held_probe_loops import Inner, Outer, weighed
 
 

@@ -18,14 +18,14 @@ from mafsil.ik.numerical import pose_loops
 SOURCE = Path(__file__).parents[2] / "src" / "mafsil"
 
 CALLEE = """
-from mafsil.solvers.loops import compiled
+from mafsil.kernels.loops.loop import compiled
 
 @compiled
 def scaled(x):
     return {factor} * x
 """
 CALLER = """
-from mafsil.solvers.loops import compiled
+from mafsil.kernels.loops.loop import compiled
 from callee_loops import scaled
 
 @compiled

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from mafsil.collision.arm_loops import Arm
     from mafsil.collision.laid_arm import LaidArm
     from mafsil.collision.workshop_loops import Workshop, World
-    from mafsil.solvers.held_loops import Held
+    from mafsil.kernels.loops.held import Held
 else:
     laid_arm = lazily("mafsil.collision.laid_arm")
     layout = lazily("mafsil.collision.layout")
@@ -85,8 +85,7 @@ class ArmInScene:
         if self_collision:
             self._sample_pairs(drop_unseen, srdf is None)
         self._self_collision = self_collision
-        # By thread, and whether proofs are compiled for it.
-        self._workshops: dict[tuple[int, bool], Held[Workshop]] = {}
+        self._workshops: dict[int, Held[Workshop]] = {}
 
     def world(self) -> World:
         """All that compiled loops ask whether a motion is free, with arrays of this thread alone."""
@@ -94,20 +93,11 @@ class ArmInScene:
 
     def workshop(self) -> Held[Workshop]:
         """The world and the arrays that this thread works in, for compiled loops that are asked again and again."""
-        here = get_ident(), True
+        here = get_ident()
         shop = self._workshops.get(here)
         if shop is None:
-            shop = self._workshops[here] = self._workshop()
-            segment_loops.be_able_to_prove(shop)
+            shop = self._workshops[here] = self.laid.workshop(self.scene, self.margins())
         return shop
-
-    def _workshop(self) -> Held[Workshop]:
-        """As `workshop`; who proves nothing does not wait until proofs are compiled."""
-        here = get_ident(), False
-        if here not in self._workshops:
-            self._workshops[here] = self.laid.workshop(self.scene, self.margins())
-            segment_loops.be_able_to_tell(self._workshops[here])
-        return self._workshops[here]
 
     def __getstate__(self) -> dict[str, Any]:
         """What another process can use: all but what lies at an address of this one."""

@@ -19,7 +19,7 @@ from mafsil.collision.near_loops import nearest
 from mafsil.collision.pair_loops import WORKSPACE, separation
 from mafsil.collision.support_loops import Pieces, product
 from mafsil.collision.tree_loops import DEPTH, Surroundings, box_gap
-from mafsil.solvers.loops import compiled, inlined, uncounted
+from mafsil.kernels.loops.loop import compiled, inlined
 
 LEAST = 1e-300
 FEW = 64
@@ -65,7 +65,7 @@ def scratch_for(arm: Arm) -> Scratch:
     return Scratch(np.empty(WORKSPACE), np.zeros((rows, 5)), np.zeros(DEPTH + FEW, np.int64), np.zeros(2, np.int64))
 
 
-@uncounted
+@compiled
 def just_above(margin: float) -> float:
     """The next larger number, above zero one that processors add as quickly as any other."""
     return max(np.nextafter(margin, np.inf), LEAST)
@@ -171,7 +171,7 @@ def _gather(around: Surroundings, ball: Floats, cutoff: float, waiting: NDArray[
     return count
 
 
-@uncounted
+@compiled
 def gap_around(
     arm: Arm, b: int, poses: Floats, around: Surroundings, cutoff: float, enough: float, s: Scratch
 ) -> float:  # fmt: skip
@@ -188,7 +188,7 @@ def gap_around(
     return cutoff if count == 0 else _gap_to_found(arm, b, poses, around, count, cutoff, enough, s)
 
 
-@uncounted
+@compiled
 def _gap_to_found(
     arm: Arm, b: int, poses: Floats, around: Surroundings, count: int, cutoff: float, enough: float, s: Scratch
 ) -> float:  # fmt: skip
@@ -231,7 +231,7 @@ def _beyond(p: Floats, q: Floats, cutoff: float) -> bool:
     return reach < 0.0 or x * x + y * y + z * z > reach * reach
 
 
-@uncounted
+@compiled
 def gap_between(arm: Arm, a: int, b: int, poses: Floats, cutoff: float, enough: float, s: Scratch) -> float:
     """How near two bodies of the arm come to each other, if nearer than the cutoff; arguments as `gap_around`."""
     A, best, bodies, balls, deep = arm.pieces, cutoff, len(arm.bodies), s.balls, enough == -np.inf

@@ -76,7 +76,7 @@ class Checker(ArmInScene):
         """
         rows, batch = self._rows(q)
         found = np.empty(len(rows), np.bool_)
-        segment_loops.collide(self._workshop(), rows, found)
+        segment_loops.collide(self.workshop(), rows, found)
         return found.reshape(batch)
 
     def free(self, q: ArrayLike) -> Truth:
@@ -97,7 +97,7 @@ class Checker(ArmInScene):
             within = not_negative("within", within, most=np.inf)
         rows, batch = self._rows(q)
         out, who = np.zeros((len(rows), 10)), np.zeros((len(rows), 2), np.int64)
-        gradient, shop = np.zeros(rows.shape), self._workshop()
+        gradient, shop = np.zeros(rows.shape), self.workshop()
         for begin, poses in laid_arm.poses_in_parts(self.robot, rows):
             part = slice(begin, begin + len(poses))
             distance_loops.distances(shop, rows[part], poses, within, out[part], who[part])

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.collision.arm_loops import Arm, gap_between, place_bodies, scratch_for
-from mafsil.solvers.lane_loops import looked_up, magnitude, rounded_down, seen, where
-from mafsil.solvers.loops import compiled, inlined
+from mafsil.kernels.loops.lanes import looked_up, magnitude, rounded_down, seen, where
+from mafsil.kernels.loops.loop import compiled, inlined
 
 if TYPE_CHECKING:
-    from mafsil.solvers.lane_loops import Buffer, Lanes
+    from mafsil.kernels.loops.lanes import Buffer, Lanes
 
 SIDE = 64
 """Cells along each coordinate."""

@@ -15,7 +15,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.collision.support_loops import corner
-from mafsil.solvers.loops import uncounted
+from mafsil.kernels.loops.loop import compiled
 
 MOST_CORNERS = 160
 WORKSPACE = 11 * MOST_CORNERS + 2
@@ -26,7 +26,7 @@ FLAT = 1e-10
 """Thickness, relative to its length, below which a simplex is flat."""
 
 
-@uncounted
+@compiled
 def box_depth(size_a: Floats, size_b: Floats, M: Floats, n: Floats) -> float:
     """Depth of two boxes, or of a segment (a box without width) and a box, that overlap.
 
@@ -70,7 +70,7 @@ def box_depth(size_a: Floats, size_b: Floats, M: Floats, n: Floats) -> float:
     return best
 
 
-@uncounted
+@compiled
 def _cross(a: Floats, b: Floats, c: Floats, n: Floats) -> float:
     """Normal n of the triangle abc, of length one if it has an area; its length before."""
     ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
@@ -83,7 +83,7 @@ def _cross(a: Floats, b: Floats, c: Floats, n: Floats) -> float:
     return length
 
 
-@uncounted
+@compiled
 def _thickened(
     kind_a: int, size_a: Floats, vertices_a: Floats, kind_b: int, size_b: Floats, vertices_b: Floats,
     M: Floats, C: Floats, count: int, n: Floats,
@@ -148,7 +148,7 @@ def _thickened(
     return 4
 
 
-@uncounted
+@compiled
 def size_of(C: Floats, count: int) -> float:
     """Largest square of the distance of some corners from the origin."""
     most = 0.0
@@ -157,12 +157,12 @@ def size_of(C: Floats, count: int) -> float:
     return most
 
 
-@uncounted
+@compiled
 def _apart(a: Floats, b: Floats) -> float:
     return np.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)
 
 
-@uncounted
+@compiled
 def _add_face(faces: Floats, at: int, i: int, j: int, k: int, C: Floats, inside: Floats) -> None:
     """Row `at` of the faces: the normal of three corners away from `inside`, its distance, the corners' indices."""
     n = faces[at]
@@ -177,7 +177,7 @@ def _add_face(faces: Floats, at: int, i: int, j: int, k: int, C: Floats, inside:
     n[4], n[5], n[6] = i, j, k
 
 
-@uncounted
+@compiled
 def grown_depth(
     kind_a: int, size_a: Floats, vertices_a: Floats, kind_b: int, size_b: Floats, vertices_b: Floats,
     M: Floats, S: Floats, count: int, n: Floats, W: Floats,

@@ -21,15 +21,15 @@ from mafsil.collision.speed_loops import Motion
 from mafsil.collision.support_loops import body_of, product
 from mafsil.collision.tree_loops import Surroundings
 from mafsil.collision.workshop_loops import FROM_ITSELF, FROM_SURROUNDINGS, Workshop, World, pose_lanes_of
-from mafsil.solvers.held_loops import Held, opened
-from mafsil.solvers.lane_loops import WIDTH, get, in_lanes, put, seen
-from mafsil.solvers.loops import compiled, inlined, uncounted
+from mafsil.kernels.loops.held import Held, opened
+from mafsil.kernels.loops.lanes import WIDTH, get, in_lanes, put, seen
+from mafsil.kernels.loops.loop import compiled, inlined
 
 SLACK = 1e-8
 """How much the bounds of a distance may be apart at most [m]."""
 
 
-@uncounted
+@compiled
 def separation_between(arm: Arm, a: int, b: int, poses: Floats, cutoff: float, s: Scratch, out: Floats) -> bool:
     """Whether two bodies of the arm are nearer than the cutoff; `out` (ROW,) their separation."""
     A, best, found, P, Q = arm.pieces, cutoff, False, s.W[24:27], s.W[28:31]
@@ -105,7 +105,7 @@ def _first_item(world: World, lower: Floats, lane: int, cutoff: float) -> int:
     return found if found >= 0 else _next_item(world, lower, lane, cutoff)
 
 
-@uncounted
+@compiled
 def _look(
     world: World, k: int, poses: Floats, best: float, lane: int, lower: Floats, found: NDArray[np.int64], s: Scratch
 ) -> float:  # fmt: skip
@@ -128,7 +128,7 @@ def _look(
     return gap
 
 
-@uncounted
+@compiled
 def _distance(
     workshop: Held[Workshop], poses: Floats, cutoff: float, lane: int, lower: Floats, out: Floats,
     who: NDArray[np.int64], found: NDArray[np.int64], s: Scratch,
@@ -159,7 +159,7 @@ def _distance(
         separation(arm.pieces, i, P, arm.pieces, j, Q, best + SLACK, True, s.W, out)
 
 
-@uncounted
+@compiled
 def _add_rates(motion: Motion, poses: Floats, b: int, row: Floats, at: int, sign: float, out: Floats) -> None:
     """How fast a point of body b moves along the normal, per rate of each coordinate, added with a sign.
 

@@ -10,7 +10,7 @@ from mafsil.collision.arm_loops import Arm, gap_around, gap_between, place_bodie
 from mafsil.collision.pair_loops import separation
 from mafsil.collision.support_loops import product
 from mafsil.collision.tree_loops import Surroundings
-from mafsil.solvers.loops import compiled
+from mafsil.kernels.loops.loop import compiled
 
 SLACK = 1e-8
 """How much the bounds of a distance may be apart at most [m]."""

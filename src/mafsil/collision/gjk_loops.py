@@ -21,7 +21,7 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.collision.simplex_loops import nearest_on_faces, nearest_on_simplex
 from mafsil.collision.support_loops import corner
-from mafsil.solvers.loops import uncounted
+from mafsil.kernels.loops.loop import compiled
 
 STEPS = 200
 GAP = 1e-12
@@ -32,7 +32,7 @@ WORKSPACE = (16, 8)
 """Shape of the array that `core_distance` works in."""
 
 
-@uncounted
+@compiled
 def core_distance(
     kind_a: int, size_a: Floats, vertices_a: Floats, kind_b: int, size_b: Floats, vertices_b: Floats,
     M: Floats, cutoff: float, W: Floats,

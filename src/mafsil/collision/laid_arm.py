@@ -20,7 +20,7 @@ from mafsil.collision.scene import Scene
 from mafsil.collision.speed_loops import Motion
 from mafsil.collision.workshop_loops import Bench, Groups, Kinematics, Workshop, World, bench_for
 from mafsil.robot import Robot
-from mafsil.solvers.held_loops import Held
+from mafsil.kernels.loops.held import Held
 
 CHUNK = 256
 """States whose link poses are in memory at once: they stay in the processor's cache."""
@@ -90,10 +90,9 @@ class LaidArm:
         """What this thread asks about the arm in a scene, with clearances (1 + pairs,) as in `World` [m]."""
         around, thread = scene.surroundings, get_ident()
         few = layout.few_around(self.regions, self.arm, around)
-        entries = np.zeros(4, np.int64)
         world = World(
             self.arm, around, self.groups, few, self.clearances, self._kinematics_here(), self.motion,
-            layout.everything(self.arm, around), margin, entries,
+            layout.everything(self.arm, around), margin,
         )  # fmt: skip
         if thread not in self._benches:
             self._benches[thread] = bench_for(world)

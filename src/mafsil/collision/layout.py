@@ -22,7 +22,7 @@ from mafsil.collision.tree_loops import Surroundings
 from mafsil.collision.workshop_loops import AT_ONCE, STATES, FewAround, Groups, Kinematics
 from mafsil.kernels import Kernel
 from mafsil.model import Mechanism
-from mafsil.solvers.lane_loops import WIDTH, in_lanes
+from mafsil.kernels.loops.lanes import WIDTH, in_lanes
 
 Still: TypeAlias = Sequence[Sequence[bool]]
 

@@ -13,11 +13,11 @@ from mafsil.arrays import Floats
 from mafsil.collision.clearance_loops import clearance, place_cells
 from mafsil.collision.placing_loops import without_pieces
 from mafsil.collision.workshop_loops import AT_ONCE, Bench, World
-from mafsil.solvers.lane_loops import lanes, larger, magnitude, part, seen, smaller, square_root, where
-from mafsil.solvers.loops import inlined
+from mafsil.kernels.loops.lanes import lanes, larger, magnitude, part, seen, smaller, square_root, where
+from mafsil.kernels.loops.loop import inlined
 
 if TYPE_CHECKING:
-    from mafsil.solvers.lane_loops import Buffer, Lanes
+    from mafsil.kernels.loops.lanes import Buffer, Lanes
 
 
 @inlined

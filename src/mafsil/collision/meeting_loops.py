@@ -1,6 +1,6 @@
 """Which of eight states bring an arm near its surroundings or itself, compiled: one question, eight lanes.
 
-The states lie side by side (`solvers.lane_loops`): one instruction compares a ball of the arm with an obstacle in all
+The states lie side by side (`kernels.loops.lanes`): one instruction compares a ball of the arm with an obstacle in all
 of them. A lane is asked for two things at once: does the body come within margin + M (M one number a lane: how far it
 can move meanwhile), and within the margin itself.
 
@@ -20,26 +20,24 @@ from typing import TYPE_CHECKING
 from mafsil.arrays import Floats
 from mafsil.collision.arm_loops import FEW
 from mafsil.collision.clearance_loops import clearance, place_cells
-from mafsil.collision.one_lane_loops import call_by_lanes
+from mafsil.collision.one_lane_loops import around_by_lanes, itself_by_lanes
 from mafsil.collision.placing_loops import ALL, LaneScratch, place_pieces_in_lanes, without_pieces
 from mafsil.collision.reach_loops import balls_meet, beyond, lane_by_lane, within_reach
 from mafsil.collision.speed_loops import ROUNDING, way_of_ball
 from mafsil.collision.support_loops import BALL, CONE, HULL, POINT
 from mafsil.collision.tree_loops import DEPTH, Surroundings
 from mafsil.collision.workshop_loops import (
-    AROUND_BY_LANES,
     AT_ONCE,
     FROM_ITSELF,
     FROM_SURROUNDINGS,
-    ITSELF_BY_LANES,
     Bench,
     Workshop,
     World,
     group_count,
     piece_count,
 )
-from mafsil.solvers.held_loops import Held
-from mafsil.solvers.lane_loops import (
+from mafsil.kernels.loops.held import Held
+from mafsil.kernels.loops.lanes import (
     WIDTH,
     any_lane,
     how_many,
@@ -49,11 +47,11 @@ from mafsil.solvers.lane_loops import (
     part,
     seen,
 )  # fmt: skip
-from mafsil.solvers.loops import inlined, uncounted
+from mafsil.kernels.loops.loop import compiled, inlined
 
 if TYPE_CHECKING:
     from mafsil.collision.arm_loops import Arm
-    from mafsil.solvers.lane_loops import Buffer, Lanes
+    from mafsil.kernels.loops.lanes import Buffer, Lanes
 
 NEXT, LAST, LEFT = range(3)
 """Places of `walk`: the piece to look at next, the end of its leaf, nodes that wait."""
@@ -144,7 +142,7 @@ def _walk_on(around: Surroundings, ball: Buffer, reach: Lanes, wanted: int, s: L
             return count
 
 
-@uncounted
+@compiled
 def _walk_to_piece(around: Surroundings, ball: Buffer, reach: Lanes, wanted: int, s: LaneScratch) -> int:
     """As `_walk_on`, out of line: where there is much around, the walk is longer than the call."""
     return _walk_on(around, ball, reach, wanted, s)
@@ -186,7 +184,7 @@ def meets_around(
     if count == 0:
         return 0
     if not moving and not crowded and _few_lanes_near(arm, b, count, s):
-        return call_by_lanes(world.entries[AROUND_BY_LANES], shop, b, count)[0]
+        return around_by_lanes(shop, b, count)
     place_pieces_in_lanes(arm, b, s)
     for i in range(int(body[1]), int(body[3])):
         ball, radius, point = part(balls, 3 * (len(arm.bodies) + i)), A.rows[i, BALL + 3], A.rows[i, 0] == POINT
@@ -271,7 +269,7 @@ def meets_itself(
     A, bodies, balls, found = arm.pieces, len(arm.bodies), seen(s.balls), 0
     a, b, since = arm.pairs[k, 0], arm.pairs[k, 1], motion.common[k]
     if not moving and _few_lanes_meet(arm, a, b, wanted):
-        return call_by_lanes(world.entries[ITSELF_BY_LANES], shop, k, wanted)[0]
+        return itself_by_lanes(shop, k, wanted)
     count = _pieces_near(world, b, a, margin, M, wanted, s)  # 1
     if count == 0:
         return 0

@@ -13,10 +13,10 @@ from mafsil.arrays import Floats
 from mafsil.collision.pair_loops import ROW, WORKSPACE, separation
 from mafsil.collision.support_loops import Pieces, product, relative
 from mafsil.collision.tree_loops import DEPTH, Surroundings, box_gap
-from mafsil.solvers.loops import compiled, uncounted
+from mafsil.kernels.loops.loop import compiled
 
 
-@uncounted
+@compiled
 def nearest(
     A: Pieces, i: int, T: Floats, around: Surroundings, cutoff: float,
     waiting: NDArray[np.int64], W: Floats, row: Floats, out: Floats,

@@ -19,25 +19,21 @@ from mafsil.collision.support_loops import CONE, HULL
 from mafsil.collision.tree_loops import DEPTH
 from mafsil.collision.workshop_loops import (
     AROUND,
-    AROUND_BY_LANES,
     BALLS,
     EVERY,
     FROM_ITSELF,
     FROM_SURROUNDINGS,
-    ITSELF_BY_LANES,
     Workshop,
     World,
     group_count,
     piece_count,
-    tell_address,
 )
-from mafsil.solvers.held_loops import Held, opened
-from mafsil.solvers.kernel_loops import loop_caller
-from mafsil.solvers.lane_loops import WIDTH, buffer, get, lane_bits, part, seen
-from mafsil.solvers.loops import inlined, uncounted
+from mafsil.kernels.loops.held import Held, opened
+from mafsil.kernels.loops.lanes import WIDTH, buffer, get, lane_bits, part, seen
+from mafsil.kernels.loops.loop import compiled, inlined
 
 if TYPE_CHECKING:
-    from mafsil.solvers.lane_loops import Buffer, Lanes, Mask
+    from mafsil.kernels.loops.lanes import Buffer, Lanes, Mask
 
 
 @inlined
@@ -51,7 +47,7 @@ def _place_group(world: World, b: int, group: int, lane: int, s: LaneScratch, ou
     out[3] = balls[3]
 
 
-@uncounted
+@compiled
 def _meets_around(shop: Held[Workshop], b: int, lane: int, count: int) -> bool:
     """Whether body b meets one of the pieces of the surroundings in `s.near`, in one lane."""
     world, bench = opened(shop)
@@ -83,7 +79,7 @@ def _near_ball(balls: Buffer, x: float, y: float, z: float, reach: Lanes) -> Mas
     return u * u + v * v + w * w <= reach * reach
 
 
-@uncounted
+@compiled
 def _meets_itself(shop: Held[Workshop], a: int, b: int, keep: int, lane: int) -> bool:
     """Whether two bodies of the arm meet in one lane; `keep` is the place of their margin in `World.margin`."""
     world, bench = opened(shop)
@@ -116,8 +112,8 @@ def _meets_itself(shop: Held[Workshop], a: int, b: int, keep: int, lane: int) ->
     return False
 
 
-@uncounted
-def around_by_lanes(shop: Held[Workshop], b: int, count: int) -> tuple[int]:
+@compiled
+def around_by_lanes(shop: Held[Workshop], b: int, count: int) -> int:
     """Bits of `meeting_loops.meets_around` at states, in one lane after the other.
 
     Args:
@@ -129,11 +125,11 @@ def around_by_lanes(shop: Held[Workshop], b: int, count: int) -> tuple[int]:
     for lane in range(WIDTH):
         if (open >> lane) & 1 and _meets_around(shop, b, lane, count):
             found |= in_lane(MEETS, lane)
-    return (found,)
+    return found
 
 
-@uncounted
-def itself_by_lanes(shop: Held[Workshop], k: int, wanted: int) -> tuple[int]:
+@compiled
+def itself_by_lanes(shop: Held[Workshop], k: int, wanted: int) -> int:
     """Bits of `meeting_loops.meets_itself` at states, in one lane after the other.
 
     The pieces of the body with more of them stand side by side.
@@ -145,15 +141,4 @@ def itself_by_lanes(shop: Held[Workshop], k: int, wanted: int) -> tuple[int]:
     for lane in range(WIDTH):
         if (wanted >> lane) & 1 and _meets_itself(shop, a, b, FROM_ITSELF + k, lane):
             found |= in_lane(MEETS, lane)
-    return (found,)
-
-
-call_by_lanes = loop_caller(3, "int64")
-"""Calls either by its address: made part of their callers, they would open what is open already, which takes LLVM
-minutes."""
-
-
-def compile_for(shop: Held[Workshop]) -> None:
-    """Tell a world where both loops are."""
-    tell_address(shop, AROUND_BY_LANES, around_by_lanes, 1, 1)
-    tell_address(shop, ITSELF_BY_LANES, itself_by_lanes, 1, 1)
+    return found

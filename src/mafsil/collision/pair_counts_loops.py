@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.collision.arm_loops import Arm, gap_between, just_above, place_bodies, scratch_for
-from mafsil.solvers.loops import compiled
+from mafsil.kernels.loops.loop import compiled
 
 
 @compiled

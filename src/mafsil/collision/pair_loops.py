@@ -16,7 +16,7 @@ from mafsil.collision import depth_loops
 from mafsil.collision.depth_loops import box_depth, grown_depth
 from mafsil.collision.gjk_loops import core_distance
 from mafsil.collision.support_loops import Pieces, furthest, relative
-from mafsil.solvers.loops import uncounted
+from mafsil.kernels.loops.loop import compiled
 
 CLEAR = 0.1
 """How far, relative to the size of the smaller core, B is moved beyond its depth to find the points."""
@@ -28,7 +28,7 @@ ROW = 10
 """Numbers of a separation: distance, point on A, point on B, normal from B to A."""
 
 
-@uncounted
+@compiled
 def _set_normal(W: Floats, x: float, y: float, z: float) -> float:
     """Row 6 of W: the unit vector along (x, y, z), or z if that is zero; the length."""
     length = np.sqrt(x * x + y * y + z * z)
@@ -39,7 +39,7 @@ def _set_normal(W: Floats, x: float, y: float, z: float) -> float:
     return length
 
 
-@uncounted
+@compiled
 def _segments(h: float, k: float, M: Floats, W: Floats) -> float:
     """Distance of two segments of half lengths h and k, points in row 5, normal in row 6.
 
@@ -78,7 +78,7 @@ def _segments(h: float, k: float, M: Floats, W: Floats) -> float:
     return length
 
 
-@uncounted
+@compiled
 def _point_in_box(size: Floats, x: float, y: float, z: float, W: Floats) -> float:
     """Signed distance of a box (A) and a point (B), points in row 5, normal in row 6."""
     W[5, 3], W[5, 4], W[5, 5] = x, y, z
@@ -98,7 +98,7 @@ def _point_in_box(size: Floats, x: float, y: float, z: float, W: Floats) -> floa
     return -depth
 
 
-@uncounted
+@compiled
 def _point_in_cylinder(size: Floats, x: float, y: float, z: float, W: Floats) -> float:
     """Signed distance of a cylinder (A) and a point (B), points in row 5, normal in row 6."""
     across = np.sqrt(x * x + y * y)
@@ -118,7 +118,7 @@ def _point_in_cylinder(size: Floats, x: float, y: float, z: float, W: Floats) ->
     return abs(z) - size[2]
 
 
-@uncounted
+@compiled
 def _point_in_cone(size: Floats, x: float, y: float, z: float, W: Floats) -> float:
     """Signed distance of a cone (A) and a point (B), points in row 5, normal in row 6.
 
@@ -144,7 +144,7 @@ def _point_in_cone(size: Floats, x: float, y: float, z: float, W: Floats) -> flo
     return sign * _set_normal(W, away * ux, away * uy, sign * (slant_up - z))
 
 
-@uncounted
+@compiled
 def _half_space(kind: int, size: Floats, vertices: Floats, M: Floats, W: Floats) -> float:
     """Signed distance of a core (A) and a half space (B), points in row 5, normal in row 6."""
     nx, ny, nz = M[0, 2], M[1, 2], M[2, 2]
@@ -156,7 +156,7 @@ def _half_space(kind: int, size: Floats, vertices: Floats, M: Floats, W: Floats)
     return height
 
 
-@uncounted
+@compiled
 def _swap(W: Floats, M: Floats) -> None:
     """The points and normal in rows 5 and 6, found with A and B exchanged in the frame of B, in the frame of A."""
     for k in range(6):
@@ -167,7 +167,7 @@ def _swap(W: Floats, M: Floats) -> None:
         W[6, k] = -(M[k, 0] * W[13, 0] + M[k, 1] * W[13, 1] + M[k, 2] * W[13, 2])
 
 
-@uncounted
+@compiled
 def _inverse(M: Floats, N: Floats) -> None:
     for i in range(3):
         for j in range(3):
@@ -175,7 +175,7 @@ def _inverse(M: Floats, N: Floats) -> None:
         N[i, 3] = -(M[0, i] * M[0, 3] + M[1, i] * M[1, 3] + M[2, i] * M[2, 3])
 
 
-@uncounted
+@compiled
 def _meeting(
     kind_a: int, size_a: Floats, vertices_a: Floats, kind_b: int, size_b: Floats, vertices_b: Floats,
     M: Floats, corners: int, W: Floats,
@@ -230,7 +230,7 @@ def _meeting(
     return -depth
 
 
-@uncounted
+@compiled
 def _extent(kind: int, size: Floats, vertices: Floats) -> float:
     """A length of the core: zero for a point alone."""
     if kind != 5:
@@ -242,7 +242,7 @@ def _extent(kind: int, size: Floats, vertices: Floats) -> float:
     return most
 
 
-@uncounted
+@compiled
 def _point_in(kind: int, size: Floats, M: Floats, W: Floats) -> float:
     if kind == 2:
         return _point_in_box(size, M[0, 3], M[1, 3], M[2, 3], W)
@@ -251,7 +251,7 @@ def _point_in(kind: int, size: Floats, M: Floats, W: Floats) -> float:
     return _point_in_cylinder(size, M[0, 3], M[1, 3], M[2, 3], W)
 
 
-@uncounted
+@compiled
 def core_pair(
     kind_a: int, size_a: Floats, vertices_a: Floats, kind_b: int, size_b: Floats, vertices_b: Floats,
     M: Floats, cutoff: float, deep: bool, W: Floats,
@@ -296,7 +296,7 @@ def core_pair(
     return lower, upper
 
 
-@uncounted
+@compiled
 def separation(
     A: Pieces, i: int, T_a: Floats, B: Pieces, j: int, T_b: Floats, cutoff: float, deep: bool, W: Floats, out: Floats
 ) -> float:  # fmt: skip

@@ -11,11 +11,11 @@ from mafsil.arrays import Floats
 from mafsil.collision.arm_loops import FEW, Arm, Scratch, scratch_for
 from mafsil.collision.support_loops import BALL
 from mafsil.collision.tree_loops import DEPTH
-from mafsil.solvers.lane_loops import WIDTH, part, seen
-from mafsil.solvers.loops import compiled, inlined
+from mafsil.kernels.loops.lanes import WIDTH, part, seen
+from mafsil.kernels.loops.loop import compiled, inlined
 
 if TYPE_CHECKING:
-    from mafsil.solvers.lane_loops import Buffer
+    from mafsil.kernels.loops.lanes import Buffer
 
 ALL = (1 << WIDTH) - 1
 """Bits of all lanes."""

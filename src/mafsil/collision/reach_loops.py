@@ -9,12 +9,12 @@ from mafsil.collision.pair_loops import separation
 from mafsil.collision.placing_loops import LaneScratch, pose_in_lanes
 from mafsil.collision.support_loops import BALL, CONE, CYLINDER, HULL, PLANE, POINT, SEGMENT, Pieces, product
 from mafsil.collision.workshop_loops import Workshop
-from mafsil.solvers.held_loops import Held, opened
-from mafsil.solvers.lane_loops import WIDTH, buffer, get, larger, magnitude, square_root
-from mafsil.solvers.loops import inlined, uncounted
+from mafsil.kernels.loops.held import Held, opened
+from mafsil.kernels.loops.lanes import WIDTH, buffer, get, larger, magnitude, square_root
+from mafsil.kernels.loops.loop import compiled, inlined
 
 if TYPE_CHECKING:
-    from mafsil.solvers.lane_loops import Buffer, Lanes, Mask
+    from mafsil.kernels.loops.lanes import Buffer, Lanes, Mask
 
 
 NEAR, MEETS = 1, 3
@@ -76,7 +76,7 @@ def _pose_of_lane(s: LaneScratch, link: int, lane: int) -> None:
             s.T[row, r, c] = get(T, 4 * r + c, lane)
 
 
-@uncounted
+@compiled
 def exact_answer(shop: Held[Workshop], i: int, p: int, j: int, q: int, keep: int, M: float, lane: int) -> int:
     """NEAR, MEETS or 0, by `separation`, of piece i of the arm and piece j of the arm or of the surroundings.
 
@@ -100,7 +100,7 @@ def exact_answer(shop: Held[Workshop], i: int, p: int, j: int, q: int, keep: int
     return NEAR if gap < further else 0
 
 
-@uncounted
+@compiled
 def lane_by_lane(shop: Held[Workshop], i: int, p: int, j: int, q: int, keep: int, M: Lanes, bits: int) -> int:
     """Bits of what `exact_answer` says in some lanes."""
     found, per_lane = 0, buffer(1)

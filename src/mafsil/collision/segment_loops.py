@@ -25,27 +25,22 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats
 from mafsil.collision.clearance_loops import place_cells
 from mafsil.collision.meeting_loops import bodies_near, colliding_lanes, meets_around, meets_itself
-from mafsil.collision.one_lane_loops import compile_for
 from mafsil.collision.placing_loops import ALL, without_pieces
 from mafsil.collision.speed_loops import ROUNDING, take_motion, way_of_body
 from mafsil.collision.workshop_loops import (
-    PROVE,
-    TELL,
     Bench,
     Workshop,
     World,
     pose_lanes_along,
     pose_lanes_of,
     take_rates,
-    tell_address,
 )
-from mafsil.solvers.held_loops import Held, opened
-from mafsil.solvers.kernel_loops import loop_caller
-from mafsil.solvers.lane_loops import WIDTH, get, lane_bits, lanes, put, seen, where
-from mafsil.solvers.loops import compiled, inlined, uncounted
+from mafsil.kernels.loops.held import Held, opened
+from mafsil.kernels.loops.lanes import WIDTH, get, lane_bits, lanes, put, seen, where
+from mafsil.kernels.loops.loop import compiled, inlined
 
 if TYPE_CHECKING:
-    from mafsil.solvers.lane_loops import Lanes
+    from mafsil.kernels.loops.lanes import Lanes
 
 FREE, COLLIDING, TOUCHING, OPEN = range(4)
 """Proved free; some state is within the margin; too near to be called free; neither, where blocks were counted."""
@@ -93,7 +88,7 @@ def _ask(shop: Held[Workshop], world: World, k: int, h: Lanes, wanted: int, benc
     return meets_itself(shop, world, k - bodies, way, wanted, h, True, bench)
 
 
-@uncounted
+@compiled
 def _hot_meets(shop: Held[Workshop]) -> int:
     """Bits of the lanes in which an item that met something lately does so again; most collisions show here."""
     world, bench = opened(shop)
@@ -213,7 +208,7 @@ def _ask_all(shop: Held[Workshop], world: World, bench: Bench) -> tuple[int, int
     return open, 0, lane_bits(widest < TOUCH) & open != 0
 
 
-@uncounted
+@compiled
 def prove(shop: Held[Workshop], a: Floats, b: Floats, blocks: int) -> tuple[int, float, int]:
     """Whether the straight motion from a to b is free: code, where that shows (0..1), states looked at.
 
@@ -248,9 +243,9 @@ def prove(shop: Held[Workshop], a: Floats, b: Floats, blocks: int) -> tuple[int,
     return code, place, states
 
 
-@uncounted
-def colliding_rows(shop: Held[Workshop], q: Floats, count: int, bits: NDArray[np.int64]) -> tuple[int]:
-    """Which of some configurations bring the arm within the margin of its surroundings or of itself; how many they are.
+@compiled
+def colliding_rows(shop: Held[Workshop], q: Floats, count: int, bits: NDArray[np.int64]) -> None:
+    """Which of some configurations bring the arm within the margin of its surroundings or of itself.
 
     Args:
         q: (m, n).
@@ -261,38 +256,9 @@ def colliding_rows(shop: Held[Workshop], q: Floats, count: int, bits: NDArray[np
     for first in range(0, count, WIDTH):
         pose_lanes_of(world.kinematics, q[:count], first)
         bits[first // WIDTH] = colliding_lanes(shop, world, bench)
-    return (count,)
 
 
-_call_prove = loop_caller(4, "int64", "float64", "int64")
-_call_colliding_rows = loop_caller(4, "int64")
-
-
-def be_able_to_tell(shop: Held[Workshop]) -> None:
-    """Tell a world where `colliding_rows` is, and what that calls."""
-    compile_for(shop)
-    tell_address(shop, TELL, colliding_rows, np.empty((1, 1)), 1, np.empty(1, np.int64))
-
-
-def be_able_to_prove(shop: Held[Workshop]) -> None:
-    """Tell a world where `prove` is."""
-    if shop.value.world.entries[PROVE] == 0:
-        tell_address(shop, PROVE, prove, np.empty(1), np.empty(1), 1)
-
-
-@inlined
-def prove_by_address(shop: Held[Workshop], a: Floats, b: Floats, blocks: int) -> tuple[int, float, int]:
-    """`prove`, compiled once for all callers."""
-    return _call_prove(opened(shop).world.entries[PROVE], shop, a, b, blocks)
-
-
-@inlined
-def tell_by_address(shop: Held[Workshop], q: Floats, count: int, bits: NDArray[np.int64]) -> None:
-    """`colliding_rows`, compiled once for all callers."""
-    _call_colliding_rows(opened(shop).world.entries[TELL], shop, q, count, bits)
-
-
-@uncounted
+@compiled
 def _first_place(t: Floats, bits: int) -> float:
     """The middle of the first interval of some."""
     lane = 0
@@ -323,24 +289,24 @@ def prove_segments(
     margin[:] = kept
 
 
-@uncounted
+@compiled
 def _prove_each(
     shop: Held[Workshop], A: Floats, B: Floats, code: NDArray[np.int64], t: Floats, evaluations: NDArray[np.int64]
 ) -> None:  # fmt: skip
     for r in range(len(A)):
-        code[r], t[r], evaluations[r] = prove_by_address(shop, A[r], B[r], UNCOUNTED)
+        code[r], t[r], evaluations[r] = prove(shop, A[r], B[r], UNCOUNTED)
 
 
-@uncounted
+@compiled
 def free_at(shop: Held[Workshop], q: Floats) -> bool:
     """Whether one configuration keeps more than the margin."""
-    return prove_by_address(shop, q, q, 1)[0] == FREE
+    return prove(shop, q, q, 1)[0] == FREE
 
 
 @compiled
 def collide(shop: Held[Workshop], q: Floats, out: NDArray[np.bool_]) -> None:
     """Whether each of (m, n) configurations brings the arm within the margin of its surroundings or of itself."""
     bits = np.empty((len(q) + WIDTH - 1) // WIDTH, np.int64)
-    tell_by_address(shop, q, len(q), bits)
+    colliding_rows(shop, q, len(q), bits)
     for r in range(len(q)):
         out[r] = (bits[r // WIDTH] >> (r % WIDTH)) & 1 != 0

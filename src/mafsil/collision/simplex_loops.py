@@ -9,15 +9,15 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.solvers.loops import uncounted
+from mafsil.kernels.loops.loop import compiled
 
 
-@uncounted
+@compiled
 def _dot(a: Floats, b: Floats) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@uncounted
+@compiled
 def nearest_on_segment(a: Floats, b: Floats, weights: Floats) -> float:
     """Square of the distance from the origin to the segment ab; weights (2,) out: of the nearest point."""
     ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
@@ -29,7 +29,7 @@ def nearest_on_segment(a: Floats, b: Floats, weights: Floats) -> float:
     return x * x + y * y + z * z
 
 
-@uncounted
+@compiled
 def nearest_on_triangle(a: Floats, b: Floats, c: Floats, weights: Floats, edge: Floats) -> float:
     """Square of the distance from the origin to the triangle abc.
 
@@ -67,7 +67,7 @@ def nearest_on_triangle(a: Floats, b: Floats, c: Floats, weights: Floats, edge: 
     return best
 
 
-@uncounted
+@compiled
 def _side(a: Floats, b: Floats, c: Floats, p: Floats) -> float:
     """Six times the signed volume of the tetrahedron a, b, c, p."""
     ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
@@ -76,7 +76,7 @@ def _side(a: Floats, b: Floats, c: Floats, p: Floats) -> float:
     return x * (uy * vz - uz * vy) + y * (uz * vx - ux * vz) + z * (ux * vy - uy * vx)
 
 
-@uncounted
+@compiled
 def nearest_on_tetrahedron(S: Floats, weights: Floats, face: Floats, edge: Floats, origin: Floats) -> float:
     """Square of the distance from the origin to a tetrahedron; 0 if it holds the origin.
 
@@ -105,7 +105,7 @@ def nearest_on_tetrahedron(S: Floats, weights: Floats, face: Floats, edge: Float
     return best
 
 
-@uncounted
+@compiled
 def nearest_on_faces(S: Floats, weights: Floats, face: Floats, edge: Floats) -> float:
     """As `nearest_on_tetrahedron` where the origin is known to be outside: however flat, the nearest face has it."""
     best = np.inf
@@ -118,7 +118,7 @@ def nearest_on_faces(S: Floats, weights: Floats, face: Floats, edge: Floats) -> 
     return best
 
 
-@uncounted
+@compiled
 def nearest_on_simplex(S: Floats, count: int, weights: Floats, W: Floats) -> float:
     """Square of the distance from the origin to the simplex of the first `count` rows of S.
 

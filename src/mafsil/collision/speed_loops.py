@@ -26,11 +26,11 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats
 from mafsil.collision.arm_loops import Arm
 from mafsil.collision.placing_loops import LaneScratch
-from mafsil.solvers.lane_loops import WIDTH, in_lanes, lanes, part, seen, square_root, where
-from mafsil.solvers.loops import compiled, inlined, uncounted
+from mafsil.kernels.loops.lanes import WIDTH, in_lanes, lanes, part, seen, square_root, where
+from mafsil.kernels.loops.loop import compiled, inlined
 
 if TYPE_CHECKING:
-    from mafsil.solvers.lane_loops import Buffer, Lanes
+    from mafsil.kernels.loops.lanes import Buffer, Lanes
 
 
 ROUNDING = 1e-12
@@ -92,7 +92,7 @@ def speeds_for(motion: Motion, twists: Floats) -> Speeds:
     return Speeds(rates, levers, steady, curved, twists)
 
 
-@uncounted
+@compiled
 def place_levers(motion: Motion, first: Floats, second: Floats, levers: Floats) -> None:
     """L_j of each body along a motion between two configurations (step 3)."""
     levers[:] = 0.0

@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.solvers.loops import inlined, uncounted
+from mafsil.kernels.loops.loop import compiled, inlined
 
 POINT, SEGMENT, BOX, CYLINDER, CONE, HULL, PLANE = range(7)
 
@@ -47,19 +47,19 @@ class Pieces(NamedTuple):
     vertices: Floats
 
 
-@uncounted
+@compiled
 def kind_of(A: Pieces, i: int) -> int:
     """Kind of a piece."""
     return int(A.rows[i, 0])
 
 
-@uncounted
+@compiled
 def body_of(A: Pieces, i: int) -> int:
     """Index of the body that a piece belongs to."""
     return int(A.rows[i, 7])
 
 
-@uncounted
+@compiled
 def furthest(kind: int, size: Floats, vertices: Floats, x: float, y: float, z: float) -> tuple[float, float, float]:
     """The point of a core that reaches furthest along a direction, in the core's frame.
 
@@ -107,7 +107,7 @@ def product(A: Floats, B: Floats, M: Floats) -> None:
         M[i, 3] += A[i, 3]
 
 
-@uncounted
+@compiled
 def corner(
     kind_a: int, size_a: Floats, vertices_a: Floats, kind_b: int, size_b: Floats, vertices_b: Floats,
     M: Floats, x: float, y: float, z: float, w: Floats,

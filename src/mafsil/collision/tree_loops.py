@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.collision.support_loops import Pieces
-from mafsil.solvers.loops import compiled, inlined, uncounted
+from mafsil.kernels.loops.loop import compiled, inlined
 
 LEAF = 4
 """Pieces in a leaf at most."""
@@ -40,7 +40,7 @@ class Surroundings(NamedTuple):
     planes: int
 
 
-@uncounted
+@compiled
 def _partition(order: NDArray[np.int64], keys: Floats, first: int, last: int, middle: int) -> None:
     """Rows of `order` so that those before `middle` have keys no larger than it, those behind no smaller (Hoare)."""
     while first < last:

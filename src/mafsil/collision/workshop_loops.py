@@ -6,7 +6,7 @@ loops that become part of their callers take the opened ones.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,16 +17,14 @@ from mafsil.collision.clearance_loops import Clearances
 from mafsil.collision.placing_loops import LaneScratch, lane_scratch_for
 from mafsil.collision.speed_loops import Motion, Speeds, speeds_for
 from mafsil.collision.tree_loops import Surroundings
-from mafsil.solvers.held_loops import Held
-from mafsil.solvers.kernel_loops import call_lanes, loop_address
-from mafsil.solvers.lane_loops import WIDTH, in_lanes, lanes, put, seen
-from mafsil.solvers.loops import compiled, inlined, uncounted
+from mafsil.kernels.loops.held import Held
+from mafsil.kernels.loops.kernel_calls import call_lanes
+from mafsil.kernels.loops.lanes import WIDTH, in_lanes, lanes, put, seen
+from mafsil.kernels.loops.loop import compiled, inlined
 
 if TYPE_CHECKING:
-    from mafsil.solvers.lane_loops import Lanes
+    from mafsil.kernels.loops.lanes import Lanes
 
-PROVE, TELL, AROUND_BY_LANES, ITSELF_BY_LANES = range(4)
-"""Places in `World.entries`."""
 STATES = 8
 """Rows of the kernel's plain arrays."""
 AT_ONCE = 24
@@ -117,8 +115,6 @@ class World(NamedTuple):
         everything: (bodies + pairs) ALL for each that is to be proved, else 0.
         margin: (1 + pairs,) clearance to keep from the surroundings, and between the bodies of each pair [m]; a proof
             that is to keep more raises all for a while.
-        entries: (4,) addresses of what is long to compile: `prove`, 0 as long as nothing is to be proved,
-            `colliding_rows`, and the two of `one_lane_loops`.
     """
 
     arm: Arm
@@ -130,7 +126,6 @@ class World(NamedTuple):
     motion: Motion
     everything: NDArray[np.int64]
     margin: Floats
-    entries: NDArray[np.int64]
 
 
 class Bench(NamedTuple):
@@ -167,24 +162,6 @@ class Workshop(NamedTuple):
     bench: Bench
 
 
-_KNOWN: dict[tuple[int, int], int] = {}
-"""Where the loops of `World.entries` are for each type of workshop, once they are compiled."""
-
-
-def tell_address(shop: Held[Workshop], place: int, loop: Any, *arguments: Any) -> None:
-    """Tell a world where a loop is; compiled at the first question of a process.
-
-    Args:
-        shop: of the world; the first argument of the loop.
-        place: in `World.entries`.
-        loop, arguments: as for `loop_address`, without the first.
-    """
-    key = (shop.type_number, place)
-    if key not in _KNOWN:
-        _KNOWN[key] = loop_address(loop, shop, *arguments)
-    shop.value.world.entries[place] = _KNOWN[key]
-
-
 @inlined
 def piece_count(arm: Arm, b: int) -> int:
     """How many pieces a body has."""
@@ -212,7 +189,7 @@ def bench_for(world: World) -> Bench:
     )  # fmt: skip
 
 
-@uncounted
+@compiled
 def state_along(kinematics: Kinematics, a: Floats, b: Floats, t: float, row: int) -> None:
     """A row of the kernel's input: the configuration at share t of the motion from a to b."""
     for c in range(len(a)):

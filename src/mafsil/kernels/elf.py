@@ -1,6 +1,6 @@
 """A linker for the one kind of object file that our kernels are, so that cached code starts without loading LLVM.
 
-Kernels call nothing and refer to nothing outside themselves, so linking is short:
+Kernels refer to nothing outside themselves, loops call each other and a few functions of the system, so linking is short:
 
 1. Read the table of sections: where each lies in the file, its size, alignment and rights (`_sections`).
 2. Lay out what is needed at run time in one range of memory, code, constants and variables on pages apart (`_layout`).
@@ -23,7 +23,7 @@ import mmap
 import os
 import struct
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -43,6 +43,8 @@ _PROGRAM, _SYMBOLS, _RELOCATIONS, _ZEROS = 1, 2, 4, 8
 _WRITE, _ALLOCATE, _EXECUTE = 1, 2, 4
 _ABSOLUTE64 = (1,)
 _RELATIVE32 = (2, 4)  # R_X86_64_PC32, R_X86_64_PLT32
+_JUMP = 16
+"""Bytes of a jump to a function outside."""
 _READ_ONLY, _READ_WRITE, _READ_EXECUTE = 1, 3, 5
 
 
@@ -57,22 +59,28 @@ class _Section:
     align: int
 
 
-def load(code: bytes, symbols: Iterable[str]) -> Code | None:
+def load(code: bytes, symbols: Iterable[str], imports: Mapping[str, int] | None = None) -> Code | None:
     """Loaded code with the addresses of `symbols`, or None if this is no job for this linker.
 
     Args:
         code: verified object code.
         symbols: needed names.
+        imports: addresses of functions outside that the code may call.
     """
     if not _here():
         return None
     try:
         sections = _sections(code)  # 1.
-        places, spans, size = _layout(code, sections)  # 2.
+        missing = _missing(code, sections)
+        places, spans, size = _layout(sections, _JUMP * len(missing))  # 2.
         memory = mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)  # 3.
         base = ctypes.addressof(ctypes.c_char.from_buffer(memory))
         # 4.
         values, names = _symbols(code, sections, places, base)
+        jumps = base + spans[0][1] - _JUMP * len(missing)
+        for number, (index, name) in enumerate(missing.items()):
+            values[index] = jumps + _JUMP * number
+            memory[values[index] - base : values[index] - base + _JUMP] = _jump((imports or {})[name])
         needed = {name: int(values[names[name]]) for name in symbols}
         # 5.
         if not _filled(code, sections, places, memory, base, values):
@@ -112,8 +120,13 @@ def _sections(code: bytes) -> list[_Section]:
     return [_Section(r[1], r[2], r[4], r[5], r[6], r[7], max(r[8], 1)) for r in rows]
 
 
-def _layout(code: bytes, sections: list[_Section]) -> tuple[dict[int, int], list[tuple[int, int, int]], int]:
-    """Offset of every section that is loaded, and (start, length, protection) of the page spans."""
+def _layout(sections: list[_Section], jumps: int) -> tuple[dict[int, int], list[tuple[int, int, int]], int]:
+    """Offset of every section that is loaded, and (start, length, protection) of the page spans.
+
+    Args:
+        sections: of the file.
+        jumps: bytes for those to functions outside, at the end of the first span, of the code.
+    """
     places: dict[int, int] = {}
     spans: list[tuple[int, int, int]] = []
     end = 0
@@ -127,6 +140,7 @@ def _layout(code: bytes, sections: list[_Section]) -> tuple[dict[int, int], list
                 end += section.size
                 if section.align > mmap.PAGESIZE:
                     raise _UnknownError
+        end += jumps if flag == _EXECUTE else 0
         end = -(-end // mmap.PAGESIZE) * mmap.PAGESIZE
         if end > start:
             spans.append((start, end - start, mode))
@@ -151,6 +165,23 @@ def _symbols(code: bytes, sections: list[_Section], places: dict[int, int], base
         start = texts.offset + int(rows["name"][index])
         names[code[start : code.index(b"\0", start)].decode()] = index
     return values, names
+
+
+def _missing(code: bytes, sections: list[_Section]) -> dict[int, str]:
+    """Symbols that the code uses and does not have, by their places in the table."""
+    table = next(s for s in sections if s.kind == _SYMBOLS)
+    texts = sections[table.link]
+    rows = np.frombuffer(code, _SYMBOL, table.size // _SYMBOL.itemsize, table.offset)
+    found: dict[int, str] = {}
+    for index in np.flatnonzero((rows["section"] == 0) & (rows["name"] > 0)).tolist():
+        start = texts.offset + int(rows["name"][index])
+        found[index] = code[start : code.index(b"\0", start)].decode()
+    return found
+
+
+def _jump(address: int) -> bytes:
+    """`jmp *address`: functions outside may lie farther away than a call reaches."""
+    return b"\xff\x25\x00\x00\x00\x00" + address.to_bytes(8, "little") + b"\x90\x90"
 
 
 def _filled(

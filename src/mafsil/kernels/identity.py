@@ -80,6 +80,11 @@ def toolchain() -> str:
     return f"{_stamp('llvmlite', '_version.py', 'binding')} {sys.byteorder}"
 
 
+def python() -> str:
+    """The release of Python, as its instructions know it."""
+    return sys.implementation.cache_tag or sys.version
+
+
 @cache
 def tracer() -> str:
     """Hash of the sources that make expressions."""

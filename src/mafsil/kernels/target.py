@@ -116,18 +116,23 @@ def compile(ir: str, target: Target) -> bytes:
         raise KernelError("kernels.refused", reason=str(error)) from None
 
 
-def optimised(ir: str, target: Target) -> bytes:
+def optimised(ir: str, target: Target, effort: int = 2) -> bytes:
     """Object code of an IR module that was written as it came: LLVM finds registers, inlines and fills vectors.
+
+    Args:
+        ir: the module.
+        target: the processor.
+        effort: of LLVM, up to 3.
 
     Raises:
         KernelError: LLVM refuses the module.
     """
     llvm = binding()
     try:
-        machine = _machine(target, 2)
+        machine = _machine(target, effort)
         module = llvm.parse_assembly(f'target datalayout = "{machine.target_data}"\n' + ir)
         module.verify()
-        options = llvm.create_pipeline_tuning_options(speed_level=2)
+        options = llvm.create_pipeline_tuning_options(speed_level=effort)
         options.loop_vectorization, options.slp_vectorization = True, False
         passes = llvm.create_pass_builder(machine, options)
         passes.getModulePassManager().run(module, passes)

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.solvers.loops import compiled, reordered
+from mafsil.kernels.loops.loop import compiled, reordered
 
 DOUBTFUL = 100.0
 

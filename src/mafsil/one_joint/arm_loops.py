@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mafsil.solvers.loops import compiled
+from mafsil.kernels.loops.loop import compiled
 
 RUNAWAY = 1e6
 """Speed [rad/s] beyond which a run ends."""

@@ -11,7 +11,7 @@ import numpy as np
 from mafsil.arrays import Floats, Integers
 from mafsil.parallel.linear_loops import solved
 from mafsil.parallel.tolerances import RANK
-from mafsil.solvers.loops import compiled, uncounted
+from mafsil.kernels.loops.loop import compiled
 
 MOST_STEPS = 400
 """Newton steps of the dual, those that are taken back among them."""
@@ -23,7 +23,7 @@ SOFT, SOFTEST = 1e-6, 1e-14
 """First and least share of the Hessian of all cables that is added to that of the free ones."""
 
 
-@uncounted
+@compiled
 def normal_of(W: Floats, chosen: Integers, A: Floats, places: Integers, c: Floats) -> float:
     """The unit vector c (n,) normal to n - 1 columns of W; returns the least pivot over the largest.
 
@@ -70,7 +70,7 @@ def normal_of(W: Floats, chosen: Integers, A: Floats, places: Integers, c: Float
     return least / most
 
 
-@uncounted
+@compiled
 def following(chosen: Integers, m: int) -> bool:
     """The next choice of as many of m, in order; False after the last."""
     k = chosen.shape[0]
@@ -216,7 +216,7 @@ def tensions(
         out[row] = t
 
 
-@uncounted
+@compiled
 def _dual(
     W: Floats, low: Floats, high: Floats, preferred: Floats, wanted: Floats, y: Floats, t: Floats, rest: Floats
 ) -> float:

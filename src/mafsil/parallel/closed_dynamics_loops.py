@@ -11,10 +11,10 @@ import numpy as np
 
 from mafsil.arrays import Floats, Integers
 from mafsil.parallel.tolerances import RANK
-from mafsil.solvers.loops import compiled, uncounted
+from mafsil.kernels.loops.loop import compiled
 
 
-@uncounted
+@compiled
 def cholesky(M: Floats, L: Floats) -> bool:
     """L (n, n) with M = L L'; False where M is not positive definite."""
     n = M.shape[0]
@@ -32,7 +32,7 @@ def cholesky(M: Floats, L: Floats) -> bool:
     return True
 
 
-@uncounted
+@compiled
 def forward_solved(L: Floats, x: Floats) -> None:
     """X (n, k) <- L^-1 x."""
     n, k = x.shape
@@ -44,7 +44,7 @@ def forward_solved(L: Floats, x: Floats) -> None:
             x[i, c] = total / L[i, i]
 
 
-@uncounted
+@compiled
 def orthogonal(Q: Floats, R: Floats, order: Integers, lengths: Floats) -> int:
     """Columns of Q (n, m) become orthonormal, R (m, m) with X[:, order] = Q R; how many there are.
 
@@ -106,7 +106,7 @@ def orthogonal(Q: Floats, R: Floats, order: Integers, lengths: Floats) -> int:
     return rank
 
 
-@uncounted
+@compiled
 def least_norm(R: Floats, rank: int, c: Floats, G: Floats, out: Floats) -> None:
     """Out (m,) the shortest x with R[:rank] x = c, in the order of the columns.
 

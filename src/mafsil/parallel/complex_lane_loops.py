@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, TypeAlias
 
-from mafsil.solvers.lane_loops import magnitude, where
-from mafsil.solvers.loops import inlined, uncounted
+from mafsil.kernels.loops.lanes import magnitude, where
+from mafsil.kernels.loops.loop import compiled, inlined
 
 if TYPE_CHECKING:
-    from mafsil.solvers.lane_loops import Buffer, Lanes
+    from mafsil.kernels.loops.lanes import Buffer, Lanes
 
     Complex: TypeAlias = tuple[Lanes, Lanes]
 
@@ -80,7 +80,7 @@ def extent(a: Complex) -> Lanes:
     return magnitude(a[0]) + magnitude(a[1])
 
 
-@uncounted
+@compiled
 def solve_in_lanes(M: Buffer) -> None:
     """Two right sides become solutions: systems of six complex equations, one in each lane.
 

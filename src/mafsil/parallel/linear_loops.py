@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from mafsil.solvers.loops import inlined, uncounted
+from mafsil.kernels.loops.loop import compiled, inlined
 
 
 @inlined
@@ -13,7 +13,7 @@ def _size(z: Any) -> float:
     return abs(z.real) + abs(z.imag)
 
 
-@uncounted
+@compiled
 def solved(M: Any, rhs: Any) -> float:
     """The right side (n, k) becomes M^-1 rhs, M (n, n) is spent; returns the least pivot over the largest.
 

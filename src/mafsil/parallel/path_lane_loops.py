@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from mafsil.parallel.complex_lane_loops import extent, number, solve_in_lanes
 from mafsil.parallel.path_loops import LARGEST, finish
 from mafsil.parallel.stewart_lane_loops import legs_in_lanes, norm_one_in_lanes, rates_in_lanes
-from mafsil.solvers.lane_loops import (
+from mafsil.kernels.loops.lanes import (
     WIDTH,
     any_lane,
     get,
@@ -38,10 +38,10 @@ from mafsil.solvers.lane_loops import (
     square_root,
     where,
 )
-from mafsil.solvers.loops import compiled, inlined, uncounted
+from mafsil.kernels.loops.loop import compiled, inlined
 
 if TYPE_CHECKING:
-    from mafsil.solvers.lane_loops import Buffer, Lanes, Mask
+    from mafsil.kernels.loops.lanes import Buffer, Lanes, Mask
 
 ARRIVED, MERGED, UNBOUNDED, STUCK = 0, 1, 2, 3
 """How a path ended: at t = 1; where it meets another, at the end; at infinity; or where it cannot go on."""
@@ -84,7 +84,7 @@ def _most(a: Lanes, b: Lanes) -> Lanes:
     return where(b > a, b, a)
 
 
-@uncounted
+@compiled
 def predict_in_lanes(w: Buffer, due: Mask) -> None:
     """The pose at hand <- the polynomial through the last poses and their rates (Hermite) at the time at hand.
 
@@ -113,7 +113,7 @@ def predict_in_lanes(w: Buffer, due: Mask) -> None:
         y[j] = where(due, x[j], y[j])
 
 
-@uncounted
+@compiled
 def correct_in_lanes(start: Any, w: Buffer) -> tuple[Lanes, Lanes]:
     """One step of Newton's method for the poses at hand, and their rates; sizes of corrections and of poses."""
     x, m, rate = part(w, Y), part(w, M), part(w, SPEED)
@@ -132,7 +132,7 @@ def correct_in_lanes(start: Any, w: Buffer) -> tuple[Lanes, Lanes]:
     return size, scale
 
 
-@uncounted
+@compiled
 def turn(start: Any, w: Buffer, most: float) -> tuple[int, int, int]:
     """One step of Newton's method in all lanes, and what follows from it: bits of lanes that arrived, grew, or stuck.
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mafsil.parallel.linear_loops import solved
 from mafsil.parallel.stewart_loops import legs, of_norm_one, rates_of
-from mafsil.solvers.loops import compiled, uncounted
+from mafsil.kernels.loops.loop import compiled
 
 ARRIVED, MERGED, UNBOUNDED, STUCK = 0, 1, 2, 3
 
@@ -21,7 +21,7 @@ LAST_STEPS = 60
 """Most of them."""
 
 
-@uncounted
+@compiled
 def finish(x: Any, g: Any, R: Any, d: Any, M: Any, r: Any, rate: Any) -> bool:
     """A pose x (7,) near the end of its path made exact by Newton's method; whether its corrections ended.
 
@@ -52,7 +52,7 @@ def finish(x: Any, g: Any, R: Any, d: Any, M: Any, r: Any, rate: Any) -> bool:
     return False
 
 
-@uncounted
+@compiled
 def apart(x: Any, y: Any) -> float:
     """Largest difference of poses, whose quaternions mean the same with the other sign."""
     same, other, place = 0.0, 0.0, 0.0
@@ -100,7 +100,7 @@ def collect(
                     _keep(mirror, same, kept[row], count, times[row], row, 0)
 
 
-@uncounted
+@compiled
 def _keep(x: Any, same: float, kept: Any, count: Any, times: Any, row: int, more: int) -> None:
     for j in range(7):
         if not abs(x[j]) < LARGEST:

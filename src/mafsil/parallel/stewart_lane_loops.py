@@ -8,14 +8,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from mafsil.parallel.complex_lane_loops import keep, minus, minus_times, number, plus, plus_times, scaled, times
-from mafsil.solvers.lane_loops import part
-from mafsil.solvers.loops import inlined, uncounted
+from mafsil.kernels.loops.lanes import part
+from mafsil.kernels.loops.loop import compiled, inlined
 
 if TYPE_CHECKING:
-    from mafsil.solvers.lane_loops import Buffer, Lanes
+    from mafsil.kernels.loops.lanes import Buffer, Lanes
 
 
-@uncounted
+@compiled
 def legs_in_lanes(x: Buffer, start: Any, moves: Buffer, t: Lanes, r: Buffer, m: Buffer) -> None:
     """Equations of Newton's method: rows (a x d, d), what (|d|^2 - s^2) / 2 misses, and the rate of that along t.
 

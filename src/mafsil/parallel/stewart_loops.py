@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.parallel.linear_loops import solved
-from mafsil.solvers.loops import compiled, inlined, uncounted
+from mafsil.kernels.loops.loop import compiled, inlined
 
 
 @inlined
@@ -26,7 +26,7 @@ def rotation(x: Any, R: Any) -> None:
     R[6], R[7], R[8] = 2 * (i * k - w * j), 2 * (j * k + w * i), 1 - 2 * (i * i + j * j)
 
 
-@uncounted
+@compiled
 def legs(x: Any, a: Any, b: Any, squares: Any, R: Any, d: Any, M: Any, miss: Any) -> None:
     """Leg vectors, and (|d|^2 - s^2) / 2 with its derivatives by the twist of the platform.
 
@@ -75,7 +75,7 @@ def of_norm_one(x: Any) -> None:
             x[j] *= f
 
 
-@uncounted
+@compiled
 def largest(miss: Any) -> float:
     """Largest absolute value in the first column of (6, k)."""
     most = 0.0

@@ -24,9 +24,9 @@ from mafsil.planning.arm_search_loops import (
 )  # fmt: skip
 from mafsil.planning.retreat_loops import Limbs
 from mafsil.planning.shorten_loops import shorten
-from mafsil.solvers.held_loops import Held, opened
-from mafsil.solvers.lane_loops import WIDTH
-from mafsil.solvers.loops import compiled, inlined, uncounted
+from mafsil.kernels.loops.held import Held, opened
+from mafsil.kernels.loops.lanes import WIDTH
+from mafsil.kernels.loops.loop import compiled, inlined
 
 REFUSED = FULL + 1
 """An end cannot be; beside JOINED, GROWING and FULL."""
@@ -55,7 +55,7 @@ class Limits(NamedTuple):
     around: float
 
 
-@uncounted
+@compiled
 def bounds_around(limits: Limits, start: Floats, goals: Floats, bounds: Floats, near: Floats) -> None:
     """Lowest and highest coordinates of samples, (2, n), out: of all, and of those around the start and the first goal.
 
@@ -78,7 +78,7 @@ def bounds_around(limits: Limits, start: Floats, goals: Floats, bounds: Floats, 
         near[1, c] = min(max(start[c], goals[0, c]) + beyond, bounds[1, c])
 
 
-@uncounted
+@compiled
 def _may_move(limits: Limits, c: int, of_tip: bool) -> bool:
     """Whether a coordinate that ends where it starts belongs to the motion of those that do not.
 
@@ -110,7 +110,7 @@ class Question(NamedTuple):
     limbs: Limbs
 
 
-@uncounted
+@compiled
 def _is_open(shop: Held[Workshop], limits: Limits, q: Floats) -> bool:
     """Whether a configuration is within the limits and keeps more than the margin."""
     for c in range(len(q)):
@@ -125,7 +125,7 @@ def _copy(row: Floats, to: Floats) -> None:
         to[c] = row[c]
 
 
-@uncounted
+@compiled
 def _begin(
     shop: Held[Workshop], question: Question, start: Floats, goals: Floats, seed: int
 ) -> int:  # fmt: skip

@@ -21,15 +21,15 @@ from mafsil.planning.problem import length_of
 if TYPE_CHECKING:
     import mafsil.planning.arm_question_loops as arm_question_loops
     import mafsil.planning.arm_search_loops as arm_search_loops
-    import mafsil.solvers.held_loops as held_loops
+    import mafsil.kernels.loops.held as held_loops
     from mafsil.collision.laid_arm import LaidArm
     from mafsil.planning.arm_question_loops import Question
     from mafsil.planning.arm_search_loops import Forests
-    from mafsil.solvers.held_loops import Held
+    from mafsil.kernels.loops.held import Held
 else:
     arm_question_loops = lazily("mafsil.planning.arm_question_loops")
     arm_search_loops = lazily("mafsil.planning.arm_search_loops")
-    held_loops = lazily("mafsil.solvers.held_loops")
+    held_loops = lazily("mafsil.kernels.loops.held")
 
 FIRST_ROOM = 1024
 """Nodes of each side that there are arrays for at first."""

@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.collision.segment_loops import FREE, OPEN, prove_by_address, tell_by_address
+from mafsil.collision.segment_loops import FREE, OPEN, prove, colliding_rows
 from mafsil.collision.workshop_loops import Workshop
 from mafsil.planning.retreat_loops import Limbs, retreats
-from mafsil.solvers.held_loops import Held
-from mafsil.solvers.lane_loops import WIDTH, buffer, get, in_lanes, lanes, part, seen, where
-from mafsil.solvers.loops import inlined, uncounted
+from mafsil.kernels.loops.held import Held
+from mafsil.kernels.loops.lanes import WIDTH, buffer, get, in_lanes, lanes, part, seen, where
+from mafsil.kernels.loops.loop import compiled, inlined
 
 LOOK = 8
 """Blocks of a proof, of eight intervals each, that an edge is worth while it is not known whether it counts."""
@@ -96,7 +96,7 @@ def doubled(forests: Forests) -> Forests:
     )
 
 
-@uncounted
+@compiled
 def draw(random: NDArray[np.uint64]) -> float:
     """The next number of [0, 1), by splitmix64."""
     random[0] += np.uint64(0x9E3779B97F4A7C15)
@@ -111,23 +111,23 @@ def draw(random: NDArray[np.uint64]) -> float:
 def look(shop: Held[Workshop], a: Floats, b: Floats, seen: NDArray[np.int64]) -> int:
     """What the first blocks of a proof say of a motion: FREE, OPEN, or that it is not free."""
     seen[LOOKED_AT] += 1
-    code, _, states = prove_by_address(shop, a, b, LOOK)
+    code, _, states = prove(shop, a, b, LOOK)
     seen[STATES_SEEN] += states
     return code
 
 
-@uncounted
+@compiled
 def looks_free(shop: Held[Workshop], a: Floats, b: Floats, seen: NDArray[np.int64]) -> bool:
     """Whether the first blocks of a proof leave it possible that a motion is free."""
     code = look(shop, a, b, seen)
     return code in (FREE, OPEN)
 
 
-@uncounted
+@compiled
 def proves_free(shop: Held[Workshop], a: Floats, b: Floats, seen: NDArray[np.int64]) -> bool:
     """Whether a motion is proved free."""
     seen[PROVED] += 1
-    code, _, states = prove_by_address(shop, a, b, PROOF)
+    code, _, states = prove(shop, a, b, PROOF)
     seen[STATES_SEEN] += states
     return code == FREE
 
@@ -157,7 +157,7 @@ def nearest(forests: Forests, side: int, q: Floats) -> int:
     return found
 
 
-@uncounted
+@compiled
 def _towards(a: Floats, b: Floats, step: float, out: Floats) -> bool:
     """Where one step from a towards b ends, in `out`; whether that is b."""
     away = 0.0
@@ -169,7 +169,7 @@ def _towards(a: Floats, b: Floats, step: float, out: Floats) -> bool:
     return share == 1.0
 
 
-@uncounted
+@compiled
 def place(forests: Forests, side: int, k: int, q: Floats) -> None:
     """Where node k of one side stands; those before it stand already."""
     eight = forests.eights[side, k // WIDTH]
@@ -189,7 +189,7 @@ def add(forests: Forests, side: int, q: Floats, parent: int, proved: bool) -> in
     return k
 
 
-@uncounted
+@compiled
 def cut(forests: Forests, side: int, node: int) -> None:
     """A node goes, and all that grew from it: parents stand before their children."""
     parent, nodes = forests.parent[side], forests.eights[side]
@@ -201,7 +201,7 @@ def cut(forests: Forests, side: int, node: int) -> None:
             nodes[k // WIDTH, 0, k % WIDTH] = np.inf
 
 
-@uncounted
+@compiled
 def way_is_proved(shop: Held[Workshop], forests: Forests, side: int, node: int) -> bool:
     """Whether all edges from a node to its root are proved; the first that cannot be is cut off."""
     while forests.parent[side, node] != ROOT:
@@ -215,7 +215,7 @@ def way_is_proved(shop: Held[Workshop], forests: Forests, side: int, node: int) 
     return True
 
 
-@uncounted
+@compiled
 def write_path(forests: Forests, at_start: int, at_goal: int) -> None:
     """The way from the root of the start over a node that both sides have to a goal's root."""
     length, node = 1, at_start
@@ -236,7 +236,7 @@ def write_path(forests: Forests, at_start: int, at_goal: int) -> None:
     forests.sizes[2] = total
 
 
-@uncounted
+@compiled
 def grow(
     shop: Held[Workshop], bounds: Floats, near: Floats, limbs: Limbs, left: int, drawn: int, samples: int,
     forests: Forests,
@@ -281,7 +281,7 @@ def grow(
                 _towards(forests.q[ours, nearest(forests, ours, further)], further, step, new[lane])
         theirs = 1 - ours
         forests.seen[STATES_SEEN] += count
-        tell_by_address(shop, new, count, forests.colliding)
+        colliding_rows(shop, new, count, forests.colliding)
         for lane in range(count):  # 3
             if (forests.colliding[0] >> lane) & 1:
                 continue
@@ -302,7 +302,7 @@ def grow(
     return GROWING
 
 
-@uncounted
+@compiled
 def _sample(bounds: Floats, random: NDArray[np.uint64], out: Floats) -> None:
     for c in range(len(out)):
         out[c] = bounds[0, c] + draw(random) * (bounds[1, c] - bounds[0, c])
@@ -323,7 +323,7 @@ def _connect(
     return other, arrived
 
 
-@uncounted
+@compiled
 def apart(a: Floats, b: Floats) -> float:
     """The distance of two configurations [rad | m]."""
     total = 0.0

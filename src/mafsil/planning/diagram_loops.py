@@ -20,8 +20,8 @@ from mafsil.arrays import Floats
 from mafsil.collision.arm_loops import Arm, Scratch, gap_between, just_above, place_bodies, scratch_for
 from mafsil.collision.speed_loops import ROUNDING, Motion
 from mafsil.collision.workshop_loops import FROM_ITSELF, World
-from mafsil.solvers.kernel_loops import call_kernel
-from mafsil.solvers.loops import compiled, uncounted
+from mafsil.kernels.loops.kernel_calls import call_kernel
+from mafsil.kernels.loops.loop import compiled
 
 FREE, NEAR, MEETING, FULL = range(4)
 """Proved free; neither proved; some state within the margin; every state within it."""
@@ -32,7 +32,7 @@ START, BOTH, FIRST, SECOND = range(4)
 """How the quickest way comes to a corner of the grid."""
 
 
-@uncounted
+@compiled
 def _state(world: World, A: Floats, i: int, s: float, B: Floats, j: int, t: float) -> None:
     """The kernel's poses at share s of piece i of the first path and share t of piece j of the second."""
     kinematics = world.kinematics
@@ -43,7 +43,7 @@ def _state(world: World, A: Floats, i: int, s: float, B: Floats, j: int, t: floa
     call_kernel(kinematics.entry, kinematics.arguments, kinematics.number, kinematics.strides)
 
 
-@uncounted
+@compiled
 def bound(
     arm: Arm, motion: Motion, b: int, other: int, rates: Floats, R: Floats, poses: Floats, h: float, s: Scratch
 ) -> float:  # fmt: skip
@@ -82,7 +82,7 @@ def bound(
     return h * total
 
 
-@uncounted
+@compiled
 def _is_full(world: World, k: int, M: float, s: Scratch) -> bool:
     """Whether a pair is nearer than the margin by more than M: by its depth, less what that may be too large by."""
     arm, margin = world.arm, world.margin[FROM_ITSELF + k]

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.collision.workshop_loops import Kinematics, state_along
-from mafsil.solvers.kernel_loops import call_kernel
-from mafsil.solvers.loops import compiled, uncounted
+from mafsil.kernels.loops.kernel_calls import call_kernel
+from mafsil.kernels.loops.loop import compiled
 
 POINT, AXIS = range(2)
 NEWTON = 25
@@ -98,7 +98,7 @@ def sheet_for(kept: Kept) -> Sheet:
     )  # fmt: skip
 
 
-@uncounted
+@compiled
 def _where(row: Floats, poses: Floats, link: int, first: int, c: int) -> float:
     """Coordinate c in {s} of a row's vector, given in a link from column `first` on."""
     T = poses[link]
@@ -106,7 +106,7 @@ def _where(row: Floats, poses: Floats, link: int, first: int, c: int) -> float:
     return value + T[c, 3] if row[0] == POINT else value
 
 
-@uncounted
+@compiled
 def measure(kept: Kept, poses: Floats, e: Floats, g: Floats) -> None:
     """Differences (m, 3) and measures (k,) of one state, in `e` and `g`."""
     for k in range(len(g)):
@@ -124,7 +124,7 @@ def measure(kept: Kept, poses: Floats, e: Floats, g: Floats) -> None:
         g[k] = np.sqrt(g[k])
 
 
-@uncounted
+@compiled
 def measure_at(kept: Kept, kinematics: Kinematics, a: Floats, b: Floats, t: float, e: Floats, g: Floats) -> None:
     """`measure` at share t of the motion from a to b."""
     state_along(kinematics, a, b, t, 0)
@@ -133,7 +133,7 @@ def measure_at(kept: Kept, kinematics: Kinematics, a: Floats, b: Floats, t: floa
     measure(kept, kinematics.poses[0], e, g)
 
 
-@uncounted
+@compiled
 def _derivatives(kept: Kept, poses: Floats, J: Floats) -> None:
     """(3 m, n) derivatives of the differences, in `J`.
 
@@ -184,7 +184,7 @@ def _derivatives(kept: Kept, poses: Floats, J: Floats) -> None:
                     J[3 * r + c, column] += rate * along
 
 
-@uncounted
+@compiled
 def _solved(A: Floats, size: int) -> None:
     """The solution of `size` symmetric positive definite equations, in the last column of `A` (Cholesky)."""
     for i in range(size):
@@ -205,7 +205,7 @@ def _solved(A: Floats, size: int) -> None:
         A[i, size] = total / A[i, i]
 
 
-@uncounted
+@compiled
 def project(kept: Kept, kinematics: Kinematics, q: Floats, sheet: Sheet) -> bool:
     """Bring a configuration to where all constraints are kept, in place, by the shortest steps; whether that succeeded.
 
@@ -248,7 +248,7 @@ def project(kept: Kept, kinematics: Kinematics, q: Floats, sheet: Sheet) -> bool
     return False
 
 
-@uncounted
+@compiled
 def bends(kept: Kept, a: Floats, b: Floats, sheet: Sheet) -> None:
     """The bounds B of each group for the motion from a to b, in `sheet.b`.
 
@@ -290,7 +290,7 @@ def bends(kept: Kept, a: Floats, b: Floats, sheet: Sheet) -> None:
             sheet.b[k] = max(sheet.b[k], kept.bend[k] * both)
 
 
-@uncounted
+@compiled
 def _largest(
     kept: Kept, kinematics: Kinematics, a: Floats, b: Floats, slack: float, fine: float, sheet: Sheet, worst: Floats
 ) -> bool:  # fmt: skip
@@ -335,7 +335,7 @@ def _largest(
     return True
 
 
-@uncounted
+@compiled
 def keeps(kept: Kept, kinematics: Kinematics, a: Floats, b: Floats, slack: float, sheet: Sheet) -> bool:
     """Whether a straight motion of the joints is proved to keep share `slack` of all limits."""
     return _largest(kept, kinematics, a, b, slack, 1.0, sheet, sheet.unread)

@@ -27,8 +27,8 @@ from mafsil.planning.arm_search_loops import (
     write_path,
 )
 from mafsil.planning.kept_loops import Kept, Sheet, keeps, project, sheet_for
-from mafsil.solvers.held_loops import Held, opened
-from mafsil.solvers.loops import compiled, uncounted
+from mafsil.kernels.loops.held import Held, opened
+from mafsil.kernels.loops.loop import compiled
 
 CHAIN = 400
 """Motions that one steering makes at most."""
@@ -38,7 +38,7 @@ PROGRESS = 0.1
 """Share of a step by which the target must come nearer."""
 
 
-@uncounted
+@compiled
 def steer(
     shop: Held[Workshop], kept: Kept, slack: float, a: Floats, b: Floats, exact: bool, step: float, reach: float,
     rows: Floats, sheet: Sheet, seen: NDArray[np.int64],
@@ -149,7 +149,7 @@ def grow_kept(
     return GROWING
 
 
-@uncounted
+@compiled
 def _chain_is_proved(shop: Held[Workshop], a: Floats, rows: Floats, count: int, seen: NDArray[np.int64]) -> bool:
     k = 0
     while k < count and proves_free(shop, a if k == 0 else rows[k - 1], rows[k], seen):
@@ -157,7 +157,7 @@ def _chain_is_proved(shop: Held[Workshop], a: Floats, rows: Floats, count: int, 
     return k == count
 
 
-@uncounted
+@compiled
 def _length(a: Floats, rows: Floats, count: int) -> float:
     total = 0.0
     for k in range(count):

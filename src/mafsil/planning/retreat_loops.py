@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats
 from mafsil.collision.workshop_loops import Kinematics
 from mafsil.solvers.cholesky_loops import factored, solved
-from mafsil.solvers.kernel_loops import call_lanes
-from mafsil.solvers.lane_loops import WIDTH, get, lanes, part, put, seen
-from mafsil.solvers.loops import uncounted
+from mafsil.kernels.loops.kernel_calls import call_lanes
+from mafsil.kernels.loops.lanes import WIDTH, get, lanes, part, put, seen
+from mafsil.kernels.loops.loop import compiled
 
 END, TOOL, BEFORE, ROLL, SHOULDER = range(5)
 """Columns of `Limbs.parts`."""
@@ -85,7 +85,7 @@ def room_for(
     )  # fmt: skip
 
 
-@uncounted
+@compiled
 def retreats(limbs: Limbs, q: Floats, bounds: Floats, out: Floats) -> bool:
     """Configurations in which the tools have gone back, (WIDTH, n) out; whether any does.
 
@@ -115,7 +115,7 @@ def retreats(limbs: Limbs, q: Floats, bounds: Floats, out: Floats) -> bool:
     return some
 
 
-@uncounted
+@compiled
 def _find_twists(limbs: Limbs, q: Floats) -> None:
     """Twists of the ends per unit of each coordinate; the centres of all bodies (step 1)."""
     kinematics, joints = limbs.kinematics, limbs.joints
@@ -136,7 +136,7 @@ def _find_twists(limbs: Limbs, q: Floats) -> None:
                     limbs.twists[limb, c, i] = get(end, i, c - first)
 
 
-@uncounted
+@compiled
 def _find_rates(limbs: Limbs, limb: int, bounds: Floats) -> bool:
     """Rates of a limb's coordinates for each direction of its tool; whether any of them moves (step 2).
 
@@ -170,7 +170,7 @@ def _find_rates(limbs: Limbs, limb: int, bounds: Floats) -> bool:
     return True
 
 
-@uncounted
+@compiled
 def _take_columns(limbs: Limbs, limb: int, bounds: Floats, x: float, y: float, z: float) -> bool:
     """The Jacobian of a limb about a point, zero for what stays; whether any coordinate moves."""
     J, some, reach = limbs.J, False, limbs.reach[limb]
@@ -185,7 +185,7 @@ def _take_columns(limbs: Limbs, limb: int, bounds: Floats, x: float, y: float, z
     return some
 
 
-@uncounted
+@compiled
 def _find_directions(limbs: Limbs, limb: int, x: float, y: float, z: float) -> None:
     """Unit vectors of the ways a tool whose body is about (x, y, z) can go; zero for one that is none.
 
@@ -218,7 +218,7 @@ def _find_directions(limbs: Limbs, limb: int, x: float, y: float, z: float) -> N
         _to_unit(inward)
 
 
-@uncounted
+@compiled
 def _to_unit(v: Floats) -> None:
     """A vector of length one in place of another; one of no length stays."""
     length = np.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])

@@ -19,8 +19,8 @@ from mafsil.arrays import Floats
 from mafsil.collision.segment_loops import free_at
 from mafsil.collision.workshop_loops import Workshop
 from mafsil.planning.arm_search_loops import apart, draw, looks_free, proves_free
-from mafsil.solvers.held_loops import Held
-from mafsil.solvers.loops import compiled, uncounted
+from mafsil.kernels.loops.held import Held
+from mafsil.kernels.loops.loop import compiled
 
 UNKNOWN, LOOKS_FREE, PROVED, BLOCKED = range(4)
 NONE = -1
@@ -53,7 +53,7 @@ def neighbours(nodes: int, n: int) -> int:
     return int(np.ceil(np.e * (1.0 + 1.0 / max(n, 1)) * np.log(max(nodes, 2))))
 
 
-@uncounted
+@compiled
 def _join(roadmap: Roadmap, a: int, b: int) -> None:
     k = roadmap.sizes[1]
     edge = roadmap.edges[k]
@@ -62,7 +62,7 @@ def _join(roadmap: Roadmap, a: int, b: int) -> None:
     roadmap.sizes[1] = k + 1
 
 
-@uncounted
+@compiled
 def _add(roadmap: Roadmap, q: Floats, joined: int, away: Floats, order: NDArray[np.int64]) -> int:
     """A node more, joined to its nearest ones; `away` and `order` (joined,) to work in."""
     count, node = 0, roadmap.sizes[0]
@@ -105,7 +105,7 @@ def add_path(roadmap: Roadmap, path: Floats, joined: int) -> None:
         before = node
 
 
-@uncounted
+@compiled
 def _normal(random: NDArray[np.uint64]) -> float:
     """A number of the normal distribution (Box and Muller)."""
     return np.sqrt(-2.0 * np.log(1.0 - draw(random))) * np.cos(2.0 * np.pi * draw(random))
@@ -177,7 +177,7 @@ def grow_roadmap(
             _add(roadmap, q, joined, away, order)
 
 
-@uncounted
+@compiled
 def _push(keys: Floats, nodes: NDArray[np.int64], count: int, key: float, node: int) -> int:
     k = count
     while k > 0 and keys[(k - 1) // 2] > key:
@@ -187,7 +187,7 @@ def _push(keys: Floats, nodes: NDArray[np.int64], count: int, key: float, node: 
     return count + 1
 
 
-@uncounted
+@compiled
 def _drop(keys: Floats, nodes: NDArray[np.int64], count: int) -> int:
     """Take the first of a heap away."""
     count -= 1
@@ -204,7 +204,7 @@ def _drop(keys: Floats, nodes: NDArray[np.int64], count: int) -> int:
     return count
 
 
-@uncounted
+@compiled
 def _ahead(roadmap: Roadmap, node: int, goals: NDArray[np.int64]) -> float:
     best = np.inf
     for k in range(len(goals)):
@@ -212,7 +212,7 @@ def _ahead(roadmap: Roadmap, node: int, goals: NDArray[np.int64]) -> float:
     return best
 
 
-@uncounted
+@compiled
 def _shortest(
     roadmap: Roadmap, start: int, goals: NDArray[np.int64], bound: float, cost: Floats, before: NDArray[np.int64],
     keys: Floats, waiting: NDArray[np.int64], ahead: Floats,
@@ -258,7 +258,7 @@ def _shortest(
     return NONE
 
 
-@uncounted
+@compiled
 def _settle(shop: Held[Workshop], roadmap: Roadmap, way: NDArray[np.int64], count: int) -> bool:
     """Whether all motions of a way are proved; those that cannot be are blocked.
 

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats
 from mafsil.collision.workshop_loops import Workshop
 from mafsil.planning.arm_search_loops import apart, draw, proves_free
-from mafsil.solvers.held_loops import Held
-from mafsil.solvers.loops import compiled, inlined, uncounted
+from mafsil.kernels.loops.held import Held
+from mafsil.kernels.loops.loop import compiled, inlined
 
 ROUNDS, SHARES, SWEEPS = 2, 6, 24
 """Rounds of shortening; of the tries, each makes one in SHARES shortcuts and one in SWEEPS rounds over the corners."""
@@ -164,7 +164,7 @@ def _pull_straight(
                 shares[k] *= 0.5  # 2
 
 
-@uncounted
+@compiled
 def _towards_chord(a: Floats, p: Floats, b: Floats, share: float, out: Floats) -> None:
     """A point moved a share of the way to the nearest place between two others."""
     along, square = 0.0, 0.0
@@ -176,7 +176,7 @@ def _towards_chord(a: Floats, p: Floats, b: Floats, share: float, out: Floats) -
         out[c] = p[c] + share * (a[c] + t * (b[c] - a[c]) - p[c])
 
 
-@uncounted
+@compiled
 def _place_on(rows: Floats, lengths: Floats, count: int, s: float, out: Floats) -> int:
     """The place at a length of a path, in `out`; the motion it lies on."""
     k = 0

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.solvers.loops import compiled, reordered
+from mafsil.kernels.loops.loop import compiled, reordered
 
 
 @reordered

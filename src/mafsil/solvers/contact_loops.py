@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.solvers.loops import compiled
+from mafsil.kernels.loops.loop import compiled
 
 
 @compiled

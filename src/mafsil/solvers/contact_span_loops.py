@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.solvers.disc_loops import Dimension
-from mafsil.solvers.loops import compiled
+from mafsil.kernels.loops.loop import compiled
 from mafsil.solvers.positive_span_loops import (
     DOUBTFUL,
     OPEN,

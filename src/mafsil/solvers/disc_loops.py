@@ -14,7 +14,7 @@ from typing import TypeAlias
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.solvers.loops import compiled
+from mafsil.kernels.loops.loop import compiled
 
 Dimension: TypeAlias = tuple[int, ...]
 """m zeros: the length of a tuple is known when a loop is compiled, so that loops over the m rows unroll."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.solvers.disc_loops import Dimension
-from mafsil.solvers.loops import compiled
+from mafsil.kernels.loops.loop import compiled
 from mafsil.solvers.tolerances import ON_FACET
 
 

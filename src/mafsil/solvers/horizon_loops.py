@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.solvers.cholesky_loops import appended, dropped, factored, solved
-from mafsil.solvers.loops import compiled, reordered
+from mafsil.kernels.loops.loop import compiled, reordered
 
 BLOCKS = 6
 """Rounds in which all that is wrong changes at once."""
@@ -213,20 +213,20 @@ def one_by_one(
     for _ in range(STEPS * most):
         largest, share, gone = 0.0, 1.0, -1
         for i in range(m):
-            k, a = held[i]
+            k, a = held[i, 0], held[i, 1]
             b[i] = free[k, a] - side[k, a] * bound[a]
         solved(S, m, b)
         for i in range(m):
             largest = max(largest, abs(b[i]))
         for i in range(m):  # 2
-            k, a = held[i]
+            k, a = held[i, 0], held[i, 1]
             now, then = side[k, a] * multipliers[k, a], side[k, a] * b[i]
             if then < -INWARD * largest:
                 part = max(now, 0.0) / (max(now, 0.0) - then)
                 if gone < 0 or part < share:
                     share, gone = part, i
         for i in range(m):
-            k, a = held[i]
+            k, a = held[i, 0], held[i, 1]
             multipliers[k, a] += share * (b[i] - multipliers[k, a])
         if gone >= 0:
             multipliers[held[gone, 0], held[gone, 1]] = 0.0
@@ -245,7 +245,7 @@ def one_by_one(
                     furthest, worst = over, k * n + a
         if worst < 0:
             for i in range(m):
-                k, a = held[i]
+                k, a = held[i, 0], held[i, 1]
                 b[i] = out[k, a] - side[k, a] * bound[a]
             settled(K, M, free, bound, out, side, held, m, S, b, multipliers, pulls)
             pinned(bound, side, out)
@@ -283,7 +283,7 @@ def settled(
             multipliers[held[i, 0], held[i, 1]] += b[i]
         efforts_of(K, M, free, multipliers, pulls, out)
         for i in range(m):
-            k, a = held[i]
+            k, a = held[i, 0], held[i, 1]
             b[i] = out[k, a] - side[k, a] * bound[a]
     largest = 0.0
     for i in range(m):

@@ -19,7 +19,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.solvers.disc_loops import dot, support
-from mafsil.solvers.loops import compiled
+from mafsil.kernels.loops.loop import compiled
 from mafsil.solvers.tolerances import DEPENDENT, FEW_ROUNDINGS, NEAR_BOUNDARY
 
 STEPS = 1000

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.solvers.disc_loops import Dimension, dot, reach
-from mafsil.solvers.loops import compiled, reordered
+from mafsil.kernels.loops.loop import compiled, reordered
 from mafsil.solvers.nearest_point_loops import lies_apart
 from mafsil.solvers.tolerances import ENTERING, FULL_RANK, NEGLIGIBLE, PIVOT, SMALLEST
 

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.solvers.loops import compiled
+from mafsil.kernels.loops.loop import compiled
 
 PLACES = 3
 """Of each piece of the spline at which limits are imposed: both ends and the middle."""

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.solvers.lane_loops import (
+from mafsil.kernels.loops.lanes import (
     any_lane,
     buffer,
     get,
@@ -34,7 +34,7 @@ from mafsil.solvers.lane_loops import (
     square_root,
     where,
 )
-from mafsil.solvers.loops import compiled
+from mafsil.kernels.loops.loop import compiled
 from mafsil.trajectory.path_rows_loops import (
     FREE,
     beyond,

@@ -20,8 +20,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from mafsil.solvers.lane_loops import any_lane, lanes, magnitude, part, square_root, where
-from mafsil.solvers.loops import compiled
+from mafsil.kernels.loops.lanes import any_lane, lanes, magnitude, part, square_root, where
+from mafsil.kernels.loops.loop import compiled
 from mafsil.trajectory.tolerances import FEW_ROUNDINGS
 
 FREE = 1e300

@@ -18,8 +18,8 @@ Imported only where a path is timed: numba is loaded with it.
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
 from __future__ import annotations
 
-from mafsil.solvers.lane_loops import any_lane, lanes, magnitude, where
-from mafsil.solvers.loops import compiled
+from mafsil.kernels.loops.lanes import any_lane, lanes, magnitude, where
+from mafsil.kernels.loops.loop import compiled
 from mafsil.trajectory.path_rows_loops import FREE, larger, lesser
 from mafsil.trajectory.tolerances import ROUNDING
 

@@ -12,11 +12,11 @@ from mafsil.arrays import Booleans, Floats, Integers
 from mafsil.ik.general.closed_chain_loops import advanced, unit
 from mafsil.ik.general.elimination_loops import reflected
 from mafsil.ik.tolerances import SMALLEST
-from mafsil.solvers.lane_loops import buffer, lanes, magnitude, part, put, spread, square_root, where
-from mafsil.solvers.loops import reordered
+from mafsil.kernels.loops.lanes import buffer, lanes, magnitude, part, put, spread, square_root, where
+from mafsil.kernels.loops.loop import reordered
 
 if TYPE_CHECKING:
-    from mafsil.solvers.lane_loops import Buffer, Lanes
+    from mafsil.kernels.loops.lanes import Buffer, Lanes
 
 
 class Loop(NamedTuple):

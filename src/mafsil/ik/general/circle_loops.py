@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Booleans, Floats, Integers
 from mafsil.ik.tolerances import EPS, LAST_CORRECTION, SMALLEST
-from mafsil.solvers.lane_loops import any_lane, buffer, get, lane_bits, lanes, magnitude, put, seen, where
-from mafsil.solvers.loops import reordered
+from mafsil.kernels.loops.lanes import any_lane, buffer, get, lane_bits, lanes, magnitude, put, seen, where
+from mafsil.kernels.loops.loop import reordered
 
 if TYPE_CHECKING:
-    from mafsil.solvers.lane_loops import Buffer, Lanes
+    from mafsil.kernels.loops.lanes import Buffer, Lanes
 
 CELLS = 48
 """Of the circle: a multiple of eight."""

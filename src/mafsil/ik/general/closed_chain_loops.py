@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from mafsil.arrays import Floats
-from mafsil.solvers.lane_loops import square_root, where
-from mafsil.solvers.loops import reordered
+from mafsil.kernels.loops.lanes import square_root, where
+from mafsil.kernels.loops.loop import reordered
 
 if TYPE_CHECKING:
-    from mafsil.solvers.lane_loops import Buffer, Lanes
+    from mafsil.kernels.loops.lanes import Buffer, Lanes
 
 
 @reordered

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 
 from mafsil.arrays import Floats
 from mafsil.ik.tolerances import SMALLEST
-from mafsil.solvers.lane_loops import buffer, lanes, magnitude, put, seen, spread, square_root, where
-from mafsil.solvers.loops import reordered
+from mafsil.kernels.loops.lanes import buffer, lanes, magnitude, put, seen, spread, square_root, where
+from mafsil.kernels.loops.loop import reordered
 
 if TYPE_CHECKING:
-    from mafsil.solvers.lane_loops import Buffer, Lanes
+    from mafsil.kernels.loops.lanes import Buffer, Lanes
 
 
 @reordered

@@ -9,7 +9,7 @@ from math import asin, ceil, pi, sqrt
 
 from mafsil.arrays import Booleans, Floats, Integers
 from mafsil.ik.tolerances import INSIDE
-from mafsil.solvers.loops import compiled
+from mafsil.kernels.loops.loop import compiled
 
 TURN = 2 * pi
 

@@ -13,11 +13,12 @@ import numpy as np
 from mafsil.arrays import Booleans, Floats, Integers
 from mafsil.ik.general.closed_chain_loops import advanced, turned
 from mafsil.ik.tolerances import CLOSED, LAST_CORRECTION, NO_BETTER, SAME
-from mafsil.solvers.lane_loops import angle_of, buffer, get, lane_bits, lanes, magnitude, put, spread, where
-from mafsil.solvers.loops import reordered
+from mafsil.kernels.loops.lanes import buffer, get, lane_bits, lanes, magnitude, put, spread, where
+from mafsil.kernels.loops.loop import reordered
+from mafsil.solvers.angle_loops import angle_of
 
 if TYPE_CHECKING:
-    from mafsil.solvers.lane_loops import Buffer, Lanes
+    from mafsil.kernels.loops.lanes import Buffer, Lanes
 
 STEPS = 40
 """Newton steps of a candidate at most: near a fold each halves the distance only."""

@@ -24,7 +24,7 @@ from mafsil.ik.redundant.interval_loops import (
     product,
 )
 from mafsil.ik.tolerances import CELL_SLACK, RELATIVELY, SLIGHT, STEP_RESIDUAL
-from mafsil.solvers.loops import compiled
+from mafsil.kernels.loops.loop import compiled
 
 UNLIMITED, ENDLESS = 1e100, 1e300
 """Half widths of limits from which there are none; period of coordinates that have none."""

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.solvers.loops import compiled
+from mafsil.kernels.loops.loop import compiled
 
 Codes = NDArray[np.int32]
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from math import inf, sqrt
 
-from mafsil.solvers.loops import compiled
+from mafsil.kernels.loops.loop import compiled
 from mafsil.trajectory.tolerances import FEW_ROUNDINGS
 
 

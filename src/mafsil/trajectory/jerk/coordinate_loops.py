@@ -11,7 +11,7 @@ from math import inf, sqrt
 from typing import NamedTuple
 
 from mafsil.arrays import Floats
-from mafsil.solvers.loops import compiled
+from mafsil.kernels.loops.loop import compiled
 from mafsil.trajectory.jerk.braking_loops import brake
 from mafsil.trajectory.jerk.extreme_loops import (
     Curve,

@@ -33,7 +33,7 @@ from __future__ import annotations
 from math import inf, sqrt
 from typing import NamedTuple
 
-from mafsil.solvers.loops import compiled
+from mafsil.kernels.loops.loop import compiled
 
 STEPS = 100
 """Most steps of an iteration; ten are usual."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import isfinite
 
 from mafsil.arrays import Floats
-from mafsil.solvers.loops import compiled
+from mafsil.kernels.loops.loop import compiled
 from mafsil.trajectory.jerk.plan_loops import PLANNED, plan
 from mafsil.trajectory.jerk.sample_loops import advance
 

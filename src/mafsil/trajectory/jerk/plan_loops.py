@@ -15,7 +15,7 @@ from math import ceil, inf, isfinite, sqrt
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.solvers.loops import compiled
+from mafsil.kernels.loops.loop import compiled
 from mafsil.trajectory.jerk.coordinate_loops import (
     PIECES,
     beyond_gap,

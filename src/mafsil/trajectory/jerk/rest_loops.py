@@ -18,7 +18,7 @@ from math import ceil, inf
 from typing import Any, NamedTuple
 
 from mafsil.arrays import Floats
-from mafsil.solvers.lane_loops import (
+from mafsil.kernels.loops.lanes import (
     any_lane,
     buffer,
     get,
@@ -31,7 +31,7 @@ from mafsil.solvers.lane_loops import (
     square_root,
     where,
 )
-from mafsil.solvers.loops import compiled
+from mafsil.kernels.loops.loop import compiled
 
 LANES = 8
 CONSTANTS = 16

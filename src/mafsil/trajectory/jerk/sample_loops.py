@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from mafsil.arrays import Floats
-from mafsil.solvers.loops import compiled
+from mafsil.kernels.loops.loop import compiled
 
 
 @compiled

@@ -19,11 +19,11 @@ from math import inf
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.solvers.loops import compiled
+from mafsil.kernels.loops.loop import compiled
 from mafsil.trajectory.jerk.plan_loops import PLANNED, TIME, can_pass, next_of, plan
 from mafsil.trajectory.tolerances import ROUNDING
 
-SIZES = np.array([0.3, 0.1, 0.03, 0.01, 0.003, 0.001])
+SIZES = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001)
 """Sizes of steps, as parts of the limits."""
 SWEEPS = 8
 """Most times that all steps of one size are tried."""

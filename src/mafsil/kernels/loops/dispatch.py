@@ -1,0 +1,63 @@
+"""Entries of loops: the loop for the kinds of some arguments, and the builtin through which Python calls it."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+from mafsil.code_store import Kind as StoreKind
+from mafsil.errors import KernelError
+from mafsil.kernels import runtime, target
+from mafsil.kernels.compiler import _llvm  # pyright: ignore[reportPrivateUsage]
+from mafsil.kernels.loops import entry, held, specialisation
+from mafsil.kernels.loops.definition import Definition
+from mafsil.kernels.loops.kinds import INTEGER, Kind, kind_of
+from mafsil.kernels.loops.specialisation import LOOP, Specialisation, specialised
+
+_ENTRIES: dict[Specialisation, Callable[..., Any]] = {}
+_LOCK = threading.RLock()
+assert isinstance(LOOP, StoreKind)
+
+
+def entry_for(definition: Definition, arguments: tuple[Any, ...]) -> Callable[..., Any]:
+    """The builtin for arguments of such kinds, made at the first question.
+
+    Raises:
+        KernelError: the loop is not of the language, or takes no such arguments.
+    """
+    if not runtime.available():
+        raise KernelError("kernels.refused", reason="objects of this Python lie elsewhere")
+    kinds = tuple(kind_of(argument) for argument in arguments)
+    loop = specialised(definition, kinds)
+    with _LOCK:
+        found = _ENTRIES.get(loop)
+        if found is None:
+            found = _made(kinds, loop.result, loop.fails, loop.shares_region, loop.address, definition.name)
+            _ENTRIES[loop] = found
+        return found
+
+
+def layout_for(kind: Kind) -> Callable[..., Any]:
+    """What writes values of a kind to an address."""
+    with _LOCK:
+        return _made((kind, INTEGER), None, False, False, 0, f"layout of {kind.name[:60]}")
+
+
+def _made(
+    kinds: tuple[Kind, ...], result: Kind | None, fails: bool, shares: bool, address: int, name: str
+) -> Callable[..., Any]:
+    key = entry.key(kinds, result, fails, shares, specialisation.made_by())
+    classes = entry.classes_of(kinds, result)
+    code = specialisation.store().get(key)
+    if code is None:
+        texts = entry.Entry(kinds, result, fails, shares).module()
+        with _llvm:
+            code = target.optimised(texts, target.host(), 1)
+        specialisation.store().put(key, code)
+    places = specialisation.load(code, (entry.ENTRY, entry.LINKS), {})
+    table = entry.bound(places[entry.LINKS], address, classes)
+    return entry.builtin(places[entry.ENTRY], name, table, classes)
+
+
+held.makers.append(layout_for)

@@ -1,0 +1,265 @@
+"""A loop for some kinds of arguments: translated, compiled, kept on disk, in memory.
+
+1. Its key is its meaning, the kinds, the compiler and the processor; what is kept under it is its machine code and
+   what callers know of it.
+2. Short functions become part of the modules of their callers, where LLVM may inline them; long ones are compiled once
+   and called.
+3. Code that is loaded gets the addresses of the loops that it calls, and of the few functions of the system.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import struct
+import threading
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from mafsil.code_store import FileStore, code_folder
+from mafsil.code_store import Kind as StoreKind
+from mafsil.kernels import elf, identity, system, target
+from mafsil.kernels.compiler import _llvm  # pyright: ignore[reportPrivateUsage]
+from mafsil.kernels.lazy import lazy
+from mafsil.kernels.loops import memory
+from mafsil.kernels.loops.definition import Definition
+from mafsil.kernels.loops.kinds import Held, Kind, RefusedError, Tuple, named_kind, refused
+from mafsil.kernels.loops.meaning import Closure, closure_of, source_of
+from mafsil.lazy_module import lazily
+
+if TYPE_CHECKING:
+    import mafsil.kernels.loops.statements as statements
+    from mafsil.kernels.loops.statements import Translation
+else:
+    statements = lazily("mafsil.kernels.loops.statements")
+
+LOOP = StoreKind(b"mafsilL\0", ".loop")
+SHORT = 220
+"""Lines of IR up to which a function becomes part of its callers' modules."""
+_HEAD = struct.Struct("<Q")
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What callers of a specialisation know of it.
+
+    Attributes:
+        result: kind of its result.
+        fails, shares_region: as in `Translation`.
+        weight: lines of IR with those of what becomes part of it.
+        prototype: its declaration in LLVM IR.
+        calls: names of loops and of kinds of their arguments that its code calls.
+    """
+
+    result: Kind
+    fails: bool
+    shares_region: bool
+    weight: int
+    prototype: str
+    calls: tuple[tuple[str, tuple[str, ...]], ...]
+
+
+class Specialisation:
+    """A loop for some kinds of arguments.
+
+    Args:
+        definition: of the loop.
+        kinds: of its arguments.
+
+    Attributes:
+        key: of its code in the store.
+        symbol: its name in LLVM IR.
+    """
+
+    def __init__(self, definition: Definition, kinds: tuple[Kind, ...]) -> None:
+        self.definition, self.kinds = definition, kinds
+        self.closure: Closure = closure_of(definition)
+        names = " ".join(kind.name for kind in kinds)
+        self.key = identity.content_key("loop", self.closure.digest, names, made_by(), identity.machine())
+        self.symbol = f"{definition.function.__name__}.{self.key[:20]}"
+        self._lock = threading.RLock()
+        self._code: bytes | None = None
+        self._included: list[Specialisation] = []
+        self._external: list[Specialisation] = []
+
+    def __repr__(self) -> str:
+        return f"{self.definition.name}({', '.join(kind.name for kind in self.kinds)})"
+
+    @lazy
+    def translation(self) -> Translation:
+        """The function in LLVM IR.
+
+        Raises:
+            KernelError: it is not of the language; with file and line.
+        """
+        node = source_of(self.definition)
+        try:
+            return statements.translated(self.definition, node, self.kinds, self.symbol, specialised)
+        except RefusedError as error:
+            if not error.placed:
+                function = self.definition.function
+                raise error.at(f"{function.__code__.co_filename}:{error.line}, {function.__qualname__}") from None
+            raise
+
+    @lazy
+    def facts(self) -> Facts:
+        """What callers know of it: from the store, or from its translation."""
+        kept = None if self.definition.inline else self._kept()
+        if kept is not None:
+            return kept
+        made = self.translation
+        weight = made.text.count("\n") + sum(callee.facts.weight for callee in made.callees if callee.definition.inline)
+        prototype = re.sub(r" %[\w.]+(?=[,)])", "", made.text[: made.text.index(" nounwind")])
+        return Facts(made.result, made.fails, made.shares_region, weight, prototype, ())
+
+    @property
+    def result(self) -> Kind:
+        """Kind of its result."""
+        return self.facts.result
+
+    @property
+    def fails(self) -> bool:
+        """Whether it says at its end that memory was lacking."""
+        return self.facts.fails
+
+    @property
+    def shares_region(self) -> bool:
+        """Whether its memory joins that of its caller."""
+        return self.facts.shares_region
+
+    @property
+    def becomes_part(self) -> bool:
+        """Whether it is translated into the modules of its callers."""
+        return self.definition.inline or self.facts.weight <= SHORT
+
+    # Code -------------------------------------------------------------------------------------------------------------
+
+    def ir(self) -> str:
+        """Its module in LLVM IR."""
+        included, external, declared = [self], dict[Specialisation, None](), set[str]()
+        for each in included:
+            declared |= each.translation.declared
+            for callee in each.translation.callees:
+                if callee.becomes_part and callee not in included:
+                    included.append(callee)
+                elif not callee.becomes_part:
+                    external[callee] = None
+        self._external = list(external)
+        texts = [f"define {'' if each is self else 'internal '}{each.translation.text}" for each in included]
+        return memory.module_text(texts, declared | {f"declare {each.facts.prototype}" for each in external})
+
+    @lazy
+    def address(self) -> int:
+        """Where its code begins; it stays as long as the process."""
+        with self._lock:
+            code = self._stored_code()
+            if code is None:
+                with store().compiling(self.key) as waited:
+                    code = self._stored_code() if waited else None
+                    code = code or self._compiled()
+            imports = {callee.symbol: callee.address for callee in self._callees()}
+        return load(code, (self.symbol,), imports)[self.symbol]
+
+    def _compiled(self) -> bytes:
+        ir = self.ir()
+        with _llvm:
+            code = target.optimised(ir, target.host(), 3)
+        facts = self.facts
+        calls = [[each.definition.name, [kind.name for kind in each.kinds]] for each in self._external]
+        head = json.dumps(
+            [facts.result.name, facts.fails, facts.shares_region, facts.weight, facts.prototype, calls]
+        ).encode()
+        store().put(self.key, _HEAD.pack(len(head)) + head + code)
+        return code
+
+    def _callees(self) -> list[Specialisation]:
+        """The loops that its code calls by their addresses."""
+        if self._external or not self.facts.calls:
+            return self._external
+        return [
+            specialised(self.closure.definitions[name], tuple(named_kind(each, self._classes) for each in kinds))
+            for name, kinds in self.facts.calls
+        ]
+
+    @lazy
+    def _classes(self) -> dict[str, type[Any]]:
+        """Classes of named tuples that may occur: those that the source names, and those of the arguments."""
+        found = dict(self.closure.classes)
+        waiting = list(self.kinds)
+        for kind in waiting:
+            if isinstance(kind, Held):
+                waiting.append(kind.value)
+            elif isinstance(kind, Tuple):
+                waiting += kind.items
+                if kind.named:
+                    found[f"{kind.named.__module__}:{kind.named.__qualname__}"] = kind.named
+        return found
+
+    def _stored_code(self) -> bytes | None:
+        if self._code is None:
+            self._kept()
+        return self._code
+
+    def _kept(self) -> Facts | None:
+        """What the store has, if it can be read."""
+        payload = store().get(self.key)
+        if payload is None:
+            return None
+        try:
+            (size,) = _HEAD.unpack_from(payload)
+            result, fails, shares, weight, prototype, calls = json.loads(payload[_HEAD.size : _HEAD.size + size])
+            facts = Facts(
+                named_kind(result, self._classes), fails, shares, weight, prototype,
+                tuple((name, tuple(kinds)) for name, kinds in calls),
+            )  # fmt: skip
+        except (struct.error, ValueError, TypeError, KeyError):
+            store().discard(self.key)
+            return None
+        self._code = payload[_HEAD.size + size :]
+        vars(self)["facts"] = facts
+        return facts
+
+
+def load(code: bytes, symbols: tuple[str, ...], imports: Mapping[str, int]) -> Mapping[str, int]:
+    """Bring code into memory for as long as the process lives; where its symbols are.
+
+    Args:
+        code: verified.
+        symbols: that are asked for.
+        imports: addresses of the loops that it calls.
+    """
+    known = {**system.functions(), **imports}
+    with _llvm:
+        loaded = elf.load(code, symbols, known) or target.load(code, symbols, known)
+    _KEPT.append(loaded)
+    return loaded.addresses
+
+
+_KEPT: list[object] = []
+_SPECIALISED: dict[tuple[Definition, tuple[Kind, ...]], Specialisation] = {}
+
+
+def specialised(loop: Any, kinds: tuple[Kind, ...]) -> Specialisation:
+    """A loop for some kinds of arguments, made once in a process."""
+    definition: Definition = loop.definition
+    if len(kinds) != len(definition.arguments):
+        raise refused(f"{definition.name} takes {len(definition.arguments)} arguments, not {len(kinds)}")
+    found = _SPECIALISED.get((definition, kinds))
+    if found is None:
+        found = _SPECIALISED.setdefault((definition, kinds), Specialisation(definition, kinds))
+    return found
+
+
+@cache
+def store() -> FileStore:
+    return FileStore(code_folder(), LOOP)
+
+
+@cache
+def made_by() -> str:
+    """This compiler, LLVM and Python's instructions."""
+    return " ".join((identity.fingerprint("mafsil.kernels.loops"), identity.toolchain(), identity.python()))
+
+
