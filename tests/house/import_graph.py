@@ -55,7 +55,9 @@ def circles(graph: dict[str, set[str]]) -> list[list[str]]:
 def _homes(stub: Path) -> dict[str, str]:
     """The module of each public name of a package."""
     statements = ast.parse(stub.read_text("utf-8")).body if stub.exists() else []
-    return {alias.name: str(node.module) for node in statements if isinstance(node, ast.ImportFrom) for alias in node.names}
+    return {
+        alias.name: str(node.module) for node in statements if isinstance(node, ast.ImportFrom) for alias in node.names
+    }
 
 
 def _imports(path: Path, homes: dict[str, dict[str, str]]) -> Iterator[str]:

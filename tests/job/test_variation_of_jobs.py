@@ -16,8 +16,9 @@ from mafsil.cli.main import main
 from mafsil.errors import InputError, JobError
 from mafsil.job import Run, parse, solve
 from mafsil.job.arrival import arrival, goal_of
-from mafsil.job.variation import CAUSES, SHARES, vary
+from mafsil.job.variation import CAUSES, SHARES
 from mafsil.job.variation_table import SPREADS
+from mafsil.job.vary import vary
 from mafsil.simulation import Normal, Variation
 
 JOB = """

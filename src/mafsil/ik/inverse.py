@@ -11,12 +11,13 @@ from mafsil.arrays import as_batch, positive, single
 from mafsil.errors import InputError
 from mafsil.ik.analysis import Task
 from mafsil.ik.answers.batch import SolutionBatch
+from mafsil.ik.answers.clear_set import clear_set
 from mafsil.ik.answers.many_poses import solved_batch
 from mafsil.ik.answers.one_pose import POSE, judged_pose, one_pose
 from mafsil.ik.answers.question import Question
 from mafsil.ik.answers.redundant_single import redundant_single
 from mafsil.ik.answers.setting import MASKS, Quick, setting
-from mafsil.ik.answers.solution_set import SolutionSet, clear_set
+from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.redundant.at_parameter import with_parameter
 from mafsil.ik.redundant.parametric_form import has_redundant_joints
 from mafsil.model.loading import RobotLike

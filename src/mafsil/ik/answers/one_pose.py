@@ -7,14 +7,16 @@ import numpy as np
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputError
 from mafsil.ik.answers.candidate_table import CandidateTable, Decision
+from mafsil.ik.answers.clear_set import exact_set
 from mafsil.ik.answers.lists import SAME, complete, refined_lists
 from mafsil.ik.answers.question import Question
 from mafsil.ik.answers.redundant_single import redundant_single
 from mafsil.ik.answers.setting import Setting, turns_of
-from mafsil.ik.answers.solution_set import TURN, SolutionSet, exact_set
+from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
 from mafsil.ik.redundant.at_parameter import answered
 from mafsil.ik.redundant.parametric_form import has_redundant_joints
+from mafsil.ik.winding import TURN
 from mafsil.mechanics.closed_form.thresholds import APART
 
 POSE = (4, 4)
