@@ -1,3 +1,4 @@
+from mafsil.kernels.batch import Evaluator as Evaluator
 from mafsil.kernels.identity import fingerprint as fingerprint
 from mafsil.kernels.kernel import Kernel as Kernel
 from mafsil.kernels.kernel import compile as compile

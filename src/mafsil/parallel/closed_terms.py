@@ -5,6 +5,7 @@ Reference: Featherstone, Rigid Body Dynamics Algorithms, ch. 8.
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
@@ -56,12 +57,12 @@ class LoopConditions(Protocol):
     robot: Robot
     n: int
 
-    @property
+    @cached_property
     def size(self) -> float:
         """Of the mechanism [m]."""
         ...
 
-    @property
+    @cached_property
     def unit(self) -> Floats:
         """(n,) steps of the coordinates that count alike: one for angles, the size for lengths."""
         ...

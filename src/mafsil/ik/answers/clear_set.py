@@ -10,22 +10,11 @@ from mafsil.ik.answers.question import Question
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.tolerances import REACHED
-from mafsil.kernels.lazy import lazy
-
-
-class ClearSet(SolutionSet):
-    """Distinct, isolated, exact solutions; the pose that they answer is their own."""
-
-    @lazy
-    def _question(self) -> Question:  # pyright: ignore[reportIncompatibleVariableOverride] (set where it is given)
-        setting = self._setting
-        return Question(setting, setting.robot.forward_kinematics(self.own[0]), setting.middle, REACHED)
-
 
 _new = object.__new__
 
 
-def clear_set(setting: Setting, q: JointVector, details: Floats, chosen: slice | NDArray[np.intp]) -> ClearSet:
+def clear_set(setting: Setting, q: JointVector, details: Floats, chosen: slice | NDArray[np.intp]) -> SolutionSet:
     """The solutions of a pose whose list is clear: distinct, isolated, exact rows of the closed form.
 
     Args:
@@ -34,9 +23,9 @@ def clear_set(setting: Setting, q: JointVector, details: Floats, chosen: slice |
         details: (rows, 6) of all rows of the closed form.
         chosen: which rows they are.
     """
-    answer = _new(ClearSet)
+    answer = _new(SolutionSet)
     answer.own = answer.q = q
-    answer._setting, answer._details, answer._chosen = setting, details, chosen  # pyright: ignore[reportPrivateUsage]
+    answer._ask, answer._setting, answer._details, answer._chosen = _question, setting, details, chosen  # pyright: ignore[reportPrivateUsage]
     if setting.part.places is not None:
         answer.q = setting.part.lifted(q, setting.part.middle)
     return answer
@@ -58,3 +47,9 @@ def exact_set(question: Question, q: JointVector, details: Floats, rows: list[in
     answer._isolated = False  # pyright: ignore[reportPrivateUsage]
     vars(answer)["_question"] = question
     return answer
+
+
+def _question(answer: SolutionSet) -> Question:
+    """The question that a clear list answers: its pose is that of its solutions."""
+    setting = answer._setting  # pyright: ignore[reportPrivateUsage]
+    return Question(setting, setting.robot.forward_kinematics(answer.own[0]), setting.middle, REACHED)

@@ -12,11 +12,11 @@ from mafsil.ik.answers.branch import UNNAMED
 from mafsil.ik.answers.pose_question import PoseQuestion
 from mafsil.ik.answers.setting import CLEAR, Setting
 from mafsil.ik.answers.solution_set import SolutionSet
-from mafsil.ik.general import GeneralSix, GeneralSolutions
 from mafsil.lazy_module import lazily
 
 if TYPE_CHECKING:
     import mafsil.ik.general.judging_loops as judging_loops
+    from mafsil.ik.general import GeneralSix, GeneralSolutions
 else:
     judging_loops = lazily("mafsil.ik.general.judging_loops")
 

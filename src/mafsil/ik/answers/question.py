@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,13 +25,15 @@ from mafsil.ik.answers.setting import Setting, bits, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.answers.start import Start, start_of
 from mafsil.ik.closed_form import ClosedForm
-from mafsil.ik.general import GeneralSolutions
 from mafsil.ik.refine import distinct, least_squares, refined
 from mafsil.ik.status import IKStatus
 from mafsil.ik.tolerances import PLACE, REACHED, SAME_AT_DOUBLE_ROOT
 from mafsil.ik.winding import wound_near
 from mafsil.kernels.lazy import lazy
 from mafsil.mechanics.closed_form.thresholds import APART, FIRST_JOINTS, FOLD, LOOSE
+
+if TYPE_CHECKING:
+    from mafsil.ik.general import GeneralSolutions
 
 SCAN = 24
 """Values around a least singular value at which it is looked for again."""

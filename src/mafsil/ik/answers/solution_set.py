@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import islice, product
 from typing import Any
@@ -76,8 +76,8 @@ class SolutionSet(Answer):
     own: JointVector
     q: JointVector
     method = "closed form"
-    _question: PoseQuestion
-    # What a clear list is made of, see `ClearSet`; sets with another origin carry what is computed from it.
+    # What a clear list is made of, see `clear_set`; sets with another origin carry what is computed from it.
+    _ask: Callable[[SolutionSet], PoseQuestion]
     _setting: Setting
     _details: Floats
     _chosen: slice | NDArray[np.intp]
@@ -165,6 +165,11 @@ class SolutionSet(Answer):
         if setting.arm.form is None and not len(self.own):
             return bool(asked.refusal.residual <= DESCRIBED * max(1.0, setting.length))
         return bool(nearly_there(setting, asked.T[None], asked.start_q0)[0])
+
+    @lazy
+    def _question(self) -> PoseQuestion:
+        """The question that it answers; that of a clear list is made when something is asked of it."""
+        return self._ask(self)
 
     @lazy
     def free(self) -> NDArray[np.int64]:
