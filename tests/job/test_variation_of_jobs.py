@@ -134,7 +134,7 @@ def test_chunks_and_executors_change_nothing(monkeypatch):
         with ThreadPoolExecutor(2) as pool:
             yield pool if where == "2" else None
 
-    monkeypatch.setattr("mafsil.job.variation.cluster_of", threads)
+    monkeypatch.setattr("mafsil.job.vary.cluster_of", threads)
     monkeypatch.setattr("mafsil.simulation.chunk_runs.MOST_IN_CHUNK", 5)
     there = vary(driven(), cluster="2")
     for name, array in here.drawn.outcomes.arrays().items():
