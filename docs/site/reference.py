@@ -1,16 +1,17 @@
 """Pages of the reference, written before the site is built: one for each package, from its public names' docstrings.
 
-A package offers what its first file imports under its own name; collections of algorithms get a section a module.
+A package offers the names of its stub; collections of algorithms get a section a module.
 """
 
 from __future__ import annotations
 
-import ast
 import importlib
 import inspect
 from pathlib import Path
 
 from sphinx.application import Sphinx
+
+from mafsil.lazy_module import public_names
 
 SOURCE = Path(__file__).parents[2] / "src" / "mafsil"
 FOLDER = Path(__file__).parents[1] / "reference"
@@ -61,7 +62,7 @@ def _names(package: str) -> list[str]:
     """Directives for what a package offers, in the order of its first file."""
     module = importlib.import_module(f"mafsil.{package}")
     lines = [f".. automodule:: mafsil.{package}", ""]
-    for name in _offered(package):
+    for name in public_names(module):
         thing = getattr(module, name)
         if inspect.isclass(thing):
             foreign = not thing.__module__.startswith(f"mafsil.{package}.")
@@ -75,12 +76,6 @@ def _names(package: str) -> list[str]:
         elif callable(thing):
             lines += [f".. autofunction:: mafsil.{package}.{name}", ""]
     return lines
-
-
-def _offered(package: str) -> list[str]:
-    tree = ast.parse((SOURCE / package / "__init__.py").read_text("utf-8"))
-    imports = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
-    return [alias.name for node in imports for alias in node.names if alias.asname == alias.name]
 
 
 def _modules(package: str) -> list[list[str]]:

@@ -1,4 +1,10 @@
-"""Modules of this package that are loaded at their first use, so that a start from the cache stays quick.
+"""Modules and public names that are loaded at their first use, so that a start from the cache stays quick.
+
+The public names of a package stand in its stub `__init__.pyi`, once, as imports that type checkers and editors read:
+
+    from mafsil.planning.arm_planning import plan as plan
+
+Its `__init__.py` holds the docstring and `__all__ = face(__name__)`: a name is imported when it is first asked for.
 
 A module that needs another one late says so at its top, where people, type checkers and the contracts of layers look:
 
@@ -13,11 +19,14 @@ the module itself, never copied: what a test replaces there is replaced here too
 
 from __future__ import annotations
 
+import re
+import sys
 from importlib import import_module
 from types import ModuleType
 from typing import Any, TypeVar, cast
 
 T = TypeVar("T")
+_PUBLIC = re.compile(r"^from (\S+) import (\w+) as \2$", re.MULTILINE)
 
 
 class LazyModule:
@@ -75,3 +84,61 @@ def loaded(module: T) -> T:
         module: made by `lazily`, or a test's replacement of it.
     """
     return cast("T", module._itself()) if isinstance(module, LazyModule) else module  # pyright: ignore[reportPrivateUsage]
+
+
+class Package(ModuleType):
+    """A package with a public name that one of its modules has too, as `control.citation`: the name stays."""
+
+    _homes: dict[str, str]
+
+    def __setattr__(self, name: str, value: object) -> None:
+        """Python's import sets every loaded module in its package; it does not replace a public name."""
+        if not isinstance(value, ModuleType) or self._homes.get(name, self.__name__) == self.__name__:
+            super().__setattr__(name, value)
+
+
+def face(package: str) -> tuple[str, ...]:
+    """Public names of a package, from its stub; each is imported at its first use, and so is every module of it.
+
+    Args:
+        package: its `__name__`, while its `__init__.py` runs.
+    """
+    module = sys.modules[package]
+    homes, names = public_names(module), vars(module)
+
+    def __getattr__(name: str) -> Any:
+        home = homes.get(name, package)
+        names[name] = value = _module_of(package, name) if home == package else getattr(import_module(home), name)
+        return value
+
+    names |= {"__getattr__": __getattr__, "__dir__": lambda: list(homes), "_homes": homes}
+    if any(f"{package}.{name}" in homes.values() for name in homes):
+        module.__class__ = Package
+    return tuple(name for name in homes if not name.startswith("_"))
+
+
+def public_names(package: ModuleType) -> dict[str, str]:
+    """The module of each public name, by the package's stub.
+
+    Args:
+        package: with a file `__init__.pyi` beside its `__init__.py`.
+    """
+    loader: Any = package.__loader__
+    stub = loader.get_data(f"{package.__path__[0]}/__init__.pyi").decode()
+    return {name: home for home, name in _PUBLIC.findall(stub)}
+
+
+def _module_of(package: str, name: str) -> ModuleType:
+    """A module of a package.
+
+    Raises:
+        AttributeError: there is none of that name.
+    """
+    full = f"{package}.{name}"
+    try:
+        if not name.startswith("_"):
+            return import_module(full)
+    except ModuleNotFoundError as error:
+        if error.name != full:
+            raise
+    raise AttributeError(f"module {package!r} has no attribute {name!r}", name=name, obj=sys.modules[package])

@@ -8,8 +8,9 @@ from mafsil.geometry import screw
 from mafsil.geometry.lines import common_normal
 from mafsil.model import library
 from mafsil.model.denavit_hartenberg import Convention, DHRow, dh_parameters, mechanism_from_dh
-from mafsil.model.exponentials import mechanism_from_screws, screws
+from mafsil.model.exponentials import mechanism_from_screws
 from mafsil.model.library import planar, textbook
+from mafsil.model.screw_axes import screws
 from mafsil.performance import rank
 from mafsil.robot import Robot
 from tests.acceptance.reading import cases, unread_after

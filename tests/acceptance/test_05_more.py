@@ -7,8 +7,8 @@ import pytest
 
 import mafsil as mf
 from mafsil.model.exponential_products import inverse_product, mixed_product
-from mafsil.model.exponentials import screws
 from mafsil.model.library import planar, textbook
+from mafsil.model.screw_axes import screws
 from mafsil.model.screw_table import representations
 from mafsil.performance import (
     LinkLoad,

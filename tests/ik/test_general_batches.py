@@ -8,8 +8,8 @@ import pytest
 import mafsil as mf
 from mafsil.geometry import pose
 from mafsil.ik import elimination
-from mafsil.ik.answers.solution_set import wound_near
 from mafsil.ik.status import IKStatus
+from mafsil.ik.winding import wound_near
 
 
 @pytest.fixture(scope="module")

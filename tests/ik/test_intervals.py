@@ -9,7 +9,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.ik import IKStatus, inverse_kinematics, redundancy
-from mafsil.model.exponentials import screws
+from mafsil.model.screw_axes import screws
 
 TURN = 2 * np.pi
 X, Y, Z = np.eye(3)

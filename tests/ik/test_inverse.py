@@ -13,7 +13,7 @@ from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
 from mafsil.ik import IKStatus, closed_form, inverse_kinematics
 from mafsil.ik.analysis import analysis
-from mafsil.model.exponentials import screws
+from mafsil.model.screw_axes import screws
 
 ARMS = [
     "puma560", "elbow6r", "arm6r", "offset_puma", "generalized_puma", "stanford_arm", "offset_stanford", "rrprrr",

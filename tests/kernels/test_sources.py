@@ -99,6 +99,17 @@ def test_what_counts(arms: Path, file: str, before: str, after: str, changes: bo
     assert _meaning() == first
 
 
+def test_a_package_imports_what_its_stub_does(arms: Path) -> None:
+    """Public names of a package are found at their first use: no statement of its own says where they come from."""
+    (arms / "builder.py").write_text("from arms import half\n\n\ndef build(x):\n    return half(x)\n")
+    (arms / "__init__.pyi").write_text("from arms.parts import half as half\n")
+    first = _meaning()
+    (arms / "stranger.py").write_text("def elsewhere():\n    return 3\n")
+    assert _meaning() == first
+    (arms / "units.py").write_text("METRE = 7.0\n")
+    assert _meaning() != first
+
+
 def test_a_module_left_out_does_not_count(arms: Path) -> None:
     first = _meaning(without=("arms.units",))
     (arms / "units.py").write_text("METRE = 7.0\n")

@@ -20,7 +20,6 @@ from mafsil.model.local_exponentials import (
     mechanism_from_local_screws,
     rezeroed,
 )
-from mafsil.model.locking import locked
 from mafsil.model.placement import adjoint, rotation_x, rotation_z, screw_motion, translation
 from mafsil.model.screw_table import representations, screw_matrices, screw_table
 
@@ -181,7 +180,7 @@ def test_partially_locked_chains_are_built_from_the_last_joint_inward():
     theta = [0.3, -0.7, 1.1]
     for free in (1, 2, 3):
         held = dict.fromkeys(arm.joint_names[: 3 - free], 0.0)
-        partly = locked(arm, held)
+        partly = arm.locked(held)
         assert partly.n == free
         assert partly.joint_names == arm.joint_names[3 - free :]
         T = home
@@ -197,7 +196,7 @@ def test_partially_locked_chains_are_built_from_the_last_joint_inward():
 @pytest.mark.parametrize("value", [0.4, -1.0])
 def test_joints_held_away_from_zero(value):
     arm = library.load("stanford_arm")
-    partly = locked(arm, {arm.joint_names[2]: value})
+    partly = arm.locked({arm.joint_names[2]: value})
     moved = np.zeros(6)
     moved[2] = value
     wanted = np.delete(rezeroed(arm, moved).S_s, 2, axis=0)
@@ -228,9 +227,9 @@ def test_hayati_stays_small_where_denavit_hartenberg_runs_away():
     ("call", "error", "key"),
     [
         (lambda: hayati_parameters(rotation_x(np.pi / 2)), ModelError, "dh.hayati"),
-        (lambda: locked(library.load("rrrp"), {"elbow": 0.0}), ModelError, "dh.lock_unknown"),
-        (lambda: locked(_mimic(), {"one": float("nan")}), InputError, "input.finite"),
-        (lambda: locked(_mimic(), {"one": 0.0, "two": 9.0}), ModelError, "dh.lock_contradiction"),
+        (lambda: library.load("rrrp").locked({"elbow": 0.0}), ModelError, "dh.lock_unknown"),
+        (lambda: _mimic().locked({"one": float("nan")}), InputError, "input.finite"),
+        (lambda: _mimic().locked({"one": 0.0, "two": 9.0}), ModelError, "dh.lock_contradiction"),
         (lambda: local_screws(_mimic()), ModelError, "screws.mimic"),
         (lambda: mechanism_from_local_screws([np.eye(4)], np.eye(6)[:2]), ModelError, "serial.length"),
         (lambda: rezeroed(library.load("rrrp"), [0.0]), InputError, "input.shape"),

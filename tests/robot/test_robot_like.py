@@ -11,8 +11,6 @@ from mafsil.identification import read_log
 from mafsil.model import library, screws, urdf
 from mafsil.model.dh_from_axes import dh_from_mechanism
 from mafsil.model.local_exponentials import local_screws
-from mafsil.model.locking import locked
-from mafsil.model.tooling import with_tool
 
 Q2, Q6 = [0.3, 0.4], [0.1, -1.0, 1.2, 0.2, 0.5, 0.3]
 T6 = mf.load("ur5e").forward_kinematics(Q6)
@@ -43,10 +41,8 @@ CALLS = {
     "screws": lambda r: screws(r).S_s,
     "local_screws": lambda r: local_screws(r)[2],
     "dh": lambda r: [row.a for row in dh_from_mechanism(r).rows],
-    "locked": lambda r: locked(r, {}).n,
     "check_dh": lambda r: bool(derivation.check_dh(dh_from_mechanism(library.load("planar2r")).rows, r)),
     "check_screws": lambda r: bool(derivation.check_screws(screws(library.load("planar2r")).S_s, r)),
-    "with_tool": lambda r: with_tool(r, [0, 0, 0.1]).T_lt,
     "computed_torque": lambda r: control.computed_torque(r) is not None,
     "Plant": lambda r: mf.Plant(r).robot.n,
 }

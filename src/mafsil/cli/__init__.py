@@ -1,0 +1,3 @@
+"""The commands of `mafsil`: one module a command, in the table of `main`."""
+
+__all__ = ()

@@ -11,8 +11,7 @@ from mafsil.arrays import Floats, PoseMatrix
 from mafsil.collision.scene import Obstacle
 from mafsil.collision.shapes import ConvexHull, Geometry
 from mafsil.errors import InputError
-from mafsil.model import Mechanism
-from mafsil.model.mesh.reader import read
+from mafsil.model import Mechanism, mesh
 from mafsil.model.shape import Capsule, Mesh, Shape
 
 
@@ -79,16 +78,16 @@ def _hull(geometry: Geometry) -> Geometry:
     return ConvexHull(mesh_vertices(geometry)) if isinstance(geometry, Mesh) else geometry
 
 
-def mesh_vertices(mesh: Mesh) -> Floats:
+def mesh_vertices(shape: Mesh) -> Floats:
     """The corners (k, 3) of a mesh file's triangles.
 
     Raises:
         InputError: the file was not found when the robot was read.
         FileError: it cannot be read.
     """
-    if mesh.path is None:
-        raise InputError("collision.no_mesh", reference=mesh.reference)
-    surface = read(mesh.path).scaled(mesh.scale)
+    if shape.path is None:
+        raise InputError("collision.no_mesh", reference=shape.reference)
+    surface = mesh.read(shape.path).scaled(shape.scale)
     return surface.vertices[np.unique(surface.faces)]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from math import prod
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,7 @@ from mafsil.collision.path_check import PathCheck, PathStatus, path_points
 from mafsil.collision.status import Check, CheckStatus, Clearance, Contact
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
+from mafsil.messages import clauses, say
 
 if TYPE_CHECKING:
     import mafsil.collision.distance_loops as distance_loops
@@ -235,7 +237,29 @@ class Checker(ArmInScene):
 
     def account(self, language: str | None = None) -> str:
         """What is checked, what is not and why, and whether that leaves free configurations without any scene."""
-        return sampled_pairs.explained(self, self._pairs() if self._self_collision else [], language)
+        pairs = self._pairs() if self._self_collision else []
+        lines = [say("collision.checked", language=language, bodies=len(self.bodies), pairs=len(pairs))]
+        lines += sampled_pairs.listed(self.skipped, language)
+        if pairs and self.samples and self.robot.n:
+            lines += self._free_of_itself(language)
+        return "\n".join(lines)
+
+    def _free_of_itself(self, language: str | None) -> list[str]:
+        """How many random configurations are free of self-collision; which bodies meet at zero, and where none is."""
+        alone = self.with_scene(())
+        rows = alone.random_configurations(self.samples)
+        free = int(alone.free(rows).sum())
+        lines = [say("collision.free_of_itself", language=language, free=free, samples=self.samples)]
+        if not alone.free(self.zero):
+            met = alone.check(self.zero).contacts[: sampled_pairs.MOST_NAMED]
+            meets = clauses((contact.sentence(language) for contact in met), language)
+            lines.append(say("collision.zero_meets", language=language, contacts=meets))
+        if not free:
+            near = alone.distance(rows)
+            most = Counter(zip(near.first.tolist(), near.second.tolist(), strict=True)).most_common(3)
+            names = ", ".join(f"{first} - {second}" for (first, second), _ in most)
+            lines.append(say("collision.never_free", language=language, names=names))
+        return lines
 
     def _names(self, out: Floats, who: NDArray[np.int64]) -> tuple[NDArray[np.object_], NDArray[np.object_]]:
         bodies = np.array([body.name for body in self.bodies], object)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict
-from typing import TYPE_CHECKING
+from collections import defaultdict
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,12 +11,9 @@ from numpy.typing import NDArray
 from mafsil.arrays import JointVector, Truth
 from mafsil.collision import laid_arm, layout, pair_counts_loops
 from mafsil.collision.bodies import Body
-from mafsil.collision.pairs import Reason, joined_by_hinges
-from mafsil.messages import clauses, say
+from mafsil.collision.pairs import Reason, SkippedPair, joined_by_hinges
+from mafsil.messages import say
 from mafsil.robot import Robot
-
-if TYPE_CHECKING:
-    from mafsil.collision.checker import Checker
 
 ALWAYS = 0.95
 """Share of sampled configurations in which two bodies meet that always meet."""
@@ -72,35 +69,19 @@ def meetings(
     return counts
 
 
-def explained(checker: Checker, pairs: list[tuple[int, int]], language: str | None = None) -> str:
-    """What is checked of an arm, what is not and why, and how many random configurations are free of itself.
+def listed(skipped: Iterable[SkippedPair], language: str | None = None) -> list[str]:
+    """What is not checked of an arm, and why: a sentence a reason.
 
     Args:
-        checker: of the arm.
-        pairs: of bodies, those that are checked.
+        skipped: pairs of bodies.
         language: of the sentences.
     """
-    bodies = checker.bodies
-    lines = [say("collision.checked", language=language, bodies=len(bodies), pairs=len(pairs))]
     named = defaultdict[Reason, list[str]](list)
-    for each in checker.skipped:
-        named[each.reason].append(str(each))
-    for reason, found in named.items():
-        shown = found[:MOST_NAMED] + ["..."] * (len(found) > MOST_NAMED)
+    for pair in skipped:
+        named[pair.reason].append(str(pair))
+    lines: list[str] = []
+    for reason, pairs in named.items():
+        shown = pairs[:MOST_NAMED] + ["..."] * (len(pairs) > MOST_NAMED)
         names = " (" + ", ".join(shown) + ")" if reason in LISTED else ""
-        lines.append(say(f"collision.skipped_{reason.value}", language=language, count=len(found), names=names))
-    if pairs and checker.samples and checker.robot.n:
-        alone = checker.with_scene(())
-        rows = alone.random_configurations(checker.samples)
-        free = int(alone.free(rows).sum())
-        lines.append(say("collision.free_of_itself", language=language, free=free, samples=checker.samples))
-        if not alone.free(checker.zero):
-            met = alone.check(checker.zero).contacts[:MOST_NAMED]
-            meets = clauses((each.sentence(language) for each in met), language)
-            lines.append(say("collision.zero_meets", language=language, contacts=meets))
-        if not free:
-            near = alone.distance(rows)
-            most = Counter(zip(near.first.tolist(), near.second.tolist(), strict=True)).most_common(3)
-            names = ", ".join(f"{first} - {second}" for (first, second), _ in most)
-            lines.append(say("collision.never_free", language=language, names=names))
-    return "\n".join(lines)
+        lines.append(say(f"collision.skipped_{reason.value}", language=language, count=len(pairs), names=names))
+    return lines

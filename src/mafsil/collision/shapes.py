@@ -11,9 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, as_batch, frozen, real_array
 from mafsil.errors import InputError
-from mafsil.model.mesh.reader import read
+from mafsil.model import mesh, scan
 from mafsil.model.mesh.surface import cleaned
-from mafsil.model.scan import read_heights, read_points
 from mafsil.model.shape import Box, Capsule, Cylinder, Mesh, Sphere
 
 MOST_LENGTH = 1e6
@@ -87,7 +86,7 @@ class TriangleMesh:
         Raises:
             FileError: no such file, another format, a damaged one.
         """
-        surface = read(path)
+        surface = mesh.read(path)
         whole = cleaned(surface.vertices * scale, surface.faces)
         return cls(whole.vertices, whole.faces)
 
@@ -120,7 +119,7 @@ class PointCloud:
         Raises:
             FileError: no such file, another format, too large, a damaged one.
         """
-        return cls(scale * read_points(path), radius)
+        return cls(scale * scan.read_points(path), radius)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -163,7 +162,7 @@ class HeightMap:
         Raises:
             FileError: no such file, another format, too large, a damaged one.
         """
-        heights = scale * read_heights(path)
+        heights = scale * scan.read_heights(path)
         return cls(heights, size, float(heights.min()) - THICK if base is None else base)
 
 

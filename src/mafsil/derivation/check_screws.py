@@ -12,8 +12,8 @@ from mafsil.arrays import Floats, Vector6, as_batch
 from mafsil.derivation.review import Finding, Mistake, Review, shown
 from mafsil.derivation.same_arm import base_between, misfit
 from mafsil.errors import InputError
-from mafsil.model.exponentials import screws
 from mafsil.model.loading import RobotLike, as_mechanism
+from mafsil.model.screw_axes import screws
 
 
 def check_screws(

@@ -1,52 +1,5 @@
 """Pictures in files, by matplotlib: imported at the first picture."""
 
-from mafsil.figures.animation import save_exponentials_animation as save_exponentials_animation
-from mafsil.figures.animation import save_row_animation as save_row_animation
-from mafsil.figures.base_map import save_placement as save_placement
-from mafsil.figures.block_diagram import save_block_diagram as save_block_diagram
-from mafsil.figures.block_diagram import save_response as save_response
-from mafsil.figures.configuration_space import save_configuration_space as save_configuration_space
-from mafsil.figures.configuration_surface import save_surface as save_surface
-from mafsil.figures.configurations import save_configurations as save_configurations
-from mafsil.figures.dh_frames import save_dh_frames as save_dh_frames
-from mafsil.figures.dh_frames import save_link_motions as save_link_motions
-from mafsil.figures.frames import save_frame_graph as save_frame_graph
-from mafsil.figures.frames import save_frames as save_frames
-from mafsil.figures.frames import save_rotation as save_rotation
-from mafsil.figures.gimbals import save_gimbals as save_gimbals
-from mafsil.figures.ik_constructions import save_distance_construction as save_distance_construction
-from mafsil.figures.ik_constructions import save_shoulder_plan as save_shoulder_plan
-from mafsil.figures.ik_constructions import save_sphere_construction as save_sphere_construction
-from mafsil.figures.mechanism import save_mechanism as save_mechanism
-from mafsil.figures.monte_carlo import save_monte_carlo as save_monte_carlo
-from mafsil.figures.motion import save_motion as save_motion
-from mafsil.figures.motion_over_time import save_trajectory as save_trajectory
-from mafsil.figures.moving_body import save_displaced_body as save_displaced_body
-from mafsil.figures.moving_body import save_solid_ball as save_solid_ball
-from mafsil.figures.moving_body import save_space_velocity as save_space_velocity
-from mafsil.figures.moving_body import save_two_frames as save_two_frames
-from mafsil.figures.newton_tangents import save_newton_tangents as save_newton_tangents
-from mafsil.figures.one_joint import save_error_response as save_error_response
-from mafsil.figures.one_joint import save_friction_laws as save_friction_laws
-from mafsil.figures.one_joint import save_joint_runs as save_joint_runs
-from mafsil.figures.one_joint import save_root_locus as save_root_locus
-from mafsil.figures.parallel_robot import save_delta as save_delta
-from mafsil.figures.parallel_robot import save_eclipse as save_eclipse
-from mafsil.figures.parallel_robot import save_five_bar as save_five_bar
-from mafsil.figures.parallel_robot import save_four_bar_curve as save_four_bar_curve
-from mafsil.figures.parallel_robot import save_legs as save_legs
-from mafsil.figures.parallel_robot import save_planar_platform as save_planar_platform
-from mafsil.figures.parallel_robot import save_platform as save_platform
-from mafsil.figures.path_difficulties import save_path_difficulties as save_path_difficulties
-from mafsil.figures.phase_plane import save_phase_plane as save_phase_plane
-from mafsil.figures.pole import save_pole as save_pole
-from mafsil.figures.potential import save_potential as save_potential
-from mafsil.figures.profiles import save_profiles as save_profiles
-from mafsil.figures.screw_motion import save_screw_motion as save_screw_motion
-from mafsil.figures.search import save_search as save_search
-from mafsil.figures.synthesis import save_synthesis as save_synthesis
-from mafsil.figures.touching import save_constrained_task as save_constrained_task
-from mafsil.figures.touching import save_virtual_impedance as save_virtual_impedance
-from mafsil.figures.velocity_and_force import save_free_bodies as save_free_bodies
-from mafsil.figures.velocity_and_force import save_joint_screws as save_joint_screws
-from mafsil.figures.velocity_and_force import save_unreachable_frame as save_unreachable_frame
+from mafsil.lazy_module import face
+
+__all__ = face(__name__)

@@ -4,10 +4,6 @@ Modules of array functions: rotation, quaternion, euler, pose, screw, twist, wre
 matrix_exponential. Values: Rotation, Pose, Twist, Wrench, ScrewAxis, Point, Vector.
 """
 
-from mafsil.geometry.values import Point as Point
-from mafsil.geometry.values import Pose as Pose
-from mafsil.geometry.values import Rotation as Rotation
-from mafsil.geometry.values import ScrewAxis as ScrewAxis
-from mafsil.geometry.values import Twist as Twist
-from mafsil.geometry.values import Vector as Vector
-from mafsil.geometry.values import Wrench as Wrench
+from mafsil.lazy_module import face
+
+__all__ = face(__name__)

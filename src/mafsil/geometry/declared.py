@@ -7,7 +7,6 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 from mafsil import kernels
-from mafsil.kernels import Kernel, Port, Signature
 from mafsil.lazy_module import lazily
 
 if TYPE_CHECKING:
@@ -57,9 +56,9 @@ class Declared:
         return self.kernel.call
 
     @cached_property
-    def kernel(self) -> Kernel:
+    def kernel(self) -> kernels.Kernel:
         """The compiled expression."""
-        signature = Signature(_name(self), _signature_ports(self.inputs), _signature_ports(self.outputs))
+        signature = kernels.Signature(_name(self), _signature_ports(self.inputs), _signature_ports(self.outputs))
         given = (self.source, self.inputs, self.outputs, tuple(self.conditions.items()), self.constants)
         return kernels.compile(
             signature,
@@ -89,5 +88,5 @@ def _ports(given: str | Ports) -> Ports:
     return tuple((name, tuple(map(int, shape.split(","))) if shape else ()) for name, _, shape in parts)
 
 
-def _signature_ports(ports: Ports) -> tuple[Port, ...]:
-    return tuple(Port(name, shape) for name, shape in ports)
+def _signature_ports(ports: Ports) -> tuple[kernels.Port, ...]:
+    return tuple(kernels.Port(name, shape) for name, shape in ports)

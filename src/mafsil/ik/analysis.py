@@ -6,18 +6,24 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations, islice
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from mafsil.ik.chain import Chain, chain_of
 from mafsil.ik.closed_form import ClosedForm
-from mafsil.ik.general import GeneralSix
 from mafsil.ik.recognise import recognise_locked, simpler_within_rounding
 from mafsil.ik.tolerances import DEFECT
+from mafsil.lazy_module import lazily
 from mafsil.mechanics.arm_pattern import ArmPattern
 from mafsil.model import Mechanism
 from mafsil.robot import Robot, of_robot
+
+if TYPE_CHECKING:
+    import mafsil.ik.general as general_six
+    from mafsil.ik.general import GeneralSix
+else:
+    general_six = lazily("mafsil.ik.general")
 
 MOST_SETS = 100
 """Choices of locked joints that are looked at: each takes some milliseconds."""
@@ -70,7 +76,7 @@ def analysis(mechanism: Mechanism, task: Task = "pose") -> Analysis:
             return _recognised(chain, seen, pattern, locked, task)
     if quartic is not None:
         return _recognised(chain, seen, *quartic, task)
-    general = GeneralSix(seen) if task == "pose" and 3 <= len(seen) <= 6 else None
+    general = general_six.GeneralSix(seen) if task == "pose" and 3 <= len(seen) <= 6 else None
     return Analysis(chain, None, general, ())
 
 
@@ -118,7 +124,7 @@ def _recognised(chain: Chain, seen: Chain, pattern: ArmPattern, locked: tuple[in
     """
     # Of almost ideal arms it finds what the ideal arm lacks; of quartic equations, roots lost in merging.
     incomplete = (pattern.defect > DEFECT or pattern.quartic) and task == "pose" and not locked
-    general = GeneralSix(seen) if incomplete and 3 <= len(seen) <= 6 else None
+    general = general_six.GeneralSix(seen) if incomplete and 3 <= len(seen) <= 6 else None
     return Analysis(chain, ClosedForm(pattern), general, tuple(seen.joints[k] for k in locked))
 
 
@@ -145,7 +151,7 @@ def elimination(robot: Robot) -> GeneralSix | None:
 def _elimination(mechanism: Mechanism) -> GeneralSix:
     chain = chain_of(mechanism)
     assert chain is not None
-    return GeneralSix(chain)
+    return general_six.GeneralSix(chain)
 
 
 @of_robot

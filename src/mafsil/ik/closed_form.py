@@ -12,13 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil import kernels
 from mafsil.arrays import Floats, JointVector
-from mafsil.kernels import Kernel, Port, Signature
+from mafsil.kernels import Port, Signature
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
 from mafsil.mechanics.arm_pattern import ArmPattern
 
 if TYPE_CHECKING:
     import mafsil.mechanics.closed_form.function as function
+    from mafsil.kernels import Kernel
 else:
     function = lazily("mafsil.mechanics.closed_form.function")
 

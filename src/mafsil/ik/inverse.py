@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,17 +11,27 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import as_batch, positive, single
 from mafsil.errors import InputError
 from mafsil.ik.analysis import Task
-from mafsil.ik.answers.batch import SolutionBatch
-from mafsil.ik.answers.many_poses import solved_batch
+from mafsil.ik.answers.clear_set import clear_set
 from mafsil.ik.answers.one_pose import POSE, judged_pose, one_pose
 from mafsil.ik.answers.question import Question
-from mafsil.ik.answers.redundant_single import redundant_single
 from mafsil.ik.answers.setting import MASKS, Quick, setting
-from mafsil.ik.answers.solution_set import SolutionSet, clear_set
-from mafsil.ik.redundant.at_parameter import with_parameter
+from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.redundant.parametric_form import has_redundant_joints
+from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot
+
+if TYPE_CHECKING:
+    import mafsil.ik.answers.many_poses as many_poses
+    import mafsil.ik.answers.redundant_single as redundant_single
+    import mafsil.ik.redundant.at_parameter as at_parameter
+else:
+    at_parameter = lazily("mafsil.ik.redundant.at_parameter")
+    redundant_single = lazily("mafsil.ik.answers.redundant_single")
+    many_poses = lazily("mafsil.ik.answers.many_poses")
+
+if TYPE_CHECKING:
+    from mafsil.ik.answers.batch import SolutionBatch
 
 _POSE: Task = "pose"
 _KEPT, _UNKNOWN = "closed form of the tip", object()
@@ -78,9 +89,9 @@ def inverse_kinematics(
         if plain and type(task) is str and task in MASKS:
             arm = setting(robot, frame, task)
             if free is not None:
-                return with_parameter(arm, T_sd, free, tolerance)
+                return at_parameter.with_parameter(arm, T_sd, free, tolerance)
             if has_redundant_joints(arm):
-                return redundant_single(arm, T_sd, arm.middle, tolerance)
+                return redundant_single.redundant_single(arm, T_sd, arm.middle, tolerance)
     return _answered(as_robot(robot), T_sd, frame, task, q0, free, tolerance)
 
 
@@ -103,11 +114,11 @@ def _answered(
     if requested.ndim > 2:
         if free is not None:
             raise InputError("redundant.one_pose", shape=requested.shape)
-        return solved_batch(arm, requested, others, tolerance)
+        return many_poses.solved_batch(arm, requested, others, tolerance)
     if free is None:
         start = arm.middle if q0 is None else arm.part.own(others)
         return one_pose(arm, requested, start, tolerance, others)
-    return with_parameter(arm, requested, free, tolerance)
+    return at_parameter.with_parameter(arm, requested, free, tolerance)
 
 
 def _quick(robot: Robot, frame: str | None, task: Task) -> Quick | None:

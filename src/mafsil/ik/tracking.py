@@ -14,12 +14,12 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch, positive, s
 from mafsil.errors import InputError
 from mafsil.geometry import pose
 from mafsil.ik.answers import Branch, SolutionSet
-from mafsil.ik.answers.solution_set import wound_near
 from mafsil.ik.inverse import inverse_kinematics
 from mafsil.ik.numerical import solve_ik
 from mafsil.ik.numerical.problem import problem_of
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
 from mafsil.ik.tolerances import FROM_THE_POSE, NEARLY_SINGULAR, PULLED, REACHED, SELF_MOTION
+from mafsil.ik.winding import wound_near
 from mafsil.messages import say
 from mafsil.messages.tables import on_screen
 from mafsil.model.loading import RobotLike

@@ -23,7 +23,7 @@ from mafsil.job.reading import parse
 from mafsil.job.remark import Refusal, Remark
 from mafsil.job.run import Run
 from mafsil.job.text import text_of
-from mafsil.job.variation import vary
+from mafsil.job.vary import vary
 from mafsil.robot import Robot
 
 MOST_RUNS = 100_000

@@ -60,7 +60,7 @@ def content_key(*parts: str) -> str:
 
 @cache
 def fingerprint(*packages: str) -> str:
-    """Hash of all source files of packages, such as `mafsil.mechanics`: changed code, changed kernels.
+    """Hash of all source files and stubs of packages, such as `mafsil.mechanics`: changed code, changed kernels.
 
     Args:
         packages: dotted names; they are looked up, not imported (their parents are).
@@ -68,7 +68,7 @@ def fingerprint(*packages: str) -> str:
     hashed = hashlib.blake2b(digest_size=16)
     for package in packages:
         for root in _roots(package):
-            for path in sorted(root.rglob("*.py")):
+            for path in sorted((*root.rglob("*.py"), *root.rglob("*.pyi"))):
                 source = path.read_bytes()
                 hashed.update(f"{package} {path.relative_to(root)} {len(source)}\n".encode() + source)
     return hashed.hexdigest()

@@ -1,6 +1,7 @@
 """What the code that builds an expression says: hashes of modules without comments, docstrings and layout.
 
-1. The modules: the roots, and what they import within given packages, however deep in a function.
+1. The modules: the roots, and what they import within given packages, however deep in a function. A package imports
+   what its stub imports: its public names.
 2. Each is compiled by Python itself; its instructions, names and constants are hashed, not its lines.
 3. The result is kept on disk under the bytes of the sources, so that a later process does neither.
 
@@ -38,7 +39,7 @@ def meaning(roots: tuple[str, ...], packages: tuple[str, ...], without: tuple[st
     places = {name: _file(name) for name in roots}
     if any(place is None for place in places.values()):
         return raw
-    texts = {name: place.read_bytes() for name, place in places.items() if place is not None}
+    texts = {name: _text(place) for name, place in places.items() if place is not None}
     key = content_key(
         "sources", sys.version, raw, repr(without), *(part for name in texts for part in (name, texts[name].hex()))
     )
@@ -69,7 +70,7 @@ def _closure(texts: dict[str, bytes], packages: tuple[str, ...], without: tuple[
             package, _, last = imported.rpartition(".")
             named = imported in words or (package in words and last in words)
             if named and imported not in found and imported not in waiting:
-                waiting[imported] = known[imported].read_bytes()
+                waiting[imported] = _text(known[imported])
     return content_key(*(f"{name} {found[name]}" for name in sorted(found)))
 
 
@@ -104,6 +105,12 @@ def _modules(packages: tuple[str, ...]) -> dict[str, Path]:
                 parts = path.relative_to(root).with_suffix("").parts
                 found[".".join((package, *parts)).removesuffix(".__init__")] = path
     return found
+
+
+def _text(path: Path) -> bytes:
+    """The code of a module; of a package, the imports of its stub as well."""
+    stub = path.with_name("__init__.pyi")
+    return path.read_bytes() + (b"\n" + stub.read_bytes() if path.stem == "__init__" and stub.exists() else b"")
 
 
 def _file(module: str) -> Path | None:

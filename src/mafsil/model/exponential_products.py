@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix, as_batch, whole
-from mafsil.model.exponentials import Screws, screws
+from mafsil.model.exponentials import Screws
 from mafsil.model.loading import RobotLike, as_mechanism
 from mafsil.model.placement import inverse, screw_motion
+from mafsil.model.screw_axes import screws
 
 
 def mixed_product(robot: RobotLike, q: ArrayLike, k: int) -> PoseMatrix:

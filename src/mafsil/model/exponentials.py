@@ -1,4 +1,4 @@
-"""Screws and home pose: the product-of-exponentials description of an arm, read from and turned into a mechanism.
+"""Screws and home pose: the product-of-exponentials description of an arm, turned into a mechanism.
 
 Space form: T(q) = exp([S_1] q_1) ... exp([S_n] q_n) home. Body form: T(q) = home exp([B_1] q_1) ... exp([B_n] q_n),
 B_i = Ad(home^-1) S_i. A screw is (omega, v): revolute (w, -w x p), helical (w, -w x p + pitch w), prismatic (0, v).
@@ -17,7 +17,6 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, PoseMatrix, Vector3, Vector6, as_batch
 from mafsil.errors import InputError, ModelError
 from mafsil.model.joint import Joint, JointKind
-from mafsil.model.loading import of_mechanism
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.placement import adjoint, checked_pose, frame_along, inverse
 from mafsil.model.serial import ArmParts, JointPlace, serial_arm
@@ -89,30 +88,6 @@ def mechanism_from_screws(
         places.append(JointPlace(kind, inverse(T_sp) @ T_sj, inverse(T_sj) @ frame, pitch))
         T_sp = T_sj
     return serial_arm(places, base=None, T_lt=inverse(T_sp) @ home_pose, **parts)
-
-
-@of_mechanism
-def screws(mechanism: Mechanism) -> Screws:
-    """Screw axes of the joints between base and tip, and the home pose.
-
-    Args:
-        mechanism: its chain to the tip may have fixed joints; branches beside the chain are left out. The order is
-            that of the chain, which for an arm without branches is that of q.
-
-    Raises:
-        ModelError: a joint of the chain mimics another: its motion is no screw of its own.
-    """
-    T_sl = mechanism.T_sb
-    columns: list[Vector6] = []
-    for joint in chain_to_tip(mechanism):
-        if joint.mimic is not None:
-            raise ModelError("screws.mimic", joint=joint.name, leader=joint.mimic.leader)
-        T_sl = T_sl @ joint.T_pj
-        if joint.moves:
-            columns.append(adjoint(T_sl) @ joint.screw)
-    home = T_sl @ mechanism.T_lt
-    S_s = np.reshape(columns, (-1, 6))
-    return Screws(S_s, S_s @ adjoint(inverse(home)).T, home)
 
 
 def chain_to_tip(mechanism: Mechanism) -> tuple[Joint, ...]:

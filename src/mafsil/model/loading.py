@@ -6,30 +6,19 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import wraps
 from os import PathLike, fspath
-from pathlib import Path
 from typing import TYPE_CHECKING, Concatenate, ParamSpec, Protocol, TypeAlias, TypeVar, cast
 
 from numpy.typing import ArrayLike
 
-from mafsil.errors import FileError, InputError
+from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
-from mafsil.model.diagnostics import shown
-from mafsil.model.faults import LOOP_CLOSED
-from mafsil.model.file_format import reader_of
-from mafsil.model.file_reader import warn_of
-from mafsil.model.loop_file import loop_file_of, with_loops
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.tip import choose_tip
 
 if TYPE_CHECKING:
-    import mafsil.model.library as library
-    import mafsil.model.table as table
+    import mafsil.model.robot_source as robot_source
 else:
-    library = lazily("mafsil.model.library")
-    table = lazily("mafsil.model.table")
-
-LOGS = frozenset({".csv", ".npz", ".mcap", ".parquet"})
-"""Endings of files of recorded motion, which the functions that take a log want after the robot."""
+    robot_source = lazily("mafsil.model.robot_source")
 
 P = ParamSpec("P")
 Result = TypeVar("Result")
@@ -132,7 +121,9 @@ def load_mechanism(
         FileError: no such file or name, or a malformed file; the sentence says where and what to do.
         ModelError: the file describes something that is no robot, or has no link of that name.
     """
-    mechanism, from_file = _read(source, xacro_args, dimensions)
+    if not isinstance(cast(object, source), str | PathLike) or isinstance(cast(object, fspath(source)), bytes):
+        raise InputError("robot.source", got=type(source).__name__)
+    mechanism, from_file = robot_source.read_source(source, _arguments(source, xacro_args), dimensions)
     choice = choose_tip(mechanism.links[0].name, mechanism.joints)
     note = choice.sentence("en")
     origin = mechanism.provenance
@@ -140,49 +131,10 @@ def load_mechanism(
     if chosen and tip is not None:
         mechanism = replace(mechanism, provenance=replace(origin, notes=tuple(n for n in origin.notes if n != note)))
     if from_file:
-        warn_of(
-            mechanism, choice if chosen and tip is None else None, silent=(LOOP_CLOSED.code,) if keeps_loops else ()
-        )
+        robot_source.warn_of_file(mechanism, choice if chosen and tip is None else None, keeps_loops=keeps_loops)
     mechanism = mechanism if tip is None else mechanism.with_tip(tip)
     equip = source.equip if isinstance(source, RobotFile) else None
     return mechanism if equip is None else equip(mechanism)
-
-
-def _read(
-    source: str | PathLike[str], xacro_args: Mapping[str, object] | None, dimensions: Mapping[str, ArrayLike]
-) -> tuple[Mechanism, bool]:
-    """The description as the library or the file gives it, and whether a file did.
-
-    Raises:
-        InputError: neither a name nor a path, arguments for something other than a file.
-        FileError: no such file or name, or a malformed file; the sentence says where and what to do.
-        ModelError: the file describes something that is no robot.
-    """
-    if not isinstance(cast(object, source), str | PathLike) or isinstance(cast(object, fspath(source)), bytes):
-        raise InputError("robot.source", got=type(source).__name__)
-    path, arguments = Path(source), _arguments(source, xacro_args)
-    if str(source).lstrip().startswith("<"):
-        raise FileError("robot.text", source=shown(str(source)))
-    if not path.suffix and not _exists(path):
-        name = str(source)
-        if name != "default" and name not in library.names():
-            close = library.close_names(name)
-            key = "robot.no_file_close" if close else "robot.no_file"
-            raise FileError(key, source=shown(name), close=", ".join(close), known=", ".join(library.names()))
-        _require_xacro(arguments, name)
-        return library.load(name, **dimensions), False
-    if dimensions:
-        raise InputError("robot.no_dimensions", source=shown(str(source)), names=", ".join(dimensions))
-    if path.suffix.lower() == ".toml":
-        _require_xacro(arguments, str(path))
-        return table.read(path), True
-    if path.suffix.lower() in LOGS:
-        raise FileError("robot.log", source=shown(str(source)))
-    reader = reader_of(path, arguments=arguments)
-    if reader is None:
-        raise FileError("robot.kind", source=shown(str(source)), suffix=path.suffix)
-    mechanism, beside = reader.read(path, repair=False, silent=True), loop_file_of(path)
-    return (mechanism if beside is None else with_loops(mechanism, beside)), True
 
 
 def _arguments(source: str | PathLike[str], xacro_args: Mapping[str, object] | None) -> dict[str, str]:
@@ -190,16 +142,3 @@ def _arguments(source: str | PathLike[str], xacro_args: Mapping[str, object] | N
     if xacro_args is None:
         return source.texts if isinstance(source, RobotFile) else {}
     return RobotFile(str(source), xacro_args).texts
-
-
-def _require_xacro(arguments: dict[str, str], source: str) -> None:
-    """Arguments belong to xacro files."""
-    if arguments:
-        raise InputError("robot.no_xacro", source=shown(source), names=", ".join(arguments))
-
-
-def _exists(path: Path) -> bool:
-    try:
-        return path.exists()
-    except (OSError, ValueError):
-        return False

@@ -9,34 +9,19 @@ from difflib import get_close_matches
 from mafsil.arrays import frozen, real_array
 from mafsil.errors import InputError, ModelError
 from mafsil.model.joint import Joint, JointKind
-from mafsil.model.loading import RobotLike, as_mechanism
-from mafsil.model.mechanism import Mechanism
 from mafsil.model.placement import screw_motion
 from mafsil.model.tolerances import WRITTEN
 
 
-def locked(mechanism: RobotLike, coordinates: Mapping[str, float]) -> Mechanism:
-    """The mechanism with joints locked at given coordinates.
-
-    Joints coupled as mimics are locked together: a leader locks its followers, and a follower gives its leader's value.
-
-    Args:
-        mechanism: any; a Robot, a name or a file too.
-        coordinates: coordinate [rad | m] by name of the joint.
-
-    Raises:
-        InputError: `coordinates` is no mapping of names to finite numbers.
-        ModelError: no such joint, or values that contradict each other within a mimic pair.
-    """
-    whole = as_mechanism(mechanism)
-    values = _coordinates(whole, coordinates)
-    joints = tuple(_locked_joint(joint, values) for joint in whole.joints)
-    return replace(whole, joints=joints)
+def lock_joints(joints: tuple[Joint, ...], coordinates: Mapping[str, float]) -> tuple[Joint, ...]:
+    """The joints of a tree, some of them locked; arguments and errors as `Mechanism.locked`."""
+    values = _coordinates(joints, coordinates)
+    return tuple(_locked_joint(joint, values) for joint in joints)
 
 
-def _coordinates(mechanism: Mechanism, coordinates: Mapping[str, float]) -> dict[str, float]:
+def _coordinates(joints: tuple[Joint, ...], coordinates: Mapping[str, float]) -> dict[str, float]:
     """The value of every joint that owns a coordinate and is locked."""
-    moving = {joint.name: joint for joint in mechanism.joints if joint.moves}
+    moving = {joint.name: joint for joint in joints if joint.moves}
     if not isinstance(coordinates, Mapping):  # pyright: ignore[reportUnnecessaryIsInstance]
         raise InputError("input.kind", name="coordinates", expected='{"joint": value}', got=type(coordinates).__name__)
     values: dict[str, float] = {}

@@ -5,25 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix, Vector3, frozen
 from mafsil.errors import ModelError
-from mafsil.lazy_module import lazily
 from mafsil.model.joint import Joint
 from mafsil.model.link import Link, fixed_array
+from mafsil.model.locking import lock_joints
 from mafsil.model.placement import checked_pose
 from mafsil.model.tip import choose_tip
-
-if TYPE_CHECKING:
-    import mafsil.model.locking as locking
-    import mafsil.model.tooling as tooling
-else:
-    locking = lazily("mafsil.model.locking")
-    tooling = lazily("mafsil.model.tooling")
+from mafsil.model.tooling import payload, tool_pose, with_body
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 
@@ -188,8 +182,23 @@ class Mechanism:
         inertia: ArrayLike | None = None,
         link: str | None = None,
     ) -> Mechanism:
-        """The same mechanism with a tool mounted; arguments as `mafsil.model.tooling.with_tool`."""
-        return tooling.with_tool(self, tool, mass=mass, com=com, inertia=inertia, link=link)
+        """The same mechanism with a tool mounted: a new tip frame, and the tool's mass on the link that carries it.
+
+        Args:
+            tool: pose (4, 4) of the new tip frame in the frame on which the tool is mounted, or its origin (3,) [m]
+                alone; the mounting frame itself if None.
+            mass: of the tool [kg].
+            com: (3,) centre of mass [m] in the mounting frame.
+            inertia: (3, 3) about the centre of mass, axes as the mounting frame [kg m^2]; zero (a point mass) if None.
+            link: the tool is mounted on this link, in its frame; on the present tip frame if None.
+
+        Raises:
+            InputError: wrong shapes, NaN or infinities.
+            ModelError: an unknown link, a matrix that is no pose, mass properties that no body has.
+        """
+        loaded = self.with_payload(mass, com=com, inertia=inertia, link=link)
+        T_lm = self.T_lt if link is None else np.eye(4)
+        return loaded.with_tip(self.tip if link is None else link, T_lm @ tool_pose("tool", tool))
 
     def with_payload(
         self,
@@ -199,12 +208,39 @@ class Mechanism:
         inertia: ArrayLike | None = None,
         link: str | None = None,
     ) -> Mechanism:
-        """The same mechanism with a body fixed to its tip; arguments as `mafsil.model.tooling.with_payload`."""
-        return tooling.with_payload(self, mass, com=com, inertia=inertia, link=link)
+        """The same mechanism with a body fixed to it; the tip frame stays.
+
+        Args:
+            mass: of the body [kg].
+            com: (3,) centre of mass [m] in the tip frame, or in the frame of `link`.
+            inertia: (3, 3) about the centre of mass, axes as that frame [kg m^2]; zero (a point mass) if None.
+            link: that carries the body, in whose frame the numbers are; the tip frame if None.
+
+        Raises:
+            InputError: wrong shapes, NaN or infinities, a negative mass.
+            ModelError: an unknown link, mass properties that no body has.
+        """
+        carrier = self.link(self.tip if link is None else link)
+        body = payload(mass, com, inertia, self.T_lt if link is None else None)
+        if not body.mass:
+            return self
+        loaded = with_body(carrier, body)
+        return replace(self, links=tuple(loaded if item is carrier else item for item in self.links))
 
     def locked(self, coordinates: Mapping[str, float]) -> Mechanism:
-        """The same mechanism with joints locked at coordinates [rad | m], mimic pairs together."""
-        return locking.locked(self, coordinates)
+        """The same mechanism with joints locked at coordinates.
+
+        Joints coupled as mimics are locked together: a leader locks its followers, and a follower gives its leader's
+        value.
+
+        Args:
+            coordinates: coordinate [rad | m] by name of the joint.
+
+        Raises:
+            InputError: `coordinates` is no mapping of names to finite numbers.
+            ModelError: no such joint, or values that contradict each other within a mimic pair.
+        """
+        return replace(self, joints=lock_joints(self.joints, coordinates))
 
     def with_gravity(self, gravity: Vector3) -> Mechanism:
         """The same mechanism under another gravity [m/s^2], in {s}."""

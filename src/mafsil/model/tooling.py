@@ -1,4 +1,4 @@
-"""What a robot carries: a tool with its tip frame, and a payload; both become part of a link."""
+"""What a robot carries: the frame of a tool, and a payload that becomes part of a link."""
 
 from __future__ import annotations
 
@@ -9,66 +9,20 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import PoseMatrix, real_array, require_finite, single
 from mafsil.errors import InputError
-from mafsil.model.link import Inertial
-from mafsil.model.loading import RobotLike, as_mechanism
+from mafsil.model.link import Inertial, Link
 from mafsil.model.mass_properties import require_physical, united
-from mafsil.model.mechanism import Mechanism
 from mafsil.model.placement import checked_pose, moved_inertial
 
 
-def with_tool(
-    robot: RobotLike,
-    tool: ArrayLike | None = None,
-    *,
-    mass: float = 0.0,
-    com: ArrayLike = (0.0, 0.0, 0.0),
-    inertia: ArrayLike | None = None,
-    link: str | None = None,
-) -> Mechanism:
-    """The robot with a tool mounted: a new tip frame, and the tool's mass on the link that carries it.
+def payload(mass: float, com: ArrayLike, inertia: ArrayLike | None, T_lm: PoseMatrix | None) -> Inertial:
+    """A body in the frame of the link that carries it; arguments and errors as `Mechanism.with_payload`.
 
     Args:
-        robot: a Robot, a Mechanism, a name of the library or a file.
-        tool: pose (4, 4) of the new tip frame in the frame on which the tool is mounted, or its origin (3,) [m] alone;
-            the mounting frame itself if None.
-        mass: of the tool [kg].
-        com: (3,) centre of mass [m] in the mounting frame.
-        inertia: (3, 3) about the centre of mass, axes as the mounting frame [kg m^2]; zero (a point mass) if None.
-        link: the tool is mounted on this link, in its frame; on the present tip frame if None.
-
-    Raises:
-        InputError: wrong shapes, NaN or infinities.
-        ModelError: an unknown link, a matrix that is no pose, mass properties that no body has.
+        mass: [kg].
+        com: (3,) [m] in its mounting frame.
+        inertia: (3, 3) about the centre of mass [kg m^2]; zero if None.
+        T_lm: (4, 4) mounting frame in the link; that of the link if None.
     """
-    mechanism = with_payload(robot, mass, com=com, inertia=inertia, link=link)
-    T_lm = mechanism.T_lt if link is None else np.eye(4)
-    T_mt = np.eye(4) if tool is None else _pose("tool", tool)
-    return mechanism.with_tip(mechanism.tip if link is None else link, T_lm @ T_mt)
-
-
-def with_payload(
-    robot: RobotLike,
-    mass: float,
-    *,
-    com: ArrayLike = (0.0, 0.0, 0.0),
-    inertia: ArrayLike | None = None,
-    link: str | None = None,
-) -> Mechanism:
-    """The robot with a body fixed to it; the tip frame stays.
-
-    Args:
-        robot: a Robot, a Mechanism, a name of the library or a file.
-        mass: of the body [kg].
-        com: (3,) centre of mass [m] in the tip frame, or in the frame of `link`.
-        inertia: (3, 3) about the centre of mass, axes as that frame [kg m^2]; zero (a point mass) if None.
-        link: that carries the body, in whose frame the numbers are; the tip frame if None.
-
-    Raises:
-        InputError: wrong shapes, NaN or infinities, a negative mass.
-        ModelError: an unknown link, mass properties that no body has.
-    """
-    mechanism = as_mechanism(robot)
-    carrier = mechanism.link(mechanism.tip if link is None else link)
     kilograms = float(single("mass", mass, ()))
     if kilograms < 0.0:
         raise InputError("input.range", name="mass", value=kilograms, low=0.0, high=np.inf)
@@ -76,16 +30,18 @@ def with_payload(
     body = Inertial(kilograms, single("com", com, (3,)), own)
     if own.any():
         require_physical(body)
-    if not kilograms:
-        return mechanism
-    if link is None:
-        body = moved_inertial(body, mechanism.T_lt)
-    loaded = replace(carrier, inertial=united(carrier.inertial, body))
-    return replace(mechanism, links=tuple(loaded if item is carrier else item for item in mechanism.links))
+    return body if T_lm is None else moved_inertial(body, T_lm)
 
 
-def _pose(name: str, value: ArrayLike) -> PoseMatrix:
-    """A pose (4, 4), or the origin of one."""
+def with_body(link: Link, body: Inertial) -> Link:
+    """The link with a body fixed to it."""
+    return replace(link, inertial=united(link.inertial, body))
+
+
+def tool_pose(name: str, value: ArrayLike | None) -> PoseMatrix:
+    """A pose (4, 4), or the origin (3,) of one; the identity if None."""
+    if value is None:
+        return np.eye(4)
     array = real_array(name, value)
     if array.shape == (3,):
         T = np.eye(4)

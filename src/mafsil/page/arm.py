@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,16 +20,24 @@ from mafsil.ik.numerical.problem import PoseProblem
 from mafsil.ik.numerical.task import pose_task
 from mafsil.ik.tolerances import DEFECT
 from mafsil.job.resting import REGULAR, starting_place
-from mafsil.kernels import Kernel, Port, Signature
+from mafsil.kernels import Port, Signature
 from mafsil.kernels.lazy import lazy
 from mafsil.kernels.target import host
+from mafsil.lazy_module import lazily
 from mafsil.mechanics import catalogue
 from mafsil.mechanics.loop_terms import Loop, Term
 from mafsil.robot import Robot
 from mafsil.robot.masses import require_masses
-from mafsil.simulation.fused import loop_kernel
 from mafsil.simulation.plant import Plant
 from mafsil.simulation.stepping import Stepper
+
+if TYPE_CHECKING:
+    import mafsil.simulation.fused as fused
+else:
+    fused = lazily("mafsil.simulation.fused")
+
+if TYPE_CHECKING:
+    from mafsil.kernels import Kernel
 
 STEP = 1e-3
 """Time between two evaluations of the control law, and of the integration [s]."""
@@ -81,7 +89,7 @@ class Arm:
         if self.form is not None:
             found |= {"turns": _turns_kernel(part.n), "branches": self.form.labelled}
         if self.has_dynamics:
-            found |= {"gravity_torque": robot.kernel("gravity_torque"), "closed_loop": loop_kernel(self._loop)}
+            found |= {"gravity_torque": robot.kernel("gravity_torque"), "closed_loop": fused.loop_kernel(self._loop)}
         return found | {name: robot.kernel(name) for name in self.quantities if name not in found and self._has(name)}
 
     def _has(self, quantity: str) -> bool:

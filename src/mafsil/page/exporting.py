@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from mafsil.control.law_export import PORTS, law_kernel
 from mafsil.errors import InputError
-from mafsil.kernels import Kernel
 from mafsil.kernels.export import Export, Legend, bundle
 from mafsil.kernels.export import export as export_kernel
 from mafsil.kernels.export.legend import symbol
@@ -19,6 +19,9 @@ from mafsil.page.assemble import assembled
 from mafsil.page.content import content
 from mafsil.robot import as_robot
 from mafsil.robot.exporting import export as export_quantity
+
+if TYPE_CHECKING:
+    from mafsil.kernels import Kernel
 
 _POSE = "pose of the tip in {s}"
 _TASK = "weights (6) of rotations and positions, axis (3), lower and upper bounds [rad | m]"

@@ -8,14 +8,13 @@ Reference: Featherstone, Rigid Body Dynamics Algorithms, ch. 8; Udwadia and Kala
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, Integers, JointVector, as_batch, real_array, require_finite, whole
 from mafsil.errors import InputError, ModelError
-from mafsil.kernels import Kernel
 from mafsil.mechanics.loop_terms import Holding
 from mafsil.model import JointKind, Mechanism
 from mafsil.model.loading import RobotLike
@@ -26,6 +25,9 @@ from mafsil.parallel.closed_kernels import terms_kernel
 from mafsil.parallel.closed_terms import Terms
 from mafsil.parallel.closing import CLOSED, FARTHEST_START
 from mafsil.robot import Robot, as_robot
+
+if TYPE_CHECKING:
+    from mafsil.kernels import Kernel
 
 MOST_STEPS, TRIES = 100, 25
 """Of a search for a closed configuration, and searches."""

@@ -6,7 +6,7 @@ from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any
 
 from mafsil import kernels
-from mafsil.kernels import Kernel, Port, Signature
+from mafsil.kernels import Port, Signature
 from mafsil.lazy_module import lazily
 from mafsil.mechanics.loop_terms import Holding
 from mafsil.model import Mechanism
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import mafsil.mechanics.loop_constraints as loop_constraints
     import mafsil.mechanics.loop_dynamics as loop_dynamics
     import mafsil.mechanics.loop_efforts as loop_efforts
+    from mafsil.kernels import Kernel
 else:
     held_plant = lazily("mafsil.mechanics.held_plant")
     loop_constraints = lazily("mafsil.mechanics.loop_constraints")

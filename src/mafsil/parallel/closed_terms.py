@@ -5,14 +5,17 @@ Reference: Featherstone, Rigid Body Dynamics Algorithms, ch. 8.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, Integers
 from mafsil.lazy_module import lazily
 from mafsil.parallel.massless import accelerations_without_mass
 from mafsil.parallel.tolerances import RANK
+from mafsil.robot import Robot
 from mafsil.solvers import decompositions
 
 if TYPE_CHECKING:
@@ -41,6 +44,36 @@ class Terms(NamedTuple):
     gap: Floats
     facing: Floats
     energy: Floats
+
+
+class LoopConditions(Protocol):
+    """A chain with loops, as searches for configurations that close them see it; `ClosedChain` is one.
+
+    Attributes:
+        robot: its tree.
+        n: coordinates of the tree.
+    """
+
+    robot: Robot
+    n: int
+
+    @cached_property
+    def size(self) -> float:
+        """Of the mechanism [m]."""
+        ...
+
+    @cached_property
+    def unit(self) -> Floats:
+        """(n,) steps of the coordinates that count alike: one for angles, the size for lengths."""
+        ...
+
+    def terms(self, q: ArrayLike) -> Terms:
+        """All that the dynamics need at coordinates (*batch, n)."""
+        ...
+
+    def loop_errors(self, q: ArrayLike) -> Floats:
+        """(*batch, loops) largest gap of each loop."""
+        ...
 
 
 def error_of(found: Terms) -> Floats:

@@ -7,17 +7,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from mafsil.arrays import Booleans, Floats, Integers, JointVector
 from mafsil.parallel import closed_terms
 from mafsil.parallel.closed_answers import ClosedConfigurations
+from mafsil.parallel.closed_terms import LoopConditions
 from mafsil.parallel.least_gap import least_open, widest_loop
-
-if TYPE_CHECKING:
-    from mafsil.parallel.closed_chain import ClosedChain
 
 CLOSED = 1e-13
 """Gap over the size of the mechanism, or in radians, at which a loop is closed: some hundred roundings."""
@@ -33,7 +29,7 @@ FARTHEST_START = 1.0
 """How far from the first start the last one is [rad | sizes]."""
 
 
-def closed(chain: ClosedChain, q: JointVector, free: Integers, most: int, tries: int) -> ClosedConfigurations:
+def closed(chain: LoopConditions, q: JointVector, free: Integers, most: int, tries: int) -> ClosedConfigurations:
     """The nearest configurations that close all loops, as `ClosedChain.closed` says.
 
     Args:
@@ -71,7 +67,9 @@ def closed(chain: ClosedChain, q: JointVector, free: Integers, most: int, tries:
     )
 
 
-def _searched(chain: ClosedChain, rows: Floats, free: Integers, most: int) -> tuple[Floats, Floats, Integers, Floats]:
+def _searched(
+    chain: LoopConditions, rows: Floats, free: Integers, most: int
+) -> tuple[Floats, Floats, Integers, Floats]:
     """Newton's method from each row: the best configuration, its gap, steps, and what dependent rows leave of the gap.
 
     Args:
@@ -107,7 +105,7 @@ def _searched(chain: ClosedChain, rows: Floats, free: Integers, most: int) -> tu
     return best, error, steps, left
 
 
-def _spent(chain: ClosedChain, J: Floats, gaps: Floats, widest: Floats) -> Booleans:
+def _spent(chain: LoopConditions, J: Floats, gaps: Floats, widest: Floats) -> Booleans:
     """(k,) whether a gap is that of digits which contradict each other: no coordinate would make it smaller.
 
     Args:
@@ -132,7 +130,7 @@ def _nearest(gap: Floats, far: Floats, bound: Floats) -> Integers:
 
 
 def _widest(
-    chain: ClosedChain, best: Floats, error: Floats, bound: Floats, free: Integers, *, refined: bool
+    chain: LoopConditions, best: Floats, error: Floats, bound: Floats, free: Integers, *, refined: bool
 ) -> tuple[str, float, float]:
     """The loop that gapes most in the row that gapes most, and by how much [m], [rad]; an empty name if none does.
 

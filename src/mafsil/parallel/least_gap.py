@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from mafsil.arrays import Floats, Integers, JointVector
 from mafsil.model import JointKind
+from mafsil.parallel.closed_terms import LoopConditions
 from mafsil.solvers import levenberg_marquardt
-
-if TYPE_CHECKING:
-    from mafsil.parallel.closed_chain import ClosedChain
 
 ROTATIONS = {
     JointKind.FIXED: 3, JointKind.PRISMATIC: 3, JointKind.REVOLUTE: 2, JointKind.HELICAL: 2, JointKind.CYLINDRICAL: 2,
@@ -20,7 +16,7 @@ ROTATIONS = {
 """Directions about which a joint does not let its child rotate: the first rows of its loop."""
 
 
-def least_open(chain: ClosedChain, q: JointVector, free: Integers) -> JointVector:
+def least_open(chain: LoopConditions, q: JointVector, free: Integers) -> JointVector:
     """(n,) coordinates near q at which the loops gape least: squares of angles, and of lengths over the size.
 
     Newton's method asks for loops that close; where they cannot it wanders, and its gap says nothing.
@@ -43,7 +39,7 @@ def least_open(chain: ClosedChain, q: JointVector, free: Integers) -> JointVecto
     return nearest
 
 
-def widest_loop(chain: ClosedChain, q: JointVector) -> tuple[str, float, float]:
+def widest_loop(chain: LoopConditions, q: JointVector) -> tuple[str, float, float]:
     """The loop that gapes most at coordinates (n,), and by how much [m], [rad]."""
     first, gap, loop = 0, chain.terms(q).gap, int(chain.loop_errors(q).argmax())
     for rotations, shifts in _splits(chain)[:loop]:
@@ -54,7 +50,7 @@ def widest_loop(chain: ClosedChain, q: JointVector) -> tuple[str, float, float]:
     return chain.robot.mechanism.loops[loop].name, distance, angle
 
 
-def _splits(chain: ClosedChain) -> list[tuple[int, int]]:
+def _splits(chain: LoopConditions) -> list[tuple[int, int]]:
     """For each loop its numbers of rows about and along directions."""
     kinds = [loop.kind for loop in chain.robot.mechanism.loops]
     return [(ROTATIONS[kind], 6 - kind.freedoms - ROTATIONS[kind]) for kind in kinds]

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector, Truth
-from mafsil.collision import Checker
 from mafsil.errors import InputError
 from mafsil.planning.reasons import Reason
+
+if TYPE_CHECKING:
+    from mafsil.collision import Checker
 
 Moving: TypeAlias = tuple[str, ...] | None
 UNBOUNDED = np.pi

@@ -3,21 +3,31 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mafsil import trajectory
 from mafsil.arrays import Floats, JointVector, positive, real_array, require_finite, whole
-from mafsil.collision import Check, Checker, Clearance, Contact
 from mafsil.errors import InputError
+from mafsil.lazy_module import lazily
 from mafsil.messages import clauses, say
 from mafsil.planning.arm_limits import Moving, bounds_of
 from mafsil.planning.kept_planning import Kept, Measured
 from mafsil.planning.outcome import Plan, PlanningStatus
-from mafsil.planning.path_optimisation import Descent, descend
-from mafsil.planning.rounding import rounded
-from mafsil.trajectory import JointPath, MotionLimits, TimeOptimal, time_optimal
+
+if TYPE_CHECKING:
+    import mafsil.planning.path_optimisation as path_optimisation
+    import mafsil.planning.rounding as rounding
+    from mafsil.planning.path_optimisation import Descent
+else:
+    rounding = lazily("mafsil.planning.rounding")
+    path_optimisation = lazily("mafsil.planning.path_optimisation")
+
+if TYPE_CHECKING:
+    from mafsil.collision import Check, Checker, Clearance, Contact
+    from mafsil.trajectory import JointPath, MotionLimits, TimeOptimal
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -108,7 +118,9 @@ class ArmPlan(Plan):
         whole("points", points, least=1)
         whole("iterations", iterations, least=1)
         bounds = bounds_of(self.checker, self.path[[0, -1]], self.moving)
-        descent = descend(self.checker, self.path, bounds, clearance, smoothness, points, iterations, seconds)
+        descent = path_optimisation.descend(
+            self.checker, self.path, bounds, clearance, smoothness, points, iterations, seconds
+        )
         return replace(self, path=descent.path, descent=descent)
 
     def joint_path(self, *, share: float = 0.5) -> JointPath:
@@ -124,7 +136,7 @@ class ArmPlan(Plan):
             raise InputError("planning.no_path", why=self.explain())
         if not 0.0 <= share <= 0.5:
             raise InputError("input.range", name="share", value=share, low=0.0, high=0.5)
-        return rounded(self.checker, self.path, share, self.kept)
+        return rounding.rounded(self.checker, self.path, share, self.kept)
 
     def timed(self, limits: MotionLimits, *, share: float = 0.5) -> TimeOptimal:
         """The rounded path in the shortest time within limits: free at every moment, for it is the same path.
@@ -136,7 +148,7 @@ class ArmPlan(Plan):
         Raises:
             InputError: there is no path; limits that do not fit.
         """
-        return time_optimal(self.joint_path(share=share), limits)
+        return trajectory.time_optimal(self.joint_path(share=share), limits)
 
     def explain(self, language: str | None = None) -> str:
         """The status, what the ends meet, and the account."""

@@ -4,22 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from time import perf_counter
-from typing import NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
-from mafsil.collision import Checker
 from mafsil.errors import InputError
+from mafsil.lazy_module import lazily
 from mafsil.planning.arm_limits import Moving
 from mafsil.planning.arm_search import Searched, search, summed
 from mafsil.planning.cell_cover import MOST_MOVING
 from mafsil.planning.interruption import best_kept
-from mafsil.planning.path_optimisation import POINTS, optimise_from_straight
 from mafsil.planning.problem import Problem, length_of
-from mafsil.planning.roadmap import ArmRoadmap
 from mafsil.planning.search import PLANNERS, Budget
 from mafsil.planning.shortening import shortened
+
+if TYPE_CHECKING:
+    import mafsil.planning.path_optimisation as path_optimisation
+    import mafsil.planning.roadmap as roadmaps
+    from mafsil.planning.roadmap import ArmRoadmap
+else:
+    path_optimisation = lazily("mafsil.planning.path_optimisation")
+    roadmaps = lazily("mafsil.planning.roadmap")
+
+if TYPE_CHECKING:
+    from mafsil.collision import Checker
 
 LAZY = "lazy_prm_star"
 CELLS = "cell_decomposition"
@@ -99,7 +108,7 @@ def lazy_prm_star(asked: ArmQuestion) -> Searched:
         return paths[0], made, seen
     # 3.
     left = max(asked.seconds - (perf_counter() - begun), 1e-9)
-    roadmap = ArmRoadmap(asked.checker, asked.seed)
+    roadmap = roadmaps.ArmRoadmap(asked.checker, asked.seed)
     for path in paths[1:]:
         roadmap.include(path)
     rest = asked._replace(seconds=left, nodes=max(asked.nodes - made, roadmap.nodes + 1))
@@ -110,8 +119,10 @@ def lazy_prm_star(asked: ArmQuestion) -> Searched:
 def trajectory_optimisation(asked: ArmQuestion) -> Searched:
     """Straight lines bent by the gradients of distances until they are free; nodes are steps."""
     budget = asked.seed, asked.seconds, asked.nodes
-    path, made = optimise_from_straight(asked.checker, asked.bounds, asked.start, asked.goals, *budget)
-    return path, made, (made, 0 if path is None else len(path) - 1, made * (POINTS + 2))
+    path, made = path_optimisation.optimise_from_straight(
+        asked.checker, asked.bounds, asked.start, asked.goals, *budget
+    )
+    return path, made, (made, 0 if path is None else len(path) - 1, made * (path_optimisation.POINTS + 2))
 
 
 def cell_decomposition(asked: ArmQuestion) -> Searched:

@@ -6,16 +6,16 @@ from collections.abc import Iterable
 from dataclasses import replace
 from itertools import product, repeat
 from time import perf_counter
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mafsil import collision, ik
 from mafsil.arrays import Floats, JointVector, as_batch, positive, real_array, require_finite, single, whole
-from mafsil.collision import Checker, Obstacle, Scene
 from mafsil.errors import InputError
 from mafsil.geometry import Pose
-from mafsil.ik import inverse_kinematics
+from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
 from mafsil.model.placement import checked_poses
 from mafsil.planning.arm_limits import (
@@ -38,8 +38,6 @@ from mafsil.planning.arm_planners import (
     ask_roadmap,
 )
 from mafsil.planning.arm_search import search, summed
-from mafsil.planning.cell_cover import MOST_MOVING, cover
-from mafsil.planning.closed_arms import closed_configurations, loops_kept
 from mafsil.planning.goal_region import GoalRegion
 from mafsil.planning.interruption import tells_of_interruption
 from mafsil.planning.kept_planning import Kept, Measured, search_kept
@@ -47,9 +45,21 @@ from mafsil.planning.outcome import PlanningStatus
 from mafsil.planning.path_constraints import Constraint, kept_of
 from mafsil.planning.problem import Problem
 from mafsil.planning.reasons import FirstLine, Reason
-from mafsil.planning.roadmap import ArmRoadmap
 from mafsil.planning.search import PLANNERS
 from mafsil.planning.shortening import shortened
+
+if TYPE_CHECKING:
+    import mafsil.planning.cell_cover as cell_cover
+    import mafsil.planning.closed_arms as closed_arms
+    import mafsil.planning.roadmap as roadmaps
+    from mafsil.planning.roadmap import ArmRoadmap
+else:
+    roadmaps = lazily("mafsil.planning.roadmap")
+    closed_arms = lazily("mafsil.planning.closed_arms")
+    cell_cover = lazily("mafsil.planning.cell_cover")
+
+if TYPE_CHECKING:
+    from mafsil.collision import Checker, Obstacle, Scene
 
 MOST_BOXES = 200_000
 """Of the cover that is asked where a search found nothing: about a second."""
@@ -122,14 +132,18 @@ def plan(
 
     Reference: J. Kuffner, S. LaValle, RRT-Connect, ICRA 2000; proofs as in Schwarzer, Saha, Latombe, IEEE T-RO 2005.
     """
-    roadmap = robot if isinstance(robot, ArmRoadmap) else None
+    roadmap = robot if isinstance(robot, roadmaps.ArmRoadmap) else None
     if roadmap is not None:
         if scene is not None or keep or radius is not None or margin is not None or own_margin is not None:
             raise InputError("planning.roadmap_as_it_is")
         planner = LAZY
-    checker = _checker(robot, scene, margin, own_margin, radius) if not isinstance(robot, ArmRoadmap) else robot.checker
+    checker = (
+        _checker(robot, scene, margin, own_margin, radius)
+        if not isinstance(robot, roadmaps.ArmRoadmap)
+        else robot.checker
+    )
     n, mechanism = checker.robot.n, checker.robot.mechanism
-    loops = loops_kept(mechanism) if mechanism.loops else ()
+    loops = closed_arms.loops_kept(mechanism) if mechanism.loops else ()
     q = single("start", start, (n,)).copy()
     if not isinstance(cast(object, planner), str) or (planner not in PLANNERS and planner not in ARM_PLANNERS):
         raise InputError("input.choice", name="planner", value=planner, known=", ".join({**ARM_PLANNERS, **PLANNERS}))
@@ -186,7 +200,7 @@ def _connected(
         None if an end cannot be.
     """
     made, seen, found = 0, (0, 0, 0), None
-    for rule, share in product(rules, (0.1, 1.0)) if len(q) <= MOST_MOVING else zip(rules, repeat(1.0)):
+    for rule, share in product(rules, (0.1, 1.0)) if len(q) <= cell_cover.MOST_MOVING else zip(rules, repeat(1.0)):
         budget = share * seconds, max(int(share * nodes), 1)
         path, more, also = search(checker, q, goals, seed, *budget, shorten, rule)
         if not more:
@@ -212,11 +226,11 @@ def _decided(
         return found
     bounds = bounds_of(checker, np.concatenate([q[None], goals]), found.moving)
     moving = bounds[1] > bounds[0]
-    if not 0 < moving.sum() <= MOST_MOVING:
+    if not 0 < moving.sum() <= cell_cover.MOST_MOVING:
         return found
     begun, limits = perf_counter(), checker.robot.limits
     is_open = ((goals >= limits.lower) & (goals <= limits.upper)).all(axis=1) & checker.free(goals)
-    sure = cover(checker, bounds, q, goals[is_open], boxes, seconds)
+    sure = cell_cover.cover(checker, bounds, q, goals[is_open], boxes, seconds)
     found = replace(
         found, nodes=found.nodes + sure.boxes, configurations=found.configurations + sure.boxes,
         seconds=found.seconds + perf_counter() - begun,
@@ -278,9 +292,9 @@ def _checker(
     robot: RobotLike | Checker, scene: Scene | Iterable[Obstacle] | None, margin: float | None,
     own_margin: float | None, radius: float | None,
 ) -> Checker:  # fmt: skip
-    if not isinstance(robot, Checker):
+    if not isinstance(robot, collision.Checker):
         around, kept = () if scene is None else scene, 0.0 if margin is None else margin
-        return Checker(robot, around, margin=kept, own_margin=own_margin, radius=radius)
+        return collision.Checker(robot, around, margin=kept, own_margin=own_margin, radius=radius)
     if radius is not None:
         raise InputError("planning.radius_of_a_checker")
     checker = robot if scene is None else robot.with_scene(scene)
@@ -307,10 +321,10 @@ def configurations_of(checker: Checker, goal: ArrayLike | Pose | GoalRegion, sta
 
 def _solutions(checker: Checker, poses: Floats, start: JointVector) -> JointVector:
     if checker.robot.mechanism.loops:
-        return closed_configurations(checker.robot, poses, start)
+        return closed_arms.closed_configurations(checker.robot, poses, start)
     rows: list[JointVector] = [np.zeros((0, checker.robot.n))]
     for T in poses:
-        found = inverse_kinematics(checker.robot, T, q0=start)
+        found = ik.inverse_kinematics(checker.robot, T, q0=start)
         rows.append(np.asarray(found.q)[np.asarray(found.within, dtype=np.bool_)].reshape(-1, checker.robot.n))
     return np.concatenate(rows)
 
@@ -320,7 +334,7 @@ def _reasoned(refused: ArmPlan, checker: Checker, goal: ArrayLike | Pose | GoalR
     if refused.status is not PlanningStatus.UNREACHABLE or checker.robot.mechanism.loops:
         return refused
     poses = goal.poses() if isinstance(goal, GoalRegion) else np.asarray(goal, dtype=np.float64).reshape(-1, 4, 4)
-    found = inverse_kinematics(checker.robot, poses[0], q0=q)
+    found = ik.inverse_kinematics(checker.robot, poses[0], q0=q)
     return replace(refused, reason=Reason(FirstLine(found)))
 
 

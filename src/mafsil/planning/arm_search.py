@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import JointVector
-from mafsil.collision import Checker
 from mafsil.lazy_module import lazily, loaded
 from mafsil.planning.arm_limits import UNBOUNDED, Moving, rule_for
 from mafsil.planning.limbs import limbs_of
@@ -22,6 +21,7 @@ if TYPE_CHECKING:
     import mafsil.planning.arm_question_loops as arm_question_loops
     import mafsil.planning.arm_search_loops as arm_search_loops
     import mafsil.kernels.loops.held as held_loops
+    from mafsil.collision import Checker
     from mafsil.collision.laid_arm import LaidArm
     from mafsil.planning.arm_question_loops import Question
     from mafsil.planning.arm_search_loops import Forests

@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mafsil import collision, ik, performance
 from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch, positive, single, whole
-from mafsil.collision import Checker, MovableArm, Obstacle, Scene
 from mafsil.errors import InputError
-from mafsil.ik import inverse_kinematics
-from mafsil.ik.answers.batch import SolutionBatch
+from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
 from mafsil.model.placement import checked_poses, inverse
 from mafsil.model.skeleton import reach, with_skeleton
-from mafsil.performance import scaled_jacobian
 from mafsil.planning.interruption import best_kept, tells_of_interruption
 from mafsil.planning.placement_answer import MEASURES, BasePlacement, Miss, PlacementStatus
 from mafsil.robot import as_robot
+
+if TYPE_CHECKING:
+    import mafsil.ik.answers.batch as batch
+else:
+    batch = lazily("mafsil.ik.answers.batch")
+
+if TYPE_CHECKING:
+    from mafsil.collision import Checker, Obstacle, Scene
 
 CHUNK = 4000
 """Pairs of base pose and target that are solved at once."""
@@ -81,8 +87,8 @@ def place(
     """
     goals = _targets(targets)
     allowed = (stands_on,) if isinstance(stands_on, str) else tuple(stands_on)
-    arm = robot if isinstance(robot, Checker) else _checker_of(robot)
-    around = arm.scene if scene is None else scene if isinstance(scene, Scene) else Scene(scene)
+    arm = robot if isinstance(robot, collision.Checker) else _checker_of(robot)
+    around = arm.scene if scene is None else scene if isinstance(scene, collision.Scene) else collision.Scene(scene)
     search = _Search(arm, around, goals, positive("clearance", clearance), allowed, samples, seed)
     # 1.
     step, count = positive("spacing", spacing), whole("yaws", yaws, least=1)
@@ -121,7 +127,7 @@ class _Search:
         samples: int, seed: int,
     ) -> None:  # fmt: skip
         self.robot, self.targets, self.clearance, self.stands_on = arm.robot, targets, clearance, stands_on
-        self.movable = MovableArm(arm, scene)
+        self.movable = collision.MovableArm(arm, scene)
         self.alone = bool(len(scene) == 0)
         self.farthest = reach(arm.robot.mechanism)
         redundant = arm.robot.n > 6 and whole("samples", samples, least=1) > 1
@@ -161,8 +167,8 @@ class _Search:
         own = np.asarray(self.robot.mechanism.T_sb)
         wanted = own @ _inverses(T_sb[rows[:, 0]]) @ self.targets[rows[:, 1]]
         for start in self.starts:
-            answer = inverse_kinematics(self.robot, wanted, q0=start)
-            assert isinstance(answer, SolutionBatch)
+            answer = ik.inverse_kinematics(self.robot, wanted, q0=start)
+            assert isinstance(answer, batch.SolutionBatch)
             valid, within = np.asarray(answer.valid), np.asarray(answer.within)
             pair, branch = np.nonzero(valid & within)
             limited = valid.any(axis=1)
@@ -198,7 +204,7 @@ class _Search:
         bounded = np.isfinite(half) & (half > 0.0)
         if bounded.any():
             out[:, 0] = (1.0 - np.abs(q - middle)[:, bounded] / half[bounded]).min(axis=1)
-        singular = np.linalg.svd(scaled_jacobian(self.robot, q).J, compute_uv=False)
+        singular = np.linalg.svd(performance.scaled_jacobian(self.robot, q).J, compute_uv=False)
         out[:, 1] = singular[:, -1] / singular[:, 0]
         if not self.alone:
             margin = self.movable.margin
@@ -217,8 +223,8 @@ class _Search:
     def _contact(self, base: Floats, target: PoseMatrix) -> Any:
         """What the arm meets in the solution that meets least."""
         own, T_sb = np.asarray(self.robot.mechanism.T_sb), base_poses(base[None])[0]
-        answer = inverse_kinematics(self.robot, (own @ inverse(T_sb) @ target)[None])
-        assert isinstance(answer, SolutionBatch)
+        answer = ik.inverse_kinematics(self.robot, (own @ inverse(T_sb) @ target)[None])
+        assert isinstance(answer, batch.SolutionBatch)
         rows = answer.q[0][np.asarray(answer.valid)[0] & np.asarray(answer.within)[0]]
         if not len(rows):
             return None
@@ -231,7 +237,7 @@ def _checker_of(robot: RobotLike) -> Checker:
     mechanism = as_robot(robot).mechanism
     own = any(link.collisions or link.visuals for link in mechanism.links)
     shown = mechanism if any(link.collisions for link in mechanism.links) else with_skeleton(mechanism)
-    return Checker(shown, self_collision=own)
+    return collision.Checker(shown, self_collision=own)
 
 
 def base_poses(bases: Floats) -> PoseMatrix:

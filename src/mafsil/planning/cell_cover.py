@@ -10,15 +10,18 @@ from __future__ import annotations
 from itertools import pairwise
 from math import hypot
 from time import perf_counter
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, Truth
-from mafsil.collision import Checker, Cone, Cylinder, Scene
+from mafsil.collision import Cone, Cylinder
 from mafsil.lazy_module import lazily
 from mafsil.planning.search import shortest_way
+
+if TYPE_CHECKING:
+    from mafsil.collision import Checker, Scene
 
 sparse, csgraph = lazily("scipy.sparse"), lazily("scipy.sparse.csgraph")
 MOST_MOVING = 3

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mafsil import parallel
 from mafsil.arrays import Floats, JointVector
-from mafsil.collision import Checker
 from mafsil.errors import InputError
 from mafsil.model import Joint, JointKind, Mechanism
-from mafsil.parallel import ClosedChain, closed_inverse_kinematics
 from mafsil.planning.arm_limits import bounds_of
 from mafsil.planning.kept_planning import Kept
 from mafsil.planning.path_constraints import LoopClosed, kept_of
-from mafsil.robot import Robot
+
+if TYPE_CHECKING:
+    from mafsil.collision import Checker
+    from mafsil.parallel import ClosedChain
+    from mafsil.robot import Robot
 
 TOLERANCE = 1e-3
 """How far the points of a loop may part between two points of a path [m]."""
@@ -110,13 +114,13 @@ def closed_configurations(robot: Robot, poses: Floats, start: JointVector) -> Jo
     chain = _chain_of(robot)
     rows = [np.zeros((0, chain.n))]
     for T in poses:
-        found = closed_inverse_kinematics(chain, T, start)
+        found = parallel.closed_inverse_kinematics(chain, T, start)
         if not len(found):
-            found = closed_inverse_kinematics(chain, T, start, tolerance=ROUNDED, rotation_tolerance=ROUNDED)
+            found = parallel.closed_inverse_kinematics(chain, T, start, tolerance=ROUNDED, rotation_tolerance=ROUNDED)
         rows.append(found.q[found.within])
     return np.concatenate(rows)
 
 
 @lru_cache(maxsize=16)
 def _chain_of(robot: Robot) -> ClosedChain:
-    return ClosedChain(robot)
+    return parallel.ClosedChain(robot)

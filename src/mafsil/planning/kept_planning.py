@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector
-from mafsil.collision import Checker
 from mafsil.lazy_module import lazily
 from mafsil.messages import clauses
 from mafsil.planning.path_constraints import Constraint, LoopClosed
@@ -19,6 +18,7 @@ if TYPE_CHECKING:
     import mafsil.planning.arm_search_loops as arm_search_loops
     import mafsil.planning.kept_loops as kept_loops
     import mafsil.planning.kept_search_loops as kept_search_loops
+    from mafsil.collision import Checker
 else:
     arm_search_loops = lazily("mafsil.planning.arm_search_loops")
     kept_loops = lazily("mafsil.planning.kept_loops")

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mafsil.arrays import Truth
-from mafsil.collision import Checker
 from mafsil.lazy_module import lazily
 
 if TYPE_CHECKING:
     import mafsil.planning.retreat_loops as retreat_loops
+    from mafsil.collision import Checker
     from mafsil.planning.retreat_loops import Limbs
 else:
     retreat_loops = lazily("mafsil.planning.retreat_loops")

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, JointVector, Vector3, positive, single
-from mafsil.collision import Checker
 from mafsil.collision.joints import joints_of
 from mafsil.errors import InputError
 from mafsil.geometry.rotation import is_rotation
@@ -21,6 +20,7 @@ from mafsil.model import Mechanism
 if TYPE_CHECKING:
     import mafsil.collision.layout as layout
     import mafsil.planning.kept_loops as kept_loops
+    from mafsil.collision import Checker
     from mafsil.collision.arm_loops import Arm
 else:
     layout = lazily("mafsil.collision.layout")

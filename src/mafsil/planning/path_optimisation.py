@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from time import perf_counter
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
-from mafsil.collision import Checker
 from mafsil.planning.problem import length_of
+
+if TYPE_CHECKING:
+    from mafsil.collision import Checker
 
 STEEPER = 3.0
 """Factor of the weight of the clearance where the least cost is not proved free."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,9 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.collision import Contact
 from mafsil.ik.problem import reach_bound
 from mafsil.messages import say
-from mafsil.robot import Robot
+
+if TYPE_CHECKING:
+    from mafsil.robot import Robot
 
 MEASURES = ("limits", "dexterity", "clearance")
 """Shares by which a configuration is judged."""

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, JointVector, single, whole
-from mafsil.collision import Checker
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
 from mafsil.planning.arm_limits import bounds_of
@@ -20,6 +19,7 @@ from mafsil.planning.problem import length_of
 if TYPE_CHECKING:
     import mafsil.planning.roadmap_loops as roadmap_loops
     import mafsil.planning.shorten_loops as shorten_loops
+    from mafsil.collision import Checker
 else:
     shorten_loops = lazily("mafsil.planning.shorten_loops")
     roadmap_loops = lazily("mafsil.planning.roadmap_loops")

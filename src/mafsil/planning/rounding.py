@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
-from mafsil.collision import Checker
 from mafsil.planning.kept_planning import Kept
 from mafsil.trajectory import JointPath, PiecewisePolynomial
+
+if TYPE_CHECKING:
+    from mafsil.collision import Checker
 
 CHORDS = 8
 """Straight pieces by which a rounded corner is proved free."""

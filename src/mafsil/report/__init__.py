@@ -1,9 +1,5 @@
 """Reports: one self-contained page per run with its data, and pages that show a robot."""
 
-from mafsil.report.comparison import Change as Change
-from mafsil.report.comparison import ComparisonStatus as ComparisonStatus
-from mafsil.report.comparison import ResultsComparison as ResultsComparison
-from mafsil.report.comparison import compare_results as compare_results
-from mafsil.report.law_report import write_law_report as write_law_report
-from mafsil.report.results import write_results as write_results
-from mafsil.report.still import write_picture as write_picture
+from mafsil.lazy_module import face
+
+__all__ = face(__name__)

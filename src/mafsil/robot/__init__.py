@@ -1,6 +1,5 @@
 """Description and machine code together: load a robot, call its quantities."""
 
-from mafsil.robot.loading import as_robot as as_robot
-from mafsil.robot.loading import load as load
-from mafsil.robot.loading import of_robot as of_robot
-from mafsil.robot.robot import Robot as Robot
+from mafsil.lazy_module import face
+
+__all__ = face(__name__)

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from numpy.typing import ArrayLike
 
+from mafsil import kernels
 from mafsil.arrays import Floats, JointVector, as_batch
 from mafsil.errors import InputError
-from mafsil.kernels.batch import Evaluator
-from mafsil.kernels.kernel import Kernel
 from mafsil.kernels.lazy import lazy
+from mafsil.lazy_module import lazily
 from mafsil.mechanics.catalogue import quantity
 from mafsil.mechanics.degeneracy import Degeneracy, degeneracy
 from mafsil.mechanics.friction import SMOOTHING, FrictionLaw, friction_law
 from mafsil.mechanics.quantity import Quantity
 from mafsil.model import Mechanism
 from mafsil.robot.arguments import arranged, twin_form
-from mafsil.robot.compiling import compiled, compiled_together
 from mafsil.robot.degrees import DegreesHint
 from mafsil.robot.description import Description
 from mafsil.robot.masses import require_masses
@@ -26,6 +25,11 @@ from mafsil.robot.motionless import Motionless
 from mafsil.robot.regularity import Answered, may_be_singular
 from mafsil.robot.routines import Routines
 from mafsil.robot.together import Together
+
+if TYPE_CHECKING:
+    import mafsil.robot.compiling as compiling
+else:
+    compiling = lazily("mafsil.robot.compiling")
 
 
 class CompiledRobot(Description, Routines):
@@ -37,7 +41,7 @@ class CompiledRobot(Description, Routines):
 
     def __init__(self, mechanism: Mechanism) -> None:
         super().__init__(mechanism)
-        self._kernels: dict[tuple[str | tuple[str, ...], str | None, tuple[str, ...]], Kernel] = {}
+        self._kernels: dict[tuple[str | tuple[str, ...], str | None, tuple[str, ...]], kernels.Kernel] = {}
 
     def friction_torque(self, qd: ArrayLike, *, smoothing: float = SMOOTHING) -> JointVector:
         """Efforts (*batch, n) that friction takes: viscous qd + coulomb tanh(qd / smoothing) + offset [N m | N].
@@ -52,7 +56,7 @@ class CompiledRobot(Description, Routines):
         """Whether the mass matrix at one position q (n,) can be inverted, and if not, which motion moves no inertia."""
         return degeneracy(self.mass_matrix(as_batch("q", q, (self.n,), finite=True).reshape(self.n)), self.joint_names)
 
-    def kernel(self, name: str, frame: str | None = None, optional: tuple[str, ...] = ()) -> Kernel:
+    def kernel(self, name: str, frame: str | None = None, optional: tuple[str, ...] = ()) -> kernels.Kernel:
         """The compiled kernel of a quantity; made once.
 
         Args:
@@ -70,7 +74,7 @@ class CompiledRobot(Description, Routines):
             row = quantity(name)
             if frame is not None:
                 self._require_frame(row, frame)
-            self._kernels[key] = compiled(self.mechanism, name, frame, optional)
+            self._kernels[key] = compiling.compiled(self.mechanism, name, frame, optional)
         return self._kernels[key]
 
     def together(self, *names: str, frame: str | None = None, optional: tuple[str, ...] = ()) -> Together:
@@ -99,7 +103,7 @@ class CompiledRobot(Description, Routines):
                 raise InputError("input.choice", name="optional", value=unknown[0], known=", ".join(possible))
             if frame is not None:
                 self._require_frame(next((row for row in rows if row.framed), rows[0]), frame)
-            self._kernels[key] = compiled_together(self.mechanism, names, frame, optional)
+            self._kernels[key] = compiling.compiled_together(self.mechanism, names, frame, optional)
         return self._kernels[key].call
 
     def routine(self, name: str) -> Any:
@@ -127,7 +131,7 @@ class CompiledRobot(Description, Routines):
     def _general(
         self,
         row: Quantity,
-        evaluate: Evaluator,
+        evaluate: kernels.Evaluator,
         *arrays: ArrayLike,
         frame: str | None = None,
         out: Floats | None = None,
@@ -168,7 +172,7 @@ class CompiledRobot(Description, Routines):
         row: Quantity,
         own_frame: str | None,
         optional: tuple[str, ...],
-        evaluate: Evaluator,
+        evaluate: kernels.Evaluator,
         /,
         *arrays: ArrayLike,
         frame: str | None = None,
@@ -202,15 +206,15 @@ class CompiledRobot(Description, Routines):
         return friction_law(self.mechanism)
 
 
-def _twin_kernel(robot: CompiledRobot, name: str, frame: str | None, optional: tuple[str, ...]) -> Kernel:
+def _twin_kernel(robot: CompiledRobot, name: str, frame: str | None, optional: tuple[str, ...]) -> kernels.Kernel:
     """The kernel of a frame or with optional inputs, all by position, falling back to all that the robot knows."""
     row = quantity(name)
     fallback = partial(robot._general_of_twin, row, frame, optional)  # pyright: ignore[reportPrivateUsage]
     recipe = (_twin_kernel, (robot, name, frame, optional))
-    return compiled(robot.mechanism, name, frame, optional, fallback=fallback, recipe=recipe)
+    return compiling.compiled(robot.mechanism, name, frame, optional, fallback=fallback, recipe=recipe)
 
 
-def _routine_kernel(robot: CompiledRobot, name: str) -> Kernel:
+def _routine_kernel(robot: CompiledRobot, name: str) -> kernels.Kernel:
     """The tip frame's kernel, falling back to all that the robot knows; it pickles with the robot's description."""
     fallback = partial(robot._general, quantity(name))  # pyright: ignore[reportPrivateUsage]
-    return compiled(robot.mechanism, name, fallback=fallback, recipe=(_routine_kernel, (robot, name)))
+    return compiling.compiled(robot.mechanism, name, fallback=fallback, recipe=(_routine_kernel, (robot, name)))

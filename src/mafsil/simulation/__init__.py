@@ -1,43 +1,5 @@
 """Closed loops in time: plant, law, disturbances, and the recording they leave."""
 
-from mafsil.simulation.clock import Deadlines as Deadlines
-from mafsil.simulation.clock import DeadlineStatus as DeadlineStatus
-from mafsil.simulation.closed_plant import ClosedPlant as ClosedPlant
-from mafsil.simulation.cluster import cluster_of as cluster_of
-from mafsil.simulation.contact_scenes import chalk_on_board as chalk_on_board
-from mafsil.simulation.contact_scenes import eraser_on_board as eraser_on_board
-from mafsil.simulation.contact_scenes import open_a_door as open_a_door
-from mafsil.simulation.contact_scenes import peg_in_hole as peg_in_hole
-from mafsil.simulation.disturbance import SensorNoise as SensorNoise
-from mafsil.simulation.disturbance import WrenchPulse as WrenchPulse
-from mafsil.simulation.elastic_run import ElasticRun as ElasticRun
-from mafsil.simulation.elastic_run import simulate_elastic as simulate_elastic
-from mafsil.simulation.iterative_learning import LearningRun as LearningRun
-from mafsil.simulation.iterative_learning import LearningStatus as LearningStatus
-from mafsil.simulation.iterative_learning import learn as learn
-from mafsil.simulation.iterative_learning import learning_factor as learning_factor
-from mafsil.simulation.live_log import LiveLog as LiveLog
-from mafsil.simulation.loop import simulate as simulate
-from mafsil.simulation.many_runs import MonteCarlo as MonteCarlo
-from mafsil.simulation.many_runs import MonteCarloStatus as MonteCarloStatus
-from mafsil.simulation.many_runs import monte_carlo as monte_carlo
-from mafsil.simulation.motion import ForwardMotion as ForwardMotion
-from mafsil.simulation.motion import FreeBodyMotion as FreeBodyMotion
-from mafsil.simulation.motion import InverseMotion as InverseMotion
-from mafsil.simulation.motion import Sampled as Sampled
-from mafsil.simulation.motion import forward_dynamics_trajectory as forward_dynamics_trajectory
-from mafsil.simulation.motion import free_body_motion as free_body_motion
-from mafsil.simulation.motion import inverse_dynamics_trajectory as inverse_dynamics_trajectory
-from mafsil.simulation.mujoco_plant import MuJoCoPlant as MuJoCoPlant
-from mafsil.simulation.plant import Plant as Plant
-from mafsil.simulation.recording import Recording as Recording
-from mafsil.simulation.recording import SimulationStatus as SimulationStatus
-from mafsil.simulation.rigid_plant import RigidPlant as RigidPlant
-from mafsil.simulation.rigid_surface import RigidSurface as RigidSurface
-from mafsil.simulation.scenario import Scenario as Scenario
-from mafsil.simulation.stepping import INTEGRATORS as INTEGRATORS
-from mafsil.simulation.stepping import suitable_integrator as suitable_integrator
-from mafsil.simulation.variation import Normal as Normal
-from mafsil.simulation.variation import Uniform as Uniform
-from mafsil.simulation.variation import Variants as Variants
-from mafsil.simulation.variation import Variation as Variation
+from mafsil.lazy_module import face
+
+__all__ = face(__name__)

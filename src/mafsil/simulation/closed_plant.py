@@ -9,24 +9,34 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mafsil import parallel
 from mafsil.arrays import Floats, JointVector, Vector6, as_batch
 from mafsil.errors import InputError
 from mafsil.kernels.lazy import lazy
-from mafsil.parallel import ClosedChain
-from mafsil.parallel.closed_compiled import trusted
-from mafsil.robot import Robot
+from mafsil.lazy_module import lazily
 from mafsil.simulation.closed_step import step_kernel
-from mafsil.simulation.mujoco_plant import MuJoCoPlant, MuJoCoStepper
 from mafsil.simulation.plant import Plant
 from mafsil.simulation.rigid_plant import RigidPlant
-from mafsil.simulation.rigid_stepper import RigidStepper
 from mafsil.simulation.stepping import IMPLICIT_FRICTION, MOST_EVALUATIONS, Stepper, by_secants
 from mafsil.solvers import method, second_order
 from mafsil.solvers.integrate import State, Step
+
+if TYPE_CHECKING:
+    import mafsil.parallel.closed_compiled as closed_compiled
+    import mafsil.simulation.mujoco_plant as mujoco_plant
+    import mafsil.simulation.rigid_stepper as rigid_stepper
+else:
+    closed_compiled = lazily("mafsil.parallel.closed_compiled")
+    rigid_stepper = lazily("mafsil.simulation.rigid_stepper")
+    mujoco_plant = lazily("mafsil.simulation.mujoco_plant")
+
+if TYPE_CHECKING:
+    from mafsil.parallel import ClosedChain
+    from mafsil.robot import Robot
 
 STARTS_OPEN = 1e-6
 """Gap over the size beyond which a start is refused instead of closed."""
@@ -52,7 +62,7 @@ class ClosedPlant(Plant):
     @lazy
     def chain(self) -> ClosedChain:
         """The dynamics with the forces of the loops."""
-        return ClosedChain(self.robot, self.actuated)
+        return parallel.ClosedChain(self.robot, self.actuated)
 
     @lazy
     def _driven(self) -> Floats:
@@ -185,7 +195,7 @@ class ClosedStepper(Stepper):
             q, qd = state
             given = (q, qd, self.effort, h) if push is None else (q, qd, self.effort, h, push)
             here, rate, _, doubt = run(*given)
-            if trusted(doubt):
+            if closed_compiled.trusted(doubt):
                 return here, rate
         return self.settled(*self._free(t, state, h))
 
@@ -215,11 +225,11 @@ def stepper_of(plant: Plant, name: str, step: float) -> Stepper:
         InputError: MuJoCo has no such integrator.
     """
     match plant:
-        case MuJoCoPlant():
-            return MuJoCoStepper(plant, name, step)
+        case mujoco_plant.MuJoCoPlant():
+            return mujoco_plant.MuJoCoStepper(plant, name, step)
         case ClosedPlant():
             return ClosedStepper(plant, name, step)
         case RigidPlant():
-            return RigidStepper(plant, name, step)
+            return rigid_stepper.RigidStepper(plant, name, step)
         case _:
             return Stepper(plant, name, step)

@@ -6,7 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from mafsil import kernels
-from mafsil.kernels import Kernel, Port, Signature
+from mafsil.kernels import Port, Signature
 from mafsil.lazy_module import lazily
 from mafsil.mechanics.friction import SMOOTHING
 from mafsil.mechanics.loop_terms import Holding, Loop
@@ -15,6 +15,7 @@ from mafsil.model.fingerprint import fingerprint, friction_fingerprint
 
 if TYPE_CHECKING:
     import mafsil.mechanics.held_plant as held_plant
+    from mafsil.kernels import Kernel
 else:
     held_plant = lazily("mafsil.mechanics.held_plant")
 

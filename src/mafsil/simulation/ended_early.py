@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.simulation.recording import Recording, SimulationStatus
 from mafsil.simulation.run import Run
-from mafsil.simulation.varied_run import VariedFusedRun, VariedRun
+
+if TYPE_CHECKING:
+    from mafsil.simulation.varied_run import VariedFusedRun, VariedRun
 
 STILL = ("qd", "qdd", "tau", "tau_commanded", "contact_wrench")
 """What is zero once a run has ended; places stay."""

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from math import isfinite
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
+from mafsil import control
 from mafsil.arrays import Floats, JointVector
-from mafsil.control import Around, Combined, ContactSwitch, FunctionLaw, Law, TaskCoordinates
 from mafsil.errors import InputError
 from mafsil.messages.visible import visible
 from mafsil.simulation.recording import SimulationStatus
-from mafsil.trajectory import Motion
+
+if TYPE_CHECKING:
+    from mafsil.control import Law, TaskCoordinates
+    from mafsil.trajectory import Motion
 
 LONGEST = 200
 """Characters of what a law says about its failure."""
@@ -33,9 +36,9 @@ class Stopped(InputError):
 
 def law_name(law: object) -> str:
     """What a law is called: its class or function; of one around another one, that of the inner law."""
-    if isinstance(law, Around):
+    if isinstance(law, control.Around):
         return law_name(law.law)
-    named = law.function if isinstance(law, FunctionLaw) else law
+    named = law.function if isinstance(law, control.FunctionLaw) else law
     return str(getattr(named, "__name__", type(named).__name__))
 
 
@@ -106,14 +109,14 @@ def require_efforts(t: float, command: JointVector, law: Law) -> None:
 def task_of(law: object) -> TaskCoordinates | None:
     """The coordinates in which a law moves the tip; None of laws of the joints."""
     found = getattr(law, "coordinates", None)
-    if isinstance(found, TaskCoordinates):
+    if isinstance(found, control.TaskCoordinates):
         return found
     inside: tuple[object, ...] = ()
-    if isinstance(law, Combined):
+    if isinstance(law, control.Combined):
         inside = law.laws
-    elif isinstance(law, Around):
+    elif isinstance(law, control.Around):
         inside = (law.law,)
-    elif isinstance(law, ContactSwitch):
+    elif isinstance(law, control.ContactSwitch):
         inside = (law.free,)
     return next((task for part in inside if (task := task_of(part)) is not None), None)
 

@@ -13,7 +13,7 @@ from mafsil.arrays import Floats
 from mafsil.control.closed_law_terms import closed_law_terms
 from mafsil.control.feedback import Integral
 from mafsil.control.law_terms import LawTerms, law_terms
-from mafsil.kernels import Kernel, Port, Signature
+from mafsil.kernels import Port, Signature
 from mafsil.kernels.march import march
 from mafsil.lazy_module import lazily
 from mafsil.mechanics.friction import SMOOTHING
@@ -26,6 +26,7 @@ from mafsil.simulation.stepping import MOST_EVALUATIONS, Stepper
 
 if TYPE_CHECKING:
     import mafsil.mechanics.closed_loop as closed_loop
+    from mafsil.kernels import Kernel
 else:
     closed_loop = lazily("mafsil.mechanics.closed_loop")
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.control import Law, saturated
+from mafsil.control import saturated
 from mafsil.control.feedback import Integral
 from mafsil.control.law_memory import integrals_of
 from mafsil.errors import InputError
@@ -15,6 +17,9 @@ from mafsil.simulation.fused import FusedLoop
 from mafsil.simulation.recording import SimulationStatus
 from mafsil.simulation.run import Progress, Run, aligned
 from mafsil.trajectory import Motion
+
+if TYPE_CHECKING:
+    from mafsil.control import Law
 
 PIECE, LOGGED_PIECE = 150_000, 500
 """Ticks times batch that compiled code runs without a break: at most some tenths of a second, with a log some ms."""

@@ -4,23 +4,33 @@ from __future__ import annotations
 
 import os
 from time import perf_counter
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from mafsil.arrays import require_function, require_kind
-from mafsil.control import LawMemory
 from mafsil.errors import InputError
+from mafsil.lazy_module import lazily
 from mafsil.simulation.clock import RealTime
 from mafsil.simulation.ended_early import with_ends
 from mafsil.simulation.faults import Stopped, law_name
-from mafsil.simulation.fused import WORTH, can_fuse
-from mafsil.simulation.fused_run import FusedRun
 from mafsil.simulation.live_log import LiveLog, log_of
 from mafsil.simulation.recording import Recording, SimulationStatus
 from mafsil.simulation.rigid_plant import RigidPlant
-from mafsil.simulation.rigid_run import RigidRun
 from mafsil.simulation.run import Progress, Run
 from mafsil.simulation.scenario import Scenario
-from mafsil.simulation.varied_run import VariedFusedRun, VariedRun
+
+if TYPE_CHECKING:
+    import mafsil.simulation.fused as fused_loop
+    import mafsil.simulation.fused_run as fused_run
+    import mafsil.simulation.rigid_run as rigid_run
+    import mafsil.simulation.varied_run as varied_run
+else:
+    fused_loop = lazily("mafsil.simulation.fused")
+    varied_run = lazily("mafsil.simulation.varied_run")
+    fused_run = lazily("mafsil.simulation.fused_run")
+    rigid_run = lazily("mafsil.simulation.rigid_run")
+
+if TYPE_CHECKING:
+    from mafsil.control import LawMemory
 
 
 def simulate(
@@ -71,9 +81,11 @@ def simulate(
     if clock and fused:
         raise InputError("simulation.fused_clock")
     began = perf_counter()
-    kinds = (Run, FusedRun) if scenario.variants is None else (VariedRun, VariedFusedRun)
+    kinds = (
+        (Run, fused_run.FusedRun) if scenario.variants is None else (varied_run.VariedRun, varied_run.VariedFusedRun)
+    )
     kind = kinds[clock is None and _is_fused(scenario, fused)]
-    run = RigidRun(scenario) if isinstance(scenario.true_plant, RigidPlant) else kind(scenario)
+    run = rigid_run.RigidRun(scenario) if isinstance(scenario.true_plant, RigidPlant) else kind(scenario)
     run.memory = memory
     if clock:
         run.clock = RealTime(law_name(scenario.law), scenario.control_period)
@@ -86,7 +98,7 @@ def simulate(
         except KeyboardInterrupt:
             status = run.stopped(SimulationStatus.INTERRUPTED)
         recording = run.recording(status, perf_counter() - began)
-        if isinstance(run, VariedRun | VariedFusedRun):
+        if isinstance(run, varied_run.VariedRun | varied_run.VariedFusedRun):
             recording = with_ends(recording, run)
         run.end_log(recording)
     if run.log is not None and run.log.fault:
@@ -98,9 +110,9 @@ def _is_fused(scenario: Scenario, requested: bool | None) -> bool:
     if requested is False:
         return False
     states = max(1, scenario.start()[0].size // scenario.robot.n)
-    if requested is None and scenario.length / scenario.control_period * states < WORTH:
+    if requested is None and scenario.length / scenario.control_period * states < fused_loop.WORTH:
         return False
-    possible = can_fuse(scenario)
+    possible = fused_loop.can_fuse(scenario)
     if requested and not possible:
         raise InputError("simulation.not_fused", law=law_name(scenario.law), substeps=scenario.substeps)
     return possible

@@ -8,7 +8,7 @@ import zipfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats
 from mafsil.csv_table import csv_text
 from mafsil.errors import FileError
+from mafsil.lazy_module import lazily
 from mafsil.messages import say
 from mafsil.messages.tables import in_notebook
 from mafsil.messages.visible import visible
@@ -30,10 +31,17 @@ from mafsil.simulation.findings import (
     saturation_sentence,
 )
 from mafsil.simulation.live_log import SUFFIX
-from mafsil.simulation.log_reading import LoggedRun, logged_runs
 from mafsil.simulation.overview import joint_table
 from mafsil.simulation.stepping import IMPLICIT_FRICTION, STIFF
 from mafsil.whole_file import write_whole
+
+if TYPE_CHECKING:
+    import mafsil.simulation.log_reading as log_reading
+else:
+    log_reading = lazily("mafsil.simulation.log_reading")
+
+if TYPE_CHECKING:
+    from mafsil.simulation.log_reading import LoggedRun
 
 FORMAT = 1
 ENDS = ("run_ends", "runs_lost", "runs_blown_up")
@@ -268,7 +276,7 @@ class Recording(Answer):
         Raises:
             FileError: the file is missing or not a log of runs.
         """
-        return tuple(_of_logged(run, Path(path)) for run in logged_runs(Path(path)))
+        return tuple(_of_logged(run, Path(path)) for run in log_reading.logged_runs(Path(path)))
 
     def _run(self, k: int) -> Recording:
         """One run of a batch, up to its own end."""
@@ -319,7 +327,7 @@ def _of_logged(run: LoggedRun, path: Path) -> Recording:
 
 def _from_log(path: Path) -> Recording:
     """The one motion that a log holds."""
-    runs = logged_runs(path)
+    runs = log_reading.logged_runs(path)
     duration = runs[0].metadata.get("log_duration")
     if duration is None and len(runs) > 1:
         raise FileError("simulation.several_runs", path=str(path), count=len(runs))

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector, Vector6
-from mafsil.control import Law, tip_wrench_of
+from mafsil.control import tip_wrench_of
 from mafsil.control.tip_sensor import measured_by
 from mafsil.simulation.recording import SimulationStatus
 from mafsil.simulation.rigid_plant import RigidPlant
 from mafsil.simulation.rigid_stepper import RigidStepper
 from mafsil.simulation.run import Progress, Run
 from mafsil.simulation.scenario import Scenario
-from mafsil.trajectory import Motion
+
+if TYPE_CHECKING:
+    from mafsil.control import Law
+    from mafsil.trajectory import Motion
 
 
 class RigidRun(Run):

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
-from mafsil.control import Law, LawMemory, saturated, tip_wrench_of
+from mafsil.control import LawMemory, saturated, tip_wrench_of
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
 from mafsil.kernels.lazy import lazy
@@ -23,6 +24,9 @@ from mafsil.simulation.stepping import Stepper
 from mafsil.simulation.tolerances import SMALLEST
 from mafsil.trajectory import Motion
 from mafsil.version import __version__
+
+if TYPE_CHECKING:
+    from mafsil.control import Law
 
 RUNAWAY = 1e6
 """Root mean square joint rate [rad/s | m/s] beyond which a run counts as blown up."""

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import ceil
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, as_batch, positive, require_finite, require_kind
-from mafsil.control import Law, as_law
+from mafsil.control import as_law
 from mafsil.errors import InputError
 from mafsil.kernels.lazy import lazy
-from mafsil.robot import Robot, as_robot
+from mafsil.lazy_module import lazily
+from mafsil.robot import as_robot
 from mafsil.simulation.closed_plant import ClosedPlant, plant_of
 from mafsil.simulation.disturbance import SensorNoise, WrenchPulse
 from mafsil.simulation.plant import Plant
 from mafsil.simulation.rigid_plant import RigidPlant
-from mafsil.simulation.scaled_gains import in_rows, with_scaled_gains
 from mafsil.simulation.stepping import (
     DEFAULT,
     IMPLICIT_FRICTION,
@@ -27,8 +28,17 @@ from mafsil.simulation.stepping import (
     require_integrator,
 )
 from mafsil.simulation.tolerances import PART_OF_STEP, PERIOD
-from mafsil.simulation.variation import Variants
-from mafsil.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    import mafsil.simulation.scaled_gains as scaled_gains
+else:
+    scaled_gains = lazily("mafsil.simulation.scaled_gains")
+
+if TYPE_CHECKING:
+    from mafsil.control import Law
+    from mafsil.robot import Robot
+    from mafsil.simulation.variation import Variants
+    from mafsil.trajectory import Trajectory
 
 MOST_NUMBERS = 400_000_000
 """Memory of one run, in numbers of eight bytes: what is recorded, and the reference at each tick."""
@@ -131,8 +141,8 @@ class Scenario:
         if self.variants is None:
             return self.law
         if self.variants.gains is None:
-            return in_rows(self.law, self.variants.count)
-        return with_scaled_gains(self.law, self.variants.gains)
+            return scaled_gains.in_rows(self.law, self.variants.count)
+        return scaled_gains.with_scaled_gains(self.law, self.variants.gains)
 
     @property
     def true_plant(self) -> Plant:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, Vector6
 from mafsil.errors import InputError
-from mafsil.kernels import Kernel
 from mafsil.mechanics.friction import SMOOTHING
 from mafsil.mechanics.loop_terms import Loop, Term
 from mafsil.simulation.closed_plant import ClosedPlant
@@ -22,6 +22,9 @@ from mafsil.simulation.scenario import Scenario
 from mafsil.simulation.stepping import Stepper
 from mafsil.simulation.variation import Variants
 from mafsil.solvers.integrate import State, Step
+
+if TYPE_CHECKING:
+    from mafsil.kernels import Kernel
 
 
 class VariedStepper(Stepper):

@@ -1,5 +1,5 @@
 """Every routine of a robot compared with independent methods for the same numbers, in one call."""
 
-from mafsil.verification.verification import Check as Check
-from mafsil.verification.verification import Verification as Verification
-from mafsil.verification.verify import verify as verify
+from mafsil.lazy_module import face
+
+__all__ = face(__name__)

@@ -1,7 +1,5 @@
 """What inverse kinematics answers: solutions with their branches, continua, limits, and the reason of every no."""
 
-from mafsil.ik.answers.batch import SolutionBatch as SolutionBatch
-from mafsil.ik.answers.branch import Branch as Branch
-from mafsil.ik.answers.family import SolutionFamily as SolutionFamily
-from mafsil.ik.answers.solution_set import LimitExcess as LimitExcess
-from mafsil.ik.answers.solution_set import SolutionSet as SolutionSet
+from mafsil.lazy_module import face
+
+__all__ = face(__name__)

@@ -15,10 +15,11 @@ from mafsil.ik.answers.branch import Branch, branch
 from mafsil.ik.answers.doubt import folding, nearly_there, structure_decides
 from mafsil.ik.answers.one_pose import no_pose, one_pose
 from mafsil.ik.answers.setting import Setting
-from mafsil.ik.answers.solution_set import SolutionSet, wound_near
+from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.answers.solution_table import pose_table
 from mafsil.ik.problem import FARTHEST, clean_poses
 from mafsil.ik.status import STATUSES
+from mafsil.ik.winding import wound_near
 from mafsil.kernels.lazy import lazy
 from mafsil.messages import say
 from mafsil.messages.tables import in_notebook, on_screen

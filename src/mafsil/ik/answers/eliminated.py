@@ -9,16 +9,14 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Booleans, Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.branch import UNNAMED
+from mafsil.ik.answers.pose_question import PoseQuestion
 from mafsil.ik.answers.setting import CLEAR, Setting
 from mafsil.ik.answers.solution_set import SolutionSet
-from mafsil.ik.general import GeneralSix, GeneralSolutions
 from mafsil.lazy_module import lazily
 
 if TYPE_CHECKING:
-    from mafsil.ik.answers.question import Question
-
-if TYPE_CHECKING:
     import mafsil.ik.general.judging_loops as judging_loops
+    from mafsil.ik.general import GeneralSix, GeneralSolutions
 else:
     judging_loops = lazily("mafsil.ik.general.judging_loops")
 
@@ -67,7 +65,7 @@ def eliminated(setting: Setting, general: GeneralSix, T: PoseMatrix, q0: JointVe
     return Eliminated(sure, q, residual, None, found)
 
 
-def proven_set(question: Question, found: GeneralSolutions) -> SolutionSet | None:
+def proven_set(question: PoseQuestion, found: GeneralSolutions) -> SolutionSet | None:
     """The complete list of one pose; None where it is not proven, or empty.
 
     Args:

@@ -21,10 +21,10 @@ from mafsil.ik.answers.alignment import straightened
 from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.answers.continua import moving_joints
 from mafsil.ik.answers.setting import Setting
-from mafsil.ik.answers.solution_set import wound_near
 from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.refine import least_squares, refined
 from mafsil.ik.tolerances import FINEST, REACHED, SAME
+from mafsil.ik.winding import wound_near
 from mafsil.mechanics.closed_form.thresholds import APART, FIRST_JOINTS, FOLD, INSIDE, LOOSE
 
 PATIENT = 40

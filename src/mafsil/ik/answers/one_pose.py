@@ -2,20 +2,30 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputError
 from mafsil.ik.answers.candidate_table import CandidateTable, Decision
+from mafsil.ik.answers.clear_set import exact_set
 from mafsil.ik.answers.lists import SAME, complete, refined_lists
 from mafsil.ik.answers.question import Question
-from mafsil.ik.answers.redundant_single import redundant_single
 from mafsil.ik.answers.setting import Setting, turns_of
-from mafsil.ik.answers.solution_set import TURN, SolutionSet, exact_set
+from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
-from mafsil.ik.redundant.at_parameter import answered
 from mafsil.ik.redundant.parametric_form import has_redundant_joints
+from mafsil.ik.winding import TURN
+from mafsil.lazy_module import lazily
 from mafsil.mechanics.closed_form.thresholds import APART
+
+if TYPE_CHECKING:
+    import mafsil.ik.answers.redundant_single as redundant_single
+    import mafsil.ik.redundant.at_parameter as at_parameter
+else:
+    at_parameter = lazily("mafsil.ik.redundant.at_parameter")
+    redundant_single = lazily("mafsil.ik.answers.redundant_single")
 
 POSE = (4, 4)
 
@@ -40,11 +50,11 @@ def one_pose(
         rows = kernel.call(T, q0, turns_of(q0), *setting.bounds, tolerance)
         return judged_pose(Question(setting, T.copy(), q0, tolerance, others), rows)
     if has_redundant_joints(setting):
-        return redundant_single(setting, T, q0, tolerance, others)
+        return redundant_single.redundant_single(setting, T, q0, tolerance, others)
     clean, valid = clean_poses(T[None])
     if not valid[0]:
         raise no_pose("T_sd")
-    return answered(Question(setting, clean[0], q0, tolerance, others))
+    return at_parameter.answered(Question(setting, clean[0], q0, tolerance, others))
 
 
 def judged_pose(question: Question, judged: tuple[JointVector, Floats, float]) -> SolutionSet:

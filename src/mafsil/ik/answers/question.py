@@ -22,18 +22,18 @@ from mafsil.ik.answers.refined_rows import refinable, refined_rows
 from mafsil.ik.answers.refusal import Refusal, refusal, verdict_without_solution
 from mafsil.ik.answers.search import Search
 from mafsil.ik.answers.setting import Setting, bits, turns_of
-from mafsil.ik.answers.solution_set import SolutionSet, wound_near
+from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.answers.start import Start, start_of
 from mafsil.ik.closed_form import ClosedForm
-from mafsil.ik.general import GeneralSolutions
 from mafsil.ik.refine import distinct, least_squares, refined
 from mafsil.ik.status import IKStatus
 from mafsil.ik.tolerances import PLACE, REACHED, SAME_AT_DOUBLE_ROOT
+from mafsil.ik.winding import wound_near
 from mafsil.kernels.lazy import lazy
 from mafsil.mechanics.closed_form.thresholds import APART, FIRST_JOINTS, FOLD, LOOSE
 
 if TYPE_CHECKING:
-    pass
+    from mafsil.ik.general import GeneralSolutions
 
 SCAN = 24
 """Values around a least singular value at which it is looked for again."""
@@ -116,6 +116,11 @@ class Question:
         """Where free and locked joints stand, and what is proven of the others; None without a closed form."""
         form = self.setting.arm.form
         return None if form is None else start_of(self.setting, form, self.T, self.q0, self.tolerance)
+
+    @property
+    def start_q0(self) -> JointVector:
+        """(n,) where free and locked joints stand; the preferred values without a closed form."""
+        return self.q0 if self.start is None else self.start.q0
 
     @property
     def refuted(self) -> bool:
@@ -211,8 +216,7 @@ class Question:
     def _candidates(self, arm: Analysis) -> Candidates:
         if arm.form is None:
             return unlabelled(self._seeds if arm.general is not None else self.setting.nothing)
-        start = self.start
-        q0 = self.q0 if start is None else start.q0
+        q0 = self.start_q0
         q, details = self._rows_of(arm.form, q0)
         usable = np.isfinite(q).all(axis=1)
         if arm.exact:

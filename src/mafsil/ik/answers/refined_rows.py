@@ -26,10 +26,10 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.answers.setting import CLEAR, Setting, turns_of
-from mafsil.ik.answers.solution_set import wound_near
 from mafsil.ik.general.findings import MOST
 from mafsil.ik.refine import distinct
 from mafsil.ik.tolerances import CLOSED, FINEST, LEAST_MARGIN, QUADRATIC, REACHED, SAME_AT_DOUBLE_ROOT
+from mafsil.ik.winding import wound_near
 
 CLEAR_OF_FOLDS = 100.0
 """The least square of a branch margin, over the defect of the arm, that keeps a row away from others."""

@@ -14,10 +14,10 @@ from mafsil.ik.answers.branch import UNNAMED
 from mafsil.ik.answers.question import SELF_MOTION, Question
 from mafsil.ik.answers.search import RESTARTS, SEARCHES
 from mafsil.ik.answers.setting import Setting
-from mafsil.ik.answers.solution_set import wound_near
 from mafsil.ik.problem import clean_poses
 from mafsil.ik.refine import pose_errors, refined, residuals
 from mafsil.ik.status import IKStatus
+from mafsil.ik.winding import wound_near
 from mafsil.lazy_module import lazily
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,17 +13,26 @@ from mafsil.arrays import Floats, JointVector
 from mafsil.ik.analysis import Analysis, Task, analysis
 from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.moving_part import MovingPart, middle_of, moving_part, warn_of_loops
-from mafsil.ik.numerical.problem import problem_of
-from mafsil.ik.numerical.search import SearchPlan, cached_plan
 from mafsil.ik.numerical.task import pose_task
 from mafsil.ik.problem import reach_bound
 from mafsil.ik.tolerances import NEARLY_REACHED
-from mafsil.kernels import Kernel
 from mafsil.kernels.lazy import lazy
+from mafsil.lazy_module import lazily
 from mafsil.mechanics.closed_form.thresholds import BENT, INSIDE, NEARLY, SPLIT, candidate, folds, merges_twice
 from mafsil.mechanics.closed_form.thresholds import CLEAR as CLEAR
 from mafsil.model import JointKind, Mechanism
 from mafsil.robot import Robot
+
+if TYPE_CHECKING:
+    import mafsil.ik.numerical.problem as numerical_problem
+    import mafsil.ik.numerical.search as search
+else:
+    numerical_problem = lazily("mafsil.ik.numerical.problem")
+    search = lazily("mafsil.ik.numerical.search")
+
+if TYPE_CHECKING:
+    from mafsil.ik.numerical.search import SearchPlan
+    from mafsil.kernels import Kernel
 
 MASKS = {"pose": (1, 1, 1, 1, 1, 1), "position": (0, 0, 0, 1, 1, 1), "axis": (1, 1, 0, 1, 1, 1)}
 """Components of the error that each task asks for."""
@@ -117,7 +126,7 @@ class Setting:
     def newton(self) -> SearchPlan:
         """Steps and check of Newton's method for whole poses, without limits, as compiled kernels."""
         task = pose_task("pose", (0.0, 0.0, 1.0), None, CLEAR, None)
-        return cached_plan(problem_of(self.robot, None, False), task, 0)
+        return search.cached_plan(numerical_problem.problem_of(self.robot, None, False), task, 0)
 
     @lazy
     def quartic(self) -> bool:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import islice, product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,25 +17,15 @@ from mafsil.ik.answers.branch import Branch, branch
 from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.answers.doubt import folding, nearly_there, structure_decides
 from mafsil.ik.answers.family import SolutionFamily
+from mafsil.ik.answers.pose_question import PoseQuestion
+from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.solution_table import solution_table
 from mafsil.ik.status import IKStatus
-from mafsil.ik.tolerances import FAR_ALONG, INSIDE, REACHED, SELF_MOTION, SMALLEST
+from mafsil.ik.tolerances import FAR_ALONG, INSIDE, SELF_MOTION, SMALLEST
+from mafsil.ik.winding import TURN, wound_near
 from mafsil.kernels.lazy import lazy
-from mafsil.lazy_module import lazily
 from mafsil.messages import say
 from mafsil.messages.tables import in_notebook, on_screen
-
-if TYPE_CHECKING:
-    from mafsil.ik.answers.question import Question
-    from mafsil.ik.answers.setting import Setting
-
-if TYPE_CHECKING:
-    import mafsil.ik.answers.question as answers_question
-else:
-    answers_question = lazily("mafsil.ik.answers.question")
-
-TURN = 2 * np.pi
-
 
 SENTENCES = {
     IKStatus.SOLVED: "ik.set_solved",
@@ -87,6 +77,7 @@ class SolutionSet(Answer):
     q: JointVector
     method = "closed form"
     # What a clear list is made of, see `clear_set`; sets with another origin carry what is computed from it.
+    _ask: Callable[[SolutionSet], PoseQuestion]
     _setting: Setting
     _details: Floats
     _chosen: slice | NDArray[np.intp]
@@ -94,7 +85,7 @@ class SolutionSet(Answer):
 
     def __init__(
         self,
-        question: Question,
+        question: PoseQuestion,
         q: JointVector,
         residual: Floats,
         within: NDArray[np.bool_],
@@ -173,16 +164,12 @@ class SolutionSet(Answer):
             return True
         if setting.arm.form is None and not len(self.own):
             return bool(asked.refusal.residual <= DESCRIBED * max(1.0, setting.length))
-        start = asked.start
-        return bool(nearly_there(setting, asked.T[None], asked.q0 if start is None else start.q0)[0])
+        return bool(nearly_there(setting, asked.T[None], asked.start_q0)[0])
 
     @lazy
-    def _question(self) -> answers_question.Question:
-        """The question that a clear list answers: its pose is that of its solutions."""
-        setting = self._setting
-        return answers_question.Question(
-            setting, setting.robot.forward_kinematics(self.own[0]), setting.middle, REACHED
-        )
+    def _question(self) -> PoseQuestion:
+        """The question that it answers; that of a clear list is made when something is asked of it."""
+        return self._ask(self)
 
     @lazy
     def free(self) -> NDArray[np.int64]:
@@ -401,62 +388,7 @@ class SolutionSet(Answer):
         return [x + k * TURN for k in range(first, last + 1)]
 
 
-_new = object.__new__
-
-
-def clear_set(setting: Setting, q: JointVector, details: Floats, chosen: slice | NDArray[np.intp]) -> SolutionSet:
-    """The solutions of a pose whose list is clear: distinct, isolated, exact rows of the closed form.
-
-    Args:
-        setting: the arm.
-        q: (k, m) their coordinates.
-        details: (rows, 6) of all rows of the closed form.
-        chosen: which rows they are.
-    """
-    answer = _new(SolutionSet)
-    answer.own = answer.q = q
-    answer._setting, answer._details, answer._chosen = setting, details, chosen  # pyright: ignore[reportPrivateUsage]
-    if setting.part.places is not None:
-        answer.q = setting.part.lifted(q, setting.part.middle)
-    return answer
-
-
-def exact_set(question: Question, q: JointVector, details: Floats, rows: list[int]) -> SolutionSet:
-    """The solutions of a pose whose list is exact, but where branches may meet and joints be free; or there are none.
-
-    Args:
-        question: about the pose.
-        q: (rows, m) coordinates of all rows of the closed form.
-        details: (rows, 6) of them.
-        rows: which of them are solutions, each of them once.
-    """
-    chosen = np.array(rows, dtype=np.intp)
-    answer = clear_set(question.setting, q[chosen], details, chosen)
-    if question.setting.part.places is not None:
-        answer.q = question.setting.part.lifted(answer.own, question.others)
-    answer._isolated = False  # pyright: ignore[reportPrivateUsage]
-    vars(answer)["_question"] = question
-    return answer
-
-
 def _listed(numbers: list[int]) -> str:
     """Increasing numbers, runs of three and more as ranges: 1-4, 6, 7."""
     runs = np.split(np.array(numbers), np.flatnonzero(np.diff(numbers) != 1) + 1)
     return ", ".join(f"{run[0]}-{run[-1]}" if len(run) > 2 else ", ".join(map(str, run)) for run in runs)
-
-
-def wound_near(
-    q: JointVector, q0: JointVector, lower: Floats, upper: Floats, revolute: NDArray[np.bool_]
-) -> JointVector:
-    """Revolute joints moved by whole turns as near to `q0` as possible, into the limits where that can be done.
-
-    Args:
-        q, q0: (*batch, n) coordinates.
-        lower, upper: (n,) limits.
-        revolute: (n) which coordinates are angles.
-    """
-    moved = q - np.where(revolute, TURN * np.round((q - q0) / TURN), 0.0)
-    up = np.where(revolute & (moved < lower), np.ceil((lower - moved) / TURN - INSIDE), 0.0)
-    down = np.where(revolute & (moved > upper), np.ceil((moved - upper) / TURN - INSIDE), 0.0)
-    shifted = moved + TURN * (up - down)
-    return np.where((shifted >= lower - INSIDE) & (shifted <= upper + INSIDE), shifted, moved)

@@ -1,4 +1,5 @@
 """Arms of six joints without a special shape: all solutions, up to sixteen, of whole batches of poses."""
 
-from mafsil.ik.general.solver import GeneralSix as GeneralSix
-from mafsil.ik.general.solver import GeneralSolutions as GeneralSolutions
+from mafsil.lazy_module import face
+
+__all__ = face(__name__)

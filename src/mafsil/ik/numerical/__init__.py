@@ -1,4 +1,5 @@
 """Numerical inverse kinematics: compiled searches over batches of poses, tasks of many kinds, null-space goals."""
 
-from mafsil.ik.numerical.solve import solve_ik as solve_ik
-from mafsil.ik.numerical.task import TaskKind as TaskKind
+from mafsil.lazy_module import face
+
+__all__ = face(__name__)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from time import perf_counter
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mafsil import threads
 from mafsil.arrays import Floats, JointVector
-from mafsil.ik.numerical.exact_starts import exact_starts
 from mafsil.ik.numerical.fast_search import BLOCK
 from mafsil.ik.numerical.preferred import PreferredConfiguration, approached
 from mafsil.ik.numerical.problem import problem_of
@@ -25,6 +25,12 @@ from mafsil.ik.numerical.search import SearchPlan, cached_plan
 from mafsil.ik.status import CODES, IKStatus
 from mafsil.ik.tolerances import EXACT_POSE
 from mafsil.kernels.loop_compiler import Rows
+from mafsil.lazy_module import lazily
+
+if TYPE_CHECKING:
+    import mafsil.ik.numerical.exact_starts as exact_starts
+else:
+    exact_starts = lazily("mafsil.ik.numerical.exact_starts")
 
 FREE_RESTARTS = 7
 """Restarts for poses proven out of reach, and for asking whether the limits are what forbids a pose."""
@@ -146,7 +152,9 @@ class FullSearch:
         if not len(failed) or perf_counter() >= self.deadline:
             return
         q0 = self._initial_guess(rows)
-        starts = exact_starts(self.plan.problem, self.plan.task, T[failed], q0 if len(q0) == 1 else q0[failed])
+        starts = exact_starts.exact_starts(
+            self.plan.problem, self.plan.task, T[failed], q0 if len(q0) == 1 else q0[failed]
+        )
         if starts is None:
             return
         open_rows, branch = np.nonzero(np.isfinite(starts).all(axis=-1))

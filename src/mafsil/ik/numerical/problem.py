@@ -14,7 +14,7 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.moving_part import MovingPart, middle_of, moving_part
 from mafsil.ik.problem import reach_bound
 from mafsil.ik.tolerances import FACTOR_DAMPING
-from mafsil.kernels import Kernel, Port, Signature
+from mafsil.kernels import Port, Signature
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
 from mafsil.model import JointKind, Mechanism
@@ -23,6 +23,7 @@ from mafsil.robot import Robot
 
 if TYPE_CHECKING:
     import mafsil.mechanics.damped_least_squares as damped_least_squares
+    from mafsil.kernels import Kernel
 else:
     damped_least_squares = lazily("mafsil.mechanics.damped_least_squares")
 

@@ -1,6 +1,5 @@
 """Arms with seven joints: configurations by arm angle or by a locked joint, and the intervals in which they exist."""
 
-from mafsil.ik.redundant.form import Redundancy as Redundancy
-from mafsil.ik.redundant.form import SelfMotionFamily as SelfMotionFamily
-from mafsil.ik.redundant.form import redundancy as redundancy
-from mafsil.ik.redundant.parametric_solutions import ParametricSolutions as ParametricSolutions
+from mafsil.lazy_module import face
+
+__all__ = face(__name__)

@@ -14,7 +14,7 @@ from mafsil.ik.answers.candidates import unlabelled
 from mafsil.ik.answers.question import LOOSE, Question
 from mafsil.ik.answers.search import Search
 from mafsil.ik.answers.setting import CLEAR, Setting
-from mafsil.ik.answers.solution_set import SolutionSet, wound_near
+from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.answers.start import Start
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
 from mafsil.ik.redundant.form import ARM_ANGLE, Redundancy, redundancy
@@ -22,6 +22,7 @@ from mafsil.ik.redundant.parameter_search import beyond_sphere
 from mafsil.ik.refine import distinct, refined
 from mafsil.ik.status import IKStatus
 from mafsil.ik.tolerances import AT_LIMIT, INSIDE, INWARDS, NEARLY_REACHED
+from mafsil.ik.winding import wound_near
 from mafsil.kernels.lazy import preset
 
 TRIED = 24

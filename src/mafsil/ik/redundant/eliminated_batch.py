@@ -14,7 +14,6 @@ from mafsil.ik.answers.branch import UNNAMED
 from mafsil.ik.answers.question import LOOSE, Question
 from mafsil.ik.answers.search_batch import regular, sought_within_limits
 from mafsil.ik.answers.setting import Setting
-from mafsil.ik.answers.solution_set import wound_near
 from mafsil.ik.problem import clean_poses
 from mafsil.ik.redundant.at_parameter import BESIDE, TRIED, answered
 from mafsil.ik.redundant.form import Redundancy, redundancy
@@ -22,6 +21,7 @@ from mafsil.ik.redundant.parameter_search import beyond_sphere
 from mafsil.ik.refine import refined
 from mafsil.ik.status import IKStatus
 from mafsil.ik.tolerances import AT_LIMIT, NEARLY_REACHED, SAME
+from mafsil.ik.winding import wound_near
 
 ROWS = 16
 """Most solutions of six joints."""

@@ -17,7 +17,6 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch
 from mafsil.errors import InputError
 from mafsil.ik.analysis import analysis
 from mafsil.ik.answers.setting import setting
-from mafsil.ik.answers.solution_set import wound_near
 from mafsil.ik.chain import Chain, chain_of
 from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.general import GeneralSix
@@ -31,6 +30,7 @@ from mafsil.ik.redundant.parametric_solutions import ParametricSolutions
 from mafsil.ik.redundant.program import programs
 from mafsil.ik.refine import refined
 from mafsil.ik.tolerances import INSIDE, REACHED, RELATIVELY
+from mafsil.ik.winding import wound_near
 from mafsil.kernels.lazy import lazy
 from mafsil.robot import Robot, of_robot
 

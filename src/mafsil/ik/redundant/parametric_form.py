@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from mafsil import kernels
 from mafsil.ik.answers.setting import BENT, CLEAR, NEARLY, SPLIT, Setting
 from mafsil.ik.tolerances import APART_BRANCH, FREE_BRANCH, NEARLY_REACHED
-from mafsil.kernels import Kernel, Port, Signature
+from mafsil.kernels import Port, Signature
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
 from mafsil.mechanics.arm_angle_pattern import ArmAnglePattern
@@ -17,6 +17,7 @@ from mafsil.mechanics.arm_pattern import ArmPattern
 if TYPE_CHECKING:
     import mafsil.mechanics.closed_form.function as function
     import mafsil.mechanics.closed_form.parametric as parametric
+    from mafsil.kernels import Kernel
 else:
     function = lazily("mafsil.mechanics.closed_form.function")
     parametric = lazily("mafsil.mechanics.closed_form.parametric")

@@ -1,5 +1,5 @@
 """Batches on NVIDIA devices: the driver, arrays that lie there, and kernels launched over them."""
 
-from mafsil.kernels.device.array import DeviceArray as DeviceArray
-from mafsil.kernels.device.array import device_array as device_array
-from mafsil.kernels.device.driver import driver as driver
+from mafsil.lazy_module import face
+
+__all__ = face(__name__)

@@ -11,10 +11,6 @@ expressions; elements `x[i]` and views `x[i:]`; `np.empty(12)` with a fixed size
 records of its modules: fields `x.name`, read and written, and members `x[i]` of rows (`records`).
 """
 
-from mafsil.kernels.loop_compiler.interface import Singles as Singles
-from mafsil.kernels.loop_compiler.interface import Whole as Whole
-from mafsil.kernels.loop_compiler.interface import address as address
-from mafsil.kernels.loop_compiler.interface import run_kernel as run_kernel
-from mafsil.kernels.loop_compiler.program import LoopProgram as LoopProgram
-from mafsil.kernels.loop_compiler.records import Record as Record
-from mafsil.kernels.loop_compiler.records import Rows as Rows
+from mafsil.lazy_module import face
+
+__all__ = face(__name__)

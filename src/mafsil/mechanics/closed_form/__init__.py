@@ -2,3 +2,5 @@
 
 References: Paden, Kinematics and Control of Robot Manipulators, 1986; Elias and Wen, IK-Geo, 2022; Pieper, 1968.
 """
+
+__all__ = ()

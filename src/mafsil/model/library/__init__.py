@@ -1,5 +1,5 @@
 """Robots by name: published numbers and textbook arms, each with its provenance."""
 
-from mafsil.model.library.registry import close_names as close_names
-from mafsil.model.library.registry import load as load
-from mafsil.model.library.registry import names as names
+from mafsil.lazy_module import face
+
+__all__ = face(__name__)

@@ -1,6 +1,5 @@
 """MuJoCo's model files: reader and writer of the part that describes mechanisms, with coded diagnostics and repairs."""
 
-from mafsil.model.mjcf.reader import diagnose as diagnose
-from mafsil.model.mjcf.reader import read as read
-from mafsil.model.mjcf.reader import repair as repair
-from mafsil.model.mjcf.writer import write as write
+from mafsil.lazy_module import face
+
+__all__ = face(__name__)

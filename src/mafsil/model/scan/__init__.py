@@ -1,5 +1,5 @@
 """Files of scanners and cameras: points, and heights on a grid."""
 
-from mafsil.model.scan.reader import ScanLimits, read_heights, read_points
+from mafsil.lazy_module import face
 
-__all__ = ["ScanLimits", "read_heights", "read_points"]
+__all__ = face(__name__)

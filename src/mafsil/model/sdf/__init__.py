@@ -1,6 +1,5 @@
 """SDFormat, the robot format of Gazebo: models, and worlds that hold one robot."""
 
-from mafsil.model.sdf.reader import diagnose as diagnose
-from mafsil.model.sdf.reader import file_reader as file_reader
-from mafsil.model.sdf.reader import read as read
-from mafsil.model.sdf.reader import repair as repair
+from mafsil.lazy_module import face
+
+__all__ = face(__name__)

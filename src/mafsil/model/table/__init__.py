@@ -28,7 +28,6 @@ Angles are in the file's unit in alpha, theta, offset, rpy and the limits of rev
 v of screws, pitch and the limits of prismatic joints. Everything else is SI: kg, kg m^2, N m, N, m/s^2, s.
 """
 
-from mafsil.model.table.reading import parse as parse
-from mafsil.model.table.reading import read as read
-from mafsil.model.table.writing import formatted as formatted
-from mafsil.model.table.writing import write as write
+from mafsil.lazy_module import face
+
+__all__ = face(__name__)

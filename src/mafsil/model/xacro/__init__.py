@@ -1,5 +1,5 @@
 """Xacro, the macro language of ROS for URDF: our own expander, bounded in time and size."""
 
-from mafsil.model.xacro.expansion import expanded as expanded
-from mafsil.model.xacro.expansion import is_xacro as is_xacro
-from mafsil.model.xacro.expansion import left_over as left_over
+from mafsil.lazy_module import face
+
+__all__ = face(__name__)

@@ -1,7 +1,5 @@
 """Where an arm reaches: maps from samples, and annuli in closed form."""
 
-from mafsil.performance.workspace.annulus import Annulus as Annulus
-from mafsil.performance.workspace.annulus import dexterous_annuli as dexterous_annuli
-from mafsil.performance.workspace.annulus import reachable_annulus as reachable_annulus
-from mafsil.performance.workspace.maps import WorkspaceMap as WorkspaceMap
-from mafsil.performance.workspace.maps import workspace_map as workspace_map
+from mafsil.lazy_module import face
+
+__all__ = face(__name__)

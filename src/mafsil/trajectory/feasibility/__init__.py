@@ -1,9 +1,5 @@
 """The trajectory doctor: what makes a request impossible, and the least change that mends it."""
 
-from mafsil.trajectory.feasibility.diagnosis import Diagnosis as Diagnosis
-from mafsil.trajectory.feasibility.diagnosis import Obstruction as Obstruction
-from mafsil.trajectory.feasibility.diagnosis import RequestStatus as RequestStatus
-from mafsil.trajectory.feasibility.diagnosis import doctor as doctor
-from mafsil.trajectory.feasibility.remedies import Remedy as Remedy
-from mafsil.trajectory.feasibility.remedies import RemedyKind as RemedyKind
-from mafsil.trajectory.feasibility.request import MotionRequest as MotionRequest
+from mafsil.lazy_module import face
+
+__all__ = face(__name__)

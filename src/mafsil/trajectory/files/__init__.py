@@ -1,6 +1,5 @@
 """Trajectories in files: CSV both ways, ROS 2 JointTrajectory and URScript."""
 
-from mafsil.trajectory.files.csv_file import read as read
-from mafsil.trajectory.files.exporting import ExportStatus as ExportStatus
-from mafsil.trajectory.files.exporting import TrajectoryFile as TrajectoryFile
-from mafsil.trajectory.files.exporting import export as export
+from mafsil.lazy_module import face
+
+__all__ = face(__name__)

@@ -1,1 +1,3 @@
 """The tape as portable C99, with a program that proves it."""
+
+__all__ = ()

@@ -1,0 +1,2 @@
+from mafsil.ik.general.solver import GeneralSix as GeneralSix
+from mafsil.ik.general.solver import GeneralSolutions as GeneralSolutions

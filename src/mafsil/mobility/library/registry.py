@@ -1,0 +1,84 @@
+"""Named mechanisms by their names."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, cast
+
+from mafsil.errors import InputError
+from mafsil.mobility.library.planar import (
+    chain,
+    elliptic_trammel,
+    five_bar,
+    four_bar,
+    overlapping_joints,
+    parallelogram,
+    peaucellier,
+    quick_return,
+    scotch_yoke,
+    slider_crank,
+    slotted_slider_crank,
+    stephenson,
+    stretched_four_bar,
+    three_cranks,
+    three_rpr,
+    three_rrr,
+    truss,
+    watt,
+)
+from mafsil.mobility.library.platforms import (
+    delta,
+    eclipse,
+    hand,
+    radial_three_upu,
+    six_sps,
+    six_ups,
+    three_prs,
+    three_rps,
+    three_upu,
+    tripteron,
+)
+from mafsil.mobility.library.spatial import (
+    bennett,
+    door,
+    kaleidocycle,
+    rccc,
+    rssr,
+    sarrus,
+    screw_press,
+    spherical_four_bar,
+    universal_shaft,
+)
+from mafsil.mobility.linkage import Linkage
+
+MECHANISMS: dict[str, Callable[..., Linkage]] = {
+    function.__name__: function
+    for function in (
+        bennett, chain, delta, door, eclipse, elliptic_trammel, five_bar, four_bar, hand, kaleidocycle,
+        overlapping_joints, parallelogram, peaucellier, quick_return, radial_three_upu, rccc, rssr, sarrus, scotch_yoke,
+        screw_press, six_sps, six_ups, slider_crank, slotted_slider_crank, spherical_four_bar, stephenson,
+        stretched_four_bar, three_cranks, three_prs, three_rpr, three_rps, three_rrr, three_upu, tripteron, truss,
+        universal_shaft, watt,
+    )
+}  # fmt: skip
+"""Functions that draw named mechanisms, by their names."""
+
+
+def names() -> tuple[str, ...]:
+    """Names of all mechanisms."""
+    return tuple(MECHANISMS)
+
+
+def linkage(name: str, **parameters: Any) -> Linkage:
+    """A named mechanism.
+
+    Args:
+        name: one of `names()`.
+        **parameters: of its function.
+
+    Raises:
+        InputError: there is none of that name; the sentence lists them.
+    """
+    if not isinstance(cast("object", name), str) or name not in MECHANISMS:
+        raise InputError("mobility.unknown_mechanism", name=name, known=", ".join(MECHANISMS))
+    return MECHANISMS[name](**parameters)

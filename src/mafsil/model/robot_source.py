@@ -1,0 +1,86 @@
+"""What a name of the library or a file says of a robot, whatever its format."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from os import PathLike
+from pathlib import Path
+
+from numpy.typing import ArrayLike
+
+from mafsil.errors import FileError, InputError
+from mafsil.model import library, table
+from mafsil.model.diagnostics import shown
+from mafsil.model.faults import LOOP_CLOSED
+from mafsil.model.file_format import reader_of
+from mafsil.model.file_reader import warn_of
+from mafsil.model.loop_file import loop_file_of, with_loops
+from mafsil.model.mechanism import Mechanism
+from mafsil.model.tip import TipChoice
+
+LOGS = frozenset({".csv", ".npz", ".mcap", ".parquet"})
+"""Endings of files of recorded motion, which the functions that take a log want after the robot."""
+
+
+def read_source(
+    source: str | PathLike[str], arguments: dict[str, str], dimensions: Mapping[str, ArrayLike]
+) -> tuple[Mechanism, bool]:
+    """The description as the library or the file gives it, and whether a file did.
+
+    Args:
+        source: a name of the library, or a path.
+        arguments: of a xacro file.
+        dimensions: of an arm of the library.
+
+    Raises:
+        InputError: neither a name nor a path, arguments for something other than a file.
+        FileError: no such file or name, or a malformed file; the sentence says where and what to do.
+        ModelError: the file describes something that is no robot.
+    """
+    path = Path(source)
+    if str(source).lstrip().startswith("<"):
+        raise FileError("robot.text", source=shown(str(source)))
+    if not path.suffix and not _exists(path):
+        name = str(source)
+        if name != "default" and name not in library.names():
+            close = library.close_names(name)
+            key = "robot.no_file_close" if close else "robot.no_file"
+            raise FileError(key, source=shown(name), close=", ".join(close), known=", ".join(library.names()))
+        _require_xacro(arguments, name)
+        return library.load(name, **dimensions), False
+    if dimensions:
+        raise InputError("robot.no_dimensions", source=shown(str(source)), names=", ".join(dimensions))
+    if path.suffix.lower() == ".toml":
+        _require_xacro(arguments, str(path))
+        return table.read(path), True
+    if path.suffix.lower() in LOGS:
+        raise FileError("robot.log", source=shown(str(source)))
+    reader = reader_of(path, arguments=arguments)
+    if reader is None:
+        raise FileError("robot.kind", source=shown(str(source)), suffix=path.suffix)
+    mechanism, beside = reader.read(path, repair=False, silent=True), loop_file_of(path)
+    return (mechanism if beside is None else with_loops(mechanism, beside)), True
+
+
+def warn_of_file(mechanism: Mechanism, choice: TipChoice | None, *, keeps_loops: bool) -> None:
+    """One Python warning, if the file was changed or looks wrong, or its tip had to be chosen among several.
+
+    Args:
+        mechanism: as it was read.
+        choice: the tip, if it had to be chosen.
+        keeps_loops: whether the caller keeps loops closed.
+    """
+    warn_of(mechanism, choice, silent=(LOOP_CLOSED.code,) if keeps_loops else ())
+
+
+def _require_xacro(arguments: dict[str, str], source: str) -> None:
+    """Arguments belong to xacro files."""
+    if arguments:
+        raise InputError("robot.no_xacro", source=shown(source), names=", ".join(arguments))
+
+
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except (OSError, ValueError):
+        return False

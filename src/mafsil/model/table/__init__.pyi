@@ -1,0 +1,4 @@
+from mafsil.model.table.reading import parse as parse
+from mafsil.model.table.reading import read as read
+from mafsil.model.table.writing import formatted as formatted
+from mafsil.model.table.writing import write as write

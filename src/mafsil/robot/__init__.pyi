@@ -1,0 +1,4 @@
+from mafsil.robot.loading import as_robot as as_robot
+from mafsil.robot.loading import load as load
+from mafsil.robot.loading import of_robot as of_robot
+from mafsil.robot.robot import Robot as Robot

@@ -1,0 +1,1 @@
+from mafsil.studio.studio import Studio as Studio
