@@ -40,8 +40,7 @@ def main(arguments: list[str] | None = None) -> int:
         # NumPy's remarks about overflow: what comes of it is said in the answer, in the reader's language.
         warnings.filterwarnings("ignore", category=RuntimeWarning)
     try:
-        with _notices(words):
-            return _run(words)
+        return _run(words)
     except MafsilError as error:
         if "--debug" in words:
             raise
@@ -94,7 +93,7 @@ def _run(words: list[str]) -> int:
         return DONE
     if "robot" in given:
         given["robot"] = known_name(given["robot"])
-    with as_files(operation(name), given) as arguments:
+    with _notices(words), as_files(operation(name), given) as arguments:
         if "robot" in arguments:
             from mafsil.cli.equipment import equipped
 

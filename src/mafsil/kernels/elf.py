@@ -11,8 +11,8 @@ Kernels call nothing and refer to nothing outside themselves, so linking is shor
 6. Set the rights of the pages: read-execute, read-only or read-write, never writable code.
 
 Whatever is not known here is declined and goes to LLVM's own loader (`target.load`), and so does everything where
-MAFSIL_LINKER=llvm. It is worth its lines: loading LLVM for a kernel from the cache takes 0.05 to 0.2 s of every start of
-a program.
+MAFSIL_LINKER=llvm. It is worth its lines: loading LLVM for a kernel from the cache takes 0.05 to 0.2 s of every start
+of a program.
 
 Reference: Tool Interface Standard, Executable and Linking Format, 1995; System V ABI, AMD64 supplement, sec. 4.4.
 """
