@@ -73,7 +73,7 @@ def install(project: str) -> None:
     lazily = [] if sys.dont_write_bytecode else ["--no-compile"]
     options = [*lazily, "--prefer-binary", "--progress-bar=off", "--disable-pip-version-check", "--no-input"]
     process = subprocess.Popen(
-        [*pip(), "install", *options, "--editable", project],
+        [*pip(), "install", *options, "pip", "--editable", project],
         env=os.environ | {"PIP_COMPILE": str(int(sys.dont_write_bytecode))},  # of the environment that builds, too
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,

@@ -30,6 +30,7 @@ print(said)
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1200)
 def test_other_robots_and_grasps_find_their_loops_built(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["doctor", "--build", "--json"]) == 0
     out, err = capsys.readouterr()
