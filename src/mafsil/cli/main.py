@@ -40,7 +40,8 @@ def main(arguments: list[str] | None = None) -> int:
         # NumPy's remarks about overflow: what comes of it is said in the answer, in the reader's language.
         warnings.filterwarnings("ignore", category=RuntimeWarning)
     try:
-        return _run(words)
+        with _notices(words):
+            return _run(words)
     except MafsilError as error:
         if "--debug" in words:
             raise
@@ -73,6 +74,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _run(words: list[str]) -> int:
     _choose_language(words)
+    from mafsil.cli.notices import wipe
     from mafsil.cli.parser import parser
     from mafsil.cli.registry import operation
     from mafsil.cli.robot_name import known_name
@@ -93,12 +95,13 @@ def _run(words: list[str]) -> int:
         return DONE
     if "robot" in given:
         given["robot"] = known_name(given["robot"])
-    with _notices(words), as_files(operation(name), given) as arguments:
+    with as_files(operation(name), given) as arguments:
         if "robot" in arguments:
             from mafsil.cli.equipment import equipped
 
             arguments["robot"] = equipped(arguments["robot"], arguments)
         answer = operation(name)(**arguments)
+    wipe()
     _print(answer, as_json=bool(as_json))
     if answer.interrupted:
         return INTERRUPTED

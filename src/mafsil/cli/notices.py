@@ -19,24 +19,20 @@ class _Lines(logging.Handler):
     def __init__(self, write: Callable[[str], None]) -> None:
         super().__init__()
         self._line = write
-        self._passing = False
 
     def emit(self, record: logging.LogRecord) -> None:
-        terminal = sys.stderr.isatty()
-        if record.name == LOGGER:
-            if terminal:
-                self._passing = True
-                line = record.getMessage()[: shutil.get_terminal_size().columns - 1]
-                print(f"{_WIPED}{line}", end="", file=sys.stderr, flush=True)
-            return
-        if terminal:
-            sys.stderr.write(_WIPED)
-        self._line(record.getMessage())
+        if record.name != LOGGER:
+            wipe()
+            self._line(record.getMessage())
+        elif sys.stderr.isatty():
+            line = record.getMessage()[: shutil.get_terminal_size().columns - 1]
+            print(f"{_WIPED}{line}", end="", file=sys.stderr, flush=True)
 
-    def wipe(self) -> None:
-        """Leave no compilation standing there."""
-        if self._passing:
-            print(_WIPED, end="", file=sys.stderr, flush=True)
+
+def wipe() -> None:
+    """Clear the line of a terminal that says what is going on: an answer comes."""
+    if sys.stderr.isatty():
+        print(_WIPED, end="", file=sys.stderr, flush=True)
 
 
 @contextmanager
@@ -54,7 +50,7 @@ def shown(write: Callable[[str], None]) -> Generator[None, None, None]:
     try:
         yield
     finally:
-        lines.wipe()
+        wipe()
         for logger, level in zip(loggers, before, strict=True):
             logger.setLevel(level)
         loggers[0].removeHandler(lines)
