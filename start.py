@@ -27,7 +27,7 @@ ROOT = Path(__file__).resolve().parent
 HOME = ROOT / ".venv"
 PYTHON = HOME / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 ALL_TESTS = ["-n", "auto", "--maxprocesses", "8", "--dist", "loadfile", "--no-loadscope-reorder"]
-"""On all cores, in the order of the files: reordered, the files of few tests would come last, among them the longest."""
+"""On all cores, in the order of the files: else the files of few tests would come last, and among them the longest."""
 PROGRAMS = {"node": ("node", "nodejs"), "chromium": ("chromium", "chromium-browser", "google-chrome")}
 """What the tests of pages run, and the names under which it is found."""
 PACKAGES = {"node": "nodejs", "chromium": "chromium"}
@@ -46,8 +46,10 @@ def main(arguments: list[str]) -> int:
     set_up(extras(verb, rest))
     if verb == "test":
         bring_programs()
-    command = ["-m", "mafsil.cli.main", *(rest or ["demo"])] if verb == "run" else ["-m", "pytest", *(rest or ALL_TESTS)]
-    return subprocess.run([str(PYTHON), *command], cwd=None if verb == "run" else ROOT, check=False).returncode
+        command, folder = ["-m", "pytest", *(rest or ALL_TESTS)], ROOT
+    else:
+        command, folder = ["-m", "mafsil.cli.main", *(rest or ["demo"])], None
+    return subprocess.run([str(PYTHON), *command], cwd=folder, check=False).returncode
 
 
 def extras(verb: str, rest: list[str]) -> str:

@@ -168,27 +168,30 @@ def _over_processes(done: Callable[[Built], None]) -> None:
     """Fresh processes, not forks, as every system has them; each takes the next family when it is free."""
     context = get_context("spawn")
     queue = context.SimpleQueue()
-    with ProcessPoolExecutor(_workers(), context, _listened_to, (queue,)) as pool:
-        waiting: set[Future[None]] = {pool.submit(_put_and_tell, family) for family in families()}
-        while waiting:
-            finished, waiting = wait(waiting, 0.2, FIRST_COMPLETED)
-            while not queue.empty():
-                done(queue.get())
-            for one in finished:
-                one.result()
+    with ProcessPoolExecutor(_workers(), context, _report_to, (queue,)) as pool:
+        waiting: set[Future[None]] = {pool.submit(_put_and_report, family) for family in families()}
+        try:
+            while waiting:
+                finished, waiting = wait(waiting, 0.2, FIRST_COMPLETED)
+                while not queue.empty():
+                    done(queue.get())
+                for one in finished:
+                    one.result()
+        finally:
+            pool.shutdown(cancel_futures=True)  # after an error or Ctrl-C no further family begins
 
 
-_told: Any = None
-"""Where a process tells which questions it has put."""
+_report: Any = None
+"""Where a process puts the questions that it has finished."""
 
 
-def _listened_to(queue: Any) -> None:
-    global _told
-    _told = queue
+def _report_to(queue: Any) -> None:
+    global _report
+    _report = queue
 
 
-def _put_and_tell(family: str) -> None:
-    _put(family, _told.put)
+def _put_and_report(family: str) -> None:
+    _put(family, _report.put)
 
 
 def _workers() -> int:
