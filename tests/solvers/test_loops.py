@@ -285,6 +285,27 @@ def test_the_command_line_tells_on_a_terminal_and_keeps_quiet_elsewhere(
     assert not logging.getLogger("mafsil").handlers
 
 
+def test_a_terminal_shows_what_is_being_compiled_until_the_answer_comes(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from mafsil.cli import main as cli
+    from mafsil.code_store import compilation
+
+    def work(words: list[str]) -> int:
+        with compilation("mass_matrix"):
+            return 0
+
+    monkeypatch.setattr(cli, "_run", work)
+    assert cli.main(["demo", "--progress"]) == 0
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    assert cli.main(["demo"]) == 0
+    told = capsys.readouterr().err
+    assert "mass_matrix" in told
+    assert told.endswith("\r\x1b[K")
+    assert "\n" not in told
+
+
 NAMED = """
 import logging
 from mafsil.solvers.hull_growth_loops import make_polytope

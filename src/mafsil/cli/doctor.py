@@ -18,6 +18,7 @@ from mafsil.arrays import Floats
 from mafsil.cli.answer import Answer
 from mafsil.cli.details import details
 from mafsil.cli.export import checks as export_checks
+from mafsil.cli.progress import Progress
 from mafsil.cli.table import table
 from mafsil.messages import language, say
 
@@ -36,7 +37,7 @@ def doctor(export_check: bool = False, build: bool = False) -> Answer:
 
     Args:
         export_check: compile exported C too, with the C compiler of this computer, and run its test vectors.
-        build: first compile the loops that know no robot, so that no first question has to wait for them.
+        build: first compile the loops that know no robot, on all cores, so that no first question waits for them.
     """
     built = _built() if build else []
     packages = {name: _version(name) for name in (*NEEDED, *OPTIONAL, *ORACLES)}
@@ -75,11 +76,18 @@ def doctor(export_check: bool = False, build: bool = False) -> Answer:
 
 
 def _built() -> list[dict[str, Any]]:
-    """Compiles the loops, and says so on the error stream as it goes: it can take a minute."""
-    from mafsil.cli.build import build
+    """Compiles the loops on all cores, and shows how far it is: it takes minutes."""
+    from mafsil.cli.build import Built, build
 
-    print(say("cli.doctor_building"), file=sys.stderr, flush=True)
-    return build(lambda name: print(f"  {name}", file=sys.stderr, flush=True))
+    with Progress(always=True) as bar:
+
+        def done(one: Built, share: float) -> None:
+            if not bar.terminal:
+                print(f"  {100 * share:3.0f} %  {one.name}", file=sys.stderr, flush=True)
+            bar.update(share)
+
+        bar.enter("doctor_building")
+        return build(done)
 
 
 def _version(name: str) -> str | None:

@@ -74,6 +74,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _run(words: list[str]) -> int:
     _choose_language(words)
+    from mafsil.cli.notices import wipe
     from mafsil.cli.parser import parser
     from mafsil.cli.registry import operation
     from mafsil.cli.robot_name import known_name
@@ -100,6 +101,7 @@ def _run(words: list[str]) -> int:
 
             arguments["robot"] = equipped(arguments["robot"], arguments)
         answer = operation(name)(**arguments)
+    wipe()
     _print(answer, as_json=bool(as_json))
     if answer.interrupted:
         return INTERRUPTED

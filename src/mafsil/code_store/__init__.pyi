@@ -1,3 +1,5 @@
+from mafsil.code_store.compilation import LOGGER as LOGGER
+from mafsil.code_store.compilation import compilation as compilation
 from mafsil.code_store.folder import CACHE_VARIABLE as CACHE_VARIABLE
 from mafsil.code_store.folder import TEMPORARY as TEMPORARY
 from mafsil.code_store.folder import code_folder as code_folder

@@ -15,6 +15,7 @@ import time
 import warnings
 from collections.abc import Generator
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 
 from mafsil.code_store.folder import TEMPORARY, UntrustedFile, prepare, read_own, write_whole
@@ -25,6 +26,8 @@ LIMIT_VARIABLE = "MAFSIL_CACHE_LIMIT"
 LIMIT_MIB = 1024
 
 VERSION = 1
+HAS_LOCKS = find_spec("fcntl") is not None
+"""Whether the system has locks on files that die with their holder; without, several processes may do the same work."""
 _HEADER = struct.Struct("<8sI32sQ32s")
 _LOCK = ".lock"
 _ORPHAN_AGE = 3600.0
@@ -139,7 +142,7 @@ class FileStore:
         The lock is the system's own and dies with its holder. After `patience` seconds, or where there are no locks,
         work goes on without it: two processes then compile the same entry, which is only slower.
         """
-        path = self._path(key)
+        path = self._path(key) if HAS_LOCKS else None
         handle = None if path is None else _lock(path.with_suffix(_LOCK), 0.0)
         waited = path is not None and handle is None
         if path is not None and waited:
@@ -164,16 +167,19 @@ class FileStore:
         """
         if not self._usable() or self.directory is None:
             return 0
-        handle = _lock(self.directory / f"sweep{_LOCK}", 0.0)
-        if handle is None:
+        lock = self.directory / f"sweep{_LOCK}"
+        handle = _lock(lock, 0.0) if HAS_LOCKS else None
+        if handle is None and HAS_LOCKS:
             return 0
         try:
             return _remove_old(self.directory, _limit() if limit is None else limit, now or time.time())
         except OSError:
             return 0
         finally:
-            os.utime(handle)
-            _unlock(handle)
+            with contextlib.suppress(OSError):
+                lock.touch(0o600)
+            if handle is not None:
+                _unlock(handle)
 
     def _sweep_now_and_then(self) -> None:
         if self.directory is None:
@@ -206,10 +212,8 @@ def _stamp(path: Path) -> None:
 
 def _lock(path: Path, patience: float) -> int | None:
     """An exclusive lock on a file, held while the returned descriptor is open; None when not had in time."""
-    try:
-        import fcntl
-    except ImportError:
-        return None
+    import fcntl
+
     try:
         handle = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o600)
     except OSError:

@@ -17,7 +17,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 from weakref import WeakValueDictionary
 
-from mafsil.code_store import warn
+from mafsil.code_store import compilation, warn
 from mafsil.errors import KernelError
 from mafsil.kernels import cache, identity, image, target
 from mafsil.kernels.cache import Entry, Store, TapeEntry
@@ -125,7 +125,9 @@ def _made(order: Order, whole: Image, name: str) -> Part:
     if found is None:
         with order.store.compiling(key) as waited:
             found = _from_store(order, whole, name, key) if waited else None
-            found = found or _compiled(order, whole, name, key)
+            if found is None:
+                with compilation(order.signature.name):
+                    found = _compiled(order, whole, name, key)
     return found
 
 

@@ -10,8 +10,9 @@ Kernels refer to nothing outside themselves, loops call each other and a few fun
    64 bits or relative to their own place of 32 (`_relocated`).
 6. Set the rights of the pages: read-execute, read-only or read-write, never writable code.
 
-Whatever is not known here is declined and goes to LLVM's own loader. It is worth its lines: loading LLVM for a kernel
-from the cache takes 0.05 to 0.2 s of every start of a program.
+Whatever is not known here is declined and goes to LLVM's own loader (`target.load`), and so does everything where
+MAFSIL_LINKER=llvm. It is worth its lines: loading LLVM for a kernel from the cache takes 0.05 to 0.2 s of every start
+of a program.
 
 Reference: Tool Interface Standard, Executable and Linking Format, 1995; System V ABI, AMD64 supplement, sec. 4.4.
 """
@@ -32,6 +33,8 @@ import numpy as np
 
 from mafsil.kernels.target import Code
 
+LINKER_VARIABLE = "MAFSIL_LINKER"
+"""Environment variable: `llvm` leaves all code to LLVM's own loader, as on other systems and processors."""
 _FILE = struct.Struct("<16sHHIQQQIHHHHHH")
 _SECTION = struct.Struct("<IIQQQQIIQQ")
 _SYMBOL = np.dtype(
@@ -67,7 +70,7 @@ def load(code: bytes, symbols: Iterable[str], imports: Mapping[str, int] | None 
         symbols: needed names.
         imports: addresses of functions outside that the code may call.
     """
-    if not _here():
+    if not _here() or os.environ.get(LINKER_VARIABLE) == "llvm":
         return None
     try:
         sections = _sections(code)  # 1.

@@ -241,7 +241,13 @@ def _machine(target: Target, effort: int) -> TargetMachine:
 
 @cache
 def _jit() -> object:
-    return binding().create_lljit_compiler()
+    """LLVM's loader: JITLink, which keeps the sections of an object within each other's reach.
+
+    The older one places them anywhere and aborts the process on AArch64 where two of them lie too far apart; only of
+    Windows' object files it knows more.
+    """
+    llvm = binding()
+    return llvm.create_lljit_compiler(use_jit_link="windows" not in llvm.get_process_triple())
 
 
 def _flags(features: str) -> list[tuple[str, str]]:

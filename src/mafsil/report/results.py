@@ -124,7 +124,11 @@ def _write_all(run: Run, directory: Path) -> None:
 
 
 def _synced(directory: Path) -> None:
-    folder = os.open(directory, os.O_RDONLY)
+    """The names of the files reach the disk, where the system opens directories (Windows does not)."""
+    try:
+        folder = os.open(directory, os.O_RDONLY)
+    except PermissionError:
+        return
     os.fsync(folder)
     os.close(folder)
 
@@ -289,7 +293,7 @@ def _sweep(directory: Path) -> None:
 def _writer_is_gone(partial: Path) -> bool:
     """Whether the process that wrote there ran on this machine and does not any more."""
     host, _, number = partial.name.rpartition("-")[0].partition(".partial-")[2].rpartition("-")
-    if host != platform.node() or not number.isdigit():
+    if host != platform.node() or not number.isdigit() or os.name == "nt":  # there, `kill` ends whom it asks
         return False
     try:
         os.kill(int(number), 0)
