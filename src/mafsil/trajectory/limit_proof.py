@@ -12,7 +12,7 @@ import numpy as np
 from mafsil.answer import Answer
 from mafsil.arrays import Floats, require_kind, whole
 from mafsil.trajectory.bspline import BSpline
-from mafsil.trajectory.limit_check import Violation
+from mafsil.trajectory.limit_check import Violation, jumps_over, worst_of_each
 from mafsil.trajectory.motion_limits import Limits, MotionLimits, motion_limits
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.status import ProofStatus
@@ -82,6 +82,7 @@ def prove(
     *,
     halvings: int = 40,
     tolerance: float = GIVEN,
+    ends: bool = True,
 ) -> LimitProof:
     """Whether position, velocity, acceleration and jerk keep their limits at every time, both sides.
 
@@ -89,12 +90,15 @@ def prove(
     2. Knots inserted until each piece has a hull of its own: its Bernstein coefficients.
     3. Pieces that are in doubt are halved; the ends of each are values of the motion, and convict it.
 
+    Jumps between the pieces are looked for first: a finite limit of derivative k asks that all below it are continuous.
+
     Args:
         trajectory: without batch dimensions; what else is made of polynomials by its `to_polynomial()`.
         limits: of the coordinates, or a robot's.
         names: (n,) of the coordinates, for the sentences.
         halvings: most of them; each halves the length of what is in doubt.
         tolerance: excess that is allowed, relative to max(1, limit).
+        ends: whether jumps from rest at the start and into rest at the end count; False for a part of a longer motion.
 
     Raises:
         InputError: no B-spline or piecewise polynomial, limits of another number of coordinates.
@@ -103,6 +107,9 @@ def prove(
     bounds = motion_limits(limits, trajectory.n)
     most = whole("halvings", halvings, 0, 200)
     labels = names or tuple(str(k) for k in range(trajectory.n))
+    leaps = jumps_over(trajectory, bounds, labels, ends=ends)
+    if leaps:
+        return LimitProof(worst_of_each([(abs(leap.jump), leap) for leap in leaps]), 0, -1, tolerance)
     # 1
     if isinstance(trajectory, BSpline) and _hull_keeps(trajectory, bounds, tolerance):
         return LimitProof((), 0, -1, tolerance)
