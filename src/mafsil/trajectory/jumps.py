@@ -18,6 +18,8 @@ CLOSEST = 16 * np.finfo(np.float64).eps
 """Share of the duration below which two times are one."""
 CONSTRUCTED = 64 * np.finfo(np.float64).eps
 """Share of the position, over the k-th power of a piece's length, by which derivative k is off by rounding."""
+INSIDE = np.array([0.1, 0.21, 0.38, 0.5, 0.62, 0.79, 0.9])
+"""Shares of a piece at which its derivatives are looked at: of no smooth motion all are zeros."""
 SAMPLES, BISECTIONS = 2048, 40
 """Where breaks are not known: evenly spaced times, and halvings of an interval that holds a jump."""
 
@@ -42,8 +44,8 @@ class Jump:
 def jumps(trajectory: Trajectory, order: int, *, ends: bool = True, tolerance: float = JUMP) -> tuple[Jump, ...]:
     """The jumps of one derivative, in the order of time.
 
-    The values beside a break at two distances give the jump without its slope: 2 J(h) - J(2 h), where
-    J(h) = f(t + h) - f(t - h).
+    Polynomials are evaluated on both sides of their knots. Of other motions the values beside a break at two distances
+    give the jump without its slope: 2 J(h) - J(2 h), where J(h) = f(t + h) - f(t - h).
 
     Args:
         trajectory: without batch dimensions.
@@ -54,23 +56,13 @@ def jumps(trajectory: Trajectory, order: int, *, ends: bool = True, tolerance: f
     duration = trajectory.duration
     if not duration > 0.0:
         return ()
-    least = CLOSEST * duration
-    begin, end = _clusters(_places(trajectory, order), least)
-    gaps = begin[1:] - end[:-1]
-    if not len(gaps):
-        return ()
-    left, right = np.insert(gaps, 0, gaps[0]), np.append(gaps, gaps[-1])
-    h = np.maximum(NEAR * np.minimum(left, right), least)
-    inside = slice(None) if ends else slice(1, -1)
-    begin, end, h, wide = begin[inside], end[inside], h[inside], np.maximum(left, right)[inside]
-    once, twice = (
-        derivative(trajectory, end + k * h, order) - derivative(trajectory, begin - k * h, order) for k in (1.0, 2.0)
-    )
-    sizes = 2.0 * once - twice
+    beside = _of_polynomial if isinstance(trajectory, PiecewisePolynomial) else _of_any
+    begin, wide, sizes, largest = beside(trajectory, order)
+    if not ends:
+        begin, wide, sizes = begin[1:-1], wide[1:-1], sizes[1:-1]
     if not len(sizes):
         return ()
-    samples = np.abs(derivative(trajectory, np.linspace(0.0, duration, 257), order)).max(axis=0)
-    largest = np.maximum(samples, np.abs(sizes).max(axis=0))
+    largest = np.maximum(largest, np.abs(sizes).max(axis=0))
     u = np.abs(trajectory.at(begin).u).max(axis=0)
     threshold = tolerance * (np.maximum(largest, 1.0) if order == 0 else largest)
     noise = CONSTRUCTED * np.maximum(u, u.max(initial=0.0)) / np.power(wide, order)[:, None]
@@ -78,10 +70,38 @@ def jumps(trajectory: Trajectory, order: int, *, ends: bool = True, tolerance: f
     return tuple(Jump(order, float(begin[k]), int(i), float(sizes[k, i])) for k, i in found)
 
 
+def _of_polynomial(motion: PiecewisePolynomial, order: int) -> tuple[Floats, Floats, Floats, Floats]:
+    """Times of the knots, the longer piece beside each, the jumps there, and the largest value of the derivative."""
+    knots = motion.knots
+    after, before = motion.derivative(knots[:-1], order), motion.derivative(knots[1:], order, within=knots[:-1])
+    rests = [after[:1], before[-1:]] if order == 0 else [0.0 * after[:1], 0.0 * before[-1:]]
+    sizes = np.concatenate([after, rests[1]]) - np.concatenate([rests[0], before])
+    gaps = np.diff(knots)
+    within = motion.derivative((knots[:-1, None] + gaps[:, None] * INSIDE).ravel(), order)
+    largest = np.abs(np.concatenate([after, before, within])).max(axis=0)
+    return knots, np.maximum(np.insert(gaps, 0, gaps[0]), np.append(gaps, gaps[-1])), sizes, largest
+
+
+def _of_any(trajectory: Trajectory, order: int) -> tuple[Floats, Floats, Floats, Floats]:
+    """The same, by values beside the places at two distances."""
+    least = CLOSEST * trajectory.duration
+    begin, end = _clusters(_places(trajectory, order), least)
+    gaps = begin[1:] - end[:-1]
+    left, right = np.insert(gaps, 0, gaps[:1]), np.append(gaps, gaps[-1:])
+    if not len(gaps):
+        return begin[:0], begin[:0], np.zeros((0, trajectory.n)), np.zeros(trajectory.n)
+    h = np.maximum(NEAR * np.minimum(left, right), least)
+    once, twice = (
+        derivative(trajectory, end + k * h, order) - derivative(trajectory, begin - k * h, order) for k in (1.0, 2.0)
+    )
+    samples = derivative(trajectory, np.linspace(0.0, trajectory.duration, 257), order)
+    return begin, np.maximum(left, right), 2.0 * once - twice, np.abs(samples).max(axis=0)
+
+
 def _places(trajectory: Trajectory, order: int) -> Floats:
     """Times at which a derivative may jump: breaks, and where values leap between two neighbouring times."""
     breaks = trajectory.breaks()
-    if isinstance(trajectory, PiecewisePolynomial) or order == 3 or len(breaks) < 2:
+    if order == 3 or len(breaks) < 2:
         return breaks
     inner = np.linspace(0.0, trajectory.duration, SAMPLES + 1)[1:-1]
     return np.unique(np.concatenate([breaks, _leaps(trajectory, np.unique(np.concatenate([breaks, inner])), order)]))
