@@ -104,16 +104,16 @@ def _places(trajectory: Trajectory, order: int) -> Floats:
     if order == 3 or len(breaks) < 2:
         return breaks
     inner = np.linspace(0.0, trajectory.duration, SAMPLES + 1)[1:-1]
-    return np.unique(np.concatenate([breaks, _leaps(trajectory, np.unique(np.concatenate([breaks, inner])), order)]))
+    t = np.unique(np.concatenate([breaks, inner]))
+    beside = NEAR * np.diff(t) * np.isin(t[:-1], breaks), NEAR * np.diff(t) * np.isin(t[1:], breaks)
+    return np.unique(np.concatenate([breaks, _leaps(trajectory, t[:-1] + beside[0], t[1:] - beside[1], order)]))
 
 
-def _leaps(trajectory: Trajectory, t: Floats, order: int) -> Floats:
-    """Times inside the intervals of `t` at which a derivative does what its own derivative does not account for.
+def _leaps(trajectory: Trajectory, low: Floats, high: Floats, order: int) -> Floats:
+    """Times inside the intervals from `low` to `high` at which a derivative does what its own derivative does not account for.
 
     |f(b) - f(a) - (b - a) (f'(a) + 4 f'(m) + f'(b))/6| shrinks with the interval unless f jumps in it.
     """
-    gaps = np.diff(t)
-    low, high = t[:-1] + NEAR * gaps, t[1:] - NEAR * gaps
     for _ in range(BISECTIONS):
         middle = (low + high) / 2
         halves = [_residual(trajectory, a, b, order) for a, b in ((low, middle), (middle, high))]
