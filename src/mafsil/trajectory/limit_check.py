@@ -12,6 +12,7 @@ import numpy as np
 from mafsil.answer import Answer
 from mafsil.arrays import Floats
 from mafsil.messages import say
+from mafsil.model.mechanism import MEASURED
 from mafsil.trajectory.jumps import jumps
 from mafsil.trajectory.motion import Trajectory, derivative
 from mafsil.trajectory.motion_limits import Limits, MotionLimits, motion_limits
@@ -131,7 +132,7 @@ def check(
         trajectory: of n coordinates, without batch dimensions.
         limits: of a robot, or bounds of n coordinates; infinite ones are not checked, those of effort neither.
         names: (n,) of the joints, for the sentences.
-        tolerance: excess that is still allowed, relative to max(1, limit).
+        tolerance: excess that is still allowed, relative to max(1, limit); of positions at least `MEASURED` [rad | m].
         ends: whether jumps from rest at the start and into rest at the end count; False for a part of a longer motion.
 
     Raises:
@@ -151,7 +152,8 @@ def check(
             reached = np.take_along_axis(values, at[None], axis=0)[0]
             excess = sign * (reached - bound)
             size = np.maximum(1.0, np.where(np.isfinite(bound), np.abs(bound), 0.0))
-            for joint in np.flatnonzero(excess > tolerance * size):
+            allowed = np.maximum(tolerance * size, MEASURED) if order == 0 else tolerance * size
+            for joint in np.flatnonzero(excess > allowed):
                 quantity = QUANTITIES[order][int(sign > 0)]
                 place = (float(moments[at[joint]]), float(reached[joint]), float(bound[joint]))
                 if (labels[joint], quantity) not in jumped:

@@ -11,6 +11,7 @@ import numpy as np
 
 from mafsil.answer import Answer
 from mafsil.arrays import Floats, require_kind, whole
+from mafsil.model.mechanism import MEASURED
 from mafsil.trajectory.bspline import BSpline
 from mafsil.trajectory.limit_check import Violation, jumps_over, worst_of_each
 from mafsil.trajectory.motion_limits import Limits, MotionLimits, motion_limits
@@ -122,7 +123,7 @@ def prove(
         sides: Floats = getattr(bounds, quantity)
         for joint in np.flatnonzero(np.isfinite(sides).any(axis=0)).tolist():
             low, high = (float(side) for side in sides[:, joint])
-            found = _decided(_bernstein(pieces, order, joint), pieces.knots, (low, high), most, tolerance)
+            found = _decided(_bernstein(pieces, order, joint), pieces.knots, (low, high), most, MEASURED if order == 0 else tolerance)
             used = max(used, found.halvings)
             doubtful += found.left
             if found.value is not None:
@@ -142,7 +143,7 @@ class _Decision:
     halvings: int
 
 
-def _decided(hulls: Floats, knots: Floats, sides: tuple[float, float], most: int, tolerance: float) -> _Decision:
+def _decided(hulls: Floats, knots: Floats, sides: tuple[float, float], most: int, allowed: float) -> _Decision:
     """3. Halve what is in doubt.
 
     Args:
@@ -150,9 +151,9 @@ def _decided(hulls: Floats, knots: Floats, sides: tuple[float, float], most: int
         knots: (pieces + 1,) [s].
         sides: lower and upper bound.
         most: halvings.
-        tolerance: relative to max(1, limit).
+        allowed: excess, relative to max(1, limit).
     """
-    low, high = (side + sign * tolerance * max(1.0, abs(side)) for side, sign in zip(sides, (-1.0, 1.0), strict=True))
+    low, high = sides[0] - allowed * max(1.0, abs(sides[0])), sides[1] + allowed * max(1.0, abs(sides[1]))
     begin, length = knots[:-1], np.diff(knots)
     for count in range(most + 1):
         ends = hulls[:, [0, -1]]
@@ -175,9 +176,10 @@ def _hull_keeps(spline: BSpline, bounds: MotionLimits, tolerance: float) -> bool
     for order, quantity in enumerate(QUANTITIES):
         low, high = getattr(bounds, quantity)
         least, most = spline.hull(order)
-        if (most > high + tolerance * np.maximum(1.0, np.abs(high))).any():
+        allowed = MEASURED if order == 0 else tolerance
+        if (most > high + allowed * np.maximum(1.0, np.abs(high))).any():
             return False
-        if (least < low - tolerance * np.maximum(1.0, np.abs(low))).any():
+        if (least < low - allowed * np.maximum(1.0, np.abs(low))).any():
             return False
     return True
 

@@ -182,7 +182,7 @@ class _Tracker:
         limits = self.robot.limits
         excess = np.maximum(limits.lower - q, q - limits.upper)
         joint = int(excess.argmax())
-        if excess[joint] <= 0.0:
+        if excess[joint] <= MEASURED:
             return None
         return joint, float(limits.lower[joint] if q[joint] < limits.lower[joint] else limits.upper[joint])
 
