@@ -19,7 +19,8 @@ def with_viscous(name: str, viscous: float) -> mf.Robot:
     friction = mf.Friction(viscous=viscous)
     return mf.Robot(
         replace(
-            mechanism, joints=tuple(replace(each, friction=friction) if each.moves else each for each in mechanism.joints)
+            mechanism,
+            joints=tuple(replace(each, friction=friction) if each.moves else each for each in mechanism.joints),
         )
     )
 
@@ -40,7 +41,11 @@ def test_each_limit_of_random_motions_taken_away():
     arm = with_viscous("planar2r", 2.0)
     for _ in range(3):
         path = JointPath.through(rng.uniform(-1.0, 1.0, (3, 2)), "spline")
-        given = {"velocity": rng.uniform(0.5, 5.0, 2), "acceleration": rng.uniform(1.0, 30.0, 2), "effort": [60.0, 30.0]}
+        given = {
+            "velocity": rng.uniform(0.5, 5.0, 2),
+            "acceleration": rng.uniform(1.0, 30.0, 2),
+            "effort": [60.0, 30.0],
+        }
         whole = time_optimal(path, MotionLimits.of(2, **given), robot=arm)
         for name in given:
             fewer = {key: value for key, value in given.items() if key != name}

@@ -156,7 +156,8 @@ def missed(rng: np.random.Generator) -> str:
     proof = tr.prove(kicked, limits, ends=False) if isinstance(kicked, PiecewisePolynomial) else False
     if exact and not proof:
         return ""
-    return f"{type(trajectory).__name__} derivative {kick} by {size[joint]:.3g} at {time:.6g}, named {named}: {found} {proof}"
+    what = f"derivative {kick} by {size[joint]:.3g} at {time:.6g}, named {named}"
+    return f"{type(trajectory).__name__} {what}: {found} {proof}"
 
 
 def planted(motion: PiecewisePolynomial, time: float, order: int, size: np.ndarray) -> PiecewisePolynomial:

@@ -37,7 +37,7 @@ def test_a_jump_of_velocity_exceeds_the_acceleration_at_its_time(tmp_path):
     assert violation.explain("ar") != violation.explain("en")
     proof = prove(motion, limits)
     assert proof.status is ProofStatus.EXCEEDED
-    assert list(proof)[0].time == 1.0
+    assert next(iter(proof)).time == 1.0
     file = export(motion, tmp_path / "jump.csv", limits, rate=100)
     assert not file
     assert not (tmp_path / "jump.csv").exists()

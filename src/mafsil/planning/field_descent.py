@@ -100,7 +100,9 @@ def down_the_field(around: Field, start: Floats, step: float, escapes: int, seed
     def ended(status: PlanningStatus, rows: list[Floats], minima: list[Floats]) -> FieldPath:
         seconds = perf_counter() - begun
         places = np.array(minima).reshape(-1, len(start))
-        return FieldPath(status, np.stack([*way, *rows]), "potential_field", descent.looks, 0, len(rows), seconds, minima=places)
+        return FieldPath(
+            status, np.stack([*way, *rows]), "potential_field", descent.looks, 0, len(rows), seconds, minima=places
+        )
 
     # 1
     blocked = descent.blocked()

@@ -56,8 +56,8 @@ def jumps(trajectory: Trajectory, order: int, *, ends: bool = True, tolerance: f
     duration = trajectory.duration
     if not duration > 0.0:
         return ()
-    beside = _of_polynomial if isinstance(trajectory, PiecewisePolynomial) else _of_any
-    begin, wide, sizes, largest = beside(trajectory, order)
+    exact = isinstance(trajectory, PiecewisePolynomial)
+    begin, wide, sizes, largest = _of_polynomial(trajectory, order) if exact else _of_any(trajectory, order)
     if not ends:
         begin, wide, sizes = begin[1:-1], wide[1:-1], sizes[1:-1]
     if not len(sizes):
@@ -110,7 +110,7 @@ def _places(trajectory: Trajectory, order: int) -> Floats:
 
 
 def _leaps(trajectory: Trajectory, low: Floats, high: Floats, order: int) -> Floats:
-    """Times inside the intervals from `low` to `high` at which a derivative does what its own derivative does not account for.
+    """Times in the intervals from `low` to `high` at which a derivative changes as its own derivative does not say.
 
     |f(b) - f(a) - (b - a) (f'(a) + 4 f'(m) + f'(b))/6| shrinks with the interval unless f jumps in it.
     """

@@ -123,7 +123,9 @@ def prove(
         sides: Floats = getattr(bounds, quantity)
         for joint in np.flatnonzero(np.isfinite(sides).any(axis=0)).tolist():
             low, high = (float(side) for side in sides[:, joint])
-            found = _decided(_bernstein(pieces, order, joint), pieces.knots, (low, high), most, MEASURED if order == 0 else tolerance)
+            found = _decided(
+                _bernstein(pieces, order, joint), pieces.knots, (low, high), most, MEASURED if order == 0 else tolerance
+            )
             used = max(used, found.halvings)
             doubtful += found.left
             if found.value is not None:

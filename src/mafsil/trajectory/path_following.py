@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
+from mafsil.model.mechanism import MEASURED
 from mafsil.robot import Robot, of_robot
 from mafsil.solvers import Outcome, levenberg_marquardt
 from mafsil.trajectory.path_task import PathTask, path_error, path_rates

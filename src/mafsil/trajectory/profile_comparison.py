@@ -55,7 +55,7 @@ class ProfileRun:
         jerk: the largest [rad/s^3 | m/s^3]; infinite where the acceleration jumps.
         effort: the largest share of an effort limit; NaN without a robot that has some.
         mean_effort: root of the mean square of that share over time; NaN likewise.
-        exceeds: quantities whose limits it does not keep, of `lower`, `upper`, `velocity`, `acceleration`, `jerk`, `effort`.
+        exceeds: quantities whose limits it breaks: `lower`, `upper`, `velocity`, `acceleration`, `jerk`, `effort`.
     """
 
     name: str
@@ -102,7 +102,7 @@ class ProfileComparison(Answer):
 
     @property
     def status(self) -> ComparisonStatus:
-        """COMPARED; TOO_WEAK where every profile exceeds a limit of effort, NONE_KEEPS where each exceeds some limit."""
+        """COMPARED; TOO_WEAK where every profile exceeds a limit of effort, NONE_KEEPS where each exceeds some."""
         if not all(run.exceeds for run in self.runs):
             return ComparisonStatus.COMPARED
         weak = all("effort" in run.exceeds for run in self.runs)
@@ -127,7 +127,7 @@ class ProfileComparison(Answer):
 
 
 def compare_profiles(points: ArrayLike, limits: Limits, *, robot: Robot | None = None) -> ProfileComparison:
-    """Every profile through the same points, each as quick as velocity and acceleration allow; then held against all limits.
+    """Every profile through the same points, as quick as velocity and acceleration allow, and the limits it breaks.
 
     1. The laws of `LAWS` stop at each point.
     2. `jerk_limited` passes the points between; where the jerk of every coordinate is limited.

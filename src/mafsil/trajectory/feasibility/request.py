@@ -43,7 +43,7 @@ def _between_stops(
 
 
 def _quartic_ends(u: Floats, h: Floats) -> Floats:
-    """(k, 6, n) cubics that end at rest without acceleration: the first and the last are quartics, a single one a quintic.
+    """(k, 6, n) cubics that end at rest without acceleration: first and last are quartics, a single one a quintic.
 
     The velocities v of the inner points make the acceleration continuous. Seen from rest at distance D a quartic ends
     with the acceleration  6 v/h - 12 D/h^2,  a cubic between two points begins with  6 D/h^2 - (4 v + 2 v')/h.
@@ -102,8 +102,8 @@ class MotionRequest:
         points: (k + 1, n) way points [rad | m].
         durations: (k,) of the legs between them [s].
         limits: bounds of the n coordinates.
-        curve: `spline`: a cubic spline, at rest at both ends, where a jerk is limited with quartic ends that begin and end
-            without acceleration; `stops`: quintics that rest at every point.
+        curve: `spline`: a cubic spline, at rest at both ends, where a jerk is limited with quartic ends that begin
+            and end without acceleration; `stops`: quintics that rest at every point.
         joints: (n) names.
         stops: inner points at which a spline stops.
     """
