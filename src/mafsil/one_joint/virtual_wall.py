@@ -21,8 +21,8 @@ def stiffest_stable_wall(
     """Stiffest virtual wall against which a free device is stable by itself (*batch) [N/m].
 
     The wall is a sampled spring and differenced damper; by halving on the spectral radius of the exact step, to
-    rounding of its eigenvalues; a spring alone without delay by its closed form. A hand that holds the device may still make it unstable: the passive limit is
-    `mafsil.control.stiffest_wall`.
+    rounding of its eigenvalues; a spring alone without delay by its closed form. A hand that holds the device may still
+    make it unstable: the passive limit is `mafsil.control.stiffest_wall`.
 
     Args:
         mass: of the device (*batch) [kg].
