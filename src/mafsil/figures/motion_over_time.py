@@ -13,7 +13,7 @@ from mafsil.figures.performance_sheet import FORCE, INK, SHELL, SINGULAR, VELOCI
 from mafsil.figures.picture_file import picture_file
 from mafsil.messages import say
 from mafsil.trajectory import Trajectory
-from mafsil.trajectory.limit_check import derivative
+from mafsil.trajectory.motion import derivative
 from mafsil.trajectory.motion_limits import Limits, motion_limits
 
 COLOURS = (VELOCITY, FORCE, "#4a9c5d", "#8a5fb0", "#b08a2e", "#3aa0a8", INK)

@@ -13,7 +13,7 @@ from mafsil.figures.performance_sheet import SINGULAR, flat_axes, save, sheet
 from mafsil.figures.picture_file import picture_file
 from mafsil.messages import say
 from mafsil.trajectory import ProfileComparison
-from mafsil.trajectory.limit_check import derivative
+from mafsil.trajectory.motion import derivative
 
 STYLES = ("-", "--", ":")
 """Of lines, when there are more profiles than colours."""

@@ -19,10 +19,9 @@ from mafsil.job.remark import Remark
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
 from mafsil.model import JointKind
+from mafsil.model.mechanism import MEASURED
 from mafsil.robot import Robot
 
-DIGITS = 1e-9
-"""A limit typed in degrees is a limit kept, whatever its last digit [rad | m]."""
 TURN = 2 * pi + 1e-3
 """An angle in radians beyond it was probably meant in degrees."""
 FAR = 20.0
@@ -201,7 +200,7 @@ def require_within(job: Job, robot: Robot, places: Places, path: Path, values: t
     """
     columns = listed_joints(robot, len(values))
     q, limits, turns = coordinates(job, robot, values), limits_of(robot.limits, columns), revolute(robot)[columns]
-    outside = np.flatnonzero((q < limits.lower - DIGITS) | (q > limits.upper + DIGITS))
+    outside = np.flatnonzero((q < limits.lower - MEASURED) | (q > limits.upper + MEASURED))
     if not len(outside):
         return
     k = int(outside[0])

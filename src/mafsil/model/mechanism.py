@@ -39,6 +39,11 @@ class Remark(Protocol):
         ...
 
 
+MEASURED = 1e-5
+"""How far a measured coordinate may lie beyond a written limit and count as on it [rad | m]: files round pi to 3.14159,
+drivers send four bytes."""
+
+
 @dataclass(frozen=True, slots=True)
 class Provenance:
     """Where a description comes from.
@@ -72,6 +77,16 @@ class JointLimits:
     acceleration: Floats
     jerk: Floats
     effort: Floats
+
+    def admitted(self, q: Floats) -> Floats:
+        """(*batch, n) measured coordinates, those beyond a limit by at most MEASURED on it, all others as they are."""
+        return admitted(q, self.lower, self.upper)
+
+
+def admitted(q: Floats, lower: Floats, upper: Floats) -> Floats:
+    """(*batch, n) measured coordinates, those beyond a bound by at most MEASURED on it, all others as they are."""
+    on = np.clip(q, lower, upper)
+    return np.where(np.abs(on - q) <= MEASURED, on, q)
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,6 +19,9 @@ from mafsil.one_joint.row_answer import RowAnswer
 AT_LIMIT = 1e-9
 """Distance of the spectral radius from 1 within which a loop counts as being at its limit."""
 
+DECAYS = 1e-12
+"""Distance of the spectral radius from 1 that eigenvalues show beyond their rounding: where searches for limits end."""
+
 
 class SampledStatus(Status):
     """Whether a sampled loop forgets its errors."""
@@ -84,7 +87,7 @@ def step_matrix(arm: JointArm, law: JointLaw, period: ArrayLike, delay: int = 0)
     n = 4 + d
     A = np.zeros((*M.shape, n, n))
     # 1. theta after a period: theta + S theta' + P tau; theta': E theta' + Q tau.
-    E, S, Q, P = _held(M, b, T)
+    E, S, Q, P = held_plant(M, b, T)
     # 2. Torque of this reading: -(Kp + Ki T) theta + Ki I - Kd (theta - last) / T, with I the integral of -theta.
     torque = np.zeros((*M.shape, n))
     torque[..., 0], torque[..., 2], torque[..., 3] = -(kp + ki * T + kd / T), kd / T, ki
@@ -105,7 +108,7 @@ def step_matrix(arm: JointArm, law: JointLaw, period: ArrayLike, delay: int = 0)
     return A
 
 
-def _held(M: Floats, b: Floats, T: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+def held_plant(M: Floats, b: Floats, T: Floats) -> tuple[Floats, Floats, Floats, Floats]:
     """With x = b T / M: e^-x, (1 - e^-x) M / b, (1 - e^-x) / b, (x - 1 + e^-x) M / b^2; series where x is small."""
     x = b * T / M
     small = x < 1e-3
@@ -134,6 +137,6 @@ def first_unstable_delay(arm: JointArm, law: JointLaw, period: float, most: int 
         most: delays that are looked at, one after the other.
     """
     for delay in range(whole("most", most, least=1, most=2000) + 1):
-        if not sampled_stability(arm, law, period, delay):
+        if not (sampled_stability(arm, law, period, delay).spectral_radius < 1.0 - DECAYS).all():
             return delay
     return None

@@ -9,7 +9,7 @@ from mafsil.arrays import Floats, whole
 from mafsil.one_joint.arguments import above_zero, magnitude, together
 from mafsil.one_joint.joint_arm import JointArm
 from mafsil.one_joint.joint_law import JointLaw
-from mafsil.one_joint.sampled_stability import sampled_stability
+from mafsil.one_joint.sampled_stability import DECAYS, held_plant, sampled_stability
 
 HALVINGS = 80
 """In the search."""
@@ -21,8 +21,8 @@ def stiffest_stable_wall(
     """Stiffest virtual wall against which a free device is stable by itself (*batch) [N/m].
 
     The wall is a sampled spring and differenced damper; by halving on the spectral radius of the exact step, to
-    rounding. A hand that holds the device may still make it unstable: the passive limit is
-    `mafsil.control.stiffest_wall`.
+    rounding of its eigenvalues; a spring alone without delay by its closed form. A hand that holds the device may still
+    make it unstable: the passive limit is `mafsil.control.stiffest_wall`.
 
     Args:
         mass: of the device (*batch) [kg].
@@ -42,6 +42,14 @@ def stiffest_stable_wall(
     low, high = np.zeros_like(m), 16.0 * m / (T * T) + 16.0 * (b + B) / T
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        fine = sampled_stability(device, JointLaw.pid(middle, 0.0, B), T, late).verdict == 0
+        fine = sampled_stability(device, JointLaw.pid(middle, 0.0, B), T, late).spectral_radius < 1.0 - DECAYS
         low, high = np.where(fine, middle, low), np.where(fine, high, middle)
-    return low
+    if late:
+        return low
+    # A spring without delay: theta, theta' go by [[1 - P K, S], [-Q K, E]], stable while its determinant is below 1 and
+    # no eigenvalue passes -1. No difference of nearly equal numbers is needed, however light the damping.
+    E, S, Q, P = held_plant(m, b, T)
+    turns, flips = S * Q - P * E, P * (1.0 + E) - S * Q
+    with np.errstate(divide="ignore"):
+        spring = np.minimum(-np.expm1(-b * T / m) / turns, np.where(flips > 0.0, 2.0 * (1.0 + E) / flips, np.inf))
+    return np.where(B > 0.0, low, spring)

@@ -152,9 +152,9 @@ def _branches(checker: Checker, start: JointVector, goal: PoseMatrix, before: Po
         if not followed or followed.value is None:
             yield Branch(q, none, Reason(followed))
             continue
-        chords = _chords(followed.value.at)
         limits = checker.robot.limits
-        if ((chords < limits.lower - 1e-9) | (chords > limits.upper + 1e-9)).any():
+        chords = limits.admitted(_chords(followed.value.at))
+        if ((chords < limits.lower) | (chords > limits.upper)).any():
             yield Branch(q, none, Reason((PlanningStatus.GOAL_OUTSIDE.key, {})))
             continue
         proved = checker.check_path(chords)

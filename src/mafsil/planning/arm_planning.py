@@ -85,7 +85,9 @@ def plan(
 ) -> ArmPlan:
     """A path of an arm from a configuration to a goal, each straight motion of it proved free of collisions.
 
-    1. Poses become configurations: all solutions of the inverse kinematics within the limits.
+    1. Poses become configurations: all solutions of the inverse kinematics within the limits. A start or goal that is
+       beyond a limit by no more than 1e-5 rad or m, as measured ones are, is planned for from the limit; the way to it
+       is added, and that is said.
     2. Ends that collide or lie outside the limits are named with what they meet.
     3. RRT-Connect in compiled code, or another planner of `PLANNERS`; edges are looked at when they grow and proved
        when they count. What is to be kept is kept by projection, and proved between the points of the path.
@@ -157,6 +159,14 @@ def plan(
     begun = perf_counter()
     # 1.
     goals = configurations_of(checker, goal, q)
+    on = checker.robot.limits.admitted(q), checker.robot.limits.admitted(goals)
+    if (on[0] != q).any() or (on[1] != goals).any():
+        measured = plan(
+            robot, scene, on[0], on[1] if len(goals) else goal, planner=planner, seed=seed, seconds=seconds,
+            nodes=nodes, shorten=shorten, margin=margin, own_margin=own_margin, keep=keep, radius=radius,
+            moving=may_move,
+        )  # fmt: skip
+        return _from_measured(measured, checker, q, goals)
     rules: tuple[Moving, ...] = (may_move,)
     if moving is None and checker.has_carriers and len(goals):
         wider = with_carriers(checker, np.concatenate([q[None], goals]))
@@ -186,6 +196,34 @@ def plan(
     if constraints:
         return found
     return _decided(found, q, goals, seed, shorten, nodes if planner == CELLS else MOST_BOXES, seconds)
+
+
+def _from_measured(found: ArmPlan, checker: Checker, q: JointVector, goals: JointVector) -> ArmPlan:
+    """The same between ends as they were measured, a little beyond limits: with the way to and from them.
+
+    Args:
+        found: between ends on the limits.
+        checker: the arm.
+        q: (n,) start.
+        goals: (k, n).
+    """
+    goal = goals[found.goal] if found else q
+    ends = (q, found.path[0]), (found.path[-1], goal)
+    away = max(float(np.abs(a - b).max()) for a, b in ends)
+    if not found or not away:
+        return found
+    rows = [
+        *([q] if (q != found.path[0]).any() else []),
+        *found.path,
+        *([goal] if (goal != found.path[-1]).any() else []),
+    ]
+    blocked = PlanningStatus.START_BLOCKED, PlanningStatus.GOAL_BLOCKED
+    for status, (a, b), end in zip(blocked, ends, (q, goal), strict=True):
+        if not checker.free_segment(a, b):
+            return replace(found, status=status, path=q[None], ends=(checker.check(end),))
+    said = Reason(("planning.on_limit", {"far": away}))
+    reason = found.reason.and_then(said) if isinstance(found.reason, Reason) else said
+    return replace(found, path=np.stack(rows), reason=reason)
 
 
 def _connected(

@@ -10,6 +10,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.messages import say
+from mafsil.model.mechanism import admitted
 from mafsil.planning.outcome import Plan, PlanningStatus
 
 STILL = 1e-10
@@ -81,7 +82,7 @@ class FieldPath(Plan):
 def down_the_field(around: Field, start: Floats, step: float, escapes: int, seed: int) -> FieldPath:
     """From a point to the goal, or to a local minimum from which no walk leads on.
 
-    1. Ends that cannot be.
+    1. Ends that cannot be; a start beyond a bound by rounding is led onto it.
     2. Down to a place where the point rests.
     3. A random walk from there, or from farther back, and down again: kept where that ends lower.
 
@@ -92,12 +93,16 @@ def down_the_field(around: Field, start: Floats, step: float, escapes: int, seed
         escapes: random walks.
         seed: of these.
     """
+    given, start = start, admitted(start, around.lower, around.upper)
+    way = [given] if (given != start).any() else []
     begun, rng, descent = perf_counter(), np.random.default_rng(seed), _Descent(around, start, step)
 
     def ended(status: PlanningStatus, rows: list[Floats], minima: list[Floats]) -> FieldPath:
         seconds = perf_counter() - begun
         places = np.array(minima).reshape(-1, len(start))
-        return FieldPath(status, np.stack(rows), "potential_field", descent.looks, 0, len(rows), seconds, minima=places)
+        return FieldPath(
+            status, np.stack([*way, *rows]), "potential_field", descent.looks, 0, len(rows), seconds, minima=places
+        )
 
     # 1
     blocked = descent.blocked()

@@ -147,13 +147,13 @@ class PotentialField:
 
         Args:
             checker: the arm in its scene.
-            goal: (n,) [rad | m].
+            goal: (n,), taken as on a limit that it exceeds by rounding [rad | m].
             kp, eta, reach: as of the field.
 
         Raises:
             InputError: a wrong shape, a number that is not finite, a strength or reach that is not positive.
         """
-        target = single("goal", goal, (checker.robot.n,))
+        target = checker.robot.limits.admitted(single("goal", goal, (checker.robot.n,)))
         kp, eta, reach = (positive(name, x) for name, x in (("kp", kp), ("eta", eta), ("reach", reach)))
         arm = WholeArm.of(checker, target, reach + ROOM)
         limits, kept = checker.robot.limits, arm(target).rho

@@ -12,7 +12,7 @@ from mafsil.trajectory.bspline_through import minimum_snap_through as minimum_sn
 from mafsil.trajectory.cartesian_line import cartesian_line as cartesian_line
 from mafsil.trajectory.cartesian_path import CartesianPath as CartesianPath
 from mafsil.trajectory.continuity import Continuity as Continuity
-from mafsil.trajectory.continuity import Jump as Jump
+from mafsil.trajectory.jumps import Jump as Jump
 from mafsil.trajectory.continuity import continuity as continuity
 from mafsil.trajectory.cubic_spline import cubic_through as cubic_through
 from mafsil.trajectory.difficulties import BranchChange as BranchChange

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -11,8 +12,10 @@ import numpy as np
 from mafsil.answer import Answer
 from mafsil.arrays import Floats
 from mafsil.messages import say
-from mafsil.trajectory.motion import Trajectory
-from mafsil.trajectory.motion_limits import Limits, motion_limits
+from mafsil.model.mechanism import MEASURED
+from mafsil.trajectory.jumps import jumps
+from mafsil.trajectory.motion import Trajectory, derivative
+from mafsil.trajectory.motion_limits import Limits, MotionLimits, motion_limits
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.status import LimitStatus
 from mafsil.trajectory.tolerances import GIVEN
@@ -28,6 +31,9 @@ ROUNDS = 3
 MOST_SAMPLES = 8192
 """In all pieces, where there are not too many of them."""
 
+JUMPING = ("position", "velocity", "acceleration")
+"""Derivatives of which a finite limit of a higher one asks that they are continuous."""
+
 QUANTITIES = (("lower", "upper"), ("velocity", "velocity"), ("acceleration", "acceleration"), ("jerk", "jerk"))
 """What the lower and upper bounds of each derivative are called."""
 
@@ -42,6 +48,8 @@ class Violation:
         time: [s].
         value: the coordinate's value or derivative there.
         limit: what was allowed in that direction: negative for a velocity that is too negative.
+        jump: of the derivative below, where it is not continuous; then the value is infinite. Else zero.
+        jumping: what jumps: `position`, `velocity` or `acceleration`; else nothing.
     """
 
     joint: str
@@ -49,6 +57,8 @@ class Violation:
     time: float
     value: float
     limit: float
+    jump: float = 0.0
+    jumping: str = ""
 
     def quantity_name(self, language: str | None = None) -> str:
         """The quantity in words."""
@@ -58,6 +68,11 @@ class Violation:
         """The violation as a sentence."""
         quantity = self.quantity_name(language)
         details = {"joint": self.joint, "time": self.time, "value": self.value, "limit": self.limit}
+        if self.jumping:
+            what = say(f"trajectory.{'upper' if self.jumping == 'position' else self.jumping}", language=language)
+            return say(
+                "trajectory.jump_exceeds", language=language, quantity=quantity, jumping=what, jump=self.jump, **details
+            )
         return say("trajectory.exceeded", language=language, quantity=quantity, **details)
 
 
@@ -100,18 +115,25 @@ class LimitCheck(Answer):
 
 
 def check(
-    trajectory: Trajectory, limits: Limits, names: tuple[str, ...] = (), *, tolerance: float = GIVEN
+    trajectory: Trajectory,
+    limits: Limits,
+    names: tuple[str, ...] = (),
+    *,
+    tolerance: float = GIVEN,
+    ends: bool = True,
 ) -> LimitCheck:
     """Hold a trajectory against the limits of its joints.
 
     Piecewise polynomials are checked at the exact extremes; others are sampled between their breaks and refined
-    around the largest samples.
+    around the largest samples. A finite limit of derivative k asks that all below it are continuous: a jump of the
+    velocity exceeds every finite limit of acceleration and of jerk.
 
     Args:
         trajectory: of n coordinates, without batch dimensions.
         limits: of a robot, or bounds of n coordinates; infinite ones are not checked, those of effort neither.
         names: (n,) of the joints, for the sentences.
-        tolerance: excess that is still allowed, relative to max(1, limit).
+        tolerance: excess that is still allowed, relative to max(1, limit); of positions at least `MEASURED` [rad | m].
+        ends: whether jumps from rest at the start and into rest at the end count; False for a part of a longer motion.
 
     Raises:
         InputError: limits of another number of coordinates.
@@ -119,7 +141,8 @@ def check(
     labels = names or tuple(str(i) for i in range(trajectory.n))
     bounds = motion_limits(limits, trajectory.n)
     derivatives = (bounds.position, bounds.velocity, bounds.acceleration, bounds.jerk)
-    found: list[tuple[float, Violation]] = []
+    found: list[tuple[float, Violation]] = [(abs(v.jump), v) for v in jumps_over(trajectory, bounds, labels, ends=ends)]
+    jumped = {(violation.joint, violation.quantity) for _, violation in found}
     for order, sides in enumerate(derivatives):
         if not np.isfinite(sides).any():
             continue
@@ -129,14 +152,45 @@ def check(
             reached = np.take_along_axis(values, at[None], axis=0)[0]
             excess = sign * (reached - bound)
             size = np.maximum(1.0, np.where(np.isfinite(bound), np.abs(bound), 0.0))
-            for joint in np.flatnonzero(excess > tolerance * size):
+            allowed = np.maximum(tolerance * size, MEASURED) if order == 0 else tolerance * size
+            for joint in np.flatnonzero(excess > allowed):
                 quantity = QUANTITIES[order][int(sign > 0)]
                 place = (float(moments[at[joint]]), float(reached[joint]), float(bound[joint]))
-                found.append((float(excess[joint]), Violation(labels[joint], quantity, *place)))
-    return LimitCheck(_worst_of_each(found))
+                if (labels[joint], quantity) not in jumped:
+                    found.append((float(excess[joint]), Violation(labels[joint], quantity, *place)))
+    return LimitCheck(worst_of_each(found))
 
 
-def _worst_of_each(found: list[tuple[float, Violation]]) -> tuple[Violation, ...]:
+def jumps_over(
+    trajectory: Trajectory, bounds: MotionLimits, labels: tuple[str, ...], *, ends: bool = True
+) -> list[Violation]:
+    """Jumps that no finite limit of a higher derivative allows: of each joint the lowest that jumps.
+
+    Args:
+        trajectory: of n coordinates.
+        bounds: of them.
+        labels: (n,) names of the joints.
+        ends: whether start and end count, before and after which it rests.
+    """
+    derivatives = (bounds.velocity, bounds.acceleration, bounds.jerk)
+    finite = np.array([np.isfinite(sides).any(axis=0) for sides in derivatives])
+    found: list[Violation] = []
+    done = np.zeros(bounds.n, dtype=bool)
+    for order, jumping in enumerate(JUMPING):
+        if not (finite[order:].any(axis=0) & ~done).any():
+            continue
+        leaps = [leap for leap in jumps(trajectory, order, ends=ends) if not done[leap.coordinate]]
+        for leap in leaps:
+            joint, side = leap.coordinate, int(leap.size > 0.0)
+            done[joint] = True
+            for k in np.flatnonzero(finite[order:, joint]) + order:
+                limit, value = float(derivatives[k][side, joint]), math.copysign(np.inf, leap.size)
+                place = (labels[joint], QUANTITIES[k + 1][0], leap.time, value, limit)
+                found.append(Violation(*place, jump=leap.size, jumping=jumping))
+    return found
+
+
+def worst_of_each(found: list[tuple[float, Violation]]) -> tuple[Violation, ...]:
     """One violation for each joint and quantity: a limit that is exceeded in both directions is named once."""
     worst: dict[tuple[str, str], tuple[float, Violation]] = {}
     for excess, violation in found:
@@ -225,17 +279,3 @@ def _within(breaks: Floats, samples: int) -> Floats:
 def _between(begin: float, end: float) -> Floats:
     """Evenly spaced times."""
     return np.linspace(begin, end, SAMPLES_PER_PIECE, endpoint=False)
-
-
-def derivative(trajectory: Trajectory, t: Floats, order: int) -> Floats:
-    """A derivative of a trajectory.
-
-    Args:
-        trajectory: of n coordinates.
-        t: (k,) times [s].
-        order: 0 to 3, position to jerk.
-
-    Returns:
-        (k, n) [rad | m] and time derivatives.
-    """
-    return trajectory.jerk(t) if order == 3 else trajectory.at(t)[order]

@@ -11,8 +11,9 @@ import numpy as np
 
 from mafsil.answer import Answer
 from mafsil.arrays import Floats, require_kind, whole
+from mafsil.model.mechanism import MEASURED
 from mafsil.trajectory.bspline import BSpline
-from mafsil.trajectory.limit_check import Violation
+from mafsil.trajectory.limit_check import Violation, jumps_over, worst_of_each
 from mafsil.trajectory.motion_limits import Limits, MotionLimits, motion_limits
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.status import ProofStatus
@@ -82,6 +83,7 @@ def prove(
     *,
     halvings: int = 40,
     tolerance: float = GIVEN,
+    ends: bool = True,
 ) -> LimitProof:
     """Whether position, velocity, acceleration and jerk keep their limits at every time, both sides.
 
@@ -89,12 +91,15 @@ def prove(
     2. Knots inserted until each piece has a hull of its own: its Bernstein coefficients.
     3. Pieces that are in doubt are halved; the ends of each are values of the motion, and convict it.
 
+    Jumps between the pieces are looked for first: a finite limit of derivative k asks that all below it are continuous.
+
     Args:
         trajectory: without batch dimensions; what else is made of polynomials by its `to_polynomial()`.
         limits: of the coordinates, or a robot's.
         names: (n,) of the coordinates, for the sentences.
         halvings: most of them; each halves the length of what is in doubt.
         tolerance: excess that is allowed, relative to max(1, limit).
+        ends: whether jumps from rest at the start and into rest at the end count; False for a part of a longer motion.
 
     Raises:
         InputError: no B-spline or piecewise polynomial, limits of another number of coordinates.
@@ -103,6 +108,9 @@ def prove(
     bounds = motion_limits(limits, trajectory.n)
     most = whole("halvings", halvings, 0, 200)
     labels = names or tuple(str(k) for k in range(trajectory.n))
+    leaps = jumps_over(trajectory, bounds, labels, ends=ends)
+    if leaps:
+        return LimitProof(worst_of_each([(abs(leap.jump), leap) for leap in leaps]), 0, -1, tolerance)
     # 1
     if isinstance(trajectory, BSpline) and _hull_keeps(trajectory, bounds, tolerance):
         return LimitProof((), 0, -1, tolerance)
@@ -115,7 +123,9 @@ def prove(
         sides: Floats = getattr(bounds, quantity)
         for joint in np.flatnonzero(np.isfinite(sides).any(axis=0)).tolist():
             low, high = (float(side) for side in sides[:, joint])
-            found = _decided(_bernstein(pieces, order, joint), pieces.knots, (low, high), most, tolerance)
+            found = _decided(
+                _bernstein(pieces, order, joint), pieces.knots, (low, high), most, MEASURED if order == 0 else tolerance
+            )
             used = max(used, found.halvings)
             doubtful += found.left
             if found.value is not None:
@@ -135,7 +145,7 @@ class _Decision:
     halvings: int
 
 
-def _decided(hulls: Floats, knots: Floats, sides: tuple[float, float], most: int, tolerance: float) -> _Decision:
+def _decided(hulls: Floats, knots: Floats, sides: tuple[float, float], most: int, allowed: float) -> _Decision:
     """3. Halve what is in doubt.
 
     Args:
@@ -143,9 +153,9 @@ def _decided(hulls: Floats, knots: Floats, sides: tuple[float, float], most: int
         knots: (pieces + 1,) [s].
         sides: lower and upper bound.
         most: halvings.
-        tolerance: relative to max(1, limit).
+        allowed: excess, relative to max(1, limit).
     """
-    low, high = (side + sign * tolerance * max(1.0, abs(side)) for side, sign in zip(sides, (-1.0, 1.0), strict=True))
+    low, high = sides[0] - allowed * max(1.0, abs(sides[0])), sides[1] + allowed * max(1.0, abs(sides[1]))
     begin, length = knots[:-1], np.diff(knots)
     for count in range(most + 1):
         ends = hulls[:, [0, -1]]
@@ -168,9 +178,10 @@ def _hull_keeps(spline: BSpline, bounds: MotionLimits, tolerance: float) -> bool
     for order, quantity in enumerate(QUANTITIES):
         low, high = getattr(bounds, quantity)
         least, most = spline.hull(order)
-        if (most > high + tolerance * np.maximum(1.0, np.abs(high))).any():
+        allowed = MEASURED if order == 0 else tolerance
+        if (most > high + allowed * np.maximum(1.0, np.abs(high))).any():
             return False
-        if (least < low - tolerance * np.maximum(1.0, np.abs(low))).any():
+        if (least < low - allowed * np.maximum(1.0, np.abs(low))).any():
             return False
     return True
 

@@ -60,6 +60,20 @@ class Stretchable(Trajectory, Protocol):
         ...
 
 
+def derivative(trajectory: Trajectory, t: Floats, order: int) -> Floats:
+    """A derivative of a trajectory.
+
+    Args:
+        trajectory: of n coordinates.
+        t: (k,) times [s].
+        order: 0 to 3, position to jerk.
+
+    Returns:
+        (k, n) [rad | m] and time derivatives.
+    """
+    return trajectory.jerk(t) if order == 3 else trajectory.at(t)[order]
+
+
 def times(t: ArrayLike) -> Floats:
     """Times as a finite float64 array.
 

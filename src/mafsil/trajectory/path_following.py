@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
+from mafsil.model.mechanism import MEASURED
 from mafsil.robot import Robot, of_robot
 from mafsil.solvers import Outcome, levenberg_marquardt
 from mafsil.trajectory.path_task import PathTask, path_error, path_rates
@@ -182,7 +183,7 @@ class _Tracker:
         limits = self.robot.limits
         excess = np.maximum(limits.lower - q, q - limits.upper)
         joint = int(excess.argmax())
-        if excess[joint] <= 0.0:
+        if excess[joint] <= MEASURED:
             return None
         return joint, float(limits.lower[joint] if q[joint] < limits.lower[joint] else limits.upper[joint])
 

@@ -19,6 +19,7 @@ from mafsil.robot import Robot
 from mafsil.trajectory.continuity import continuity
 from mafsil.trajectory.jerk import JerkLimitedMotion, jerk_limited, jerk_limited_through
 from mafsil.trajectory.laws import LAWS
+from mafsil.trajectory.limit_check import check
 from mafsil.trajectory.motion import Trajectory
 from mafsil.trajectory.motion_limits import Limits, MotionLimits, motion_limits
 from mafsil.trajectory.path import JointPath
@@ -29,7 +30,18 @@ from mafsil.trajectory.tolerances import ROUNDING
 
 SAMPLES = 2001
 """Even times at which a motion is looked at, besides both sides of its breaks."""
-COLUMNS = ("profile", "duration", "velocity_used", "acceleration_used", "jerk", "effort_used", "effort_mean")
+COLUMNS = ("profile", "duration", "exceeds", "velocity_used", "acceleration_used", "jerk", "effort_used", "effort_mean")
+QUANTITIES = {
+    "lower": "coordinate",
+    "upper": "coordinate",
+    "velocity": "velocity_used",
+    "acceleration": "acceleration_used",
+    "jerk": "jerk_used",
+    "effort": "effort_used",
+}
+"""Heads of columns that name quantities."""
+KEPT = 1e-6
+"""Excess of a limit, relative to max(1, limit), that is still allowed: `time_optimal` keeps limits to it."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -43,6 +55,7 @@ class ProfileRun:
         jerk: the largest [rad/s^3 | m/s^3]; infinite where the acceleration jumps.
         effort: the largest share of an effort limit; NaN without a robot that has some.
         mean_effort: root of the mean square of that share over time; NaN likewise.
+        exceeds: quantities whose limits it breaks: `lower`, `upper`, `velocity`, `acceleration`, `jerk`, `effort`.
     """
 
     name: str
@@ -52,6 +65,7 @@ class ProfileRun:
     jerk: float
     effort: float
     mean_effort: float
+    exceeds: tuple[str, ...] = ()
 
     @property
     def duration(self) -> float:
@@ -65,7 +79,7 @@ class ProfileComparison(Answer):
 
     Attributes:
         runs: one for each profile.
-        limits: that velocity and acceleration keep.
+        limits: that each is held against.
     """
 
     runs: tuple[ProfileRun, ...]
@@ -88,32 +102,38 @@ class ProfileComparison(Answer):
 
     @property
     def status(self) -> ComparisonStatus:
-        """COMPARED; TOO_WEAK where every profile exceeds a limit of effort."""
-        weak = [run.effort > 1.0 + ROUNDING for run in self.runs]
-        return ComparisonStatus.TOO_WEAK if all(weak) else ComparisonStatus.COMPARED
+        """COMPARED; TOO_WEAK where every profile exceeds a limit of effort, NONE_KEEPS where each exceeds some."""
+        if not all(run.exceeds for run in self.runs):
+            return ComparisonStatus.COMPARED
+        weak = all("effort" in run.exceeds for run in self.runs)
+        return ComparisonStatus.TOO_WEAK if weak else ComparisonStatus.NONE_KEEPS
 
     def explain(self, language: str | None = None) -> str:
         """A sentence, and a row for each profile; without a column for efforts where there are none."""
-        first, least = self.runs[0], min(run.effort for run in self.runs)
-        details = {"count": len(self), "quickest": first.name, "duration": first.duration, "effort": 100.0 * least}
+        keeping = [run for run in self.runs if not run.exceeds]
+        first, least = (keeping or self.runs)[0], min(run.effort for run in self.runs)
+        details: dict[str, object] = {"count": len(self), "kept": len(keeping), "effort": 100.0 * least}
+        details |= {"quickest": first.name, "duration": first.duration}
         columns = COLUMNS if np.isfinite(least) else COLUMNS[:-2]
         head = [say(f"trajectory.column_{name}", language=language) for name in columns]
-        rows = [_cells(run)[: len(columns)] for run in self.runs]
+        rows = [_cells(run, language)[: len(columns)] for run in self.runs]
         return "\n".join([self.status.sentence(language, **details), *table(head, rows, language)])
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data: status, and the numbers of each profile."""
-        names = ("duration", "velocity", "acceleration", "jerk", "effort", "mean_effort")
+        names = ("duration", "velocity", "acceleration", "jerk", "effort", "mean_effort", "exceeds")
         runs = {run.name: {name: getattr(run, name) for name in names} for run in self.runs}
         return {"status": self.status.name, "runs": runs}
 
 
 def compare_profiles(points: ArrayLike, limits: Limits, *, robot: Robot | None = None) -> ProfileComparison:
-    """Every profile through the same points, each as quick as velocity and acceleration allow.
+    """Every profile through the same points, as quick as velocity and acceleration allow, and the limits it breaks.
 
     1. The laws of `LAWS` stop at each point.
     2. `jerk_limited` passes the points between; where the jerk of every coordinate is limited.
-    3. `time_optimal` passes them on a spline: the bound of what is possible on that path.
+    3. `time_optimal` passes them on a spline, whatever the jerk: the bound of what is possible on that path. Another
+       path through the points may take less.
+    4. Each motion is held against all limits by `check`, and against those of effort.
 
     Args:
         points: (k, n), two or more [rad | m].
@@ -182,7 +202,10 @@ def _run(name: str, motion: Trajectory, limits: MotionLimits, robot: Robot | Non
     worst = shares.max(axis=1)
     mean = float(np.sqrt(np.trapezoid(worst**2, t) / motion.duration)) if len(worst) > 1 else np.nan
     used = (_share(here.v, limits.velocity), _share(here.a, limits.acceleration))
-    return ProfileRun(name, motion, *used, jerk, float(worst.max()), mean)
+    exceeds = list(dict.fromkeys(violation.quantity for violation in check(motion, limits, tolerance=KEPT)))
+    if worst.max() > 1.0 + ROUNDING:
+        exceeds.append("effort")
+    return ProfileRun(name, motion, *used, jerk, float(worst.max()), mean, tuple(exceeds))
 
 
 def _share(values: Floats, bound: Floats) -> float:
@@ -191,8 +214,10 @@ def _share(values: Floats, bound: Floats) -> float:
     return float(shares.max())
 
 
-def _cells(run: ProfileRun) -> list[str]:
+def _cells(run: ProfileRun, language: str | None) -> list[str]:
     shares = (f"{100.0 * share:.0f} %" for share in (run.velocity, run.acceleration))
     efforts = (f"{100.0 * share:.0f} %" for share in (run.effort, run.mean_effort))
     jerk = number(run.jerk) if np.isfinite(run.jerk) else "\N{INFINITY}"
-    return [run.name, f"{number(run.duration)} s", *shares, jerk, *efforts]
+    names = (f"trajectory.column_{QUANTITIES[name]}" for name in run.exceeds)
+    exceeds = ", ".join(dict.fromkeys(say(name, language=language) for name in names)) or "-"
+    return [run.name, f"{number(run.duration)} s", exceeds, *shares, jerk, *efforts]

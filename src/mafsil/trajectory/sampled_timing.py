@@ -34,7 +34,10 @@ NEAR = 0.02
 """Share of a limit from it at which the peak between two places is looked for."""
 GOLDEN, SECTIONS = (5.0**0.5 - 1.0) / 2.0, 18
 """Ratio of the golden section, and how often: a bracket shrinks to 2e-4 of itself, the peak is known to its square."""
-MOST_ROUNDS = 14
+MOST_ROUNDS, MORE_ROUNDS = 14, 40
+"""From the fastest motion; from slower ones, which grow from round to round."""
+FASTEST, SLOWEST, SLOWER = 1e8, 1e-8, 8.0
+"""Squares of the path velocity about which friction is linearised where faster ones fail, and the step between them."""
 ALLOWED = 1e-6
 """Excess, as share of a limit, that is left."""
 MARGIN = 2e-4
@@ -52,24 +55,48 @@ def timed_within(problem: TimingProblem, sampled: Sequence[SampledLimit]) -> Tim
     2. The sampled limits at PLACES of each interval, friction linearised about the last timing; passes.
     3. The motion measured BETWEEN; where it exceeds a limit, that interval's limit is lowered by the excess.
     4. Again from 2, until nothing exceeds and the duration settles.
+    5. Where that fails it begins anew about slower motions: friction that is linearised about a velocity that the
+       efforts do not allow leaves no room at rest. Only what fails about the slowest, too, is answered by failure.
     """
     # 1.
     first = replace(problem, intervals=problem.intervals or INTERVALS)
-    timing = fastest = solved(first)[0]
-    path = problem.paths[0]
-    if timing.stopped >= 0 or timing.duration == 0.0:
-        return timing
+    fastest = solved(first)[0]
+    if fastest.stopped >= 0 or fastest.duration == 0.0:
+        return fastest
+    failed = _rounds(first, fastest, fastest, sampled)
+    if _is_timed(failed):
+        return failed
+    # 5.
+    square = min(float(fastest.x.max()), FASTEST)
+    while square > SLOWEST:
+        slower = replace(fastest, x=np.minimum(fastest.x, square))
+        found = _rounds(first, fastest, slower, sampled)
+        if _is_timed(found):
+            return found
+        square /= SLOWER
+    return failed
+
+
+def _is_timed(timing: Timing) -> bool:
+    """Whether a timing leads to the end within all limits."""
+    return timing.stopped < 0 and np.isfinite(timing.duration) and timing.excess <= ALLOWED
+
+
+def _rounds(first: TimingProblem, fastest: Timing, about: Timing, sampled: Sequence[SampledLimit]) -> Timing:
+    """2. to 4., with friction linearised about a timing at first."""
+    path, timing = first.paths[0], about
     slack, duration = [np.full(1, MARGIN)] * len(sampled), np.inf
     best: Timing | None = None
-    for count in range(1, MOST_ROUNDS + 1):
+    rounds = MOST_ROUNDS if about is fastest else MORE_ROUNDS
+    for count in range(1, rounds + 1):
         # 2.
         rows = _rows(path, timing, fastest, sampled, slack)
-        most = np.minimum(
-            fastest.x * (1.0 + 1e-9), np.inf if count == 1 else GROWTH * timing.x + 1e-12 * timing.x.max()
-        )
+        most = fastest.x * (1.0 + 1e-9)
+        if count > 1 or about is not fastest:
+            most = np.minimum(most, GROWTH * timing.x + 1e-12 * timing.x.max())
         timing = _passes(first, timing, FurtherRows(most, *rows))
         if timing.stopped >= 0 or not np.isfinite(timing.duration):
-            return timing
+            return best or timing
         # 3.
         excess = _excess(path, timing, sampled)
         worst = max(float(part.max()) for part in excess)

@@ -25,6 +25,7 @@ class ComparisonStatus(Status):
 
     COMPARED = ("trajectory.compared", True)
     TOO_WEAK = ("trajectory.compared_weak", False)
+    NONE_KEEPS = ("trajectory.compared_none_keeps", False)
 
 
 class LimitStatus(Status):

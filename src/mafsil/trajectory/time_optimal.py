@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, called, frozen, positive, real_array, require_finite, require_kind, whole
 from mafsil.errors import InputError
+from mafsil.model.mechanism import MEASURED
 from mafsil.robot import Robot
 from mafsil.trajectory.limit_check import extremes
 from mafsil.trajectory.motion_limits import Limits, MotionLimits, motion_limits
@@ -20,7 +21,6 @@ from mafsil.trajectory.sampled_timing import ALLOWED, MOST_ROUNDS, timed_within
 from mafsil.trajectory.timing_answer import TimeOptimal, TimeOptimalBatch, with_jerk
 from mafsil.trajectory.timing_problem import FREE, Timing, TimingProblem, Timings, limits_of_each, solved
 from mafsil.trajectory.timing_status import TimingStatus
-from mafsil.trajectory.tolerances import GIVEN
 
 NEVER = 1e100
 """A duration beyond which a motion does not move [s]."""
@@ -225,7 +225,7 @@ def _hull_leaves(path: JointPath, limits: MotionLimits) -> bool:
     for k in range(rows.shape[1] - 1, 0, -1):
         reach = (reach + np.abs(rows[:, k])) * h[:, None]
     low, high = limits.position
-    return bool((rows[:, 0] + reach > high + GIVEN).any() or (rows[:, 0] - reach < low - GIVEN).any())
+    return bool((rows[:, 0] + reach > high + MEASURED).any() or (rows[:, 0] - reach < low - MEASURED).any())
 
 
 def _answer(
@@ -249,7 +249,7 @@ def _position_beyond(path: JointPath, limits: MotionLimits) -> dict[str, object]
     places, u = extremes(path.curve, 0)
     excess = np.maximum(u - limits.position[1], limits.position[0] - u)
     row, joint = (int(k) for k in np.unravel_index(int(excess.argmax()), excess.shape))
-    if excess[row, joint] <= GIVEN:
+    if excess[row, joint] <= MEASURED:
         return None
     side = limits.position[1] if u[row, joint] > limits.position[1, joint] else limits.position[0]
     return {"joint": joint, "value": float(u[row, joint]), "place": float(places[row]), "limit": float(side[joint])}

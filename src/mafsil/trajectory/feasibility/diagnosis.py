@@ -149,7 +149,8 @@ def doctor(
         points: (k + 1, n) way points [rad | m].
         durations: (k,) of the legs between them [s].
         limits: a robot, or bounds of n coordinates.
-        curve: `spline`: a cubic spline, at rest at both ends; `stops`: quintics that rest at every point.
+        curve: `spline`: a cubic spline, at rest at both ends, where a jerk is limited with quartic ends that begin
+            and end without acceleration; `stops`: quintics that rest at every point.
         joints: (n) names for the sentences; those of the robot if `limits` is one.
 
     Returns:

@@ -17,15 +17,68 @@ from mafsil.trajectory.cubic_spline import cubic_through
 from mafsil.trajectory.laws import QUINTIC
 from mafsil.trajectory.motion_limits import Limits, MotionLimits, motion_limits
 from mafsil.trajectory.piecewise import PiecewisePolynomial
+from mafsil.trajectory.polynomial import cubic_coefficients
 
 Curve: TypeAlias = Literal["spline", "stops"]
 
 
 def _spline(points: Floats, durations: Floats, stops: Sequence[int]) -> PiecewisePolynomial:
     """Cubic splines from stop to stop, at rest there and at both ends."""
+    return _between_stops(lambda u, h: cubic_through(u, h).coefficients, points, durations, stops)
+
+
+def _soft_spline(points: Floats, durations: Floats, stops: Sequence[int]) -> PiecewisePolynomial:
+    """The same with accelerations of zero at rest, as limits of jerk ask: the pieces next to a stop are quartics."""
+    return _between_stops(_quartic_ends, points, durations, stops)
+
+
+def _between_stops(
+    curve: Callable[[Floats, Floats], Floats], points: Floats, durations: Floats, stops: Sequence[int]
+) -> PiecewisePolynomial:
     ends = [0, *stops, len(points) - 1]
-    parts = [cubic_through(points[a : b + 1], durations[a:b]).coefficients for a, b in pairwise(ends)]
-    return PiecewisePolynomial.from_pieces(durations, np.concatenate(parts))
+    parts = [curve(points[a : b + 1], durations[a:b]) for a, b in pairwise(ends)]
+    degree = max(part.shape[1] for part in parts)
+    padded = [np.pad(part, ((0, 0), (0, degree - part.shape[1]), (0, 0))) for part in parts]
+    return PiecewisePolynomial.from_pieces(durations, np.concatenate(padded))
+
+
+def _quartic_ends(u: Floats, h: Floats) -> Floats:
+    """(k, 6, n) cubics that end at rest without acceleration: first and last are quartics, a single one a quintic.
+
+    The velocities v of the inner points make the acceleration continuous. Seen from rest at distance D a quartic ends
+    with the acceleration  6 v/h - 12 D/h^2,  a cubic between two points begins with  6 D/h^2 - (4 v + 2 v')/h.
+    """
+    k, n = len(h), u.shape[1]
+    if k == 1:
+        return QUINTIC.between(u[0], u[1], float(h[0])).coefficients
+    D = np.diff(u, axis=0)
+    A, right = np.zeros((k - 1, k - 1)), np.zeros((k - 1, n))
+    for i in range(k - 1):
+        for leg, other in ((i, i - 1), (i + 1, i + 1)):
+            at_end = leg in (0, k - 1)
+            A[i, i] += (6.0 if at_end else 4.0) / h[leg]
+            right[i] += (12.0 if at_end else 6.0) * D[leg] / h[leg] ** 2
+            if not at_end:
+                A[i, other] += 2.0 / h[leg]
+    v = np.concatenate([np.zeros((1, n)), np.linalg.solve(A, right), np.zeros((1, n))])
+    pieces = np.zeros((k, 6, n))
+    for i in range(k):
+        T = float(h[i])
+        slope, rise = (v[i], v[i + 1]), D[i]
+        if i == 0:
+            pieces[i, 0] = u[0]
+            pieces[i, 3], pieces[i, 4] = (4.0 * rise - slope[1] * T) / T**3, (slope[1] * T - 3.0 * rise) / T**4
+        elif i == k - 1:
+            c3, c4 = (4.0 * rise - slope[0] * T) / T**3, (slope[0] * T - 3.0 * rise) / T**4
+            # Seen from the end backwards: u(t) = u_k - c3 (T - t)^3 - c4 (T - t)^4.
+            pieces[i, 0] = u[i]
+            pieces[i, 1] = slope[0]
+            pieces[i, 2] = -3.0 * c3 * T - 6.0 * c4 * T**2
+            pieces[i, 3] = c3 + 4.0 * c4 * T
+            pieces[i, 4] = -c4
+        else:
+            pieces[i, :4] = cubic_coefficients(u[i], u[i + 1], *slope, T)
+    return pieces
 
 
 def _stops(points: Floats, durations: Floats, _stops: Sequence[int]) -> PiecewisePolynomial:
@@ -49,7 +102,8 @@ class MotionRequest:
         points: (k + 1, n) way points [rad | m].
         durations: (k,) of the legs between them [s].
         limits: bounds of the n coordinates.
-        curve: `spline`: a cubic spline, at rest at both ends; `stops`: quintics that rest at every point.
+        curve: `spline`: a cubic spline, at rest at both ends, where a jerk is limited with quartic ends that begin
+            and end without acceleration; `stops`: quintics that rest at every point.
         joints: (n) names.
         stops: inner points at which a spline stops.
     """
@@ -68,7 +122,8 @@ class MotionRequest:
 
     def trajectory(self) -> PiecewisePolynomial:
         """The motion, limits or not."""
-        return CURVES[self.curve](self.points, self.durations, self.stops)
+        soft = self.curve == "spline" and np.isfinite(self.limits.jerk).any()
+        return (_soft_spline if soft else CURVES[self.curve])(self.points, self.durations, self.stops)
 
     def slower(self, factor: float, leg: int | None = None) -> MotionRequest:
         """The same with more time: for one leg, or for all."""

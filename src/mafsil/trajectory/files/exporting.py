@@ -74,10 +74,12 @@ def export(
     joints: Sequence[str] = (),
     rate: float = 125.0,
     format: Format | None = None,
+    ends: bool = True,
 ) -> TrajectoryFile:
     """Write a trajectory for a controller, if it keeps the limits.
 
-    Every position, velocity, acceleration and jerk is checked over the whole motion before a byte is written.
+    Every position, velocity, acceleration and jerk is checked over the whole motion before a byte is written, and jumps
+    that no finite limit allows.
 
     Args:
         trajectory: of n joints, not a batch.
@@ -87,6 +89,7 @@ def export(
         joints: (n) names; those of the robot if `limits` is one, else joint1, joint2, ...
         rate: points per second [Hz]; URScript's servoj runs at 125 or 500.
         format: if the ending does not say it: `csv`, `ros2_yaml`, `ros2_json` or `urscript`.
+        ends: whether jumps from rest at the start and into rest at the end count; False for a part of a longer motion.
 
     Returns:
         Whether it was written; if not, which limit is exceeded, when and by how much.
@@ -100,7 +103,7 @@ def export(
     write = FORMATS[_format(Path(path), format)][1]
     names = tuple(joints) or (limits.joint_names if isinstance(limits, Robot) else ())
     samples = sampled(trajectory, names, rate)
-    verdict = check(trajectory, limits, samples.joints)
+    verdict = check(trajectory, limits, samples.joints, ends=ends)
     if not verdict:
         return TrajectoryFile(ExportStatus.LIMITS_EXCEEDED, Path(path), 0, verdict)
     write_whole(Path(path), write(samples))

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from mafsil import threads
 from mafsil.arrays import Floats, called
@@ -18,7 +19,7 @@ from mafsil.trajectory.jerk.problem import (
     problem_of,
     require_finite_states,
 )
-from mafsil.trajectory.jerk.status import STATUSES
+from mafsil.trajectory.jerk.status import STATUSES, JerkStatus
 from mafsil.trajectory.motion_limits import Limits
 
 if TYPE_CHECKING:
@@ -28,6 +29,10 @@ else:
 
 MOST_PIECES = 15
 """Pieces of a coordinate: two to come back inside the limits, and a mixture of two motions of seven."""
+ROUNDED = 1e-9
+"""How far a motion may end from its goal by rounding, relative to the numbers that lead there."""
+USUAL = 1e-60, 1e60
+"""Durations and jerks whose fifth powers are numbers."""
 PART_ROWS = 256
 """Problems that one thread does at a time."""
 
@@ -62,7 +67,7 @@ def jerk_limited(
             the straight line from start to goal where all states lie on it, else as `time`; `none`: each as soon as it
             can, to rest (without a goal: to a steady velocity).
         minimum_duration: least duration [s].
-        cycle: the duration is a multiple of it [s]; any if zero.
+        cycle: the duration is a multiple of it [s]; any if zero, or if it is below the rounding of the duration.
 
     Returns:
         The motion: a trajectory that says whether there is one. Of a batch, all of them; the work is divided among
@@ -96,11 +101,12 @@ def planned(problem: Problem) -> JerkLimitedMotion:
     first, count, outcome = problem.states[None], np.empty((1, n)), np.empty((1, 4))
     times, jerks = np.empty((2, 1, n, MOST_PIECES))
     _rows(problem, first, outcome, count, times, jerks)
+    pieces = Pieces(first, count, times, jerks)
+    _judge(problem, outcome, pieces)
     code, ruling, mode, duration = outcome[0].tolist()
     if code == len(STATUSES):
         require_finite_states(problem.states)
         code = len(STATUSES) - 1
-    pieces = Pieces(first, count, times, jerks)
     return JerkLimitedMotion(problem, STATUSES[int(code)], duration, int(ruling), MODES[int(mode)], pieces)
 
 
@@ -114,7 +120,9 @@ def _batch(problem: Problem) -> JerkLimitedBatch:
 
     def part(k: int) -> None:
         rows_of = slice(k * PART_ROWS, (k + 1) * PART_ROWS)
-        _rows(problem, states[rows_of], outcome[rows_of], count[rows_of], times[rows_of], jerks[rows_of])
+        of = (states[rows_of], outcome[rows_of], count[rows_of], times[rows_of], jerks[rows_of])
+        _rows(problem, *of)
+        _judge(problem, of[1], Pieces(of[0], *of[2:]))
 
     threads.run(part, -(-rows // PART_ROWS), threads.available())
     return JerkLimitedBatch(problem, outcome, Pieces(states, count, times, jerks))
@@ -133,3 +141,61 @@ def _rows(problem: Problem, states: Floats, outcome: Floats, count: Floats, time
         times,
         jerks,
     )
+
+
+def _judge(problem: Problem, outcome: Floats, pieces: Pieces) -> None:
+    """Hold motions against what they were asked for: they end at their goals, in a duration that is allowed.
+
+    1. A cycle below the rounding of the duration leaves it as it is.
+    2. What still does not arrive is BEYOND_NUMBERS.
+    """
+    T = outcome[:, 3]
+    if problem.cycle == 0.0 and problem.minimum == 0.0:
+        # The loops verify their pieces, as long as nothing under- or overflows, as tiny ways from rest do.
+        usual = (
+            USUAL[0] < problem.limits[:, 4:].max() < USUAL[1]
+            and ((T > USUAL[0]) & (T < USUAL[1]) | (T == np.inf)).all()
+        )
+        if usual or ((T >= 0.0).all() and pieces.first[..., [1, 2, 4, 5]].any()):
+            return
+    bad = np.flatnonzero((outcome[:, 0] == 0.0) & ~_arrives(problem, outcome, pieces))
+    # 1.
+    if len(bad) and problem.cycle > 0.0:
+        again = replace(problem, states=pieces.first[bad], cycle=0.0)
+        found, counts = np.empty((len(bad), 4)), np.empty((len(bad), problem.states.shape[-2]))
+        times, jerks = np.empty((2, *counts.shape, MOST_PIECES))
+        _rows(again, again.states, found, counts, times, jerks)
+        part = Pieces(again.states, counts, times, jerks)
+        fine = (
+            (found[:, 0] == 0.0)
+            & (problem.cycle <= np.finfo(np.float64).eps * found[:, 3])
+            & _arrives(again, found, part)
+        )
+        good, bad = bad[fine], bad[~fine]
+        outcome[good], pieces.count[good] = found[fine], counts[fine]
+        pieces.times[good], pieces.jerks[good] = times[fine], jerks[fine]
+    # 2.
+    outcome[bad, 0], outcome[bad, 3] = STATUSES.index(JerkStatus.BEYOND_NUMBERS), np.inf
+
+
+def _arrives(problem: Problem, outcome: Floats, pieces: Pieces) -> NDArray[np.bool_]:
+    """(rows,) whether the duration is what it may be, and whether the pieces lead to the goal within ROUNDED."""
+    T = outcome[:, 3]
+    asked = pieces.first
+    allowed = np.isfinite(T) & (problem.minimum * (1.0 - ROUNDED) <= T)
+    end = np.where(allowed, T, 0.0)
+    reached = np.stack([values[0] for values in pieces.sampled(end[None])[:3]], axis=-1)
+    with np.errstate(all="ignore"):
+        t = np.maximum(end, np.finfo(np.float64).tiny)[:, None]
+        p0, v0, a0, p1, v1, a1 = np.abs(np.moveaxis(asked, -1, 0))
+        # What a state that moves needs to come to rest: v^(3/2)/j^(1/2), a^3/j^2; and what the jerks that are used do.
+        jerk = np.abs(problem.limits[:, 4:]).min(axis=1)
+        own = np.maximum(v0, v1) ** 1.5 / np.sqrt(jerk) + np.maximum(a0, a1) ** 3 / jerk**2
+        used = np.abs(np.where(np.arange(MOST_PIECES) < pieces.count[..., None], pieces.jerks, 0.0)).max(axis=-1)
+        place = np.maximum.reduce([p0, p1 * (not problem.free), (v0 + v1) * t, (a0 + a1) * t**2, used * t**3, own])
+        speed = np.maximum.reduce([v0, v1, (a0 + a1) * t, used * t**2])
+        growth = np.maximum.reduce([a0, a1, used * t])
+        missed = np.abs(reached - asked[..., 3:]) <= ROUNDED * np.stack([place, speed, growth], axis=-1)
+    if problem.free:
+        missed[..., 0] = True
+    return allowed & missed.all(axis=(1, 2))

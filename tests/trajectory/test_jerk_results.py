@@ -1,0 +1,46 @@
+"""A jerk-limited motion is called planned only if it ends at its goal: scalar arguments over 600 decades."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mafsil.trajectory import JerkStatus, MotionLimits, jerk_limited
+
+LIMITS = MotionLimits.of(2, velocity=[1.0, 2.0], acceleration=[1.0, 3.0], jerk=[1.0, 9.0])
+DECADES = [float(f"1e{k}") for k in range(-320, 309, 4)]
+
+
+@pytest.mark.parametrize("name", ["cycle", "minimum_duration"])
+def test_durations_over_600_decades(name):
+    shortest = jerk_limited([0.0, 0.0], [1.0, -1.0], LIMITS).duration
+    for value in DECADES:
+        motion = jerk_limited([0.0, 0.0], [1.0, -1.0], LIMITS, **{name: value})
+        if not motion:
+            assert motion.status is JerkStatus.BEYOND_NUMBERS
+            continue
+        assert motion.duration >= shortest * (1.0 - 1e-12)
+        np.testing.assert_allclose(motion.at(motion.duration).u, [1.0, -1.0], rtol=1e-9)
+        assert motion.residual() <= 1e-9
+        if name == "cycle":
+            cycles = motion.duration / value
+            assert cycles > 1e15 or cycles == pytest.approx(round(cycles), rel=1e-12)
+        both = jerk_limited([[0.0, 0.0]] * 2, [[1.0, -1.0]] * 2, LIMITS, **{name: value})
+        np.testing.assert_array_equal(both.duration, motion.duration)
+
+
+def test_scales_of_place_and_limits_over_600_decades():
+    for value in DECADES[::4]:
+        for limits in (LIMITS, MotionLimits.of(2, velocity=value, acceleration=value, jerk=value)):
+            motion = jerk_limited([0.0, 0.0], [value, -value], limits)
+            if motion:
+                assert 0.0 <= motion.duration < np.inf
+                np.testing.assert_allclose(motion.at(motion.duration).u, [value, -value], rtol=1e-6, atol=1e-320)
+            else:
+                assert motion.explain("en")
+
+
+def test_a_cycle_below_the_rounding_of_the_duration_changes_nothing():
+    shortest = jerk_limited([0.0, 0.0], [1.0, -1.0], LIMITS).duration
+    for cycle in (5e-324, 1e-19, 3e-19, 1e-17):
+        assert jerk_limited([0.0, 0.0], [1.0, -1.0], LIMITS, cycle=cycle).duration == pytest.approx(shortest, rel=1e-12)
