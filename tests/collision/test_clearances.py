@@ -13,9 +13,9 @@ from mafsil.collision import clearance_loops as known_loops
 from mafsil.collision.arm_loops import gap_between, place_bodies, scratch_for
 from mafsil.collision.joints import joints_of
 from mafsil.collision.regions import Regions
-from mafsil.model.placement import rotation_z
 from mafsil.kernels.loops.lanes import WIDTH
 from mafsil.kernels.loops.loop import compiled
+from mafsil.model.placement import rotation_z
 from tests.collision.arms import arm, scene
 from tests.collision.clearance_probe_loops import bounds
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from mafsil.parallel.complex_lane_loops import solve_in_lanes
 from mafsil.kernels.loops.lanes import seen
 from mafsil.kernels.loops.loop import compiled
+from mafsil.parallel.complex_lane_loops import solve_in_lanes
 
 
 @compiled

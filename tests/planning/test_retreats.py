@@ -7,10 +7,10 @@ import pytest
 
 import mafsil as mf
 from mafsil.collision import Arms, Box, Checker, Mounted, Obstacle
+from mafsil.kernels.loops.loop import compiled
 from mafsil.model import DHRow
 from mafsil.planning import PlanningStatus, arm_search, retreat_loops
 from mafsil.planning.limbs import limbs_of
-from mafsil.kernels.loops.loop import compiled
 
 SMALL = 1e-5
 HOME = np.radians([0.0, -20, 0, -130, 0, 110, 45])

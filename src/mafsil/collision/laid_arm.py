@@ -19,8 +19,8 @@ from mafsil.collision.regions import Regions
 from mafsil.collision.scene import Scene
 from mafsil.collision.speed_loops import Motion
 from mafsil.collision.workshop_loops import Bench, Groups, Kinematics, Workshop, World, bench_for
-from mafsil.robot import Robot
 from mafsil.kernels.loops.held import Held
+from mafsil.robot import Robot
 
 CHUNK = 256
 """States whose link poses are in memory at once: they stay in the processor's cache."""

@@ -21,8 +21,8 @@ from mafsil.collision.support_loops import BALL, BODY, PLANE, POINT, Pieces
 from mafsil.collision.tree_loops import Surroundings
 from mafsil.collision.workshop_loops import AT_ONCE, STATES, FewAround, Groups, Kinematics
 from mafsil.kernels import Kernel
-from mafsil.model import Mechanism
 from mafsil.kernels.loops.lanes import WIDTH, in_lanes
+from mafsil.model import Mechanism
 
 Still: TypeAlias = Sequence[Sequence[bool]]
 

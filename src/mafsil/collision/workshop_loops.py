@@ -17,7 +17,6 @@ from mafsil.collision.clearance_loops import Clearances
 from mafsil.collision.placing_loops import LaneScratch, lane_scratch_for
 from mafsil.collision.speed_loops import Motion, Speeds, speeds_for
 from mafsil.collision.tree_loops import Surroundings
-from mafsil.kernels.loops.held import Held
 from mafsil.kernels.loops.kernel_calls import call_lanes
 from mafsil.kernels.loops.lanes import WIDTH, in_lanes, lanes, put, seen
 from mafsil.kernels.loops.loop import compiled, inlined

@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.arrays import Floats, Integers
+from mafsil.kernels.loops.loop import compiled
 from mafsil.parallel.linear_loops import solved
 from mafsil.parallel.tolerances import RANK
-from mafsil.kernels.loops.loop import compiled
 
 MOST_STEPS = 400
 """Newton steps of the dual, those that are taken back among them."""

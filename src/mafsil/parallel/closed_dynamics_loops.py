@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.arrays import Floats, Integers
-from mafsil.parallel.tolerances import RANK
 from mafsil.kernels.loops.loop import compiled
+from mafsil.parallel.tolerances import RANK
 
 
 @compiled

@@ -22,9 +22,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.parallel.complex_lane_loops import extent, number, solve_in_lanes
-from mafsil.parallel.path_loops import LARGEST, finish
-from mafsil.parallel.stewart_lane_loops import legs_in_lanes, norm_one_in_lanes, rates_in_lanes
 from mafsil.kernels.loops.lanes import (
     WIDTH,
     any_lane,
@@ -39,6 +36,9 @@ from mafsil.kernels.loops.lanes import (
     where,
 )
 from mafsil.kernels.loops.loop import compiled, inlined
+from mafsil.parallel.complex_lane_loops import extent, number, solve_in_lanes
+from mafsil.parallel.path_loops import LARGEST, finish
+from mafsil.parallel.stewart_lane_loops import legs_in_lanes, norm_one_in_lanes, rates_in_lanes
 
 if TYPE_CHECKING:
     from mafsil.kernels.loops.lanes import Buffer, Lanes, Mask

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mafsil.kernels.loops.loop import compiled
 from mafsil.parallel.linear_loops import solved
 from mafsil.parallel.stewart_loops import legs, of_norm_one, rates_of
-from mafsil.kernels.loops.loop import compiled
 
 ARRIVED, MERGED, UNBOUNDED, STUCK = 0, 1, 2, 3
 

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from mafsil.parallel.complex_lane_loops import keep, minus, minus_times, number, plus, plus_times, scaled, times
 from mafsil.kernels.loops.lanes import part
 from mafsil.kernels.loops.loop import compiled, inlined
+from mafsil.parallel.complex_lane_loops import keep, minus, minus_times, number, plus, plus_times, scaled, times
 
 if TYPE_CHECKING:
     from mafsil.kernels.loops.lanes import Buffer, Lanes

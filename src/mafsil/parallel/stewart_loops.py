@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.parallel.linear_loops import solved
 from mafsil.kernels.loops.loop import compiled, inlined
+from mafsil.parallel.linear_loops import solved
 
 
 @inlined

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats
 from mafsil.collision.segment_loops import free_at
 from mafsil.collision.workshop_loops import Workshop
+from mafsil.kernels.loops.held import Held, opened
+from mafsil.kernels.loops.lanes import WIDTH
+from mafsil.kernels.loops.loop import compiled, inlined
 from mafsil.planning.arm_search_loops import (
     FULL,
     GOALS_LEFT,
@@ -24,9 +27,6 @@ from mafsil.planning.arm_search_loops import (
 )  # fmt: skip
 from mafsil.planning.retreat_loops import Limbs
 from mafsil.planning.shorten_loops import shorten
-from mafsil.kernels.loops.held import Held, opened
-from mafsil.kernels.loops.lanes import WIDTH
-from mafsil.kernels.loops.loop import compiled, inlined
 
 REFUSED = FULL + 1
 """An end cannot be; beside JOINED, GROWING and FULL."""

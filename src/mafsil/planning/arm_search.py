@@ -18,14 +18,14 @@ from mafsil.planning.limbs import limbs_of
 from mafsil.planning.problem import length_of
 
 if TYPE_CHECKING:
+    import mafsil.kernels.loops.held as held_loops
     import mafsil.planning.arm_question_loops as arm_question_loops
     import mafsil.planning.arm_search_loops as arm_search_loops
-    import mafsil.kernels.loops.held as held_loops
     from mafsil.collision import Checker
     from mafsil.collision.laid_arm import LaidArm
+    from mafsil.kernels.loops.held import Held
     from mafsil.planning.arm_question_loops import Question
     from mafsil.planning.arm_search_loops import Forests
-    from mafsil.kernels.loops.held import Held
 else:
     arm_question_loops = lazily("mafsil.planning.arm_question_loops")
     arm_search_loops = lazily("mafsil.planning.arm_search_loops")

@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.collision.segment_loops import FREE, OPEN, prove, colliding_rows
+from mafsil.collision.segment_loops import FREE, OPEN, colliding_rows, prove
 from mafsil.collision.workshop_loops import Workshop
-from mafsil.planning.retreat_loops import Limbs, retreats
 from mafsil.kernels.loops.held import Held
 from mafsil.kernels.loops.lanes import WIDTH, buffer, get, in_lanes, lanes, part, seen, where
 from mafsil.kernels.loops.loop import compiled, inlined
+from mafsil.planning.retreat_loops import Limbs, retreats
 
 LOOK = 8
 """Blocks of a proof, of eight intervals each, that an edge is worth while it is not known whether it counts."""

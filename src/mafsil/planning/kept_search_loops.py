@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.collision.workshop_loops import Workshop
+from mafsil.kernels.loops.held import Held, opened
+from mafsil.kernels.loops.loop import compiled
 from mafsil.planning.arm_search_loops import (
     FULL,
     GROWING,
@@ -27,8 +29,6 @@ from mafsil.planning.arm_search_loops import (
     write_path,
 )
 from mafsil.planning.kept_loops import Kept, Sheet, keeps, project, sheet_for
-from mafsil.kernels.loops.held import Held, opened
-from mafsil.kernels.loops.loop import compiled
 
 CHAIN = 400
 """Motions that one steering makes at most."""

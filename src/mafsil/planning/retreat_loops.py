@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.collision.workshop_loops import Kinematics
-from mafsil.solvers.cholesky_loops import factored, solved
 from mafsil.kernels.loops.kernel_calls import call_lanes
 from mafsil.kernels.loops.lanes import WIDTH, get, lanes, part, put, seen
 from mafsil.kernels.loops.loop import compiled
+from mafsil.solvers.cholesky_loops import factored, solved
 
 END, TOOL, BEFORE, ROLL, SHOULDER = range(5)
 """Columns of `Limbs.parts`."""

@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats
 from mafsil.collision.segment_loops import free_at
 from mafsil.collision.workshop_loops import Workshop
-from mafsil.planning.arm_search_loops import apart, draw, looks_free, proves_free
 from mafsil.kernels.loops.held import Held
 from mafsil.kernels.loops.loop import compiled
+from mafsil.planning.arm_search_loops import apart, draw, looks_free, proves_free
 
 UNKNOWN, LOOKS_FREE, PROVED, BLOCKED = range(4)
 NONE = -1

@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.collision.workshop_loops import Workshop
-from mafsil.planning.arm_search_loops import apart, draw, proves_free
 from mafsil.kernels.loops.held import Held
 from mafsil.kernels.loops.loop import compiled, inlined
+from mafsil.planning.arm_search_loops import apart, draw, proves_free
 
 ROUNDS, SHARES, SWEEPS = 2, 6, 24
 """Rounds of shortening; of the tries, each makes one in SHARES shortcuts and one in SWEEPS rounds over the corners."""

@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.solvers.disc_loops import Dimension
 from mafsil.kernels.loops.loop import compiled
+from mafsil.solvers.disc_loops import Dimension
 from mafsil.solvers.positive_span_loops import (
     DOUBTFUL,
     OPEN,

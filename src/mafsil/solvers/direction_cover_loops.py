@@ -25,8 +25,8 @@ from typing import NamedTuple
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.solvers.disc_loops import dot
 from mafsil.kernels.loops.loop import compiled
+from mafsil.solvers.disc_loops import dot
 from mafsil.solvers.tolerances import SMALLEST, STILL, TINY, WALL
 
 PROVEN, LOWER, SPENT = 0, 1, 2

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.solvers.disc_loops import Dimension
 from mafsil.kernels.loops.loop import compiled
+from mafsil.solvers.disc_loops import Dimension
 from mafsil.solvers.tolerances import ON_FACET
 
 

@@ -27,8 +27,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.solvers.cholesky_loops import appended, dropped, factored, solved
 from mafsil.kernels.loops.loop import compiled, reordered
+from mafsil.solvers.cholesky_loops import appended, dropped, factored, solved
 
 BLOCKS = 6
 """Rounds in which all that is wrong changes at once."""

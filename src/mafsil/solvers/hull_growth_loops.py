@@ -25,8 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.solvers.disc_loops import Dimension, dot, support
 from mafsil.kernels.loops.loop import compiled, reordered
+from mafsil.solvers.disc_loops import Dimension, dot, support
 from mafsil.solvers.tolerances import FLATNESS, JOGGLE, SMALLEST, TURNED, VISIBLE
 
 STEADY = 10.0

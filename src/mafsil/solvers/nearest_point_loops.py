@@ -18,8 +18,8 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.solvers.disc_loops import dot, support
 from mafsil.kernels.loops.loop import compiled
+from mafsil.solvers.disc_loops import dot, support
 from mafsil.solvers.tolerances import DEPENDENT, FEW_ROUNDINGS, NEAR_BOUNDARY
 
 STEPS = 1000

@@ -24,8 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.solvers.disc_loops import Dimension, dot, reach
 from mafsil.kernels.loops.loop import compiled, reordered
+from mafsil.solvers.disc_loops import Dimension, dot, reach
 from mafsil.solvers.nearest_point_loops import lies_apart
 from mafsil.solvers.tolerances import ENTERING, FULL_RANK, NEGLIGIBLE, PIVOT, SMALLEST
 

@@ -12,7 +12,6 @@ from mafsil.trajectory.bspline_through import minimum_snap_through as minimum_sn
 from mafsil.trajectory.cartesian_line import cartesian_line as cartesian_line
 from mafsil.trajectory.cartesian_path import CartesianPath as CartesianPath
 from mafsil.trajectory.continuity import Continuity as Continuity
-from mafsil.trajectory.jumps import Jump as Jump
 from mafsil.trajectory.continuity import continuity as continuity
 from mafsil.trajectory.cubic_spline import cubic_through as cubic_through
 from mafsil.trajectory.difficulties import BranchChange as BranchChange
@@ -52,6 +51,7 @@ from mafsil.trajectory.jerk import ViaMotion as ViaMotion
 from mafsil.trajectory.jerk import jerk_limited as jerk_limited
 from mafsil.trajectory.jerk import jerk_limited_through as jerk_limited_through
 from mafsil.trajectory.jerk import online as online
+from mafsil.trajectory.jumps import Jump as Jump
 from mafsil.trajectory.laws import LAWS as LAWS
 from mafsil.trajectory.laws import PolynomialLaw as PolynomialLaw
 from mafsil.trajectory.laws import TimeLaw as TimeLaw

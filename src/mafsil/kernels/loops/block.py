@@ -16,7 +16,6 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-
 from mafsil.kernels.loops.kinds import (
     BITS,
     BOOL,
@@ -50,7 +49,9 @@ class Value:
 
     __slots__ = ("constant", "kind", "natural", "parts")
 
-    def __init__(self, kind: Kind, parts: tuple[str, ...], constant: Constant | None = None, natural: bool = False) -> None:
+    def __init__(
+        self, kind: Kind, parts: tuple[str, ...], constant: Constant | None = None, natural: bool = False
+    ) -> None:
         self.kind, self.parts, self.constant, self.natural = kind, parts, constant, natural
 
     @property
@@ -314,7 +315,7 @@ class Block:
         return Value(kind, tuple(parts), natural=all(value.natural for value, _ in ends))
 
 
-METADATA = "\n!0 = !{!\"loops\"}\n!9 = !{}\n" + "".join(
+METADATA = '\n!0 = !{!"loops"}\n!9 = !{}\n' + "".join(
     f'!{number} = !{{!{number + 20}, !{number + 20}, i64 0}}\n!{number + 20} = !{{!"{name}", !0}}\n'
     for name, number in TAGS.items()
 )
@@ -325,6 +326,3 @@ def tuple_value(block: Block, kind: Tuple, items: list[Value]) -> Value:
     """A tuple of these values."""
     exploded = [block.exploded(item) for item in items]
     return Value(kind, sum((item.parts for item in exploded), ()))
-
-
-

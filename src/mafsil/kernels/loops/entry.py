@@ -451,7 +451,8 @@ define internal void @mafsil_forget(ptr %capsule) {{
   call void @free(ptr %raw)
   ret void
 }}
-define internal ptr @mafsil_array(ptr %data, i32 %ndim, ptr %shape, ptr %strides, i32 %number, ptr %region, ptr %args, i64 %nargs) {{
+define internal ptr @mafsil_array(ptr %data, i32 %ndim, ptr %shape, ptr %strides, i32 %number, ptr %region,
+    ptr %args, i64 %nargs) {{
 entry:
   %links = load ptr, ptr @mafsil_links_at
   %nd_at = getelementptr i8, ptr %links, i64 {_linked("ndarray")}
@@ -460,7 +461,8 @@ entry:
   %new = load ptr, ptr %new_at
   %inc_at = getelementptr i8, ptr %links, i64 {_linked("Py_IncRef")}
   %inc = load ptr, ptr %inc_at
-  %view = call ptr %new(ptr %nd, i32 %ndim, ptr %shape, i32 %number, ptr %strides, ptr %data, i32 0, i32 {_NEW_FLAGS}, ptr null)
+  %view = call ptr %new(ptr %nd, i32 %ndim, ptr %shape, i32 %number, ptr %strides, ptr %data, i32 0,
+    i32 {_NEW_FLAGS}, ptr null)
   %none = icmp eq ptr %view, null
   br i1 %none, label %failed, label %look
 failed:

@@ -197,7 +197,9 @@ class Expressions:
         if found is not None:
             return found
         if operation == "**":
-            return self.call_loop(library.power, [numbers.converted(self.block, a, REAL) if a.kind is not INTEGER else a, b])
+            return self.call_loop(
+                library.power, [numbers.converted(self.block, a, REAL) if a.kind is not INTEGER else a, b]
+            )
         a, b = numbers.alike(self.block, a, b)
         return self.call_loop(library.OPERATIONS[a.kind.name, operation], [a, b])
 
@@ -604,7 +606,9 @@ class Expressions:
             return Value(result, ())
         made = self.block.let(text)
         parts = (
-            [made] if len(kinds) == 1 else [self.block.let(f"extractvalue {llvm} {made}, {i}") for i in range(len(kinds))]
+            [made]
+            if len(kinds) == 1
+            else [self.block.let(f"extractvalue {llvm} {made}, {i}") for i in range(len(kinds))]
         )
         if fails:
             self.fails = True

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import builtins
 import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -20,7 +19,6 @@ from mafsil.kernels.loops.kinds import (
     LANES,
     MASK,
     NONE,
-    NUMBERS,
     REAL,
     SINGLE,
     UNSIGNED,
@@ -285,5 +283,12 @@ FUNCTIONS: dict[Any, Emit] = {
 """What each function becomes."""
 for _name in ("sin", "cos", "exp", "log"):
     FUNCTIONS[getattr(math, _name)] = FUNCTIONS[getattr(np, _name)] = _of_real(f"llvm.{_name}.f64")
-for _name, _other in (("tan", "tan"), ("asin", "arcsin"), ("acos", "arccos"), ("atan", "arctan"), ("atan2", "arctan2"), ("hypot", "hypot")):
+for _name, _other in (
+    ("tan", "tan"),
+    ("asin", "arcsin"),
+    ("acos", "arccos"),
+    ("atan", "arctan"),
+    ("atan2", "arctan2"),
+    ("hypot", "hypot"),
+):
     FUNCTIONS[getattr(math, _name)] = FUNCTIONS[getattr(np, _other)] = _of_real(_name)

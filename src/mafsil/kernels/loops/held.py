@@ -14,7 +14,8 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.kernels.loops.kinds import BOOL, COMPLEX, REAL, Array, Held as HeldKind, Kind, Tuple, held_of, kind_of, refused
+from mafsil.kernels.loops.kinds import BOOL, COMPLEX, REAL, Array, Kind, Tuple, held_of, kind_of, refused
+from mafsil.kernels.loops.kinds import Held as HeldKind
 
 T = TypeVar("T")
 

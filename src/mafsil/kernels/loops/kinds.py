@@ -109,7 +109,9 @@ class Array(Kind):
 
     def __init__(self, of: Number, ndim: int, contiguous: bool) -> None:
         sizes = ("i64",) * ndim
-        super().__init__(f"{of.name}[{ndim}{'C' if contiguous else 'A'}]", ("ptr", *sizes, *(() if contiguous else sizes)))
+        super().__init__(
+            f"{of.name}[{ndim}{'C' if contiguous else 'A'}]", ("ptr", *sizes, *(() if contiguous else sizes))
+        )
         self.of, self.ndim, self.contiguous = of, ndim, contiguous
 
     @property
@@ -289,7 +291,9 @@ def _parsed(text: str, classes: Mapping[str, type[Any]]) -> tuple[Kind, str]:
     stop = min(i for i in (*(text.find(c) for c in "[(,)" if c in text), len(text)))
     word, rest = text[:stop], text[stop:]
     if rest.startswith("["):
-        return array_of(NUMBERS[word], int(rest[1:-1 + rest.index("]")]), rest[rest.index("]") - 1] == "C"), rest[rest.index("]") + 1 :]
+        return array_of(NUMBERS[word], int(rest[1 : -1 + rest.index("]")]), rest[rest.index("]") - 1] == "C"), rest[
+            rest.index("]") + 1 :
+        ]
     if rest.startswith("("):
         items: list[Kind] = []
         rest = rest[1:]

@@ -144,9 +144,7 @@ def source_of(definition: Definition) -> ast.FunctionDef:
 
 
 @cache
-def _parsed(
-    path: str, _changed: int
-) -> tuple[dict[tuple[str, int], ast.FunctionDef], dict[tuple[str, int], CodeType]]:
+def _parsed(path: str, _changed: int) -> tuple[dict[tuple[str, int], ast.FunctionDef], dict[tuple[str, int], CodeType]]:
     """Functions of a file by name and first line: their syntax, and what Python makes of them."""
     text = Path(path).read_text("utf-8")
     tree = ast.parse(text, path)
@@ -162,5 +160,3 @@ def _parsed(
         codes[code.co_qualname, code.co_firstlineno] = code
         waiting += [each for each in code.co_consts if isinstance(each, CodeType)]
     return nodes, codes
-
-

@@ -67,7 +67,9 @@ def converted(block: Block, value: Value, kind: Kind) -> Value:
     if kind in (INTEGER, UNSIGNED):
         if have not in (BOOL, INTEGER, UNSIGNED):
             raise refused(f"{have} where {kind} is needed")
-        return Value(kind, (block.let(f"zext i1 {value.name} to i64") if have is BOOL else value.name,), None, have is BOOL)
+        return Value(
+            kind, (block.let(f"zext i1 {value.name} to i64") if have is BOOL else value.name,), None, have is BOOL
+        )
     if isinstance(kind, Narrow) or kind is BOOL:
         raise refused(f"{have} where {kind} is needed")
     if have is SINGLE:
@@ -152,7 +154,9 @@ def _whole(block: Block, operation: str, a: Value, b: Value) -> Value | None:
 def _by_constant(block: Block, operation: str, a: Value, b: Value) -> Value:
     """Quotient or remainder by a positive constant, rounded towards minus infinity."""
     if a.natural:
-        return Value(INTEGER, (block.let(f"{'udiv' if operation == '//' else 'urem'} i64 {a.name}, {b.name}"),), None, True)
+        return Value(
+            INTEGER, (block.let(f"{'udiv' if operation == '//' else 'urem'} i64 {a.name}, {b.name}"),), None, True
+        )
     rest = block.let(f"srem i64 {a.name}, {b.name}")
     below = block.let(f"icmp slt i64 {rest}, 0")
     if operation == "%":

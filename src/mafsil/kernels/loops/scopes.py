@@ -73,9 +73,7 @@ class Scopes(ast.NodeVisitor):
 
     def _is_single(self, name: str) -> bool:
         stores = self._stores[name]
-        apart = all(
-            not _inside(a, b) for i, a in enumerate(stores) for j, b in enumerate(stores) if i != j
-        )
+        apart = all(not _inside(a, b) for i, a in enumerate(stores) for j, b in enumerate(stores) if i != j)
         return apart and all(any(_inside(load, store) for store in stores) for load in self._loads.get(name, ()))
 
 

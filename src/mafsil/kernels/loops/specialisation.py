@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from mafsil.code_store import FileStore, code_folder
+from mafsil.code_store import FileStore, code_folder, compilation
 from mafsil.code_store import Kind as StoreKind
 from mafsil.kernels import elf, identity, system, target
 from mafsil.kernels.compiler import _llvm  # pyright: ignore[reportPrivateUsage]
@@ -158,7 +158,9 @@ class Specialisation:
             if code is None:
                 with store().compiling(self.key) as waited:
                     code = self._stored_code() if waited else None
-                    code = code or self._compiled()
+                    if code is None:
+                        with compilation(self.definition.function.__name__):
+                            code = self._compiled()
             imports = {callee.symbol: callee.address for callee in self._callees()}
         return load(code, (self.symbol,), imports)[self.symbol]
 
@@ -254,6 +256,7 @@ def specialised(loop: Any, kinds: tuple[Kind, ...]) -> Specialisation:
 
 @cache
 def store() -> FileStore:
+    """Where the code of loops is kept."""
     return FileStore(code_folder(), LOOP)
 
 
@@ -261,5 +264,3 @@ def store() -> FileStore:
 def made_by() -> str:
     """This compiler, LLVM and Python's instructions."""
     return " ".join((identity.fingerprint("mafsil.kernels.loops"), identity.toolchain(), identity.python()))
-
-

@@ -198,7 +198,10 @@ class Function(Expressions):
         if result is not NONE and not block.ended:
             block.end("unreachable")
         block.label("exit")
-        parts = [*(block.kept(result, self.result_cells).parts if self.returns else ()), *(["false"] if self.fails else [])]
+        parts = [
+            *(block.kept(result, self.result_cells).parts if self.returns else ()),
+            *(["false"] if self.fails else []),
+        ]
         self._leave(kinds, llvm, parts, own=own)
         if self.fails:
             block.label("failed")
