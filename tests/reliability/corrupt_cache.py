@@ -13,11 +13,10 @@ import tempfile
 import warnings
 from pathlib import Path
 
-from mafsil.solvers.loop_cache import LOOP
-
 from mafsil.code_store import CACHE_VARIABLE, CacheWarning, FileStore
 from mafsil.kernels import compiler
 from mafsil.kernels.cache import KERNEL, TAPE
+from mafsil.kernels.loops.specialisation import LOOP
 from tests.reliability import figures, specimens
 
 SPECIMENS = tuple((links, 0) for links in (1, 2, 3, 4, 6))

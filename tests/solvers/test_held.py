@@ -8,7 +8,7 @@ from threading import Thread
 
 import numpy as np
 
-from mafsil.kernels.loops.held import Held
+from mafsil.kernels.loops.holding import hold
 from tests.solvers.held_probe_loops import Inner, Outer, weighed
 
 
@@ -19,7 +19,7 @@ def value(rows: int = 3, dtype: type = np.int64) -> Outer:
 
 def test_loops_read_and_write_what_is_held():
     made = value()
-    held = Held(made)
+    held = hold(made)
     expected = 0.5 * 6 + 7 + 1.0 * (0.0 + 1.0) + 3.0 * (4.0 + 5.0)
     assert weighed(held, np.array([1.0, 2.0, 3.0])) == expected
     assert made.inner.rows[0].tolist() == [0.0, 2.0]
@@ -27,7 +27,7 @@ def test_loops_read_and_write_what_is_held():
 
 
 def test_a_held_value_lives_as_long_as_it_is_held():
-    held = Held(value(1000))
+    held = hold(value(1000))
     gc.collect()
     junk = [np.full((1000, 2), np.nan) for _ in range(200)]
     assert (
@@ -37,7 +37,7 @@ def test_a_held_value_lives_as_long_as_it_is_held():
 
 
 def test_calls_count_no_owners():
-    held = Held(value())
+    held = hold(value())
     before = sys.getrefcount(held.value.inner.rows)
     for _ in range(100):
         weighed(held, np.ones(3))
@@ -46,17 +46,17 @@ def test_calls_count_no_owners():
 
 
 def test_values_of_other_types_are_told_apart():
-    plain, narrow = Held(value()), Held(value(dtype=np.int32))
+    plain, narrow = hold(value()), hold(value(dtype=np.int32))
     turned = value()
-    turned = Held(turned._replace(inner=turned.inner._replace(rows=np.asfortranarray(turned.inner.rows))))
-    assert len({plain.type_number, narrow.type_number, turned.type_number}) == 3
-    assert Held(value(5)).type_number == plain.type_number
+    turned = hold(turned._replace(inner=turned.inner._replace(rows=np.asfortranarray(turned.inner.rows))))
+    assert len({type(plain), type(narrow), type(turned)}) == 3
+    assert hold(value(5)).held_kind == plain.held_kind
     x = np.array([1.0, 2.0, 3.0])
     assert weighed(plain, x) == weighed(narrow, x) == weighed(turned, x)
 
 
 def test_threads_share_what_is_held():
-    held, found = Held(value()), []
+    held, found = hold(value()), []
     threads = [Thread(target=lambda: found.append(weighed(held, np.zeros(3)))) for _ in range(8)]
     for thread in threads:
         thread.start()

@@ -20,6 +20,7 @@ from mafsil.collision.scene import Scene
 from mafsil.collision.speed_loops import Motion
 from mafsil.collision.workshop_loops import Bench, Groups, Kinematics, Workshop, World, bench_for
 from mafsil.kernels.loops.held import Held
+from mafsil.kernels.loops.holding import hold
 from mafsil.robot import Robot
 
 CHUNK = 256
@@ -96,7 +97,7 @@ class LaidArm:
         )  # fmt: skip
         if thread not in self._benches:
             self._benches[thread] = bench_for(world)
-        return Held(Workshop(world, self._benches[thread]))
+        return hold(Workshop(world, self._benches[thread]))
 
     def _kinematics_here(self) -> Kinematics:
         """The kernel of link poses for compiled loops, with arrays of this thread alone."""

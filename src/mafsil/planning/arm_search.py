@@ -18,7 +18,7 @@ from mafsil.planning.limbs import limbs_of
 from mafsil.planning.problem import length_of
 
 if TYPE_CHECKING:
-    import mafsil.kernels.loops.held as held_loops
+    import mafsil.kernels.loops.holding as holding
     import mafsil.planning.arm_question_loops as arm_question_loops
     import mafsil.planning.arm_search_loops as arm_search_loops
     from mafsil.collision import Checker
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 else:
     arm_question_loops = lazily("mafsil.planning.arm_question_loops")
     arm_search_loops = lazily("mafsil.planning.arm_search_loops")
-    held_loops = lazily("mafsil.kernels.loops.held")
+    holding = lazily("mafsil.kernels.loops.holding")
 
 FIRST_ROOM = 1024
 """Nodes of each side that there are arrays for at first."""
@@ -112,7 +112,7 @@ def _grown(
             return None, made, _counted(forests.seen)
         if code == loops.FULL:  # 2
             forests = arm_search_loops.doubled(forests)
-            question = held_loops.Held(question.value._replace(forests=forests))
+            question = holding.hold(question.value._replace(forests=forests))
         left = max(min(SLICE, nodes - made), 1)
         code, path = loops.solve(workshop, question, q, goals, seed, drawn, left, shorten, leave)
         drawn += left
@@ -131,7 +131,7 @@ def _question_for(checker: Checker, goals: int, moving: Moving) -> Held[Question
             limits.lower.copy(), limits.upper.copy(), *rule, np.zeros(n, np.bool_), UNBOUNDED
         )
         forests, bounds, near = _forests_for(n, goals), np.empty((2, n)), np.empty((2, n))
-        known = held_loops.Held(arm_question_loops.Question(between, forests, bounds, near, limbs_of(checker)))
+        known = holding.hold(arm_question_loops.Question(between, forests, bounds, near, limbs_of(checker)))
         of_arm[moving] = known
     return known
 

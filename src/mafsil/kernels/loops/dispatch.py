@@ -6,18 +6,16 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from mafsil.code_store import Kind as StoreKind
 from mafsil.errors import KernelError
 from mafsil.kernels import runtime, target
 from mafsil.kernels.compiler import _llvm  # pyright: ignore[reportPrivateUsage]
-from mafsil.kernels.loops import entry, held, specialisation
+from mafsil.kernels.loops import entry, specialisation
 from mafsil.kernels.loops.definition import Definition
-from mafsil.kernels.loops.kinds import INTEGER, Kind, kind_of
-from mafsil.kernels.loops.specialisation import LOOP, Specialisation, specialised
+from mafsil.kernels.loops.kinds import INTEGER, EditedError, Kind, kind_of
+from mafsil.kernels.loops.specialisation import Specialisation, specialised
 
 _ENTRIES: dict[Specialisation, Callable[..., Any]] = {}
 _LOCK = threading.RLock()
-assert isinstance(LOOP, StoreKind)
 
 
 def entry_for(definition: Definition, arguments: tuple[Any, ...]) -> Callable[..., Any]:
@@ -29,6 +27,13 @@ def entry_for(definition: Definition, arguments: tuple[Any, ...]) -> Callable[..
     if not runtime.available():
         raise KernelError("kernels.refused", reason="objects of this Python lie elsewhere")
     kinds = tuple(kind_of(argument) for argument in arguments)
+    try:
+        return _entry(definition, kinds)
+    except EditedError:  # Nobody knows the source of what is in memory, so it runs as the Python that it is.
+        return definition.function
+
+
+def _entry(definition: Definition, kinds: tuple[Kind, ...]) -> Callable[..., Any]:
     loop = specialised(definition, kinds)
     with _LOCK:
         found = _ENTRIES.get(loop)
@@ -49,15 +54,14 @@ def _made(
 ) -> Callable[..., Any]:
     key = entry.key(kinds, result, fails, shares, specialisation.made_by())
     classes = entry.classes_of(kinds, result)
-    code = specialisation.store().get(key)
-    if code is None:
+    found = specialisation.kept(key)
+    if found is None:
         texts = entry.Entry(kinds, result, fails, shares).module()
         with _llvm:
             code = target.optimised(texts, target.host(), 1)
-        specialisation.store().put(key, code)
+        specialisation.keep(key, [name], code)
+    else:
+        code = found[1]
     places = specialisation.load(code, (entry.ENTRY, entry.LINKS), {})
     table = entry.bound(places[entry.LINKS], address, classes)
     return entry.builtin(places[entry.ENTRY], name, table, classes)
-
-
-held.makers.append(layout_for)

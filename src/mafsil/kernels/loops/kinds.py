@@ -324,6 +324,10 @@ class RefusedError(KernelError):
         return made
 
 
+class EditedError(RefusedError):
+    """The source of a function is no longer that of what is in memory."""
+
+
 def refused(reason: str) -> RefusedError:
     """What is raised where a function is not of the language."""
     return RefusedError(reason)

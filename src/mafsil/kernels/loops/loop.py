@@ -129,7 +129,12 @@ def inlined(function: Callable[P, R]) -> Loop[P, R]:
     return _loop(Definition(function, inline=True))
 
 
+def is_plain() -> bool:
+    """Whether loops run as the Python that they are."""
+    return os.environ.get(MODE_VARIABLE) == "python"
+
+
 def _loop(definition: Definition) -> Any:
-    if os.environ.get(MODE_VARIABLE) == "python":
+    if is_plain():
         return definition.function
     return Loop(definition)

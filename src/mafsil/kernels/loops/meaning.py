@@ -18,7 +18,7 @@ from typing import Any, cast
 import numpy as np
 
 from mafsil.kernels.loops.definition import Definition
-from mafsil.kernels.loops.kinds import refused
+from mafsil.kernels.loops.kinds import EditedError
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ def _own(definition: Definition) -> _Own:
 
 def instructions(code: CodeType) -> str:
     """The instructions of a function of Python with the constants and names that they use."""
-    constants = [each for each in code.co_consts if not isinstance(each, str)]
+    constants = [None if isinstance(each, str) else each for each in code.co_consts]
     parts = (code.co_code.hex(), repr(constants), code.co_names, code.co_varnames, code.co_freevars, code.co_argcount)
     return repr(parts)
 
@@ -134,12 +134,12 @@ def source_of(definition: Definition) -> ast.FunctionDef:
     try:
         tree, codes = _parsed(path, Path(path).stat().st_mtime_ns)
     except (OSError, SyntaxError) as error:
-        raise refused(f"{definition.name}: its source cannot be read ({error})") from None
+        raise EditedError(f"{definition.name}: its source cannot be read ({error})") from None
     code: CodeType = function.__code__
     same = codes.get((code.co_qualname, code.co_firstlineno))
     node = tree.get((code.co_name, code.co_firstlineno))
     if node is None or same is None or instructions(same) != instructions(code):
-        raise refused(f"{definition.name}: its source was edited after it was imported; start Python again")
+        raise EditedError(f"{definition.name}: its source was edited after it was imported")
     return node
 
 

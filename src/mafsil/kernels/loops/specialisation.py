@@ -16,7 +16,7 @@ import threading
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from mafsil.code_store import FileStore, code_folder, compilation
 from mafsil.code_store import Kind as StoreKind
@@ -25,7 +25,7 @@ from mafsil.kernels.compiler import _llvm  # pyright: ignore[reportPrivateUsage]
 from mafsil.kernels.lazy import lazy
 from mafsil.kernels.loops import memory
 from mafsil.kernels.loops.definition import Definition
-from mafsil.kernels.loops.kinds import Held, Kind, RefusedError, Tuple, named_kind, refused
+from mafsil.kernels.loops.kinds import EditedError, Held, Kind, RefusedError, Tuple, named_kind, refused
 from mafsil.kernels.loops.meaning import Closure, closure_of, source_of
 from mafsil.lazy_module import lazily
 
@@ -98,7 +98,7 @@ class Specialisation:
         try:
             return statements.translated(self.definition, node, self.kinds, self.symbol, specialised)
         except RefusedError as error:
-            if not error.placed:
+            if not error.placed and not isinstance(error, EditedError):
                 function = self.definition.function
                 raise error.at(f"{function.__code__.co_filename}:{error.line}, {function.__qualname__}") from None
             raise
@@ -170,10 +170,8 @@ class Specialisation:
             code = target.optimised(ir, target.host(), 3)
         facts = self.facts
         calls = [[each.definition.name, [kind.name for kind in each.kinds]] for each in self._external]
-        head = json.dumps(
-            [facts.result.name, facts.fails, facts.shares_region, facts.weight, facts.prototype, calls]
-        ).encode()
-        store().put(self.key, _HEAD.pack(len(head)) + head + code)
+        head = [facts.result.name, facts.fails, facts.shares_region, facts.weight, facts.prototype, calls]
+        keep(self.key, head, code)
         return code
 
     def _callees(self) -> list[Specialisation]:
@@ -206,22 +204,43 @@ class Specialisation:
 
     def _kept(self) -> Facts | None:
         """What the store has, if it can be read."""
-        payload = store().get(self.key)
-        if payload is None:
+        found = kept(self.key)
+        if found is None:
             return None
         try:
-            (size,) = _HEAD.unpack_from(payload)
-            result, fails, shares, weight, prototype, calls = json.loads(payload[_HEAD.size : _HEAD.size + size])
+            result, fails, shares, weight, prototype, calls = found[0]
             facts = Facts(
                 named_kind(result, self._classes), fails, shares, weight, prototype,
                 tuple((name, tuple(kinds)) for name, kinds in calls),
             )  # fmt: skip
-        except (struct.error, ValueError, TypeError, KeyError):
+        except (ValueError, TypeError, KeyError):
             store().discard(self.key)
             return None
-        self._code = payload[_HEAD.size + size :]
+        self._code = found[1]
         vars(self)["facts"] = facts
         return facts
+
+
+def keep(key: str, head: list[Any], code: bytes) -> None:
+    """Keep code, with what is known of it."""
+    text = json.dumps(head).encode()
+    store().put(key, _HEAD.pack(len(text)) + text + code)
+
+
+def kept(key: str) -> tuple[list[Any], bytes] | None:
+    """What is known of code, and the code; None if there is none that can be read."""
+    payload = store().get(key)
+    if payload is None:
+        return None
+    try:
+        (size,) = _HEAD.unpack_from(payload)
+        head, code = json.loads(payload[_HEAD.size : _HEAD.size + size]), payload[_HEAD.size + size :]
+    except (struct.error, ValueError):
+        head, code = None, b""
+    if isinstance(head, list) and code:
+        return cast("list[Any]", head), code
+    store().discard(key)
+    return None
 
 
 def load(code: bytes, symbols: tuple[str, ...], imports: Mapping[str, int]) -> Mapping[str, int]:
