@@ -53,7 +53,7 @@ def main() -> None:
     os.environ["MAFSIL_THREADS"] = "1"
     found = Comparisons()
     rows = [_six(name, arguments.poses, found) for name in arguments.six]
-    details = machine("numpy", "numba", "ssik")
+    details = machine("numpy", "ssik")
     print(", ".join(f"{key} {value}" for key, value in details.items()))
     print(
         "targets: six joints, single {:g} and batch {:g} times ssik on one core, preparation below 1 s;".format(

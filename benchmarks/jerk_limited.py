@@ -42,7 +42,7 @@ def main() -> None:
     parser.add_argument("--problems", type=int, default=256)
     parser.add_argument("--json")
     arguments = parser.parse_args()
-    details = machine("numpy", "numba")
+    details = machine("numpy")
     print(", ".join(f"{key} {value}" for key, value in details.items()))
     found = Comparisons()
     for kind in ("rest", "arbitrary"):

@@ -29,7 +29,7 @@ from benchmarks.comparison import Comparison, read  # noqa: E402
 from benchmarks.stopwatch import machine  # noqa: E402
 
 PAGE = ROOT / "docs" / "performance.md"
-VERSIONS = ("mafsil", "numpy", "scipy", "llvmlite", "numba", "pin", "eaik", "ssik", "mujoco-core")
+VERSIONS = ("mafsil", "numpy", "scipy", "llvmlite", "pin", "eaik", "ssik", "mujoco-core")
 ENVIRONMENTS = {
     "rtb": ("--only-binary=:all:", "roboticstoolbox-python", "scipy"),
     "klampt": ("klampt", "numpy<2"),

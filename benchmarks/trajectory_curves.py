@@ -82,7 +82,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
-    found: dict[str, Any] = {"machine": machine("numpy", "scipy", "numba")}
+    found: dict[str, Any] = {"machine": machine("numpy", "scipy")}
     print(f"{'':36}microseconds, and how many times ours")
     for name, rivals in operations().items():
         ours = np.asarray(rivals["mafsil"]())

@@ -25,7 +25,7 @@ from mafsil.messages import language, say
 if TYPE_CHECKING:
     from mafsil.kernels.audit import AuditReport
 
-NEEDED = ("mafsil", "numpy", "scipy", "llvmlite", "msgspec", "numba")
+NEEDED = ("mafsil", "numpy", "scipy", "llvmlite", "msgspec")
 OPTIONAL = ("matplotlib",)
 ORACLES = ("pin", "mujoco-core", "example-robot-data")
 _TOLERANCE = 1e-11

@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     import mafsil.collision.laid_arm as laid_arm
     import mafsil.collision.layout as layout
     import mafsil.collision.sampled_pairs as sampled_pairs
-    import mafsil.collision.segment_loops as segment_loops
     from mafsil.collision.arm_loops import Arm
     from mafsil.collision.laid_arm import LaidArm
     from mafsil.collision.workshop_loops import Workshop, World
@@ -37,7 +36,6 @@ else:
     laid_arm = lazily("mafsil.collision.laid_arm")
     layout = lazily("mafsil.collision.layout")
     sampled_pairs = lazily("mafsil.collision.sampled_pairs")
-    segment_loops = lazily("mafsil.collision.segment_loops")
 
 
 class ArmInScene:

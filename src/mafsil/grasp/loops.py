@@ -1,4 +1,4 @@
-"""The compiled loops of grasps, each module loaded when it is first asked for: numba costs half a second to import."""
+"""The compiled loops of grasps, each module loaded when it is first used."""
 
 from __future__ import annotations
 

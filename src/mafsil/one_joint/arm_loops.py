@@ -1,7 +1,4 @@
-"""One-joint arms under their laws, row by row, compiled: continuous feedback, and sampled loops with real conditions.
-
-Imported at the first run only: numba is loaded with it.
-"""
+"""One-joint arms under their laws, row by row, compiled: continuous feedback, sampled loops with real conditions."""
 
 # pyright: reportMissingParameterType=false, reportUnknownVariableType=false, reportUnknownParameterType=false
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false

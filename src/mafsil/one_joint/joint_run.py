@@ -238,7 +238,7 @@ def _listed(value: object) -> Sequence[ArrayLike]:
 
 
 def _loops() -> Any:
-    """The compiled loops: imported here because numba costs half a second."""
+    """The compiled loops, loaded at the first run."""
     return import_module("mafsil.one_joint.arm_loops")
 
 

@@ -6,8 +6,6 @@ A motion u(tau) along the path is given; run with dt = dtau / sqrt(y(tau)) it ha
 
 y is a quadratic spline, so at every place three coefficients decide. Velocity, acceleration and all that is linear in
 s'' and s'^2 is linear in them; the jerk's limit, divided by sqrt(y), is  f(y, y', y'') <= J y^(-1/2)  with a linear f.
-
-Imported only where a path is timed so: numba is loaded with it.
 """
 
 from __future__ import annotations

@@ -7,8 +7,6 @@
 5. The duration, and the largest excess of a Bernstein coefficient over its limit: a bound of every excess.
 
 Paths of fewer intervals than the longest of the eight are at rest in their lanes beyond their end.
-
-Imported only where a path is timed: numba is loaded with it.
 """
 
 # pyright: reportMissingParameterType=false, reportUnknownVariableType=false, reportUnknownParameterType=false

@@ -1,7 +1,4 @@
-"""Grids of many paths, compiled: even ones, and finer ones where time is lost.
-
-Imported only where a path is timed: numba is loaded with it.
-"""
+"""Grids of many paths, compiled: even ones, and finer ones where time is lost."""
 
 # pyright: reportMissingParameterType=false, reportUnknownVariableType=false, reportUnknownParameterType=false
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false

@@ -10,8 +10,6 @@ Both are polynomials in r whose Bernstein coefficients are linear in (x, y). A p
 Bernstein coefficients: what holds for them holds everywhere between the places, not only on them.
 
 Eight paths stand side by side in lanes: each is one interval of each of them. Rows come k by k, joint by joint.
-
-Imported only where a path is timed: numba is loaded with it.
 """
 
 # pyright: reportMissingParameterType=false, reportUnknownVariableType=false, reportUnknownParameterType=false

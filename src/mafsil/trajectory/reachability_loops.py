@@ -11,7 +11,6 @@ over x: the gap is concave and piecewise linear, so a few steps find its root ex
 it while others go on.
 
 Reference: Pham and Pham, A New Approach to Time-Optimal Path Parameterization Based on Reachability Analysis, 2018.
-Imported only where a path is timed: numba is loaded with it.
 """
 
 # pyright: reportMissingParameterType=false, reportUnknownVariableType=false, reportUnknownParameterType=false

@@ -1,7 +1,4 @@
-"""The compiled way back: from a zero of the determinant to the other joints, eight zeros at a time.
-
-Imported only where poses are solved: numba is loaded with it.
-"""
+"""The compiled way back: from a zero of the determinant to the other joints, eight zeros at a time."""
 
 from __future__ import annotations
 

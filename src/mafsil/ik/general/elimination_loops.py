@@ -1,6 +1,6 @@
 """The compiled elimination: from poses to determinants that are trigonometric polynomials of one joint.
 
-Imported only where poses are solved: numba is loaded with it. Eight poses, or eight nodes of the circle, side by side.
+Eight poses, or eight nodes of the circle, side by side.
 """
 
 from __future__ import annotations

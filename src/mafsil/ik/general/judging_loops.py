@@ -1,7 +1,4 @@
-"""Solutions judged, compiled: their errors, and their angles wound into the limits.
-
-Imported only where poses are solved: numba is loaded with it.
-"""
+"""Solutions judged, compiled: their errors, and their angles wound into the limits."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Newton's method on the loop of six joints, compiled: candidates become solutions, each noted once.
-
-Imported only where poses are solved: numba is loaded with it.
-"""
+"""Newton's method on the loop of six joints, compiled: candidates become solutions, each noted once."""
 
 from __future__ import annotations
 

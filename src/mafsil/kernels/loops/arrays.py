@@ -53,7 +53,8 @@ def strides(block: Block, value: Value) -> list[Value]:
     assert isinstance(kind, Array)
     if not kind.contiguous:
         return [Value(INTEGER, (part,), _digits(part)) for part in value.parts[1 + kind.ndim :]]
-    found, stride = [], constant(kind.itemsize)
+    found: list[Value] = []
+    stride = constant(kind.itemsize)
     for size in reversed(sizes(value)):
         found.insert(0, stride)
         stride = _of(block, "*", stride, size)

@@ -78,6 +78,10 @@ _OBJECTS: dict[str, Any] = {
     "complex": complex, "tuple": tuple, "ndarray": np.ndarray, "npbool": np.bool_, "npint": np.int64,
     "npuint": np.uint64, "npfloat": np.float64, "npcomplex": np.complex128,
 }  # fmt: skip
+_OWN_TYPES: dict[Kind, str] = {BOOL: "bool", INTEGER: "int", UNSIGNED: "npuint", REAL: "float", COMPLEX: "complex"}
+_MAKERS: dict[Kind, str] = {
+    INTEGER: "PyLong_FromLongLong", UNSIGNED: "PyLong_FromUnsignedLongLong", REAL: "PyFloat_FromDouble",
+}  # fmt: skip
 _NAMES = (*_FUNCTIONS, *_OF_NUMPY, *_OBJECTS)
 
 
@@ -281,7 +285,7 @@ class Entry:
 
     def number(self, kind: Kind, of: str) -> list[str]:
         """The parts of a number: Python's own, or NumPy's."""
-        own = {BOOL: "bool", INTEGER: "int", UNSIGNED: "npuint", REAL: "float", COMPLEX: "complex"}.get(kind)
+        own = _OWN_TYPES.get(kind)
         if own is None:
             raise refused(f"{kind} as an argument from Python")
         if kind is UNSIGNED:
@@ -389,12 +393,11 @@ class Entry:
             return none
         if kind is BOOL:
             return self.call("PyBool_FromLong", self.block.let(f"zext i1 {parts[0]} to i64"))
-        makers = {INTEGER: "PyLong_FromLongLong", UNSIGNED: "PyLong_FromUnsignedLongLong", REAL: "PyFloat_FromDouble"}
         if kind is COMPLEX:
             return self.call("PyComplex_FromDoubles", *parts)
-        if kind not in makers:
+        if kind not in _MAKERS:
             raise refused(f"{kind} as a result for Python")
-        return self.call(makers[kind], parts[0])
+        return self.call(_MAKERS[kind], parts[0])
 
     def tuple(self, kind: Tuple, parts: list[str]) -> str:
         """A tuple, of its class if it has one."""

@@ -120,7 +120,7 @@ class Expressions:
         """A constant of the module."""
         if found is None:
             return Value(NONE, ())
-        if isinstance(found, bool | np.bool_):
+        if isinstance(found, _TRUTHS):
             return constant(bool(found))
         if isinstance(found, int | float):
             return constant(found)
@@ -625,6 +625,7 @@ class Expressions:
 
 WORDS: dict[str, Number] = {"float": REAL, "int": INTEGER, "bool": BOOL, "complex": COMPLEX}
 """Annotations that say the kind of a number."""
+_TRUTHS: Any = (bool, np.bool_)
 _MAKERS = (np.empty, np.zeros, np.ones, np.full)
 _COMPARED: dict[str, Callable[[Any, Any], bool]] = {
     "<": lambda a, b: a < b, "<=": lambda a, b: a <= b, ">": lambda a, b: a > b, ">=": lambda a, b: a >= b,

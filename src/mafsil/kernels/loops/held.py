@@ -25,6 +25,11 @@ class Held(tuple[Any, ...], Generic[T]):
     held_kind: HeldKind
     """Of the class of its values' kind."""
 
+    @classmethod
+    def laid(cls, *parts: Any) -> Any:
+        """Of address, value and memory."""
+        return tuple.__new__(cls, parts)  # pyright: ignore[reportUnknownMemberType]
+
     @property
     def address(self) -> int:
         """Where it lies."""

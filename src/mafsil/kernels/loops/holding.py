@@ -32,7 +32,7 @@ def hold(value: T) -> Held[T]:
         memory = np.empty(size, np.uint8)
         place = memory.ctypes.data
         if layout(value, place) is not MISS:
-            return tuple.__new__(made, (place, value, memory))
+            return made.laid(place, value, memory)
     kind = kind_of(value)
     known.append((kind.size, _layout_for(kind), class_of(held_of(kind))))
     return hold(value)

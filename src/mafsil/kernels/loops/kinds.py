@@ -197,12 +197,12 @@ def kind_of(value: Any) -> Kind:
     Raises:
         KernelError: loops take no such value.
     """
-    known = _OF_TYPES.get(type(value))
+    known = _OF_TYPES.get(cast("type[Any]", type(value)))
     if known is not None:
         return known
     if isinstance(value, np.ndarray):
-        return array_kind(value)
-    held = getattr(type(value), "held_kind", None)
+        return array_kind(cast("NDArray[Any]", value))
+    held = getattr(cast("type[Any]", type(value)), "held_kind", None)
     if held is not None:
         return cast(Kind, held)
     if isinstance(value, tuple):

@@ -20,7 +20,7 @@ result, whatever stands beside them.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,7 +106,7 @@ class Buffer:
         numbers: (count, 8) rows of a buffer, (8 count,) of an array that is seen as one.
     """
 
-    def __init__(self, numbers: Floats) -> None:
+    def __init__(self, numbers: Any) -> None:
         self.rows = numbers.reshape(-1, WIDTH)
 
     def __getitem__(self, index: int) -> Lanes:
@@ -185,7 +185,7 @@ def part(place: Buffer, index: int) -> Buffer:
 def seen(array: Floats) -> Buffer:
     """A float64 array whose rows are in order, as a buffer."""
     flat = array.reshape(-1)
-    return Buffer(flat[: len(flat) // WIDTH * WIDTH])
+    return Buffer(cast(Any, flat)[: len(flat) // WIDTH * WIDTH])
 
 
 def looked_up(array: Floats, places: Lanes) -> Lanes:

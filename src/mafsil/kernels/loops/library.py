@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mafsil.kernels.loops.definition import compiled, inlined
+from mafsil.kernels.loops.definition import Definition, compiled, inlined
 
 
 @inlined
@@ -26,7 +26,7 @@ def assign(array: Any, other: Any) -> None:
 
 def along(value: Any, i: int, made: Any) -> Any:
     """What row i of a result takes of an operand: its row i, or all of it where it has fewer axes."""
-    return value[i] if isinstance(value, np.ndarray) and value.ndim == made.ndim else value
+    return value[i] if np.ndim(value) == made.ndim else value
 
 
 @inlined
@@ -60,7 +60,7 @@ def each_quotient(made: Any, a: Any, b: Any) -> None:
 @inlined
 def total(array: Any) -> Any:
     """The sum of a row."""
-    found = 0 * array[0] if len(array) > 0 else 0.0
+    found = 0
     for i in range(len(array)):
         found += array[i]
     return found
@@ -188,3 +188,5 @@ OPERATIONS = {
 ELEMENTWISE = {"+": each_sum, "-": each_difference, "*": each_product, "/": each_quotient}
 METHODS = {"sum": total, "max": largest, "min": least, "argmax": place_of_largest, "argmin": place_of_least}
 """Methods of arrays of one axis."""
+DEFINITIONS = {each.name: each for each in list(globals().values()) if isinstance(each, Definition)}
+"""All of them, by name."""

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Generic, ParamSpec, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 
@@ -29,11 +29,10 @@ else:
 
 MODE_VARIABLE = "MAFSIL_LOOPS"
 """Environment variable; `python` runs loops as ordinary Python."""
-P = ParamSpec("P")
-R = TypeVar("R")
+F = TypeVar("F", bound=Callable[..., Any])
 
 
-class Loop(Generic[P, R]):
+class Loop:
     """A function that is machine code once it is called.
 
     Attributes:
@@ -48,7 +47,7 @@ class Loop(Generic[P, R]):
         for name in ("__module__", "__name__", "__qualname__", "__doc__"):
             setattr(self, name, getattr(definition.function, name))
 
-    def __call__(self, *args: P.args, **named: P.kwargs) -> R:
+    def __call__(self, *args: Any, **named: Any) -> Any:
         """Run it; compiled first if these kinds of arguments are new."""
         if named:
             return self(*self._in_order(args, named))
@@ -56,7 +55,7 @@ class Loop(Generic[P, R]):
             found = entry(*args)
             if found is not MISS:
                 return found
-        return cast(R, self._first_call(args))
+        return self._first_call(args)
 
     def compile(self, *examples: Any) -> None:
         """Have it ready for arguments like these.
@@ -93,16 +92,20 @@ class Loop(Generic[P, R]):
 
 def _as_annotated(value: Any, word: str) -> Any:
     """A number as the kind that the function's annotation says; other values as they are."""
-    if word == "float" and isinstance(value, int | np.integer | np.floating):
+    if word == "float" and isinstance(value, _NUMBERS):
         return float(value)
-    if word == "int" and isinstance(value, bool | np.bool_ | np.integer):
+    if word == "int" and isinstance(value, _WHOLE):
         return int(value)
-    if isinstance(value, np.ndarray) and type(value) is not np.ndarray:
-        return np.asarray(value)
+    if isinstance(value, np.ndarray) and type(value) is not np.ndarray:  # pyright: ignore[reportUnknownArgumentType]
+        return np.asarray(value)  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
     return cast(Any, value)
 
 
-def compiled(function: Callable[P, R]) -> Loop[P, R]:
+_WHOLE: Any = (bool, np.bool_, np.integer)
+_NUMBERS: Any = (int, np.integer, np.floating)
+
+
+def compiled(function: F) -> F:
     """The function as machine code.
 
     Args:
@@ -111,7 +114,7 @@ def compiled(function: Callable[P, R]) -> Loop[P, R]:
     return _loop(Definition(function))
 
 
-def reordered(function: Callable[P, R]) -> Loop[P, R]:
+def reordered(function: F) -> F:
     """As `compiled`, but sums may be taken in another order.
 
     Args:
@@ -120,7 +123,7 @@ def reordered(function: Callable[P, R]) -> Loop[P, R]:
     return _loop(Definition(function, fast=FREE_ORDER))
 
 
-def inlined(function: Callable[P, R]) -> Loop[P, R]:
+def inlined(function: F) -> F:
     """As `compiled`, and part of each loop that calls it.
 
     Args:
@@ -135,6 +138,4 @@ def is_plain() -> bool:
 
 
 def _loop(definition: Definition) -> Any:
-    if is_plain():
-        return definition.function
-    return Loop(definition)
+    return definition.function if is_plain() else Loop(definition)

@@ -16,6 +16,7 @@ from types import CodeType, ModuleType
 from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mafsil.kernels.loops.definition import Definition
 from mafsil.kernels.loops.kinds import EditedError
@@ -117,7 +118,8 @@ def _word(value: Any, callees: list[Definition], classes: list[type[Any]]) -> st
             return f"{value.__module__}:{value.__qualname__}{cast('Any', value)._fields}"
         return f"{value.__module__}:{value.__qualname__}"
     if isinstance(value, np.ndarray):
-        return f"{value.dtype} {value.shape} {hashlib.blake2b(value.tobytes()).hexdigest()}"
+        table = cast("NDArray[Any]", value)
+        return f"{table.dtype} {table.shape} {hashlib.blake2b(table.tobytes()).hexdigest()}"
     if isinstance(value, bool | int | float | complex | str | np.generic | tuple):
         return f"{type(value).__name__} {value!r}"  # pyright: ignore[reportUnknownArgumentType]
     return f"{getattr(value, '__module__', '')}:{getattr(value, '__qualname__', type(value).__qualname__)}"

@@ -75,6 +75,6 @@ done:
 def module_text(texts: list[str], declared: set[str]) -> str:
     """A module of these functions and declarations, with what it needs of this file."""
     own = {line for line in declared if any(f"@{name}(" in line for name in (TIMES, ALLOCATE, RELEASE))}
-    outside = declared - own | (_DECLARED if own else set())
+    outside = (declared - own) | (_DECLARED if own else set[str]())
     head = [f'target triple = "{target.host().triple}"', *sorted(outside), *([_TEXT] if own else [])]
     return "\n".join([*head, *texts, METADATA])

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import ast
-import operator
 from collections.abc import Callable
+from typing import Any
 
 from mafsil.kernels.loops.block import Block, Value, constant, real_text
 from mafsil.kernels.loops.kinds import (
@@ -38,10 +38,10 @@ _WHOLE = {"+": "add nsw", "-": "sub nsw", "*": "mul nsw", "<<": "shl", ">>": "as
 _UNSIGNED = {"+": "add", "-": "sub", "*": "mul", ">>": "lshr", "//": "udiv", "%": "urem"}
 _SIGNED_ORDER = {"<": "slt", "<=": "sle", ">": "sgt", ">=": "sge", "==": "eq", "!=": "ne"}
 _REAL_ORDER = {"<": "olt", "<=": "ole", ">": "ogt", ">=": "oge", "==": "oeq", "!=": "une"}
-_FOLDED: dict[str, Callable[[float, float], float]] = {
-    "+": operator.add, "-": operator.sub, "*": operator.mul, "//": operator.floordiv, "%": operator.mod,
-    "/": operator.truediv, "**": operator.pow, "<<": operator.lshift, ">>": operator.rshift, "&": operator.and_,
-    "|": operator.or_, "^": operator.xor,
+_FOLDED: dict[str, Callable[[Any, Any], Any]] = {
+    "+": lambda a, b: a + b, "-": lambda a, b: a - b, "*": lambda a, b: a * b, "/": lambda a, b: a / b,
+    "//": lambda a, b: a // b, "%": lambda a, b: a % b, "**": lambda a, b: a**b, "<<": lambda a, b: a << b,
+    ">>": lambda a, b: a >> b, "&": lambda a, b: a & b, "|": lambda a, b: a | b, "^": lambda a, b: a ^ b,
 }  # fmt: skip
 _LANE_FLAGS = "nsz contract "
 _MOST_SQUARINGS = 1 << 16
@@ -128,13 +128,13 @@ def arithmetic(block: Block, operation: str, a: Value, b: Value) -> Value | None
 
 
 def _fold(operation: str, a: float, b: float) -> float | None:
+    """The result for constants; None where Python has none, or a wider one."""
     try:
         made = _FOLDED[operation](a, b)
     except (ArithmeticError, TypeError, ValueError):
         return None
-    if isinstance(made, int) and not -(1 << 63) <= made < 1 << 63:
-        return None
-    return made if isinstance(made, int | float) else None
+    narrow = isinstance(made, float) or (isinstance(made, int) and -(1 << 63) <= made < 1 << 63)
+    return made if narrow else None
 
 
 def _whole(block: Block, operation: str, a: Value, b: Value) -> Value | None:

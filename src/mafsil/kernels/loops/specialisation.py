@@ -23,7 +23,7 @@ from mafsil.code_store import Kind as StoreKind
 from mafsil.kernels import elf, identity, system, target
 from mafsil.kernels.compiler import _llvm  # pyright: ignore[reportPrivateUsage]
 from mafsil.kernels.lazy import lazy
-from mafsil.kernels.loops import memory
+from mafsil.kernels.loops import library, memory
 from mafsil.kernels.loops.definition import Definition
 from mafsil.kernels.loops.kinds import EditedError, Held, Kind, RefusedError, Tuple, named_kind, refused
 from mafsil.kernels.loops.meaning import Closure, closure_of, source_of
@@ -138,7 +138,8 @@ class Specialisation:
 
     def ir(self) -> str:
         """Its module in LLVM IR."""
-        included, external, declared = [self], dict[Specialisation, None](), set[str]()
+        included: list[Specialisation] = [self]
+        external, declared = dict[Specialisation, None](), set[str]()
         for each in included:
             declared |= each.translation.declared
             for callee in each.translation.callees:
@@ -178,8 +179,9 @@ class Specialisation:
         """The loops that its code calls by their addresses."""
         if self._external or not self.facts.calls:
             return self._external
+        known = {**library.DEFINITIONS, **self.closure.definitions}
         return [
-            specialised(self.closure.definitions[name], tuple(named_kind(each, self._classes) for each in kinds))
+            specialised(known[name], tuple(named_kind(each, self._classes) for each in kinds))
             for name, kinds in self.facts.calls
         ]
 

@@ -363,6 +363,25 @@ def own_durations(states: Floats, limits: Floats, free: bool, own: Floats) -> No
 
 
 @compiled
+def are_usual(limits: Floats, outcome: Floats, low: float, high: float) -> bool:
+    """Whether limits and durations are of a size at which no square or cube of them under- or overflows.
+
+    Args:
+        limits: (n, 6); jerks are the last two.
+        outcome: (m, 4) of `plan_rows`; the duration is the last.
+        low, high: the sizes.
+    """
+    most = 0.0
+    for i in range(len(limits)):
+        most = max(most, limits[i, 4], limits[i, 5])
+    usual = low < most < high
+    for row in range(len(outcome)):
+        T = outcome[row, 3]
+        usual &= (low < T < high) or T == np.inf
+    return usual
+
+
+@compiled
 def plan_rows(
     states: Floats,
     limits: Floats,

@@ -152,11 +152,9 @@ def _judge(problem: Problem, outcome: Floats, pieces: Pieces) -> None:
     T = outcome[:, 3]
     if problem.cycle == 0.0 and problem.minimum == 0.0:
         # The loops verify their pieces, as long as nothing under- or overflows, as tiny ways from rest do.
-        usual = (
-            USUAL[0] < problem.limits[:, 4:].max() < USUAL[1]
-            and ((T > USUAL[0]) & (T < USUAL[1]) | (T == np.inf)).all()
-        )
-        if usual or ((T >= 0.0).all() and pieces.first[..., [1, 2, 4, 5]].any()):
+        if plan_loops.are_usual(problem.limits, outcome, *USUAL) or (
+            (T >= 0.0).all() and pieces.first[..., [1, 2, 4, 5]].any()
+        ):
             return
     bad = np.flatnonzero((outcome[:, 0] == 0.0) & ~_arrives(problem, outcome, pieces))
     # 1.

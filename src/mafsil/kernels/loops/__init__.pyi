@@ -1,0 +1,6 @@
+from mafsil.kernels.loops.held import Held as Held
+from mafsil.kernels.loops.held import opened as opened
+from mafsil.kernels.loops.holding import hold as hold
+from mafsil.kernels.loops.loop import compiled as compiled
+from mafsil.kernels.loops.loop import inlined as inlined
+from mafsil.kernels.loops.loop import reordered as reordered
