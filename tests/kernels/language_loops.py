@@ -36,13 +36,13 @@ def plain(x):
 @compiled
 def numbers(a, b, m, n):
     whole = m // n, m % n, m & n, m | n, m ^ n, m << 3, m >> 1, -m, ~m, abs(m), m**3, m // 3, m % 3
-    real = a + b, a - b, a * b, a / b, -a, a**2, a**0.5, a // b, a % b, abs(b), a * m, m / n, 2.0**m
+    real = a + b, a - b, a * b, a / b, -a, a**2, a // b, a % b, abs(b), a * m, m / n, 2.0**m
     return whole, real, (m < n, a <= b < 2.0, m == 3 or a > b, not m > 1, m in (1, 7), m not in (2, 3), True & (a > 0))
 
 
 @compiled
 def powers(a):
-    return a**-2, a**3, a**7, hypot(a, 0.3)
+    return a**-2, a**3, a**7, abs(a) ** 0.5, hypot(a, 0.3)
 
 
 @compiled
@@ -96,7 +96,16 @@ def arrays(a, i):
 def whole_arrays(a, b):
     made = a * b + 2.0 - b / a
     made += 1.0
-    return made, made.sum(), made.max(), np.argmin(made), np.full(2, 3).sum(), a.view(np.int64)[0], a.reshape(2, -1 + 3)
+    return (
+        made,
+        made.sum(),
+        made.max(),
+        np.argmin(made),
+        np.argmax(np.abs(b - made)),
+        np.full(2, 3).sum(),
+        a.view(np.int64)[0],
+        a.reshape(2, -1 + 3),
+    )
 
 
 @compiled

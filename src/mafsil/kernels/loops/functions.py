@@ -66,6 +66,11 @@ def _extreme(order: str) -> Emit:
 
 
 def _absolute(of: Expressions, given: list[Value]) -> Value:
+    (value,) = given
+    if isinstance(value.kind, Array):
+        made = of.allocated(value.kind.of, arrays.sizes(value))
+        of.call_loop(library.each_magnitude, [made, value])
+        return made
     found = numbers.absolute(of.block, given[0])
     return of.call_loop(library.magnitude_of, given) if found is None else found
 

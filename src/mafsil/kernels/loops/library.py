@@ -58,6 +58,13 @@ def each_quotient(made: Any, a: Any, b: Any) -> None:
 
 
 @inlined
+def each_magnitude(made: Any, a: Any) -> None:
+    """The magnitudes of the numbers of a row."""
+    for i in range(len(made)):
+        made[i] = abs(a[i])
+
+
+@inlined
 def total(array: Any) -> Any:
     """The sum of a row."""
     found = 0

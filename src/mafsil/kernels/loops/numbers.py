@@ -266,6 +266,8 @@ def absolute(block: Block, value: Value) -> Value | None:
     """The magnitude; None where it takes a function of the language."""
     if value.kind is COMPLEX:
         return None
+    if value.kind not in (INTEGER, BOOL, REAL, SINGLE, LANES):
+        raise refused(f"the magnitude of {value.kind}")
     if value.kind in (INTEGER, BOOL):
         x = converted(block, value, INTEGER)
         below = compared(block, "<", x, constant(0))

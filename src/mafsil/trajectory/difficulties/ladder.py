@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, JointVector
 from mafsil.ik import SolutionBatch, inverse_kinematics
 from mafsil.model import JointKind
-from mafsil.model.mechanism import MEASURED
 from mafsil.robot import Robot
 from mafsil.trajectory.path_task import PathTask, path_equations
 from mafsil.trajectory.paths import TipPath
@@ -24,8 +23,8 @@ AGREEMENT = 0.5
 ROUNDING = 1e-6
 """Difference [rad | m] that needs no rate: solutions are known to nine digits, and rates to six of a description."""
 
-INSIDE = MEASURED
-"""By how much a coordinate at its limit may seem beyond it [rad | m]."""
+INSIDE = 1e-9
+"""By how much a coordinate at its limit may seem beyond it."""
 
 JUMP = 1e4
 """What a jump costs in the sum of coordinate changes: one more is never worth a shorter way."""
