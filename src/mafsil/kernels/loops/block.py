@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import hashlib
 import struct
-from typing import Any
+from typing import Any, Protocol
 
 from numpy.typing import NDArray
 
@@ -326,3 +326,29 @@ def tuple_value(block: Block, kind: Tuple, items: list[Value]) -> Value:
     """A tuple of these values."""
     exploded = [block.exploded(item) for item in items]
     return Value(kind, sum((item.parts for item in exploded), ()))
+
+
+class Translator(Protocol):
+    """A function that is being translated, as the functions of the language see it."""
+
+    block: Block
+
+    def arithmetic(self, operation: str, a: Value, b: Value) -> Value:
+        """The result of an operation."""
+        ...
+
+    def allocated(self, of: Number, shape: list[Value], *, clear: bool = False) -> Value:
+        """A new array."""
+        ...
+
+    def call_loop(self, loop: Any, values: list[Value]) -> Value:
+        """A call of another loop."""
+        ...
+
+    def lane_place(self, base: Value, index: Value) -> str:
+        """Address of a place of a buffer."""
+        ...
+
+    def along(self, given: list[Value]) -> Value:
+        """What one row of a result takes of an operand."""
+        ...

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
+
+from mafsil.kernels.loops.kinds import Kind
 
 MISS = object()
 """What a builtin returns where it is not made for the arguments."""
@@ -47,6 +49,30 @@ class Definition:
         """Annotations of its arguments, as written; empty where there is none."""
         notes = self.function.__annotations__
         return tuple(str(notes.get(name, "")) for name in self.arguments)
+
+
+class Callee(Protocol):
+    """What a function that is being translated knows of one that it calls."""
+
+    @property
+    def symbol(self) -> str:
+        """Its name in LLVM IR."""
+        ...
+
+    @property
+    def result(self) -> Kind:
+        """Kind of its result."""
+        ...
+
+    @property
+    def fails(self) -> bool:
+        """Whether it says at its end that memory was lacking."""
+        ...
+
+    @property
+    def shares_region(self) -> bool:
+        """Whether its memory joins that of its caller."""
+        ...
 
 
 def compiled(function: Callable[..., Any]) -> Definition:

@@ -6,13 +6,14 @@ import ast
 import builtins
 from collections.abc import Callable, Sequence
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 
 from mafsil.kernels.loops import arrays, library, numbers
 from mafsil.kernels.loops.arrays import Index, Span
 from mafsil.kernels.loops.block import Block, Value, constant, tuple_value
+from mafsil.kernels.loops.definition import Callee
 from mafsil.kernels.loops.functions import FUNCTIONS
 from mafsil.kernels.loops.kinds import (
     BOOL,
@@ -37,9 +38,6 @@ from mafsil.kernels.loops.kinds import (
 )
 from mafsil.kernels.loops.numbers import OPERATIONS, ORDERS
 
-if TYPE_CHECKING:
-    from mafsil.kernels.loops.specialisation import Specialisation
-
 _MISSING = object()
 
 
@@ -58,13 +56,13 @@ class Expressions:
         function: Any,
         names: frozenset[str],
         fast: str,
-        specialised: Callable[[Any, tuple[Kind, ...]], Specialisation],
+        specialised: Callable[[Any, tuple[Kind, ...]], Callee],
     ) -> None:
         self.function, self.names, self.specialised = function, names, specialised
         self.block = Block(fast)
         self.bound: dict[str, Value] = {}
         self.cells: dict[str, tuple[Kind, tuple[str, ...]]] = {}
-        self.callees: list[Specialisation] = []
+        self.callees: list[Callee] = []
         self.region: str | None = None
         self.fails = False
         self.depth = 0
@@ -350,7 +348,7 @@ class Expressions:
             return self.value(node.body if known else node.orelse)
         self.block.label(yes)
         first = self.block.exploded(self.value(node.body))
-        mark, first_end = len(self.block.lines), self.block.here
+        begun, first_end = len(self.block.lines), self.block.here
         self.block.ended = True
         self.block.label(no)
         second = self.block.exploded(self.value(node.orelse))
@@ -361,8 +359,8 @@ class Expressions:
         second_end = self.block.here
         self.block.jump(after)
         # The first value is brought to the common kind in its own block, whose end was left open.
-        rest = self.block.lines[mark:]
-        del self.block.lines[mark:]
+        rest = self.block.lines[begun:]
+        del self.block.lines[begun:]
         self.block.ended, self.block.here = False, first_end
         first = self.coerced(first, kind)
         self.block.jump(after)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from mafsil.kernels.loops import arrays, held, kernel_calls, lanes, library, numbers
-from mafsil.kernels.loops.block import Block, Value, constant
+from mafsil.kernels.loops.block import Block, Translator, Value, constant
 from mafsil.kernels.loops.kinds import (
     BITS,
     BOOL,
@@ -32,13 +32,10 @@ from mafsil.kernels.loops.kinds import (
 )
 from mafsil.kernels.loops.numbers import converted
 
-if TYPE_CHECKING:
-    from mafsil.kernels.loops.expressions import Expressions
-
-Emit = Callable[["Expressions", list[Value]], Value]
+Emit = Callable[[Translator, list[Value]], Value]
 
 
-def _length(of: Expressions, given: list[Value]) -> Value:
+def _length(of: Translator, given: list[Value]) -> Value:
     (value,) = given
     if isinstance(value.kind, Tuple):
         return constant(len(value.kind.items))
@@ -46,7 +43,7 @@ def _length(of: Expressions, given: list[Value]) -> Value:
 
 
 def _extreme(order: str) -> Emit:
-    def emit(of: Expressions, given: list[Value]) -> Value:
+    def emit(of: Translator, given: list[Value]) -> Value:
         if len(given) == 1 and isinstance(given[0].kind, Tuple):
             given = [of.block.item(given[0], i) for i in range(len(given[0].kind.items))]
         if len(given) == 1:
@@ -65,7 +62,7 @@ def _extreme(order: str) -> Emit:
     return emit
 
 
-def _absolute(of: Expressions, given: list[Value]) -> Value:
+def _absolute(of: Translator, given: list[Value]) -> Value:
     (value,) = given
     if isinstance(value.kind, Array):
         made = of.allocated(value.kind.of, arrays.sizes(value))
@@ -75,14 +72,14 @@ def _absolute(of: Expressions, given: list[Value]) -> Value:
     return of.call_loop(library.magnitude_of, given) if found is None else found
 
 
-def _real(of: Expressions, given: list[Value]) -> Value:
+def _real(of: Translator, given: list[Value]) -> Value:
     return converted(of.block, given[0], REAL)
 
 
 def _of_real(name: str) -> Emit:
     """A function of float64 that LLVM or the system's library has, once or several times of arguments."""
 
-    def emit(of: Expressions, given: list[Value]) -> Value:
+    def emit(of: Translator, given: list[Value]) -> Value:
         parts = [f"double {converted(of.block, value, REAL).name}" for value in given]
         return Value(REAL, (of.block.call(name, "double", *parts),))
 
@@ -90,18 +87,18 @@ def _of_real(name: str) -> Emit:
 
 
 def _to_whole(name: str) -> Emit:
-    def emit(of: Expressions, given: list[Value]) -> Value:
+    def emit(of: Translator, given: list[Value]) -> Value:
         return numbers.whole(of.block, _of_real(name)(of, given))
 
     return emit
 
 
-def _root(of: Expressions, given: list[Value]) -> Value:
+def _root(of: Translator, given: list[Value]) -> Value:
     return _lane_function("sqrt")(of, given) if given[0].kind is LANES else _of_real("llvm.sqrt.f64")(of, given)
 
 
 def _as(kind: Number) -> Emit:
-    def emit(of: Expressions, given: list[Value]) -> Value:
+    def emit(of: Translator, given: list[Value]) -> Value:
         (value,) = given
         if kind is SINGLE and value.kind is not SINGLE:
             return of.block.number(SINGLE, f"fptrunc double {converted(of.block, value, REAL).name} to float")
@@ -113,21 +110,21 @@ def _as(kind: Number) -> Emit:
     return emit
 
 
-def _complex(of: Expressions, given: list[Value]) -> Value:
+def _complex(of: Translator, given: list[Value]) -> Value:
     parts = [converted(of.block, value, REAL).name for value in given]
     return Value(COMPLEX, (parts[0], parts[1] if len(parts) > 1 else constant(0.0).name))
 
 
-def _truth(of: Expressions, given: list[Value]) -> Value:
+def _truth(of: Translator, given: list[Value]) -> Value:
     return numbers.truth(of.block, given[0])
 
 
-def _is_nan(of: Expressions, given: list[Value]) -> Value:
+def _is_nan(of: Translator, given: list[Value]) -> Value:
     x = converted(of.block, given[0], REAL)
     return of.block.number(BOOL, f"fcmp uno double {x.name}, {x.name}")
 
 
-def _is_finite(of: Expressions, given: list[Value]) -> Value:
+def _is_finite(of: Translator, given: list[Value]) -> Value:
     size = of.block.call("llvm.fabs.f64", "double", f"double {converted(of.block, given[0], REAL).name}")
     return of.block.number(BOOL, f"fcmp olt double {size}, {constant(math.inf).name}")
 
@@ -140,7 +137,7 @@ def _call(loop: Any) -> Emit:
 
 
 def _lane_function(name: str) -> Emit:
-    def emit(of: Expressions, given: list[Value]) -> Value:
+    def emit(of: Translator, given: list[Value]) -> Value:
         x = converted(of.block, given[0], LANES)
         return Value(LANES, (_intrinsic(of.block, name, x),))
 
@@ -153,7 +150,7 @@ def _intrinsic(block: Block, name: str, x: Value) -> str:
     return block.let(f"call {VECTOR} @{function}({VECTOR} {x.name})")
 
 
-def _where(of: Expressions, given: list[Value]) -> Value:
+def _where(of: Translator, given: list[Value]) -> Value:
     mask, a, b = given
     a, b = converted(of.block, a, LANES), converted(of.block, b, LANES)
     if mask.kind is MASK:
@@ -163,61 +160,61 @@ def _where(of: Expressions, given: list[Value]) -> Value:
 
 
 def _extreme_lanes(order: str) -> Emit:
-    def emit(of: Expressions, given: list[Value]) -> Value:
+    def emit(of: Translator, given: list[Value]) -> Value:
         a, b = (converted(of.block, value, LANES) for value in given)
         return _where(of, [numbers.compared(of.block, order, a, b), a, b])
 
     return emit
 
 
-def _lane_bits(of: Expressions, given: list[Value]) -> Value:
+def _lane_bits(of: Translator, given: list[Value]) -> Value:
     bits = of.block.let(f"bitcast {BITS} {given[0].name} to i{WIDTH}")
     return Value(INTEGER, (of.block.let(f"zext i{WIDTH} {bits} to i64"),), None, True)
 
 
-def _any_lane(of: Expressions, given: list[Value]) -> Value:
+def _any_lane(of: Translator, given: list[Value]) -> Value:
     bits = of.block.let(f"bitcast {BITS} {given[0].name} to i{WIDTH}")
     return of.block.number(BOOL, f"icmp ne i{WIDTH} {bits}, 0")
 
 
-def _how_many(of: Expressions, given: list[Value]) -> Value:
+def _how_many(of: Translator, given: list[Value]) -> Value:
     return Value(INTEGER, (of.block.call("llvm.ctpop.i64", "i64", f"i64 {given[0].name}"),), None, True)
 
 
-def _buffer(of: Expressions, given: list[Value]) -> Value:
+def _buffer(of: Translator, given: list[Value]) -> Value:
     count = given[0].constant
     if not isinstance(count, int):
         raise refused("a buffer whose size is no constant")
     return Value(BUFFER, (of.block.room(8 * WIDTH * max(count, 1), 64),))
 
 
-def _part(of: Expressions, given: list[Value]) -> Value:
+def _part(of: Translator, given: list[Value]) -> Value:
     return Value(BUFFER, (of.lane_place(*given),))
 
 
-def _seen(of: Expressions, given: list[Value]) -> Value:
+def _seen(of: Translator, given: list[Value]) -> Value:
     return Value(BUFFER, (given[0].name,))
 
 
-def _in_lanes(of: Expressions, given: list[Value]) -> Value:
+def _in_lanes(of: Translator, given: list[Value]) -> Value:
     return of.allocated(REAL, [of.arithmetic("*", given[0], constant(WIDTH))])
 
 
-def _one_lane(of: Expressions, given: list[Value]) -> str:
+def _one_lane(of: Translator, given: list[Value]) -> str:
     lane = converted(of.block, given[2], INTEGER)
     return of.block.let(f"getelementptr inbounds double, ptr {of.lane_place(*given[:2])}, i64 {lane.name}")
 
 
-def _put(of: Expressions, given: list[Value]) -> Value:
+def _put(of: Translator, given: list[Value]) -> Value:
     of.block.store_element(REAL, converted(of.block, given[3], REAL), _one_lane(of, given))
     return Value(NONE, ())
 
 
-def _get(of: Expressions, given: list[Value]) -> Value:
+def _get(of: Translator, given: list[Value]) -> Value:
     return of.block.load_element(REAL, _one_lane(of, given))
 
 
-def _spread(of: Expressions, given: list[Value]) -> Value:
+def _spread(of: Translator, given: list[Value]) -> Value:
     array, begin, stride, x = given
     for lane in range(WIDTH):
         at = of.arithmetic("+", begin, of.arithmetic("*", stride, constant(lane)))
@@ -227,7 +224,7 @@ def _spread(of: Expressions, given: list[Value]) -> Value:
     return Value(NONE, ())
 
 
-def _looked_up(of: Expressions, given: list[Value]) -> Value:
+def _looked_up(of: Translator, given: list[Value]) -> Value:
     array, places = given
     whole = of.block.let(f"fptosi {VECTOR} {places.name} to <{WIDTH} x i64>")
     found = "poison"
@@ -242,19 +239,19 @@ def _looked_up(of: Expressions, given: list[Value]) -> Value:
 # Memory and kernels ---------------------------------------------------------------------------------------------------
 
 
-def _opened(of: Expressions, given: list[Value]) -> Value:
+def _opened(of: Translator, given: list[Value]) -> Value:
     if not isinstance(given[0].kind, Held):
         raise refused(f"{given[0].kind} where a held value is needed")
     return of.block.opened(given[0])
 
 
-def _address(of: Expressions, given: list[Value]) -> Value:
+def _address(of: Translator, given: list[Value]) -> Value:
     if not isinstance(given[0].kind, Array):
         raise refused(f"the address of {given[0].kind}")
     return of.block.number(INTEGER, f"ptrtoint ptr {given[0].name} to i64")
 
 
-def _kernel(of: Expressions, given: list[Value]) -> Value:
+def _kernel(of: Translator, given: list[Value]) -> Value:
     """void (ptr, ptr, ...) at an address; a batch entry takes null as its last argument."""
     entry, *places = (of.block.let(f"inttoptr i64 {value.name} to ptr") for value in given)
     last = ", ptr null" if len(places) == 3 else ""

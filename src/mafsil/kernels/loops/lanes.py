@@ -144,7 +144,7 @@ def rounded_down(x: Lanes) -> Lanes:
 def where(mask: Mask | bool, a: Lanes | float, b: Lanes | float) -> Lanes:
     """Lanes of a where the mask is set, else of b; either may be a number."""
     bits = mask.bits if isinstance(mask, Mask) else np.full(WIDTH, mask)
-    return Lanes(np.where(bits, _numbers(a), _numbers(b)))
+    return Lanes(cast(Any, np.where(bits, _numbers(a), _numbers(b))))
 
 
 def larger(a: Lanes, b: Lanes | float) -> Lanes:
@@ -182,10 +182,10 @@ def part(place: Buffer, index: int) -> Buffer:
     return Buffer(place.rows[index:])
 
 
-def seen(array: Floats) -> Buffer:
+def seen(array: Any) -> Buffer:
     """A float64 array whose rows are in order, as a buffer."""
     flat = array.reshape(-1)
-    return Buffer(cast(Any, flat)[: len(flat) // WIDTH * WIDTH])
+    return Buffer(flat[: len(flat) // WIDTH * WIDTH])
 
 
 def looked_up(array: Floats, places: Lanes) -> Lanes:

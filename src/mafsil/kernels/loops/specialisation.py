@@ -42,7 +42,7 @@ _HEAD = struct.Struct("<Q")
 
 
 @dataclass(frozen=True)
-class Facts:
+class Interface:
     """What callers of a specialisation know of it.
 
     Attributes:
@@ -103,36 +103,43 @@ class Specialisation:
                 raise error.at(f"{function.__code__.co_filename}:{error.line}, {function.__qualname__}") from None
             raise
 
+    @property
+    def called(self) -> tuple[Specialisation, ...]:
+        """The specialisations that its source calls."""
+        return cast("tuple[Specialisation, ...]", self.translation.callees)
+
     @lazy
-    def facts(self) -> Facts:
+    def interface(self) -> Interface:
         """What callers know of it: from the store, or from its translation."""
         kept = None if self.definition.inline else self._kept()
         if kept is not None:
             return kept
         made = self.translation
-        weight = made.text.count("\n") + sum(callee.facts.weight for callee in made.callees if callee.definition.inline)
+        weight = made.text.count("\n") + sum(
+            callee.interface.weight for callee in self.called if callee.definition.inline
+        )
         prototype = re.sub(r" %[\w.]+(?=[,)])", "", made.text[: made.text.index(" nounwind")])
-        return Facts(made.result, made.fails, made.shares_region, weight, prototype, ())
+        return Interface(made.result, made.fails, made.shares_region, weight, prototype, ())
 
     @property
     def result(self) -> Kind:
         """Kind of its result."""
-        return self.facts.result
+        return self.interface.result
 
     @property
     def fails(self) -> bool:
         """Whether it says at its end that memory was lacking."""
-        return self.facts.fails
+        return self.interface.fails
 
     @property
     def shares_region(self) -> bool:
         """Whether its memory joins that of its caller."""
-        return self.facts.shares_region
+        return self.interface.shares_region
 
     @property
     def becomes_part(self) -> bool:
         """Whether it is translated into the modules of its callers."""
-        return self.definition.inline or self.facts.weight <= SHORT
+        return self.definition.inline or self.interface.weight <= SHORT
 
     # Code -------------------------------------------------------------------------------------------------------------
 
@@ -142,14 +149,14 @@ class Specialisation:
         external, declared = dict[Specialisation, None](), set[str]()
         for each in included:
             declared |= each.translation.declared
-            for callee in each.translation.callees:
+            for callee in each.called:
                 if callee.becomes_part and callee not in included:
                     included.append(callee)
                 elif not callee.becomes_part:
                     external[callee] = None
         self._external = list(external)
         texts = [f"define {'' if each is self else 'internal '}{each.translation.text}" for each in included]
-        return memory.module_text(texts, declared | {f"declare {each.facts.prototype}" for each in external})
+        return memory.module_text(texts, declared | {f"declare {each.interface.prototype}" for each in external})
 
     @lazy
     def address(self) -> int:
@@ -169,20 +176,20 @@ class Specialisation:
         ir = self.ir()
         with _llvm:
             code = target.optimised(ir, target.host(), 3)
-        facts = self.facts
+        own = self.interface
         calls = [[each.definition.name, [kind.name for kind in each.kinds]] for each in self._external]
-        head = [facts.result.name, facts.fails, facts.shares_region, facts.weight, facts.prototype, calls]
+        head: list[Any] = [own.result.name, own.fails, own.shares_region, own.weight, own.prototype, calls]
         keep(self.key, head, code)
         return code
 
     def _callees(self) -> list[Specialisation]:
         """The loops that its code calls by their addresses."""
-        if self._external or not self.facts.calls:
+        if self._external or not self.interface.calls:
             return self._external
         known = {**library.DEFINITIONS, **self.closure.definitions}
         return [
             specialised(known[name], tuple(named_kind(each, self._classes) for each in kinds))
-            for name, kinds in self.facts.calls
+            for name, kinds in self.interface.calls
         ]
 
     @lazy
@@ -204,14 +211,14 @@ class Specialisation:
             self._kept()
         return self._code
 
-    def _kept(self) -> Facts | None:
+    def _kept(self) -> Interface | None:
         """What the store has, if it can be read."""
         found = kept(self.key)
         if found is None:
             return None
         try:
             result, fails, shares, weight, prototype, calls = found[0]
-            facts = Facts(
+            interface = Interface(
                 named_kind(result, self._classes), fails, shares, weight, prototype,
                 tuple((name, tuple(kinds)) for name, kinds in calls),
             )  # fmt: skip
@@ -219,8 +226,8 @@ class Specialisation:
             store().discard(self.key)
             return None
         self._code = found[1]
-        vars(self)["facts"] = facts
-        return facts
+        vars(self)["interface"] = interface
+        return interface
 
 
 def keep(key: str, head: list[Any], code: bytes) -> None:

@@ -12,11 +12,11 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from mafsil.kernels.loops import arrays, numbers
 from mafsil.kernels.loops.block import Value, constant
-from mafsil.kernels.loops.definition import Definition
+from mafsil.kernels.loops.definition import Callee, Definition
 from mafsil.kernels.loops.expressions import Expressions
 from mafsil.kernels.loops.kinds import (
     BUFFER,
@@ -38,12 +38,9 @@ from mafsil.kernels.loops.kinds import (
 from mafsil.kernels.loops.numbers import OPERATIONS
 from mafsil.kernels.loops.scopes import Scopes
 
-if TYPE_CHECKING:
-    from mafsil.kernels.loops.specialisation import Specialisation
-
 UNROLLED = 4
 """Items of a tuple up to which a loop over them is written out."""
-Specialised = Callable[[Any, tuple[Kind, ...]], "Specialisation"]
+Specialised = Callable[[Any, tuple[Kind, ...]], Callee]
 
 
 class Restart(Exception):
@@ -82,7 +79,7 @@ class Translation:
     result: Kind
     fails: bool
     shares_region: bool
-    callees: tuple[Specialisation, ...]
+    callees: tuple[Callee, ...]
     declared: frozenset[str]
 
 
