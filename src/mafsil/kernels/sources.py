@@ -63,7 +63,7 @@ def _closure(texts: dict[str, bytes], packages: tuple[str, ...], without: tuple[
         except (SyntaxError, ValueError):
             return None
         words: set[str] = set()
-        found[name] = _hash(code, words)
+        found[name] = code_hash(code, words)
         if words & _DYNAMIC:
             return None
         for imported in known:
@@ -74,14 +74,14 @@ def _closure(texts: dict[str, bytes], packages: tuple[str, ...], without: tuple[
     return content_key(*(f"{name} {found[name]}" for name in sorted(found)))
 
 
-def _hash(code: CodeType, words: set[str]) -> str:
-    """Hash of a code object; adds all names that occur in it to `words`."""
+def code_hash(code: CodeType, words: set[str]) -> str:
+    """Hash of a code object, its instructions, names and constants; adds all names that occur in it to `words`."""
     words.update(code.co_names)
     parts: list[Any] = [
         code.co_name, code.co_flags, code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, code.co_names,
         code.co_varnames, code.co_freevars, code.co_cellvars, code.co_code, code.co_exceptiontable,
     ]  # fmt: skip
-    parts += [_hash(x, words) if isinstance(x, CodeType) else _constant(x) for x in code.co_consts]
+    parts += [code_hash(x, words) if isinstance(x, CodeType) else _constant(x) for x in code.co_consts]
     return hashlib.blake2b(repr(parts).encode(), digest_size=16).hexdigest()
 
 

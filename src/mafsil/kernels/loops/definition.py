@@ -73,13 +73,3 @@ class Callee(Protocol):
     def shares_region(self) -> bool:
         """Whether its memory joins that of its caller."""
         ...
-
-
-def compiled(function: Callable[..., Any]) -> Definition:
-    """A function of the library that is called."""
-    return Definition(function)
-
-
-def inlined(function: Callable[..., Any]) -> Definition:
-    """A function of the library that becomes part of its callers."""
-    return Definition(function, inline=True)

@@ -54,14 +54,13 @@ def _made(
 ) -> Callable[..., Any]:
     key = entry.key(kinds, result, fails, shares, specialisation.made_by())
     classes = entry.classes_of(kinds, result)
-    found = specialisation.kept(key)
-    if found is None:
-        texts = entry.Entry(kinds, result, fails, shares).module()
+
+    def compiled() -> specialisation.Kept:
+        text = entry.Entry(kinds, result, fails, shares).module()
         with _llvm:
-            code = target.optimised(texts, target.host(), 1)
-        specialisation.keep(key, [name], code)
-    else:
-        code = found[1]
+            return [name], target.optimised(text, target.host(), 1)
+
+    _, code = specialisation.obtained(key, name, compiled)
     places = specialisation.load(code, (entry.ENTRY, entry.LINKS), {})
     table = entry.bound(places[entry.LINKS], address, classes)
     return entry.builtin(places[entry.ENTRY], name, table, classes)

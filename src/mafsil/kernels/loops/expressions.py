@@ -63,7 +63,7 @@ class Expressions:
         self.bound: dict[str, Value] = {}
         self.cells: dict[str, tuple[Kind, tuple[str, ...]]] = {}
         self.callees: list[Callee] = []
-        self.region: str | None = None
+        self.uses_region = False
         self.fails = False
         self.depth = 0
         self.stack = 0
@@ -537,8 +537,8 @@ class Expressions:
             self.stack += size
             made = arrays.allocated(self.block, of, shape, None)
         else:
-            self.fails, self.region = True, "%region"
-            made = arrays.allocated(self.block, of, shape, self.region)
+            self.fails = self.uses_region = True
+            made = arrays.allocated(self.block, of, shape, "%region")
             self.check(f"icmp eq ptr {made.name}, null")
         if clear:
             arrays.clear(self.block, made)
@@ -583,8 +583,8 @@ class Expressions:
         self.callees.append(callee)
         given = [part for value in values for part in self.handed(value)]
         if callee.shares_region:
-            self.region = self.region or "%region"
-            given.append(f"ptr {self.region}")
+            self.uses_region = True
+            given.append("ptr %region")
         return self.results(callee.result, callee.fails, f"@{callee.symbol}", given)
 
     def handed(self, value: Value) -> list[str]:

@@ -291,9 +291,8 @@ def _parsed(text: str, classes: Mapping[str, type[Any]]) -> tuple[Kind, str]:
     stop = min(i for i in (*(text.find(c) for c in "[(,)" if c in text), len(text)))
     word, rest = text[:stop], text[stop:]
     if rest.startswith("["):
-        return array_of(NUMBERS[word], int(rest[1 : -1 + rest.index("]")]), rest[rest.index("]") - 1] == "C"), rest[
-            rest.index("]") + 1 :
-        ]
+        form, _, rest = rest[1:].partition("]")
+        return array_of(NUMBERS[word], int(form[:-1]), form[-1:] == "C"), rest
     if rest.startswith("("):
         items: list[Kind] = []
         rest = rest[1:]

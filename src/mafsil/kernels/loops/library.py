@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
+from functools import partial
 from math import copysign, fmod, hypot
 from typing import Any
 
 import numpy as np
 
-from mafsil.kernels.loops.definition import Definition, compiled, inlined
+from mafsil.kernels.loops.definition import Definition
+
+_inlined = partial(Definition, inline=True)
 
 
-@inlined
+@_inlined
 def fill(array: Any, value: Any) -> None:
     """Every element, or every row, set to a value."""
     for i in range(len(array)):
         array[i] = value
 
 
-@inlined
+@_inlined
 def assign(array: Any, other: Any) -> None:
     """The elements of another array of these sizes."""
     for i in range(len(array)):
@@ -29,42 +32,42 @@ def along(value: Any, i: int, made: Any) -> Any:
     return value[i] if np.ndim(value) == made.ndim else value
 
 
-@inlined
+@_inlined
 def each_sum(made: Any, a: Any, b: Any) -> None:
     """a + b, element by element."""
     for i in range(len(made)):
         made[i] = along(a, i, made) + along(b, i, made)
 
 
-@inlined
+@_inlined
 def each_difference(made: Any, a: Any, b: Any) -> None:
     """a - b, element by element."""
     for i in range(len(made)):
         made[i] = along(a, i, made) - along(b, i, made)
 
 
-@inlined
+@_inlined
 def each_product(made: Any, a: Any, b: Any) -> None:
     """a b, element by element."""
     for i in range(len(made)):
         made[i] = along(a, i, made) * along(b, i, made)
 
 
-@inlined
+@_inlined
 def each_quotient(made: Any, a: Any, b: Any) -> None:
     """a / b, element by element."""
     for i in range(len(made)):
         made[i] = along(a, i, made) / along(b, i, made)
 
 
-@inlined
+@_inlined
 def each_magnitude(made: Any, a: Any) -> None:
     """The magnitudes of the numbers of a row."""
     for i in range(len(made)):
         made[i] = abs(a[i])
 
 
-@inlined
+@_inlined
 def total(array: Any) -> Any:
     """The sum of a row."""
     found = 0
@@ -73,7 +76,7 @@ def total(array: Any) -> Any:
     return found
 
 
-@inlined
+@_inlined
 def largest(array: Any) -> Any:
     """The largest number of a row."""
     found = array[0]
@@ -82,7 +85,7 @@ def largest(array: Any) -> Any:
     return found
 
 
-@inlined
+@_inlined
 def least(array: Any) -> Any:
     """The least number of a row."""
     found = array[0]
@@ -91,7 +94,7 @@ def least(array: Any) -> Any:
     return found
 
 
-@inlined
+@_inlined
 def place_of_largest(array: Any) -> int:
     """Where the largest number of a row stands, the first of equal ones."""
     place = 0
@@ -101,7 +104,7 @@ def place_of_largest(array: Any) -> int:
     return place
 
 
-@inlined
+@_inlined
 def place_of_least(array: Any) -> int:
     """Where the least number of a row stands, the first of equal ones."""
     place = 0
@@ -111,7 +114,7 @@ def place_of_least(array: Any) -> int:
     return place
 
 
-@inlined
+@_inlined
 def counted(count: int) -> Any:
     """The numbers from 0 to a count."""
     numbers = np.empty(count, np.int64)
@@ -120,7 +123,7 @@ def counted(count: int) -> Any:
     return numbers
 
 
-@compiled
+@Definition
 def rows_joined(parts: Any) -> Any:
     """The rows of some arrays, one after another."""
     count = 0
@@ -134,13 +137,13 @@ def rows_joined(parts: Any) -> Any:
     return rows
 
 
-@inlined
+@_inlined
 def magnitude_of(z: Any) -> float:
     """The magnitude of a complex number."""
     return hypot(z.real, z.imag)
 
 
-@inlined
+@_inlined
 def remainder(a: float, b: float) -> float:
     """a % b, of the sign of b."""
     rest = fmod(a, b)
@@ -149,7 +152,7 @@ def remainder(a: float, b: float) -> float:
     return rest + b if (b < 0.0) != (rest < 0.0) else rest
 
 
-@inlined
+@_inlined
 def quotient(a: float, b: float) -> float:
     """a // b as Python finds it."""
     rest = fmod(a, b)
@@ -162,7 +165,7 @@ def quotient(a: float, b: float) -> float:
     return down + 1.0 if found - down > 0.5 else down
 
 
-@inlined
+@_inlined
 def power(x: Any, exponent: int) -> Any:
     """x to a whole power, by squaring."""
     found, n = x * 0 + 1, abs(exponent)
@@ -174,7 +177,7 @@ def power(x: Any, exponent: int) -> Any:
     return found if exponent >= 0 else 1 / found
 
 
-@inlined
+@_inlined
 def complex_quotient(a: complex, b: complex) -> complex:
     """a / b, scaled by the larger part of b."""
     x, y = b.real, b.imag

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from mafsil.kernels.loops.definition import Definition
 from mafsil.kernels.loops.kinds import EditedError
+from mafsil.kernels.sources import code_hash
 
 
 @dataclass(frozen=True)
@@ -84,10 +85,9 @@ def _own(definition: Definition) -> _Own:
 
 
 def instructions(code: CodeType) -> str:
-    """The instructions of a function of Python with the constants and names that they use."""
-    constants = [None if isinstance(each, str) else each for each in code.co_consts]
-    parts = (code.co_code.hex(), repr(constants), code.co_names, code.co_varnames, code.co_freevars, code.co_argcount)
-    return repr(parts)
+    """Hash of a function of Python as it runs, without its docstring."""
+    first, *others = code.co_consts or (None,)
+    return code_hash(code.replace(co_consts=(None if isinstance(first, str) else first, *others)), set())
 
 
 def _named(function: Any, code: CodeType) -> Iterable[tuple[str, Any]]:

@@ -13,10 +13,10 @@ import json
 import re
 import struct
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 from mafsil.code_store import FileStore, code_folder, compilation
 from mafsil.code_store import Kind as StoreKind
@@ -39,6 +39,8 @@ LOOP = StoreKind(b"mafsilL\0", ".loop")
 SHORT = 220
 """Lines of IR up to which a function becomes part of its callers' modules."""
 _HEAD = struct.Struct("<Q")
+Kept: TypeAlias = tuple[list[Any], bytes]
+"""What is known of code, in words of JSON, and the code."""
 
 
 @dataclass(frozen=True)
@@ -80,9 +82,6 @@ class Specialisation:
         self.key = identity.content_key("loop", self.closure.digest, names, made_by(), identity.machine())
         self.symbol = f"{definition.function.__name__}.{self.key[:20]}"
         self._lock = threading.RLock()
-        self._code: bytes | None = None
-        self._included: list[Specialisation] = []
-        self._external: list[Specialisation] = []
 
     def __repr__(self) -> str:
         return f"{self.definition.name}({', '.join(kind.name for kind in self.kinds)})"
@@ -111,9 +110,8 @@ class Specialisation:
     @lazy
     def interface(self) -> Interface:
         """What callers know of it: from the store, or from its translation."""
-        kept = None if self.definition.inline else self._kept()
-        if kept is not None:
-            return kept
+        if self._stored is not None:
+            return self._stored[0]
         made = self.translation
         weight = made.text.count("\n") + sum(
             callee.interface.weight for callee in self.called if callee.definition.inline
@@ -143,8 +141,8 @@ class Specialisation:
 
     # Code -------------------------------------------------------------------------------------------------------------
 
-    def ir(self) -> str:
-        """Its module in LLVM IR."""
+    def module(self) -> tuple[str, list[Specialisation]]:
+        """Its module in LLVM IR, and the specialisations that it calls."""
         included: list[Specialisation] = [self]
         external, declared = dict[Specialisation, None](), set[str]()
         for each in included:
@@ -154,43 +152,32 @@ class Specialisation:
                     included.append(callee)
                 elif not callee.becomes_part:
                     external[callee] = None
-        self._external = list(external)
         texts = [f"define {'' if each is self else 'internal '}{each.translation.text}" for each in included]
-        return memory.module_text(texts, declared | {f"declare {each.interface.prototype}" for each in external})
+        declared |= {f"declare {each.interface.prototype}" for each in external}
+        return memory.module_text(texts, declared), list(external)
 
     @lazy
     def address(self) -> int:
         """Where its code begins; it stays as long as the process."""
         with self._lock:
-            code = self._stored_code()
-            if code is None:
-                with store().compiling(self.key) as waited:
-                    code = self._stored_code() if waited else None
-                    if code is None:
-                        with compilation(self.definition.function.__name__):
-                            code = self._compiled()
-            imports = {callee.symbol: callee.address for callee in self._callees()}
+            interface, code = self._stored or self._read(
+                obtained(self.key, self.definition.function.__name__, self._compiled)
+            )
+            known = {**library.DEFINITIONS, **self.closure.definitions}
+            callees = [
+                specialised(known[name], tuple(named_kind(each, self._classes) for each in kinds))
+                for name, kinds in interface.calls
+            ]
+            imports = {callee.symbol: callee.address for callee in callees}
         return load(code, (self.symbol,), imports)[self.symbol]
 
-    def _compiled(self) -> bytes:
-        ir = self.ir()
+    def _compiled(self) -> Kept:
+        ir, external = self.module()
         with _llvm:
             code = target.optimised(ir, target.host(), 3)
         own = self.interface
-        calls = [[each.definition.name, [kind.name for kind in each.kinds]] for each in self._external]
-        head: list[Any] = [own.result.name, own.fails, own.shares_region, own.weight, own.prototype, calls]
-        keep(self.key, head, code)
-        return code
-
-    def _callees(self) -> list[Specialisation]:
-        """The loops that its code calls by their addresses."""
-        if self._external or not self.interface.calls:
-            return self._external
-        known = {**library.DEFINITIONS, **self.closure.definitions}
-        return [
-            specialised(known[name], tuple(named_kind(each, self._classes) for each in kinds))
-            for name, kinds in self.interface.calls
-        ]
+        calls = [[each.definition.name, [kind.name for kind in each.kinds]] for each in external]
+        return [own.result.name, own.fails, own.shares_region, own.weight, own.prototype, calls], code
 
     @lazy
     def _classes(self) -> dict[str, type[Any]]:
@@ -206,37 +193,44 @@ class Specialisation:
                     found[f"{kind.named.__module__}:{kind.named.__qualname__}"] = kind.named
         return found
 
-    def _stored_code(self) -> bytes | None:
-        if self._code is None:
-            self._kept()
-        return self._code
-
-    def _kept(self) -> Interface | None:
-        """What the store has, if it can be read."""
-        found = kept(self.key)
-        if found is None:
-            return None
+    @lazy
+    def _stored(self) -> tuple[Interface, bytes] | None:
+        """What the store has, if it can be read; of what becomes part of its callers it has nothing."""
+        found = None if self.definition.inline else kept(self.key)
         try:
-            result, fails, shares, weight, prototype, calls = found[0]
-            interface = Interface(
-                named_kind(result, self._classes), fails, shares, weight, prototype,
-                tuple((name, tuple(kinds)) for name, kinds in calls),
-            )  # fmt: skip
+            return None if found is None else self._read(found)
         except (ValueError, TypeError, KeyError):
             store().discard(self.key)
             return None
-        self._code = found[1]
-        vars(self)["interface"] = interface
-        return interface
+
+    def _read(self, found: Kept) -> tuple[Interface, bytes]:
+        (result, fails, shares, weight, prototype, calls), code = found
+        names = tuple((name, tuple(kinds)) for name, kinds in calls)
+        return Interface(named_kind(result, self._classes), fails, shares, weight, prototype, names), code
 
 
-def keep(key: str, head: list[Any], code: bytes) -> None:
-    """Keep code, with what is known of it."""
-    text = json.dumps(head).encode()
-    store().put(key, _HEAD.pack(len(text)) + text + code)
+def obtained(key: str, name: str, make: Callable[[], Kept]) -> Kept:
+    """Code from the store, or made, once among all processes, and kept there; with what is known of it.
+
+    Args:
+        key: in the store.
+        name: for people.
+        make: compiles it.
+    """
+    found = kept(key)
+    if found is not None:
+        return found
+    with store().compiling(key) as waited:
+        found = kept(key) if waited else None
+        if found is None:
+            with compilation(name):
+                found = make()
+            head = json.dumps(found[0]).encode()
+            store().put(key, _HEAD.pack(len(head)) + head + found[1])
+        return found
 
 
-def kept(key: str) -> tuple[list[Any], bytes] | None:
+def kept(key: str) -> Kept | None:
     """What is known of code, and the code; None if there is none that can be read."""
     payload = store().get(key)
     if payload is None:
@@ -291,4 +285,4 @@ def store() -> FileStore:
 @cache
 def made_by() -> str:
     """This compiler, LLVM and Python's instructions."""
-    return " ".join((identity.fingerprint("mafsil.kernels.loops"), identity.toolchain(), identity.python()))
+    return " ".join((identity.fingerprint("mafsil.kernels"), identity.toolchain(), identity.python()))

@@ -161,12 +161,12 @@ class Function(Expressions):
         if has_arrays(result) and self.stack:
             self.known.may_use_stack = False
             raise Restart
-        shares = self.region is not None and has_arrays(result)
+        shares = self.uses_region and has_arrays(result)
         if shares:
             given.append("ptr %region")
         kinds = returned(result, self.fails)
         llvm = kinds[0] if len(kinds) == 1 else f"{{ {', '.join(kinds)} }}" if kinds else "void"
-        self.finish(result, kinds, llvm, own=self.region is not None and not shares)
+        self.finish(result, kinds, llvm, own=self.uses_region and not shares)
         body = "\n".join([*self.block.heads, *self.block.lines])
         flags = " alwaysinline" if self.definition.inline else ""
         text = f"{llvm} @{symbol}({', '.join(given)}) nounwind{flags} {{\nentry:\n{body}\n}}\n"
@@ -178,7 +178,7 @@ class Function(Expressions):
         if by_address(kind):
             assert isinstance(kind, Tuple)
             # What lies there is read and nothing else is written over it while the function runs.
-            given, value = [f"ptr noalias readonly dereferenceable({kind.size}) %a.{name}"], None
+            given = [f"ptr noalias readonly dereferenceable({kind.size}) %a.{name}"]
             value = self.block.referred(kind, f"%a.{name}", 0, False)
         else:
             parts = tuple(f"%a.{name}.{i}" for i in range(len(kind.parts)))
