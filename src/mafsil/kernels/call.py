@@ -31,7 +31,7 @@ import ctypes
 from collections.abc import Callable, Hashable
 from typing import Any
 
-from mafsil.kernels import forms, small_batch
+from mafsil.kernels import forms, runtime, small_batch
 from mafsil.kernels.forms import FORMS, ODD, POINT
 from mafsil.kernels.layout import BATCH, LOOP, Port, Signature
 from mafsil.kernels.runtime import (
@@ -122,12 +122,9 @@ def builtin(
     ports = ", ".join(port.name for port in signature.inputs)
     head = f"{signature.name}{parameters or f'({ports}, *, out=None, threads=None)'}\n--\n\n"
     texts = (signature.name.encode(), (head + doc).encode())
-    method = _MethodDef(texts[0], address, _FASTCALL_KEYWORDS, texts[1])
+    method = runtime.MethodDef(texts[0], address, _FASTCALL_KEYWORDS, texts[1])
     keeper = _Fallback(signature.name, fallback, owner, (method, texts, answer))
-    make = ctypes.PYFUNCTYPE(ctypes.py_object, ctypes.c_void_p, ctypes.py_object, ctypes.py_object)(
-        ("PyCFunction_NewEx", ctypes.pythonapi)
-    )
-    return make(ctypes.addressof(method), keeper, __name__)
+    return runtime.builtin(method, keeper, __name__)
 
 
 class _Fallback(dict[Hashable, Callable[..., Any]]):
@@ -162,17 +159,6 @@ class _Fallback(dict[Hashable, Callable[..., Any]]):
 
 def _fallback_of(owner: Any) -> object:
     return owner.call.__self__
-
-
-class _MethodDef(ctypes.Structure):
-    """CPython's PyMethodDef."""
-
-    _fields_ = (
-        ("name", ctypes.c_char_p),
-        ("method", ctypes.c_void_p),
-        ("flags", ctypes.c_int),
-        ("doc", ctypes.c_char_p),
-    )
 
 
 def _bind() -> str:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 import struct
 import sys
+from collections.abc import Callable
 from functools import cache
 from importlib import import_module
 from typing import Any
@@ -57,7 +58,7 @@ def api(capsule: str) -> ctypes.Array[ctypes.c_void_p]:
 def table() -> ctypes.Array[ctypes.c_void_p]:
     """Addresses of this process that the machine code needs, in the order of TABLE."""
     array = api("_ARRAY_API")
-    python = {name: _address(name) for name in TABLE if name.startswith(_FUNCTIONS)}
+    python = {name: address(name) for name in TABLE if name.startswith(_FUNCTIONS)}
     known: dict[str, int | None] = {
         "ndarray": id(np.ndarray),
         "float64": id(np.dtype(np.float64)),
@@ -92,8 +93,34 @@ def names(signature: Signature) -> ctypes.Array[ctypes.c_void_p]:
 _interned: list[tuple[str, ...]] = []
 
 
-def _address(name: str) -> int:
+def address(name: str) -> int:
+    """Where a function of CPython begins."""
     return ctypes.cast(getattr(ctypes.pythonapi, name), ctypes.c_void_p).value or 0
+
+
+class MethodDef(ctypes.Structure):
+    """CPython's PyMethodDef."""
+
+    _fields_ = (
+        ("name", ctypes.c_char_p),
+        ("method", ctypes.c_void_p),
+        ("flags", ctypes.c_int),
+        ("doc", ctypes.c_char_p),
+    )
+
+
+def builtin(method: MethodDef, owner: object, module: str) -> Callable[..., Any]:
+    """The builtin of a method, which must outlive it.
+
+    Args:
+        method: names machine code.
+        owner: its `__self__`.
+        module: its `__module__`.
+    """
+    make = ctypes.PYFUNCTYPE(ctypes.py_object, ctypes.c_void_p, ctypes.py_object, ctypes.py_object)(
+        ("PyCFunction_NewEx", ctypes.pythonapi)
+    )
+    return make(ctypes.addressof(method), owner, module)
 
 
 def _same_layout() -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mafsil.errors import KernelError
 from mafsil.kernels import runtime, target
@@ -13,6 +13,12 @@ from mafsil.kernels.loops import entry, specialisation
 from mafsil.kernels.loops.definition import Definition
 from mafsil.kernels.loops.kinds import INTEGER, EditedError, Kind, kind_of
 from mafsil.kernels.loops.specialisation import Specialisation, specialised
+from mafsil.lazy_module import lazily
+
+if TYPE_CHECKING:
+    import mafsil.kernels.loops.entry_code as entry_code
+else:
+    entry_code = lazily("mafsil.kernels.loops.entry_code")
 
 _ENTRIES: dict[Specialisation, Callable[..., Any]] = {}
 _LOCK = threading.RLock()
@@ -56,7 +62,7 @@ def _made(
     classes = entry.classes_of(kinds, result)
 
     def compiled() -> specialisation.Kept:
-        text = entry.Entry(kinds, result, fails, shares).module()
+        text = entry_code.Entry(kinds, result, fails, shares).module()
         with _llvm:
             return [name], target.optimised(text, target.host(), 1)
 

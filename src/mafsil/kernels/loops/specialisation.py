@@ -23,16 +23,18 @@ from mafsil.code_store import Kind as StoreKind
 from mafsil.kernels import elf, identity, system, target
 from mafsil.kernels.compiler import _llvm  # pyright: ignore[reportPrivateUsage]
 from mafsil.kernels.lazy import lazy
-from mafsil.kernels.loops import library, memory
+from mafsil.kernels.loops import library
 from mafsil.kernels.loops.definition import Definition
 from mafsil.kernels.loops.kinds import EditedError, Held, Kind, RefusedError, Tuple, named_kind, refused
 from mafsil.kernels.loops.meaning import Closure, closure_of, source_of
 from mafsil.lazy_module import lazily
 
 if TYPE_CHECKING:
+    import mafsil.kernels.loops.memory as memory
     import mafsil.kernels.loops.statements as statements
     from mafsil.kernels.loops.statements import Translation
 else:
+    memory = lazily("mafsil.kernels.loops.memory")
     statements = lazily("mafsil.kernels.loops.statements")
 
 LOOP = StoreKind(b"mafsilL\0", ".loop")
