@@ -40,7 +40,7 @@ def test_examples_are_valid(path: Path) -> None:
         ('path = "line"', 'path = "line"\nvia = [[1.0]]', "job.line_via", ["move[2].via"]),
         ("rpy = [180, 0, 0] }", "rpy = [180, 0, 0], quaternion = [1, 0, 0, 0] }", "job.two_orientations", ["move[1]"]),
         ("rpy = [180, 0, 0] }", "quaternion = [0, 0, 0, 0] }", "job.zero_quaternion", ["move[1].pose.quaternion"]),
-        ('profile = "trapezoid"', 'path = "line"', "job.line_pose", ["move[9].path"]),
+        ('profile = "double_s"', 'path = "line"', "job.line_pose", ["move[9].path"]),
         ("[start]", "[[obstacle]]\nlength = 1\n[start]", "job.unknown_key", ["obstacle[1].length", "sphere"]),
         ("[start]", "[[obstacle]]\nposition = [1, 0, 0]\n[start]", "job.obstacle_kind", ["box, sphere", "given: -"]),
         (
@@ -50,7 +50,7 @@ def test_examples_are_valid(path: Path) -> None:
             ["box, floor"],
         ),
         ('path = "line"', 'path = "line"\navoid = true', "job.avoid_path", ["x.toml:36", "line"]),
-        ('profile = "trapezoid"', 'profile = "trapezoid"\navoid = true', "job.avoid_profile", ["time_optimal"]),
+        ('profile = "double_s"', 'profile = "trapezoid"\navoid = true', "job.avoid_profile", ["time_optimal"]),
     ],
 )
 def test_each_mistake_has_its_sentence(old: str, new: str, key: str, mentions: list[str]) -> None:
