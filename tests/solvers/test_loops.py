@@ -10,9 +10,6 @@ from pathlib import Path
 
 import pytest
 
-from mafsil.ik import problem
-from mafsil.ik.numerical import pose_loops
-
 SOURCE = Path(__file__).parents[2] / "src" / "mafsil"
 
 CALLEE = """
@@ -192,10 +189,6 @@ def test_processes_that_start_together_agree(package: Path, tmp_path: Path) -> N
     assert [float(process.communicate()[0]) for process in started] == [12.0] * 2
     assert len(entries(place)) == 2
     assert not list(place.rglob("*.tmp"))
-
-
-def test_numbers_kept_twice_for_the_digest_agree() -> None:
-    assert pose_loops.FARTHEST == problem.FARTHEST
 
 
 LEAVE = {

@@ -5,15 +5,29 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.ik.numerical.pose_loops import clean_pose, met, wind_one
-from mafsil.ik.numerical.records import CONFIGURATION, DISTANCE, REACHED, TWIST, Batch
+from mafsil.ik.numerical.records import (
+    ALLOWED,
+    BEGUN,
+    CONFIGURATION,
+    DISTANCE,
+    REACHED,
+    STEPS,
+    TWIST,
+    WINNER,
+    Batch,
+    Plan,
+    Search,
+)
 from mafsil.ik.numerical.search_loops import TRUSTED, advance, ports
-from mafsil.kernels.loop_compiler import address, run_kernel
+from mafsil.kernels.loops import Held, compiled, opened
+from mafsil.kernels.loops.kernel_calls import address, call_kernel
 
 EVERY = 1 << 40
 """Rounds that no search needs."""
 
 
-def solve_batch(batch: Batch) -> int:
+@compiled
+def solve_batch(held: Held[Batch], allowed: int) -> int:
     """Search for poses.
 
     1. Poses are cleaned; those that are none, or out of reach, are not begun.
@@ -22,44 +36,58 @@ def solve_batch(batch: Batch) -> int:
     4. Every answer is checked afresh; a pose whose answer fails has no winner.
 
     Args:
-        batch: the poses and all memory.
+        held: the poses and all memory.
+        allowed: attempts of each pose.
 
     Returns:
         Number of solved poses.
     """
-    search = batch.search
-    plan, poses = search.plan, search.poses
-    n = plan.joints
-    width = CONFIGURATION + n
+    batch = opened(held)
+    plan, search, report = batch.plan, batch.search, batch.report
     # 1.
-    for row in range(poses):
-        distance = clean_pose(plan, batch.given[16 * row :], search.desired[16 * row :])
-        batch.report[width * row + DISTANCE] = distance
-        record = search.record[row]
-        record.begun, record.winner, record.steps = 0, -1, 0
-        record.allowed = batch.allowed if 0.0 <= distance <= plan.radius else 0
-        search.q[(n + 1) * row + n] = np.inf
-        for i in range(n):
-            search.q[(n + 1) * row + i] = 0.0
+    for row in range(len(report)):
+        distance = clean_pose(plan, batch.given[row], search.desired[row])
+        report[row, DISTANCE] = distance
+        attempts = search.attempts[row]
+        attempts[BEGUN], attempts[WINNER], attempts[STEPS] = 0, -1, 0
+        attempts[ALLOWED] = allowed if 0.0 <= distance <= plan.radius else 0
+        search.q[row, :] = 0.0
+        search.q[row, len(plan.lower)] = np.inf
     # 2.
-    search.next_pose, search.active, search.half, search.rounds, search.mode = 0, 0, 0, EVERY, TRUSTED
-    advance(search)
+    search.progress[:] = 0
+    advance(plan, search, EVERY, TRUSTED)
     # 3.
-    for i in range(n):
-        batch.zeros[i] = 0.0
-    for row in range(poses):
-        wind_one(plan, search.q[(n + 1) * row :], search.q0[n * row :] if search.guessed == 1 else batch.zeros)
+    for row in range(len(report)):
+        wind_one(plan, search.q[row], search.q0[row] if len(search.q0) > 0 else batch.zeros)
     # 4.
+    return _checked(batch)
+
+
+@compiled
+def _checked(batch: Batch) -> int:
+    """Number of poses whose configurations meet tolerances and bounds; the report of all."""
+    plan, search, report = batch.plan, batch.search, batch.report
+    n = len(plan.lower)
     arguments, strides, rows = np.empty(4, np.int64), np.empty(9, np.int64), np.empty(1, np.int64)
-    ports(search.desired, plan.task, 8 * (n + 1), 8 * width, arguments, strides)
-    arguments[0], arguments[3], rows[0] = address(search.q), address(batch.report[REACHED:]), poses
-    run_kernel(batch.check, arguments, rows, strides)
+    ports(search.desired, plan.task, 8 * (n + 1), 8 * (CONFIGURATION + n), arguments, strides)
+    arguments[0], arguments[3], rows[0] = address(search.q), address(report) + 8 * REACHED, len(report)
+    call_kernel(batch.check, address(arguments), address(rows), address(strides))
     solved = 0
-    for row in range(poses):
-        line, q, record = batch.report[width * row :], search.q[(n + 1) * row :], search.record[row]
+    for row in range(len(report)):
+        line, q = report[row], search.q[row]
         if not met(plan, q, line[TWIST:], line):
-            record.winner = -1
-        solved += 1 if record.winner >= 0 else 0
+            search.attempts[row, WINNER] = -1
+        solved += 1 if search.attempts[row, WINNER] >= 0 else 0
         for i in range(n):
             line[CONFIGURATION + i] = q[i]
     return solved
+
+
+@compiled
+def resume(plan: Held[Plan], search: Held[Search], rounds: int, mode: int) -> int:
+    """`advance`, for Python.
+
+    Args:
+        plan, search, rounds, mode: as there.
+    """
+    return advance(opened(plan), opened(search), rounds, mode)

@@ -10,23 +10,26 @@ from numpy.typing import NDArray
 
 from mafsil import threads
 from mafsil.arrays import Floats, JointVector, PoseMatrix, real_array
+from mafsil.ik.numerical.batch_loops import solve_batch
 from mafsil.ik.numerical.problem import problem_of
-from mafsil.ik.numerical.program import PROGRAM
 from mafsil.ik.numerical.records import (
+    BEGUN,
     CONFIGURATION,
     DISTANCE,
     POSITION_ERROR,
     REACHED,
     ROTATION_ERROR,
+    STEPS,
     TWIST,
+    WINNER,
     Batch,
-    PoseRecord,
+    Whole,
 )
-from mafsil.ik.numerical.search import SearchPlan, cached_plan, lanes_for, new_search
+from mafsil.ik.numerical.search import SearchPlan, cached_plan, new_search
 from mafsil.ik.numerical.task import PoseTask, pose_task
 from mafsil.ik.result import IKResult
 from mafsil.ik.status import CODES, IKStatus
-from mafsil.kernels.loop_compiler import Rows
+from mafsil.kernels.loops import Held, hold
 from mafsil.robot import Robot
 
 MOST_ATTEMPTS = 32
@@ -34,12 +37,6 @@ MOST_ATTEMPTS = 32
 
 BLOCK = 4096
 """Poses that a thread takes at once; what it needs besides input and answer is proportional to them."""
-
-KEPT = 512
-"""Most poses for which the memory of a search is kept for the next call."""
-
-POSE_RECORD = PoseRecord.dtype()
-"""Of a NumPy array of records of poses."""
 
 SOLVED = CODES[IKStatus.SOLVED]
 _SOLVED = np.array(SOLVED, np.int8)
@@ -55,9 +52,7 @@ class FastSearch:
 
     def __init__(self, plan: SearchPlan) -> None:
         self.plan, self.part, self.n = plan, plan.problem.part, plan.problem.robot.n
-        self._entry = PROGRAM["solve_batch"]
         self._single: list[_SinglePose] = []
-        self._batches: list[_Workspace] = []
 
     def single(self, T_sd: PoseMatrix, q0: JointVector | None, restarts: int) -> IKResult | None:
         """The answer for one pose; None where the fast search finds none.
@@ -70,19 +65,18 @@ class FastSearch:
         # Taking from and adding to a list is one step of the interpreter: no two threads get the same memory.
         work = self._single.pop() if self._single else _SinglePose(self.plan)
         work.T[...] = T_sd
+        batch = work.unguessed
         if q0 is not None:
             work.q0[...] = q0
-        guessed = q0 is not None
-        if guessed is not work.guessed or restarts != work.restarts:
-            work.set(guessed, restarts)
+            batch = work.guessed
         report = None
-        if self._entry(work.address):
-            report = Report(work.report.copy(), work.counts.copy(), self.plan)
+        if solve_batch(batch, min(restarts + 1, MOST_ATTEMPTS)):
+            report = Report(work.report[0].copy(), work.attempts[0].copy(), self.plan)
         self._single.append(work)
         return None if report is None else IKResult(report.field)
 
-    def rows(self, desired: Floats, q0: JointVector, restarts: int) -> tuple[Floats, NDArray[np.void]]:
-        """(k, CONFIGURATION + n) report of many poses and their (k,) records; those without a winner are open.
+    def rows(self, desired: Floats, q0: JointVector, restarts: int) -> tuple[Floats, Whole]:
+        """(k, CONFIGURATION + n) report of many poses and their (k, 4) attempts; those without a winner are open.
 
         Args:
             desired: (k, 16) contiguous.
@@ -90,68 +84,33 @@ class FastSearch:
             restarts: how many more starts are tried after the first.
         """
         k = len(desired)
-        report, record = np.empty((k, CONFIGURATION + self.n)), np.empty(k, POSE_RECORD)
-        attempts = min(restarts + 1, MOST_ATTEMPTS)
+        report, attempts = np.empty((k, CONFIGURATION + self.n)), np.empty((k, 4), np.int64)
+        step, check = self.plan.step.addresses.batch, self.plan.check.addresses.batch
 
         def block(index: int) -> None:
             rows = slice(index * BLOCK, min((index + 1) * BLOCK, k))
-            self._block(desired[rows], q0[rows], attempts, report[rows], record[rows])
+            search = new_search(self.plan, step, np.empty((len(report[rows]), 16)), q0[rows], attempts[rows])
+            batch = Batch(self.plan.record, search, check, desired[rows], np.zeros(self.n), report[rows])
+            solve_batch(hold(batch), min(restarts + 1, MOST_ATTEMPTS))
 
         blocks = -(-k // BLOCK)
         threads.run(block, blocks, threads.available() if blocks > 1 else 1)
-        return report, record
-
-    def _block(self, desired: Floats, q0: JointVector, attempts: int, report: Floats, record: NDArray[np.void]) -> None:
-        k = len(desired)
-        work = self._workspace(k)
-        search, batch = work.search, work.batch
-        search.poses, search.lanes = k, lanes_for(k)
-        search.record, search.q0, search.guessed = Rows(PoseRecord, record), q0, int(len(q0) > 0)
-        batch.given, batch.allowed, batch.report = desired, attempts, report
-        self._entry(batch.address)
-        if work.size <= KEPT:
-            search.release("record", "q0")
-            batch.release("given", "report")
-            self._batches.append(work)
-
-    def _workspace(self, poses: int) -> _Workspace:
-        """Memory for so many poses, used before or new."""
-        if poses > KEPT:
-            return _Workspace(self.plan, poses)
-        return self._batches.pop() if self._batches else _Workspace(self.plan, KEPT)
+        return report, attempts
 
 
-class _Workspace:
-    """The memory of the search for up to some poses: everything but the poses themselves, the report and the records.
-
-    Args:
-        plan: of the search.
-        size: most poses.
-    """
-
-    def __init__(self, plan: SearchPlan, size: int) -> None:
-        self.size = size
-        self.search = new_search(plan, np.empty((size, 16)), np.empty(size, POSE_RECORD))
-        self.search.step = plan.step.addresses.batch
-        self.batch = Batch(search=self.search, check=plan.check.addresses.batch, zeros=np.zeros(plan.problem.robot.n))
-
-
-class _SinglePose(_Workspace):
-    """The memory of the search for one pose, all of it."""
+class _SinglePose:
+    """The memory of the search for one pose, with and without an initial guess."""
 
     def __init__(self, plan: SearchPlan) -> None:
-        super().__init__(plan, 1)
         n = plan.problem.robot.n
-        self.T, self.q0, self.report = np.zeros((4, 4)), np.zeros(n), np.zeros(CONFIGURATION + n)
-        self.counts, self.address = self.search.record[0].memory, self.batch.address
-        self.search.step, self.batch.check = plan.step.addresses.few, plan.check.addresses.few
-        self.search.q0, self.batch.given, self.batch.report = self.q0, self.T, self.report
-        self.set(False, 0)
+        self.T, self.q0, self.report = np.zeros((4, 4)), np.zeros(n), np.zeros((1, CONFIGURATION + n))
+        self.attempts = np.zeros((1, 4), np.int64)
+        self.guessed, self.unguessed = self._held(plan, self.q0[None]), self._held(plan, np.empty((0, n)))
 
-    def set(self, guessed: bool, restarts: int) -> None:
-        """Whether there is an initial guess, and how many more starts are tried; mostly the same in the next call."""
-        self.guessed, self.restarts = guessed, restarts
-        self.search.guessed, self.batch.allowed = int(guessed), min(restarts + 1, MOST_ATTEMPTS)
+    def _held(self, plan: SearchPlan, q0: JointVector) -> Held[Batch]:
+        search = new_search(plan, plan.step.addresses.few, np.empty((1, 16)), q0, self.attempts)
+        check, given = plan.check.addresses.few, self.T.reshape(1, 16)
+        return hold(Batch(plan.record, search, check, given, np.zeros(q0.shape[1]), self.report))
 
 
 class Report:
@@ -159,23 +118,23 @@ class Report:
 
     Args:
         numbers: (*batch, CONFIGURATION + n) columns as `records` names them.
-        counts: (*batch, 4) int64, the memory of the poses' records.
+        attempts: (*batch, 4) of the poses.
         plan: of the search.
         codes: (*batch,) index into `STATUSES`; all solved if None.
         worst: row -> joint that a solution without limits exceeds most.
     """
 
-    __slots__ = ("codes", "counts", "numbers", "plan", "worst")
+    __slots__ = ("attempts", "codes", "numbers", "plan", "worst")
 
     def __init__(
         self,
         numbers: Floats,
-        counts: NDArray[np.int64],
+        attempts: Whole,
         plan: SearchPlan,
         codes: NDArray[np.int8] | None = None,
         worst: dict[int, str] | None = None,
     ) -> None:
-        self.numbers, self.counts, self.plan, self.codes, self.worst = numbers, counts, plan, codes, worst
+        self.numbers, self.attempts, self.plan, self.codes, self.worst = numbers, attempts, plan, codes, worst
 
     def shaped(self, batch: tuple[int, ...]) -> Report:
         """The same in the shape of a batch.
@@ -185,8 +144,8 @@ class Report:
         """
         codes = None if self.codes is None else self.codes.reshape(batch)
         numbers = self.numbers.reshape(*batch, self.numbers.shape[-1])
-        counts = self.counts.reshape(*batch, self.counts.shape[-1])
-        return Report(numbers, counts, self.plan, codes, self.worst)
+        attempts = self.attempts.reshape(*batch, self.attempts.shape[-1])
+        return Report(numbers, attempts, self.plan, codes, self.worst)
 
     def field(self, name: str) -> Any:
         """A field of the answer."""
@@ -201,19 +160,14 @@ class Report:
         if name in _COLUMNS:
             return np.array(numbers[..., _COLUMNS[name]])
         if name == "iterations":
-            return np.array(self._record["steps"])
+            return np.array(self.attempts[..., STEPS])
         if name == "attempts":
             # What solved it was the last attempt.
-            winner = self._record["winner"]
-            return np.where(winner >= 0, winner + 1, self._record["begun"])
+            winner = self.attempts[..., WINNER]
+            return np.where(winner >= 0, winner + 1, self.attempts[..., BEGUN])
         if name == "reach":
             return np.full(batch, self.plan.problem.reach[1])
         return self.plan.problem.robot.n if name == "moving" else self._worst(batch)
-
-    @property
-    def _record(self) -> NDArray[np.void]:
-        """(*batch,) `PoseRecord` of every pose."""
-        return self.counts.view(POSE_RECORD)[..., 0]
 
     def _worst(self, batch: tuple[int, ...]) -> NDArray[np.str_]:
         found = self.worst or {}

@@ -14,17 +14,19 @@ from mafsil.ik.numerical.fast_search import BLOCK
 from mafsil.ik.numerical.preferred import PreferredConfiguration, approached
 from mafsil.ik.numerical.problem import problem_of
 from mafsil.ik.numerical.records import (
+    BEGUN,
     CONFIGURATION,
     DISTANCE,
     POSITION_ERROR,
     REACHED,
     ROTATION_ERROR,
-    PoseRecord,
+    STEPS,
+    WINNER,
+    Whole,
 )
 from mafsil.ik.numerical.search import SearchPlan, cached_plan
 from mafsil.ik.status import CODES, IKStatus
 from mafsil.ik.tolerances import EXACT_POSE
-from mafsil.kernels.loop_compiler import Rows
 from mafsil.lazy_module import lazily
 
 if TYPE_CHECKING:
@@ -64,7 +66,7 @@ class FullSearch:
         self.plan, self.q0, self.goal, self.restarts, self.deadline = plan, q0, goal, restarts, deadline
         self.desired, self.count = desired, len(desired)
         self.report = np.full((self.count, CONFIGURATION + plan.problem.robot.n), np.nan)
-        self.record = np.zeros(self.count, PoseRecord.dtype())
+        self.attempts = np.zeros((self.count, 4), np.int64)
         self.codes = np.empty(self.count, np.int8)
         self.worst: dict[int, str] = {}
 
@@ -72,11 +74,6 @@ class FullSearch:
         """Solve all poses, on all cores where there are several blocks."""
         blocks = -(-self.count // BLOCK)
         threads.run(self.block, blocks, threads.available() if blocks > 1 else 1)
-
-    @property
-    def counts(self) -> NDArray[np.int64]:
-        """(k, 4) the memory of the records."""
-        return Rows(PoseRecord, self.record).memory
 
     def block(self, index: int) -> None:
         """Solve one block of poses."""
@@ -87,16 +84,16 @@ class FullSearch:
         # Poses whose place is proven out of reach.
         beyond = (distance > problem.reach[1] * (1.0 + EXACT_POSE)) & self.plan.task.all_positions
         allowed = np.where(beyond, min(self.restarts, FREE_RESTARTS) + 1, self.restarts + 1) * valid
-        best, records = self.plan.run(T, q0, allowed, deadline=self.deadline)
+        best, attempts = self.plan.run(T, q0, allowed, deadline=self.deadline)
         unseen = ~np.isfinite(best[:, :-1]).all(axis=1)
         best[unseen, :-1] = np.clip(q0[unseen] if len(q0) else problem.middle, problem.lower, problem.upper)
         self._wind(best, rows)
         found = self.plan.checked(best, T)
         if (found[3] != 1).any():
-            self._again(best, records, T, found[3] == 1, allowed)
+            self._again(best, attempts, T, found[3] == 1, allowed)
             self._wind(best, rows)
             found = self.plan.checked(best, T)
-            self._exact(best, records, T, found[3] == 1, rows)
+            self._exact(best, attempts, T, found[3] == 1, rows)
             self._wind(best, rows)
             found = self.plan.checked(best, T)
         if self.goal is not None:
@@ -107,8 +104,8 @@ class FullSearch:
         report[:, ROTATION_ERROR], report[:, POSITION_ERROR], report[:, DISTANCE] = rotation, position, distance
         report[:, REACHED:CONFIGURATION], report[:, CONFIGURATION:] = out, best[:, :-1]
         report[~valid] = np.nan
-        self.record[rows] = records
-        self._verdicts(rows, T, good == 1, beyond, valid, records)
+        self.attempts[rows] = attempts
+        self._verdicts(rows, T, good == 1, beyond, valid, attempts)
 
     def _initial_guess(self, rows: slice) -> JointVector:
         """(k, n) or (1, n) what solutions are wound to: the user's, or the preferred configuration, or zero."""
@@ -123,31 +120,31 @@ class FullSearch:
     def _again(
         self,
         best: Floats,
-        records: NDArray[np.void],
+        attempts: Whole,
         T: Floats,
         good: NDArray[np.bool_],
         allowed: NDArray[np.int64],
     ) -> None:
         """Rows that the check refused: trusted steps are checked, failed searches end at the nearest configuration."""
-        winner = records["winner"]
+        winner, begun = attempts[:, WINNER], attempts[:, BEGUN]
         refused = np.flatnonzero(~good & (winner >= 0))
         if len(refused):
             new, again = self.plan.run(
                 T[refused], best[refused, :-1].copy(), allowed[refused], trust=False, deadline=self.deadline
             )
             best[refused] = new
-            winner[refused] = np.where(again["winner"] < 0, -1, winner[refused] + again["winner"])
-        open_rows = np.flatnonzero((winner < 0) & (records["begun"] > 0))
+            winner[refused] = np.where(again[:, WINNER] < 0, -1, winner[refused] + again[:, WINNER])
+        open_rows = np.flatnonzero((winner < 0) & (begun > 0))
         if len(open_rows) and perf_counter() < self.deadline:
             once = np.ones(len(open_rows), np.int64)
             new, again = self.plan.run(T[open_rows], best[open_rows, :-1].copy(), once, trust=False, patient=True)
             # Of poses so far away that their squares overflow nothing is seen.
             best[open_rows] = np.where(np.isfinite(new), new, best[open_rows])
-            winner[open_rows] = np.where(again["winner"] < 0, -1, records["begun"][open_rows] - 1)
+            winner[open_rows] = np.where(again[:, WINNER] < 0, -1, begun[open_rows] - 1)
 
-    def _exact(self, best: Floats, records: NDArray[np.void], T: Floats, good: NDArray[np.bool_], rows: slice) -> None:
+    def _exact(self, best: Floats, attempts: Whole, T: Floats, good: NDArray[np.bool_], rows: slice) -> None:
         """Rows that the search did not solve: the arm's closed form, where it has one, gives branches to begin at."""
-        begun = records["begun"]
+        begun = attempts[:, BEGUN]
         failed = np.flatnonzero(~good & (begun >= EXACT_FROM))
         if not len(failed) or perf_counter() >= self.deadline:
             return
@@ -162,10 +159,10 @@ class FullSearch:
         once = np.ones(len(tried), np.int64)
         new, again = self.plan.run(T[tried], starts[open_rows, branch], once, trust=False)
         # In the order of the branches, the nearest last: it is the one that stays.
-        for k in np.flatnonzero(again["winner"] >= 0)[::-1]:
+        for k in np.flatnonzero(again[:, WINNER] >= 0)[::-1]:
             row = tried[k]
             best[row] = new[k]
-            records["winner"][row], records["steps"][row] = begun[row], again["steps"][k]
+            attempts[row, WINNER], attempts[row, STEPS] = begun[row], again[k, STEPS]
 
     def _verdicts(
         self,
@@ -174,14 +171,14 @@ class FullSearch:
         good: NDArray[np.bool_],
         beyond: NDArray[np.bool_],
         valid: NDArray[np.bool_],
-        records: NDArray[np.void],
+        attempts: Whole,
     ) -> None:
         """A status for every row, from the check and what is proven."""
         codes = self.codes[rows]
         codes[:] = CODES[IKStatus.SOLVED]
         if good.all():
             return
-        begun = records["begun"]
+        begun = attempts[:, BEGUN]
         codes[~good] = CODES[IKStatus.BUDGET_SPENT]
         if perf_counter() >= self.deadline:
             codes[~good & (begun <= self.restarts)] = CODES[IKStatus.TIME_SPENT]

@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
-from mafsil.ik.numerical.records import Plan
-from mafsil.kernels.loop_compiler import Whole
-
-FARTHEST = 1e100
-"""As `ik.problem.FARTHEST`; written here since the key of the compiled code covers these files only."""
+from mafsil.ik.numerical.records import REACHED, TWIST, Plan, Whole
+from mafsil.ik.problem import FARTHEST
+from mafsil.kernels.loops import Held, compiled, opened
 
 
+@compiled
 def clean_pose(plan: Plan, given: Floats, made: Floats) -> float:
     """A pose with its rotation brought to working precision; identity where it is none.
 
@@ -56,20 +55,22 @@ def clean_pose(plan: Plan, given: Floats, made: Floats) -> float:
     return np.sqrt(square)
 
 
-def clean(plan: Plan, T: Floats, poses: int, out: Floats, distance: Floats) -> None:
+@compiled
+def clean(held: Held[Plan], T: Floats, out: Floats, distance: Floats) -> None:
     """As `clean_pose`, of many poses.
 
     Args:
-        plan: of the search.
+        held: the plan of the search.
         T: (poses, 16).
-        poses: how many.
         out: (poses, 16).
         distance: (poses) of the origin from the centre of the reach, -1 for rows that are no poses, out.
     """
-    for row in range(poses):
-        distance[row] = clean_pose(plan, T[16 * row :], out[16 * row :])
+    plan = opened(held)
+    for row in range(len(T)):
+        distance[row] = clean_pose(plan, T[row], out[row])
 
 
+@compiled
 def defect(R: Floats, S: Floats) -> float:
     """Largest element of S = R'R - I.
 
@@ -86,11 +87,13 @@ def defect(R: Floats, S: Floats) -> float:
     return worst
 
 
+@compiled
 def determinant(R: Floats) -> float:
     """Of a matrix (9)."""
     return R[0] * (R[4] * R[8] - R[5] * R[7]) - R[1] * (R[3] * R[8] - R[5] * R[6]) + R[2] * (R[3] * R[7] - R[4] * R[6])
 
 
+@compiled
 def wind_one(plan: Plan, q: JointVector, q0: JointVector) -> None:
     """Move revolute joints by whole turns as close to an initial guess as their bounds allow.
 
@@ -99,28 +102,28 @@ def wind_one(plan: Plan, q: JointVector, q0: JointVector) -> None:
         q: (n) changed.
         q0: (n).
     """
-    for i in range(plan.joints):
+    for i in range(len(plan.lower)):
         if plan.revolute[i] > 0:
             moved = q[i] - 2.0 * np.pi * np.rint((q[i] - q0[i]) / (2.0 * np.pi))
             if moved >= plan.lower[i] and moved <= plan.upper[i]:
                 q[i] = moved
 
 
-def wind(plan: Plan, poses: int, q: Floats, q0: JointVector, one: int) -> None:
+@compiled
+def wind(held: Held[Plan], q: Floats, q0: JointVector) -> None:
     """As `wind_one`, of many configurations.
 
     Args:
-        plan: of the search.
-        poses: how many.
+        held: the plan of the search.
         q: (poses, n + 1) configurations, changed.
         q0: (poses, n), or (1, n) for all.
-        one: 1 if it is the same for all.
     """
-    n = plan.joints
-    for row in range(poses):
-        wind_one(plan, q[(n + 1) * row :], q0[n * row * (1 - one) :])
+    plan = opened(held)
+    for row in range(len(q)):
+        wind_one(plan, q[row], q0[row if len(q0) > 1 else 0])
 
 
+@compiled
 def met(plan: Plan, q: JointVector, twist: Floats, errors: Floats) -> bool:
     """Whether a configuration meets tolerances and bounds.
 
@@ -139,23 +142,22 @@ def met(plan: Plan, q: JointVector, twist: Floats, errors: Floats) -> bool:
     errors[0], errors[1] = np.sqrt(rotation), np.sqrt(position)
     # The search aims at half the tolerances, whose squares the plan holds.
     good = rotation <= 4.0 * plan.rotation_limit and position <= 4.0 * plan.position_limit
-    for i in range(plan.joints):
+    for i in range(len(plan.lower)):
         good = good and q[i] >= plan.lower[i] and q[i] <= plan.upper[i]
     return good
 
 
-def check(plan: Plan, poses: int, checked: Floats, q: Floats, errors: Floats, good: Whole) -> None:
+@compiled
+def check(held: Held[Plan], checked: Floats, q: Floats, errors: Floats, good: Whole) -> None:
     """As `met`, of many configurations.
 
     Args:
-        plan: of the search.
-        poses: how many.
+        held: the plan of the search.
         checked: (poses, 22) pose and twist that is left, by the check kernel.
         q: (poses, n + 1) configurations.
         errors: (poses, 2) of rotation and position [rad, m], out.
         good: (poses) 1 where tolerances and bounds are met, out.
     """
-    n = plan.joints
-    for row in range(poses):
-        fine = met(plan, q[(n + 1) * row :], checked[22 * row + 16 :], errors[2 * row :])
-        good[row] = 1 if fine else 0
+    plan = opened(held)
+    for row in range(len(q)):
+        good[row] = 1 if met(plan, q[row], checked[row, TWIST - REACHED :], errors[row]) else 0

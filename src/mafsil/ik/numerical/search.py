@@ -10,17 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector
+from mafsil.ik.numerical.batch_loops import resume
 from mafsil.ik.numerical.pool import Pool, pool_of
+from mafsil.ik.numerical.pose_loops import check, clean, wind
 from mafsil.ik.numerical.problem import PoseProblem
-from mafsil.ik.numerical.program import PROGRAM
-from mafsil.ik.numerical.records import GROUP, LEFT, Lane, Plan, PoseRecord, Search
+from mafsil.ik.numerical.records import ALLOWED, GROUP, LEFT, WINNER, Plan, Search, Whole
 from mafsil.ik.numerical.search_loops import PATIENT, TRUSTED
 from mafsil.ik.numerical.task import PoseTask
 from mafsil.ik.problem import ORTHOGONALITY
 from mafsil.ik.tolerances import ONE_MORE
 from mafsil.kernels import Kernel
 from mafsil.kernels.lazy import lazy
-from mafsil.kernels.loop_compiler import Rows
+from mafsil.kernels.loops import Held, hold
 
 LANES = 64
 """Poses that step together: their numbers fit the first-level cache."""
@@ -56,6 +57,11 @@ class SearchPlan:
         """(9 + 2 n) weights, axis, bounds: the kernels' third port."""
         return self.record.task
 
+    @lazy
+    def held(self) -> Held[Plan]:
+        """The plan in memory."""
+        return hold(self.record)
+
     def run(
         self,
         T_sd: Floats,
@@ -65,7 +71,7 @@ class SearchPlan:
         trust: bool = True,
         patient: bool = False,
         deadline: float = np.inf,
-    ) -> tuple[Floats, NDArray[np.void]]:
+    ) -> tuple[Floats, Whole]:
         """Search for all poses.
 
         Args:
@@ -77,28 +83,25 @@ class SearchPlan:
             deadline: of `perf_counter`.
 
         Returns:
-            (k, n + 1) configurations and errors, and (k,) `PoseRecord`s.
+            (k, n + 1) configurations and errors, and (k, 4) attempts.
         """
-        record = np.zeros(len(T_sd), PoseRecord.dtype())
-        record["allowed"], record["winner"] = allowed, -1
-        search = new_search(self, np.ascontiguousarray(T_sd), record)
+        attempts = np.zeros((len(T_sd), 4), np.int64)
+        attempts[:, ALLOWED], attempts[:, WINNER] = allowed, -1
+        search = new_search(self, self.step.addresses.batch, np.ascontiguousarray(T_sd), q0, attempts)
         search.q[:] = np.inf
-        search.q0, search.guessed = np.ascontiguousarray(q0), int(len(q0) > 0)
-        search.step = self.step.addresses.batch
-        search.mode = TRUSTED * trust + PATIENT * patient
-        search.rounds = SLICE if deadline == np.inf else SHORT_SLICE
-        advance = PROGRAM["advance"]
-        while advance(search.address):
+        held, mode = hold(search), TRUSTED * trust + PATIENT * patient
+        rounds = SLICE if deadline == np.inf else SHORT_SLICE
+        while resume(self.held, held, rounds, mode):
             if perf_counter() >= deadline:
                 break
-        return search.q, record
+        return search.q, attempts
 
     def checked(self, best: Floats, T_sd: Floats) -> tuple[Floats, Floats, Floats, NDArray[np.int64]]:
         """Computed afresh: (k, 22) poses and twists left, (k,) rotation and position errors, (k,) 1 where all met."""
         k, best = len(best), np.ascontiguousarray(best)
         out = np.ascontiguousarray(self.check.ufunc(best[:, :-1], T_sd.reshape(k, 4, 4), self.vector))
         errors, good = np.empty((k, 2)), np.empty(k, np.int64)
-        PROGRAM["check"](self.record.address, k, *(each.ctypes.data for each in (out, best, errors, good)))
+        check(self.held, out, best, errors, good)
         return out, errors[:, 0], errors[:, 1], good
 
     def wind(self, q: Floats, q0: JointVector) -> None:
@@ -108,8 +111,7 @@ class SearchPlan:
             q: (k, n + 1) contiguous, changed.
             q0: (k, n), or (1, n) for all.
         """
-        q0 = np.ascontiguousarray(q0)
-        PROGRAM["wind"](self.record.address, len(q), q.ctypes.data, q0.ctypes.data, int(len(q0) == 1))
+        wind(self.held, q, np.ascontiguousarray(q0))
 
     def clean(self, desired: Floats) -> tuple[Floats, Floats]:
         """Poses with repaired rotations (k, 16), distances from the base (k,), -1 where a row is no pose.
@@ -119,7 +121,7 @@ class SearchPlan:
         """
         desired, k = np.ascontiguousarray(desired), len(desired)
         out, distance = np.empty((k, 16)), np.empty(k)
-        PROGRAM["clean"](self.record.address, desired.ctypes.data, k, out.ctypes.data, distance.ctypes.data)
+        clean(self.held, desired, out, distance)
         return out, distance
 
 
@@ -136,53 +138,52 @@ def plan_of(problem: PoseProblem, task: PoseTask, seed: int) -> SearchPlan:
     n = problem.robot.n
     vector = np.concatenate([task.scaled(problem.length), task.axis, problem.lower, problem.upper], dtype=np.float64)
     record = Plan(
-        joints=n,
-        samples=len(pool.samples),
-        cells=pool.cells,
         rotation_limit=task.rotation_tolerance**2 / 4,
         position_limit=task.position_tolerance**2 / 4,
         rotation_factor=pool.rotation_factor,
         position_factor=pool.position_factor,
-        one_axis=int(task.one_axis),
+        one_axis=task.one_axis,
         # A last step squares the scaled error; of long arms less is left to it.
         trust=ONE_MORE / max(1.0, problem.length) ** 0.5,
         radius=radius if task.all_positions else np.inf,
         defect=ORTHOGONALITY,
         centre=centre,
         task=vector,
-        weights=vector,
-        axis=vector[6:],
-        lower=vector[9:],
+        weights=vector[:6],
+        axis=vector[6:9],
+        lower=vector[9 : 9 + n],
         upper=vector[9 + n :],
         revolute=problem.revolute,
         first_sample=pool.first_sample,
         first_group=pool.first_group,
-        configurations=pool.samples.ravel(),
-        features=pool.features.ravel(),
+        configurations=pool.samples,
+        features=pool.features,
     )
     return SearchPlan(problem, task, record, pool, problem.step(task.one_axis), problem.check(task.one_axis))
 
 
-def new_search(plan: SearchPlan, desired: Floats, record: NDArray[np.void]) -> Search:
-    """Memory of a search for some poses; its kernel, mode and initial guesses are not given yet.
+def new_search(plan: SearchPlan, step: int, desired: Floats, q0: JointVector, attempts: Whole) -> Search:
+    """Memory of a search for some poses.
 
     Args:
         plan: of the search.
+        step: address of its kernel.
         desired: (k, 16) clean poses.
-        record: (k,) of every pose.
+        q0: (k, n) initial guesses, or (0, n).
+        attempts: (k, 4) of every pose.
     """
     k, n = len(desired), plan.problem.robot.n
     lanes = lanes_for(k)
     return Search(
-        plan=plan.record,
-        poses=k,
-        lanes=lanes,
+        step=step,
         desired=desired,
+        q0=np.ascontiguousarray(q0),
         q=np.empty((k, n + 1)),
-        record=Rows(PoseRecord, record),
-        lane=Rows(Lane, np.zeros(lanes, Lane.dtype())),
+        attempts=attempts,
+        lanes=np.zeros((lanes, 5), np.int64),
         lane_desired=np.zeros((lanes, 16)),
-        lane_states=np.zeros((2, lanes, n + LEFT)),
+        states=np.zeros((2, lanes, n + LEFT)),
+        progress=np.zeros(3, np.int64),
     )
 
 

@@ -9,9 +9,26 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
-from mafsil.ik.numerical.records import GROUP, LEFT, Lane, Plan, PoseRecord, Search
+from mafsil.ik.numerical.records import (
+    ACTIVE,
+    ALLOWED,
+    BEGUN,
+    GROUP,
+    HALF,
+    LAST,
+    NEAREST,
+    NEXT,
+    POSE,
+    STEP,
+    STEPS,
+    WINNER,
+    Plan,
+    Search,
+    Whole,
+)
 from mafsil.ik.numerical.sample_loops import next_sample
-from mafsil.kernels.loop_compiler import Whole, address, run_kernel
+from mafsil.kernels.loops import compiled
+from mafsil.kernels.loops.kernel_calls import address, call_kernel
 
 TRUSTED, PATIENT = 1, 2
 """Bits of the mode: a last step from a small error is taken without a look; attempts are given up only at their end."""
@@ -34,7 +51,8 @@ CONTINUES, FAILED, SOLVED = 0, 1, 2
 """How a step left an attempt."""
 
 
-def advance(search: Search) -> int:
+@compiled
+def advance(plan: Plan, search: Search, rounds: int, mode: int) -> int:
     """Work on all poses for so many rounds, each one step of every lane.
 
     1. Idle lanes take the next poses that may be tried.
@@ -44,33 +62,37 @@ def advance(search: Search) -> int:
     4. The halves change their parts.
 
     Args:
+        plan: of the search.
         search: of the poses.
+        rounds: most steps of all lanes.
+        mode: bits TRUSTED, PATIENT.
 
     Returns:
         Number of lanes still at work.
     """
-    plan, lanes = search.plan, search.lanes
-    width = plan.joints + LEFT
+    lanes, progress = len(search.lanes), search.progress
+    row = 8 * search.states.shape[2]
     arguments, strides, rows = np.empty(4, np.int64), np.empty(9, np.int64), np.empty(1, np.int64)
-    ports(search.lane_desired, plan.task, 8 * width, 8 * width, arguments, strides)
-    for _ in range(search.rounds):
-        before = search.lane_states[search.half * width * lanes :]
-        after = search.lane_states[(1 - search.half) * width * lanes :]
+    ports(search.lane_desired, plan.task, row, row, arguments, strides)
+    for _ in range(rounds):
+        before, after = search.states[progress[HALF]], search.states[1 - progress[HALF]]
         # 1.
-        take(search, before)
-        if search.active == 0:
+        take(plan, search, before)
+        active = progress[ACTIVE]
+        if active == 0:
             break
         # 2.
-        rows[0] = search.active if lanes == 1 else (search.active + GROUP - 1) // GROUP * GROUP
+        rows[0] = active if lanes == 1 else (active + GROUP - 1) // GROUP * GROUP
         arguments[0], arguments[3] = address(before), address(after)
-        run_kernel(search.step, arguments, rows, strides)
+        call_kernel(search.step, address(arguments), address(rows), address(strides))
         # 3.
-        judge(search, before, after)
+        judge(plan, search, mode, before, after)
         # 4.
-        search.half = 1 - search.half
-    return search.active
+        progress[HALF] = 1 - progress[HALF]
+    return progress[ACTIVE]
 
 
+@compiled
 def ports(T: Floats, task: Floats, q_stride: int, out_stride: int, arguments: Whole, strides: Whole) -> None:
     """Addresses and strides of a kernel of (q, T_sd, task) to one row of numbers; those of q and of the result follow.
 
@@ -86,26 +108,29 @@ def ports(T: Floats, task: Floats, q_stride: int, out_stride: int, arguments: Wh
     strides[4], strides[5], strides[6], strides[7], strides[8] = 8, 32, 8, 8, 8
 
 
-def take(search: Search, states: Floats) -> None:
+@compiled
+def take(plan: Plan, search: Search, states: Floats) -> None:
     """Give idle lanes the next poses that may be tried.
 
     Args:
+        plan: of the search.
         search: of the poses.
         states: (lanes, n + LEFT) where attempts begin.
     """
-    width = search.plan.joints + LEFT
-    while search.active < search.lanes and search.next_pose < search.poses:
-        pose = search.next_pose
-        search.next_pose = pose + 1
-        if search.record[pose].allowed > 0:
-            place = search.active
-            search.active = place + 1
-            search.lane[place].pose = pose
-            copy(search.desired[16 * pose :], search.lane_desired[16 * place :], 16)
-            begin(search, place, states[width * place :])
+    progress = search.progress
+    while progress[ACTIVE] < len(search.lanes) and progress[NEXT] < len(search.desired):
+        pose = progress[NEXT]
+        progress[NEXT] = pose + 1
+        if search.attempts[pose, ALLOWED] > 0:
+            place = progress[ACTIVE]
+            progress[ACTIVE] = place + 1
+            search.lanes[place, POSE] = pose
+            search.lane_desired[place, :] = search.desired[pose]
+            begin(plan, search, place, states[place])
 
 
-def judge(search: Search, before: Floats, after: Floats) -> None:
+@compiled
+def judge(plan: Plan, search: Search, mode: int, before: Floats, after: Floats) -> None:
     """Judge the step just made of every lane, and begin or end attempts.
 
     1. How the step leaves the attempt.
@@ -114,64 +139,36 @@ def judge(search: Search, before: Floats, after: Floats) -> None:
     3. Else the lane is done, and the last lane at work takes its place.
 
     Args:
+        plan: of the search.
         search: of the poses.
+        mode: TRUSTED, PATIENT.
         before, after: (lanes, n + LEFT) states.
     """
-    plan, mode = search.plan, search.mode
-    n = plan.joints
-    width, place = n + LEFT, 0
-    while place < search.active:
+    progress, lanes, place = search.progress, search.lanes, 0
+    while place < progress[ACTIVE]:
         # 1.
-        lane = search.lane[place]
-        pose = lane.pose
-        record, state = search.record[pose], after[width * place :]
-        found = judged(plan, mode, lane, record, before[width * place :], state, search.q[(n + 1) * pose :])
+        pose = lanes[place, POSE]
+        attempts = search.attempts[pose]
+        found = judged(plan, mode, lanes[place], attempts, before[place], after[place], search.q[pose])
         # 2.
         if found == CONTINUES:
             place += 1
-        elif found == FAILED and record.begun < record.allowed:
-            begin(search, place, state)
+        elif found == FAILED and attempts[BEGUN] < attempts[ALLOWED]:
+            begin(plan, search, place, after[place])
             place += 1
         # 3.
         else:
-            last = search.active - 1
-            search.active = last
+            last = progress[ACTIVE] - 1
+            progress[ACTIVE] = last
             if last > place:
-                copy(search.lane_desired[16 * last :], search.lane_desired[16 * place :], 16)
-                copy(before[width * last :], before[width * place :], n)
-                copy(after[width * last :], state, width)
-                move(search.lane[last], lane)
+                search.lane_desired[place, :] = search.lane_desired[last]
+                before[place, :] = before[last]
+                after[place, :] = after[last]
+                lanes[place, :] = lanes[last]
 
 
-def copy(source: Floats, out: Floats, count: int) -> None:
-    """So many numbers from one place to another.
-
-    Args:
-        source: where they are.
-        out: where they go.
-        count: how many.
-    """
-    for i in range(count):
-        out[i] = source[i]
-
-
-def move(source: Lane, out: Lane) -> None:
-    """The pose of one lane to another.
-
-    Args:
-        source: whose it is.
-        out: which takes it.
-    """
-    out.pose, out.step, out.nearest, out.second, out.last = (
-        source.pose,
-        source.step,
-        source.nearest,
-        source.second,
-        source.last,
-    )
-
-
-def begin(search: Search, place: int, q: JointVector) -> None:
+@compiled
+def begin(plan: Plan, search: Search, place: int, q: JointVector) -> None:
     """Begin the next attempt of a lane's pose: at the initial guess, then the nearest samples, then samples anywhere.
 
     1. At the initial guess, moved into the bounds.
@@ -179,34 +176,37 @@ def begin(search: Search, place: int, q: JointVector) -> None:
     3. Where these have run out, at a sample spread by the number of the attempt.
 
     Args:
+        plan: of the search.
         search: of the poses.
         place: of the lane.
         q: (n) where the attempt begins, out.
     """
-    plan, lane = search.plan, search.lane[place]
-    n, record = plan.joints, search.record[lane.pose]
-    rank = record.begun - search.guessed
-    record.begun += 1
-    lane.step = 0
+    lane = search.lanes[place]
+    pose, n = lane[POSE], len(plan.lower)
+    guessed = len(search.q0) > 0
+    rank = search.attempts[pose, BEGUN] - (1 if guessed else 0)
+    search.attempts[pose, BEGUN] += 1
+    lane[STEP] = 0
     # 1.
     if rank < 0:
-        q0 = search.q0[n * lane.pose :]
         for i in range(n):
-            q[i] = min(max(q0[i], plan.lower[i]), plan.upper[i])
+            q[i] = min(max(search.q0[pose, i], plan.lower[i]), plan.upper[i])
         return
     # 2.
     if rank == 0:
-        lane.nearest = -1
+        lane[NEAREST] = -1
     chosen = -1
-    if rank < RANKED and (rank == 0 or lane.last >= 0):
-        chosen = next_sample(plan, search.lane_desired[16 * place :], lane)
+    if rank < RANKED and (rank == 0 or lane[LAST] >= 0):
+        chosen = next_sample(plan, search.lane_desired[place], lane)
     # 3.
     if chosen < 0:
-        chosen = (rank * SCATTER) % plan.samples
-    copy(plan.configurations[chosen * n :], q, n)
+        chosen = (rank * SCATTER) % len(plan.configurations)
+    for i in range(n):
+        q[i] = plan.configurations[chosen, i]
 
 
-def judged(plan: Plan, mode: int, lane: Lane, record: PoseRecord, before: Floats, after: Floats, best: Floats) -> int:
+@compiled
+def judged(plan: Plan, mode: int, lane: Whole, attempts: Whole, before: Floats, after: Floats, best: Floats) -> int:
     """How the step just made leaves a lane's attempt.
 
     1. Errors of what counts, in true and in scaled size.
@@ -217,12 +217,12 @@ def judged(plan: Plan, mode: int, lane: Lane, record: PoseRecord, before: Floats
         plan: of the search.
         mode: TRUSTED, PATIENT.
         lane: whose step it was.
-        record: of its pose.
+        attempts: of its pose.
         before: (n) joints before the step.
         after: (n + LEFT) joints after it, and the errors before it.
         best: (n + 1) solution or nearest configuration, and its scaled error.
     """
-    n, step = plan.joints, lane.step
+    n, step = len(plan.lower), lane[STEP]
     # 1.
     rotation = position = size = 0.0
     for i in range(6):
@@ -237,22 +237,25 @@ def judged(plan: Plan, mode: int, lane: Lane, record: PoseRecord, before: Floats
     # 2.
     solved = rotation <= plan.rotation_limit and position <= plan.position_limit
     if solved or (mode & TRUSTED > 0 and size <= plan.trust):
-        copy(before if solved else after, best, n)
+        for i in range(n):
+            best[i] = before[i] if solved else after[i]
         best[n] = 0.0
-        record.winner = record.begun - 1
-        record.steps = step if solved else step + 1
+        attempts[WINNER] = attempts[BEGUN] - 1
+        attempts[STEPS] = step if solved else step + 1
         return SOLVED
     # 3.
     if size < best[n]:
-        copy(before, best, n)
+        for i in range(n):
+            best[i] = before[i]
         best[n] = size
-        record.steps = step
-    if not size <= error_bound(step, mode, record.begun <= RANKED):
+        attempts[STEPS] = step
+    if not size <= error_bound(step, mode, attempts[BEGUN] <= RANKED):
         return FAILED
-    lane.step = step + 1
+    lane[STEP] = step + 1
     return CONTINUES
 
 
+@compiled
 def error_bound(step: int, mode: int, ranked: bool) -> float:
     """The scaled error above which an attempt is given up; negative where it ends anyway.
 

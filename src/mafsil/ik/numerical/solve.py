@@ -15,12 +15,11 @@ from mafsil.ik.moving_part import MovingPart, warn_of_loops
 from mafsil.ik.numerical.fast_search import SOLVED, FastSearch, Report, hashable, search_of
 from mafsil.ik.numerical.full_search import FullSearch
 from mafsil.ik.numerical.preferred import preferred_configuration
-from mafsil.ik.numerical.records import PoseRecord
+from mafsil.ik.numerical.records import WINNER
 from mafsil.ik.numerical.task import TaskKind
 from mafsil.ik.problem import ORTHOGONALITY
 from mafsil.ik.result import IKResult
 from mafsil.ik.status import CODES, IKStatus
-from mafsil.kernels.loop_compiler import Rows
 from mafsil.model.loading import RobotLike
 from mafsil.robot import as_robot
 
@@ -152,7 +151,7 @@ def solve_ik(
     else:
         full = FullSearch(plan, rows, start, goal, restarts, deadline)
         full.run()
-        report = Report(full.report, full.counts, plan, full.codes, full.worst)
+        report = Report(full.report, full.attempts, plan, full.codes, full.worst)
     if not batch and report.codes is not None and report.codes[0] == _NOT_A_POSE:
         raise InputError("ik.no_pose", name="T_sd", limit=ORTHOGONALITY)
     result = IKResult(report.shaped(batch).field)
@@ -176,17 +175,16 @@ def _array_seed(seed: object) -> ArrayLike | None:
 
 def _reported(search: FastSearch, desired: Floats, q0: JointVector, restarts: int) -> Report:
     """All poses by the fast search, and those that it leaves open by the full one."""
-    numbers, record = search.rows(desired, q0, restarts)
-    counts = Rows(PoseRecord, record).memory
-    rest = np.flatnonzero(record["winner"] < 0)
+    numbers, attempts = search.rows(desired, q0, restarts)
+    rest = np.flatnonzero(attempts[:, WINNER] < 0)
     if not len(rest):
-        return Report(numbers, counts, search.plan)
+        return Report(numbers, attempts, search.plan)
     some = np.ascontiguousarray(q0[rest] if len(q0) else q0)
     full = FullSearch(search.plan, desired[rest], some, None, restarts, np.inf)
     full.run()
     codes = np.full(len(desired), SOLVED, np.int8)
-    numbers[rest], counts[rest], codes[rest] = full.report, full.counts, full.codes
-    return Report(numbers, counts, search.plan, codes, {int(rest[row]): name for row, name in full.worst.items()})
+    numbers[rest], attempts[rest], codes[rest] = full.report, full.attempts, full.codes
+    return Report(numbers, attempts, search.plan, codes, {int(rest[row]): name for row, name in full.worst.items()})
 
 
 def _again(named: tuple[Any, ...], T_sd: PoseMatrix, q0: ArrayLike | None, restarts: int) -> IKResult | None:

@@ -79,7 +79,7 @@ class Entry:
         self.give("miss")
         body = "\n".join([*block.heads, *block.lines])
         head = f"define ptr @{ENTRY}(ptr %self, ptr %args, i64 %nargs) nounwind {{\nentry:\n"
-        return [_BIND, head + body + "\n}\n", *([_ARRAY] if self.result and has_arrays(self.result) else [])]
+        return [_BIND, _FITS, head + body + "\n}\n", *([_ARRAY] if self.result and has_arrays(self.result) else [])]
 
     def module(self) -> str:
         """Its module in LLVM IR."""
@@ -220,16 +220,10 @@ class Entry:
 
     def array(self, kind: Array, of: str) -> list[str]:
         """Address, sizes and strides of an array of these elements and axes."""
-        self.typed(of, "ndarray")
-        self.test(f"icmp eq i32 {self.load('i32', of, ARRAY_NDIM)}, {kind.ndim}")
-        flags = self.load("i32", of, ARRAY_FLAGS)
         wanted = _ALIGNED | (_CONTIGUOUS if kind.contiguous else 0)
-        self.test(f"icmp eq i32 {self.block.let(f'and i32 {flags}, {_ALIGNED | _CONTIGUOUS}')}, {wanted}")
-        dtype = self.load("ptr", of, ARRAY_DTYPE)
-        self.test(f"icmp eq i32 {self.load('i32', dtype, DTYPE_NUMBER)}, {np.dtype(kind.of.name).num}")
-        order = self.load("i8", dtype, DTYPE_ORDER)
-        native = [self.block.let(f"icmp eq i8 {order}, {ord(each)}") for each in "=|"]
-        self.test(f"or i1 {native[0]}, {native[1]}")
+        number = np.dtype(kind.of.name).num
+        fits = f"call i1 @mafsil_fits(ptr {of}, i32 {kind.ndim}, i32 {wanted}, i32 {number})"
+        self.test(fits)
         shape = self.load("ptr", of, ARRAY_SHAPE) if kind.ndim else ""
         sizes = [self.load("i64", shape, SLOT * axis) for axis in range(kind.ndim)]
         steps: list[str] = []
@@ -334,6 +328,44 @@ define void @{LINKS}(ptr %links, ptr %classes, ptr %target) {{
 def _linked(name: str) -> str:
     return str(SLOT * NAMES.index(name))
 
+
+_FITS = f"""
+define internal i1 @mafsil_fits(ptr %of, i32 %ndim, i32 %wanted, i32 %number) noinline nounwind {{
+entry:
+  %links = load ptr, ptr @mafsil_links_at
+  %nd_at = getelementptr i8, ptr %links, i64 {_linked("ndarray")}
+  %nd = load ptr, ptr %nd_at
+  %type_at = getelementptr i8, ptr %of, i64 {TYPE}
+  %type = load ptr, ptr %type_at
+  %is_array = icmp eq ptr %type, %nd
+  br i1 %is_array, label %array, label %no
+array:
+  %axes_at = getelementptr i8, ptr %of, i64 {ARRAY_NDIM}
+  %axes = load i32, ptr %axes_at
+  %flags_at = getelementptr i8, ptr %of, i64 {ARRAY_FLAGS}
+  %flags = load i32, ptr %flags_at
+  %dtype_at = getelementptr i8, ptr %of, i64 {ARRAY_DTYPE}
+  %dtype = load ptr, ptr %dtype_at
+  %number_at = getelementptr i8, ptr %dtype, i64 {DTYPE_NUMBER}
+  %its = load i32, ptr %number_at
+  %order_at = getelementptr i8, ptr %dtype, i64 {DTYPE_ORDER}
+  %order = load i8, ptr %order_at
+  %counted = and i32 %flags, {_ALIGNED | _CONTIGUOUS}
+  %a = icmp eq i32 %axes, %ndim
+  %b = icmp eq i32 %counted, %wanted
+  %c = icmp eq i32 %its, %number
+  %d = icmp eq i8 %order, {ord("=")}
+  %e = icmp eq i8 %order, {ord("|")}
+  %ab = and i1 %a, %b
+  %abc = and i1 %ab, %c
+  %de = or i1 %d, %e
+  %all = and i1 %abc, %de
+  ret i1 %all
+no:
+  ret i1 false
+}}
+"""
+"""Whether an object is an array of so many axes, of elements of this number and order, with these flags."""
 
 _ARRAY = f"""
 define internal void @mafsil_forget(ptr %capsule) {{
