@@ -106,6 +106,20 @@ def test_memory_of_results_belongs_to_them_and_goes_with_them():
     assert all(np.array_equal(each[0], np.arange(5.0)) for each in kept)
 
 
+@pytest.mark.parametrize("linker", ["", "llvm"])
+def test_memory_of_results_may_go_after_all_modules(linker):
+    """A result in a cycle is collected at the very end of the interpreter, after all modules were emptied."""
+    program = (
+        "import numpy as np; from tests.kernels import language_loops as language\n"
+        "cycle = [language.arrays(np.arange(5.0), 0)[0], language.arrays]; cycle.append(cycle)\n"
+        "def keep(): return cycle\n"
+        "keep.cycle = [keep, cycle]\n"
+    )
+    environment = {**os.environ, "MAFSIL_LINKER": linker}
+    done = subprocess.run([sys.executable, "-X", "faulthandler", "-c", program], env=environment, check=False)
+    assert done.returncode == 0
+
+
 @pytest.mark.parametrize("n", [10**7, 1 << 40, -1])
 def test_lack_of_memory_is_an_error_of_python(n):
     with pytest.raises(MemoryError):

@@ -98,6 +98,18 @@ def address(name: str) -> int:
     return ctypes.cast(getattr(ctypes.pythonapi, name), ctypes.c_void_p).value or 0
 
 
+def forever(thing: object) -> None:
+    """Let an object outlive the interpreter itself.
+
+    At its end the interpreter empties modules in an order of its own: an array may go after the code that gives back
+    its memory, and a thread that asks nobody still runs. What machine code consists of is therefore never let go.
+
+    Args:
+        thing: which.
+    """
+    ctypes.pythonapi.Py_IncRef(ctypes.py_object(thing))
+
+
 class MethodDef(ctypes.Structure):
     """CPython's PyMethodDef."""
 

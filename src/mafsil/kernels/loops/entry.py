@@ -56,7 +56,9 @@ def _links() -> Any:
     array = runtime.api("_ARRAY_API")
     functions = [runtime.address(name) for name in FUNCTIONS]
     known = [*functions, *(array[place] for place in _OF_NUMPY.values()), *map(id, _OBJECTS.values())]
-    return (ctypes.c_void_p * len(known))(*known)
+    links = (ctypes.c_void_p * len(known))(*known)
+    runtime.forever((links, list(_OBJECTS.values())))
+    return links
 
 
 def key(kinds: tuple[Kind, ...], result: Kind | None, fails: bool, shares: bool, made_by: str) -> str:
@@ -94,7 +96,7 @@ def builtin(address: int, name: str, keep: Any, classes: list[type[Any]]) -> Cal
     """
     text = name.encode()
     method = runtime.MethodDef(text, address, _FASTCALL, b"")
-    _KEPT.append((method, text, keep, classes))
+    runtime.forever((method, text, keep, classes))
     return runtime.builtin(method, None, name)
 
 
@@ -104,6 +106,3 @@ def bound(bind: int, target: int, classes: list[type[Any]]) -> Any:
     taken = ctypes.addressof(_links()), ctypes.addressof(table), target
     ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 3)(bind)(*taken)
     return table
-
-
-_KEPT: list[Any] = []

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 from mafsil.code_store import FileStore, code_folder, compilation
 from mafsil.code_store import Kind as StoreKind
-from mafsil.kernels import elf, identity, system, target
+from mafsil.kernels import elf, identity, runtime, system, target
 from mafsil.kernels.compiler import _llvm  # pyright: ignore[reportPrivateUsage]
 from mafsil.kernels.lazy import lazy
 from mafsil.kernels.loops import library
@@ -249,7 +249,7 @@ def kept(key: str) -> Kept | None:
 
 
 def load(code: bytes, symbols: tuple[str, ...], imports: Mapping[str, int]) -> Mapping[str, int]:
-    """Bring code into memory for as long as the process lives; where its symbols are.
+    """Bring code into memory as long as there is a process; where its symbols are.
 
     Args:
         code: verified.
@@ -259,11 +259,10 @@ def load(code: bytes, symbols: tuple[str, ...], imports: Mapping[str, int]) -> M
     known = {**system.functions(), **imports}
     with _llvm:
         loaded = elf.load(code, symbols, known) or target.load(code, symbols, known)
-    _KEPT.append(loaded)
+    runtime.forever(loaded)
     return loaded.addresses
 
 
-_KEPT: list[object] = []
 _SPECIALISED: dict[tuple[Definition, tuple[Kind, ...]], Specialisation] = {}
 
 
