@@ -89,6 +89,9 @@ def real_text(x: float) -> str:
     """A float64 in LLVM IR, bit for bit."""
     return f"0x{struct.unpack('<Q', struct.pack('<d', x))[0]:016X}"
 
+_SHORT_LOOP = 60
+"""Number of the metadata of loops that are not copied for several turns at once."""
+
 
 class Block:
     """Instructions of one function.
@@ -144,6 +147,17 @@ class Block:
         if not self.ended:
             self.targets.add(name)
         self.end(f"br label %{name}")
+
+    def again(self, name: str) -> None:
+        """Go back to where a loop begins.
+
+        Most loops count joints or axes: copies of their bodies for eight turns at once cost half of LLVM's time and are
+        never reached. Loops whose sums may be reordered are along rows, and get them.
+        """
+        if self.ended or self.fast:
+            return self.jump(name)
+        self.targets.add(name)
+        return self.end(f"br label %{name}, !llvm.loop !{_SHORT_LOOP}")
 
     def branch(self, condition: str, yes: str, no: str) -> None:
         """End the block by going on at one of two places."""
@@ -315,7 +329,12 @@ class Block:
         return Value(kind, tuple(parts), natural=all(value.natural for value, _ in ends))
 
 
-METADATA = '\n!0 = !{!"loops"}\n!9 = !{}\n' + "".join(
+METADATA = (
+    '\n!0 = !{!"loops"}\n!9 = !{}\n'
+    f"!{_SHORT_LOOP} = distinct !{{!{_SHORT_LOOP}, !{_SHORT_LOOP + 1}, !{_SHORT_LOOP + 2}}}\n"
+    f'!{_SHORT_LOOP + 1} = !{{!"llvm.loop.unroll.runtime.disable"}}\n'
+    f'!{_SHORT_LOOP + 2} = !{{!"llvm.loop.interleave.count", i32 1}}\n'
+) + "".join(
     f'!{number} = !{{!{number + 20}, !{number + 20}, i64 0}}\n!{number + 20} = !{{!"{name}", !0}}\n'
     for name, number in TAGS.items()
 )

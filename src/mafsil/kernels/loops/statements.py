@@ -243,7 +243,7 @@ class Function(Expressions):
 
     def again(self, _node: ast.Continue) -> None:
         """`continue`: on to the next round of the innermost loop."""
-        self.block.jump(self.loops[-1][0])
+        self.block.again(self.loops[-1][0])
 
     def alone(self, node: ast.Expr) -> None:
         """A call whose result nobody wants, or a text."""
@@ -398,7 +398,7 @@ class Function(Expressions):
         self.condition(node.test, body, after)
         self.block.label(body)
         self.looped(node.body, test, after)
-        self.block.jump(test)
+        self.block.again(test)
         self.meet(after)
 
     def count(self, node: ast.For) -> None:
@@ -447,7 +447,7 @@ class Function(Expressions):
         self.looped(node.body, ahead, after)
         self.block.label(ahead)
         self.block.keep(numbers.arithmetic(self.block, "+", self.block.kept(INTEGER, cells), step) or now, cells)
-        self.block.jump(test)
+        self.block.again(test)
         self.meet(after)
 
     def item_at(self, items: Value, index: Value, node: ast.For) -> Value:
