@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 
 from mafsil.errors import KernelError
+from mafsil.kernels import runtime
 from mafsil.kernels.loops import hold
+from mafsil.kernels.loops.loop import Loop
 from tests.kernels import language_loops as language
 
 
@@ -179,3 +181,12 @@ def test_loops_run_as_python_with_the_other_loader_and_on_lesser_processors(swit
     kinds = [text.split()[-1] for text in run]
     assert kinds == ["Loop", "function" if "MAFSIL_LOOPS" in switch else "Loop"]
     assert run[0].rsplit(" ", 1)[0].replace("(", "") == run[1].rsplit(" ", 1)[0].replace("(", "")
+
+
+def test_loops_run_as_python_where_objects_lie_elsewhere(monkeypatch):
+    monkeypatch.setattr(runtime, "available", lambda: False)
+    loop = Loop(language.widened.definition)
+    assert loop(9) == language.widened(9)
+    point = hold(language.Point(1.5, np.zeros(3), 4))
+    Loop(language.held.definition)(point, 1)
+    assert point.value.row.any()

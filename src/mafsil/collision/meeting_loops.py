@@ -160,7 +160,7 @@ def _few_lanes_near(arm: Arm, b: int, count: int, s: LaneScratch) -> bool:
     return by_lanes < pieces * (place + ASK * count)
 
 
-@inlined
+@compiled
 def meets_around(
     shop: Held[Workshop], world: World, b: int, M: Lanes, wanted: int, h: Lanes, moving: bool, bench: Bench
 ) -> int:  # fmt: skip
@@ -255,7 +255,7 @@ def _few_lanes_meet(arm: Arm, a: int, b: int, wanted: int) -> bool:
     return how_many(wanted) * by_lanes < COMPARE * (fewer + more + fewer * more // 4)
 
 
-@inlined
+@compiled
 def meets_itself(
     shop: Held[Workshop], world: World, k: int, M: Lanes, wanted: int, h: Lanes, moving: bool, bench: Bench
 ) -> int:  # fmt: skip

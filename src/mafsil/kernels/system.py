@@ -17,10 +17,7 @@ _OF_MEMORY = ("malloc", "free", "memcpy", "memset", "memmove", "bcmp", "memcmp")
 @cache
 def functions() -> dict[str, int]:
     """Addresses by name; those that this system does not have are left out."""
-    if sys.platform == "win32":
-        libraries = [ctypes.CDLL("ucrtbase")]
-    else:
-        libraries = [ctypes.CDLL(None), ctypes.CDLL(_mathematics())]
+    libraries = _libraries()
     found: dict[str, int] = {}
     for name in (*_OF_MATHEMATICS, *_OF_MEMORY):
         for library in libraries:
@@ -30,5 +27,12 @@ def functions() -> dict[str, int]:
     return found
 
 
-def _mathematics() -> str | None:
-    return "libm.so.6" if sys.platform == "linux" else ctypes.util.find_library("m")
+def _libraries() -> list[ctypes.CDLL]:
+    """The C library and that of mathematics, which are one on some systems."""
+    if sys.platform == "win32":
+        return [ctypes.CDLL("ucrtbase")]
+    mathematics = "libm.so.6" if sys.platform == "linux" else ctypes.util.find_library("m")
+    try:
+        return [ctypes.CDLL(None), ctypes.CDLL(mathematics)]
+    except OSError:  # Musl has no file of that name: its C library is all there is.
+        return [ctypes.CDLL(None)]

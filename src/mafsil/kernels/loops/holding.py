@@ -7,6 +7,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from mafsil.kernels import runtime
 from mafsil.kernels.loops import dispatch, loop
 from mafsil.kernels.loops.definition import MISS
 from mafsil.kernels.loops.held import Held, class_of
@@ -24,7 +25,7 @@ def hold(value: T) -> Held[T]:
     Args:
         value: the tuple.
     """
-    if loop.is_plain():  # Loops that run as Python read the value itself.
+    if loop.is_plain() or not runtime.available():  # Loops that run as Python read the value itself.
         return class_of(held_of(kind_of(value))).laid(0, value)
     known = _LAYOUTS.setdefault(type(value), [])
     for size, layout, made in known:
