@@ -24,6 +24,9 @@ if str(ROOT) not in sys.path:
 # Shared by the workers of one run and by later runs: a cold cache is what its own tests make for themselves.
 os.environ.setdefault("MAFSIL_CACHE", str(Path(tempfile.gettempdir()) / f"mafsil-tests-{os.getuid()}"))
 
+# Tests start hundreds of interpreters; each would translate all modules anew, for a second.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
 SHAPED = ("mafsil.geometry", "mafsil.robot", "mafsil.trajectory")
 """Packages whose annotated shapes `--check-shapes` checks."""
 
