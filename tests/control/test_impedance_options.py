@@ -199,3 +199,22 @@ def test_an_impedance_by_force_without_feedback_is_the_simple_one_and_batches():
         tau = clamped(0.3, Q, np.zeros(2), None)
     commanded, error = by_force.forces(0.3, Q, np.zeros(2))
     np.testing.assert_allclose(tau, now.effort(now.force(np.zeros(2)) + commanded + 0.5 * np.sign(error)), atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        lambda sensor, wanted: impedance_control(ARM, wanted, hold(T), coordinates=XY, sensor=sensor),
+        lambda sensor, wanted: admittance_control(ARM, wanted, hold(T), sensor, coordinates=XY, own_state=False),
+        lambda sensor, wanted: impedance_by_force(ARM, wanted, hold(T), sensor, coordinates=XY),
+    ],
+)
+def test_a_sensor_of_the_tip_brings_its_own_sign(law):
+    """It says what the tip exerts; these laws ask for the force from outside, as a function gives it."""
+    hand = TipForceSensor(ARM, Hand(), XY)
+    wanted = Impedance.of(2, inertia=4.0, damping=30.0, stiffness=40.0)
+    by_sensor, by_function = law(hand, wanted), law(lambda q, qd: -hand(q, qd), wanted)
+    now = rest(Q, 1.0).at(0.2)
+    efforts = by_sensor(0.2, Q, np.zeros(2), now)
+    np.testing.assert_array_equal(efforts, by_function(0.2, Q, np.zeros(2), now))
+    assert hand(Q, np.zeros(2)).any()

@@ -155,7 +155,7 @@ def test_admittance_on_a_rigid_surface_renders_its_spring(ratio):
     soft = Impedance.of(6, inertia=D, damping=40.0 * D, stiffness=400.0 * D)
     target = START.copy()
     target[:3, 3] -= 0.005 * OUT
-    law = admittance_control(PUMA, soft, hold(target), lambda q, qd: -sensor(q, qd), coordinates=task)
+    law = admittance_control(PUMA, soft, hold(target), sensor, coordinates=task)
     run = simulate(mf.Scenario(robot=PUMA, trajectory=rest(AT, 0.02), law=law, plant=plant, saturate=False))
     n = np.concatenate([np.zeros(3), OUT])
     felt = (n / D) @ n / (n @ np.linalg.solve(inertia, n))

@@ -9,12 +9,12 @@ import numpy as np
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix, positive, require_finite, require_function, single
 from mafsil.control.gains import Gains
-from mafsil.control.hybrid import TaskForceSensor
 from mafsil.control.impedance import Impedance, require_size
 from mafsil.control.law import Law
 from mafsil.control.task_coordinates import TaskCoordinates, TaskTarget
 from mafsil.control.task_dynamics import task_dynamics
 from mafsil.control.tip_motion import TipReference
+from mafsil.control.tip_sensor import TaskForceSensor, from_outside
 from mafsil.robot import Robot, of_robot
 from mafsil.trajectory import Motion
 
@@ -139,7 +139,7 @@ def admittance_control(
         robot: the model.
         impedance: (m) that is wanted, with a mass in every direction.
         reference: of the tip.
-        sensor: (q, qd) -> (m,) force from outside on the tip.
+        sensor: a `TipForceSensor`, or a function (q, qd) -> (m,) of the force from outside on the tip.
         coordinates: of the task; all six, decoupled, if None.
         gains: (m,) of the tracking. If None: critically damped at 20 rad/s with a state of its own; none without one,
             for the state itself is the start of each step.
@@ -154,6 +154,7 @@ def admittance_control(
     """
     require_function("reference", reference, "function of time", 1)
     require_function("sensor", sensor, "function (q, qd)", 2)
+    sensor = from_outside(sensor)
     task = coordinates or TaskCoordinates()
     require_size(impedance, task)
     m = len(task.rows)

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix, Vector3
-from mafsil.control.hybrid import TaskForceSensor
 from mafsil.control.law import Law
 from mafsil.control.law_memory import take_over
 from mafsil.control.task_coordinates import TaskCoordinates
+from mafsil.control.tip_sensor import TaskForceSensor
 from mafsil.robot import Robot
 from mafsil.trajectory import Motion
 

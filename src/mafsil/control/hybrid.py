@@ -17,6 +17,7 @@ from mafsil.control.law import Law
 from mafsil.control.task_coordinates import TaskCoordinates
 from mafsil.control.task_dynamics import TaskDynamics, task_dynamics
 from mafsil.control.tip_motion import TipReference
+from mafsil.control.tip_sensor import TaskForceSensor
 from mafsil.errors import InputError
 from mafsil.robot import Robot, of_robot
 from mafsil.trajectory import Motion
@@ -25,8 +26,6 @@ Constraint: TypeAlias = Callable[[PoseMatrix, Floats], tuple[Floats, Floats]]
 """(pose (4, 4), velocity (m,)) -> A (k, m) and dA/dt (k, m) in the coordinates of the task."""
 TaskForce: TypeAlias = Callable[[PoseMatrix], Floats]
 """pose (4, 4) -> (m,) force that the tip should exert there, in the coordinates of the task."""
-TaskForceSensor: TypeAlias = Callable[[JointVector, JointVector], Floats]
-"""(q, qd) -> (m,) force that the tip exerts on the world, in the coordinates of the task."""
 
 
 def flat(A: ArrayLike) -> Constraint:

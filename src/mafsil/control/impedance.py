@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, JointVector, as_batch, positive, real_array, require_finite, require_function, single
-from mafsil.control.hybrid import TaskForceSensor
 from mafsil.control.law import Law
 from mafsil.control.matrix_feedback import symmetric
 from mafsil.control.task_coordinates import TaskCoordinates
 from mafsil.control.task_dynamics import task_dynamics
 from mafsil.control.tip_motion import TipReference
+from mafsil.control.tip_sensor import TaskForceSensor, from_outside
 from mafsil.errors import InputError
 from mafsil.one_joint import JointArm, JointLaw, sampled_stability
 from mafsil.robot import Robot, of_robot
@@ -213,7 +213,7 @@ def impedance_control(
         impedance: (m) that is wanted; its inertia needs a sensor.
         reference: of the tip.
         coordinates: of the task; all six, decoupled, if None.
-        sensor: (q, qd) -> (m,) force from outside on the tip.
+        sensor: a `TipForceSensor`, or a function (q, qd) -> (m,) of the force from outside on the tip.
         shift_acceleration: D (dV/dt - A_d) instead of D dV/dt, which follows a moving reference exactly.
 
     Raises:
@@ -224,6 +224,7 @@ def impedance_control(
     require_function("reference", reference, "function of time", 1)
     if sensor is not None:
         require_function("sensor", sensor, "function (q, qd)", 2)
+        sensor = from_outside(sensor)
     task = coordinates or TaskCoordinates()
     require_size(impedance, task)
     return ImpedanceControl(robot, task, impedance, reference, sensor, shift_acceleration)

@@ -10,12 +10,12 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, JointVector, require_function
 from mafsil.control.feedback import RunningSum
 from mafsil.control.gains import Gains
-from mafsil.control.hybrid import TaskForceSensor
 from mafsil.control.impedance import Impedance, require_size
 from mafsil.control.law import Law
 from mafsil.control.task_coordinates import TaskCoordinates
 from mafsil.control.task_dynamics import task_dynamics
 from mafsil.control.tip_motion import TipReference
+from mafsil.control.tip_sensor import TaskForceSensor, from_outside
 from mafsil.robot import Robot, of_robot
 from mafsil.trajectory import Motion
 
@@ -123,7 +123,7 @@ def impedance_by_force(
         robot: the model.
         impedance: (m) that is wanted; its inertia needs an acceleration.
         reference: of the tip.
-        sensor: (q, qd) -> (m,) force from outside on the tip.
+        sensor: a `TipForceSensor`, or a function (q, qd) -> (m,) of the force from outside on the tip.
         kp, ki: of the force error, a number or (m,) [1, 1/s].
         coordinates: of the task; all six, decoupled, if None.
         acceleration: (q, qd) -> (m,) measured dV/dt, as of an accelerometer at the tip.
@@ -138,6 +138,7 @@ def impedance_by_force(
     require_size(impedance, task)
     require_function("reference", reference, "function of time", 1)
     require_function("sensor", sensor, "function (q, qd)", 2)
+    sensor = from_outside(sensor)
     if acceleration is not None:
         require_function("acceleration", acceleration, "function (q, qd)", 2)
     m = len(task.rows)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from typing import TypeAlias
 
 import numpy as np
 
@@ -13,6 +14,9 @@ from mafsil.control.environment import Environment, tip_wrench_of
 from mafsil.control.task_coordinates import TaskCoordinates
 from mafsil.errors import InputError
 from mafsil.robot import Robot
+
+TaskForceSensor: TypeAlias = Callable[[JointVector, JointVector], Floats]
+"""(q, qd) -> (m,) force at the tip, in the coordinates of the task; of a `TipForceSensor` that which the tip exerts."""
 
 _MEASURING: ContextVar[Callable[[], Vector6] | None] = ContextVar("measuring", default=None)
 """What the run that goes on measures at its tip."""
@@ -77,6 +81,10 @@ class TipForceSensor:
         self._state, self._reading = q, exerted[..., list(self._coordinates.rows)]
         return self._reading
 
+    def outside(self, q: JointVector, qd: JointVector) -> Floats:
+        """What the world exerts on the tip: the same reading (*batch, m) with the other sign [N m, N]."""
+        return -self(q, qd)
+
     def _wrench(self, q: JointVector, qd: JointVector) -> Vector6:
         """(*batch, 6) on the tip, in the tip frame."""
         if self._environment is not None:
@@ -85,3 +93,12 @@ class TipForceSensor:
         if read is None:
             raise InputError("control.nothing_measured")
         return read()
+
+
+def from_outside(sensor: TaskForceSensor) -> TaskForceSensor:
+    """(q, qd) -> (m,) force of the world on the tip.
+
+    Args:
+        sensor: a `TipForceSensor`, which says what the tip exerts; or a function of that force itself.
+    """
+    return sensor.outside if isinstance(sensor, TipForceSensor) else sensor

@@ -94,7 +94,7 @@ def _admittance(job: Job, model: Robot, trajectory: Trajectory, plant: Plant, ta
     sensor = _sensor(job, plant, task)
     wanted = _impedance_of(job, task, inertia)
     return admittance_control(
-        model, wanted, TipOfJoints(model, trajectory), lambda q, qd: -sensor(q, qd), coordinates=task,
+        model, wanted, TipOfJoints(model, trajectory), sensor, coordinates=task,
         own_state=False, shift_acceleration=True,
     )  # fmt: skip
 
