@@ -15,6 +15,7 @@ import mafsil as mf
 from mafsil.errors import FileError, InputError, ModelError, ModelWarning
 from mafsil.model import (
     Actuator,
+    Capsule,
     Friction,
     Inertial,
     Joint,
@@ -31,6 +32,7 @@ from mafsil.model import (
     urdf,
 )
 from mafsil.model.losses import Weight
+from mafsil.model.placement import pose_from_xyz_rpy
 from mafsil.model.possible_inertia import possible_inertias
 from tests.model.peer_readers import by_mujoco, by_pinocchio, differences
 
@@ -242,3 +244,22 @@ def test_followers_are_written_with_their_leader() -> None:
         text = tool.write(mechanism)
         assert tool.read(text).n == 1
         assert max(differences(mechanism, text, reader).values()) < 1e-13
+
+
+def test_capsules_reach_urdfdom_and_come_back() -> None:
+    """URDF has no capsules; a colliding one of a name, and two drawn ones without."""
+    T = pose_from_xyz_rpy((0.1, -0.2, 0.3), (0.4, 0.5, -0.6))
+    capsules = [Shape(Capsule(0.05, 0.3), T, "tube"), Shape(Capsule(0.1, 0.2)), Shape(Capsule(0.1, 0.2), T)]
+    mechanism = arm()
+    links = (mechanism.links[0], replace(mechanism.links[1], collisions=tuple(capsules[:1]), visuals=tuple(capsules)))
+    text = urdf.write(replace(mechanism, links=links))
+    model = pin.buildModelFromXML(text)
+    solids = pin.buildGeomFromUrdfString(model, text, pin.GeometryType.COLLISION).geometryObjects
+    assert [type(solid.geometry).__name__ for solid in solids] == ["Cylinder", "Sphere", "Sphere"]
+    back = urdf.read(text).links[1]
+    for ours, theirs in ((capsules[:1], back.collisions), (capsules, back.visuals)):
+        assert [(shape.geometry, shape.name) for shape in theirs] == [(shape.geometry, shape.name) for shape in ours]
+        for one, two in zip(ours, theirs, strict=True):
+            np.testing.assert_allclose(one.T_lg, two.T_lg, rtol=0, atol=1e-15)
+    apart = text.replace('radius="0.05"', 'radius="0.06"', 1)
+    assert len(urdf.read(apart).links[1].visuals) == 5

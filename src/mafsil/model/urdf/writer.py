@@ -17,6 +17,7 @@ from mafsil.model.numbers import written
 from mafsil.model.outer_frames import with_space_link, with_tip_link
 from mafsil.model.rpy import rpy_from_rotation
 from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere
+from mafsil.model.urdf.capsule import without_capsules
 from mafsil.model.urdf.joint import ACCELERATION
 from mafsil.model.urdf.losses import CHOICES, has_limit, is_endless, losses_of
 from mafsil.model.xml_tree import escaped
@@ -29,7 +30,8 @@ DRAKE = ' xmlns:drake="http://drake.mit.edu"'
 def write(mechanism: Mechanism, path: str | PathLike[str] | None = None, *, without: Collection[str] = ()) -> str:
     """The mechanism as the text of a URDF file; reading it back gives the same mechanics.
 
-    A tip frame or a base pose other than the identity becomes a massless link behind a fixed joint. A joint without
+    A tip frame or a base pose other than the identity becomes a massless link behind a fixed joint, a capsule three
+    shapes, which `mafsil.load` reads as one. A joint without
     a known range is `continuous`, or has 1e16 for its bounds, as it has for an unknown effort or velocity: urdfdom
     demands a number, and `mafsil.load` reads it as none. What the file cannot hold, or says in another way, stands in
     a comment at its head.
@@ -69,8 +71,8 @@ def document(mechanism: Mechanism, without: Collection[str] = ()) -> Document:
 
 def _link(link: Link) -> str:
     parts = [] if link.inertial is None else [_inertial(link.inertial)]
-    parts += [_shape("visual", shape) for shape in link.visuals]
-    parts += [_shape("collision", shape) for shape in link.collisions]
+    parts += [_shape("visual", shape) for shape in without_capsules(link.visuals)]
+    parts += [_shape("collision", shape) for shape in without_capsules(link.collisions)]
     name = escaped(link.name)
     return f'  <link name="{name}">\n{"".join(parts)}  </link>' if parts else f'  <link name="{name}"/>'
 
@@ -98,10 +100,10 @@ def _geometry(geometry: Geometry) -> str:
             return f'<box size="{_numbers(size)}"/>'
         case Cylinder(radius, length):
             return f'<cylinder radius="{written(radius)}" length="{written(length)}"/>'
-        case Capsule(radius, length):
-            return f'<capsule radius="{written(radius)}" length="{written(length)}"/>'
         case Sphere(radius):
             return f'<sphere radius="{written(radius)}"/>'
+        case Capsule():
+            raise ValueError(geometry)
         case Mesh(reference, _, scale):
             return f'<mesh filename="{escaped(reference)}" scale="{_numbers(scale)}"/>'
 
