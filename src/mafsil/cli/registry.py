@@ -348,7 +348,7 @@ OPERATIONS: tuple[Operation, ...] = (
         (
             _ROBOT,
             _TIP,
-            Parameter("against", "text", choices=("pinocchio", "mujoco")),
+            Parameter("against", "text", choices=("pinocchio", "mujoco"), many=True),
             Parameter("states", "count"),
             Parameter("seed", "count"),
         ),
