@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from pathlib import Path
 from types import ModuleType
 
 import numpy as np
@@ -12,9 +13,14 @@ from mafsil.errors import ModelError
 from mafsil.model import Mechanism, library, mjcf, urdf
 from tests.model.peer_readers import Reader, by_mujoco, by_pinocchio, differences
 from tests.model.random_robots import random_robot
+from tests.model.urdf.real_files import robots
 
 NEAR = 1e-10
 """MuJoCo gets 1e-12 kg where a moving body has no mass."""
+IMPOSSIBLE = {"allegro_left_hand", "allegro_right_hand", "icub_reduced", "pr2", "romeo_small", "romeo_laas_small"}
+"""Published robots with inertias that no body has, where no shift along joint axes mends them."""
+MOST_JOINTS = 30
+"""Of a published robot that is compared here."""
 TOOLS: list[tuple[ModuleType, Reader]] = [(urdf, by_pinocchio), (mjcf, by_mujoco)]
 REFUSED = {
     ("planar2r", urdf): "gravity",
@@ -55,6 +61,23 @@ def test_library_arms(name: str, tool: ModuleType, reader: Reader) -> None:
 def test_random_robots(seed: int, tool: ModuleType, reader: Reader) -> None:
     mechanism = random_robot(seed)
     worst = differences(mechanism, text_of(mechanism, tool), reader, seed)
+    assert max(worst.values()) < NEAR, worst
+
+
+@pytest.mark.parametrize(("tool", "reader"), TOOLS, ids=["urdf", "mjcf"])
+@pytest.mark.parametrize("path", robots(), ids=lambda path: path.stem)
+def test_published_robots(path: Path, tool: ModuleType, reader: Reader) -> None:
+    """Inertias that no body has and no shift mends are refused for MuJoCo, or the nearest are written."""
+    mechanism = urdf.read(path)
+    if not 0 < mechanism.n <= MOST_JOINTS:
+        pytest.skip("too large for this test, or nothing moves")
+    if tool is mjcf and path.stem in IMPOSSIBLE:
+        with pytest.raises(ModelError) as caught:
+            mjcf.write(mechanism)
+        assert caught.value.details["what"] == "inertia"
+        assert reader(mechanism, mjcf.write(mechanism, without=["inertia"]))
+        return
+    worst = differences(mechanism, tool.write(mechanism), reader)
     assert max(worst.values()) < NEAR, worst
 
 

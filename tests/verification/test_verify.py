@@ -212,7 +212,9 @@ FINGERS = """<robot name="hand"><link name="palm"/><link name="a">{mass}</link><
 <limit lower="0" upper="0.04" effort="20" velocity="0.2"/><dynamics damping="0.3" friction="0.1"/></joint>
 <joint name="j2" type="prismatic"><parent link="palm"/><child link="b"/><axis xyz="0 -1 0"/>
 <limit lower="0" upper="0.04" effort="20" velocity="0.2"/><dynamics damping="0.3"/><mimic joint="j1"/></joint>
-</robot>""".format(mass='<inertial><mass value="0.1"/><inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial>')
+</robot>""".format(
+    mass='<inertial><mass value="0.1"/><inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial>'
+)
 
 
 def coupled_hand() -> Robot:

@@ -18,7 +18,6 @@ from mafsil.robot import Robot
 from mafsil.verification.tolerances import CONDITION, SMALLEST
 from mafsil.verification.verification import Check
 
-
 LeftOut: TypeAlias = list[tuple[str, str]]
 """Routines that were not compared, with the key of the reason."""
 

@@ -102,7 +102,9 @@ class _Pinocchio:
         upper = np.triu(pin.crba(model, data, x))
         found["mass_matrix"] = B.T @ (upper + np.triu(upper, 1).T) @ B
         if self.follows:
-            found["forward_dynamics"] = solved(found["mass_matrix"], tau - B.T @ pin.nonLinearEffects(model, data, x, xd))
+            found["forward_dynamics"] = solved(
+                found["mass_matrix"], tau - B.T @ pin.nonLinearEffects(model, data, x, xd)
+            )
         else:
             found["forward_dynamics"] = B.T @ pin.aba(model, data, x, xd, B @ tau)
         found["inverse_dynamics_derivatives"] = self._slopes(x, xd, xdd)
