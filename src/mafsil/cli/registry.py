@@ -399,6 +399,8 @@ OPERATIONS: tuple[Operation, ...] = (
             Parameter("curve", "text", choices=("spline", "stops")),
             Parameter("remedy", "text", choices=("slower", "slower_leg", "stop", "leave_out")),
             _TIP,
+            Parameter("driven", "flag"),
+            Parameter("failed", "flag"),
         ),
     ),
     Operation("doctor", "mafsil.cli.doctor:doctor", (Parameter("export_check", "flag"), Parameter("build", "flag"))),
