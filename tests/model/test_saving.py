@@ -23,6 +23,7 @@ from mafsil.model import (
     Limits,
     Link,
     Mechanism,
+    Mesh,
     Mimic,
     Shape,
     Sphere,
@@ -231,6 +232,16 @@ def test_shapes_are_said_by_tables_and_named_once_in_mujoco() -> None:
     assert text.startswith("# Written by mafsil")
     assert table.parse(text).n == 1
     assert mujoco.MjModel.from_xml_string(mjcf.write(shaped)).ngeom == 2
+
+
+def test_surfaces_in_files_are_said_to_be_left_out_of_mujoco() -> None:
+    mechanism = arm()
+    surface, ball = Shape(Mesh("package://arm/b.stl")), Shape(Sphere(0.1))
+    links = (mechanism.links[0], replace(mechanism.links[1], visuals=(surface, ball)))
+    with pytest.warns(ModelWarning, match="surfaces in files are left out at b"):
+        text = mjcf.write(replace(mechanism, links=links))
+    assert mujoco.MjModel.from_xml_string(text).ngeom == 1
+    assert urdf.read(urdf.write(replace(mechanism, links=links))).links[1].visuals[0].geometry == surface.geometry
 
 
 def test_followers_are_written_with_their_leader() -> None:
