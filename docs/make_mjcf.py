@@ -45,8 +45,8 @@ print(mechanism.joint_names, mechanism.gravity, mechanism.provenance.notes)
   tie to the robot, such as the platform on six legs, gets three slides and three hinges that nothing drives (M0729).
   Welds to `mocap` bodies, and sites drawn by `fromto`, are said to stay open (M0723); other constraints (`tendon`,
   `flex`) are left out with their names (M0702).
-- **Writing.** `mjcf.write(mechanism)` gives the text of a file with the same mechanics, loops as constraints between
-  sites; what MJCF has no word for (helical joints, loops closed by other joints) is refused, or left out by `without`.
+- **Writing.** `mf.save(robot, "arm.xml")` writes a file with the same mechanics, loops as constraints between sites
+  ([robot files](robot_files.md#writing-robot-files)). `boundmass` and `boundinertia` of 1e-12 or less stand for none.
 - **Tendons.** `armature` of a fixed tendon, or of a motor that pulls it, adds inertia where its joints are coupled to
   one coordinate; across independent joints, and of a spatial tendon, it is refused (M0724).
 - **Files.** Includes and meshes are looked for beside the model, then beside the file that names them, inside the

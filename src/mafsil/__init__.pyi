@@ -52,6 +52,7 @@ from mafsil.model import urdf as urdf
 from mafsil.model.denavit_hartenberg import DHRow as DHRow
 from mafsil.model.lint import lint as lint
 from mafsil.model.lint import mend as mend
+from mafsil.model.saving import save as save
 from mafsil.page import show as show
 from mafsil.page.exporting import export as export
 from mafsil.planning import place as place

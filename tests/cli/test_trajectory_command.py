@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
+import numpy as np
 import pytest
 import yaml
 
+import mafsil as mf
 from mafsil.cli.main import main
 
 POINTS = """t,q1,q2,q3,q4,q5,q6
@@ -87,3 +90,89 @@ def test_joints_of_another_robot_are_refused_by_name(tmp_path, capsys):
     path.write_text("t,q[a],q[b]\n0,0,0\n1,1,1\n2,0,0\n")
     assert main(["trajectory", "check", "planar2r", str(path)]) == 2
     assert "holds the joints a, b" in capsys.readouterr().err
+
+
+JOB = """robot = "planar2r"
+angles = "degrees"
+[start]
+joints = [0, 30]
+[limits]
+velocity = 60
+acceleration = 200
+{law}
+[[move]]
+joints = [40, 60]
+"""
+WEAK = """[controller]
+kind = "pd_gravity"
+stiffness = 5.0
+rate_gain = 1.0
+"""
+
+
+def recorded(folder, law, code):
+    """The folder of results of a job."""
+    job = folder / "job.toml"
+    job.write_text(JOB.format(law=law))
+    assert main(["run", str(job), "--out", str(folder / "results")]) == code
+    return folder / "results"
+
+
+def rows_of(path):
+    return np.genfromtxt(path, delimiter=",", names=True)
+
+
+def test_the_plan_of_a_recording_goes_to_the_controller(tmp_path, capsys):
+    results = recorded(tmp_path, "", 0)
+    recording, out = results / "recording.csv", tmp_path / "motion.csv"
+    capsys.readouterr()
+    assert main(["trajectory", "export", "planar2r", str(recording), "--out", str(out), "--rate", "1000"]) == 0
+    assert "its plan (columns q_ref)" in capsys.readouterr().out
+    source, plan = rows_of(recording), rows_of(out)
+    assert len(plan) == len(source)
+    for name in ("qjoint1", "qjoint2", "qdjoint1", "qddjoint2"):
+        signal = name.replace("joint", "_refjoint")
+        np.testing.assert_allclose(plan[name], source[signal], rtol=0, atol=1e-9)
+    assert np.abs(plan["qjoint1"] - source["qjoint1"]).max() > 1e-4
+    assert (
+        main(["trajectory", "export", "planar2r", str(recording), "--out", str(out), "--rate", "1000", "--driven"]) == 0
+    )
+    assert "the motion that was driven" in capsys.readouterr().out
+    np.testing.assert_allclose(rows_of(out)["qjoint1"], source["qjoint1"], rtol=0, atol=1e-12)
+    assert main(["trajectory", "check", "planar2r", str(recording), "--driven"]) == 0
+    assert main(["trajectory", "doctor", "planar2r", str(recording), "--driven"]) == 2
+
+
+def test_a_failed_run_is_written_on_request_only(tmp_path, capsys):
+    recording, out = recorded(tmp_path, WEAK, 1) / "recording.csv", tmp_path / "motion.yaml"
+    export = ["trajectory", "export", "planar2r", str(recording), "--out", str(out)]
+    assert main(export) == 2
+    heard = capsys.readouterr().err
+    assert "run that failed (status: failed)" in heard
+    assert "--failed" in heard
+    assert not out.exists()
+    assert main([*export, "--driven"]) == 2
+    assert main([*export, "--failed"]) == 0
+    last = yaml.safe_load(out.read_text())["points"][-1]["positions"]
+    np.testing.assert_allclose(last, np.radians([40, 60]), atol=1e-12)
+
+
+def test_a_run_that_ended_early_is_a_failed_one(tmp_path):
+    arm = mf.load("planar2r")
+    motion = mf.trajectory.quintic([0.0, 0.5], [0.7, 1.0], 0.5)
+    run = mf.simulate(mf.Scenario(robot=arm, trajectory=motion, law=mf.control.computed_torque(arm)))
+    replace(run, status=type(run.status).BLOWN_UP).save(tmp_path / "run")
+    export = ["trajectory", "export", "planar2r", str(tmp_path / "run.csv"), "--out", str(tmp_path / "m.csv")]
+    assert main(export) == 2
+    run.save(tmp_path / "run")
+    assert main(export) == 0
+
+
+def test_numbered_names_fit_any_robot(tmp_path):
+    """Files of motions with limits of one's own call the joints joint1, joint2, ..."""
+    motion = mf.trajectory.quintic(np.zeros(6), np.full(6, 0.5), 2.0)
+    path = tmp_path / "motion.csv"
+    assert mf.trajectory.export(motion, path, mf.trajectory.MotionLimits.of(6))
+    assert "q[joint1]" in path.read_text()
+    assert main(["trajectory", "check", "ur10e", str(path)]) == 0
+    assert main(["trajectory", "check", "panda", str(path)]) == 2

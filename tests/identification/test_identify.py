@@ -182,7 +182,7 @@ def test_better_robots_are_saved_and_read_back(tmp_path):
     described, truth = different("ur5e", 15, rotors=True)
     result = identify(described, noisy_log(truth, 15, duration=12.0), rotor_inertia=True)
     lost = result.save(tmp_path / "better.urdf")
-    assert {remark.key for remark in lost} == {"identification.lost_actuator", "identification.lost_friction"}
+    assert {remark.details["loss"].what for remark in lost} == {"actuator", "friction"}
     again = mf.load(tmp_path / "better.urdf")
     assert np.allclose(
         again.inertial_parameters[: len(result.robot.inertial_parameters)].sum(), result.robot.inertial_parameters.sum()

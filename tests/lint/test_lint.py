@@ -133,7 +133,8 @@ FROM_THE_READER = {
     ),
     "I0508": ('<mass value="4.0"/>', '<mass value="0"/>'),
     "I0506": (moments(box_inertia()), moments(np.diag([1e-2, 1e-2, 5e-2]))),
-    "J0410": ('    <limit lower="-2.0" upper="2.0" velocity="3.0" effort="20"/>\n', ""),
+    "P0916": ('    <limit lower="-2.0" upper="2.0" velocity="3.0" effort="20"/>\n', ""),
+    "P0917": (' effort="20"', ""),
     "J0411": ('lower="-2.0" upper="2.0" ', ""),
 }
 
@@ -394,6 +395,8 @@ def test_every_code_has_both_languages_and_is_raised_here() -> None:
         "P0912",
         "P0914",
         "P0915",
+        "P0916",
+        "P0917",
         "P1001",
         "P1002",
         "P1003",

@@ -348,7 +348,7 @@ OPERATIONS: tuple[Operation, ...] = (
         (
             _ROBOT,
             _TIP,
-            Parameter("against", "text", choices=("pinocchio", "mujoco")),
+            Parameter("against", "text", choices=("pinocchio", "mujoco"), many=True),
             Parameter("states", "count"),
             Parameter("seed", "count"),
         ),
@@ -399,6 +399,8 @@ OPERATIONS: tuple[Operation, ...] = (
             Parameter("curve", "text", choices=("spline", "stops")),
             Parameter("remedy", "text", choices=("slower", "slower_leg", "stop", "leave_out")),
             _TIP,
+            Parameter("driven", "flag"),
+            Parameter("failed", "flag"),
         ),
     ),
     Operation("doctor", "mafsil.cli.doctor:doctor", (Parameter("export_check", "flag"), Parameter("build", "flag"))),

@@ -11,11 +11,22 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.cli.answer import Answer, Laid
 from mafsil.cli.numerals import number
+from mafsil.cli.recorded_run import require_success
 from mafsil.csv_table import read_csv_table
 from mafsil.errors import InputError
+from mafsil.messages import say
 from mafsil.robot import Robot, load
-from mafsil.trajectory import MotionLimits, TrajectoryFile, check, compare_profiles, doctor, export, read
-from mafsil.trajectory.files.csv_file import joint_names
+from mafsil.trajectory import (
+    MotionLimits,
+    PiecewisePolynomial,
+    TrajectoryFile,
+    check,
+    compare_profiles,
+    doctor,
+    export,
+    read,
+)
+from mafsil.trajectory.files.csv_file import is_recording, joint_names
 from mafsil.trajectory.overview import overview
 
 USUAL_RATE = 125.0
@@ -33,6 +44,8 @@ def trajectory(
     curve: str | None,
     remedy: str | None,
     tip: str | None,
+    driven: bool,
+    failed: bool,
 ) -> Answer:
     """One of the actions of the command.
 
@@ -45,36 +58,40 @@ def trajectory(
         acceleration, jerk: of `compare`, limits of joints that have none, as typed [rad/s^2 | m/s^2, rad/s^3 | m/s^3].
         curve, remedy: of `doctor`: the curve through the points, and the kind of change that is applied.
         tip: another tip link.
+        driven: of `check` and `export`: of a recording the motion that was driven, not the plan.
+        failed: of `export`: a recording of a run that failed is written too.
 
     Raises:
         MafsilError: no such robot or file, a column for another joint, an option that the action does not have.
     """
     owners = (
-        ("--curve", curve, "doctor"),
-        ("--remedy", remedy, "doctor"),
-        ("--acceleration", acceleration, "compare"),
-        ("--jerk", jerk, "compare"),
+        ("--curve", curve, ("doctor",)),
+        ("--remedy", remedy, ("doctor",)),
+        ("--acceleration", acceleration, ("compare",)),
+        ("--jerk", jerk, ("compare",)),
+        ("--driven", driven or None, ("check", "export")),
+        ("--failed", failed or None, ("export",)),
     )
     for name, value, owner in owners:
-        if value is not None and action != owner:
-            raise InputError("cli.trajectory_option", option=name, action=action, owner=owner)
+        if value is not None and action not in owner:
+            raise InputError("cli.trajectory_option", option=name, action=action, owner=", ".join(owner))
     arm = load(robot, tip=tip)
     points = USUAL_RATE if rate is None else number("--rate", rate)
     actions: dict[str, Callable[[], Answer]] = {
-        "check": lambda: _check(arm, file),
+        "check": lambda: _check(arm, file, driven),
         "doctor": lambda: _doctor(arm, file, curve, remedy, out, points),
         "compare": lambda: _compare(arm, file, acceleration, jerk, out),
-        "export": lambda: _export(arm, file, out, points),
+        "export": lambda: _export(arm, file, out, points, driven, failed),
     }
     return actions[action]()
 
 
-def _check(arm: Robot, file: str) -> Answer:
+def _check(arm: Robot, file: str, driven: bool) -> Answer:
     """What the motion of a file looks like, and whether it keeps the limits."""
-    motion = read(file, joints=_joints(arm, file))
+    motion, which = _motion(arm, file, driven)
     verdict = check(motion, arm, arm.joint_names)
     data: dict[str, Any] = {"robot": arm.name, "duration": motion.duration, **verdict.to_dict()}
-    lines = tuple(Laid(line) for line in overview(motion, arm.joint_names).split("\n"))
+    lines = (*which, *(Laid(line) for line in overview(motion, arm.joint_names).split("\n")))
     if verdict:
         return Answer(data, (*lines, verdict.explain()))
     return Answer(data, lines, verdict.explain())
@@ -128,12 +145,22 @@ def _doctor(arm: Robot, file: str, curve: str | None, remedy: str | None, out: s
     return _written(data, lines, written)
 
 
-def _export(arm: Robot, file: str, out: str | None, rate: float) -> Answer:
-    """The motion of a file for a controller."""
+def _export(arm: Robot, file: str, out: str | None, rate: float, driven: bool, failed: bool) -> Answer:
+    """The motion of a file for a controller; of a recording the plan, if the run did not fail."""
     if out is None:
         raise InputError("cli.trajectory_out_missing", option="export")
-    written = export(read(file, joints=_joints(arm, file)), out, arm, rate=rate)
-    return _written({"robot": arm.name}, [], written)
+    motion, which = _motion(arm, file, driven)
+    if which and not failed:
+        require_success(Path(file))
+    return _written({"robot": arm.name}, list(which), export(motion, out, arm, rate=rate))
+
+
+def _motion(arm: Robot, file: str, driven: bool) -> tuple[PiecewisePolynomial, tuple[str, ...]]:
+    """The motion of a file, and, of a recording, the line that says which of its two motions it is."""
+    joints = _joints(arm, file)
+    recorded = is_recording(read_csv_table(file), joints)
+    which = (say(f"cli.trajectory_{'driven_motion' if driven else 'plan'}", file=file),) if recorded else ()
+    return read(file, joints=joints, driven=driven), which
 
 
 def _written(data: dict[str, Any], lines: list[str], written: TrajectoryFile) -> Answer:
@@ -143,12 +170,15 @@ def _written(data: dict[str, Any], lines: list[str], written: TrajectoryFile) ->
 
 
 def _joints(arm: Robot, file: str) -> tuple[str, ...]:
-    """Joints of the robot, as the file names or numbers them.
+    """Joints of the robot, as the file names or numbers them; joint1, joint2, ... are numbers of any robot's joints.
 
     Raises:
         InputError: the file names other joints.
     """
     named = joint_names(read_csv_table(Path(file)))
+    counted = tuple(f"joint{k}" for k in range(1, arm.n + 1))
+    if set(named) == set(counted) and not set(named) & set(arm.joint_names):
+        return counted
     if named and set(arm.joint_names) - set(named):
         raise InputError("cli.trajectory_joints", file=file, got=", ".join(named), expected=", ".join(arm.joint_names))
     return arm.joint_names

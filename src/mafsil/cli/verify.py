@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal, cast
+from typing import cast
 
 from mafsil.cli.answer import Answer
 from mafsil.cli.numerals import count
@@ -10,27 +10,28 @@ from mafsil.cli.table import table
 from mafsil.messages import say
 from mafsil.robot import load
 from mafsil.verification import verify as verified
+from mafsil.verification.verify import Peer
 
 STATES = 8
 
 
-def verify(robot: str, tip: str | None, against: str | None, states: str | None, seed: str | None) -> Answer:
+def verify(robot: str, tip: str | None, against: list[str] | None, states: str | None, seed: str | None) -> Answer:
     """A table of routines, methods and errors.
 
     Args:
         robot: name or file.
         tip: another tip link.
-        against: a peer that is installed, `pinocchio` or `mujoco`.
+        against: peers that are installed, `pinocchio`, `mujoco` or both.
         states: how many random states, as typed; 8 if None.
         seed: of the states, as typed; 0 if None.
 
     Raises:
         MafsilError: no such robot, no such peer.
     """
-    peer = cast("Literal['pinocchio', 'mujoco'] | None", against)
+    peers = cast("list[Peer]", against or [])
     report = verified(
         load(robot, tip=tip),
-        peer,
+        peers,
         states=STATES if states is None else count("states", states),
         seed=0 if seed is None else count("seed", seed),
     )

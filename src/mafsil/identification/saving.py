@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from mafsil.errors import ModelError
 from mafsil.identification.remark import Remark
-from mafsil.model import Mechanism, table, urdf
-from mafsil.whole_file import write_whole
+from mafsil.model import Mechanism
+from mafsil.model.losses import Weight
+from mafsil.model.saving import save as save_robot
+
+LEFT_OUT = {".urdf": ("gravity", "actuator", "friction", "limits", "passive", "tip"), ".toml": ("shapes",)}
+"""What a format may lose; the remarks say what it did."""
 
 
 def save(mechanism: Mechanism, path: Path) -> tuple[Remark, ...]:
-    """Write a .toml table or a .urdf file and say what the latter could not keep.
+    """Write a .toml table or a .urdf file and say what it could not keep.
 
     Args:
         mechanism: what to write.
@@ -21,21 +24,6 @@ def save(mechanism: Mechanism, path: Path) -> tuple[Remark, ...]:
         FileError: the place cannot be written.
         ModelError: a mechanism that the format cannot hold.
     """
-    if path.suffix.lower() == ".toml":
-        table.write(mechanism, path)
-        return ()
-    text, lost = _urdf(mechanism)
-    write_whole(path, text.encode())
-    return tuple(Remark(f"identification.lost_{what}", {"path": path.name, "name": name}) for what, name in lost)
-
-
-def _urdf(mechanism: Mechanism) -> tuple[str, list[tuple[str, str]]]:
-    """The text, and what was left out with the name of the first part that has it."""
-    lost: list[tuple[str, str]] = []
-    while True:
-        try:
-            return urdf.write(mechanism, without=[what for what, _ in lost]), lost
-        except ModelError as refusal:
-            if refusal.key != "urdf.cannot_keep_by_choice":
-                raise
-            lost.append((str(refusal.details["what"]), str(refusal.details["name"])))
+    losses = save_robot(mechanism, path, without=LEFT_OUT[path.suffix.lower()])
+    lost = [loss for loss in losses if loss.weight is not Weight.NOTED]
+    return tuple(Remark("identification.lost", {"path": path.name, "loss": loss}) for loss in lost)

@@ -32,6 +32,13 @@ class Actuator:
         """Inertia seen at the joint: gear_ratio^2 rotor_inertia + armature [kg m^2 | kg]."""
         return self.gear_ratio**2 * self.rotor_inertia + self.armature
 
+    @property
+    def equivalent_rotor(self) -> tuple[float, float]:
+        """Gear ratio, and inertia of a rotor behind it that is felt at the joint as rotor and armature together."""
+        if self.armature == 0.0 or self.gear_ratio == 0.0:
+            return (self.gear_ratio, self.rotor_inertia) if self.gear_ratio else (1.0, self.armature)
+        return self.gear_ratio, self.reflected_inertia / self.gear_ratio**2
+
 
 @dataclass(frozen=True, slots=True)
 class Friction:
@@ -54,6 +61,16 @@ class Friction:
         _require_magnitudes(viscous=self.viscous, coulomb=self.coulomb, coulomb_negative=negative)
         if not isfinite(self.offset):
             raise ModelError("model.finite", name="offset", value=self.offset)
+
+    @property
+    def is_uneven(self) -> bool:
+        """Whether it differs for both senses of motion, or has an offset."""
+        return self.coulomb_negative not in (None, self.coulomb) or bool(self.offset)
+
+    @property
+    def mean_coulomb(self) -> float:
+        """Mean of the Coulomb efforts of both senses [N m | N]."""
+        return self.coulomb if self.coulomb_negative is None else (self.coulomb + self.coulomb_negative) / 2
 
 
 def _require_magnitudes(**values: float) -> None:

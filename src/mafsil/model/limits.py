@@ -3,9 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf, isnan
+from math import copysign, inf, isnan
 
 from mafsil.errors import ModelError
+
+UNBOUNDED = 1e16
+"""A bound of this magnitude or more means none: the default of SDFormat, written where a format demands a number."""
+
+
+def bounded(value: float) -> float:
+    """The bound that a number of a file means: infinite from UNBOUNDED on."""
+    return copysign(inf, value) if abs(value) >= UNBOUNDED else value
 
 
 @dataclass(frozen=True, slots=True)

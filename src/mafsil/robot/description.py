@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from os import PathLike
 from typing import TYPE_CHECKING, Literal, NoReturn, Self, Unpack, cast
 
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import PoseMatrix
 from mafsil.errors import InputError, UnknownNameError
+from mafsil.lazy_module import lazily
 from mafsil.model import JointLimits, Mechanism
 from mafsil.model.denavit_hartenberg import Convention, DHRowLike, mechanism_from_dh
 from mafsil.model.exponentials import mechanism_from_screws
 from mafsil.model.impossible_inertia import warned_of_impossible
 from mafsil.model.serial import ArmParts
 from mafsil.robot.overview import overview, overview_html
+
+if TYPE_CHECKING:
+    import mafsil.model.saving as saving
+    from mafsil.model.losses import Loss
+else:
+    saving = lazily("mafsil.model.saving")
 
 
 class Description:
@@ -163,6 +171,18 @@ class Description:
             coordinates: coordinate [rad | m] by name of the joint.
         """
         return type(self)(self.mechanism.locked(coordinates))
+
+    def save(self, path: str | PathLike[str], *, without: Collection[str] = ()) -> tuple[Loss, ...]:
+        """Write the robot to a file: .urdf, .xml or .mjcf (MuJoCo), .toml; see `mafsil.save`.
+
+        Args:
+            path: of the file, which is replaced.
+            without: what may be left out though the format cannot keep it.
+
+        Returns:
+            What the file does not hold, or says in another way.
+        """
+        return saving.save(self.mechanism, path, without=without)
 
     if not TYPE_CHECKING:  # type checkers find misspelt names themselves
 

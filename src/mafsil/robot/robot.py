@@ -60,6 +60,8 @@ class Robot(CompiledRobot):
     def friction_regressor(self, qd: ArrayLike, *, smoothing: float = SMOOTHING) -> Floats:
         """(*batch, n, 3 n): efforts per viscous coefficient (n), Coulomb effort (n, equal both ways), offset (n).
 
+        They are those of the joints that own a coordinate; what resists joints that follow them is not among them.
+
         Args:
             qd, smoothing: as in `friction_torque`.
         """

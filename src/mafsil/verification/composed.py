@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Literal
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -18,23 +18,32 @@ from mafsil.robot import Robot
 from mafsil.verification.tolerances import CONDITION, SMALLEST
 from mafsil.verification.verification import Check
 
+LeftOut: TypeAlias = list[tuple[str, str]]
+"""Routines that were not compared, with the key of the reason."""
 
-def composed_checks(robot: Robot, book: Textbook, size: ArmSize, s: States, limit: float) -> list[Check]:
-    """Each with the routine's name and the sentence of its method.
+
+def composed_checks(
+    robot: Robot, book: Textbook, size: ArmSize, s: States, limit: float
+) -> tuple[list[Check], LeftOut]:
+    """Each with the routine's name and the sentence of its method; and what was not compared.
 
     Args:
         robot, book, size: the robot, its second methods and its size.
         s: states.
         limit: relative error allowed.
     """
-    checks = [_power(robot, size, s, limit), _passivity(robot, size, s, limit), *_friction(robot, s, limit)]
+    checks = [_power(robot, size, s, limit), _passivity(robot, size, s, limit), *_friction(robot, book, s, limit)]
     checks.append(_base_parameters(robot, book, size, s, limit))
-    for check in (_round_trip, _task_space):
+    left_out: LeftOut = []
+    for name, check in (("forward_dynamics (way back)", _round_trip), ("task_space", _task_space)):
         try:
-            checks += check(robot, book, s, limit)
+            found = check(robot, book, s, limit)
         except ModelError:
+            left_out.append((name, "verification.no_inverse"))
             continue
-    return checks
+        checks += found
+        left_out += [] if found else [(name, "verification.no_margin")]
+    return checks, left_out
 
 
 def _power(robot: Robot, size: ArmSize, s: States, limit: float) -> Check:
@@ -56,25 +65,29 @@ def _passivity(robot: Robot, size: ArmSize, s: States, limit: float) -> Check:
     return _check("coriolis_matrix (passivity)", "verification.skew", (N + np.swapaxes(N, 1, 2)) / entry, limit)
 
 
-def _friction(robot: Robot, s: States, limit: float) -> list[Check]:
-    """Joint by joint from the description; the regressor times its parameters."""
-    torque, smoothing = np.zeros_like(s.qd), 1e-3
-    numbers, symmetric = np.zeros((3, robot.n)), True
-    for k, joint in enumerate(robot.mechanism.coordinates):
-        if joint.friction is not None:
-            f, rate = joint.friction, s.qd[:, k]
-            below = f.coulomb if f.coulomb_negative is None else f.coulomb_negative
-            sense = np.where(rate > 0, f.coulomb, below) * np.tanh(rate / smoothing)
-            torque[:, k] = f.viscous * rate + sense + f.offset
-            numbers[:, k] = f.viscous, f.coulomb, f.offset
-            symmetric = symmetric and below == f.coulomb
+def _friction(robot: Robot, book: Textbook, s: States, limit: float) -> list[Check]:
+    """Joint by joint from the description, by virtual work of all that move; the regressor for the leaders alone."""
+    torque, own, numbers, smoothing = np.zeros_like(s.qd), np.zeros_like(s.qd), np.zeros((3, robot.n)), 1e-3
+    names = robot.joint_names
+    for k, joint in enumerate(robot.mechanism.joints):
+        if joint.friction is None or not joint.moves:
+            continue
+        f, rate = joint.friction, s.qd @ book.share[k]
+        below = f.coulomb if f.coulomb_negative is None else f.coulomb_negative
+        steep = np.tanh(rate / smoothing)
+        effort = f.viscous * rate + np.where(rate > 0, f.coulomb, below) * steep + f.offset
+        torque += effort[:, None] * book.share[k]
+        if joint.mimic is None:
+            column = names.index(joint.name)
+            numbers[:, column] = f.viscous, f.coulomb, f.offset
+            own[:, column] = f.viscous * rate + f.coulomb * steep + f.offset
     size = max(1.0, float(np.abs(torque).max()))
     ours = robot.friction_torque(s.qd, smoothing=smoothing)
-    checks = [_check("friction_torque", "verification.by_joint", (ours - torque) / size, limit)]
-    if symmetric:
-        product = robot.friction_regressor(s.qd, smoothing=smoothing) @ numbers.ravel()
-        checks.append(_check("friction_regressor", "verification.by_joint", (product - torque) / size, limit))
-    return checks
+    product = robot.friction_regressor(s.qd, smoothing=smoothing) @ numbers.ravel()
+    return [
+        _check("friction_torque", "verification.by_joint", (ours - torque) / size, limit),
+        _check("friction_regressor", "verification.by_joint", (product - own) / size, limit),
+    ]
 
 
 def _base_parameters(robot: Robot, book: Textbook, size: ArmSize, s: States, limit: float) -> Check:

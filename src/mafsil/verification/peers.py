@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from importlib import import_module
 from importlib.util import find_spec
 
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.errors import InputError
+from mafsil.errors import InputError, ModelError
 from mafsil.mechanics.catalogue import quantity
 from mafsil.mechanics.states import States
 from mafsil.robot import Robot
@@ -19,10 +19,10 @@ PEERS = {"pinocchio": "mafsil.verification.pinocchio_peer", "mujoco": "mafsil.ve
 """Their names as Python imports them, and the module that knows how to ask them."""
 
 
-def standing(against: str | None) -> tuple[tuple[str, str], ...]:
+def standing(against: Collection[str]) -> tuple[tuple[str, str], ...]:
     """For every peer the key of the sentence: compared, installed but not compared, or not installed."""
     return tuple(
-        (name, f"verification.peer_{'compared' if name == against else 'idle' if find_spec(name) else 'missing'}")
+        (name, f"verification.peer_{'compared' if name in against else 'idle' if find_spec(name) else 'missing'}")
         for name in PEERS
     )
 
@@ -47,7 +47,11 @@ def peer_checks(
     answers, missing = import_module(PEERS[name]).answers(robot.mechanism, s)
     checks: list[Check] = []
     for routine, theirs in answers.items():
-        ours = _ours(robot, routine, s)
+        try:
+            ours = _ours(robot, routine, s)
+        except ModelError:
+            missing = [*missing, (f"{routine}, {name}", "verification.no_inverse")]
+            continue
         gaps = error(routine.partition("(")[0], ours, np.asarray(theirs))
         checks.append(Check(routine, f"verification.{name}", float(gaps.max()), limit, int(gaps.argmax())))
     return checks, missing

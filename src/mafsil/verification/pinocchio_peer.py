@@ -11,6 +11,7 @@ from mafsil.arrays import Floats
 from mafsil.mechanics.states import States
 from mafsil.mechanics.textbook import Textbook
 from mafsil.model import JointKind, Mechanism
+from mafsil.verification.coupled import solved
 
 OURS = [3, 4, 5, 0, 1, 2]
 """Rows (v, omega) of Pinocchio in our order."""
@@ -100,9 +101,13 @@ class _Pinocchio:
         found["coriolis_matrix"] = B.T @ pin.computeCoriolisMatrix(model, data, x, xd) @ B
         upper = np.triu(pin.crba(model, data, x))
         found["mass_matrix"] = B.T @ (upper + np.triu(upper, 1).T) @ B
-        if not self.follows:
+        if self.follows:
+            found["forward_dynamics"] = solved(
+                found["mass_matrix"], tau - B.T @ pin.nonLinearEffects(model, data, x, xd)
+            )
+        else:
             found["forward_dynamics"] = B.T @ pin.aba(model, data, x, xd, B @ tau)
-            found["inverse_dynamics_derivatives"] = self._slopes(x, xd, xdd)
+        found["inverse_dynamics_derivatives"] = self._slopes(x, xd, xdd)
         return found
 
     def _slopes(self, x: Floats, xd: Floats, xdd: Floats) -> Floats:

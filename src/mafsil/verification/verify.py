@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
@@ -23,12 +23,13 @@ from mafsil.verification.tolerances import LIMIT, ROUNDING, SINGULAR, SMALLEST
 from mafsil.verification.verification import Check, Verification
 
 MOST_STATES = 10_000
+Peer: TypeAlias = Literal["pinocchio", "mujoco"]
 
 
 @of_robot
 def verify(
     robot: Robot,
-    against: Literal["pinocchio", "mujoco"] | None = None,
+    against: Peer | Collection[Peer] | None = None,
     *,
     states: int = 8,
     seed: int = 0,
@@ -41,7 +42,7 @@ def verify(
 
     Args:
         robot: any.
-        against: also a peer that is installed, `pinocchio` or `mujoco`.
+        against: also peers that are installed, `pinocchio`, `mujoco` or both.
         states: how many random states.
         seed: of the states.
         limit: relative error that counts as rounding.
@@ -53,8 +54,10 @@ def verify(
         InputError: no such peer, or not installed, or not a number of states.
         ModelError: the robot has no joints.
     """
-    if against is not None and against not in PEERS:
-        raise InputError("input.choice", name="against", value=against, known=", ".join(PEERS))
+    peers = () if against is None else (against,) if isinstance(against, str) else tuple(dict.fromkeys(against))
+    for peer in peers:
+        if peer not in PEERS:
+            raise InputError("input.choice", name="against", value=peer, known=", ".join(PEERS))
     if not 1 <= states <= MOST_STATES:
         raise InputError("verification.states", count=states, most=MOST_STATES)
     if not robot.n:
@@ -63,14 +66,14 @@ def verify(
     drawn = random_states(robot.mechanism, size, states, seed)
     judge = Judge(book, size, drawn, limit)
     checks: list[Check] = []
-    left_out: list[tuple[str, str]] = []
     for row in CATALOGUE.values():
         checks += [judge.check(robot, row, called) for called in ways(row, drawn, robot)]
-    checks += composed_checks(robot, book, size, drawn, limit)
-    if against is not None:
-        found, missing = peer_checks(against, robot, drawn, limit, judge.error)
+    composed, left_out = composed_checks(robot, book, size, drawn, limit)
+    checks += composed
+    for peer in peers:
+        found, missing = peer_checks(peer, robot, drawn, limit, judge.error)
         checks, left_out = checks + found, left_out + missing
-    return Verification(robot.name, tuple(checks), states, seed, tuple(left_out), standing(against))
+    return Verification(robot.name, tuple(checks), states, seed, tuple(left_out), standing(peers))
 
 
 def ways(row: Quantity, drawn: States, robot: Robot) -> Iterator[States]:

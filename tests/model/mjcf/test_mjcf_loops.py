@@ -12,7 +12,7 @@ import pytest
 
 import mafsil as mf
 from mafsil import parallel
-from mafsil.errors import FileError, ModelError
+from mafsil.errors import FileError, ModelError, ModelWarning
 from mafsil.geometry import pose
 from mafsil.model import JointKind, mjcf
 from tests.parallel.closed_chains import four_bar, random_chain
@@ -179,16 +179,23 @@ def test_a_file_written_and_read_again_stays_as_it_is(tmp_path):
 
 def test_what_cannot_be_written_is_named():
     universal, _ = random_chain(np.random.default_rng(0), JointKind.UNIVERSAL)
-    with pytest.raises(ModelError, match=r"universal joint that closes a loop of loop"):
+    with pytest.raises(ModelError, match=r"not by a universal joint as loop"):
         mjcf.write(universal, without=["tip"])
     bars = four_bar()
     with pytest.raises(ModelError, match="helical joint"):
         mjcf.write(replace(bars, joints=(replace(bars.joints[0], kind=JointKind.HELICAL, pitch=0.1), *bars.joints[1:])))
-    with pytest.raises(ModelError, match="tip"):
-        mjcf.write(bars.with_tip("coupler", pose.from_translation([1, 0, 0])))
+
+
+def test_the_tip_and_bodies_without_mass_come_back():
+    bars = four_bar()
+    T = pose.from_translation([1, 0, 0])
+    back = read(mjcf.write(bars.with_tip("coupler", T)))
+    assert (back.tip, {joint.child: joint.parent for joint in back.joints}[back.tip]) == ("tip_", "coupler")
     massless = replace(bars, links=tuple(replace(link, inertial=None) for link in bars.links))
-    with pytest.raises(ModelError, match="body without mass of crank"):
-        mjcf.write(massless)
+    with pytest.warns(ModelWarning, match="no masses"):
+        text = mjcf.write(massless)
+    assert all(link.inertial is None for link in read(text).links)
+    assert mujoco.MjModel.from_xml_string(text).nv == 3
 
 
 def equality(text):

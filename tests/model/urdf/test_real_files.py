@@ -11,6 +11,7 @@ import pytest
 from mafsil.model import Joint, JointKind, Mechanism, urdf
 from mafsil.model.diagnostics import Severity
 from mafsil.model.inertia_check import NOTHING, inertia_fault
+from mafsil.model.limits import UNBOUNDED
 from mafsil.model.placement import moved_inertial
 from tests.model.urdf.real_files import XACRO, all_files, robots
 
@@ -142,4 +143,8 @@ def compare_limits(model: object, k: int, joint: Joint) -> None:
         (joint.limits.effort, model.effortLimit[v]),
     )
     for ours, theirs in pairs:
-        assert ours == theirs or (np.isinf(ours) and (theirs == 0.0 or theirs > 1e300)), (joint.name, ours, theirs)
+        assert ours == theirs or (np.isinf(ours) and (theirs == 0.0 or abs(theirs) >= UNBOUNDED)), (
+            joint.name,
+            ours,
+            theirs,
+        )

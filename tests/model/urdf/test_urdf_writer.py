@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from mafsil.errors import ModelError
-from mafsil.model import Actuator, Friction, Joint, JointKind, Limits, Link, Mechanism, urdf
+from mafsil.model import Friction, Joint, JointKind, Limits, Link, Mechanism, urdf
 from mafsil.model.placement import pose_from_xyz_rpy
 from mafsil.model.rpy import rpy_from_rotation
+from mafsil.model.urdf.losses import is_endless
 from tests.model.urdf.hostile_files import CASES
 from tests.model.urdf.real_files import robots
 
@@ -29,7 +30,8 @@ def assert_same(first: Mechanism, second: Mechanism) -> None:
         np.testing.assert_allclose(b.T_pj, a.T_pj, rtol=0, atol=1e-15)
         if a.moves:
             np.testing.assert_allclose(b.axis, a.axis, rtol=0, atol=1e-15)
-        for name in ("name", "kind", "limits", "wraps", "mimic", "friction", "actuator"):
+        assert is_endless(a) == is_endless(b), a.name
+        for name in ("name", "kind", "limits", "mimic", "friction", "actuator"):
             assert getattr(a, name) == getattr(b, name), (a.name, name)
     for a, b in zip(first.links, second.links, strict=True):
         assert (a.inertial is None) == (b.inertial is None)
@@ -84,9 +86,7 @@ def test_tip_and_base_pose_become_links() -> None:
         ({"kind": JointKind.HELICAL, "pitch": 0.1}, None),
         ({"name": "a\nb"}, None),
         ({"actuated": False}, "passive"),
-        ({"actuator": Actuator(rotor_inertia=1e-4, gear_ratio=100)}, "actuator"),
         ({"friction": Friction(coulomb=1.0, coulomb_negative=2.0)}, "friction"),
-        ({"limits": Limits(jerk=5.0)}, "limits"),
     ],
 )
 def test_what_urdf_cannot_keep_is_refused(changes: dict[str, object], what: str | None) -> None:
@@ -105,7 +105,8 @@ def test_loops_and_gravity_are_refused() -> None:
     lunar = mechanism.with_gravity(np.array([0.0, 0.0, -1.62]))
     with pytest.raises(ModelError, match="gravity"):
         urdf.write(lunar)
-    assert urdf.write(lunar, without=["gravity"]) == urdf.write(mechanism)
+    assert "gravity" in urdf.write(lunar, without=["gravity"]).partition("-->")[0]
+    assert_same(mechanism, urdf.read(urdf.write(lunar, without=["gravity"])))
 
 
 @pytest.mark.parametrize("pitch", [0.0, 1.0, np.pi / 2, -np.pi / 2, np.pi / 2 - 1e-8, np.pi / 2 - 1e-13, 3.0])

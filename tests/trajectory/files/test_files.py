@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 import mafsil as mf
+from mafsil.csv_table import csv_text
 from mafsil.errors import FileError, InputError
 from mafsil.trajectory import ExportStatus, MotionLimits, export, quintic, read
 
@@ -134,4 +135,73 @@ def test_files_that_are_no_trajectory_are_named(tmp_path, text, says):
     path = tmp_path / "motion.csv"
     path.write_text(text)
     with pytest.raises(FileError, match=says):
+        read(path)
+
+
+def rows_in(path, format):
+    """Times, positions and what there is of velocities and accelerations, as the reader of the format has them."""
+    if format == "csv":
+        table = np.genfromtxt(path, delimiter=",", skip_header=1)
+        return table[:, 0], *np.split(table[:, 1:], 3, axis=1)
+    if format == "urscript":
+        lines = path.read_text().splitlines()
+        q = [
+            json.loads("[" + line.split("([")[1].split("]")[0] + "]")
+            for line in lines
+            if "servoj(" in line or "movej(" in line
+        ]
+        period = float(next(line for line in lines if "servoj(" in line).split("t=")[1].split(",")[0])
+        return np.arange(len(q)) * period, np.array(q), None, None
+    message = json.loads(path.read_text()) if format == "ros2_json" else yaml.safe_load(path.read_text())
+    points = message["points"]
+    t = [point["time_from_start"]["sec"] + 1e-9 * point["time_from_start"]["nanosec"] for point in points]
+    return np.array(t), *(np.array([p[name] for p in points]) for name in ("positions", "velocities", "accelerations"))
+
+
+def smooth_motions():
+    limits = MotionLimits.of(6, velocity=1.0, acceleration=4.0, jerk=60.0)
+    yield "quintic", quintic(START, GOAL, 2.0)
+    yield "jerk_limited", mf.trajectory.jerk_limited(START, GOAL, limits)
+    yield "spline", mf.trajectory.cubic_through(np.array([START, GOAL, -GOAL, START]), np.array([1.0, 1.5, 1.0]))
+
+
+@pytest.mark.parametrize("format", ["csv", "ros2_yaml", "ros2_json", "urscript"])
+@pytest.mark.parametrize(
+    ("name", "motion"), list(smooth_motions()), ids=lambda value: value if isinstance(value, str) else ""
+)
+def test_what_is_written_moves_as_it_says(tmp_path, name, motion, format):
+    """Positions that are read back and differentiated are the velocities of the file, these its accelerations."""
+    path, rate = tmp_path / "motion", 500.0
+    assert export(motion, path, FREE, rate=rate, format=format, ends=False)
+    t, q, qd, qdd = rows_in(path, format)
+    assert abs(t[-1] - motion.duration) <= 1.0 / rate
+    h = np.diff(t[:-1])
+    assert_allclose(h, 1.0 / rate, atol=2e-9)
+    u, v, a = motion.at(t[:-1])
+    slope = (q[2:-1] - q[:-3]) * rate / 2
+    # central differences are off by h^2/6 of the third derivative, by h/4 of a jump of the second
+    assert_allclose(q[:-1], u, atol=1e-9)
+    assert_allclose(slope, v[1:-1], atol=60.0 / rate**2 + 1e-6)
+    if qd is not None:
+        assert_allclose(qd[:-1], v, atol=1e-8)
+        steep = (qd[2:-1] - qd[:-3]) * rate / 2
+        assert_allclose(steep, a[1:-1], atol=100.0 / rate)
+        assert_allclose(qdd[:-1], a, atol=1e-7)
+
+
+def test_a_recording_is_read_as_its_plan(tmp_path):
+    """Beside the plan stands what was driven."""
+    t = np.linspace(0.0, 2.0, 201)
+    plan, driven = MOTION.at(t), quintic(START, GOAL * 0.9, 2.0).at(t)
+    columns = {"t": t}
+    for suffix, values in (("", driven), ("_ref", plan)):
+        for signal, array in zip(("q", "qd", "qdd"), (values.u, values.v, values.a), strict=True):
+            columns |= {f"{signal}{suffix}[{name}]": array[:, k] for k, name in enumerate(UR5E.joint_names)}
+    path = tmp_path / "recording.csv"
+    path.write_bytes(b"".join(csv_text(columns)))
+    assert_allclose(read(path).at(t).u, plan.u, atol=1e-12)
+    assert_allclose(read(path, UR5E.joint_names, driven=True).at(t).u, driven.u, atol=1e-12)
+    head, *rest = path.read_text().splitlines()
+    path.write_text("\n".join([head.replace("q_ref[wrist_3_joint]", "x"), *rest]))
+    with pytest.raises(FileError, match=r"q_ref\[wrist_3_joint\]"):
         read(path)

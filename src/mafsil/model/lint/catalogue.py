@@ -19,6 +19,10 @@ def _fault(code: str, severity: Severity, name: str) -> Fault:
     return FAULTS[code]
 
 
+def _error(code: str, name: str) -> Fault:
+    return _fault(code, Severity.ERROR, name)
+
+
 def _warning(code: str, name: str) -> Fault:
     return _fault(code, Severity.WARNING, name)
 
@@ -58,6 +62,8 @@ MIRRORED_RANGE = _warning("P0912", "mirrored_range")
 SAME_LINE = _warning("P0913", "same_line")
 LONG_LINK = _warning("P0915", "long_link")
 MOVES_NOTHING = _warning("P0914", "moves_nothing")
+LIMIT_REFUSED = _error("P0916", "limit_refused")
+BOUND_REFUSED = _error("P0917", "bound_refused")
 
 # The whole robot
 GRAVITY_UP = _warning("P1001", "gravity_up")

@@ -22,6 +22,7 @@ from mafsil.model.lint.bodies import bodies
 from mafsil.model.lint.catalogue import FAULTS, GRAVITY_SIZE, GRAVITY_UP, NO_MASSES
 from mafsil.model.lint.finding import Finding
 from mafsil.model.lint.joints import joints
+from mafsil.model.lint.urdfdom import refuse_limits
 from mafsil.model.loading import RobotFile
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.reading import Reading
@@ -56,7 +57,8 @@ def lint(source: Source, *, packages: Iterable[str | Path] = ()) -> Report:
         packages: directories of packages for `package://` references of a file.
 
     Returns:
-        The report of the file's reader, with the plausibility rules' diagnostics among its own; `errors` stop a reader.
+        The report of the file's reader, with the plausibility rules' diagnostics among its own; `errors` stop a reader,
+        ours or, of limits in URDF, that of ROS and Pinocchio.
 
     Raises:
         FileError: no such file or name, or a table that cannot be read.
@@ -151,6 +153,8 @@ def _combined(reader: FileReader, *, repairs: bool) -> Callable[[Text], Report]:
         reading = Reading(parse(text.data, reader.limits), list(report.diagnostics))
         for finding in findings(report.mechanism, from_file=True):
             finding.report(reading, repairs=repairs)
+        if reading.document.root.tag == "robot":
+            refuse_limits(reading, repairs=repairs)
         ordered = sorted(reading.diagnostics, key=lambda d: (d.file, d.line, d.column))
         return replace(report, diagnostics=tuple(ordered))
 

@@ -13,6 +13,8 @@ from mafsil.model.reading import Reading
 from mafsil.model.xml_tree import Element
 
 MAIN = "main"
+STAND_IN = 1e-12
+"""Bounds of mass [kg] and inertia [kg m^2] as small as this are not applied: our writer puts them for none."""
 _LISTS = frozenset({"size", "damping", "gear", "stiffness"})
 """Attributes of which a file may give only the first numbers."""
 _STYLED = ("joint", "geom", "mesh", "material", "equality", "tendon", "site")
@@ -148,12 +150,18 @@ def _read_compiler(reading: Reading, element: Element, settings: Settings) -> No
         reading.report(UNSUPPORTED, element, "coordinate", element='compiler coordinate="global"')
     groups = reading.vector(element, "inertiagrouprange", 2, settings.groups)
     settings.groups = (groups[0], groups[1]) if groups else settings.groups
-    settings.bound_mass = reading.number(element, "boundmass", settings.bound_mass) or 0.0
-    settings.bound_inertia = reading.number(element, "boundinertia", settings.bound_inertia) or 0.0
+    settings.bound_mass = _bound(reading, element, "boundmass", settings.bound_mass)
+    settings.bound_inertia = _bound(reading, element, "boundinertia", settings.bound_inertia)
     settings.total_mass = reading.number(element, "settotalmass", settings.total_mass) or -1.0
     settings.mesh_folder = element.get("meshdir", element.get("assetdir", settings.mesh_folder))
     settings.strip_path = choice(reading, element, "strippath", flags, str(settings.strip_path).lower()) == "true"
     settings.fit_box = choice(reading, element, "fitaabb", flags, str(settings.fit_box).lower()) == "true"
+
+
+def _bound(reading: Reading, element: Element, attribute: str, before: float) -> float:
+    """A least mass or moment; one that stands for none is none."""
+    value = reading.number(element, attribute, before) or 0.0
+    return value if value > STAND_IN else 0.0
 
 
 def _read_class(

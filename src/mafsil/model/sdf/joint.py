@@ -18,7 +18,7 @@ from mafsil.model.faults import (
     ZERO_AXIS,
 )
 from mafsil.model.joint import Joint, JointKind, Mimic
-from mafsil.model.limits import Limits
+from mafsil.model.limits import Limits, bounded
 from mafsil.model.link import Link
 from mafsil.model.mimics import Declared
 from mafsil.model.placement import inverse
@@ -40,8 +40,6 @@ KINDS = {
     "ball": (JointKind.REVOLUTE, JointKind.REVOLUTE, JointKind.REVOLUTE),
 }
 """Joints of one freedom after one another for every type that can be read."""
-UNBOUNDED = 1e16
-"""The range that SDFormat writes for none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,13 +162,14 @@ def _limits(reading: Reading, axis: Element, name: str, *, ranged: bool) -> Limi
     lower, upper = (
         number(reading, element, tag, sign * inf, infinite=True) for tag, sign in (("lower", -1), ("upper", 1))
     )
-    lower, upper = (-inf if lower <= -UNBOUNDED else lower), (inf if upper >= UNBOUNDED else upper)
+    lower, upper = bounded(lower), bounded(upper)
     velocity, effort = (number(reading, element, tag, inf, infinite=True) for tag in ("velocity", "effort"))
     if lower > upper:
         reading.report(LIMITS_INVERTED, element, None, None, joint=name, lower=lower, upper=upper)
         return Limits()
     bounds = (lower, upper) if ranged else (-inf, inf)
-    return Limits(*bounds, velocity if velocity >= 0 else inf, effort=effort if effort >= 0 else inf)
+    velocity, effort = (bounded(value) if value >= 0 else inf for value in (velocity, effort))
+    return Limits(*bounds, velocity, effort=effort)
 
 
 def _pitch(reading: Reading, joint: Element) -> float:

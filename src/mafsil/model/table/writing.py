@@ -2,50 +2,68 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import asdict
-from pathlib import Path
+from os import PathLike
 
 import numpy as np
 
-from mafsil.errors import FileError, ModelError
+from mafsil.errors import ModelError
 from mafsil.model.joint import Joint, JointKind
 from mafsil.model.link import Link
 from mafsil.model.loading import of_mechanism
+from mafsil.model.losses import Document, Loss, Weight, comment_lines, delivered, names_of, settled
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.table.building import KINDS
 from mafsil.model.table.text import toml_text
 
+CHOICES = ("shapes",)
+"""Words of `without`."""
+
 
 @of_mechanism
-def write(mechanism: Mechanism, path: str | Path) -> None:
-    """Write an arm as a TOML file that `read` turns into the same mechanism, up to rounding in the last digit.
+def write(mechanism: Mechanism, path: str | PathLike[str] | None = None, *, without: Collection[str] = ()) -> str:
+    """An arm as the text of a TOML file that `read` turns into the same mechanism, up to rounding in the last digit.
 
-    The `frames` convention is used, in metres and radians; shapes of links are not part of a table and are left out.
+    The `frames` convention is used, in metres and radians.
 
     Args:
         mechanism: an arm of moving joints in a row.
-        path: of the file; an existing file is replaced.
+        path: of a file to write the text to as well; an existing file is replaced.
+        without: what needs no warning: `shapes` of links, which are not part of a table.
+
+    Warns:
+        ModelWarning: shapes are left out.
 
     Raises:
-        ModelError: the robot has loops, branches, fixed, mimic, passive or endless joints, or masses of the base,
-            which a table cannot hold; write URDF.
+        InputError: a word in `without` that is not in the list.
+        ModelError: the robot has loops, branches, fixed, mimic or passive joints, or masses of the base, which a table
+            cannot hold; write URDF.
         FileError: the file cannot be written.
     """
-    text = formatted(mechanism)
-    try:
-        Path(path).write_text(text, encoding="utf-8")
-    except (OSError, UnicodeEncodeError) as error:
-        reason = (isinstance(error, OSError) and error.strerror) or str(error)
-        raise FileError("table.write", path=str(path), reason=reason) from None
+    return delivered(document(mechanism, without), mechanism.name, path, without)
 
 
 @of_mechanism
 def formatted(mechanism: Mechanism) -> str:
-    """The text that `write` writes.
+    """The text that `write` writes, without a warning.
 
     Raises:
         ModelError: as `write`.
     """
+    return document(mechanism).text
+
+
+def document(mechanism: Mechanism, without: Collection[str] = ()) -> Document:
+    """The text, and what it does not hold; arguments and errors as of `write`, nothing written and no warning."""
+    shaped = [link.name for link in mechanism.links if link.visuals or link.collisions]
+    lost = [Loss("writing.shapes", Weight.WARNED, "shapes", {"names": names_of(shaped)})] if shaped else []
+    losses = settled(lost, CHOICES, without)
+    comment = "".join(f"# {line}\n" for line in comment_lines(losses))
+    return Document(comment + _table(mechanism), losses)
+
+
+def _table(mechanism: Mechanism) -> str:
     _require_writable(mechanism)
     return toml_text(
         {
@@ -66,7 +84,7 @@ def _require_writable(mechanism: Mechanism) -> None:
     base = mechanism.links[0].name
     previous = base
     for joint in mechanism.joints:
-        plain = joint.moves and joint.mimic is None and joint.actuated and not joint.wraps
+        plain = joint.moves and joint.mimic is None and joint.actuated
         if not plain or joint.parent != previous:
             raise ModelError("table.unwritable", robot=mechanism.name, part=joint.name)
         previous = joint.child

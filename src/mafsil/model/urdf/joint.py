@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from difflib import get_close_matches
-from math import copysign, inf, sqrt
+from math import inf, sqrt
 
 from mafsil.arrays import Vector3, frozen
 from mafsil.model.actuator import Friction
@@ -33,7 +33,7 @@ from mafsil.model.faults import (
     ZERO_BOUND,
 )
 from mafsil.model.joint import Joint, JointKind, Mimic
-from mafsil.model.limits import Limits
+from mafsil.model.limits import Limits, bounded
 from mafsil.model.mimics import Declared
 from mafsil.model.numbers import written
 from mafsil.model.reading import Reading
@@ -63,8 +63,8 @@ LONGEST_WORD = 40
 CLOSE = 0.8
 """Share of letters that a misspelt type has in common with what it means."""
 _URDF_AXIS = frozen([1.0, 0.0, 0.0])
-UNBOUNDED = 1e300
-"""A limit of this magnitude or more means none."""
+ACCELERATION = "drake:acceleration"
+"""Attribute of `limit` by which Drake says how fast a joint may accelerate."""
 
 
 def read_joint(reading: Reading, element: Element, carried: frozenset[str]) -> Declared | None:
@@ -172,7 +172,9 @@ def _read_limits(reading: Reading, joint: Element, name: str, *, wraps: bool) ->
     lower, upper = _read_range(reading, element, name, wraps=wraps)
     velocity = _read_bound(reading, element, "velocity", name)
     effort = _read_bound(reading, element, "effort", name)
-    return Limits(lower, upper, velocity, effort=effort)
+    given = ACCELERATION in element.attributes
+    acceleration = _read_bound(reading, element, ACCELERATION, name) if given else inf
+    return Limits(lower, upper, velocity, acceleration, effort=effort)
 
 
 def _read_range(reading: Reading, element: Element, name: str, *, wraps: bool) -> tuple[float, float]:
@@ -183,7 +185,7 @@ def _read_range(reading: Reading, element: Element, name: str, *, wraps: bool) -
     }
     if None in bounds.values():
         return -inf, inf
-    lower, upper = (_unbounded(bounds.get(key) or 0.0) for key in ("lower", "upper"))
+    lower, upper = (bounded(bounds.get(key) or 0.0) for key in ("lower", "upper"))
     if wraps:
         if lower != upper:
             reading.report(UNUSED_RANGE, element, given[0], joint=name)
@@ -210,10 +212,6 @@ def _exchanged_range(
     repair = repair if clear or repair is None else replace(repair, guess=True)
     reading.report(fault, element, given[0], repair, joint=name, lower=lower, upper=upper)
     return (upper, lower) if clear else (-inf, inf)
-
-
-def _unbounded(value: float) -> float:
-    return copysign(inf, value) if abs(value) >= UNBOUNDED else value
 
 
 def _judged_range(
@@ -243,7 +241,7 @@ def _read_bound(reading: Reading, element: Element, key: str, name: str) -> floa
     elif value is not None and value < 0.0:
         repair = reading.set_attribute(element, key, written(-value), guess=True)
         reading.report(NEGATIVE_BOUND, element, key, repair, joint=name, attribute=key, value=value)
-    return value if value is not None and value > 0.0 else inf
+    return bounded(value) if value is not None and value > 0.0 else inf
 
 
 def _read_mimic(reading: Reading, joint: Element, name: str, kind: JointKind) -> Mimic | None:

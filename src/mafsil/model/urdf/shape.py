@@ -22,6 +22,7 @@ from mafsil.model.faults import (
 )
 from mafsil.model.reading import Reading
 from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere
+from mafsil.model.urdf.capsule import with_capsules
 from mafsil.model.urdf.origin import read_origin
 from mafsil.model.xml_tree import Element
 
@@ -65,7 +66,7 @@ def read_shapes(reading: Reading, elements: list[Element], materials: Materials,
     """The shapes of all `visual` or `collision` elements of a link; broken ones are left out, which is said."""
     with looking_at_a_shape(reading):
         read = [_read_shape(reading, element, materials, assets) for element in elements]
-    return tuple(shape for shape in read if shape is not None)
+    return with_capsules(shape for shape in read if shape is not None)
 
 
 def _read_shape(reading: Reading, element: Element, materials: Materials, assets: Assets) -> Shape | None:

@@ -1,4 +1,4 @@
-"""Gear ratios from the simple transmissions of a URDF file: one joint, one actuator, one reduction."""
+"""Gears and rotors from the simple transmissions of a URDF file: one joint, one actuator, one reduction."""
 
 from __future__ import annotations
 
@@ -13,29 +13,30 @@ from mafsil.model.xml_tree import Element
 
 
 def read_transmissions(reading: Reading, robot: Element, joints: list[Joint]) -> list[Joint]:
-    """The joints with the gear ratios that the simple transmissions give them."""
+    """The joints with the gear ratios, and the rotors' inertias in Drake's words, of the simple transmissions."""
     known = {joint.name for joint in joints if joint.moves}
-    ratios: dict[str, float] = {}
+    actuators: dict[str, Actuator] = {}
     for element in robot.all("transmission"):
-        found = _simple(element)
-        if found is None or found[0] not in known or found[0] in ratios:
+        name, actuator = _simple(element)
+        if actuator is None or name not in known or name in actuators:
             reading.report(TRANSMISSION_IGNORED, element, name=element.get("name"))
         else:
-            ratios[found[0]] = found[1]
-    return [_geared(joint, ratios) for joint in joints]
+            actuators[name] = actuator
+    return [replace(joint, actuator=actuators.get(joint.name, joint.actuator)) for joint in joints]
 
 
-def _geared(joint: Joint, ratios: dict[str, float]) -> Joint:
-    return replace(joint, actuator=Actuator(gear_ratio=ratios[joint.name])) if joint.name in ratios else joint
-
-
-def _simple(element: Element) -> tuple[str, float] | None:
-    """Joint and reduction of a transmission, if it is simple and its reduction is a number other than zero."""
+def _simple(element: Element) -> tuple[str, Actuator | None]:
+    """Joint and motor of a transmission, if it is simple and its numbers are none but good ones."""
     joints, actuators = element.all("joint"), element.all("actuator")
     if len(joints) != 1 or len(actuators) != 1:
-        return None
+        return "", None
+    name, gears = joints[0].get("name"), actuators[0].all("drake:gear_ratio")
     places = [place for holder in (actuators[0], joints[0], element) for place in holder.all("mechanicalReduction")]
-    if not places:
-        return joints[0].get("name"), 1.0
-    ratio, fault = decimal(places[0].text)
-    return (joints[0].get("name"), ratio) if fault is None and ratio != 0.0 else None
+    words = [gears[0].get("value")] if gears else [place.text for place in places[:1]]
+    words += [rotor.get("value") for rotor in actuators[0].all("drake:rotor_inertia")[:1]]
+    numbers = [decimal(word) for word in words]
+    if any(fault is not None for _, fault in numbers):
+        return name, None
+    ratio = numbers[0][0] if gears or places else 1.0
+    rotor = numbers[-1][0] if len(numbers) > bool(gears or places) else 0.0
+    return name, None if ratio == 0.0 or rotor < 0.0 else Actuator(rotor, ratio)

@@ -1,97 +1,78 @@
-"""Writes a mechanism as URDF; refuses what URDF cannot keep."""
+"""Writes a mechanism as URDF; what URDF cannot keep is refused, or said in the file."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from math import inf, isfinite
-
-import numpy as np
+from math import isfinite
+from os import PathLike
 
 from mafsil.arrays import Floats, PoseMatrix
-from mafsil.errors import ModelError
-from mafsil.model.joint import Joint, JointKind
-from mafsil.model.limits import Limits
+from mafsil.model.joint import Joint
+from mafsil.model.limits import UNBOUNDED
 from mafsil.model.link import Inertial, Link
 from mafsil.model.loading import of_mechanism
-from mafsil.model.mechanism import STANDARD_GRAVITY, Mechanism
+from mafsil.model.losses import Document, delivered, settled, xml_comment
+from mafsil.model.mechanism import Mechanism
 from mafsil.model.numbers import written
-from mafsil.model.reading import LONGEST_NAME, is_writable
+from mafsil.model.outer_frames import with_space_link, with_tip_link
 from mafsil.model.rpy import rpy_from_rotation
 from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere
-from mafsil.model.urdf.joint import UNBOUNDED
+from mafsil.model.urdf.capsule import without_capsules
+from mafsil.model.urdf.joint import ACCELERATION
+from mafsil.model.urdf.losses import CHOICES, has_limit, is_endless, losses_of
 from mafsil.model.xml_tree import escaped
 
-LOSSES = ("gravity", "actuator", "friction", "limits", "passive")
+LOSSES = CHOICES
+DRAKE = ' xmlns:drake="http://drake.mit.edu"'
 
 
 @of_mechanism
-def write(mechanism: Mechanism, *, without: Collection[str] = ()) -> str:
+def write(mechanism: Mechanism, path: str | PathLike[str] | None = None, *, without: Collection[str] = ()) -> str:
     """The mechanism as the text of a URDF file; reading it back gives the same mechanics.
 
-    A tip frame or a base pose other than the identity becomes a massless link behind a fixed joint.
+    A tip frame or a base pose other than the identity becomes a massless link behind a fixed joint, a capsule three
+    shapes, which `mafsil.load` reads as one. A joint without
+    a known range is `continuous`, or has 1e16 for its bounds, as it has for an unknown effort or velocity: urdfdom
+    demands a number, and `mafsil.load` reads it as none. What the file cannot hold, or says in another way, stands in
+    a comment at its head.
 
     Args:
         mechanism: an open chain or tree.
-        without: what may be left out though URDF cannot keep it: `gravity` (not the standard one), `actuator` (rotor
-            inertia, armature), `friction` (different for both senses, an offset), `limits` (acceleration, jerk,
-            an empty range), `passive` (joints that are not actuated).
+        path: of a file to write the text to as well.
+        without: what may be left out though what is read back will move otherwise: `gravity` (not the standard one),
+            `friction` (different for both senses, an offset; the mean is written), `passive` (joints that are not
+            actuated); and what needs no warning: `limits` (of jerk, of zero), `actuator` (rotor inertia, which stands
+            in Drake's elements), `tip` (one that readers do not choose).
+
+    Warns:
+        ModelWarning: limits of jerk or of zero, a rotor's inertia or the choice of the tip do not reach all readers.
 
     Raises:
-        ModelError: the mechanism has loops, helical joints, names that XML cannot hold, or something of the list
-            above that `without` does not name.
+        InputError: a word in `without` that is not in the list.
+        ModelError: the mechanism has loops, helical joints, names that XML cannot hold, or something that changes the
+            motion and that `without` does not name.
+        FileError: the file cannot be written.
     """
-    _require_representable(mechanism, without)
-    blocks = [f'<?xml version="1.0" encoding="UTF-8"?>\n<robot name="{escaped(mechanism.name)}">']
-    blocks += [_link(link) for link in mechanism.links]
-    blocks += [_joint(joint) for joint in mechanism.joints]
-    blocks += _outer_frames(mechanism)
-    return "\n".join([*blocks, "</robot>\n"])
+    return delivered(document(mechanism, without), mechanism.name, path, without)
 
 
-def _require_representable(mechanism: Mechanism, without: Collection[str]) -> None:
-    for what, name in _losses(mechanism):
-        if what not in without:
-            key = "urdf.cannot_keep_by_choice" if what in LOSSES else "urdf.cannot_keep"
-            raise ModelError(key, what=what, name=name)
-
-
-def _losses(mechanism: Mechanism) -> Iterator[tuple[str, str]]:
-    """What URDF cannot keep, with the name of the part that has it."""
-    for name in (mechanism.name, *mechanism.link_names, *(joint.name for joint in mechanism.joints)):
-        if not is_writable(name) or not name or len(name) > LONGEST_NAME:
-            yield "name", repr(name)
-    for link in mechanism.links:
-        for shape in (*link.visuals, *link.collisions):
-            reference = shape.geometry.reference if isinstance(shape.geometry, Mesh) else ""
-            if not is_writable(shape.name) or not is_writable(reference):
-                yield "name", repr(shape.name or reference)
-    for loop in mechanism.loops:
-        yield "loop", loop.name
-    if tuple(mechanism.gravity) != STANDARD_GRAVITY:
-        yield "gravity", mechanism.name
-    for joint in mechanism.joints:
-        yield from ((what, joint.name) for what in _losses_of_joint(joint))
-
-
-def _losses_of_joint(joint: Joint) -> Iterator[str]:
-    limits, friction, actuator = joint.limits, joint.friction, joint.actuator
-    if joint.kind is JointKind.HELICAL:
-        yield "helical joint"
-    if not joint.actuated:
-        yield "passive"
-    if actuator is not None and actuator.reflected_inertia != 0.0:
-        yield "actuator"
-    if friction is not None and (friction.coulomb_negative not in (None, friction.coulomb) or friction.offset):
-        yield "friction"
-    empty = limits.lower == limits.upper == 0.0
-    if min(limits.acceleration, limits.jerk) < inf or empty or 0.0 in (limits.velocity, limits.effort):
-        yield "limits"
+def document(mechanism: Mechanism, without: Collection[str] = ()) -> Document:
+    """The text, and what it does not hold; arguments and errors as of `write`, nothing written and no warning."""
+    framed = with_space_link(with_tip_link(mechanism))
+    losses = settled(losses_of(framed), CHOICES, without)
+    blocks = [*xml_comment(losses)]
+    blocks += [_link(link) for link in framed.links]
+    blocks += [_joint(joint) for joint in framed.joints]
+    body = "\n".join([*blocks, "</robot>\n"])
+    drake = DRAKE if "drake:" in body else ""
+    head = f'<?xml version="1.0" encoding="UTF-8"?>\n<robot{drake} name="{escaped(framed.name)}">'
+    return Document(f"{head}\n{body}", losses)
 
 
 def _link(link: Link) -> str:
     parts = [] if link.inertial is None else [_inertial(link.inertial)]
-    parts += [_shape("visual", shape) for shape in link.visuals]
-    parts += [_shape("collision", shape) for shape in link.collisions]
+    parts += [_shape("visual", shape) for shape in without_capsules(link.visuals)]
+    parts += [_shape("collision", shape) for shape in without_capsules(link.collisions)]
     name = escaped(link.name)
     return f'  <link name="{name}">\n{"".join(parts)}  </link>' if parts else f'  <link name="{name}"/>'
 
@@ -119,10 +100,10 @@ def _geometry(geometry: Geometry) -> str:
             return f'<box size="{_numbers(size)}"/>'
         case Cylinder(radius, length):
             return f'<cylinder radius="{written(radius)}" length="{written(length)}"/>'
-        case Capsule(radius, length):
-            return f'<capsule radius="{written(radius)}" length="{written(length)}"/>'
         case Sphere(radius):
             return f'<sphere radius="{written(radius)}"/>'
+        case Capsule():
+            raise ValueError(geometry)
         case Mesh(reference, _, scale):
             return f'<mesh filename="{escaped(reference)}" scale="{_numbers(scale)}"/>'
 
@@ -133,21 +114,23 @@ def _material(colour: tuple[float, ...]) -> str:
 
 
 def _joint(joint: Joint) -> str:
-    kind = "continuous" if joint.wraps else joint.kind.value
+    kind = "continuous" if is_endless(joint) else joint.kind.value
     lines = [
         f'  <joint name="{escaped(joint.name)}" type="{kind}">',
         f"    {_origin(joint.T_pj)}",
         f'    <parent link="{escaped(joint.parent)}"/>\n    <child link="{escaped(joint.child)}"/>',
     ]
     if joint.moves:
-        lines += [f'    <axis xyz="{_numbers(joint.axis)}"/>', f"    {_limit(joint.limits)}", *_extras(joint)]
+        lines.append(f'    <axis xyz="{_numbers(joint.axis)}"/>')
+        lines += [f"    {_limit(joint)}"] if has_limit(joint) else []
+        lines += _extras(joint)
     return "\n".join([*lines, "  </joint>", *_transmission(joint)])
 
 
 def _extras(joint: Joint) -> Iterator[str]:
     """Friction and mimic of a moving joint."""
     if joint.friction is not None:
-        viscous, coulomb = written(joint.friction.viscous), written(joint.friction.coulomb)
+        viscous, coulomb = written(joint.friction.viscous), written(joint.friction.mean_coulomb)
         yield f'    <dynamics damping="{viscous}" friction="{coulomb}"/>'
     if joint.mimic is not None:
         multiplier, offset = written(joint.mimic.multiplier), written(joint.mimic.offset)
@@ -155,44 +138,30 @@ def _extras(joint: Joint) -> Iterator[str]:
 
 
 def _transmission(joint: Joint) -> Iterator[str]:
-    """The gear ratio, as a simple transmission."""
+    """Gear ratio and rotor inertia, as a simple transmission; the words for inertia are those of Drake."""
     if joint.actuator is None or not joint.moves:
         return
-    name, ratio = escaped(joint.name), written(joint.actuator.gear_ratio)
-    yield f'  <transmission name="{name}">\n    <joint name="{name}"/>'
-    yield f'    <actuator name="{name}"><mechanicalReduction>{ratio}</mechanicalReduction></actuator>'
-    yield "  </transmission>"
+    name, ratio = escaped(joint.name), joint.actuator.gear_ratio
+    yield f'  <transmission name="{name}">\n    <type>transmission_interface/SimpleTransmission</type>'
+    yield f'    <joint name="{name}"/>\n    <actuator name="{name}">'
+    yield f"      <mechanicalReduction>{written(ratio)}</mechanicalReduction>"
+    if joint.actuator.reflected_inertia:
+        gear, rotor = joint.actuator.equivalent_rotor
+        yield f'      <drake:gear_ratio value="{written(gear)}"/>'
+        yield f'      <drake:rotor_inertia value="{written(rotor)}"/>'
+    yield "    </actuator>\n  </transmission>"
 
 
-def _limit(limits: Limits) -> str:
-    """Bounds that are known; a range open at one end says so by a number that reads back as infinite."""
-    known: dict[str, float] = {}
-    if isfinite(limits.lower) or isfinite(limits.upper):
-        known = {"lower": max(limits.lower, -UNBOUNDED), "upper": min(limits.upper, UNBOUNDED)}
-    known |= {key: v for key, v in (("effort", limits.effort), ("velocity", limits.velocity)) if isfinite(v)}
-    return "<limit" + "".join(f' {key}="{written(value)}"' for key, value in known.items()) + "/>"
-
-
-def _outer_frames(mechanism: Mechanism) -> Iterator[str]:
-    """Tip frame and base pose as massless links, where they are not the identity."""
-    taken = {*mechanism.link_names, *(joint.name for joint in mechanism.joints)}
-    if not np.array_equal(mechanism.T_lt, np.eye(4)):
-        yield from _frame(_free("tip", taken), mechanism.tip, mechanism.T_lt, new_is_child=True)
-    if not np.array_equal(mechanism.T_sb, np.eye(4)):
-        yield from _frame(_free("space", taken), mechanism.links[0].name, mechanism.T_sb, new_is_child=False)
-
-
-def _frame(new: str, link: str, T: PoseMatrix, *, new_is_child: bool) -> Iterator[str]:
-    parent, child = (link, new) if new_is_child else (new, link)
-    yield f'  <link name="{new}"/>'
-    yield _joint(Joint(f"{new}_joint", JointKind.FIXED, parent, child, T))
-
-
-def _free(name: str, taken: set[str]) -> str:
-    """The name, with underscores until nothing else is called so."""
-    while name in taken or f"{name}_joint" in taken:
-        name += "_"
-    return name
+def _limit(joint: Joint) -> str:
+    """The bounds; those that are not known, but that urdfdom demands, by a number that reads back as none."""
+    limits, known = joint.limits, dict[str, float]()
+    if not is_endless(joint):
+        known = {"lower": limits.lower, "upper": limits.upper}
+    known |= {"effort": limits.effort, "velocity": limits.velocity}
+    if isfinite(limits.acceleration):
+        known[ACCELERATION] = limits.acceleration
+    words = (f'{key}="{written(min(max(value, -UNBOUNDED), UNBOUNDED))}"' for key, value in known.items())
+    return f"<limit {' '.join(words)}/>"
 
 
 def _origin(T: PoseMatrix) -> str:

@@ -25,8 +25,8 @@ def as_csv(samples: Samples) -> bytes:
     return b"".join(csv_text({"t": samples.t, **joint_columns(SIGNALS, values, samples.joints)}))
 
 
-def read(path: str | PathLike[str], joints: Sequence[str] = ()) -> PiecewisePolynomial:
-    """The trajectory of a CSV file, through every row.
+def read(path: str | PathLike[str], joints: Sequence[str] = (), *, driven: bool = False) -> PiecewisePolynomial:
+    """The trajectory of a CSV file, through every row; of a recording the plan that was to be driven.
 
     Between rows: quintics where velocities and accelerations are recorded, cubics where velocities are, and the cubic
     spline at rest at both ends where only positions are. Its time begins at zero whatever that of the file.
@@ -35,6 +35,8 @@ def read(path: str | PathLike[str], joints: Sequence[str] = ()) -> PiecewisePoly
         path: of a file with a heading line, columns `t` or `time`, and for every joint `q[NAME]` (or `q1`, `q_1`),
             if recorded `qd[NAME]` and `qdd[NAME]`; other columns are passed over. In rad or m, and seconds.
         joints: names of the joints, in the order of coordinates; as the file names them if empty.
+        driven: of a recording, which holds the plan in `q_ref[NAME]`, `qd_ref[NAME]`, `qdd_ref[NAME]`, the motion that
+            was driven instead, in `q[NAME]` and its derivatives.
 
     Raises:
         FileError: no such file, a missing column, a cell that is no number, times that do not increase.
@@ -47,13 +49,24 @@ def read(path: str | PathLike[str], joints: Sequence[str] = ()) -> PiecewisePoly
         names = tuple(str(k) for k in range(1, 1 + sum(_is_numbered(head) for head in table.heads)))
     if not names:
         raise table.no_column("q[JOINT]")
-    found = [table.joint_columns(signal, names, required=signal == "q") for signal in SIGNALS]
+    planned = not driven and is_recording(table, names)
+    signals = [f"{signal}_ref" if planned else signal for signal in SIGNALS]
+    found = [table.joint_columns(signal, names, required=signal == "q") for signal in signals]
     time = table.numbers([table.time_column()])[:, 0]
     table.require_increasing(time)
     q, qd, qdd = (None if columns is None else table.numbers(columns) for columns in found)
     if q is None:
         raise FileError("csv_table.no_column", path=table.file, column="q", found="")
     return _through(time, q, qd, qdd)
+
+
+def is_recording(table: CsvTable, joints: Sequence[str]) -> bool:
+    """Whether a table holds a plan beside the motion that was driven.
+
+    Raises:
+        FileError: it does for some of the joints only.
+    """
+    return table.joint_columns(f"{SIGNALS[0]}_ref", joints, required=False) is not None
 
 
 def joint_names(table: CsvTable) -> tuple[str, ...]:

@@ -1,0 +1,39 @@
+"""How the run ended whose recording a file is: what stands beside it says so."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, cast
+
+from mafsil.errors import InputError
+from mafsil.job.status import JobStatus
+from mafsil.simulation.recording import SimulationStatus
+
+
+def require_success(recording: Path) -> None:
+    """Refuse the recording of a run that did not reach its end, or of a job that failed.
+
+    Args:
+        recording: a CSV file; its notes (`recording.json`) and the results of its job (`results.json`) are looked for
+            beside it.
+
+    Raises:
+        InputError: the run failed; the sentence says how.
+    """
+    note = _status(recording.with_suffix(".json"))
+    if note in SimulationStatus.__members__ and not SimulationStatus[note].succeeded:
+        raise InputError("cli.trajectory_failed_run", file=str(recording), status=note.lower())
+    result = _status(recording.with_name("results.json")) if recording.stem == "recording" else ""
+    if result.upper() in JobStatus.__members__ and not JobStatus[result.upper()].succeeded:
+        raise InputError("cli.trajectory_failed_run", file=str(recording), status=result)
+
+
+def _status(path: Path) -> str:
+    """The status that a file of ours holds; empty for any other file, or none."""
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return ""
+    status = cast("dict[str, Any]", data).get("status") if isinstance(data, dict) else None
+    return status if isinstance(status, str) else ""

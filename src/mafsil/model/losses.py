@@ -1,0 +1,170 @@
+"""What a format of robot files cannot keep: refused, left out where the caller says so, or said in file and warning."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Collection, Iterable, Iterator
+from dataclasses import dataclass, field
+from enum import Enum
+from os import PathLike
+from pathlib import Path
+
+from mafsil.errors import FileError, InputError, ModelError, ModelWarning, warn
+from mafsil.messages import clauses, say
+from mafsil.model.diagnostics import shown
+from mafsil.model.joint import Joint
+from mafsil.model.mechanism import Mechanism
+from mafsil.whole_file import write_whole
+
+MOST_NAMES = 8
+
+
+class Weight(Enum):
+    """What follows from a loss."""
+
+    REFUSED = "refused"
+    """The format cannot hold such a robot."""
+    CHOSEN = "chosen"
+    """What is read back would move otherwise: refused, unless the caller leaves it out by name."""
+    WARNED = "warned"
+    """The motion is the same without it: left out, and said."""
+    NOTED = "noted"
+    """Nothing is lost, but the file says it in another way."""
+
+
+@dataclass(frozen=True, slots=True)
+class Loss:
+    """One thing that a robot file does not hold, or holds in another way.
+
+    Attributes:
+        key: of the sentence, `writing.name`.
+        weight: what follows.
+        what: the word of `without` that leaves it out.
+        details: what the sentence mentions.
+    """
+
+    key: str
+    weight: Weight
+    what: str = ""
+    details: dict[str, object] = field(default_factory=dict[str, object])
+
+    def sentence(self, language: str | None = None) -> str:
+        """What is lost and what to do, in `en` or `ar` or the current language."""
+        return say(self.key, language=language, **self.details)
+
+    def spoken(self, language: str | None = None) -> str:
+        """The sentence, inside another one."""
+        return self.sentence(language)
+
+    def __repr__(self) -> str:
+        return self.sentence()
+
+
+@dataclass(frozen=True, slots=True)
+class Losses:
+    """Several of them, as one part of a sentence."""
+
+    each: tuple[Loss, ...]
+
+    def spoken(self, language: str | None = None) -> str:
+        """The sentences in a row."""
+        return clauses((loss.sentence(language) for loss in self.each), language)
+
+
+@dataclass(frozen=True, slots=True)
+class Document:
+    """A robot as the text of a file.
+
+    Attributes:
+        text: of the file.
+        losses: what it does not hold, or holds in another way; the text says them too.
+    """
+
+    text: str
+    losses: tuple[Loss, ...]
+
+
+def names_of(names: Iterable[str]) -> str:
+    """Names for a sentence, the first ones of many."""
+    every = [shown(name) for name in names]
+    more = len(every) - MOST_NAMES
+    return ", ".join([*every[:MOST_NAMES], f"... +{more}"] if more > 0 else every)
+
+
+def joints_that(mechanism: Mechanism, is_so: Callable[[Joint], bool]) -> str:
+    """Names of the joints of which something is so, for a sentence."""
+    return names_of(joint.name for joint in mechanism.joints if is_so(joint))
+
+
+def friction_loss(mechanism: Mechanism, name: str) -> Iterator[Loss]:
+    """Friction that differs for both senses, or has an offset, in a format of that name."""
+    if names := joints_that(mechanism, lambda joint: joint.friction is not None and joint.friction.is_uneven):
+        yield Loss("writing.friction", Weight.CHOSEN, "friction", {"format": name, "names": names})
+
+
+def settled(losses: Iterable[Loss], known: tuple[str, ...], without: Collection[str]) -> tuple[Loss, ...]:
+    """The losses, if none of them forbids the file.
+
+    Args:
+        losses: of a robot in a format.
+        known: all words that `without` may hold.
+        without: what the caller leaves out.
+
+    Raises:
+        InputError: a word that leaves out nothing.
+        ModelError: a loss that the format forbids, or that changes the motion and is not left out by name.
+    """
+    found = tuple(losses)
+    for word in _words(without):
+        if word not in known:
+            raise InputError("input.choice", name="without", value=word, known=", ".join(known))
+    for loss in found:
+        if loss.weight is Weight.REFUSED:
+            raise ModelError("writing.refused", loss=loss)
+    for loss in found:
+        if loss.weight is Weight.CHOSEN and loss.what not in _words(without):
+            raise ModelError("writing.refused_by_choice", loss=loss, what=loss.what)
+    return found
+
+
+def delivered(document: Document, robot: str, path: str | PathLike[str] | None, without: Collection[str]) -> str:
+    """The text, written to a file if there is a path.
+
+    Args:
+        document: the text and what it does not hold.
+        robot: its name.
+        path: of a file, which is replaced, or None.
+        without: what the caller leaves out, and need not be warned of.
+
+    Warns:
+        ModelWarning: something is left out that `without` does not name.
+
+    Raises:
+        FileError: the file cannot be written.
+    """
+    if path is not None:
+        try:
+            data = document.text.encode("utf-8")
+        except UnicodeEncodeError as error:
+            raise FileError("file.cannot_write", path=str(path), reason=str(error)) from None
+        write_whole(Path(path), data)
+    silent = _words(without)
+    loud = tuple(loss for loss in document.losses if loss.weight is Weight.WARNED and loss.what not in silent)
+    if loud:
+        warn(ModelWarning("writing.losses", robot=shown(robot), losses=Losses(loud)))
+    return document.text
+
+
+def comment_lines(losses: tuple[Loss, ...]) -> list[str]:
+    """What a file says of its losses, a line for each; nothing where nothing is lost."""
+    return [say("writing.head", language="en"), *(loss.sentence("en") for loss in losses)] if losses else []
+
+
+def xml_comment(losses: tuple[Loss, ...]) -> list[str]:
+    """The lines as one comment of XML, which must not hold two hyphens in a row."""
+    lines = [re.sub("-(?=-|$)", "- ", line) for line in comment_lines(losses)]
+    return ["  <!-- " + "\n       ".join(lines) + " -->"] if lines else []
+
+
+def _words(without: Collection[str]) -> Collection[str]:
+    return (without,) if isinstance(without, str) else without
