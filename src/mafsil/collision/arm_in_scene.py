@@ -84,6 +84,7 @@ class ArmInScene:
             self._sample_pairs(drop_unseen, srdf is None)
         self._self_collision = self_collision
         self._workshops: dict[int, Held[Workshop]] = {}
+        self._margins_of_pairs: dict[float, dict[tuple[int, int], float]] = {}
 
     def world(self) -> World:
         """All that compiled loops ask whether a motion is free, with arrays of this thread alone."""
@@ -205,10 +206,32 @@ class ArmInScene:
         return other
 
     def margins(self) -> Floats:
-        """(1 + pairs,) clearances to keep from the surroundings, and between the bodies of each pair of `arm` [m]."""
+        """(1 + pairs,) clearances to keep from the surroundings, and between the bodies of each pair of `arm` [m].
+
+        Bodies of the arm that are always near keep less than the margin, unless an own one was asked for.
+        """
         found = np.full(1 + len(self.arm.pairs), self.own_margin)
         found[0] = self.margin
+        if less := self._kept_less():
+            pairs: list[list[int]] = self.arm.pairs.tolist()
+            found[1:] = [less.get((a, b), self.own_margin) for a, b in pairs]
         return found
+
+    @property
+    def always_near(self) -> dict[tuple[str, str], float]:
+        """Pairs of bodies that keep less than the margin, as they are always near; what each keeps [m]."""
+        return {(self.bodies[a].name, self.bodies[b].name): kept for (a, b), kept in self._kept_less().items()}
+
+    def _kept_less(self) -> dict[tuple[int, int], float]:
+        """The same by the indices of the bodies; none where their own margin was asked for."""
+        known = self._margins_of_pairs
+        if self._own_margin is not None or not (self.margin and self._self_collision and self.samples and self.robot.n):
+            return {}
+        if self.margin not in known:
+            pairs, rows = self._pairs(), self.random_configurations(self.samples)
+            kept = sampled_pairs.kept_by_pairs(self.robot, self.bodies, pairs, rows, self.margin).tolist()
+            known[self.margin] = {pair: m for pair, m in zip(pairs, kept, strict=True) if m < self.margin}
+        return known[self.margin]
 
     def _pairs(self) -> list[tuple[int, int]]:
         count = len(self.bodies)

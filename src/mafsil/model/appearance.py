@@ -15,8 +15,8 @@ from mafsil.model.link import Link
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.mesh import Surface, read
 from mafsil.model.mesh.decimation import decimated
-from mafsil.model.shape import Box, Capsule, Cylinder, Mesh, Shape, Sphere
-from mafsil.model.skeleton import SHELL, Colour, tip_tubes, with_skeleton
+from mafsil.model.shape import SHELL, Box, Capsule, Colour, Cylinder, Mesh, Shape, Sphere
+from mafsil.model.skeleton import tip_tubes, with_skeleton
 
 MOST_TRIANGLES = 60_000
 MOST_BYTES = 256 << 20

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TypeAlias
 
 import numpy as np
 
@@ -12,13 +11,8 @@ from mafsil.model.joint import Joint, JointKind
 from mafsil.model.loading import of_mechanism
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.placement import frame_along
-from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Shape, Sphere
+from mafsil.model.shape import ACCENT, HOUSING, SHELL, Box, Capsule, Colour, Cylinder, Geometry, Shape, Sphere
 
-Colour: TypeAlias = tuple[float, float, float, float]
-
-SHELL: Colour = (0.90, 0.90, 0.88, 1.0)
-HOUSING: Colour = (0.27, 0.31, 0.35, 1.0)
-ACCENT: Colour = (0.86, 0.42, 0.14, 1.0)
 THICK, THIN = 0.046, 0.025
 """Radius of the tubes at the base and at the last link, as fractions of the reach."""
 SHORTEST = 0.2

@@ -6,8 +6,21 @@ from math import pi, radians
 
 from mafsil.model.denavit_hartenberg import DHRow, mechanism_from_dh
 from mafsil.model.library.masses import with_rods
+from mafsil.model.library.outline import Drum, Outline, Tube, housing, with_outline
 from mafsil.model.limits import Limits
 from mafsil.model.mechanism import Mechanism, Provenance
+
+_OUTLINE: Outline = {
+    "base": [housing(0.09, (0, 0, 0), (0, 0, 0.26))],
+    "link1": [Tube(0.06, (0, 0, 0.325), (0.325, 0, 0.325))],
+    "link2": [Tube(0.06, (0, 0, 0.085), (0.275, 0, 0.085)), housing(0.06, (0.2, 0, 0.1), (0.2, 0, 0.26))],
+    "link3": [Drum(0.012, (0, 0, -0.3), (0, 0, -0.02))],
+    "link4": [Drum(0.0315, (0, 0, -0.02), (0, 0, 0))],
+}
+_OUTLINE_SOURCE = (
+    "capsules after the outline drawing of the data sheet, radii 90 mm (column), 60 mm (arms), quill 12 mm, user flange"
+    " a flat drum of 63 mm across"
+)
 
 
 def cobra600() -> Mechanism:
@@ -15,7 +28,7 @@ def cobra600() -> Mechanism:
 
     Reference: Adept Technology, Cobra 600 data sheet; kinematics as in the Robotics Toolbox (model cobra600).
     """
-    return with_rods(
+    bare = with_rods(
         mechanism_from_dh(
             (DHRow(d=0.387, a=0.325), DHRow(a=0.275, alpha=pi), DHRow(kind="P"), DHRow()),
             "classic",
@@ -33,3 +46,4 @@ def cobra600() -> Mechanism:
         ),
         radius=0.06,
     )
+    return with_outline(bare, _OUTLINE, _OUTLINE_SOURCE)
