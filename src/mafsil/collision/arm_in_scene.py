@@ -220,18 +220,28 @@ class ArmInScene:
     @property
     def always_near(self) -> dict[tuple[str, str], float]:
         """Pairs of bodies that keep less than the margin, as they are always near; what each keeps [m]."""
-        return {(self.bodies[a].name, self.bodies[b].name): kept for (a, b), kept in self._kept_less().items()}
+        return self._named(self._kept_less())
+
+    def nearer_than(self, distance: float) -> dict[tuple[str, str], float]:
+        """Pairs of bodies of the arm that often come nearer than a distance; what they seldom come below [m]."""
+        return self._named(self._near(distance))
+
+    def _named(self, pairs: dict[tuple[int, int], float]) -> dict[tuple[str, str], float]:
+        return {(self.bodies[a].name, self.bodies[b].name): kept for (a, b), kept in pairs.items()}
 
     def _kept_less(self) -> dict[tuple[int, int], float]:
-        """The same by the indices of the bodies; none where their own margin was asked for."""
+        """Pairs that keep less than the margin, by the indices of the bodies; none where an own one was asked for."""
+        return {} if self._own_margin is not None else self._near(self.margin)
+
+    def _near(self, distance: float) -> dict[tuple[int, int], float]:
         known = self._margins_of_pairs
-        if self._own_margin is not None or not (self.margin and self._self_collision and self.samples and self.robot.n):
+        if not (distance and self._self_collision and self.samples and self.robot.n):
             return {}
-        if self.margin not in known:
+        if distance not in known:
             pairs, rows = self._pairs(), self.random_configurations(self.samples)
-            kept = sampled_pairs.kept_by_pairs(self.robot, self.bodies, pairs, rows, self.margin).tolist()
-            known[self.margin] = {pair: m for pair, m in zip(pairs, kept, strict=True) if m < self.margin}
-        return known[self.margin]
+            kept = sampled_pairs.kept_by_pairs(self.robot, self.bodies, pairs, rows, distance).tolist()
+            known[distance] = {pair: m for pair, m in zip(pairs, kept, strict=True) if m < distance}
+        return known[distance]
 
     def _pairs(self) -> list[tuple[int, int]]:
         count = len(self.bodies)

@@ -110,10 +110,10 @@ class Arms(Checker):
         self._joints, self._self_collision = joints_of(self.robot.mechanism), True
         self._workshops = {}
 
-    def _kept_less(self) -> dict[tuple[int, int], float]:
+    def _near(self, distance: float) -> dict[tuple[int, int], float]:
         found, first = dict[tuple[int, int], float](), 0
-        for name, checker in self._alone.items():
-            found |= {(first + a, first + b): kept for (a, b), kept in self.alone(name)._kept_less().items()}
+        for checker in self._alone.values():
+            found |= {(first + a, first + b): kept for (a, b), kept in checker._near(distance).items()}
             first += len(checker.bodies)
         return found
 

@@ -44,8 +44,8 @@ class MovableArm(Checker):
         self._joints = joints_of(self.robot.mechanism)
         self._workshops, self._arm = {}, arm
 
-    def _kept_less(self) -> dict[tuple[int, int], float]:
-        return self._arm.with_margin(self.margin, own=self._own_margin)._kept_less()
+    def _near(self, distance: float) -> dict[tuple[int, int], float]:
+        return self._arm._near(distance)
 
     @cached_property
     def _base(self) -> Checker:

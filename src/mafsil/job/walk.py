@@ -23,9 +23,10 @@ from mafsil.job.placed_parts import PlacedPart, PlacedParts
 from mafsil.job.plan import Leg, Plan
 from mafsil.job.planned_remarks import Tight, driving_limits, near_limits, nearly_met, tight_limits
 from mafsil.job.poses import goal_matrix
-from mafsil.job.remark import Refused, said_of
-from mafsil.job.surroundings import RESTS, Surroundings, WayRound
+from mafsil.job.remark import Refused, Remark, said_of
+from mafsil.job.surroundings import RESTS, Surroundings, WayRound, why_not_itself
 from mafsil.job.timing import Timing
+from mafsil.job.unchecked import unchecked
 from mafsil.messages.quantities import quantity
 from mafsil.model import JointLimits
 from mafsil.planning import TimedArm
@@ -58,6 +59,7 @@ class Walk:
         self.goals_of = {name: Goals(each.robot) for name, each in self.tools.items()}
         meets = job.obstacle or neighbours or job.collision is not None
         meets = meets or any(move.clearance is not None or move.keep is not None for move in job.move)
+        meets = meets or why_not_itself(job.collision, robot.mechanism) is None
         self.surroundings = Surroundings(job, robot, neighbours) if meets else None
         self.beside: tuple[NeighbourMotion, ...] = ()
         self.signals = CellSignals(job, control_period(job))
@@ -75,12 +77,17 @@ class Walk:
         return Plan(
             start=self.origin,
             legs=tuple(self.legs),
-            remarks=(*self.remarks, *tight_limits(self.tight)),
+            remarks=(*self.remarks, *tight_limits(self.tight), *self.unchecked()),
             made=self.made,
             surroundings=self.surroundings,
             neighbours=self.beside,
             signals=self.signals if self.signals.names else None,
         )
+
+    def unchecked(self) -> list[Remark]:
+        """What nobody looked at."""
+        first = next(iter(self.tools.values()))
+        return unchecked(self.job, Load(first), self.legs, self.surroundings)
 
     @property
     def robot(self) -> Robot:
