@@ -142,6 +142,12 @@ class ArmInScene:
         return tuple(SkippedPair(self.bodies[a].name, self.bodies[b].name, reason) for (a, b), reason in named)
 
     @property
+    def unchecked(self) -> tuple[str, ...]:
+        """Keys of sentences about what is not looked at: the robot against itself, anything around it."""
+        found: list[str] = [] if self._self_collision else ["collision.unchecked_itself"]
+        return (*found, "collision.unchecked_around") if not len(self.scene) else tuple(found)
+
+    @property
     def resting(self) -> tuple[SkippedPair, ...]:
         """Those of `skipped` that meet where the robot is known to be free."""
         return tuple(each for each in self.skipped if each.reason is Reason.REST)

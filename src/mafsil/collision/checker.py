@@ -135,8 +135,8 @@ class Checker(ArmInScene):
             return Check(CheckStatus.COLLIDING, rows[0], self.margin, contacts)
         nearest = self.distance(rows[0])
         if np.isinf(nearest.distance):
-            return Check(CheckStatus.ALONE, rows[0], self.margin, ())
-        return Check(CheckStatus.FREE, rows[0], self.margin, tuple(nearest))
+            return Check(CheckStatus.ALONE, rows[0], self.margin, (), self.unchecked)
+        return Check(CheckStatus.FREE, rows[0], self.margin, tuple(nearest), self.unchecked)
 
     def free_segment(self, a: ArrayLike, b: ArrayLike, *, extra: float = 0.0) -> Any:
         """Whether the straight motion of the joints from a to b is proved to keep more than the margin.
@@ -171,7 +171,7 @@ class Checker(ArmInScene):
         stopped = np.flatnonzero(codes)
         states = int(evaluations.sum())
         if not len(stopped):
-            return PathCheck(PathStatus.FREE, points, len(points) - 1.0, points[-1], (), states)
+            return PathCheck(PathStatus.FREE, points, len(points) - 1.0, points[-1], (), states, self.unchecked)
         k = int(stopped[0])
         q = points[k] + t[k] * (points[k + 1] - points[k])
         status = PathStatus.COLLIDING if codes[k] == 1 else PathStatus.TOUCHING
@@ -241,6 +241,7 @@ class Checker(ArmInScene):
         pairs = self._pairs() if self._self_collision else []
         lines = [say("collision.checked", language=language, bodies=len(self.bodies), pairs=len(pairs))]
         lines += [*sampled_pairs.listed(self.skipped, language), *self._less_kept(language)]
+        lines += [say(key, language=language) for key in self.unchecked]
         if pairs and self.samples and self.robot.n:
             lines += self._free_of_itself(language)
         return "\n".join(lines)

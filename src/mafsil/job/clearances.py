@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mafsil.arrays import Floats
+from mafsil.collision import Checker, Clearance
 from mafsil.job.remark import Remark
 from mafsil.job.run import Run
 from mafsil.job.surroundings import RESTING
@@ -19,6 +20,8 @@ MOST_MOMENTS = 2000
 """Moments of a run at which distances are measured."""
 FEWEST_MOMENTS, MANY_PIECES = 200, 200_000_000
 """The same among a cloud of a camera or the like, and how many pieces all moments together look at, about."""
+NEAR = 0.05
+"""Bodies of an arm that often come nearer to each other than this need not be told of, as far as they do as usual [m]."""
 NEARLY = 0.5
 """Share of the wanted clearance below which what is left of it deserves a warning."""
 
@@ -88,8 +91,7 @@ def clearances(run: Run) -> Clearances | None:
     for leg in np.unique(legs):
         chosen = np.flatnonzero(legs == leg)
         own = run.plan.legs[int(leg)]
-        found = around.clearance(q[rows[chosen]], own.load, own.clearance, own.parts)
-        found = around.unusual(found, own.load, own.clearance, own.parts)
+        found = unusual(around.checker(own.load, own.clearance, own.parts), q[rows[chosen]])
         distance[chosen] = found.distance
         for place, contact in zip(chosen.tolist(), found, strict=True):
             first[place], second[place] = contact.first, contact.second
@@ -103,6 +105,21 @@ def clearances(run: Run) -> Clearances | None:
     itself = bool(len(around.checker(run.plan.legs[0].load).arm.pairs))
     others = meets_others(around, run.plan.legs)
     return Clearances(t[rows], distance, tuple(first), tuple(second), wanted, smaller, itself, others)
+
+
+def unusual(checker: Checker, q: Floats) -> Clearance:
+    """Smallest distances at configurations (k, n), without those of bodies of the arm that are near as usual."""
+    found, usual = checker.distance(q), checker.nearer_than(max(NEAR, checker.margin))
+    rows = [k for k, one in enumerate(found) if one.distance >= usual.get((one.first, one.second), np.inf)]
+    if not rows:
+        return found
+    names = [body.name for body in checker.bodies]
+    pairs = [k for k, (a, b) in enumerate(checker.arm.pairs.tolist()) if (names[a], names[b]) not in usual]
+    others = checker.checking(range(len(names)), pairs).distance(q[rows])
+    for row, distance, first, second in zip(rows, others.distance, others.first, others.second, strict=True):
+        if np.isfinite(distance):
+            found.distance[row], found.first[row], found.second[row] = distance, first, second
+    return found
 
 
 def clearance_remarks(found: Clearances | None) -> list[Remark]:

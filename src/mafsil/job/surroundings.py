@@ -61,8 +61,6 @@ ROOM = 1e-4
 """What ways round keep on top of the clearance: more than a chord by which they are proved again leaves them [m]."""
 CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 """(8, 3) of a box with edges of length 2."""
-NEAR = 0.05
-"""Bodies of an arm that come nearer to each other than this more often than not need not be told of [m]."""
 NEARER = 1.0 - 1e-9
 """Share of the clearance by which a carried part may come nearer: one that touches is not free, whatever is rounded."""
 RESTING = 1e-4
@@ -246,27 +244,6 @@ class Surroundings:
     ) -> Clearance:
         """Smallest distances at configurations (k, n); those of a carried part are larger by the clearance kept."""
         return self.checker(load, kept, parts).distance(q)
-
-    def unusual(self, found: Clearance, load: Load, kept: float, parts: tuple[PlacedPart, ...]) -> Clearance:
-        """Distances without those of bodies of the arm that are always near, where these are no nearer than usual.
-
-        Args:
-            found: of `clearance`, with (k, n) configurations.
-            load, kept, parts: as there.
-        """
-        checker = self.checker(load, kept, parts)
-        usual = checker.nearer_than(max(NEAR, kept))
-        rows = [k for k, one in enumerate(found) if one.distance >= usual.get((one.first, one.second), np.inf)]
-        if not rows:
-            return found
-        names = [body.name for body in checker.bodies]
-        pairs = [k for k, (a, b) in enumerate(checker.arm.pairs.tolist()) if (names[a], names[b]) not in usual]
-        others = checker.checking(range(len(names)), pairs).distance(found.q[rows])
-        found = replace(found, **{name: getattr(found, name).copy() for name in ("distance", "first", "second")})
-        for row, distance, first, second in zip(rows, others.distance, others.first, others.second, strict=True):
-            if np.isfinite(distance):
-                found.distance[row], found.first[row], found.second[row] = distance, first, second
-        return found
 
     def neighbourhood(self, loads: Sequence[Load]) -> Neighbourhood:
         """The robot among those that move.

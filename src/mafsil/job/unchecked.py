@@ -15,7 +15,6 @@ from mafsil.job.remark import Remark
 from mafsil.job.surroundings import OFF, Surroundings, why_not_itself
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
-from mafsil.model import JointKind
 from mafsil.robot import Robot
 
 SAMPLED = (Reason.ALWAYS, Reason.OFTEN)
@@ -74,13 +73,6 @@ def _of_surroundings(job: Job, legs: Sequence[Leg], around: Surroundings | None)
 
 def _endless(robot: Robot) -> list[Remark]:
     """Joints whose ranges nobody described: that they end somewhere was not checked."""
-    limits = robot.limits
-    free = [
-        visible(joint.name)
-        for joint, low, high in zip(robot.mechanism.coordinates, limits.lower, limits.upper, strict=True)
-        if joint.kind is not JointKind.FIXED and not (np.isfinite(low) and np.isfinite(high))
-    ]
-    if not free:
-        return []
-    joints = ", ".join(free) if len(free) < robot.n else "@job.all_joints"
-    return [Remark("good", "job.unchecked_range", {"joints": joints})]
+    free = robot.mechanism.endless
+    joints = ", ".join(map(visible, free)) if len(free) < robot.n else "@job.all_joints"
+    return [Remark("good", "collision.unchecked_range", {"joints": joints})] if free else []
