@@ -14,7 +14,6 @@ from mafsil.collision import (
     Box,
     Capsule,
     Checker,
-    Clearance,
     Cone,
     Contact,
     ConvexHull,
@@ -238,12 +237,6 @@ class Surroundings:
             # Who stops a job wants no more of it than of its planner.
             raise KeyboardInterrupt
         return WayRound(found, met)
-
-    def clearance(
-        self, q: Floats, load: Load, kept: float | None = None, parts: tuple[PlacedPart, ...] = ()
-    ) -> Clearance:
-        """Smallest distances at configurations (k, n); those of a carried part are larger by the clearance kept."""
-        return self.checker(load, kept, parts).distance(q)
 
     def neighbourhood(self, loads: Sequence[Load]) -> Neighbourhood:
         """The robot among those that move.

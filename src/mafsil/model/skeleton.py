@@ -86,9 +86,19 @@ def _grown(mechanism: Mechanism, k: int, size: float) -> tuple[Shape, ...]:
         shapes += _tubes(own, joint.T_pj[:3, 3], joint.T_pj[:3, :3] @ joint.axis, radius, SHELL)
         shapes += _housing(joint, radius)
     if mechanism.links[k].name == mechanism.tip:
-        shapes += _tubes(own, mechanism.T_lt[:3, 3], mechanism.T_lt[:3, 2], 0.6 * radius, SHELL)
-        shapes.append(_shape("tip", Sphere(0.62 * radius), np.zeros(3), _Z, ACCENT))
+        shapes += _tubes(own, mechanism.T_lt[:3, 3], mechanism.T_lt[:3, 2], 0.6 * radius, SHELL, flat=True)
+        shapes.append(_knob(mechanism.T_lt, 0.62 * radius))
     return tuple(shapes)
+
+
+def _knob(T_lt: PoseMatrix, radius: float) -> Shape:
+    """A ball at the last link's origin; where the tip is nearer than its radius, a drum that ends at the tip.
+
+    Nothing reaches beyond the plane of the tip, so that it can touch something.
+    """
+    if np.linalg.norm(T_lt[:3, 3]) >= radius:
+        return _shape("tip", Sphere(radius), np.zeros(3), _Z, ACCENT)
+    return _shape("tip", Cylinder(radius, radius), T_lt[:3, 3] - radius / 2.0 * T_lt[:3, 2], T_lt[:3, 2], ACCENT)
 
 
 def _pedestal(radius: float) -> list[Shape]:
@@ -106,8 +116,13 @@ def _rod(own: Joint, radius: float) -> list[Shape]:
     return [_shape("rod", Cylinder(0.6 * radius, length), -own.axis * length / 2, own.axis, SHELL)]
 
 
-def _tubes(own: Joint | None, end: Vector3, axis: Vector3, radius: float, colour: Colour) -> list[Shape]:
-    """Straight pieces from the link's origin to `end`: first along its own axis, then across, last along `axis`."""
+def _tubes(
+    own: Joint | None, end: Vector3, axis: Vector3, radius: float, colour: Colour, *, flat: bool = False
+) -> list[Shape]:
+    """Straight pieces from the link's origin to `end`: first along its own axis, then across, last along `axis`.
+
+    Round at their ends, or the last one flat.
+    """
     first = own.axis if own is not None and own.moves else _Z
     legs = [first * (first @ end)]
     rest = end - legs[0]
@@ -119,6 +134,10 @@ def _tubes(own: Joint | None, end: Vector3, axis: Vector3, radius: float, colour
         if length > max(_TINY, SHORTEST * radius):
             shapes.append(_shape("bone", Capsule(radius, length), here + leg / 2, leg / length, colour))
         here = here + leg
+    if flat and shapes:
+        bone = shapes[-1]
+        assert isinstance(bone.geometry, Capsule)
+        shapes[-1] = replace(bone, geometry=Cylinder(radius, bone.geometry.length))
     return shapes
 
 
