@@ -29,8 +29,16 @@ def surfaces(mechanism, most=10_000):
 
 
 @pytest.mark.parametrize("name", library.names())
+def test_robots_of_the_library_show_what_they_collide_with(name):
+    arm = library.load(name)
+    for drawn, link in zip(pieces(arm), arm.links, strict=True):
+        assert {id(shape.geometry) for shape in link.collisions} <= {id(piece.geometry) for piece in drawn}
+
+
+@pytest.mark.parametrize("name", library.names())
 def test_robots_of_numbers_get_the_skeleton(name):
-    bare = library.load(name)
+    arm = library.load(name)
+    bare = replace(arm, links=tuple(replace(link, collisions=()) for link in arm.links))
     grown = with_skeleton(bare)
     for drawn, link in zip(pieces(bare), grown.links, strict=True):
         assert [piece.geometry for piece in drawn] == [shape.geometry for shape in link.visuals]

@@ -11,7 +11,7 @@ from mafsil.model.joint import Joint, JointKind
 from mafsil.model.loading import of_mechanism
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.placement import frame_along
-from mafsil.model.shape import ACCENT, HOUSING, SHELL, Box, Capsule, Colour, Cylinder, Geometry, Shape, Sphere
+from mafsil.model.shape import ACCENT, HOUSING, OUTLINE, SHELL, Box, Capsule, Colour, Cylinder, Geometry, Shape, Sphere
 
 THICK, THIN = 0.046, 0.025
 """Radius of the tubes at the base and at the last link, as fractions of the reach."""
@@ -40,6 +40,26 @@ def with_skeleton(mechanism: Mechanism) -> Mechanism:
     return replace(mechanism, links=links)
 
 
+def outlined(mechanism: Mechanism) -> Mechanism | None:
+    """The same mechanism, where what is seen of links is the outline that they collide with, and marks of the joints.
+
+    None if no link has an outline. The marks are hidden in the links of makers' arms, and show on slim tubes.
+
+    Args:
+        mechanism: any robot.
+    """
+    outlines = [tuple(one for one in link.collisions if one.name == OUTLINE) for link in mechanism.links]
+    radii = [one.geometry.radius for own in outlines for one in own if isinstance(one.geometry, Capsule | Cylinder)]
+    if not radii:
+        return None
+    links = list(mechanism.links)
+    for k, (link, own) in enumerate(zip(mechanism.links, outlines, strict=True)):
+        carried = [joint for joint, parent in zip(mechanism.joints, mechanism.parents, strict=True) if parent == k]
+        marks = [mark for joint in carried for mark in _housing(joint, min(radii))]
+        links[k] = replace(link, visuals=(*own, *marks))
+    return replace(mechanism, links=tuple(links))
+
+
 def reach(mechanism: Mechanism) -> float:
     """Sum of the distances between joints along the longest way from the base, with strokes of prismatic joints [m]."""
     distance = [0.0]
@@ -57,7 +77,7 @@ def stroke(joint: Joint) -> float:
 def tip_tubes(mechanism: Mechanism) -> tuple[Shape, ...]:
     """What leads from the tip's link to a tip frame away from it: a tool that has no shape of its own."""
     T = mechanism.T_lt
-    return tuple(_tubes(None, T[:3, 3], T[:3, 2], 0.012 * reach(mechanism), HOUSING))
+    return tuple(_tubes(None, T[:3, 3], T[:3, 2], 0.012 * reach(mechanism), HOUSING, flat=True))
 
 
 def stand(mechanism: Mechanism, top: float, floor: float) -> tuple[Shape, ...]:
