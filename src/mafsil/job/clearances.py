@@ -88,10 +88,15 @@ def clearances(run: Run) -> Clearances | None:
     distance = np.empty(len(rows))
     first, second = ([""] * len(rows) for _ in range(2))
     smaller = np.zeros(len(rows))
+    known = dict[int, Checker]()
     for leg in np.unique(legs):
         chosen = np.flatnonzero(legs == leg)
         own = run.plan.legs[int(leg)]
-        found = unusual(around.checker(own.load, own.clearance, own.parts), q[rows[chosen]])
+        checker = around.checker(own.load, own.clearance, own.parts)
+        others = known.get(id(checker))
+        if others is None:
+            others = known[id(checker)] = without_usual(checker)
+        found = unusual(checker, others, q[rows[chosen]])
         distance[chosen] = found.distance
         for place, contact in zip(chosen.tolist(), found, strict=True):
             first[place], second[place] = contact.first, contact.second
@@ -107,16 +112,31 @@ def clearances(run: Run) -> Clearances | None:
     return Clearances(t[rows], distance, tuple(first), tuple(second), wanted, smaller, itself, others)
 
 
-def unusual(checker: Checker, q: Floats) -> Clearance:
-    """Smallest distances at configurations (k, n), without those of bodies of the arm that are near as usual."""
-    found, usual = checker.distance(q), checker.nearer_than(max(NEAR, checker.margin))
+def without_usual(checker: Checker) -> Checker:
+    """The same, where bodies of the arm that are often near each other are not looked at."""
+    names, usual = [body.name for body in checker.bodies], _usual(checker)
+    pairs = [k for k, (a, b) in enumerate(checker.arm.pairs.tolist()) if (names[a], names[b]) not in usual]
+    return checker.checking(range(len(names)), pairs)
+
+
+def _usual(checker: Checker) -> dict[tuple[str, str], float]:
+    return checker.nearer_than(max(NEAR, checker.margin))
+
+
+def unusual(checker: Checker, others: Checker, q: Floats) -> Clearance:
+    """Smallest distances at configurations (k, n), without those of bodies of the arm that are near as usual.
+
+    Args:
+        checker: of the arm.
+        others: the same `without_usual`.
+        q: configurations.
+    """
+    found, usual = checker.distance(q), _usual(checker)
     rows = [k for k, one in enumerate(found) if one.distance >= usual.get((one.first, one.second), np.inf)]
     if not rows:
         return found
-    names = [body.name for body in checker.bodies]
-    pairs = [k for k, (a, b) in enumerate(checker.arm.pairs.tolist()) if (names[a], names[b]) not in usual]
-    others = checker.checking(range(len(names)), pairs).distance(q[rows])
-    for row, distance, first, second in zip(rows, others.distance, others.first, others.second, strict=True):
+    rest = others.distance(q[rows])
+    for row, distance, first, second in zip(rows, rest.distance, rest.first, rest.second, strict=True):
         if np.isfinite(distance):
             found.distance[row], found.first[row], found.second[row] = distance, first, second
     return found

@@ -33,7 +33,7 @@ _TENSORS = (
     " the support article calls them negligible for the small models and prints none"
 )
 
-PLUG, BACK = 0.01, 0.009
+PLUG, BACK = 0.0055, 0.009
 """Radius of the cable's plug at the base, and what the lids on the backs of the wrist's housings stand out [m]."""
 
 
@@ -68,7 +68,7 @@ class _Housings:
         R, E, W, neck = self.shoulder, self.elbow, self.wrist, self.neck
         (upper, s), (fore, e), (foot, far), back = self.upper, self.fore, self.foot, self.neck + BACK
         return {
-            "base": [Drum(foot, (0, 0, 0), (0, 0, far)), Tube(PLUG, (0, foot, PLUG), (0, foot + 3 * PLUG, PLUG))],
+            "base": [Drum(foot, (0, 0, 0), (0, 0, far)), Tube(PLUG, (0, foot, PLUG), (0, foot + 6 * PLUG, PLUG))],
             "shoulder": [housing(R, (0, 0, far), (0, 0, d1 + R)), housing(R, (0, R, d1), (0, -self.face, d1))],
             "upper_arm": [
                 housing(R, (0, 0, self.face), (0, 0, 2 * s - self.face)),
