@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.collision import Checker, Clearance
+from mafsil.collision import Checker
 from mafsil.job.remark import Remark
 from mafsil.job.run import Run
 from mafsil.job.surroundings import RESTING
 from mafsil.job.unchecked import meets_others
+from mafsil.job.usual import unusual, without_usual
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
 
@@ -20,8 +21,6 @@ MOST_MOMENTS = 2000
 """Moments of a run at which distances are measured."""
 FEWEST_MOMENTS, MANY_PIECES = 200, 200_000_000
 """The same among a cloud of a camera or the like, and how many pieces all moments together look at, about."""
-NEAR = 0.05
-"""Bodies of an arm that often come nearer to each other than this need not be told of, as far as they do as usual [m]."""
 NEARLY = 0.5
 """Share of the wanted clearance below which what is left of it deserves a warning."""
 
@@ -110,36 +109,6 @@ def clearances(run: Run) -> Clearances | None:
     itself = bool(len(around.checker(run.plan.legs[0].load).arm.pairs))
     others = meets_others(around, run.plan.legs)
     return Clearances(t[rows], distance, tuple(first), tuple(second), wanted, smaller, itself, others)
-
-
-def without_usual(checker: Checker) -> Checker:
-    """The same, where bodies of the arm that are often near each other are not looked at."""
-    names, usual = [body.name for body in checker.bodies], _usual(checker)
-    pairs = [k for k, (a, b) in enumerate(checker.arm.pairs.tolist()) if (names[a], names[b]) not in usual]
-    return checker.checking(range(len(names)), pairs)
-
-
-def _usual(checker: Checker) -> dict[tuple[str, str], float]:
-    return checker.nearer_than(max(NEAR, checker.margin))
-
-
-def unusual(checker: Checker, others: Checker, q: Floats) -> Clearance:
-    """Smallest distances at configurations (k, n), without those of bodies of the arm that are near as usual.
-
-    Args:
-        checker: of the arm.
-        others: the same `without_usual`.
-        q: configurations.
-    """
-    found, usual = checker.distance(q), _usual(checker)
-    rows = [k for k, one in enumerate(found) if one.distance >= usual.get((one.first, one.second), np.inf)]
-    if not rows:
-        return found
-    rest = others.distance(q[rows])
-    for row, distance, first, second in zip(rows, rest.distance, rest.first, rest.second, strict=True):
-        if np.isfinite(distance):
-            found.distance[row], found.first[row], found.second[row] = distance, first, second
-    return found
 
 
 def clearance_remarks(found: Clearances | None) -> list[Remark]:

@@ -191,4 +191,6 @@ class ArmPlan(Plan):
         ends = [check.to_dict() for check in self.ends]
         kept: dict[str, Any] = {"kept": self.kept_bounds().tolist()} if self and self.kept is not None else {}
         unchecked = [key.rpartition("_")[2] for key in self._unchecked()]
-        return super().to_dict() | {"proofs": self.proofs, "goal": self.goal, "ends": ends, "unchecked": unchecked} | kept
+        return (
+            super().to_dict() | {"proofs": self.proofs, "goal": self.goal, "ends": ends, "unchecked": unchecked} | kept
+        )

@@ -50,9 +50,9 @@ _PANDA_MASSES = (
 
 _OUTLINE: Outline = {
     "base": [
-        Tube(0.068, (-0.075, 0, 0.05), (0, 0, 0.072)),
+        Tube(0.074, (-0.07, 0, 0.05), (0, 0, 0.069)),
         Tube(0.03, (-0.01, -0.065, 0.03), (-0.01, 0.065, 0.03)),
-        Tube(0.03, (-0.12, -0.04, 0.03), (-0.12, 0.04, 0.03)),
+        Tube(0.03, (-0.12, -0.045, 0.03), (-0.12, 0.045, 0.03)),
     ],
     "link1": [
         Tube(0.055, (0, 0, -0.172), (0, 0, -0.1)),
@@ -64,10 +64,16 @@ _OUTLINE: Outline = {
         Tube(0.055, (0, -0.1, 0), (0, -0.03, 0.06)),
         Tube(0.055, (0, 0, 0.02), (0, 0, 0.074)),
     ],
-    "link3": [Tube(0.055, (0, 0, -0.1), (0, 0, -0.066)), Tube(0.055, (0, 0, -0.066), (0.0825, 0.056, 0)),
-              Tube(0.055, (0.0825, 0.02, 0), (0.0825, 0.056, 0))],
-    "link4": [Tube(0.055, (0, 0, 0.02), (0, 0, 0.056)), Tube(0.055, (0, 0, 0.056), (-0.0825, 0.067, 0)),
-              Tube(0.055, (-0.0825, 0.067, 0), (-0.0825, 0.104, 0))],
+    "link3": [
+        Tube(0.055, (0, 0, -0.1), (0, 0, -0.066)),
+        Tube(0.055, (0, 0, -0.066), (0.0825, 0.056, 0)),
+        Tube(0.055, (0.0825, 0.02, 0), (0.0825, 0.056, 0)),
+    ],
+    "link4": [
+        Tube(0.055, (0, 0, 0.02), (0, 0, 0.056)),
+        Tube(0.055, (0, 0, 0.056), (-0.0825, 0.067, 0)),
+        Tube(0.055, (-0.0825, 0.067, 0), (-0.0825, 0.104, 0)),
+    ],
     "link5": [
         Tube(0.055, (0, 0, -0.24), (0, 0.01, -0.195)),
         Tube(0.033, (0, 0.055, -0.2), (0, 0.085, -0.06)),
@@ -77,8 +83,8 @@ _OUTLINE: Outline = {
     "link7": [Drum(0.044, (0, 0, 0.052), (0, 0, _FLANGE)), Tube(0.022, (0, 0, 0.083), (0.047, 0.047, 0.083))],
 }
 _OUTLINE_SOURCE = (
-    "capsules after the maker's own ones for self-collision (radius 60 mm with ends, description package) and the outline"
-    " of its meshes: radii 55 mm (joints 1 to 5), 50 to 45 mm (wrist), flange a flat drum of 44 mm"
+    "capsules after the maker's own ones for self-collision (radius 60 mm with ends, description package) and the"
+    " outline of its meshes: radii 55 mm (joints 1 to 5), 50 to 45 mm (wrist), flange a flat drum of 44 mm"
 )
 
 

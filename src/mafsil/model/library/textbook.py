@@ -1,7 +1,8 @@
 """Spatial arms of textbooks: the worked examples of product of exponentials, Jacobians and inverse kinematics.
 
-Lengths are parameters, masses are invented (`with_rods`), and so are the slim tubes that stand for the links. Figure numbers are those of F. C. Park and K. M. Lynch,
-Introduction to Robotics: Mechanics, Planning, and Control (draft of Modern Robotics), with the errata applied.
+Lengths are parameters, masses are invented (`with_rods`), and so are the slim tubes that stand for the links. Figure
+numbers are those of F. C. Park and K. M. Lynch, Introduction to Robotics: Mechanics, Planning, and Control (draft of
+Modern Robotics), with the errata applied.
 """
 
 from __future__ import annotations

@@ -63,6 +63,15 @@ class _Housings:
     wrist: float
     neck: float
 
+    @property
+    def source(self) -> str:
+        """Where the numbers come from."""
+        shoulder, upper, fore, wrist = (1e3 * r for r in (self.shoulder, self.upper[0], self.fore[0], self.wrist))
+        return (
+            "capsules after the outline drawings of the data sheet and the maker's description package, radii"
+            f" {shoulder:.0f} (shoulder), {upper:.0f} and {fore:.0f} (tubes), {wrist:.0f} mm (wrist)"
+        )
+
     def outline(self, d1: float, a2: float, a3: float, d4: float, d5: float, d6: float) -> Outline:
         """Of an arm with these lengths: a drum at each joint, tubes between."""
         R, E, W, neck = self.shoulder, self.elbow, self.wrist, self.neck
@@ -90,10 +99,6 @@ _SIZE_3 = _Housings((0.064, 0.086), 0.046, 0.054, (0.034, 0.12), (0.029, 0.027),
 _SIZE_5 = _Housings((0.074, 0.021), 0.060, 0.0705, (0.050, 0.1358), (0.038, 0.0161), 0.058, 0.0705, 0.064, 0.039, 0.048)
 _SIZE_5E = _Housings((0.075, 0.099), 0.060, 0.0705, (0.050, 0.138), (0.038, 0.007), 0.058, 0.0675, 0.055, 0.039, 0.048)
 _SIZE_10 = _Housings((0.095, 0.092), 0.076, 0.086, (0.055, 0.1762), (0.044, 0.0393), 0.061, 0.110, 0.100, 0.046, 0.060)
-_OUTLINE = (
-    "capsules after the outline drawings of the data sheet and the maker's description package, radii"
-    " {shoulder:.0f} (shoulder), {upper:.0f} and {fore:.0f} (tubes), {wrist:.0f} mm (wrist)"
-)
 
 
 def ur3e() -> Mechanism:
@@ -222,7 +227,12 @@ def _arm(
 ) -> Mechanism:
     """The table that all models share, with the dimensions d1, a2, a3, d4, d5, d6."""
     d1, a2, a3, d4, d5, d6 = dimensions
-    radii = {"shoulder": housings.shoulder, "upper": housings.upper[0], "fore": housings.fore[0], "wrist": housings.wrist}
+    radii = {
+        "shoulder": housings.shoulder,
+        "upper": housings.upper[0],
+        "fore": housings.fore[0],
+        "wrist": housings.wrist,
+    }
     bare = mechanism_from_dh(
         (
             DHRow(d=d1, alpha=pi / 2),
@@ -240,8 +250,7 @@ def _arm(
         link_names=LINK_NAMES,
         provenance=Provenance(source=_SOURCE, notes=notes),
     )
-    source = _OUTLINE.format(**{name: 1e3 * radius for name, radius in radii.items()})
-    return with_outline(bare, housings.outline(*dimensions), source)
+    return with_outline(bare, housings.outline(*dimensions), housings.source)
 
 
 def _limits(speeds: tuple[float, ...], torques: tuple[float, ...], endless_last: bool = False) -> list[Limits]:
