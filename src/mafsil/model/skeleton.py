@@ -55,7 +55,7 @@ def outlined(mechanism: Mechanism) -> Mechanism | None:
     links = list(mechanism.links)
     for k, (link, own) in enumerate(zip(mechanism.links, outlines, strict=True)):
         carried = [joint for joint, parent in zip(mechanism.joints, mechanism.parents, strict=True) if parent == k]
-        marks = [mark for joint in carried for mark in _housing(joint, min(radii))]
+        marks = [drum for joint in carried for drum in _housing(joint, min(radii))]
         links[k] = replace(link, visuals=(*own, *marks))
     return replace(mechanism, links=tuple(links))
 

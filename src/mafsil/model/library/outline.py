@@ -93,7 +93,7 @@ def with_slim_tubes(mechanism: Mechanism, radius: float) -> Mechanism:
     """The same serial arm, whose links get tubes from their frame to the next joint or the tip: a book draws lines.
 
     A link where both coincide has nothing, unless it is the last one and turns: a drum along its axis then ends at the
-    tip. What leads across from a sliding joint belongs to the link before, which it does not slide against; a tube that
+    tip. What leads across from a sliding joint belongs to the link before, which it does not sliding against; a tube that
     only rolls about itself on a sliding link belongs to that one.
 
     Args:
@@ -103,11 +103,11 @@ def with_slim_tubes(mechanism: Mechanism, radius: float) -> Mechanism:
     joints, last = mechanism.joints, mechanism.joints[-1]
     ends = [np.asarray(joint.T_pj[:3, 3]) for joint in joints] + [np.asarray(mechanism.T_lt[:3, 3])]
     ways = [[np.zeros(3), end] for end in ends]
-    for k, slide in enumerate(joints):
-        if slide.kind is not JointKind.PRISMATIC:
+    for k, sliding in enumerate(joints):
+        if sliding.kind is not JointKind.PRISMATIC:
             continue
-        aside = ends[k + 1] - slide.axis * (slide.axis @ ends[k + 1])
-        ways[k].append(ends[k] + slide.T_pj[:3, :3] @ aside)
+        aside = ends[k + 1] - sliding.axis * (sliding.axis @ ends[k + 1])
+        ways[k].append(ends[k] + sliding.T_pj[:3, :3] @ aside)
         ways[k + 1][0] = aside
         if k + 1 < len(joints) and np.linalg.norm(np.cross(joints[k + 1].axis, ends[k + 2])) < _SAME:
             ways[k + 1].append(ends[k + 1] + joints[k + 1].T_pj[:3, :3] @ ends[k + 2])

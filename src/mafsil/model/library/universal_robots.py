@@ -227,12 +227,6 @@ def _arm(
 ) -> Mechanism:
     """The table that all models share, with the dimensions d1, a2, a3, d4, d5, d6."""
     d1, a2, a3, d4, d5, d6 = dimensions
-    radii = {
-        "shoulder": housings.shoulder,
-        "upper": housings.upper[0],
-        "fore": housings.fore[0],
-        "wrist": housings.wrist,
-    }
     bare = mechanism_from_dh(
         (
             DHRow(d=d1, alpha=pi / 2),
