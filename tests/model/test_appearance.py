@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mafsil.model import Box, Capsule, Link, Mesh, Shape, Sphere, library
+from mafsil.model import Box, Capsule, Cylinder, Link, Mesh, Shape, Sphere, library
 from mafsil.model.appearance import corners, part_of, pieces
 from mafsil.model.mesh import Surface
 from mafsil.model.mesh.primitives import triangles
@@ -80,7 +80,7 @@ def test_a_tool_without_a_shape_gets_a_tube():
     T = np.eye(4)
     T[2, 3] = 0.4
     tip = pieces(arm.with_tip(arm.tip, T))[-1]
-    assert isinstance(tip[-1].geometry, Capsule)
+    assert isinstance(tip[-1].geometry, Cylinder)
     assert tip[-1].geometry.length == pytest.approx(0.4)
 
 

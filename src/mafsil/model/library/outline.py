@@ -93,7 +93,7 @@ def with_slim_tubes(mechanism: Mechanism, radius: float) -> Mechanism:
     """The same serial arm, whose links get tubes from their frame to the next joint or the tip: a book draws lines.
 
     A link where both coincide has nothing, unless it is the last one and turns: a drum along its axis then ends at the
-    tip. What leads across from a sliding joint belongs to the link before, which it does not sliding against; a tube that
+    tip. What leads across from a sliding joint belongs to the link before, as it makes no difference; a tube that
     only rolls about itself on a sliding link belongs to that one.
 
     Args:
