@@ -144,3 +144,12 @@ def _meets(coal, bodies, pairs, poses):
     return any(
         coal.collide(bodies[a], places[a], bodies[b], places[b], request, coal.CollisionResult()) for a, b in pairs
     )
+
+
+def test_an_exported_arm_fills_the_same_space(tmp_path):
+    """Readers of URDF know cylinders and balls, not capsules: a tube is written as both."""
+    file = tmp_path / "ur5.urdf"
+    file.write_text(mf.urdf.write(mf.load("ur5"), without=["limits"]))
+    assert "<capsule" not in file.read_text()
+    q = Checker("ur5").random_configurations(300)
+    assert (Checker(file, [BOX]).in_collision(q) == Checker("ur5", [BOX]).in_collision(q)).all()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
+from dataclasses import replace
 from math import inf, isfinite
 
 import numpy as np
@@ -17,7 +18,7 @@ from mafsil.model.mechanism import STANDARD_GRAVITY, Mechanism
 from mafsil.model.numbers import written
 from mafsil.model.reading import LONGEST_NAME, is_writable
 from mafsil.model.rpy import rpy_from_rotation
-from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere
+from mafsil.model.shape import OUTLINE, Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere
 from mafsil.model.urdf.joint import UNBOUNDED
 from mafsil.model.xml_tree import escaped
 
@@ -91,9 +92,26 @@ def _losses_of_joint(joint: Joint) -> Iterator[str]:
 def _link(link: Link) -> str:
     parts = [] if link.inertial is None else [_inertial(link.inertial)]
     parts += [_shape("visual", shape) for shape in link.visuals]
-    parts += [_shape("collision", shape) for shape in link.collisions]
+    parts += [_shape("collision", piece) for shape in link.collisions for piece in _known_to_readers(shape)]
     name = escaped(link.name)
     return f'  <link name="{name}">\n{"".join(parts)}  </link>' if parts else f'  <link name="{name}"/>'
+
+
+def _known_to_readers(shape: Shape) -> tuple[Shape, ...]:
+    """A tube of an outline as a cylinder and two balls: most readers know no capsule; anything else as it is."""
+    tube = shape.geometry
+    if shape.name != OUTLINE or not isinstance(tube, Capsule):
+        return (shape,)
+    ends = [_moved(shape.T_lg, side * tube.length / 2.0) for side in (-1.0, 1.0)]
+    balls = [replace(shape, geometry=Sphere(tube.radius), T_lg=T) for T in ends]
+    return (replace(shape, geometry=Cylinder(tube.radius, tube.length)), *balls)
+
+
+def _moved(T: PoseMatrix, along: float) -> PoseMatrix:
+    """A pose moved along its z axis [m]."""
+    found = np.array(T)
+    found[:3, 3] += along * found[:3, 2]
+    return found
 
 
 def _inertial(inertial: Inertial) -> str:
