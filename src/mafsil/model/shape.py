@@ -64,7 +64,7 @@ SHELL: Colour = (0.90, 0.90, 0.88, 1.0)
 HOUSING: Colour = (0.27, 0.31, 0.35, 1.0)
 ACCENT: Colour = (0.86, 0.42, 0.14, 1.0)
 OUTLINE = "outline"
-"""Name of shapes of a robot that is only numbers: they follow its maker's outline, and a `radius=` replaces them."""
+"""Name of shapes of a robot that is only numbers: about its outline, fitted or estimated; a `radius=` replaces them."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

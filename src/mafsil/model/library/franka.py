@@ -83,8 +83,8 @@ _OUTLINE: Outline = {
     "link7": [Drum(0.044, (0, 0, 0.052), (0, 0, _FLANGE)), Tube(0.022, (0, 0, 0.083), (0.047, 0.047, 0.083))],
 }
 _OUTLINE_SOURCE = (
-    "capsules after the maker's own ones for self-collision (radius 60 mm with ends, description package) and the"
-    " outline of its meshes: radii 55 mm (joints 1 to 5), 50 to 45 mm (wrist), flange a flat drum of 44 mm"
+    "capsules fitted to the Panda's meshes as example-robot-data has them (the FR3 takes the same): radii 55 mm"
+    " (joints 1 to 5), 50 to 45 mm (wrist), flange a flat drum of 44 mm"
 )
 
 

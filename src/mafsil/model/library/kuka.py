@@ -57,8 +57,8 @@ _OUTLINE: Outline = {
     "link7": [Drum(0.045, (0, 0, 0), (0, 0, 0.045))],
 }
 _OUTLINE_SOURCE = (
-    "capsules after the outline drawing of the specification (housings 136 mm across), radii 68 mm (axes 1 to 4) and"
-    " 60 mm (wrist), flange a flat drum of 45 mm; not compared with the maker's model"
+    "capsules along the published lengths, radii 68 mm (axes 1 to 4) and 60 mm (wrist), flange a flat drum of 45 mm:"
+    " estimated, not read off a drawing and not compared with a model of the maker"
 )
 
 

@@ -30,8 +30,9 @@ _OUTLINE: Outline = {
     "link6": [Drum(0.025, (0, 0, -0.02), (0, 0, 0))],
 }
 _OUTLINE_SOURCE = (
-    "capsules after the outline drawing of the specification, radii 120 and 105 mm (base), 70 mm (upper arm), 60 to"
-    " 45 mm (forearm), flange a flat drum of 50 mm across"
+    "capsules along the published lengths, radii 120 and 105 mm (base), 70 mm (upper arm), 60 to 45 mm (forearm),"
+    " flange a flat drum of 50 mm across:"
+    " estimated, not read off a drawing and not compared with a model of the maker"
 )
 
 

@@ -1,4 +1,4 @@
-"""What a robot of the library fills of space: tubes and drums after the outline that its maker draws.
+"""What a robot of the library fills of space: tubes and drums along its links, about as thick as the robot.
 
 Tables of numbers have no shapes, but whoever plans needs some. Each arm declares them in one table: for each link
 what it consists of, between points in the link's frame. The last piece of an arm is a drum, whose flat end lies at the

@@ -56,7 +56,8 @@ _OUTLINE: Outline = {
     "flange": [Drum(0.025, (0, 0, -0.04), (0, 0, 0))],
 }
 _OUTLINE_SOURCE = (
-    "capsules after the outline drawing of the maker's manual, radii 90 mm (column), 70 to 50 mm (arms), 40 mm (wrist);"
+    "capsules along the published lengths, radii 90 mm (column), 70 to 50 mm (arms), 40 mm (wrist):"
+    " estimated, not read off a drawing and not compared with a model of the maker;"
     " the hand ends at the wrist's centre, where the tables put the tip"
 )
 

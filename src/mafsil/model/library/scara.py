@@ -18,8 +18,9 @@ _OUTLINE: Outline = {
     "link4": [Drum(0.0315, (0, 0, -0.02), (0, 0, 0))],
 }
 _OUTLINE_SOURCE = (
-    "capsules after the outline drawing of the data sheet, radii 90 mm (column), 60 mm (arms), quill 12 mm, user flange"
-    " a flat drum of 63 mm across"
+    "capsules along the published lengths, radii 90 mm (column), 60 mm (arms), 12 mm (quill), user flange a flat drum"
+    " of 63 mm across:"
+    " estimated, not read off a drawing and not compared with a model of the maker"
 )
 
 

@@ -39,8 +39,8 @@ _OUTLINE: Outline = {
     "link6": [Drum(0.035, (0, 0, 0.05), (0, 0, 10.35 * _INCH))],
 }
 _OUTLINE_SOURCE = (
-    "capsules after published pictures and the centres of mass: radii 75 mm (column), 65 mm (shoulder), 35 mm (boom of"
-    " 1.3 m and hand), the hand flat at the tip"
+    "capsules along the published lengths, radii 75 mm (column), 65 mm (shoulder), 35 mm (boom of 1.3 m and hand,"
+    " flat at the tip): estimated, the boom's length after its centre of mass; not compared with a model"
 )
 
 

@@ -68,8 +68,9 @@ class _Housings:
         """Where the numbers come from."""
         shoulder, upper, fore, wrist = (1e3 * r for r in (self.shoulder, self.upper[0], self.fore[0], self.wrist))
         return (
-            "capsules after the outline drawings of the data sheet and the maker's description package, radii"
-            f" {shoulder:.0f} (shoulder), {upper:.0f} and {fore:.0f} (tubes), {wrist:.0f} mm (wrist)"
+            f"capsules, radii {shoulder:.0f} (shoulder), {upper:.0f} and {fore:.0f} (tubes), {wrist:.0f} mm (wrist),"
+            " fitted to the meshes of the UR3, UR5 and UR10 as example-robot-data has them; of the e-Series the same"
+            " radii along its own lengths, its base and the places where housings meet estimated"
         )
 
     def outline(self, d1: float, a2: float, a3: float, d4: float, d5: float, d6: float) -> Outline:
