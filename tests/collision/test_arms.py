@@ -157,7 +157,7 @@ def test_three_different_arms_margins_and_scenes(robot):
     cell = Arms([Mounted("a", robot), *mounted], scene(2), margin=0.01)
     assert cell.robot.n == sum(each.n for each in cell.robots.values())
     q = cell.random_configurations(200)
-    assert (cell.in_collision(q) == (cell.distance(q).distance <= 0.01)).all()
+    assert (cell.in_collision(q) == ~cell.distance(q).free).all()
     empty = cell.with_scene(())
     assert isinstance(empty, Arms)
     assert (empty.distance(q).distance >= cell.distance(q).distance - 1e-9).all()

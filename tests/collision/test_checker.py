@@ -53,7 +53,7 @@ def test_bodies_of_many_pieces_meet_in_batches_what_they_meet_alone(tmp_path, ma
     q = checker.random_configurations(400)
     hit = checker.in_collision(q)
     assert 0.1 < hit.mean() < 0.9
-    assert (hit == (checker.distance(q).distance <= margin)).all()
+    assert (hit == ~checker.distance(q).free).all()
     assert (hit == [checker.in_collision(each) for each in q]).all()
 
 
@@ -178,10 +178,11 @@ def test_what_is_fixed_to_the_tip_moves_with_it(tmp_path):
 
 
 def test_an_arm_without_shapes_gets_capsules_or_says_so():
+    bare = mf.Robot.from_dh([[0.4, 0.0, 0.1, 0.0], [0.3, 0.0, 0.0, 0.0]], "modified")
     with pytest.raises(mf.InputError, match="radius="):
-        Checker("ur5")
-    checker = Checker("ur5", [Obstacle(Plane(), (0.0, 0.0, -0.5))], radius=0.04)
-    assert checker.check(np.zeros(6)).contacts
+        Checker(bare)
+    checker = Checker(bare, [Obstacle(Plane(), (0.0, 0.0, -0.5))], radius=0.04)
+    assert checker.check(np.zeros(2)).contacts
 
 
 def test_another_scene_for_the_same_arm(tmp_path):
@@ -301,7 +302,10 @@ def test_bodies_of_the_arm_keep_a_margin_of_their_own(tmp_path, made):
     assert (still == expected[:200]).all()
     assert (checker.with_margin(0.0).free(q) == ((far > 0.0) & (apart > 0.004))).all()
     assert (checker.with_margin(own=0.0).free(q) == ((far > 0.05) & (apart > 0.0))).all()
-    assert (Checker(robot, around).with_margin(0.05).free(q) == ((far > 0.05) & (apart > 0.05))).all()
+    assert (checker.with_margin(own=0.05).free(q) == ((far > 0.05) & (apart > 0.05))).all()
+    unasked = Checker(robot, around, margin=0.05)
+    assert (unasked.free(q) == ((far > 0.05) & alone.with_margin(0.05).free(q))).all()
+    assert all(0.0 < kept < 0.05 for kept in unasked.always_near.values())
 
 
 @pytest.mark.capability("11-39")

@@ -162,8 +162,8 @@ avoid = true
 seconds = 0.3
 [[obstacle]]
 name = "wall"
-box = [0.5, 0.04, 0.45]
-position = [0.6, 0.0, 0.225]
+box = [0.5, 0.04, 0.52]
+position = [0.6, 0.0, 0.26]
 [start]
 joints = [0.8, -0.3, 0.0, -2.2, 0.0, 1.9, 0.8]
 [[move]]
@@ -186,7 +186,8 @@ def test_a_move_has_its_own_clearance_and_planner(planner):
     assert leg.way.contact.second == "wall"
     q = leg.trajectory.at(np.linspace(0.0, leg.trajectory.duration, 2000)).u
     checker = motion.surroundings.checker(leg.load, 0.0)
-    assert checker.distance(q).distance.min() > 0.05 - 1e-9
+    assert checker.checking(range(len(checker.bodies)), ()).distance(q).distance.min() > 0.05 - 1e-9
+    assert checker.free(q).all()
     assert any(remark.key == "job.went_round" and planner in remark.sentence("en") for remark in motion.remarks)
 
 
@@ -232,13 +233,17 @@ def test_clearances_of_moves_are_lengths_of_the_file():
 
 
 def test_a_clearance_that_the_arm_never_keeps_from_itself_is_said():
-    """The wrists of this UR5 stay 9.3 mm apart, whatever its joints do: no other start would help."""
+    """The wrists of this UR5 stay 9.3 mm apart, whatever its joints do: they keep less, unless that is asked for."""
     robot = Path(__file__).parents[2] / "examples" / "robots" / "ur5.urdf"
     text = f"robot = '{robot}'\n[collision]\nclearance = 0.02\n[start]\njoints = [0.3, -1.9, 1.9, -1.6, -1.6, 0]\n"
     text += "[[move]]\njoints = [0.5, -1.9, 1.9, -1.6, -1.6, 0]\n"
-    refused = prepare(parse(text), text, Path())
+    _, plan = prepare(parse(text), text, Path())
+    (said,) = (remark for remark in plan.remarks if remark.key == "job.always_near")
+    strict = text.replace("clearance = 0.02\n", "clearance = 0.02\nown_clearance = 0.02\n")
+    refused = prepare(parse(strict), strict, Path())
     assert isinstance(refused, Refusal)
     for language in ("en", "ar"):
+        assert "wrist_1 - wrist_3" in said.sentence(language)
         assert "wrist_1" in refused.explain(language)
         assert "own_clearance" in refused.explain(language)
     nearer = text.replace("0.02", "0.009")

@@ -141,7 +141,7 @@ def test_the_clearance_over_time_counts_it():
 @pytest.mark.parametrize(("offset", "taken"), [(0.05, True), (0.4, False)])
 def test_a_part_is_taken_where_its_centre_lies_in_the_box(offset, taken):
     text = HEAD + LEAVE + TAKE.replace('pick = "block"', f"pick = {{ mass = 0.1, offset = [{0.2 + offset}, 0, 0] }}")
-    plan = planned(text.replace("clearance = 0.01", "clearance = 0.0"))
+    plan = planned(text.replace("clearance = 0.01", f"clearance = {0.0 if taken else 0.06}"))
     if taken:
         assert [leg.thing for leg in plan[1].legs if leg.kind == "pick"] == [0, 0]
     else:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mafsil.model import Box, Capsule, Link, Mesh, Shape, Sphere, library
+from mafsil.model import Box, Capsule, Cylinder, Link, Mesh, Shape, Sphere, library
 from mafsil.model.appearance import corners, part_of, pieces
 from mafsil.model.mesh import Surface
 from mafsil.model.mesh.primitives import triangles
@@ -29,8 +29,16 @@ def surfaces(mechanism, most=10_000):
 
 
 @pytest.mark.parametrize("name", library.names())
+def test_robots_of_the_library_show_what_they_collide_with(name):
+    arm = library.load(name)
+    for drawn, link in zip(pieces(arm), arm.links, strict=True):
+        assert {id(shape.geometry) for shape in link.collisions} <= {id(piece.geometry) for piece in drawn}
+
+
+@pytest.mark.parametrize("name", library.names())
 def test_robots_of_numbers_get_the_skeleton(name):
-    bare = library.load(name)
+    arm = library.load(name)
+    bare = replace(arm, links=tuple(replace(link, collisions=()) for link in arm.links))
     grown = with_skeleton(bare)
     for drawn, link in zip(pieces(bare), grown.links, strict=True):
         assert [piece.geometry for piece in drawn] == [shape.geometry for shape in link.visuals]
@@ -72,7 +80,7 @@ def test_a_tool_without_a_shape_gets_a_tube():
     T = np.eye(4)
     T[2, 3] = 0.4
     tip = pieces(arm.with_tip(arm.tip, T))[-1]
-    assert isinstance(tip[-1].geometry, Capsule)
+    assert isinstance(tip[-1].geometry, Cylinder)
     assert tip[-1].geometry.length == pytest.approx(0.4)
 
 

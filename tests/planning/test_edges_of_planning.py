@@ -43,8 +43,10 @@ def test_empty_scenes_and_arms_without_shapes(arm):
     for scene in (None, [], mf.Scene()):
         assert len(mf.plan(arm, scene, A, B).path) == 2
     assert mf.plan("panda", None, A, B, radius=0.05)
+    assert mf.plan("panda", None, A, B)
+    bare = mf.Robot.from_dh([[0.4, 0.0, 0.1, 0.0], [0.3, 0.0, 0.0, 0.0]], "modified")
     with pytest.raises(mf.InputError, match="radius="):
-        mf.plan("panda", None, A, B)
+        mf.plan(bare, None, [0.0, 0.0], [1.0, 0.0])
 
 
 @pytest.mark.capability("11-39", "11-40")
@@ -117,8 +119,10 @@ def test_numbers_that_are_none_and_ends_that_cannot_be_are_named(arm):
 @pytest.mark.capability("11-39")
 def test_the_margin_of_a_question_counts_for_a_checker_too(arm):
     """It was ignored without a word."""
-    ball = arm.with_scene([Obstacle(Sphere(0.05), (0.0, 0.0, 1.3), "ball")])
-    near = float(ball.distance(A).distance)
+    ball = arm.with_scene([Obstacle(Sphere(0.05), (0.3, 0.3, 0.8), "ball")])
+    found = ball.distance(A)
+    assert found.second == "ball"
+    near = float(found.distance)
     assert mf.plan(ball, None, A, A, margin=0.9 * near)
     kept = mf.plan(ball, None, A, A, margin=1.1 * near)
     assert kept.status is PlanningStatus.START_BLOCKED
@@ -219,9 +223,8 @@ def test_the_same_by_command(tmp_path, capsys):
 
 
 def test_a_job_with_nothing_to_meet_has_results():
-    text = (
-        f'robot = "panda"\n[collision]\navoid = true\n[start]\njoints = {A.tolist()}\n[[move]]\njoints = {A.tolist()}\n'
-    )
+    text = 'robot = "panda"\n[collision]\navoid = true\nself_collision = false\n'
+    text += f"[start]\njoints = {A.tolist()}\n[[move]]\njoints = {A.tolist()}\n"
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         run = solve(parse(text), text, Path())

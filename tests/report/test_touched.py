@@ -7,8 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mafsil.collision import Obstacle, Plane
 from mafsil.job import Run, parse, solve
+from mafsil.report.obstacles import drawn
 from mafsil.report.touched import standing
+from mafsil.scene.patch import near_side, patch, stretch
 
 JOB = """
 robot = "planar2r"
@@ -40,7 +43,8 @@ pause = 0.05
 def test_holes_and_hollow_surfaces_are_drawn():
     run = solve(parse(JOB), JOB, Path())
     assert isinstance(run, Run)
-    (ball, _), (bar, _), (bore, place) = standing(run, 2.0)
+    tips = run.tips()[0][:, :3, 3]
+    (ball, _), (bar, _), (bore, place) = standing(run, 2.0, tips)
     assert ball.solids[0].kind == "sphere"
     assert ball.solids[0].size == (3.0,)
     assert ball.solids[0].colour[3] < 0.5
@@ -53,3 +57,83 @@ def test_holes_and_hollow_surfaces_are_drawn():
     # From the mouth down its axis to the bottom.
     ends = [place @ [0, 0, shaft.pose[2] + side * depth / 2.0, 1.0] for side in (1, -1)]
     np.testing.assert_allclose(ends, [[0.5, -1.5, 0, 1], [0.5, -1.8, 0, 1]], atol=1e-12)
+
+
+ENDLESS = """
+robot = "planar2r"
+[start]
+joints = [0.3, 0.9]
+[[surface]]
+name = "plane"
+point = [40, 0, 30]
+normal = [0, 0, 1]
+stiffness = 1e4
+[[surface]]
+name = "bar"
+point = [0, 3, 25]
+cylinder = 0.2
+axis = [0, 0, 1]
+stiffness = 1e4
+[[guide]]
+name = "rail"
+point = [-60, 1.2, 0]
+direction = [1, 0, 0]
+stiffness = 1e3
+[[guide]]
+name = "sheet"
+point = [0, 70, 0]
+normal = [0, 0, 1]
+stiffness = 1e3
+[[move]]
+joints = [0.6, 0.9]
+"""
+
+
+def solid_in_space(body, T):
+    """Middle of a body's first solid in {s}, and its size."""
+    (x, y, z), size = body.solids[0].pose[:3], body.solids[0].size
+    return (np.asarray(T) @ [x, y, z, 1.0])[:3], size
+
+
+def test_what_is_endless_is_drawn_where_the_tip_is():
+    """Support points lie tens of metres away: they only say which plane or line is meant."""
+    run = solve(parse(ENDLESS), ENDLESS, Path())
+    tips = run.tips()[0][:, :3, 3]
+    middle = (tips.min(axis=0) + tips.max(axis=0)) / 2.0
+    found = {body.name: solid_in_space(body, T) for body, T in standing(run, 2.0, tips)}
+    plane, size = found["plane"]
+    np.testing.assert_allclose(plane[:2], middle[:2], atol=1e-9)
+    assert plane[2] == pytest.approx(30.0, abs=0.01)
+    assert np.allclose(size[:2], np.ptp(tips, axis=0)[:2] + 0.9)
+    assert abs(found["bar"][0][2] - middle[2]) < 1e-9
+    assert found["rail"][0] == pytest.approx([middle[0], 1.2, 0.0])
+    assert found["rail"][1][1] == pytest.approx(np.ptp(tips[:, 0]) + 0.9)
+    np.testing.assert_allclose(found["sheet"][0][:2], middle[:2], atol=1e-9)
+    ((body, T),) = drawn([Obstacle(Plane(), (300.0, -80.0, -1.0), "floor")], 2.0, tips)
+    np.testing.assert_allclose(solid_in_space(body, T)[0][:2], middle[:2], atol=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_patch_holds_the_feet_of_all_points_and_lies_on_its_plane(seed):
+    rng = np.random.default_rng(seed)
+    R, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = R * np.sign(np.linalg.det(R)), 1e3 * rng.normal(size=3)
+    seen = rng.normal(size=(50, 3))
+    middle, edges = patch(T, seen, 0.4)
+    feet = ((seen - T[:3, 3]) @ T[:3, :3])[:, :2]
+    assert (np.abs(feet - middle) <= edges / 2.0 - 0.2 + 1e-9).all()
+    alone, least = patch(T, seen[:1], 0.4)
+    np.testing.assert_allclose(alone, feet[0], atol=1e-9)
+    np.testing.assert_allclose(least, 0.4)
+    along, length = stretch(T, seen, 0.4)
+    heights = (seen - T[:3, 3]) @ T[:3, 2]
+    assert (np.abs(heights - along) <= length / 2.0 - 0.2 + 1e-9).all()
+    T[:3, 3] = seen.mean(axis=0)
+    under = near_side(T, seen, 0.05)
+    assert 0 < len(under) < len(seen)
+    assert ((under - T[:3, 3]) @ T[:3, 2] <= 0.05).all()
+    T[:3, 3] -= 100.0 * T[:3, 2]
+    nearest = near_side(T, seen, 0.05)
+    heights = (seen - T[:3, 3]) @ T[:3, 2]
+    assert len(nearest) == (heights <= heights.min() + 0.05).sum()

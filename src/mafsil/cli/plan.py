@@ -114,7 +114,7 @@ def plan(
         assert timed.trajectory is not None
         written = export(timed.trajectory, out, _limits(arm), joints=arm.joint_names)
         data |= {"duration": timed.duration, "file": written.to_dict()}
-        lines.append(written.explain())
+        lines += [*_assumed(arm), written.explain()]
     return Answer(data, tuple(lines), interrupted=found.interrupted)
 
 
@@ -129,6 +129,17 @@ def _points(arm: Robot, found: ArmPlan, *, degrees: bool) -> list[Laid]:
         for k, row in enumerate(found.path)
     ]
     return [Laid(line) for line in table(head, rows)]
+
+
+def _assumed(arm: Robot) -> list[str]:
+    """Which limits the motion kept that nobody described."""
+    found: list[str] = []
+    for name, value in (("velocity", VELOCITY), ("acceleration", ACCELERATION)):
+        known = getattr(arm.limits, name)
+        joints = [one for one, x in zip(arm.joint_names, known, strict=True) if not (np.isfinite(x) and x > 0.0)]
+        if joints:
+            found.append(say(f"job.{name}_assumed", joints=", ".join(joints), value=value))
+    return found
 
 
 def _limits(arm: Robot) -> MotionLimits:

@@ -84,6 +84,7 @@ class ArmInScene:
             self._sample_pairs(drop_unseen, srdf is None)
         self._self_collision = self_collision
         self._workshops: dict[int, Held[Workshop]] = {}
+        self._margins_of_pairs: dict[float, dict[tuple[int, int], float]] = {}
 
     def world(self) -> World:
         """All that compiled loops ask whether a motion is free, with arrays of this thread alone."""
@@ -139,6 +140,12 @@ class ArmInScene:
         """Pairs of bodies that are not checked against each other, each with its reason."""
         named = self._skipped.items()
         return tuple(SkippedPair(self.bodies[a].name, self.bodies[b].name, reason) for (a, b), reason in named)
+
+    @property
+    def unchecked(self) -> tuple[str, ...]:
+        """Keys of sentences about what is not looked at: the robot against itself, anything around it."""
+        found: list[str] = [] if self._self_collision else ["collision.unchecked_itself"]
+        return (*found, "collision.unchecked_around") if not len(self.scene) else tuple(found)
 
     @property
     def resting(self) -> tuple[SkippedPair, ...]:
@@ -205,10 +212,42 @@ class ArmInScene:
         return other
 
     def margins(self) -> Floats:
-        """(1 + pairs,) clearances to keep from the surroundings, and between the bodies of each pair of `arm` [m]."""
+        """(1 + pairs,) clearances to keep from the surroundings, and between the bodies of each pair of `arm` [m].
+
+        Bodies of the arm that are always near keep less than the margin, unless an own one was asked for.
+        """
         found = np.full(1 + len(self.arm.pairs), self.own_margin)
         found[0] = self.margin
+        if less := self._kept_less():
+            pairs: list[list[int]] = self.arm.pairs.tolist()
+            found[1:] = [less.get((a, b), self.own_margin) for a, b in pairs]
         return found
+
+    @property
+    def always_near(self) -> dict[tuple[str, str], float]:
+        """Pairs of bodies that keep less than the margin, as they are always near; what each keeps [m]."""
+        return self._named(self._kept_less())
+
+    def nearer_than(self, distance: float) -> dict[tuple[str, str], float]:
+        """Pairs of bodies of the arm that often come nearer than a distance; what they seldom come below [m]."""
+        return self._named(self._near(distance))
+
+    def _named(self, pairs: dict[tuple[int, int], float]) -> dict[tuple[str, str], float]:
+        return {(self.bodies[a].name, self.bodies[b].name): kept for (a, b), kept in pairs.items()}
+
+    def _kept_less(self) -> dict[tuple[int, int], float]:
+        """Pairs that keep less than the margin, by the indices of the bodies; none where an own one was asked for."""
+        return {} if self._own_margin is not None else self._near(self.margin)
+
+    def _near(self, distance: float) -> dict[tuple[int, int], float]:
+        known = self._margins_of_pairs
+        if not (distance and self._self_collision and self.samples and self.robot.n):
+            return {}
+        if distance not in known:
+            pairs, rows = self._pairs(), self.random_configurations(self.samples)
+            kept = sampled_pairs.kept_by_pairs(self.robot, self.bodies, pairs, rows, distance).tolist()
+            known[distance] = {pair: m for pair, m in zip(pairs, kept, strict=True) if m < distance}
+        return known[distance]
 
     def _pairs(self) -> list[tuple[int, int]]:
         count = len(self.bodies)

@@ -60,7 +60,7 @@ class Arms(Checker):
         arms: each with its base pose.
         scene: a Scene, or its obstacles, around all of them.
         margin: clearance below which anything counts as colliding [m].
-        own_margin: the same between bodies of one arm, as for `Checker`; `margin` if None [m].
+        own_margin: the same between bodies of one arm, as for `Checker` [m].
         samples, seed: as for `Checker`, for the pairs within each arm.
 
     Attributes:
@@ -109,6 +109,13 @@ class Arms(Checker):
         self._moving, self._passive = self.names, frozenset[str]()
         self._joints, self._self_collision = joints_of(self.robot.mechanism), True
         self._workshops = {}
+
+    def _near(self, distance: float) -> dict[tuple[int, int], float]:
+        found, first = dict[tuple[int, int], float](), 0
+        for checker in self._alone.values():
+            found |= {(first + a, first + b): kept for (a, b), kept in checker._near(distance).items()}
+            first += len(checker.bodies)
+        return found
 
     @property
     def tips(self) -> tuple[str, ...]:

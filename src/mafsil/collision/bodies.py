@@ -12,7 +12,7 @@ from mafsil.collision.scene import Obstacle
 from mafsil.collision.shapes import ConvexHull, Geometry
 from mafsil.errors import InputError
 from mafsil.model import Mechanism, mesh
-from mafsil.model.shape import Capsule, Mesh, Shape
+from mafsil.model.shape import OUTLINE, Capsule, Mesh, Shape
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -37,18 +37,19 @@ def bodies_of(mechanism: Mechanism, attached: Iterable[Obstacle] = (), radius: f
 
     1. Links with collision shapes: primitives as they are, a mesh as its convex hull, which holds every vertex.
     2. Where no link has any, what is drawn stands for it.
-    3. Links without a shape get capsules from their frame to the joints that they carry, if a radius is given.
+    3. Links without a shape get capsules from their frame to the joints that they carry, if a radius is given; it
+       replaces the shapes of robots of the library, which follow an outline.
 
     Args:
         mechanism: the arm.
         attached: bodies in the tip frame {t}: a tool, a part.
-        radius: of the capsules of links without a shape [m].
+        radius: of the capsules of links without a shape of their own [m].
 
     Raises:
         InputError: no link has a shape and there is no radius, a mesh file that is missing, a name used twice.
     """
     drawn = not any(link.collisions for link in mechanism.links)
-    shapes = [link.visuals if drawn else link.collisions for link in mechanism.links]  # 1, 2
+    shapes = [_own(link.visuals if drawn else link.collisions, radius) for link in mechanism.links]  # 1, 2
     bodies = list[Body]()
     for i, link in enumerate(mechanism.links):
         if shapes[i]:
@@ -66,6 +67,11 @@ def bodies_of(mechanism: Mechanism, attached: Iterable[Obstacle] = (), radius: f
     if len(set(names)) < len(names):
         raise InputError("collision.named_twice", name=next(name for name in names if names.count(name) > 1))
     return tuple(bodies)
+
+
+def _own(shapes: tuple[Shape, ...], radius: float | None) -> tuple[Shape, ...]:
+    """The shapes of a link; a radius replaces those of the library, which only follow an outline."""
+    return shapes if radius is None else tuple(shape for shape in shapes if shape.name != OUTLINE)
 
 
 def _body(name: str, link: int, shapes: tuple[Shape, ...]) -> Body:

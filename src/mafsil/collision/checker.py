@@ -42,11 +42,12 @@ class Checker(ArmInScene):
         attached: what is fixed to the tip: obstacles whose poses are in the tip frame {t}.
         margin: clearance below which the arm counts as colliding [m].
         own_margin: the same between bodies of the arm, which may be nearer to each other than they are meant to come to
-            anything else; `margin` if None [m].
+            anything else [m]. If None `margin`, but less where two bodies are always near; `always_near` names them.
         srdf: path of a semantic description whose `disable_collisions` pairs are not checked.
         skip: further pairs of names (bodies, links) that are not checked.
         self_collision: whether bodies of the arm are checked against each other.
-        radius: of capsules along links without a shape [m]; None leaves them out.
+        radius: of capsules along links without a shape, and in place of those that robots of the library have [m]; None
+            leaves them out.
         samples: random configurations by which pairs that always meet are found, and those that meet in many and at the
             zero configuration, where no `srdf` says which matter; 0 for none.
         drop_unseen: also leave out pairs that met in none of the samples: quicker, but nothing proves that they
@@ -109,7 +110,7 @@ class Checker(ArmInScene):
         return Clearance(
             rows.reshape(*batch, self.robot.n), self.margin, out[:, 0].reshape(batch), point_first, point_second,
             normal, gradient.reshape(*batch, self.robot.n), first.reshape(batch), second.reshape(batch),
-            None if self.own_margin == self.margin else self.free(rows).reshape(batch),
+            None if (self.margins() == self.margin).all() else self.free(rows).reshape(batch),
         )  # fmt: skip
 
     def check(self, q: ArrayLike) -> Check:
@@ -134,8 +135,8 @@ class Checker(ArmInScene):
             return Check(CheckStatus.COLLIDING, rows[0], self.margin, contacts)
         nearest = self.distance(rows[0])
         if np.isinf(nearest.distance):
-            return Check(CheckStatus.ALONE, rows[0], self.margin, ())
-        return Check(CheckStatus.FREE, rows[0], self.margin, tuple(nearest))
+            return Check(CheckStatus.ALONE, rows[0], self.margin, (), self.unchecked)
+        return Check(CheckStatus.FREE, rows[0], self.margin, tuple(nearest), self.unchecked)
 
     def free_segment(self, a: ArrayLike, b: ArrayLike, *, extra: float = 0.0) -> Any:
         """Whether the straight motion of the joints from a to b is proved to keep more than the margin.
@@ -170,7 +171,7 @@ class Checker(ArmInScene):
         stopped = np.flatnonzero(codes)
         states = int(evaluations.sum())
         if not len(stopped):
-            return PathCheck(PathStatus.FREE, points, len(points) - 1.0, points[-1], (), states)
+            return PathCheck(PathStatus.FREE, points, len(points) - 1.0, points[-1], (), states, self.unchecked)
         k = int(stopped[0])
         q = points[k] + t[k] * (points[k + 1] - points[k])
         status = PathStatus.COLLIDING if codes[k] == 1 else PathStatus.TOUCHING
@@ -239,10 +240,19 @@ class Checker(ArmInScene):
         """What is checked, what is not and why, and whether that leaves free configurations without any scene."""
         pairs = self._pairs() if self._self_collision else []
         lines = [say("collision.checked", language=language, bodies=len(self.bodies), pairs=len(pairs))]
-        lines += sampled_pairs.listed(self.skipped, language)
+        lines += [*sampled_pairs.listed(self.skipped, language), *self._less_kept(language)]
+        lines += [say(key, language=language) for key in self.unchecked]
         if pairs and self.samples and self.robot.n:
             lines += self._free_of_itself(language)
         return "\n".join(lines)
+
+    def _less_kept(self, language: str | None) -> list[str]:
+        """Which bodies keep less than the margin of each other."""
+        near = [f"{a} - {b} ({1e3 * kept:.3g} mm)" for (a, b), kept in self.always_near.items()]
+        if not near:
+            return []
+        details = {"millimetres": 1e3 * self.margin, "names": ", ".join(near)}
+        return [say("collision.always_near", language=language, **details)]
 
     def _free_of_itself(self, language: str | None) -> list[str]:
         """How many random configurations are free of self-collision; which bodies meet at zero, and where none is."""

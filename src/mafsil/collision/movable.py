@@ -42,7 +42,10 @@ class MovableArm(Checker):
         self.bodies = tuple(replace(body, link=body.link + len(PLACES)) for body in arm.bodies)
         self._still, self._skipped, self._self_collision = arm._still, arm._unchecked(), True
         self._joints = joints_of(self.robot.mechanism)
-        self._workshops = {}
+        self._workshops, self._arm = {}, arm
+
+    def _near(self, distance: float) -> dict[tuple[int, int], float]:
+        return self._arm._near(distance)
 
     @cached_property
     def _base(self) -> Checker:

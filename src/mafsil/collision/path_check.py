@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, as_batch
-from mafsil.collision.status import Contact
+from mafsil.collision.status import Contact, named
 from mafsil.errors import InputError
+from mafsil.messages import say
 
 
 class PathStatus(Status):
@@ -33,6 +34,7 @@ class PathCheck(SingleAnswer):
         q: (n,) the configuration there.
         contacts: what it meets there, deepest first.
         states: configurations that were looked at.
+        unchecked: keys of sentences about what was not looked at.
     """
 
     status: PathStatus
@@ -41,17 +43,19 @@ class PathCheck(SingleAnswer):
     q: Floats
     contacts: tuple[Contact, ...]
     states: int
+    unchecked: tuple[str, ...] = ()
 
     def explain(self, language: str | None = None) -> str:
         """The verdict, where it shows, and a sentence for each contact."""
         head = self.status.sentence(language, at=self.at, segments=len(self.points) - 1, states=self.states)
-        return "\n".join([head, *(each.sentence(language) for each in self.contacts)])
+        lines = [head, *(each.sentence(language) for each in self.contacts)]
+        return "\n".join([*lines, *(say(key, language=language) for key in self.unchecked if self)])
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
         return {
             "status": self.status.name.lower(), "at": self.at, "q": self.q.tolist(), "states": self.states,
-            "contacts": [each.to_dict() for each in self.contacts],
+            "contacts": [each.to_dict() for each in self.contacts], "unchecked": named(self.unchecked),
         }  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""Pairs of an arm's bodies that meet in too many samples to be meant; and in words, what is checked and what not."""
+"""Pairs of an arm's bodies that meet in too many samples to be meant, or are always near; in words, what is checked."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.arrays import JointVector, Truth
+from mafsil.arrays import Floats, JointVector, Truth
 from mafsil.collision import laid_arm, layout, pair_counts_loops
 from mafsil.collision.bodies import Body
 from mafsil.collision.pairs import Reason, SkippedPair, joined_by_hinges
@@ -20,6 +20,10 @@ ALWAYS = 0.95
 OFTEN = 0.4
 """Share above which the shapes of two bodies are thicker than the robot if they also meet at the zero configuration, or
 if hinges at one point join them."""
+SELDOM = 0.1
+"""Share of the configurations in which two bodies are apart that a clearance between them may take away."""
+LESS = 0.9
+"""What two bodies keep that are always near, as share of the distance that they seldom come below."""
 LISTED = (Reason.REST, Reason.ALWAYS, Reason.OFTEN, Reason.UNSEEN)
 """Reasons whose pairs are named: they follow from samples and not from the structure or the user."""
 MOST_NAMED = 20
@@ -67,6 +71,32 @@ def meetings(
         for _, poses in laid_arm.poses_in_parts(robot, q):
             pair_counts_loops.count_meetings(arm, poses, counts)
     return counts
+
+
+def kept_by_pairs(
+    robot: Robot, bodies: tuple[Body, ...], pairs: list[tuple[int, int]], q: JointVector, margin: float
+) -> Floats:  # fmt: skip
+    """(m,) clearances that pairs keep of each other: less than the margin where they are always near.
+
+    A wrist's housings are nearer to each other than they should come to anything else. A clearance that more than a few
+    of the configurations of two bodies that are apart lack is none that their maker left.
+
+    Args:
+        robot, bodies, pairs: as for `meetings`.
+        q: (k, n) configurations.
+        margin: the clearance that is asked for [m].
+    """
+    kept = np.full(len(pairs), margin)
+    if not pairs:
+        return kept
+    gaps, arm = np.empty((len(q), len(pairs))), layout.arm_of(bodies, pairs)
+    for begin, poses in laid_arm.poses_in_parts(robot, q):
+        pair_counts_loops.measure_gaps(arm, poses, margin / LESS, gaps[begin : begin + len(poses)])
+    for k in range(len(pairs)):
+        apart = gaps[gaps[:, k] > 0.0, k]
+        if len(apart):
+            kept[k] = min(margin, LESS * float(np.quantile(apart, SELDOM)))
+    return kept
 
 
 def listed(skipped: Iterable[SkippedPair], language: str | None = None) -> list[str]:

@@ -73,24 +73,32 @@ class Check(SingleAnswer):
         q: (n,) the configuration.
         margin: the clearance that was asked for [m].
         contacts: every pair within the margin, deepest first; of a free configuration the nearest pair.
+        unchecked: keys of sentences about what was not looked at.
     """
 
     status: CheckStatus
     q: Floats
     margin: float
     contacts: tuple[Contact, ...]
+    unchecked: tuple[str, ...] = ()
 
     def explain(self, language: str | None = None) -> str:
-        """A sentence for the verdict and one for each contact."""
+        """A sentence for the verdict, one for each contact; if free, what was not looked at."""
         head = self.status.sentence(language, count=len(self.contacts), millimetres=1e3 * self.margin)
-        return "\n".join([head, *(each.sentence(language) for each in self.contacts)])
+        lines = [head, *(each.sentence(language) for each in self.contacts)]
+        return "\n".join([*lines, *(say(key, language=language) for key in self.unchecked if self)])
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
         return {
             "status": self.status.name.lower(), "q": self.q.tolist(), "margin": self.margin,
-            "contacts": [each.to_dict() for each in self.contacts],
+            "contacts": [each.to_dict() for each in self.contacts], "unchecked": named(self.unchecked),
         }  # fmt: skip
+
+
+def named(unchecked: tuple[str, ...]) -> list[str]:
+    """What was not looked at, as plain data: itself, around."""
+    return [key.rpartition("_")[2] for key in unchecked]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

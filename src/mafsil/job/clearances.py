@@ -8,9 +8,12 @@ from typing import Any
 import numpy as np
 
 from mafsil.arrays import Floats
+from mafsil.collision import Checker
 from mafsil.job.remark import Remark
 from mafsil.job.run import Run
 from mafsil.job.surroundings import RESTING
+from mafsil.job.unchecked import meets_others
+from mafsil.job.usual import unusual, without_usual
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
 
@@ -32,6 +35,7 @@ class Clearances:
         first, second: (k,) the two bodies.
         wanted: (k,) the clearance that is to be kept then [m].
         smaller: (k,) by how much distances of a part that is carried count more, where it is the nearest [m].
+        itself, others: whether the robot was checked against itself, and against anything else.
     """
 
     t: Floats
@@ -40,6 +44,15 @@ class Clearances:
     second: tuple[str, ...]
     wanted: Floats
     smaller: Floats
+    itself: bool = True
+    others: bool = True
+
+    @property
+    def verdict(self) -> str:
+        """The key of what may be said where nothing was hit: only of what was looked at."""
+        if self.itself and self.others:
+            return "job.nothing_hit"
+        return "job.no_other_hit" if self.others else "job.not_itself_hit"
 
     @property
     def least(self) -> int:
@@ -74,10 +87,15 @@ def clearances(run: Run) -> Clearances | None:
     distance = np.empty(len(rows))
     first, second = ([""] * len(rows) for _ in range(2))
     smaller = np.zeros(len(rows))
+    known = dict[int, Checker]()
     for leg in np.unique(legs):
         chosen = np.flatnonzero(legs == leg)
         own = run.plan.legs[int(leg)]
-        found = around.clearance(q[rows[chosen]], own.load, own.clearance, own.parts)
+        checker = around.checker(own.load, own.clearance, own.parts)
+        others = known.get(id(checker))
+        if others is None:
+            others = known[id(checker)] = without_usual(checker)
+        found = unusual(checker, others, q[rows[chosen]])
         distance[chosen] = found.distance
         for place, contact in zip(chosen.tolist(), found, strict=True):
             first[place], second[place] = contact.first, contact.second
@@ -88,7 +106,9 @@ def clearances(run: Run) -> Clearances | None:
             distance[k], first[k], second[k] = contact.distance, contact.first, contact.second
             smaller[k] = 0.0
     wanted = np.array([leg.clearance for leg in run.plan.legs])[legs]
-    return Clearances(t[rows], distance, tuple(first), tuple(second), wanted, smaller)
+    itself = bool(len(around.checker(run.plan.legs[0].load).arm.pairs))
+    others = meets_others(around, run.plan.legs)
+    return Clearances(t[rows], distance, tuple(first), tuple(second), wanted, smaller, itself, others)
 
 
 def clearance_remarks(found: Clearances | None) -> list[Remark]:
@@ -109,6 +129,7 @@ def clearance_remarks(found: Clearances | None) -> list[Remark]:
         "first": visible(found.first[k]), "second": visible(found.second[k]),
         "distance": quantity(abs(least), "m"), "time": quantity(float(found.t[k]), "s"),
         "wanted": quantity(wanted, "m"), "smaller": quantity(float(found.smaller[k]), "m"),
+        "verdict": f"@{found.verdict}",
     }  # fmt: skip
     if least <= 0.0:
         return [Remark("failure", "job.hit", details)]

@@ -26,6 +26,7 @@ from mafsil.job.placed_parts import Stay
 from mafsil.job.poses import pose_matrix
 from mafsil.job.remark import Remark
 from mafsil.job.resting import resting_place
+from mafsil.job.usual import unusual, without_usual
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
 from mafsil.model.loading import load_mechanism
@@ -289,7 +290,8 @@ class Neighbourhood:
         changes = np.flatnonzero((there[:, 1:] != there[:, :-1]).any(axis=0)) + 1
         for some in np.split(np.arange(len(t)), changes):
             bodies = [each.body for k, each in enumerate(stays) if there[k, some].any()]
-            yield from self.among_parts(bodies).distance(rows[some])
+            checker = self.among_parts(bodies)
+            yield from unusual(checker, without_usual(checker), rows[some])
 
 
 def _driven(own: Floats, assumed: float, share: float) -> Floats:

@@ -14,7 +14,6 @@ from mafsil.collision import (
     Box,
     Capsule,
     Checker,
-    Clearance,
     Cone,
     Contact,
     ConvexHull,
@@ -39,6 +38,7 @@ from mafsil.job.remark import Remark
 from mafsil.job.text import text_of
 from mafsil.messages.visible import visible
 from mafsil.model import Mechanism
+from mafsil.model.shape import Mesh
 from mafsil.model.skeleton import with_skeleton
 from mafsil.planning import ArmPlan, TimedArm, plan
 from mafsil.planning.kept_planning import Measured
@@ -50,6 +50,8 @@ from mafsil.trajectory import MotionLimits, Trajectory
 STEP = 0.02
 """Largest change of a coordinate over a chord by which a motion is proved free [rad | m]."""
 MOST_CHORDS = 4000
+OFF = "job.unchecked_itself_off"
+"""The key of the sentence that a robot is not checked against itself, as the job wants it."""
 MOST_CHECKERS = 64
 """Kept at a time: each knows one load, one clearance and the parts that stand around."""
 RESTS = ("pick", "place", "tool", "pause", "set", "wait", "if", "settle")
@@ -140,8 +142,7 @@ class Surroundings:
         self._others: tuple[Neighbourhood, Mapping[str, TimedArm], tuple[Stay, ...]] | None = None
         self._checkers: dict[tuple[Load, float, tuple[PlacedPart, ...]], Checker] = {}
         self._rest: JointVector | None = None
-        links = robot.mechanism.links
-        self.has_shapes = any(link.collisions or link.visuals for link in links)
+        self.judges_itself = why_not_itself(job.collision, robot.mechanism) is None
         self._mechanism = with_shapes(robot.mechanism)
 
     def checker(self, load: Load, clearance: float | None = None, parts: tuple[PlacedPart, ...] = ()) -> Checker:
@@ -149,7 +150,6 @@ class Surroundings:
         kept = self.rule.clearance if clearance is None else clearance
         key = load, kept, parts
         if key not in self._checkers:
-            itself = self.has_shapes if self.rule.self_collision is None else self.rule.self_collision
             scene = Scene([*self.scene, *(each.body for each in parts)]) if parts else self.scene
             if len(self._checkers) >= MOST_CHECKERS:
                 del self._checkers[next(iter(self._checkers))]
@@ -161,7 +161,7 @@ class Surroundings:
                 own_margin=self.rule.kept_of_itself(kept),
                 srdf=self.rule.srdf,
                 skip=self.rule.skip,
-                self_collision=itself,
+                self_collision=self.judges_itself,
                 rest=self._rest,
             )
         return self._checkers[key]
@@ -238,12 +238,6 @@ class Surroundings:
             raise KeyboardInterrupt
         return WayRound(found, met)
 
-    def clearance(
-        self, q: Floats, load: Load, kept: float | None = None, parts: tuple[PlacedPart, ...] = ()
-    ) -> Clearance:
-        """Smallest distances at configurations (k, n); those of a carried part are larger by the clearance kept."""
-        return self.checker(load, kept, parts).distance(q)
-
     def neighbourhood(self, loads: Sequence[Load]) -> Neighbourhood:
         """The robot among those that move.
 
@@ -281,6 +275,24 @@ class Surroundings:
         if self._others is not None:
             around, motions, stays = self._others
             yield from around.clearances(q, t, motions, stays)
+
+
+def why_not_itself(rule: Collision | None, mechanism: Mechanism) -> str | None:
+    """Why a robot is not checked against itself, as the key of a sentence; None if it is.
+
+    Args:
+        rule: of the job.
+        mechanism: the robot.
+    """
+    asked = None if rule is None else rule.self_collision
+    if asked is not None:
+        return None if asked else OFF
+    links = mechanism.links
+    shapes = [link.collisions for link in links if link.collisions] or [link.visuals for link in links if link.visuals]
+    if not shapes:
+        return "job.unchecked_itself_shapes"
+    lost = any(isinstance(one.geometry, Mesh) and one.geometry.path is None for own in shapes for one in own)
+    return "job.unchecked_itself_mesh" if lost else None
 
 
 def scene_of(file: Job | SceneFile, folder: Path | None = None) -> Scene:

@@ -23,9 +23,10 @@ from mafsil.job.placed_parts import PlacedPart, PlacedParts
 from mafsil.job.plan import Leg, Plan
 from mafsil.job.planned_remarks import Tight, driving_limits, near_limits, nearly_met, tight_limits
 from mafsil.job.poses import goal_matrix
-from mafsil.job.remark import Refused, said_of
-from mafsil.job.surroundings import RESTS, Surroundings, WayRound
+from mafsil.job.remark import Refused, Remark, said_of
+from mafsil.job.surroundings import RESTS, Surroundings, WayRound, why_not_itself
 from mafsil.job.timing import Timing
+from mafsil.job.unchecked import unchecked
 from mafsil.messages.quantities import quantity
 from mafsil.model import JointLimits
 from mafsil.planning import TimedArm
@@ -58,7 +59,9 @@ class Walk:
         self.goals_of = {name: Goals(each.robot) for name, each in self.tools.items()}
         meets = job.obstacle or neighbours or job.collision is not None
         meets = meets or any(move.clearance is not None or move.keep is not None for move in job.move)
-        self.surroundings = Surroundings(job, robot, neighbours) if meets else None
+        looks = bool(meets) or why_not_itself(job.collision, robot.mechanism) is None
+        self.surroundings = Surroundings(job, robot, neighbours) if looks else None
+        self._counts_parts = bool(meets)
         self.beside: tuple[NeighbourMotion, ...] = ()
         self.signals = CellSignals(job, control_period(job))
         self.legs: list[Leg] = []
@@ -75,12 +78,17 @@ class Walk:
         return Plan(
             start=self.origin,
             legs=tuple(self.legs),
-            remarks=(*self.remarks, *tight_limits(self.tight)),
+            remarks=(*self.remarks, *tight_limits(self.tight), *self.unchecked()),
             made=self.made,
             surroundings=self.surroundings,
             neighbours=self.beside,
             signals=self.signals if self.signals.names else None,
         )
+
+    def unchecked(self) -> list[Remark]:
+        """What nobody looked at."""
+        first = next(iter(self.tools.values()))
+        return unchecked(self.job, Load(first), self.legs, self.surroundings)
 
     @property
     def robot(self) -> Robot:
@@ -150,8 +158,11 @@ class Walk:
         return around is None or around.is_free(q, self.load, self.clearance(index, index), self.counted(index, q))
 
     def counted(self, index: int, q: JointVector) -> tuple[PlacedPart, ...]:
-        """The parts put down before that a motion of move `index` to q has to keep away from."""
-        if not self.parts.standing:
+        """The parts put down before that a motion of move `index` to q has to keep away from.
+
+        Only where the job speaks of what the robot may meet: a few sizes of parts do not describe a cell.
+        """
+        if not self.parts.standing or not self._counts_parts:
             return ()
         k = index + 1 + (self.job.move[index].skip if index >= 0 else 0)
         while k < len(self.job.move) and (move := self.job.move[k]).stays and not (move.pick or move.place):

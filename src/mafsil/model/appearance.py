@@ -15,8 +15,8 @@ from mafsil.model.link import Link
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.mesh import Surface, read
 from mafsil.model.mesh.decimation import decimated
-from mafsil.model.shape import Box, Capsule, Cylinder, Mesh, Shape, Sphere
-from mafsil.model.skeleton import SHELL, Colour, tip_tubes, with_skeleton
+from mafsil.model.shape import SHELL, Box, Capsule, Colour, Cylinder, Mesh, Shape, Sphere
+from mafsil.model.skeleton import outlined, tip_tubes, with_skeleton
 
 MOST_TRIANGLES = 60_000
 MOST_BYTES = 256 << 20
@@ -50,13 +50,19 @@ def pieces(mechanism: Mechanism, most_triangles: int = MOST_TRIANGLES) -> tuple[
     """What to draw of each link, in the order of `mechanism.links`.
 
     The shapes of the description: what is meant to be seen, else what collides. If less than half of the moving parts
-    have any that can be drawn, all links get the tubes and housings of `with_skeleton` instead.
+    have any that can be drawn, all links get the tubes and housings of `with_skeleton` instead; those of robots of the
+    library the outline that they collide with.
 
     Args:
         mechanism: any robot.
         most_triangles: of all surfaces in files together; beyond it they are simplified.
     """
     files = _Files(most_triangles)
+    of_outline = outlined(mechanism)
+    if of_outline is not None and not _shown_enough(mechanism, [files.seen(link) for link in mechanism.links]):
+        own = [primitives(link.visuals) for link in of_outline.links]
+        own[mechanism.link_names.index(mechanism.tip)] += primitives(tip_tubes(mechanism))
+        return tuple(own)
     own = [files.of_link(link) for link in mechanism.links]
     if not _shown_enough(mechanism, own):
         bare = replace(mechanism, links=tuple(replace(link, visuals=()) for link in mechanism.links))
@@ -130,6 +136,10 @@ class _Files:
             if given and len(drawn) == len(given):
                 return drawn
         return found[0] or found[1]
+
+    def seen(self, link: Link) -> Pieces:
+        """What there is of the visuals."""
+        return tuple(self.of_shapes(link.visuals))
 
     def of_shapes(self, shapes: tuple[Shape, ...]) -> Iterator[Piece]:
         for shape in shapes:

@@ -277,6 +277,12 @@ class Mechanism:
         return tuple(joint.name for joint in self.coordinates)
 
     @property
+    def endless(self) -> tuple[str, ...]:
+        """Names of the driven joints whose range has no end that the description knows."""
+        free = ~(np.isfinite(self.limits.lower) & np.isfinite(self.limits.upper))
+        return tuple(each.name for each, yes in zip(self.coordinates, free, strict=True) if yes and each.actuated)
+
+    @property
     def link_names(self) -> tuple[str, ...]:
         """Names of the links, the base first."""
         return tuple(link.name for link in self.links)

@@ -57,6 +57,14 @@ class Mesh:
 
 
 Geometry: TypeAlias = Box | Cylinder | Capsule | Sphere | Mesh
+Colour: TypeAlias = tuple[float, float, float, float]
+"""Red, green, blue, opacity in 0..1."""
+
+SHELL: Colour = (0.90, 0.90, 0.88, 1.0)
+HOUSING: Colour = (0.27, 0.31, 0.35, 1.0)
+ACCENT: Colour = (0.86, 0.42, 0.14, 1.0)
+OUTLINE = "outline"
+"""Name of shapes of a robot that is only numbers: about its outline, fitted or estimated; a `radius=` replaces them."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -73,4 +81,4 @@ class Shape:
     geometry: Geometry
     T_lg: PoseMatrix = field(default_factory=lambda: frozen(np.eye(4)))
     name: str = ""
-    colour: tuple[float, float, float, float] | None = None
+    colour: Colour | None = None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TypeAlias
 
 import numpy as np
 
@@ -12,13 +11,8 @@ from mafsil.model.joint import Joint, JointKind
 from mafsil.model.loading import of_mechanism
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.placement import frame_along
-from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Shape, Sphere
+from mafsil.model.shape import ACCENT, HOUSING, OUTLINE, SHELL, Box, Capsule, Colour, Cylinder, Geometry, Shape, Sphere
 
-Colour: TypeAlias = tuple[float, float, float, float]
-
-SHELL: Colour = (0.90, 0.90, 0.88, 1.0)
-HOUSING: Colour = (0.27, 0.31, 0.35, 1.0)
-ACCENT: Colour = (0.86, 0.42, 0.14, 1.0)
 THICK, THIN = 0.046, 0.025
 """Radius of the tubes at the base and at the last link, as fractions of the reach."""
 SHORTEST = 0.2
@@ -46,6 +40,26 @@ def with_skeleton(mechanism: Mechanism) -> Mechanism:
     return replace(mechanism, links=links)
 
 
+def outlined(mechanism: Mechanism) -> Mechanism | None:
+    """The same mechanism, where what is seen of links is the outline that they collide with, and marks of the joints.
+
+    None if no link has an outline. The marks are hidden in the links of makers' arms, and show on slim tubes.
+
+    Args:
+        mechanism: any robot.
+    """
+    outlines = [tuple(one for one in link.collisions if one.name == OUTLINE) for link in mechanism.links]
+    radii = [one.geometry.radius for own in outlines for one in own if isinstance(one.geometry, Capsule | Cylinder)]
+    if not radii:
+        return None
+    links = list(mechanism.links)
+    for k, (link, own) in enumerate(zip(mechanism.links, outlines, strict=True)):
+        carried = [joint for joint, parent in zip(mechanism.joints, mechanism.parents, strict=True) if parent == k]
+        marks = [drum for joint in carried for drum in _housing(joint, min(radii))]
+        links[k] = replace(link, visuals=(*own, *marks))
+    return replace(mechanism, links=tuple(links))
+
+
 def reach(mechanism: Mechanism) -> float:
     """Sum of the distances between joints along the longest way from the base, with strokes of prismatic joints [m]."""
     distance = [0.0]
@@ -63,7 +77,7 @@ def stroke(joint: Joint) -> float:
 def tip_tubes(mechanism: Mechanism) -> tuple[Shape, ...]:
     """What leads from the tip's link to a tip frame away from it: a tool that has no shape of its own."""
     T = mechanism.T_lt
-    return tuple(_tubes(None, T[:3, 3], T[:3, 2], 0.012 * reach(mechanism), HOUSING))
+    return tuple(_tubes(None, T[:3, 3], T[:3, 2], 0.012 * reach(mechanism), HOUSING, flat=True))
 
 
 def stand(mechanism: Mechanism, top: float, floor: float) -> tuple[Shape, ...]:
@@ -92,9 +106,19 @@ def _grown(mechanism: Mechanism, k: int, size: float) -> tuple[Shape, ...]:
         shapes += _tubes(own, joint.T_pj[:3, 3], joint.T_pj[:3, :3] @ joint.axis, radius, SHELL)
         shapes += _housing(joint, radius)
     if mechanism.links[k].name == mechanism.tip:
-        shapes += _tubes(own, mechanism.T_lt[:3, 3], mechanism.T_lt[:3, 2], 0.6 * radius, SHELL)
-        shapes.append(_shape("tip", Sphere(0.62 * radius), np.zeros(3), _Z, ACCENT))
+        shapes += _tubes(own, mechanism.T_lt[:3, 3], mechanism.T_lt[:3, 2], 0.6 * radius, SHELL, flat=True)
+        shapes.append(_knob(mechanism.T_lt, 0.62 * radius))
     return tuple(shapes)
+
+
+def _knob(T_lt: PoseMatrix, radius: float) -> Shape:
+    """A ball at the last link's origin; where the tip is nearer than its radius, a drum that ends at the tip.
+
+    Nothing reaches beyond the plane of the tip, so that it can touch something.
+    """
+    if np.linalg.norm(T_lt[:3, 3]) >= radius:
+        return _shape("tip", Sphere(radius), np.zeros(3), _Z, ACCENT)
+    return _shape("tip", Cylinder(radius, radius), T_lt[:3, 3] - radius / 2.0 * T_lt[:3, 2], T_lt[:3, 2], ACCENT)
 
 
 def _pedestal(radius: float) -> list[Shape]:
@@ -112,8 +136,13 @@ def _rod(own: Joint, radius: float) -> list[Shape]:
     return [_shape("rod", Cylinder(0.6 * radius, length), -own.axis * length / 2, own.axis, SHELL)]
 
 
-def _tubes(own: Joint | None, end: Vector3, axis: Vector3, radius: float, colour: Colour) -> list[Shape]:
-    """Straight pieces from the link's origin to `end`: first along its own axis, then across, last along `axis`."""
+def _tubes(
+    own: Joint | None, end: Vector3, axis: Vector3, radius: float, colour: Colour, *, flat: bool = False
+) -> list[Shape]:
+    """Straight pieces from the link's origin to `end`: first along its own axis, then across, last along `axis`.
+
+    Round at their ends, or the last one flat.
+    """
     first = own.axis if own is not None and own.moves else _Z
     legs = [first * (first @ end)]
     rest = end - legs[0]
@@ -125,6 +154,10 @@ def _tubes(own: Joint | None, end: Vector3, axis: Vector3, radius: float, colour
         if length > max(_TINY, SHORTEST * radius):
             shapes.append(_shape("bone", Capsule(radius, length), here + leg / 2, leg / length, colour))
         here = here + leg
+    if flat and shapes:
+        bone = shapes[-1]
+        assert isinstance(bone.geometry, Capsule)
+        shapes[-1] = replace(bone, geometry=Cylinder(radius, bone.geometry.length))
     return shapes
 
 

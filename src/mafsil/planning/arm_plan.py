@@ -151,7 +151,7 @@ class ArmPlan(Plan):
         return trajectory.time_optimal(self.joint_path(share=share), limits)
 
     def explain(self, language: str | None = None) -> str:
-        """The status, what the ends meet, and the account."""
+        """The status, what the ends meet, the account, and what was not checked."""
         more = say("planning.proofs", language=language, proofs=self.proofs)
         lines = [super().explain(language) + more]
         for k, check in enumerate(self.ends):
@@ -171,7 +171,14 @@ class ArmPlan(Plan):
         if self and self.kept is not None and self.checker is not None:
             worst = self.kept.along(self.checker, self.path[:-1], self.path[1:])
             lines += [] if worst is None else self.kept.sentences(worst, language)
+        lines += [say(key, language=language) for key in self._unchecked()]
+        if self and self.checker is not None and (endless := self.checker.robot.mechanism.endless):
+            lines.append(say("collision.unchecked_range", language=language, joints=", ".join(endless)))
         return "\n".join(lines)
+
+    def _unchecked(self) -> tuple[str, ...]:
+        """Keys of sentences about what nobody looked at on the way; a path among nothing says so."""
+        return self.checker.unchecked if self and self.checker is not None else ()
 
     def _own_pair(self) -> Contact | None:
         """Two bodies of the robot itself that meet at an end, where nothing else meets there."""
@@ -183,4 +190,7 @@ class ArmPlan(Plan):
         """Plain data."""
         ends = [check.to_dict() for check in self.ends]
         kept: dict[str, Any] = {"kept": self.kept_bounds().tolist()} if self and self.kept is not None else {}
-        return super().to_dict() | {"proofs": self.proofs, "goal": self.goal, "ends": ends} | kept
+        unchecked = [key.rpartition("_")[2] for key in self._unchecked()]
+        return (
+            super().to_dict() | {"proofs": self.proofs, "goal": self.goal, "ends": ends, "unchecked": unchecked} | kept
+        )

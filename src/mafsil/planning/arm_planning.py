@@ -122,7 +122,8 @@ def plan(
             if None.
         keep: what the path keeps all along, such as `planning.Upright(0.1)`: one or several constraints. Only with
             "rrt_connect", which alone knows loops too.
-        radius: of capsules along the links, for a robot without shapes [m]; a Checker was made with its own.
+        radius: of capsules along the links, for a robot without shapes or in place of those of the library [m]; a
+            Checker was made with its own.
         moving: names of joints that may move on the way though start and goals agree on them, in place of the rule
             above; none for an empty list.
 

@@ -14,6 +14,7 @@ from mafsil.model.mesh.hull import hull_surface
 from mafsil.model.mesh.primitives import SIDES
 from mafsil.model.shape import Box, Capsule, Cylinder, Sphere
 from mafsil.scene import Body, Solid
+from mafsil.scene.patch import patch
 
 OBSTACLE_COLOUR = (0.72, 0.66, 0.58, 1.0)
 MOST_TRIANGLES = 20_000
@@ -22,25 +23,26 @@ MOST_POINTS = 2_000
 """Of one cloud in a picture."""
 MOST_ROWS = 96
 """Of one grid of heights in a picture, along each side."""
-THIN = 2e-3
-"""Thickness of the plate that is drawn for a half space, as share of the scene."""
+WIDE, THIN = 1.5, 2e-3
+"""What the plate of a half space has beside the scene, and its thickness, as shares of the scene."""
 FLAT = 1e-3
 """Thickness of what is flat, in a picture [m]."""
 OCTAHEDRON = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], np.float64)
 EIGHT_FACES = np.array([[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]])
 
 
-def drawn(obstacles: Iterable[Obstacle], size: float) -> list[tuple[Body, Floats]]:
-    """Each obstacle with its pose; a half space is a flat plate as wide as the scene.
+def drawn(obstacles: Iterable[Obstacle], size: float, seen: Floats) -> list[tuple[Body, Floats]]:
+    """Each obstacle with its pose; a half space is a flat plate under the scene, wider than it.
 
     Args:
         obstacles: of the run.
         size: radius of the scene [m].
+        seen: (k, 3) points of the scene.
     """
-    return [(Body(each.name, (_solid(each, size),)), np.asarray(each.T_so)) for each in obstacles]
+    return [(Body(each.name, (_solid(each, size, seen),)), np.asarray(each.T_so)) for each in obstacles]
 
 
-def _solid(obstacle: Obstacle, size: float) -> Solid:
+def _solid(obstacle: Obstacle, size: float, seen: Floats) -> Solid:
     """One obstacle in its own frame."""
     match obstacle.geometry:
         case Box(size=edges):
@@ -63,8 +65,8 @@ def _solid(obstacle: Obstacle, size: float) -> Solid:
             return _surface(_ground(ground))
         case _:
             thin = THIN * size
-            below = (0.0, 0.0, -thin / 2, 1.0, 0.0, 0.0, 0.0)
-            return Solid("box", (3 * size, 3 * size, thin), below, OBSTACLE_COLOUR)
+            (x, y), (a, b) = (each.tolist() for each in patch(np.asarray(obstacle.T_so), seen, WIDE * size))
+            return Solid("box", (a, b, thin), (x, y, -thin / 2, 1.0, 0.0, 0.0, 0.0), OBSTACLE_COLOUR)
 
 
 def _surface(surface: Surface) -> Solid:

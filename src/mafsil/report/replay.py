@@ -55,7 +55,7 @@ def replay_scene(run: Run) -> Scene:
     beside += [Part(body, track, 0, 0) for body, track in doors(run, moments, tips)]
     targets = [(leg.name, compact(leg.target)) for leg in run.plan.legs if leg.target is not None]
     surroundings = run.plan.surroundings
-    around = [] if surroundings is None else drawn(surroundings.obstacles, size)
+    around = [] if surroundings is None else drawn(surroundings.obstacles, size, seen)
     return Scene(
         bodies=drawing.bodies(floor, poses[0]),
         period=period,
@@ -65,7 +65,7 @@ def replay_scene(run: Run) -> Scene:
         references=compact(references),
         targets=tuple(targets),
         carried=tuple(Carried(one.body, compact(one.track), one.first, one.end) for one in (*carried, *beside)),
-        fixed=tuple((body, compact(T)) for body, T in (*around, *standing(run, size), *still)),
+        fixed=tuple((body, compact(T)) for body, T in (*around, *standing(run, size, tips[:, :3, 3]), *still)),
         centre=centre,
         size=size,
         floor=floor,

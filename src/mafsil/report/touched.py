@@ -10,6 +10,7 @@ from mafsil.job import Run
 from mafsil.job.contact_tables import Guide, Hole, Surface
 from mafsil.job.door_grips import grips
 from mafsil.scene import Body, Solid
+from mafsil.scene.patch import near_side, patch, stretch
 from mafsil.scene.solids import Colour
 
 COLOUR = (0.62, 0.70, 0.74, 1.0)
@@ -18,52 +19,66 @@ CLEAR = (*COLOUR[:3], 0.22)
 SHAFT_COLOUR = (0.24, 0.26, 0.30, 1.0)
 DOOR_COLOUR = (0.66, 0.52, 0.36, 1.0)
 PLATE, THIN, RAIL = 0.45, 2e-3, 4e-3
-"""Edge of a plate, thickness of plates and of rails, as shares of the scene."""
+"""Edge of a plate that is touched in a point, thickness of plates and of rails, as shares of the scene."""
+BESIDE = 0.01
+"""How far from a plane the tip still is at it, beyond where it is nearest, as share of the scene."""
 PANEL_HEIGHT, PANEL_THICKNESS = 0.7, 0.03
 """Of a door, as shares of its width."""
 
 
-def standing(run: Run, size: float) -> list[tuple[Body, PoseMatrix]]:
-    """Surfaces, guides and holes with their poses.
+def standing(run: Run, size: float, tips: Floats) -> list[tuple[Body, PoseMatrix]]:
+    """Surfaces, guides and holes with their poses; of what is endless the part that the tip is beside.
 
     Args:
         run: what happened.
         size: radius of the scene [m].
+        tips: (frames, 3) where the tip was [m].
     """
-    found = [_surface(one, size) for one in run.job.surface]
-    return [*found, *(_guide(one, size) for one in run.job.guide), *(_hole(one, size) for one in run.job.hole)]
+    found = [_surface(one, size, tips) for one in run.job.surface]
+    found += [_guide(one, size, tips) for one in run.job.guide]
+    return [*found, *(_hole(one, size, tips) for one in run.job.hole)]
 
 
-def _surface(one: Surface, size: float) -> tuple[Body, PoseMatrix]:
+def _surface(one: Surface, size: float, tips: Floats) -> tuple[Body, PoseMatrix]:
     place = np.array(one.point)
     if one.normal is not None:
-        return Body(one.name, (_below(size),)), _facing(place, np.array(one.normal))
+        T = _facing(place, np.array(one.normal))
+        return Body(one.name, (_plate(T, near_side(T, tips, BESIDE * size), size),)), T
     colour = CLEAR if one.hollow else COLOUR
     if one.sphere is not None:
         return Body(one.name, (Solid("sphere", (one.sphere,), colour=colour),)), _facing(place, np.array([0.0, 0, 1]))
     assert one.cylinder is not None
-    bar = Solid("cylinder", (one.cylinder, PLATE * size), colour=colour)
-    return Body(one.name, (bar,)), _facing(place, np.array(one.axis))
+    T = _facing(place, np.array(one.axis))
+    return Body(one.name, (_bar(T, tips, one.cylinder, size, colour),)), T
 
 
-def _hole(one: Hole, size: float) -> tuple[Body, PoseMatrix]:
+def _hole(one: Hole, size: float, tips: Floats) -> tuple[Body, PoseMatrix]:
     """The room of the peg's axis, from the mouth to the bottom and at least as wide as a rail, in a face."""
     radius = max(one.clearance + one.chamfer, RAIL * size)
     shaft = Solid("cylinder", (radius, one.depth), (0.0, 0.0, -one.depth / 2.0, 1.0, 0.0, 0.0, 0.0), SHAFT_COLOUR)
-    return Body(one.name, (_below(size, CLEAR), shaft)), _facing(np.array(one.mouth), np.array(one.axis))
+    T = _facing(np.array(one.mouth), np.array(one.axis))
+    around = np.concatenate([np.array([one.mouth]), near_side(T, tips, BESIDE * size)])
+    return Body(one.name, (_plate(T, around, size, CLEAR), shaft)), T
 
 
-def _guide(one: Guide, size: float) -> tuple[Body, PoseMatrix]:
+def _guide(one: Guide, size: float, tips: Floats) -> tuple[Body, PoseMatrix]:
     if one.direction is not None:
-        rail = Solid("cylinder", (RAIL * size, 2.0 * PLATE * size), colour=COLOUR)
-        return Body(one.name, (rail,)), _facing(np.array(one.point), np.array(one.direction))
-    return Body(one.name, (_below(size),)), _facing(np.array(one.point), np.array(one.normal))
+        T = _facing(np.array(one.point), np.array(one.direction))
+        return Body(one.name, (_bar(T, tips, RAIL * size, size, COLOUR),)), T
+    T = _facing(np.array(one.point), np.array(one.normal))
+    return Body(one.name, (_plate(T, tips, size),)), T
 
 
-def _below(size: float, colour: Colour = COLOUR) -> Solid:
-    """A thin plate whose upper side is the x-y plane."""
-    low = (0.0, 0.0, -THIN * size / 2.0, 1.0, 0.0, 0.0, 0.0)
-    return Solid("box", (PLATE * size, PLATE * size, THIN * size), low, colour)
+def _plate(T: PoseMatrix, seen: Floats, size: float, colour: Colour = COLOUR) -> Solid:
+    """A thin plate whose upper side is the part of the x-y plane beside some points."""
+    (x, y), (a, b) = (each.tolist() for each in patch(T, seen, PLATE * size))
+    return Solid("box", (a, b, THIN * size), (x, y, -THIN * size / 2.0, 1.0, 0.0, 0.0, 0.0), colour)
+
+
+def _bar(T: PoseMatrix, seen: Floats, radius: float, size: float, colour: Colour) -> Solid:
+    """A round bar along the part of the z axis beside some points."""
+    middle, length = stretch(T, seen, PLATE * size)
+    return Solid("cylinder", (radius, length), (0.0, 0.0, middle, 1.0, 0.0, 0.0, 0.0), colour)
 
 
 def _facing(place: Vector3, direction: Vector3) -> PoseMatrix:

@@ -6,6 +6,7 @@ from math import pi
 
 from mafsil.model.denavit_hartenberg import DHRow, mechanism_from_dh
 from mafsil.model.library.masses import inertial
+from mafsil.model.library.outline import Drum, Outline, Tube, with_outline
 from mafsil.model.limits import Limits
 from mafsil.model.link import Inertial
 from mafsil.model.mechanism import Mechanism, Provenance
@@ -47,6 +48,45 @@ _PANDA_MASSES = (
     ),
 )
 
+_OUTLINE: Outline = {
+    "base": [
+        Tube(0.074, (-0.07, 0, 0.05), (0, 0, 0.069)),
+        Tube(0.03, (-0.01, -0.065, 0.03), (-0.01, 0.065, 0.03)),
+        Tube(0.03, (-0.12, -0.045, 0.03), (-0.12, 0.045, 0.03)),
+    ],
+    "link1": [
+        Tube(0.055, (0, 0, -0.172), (0, 0, -0.1)),
+        Tube(0.055, (0, 0, -0.1), (0, -0.06, -0.03)),
+        Tube(0.055, (0, -0.02, 0), (0, -0.074, 0)),
+    ],
+    "link2": [
+        Tube(0.055, (0, -0.174, 0), (0, -0.1, 0)),
+        Tube(0.055, (0, -0.1, 0), (0, -0.03, 0.06)),
+        Tube(0.055, (0, 0, 0.02), (0, 0, 0.074)),
+    ],
+    "link3": [
+        Tube(0.055, (0, 0, -0.1), (0, 0, -0.066)),
+        Tube(0.055, (0, 0, -0.066), (0.0825, 0.056, 0)),
+        Tube(0.055, (0.0825, 0.02, 0), (0.0825, 0.056, 0)),
+    ],
+    "link4": [
+        Tube(0.055, (0, 0, 0.02), (0, 0, 0.056)),
+        Tube(0.055, (0, 0, 0.056), (-0.0825, 0.067, 0)),
+        Tube(0.055, (-0.0825, 0.067, 0), (-0.0825, 0.104, 0)),
+    ],
+    "link5": [
+        Tube(0.055, (0, 0, -0.24), (0, 0.01, -0.195)),
+        Tube(0.033, (0, 0.055, -0.2), (0, 0.085, -0.06)),
+        Tube(0.05, (0, 0.06, 0), (0, 0.08, 0)),
+    ],
+    "link6": [Tube(0.048, (0, 0, 0.008), (0.05, 0.02, 0.008)), Tube(0.045, (0.088, -0.02, 0), (0.088, 0.037, 0))],
+    "link7": [Drum(0.044, (0, 0, 0.052), (0, 0, _FLANGE)), Tube(0.022, (0, 0, 0.083), (0.047, 0.047, 0.083))],
+}
+_OUTLINE_SOURCE = (
+    "capsules fitted to the Panda's meshes as example-robot-data has them (the FR3 takes the same): radii 55 mm"
+    " (joints 1 to 5), 50 to 45 mm (wrist), flange a flat drum of 44 mm"
+)
+
 
 def panda() -> Mechanism:
     """Franka Emika Panda (FER), 7 revolute joints, tip at the flange.
@@ -73,7 +113,7 @@ def panda() -> Mechanism:
 
 
 def _franka(name: str, limits: tuple[Limits, ...], masses: tuple[Inertial, ...], provenance: Provenance) -> Mechanism:
-    return mechanism_from_dh(
+    bare = mechanism_from_dh(
         _ROWS,
         "modified",
         tool=translation(0.0, 0.0, _FLANGE),
@@ -82,6 +122,7 @@ def _franka(name: str, limits: tuple[Limits, ...], masses: tuple[Inertial, ...],
         limits=limits,
         provenance=provenance,
     )
+    return with_outline(bare, _OUTLINE, _OUTLINE_SOURCE)
 
 
 _FR3_LIMITS = (

@@ -8,6 +8,7 @@ import numpy as np
 
 from mafsil.model.joint import JointKind
 from mafsil.model.library.masses import inertial
+from mafsil.model.library.outline import Drum, Outline, Tube, with_outline
 from mafsil.model.limits import Limits
 from mafsil.model.mechanism import Mechanism, Provenance
 from mafsil.model.placement import pose_from_xyz_rpy, translation
@@ -45,13 +46,28 @@ _AXES = (
 )
 """Range +- [deg], speed [deg/s], torque [N m]."""
 
+_OUTLINE: Outline = {
+    "base": [Tube(0.08, (0, 0, 0.05), (0, 0, 0.09)), Tube(0.05, (-0.08, 0, 0.04), (0, 0, 0.05))],
+    "link1": [Tube(0.068, (0, 0, 0.02), (0, 0, 0.18))],
+    "link2": [Tube(0.068, (0, 0, 0.01), (0, 0.19, 0))],
+    "link3": [Tube(0.068, (0, 0, 0.02), (0, 0, 0.18))],
+    "link4": [Tube(0.068, (0, 0, 0.01), (0, 0.19, 0))],
+    "link5": [Tube(0.06, (0, 0, 0.02), (0, 0.0, 0.08)), Tube(0.042, (0, 0.05, 0.09), (0, 0.06, 0.19))],
+    "link6": [Tube(0.06, (0, 0, 0.03), (0, 0.02, 0.06))],
+    "link7": [Drum(0.045, (0, 0, 0), (0, 0, 0.045))],
+}
+_OUTLINE_SOURCE = (
+    "capsules along the published lengths, radii 68 mm (axes 1 to 4) and 60 mm (wrist), flange a flat drum of 45 mm:"
+    " estimated, not read off a drawing and not compared with a model of the maker"
+)
+
 
 def iiwa7() -> Mechanism:
     """KUKA LBR iiwa 7 R800, 7 revolute joints with spherical shoulder and wrist, tip at the flange.
 
     Reference: KUKA Roboter GmbH, LBR iiwa 7 R800 / 14 R820 specification (lengths 340, 400, 400, 126 mm, axis data).
     """
-    return serial_arm(
+    bare = serial_arm(
         [JointPlace(JointKind.REVOLUTE, pose_from_xyz_rpy(*origin), np.eye(4)) for origin in _ORIGINS],
         base=None,
         T_lt=translation(0.0, 0.0, 0.045),
@@ -67,3 +83,4 @@ def iiwa7() -> Mechanism:
             ),
         ),
     )
+    return with_outline(bare, _OUTLINE, _OUTLINE_SOURCE)

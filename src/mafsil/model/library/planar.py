@@ -8,11 +8,14 @@ import numpy as np
 
 from mafsil.arrays import frozen
 from mafsil.model.denavit_hartenberg import DHRow, mechanism_from_dh
+from mafsil.model.library.outline import with_slim_tubes
 from mafsil.model.link import Inertial
 from mafsil.model.mechanism import Mechanism, Provenance
 from mafsil.model.placement import translation
 
 PAGE_GRAVITY = (0.0, -9.81, 0.0)
+SLIM = 0.02
+"""Radius of the tubes that stand for the rods, as share of the longest one."""
 
 
 def planar2r(lengths: Sequence[float] = (1.0, 1.0), masses: Sequence[float] = (1.0, 1.0)) -> Mechanism:
@@ -51,7 +54,7 @@ def planar2r_point_masses(lengths: Sequence[float] = (1.0, 1.0), masses: Sequenc
 def _planar(name: str, lengths: Sequence[float], inertials: Sequence[Inertial], masses: str) -> Mechanism:
     """Frame {i} at the near end of link i, x along the link."""
     before = (0.0, *lengths[:-1])
-    return mechanism_from_dh(
+    bare = mechanism_from_dh(
         [DHRow(a=a) for a in before],
         "modified",
         name=name,
@@ -63,6 +66,7 @@ def _planar(name: str, lengths: Sequence[float], inertials: Sequence[Inertial], 
             notes=(f"masses: {masses}", "gravity along -y of the space frame, 9.81 m/s^2", "no joint limits"),
         ),
     )
+    return with_slim_tubes(bare, SLIM * max(lengths))
 
 
 def _rod(mass: float, length: float) -> Inertial:

@@ -7,6 +7,7 @@ from math import pi, radians
 from mafsil.model.actuator import Actuator, Friction
 from mafsil.model.denavit_hartenberg import DHRow, mechanism_from_dh
 from mafsil.model.library.masses import inertial
+from mafsil.model.library.outline import Drum, Outline, Tube, housing, with_outline
 from mafsil.model.limits import Limits
 from mafsil.model.mechanism import Mechanism, Provenance
 from mafsil.model.placement import translation
@@ -46,6 +47,20 @@ _MOTORS = (
 )
 """Rotor inertia [kg m^2], gear ratio, viscous [N m s/rad] and Coulomb friction (+, -) [N m], on the motor's side."""
 
+_OUTLINE: Outline = {
+    "base": [housing(0.09, (0, 0, -0.672), (0, 0, -0.11)), Tube(0.05, (-0.1, 0, -0.622), (0.1, 0, -0.622))],
+    "column": [housing(0.09, (0, 0, -0.11), (0, 0, 0.09)), housing(0.085, (0, 0.09, 0), (0, -0.13, 0))],
+    "upper_arm": [Tube(0.07, (-0.13, 0, 0.2), (0, 0, 0.2)), Tube(0.06, (0, 0, 0.2), (0.4318, 0, 0.2))],
+    "forearm": [housing(0.06, (0, 0, 0.05), (0, 0, 0.16)), Tube(0.05, (0, 0, 0.11), (0.0203, 0.33, 0.14))],
+    "wrist_1": [Drum(0.04, (0, 0, 0.34), (0, 0, 0.4318))],
+    "flange": [Drum(0.025, (0, 0, -0.04), (0, 0, 0))],
+}
+_OUTLINE_SOURCE = (
+    "capsules along the published lengths, radii 90 mm (column), 70 to 50 mm (arms), 40 mm (wrist):"
+    " estimated, not read off a drawing and not compared with a model of the maker;"
+    " the hand ends at the wrist's centre, where the tables put the tip"
+)
+
 
 def puma560(base_height: float = 0.0) -> Mechanism:
     """PUMA 560, 6R with shoulder offset and spherical wrist.
@@ -57,7 +72,7 @@ def puma560(base_height: float = 0.0) -> Mechanism:
     560 robot, IEEE ICRA 1994; B. Armstrong, O. Khatib, J. Burdick, The explicit dynamic model and inertial parameters
     of the PUMA 560 arm, IEEE ICRA 1986 (torques); P. I. Corke, Visual control of robots, 1996 (motor speeds).
     """
-    return mechanism_from_dh(
+    bare = mechanism_from_dh(
         _ROWS,
         "classic",
         base=translation(0.0, 0.0, base_height),
@@ -90,3 +105,4 @@ def puma560(base_height: float = 0.0) -> Mechanism:
             ),
         ),
     )
+    return with_outline(bare, _OUTLINE, _OUTLINE_SOURCE)

@@ -10,6 +10,7 @@ from mafsil.arrays import frozen
 from mafsil.model.actuator import Actuator
 from mafsil.model.denavit_hartenberg import DHRow, mechanism_from_dh
 from mafsil.model.library.masses import Three
+from mafsil.model.library.outline import Drum, Outline, Tube, housing, with_outline
 from mafsil.model.limits import Limits
 from mafsil.model.link import Inertial
 from mafsil.model.mechanism import Mechanism, Provenance
@@ -29,6 +30,19 @@ _MASSES = (
 
 _ARMATURES = (0.953, 2.193, 0.782, 0.106, 0.097, 0.020)
 
+_OUTLINE: Outline = {
+    "base": [housing(0.09, (0, 0, 0), (0, 0, 0.25))],
+    "link1": [housing(0.075, (0, 0, 0.25), (0, 0, 0.49))],
+    "link2": [housing(0.065, (0, 0, 0.08), (0, 0, 0.2))],
+    "link3": [Tube(0.035, (0, 0, -1.29), (0, 0, -0.03))],
+    "link5": [Tube(0.03, (0, 0, 0), (0, 0.03, 0))],
+    "link6": [Drum(0.035, (0, 0, 0.05), (0, 0, 10.35 * _INCH))],
+}
+_OUTLINE_SOURCE = (
+    "capsules along the published lengths, radii 75 mm (column), 65 mm (shoulder), 35 mm (boom of 1.3 m and hand,"
+    " flat at the tip): estimated, the boom's length after its centre of mass; not compared with a model"
+)
+
 
 def stanford_arm() -> Mechanism:
     """Stanford arm: two revolute joints, a prismatic boom, a spherical wrist; the tip lies between the finger tips.
@@ -38,7 +52,7 @@ def stanford_arm() -> Mechanism:
     A. K. Bejczy, Robot arm dynamics and control, JPL TM 33-669, 1974.
     """
     half_turn = Limits(radians(-170), radians(170))
-    return mechanism_from_dh(
+    bare = mechanism_from_dh(
         (
             DHRow(d=16.24 * _INCH, alpha=-pi / 2),
             DHRow(d=6.05 * _INCH, alpha=pi / 2),
@@ -74,6 +88,7 @@ def stanford_arm() -> Mechanism:
             ),
         ),
     )
+    return with_outline(bare, _OUTLINE, _OUTLINE_SOURCE)
 
 
 def _about_origin(mass: float, com: Three, moments: Three) -> Inertial:

@@ -1,7 +1,8 @@
 """Spatial arms of textbooks: the worked examples of product of exponentials, Jacobians and inverse kinematics.
 
-Lengths are parameters, masses are invented (`with_rods`). Figure numbers are those of F. C. Park and K. M. Lynch,
-Introduction to Robotics: Mechanics, Planning, and Control (draft of Modern Robotics), with the errata applied.
+Lengths are parameters, masses are invented (`with_rods`), and so are the slim tubes that stand for the links. Figure
+numbers are those of F. C. Park and K. M. Lynch, Introduction to Robotics: Mechanics, Planning, and Control (draft of
+Modern Robotics), with the errata applied.
 """
 
 from __future__ import annotations
@@ -14,9 +15,12 @@ import numpy as np
 from mafsil.model.denavit_hartenberg import DHRow, mechanism_from_dh
 from mafsil.model.exponentials import mechanism_from_screws
 from mafsil.model.library.masses import with_rods
+from mafsil.model.library.outline import with_slim_tubes
 from mafsil.model.mechanism import Mechanism, Provenance
 from mafsil.model.placement import translation
 
+RADIUS = 0.03
+"""Of the tubes [m]."""
 _BOOK = "Park and Lynch, Introduction to Robotics"
 
 
@@ -205,9 +209,8 @@ def _axis(omega: Sequence[float], point: Sequence[float]) -> tuple[float, ...]:
 
 
 def _from_dh(name: str, rows: tuple[DHRow, ...], figure: str, *notes: str) -> Mechanism:
-    return with_rods(
-        mechanism_from_dh(rows, "modified", name=name, provenance=Provenance(source=f"{_BOOK}, {figure}", notes=notes))
-    )
+    provenance = Provenance(source=f"{_BOOK}, {figure}", notes=notes)
+    return _with_bodies(mechanism_from_dh(rows, "modified", name=name, provenance=provenance))
 
 
 def _from_screws(
@@ -220,4 +223,9 @@ def _from_screws(
 ) -> Mechanism:
     """Tip frame parallel to {s} at zero."""
     provenance = Provenance(source=f"{source}, {figure}", notes=notes)
-    return with_rods(mechanism_from_screws(S, translation(*tip), name=name, provenance=provenance))
+    return _with_bodies(mechanism_from_screws(S, translation(*tip), name=name, provenance=provenance))
+
+
+def _with_bodies(mechanism: Mechanism) -> Mechanism:
+    """With invented masses and slim tubes."""
+    return with_slim_tubes(with_rods(mechanism), RADIUS)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import inf, pi, radians
 
 from mafsil.model.denavit_hartenberg import DHRow, mechanism_from_dh
 from mafsil.model.library.masses import inertial
+from mafsil.model.library.outline import Drum, Outline, Tube, housing, with_outline
 from mafsil.model.limits import Limits
 from mafsil.model.link import Inertial
 from mafsil.model.mechanism import Mechanism, Provenance
@@ -31,6 +33,74 @@ _TENSORS = (
     " the support article calls them negligible for the small models and prints none"
 )
 
+PLUG, BACK = 0.0055, 0.009
+"""Radius of the cable's plug at the base, and what the lids on the backs of the wrist's housings stand out [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Housings:
+    """Sizes of a model's joints and tubes [m].
+
+    Attributes:
+        foot: radius and height of the base.
+        shoulder: radius of the two drums at the shoulder.
+        face: how far from axis 1 shoulder and upper arm meet.
+        upper, fore: radius of the tube, and how far from axis 1 it lies.
+        elbow: radius of the drums at the elbow.
+        elbow_face, wrist_face: how far from axis 1 upper arm and forearm, forearm and wrist 1 meet.
+        wrist: radius of the drums of the wrist.
+        neck: how far from its axis each housing of the wrist ends and the next one begins.
+    """
+
+    foot: tuple[float, float]
+    shoulder: float
+    face: float
+    upper: tuple[float, float]
+    fore: tuple[float, float]
+    elbow: float
+    elbow_face: float
+    wrist_face: float
+    wrist: float
+    neck: float
+
+    @property
+    def source(self) -> str:
+        """Where the numbers come from."""
+        shoulder, upper, fore, wrist = (1e3 * r for r in (self.shoulder, self.upper[0], self.fore[0], self.wrist))
+        return (
+            f"capsules, radii {shoulder:.0f} (shoulder), {upper:.0f} and {fore:.0f} (tubes), {wrist:.0f} mm (wrist),"
+            " fitted to the meshes of the UR3, UR5 and UR10 as example-robot-data has them; of the e-Series the same"
+            " radii along its own lengths, its base and the places where housings meet estimated"
+        )
+
+    def outline(self, d1: float, a2: float, a3: float, d4: float, d5: float, d6: float) -> Outline:
+        """Of an arm with these lengths: a drum at each joint, tubes between."""
+        R, E, W, neck = self.shoulder, self.elbow, self.wrist, self.neck
+        (upper, s), (fore, e), (foot, far), back = self.upper, self.fore, self.foot, self.neck + BACK
+        return {
+            "base": [Drum(foot, (0, 0, 0), (0, 0, far)), Tube(PLUG, (0, foot, PLUG), (0, foot + 6 * PLUG, PLUG))],
+            "shoulder": [housing(R, (0, 0, far), (0, 0, d1 + R)), housing(R, (0, R, d1), (0, -self.face, d1))],
+            "upper_arm": [
+                housing(R, (0, 0, self.face), (0, 0, 2 * s - self.face)),
+                Tube(upper, (0, 0, s), (a2, 0, s)),
+                housing(E, (a2, 0, self.elbow_face), (a2, 0, 2 * s - self.elbow_face)),
+            ],
+            "forearm": [
+                housing(E, (0, 0, e - fore), (0, 0, self.elbow_face)),
+                Tube(fore, (0, 0, e), (a3, 0, e)),
+                housing(W, (a3, 0, 2 * e - self.wrist_face), (a3, 0, self.wrist_face)),
+            ],
+            "wrist_1": [housing(W, (0, 0, self.wrist_face), (0, 0, d4 + W)), housing(W, (0, back, d4), (0, -neck, d4))],
+            "wrist_2": [housing(W, (0, 0, neck), (0, 0, d5 + W)), housing(W, (0, -back, d5), (0, neck, d5))],
+            "wrist_3": [Drum(W, (0, 0, neck), (0, 0, d6))],
+        }  # fmt: skip
+
+
+_SIZE_3 = _Housings((0.064, 0.086), 0.046, 0.054, (0.034, 0.12), (0.029, 0.027), 0.038, 0.074, 0.067, 0.032, 0.042)
+_SIZE_5 = _Housings((0.074, 0.021), 0.060, 0.0705, (0.050, 0.1358), (0.038, 0.0161), 0.058, 0.0705, 0.064, 0.039, 0.048)
+_SIZE_5E = _Housings((0.075, 0.099), 0.060, 0.0705, (0.050, 0.138), (0.038, 0.007), 0.058, 0.0675, 0.055, 0.039, 0.048)
+_SIZE_10 = _Housings((0.095, 0.092), 0.076, 0.086, (0.055, 0.1762), (0.044, 0.0393), 0.061, 0.110, 0.100, 0.046, 0.060)
+
 
 def ur3e() -> Mechanism:
     """Universal Robots UR3e, 6R with offset wrist.
@@ -50,6 +120,7 @@ def ur3e() -> Mechanism:
         ),
         _limits((180, 180, 180, 360, 360, 360), (56, 56, 28, 12, 12, 12), endless_last=True),
         (_FRAMES, _ELBOW, _TENSORS, "the last joint turns without end; its range is infinite"),
+        _SIZE_3,
     )
 
 
@@ -93,6 +164,7 @@ def ur5e() -> Mechanism:
         ),
         _limits((180,) * 6, (150, 150, 150, 28, 28, 28)),
         (_FRAMES, _ELBOW, _TENSORS),
+        _SIZE_5E,
     )
 
 
@@ -114,6 +186,7 @@ def ur10e() -> Mechanism:
         ),
         _limits((120, 120, 180, 180, 180, 180), (330, 330, 150, 56, 56, 56)),
         (_FRAMES, _ELBOW, _TENSORS),
+        _SIZE_10,
     )
 
 
@@ -141,6 +214,7 @@ def ur5() -> Mechanism:
             "centre of mass of wrist 2: some copies of the maker's table print y = -0.0018; the sign here is the"
             " description package's, opposite to wrist 1 like the axes",
         ),
+        _SIZE_5,
     )
 
 
@@ -150,10 +224,11 @@ def _arm(
     inertials: tuple[Inertial, ...],
     limits: list[Limits],
     notes: tuple[str, ...],
+    housings: _Housings,
 ) -> Mechanism:
     """The table that all models share, with the dimensions d1, a2, a3, d4, d5, d6."""
     d1, a2, a3, d4, d5, d6 = dimensions
-    return mechanism_from_dh(
+    bare = mechanism_from_dh(
         (
             DHRow(d=d1, alpha=pi / 2),
             DHRow(a=a2),
@@ -170,6 +245,7 @@ def _arm(
         link_names=LINK_NAMES,
         provenance=Provenance(source=_SOURCE, notes=notes),
     )
+    return with_outline(bare, housings.outline(*dimensions), housings.source)
 
 
 def _limits(speeds: tuple[float, ...], torques: tuple[float, ...], endless_last: bool = False) -> list[Limits]:

@@ -14,7 +14,7 @@ from mafsil.model.mass_properties import surface as solid_of
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.mesh import Surface, read
 from mafsil.model.mesh.primitives import triangles
-from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere
+from mafsil.model.shape import OUTLINE, Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere
 
 DIRECTIONS = 300
 """Planes that bound the hull."""
@@ -98,14 +98,18 @@ def solids(mechanism: Mechanism) -> dict[str, Solid]:
 
 
 def _solid(parts: list[tuple[Link, Floats]]) -> Solid | None:
-    """All shapes of a rigid group, in the frame of its first link; None if some of what is drawn is not known."""
+    """All shapes of a rigid group, in the frame of its first link; None if some of what is drawn is not known.
+
+    Outlines of the library's arms say how far a link reaches, not where its matter is: its masses are other tables'.
+    """
     points: list[Floats] = []
     matter: list[tuple[Shape, ...]] = []
     for link, T in parts:
-        groups = [[_corners(shape) for shape in shapes] for shapes in (link.collisions, link.visuals)]
+        collisions = tuple(shape for shape in link.collisions if shape.name != OUTLINE)
+        groups = [[_corners(shape) for shape in shapes] for shapes in (collisions, link.visuals)]
         if any(corners is None for corners in (groups[1] if link.visuals else groups[0])):
             return None
-        for shapes, group in zip((link.collisions, link.visuals), groups, strict=True):
+        for shapes, group in zip((collisions, link.visuals), groups, strict=True):
             known = [corners for corners in group if corners is not None]
             points += [corners @ T[:3, :3].T + T[:3, 3] for corners in known]
             if known and len(known) == len(shapes):
