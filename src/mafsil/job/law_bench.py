@@ -246,7 +246,7 @@ def bench_laws(
 def _with_law(job: Job, kind: str) -> Job:
     """The job with another law; gains of its own law have no meaning for others."""
     own = job.controller
-    kept = {name: getattr(own, name) for name in GAINS[kind]} if kind == own.kind else {}
+    kept = {name: getattr(own, name) for name in (*GAINS[kind], "friction")} if kind == own.kind else {}
     if kind == "computed_torque" and kept.get("frequency") is None:
         kept["frequency"] = NATURAL_FREQUENCY
     simulated = msgspec.structs.replace(job.simulation, real_time=False)
