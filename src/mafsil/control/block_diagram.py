@@ -230,9 +230,8 @@ def _computed_torque(law: ComputedTorque) -> list[Term]:
 
 
 def _feedforward(law: Feedforward) -> list[Term]:
-    return [Term("M(u) a + c(u, v) + g(u)", ("trajectory",), feedforward(law.robot, friction=False))] + _rubbing(
-        law.robot, law.friction
-    )
+    alone = Term("M(u) a + c(u, v) + g(u)", ("trajectory",), feedforward(law.robot, friction=False))
+    return [alone, *_rubbing(law.robot, law.friction)]
 
 
 def _force(law: ForceControl) -> list[Term]:

@@ -15,10 +15,11 @@ from mafsil.control import explained
 from mafsil.job import judgement
 from mafsil.job.arrival import INSTANT, Arrival
 from mafsil.job.cell_signals import assignments, conditions
-from mafsil.job.judgement import Summary, error_details, joint_quantity
+from mafsil.job.judgement import Summary, error_details
 from mafsil.job.plan import Leg
 from mafsil.job.run import Run
 from mafsil.job.surroundings import WayRound
+from mafsil.job.symptoms import joint_quantity
 from mafsil.messages import LANGUAGES, say
 from mafsil.messages.quantities import digits, quantity
 from mafsil.model import JointKind
