@@ -8,7 +8,7 @@ each is driven once, and said to help only if it does.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from msgspec import structs
@@ -90,7 +90,9 @@ class _Again:
         self.count, self.ticks = self.count + 1, self.ticks + int(ticks)
         job = structs.replace(removal.job, simulation=structs.replace(removal.job.simulation, real_time=False))
         try:
-            found = simulate_plan(job, self.run.text, self.run.robot, plan, difference=removal.difference)
+            found = simulate_plan(
+                job, self.run.text, self.run.robot, plan, difference=replace(removal.difference, compiled=True)
+            )
         except MafsilError:
             return None
         if found.recording.status is SimulationStatus.INTERRUPTED:

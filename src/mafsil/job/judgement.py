@@ -217,13 +217,7 @@ def error_details(run: Run, judged: Arrival) -> dict[str, object]:
 
 def _explained(remark: Remark, causes: Causes, kind: type) -> Remark:
     """A remark with its cause, where that was found."""
-    reason = next((cause for one, cause in causes.items() if isinstance(one, kind)), None)
-    return remark if reason is None else because(remark, reason)
-
-
-def because(remark: Remark, reason: Cause) -> Remark:
-    """A remark with its cause."""
-    return replace(remark, key=f"{remark.key}_why", details={**remark.details, "cause": reason})
+    return replace(remark, cause=next((cause for one, cause in causes.items() if isinstance(one, kind)), None))
 
 
 def _failure_remarks(run: Run, numbers: Summary, causes: Causes) -> list[Remark]:
@@ -231,8 +225,7 @@ def _failure_remarks(run: Run, numbers: Summary, causes: Causes) -> list[Remark]
     found: list[Remark] = []
     for judged in numbers.not_reached[:MOST_FAILURES]:
         details = {"move": where(run, judged.leg), **error_details(run, judged)}
-        remark, reason = Remark("failure", f"job.not_reached_{judged.goal}", details), causes.get(missed_by(judged))
-        found.append(remark if reason is None else because(remark, reason))
+        found.append(Remark("failure", f"job.not_reached_{judged.goal}", details, causes.get(missed_by(judged))))
     if len(numbers.not_reached) > MOST_FAILURES:
         found.append(Remark("failure", "job.more_not_reached", {"count": len(numbers.not_reached) - MOST_FAILURES}))
     return found
@@ -303,8 +296,7 @@ def _limit_remarks(run: Run, numbers: Summary, causes: Causes) -> list[Remark]:
                 details = {"joint": joint, "limit": joint_quantity(run, k, float(limit[k]), per)}
                 details |= {"over": quantity(share - 1.0, "share"), "time": quantity(float(times[k]), "s")}
                 level = "failure" if share > BROKEN else "warning"
-                remark, reason = Remark(level, f"job.{name}_crossed", details), reasons.get((name, k))
-                found.append(remark if reason is None else because(remark, reason))
+                found.append(Remark(level, f"job.{name}_crossed", details, reasons.get((name, k))))
     return found
 
 

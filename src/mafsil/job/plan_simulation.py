@@ -38,12 +38,15 @@ from mafsil.simulation import (
     WrenchPulse,
     simulate,
 )
+from mafsil.simulation.fused import can_fuse
 from mafsil.simulation.recording import joined
 from mafsil.simulation.scaled_gains import scaled
 from mafsil.simulation.stepping import IMPLICIT_FRICTION, STIFF, friction_stiffness
 
 EXPLICIT = "rk4"
 """The integrator where no friction is too stiff for it."""
+WORTH = 500
+"""Ticks from which on a loop is compiled that will be run several times."""
 MOST_TICKS = 3_000_000
 """Longest job in steps: 50 minutes at 1 kHz, some minutes of computing, within 4 GB for an arm of seven joints."""
 
@@ -56,11 +59,13 @@ class Difference:
         knows_arm: the law's model is the true arm with all that it carries.
         unlimited: no joint has an effort limit.
         gain: factor of all gains.
+        compiled: whether the loop is compiled even if one such run would take less time in Python.
     """
 
     knows_arm: bool = False
     unlimited: bool = False
     gain: float = 1.0
+    compiled: bool = False
 
 
 AS_ASKED = Difference()
@@ -145,7 +150,9 @@ def _recorded(
             progress((begin + share * length) / plan.duration)
 
         clock = "real" if job.simulation.real_time else None
-        recordings.append(simulate(scenario, report, clock=clock, log=log, memory=memory))
+        compiled = difference.compiled and len(scenario.ticks()) >= WORTH and can_fuse(scenario)
+        fused = True if compiled else None
+        recordings.append(simulate(scenario, report, fused=fused, clock=clock, log=log, memory=memory))
         if not recordings[-1].status.succeeded:
             break
     return recordings, driven
