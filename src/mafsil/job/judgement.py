@@ -157,7 +157,7 @@ def remarks(run: Run, numbers: Summary, causes: Causes | None = None) -> tuple[R
     found = [] if run.stopped is None else [_explained(run.stopped, known, EndedEarly)]
     collapse = [_explained(remark, known, GivenWay) for remark in _collapse(run)]
     found += collapse + _failure_remarks(run, numbers, known) + overload_remarks(overloads(run), run.robot)
-    near = clearance_remarks(numbers.clearances)
+    near = clearance_remarks(numbers.clearances, numbers.tip_error)
     found += [remark for remark in near if remark.level != "good"]
     kept = keeping_remarks(run)
     found += [remark for remark in kept if remark.level != "good"]

@@ -34,6 +34,8 @@ PARTS = {
     "law": "lag", "integral": "integral",
 }  # fmt: skip
 """Removals that are tried in the order of a part in the exact split of the error, where there is one: which part."""
+ROOTS = ("noise", "delay", "push")
+"""What may bring a law to its effort limits."""
 
 Details = Callable[[Run, Run, Symptom], dict[str, object]]
 """From the run, the run without it, and what went wrong, to more details of the sentence."""
@@ -70,9 +72,10 @@ class Removal:
 def removals(run: Run, wrong: Sequence[Symptom]) -> Iterator[Removal]:
     """What can be taken away, the likeliest first; what the job does not have is not there to be named.
 
-    Sampling, where small errors grow from tick to tick; effort limits that were reached; friction of surfaces; then by
-    their part in the error friction, pushes, masses that the model does not know, contact, noise, delay, a law without
-    inertia and the integral of PID; softness; gains that the job gives, which are left to us then.
+    Sampling, where small errors grow from tick to tick; effort limits that were reached, after noise, delay and pushes,
+    which may have led there; friction of surfaces; then by their part in the error friction, pushes, masses that the
+    model does not know, contact, noise, delay, a law without inertia and the integral of PID; softness; gains that the
+    job gives, which are left to us then.
 
     Args:
         run: a whole job, driven.
@@ -83,12 +86,14 @@ def removals(run: Run, wrong: Sequence[Symptom]) -> Iterator[Removal]:
     if growth > UNSTABLE:
         # Where effort limits hold a loop that would run away, it is not they that it fails by.
         yield _faster(job, growth)
+    there = {name: removal for name in PARTS if (removal := _OF_PARTS[name](run)) is not None}
     if (run.recording.tau != run.recording.tau_commanded).any():
+        # What makes a law ask for too much comes before the limit that it meets.
+        yield from (there.pop(name) for name in ROOTS if name in there)
         yield Removal("limit", job, Difference(unlimited=True), _effort_needed)
     if any(one.friction for one in job.surface):
         smooth = tuple(structs.replace(one, friction=0.0) for one in job.surface)
         yield Removal("surface_friction", structs.replace(job, surface=smooth))
-    there = {name: removal for name in PARTS if (removal := _OF_PARTS[name](run)) is not None}
     yield from (there[name] for name in _by_size(run, wrong) if name in there)
     yield Removal("soft", job, Difference(gain=STIFFER), lambda *_: {"factor": digits(STIFFER)})
     given = given_gains(job)
@@ -215,27 +220,25 @@ def _by_size(run: Run, wrong: Sequence[Symptom]) -> list[str]:
 
 def _effort_needed(run: Run, without: Run, wrong: Symptom) -> dict[str, object]:
     """The joint that needs most of its effort limit until something went wrong, by the run that has none."""
-    rows = _rows_of(without, wrong)
+    rows = _until(without, wrong)
     limit = run.robot.limits.effort
     share = np.abs(without.recording.tau[rows]).max(axis=0) / np.where(limit > 0.0, limit, np.inf)
     joint = int(share.argmax())
     return {"limited": visible(run.robot.joint_names[joint]), "share": quantity(float(share[joint]), "share")}
 
 
-def _rows_of(run: Run, wrong: Symptom) -> slice:
-    """The ticks of the leg at which something is seen; all of them of what the whole run shows."""
-    t, starts = run.recording.t, run.plan.starts
+def _until(run: Run, wrong: Symptom) -> slice:
+    """The ticks up to the end of the leg at which something is seen; all of them of what the whole run shows."""
     if not isinstance(wrong, Missed | LimitBroken):
         return slice(None)
-    begin, end = (int(np.searchsorted(t, starts[k] - INSTANT)) for k in (wrong.leg, wrong.leg + 1))
-    return slice(begin, end) if end > begin else slice(None)
+    return slice(0, int(np.searchsorted(run.recording.t, run.plan.starts[wrong.leg + 1] - INSTANT)))
 
 
 def _when_touching(run: Run, without: Run, wrong: Symptom) -> dict[str, object]:
     """When the contact began or ended last before something was seen, and how hard it was at most until then."""
     wrench = run.recording.contact_wrench
     assert wrench is not None
-    force = np.linalg.norm(wrench[: _rows_of(run, wrong).stop, 3:], axis=-1)
+    force = np.linalg.norm(wrench[: _until(run, wrong).stop, 3:], axis=-1)
     changes = np.flatnonzero(np.diff(force > 0.0))
     last = int(changes[-1]) + 1 if len(changes) else 0
     made = bool(force[last] > 0.0)
