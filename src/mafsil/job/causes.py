@@ -26,7 +26,7 @@ from mafsil.simulation.fused import can_fuse
 
 MAIN_PART = 0.5
 """Share of what went wrong that may be left without a cause, at most."""
-MOST_AGAIN = 7
+MOST_AGAIN = 6
 """Simulations of one job in search of causes and remedies, beyond the first."""
 MOST_TICKS, INTERPRETED = 400_000, 10
 """Ticks of all of them together; those of loops that are not compiled count so many times."""

@@ -45,7 +45,7 @@ from mafsil.simulation.stepping import IMPLICIT_FRICTION, STIFF, friction_stiffn
 
 EXPLICIT = "rk4"
 """The integrator where no friction is too stiff for it."""
-WORTH = 500
+WORTH = 2_000
 """Ticks from which on a loop is compiled that will be run several times."""
 MOST_TICKS = 3_000_000
 """Longest job in steps: 50 minutes at 1 kHz, some minutes of computing, within 4 GB for an arm of seven joints."""
