@@ -1,5 +1,6 @@
 """Causes and remedies, proved by driving again; gaps held against the errors of the run; a reserve for the feedback."""
 
+import json
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -7,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mafsil.cli.main import main
 from mafsil.collision.status import SMALLEST_GAP
 from mafsil.job import Run, parse, solve
 from mafsil.job.causes import MOST_AGAIN, Cause, causes_of
@@ -307,3 +309,46 @@ def test_a_gap_below_the_error_of_the_run_is_amber() -> None:
     (said,) = (remark for remark in run.remarks if remark.key == "job.gap_below_error")
     assert said.level == "warning"
     assert verdict(run, "en").text == "passes, but the gap is smaller than the error of the run"
+
+
+def test_a_tip_that_sinks_into_a_surface_under_force_has_the_contact_as_cause() -> None:
+    run = driven(PRESS.replace("friction = 0.4\n", "").replace("press = 40", "press = 200"))
+    assert keys(run) == {"contact"}, run.explain("en")
+    assert all("contact, up to" in one.explain(language="en") for one in causes(run))
+
+
+def test_a_tip_that_jumps_off_a_surface_has_the_contact_as_cause() -> None:
+    """Where the plan leaves, the force that pressed is let go at once, and the arm breaks its acceleration limits."""
+    text = PRESS.replace("puma560", "panda").replace("friction = 0.4\n", "").replace("press = 40", "press = 30")
+    text = text.replace("position = 0.003", "position = 0.01").replace("0.06, -0.001]", "0.1, 0.03]")
+    run = driven(text.replace("duration = 0.5", ""))
+    broken = [remark for remark in run.remarks if remark.key == "job.acceleration_crossed" and remark.cause is not None]
+    assert broken, run.explain("en")
+    assert keys(run) == {"contact"}, run.explain("en")
+
+
+def test_plans_say_that_their_gap_is_below_a_millimetre(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    y = 0.9
+    for _ in range(12):
+        (tmp_path / "scene.toml").write_text(
+            f'[[obstacle]]\nname = "post"\nbox = [0.2, 0.2, 1.0]\nposition = [1.9, {y}, 0.0]\n', encoding="utf-8"
+        )
+        asked = [
+            "plan",
+            "planar2r",
+            "--start",
+            "0",
+            "0",
+            "--goal",
+            "-0.5",
+            "0.2",
+            "--scene",
+            str(tmp_path / "scene.toml"),
+        ]
+        assert main([*asked, "--json"]) == 0
+        least = json.loads(capsys.readouterr().out)["clearance"]
+        if 1e-4 < least < 9e-4:
+            break
+        y -= least - 5e-4
+    assert main(asked) == 0
+    assert "the path passes, but the gap is smaller than 1 mm" in capsys.readouterr().out
