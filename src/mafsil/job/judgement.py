@@ -153,7 +153,7 @@ def remarks(run: Run, numbers: Summary, causes: Causes | None = None) -> tuple[R
         numbers: of it.
         causes: of what went wrong, as far as they were looked for.
     """
-    known = {} if causes is None else causes
+    known: Causes = {} if causes is None else causes
     found = [] if run.stopped is None else [_explained(run.stopped, known, EndedEarly)]
     collapse = [_explained(remark, known, GivenWay) for remark in _collapse(run)]
     found += collapse + _failure_remarks(run, numbers, known) + overload_remarks(overloads(run), run.robot)

@@ -198,9 +198,9 @@ def _broken(run: Run) -> Iterator[Symptom]:
         allowed, values = getattr(run.robot.limits, limit), np.abs(getattr(run.recording, array))
         shares = values / np.where(allowed > 0.0, allowed, np.inf)
         if shares.max(initial=0.0) > BROKEN:
-            row, joint = np.unravel_index(int(shares.argmax()), shares.shape)
+            row, joint = divmod(int(shares.argmax()), shares.shape[1])
             leg = int(np.searchsorted(run.plan.starts, run.recording.t[row], side="right")) - 1
-            yield LimitBroken(min(leg, len(run.plan.legs) - 1), int(joint), rate)
+            yield LimitBroken(min(leg, len(run.plan.legs) - 1), joint, rate)
 
 
 def _way(run: Run) -> Floats:
