@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from msgspec import structs
 
+from mafsil.arrays import Floats
 from mafsil.job.arrival import INSTANT, arrival
 from mafsil.job.description import Controller, Job, Noise
 from mafsil.job.error_split import split, worst_joint
@@ -231,7 +232,8 @@ def _effort_needed(run: Run, without: Run, wrong: Symptom) -> dict[str, object]:
     """The joint that needs most of its effort limit until something went wrong, by the run that has none."""
     rows = _until(without, wrong)
     limit = run.robot.limits.effort
-    share = np.abs(without.recording.tau[rows]).max(axis=0) / np.where(limit > 0.0, limit, np.inf)
+    most: Floats = np.abs(without.recording.tau[rows]).max(axis=0)
+    share: Floats = most / np.where(limit > 0.0, limit, np.inf)
     joint = int(np.argmax(share))
     return {"limited": visible(run.robot.joint_names[joint]), "share": quantity(float(share[joint]), "share")}
 

@@ -195,8 +195,9 @@ def _ends(run: Run) -> Iterator[Symptom]:
 def _broken(run: Run) -> Iterator[Symptom]:
     """For speed and for acceleration the joint that is worst."""
     for rate, (array, limit, _) in RATES.items():
-        allowed, values = getattr(run.robot.limits, limit), np.abs(getattr(run.recording, array))
-        shares = values / np.where(allowed > 0.0, allowed, np.inf)
+        allowed: Floats = getattr(run.robot.limits, limit)
+        values: Floats = np.abs(getattr(run.recording, array))
+        shares: Floats = values / np.where(allowed > 0.0, allowed, np.inf)
         if shares.max(initial=0.0) > BROKEN:
             row, joint = divmod(int(shares.argmax()), shares.shape[1])
             leg = int(np.searchsorted(run.plan.starts, run.recording.t[row], side="right")) - 1
