@@ -95,7 +95,7 @@ def test_gains_may_be_inputs():
     kernel = law_kernel(arm, (Term("computed_torque", arm.mechanism),), None, integrates=False, saturate=False)
     rng = np.random.default_rng(1)
     q, qd, u, v, a = rng.normal(size=(5, 6))
-    law = computed_torque(arm, natural_frequency=12.0)
+    law = computed_torque(arm, natural_frequency=12.0, friction=False)
     gains = np.stack([law.gains.kp, law.gains.kd, law.gains.ki])[None]
     given = {"q": q, "qd": qd, "reference": np.stack([u, v, a]), "gains": gains}
     effort = kernel(*(given[port.name] for port in kernel.signature.inputs))

@@ -89,6 +89,7 @@ def test_a_robot_that_is_too_weak_is_said_to_be():
     [
         ("[[move]]\npose = { position = [0.3, 0, 0.5], branch = { elbow = 'up' } }", "leave branch away"),
         ('[controller]\nkind = "sliding_mode"\n[[move]]\njoints = [0, 0]', "computed_torque, pd_gravity"),
+        ("[controller]\nfriction = true\n[[move]]\njoints = [0, 0]", "compensate no friction"),
         ('plant = "mujoco"\n[[move]]\njoints = [0, 0]', "plant"),
         ("[[move]]\njoints = [0, 0, 0]", "shoulder, lever"),
         ("[[move]]\njoints = [2, 0]", "shoulder"),

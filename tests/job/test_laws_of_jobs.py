@@ -13,7 +13,7 @@ import mafsil as mf
 from mafsil.control import EncoderLoop, combined, delayed, feedforward, inertia_gains, pid
 from mafsil.errors import InputError, JobError
 from mafsil.job import Run, bench_laws, parse, solve
-from mafsil.job.causes import error_growth
+from mafsil.job.error_split import error_growth
 from mafsil.job.law_bench import CONDITIONS, LawStatus
 from mafsil.job.law_conditions import Condition, conditions
 from mafsil.job.law_stability import growth_along
@@ -151,11 +151,12 @@ def test_the_command_prints_a_row_for_each_law(tmp_path, capsys):
     from mafsil.cli.main import main
 
     path = tmp_path / "job.toml"
-    path.write_text(JOB.format(kind="pid", gains="", friction="true"))
+    path.write_text(JOB.format(kind="pid", gains="stiffness = 100\nrate_gain = 20\nintegral = 0", friction="true"))
     assert main(["bench", "control", str(path), "--laws", "pid", "pd_gravity"]) == 0
     out = capsys.readouterr().out
     assert "pid" in out
-    assert "friction accounts for" in out
+    assert "cause: " in out
+    assert " instead of " in out
 
 
 @pytest.mark.capability("02-24")
@@ -165,7 +166,7 @@ def test_feedforward_needs_feedback_and_helps_it_where_the_model_is_wrong():
     arm = mf.Robot(robot.mechanism.with_payload(1.0))
     path = quintic(np.zeros(6), [0.8, -0.5, 0.6, 0.4, -0.4, 0.5], 0.6)
     own = inertia_gains(robot, path.at(np.linspace(0, 0.6, 20)).u, 1e-3)
-    joints, model = pid(6, own.kp, own.kd), feedforward(robot)
+    joints, model = pid(6, own.kp, own.kd), feedforward(robot, friction=False)
     errors = []
     for law in (model, joints, combined(model, joints)):
         plant = Plant(arm, friction=False)

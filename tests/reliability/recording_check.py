@@ -162,7 +162,7 @@ def complaints(run: Run) -> tuple[dict[str, int], list[str]]:
         "sentences": len(run.remarks),
         "targets": len(check.misses),
         "missed": len(check.missed),
-        "causes": sum("_why" in key or key == "job.remaining" for key in said.elements()),
+        "causes": sum(remark.cause is not None for remark in run.remarks),
         "edges": int(check.edgy),
         f"verdict_{verdict(run).level}": 1,
         "collapsed": int("job.gives_way" in said),
@@ -362,118 +362,75 @@ def _misses(check: Check) -> None:
         distance, angle, errors, _ = check.misses[k]
         leg, details = run.plan.legs[k], remark.details
         kind = leg.kind if leg.kind in ("pick", "place") else "joints" if leg.target is None else "pose"
-        check.expect(remark.key.removesuffix("_why") == f"job.not_reached_{kind}", remark.key, leg.kind)
+        check.expect(remark.key == f"job.not_reached_{kind}", remark.key, leg.kind)
         check.expect(
             same(details["position"], distance) and same(details["angle"], angle, 1e-7), details, distance, angle
         )
         joint = run.robot.joint_names.index(str(details["joint"]))
         check.expect(same(details["error"], errors[joint]), details, errors)
-        if "reason" in details:
-            _cause(check, k, details["reason"])
+        if remark.cause is not None:
+            _cause(check, k, remark.cause)
     for remark in _said(check, "job.remaining"):
         k = max(check.misses, key=lambda k: check.misses[k][3])
         check.expect(same(remark.details["share"], check.misses[k][3]), "remaining", remark.details)
-        _cause(check, k, remark.details["reason"])
 
 
 def _cause(check: Check, k: int, cause: object) -> None:
-    """The cause named is at least half of the error of the joint, computed by the plain arm."""
+    """The cause is one that the job has, its first number the miss, its second allowed or half of it at most."""
     run, tape = check.run, check.run.recording
     key, details = cause.key.removeprefix("job.cause_"), cause.details  # type: ignore[attr-defined]
-    joint = run.robot.joint_names.index(str(details["joint"]))
-    row = max(int(np.searchsorted(tape.t, check.ends[k] - 1e-9)) - 1, 0)
-    if key.startswith("gains"):
-        check.expect(same(details["growth"], _growth(check, k)), "growth", details, _growth(check, k))
-        check.expect(value_of(details["growth"]) >= 1.01, "growth", details)
-    if key == "gains":
-        asked = np.diff(tape.tau_commanded[max(row - 100, 0) : row + 1, joint])
-        check.expect(int((np.diff(np.sign(asked)) != 0).sum()) >= 4, "no oscillation at", details)
+    if key == "not_sought":
         return
-    parts = _parts(check, k, row)
-    e = float((tape.q_ref - tape.q)[row, joint])
-    part = float(parts["limit" if key == "gains_limit" else key][joint])
-    check.expect(abs(sum(float(p[joint]) for p in parts.values()) - e) < 1e-6 * max(1.0, abs(e)), "sum", parts, e)
-    check.expect(part * np.sign(e) >= 0.49 * abs(e), "cause", key, "is", part, "of", e)
-    if "amount" in details:
-        check.expect(same(details["amount"], abs(part), 1e-7), "amount", details, part)
+    distance, angle, errors, _ = check.misses[k]
+    position, orientation, joints = check.allowed(run.plan.legs[k].index)
+    numbers = [(distance, position), (angle, orientation), *zip(errors, joints, strict=True)]
+    fitting = [(value, allowed) for value, allowed in numbers if same(details["before"], value, 1e-7)]
+    check.expect(bool(fitting), "before", details, numbers)
+    if key == "unknown":
+        return
+    most = max((max(allowed, value / 2.0) for value, allowed in fitting), default=0.0)
+    check.expect(value_of(details["after"]) <= most * (1.0 + CLOSE), "cause", key, "leaves", details, numbers)
+    check.expect(_there(check, k, key), key, "is not in the job")
     if key == "limit":
         limited = run.robot.joint_names.index(str(details["limited"]))
-        begin = check.ends[k] - run.plan.legs[k].trajectory.duration
-        inside = (tape.t > begin - 1e-9) & (tape.t < check.ends[k] - 1e-9)
-        beyond = np.abs(tape.tau_commanded[:, limited]) > run.robot.limits.effort[limited]
-        time = float((beyond & inside)[:-1] @ np.diff(tape.t))
-        check.expect(same(details["time"], time, 1e-6), "time at the limit", details, time)
-        check.expect(bool(beyond[row]), "not at the limit", details)
-    if key == "push":
-        check.expect(bool(np.any(check.push(int(check.stretch_of[k]), tape.t[row]))), "no push acts")
+        before = tape.t < check.ends[k] - 1e-9
+        beyond = np.abs(tape.tau_commanded[before]) > run.robot.limits.effort
+        check.expect(bool(beyond.any()), "no limit was reached")
+        check.expect(bool(np.isfinite(run.robot.limits.effort[limited])), "no limit of", details)
+    if key == "rate":
+        rate = run.job.controller.rate or 1.0 / run.job.simulation.step
+        check.expect(same(details["rate"], rate), "rate", details)
+        check.expect(value_of(details["growth"]) >= 1.0, "growth", details)
     if key == "model":
-        load, believed = check.loads(int(check.stretch_of[k]))
-        unknown = (load is None) != (believed is None)
-        masses = run.job.simulation.mass_error != 0.0
-        known = {(True, True): "both", (False, True): "masses", (True, False): "part"}.get((unknown, masses), "nothing")
-        word = str(details["what"]).removeprefix("@job.").replace("missing_", "unknown_").removeprefix("unknown_")
-        check.expect(word == known, "what is unknown", details, known)
+        _unknown(check, k, str(details["what"]))
 
 
-def _growth(check: Check, k: int) -> float:
-    """Spectral radius of the sampled loop, from the response of the linear arm to each unit of its state."""
-    run, stretch = check.run, int(check.stretch_of[k])
-    load, believed = check.loads(stretch)
-    spline = CubicHermiteSpline(run.recording.t, run.recording.q, run.recording.qd)
-    q = spline(min(check.ends[k], run.recording.t[-1]))
-    M = PlainArm(run.robot.mechanism, 1.0 + run.job.simulation.mass_error, load).mass_matrix(q)
-    gains = run.driven[stretch].scenario.law.gains  # type: ignore[attr-defined]
-    weight = np.eye(len(q))
-    if run.job.controller.kind == "computed_torque":
-        weight = PlainArm(run.robot.mechanism, 1.0, believed).mass_matrix(q)
-    rubbing = [j.friction.viscous if j.friction else 0.0 for j in run.robot.mechanism.coordinates]
-    h = 1.0 / run.job.controller.rate if run.job.controller.rate else run.job.simulation.step
-    columns = []
-    for state in np.eye(2 * len(q)):
-        x, v = np.split(state, 2)
-        lost = np.array(rubbing) * v if run.job.simulation.friction else 0.0
-        a = np.linalg.solve(M, -weight @ (gains.kp * x) - weight @ (gains.kd * v) - lost)
-        columns.append(np.concatenate([x + h * v + h * h / 2 * a, v + h * a]))
-    return float(np.abs(np.linalg.eigvals(np.array(columns).T)).max())
-
-
-def _parts(check: Check, k: int, row: int) -> dict[str, np.ndarray]:
-    """The error of each joint by its causes, at a tick: the same balance with the plain arm's efforts."""
-    run, tape = check.run, check.run.recording
-    stretch = int(check.stretch_of[k])
-    load, believed = check.loads(stretch)
-    true = PlainArm(run.robot.mechanism, 1.0 + run.job.simulation.mass_error, load)
-    model = PlainArm(run.robot.mechanism, 1.0, believed)
-    q, qd, qdd, asked, given, u, v, a = (
-        x[row : row + 1]
-        for x in (tape.q, tape.qd, tape.qdd, tape.tau_commanded, tape.tau, tape.q_ref, tape.qd_ref, tape.qdd_ref)
-    )
-    push = check.push(stretch, float(tape.t[row]))
-    moving, freely = true.efforts(q, qd, qdd, push), true.efforts(q, qd, qdd)
-    known = model.efforts(q, qd, qdd)
-    gains = run.driven[stretch].scenario.law.gains  # type: ignore[attr-defined]
-    begin = run.driven[stretch].stretch.start
-    since = (tape.t > begin - 1e-9) & (np.arange(len(tape.t)) <= row)
-    period = 1.0 / run.job.controller.rate if run.job.controller.rate else run.job.simulation.step
-    stored = gains.ki * period * (tape.q_ref - tape.q)[since].sum(axis=0)
-    feedback = gains.kp * (u - q) + gains.kd * (v - qd) + stored
-    if run.job.controller.kind == "computed_torque":
-        told, K = model.efforts(q, qd, a + feedback), model.mass_matrix(q[0]) * gains.kp
-        rest = model.efforts(q, qd, a + gains.kd * (v - qd))
-        stored = model.mass_matrix(q[0]) @ stored
-    else:
-        gravity = model.gravity(q)
-        told, K, rest = gravity + feedback, np.diag(gains.kp), gravity + gains.kd * (v - qd)
-    parts = {
-        "limit": asked - given,
-        "friction": given - moving,
-        "push": moving - freely,
-        "model": freely - known,
-        "lag": known - rest,
-        "integral": -stored[None],
-        "noise": told - asked,
+def _there(check: Check, k: int, key: str) -> bool:
+    """Whether a job has what its cause is called by, before the end of a leg."""
+    job, mechanism = check.run.job, check.run.robot.mechanism
+    noise = job.simulation.noise
+    there = {
+        "noise": noise.position > 0.0 or noise.velocity > 0.0 or noise.force > 0.0 or noise.resolution > 0.0,
+        "friction": job.simulation.friction and any(joint.friction for joint in mechanism.coordinates),
+        "push": any(one.start < check.ends[k] for one in job.disturbance),
+        "delay": job.controller.delay > 0.0,
+        "contact": bool(job.surface or job.hole or job.door or job.guide),
+        "surface_friction": any(one.friction for one in job.surface),
+        "law": job.controller.kind in ("pid", "pd_gravity"),
+        "integral": job.controller.kind == "pid",
+        "gains": any((job.controller.frequency, job.controller.stiffness, job.controller.rate_gain)),
     }
-    return {name: np.linalg.solve(K, part[0]) for name, part in parts.items()}
+    return bool(there.get(key, True))
+
+
+def _unknown(check: Check, k: int, what: str) -> None:
+    """What the model does not know at some time of the job up to a leg."""
+    loads = [check.loads(stretch) for stretch in range(int(check.stretch_of[k]) + 1)]
+    part = any((load is None) != (believed is None) for load, believed in loads)
+    masses = check.run.job.simulation.mass_error != 0.0
+    known = {(True, True): "both", (False, True): "masses", (True, False): "part"}.get((part, masses), "nothing")
+    word = what.removeprefix("@job.").replace("missing_", "unknown_").removeprefix("unknown_")
+    check.expect(word in (known, "both"), "what is unknown", what, known)
 
 
 def _dynamics(check: Check) -> None:

@@ -6,11 +6,11 @@ import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from mafsil.job import Run, parse, solve
+from mafsil.job.causes import Cause
 from mafsil.job.remark import Remark
 from tests.reliability import figures, job_verdicts
 from tests.reliability.recording_check import complaints
@@ -56,12 +56,22 @@ def changed(run: Run, key: str, **details: object) -> Run:
     return replace(run, remarks=tuple(remarks))
 
 
+def caused(run: Run, what: str) -> Run:
+    """The cause of the first miss with one word changed."""
+    first = next(r for r in run.remarks if r.key == "job.not_reached_joints")
+    assert isinstance(first.cause, Cause)
+    lie = replace(first.cause, key="job.cause_friction")
+    if what == "after":
+        lie = replace(first.cause, details={**first.cause.details, "after": "77°"})
+    return replace(run, remarks=tuple(replace(r, cause=lie) if r is first else r for r in run.remarks))
+
+
 LIES: dict[str, Callable[[Run], Run]] = {
     "all reached": lambda run: replace(run, remarks=(*run.remarks, Remark("good", "job.all_reached", _REACHED))),
     "nothing missed": lambda run: replace(run, remarks=tuple(r for r in run.remarks if "not_reached" not in r.key)),
-    "a smaller error": lambda run: changed(run, "job.not_reached_joints_why", error="0.6°"),
-    "another size of the cause": lambda run: changed(run, "job.not_reached_joints_why", reason=_Reason(run, "amount")),
-    "another cause": lambda run: changed(run, "job.not_reached_joints_why", reason=_Reason(run, "key")),
+    "a smaller error": lambda run: changed(run, "job.not_reached_joints", error="0.6°"),
+    "another size of the cause": lambda run: caused(run, "after"),
+    "another cause": lambda run: caused(run, "key"),
     "a limit that was kept": lambda run: replace(run, remarks=(Remark("failure", "job.limit_crossed", _BEYOND),)),
     "a load too heavy": lambda run: replace(run, remarks=(*run.remarks, Remark("failure", "job.cannot_hold", _HEAVY))),
     "green": lambda run: replace(run, remarks=tuple(replace(r, level="good") for r in run.remarks)),
@@ -69,18 +79,6 @@ LIES: dict[str, Callable[[Run], Run]] = {
 _REACHED = {"count": 3, "position": "1 mm", "angle": "0.1°"}
 _BEYOND = {"joint": "joint1", "excess": "3°", "time": "0 ms"}
 _HEAVY = {"joint": "joint1", "share": "230 %", "time": "1 s"}
-
-
-class _Reason:
-    """The cause of the first miss with one word changed."""
-
-    def __init__(self, run: Run, what: str) -> None:
-        true: Any = next(r for r in run.remarks if r.key == "job.not_reached_joints_why").details["reason"]
-        self.key = "job.cause_friction" if what == "key" else true.key
-        self.details = {**true.details, "amount": "77°"} if what == "amount" else true.details
-
-    def explain(self, *, language: str | None = None) -> str:
-        return str(self.details.get("amount", "")) + str(language)
 
 
 @pytest.mark.parametrize("lie", LIES)

@@ -17,7 +17,7 @@ def scenario(friction=True, payload=2.0, **options):
     robot = mf.load("puma560")
     arm = mf.Robot(robot.mechanism.with_payload(payload))
     path = quintic(np.zeros(6), [0.8, -0.5, 0.6, 0.4, -0.4, 0.5], 1.0)
-    law = computed_torque(robot, natural_frequency=30.0)
+    law = computed_torque(robot, natural_frequency=30.0, friction=False)
     plant = Plant(arm, friction=friction)
     return Scenario(robot=robot, plant=plant, trajectory=path, law=law, saturate=False, **options)
 

@@ -16,10 +16,11 @@ from mafsil.errors import FileError, InputError
 from mafsil.job import Job, Refusal, Run, solve
 from mafsil.job.cell_signals import assignments, conditions
 from mafsil.job.holding import overload_remarks, planned_overloads
-from mafsil.job.judgement import joint_quantity, summary
+from mafsil.job.judgement import summary
 from mafsil.job.plan import Leg
 from mafsil.job.reading import parse
 from mafsil.job.solve import prepare, simulated_by, with_runs
+from mafsil.job.symptoms import joint_quantity
 from mafsil.job.text import text_of
 from mafsil.job.variation import SHARES
 from mafsil.messages import language, say

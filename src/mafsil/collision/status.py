@@ -23,6 +23,13 @@ class CheckStatus(Status):
     COLLIDING = ("collision.colliding", False)
 
 
+SMALLEST_GAP = 1e-3
+"""Distance below which nothing counts as safely passed where no error of the motion is known [m].
+
+Arms are mounted, measured and driven within about a millimetre; a smaller gap in a model is none in a cell.
+"""
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Contact:
     """A body of the arm and what it meets, or comes nearest to.

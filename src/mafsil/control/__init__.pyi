@@ -81,6 +81,8 @@ from mafsil.control.force import force_control as force_control
 from mafsil.control.force import force_error as force_error
 from mafsil.control.force import free_speed as free_speed
 from mafsil.control.force import sampled_force_radius as sampled_force_radius
+from mafsil.control.friction_compensation import FrictionCompensation as FrictionCompensation
+from mafsil.control.friction_compensation import friction_compensation as friction_compensation
 from mafsil.control.gain_card import GainCard as GainCard
 from mafsil.control.gain_card import GainLimit as GainLimit
 from mafsil.control.gain_card import gain_card as gain_card

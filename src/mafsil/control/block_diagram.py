@@ -20,10 +20,11 @@ from mafsil.control.encoder_loop import EncoderLoop
 from mafsil.control.feedback import pd
 from mafsil.control.felt_constraint import ContactFeedforward
 from mafsil.control.force import ForceControl, gained
+from mafsil.control.friction_compensation import FrictionCompensation
 from mafsil.control.hybrid import HybridControl
 from mafsil.control.impedance import ImpedanceControl
 from mafsil.control.impedance_by_force import ImpedanceByForce
-from mafsil.control.joint_feedback import Feedforward, JointFeedback
+from mafsil.control.joint_feedback import Feedforward, JointFeedback, feedforward
 from mafsil.control.law import Combined, Law, as_law
 from mafsil.control.linear_quadratic import LinearQuadratic
 from mafsil.control.null_space import NullSpaceFeedback
@@ -31,6 +32,8 @@ from mafsil.control.receding_horizon import ModelPredictive
 from mafsil.control.sliding_mode import SlidingMode
 from mafsil.control.task_space import TaskComputedTorque
 from mafsil.control.worst_case import MinMax
+from mafsil.mechanics.friction import has_friction
+from mafsil.robot import Robot
 from mafsil.trajectory import Motion
 
 Effort = Callable[[float, JointVector, JointVector, Motion], Floats]
@@ -200,7 +203,15 @@ def _joint_feedback(law: JointFeedback) -> list[Term]:
     model = law.model
     if model is not None:
         terms.append(Term("g(q)", ("sensors",), lambda t, q, qd, reference: model.gravity_torque(q)))
+        terms += _rubbing(model, law.friction)
     return terms
+
+
+def _rubbing(model: Robot, compensated: bool) -> list[Term]:
+    """The friction of the model, where it has any and the law compensates it."""
+    if not compensated or not has_friction(model.mechanism):
+        return []
+    return [Term("f(v)", ("trajectory",), FrictionCompensation(model))]
 
 
 def _computed_torque(law: ComputedTorque) -> list[Term]:
@@ -214,11 +225,13 @@ def _computed_torque(law: ComputedTorque) -> list[Term]:
     def bias(t: float, q: JointVector, qd: JointVector, reference: Motion) -> Floats:
         return robot.velocity_torque(q, qd) + robot.gravity_torque(q)
 
-    return [Term(f"M(q) [{wanted}]", BOTH, driven), Term("c(q, q̇) + g(q)", ("sensors",), bias)]
+    terms = [Term(f"M(q) [{wanted}]", BOTH, driven), Term("c(q, q̇) + g(q)", ("sensors",), bias)]
+    return terms + _rubbing(robot, law.friction)
 
 
 def _feedforward(law: Feedforward) -> list[Term]:
-    return [Term("M(u) a + c(u, v) + g(u)", ("trajectory",), law)]
+    alone = Term("M(u) a + c(u, v) + g(u)", ("trajectory",), feedforward(law.robot, friction=False))
+    return [alone, *_rubbing(law.robot, law.friction)]
 
 
 def _force(law: ForceControl) -> list[Term]:
@@ -252,6 +265,7 @@ READERS: dict[type, Callable[[Any], list[Term]]] = {
     JointFeedback: _joint_feedback,
     ComputedTorque: _computed_torque,
     Feedforward: _feedforward,
+    FrictionCompensation: _whole("f(v)"),
     ForceControl: _force,
     ContactFeedforward: _whole("M(u) a + c(u, v) + g(u) - J(u)' F(u, v)"),
     SlidingMode: _as_written("M q̈_r + C q̇_r + g", "Kd s", "k sat(s / φ)"),

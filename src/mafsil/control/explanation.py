@@ -17,6 +17,7 @@ from mafsil.control.current_loop import CurrentLoop
 from mafsil.control.delayed import Delayed
 from mafsil.control.encoder_loop import EncoderLoop
 from mafsil.control.force import ForceControl
+from mafsil.control.friction_compensation import FrictionCompensation
 from mafsil.control.hybrid import HybridControl
 from mafsil.control.impedance import ImpedanceControl
 from mafsil.control.impedance_by_force import ImpedanceByForce
@@ -37,9 +38,10 @@ from mafsil.trajectory import Trajectory
 
 FORMULAS: dict[str, tuple[str, tuple[str, ...]]] = {
     "pid": ("τ = Kp (u - q) + Kd (v - q̇) + Ki ∫(u - q) dt", ("lynch2017",)),
-    "pd_gravity": ("τ = Kp (u - q) - Kd q̇ + g(q)", ("takegaki1981", "lynch2017")),
-    "computed_torque": ("τ = M(q) (a + Kp e + Kd ė) + c(q, q̇) + g(q),  ë + Kd ė + Kp e = 0", ("lynch2017",)),
-    "feedforward": ("τ = M(u) a + c(u, v) + g(u)", ("lynch2017",)),
+    "pd_gravity": ("τ = Kp (u - q) + Kd (v - q̇) + g(q) + f(v)", ("takegaki1981", "lynch2017")),
+    "computed_torque": ("τ = M(q) (a + Kp e + Kd ė) + c(q, q̇) + g(q) + f(v),  ë + Kd ė + Kp e = 0", ("lynch2017",)),
+    "feedforward": ("τ = M(u) a + c(u, v) + g(u) + f(v)", ("lynch2017",)),
+    "friction_compensation": ("τ = f(v) = b v + c sign(v)", ("lynch2017",)),
     "sliding_mode": ("τ = M q̈_r + C q̇_r + g + Kd s + k sat(s/φ),  s = ė + L e", ("slotine1987",)),
     "min_max": ("τ = Y (p + w) + Kd s,  w = ρ D x / max(|x|, φ),  x = D Y' s", ("spong1992",)),
     "model_predictive": ("min Σ (Q e² + R ė² + r w²) + x_N' P x_N,  |M (a + w) + c + g| <= τ_max", ("mayne2000",)),
@@ -79,6 +81,7 @@ FORMULAS: dict[str, tuple[str, tuple[str, ...]]] = {
 CLASSES: dict[type, str] = {
     ComputedTorque: "computed_torque",
     Feedforward: "feedforward",
+    FrictionCompensation: "friction_compensation",
     SlidingMode: "sliding_mode",
     MinMax: "min_max",
     ModelPredictive: "model_predictive",

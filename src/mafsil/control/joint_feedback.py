@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, as_batch, frozen, real_array, require_kind, whole
 from mafsil.control.feedback import Integral, pd
+from mafsil.control.friction_compensation import friction_along
 from mafsil.control.gains import Gains
 from mafsil.control.law import Law
 from mafsil.errors import InputError
@@ -18,22 +19,27 @@ from mafsil.trajectory import Motion
 
 @dataclass(frozen=True, eq=False, slots=True)
 class JointFeedback:
-    """tau = Kp (u - q) + Kd (v - qd) + Ki int (u - q), plus g(q) if there is a model.
+    """tau = Kp (u - q) + Kd (v - qd) + Ki int (u - q), plus g(q) + friction(v) if there is a model.
 
     Attributes:
         gains: in units of effort.
         model: the robot whose gravity is compensated, or None.
         effort_limit: (n,) at which the integral of a joint waits (anti-windup), or None.
+        friction: whether the friction of the model is compensated, too, at the rates of the reference.
     """
 
     gains: Gains
     model: Robot | None = None
     effort_limit: Floats | None = None
+    friction: bool = True
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
         """Joint efforts (*batch, n) without the integral term, which needs a session [N m | N]."""
         effort = pd(self.gains, q, qd, reference)
-        return effort if self.model is None else effort + self.model.gravity_torque(q)
+        if self.model is None:
+            return effort
+        effort = effort + self.model.gravity_torque(q)
+        return effort + friction_along(self.model, reference) if self.friction else effort
 
     def session(self, period: float) -> Law:
         """The law with a fresh integral; the law itself if Ki is zero."""
@@ -62,13 +68,20 @@ class _WithIntegral:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Feedforward:
-    """tau = M(u) a + c(u, v) + g(u): the efforts of the reference, blind to the state."""
+    """tau = M(u) a + c(u, v) + g(u) + friction(v): the efforts of the reference, blind to the state.
+
+    Attributes:
+        robot: the model.
+        friction: whether the friction of the model is compensated.
+    """
 
     robot: Robot
+    friction: bool = True
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
         """Joint efforts (*batch, n) [N m | N]."""
-        return self.robot.inverse_dynamics(reference.u, reference.v, reference.a) + 0.0 * q
+        effort = self.robot.inverse_dynamics(reference.u, reference.v, reference.a) + 0.0 * q
+        return effort + friction_along(self.robot, reference) if self.friction else effort
 
     def session(self, period: float) -> Law:
         """The law itself: it has no memory."""
@@ -96,19 +109,22 @@ def pid(
 
 @of_robot
 def gravity_compensation(
-    robot: Robot, kp: ArrayLike, kd: ArrayLike, ki: ArrayLike = 0.0, *, effort_limit: ArrayLike | None = None
-) -> JointFeedback:
-    """PD (or PID) of every joint plus the model's gravity: globally stable at a set point.
+    robot: Robot, kp: ArrayLike, kd: ArrayLike, ki: ArrayLike = 0.0, *, effort_limit: ArrayLike | None = None,
+    friction: bool = True,
+) -> JointFeedback:  # fmt: skip
+    """PD (or PID) of every joint plus the model's gravity and friction: globally stable at a set point.
 
     Args:
         robot: the model.
         kp, kd, ki: a number or (n,) [N m/rad | N/m], per (rad/s | m/s), per (rad s | m s).
         effort_limit: as of `pid`.
+        friction: whether the friction that the description has is compensated; False for a plant without friction.
 
     Reference: Lynch and Park, Modern Robotics, sec. 11.4.2.
     """
     require_kind("robot", robot, "Robot", "gravity_torque")
-    return JointFeedback(Gains.of(robot.n, kp, kd, ki), robot, _limits(robot.n, effort_limit))
+    limits = _limits(robot.n, effort_limit)
+    return JointFeedback(Gains.of(robot.n, kp, kd, ki), robot, limits, friction)
 
 
 def _limits(n: int, given: ArrayLike | None) -> Floats | None:
@@ -123,10 +139,11 @@ def _limits(n: int, given: ArrayLike | None) -> Floats | None:
 
 
 @of_robot
-def feedforward(robot: Robot) -> Feedforward:
+def feedforward(robot: Robot, *, friction: bool = True) -> Feedforward:
     """The efforts that the model needs for the reference; combine it with a feedback law.
 
     Args:
         robot: the model.
+        friction: whether the friction that the description has is compensated; False for a plant without friction.
     """
-    return Feedforward(robot)
+    return Feedforward(robot, friction)

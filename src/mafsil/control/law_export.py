@@ -37,7 +37,13 @@ PORTS = {
 }
 
 
-KNOWN_NAMES: dict[tuple[str, ...], str] = {("feedback",): "pid", ("feedback", "gravity"): "pd_gravity"}
+KNOWN_NAMES: dict[tuple[str, ...], str] = {
+    ("feedback",): "pid",
+    ("feedback", "gravity"): "pd_gravity",
+    ("feedback", "gravity", "friction"): "pd_gravity",
+    ("computed_torque", "friction"): "computed_torque",
+    ("feedforward", "friction"): "feedforward",
+}
 """Sums of terms that have names of their own."""
 
 
@@ -139,7 +145,7 @@ def _compiled(
     g, *limits = (None if each is None else each.values for each in constants)
     inputs = tuple(Port(name, shape) for name, shape in steps.law_inputs(loop, g).items())
     outputs = tuple(Port(name, shape) for name, shape in steps.law_outputs(loop).items())
-    terms = [(term.kind, None if term.model is None else fingerprint(term.model), term.waits) for term in loop.terms]
+    terms = [term.key for term in loop.terms]
     numbers = [None if each is None else each.key for each in constants]
     return kernels.compile(
         Signature(_name(loop.terms), inputs, outputs),

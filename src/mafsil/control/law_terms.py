@@ -8,10 +8,13 @@ from typing import Any
 
 from mafsil.arrays import Floats
 from mafsil.control.computed_torque import ComputedTorque
+from mafsil.control.friction_compensation import FrictionCompensation
 from mafsil.control.gains import Gains
 from mafsil.control.joint_feedback import Feedforward, JointFeedback
 from mafsil.control.law import Combined, Law
+from mafsil.mechanics.friction import has_friction
 from mafsil.mechanics.loop_terms import Term
+from mafsil.robot import Robot
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -24,19 +27,31 @@ class LawTerms:
 
 
 def _computed_torque(law: ComputedTorque) -> LawTerms:
-    return LawTerms((Term("computed_torque", law.robot.mechanism),), (law.gains,))
+    return LawTerms((_of_model("computed_torque", law.robot, law.friction),), (law.gains,))
+
+
+def _of_model(kind: str, robot: Robot, friction: bool, waits: bool = False) -> Term:
+    """A term that believes in a robot; it compensates friction where the robot has any."""
+    mechanism = robot.mechanism
+    return Term(kind, mechanism, waits=waits, friction=friction and has_friction(mechanism))
 
 
 def _joint_feedback(law: JointFeedback) -> LawTerms | None:
     if law.effort_limit is not None and law.gains.integrates:
-        model = None if law.model is None else law.model.mechanism
-        return LawTerms((Term("feedback", model, waits=True),), (law.gains,), (law.effort_limit,))
-    gravity = () if law.model is None else (Term("gravity", law.model.mechanism),)
+        waiting = Term("feedback", waits=True)
+        if law.model is not None:
+            waiting = _of_model("feedback", law.model, law.friction, waits=True)
+        return LawTerms((waiting,), (law.gains,), (law.effort_limit,))
+    gravity = () if law.model is None else (_of_model("gravity", law.model, law.friction),)
     return LawTerms((Term("feedback"), *gravity), (law.gains,))
 
 
 def _feedforward(law: Feedforward) -> LawTerms:
-    return LawTerms((Term("feedforward", law.robot.mechanism),), ())
+    return LawTerms((_of_model("feedforward", law.robot, law.friction),), ())
+
+
+def _friction_compensation(law: FrictionCompensation) -> LawTerms:
+    return LawTerms((_of_model("friction", law.robot, True),), ())
 
 
 def _combined(law: Combined) -> LawTerms | None:
@@ -63,6 +78,7 @@ LAWS: dict[type, Callable[[Any], LawTerms | None]] = {
     ComputedTorque: _computed_torque,
     JointFeedback: _joint_feedback,
     Feedforward: _feedforward,
+    FrictionCompensation: _friction_compensation,
     Combined: _combined,
 }
 """Laws that are expressions, and how they are read."""

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, real_array, require_finite, whole
 from mafsil.control.feedback import RunningSum
+from mafsil.control.friction_compensation import friction_along
 from mafsil.control.law import Law
 from mafsil.errors import InputError
 from mafsil.robot import Robot, of_robot
@@ -68,18 +69,20 @@ class MatrixFeedback:
     """PID with matrices of gains, alone, with gravity compensation, or inside computed torque; e = u - q.
 
     alone:            tau = Kp e + Kd e' + Ki int e
-    gravity:          the same + g(q)
-    computed torque:  tau = M(q) (a + Kp e + Kd e' + Ki int e) + c(q, qd) + g(q)
+    gravity:          the same + g(q) + friction(v)
+    computed torque:  tau = M(q) (a + Kp e + Kd e' + Ki int e) + c(q, qd) + g(q) + friction(v)
 
     Attributes:
         gains: matrices.
         model: the robot, or None for feedback alone.
         whole_model: whether all of the model counts (computed torque) or its gravity only.
+        friction: whether the friction of the model is compensated, at the rates of the reference.
     """
 
     gains: MatrixGains
     model: Robot | None = None
     whole_model: bool = False
+    friction: bool = True
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
         """Joint efforts (*batch, n) without the integral term, which needs a session [N m | N]."""
@@ -97,8 +100,10 @@ class MatrixFeedback:
         if self.model is None:
             return pull
         if self.whole_model:
-            return self.model.inverse_dynamics(q, qd, reference.a + pull)
-        return pull + self.model.gravity_torque(q)
+            effort = self.model.inverse_dynamics(q, qd, reference.a + pull)
+        else:
+            effort = pull + self.model.gravity_torque(q)
+        return effort + friction_along(self.model, reference) if self.friction else effort
 
     def session(self, period: float) -> Law:
         """The law with a fresh integral; the law itself if Ki is zero."""
@@ -137,30 +142,36 @@ def matrix_pid(n: int, kp: ArrayLike, kd: ArrayLike = 0.0, ki: ArrayLike = 0.0) 
 
 
 @of_robot
-def matrix_gravity_compensation(robot: Robot, kp: ArrayLike, kd: ArrayLike, ki: ArrayLike = 0.0) -> MatrixFeedback:
-    """PD (or PID) with full matrices of gains plus the model's gravity.
+def matrix_gravity_compensation(
+    robot: Robot, kp: ArrayLike, kd: ArrayLike, ki: ArrayLike = 0.0, *, friction: bool = True
+) -> MatrixFeedback:
+    """PD (or PID) with full matrices of gains plus the model's gravity and friction.
 
     Args:
         robot: the model.
         kp, kd, ki: a number, (n,) or (n, n), symmetric.
+        friction: whether the friction that the description has is compensated; False for a plant without friction.
 
     Raises:
         InputError: as of `matrix_pid`.
     """
-    return MatrixFeedback(MatrixGains.of(robot.n, kp, kd, ki), robot)
+    return MatrixFeedback(MatrixGains.of(robot.n, kp, kd, ki), robot, friction=friction)
 
 
 @of_robot
-def matrix_computed_torque(robot: Robot, kp: ArrayLike, kd: ArrayLike, ki: ArrayLike = 0.0) -> MatrixFeedback:
+def matrix_computed_torque(
+    robot: Robot, kp: ArrayLike, kd: ArrayLike, ki: ArrayLike = 0.0, *, friction: bool = True
+) -> MatrixFeedback:
     """Computed torque with full matrices of gains: the errors obey e'' + Kd e' + Kp e + Ki int e = 0 together.
 
     Args:
         robot: the model.
         kp, kd, ki: a number, (n,) or (n, n), symmetric [1/s^2, 1/s, 1/s^3].
+        friction: whether the friction that the description has is compensated; False for a plant without friction.
 
     Raises:
         InputError: as of `matrix_pid`.
 
     Reference: Lynch and Park, Modern Robotics, eq. (11.35).
     """
-    return MatrixFeedback(MatrixGains.of(robot.n, kp, kd, ki), robot, True)
+    return MatrixFeedback(MatrixGains.of(robot.n, kp, kd, ki), robot, True, friction)

@@ -1,259 +1,186 @@
-"""Why an arm is not where it should be: its error, split exactly into what the law did not know."""
+"""Why a run failed: the job is driven again without one thing at a time, and what the failure goes with is named.
+
+A cause is proved, not guessed: it is named if, with that one thing gone and all else alike (seeds too), what went wrong
+is allowed or at most half as large. What no single removal explains stays unknown, with its number. So do the remedies:
+each is driven once, and said to help only if it does.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from msgspec import structs
 
-from mafsil.arrays import Floats
-from mafsil.control import ComputedTorque, JointFeedback
-from mafsil.job.arrival import INSTANT, Arrival
+from mafsil.errors import MafsilError
+from mafsil.job.plan_simulation import simulate_plan
 from mafsil.job.remark import said
+from mafsil.job.remedies import remedy_for
+from mafsil.job.removals import Removal, removals, up_to
 from mafsil.job.run import Run
-from mafsil.job.stretch import Driven
+from mafsil.job.symptoms import Symptom, symptoms
 from mafsil.messages import say
-from mafsil.messages.quantities import digits, quantity
-from mafsil.messages.visible import visible
-from mafsil.model import JointKind
-from mafsil.simulation.disturbance import push_at
-from mafsil.trajectory import Motion
+from mafsil.simulation import SimulationStatus
+from mafsil.simulation.fused import can_fuse
 
 MAIN_PART = 0.5
-"""Part of an error from which on its cause is named."""
-UNSTABLE = 1.01
-"""Growth of an error from tick to tick from which on the gains are called too hard for the rate."""
-OBSERVED, TURNS = 100, 4
-"""Ticks before a miss in which so many changes of sense show that the joint oscillates."""
+"""Share of what went wrong that may be left without a cause, at most."""
+MOST_AGAIN = 6
+"""Simulations of one job in search of causes and remedies, beyond the first."""
+MOST_TICKS, INTERPRETED = 400_000, 10
+"""Ticks of all of them together; those of loops that are not compiled count so many times."""
+
+
+@dataclass(frozen=True, slots=True)
+class Remedy:
+    """What helps against a cause.
+
+    Attributes:
+        key, details: of the words.
+        left: what is left with it, of a remedy that was driven; None of one that is only worth trying.
+    """
+
+    key: str
+    details: Mapping[str, object] = field(default_factory=dict[str, object])
+    left: str | None = None
+
+    def explain(self, *, language: str | None = None) -> str:
+        """What to write or to change, and what came of it."""
+        what = say(self.key, language=language, **{k: said(value, language) for k, value in self.details.items()})
+        if self.left is None:
+            return say("job.remedy_untried", language=language, what=what)
+        return say("job.remedy_proved", language=language, what=what, left=said(self.left, language))
 
 
 @dataclass(frozen=True, slots=True)
 class Cause:
-    """What a miss comes from; `key` and `details` as in Remark, `joint` the coordinate that shows it."""
-
-    key: str
-    joint: int
-    details: Mapping[str, object] = field(default_factory=dict[str, object])
-
-    def explain(self, *, language: str | None = None) -> str:
-        """The cause in words, with the number that shows it."""
-        return say(self.key, language=language, **{name: said(value, language) for name, value in self.details.items()})
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Split:
-    """The error of every joint at a tick, as the sum of its causes; arrays are (n,) [rad | m].
-
-    With the law and the equations of the true arm written out, the error e = u - q obeys exactly
-
-        K e = (commanded - applied) + friction - J' (push + touch) + (true - model) + (model - modelled) - integral
-
-    K is the stiffness of the law (Kp, or M Kp for computed torque); `commanded - applied` is what the effort limit
-    took; `true - model` the effort by which the real masses differ from the model's in the recorded motion;
-    `model - modelled` what the law lacks because the arm does not follow the reference's rate and acceleration;
-    `integral` what the law has stored of earlier errors.
+    """What something comes from.
 
     Attributes:
-        error: u - q.
-        limit, friction, push, contact, model, lag, integral, noise: the parts.
+        key, details: of the words, as in `Remark`; `before` and `after` are what went wrong with it and without it.
+        remedy: what helps; None where nothing is known to.
     """
 
-    error: Floats
-    limit: Floats
-    friction: Floats
-    push: Floats
-    contact: Floats
-    model: Floats
-    lag: Floats
-    integral: Floats
-    noise: Floats
+    key: str
+    details: Mapping[str, object] = field(default_factory=dict[str, object])
+    remedy: Remedy | None = None
 
-    def parts(self) -> dict[str, Floats]:
-        """All parts by name; their sum is the error."""
-        names = ("limit", "friction", "push", "contact", "model", "lag", "integral", "noise")
-        return {name: getattr(self, name) for name in names}
+    def explain(self, *, language: str | None = None) -> str:
+        """The cause in words, with the numbers that prove it, and the remedy."""
+        words = say(self.key, language=language, **{k: said(value, language) for k, value in self.details.items()})
+        return words if self.remedy is None else f"{words}; {self.remedy.explain(language=language)}"
 
 
-def split(run: Run, driven: Driven, row: int) -> Split | None:
-    """The causes of the error at a tick; None for laws that are not split, and where numbers have run away.
+class _Again:
+    """Drives a job again, as often as it may."""
+
+    def __init__(self, run: Run, last: int, progress: Callable[[float], None]) -> None:
+        self.run, self.plan, self._progress = run, up_to(run.plan, last), progress
+        compiled = all(can_fuse(driven.scenario) for driven in run.driven)
+        self.count, self.ticks, self._weight = 0, 0, 1 if compiled else INTERPRETED
+
+    def __call__(self, removal: Removal) -> Run | None:
+        """The run without something; None where it cannot be driven, or not any more."""
+        plan = self.plan if removal.plan is None else removal.plan
+        ticks = self._weight * plan.duration / min(removal.period, self.run.driven[0].scenario.control_period)
+        if self.count >= MOST_AGAIN or self.ticks + ticks > MOST_TICKS:
+            return None
+        self._progress(self.count / MOST_AGAIN)
+        self.count, self.ticks = self.count + 1, self.ticks + int(ticks)
+        job = structs.replace(removal.job, simulation=structs.replace(removal.job.simulation, real_time=False))
+        try:
+            found = simulate_plan(
+                job, self.run.text, self.run.robot, plan, difference=replace(removal.difference, compiled=True)
+            )
+        except MafsilError:
+            return None
+        if found.recording.status is SimulationStatus.INTERRUPTED:
+            raise KeyboardInterrupt
+        return found
+
+
+def causes_of(run: Run, progress: Callable[[float], None] = lambda share: None) -> dict[Symptom, Cause]:
+    """The cause of everything that went wrong in a run; nothing is driven again where nothing did.
+
+    1. Without one thing after the other, as long as something is unexplained: what is allowed then, or at most half as
+       large, has that cause.
+    2. For each cause a remedy, driven too.
+    3. The rest is unknown, with what is left at best.
 
     Args:
-        run: what happened.
-        driven: the stretch to which the tick belongs.
-        row: of the recording.
+        run: of a whole job.
+        progress: called with the share of the work that is done.
     """
-    tape, scenario = run.recording, driven.scenario
-    law, true = scenario.law, scenario.true_plant.robot
-    if not isinstance(law, ComputedTorque | JointFeedback):
-        return None
-    q, qd, qdd, commanded, applied = (x[row] for x in (tape.q, tape.qd, tape.qdd, tape.tau_commanded, tape.tau))
-    e, de = tape.q_ref[row] - q, tape.qd_ref[row] - qd
-    if not all(np.isfinite(x).all() for x in (q, qd, qdd, commanded, applied)):
-        return None
-    # As the simulation does: the push of a tick is the one that acts at its beginning, in the clock of the stretch.
-    tick = round((tape.t[row] - driven.stretch.start) / scenario.control_period)
-    pulse = push_at(scenario.disturbances, np.array([tick * scenario.control_period]))[0]
-    J = np.asarray(true.jacobian_body(q))
-    pushed = np.zeros(len(q)) if pulse is None else J.T @ pulse
-    touched = np.zeros(len(q)) if tape.contact_wrench is None else J.T @ tape.contact_wrench[row]
-    moving = np.asarray(true.inverse_dynamics(q, qd, qdd))
-    friction = applied + pushed + touched - moving
-    kp, kd, stored = law.gains.kp, law.gains.kd, _stored(run, driven, law, row)
-    if isinstance(law, ComputedTorque):
-        model = np.asarray(law.robot.inverse_dynamics(q, qd, qdd))
-        M = np.asarray(law.robot.mass_matrix(q))
-        stiffness = M * kp
-        lag = M @ (qdd - tape.qdd_ref[row] - kd * de)
-        modelled = np.asarray(law.robot.inverse_dynamics(q, qd, tape.qdd_ref[row] + kp * e + kd * de + stored))
-        stored = M @ stored
-    else:
-        known = law.model
-        model = moving if known is None else np.asarray(known.inverse_dynamics(q, qd, qdd))
-        gravity = np.zeros(len(q)) if known is None else np.asarray(known.gravity_torque(q))
-        stiffness, lag = np.diag(kp), model - gravity - kd * de
-        modelled = kp * e + kd * de + gravity + stored
-    parts = {
-        "limit": commanded - applied,
-        "friction": friction,
-        "push": -pushed,
-        "contact": -touched,
-        "model": moving - model,
-        "lag": lag,
-        "integral": -stored,
-        "noise": modelled - commanded,
-    }
-    try:
-        inverse = np.asarray(np.linalg.inv(stiffness), dtype=np.float64)
-    except np.linalg.LinAlgError:
-        return None
-    return Split(e, **{name: inverse @ part for name, part in parts.items()})
+    wrong = symptoms(run)
+    if not wrong or run.recording.status is SimulationStatus.INTERRUPTED:
+        return {}
+    again = _Again(run, max(one.leg for one in wrong), progress)
+    before = {one: one.amount(run) for one in wrong}
+    least: dict[Symptom, tuple[float, Run]] = {}
+    found: dict[Symptom, Cause] = {}
+    tried: list[str] = []
+    # 1.
+    for removal in removals(run, wrong):
+        without = again(removal)
+        if without is None:
+            continue
+        tried.append(f"@job.removed_{removal.name}")
+        explained = [one for one in wrong if one not in found and _is_gone(one.amount(without), before[one])]
+        # 2.
+        remedy = _tried_remedy(removal, explained, run, without, again) if explained else None
+        for one in explained:
+            details = {**removal.details(run, without, one), **_both(one, run, without)}
+            found[one] = Cause(f"job.cause_{removal.name}", details, remedy)
+        for one in wrong:
+            if one not in least or one.amount(without) < least[one][0]:
+                least[one] = (one.amount(without), without)
+        if len(found) == len(wrong):
+            break
+    # 3.
+    for one in wrong:
+        if one not in found:
+            found[one] = _unknown(one, run, least.get(one), tried)
+    progress(1.0)
+    return found
 
 
-def _stored(run: Run, driven: Driven, law: ComputedTorque | JointFeedback, row: int) -> Floats:
-    """(n,) what an integral has summed up from the beginning of a stretch to a tick, by the rectangle rule."""
-    tape, start = run.recording, driven.stretch.start
-    ticks = slice(int(np.searchsorted(tape.t, start - INSTANT)), row + 1)
-    growth = law.gains.ki * driven.scenario.control_period * (tape.q_ref[ticks] - tape.q[ticks])
-    if isinstance(law, ComputedTorque) or law.effort_limit is None:
-        return np.asarray(growth.sum(axis=0))
-    reference = Motion(tape.q_ref[ticks], tape.qd_ref[ticks], tape.qdd_ref[ticks])
-    stored = np.zeros(growth.shape[1])
-    for effort, grown in zip(law(0.0, tape.q[ticks], tape.qd[ticks], reference), growth, strict=True):
-        ahead = effort + stored + grown
-        stored = stored + np.where((np.abs(ahead) > law.effort_limit) & (ahead * grown > 0.0), 0.0, grown)
-    return stored
+def _is_gone(after: float, before: float) -> bool:
+    """Whether what went wrong is allowed, or its main part gone."""
+    return after <= 1.0 or (np.isfinite(before) and after <= MAIN_PART * before)
 
 
-def cause(run: Run, judged: Arrival) -> Cause | None:
-    """The main cause of the error of an arrival, if one can be named.
-
-    Args:
-        run: what happened.
-        judged: a leg's end.
-    """
-    # The last tick before the end: from the end on, the tool may hold something else.
-    row = max(int(np.searchsorted(run.recording.t, judged.time - INSTANT)) - 1, 0)
-    driven = max((one for one in run.driven if one.stretch.first <= judged.leg), key=lambda one: one.stretch.first)
-    parts = split(run, driven, row)
-    if parts is None:
-        return None
-    joint = worst_joint(run, judged)
-    e = float(parts.error[joint])
-    name, part = max(parts.parts().items(), key=lambda item: float(item[1][joint]) * np.sign(e))
-    named = e != 0.0 and float(part[joint]) * np.sign(e) >= MAIN_PART * abs(e)
-    growth = error_growth(driven, judged.q)
-    if growth > UNSTABLE and ((named and name == "limit") or _oscillates(run, row, joint)):
-        # Where the limits hold a loop that would run away, it is the gains that bring it there.
-        rate = f"{digits(1.0 / driven.scenario.control_period)} Hz"
-        key = "gains_limit" if named and name == "limit" else "gains"
-        return _named(run, key, joint, rate=rate, growth=digits(growth))
-    if not named:
-        return None
-    prismatic = run.robot.mechanism.coordinates[joint].kind is JointKind.PRISMATIC
-    amount = quantity(abs(float(part[joint])), "m" if prismatic else "rad")
-    if name == "model":
-        return _named(run, name, joint, amount=amount, what=f"@job.{_unknown(run, driven)}")
-    if name == "limit":
-        limited = _limited(run, row)
-        time = quantity(_at_limit(run, judged, limited), "s")
-        return _named(run, name, joint, amount=amount, limited=visible(run.robot.joint_names[limited]), time=time)
-    return _named(run, name, joint, amount=amount)
+def _both(one: Symptom, run: Run, without: Run) -> dict[str, object]:
+    return {"before": one.measured(run), "after": one.measured(without)}
 
 
-def worst_joint(run: Run, judged: Arrival) -> int:
-    """The coordinate to which most of the judged error belongs."""
-    allowed = judged.tolerances
-    if judged.goal == "joints":
-        return int((judged.joint_errors / allowed.joints).argmax())
-    J = np.abs(np.asarray(run.plan.legs[judged.leg].load.robot.jacobian_body(judged.q)))
-    turn, way = np.linalg.norm(J[:3], axis=0) / allowed.orientation, np.linalg.norm(J[3:], axis=0) / allowed.position
-    return int((judged.joint_errors * (turn + way)).argmax())
+def _unknown(one: Symptom, run: Run, best: tuple[float, Run] | None, tried: list[str]) -> Cause:
+    if best is None:
+        return Cause("job.cause_not_sought", {"before": one.measured(run)})
+    return Cause("job.cause_unknown", {**_both(one, run, best[1]), "tried": Listed(tuple(tried))})
 
 
-def _named(run: Run, name: str, joint: int, **details: object) -> Cause:
-    return Cause(f"job.cause_{name}", joint, {"joint": visible(run.robot.joint_names[joint]), **details})
+def _tried_remedy(removal: Removal, explained: list[Symptom], run: Run, without: Run, again: _Again) -> Remedy | None:
+    """The first remedy with which all that a cause explains is allowed; else what is worth trying."""
+    worst = max(explained, key=lambda one: one.amount(run))
+    for option in remedy_for(removal, run, again.plan):
+        if option.removal is None:
+            return Remedy(option.key, option.details)
+        driven = without if option.removal is removal else again(option.removal)
+        if driven is not None and all(one.amount(driven) <= 1.0 for one in explained):
+            return Remedy(option.key, option.details, worst.measured(driven))
+    return None
 
 
-def _unknown(run: Run, driven: Driven) -> str:
-    """What the model does not know: a text of the catalogue."""
-    carried = driven.stretch.carried
-    part = carried is not None and (not driven.gripped if carried.known else driven.gripped)
-    if part and run.job.simulation.mass_error != 0.0:
-        return "unknown_both"
-    if part:
-        return "unknown_part" if driven.gripped else "missing_part"
-    return "unknown_masses"
+@dataclass(frozen=True, slots=True)
+class Listed:
+    """Keys of the catalogue as a list in a sentence."""
 
+    keys: tuple[str, ...]
 
-def _limited(run: Run, row: int) -> int:
-    """The joint of which the law asks most beyond its limit at a tick."""
-    tape, limit = run.recording, run.robot.limits.effort
-    beyond = np.abs(tape.tau_commanded[row] - tape.tau[row])
-    return int((beyond / np.where(limit > 0.0, limit, 1.0)).argmax())
+    def explain(self, *, language: str | None = None) -> str:
+        """Separated by commas."""
+        return say("job.list_separator", language=language).join(self._words(language))
 
-
-def _at_limit(run: Run, judged: Arrival, joint: int) -> float:
-    """How long the law asked a joint for more than its limit during the leg [s]."""
-    tape = run.recording
-    inside = (tape.t > run.plan.starts[judged.leg] - INSTANT) & (tape.t < judged.time - INSTANT)
-    beyond = (tape.tau != tape.tau_commanded)[:, joint] & inside
-    return float((beyond[:-1] * np.diff(tape.t)).sum())
-
-
-def error_growth(driven: Driven, q: Floats) -> float:
-    """Largest factor by which small errors change from tick to tick: the spectral radius of the sampled loop at rest.
-
-    x+ = x + h v + h^2/2 a,  v+ = v + h a,  M a = -K x - (D + viscous) v,  K and D those of the law.
-
-    Args:
-        driven: a stretch under its law.
-        q: (n,) where the arm is [rad | m].
-
-    Returns:
-        Zero for laws that are not split.
-    """
-    scenario = driven.scenario
-    law, plant, h = scenario.law, scenario.true_plant, scenario.control_period
-    if not isinstance(law, ComputedTorque | JointFeedback):
-        return 0.0
-    n = len(q)
-    M = np.asarray(plant.robot.mass_matrix(q))
-    weight = np.asarray(law.robot.mass_matrix(q)) if isinstance(law, ComputedTorque) else np.eye(n)
-    damping = weight * law.gains.kd
-    if plant.has_friction:
-        friction = plant.friction_law
-        damping = damping + friction.gain.T @ (friction.viscous[:, None] * friction.gain)
-    try:
-        pull, drag = np.linalg.solve(M, weight * law.gains.kp), np.linalg.solve(M, damping)
-    except np.linalg.LinAlgError:
-        return 0.0
-    one = np.eye(n)
-    step = np.block([[one - h * h / 2 * pull, h * one - h * h / 2 * drag], [-h * pull, one - h * drag]])
-    return float(np.abs(np.linalg.eigvals(step)).max())
-
-
-def _oscillates(run: Run, row: int, joint: int) -> bool:
-    """Whether the effort asked of a joint went to and fro just before a tick."""
-    commanded = run.recording.tau_commanded[max(row - OBSERVED, 0) : row + 1, joint]
-    return int((np.diff(np.sign(np.diff(commanded))) != 0).sum()) >= TURNS
+    def _words(self, language: str | None) -> Iterator[str]:
+        return (str(said(key, language)) for key in self.keys)

@@ -9,6 +9,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.collision import Checker
+from mafsil.collision.status import SMALLEST_GAP
 from mafsil.job.remark import Remark
 from mafsil.job.run import Run
 from mafsil.job.surroundings import RESTING
@@ -111,11 +112,14 @@ def clearances(run: Run) -> Clearances | None:
     return Clearances(t[rows], distance, tuple(first), tuple(second), wanted, smaller, itself, others)
 
 
-def clearance_remarks(found: Clearances | None) -> list[Remark]:
+def clearance_remarks(found: Clearances | None, error: float) -> list[Remark]:
     """What of the distances the reader should know.
+
+    A gap is held against what the run knows of its own errors, never against zero alone: a smaller one is a warning.
 
     Args:
         found: of a run.
+        error: largest distance of the tip from its path [m].
     """
     if found is None or not np.isfinite(found.distance).any():
         return []
@@ -136,4 +140,9 @@ def clearance_remarks(found: Clearances | None) -> list[Remark]:
     carried = "_carried" if found.smaller[k] > 0.0 else ""
     if least < NEARLY * wanted:
         return [Remark("warning", f"job.near_miss{carried}", details)]
+    # Of what is carried the distance is counted larger, for it may stand on something.
+    if not carried and least < max(error, SMALLEST_GAP):
+        key = "job.gap_below_error" if least < error else "job.gap_below_smallest"
+        bounds = {"error": quantity(error, "m"), "smallest": quantity(SMALLEST_GAP, "m")}
+        return [Remark("warning", key, details | bounds)]
     return [Remark("good", f"job.least_clearance{carried}", details)]

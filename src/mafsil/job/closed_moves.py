@@ -59,7 +59,7 @@ def require_closed_job(job: Job, robot: Robot, places: Places) -> None:
         places: for the lines of errors.
 
     Raises:
-        JobError: branches, another law, MuJoCo, or no driven joint.
+        JobError: branches, another law, friction that is to be compensated, MuJoCo, or no driven joint.
     """
     name = visible(robot.name)
     if not len(listed_joints(robot, -1)):
@@ -71,6 +71,8 @@ def require_closed_job(job: Job, robot: Robot, places: Places) -> None:
             raise places.error("job.loops_branch", ("move", k, "pose", "branch"), robot=name)
     if job.controller.kind not in LAWS:
         raise places.error("job.loops_law", ("controller", "kind"), robot=name, known=", ".join(LAWS))
+    if job.controller.friction:
+        raise places.error("job.loops_friction", ("controller", "friction"), robot=name)
     if job.simulation.plant == "mujoco":
         raise places.error("job.loops_mujoco", ("simulation", "plant"), robot=name)
 

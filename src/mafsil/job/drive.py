@@ -1,53 +1,20 @@
-"""The planned motion, driven under the job's controller: one simulated stretch for each load of the tool."""
+"""A planned job driven and judged: simulated, its numbers held against what was asked, its failures explained."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
-from contextlib import nullcontext
+from collections.abc import Callable
 from dataclasses import replace
 
-import numpy as np
-
-from mafsil.control import LawMemory
-from mafsil.errors import JobError
 from mafsil.job import judgement
-from mafsil.job.arrival import arrival
-from mafsil.job.contacts import environment_of, rigid_surfaces_of
+from mafsil.job.causes import causes_of
 from mafsil.job.description import Job
-from mafsil.job.door_grips import grips
-from mafsil.job.equipment import Load
 from mafsil.job.law_conditions import stability_remarks
-from mafsil.job.laws import PLACES, control_period, law_of
 from mafsil.job.limiting import limits_of_cycle
-from mafsil.job.payload import centre_of_mass, part_inertia
 from mafsil.job.plan import Plan
-from mafsil.job.remark import Remark
+from mafsil.job.plan_simulation import simulate_plan
 from mafsil.job.run import Run
-from mafsil.job.stretch import Driven, Stretch, stretches
-from mafsil.messages.quantities import digits, quantity
-from mafsil.messages.visible import visible
 from mafsil.robot import Robot
-from mafsil.simulation import (
-    ClosedPlant,
-    Deadlines,
-    LiveLog,
-    MuJoCoPlant,
-    Plant,
-    Recording,
-    RigidPlant,
-    Scenario,
-    SensorNoise,
-    WrenchPulse,
-    simulate,
-)
-from mafsil.simulation.recording import joined
-from mafsil.simulation.stepping import IMPLICIT_FRICTION, STIFF, friction_stiffness
-
-EXPLICIT = "rk4"
-"""The integrator where no friction is too stiff for it."""
-MOST_TICKS = 3_000_000
-"""Longest job in steps: 50 minutes at 1 kHz, some minutes of computing, within 4 GB for an arm of seven joints."""
 
 
 def drive(
@@ -57,17 +24,19 @@ def drive(
     plan: Plan,
     progress: Callable[[float], None] = lambda share: None,
     *,
-    judged: bool = True,
+    explained: bool = True,
+    again: Callable[[float], None] = lambda share: None,
     log: str | os.PathLike[str] | None = None,
 ) -> Run:
-    """Simulate a plan.
+    """Simulate a plan and judge the run.
 
     Args:
         job, text: what is asked, and its file.
         robot: with its tool.
         plan: the motion.
         progress: called with the share of the time that has been simulated.
-        judged: whether remarks and the limits of the cycle are found, too.
+        explained: whether a job that failed is driven again, to find the causes.
+        again: called with the share of that which is done.
         log: path of a live log, `.mcap`; none if None.
 
     Raises:
@@ -75,149 +44,7 @@ def drive(
             for, or the motion is too long to be simulated.
         MafsilError: the log cannot be written.
     """
-    _require_short(job, plan)
-    planned = tuple(stretches(plan, grips(job, plan)))
-    models = [_loaded(stretch.load, known=True) for stretch in planned]
-    plants = [
-        _plant(job, stretch, model if stretch.carried is None or stretch.carried.known else _loaded(stretch.load))
-        for stretch, model in zip(planned, models, strict=True)
-    ]
-    method, remark = _method(job, planned, plants)
-    if job.simulation.plant == "mujoco":
-        remark = (*remark, Remark("good", "job.other_plant", {"plant": plants[0].engine}))
-    with nullcontext() if log is None else LiveLog(log, plan.duration) as live:
-        recordings, driven = _recorded(
-            job, plan, list(zip(planned, models, plants, strict=True)), method, progress, live
-        )
-    recording = joined(recordings)
-    timed = Deadlines.of(recording.metadata)
-    if timed is not None:
-        remark = (*remark, Remark("warning" if timed.missed else "good", "job.deadlines", {"deadlines": timed}))
-    if "near_singular" in recording.metadata:
-        found = recording.metadata["near_singular"]
-        details = {"time": quantity(found["time"], "s"), "ratio": digits(found["ratio"])}
-        remark = (*remark, Remark("warning", "simulation.near_singular", details))
-    if fault := recording.metadata.get("log_fault"):
-        remark = (*remark, Remark("warning", "simulation.log_fault", {"fault": visible(str(fault))}))
-    stopped = None
-    if not recording.status.succeeded:
-        stopped = Remark("failure", "job.stopped", {"time": quantity(recording.duration, "s"), "reason": recording})
-    limits = limits_of_cycle(plan) if judged else ()
-    run = Run(job, text, robot, plan, recording, tuple(driven), stopped, limits=limits)
-    if not judged:
-        return run
-    found = replace(run, remarks=(*judgement.remarks(run, judgement.summary(run)), *remark))
+    run = replace(simulate_plan(job, text, robot, plan, progress, log=log), limits=limits_of_cycle(plan))
+    causes = causes_of(run, again) if explained else {}
+    found = replace(run, remarks=(*judgement.remarks(run, judgement.summary(run), causes), *run.remarks))
     return replace(found, remarks=(*found.remarks, *stability_remarks(found)))
-
-
-def _recorded(
-    job: Job,
-    plan: Plan,
-    parts: list[tuple[Stretch, Robot, Plant]],
-    method: str,
-    progress: Callable[[float], None],
-    log: LiveLog | None,
-) -> tuple[list[Recording], list[Driven]]:
-    """Stretch by stretch, up to the first that fails."""
-    recordings: list[Recording] = []
-    driven: list[Driven] = []
-    memory = LawMemory() if len(parts) > 1 else None
-    for stretch, model, loaded in parts:
-        gripped = stretch.carried is None or _gripped(job, plan, stretch, recordings[-1], driven[-1])
-        plant = loaded if gripped else _plant(job, stretch, stretch.load.robot)
-        scenario = _scenario(job, model, stretch, plant, recordings, method)
-        driven.append(Driven(stretch, scenario, gripped))
-
-        def report(share: float, begin: float = stretch.start, length: float = stretch.trajectory.duration) -> None:
-            progress((begin + share * length) / plan.duration)
-
-        clock = "real" if job.simulation.real_time else None
-        recordings.append(simulate(scenario, report, clock=clock, log=log, memory=memory))
-        if not recordings[-1].status.succeeded:
-            break
-    return recordings, driven
-
-
-def _gripped(job: Job, plan: Plan, stretch: Stretch, tape: Recording, before: Driven) -> bool:
-    """Whether the tip was at the part when the pick before this stretch ended; the same as before without a pick."""
-    if stretch.load is before.stretch.load:
-        return before.gripped
-    judged = arrival(job, plan, stretch.first - 1, tape, before.stretch.start)
-    return judged is not None and judged.reached
-
-
-def _require_short(job: Job, plan: Plan) -> None:
-    ticks = plan.duration / control_period(job)
-    integration = plan.duration / job.simulation.step
-    if max(ticks, integration) > MOST_TICKS:
-        raise JobError("job.too_long", duration=plan.duration, ticks=max(ticks, integration), limit=MOST_TICKS)
-
-
-def _loaded(load: Load, *, known: bool = False) -> Robot:
-    """The robot with what it carries; with `known` only if the controller knows of it."""
-    robot, carried = load.robot, load.carried
-    if carried is None or (known and not carried.known):
-        return robot
-    return Plant(robot).with_payload(carried.mass, centre_of_mass(carried), part_inertia(carried)).robot
-
-
-def _plant(job: Job, stretch: Stretch, robot: Robot) -> Plant:
-    """The true arm: its friction, what its tip touches and holds, and the masses that its model does not know."""
-    rigid, touched = rigid_surfaces_of(job), environment_of(job, stretch.doors)
-    kind = ClosedPlant if robot.mechanism.loops else MuJoCoPlant if job.simulation.plant == "mujoco" else Plant
-    if not rigid:
-        plant = kind(robot, friction=job.simulation.friction, environment=touched)
-    else:
-        if job.simulation.plant == "mujoco":
-            raise JobError("job.rigid_plant", place="simulation plant")
-        plant = RigidPlant(robot, job.simulation.friction, touched, surface=rigid)
-    error, hung = job.simulation.mass_error, job.simulation.payload
-    plant = plant if error == 0.0 else plant.with_scaled_inertia(1.0 + error)
-    return plant if hung == 0.0 else plant.with_payload(hung)
-
-
-def _method(job: Job, planned: tuple[Stretch, ...], plants: list[Plant]) -> tuple[str, tuple[Remark, ...]]:
-    """The integrator: the one that is asked for, or the one that fits, with a remark where that is not rk4.
-
-    Raises:
-        JobError: friction is too stiff for the method that is asked for.
-    """
-    requested, step = job.simulation.method, job.simulation.step
-    if requested == IMPLICIT_FRICTION:
-        return requested, ()
-    stiffest = max(
-        friction_stiffness(plant, stretch.trajectory.at(np.linspace(0.0, stretch.trajectory.duration, PLACES)).u)
-        for stretch, plant in zip(planned, plants, strict=True)
-    )
-    if stiffest * step <= STIFF:
-        return requested or EXPLICIT, ()
-    details = {"step": quantity(step, "s"), "needed": quantity(STIFF / stiffest, "s")}
-    if requested is not None:
-        raise JobError("job.stiff_method", method=requested, **details, other=IMPLICIT_FRICTION)
-    return IMPLICIT_FRICTION, (Remark("good", "job.method_chosen", details | {"method": IMPLICIT_FRICTION}),)
-
-
-def _scenario(job: Job, model: Robot, stretch: Stretch, plant: Plant, past: list[Recording], method: str) -> Scenario:
-    settings, noise = job.simulation, job.simulation.noise
-    noisy = noise.position > 0.0 or noise.velocity > 0.0
-    return Scenario(
-        robot=model,
-        trajectory=stretch.trajectory,
-        law=law_of(job, model, stretch.trajectory, plant),
-        plant=plant,
-        q=past[-1].q[-1] if past else None,
-        qd=past[-1].qd[-1] if past else None,
-        disturbances=tuple(_pushes(job, stretch)),
-        noise=SensorNoise(noise.position, noise.velocity, noise.seed + len(past)) if noisy else None,
-        step=settings.step,
-        period=control_period(job),
-        integrator=method,
-    )
-
-
-def _pushes(job: Job, stretch: Stretch) -> Iterator[WrenchPulse]:
-    """The disturbances that act during a stretch, in its own time."""
-    for push in job.disturbance:
-        begin, end = push.start - stretch.start, push.start + push.duration - stretch.start
-        if end > 0.0 and begin < stretch.trajectory.duration:
-            yield WrenchPulse(max(begin, 0.0), end - max(begin, 0.0), np.array(push.wrench))

@@ -45,6 +45,8 @@ class Controller(Part, frozen=True, kw_only=True):
         press: force of `hybrid` into the surface; 10 if None [N].
         force_gain, force_integral: of the error of that force; 0 and 10 if None [1, 1/s].
         learning: how fast the adaptive law learns; 1 if None.
+        friction: whether the friction that the description has is compensated along the planned motion; if None, by
+            `computed_torque`, `pd_gravity` and `feedforward` where it acts.
         rate: how often the law is evaluated [Hz]; each simulation step if None.
         delay: from the measurement to the effort, a whole number of periods of the law [s].
     """
@@ -68,6 +70,7 @@ class Controller(Part, frozen=True, kw_only=True):
     press: Positive | None = None
     force_gain: NotNegative | None = None
     force_integral: NotNegative | None = None
+    friction: bool | None = None
     rate: Positive | None = None
     delay: NotNegative = 0.0
 

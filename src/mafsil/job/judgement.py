@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import numpy as np
 
@@ -10,7 +12,7 @@ from mafsil.arrays import Floats
 from mafsil.control import JointFeedback
 from mafsil.job.arrival import INSTANT, Arrival, arrivals, goal_of
 from mafsil.job.called import Where
-from mafsil.job.causes import cause
+from mafsil.job.causes import Cause
 from mafsil.job.clearances import Clearances, clearance_remarks, clearances
 from mafsil.job.contact_remarks import contact_remarks
 from mafsil.job.holding import overload_remarks, overloads
@@ -20,27 +22,35 @@ from mafsil.job.limiting import would_save
 from mafsil.job.plan import Plan
 from mafsil.job.remark import Level, Remark
 from mafsil.job.run import Run
+from mafsil.job.symptoms import (
+    BROKEN,
+    MOST_FAILURES,
+    EndedEarly,
+    GivenWay,
+    LimitBroken,
+    Symptom,
+    beyond_plan,
+    gave_way,
+    joint_quantity,
+    missed_by,
+)
 from mafsil.job.tolerance import tolerances
 from mafsil.job.touching import Touching, brief_contact_remarks, rigid_remarks, touching, touching_remarks
 from mafsil.messages.quantities import digits, quantity
 from mafsil.messages.visible import visible
-from mafsil.model import JointKind, JointLimits
+from mafsil.model import JointLimits
 from mafsil.simulation.findings import alternating_efforts
 
 NEAR_EFFORT = 0.9
 """Share of the effort limit from which on a remark is made."""
-BROKEN = 1.02
-"""Share of a limit of speed or acceleration beyond which it is broken; what lies between is a warning."""
 TOUCHED = 1.0 + 1e-9
 """Share of a limit up to which it is kept, whatever rounding does."""
 LARGE_ERROR = 5e-3
 """Distance of the tip from its path from which on a remark is made [m]."""
-GIVES_WAY = (np.pi / 2, 0.5)
-"""How far beyond everything planned a revolute or a prismatic joint is when the arm has given way [rad, m]."""
-MOST_FAILURES = 5
-"""Misses that get a sentence each; the rest are counted."""
 REMAINING = 0.25
-"""Share of a tolerance from which on the cause of a remaining error is named."""
+"""Share of a tolerance from which on a remaining error is named."""
+Causes: TypeAlias = Mapping[Symptom, Cause]
+"""Of what went wrong in a run."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -135,12 +145,19 @@ def summary(run: Run) -> Summary:
     )
 
 
-def remarks(run: Run, numbers: Summary) -> tuple[Remark, ...]:
-    """What the reader should know, the worst first."""
-    found = [] if run.stopped is None else [run.stopped]
-    collapse = _collapse(run)
-    found += collapse + _failure_remarks(run, numbers) + overload_remarks(overloads(run), run.robot)
-    near = clearance_remarks(numbers.clearances)
+def remarks(run: Run, numbers: Summary, causes: Causes | None = None) -> tuple[Remark, ...]:
+    """What the reader should know, the worst first.
+
+    Args:
+        run: what happened.
+        numbers: of it.
+        causes: of what went wrong, as far as they were looked for.
+    """
+    known: Causes = {} if causes is None else causes
+    found = [] if run.stopped is None else [_explained(run.stopped, known, EndedEarly)]
+    collapse = [_explained(remark, known, GivenWay) for remark in _collapse(run)]
+    found += collapse + _failure_remarks(run, numbers, known) + overload_remarks(overloads(run), run.robot)
+    near = clearance_remarks(numbers.clearances, numbers.tip_error)
     found += [remark for remark in near if remark.level != "good"]
     kept = keeping_remarks(run)
     found += [remark for remark in kept if remark.level != "good"]
@@ -150,7 +167,7 @@ def remarks(run: Run, numbers: Summary) -> tuple[Remark, ...]:
     found += [remark for remark in pressed if remark.level != "good"]
     found += _effort_remarks(run, numbers) + _alternating_remarks(run)
     # Limits that an arm breaks while it falls are no news of their own.
-    found += [] if collapse else [*_limit_remarks(run, numbers), *_gravity_remarks(run, numbers)]
+    found += [] if collapse else [*_limit_remarks(run, numbers, known), *_gravity_remarks(run, numbers)]
     found += _stray_remarks(numbers)
     found += [remark for remark in run.plan.remarks if remark.level != "good"]
     found += _late_pushes(run, numbers) + _kept_parts(run)
@@ -184,12 +201,6 @@ def where(run: Run, leg: int) -> Where:
     return Where(index, run.job.move[index])
 
 
-def joint_quantity(run: Run, joint: int, value: float, per: str = "") -> str:
-    """A coordinate, or with `per` its rate, for people."""
-    prismatic = run.robot.mechanism.coordinates[joint].kind is JointKind.PRISMATIC
-    return quantity(value, ("m" if prismatic else "rad") + per)
-
-
 def error_details(run: Run, judged: Arrival) -> dict[str, object]:
     """How far off an arrival was, for sentences: the tip for poses, the worst joint for joint goals."""
     joint = int((judged.joint_errors / judged.tolerances.joints).argmax())
@@ -204,14 +215,17 @@ def error_details(run: Run, judged: Arrival) -> dict[str, object]:
     }
 
 
-def _failure_remarks(run: Run, numbers: Summary) -> list[Remark]:
+def _explained(remark: Remark, causes: Causes, kind: type) -> Remark:
+    """A remark with its cause, where that was found."""
+    return replace(remark, cause=next((cause for one, cause in causes.items() if isinstance(one, kind)), None))
+
+
+def _failure_remarks(run: Run, numbers: Summary, causes: Causes) -> list[Remark]:
     """Every target that was not reached, by how much and why; a part that was not gripped."""
     found: list[Remark] = []
     for judged in numbers.not_reached[:MOST_FAILURES]:
         details = {"move": where(run, judged.leg), **error_details(run, judged)}
-        reason = cause(run, judged)
-        key = f"job.not_reached_{judged.goal}" if reason is None else f"job.not_reached_{judged.goal}_why"
-        found.append(Remark("failure", key, details if reason is None else details | {"reason": reason}))
+        found.append(Remark("failure", f"job.not_reached_{judged.goal}", details, causes.get(missed_by(judged))))
     if len(numbers.not_reached) > MOST_FAILURES:
         found.append(Remark("failure", "job.more_not_reached", {"count": len(numbers.not_reached) - MOST_FAILURES}))
     return found
@@ -219,17 +233,13 @@ def _failure_remarks(run: Run, numbers: Summary) -> list[Remark]:
 
 def _collapse(run: Run) -> list[Remark]:
     """The joint that is farthest beyond everything planned, if the arm has given way."""
-    tape = run.recording
-    revolute = np.array([joint.kind is not JointKind.PRISMATIC for joint in run.robot.mechanism.coordinates])
-    beyond = np.maximum(tape.q_ref.min(axis=0) - tape.q, tape.q - tape.q_ref.max(axis=0))
-    share = beyond / np.where(revolute, *GIVES_WAY)
-    if not share.max() > 1.0:
+    fallen = gave_way(run)
+    if fallen is None:
         return []
-    joint = int(share.max(axis=0).argmax())
-    begin = float(tape.t[int((share[:, joint] > 1.0).argmax())])
+    joint, begin = fallen
     details = {
         "joint": visible(run.robot.joint_names[joint]),
-        "excess": joint_quantity(run, joint, float(beyond[:, joint].max())),
+        "excess": joint_quantity(run, joint, float(beyond_plan(run)[joint])),
         "time": quantity(begin, "s"),
     }
     return [Remark("failure", "job.gives_way", details)]
@@ -262,8 +272,9 @@ def _alternating_remarks(run: Run) -> list[Remark]:
     return [Remark("warning", "simulation.alternates", details)]
 
 
-def _limit_remarks(run: Run, numbers: Summary) -> list[Remark]:
-    """Joints beyond their range, speed or acceleration."""
+def _limit_remarks(run: Run, numbers: Summary, causes: Causes) -> list[Remark]:
+    """Joints beyond their range, speed or acceleration; the worst of each rate with its cause."""
+    reasons = {(one.rate, one.joint): reason for one, reason in causes.items() if isinstance(one, LimitBroken)}
     found: list[Remark] = []
     limits: JointLimits = run.robot.limits
     tape = run.recording
@@ -285,7 +296,7 @@ def _limit_remarks(run: Run, numbers: Summary) -> list[Remark]:
                 details = {"joint": joint, "limit": joint_quantity(run, k, float(limit[k]), per)}
                 details |= {"over": quantity(share - 1.0, "share"), "time": quantity(float(times[k]), "s")}
                 level = "failure" if share > BROKEN else "warning"
-                found.append(Remark(level, f"job.{name}_crossed", details))
+                found.append(Remark(level, f"job.{name}_crossed", details, reasons.get((name, k))))
     return found
 
 
@@ -332,7 +343,7 @@ def _kept_parts(run: Run) -> list[Remark]:
 
 
 def _good_news(run: Run, numbers: Summary) -> list[Remark]:
-    """All targets reached, if they were; what is left of the error, and why."""
+    """All targets reached, if they were; what is left of the error."""
     if run.stopped is not None or not numbers.targets or len(numbers.arrivals) < numbers.targets or numbers.not_reached:
         return []
     details = {
@@ -342,8 +353,7 @@ def _good_news(run: Run, numbers: Summary) -> list[Remark]:
     }
     found = [Remark("good", "job.all_reached", details)]
     worst = max(numbers.arrivals, key=lambda one: one.share)
-    reason = cause(run, worst) if worst.share > REMAINING else None
-    if reason is not None:
-        rest = {"move": where(run, worst.leg), "share": quantity(worst.share, "share"), "reason": reason}
+    if worst.share > REMAINING:
+        rest = {"move": where(run, worst.leg), "share": quantity(worst.share, "share")}
         found.append(Remark("good", "job.remaining", rest))
     return found

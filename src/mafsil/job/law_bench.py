@@ -13,14 +13,14 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats
 from mafsil.control.inertia_gains import NATURAL_FREQUENCY
 from mafsil.errors import JobError
-from mafsil.job.causes import Cause, cause
+from mafsil.job.causes import Cause, causes_of
 from mafsil.job.description import Controller, Job
-from mafsil.job.drive import drive
 from mafsil.job.judgement import Summary, summary
 from mafsil.job.language.table_checks import GAINS
 from mafsil.job.law_conditions import Condition, beside, conditions
 from mafsil.job.laws import KINDS, control_period, kinds_for
 from mafsil.job.plan import Plan
+from mafsil.job.plan_simulation import simulate_plan
 from mafsil.job.run import Run
 from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table
@@ -80,7 +80,7 @@ class LawResult:
         saturated: time during which it asked for more than the limits [s].
         conditions: that make the law stable, each with the number that proves it.
         curves: of the run as it is asked.
-        cause: what remains of the error comes from, where that can be told.
+        cause: of the first thing that went wrong; None if nothing did.
     """
 
     kind: str
@@ -235,7 +235,7 @@ def bench_laws(
     for k, kind in enumerate(kinds):
         runs: list[Run] = []
         for c, changed in enumerate(_conditions(_with_law(job, kind), robot)):
-            runs.append(drive(changed, text, robot, plan, judged=c == 0))
+            runs.append(simulate_plan(changed, text, robot, plan))
             if runs[-1].recording.status is SimulationStatus.INTERRUPTED:
                 raise KeyboardInterrupt
             progress((k + (c + 1) / len(CONDITIONS)) / len(kinds))
@@ -246,7 +246,7 @@ def bench_laws(
 def _with_law(job: Job, kind: str) -> Job:
     """The job with another law; gains of its own law have no meaning for others."""
     own = job.controller
-    kept = {name: getattr(own, name) for name in GAINS[kind]} if kind == own.kind else {}
+    kept = {name: getattr(own, name) for name in (*GAINS[kind], "friction")} if kind == own.kind else {}
     if kind == "computed_torque" and kept.get("frequency") is None:
         kept["frequency"] = NATURAL_FREQUENCY
     simulated = msgspec.structs.replace(job.simulation, real_time=False)
@@ -279,8 +279,7 @@ def _result(kind: str, runs: list[Run]) -> LawResult:
     else:
         status = LawStatus.DONE if all(each.reached for each in numbers.arrivals) else LawStatus.MISSED
     errors = tuple(_rms(run) if run.recording else float("nan") for run in runs)
-    worst = max(numbers.arrivals, key=lambda each: each.share, default=None)
-    reason = None if worst is None else cause(first, worst)
+    reason = next(iter(causes_of(first).values()), None)
     saturated = float(numbers.saturated.max(initial=0.0))
     return LawResult(kind, status, numbers, errors, saturated, conditions(first), _curves(first), reason)
 

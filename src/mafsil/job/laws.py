@@ -19,6 +19,7 @@ from mafsil.control import (
     delayed,
     encoder_loop,
     feedforward,
+    friction_compensation,
     gravity_compensation,
     inertia_gains,
     linear_quadratic,
@@ -36,6 +37,8 @@ from mafsil.trajectory import Trajectory
 
 FREQUENCY, DAMPING = 20.0, 1.0
 """Of the error dynamics, where the job names none [rad/s, 1]."""
+COMPENSATING = ("computed_torque", "pd_gravity", "feedforward")
+"""Laws that compensate friction unless they are told not to; others where they are told to."""
 PLACES = 24
 """Along a stretch, where inertia and friction are looked at."""
 INTEGRAL_SHARE = 0.1
@@ -63,10 +66,20 @@ def law_of(job: Job, model: Robot, trajectory: Trajectory, plant: Plant) -> Law:
         law = tip_law(job, model, trajectory, plant)
     else:
         law = _MAKERS[job.controller.kind](job, model, trajectory)
+    if job.controller.friction and job.controller.kind not in COMPENSATING:
+        law = combined(law, friction_compensation(model))
     seen = job.simulation.noise
     if seen.resolution or seen.filter_time:
         law = encoder_loop(law, seen.resolution, filter_time=seen.filter_time)
     return delayed(law, job.controller.delay) if job.controller.delay else law
+
+
+def compensates_friction(job: Job) -> bool:
+    """Whether the law of a job compensates the friction of the description: as the job says, else what acts."""
+    given = job.controller.friction
+    if given is not None:
+        return given
+    return job.simulation.friction and job.controller.kind in COMPENSATING
 
 
 def control_period(job: Job) -> float:
@@ -78,13 +91,14 @@ def _computed_torque(job: Job, model: Robot, trajectory: Trajectory) -> Law:
     own = job.controller
     frequency = FREQUENCY if own.frequency is None else own.frequency
     return computed_torque(
-        model, natural_frequency=frequency, damping_ratio=DAMPING if own.damping is None else own.damping
-    )
+        model, natural_frequency=frequency, damping_ratio=DAMPING if own.damping is None else own.damping,
+        friction=compensates_friction(job),
+    )  # fmt: skip
 
 
 def _pd_gravity(job: Job, model: Robot, trajectory: Trajectory) -> Law:
     kp, kd = _pd(job, model, trajectory)
-    return gravity_compensation(model, kp, kd)
+    return gravity_compensation(model, kp, kd, friction=compensates_friction(job))
 
 
 def _pid(job: Job, model: Robot, trajectory: Trajectory) -> Law:
@@ -98,7 +112,7 @@ def _pid(job: Job, model: Robot, trajectory: Trajectory) -> Law:
 
 def _feedforward(job: Job, model: Robot, trajectory: Trajectory) -> Law:
     kp, kd = _pd(job, model, trajectory)
-    return combined(feedforward(model), pid(model.n, kp, kd))
+    return combined(feedforward(model, friction=compensates_friction(job)), pid(model.n, kp, kd))
 
 
 def _sliding_mode(job: Job, model: Robot, trajectory: Trajectory) -> Law:

@@ -28,6 +28,12 @@ from mafsil.trajectory.path_task import path_error
 
 MOST_LIMITS, SMALL_SHARE = 4, 0.01
 """Limits that are named of a move in the shortest time, and the least share of its time that is worth naming."""
+PLANNED = {"velocity": 0.99, "acceleration": 0.96}
+"""Share of the limits of the description within which moves are planned at most: the feedback needs the rest.
+
+Where a motion uses up its limits, the arm that follows it is beyond them by a few per cent of its acceleration and a
+few tenths of a per cent of its speed: by the steps of the law, and by errors that the feedback takes back.
+"""
 TIGHT = 0.02
 """Distance to a position limit, as share of the range, below which a remark is made."""
 SLOW = 2.0
@@ -162,19 +168,25 @@ def nearly_met(robot: Robot, q: JointVector, target: PoseMatrix, task: Task, whe
 
 
 def driving_limits(job: Job, robot: Robot) -> tuple[JointLimits, list[Remark]]:
-    """Limits as the job wants them, finite wherever motion needs them, with a remark on what was assumed."""
+    """Limits as the job wants them, finite wherever motion needs them, with remarks on what was assumed."""
     own, bounds = robot.limits, job.limits
     driven = np.zeros(robot.n, dtype=np.bool_)
     driven[listed_joints(robot, -1)] = True
     remarks: list[Remark] = []
     values: dict[str, Floats] = {}
-    for name, share in (("velocity", bounds.speed_share), ("acceleration", bounds.acceleration_share)):
+    reserved = False
+    for name, asked in (("velocity", bounds.speed_share), ("acceleration", bounds.acceleration_share)):
         known: Floats = getattr(own, name)
+        share = min(asked, PLANNED[name])
+        reserved |= share < asked and bool((np.isfinite(known) & (known > 0.0) & driven).any())
         assumed = ~(np.isfinite(known) & (known > 0.0)) & driven
         values[name] = np.where(assumed, getattr(bounds, name), np.where(assumed, 1.0, known) * share)
         if assumed.any():
             details = {"joints": _listed(robot, assumed), "value": getattr(bounds, name)}
             remarks.append(Remark("good", f"job.{name}_assumed", details))
+    if reserved:
+        kept = {name: quantity(share, "share") for name, share in PLANNED.items()}
+        remarks.append(Remark("good", "job.reserve", kept))
     without = ~np.isfinite(own.effort) & driven
     if without.any():
         remarks.append(Remark("good", "job.effort_unknown", {"joints": _listed(robot, without)}))

@@ -33,15 +33,20 @@ class Remark:
         level: good, warning or failure.
         key: of the sentence.
         details: its values; a text `@area.name` is itself a key, an object that explains itself is asked to.
+        cause: what it comes from, where that is proved or was looked for.
     """
 
     level: Level
     key: str
     details: Mapping[str, object] = field(default_factory=dict[str, object])
+    cause: Explains | None = None
 
     def sentence(self, language: str | None = None) -> str:
         """The sentence, in `en` or `ar` or the current language."""
-        return say(self.key, language=language, **{name: said(value, language) for name, value in self.details.items()})
+        what = say(self.key, language=language, **{name: said(value, language) for name, value in self.details.items()})
+        if self.cause is None:
+            return what
+        return say("job.with_cause", language=language, what=what, cause=self.cause.explain(language=language))
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,7 +34,7 @@ class Watcher(Protocol):
     """Is called as the work goes on."""
 
     def enter(self, stage: str) -> None:
-        """A stage begins: stage_robot, stage_planning, stage_simulating, stage_varying."""
+        """A stage begins: stage_robot, stage_planning, stage_simulating, stage_causes, stage_varying."""
 
     def update(self, share: float) -> None:
         """Share of the stage that is done."""
@@ -44,6 +44,20 @@ class _Nobody:
     def enter(self, stage: str) -> None: ...
 
     def update(self, share: float) -> None: ...
+
+
+class _Again:
+    """The stage in which causes are looked for; it begins with its first step."""
+
+    def __init__(self, eye: Watcher) -> None:
+        self._eye, self._entered = eye, False
+
+    def update(self, share: float) -> None:
+        """Share that is done."""
+        if not self._entered:
+            self._eye.enter("stage_causes")
+            self._entered = True
+        self._eye.update(share)
 
 
 def solve(
@@ -80,7 +94,7 @@ def solve(
         return planned
     robot, motion = planned
     eye.enter("stage_simulating")
-    run = drive(job, text, robot, motion, eye.update, log=log)
+    run = drive(job, text, robot, motion, eye.update, again=_Again(eye).update, log=log)
     return run if job.variation is None else _varied(run, eye, cluster)
 
 

@@ -157,7 +157,9 @@ def sweep(
             cases.append(Case(named, np.nan, planned, None))
         else:
             robot, plan = planned
-            cases.append(Case(named, plan.cycle, None, drive(job, text, robot, plan) if simulate else None))
+            cases.append(
+                Case(named, plan.cycle, None, drive(job, text, robot, plan, explained=False) if simulate else None)
+            )
         progress(len(cases) / count)
     return Sweep(tuple(cases))
 

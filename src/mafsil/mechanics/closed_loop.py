@@ -7,6 +7,7 @@ from mafsil.algebra import so3
 from mafsil.mechanics.body_tree import BodyTree, lumped
 from mafsil.mechanics.composite_inertia import CompositeInertia
 from mafsil.mechanics.frame_choice import in_chosen_frames
+from mafsil.mechanics.friction import SMOOTHING, friction_law
 from mafsil.mechanics.held_plant import HeldPlant, closed_state
 from mafsil.mechanics.loop_constraints import loops
 from mafsil.mechanics.loop_dynamics import HeldTree, spread
@@ -18,7 +19,7 @@ from mafsil.mechanics.quantities.forward_kinematics import forward_kinematics
 from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
 from mafsil.mechanics.quantities.mass_matrix import mass_matrix
 from mafsil.mechanics.regrouping import regrouped
-from mafsil.mechanics.tree_plant import TreePlant
+from mafsil.mechanics.tree_plant import Friction, TreePlant
 from mafsil.mechanics.varied_bodies import body_inertias
 from mafsil.model import Mechanism
 
@@ -115,7 +116,7 @@ class Commands:
                 kp, kd, ki = (x["gains"][(3 * row + part) * n : (3 * row + part + 1) * n] for part in range(3))
                 feedback = kp * (self._u - q) + kd * (self._v - qd)
                 if term.waits and term.model is not None:
-                    feedback = feedback + self._held_up(term.model)
+                    feedback = feedback + self._held_up(term.model) + self._friction(term)
                 if loop.integrates:
                     before, growth = x["integral"][row * n : (row + 1) * n], ki * (self._u - q)
                     if term.waits:
@@ -126,6 +127,8 @@ class Commands:
                     feedback = feedback + integrals[-1]
                 row += 1
             self.effort = self.effort + (x["given"] if term.kind == "given" else self._efforts(term, feedback))
+            if not term.waits:
+                self.effort = self.effort + self._friction(term)
         self.integral = ex.vertcat(ex.zeros(0, 1), *integrals)
 
     def _held_up(self, model: Mechanism) -> Expression:
@@ -135,7 +138,7 @@ class Commands:
 
     def _efforts(self, term: Term, feedback: Expression) -> Expression:
         """(n,) of one term."""
-        if term.kind == "feedback":
+        if term.kind in ("feedback", "friction"):
             return feedback
         model = term.model
         assert model is not None
@@ -146,6 +149,13 @@ class Commands:
         if term.kind == "gravity":
             return self._held_up(model)
         return inverse_dynamics(self._trees.of(model), self._u, self._v, self._a)
+
+    def _friction(self, term: Term) -> Expression:
+        """(n,) efforts of the friction of a term's model at the rates of the reference; zero of terms without."""
+        if not term.friction or term.model is None:
+            return ex.zeros(self._loop.plant.n, 1)
+        friction = Friction(friction_law(term.model), SMOOTHING, None)
+        return friction.slope(self._v) @ self._v + friction.offset
 
     def _closed(self, model: Mechanism, holding: Holding, kind: str, feedback: Expression) -> Expression:
         """(n,) of the driven joints of a closed chain: to hold it up, or for the accelerations asked of them."""

@@ -59,6 +59,11 @@ def friction_law(mechanism: Mechanism) -> FrictionLaw:
     return FrictionLaw(viscous, positive, negative, offset, np.array(gains).reshape(-1, mechanism.n))
 
 
+def has_friction(mechanism: Mechanism) -> bool:
+    """Whether any joint of a mechanism loses effort to friction."""
+    return any(joint.moves and joint.friction is not None for joint in mechanism.joints)
+
+
 def _numbers(friction: Friction) -> tuple[float, float, float, float]:
     negative = friction.coulomb if friction.coulomb_negative is None else friction.coulomb_negative
     return friction.viscous, friction.coulomb, negative, friction.offset

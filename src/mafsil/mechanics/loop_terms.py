@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from mafsil.mechanics.friction import friction_law
 from mafsil.model import Mechanism
+from mafsil.model.fingerprint import fingerprint, friction_fingerprint
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,18 +32,20 @@ class Term:
 
     Attributes:
         kind: "computed_torque" (of the model), "feedback" (of each joint), "gravity", "feedforward" (of the model),
-            "closed_computed_torque", "closed_gravity" (of a closed chain), or "given": efforts that somebody else
-            decides.
+            "closed_computed_torque", "closed_gravity" (of a closed chain), "friction" alone, or "given": efforts that
+            somebody else decides.
         model: the mechanism the law believes in; None for "feedback" and "given".
         holding: of the model, where it is taken as a closed chain.
         waits: whether its integral waits where it would drive efforts further beyond a limit. A "feedback" that waits
             has a model if it holds that up: limits are those of both together.
+        friction: whether the friction of the model at the rates of the reference is added.
     """
 
     kind: str
     model: Mechanism | None = None
     holding: Holding | None = None
     waits: bool = False
+    friction: bool = False
 
     @property
     def fed_back(self) -> bool:
@@ -50,9 +53,16 @@ class Term:
         return self.kind in ("computed_torque", "feedback", "closed_computed_torque")
 
     @property
+    def key(self) -> tuple[object, ...]:
+        """Words that differ whenever the expression does, its holding aside."""
+        rubbing = friction_fingerprint(self.model) if self.friction and self.model is not None else ""
+        return (self.kind, None if self.model is None else fingerprint(self.model), self.waits, rubbing)
+
+    @property
     def parts(self) -> tuple[str, ...]:
         """Kinds of what it adds up."""
-        return (self.kind, "gravity") if self.waits and self.model is not None else (self.kind,)
+        found = (self.kind, "gravity") if self.waits and self.model is not None else (self.kind,)
+        return (*found, "friction") if self.friction and self.kind != "friction" else found
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,9 +10,11 @@ from numpy.typing import ArrayLike
 
 from mafsil import trajectory
 from mafsil.arrays import Floats, JointVector, positive, real_array, require_finite, whole
+from mafsil.collision.status import SMALLEST_GAP
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
 from mafsil.messages import clauses, say
+from mafsil.messages.quantities import quantity
 from mafsil.planning.arm_limits import Moving, bounds_of
 from mafsil.planning.kept_planning import Kept, Measured
 from mafsil.planning.outcome import Plan, PlanningStatus
@@ -164,6 +166,7 @@ class ArmPlan(Plan):
             always = self.checker is not None and own.distance > 0.0 and self.checker.never_apart(own.first, own.second)
             key = "planning.own_always_near" if always else "planning.own_bodies"
             lines.append(say(key, language=language, first=own.first, second=own.second))
+        lines += self._narrow(language)
         if self.descent is not None:
             before, after, steps = self.descent.before, self.descent.after, self.descent.iterations
             numbers = {"length": before.length, "shorter": after.length, "cost": before.total, "lower": after.total}
@@ -179,6 +182,18 @@ class ArmPlan(Plan):
     def _unchecked(self) -> tuple[str, ...]:
         """Keys of sentences about what nobody looked at on the way; a path among nothing says so."""
         return self.checker.unchecked if self and self.checker is not None else ()
+
+    def _narrow(self, language: str | None) -> list[str]:
+        """That the path comes nearer to something than any arm should, if it does."""
+        if not self or self.checker is None:
+            return []
+        near = self.clearance()
+        distance = near.distance
+        if not np.isfinite(distance).any() or distance.min() >= SMALLEST_GAP:
+            return []
+        nearest = list(near)[int(distance.argmin())].sentence(language)
+        smallest = quantity(SMALLEST_GAP, "m")
+        return [say("planning.narrow", language=language, nearest=nearest, smallest=smallest)]
 
     def _own_pair(self) -> Contact | None:
         """Two bodies of the robot itself that meet at an end, where nothing else meets there."""

@@ -15,10 +15,11 @@ from mafsil.control import explained
 from mafsil.job import judgement
 from mafsil.job.arrival import INSTANT, Arrival
 from mafsil.job.cell_signals import assignments, conditions
-from mafsil.job.judgement import Summary, error_details, joint_quantity
+from mafsil.job.judgement import Summary, error_details
 from mafsil.job.plan import Leg
 from mafsil.job.run import Run
 from mafsil.job.surroundings import WayRound
+from mafsil.job.symptoms import joint_quantity
 from mafsil.messages import LANGUAGES, say
 from mafsil.messages.quantities import digits, quantity
 from mafsil.model import JointKind
@@ -27,6 +28,8 @@ from mafsil.report.limits import limit_plot, limit_table
 from mafsil.report.replay import recipe, replay_scene
 from mafsil.report.variation import variation_findings, variation_table
 
+NARROW = ("job.gap_below_error", "job.gap_below_smallest")
+"""Warnings of gaps that are smaller than the error of the run, or than any that is safe."""
 PACKAGES = ("mafsil", "numpy", "scipy", "llvmlite", "msgspec")
 Rows: TypeAlias = NDArray[np.intp]
 
@@ -97,6 +100,8 @@ def verdict(run: Run, language: str | None = None) -> Finding:
         return failure("cannot_hold")
     if grave:
         return failure("failures", count=sum(remark.level == "failure" for remark in run.remarks))
+    if narrow := [remark.key.removeprefix("job.") for remark in run.remarks if remark.key in NARROW]:
+        return Finding("warning", say(f"report.verdict_{narrow[0]}", language=language))
     if mild:
         return Finding("warning", say("report.verdict_warnings", language=language, count=mild))
     return Finding("good", say("report.verdict_good", language=language))

@@ -218,7 +218,7 @@ def loop_kernel(loop: Loop) -> Kernel:
 
 def _key(loop: Loop) -> str:
     """Words that differ whenever the expression does."""
-    terms = [(term.kind, None if term.model is None else fingerprint(term.model), term.waits) for term in loop.terms]
+    terms = [term.key for term in loop.terms]
     same = [term.model is loop.plant for term in loop.terms]
     flags = (loop.pushed, loop.noisy, loop.saturated, loop.integrates, loop.varied)
     robots = (fingerprint(loop.plant), fingerprint(loop.shown), loop.shown is loop.plant, same)

@@ -11,7 +11,7 @@ from mafsil.arrays import Floats, JointVector, Vector6, as_batch, real_array
 from mafsil.control.environment import Environment, tip_wrench_of
 from mafsil.errors import InputError
 from mafsil.kernels.lazy import lazy
-from mafsil.mechanics.friction import FrictionLaw, friction_law
+from mafsil.mechanics.friction import FrictionLaw, friction_law, has_friction
 from mafsil.model import Inertial
 from mafsil.robot import Robot, as_robot
 from mafsil.version import __version__
@@ -66,9 +66,7 @@ class Plant:
     @lazy
     def has_friction(self) -> bool:
         """Whether any joint loses effort to friction."""
-        return self.friction and any(
-            joint.moves and joint.friction is not None for joint in self.robot.mechanism.joints
-        )
+        return self.friction and has_friction(self.robot.mechanism)
 
     @property
     def friction_law(self) -> FrictionLaw:

@@ -52,6 +52,7 @@ class Trajectory(Protocol):
 
 
 @runtime_checkable
+@runtime_checkable
 class Stretchable(Trajectory, Protocol):
     """A trajectory that can be run slower or faster on the same path."""
 

@@ -1,0 +1,252 @@
+"""A planned job simulated under its controller, stretch by stretch; or again with something of it taken away."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mafsil.control import LawMemory
+from mafsil.errors import JobError
+from mafsil.job.arrival import arrival
+from mafsil.job.contacts import environment_of, rigid_surfaces_of
+from mafsil.job.description import Job
+from mafsil.job.door_grips import grips
+from mafsil.job.equipment import Load
+from mafsil.job.laws import PLACES, control_period, law_of
+from mafsil.job.payload import centre_of_mass, part_inertia
+from mafsil.job.plan import Plan
+from mafsil.job.remark import Remark
+from mafsil.job.run import Run
+from mafsil.job.stretch import Driven, Stretch, stretches
+from mafsil.messages.quantities import digits, quantity
+from mafsil.messages.visible import visible
+from mafsil.robot import Robot
+from mafsil.simulation import (
+    ClosedPlant,
+    Deadlines,
+    LiveLog,
+    MuJoCoPlant,
+    Plant,
+    Recording,
+    RigidPlant,
+    Scenario,
+    SensorNoise,
+    WrenchPulse,
+    simulate,
+)
+from mafsil.simulation.fused import can_fuse
+from mafsil.simulation.recording import joined
+from mafsil.simulation.scaled_gains import scaled
+from mafsil.simulation.stepping import IMPLICIT_FRICTION, STIFF, friction_stiffness
+
+EXPLICIT = "rk4"
+"""The integrator where no friction is too stiff for it."""
+WORTH = 2_000
+"""Ticks from which on a loop is compiled that will be run several times."""
+MOST_TICKS = 3_000_000
+"""Longest job in steps: 50 minutes at 1 kHz, some minutes of computing, within 4 GB for an arm of seven joints."""
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """In what a simulation differs from what a job says, beside the job itself.
+
+    Attributes:
+        knows_arm: the law's model is the true arm with all that it carries.
+        unlimited: no joint has an effort limit.
+        gain: factor of all gains.
+        compiled: whether the loop is compiled even if one such run would take less time in Python.
+    """
+
+    knows_arm: bool = False
+    unlimited: bool = False
+    gain: float = 1.0
+    compiled: bool = False
+
+
+AS_ASKED = Difference()
+
+
+def simulate_plan(
+    job: Job,
+    text: str,
+    robot: Robot,
+    plan: Plan,
+    progress: Callable[[float], None] = lambda share: None,
+    *,
+    log: str | os.PathLike[str] | None = None,
+    difference: Difference = AS_ASKED,
+) -> Run:
+    """Simulate a plan; the run is not judged, its remarks are those of the simulation.
+
+    Args:
+        job, text: what is asked, and its file.
+        robot: with its tool.
+        plan: the motion.
+        progress: called with the share of the time that has been simulated.
+        log: path of a live log, `.mcap`; none if None.
+        difference: from what the job says.
+
+    Raises:
+        JobError: friction is too stiff for the integrator that is asked
+            for, or the motion is too long to be simulated.
+        MafsilError: the log cannot be written.
+    """
+    _require_short(job, plan)
+    planned = tuple(stretches(plan, grips(job, plan)))
+    models = [_loaded(stretch.load, known=True) for stretch in planned]
+    plants = [
+        _plant(job, stretch, model if stretch.carried is None or stretch.carried.known else _loaded(stretch.load))
+        for stretch, model in zip(planned, models, strict=True)
+    ]
+    method, remark = _method(job, planned, plants)
+    if job.simulation.plant == "mujoco":
+        remark = (*remark, Remark("good", "job.other_plant", {"plant": plants[0].engine}))
+    with nullcontext() if log is None else LiveLog(log, plan.duration) as live:
+        recordings, driven = _recorded(
+            job, plan, list(zip(planned, models, plants, strict=True)), method, progress, live, difference
+        )
+    recording = joined(recordings)
+    timed = Deadlines.of(recording.metadata)
+    if timed is not None:
+        remark = (*remark, Remark("warning" if timed.missed else "good", "job.deadlines", {"deadlines": timed}))
+    if "near_singular" in recording.metadata:
+        found = recording.metadata["near_singular"]
+        details = {"time": quantity(found["time"], "s"), "ratio": digits(found["ratio"])}
+        remark = (*remark, Remark("warning", "simulation.near_singular", details))
+    if fault := recording.metadata.get("log_fault"):
+        remark = (*remark, Remark("warning", "simulation.log_fault", {"fault": visible(str(fault))}))
+    stopped = None
+    if not recording.status.succeeded:
+        stopped = Remark("failure", "job.stopped", {"time": quantity(recording.duration, "s"), "reason": recording})
+    return Run(job, text, robot, plan, recording, tuple(driven), stopped, remarks=remark)
+
+
+def _recorded(
+    job: Job,
+    plan: Plan,
+    parts: list[tuple[Stretch, Robot, Plant]],
+    method: str,
+    progress: Callable[[float], None],
+    log: LiveLog | None,
+    difference: Difference,
+) -> tuple[list[Recording], list[Driven]]:
+    """Stretch by stretch, up to the first that fails."""
+    recordings: list[Recording] = []
+    driven: list[Driven] = []
+    memory = LawMemory() if len(parts) > 1 else None
+    for stretch, model, loaded in parts:
+        gripped = stretch.carried is None or _gripped(job, plan, stretch, recordings[-1], driven[-1])
+        plant = loaded if gripped else _plant(job, stretch, stretch.load.robot)
+        known = plant.robot if difference.knows_arm else model
+        scenario = _scenario(job, known, stretch, plant, recordings, method, difference)
+        driven.append(Driven(stretch, scenario, gripped))
+
+        def report(share: float, begin: float = stretch.start, length: float = stretch.trajectory.duration) -> None:
+            progress((begin + share * length) / plan.duration)
+
+        clock = "real" if job.simulation.real_time else None
+        compiled = difference.compiled and len(scenario.ticks()) >= WORTH and can_fuse(scenario)
+        fused = True if compiled else None
+        recordings.append(simulate(scenario, report, fused=fused, clock=clock, log=log, memory=memory))
+        if not recordings[-1].status.succeeded:
+            break
+    return recordings, driven
+
+
+def _gripped(job: Job, plan: Plan, stretch: Stretch, tape: Recording, before: Driven) -> bool:
+    """Whether the tip was at the part when the pick before this stretch ended; the same as before without a pick."""
+    if stretch.load is before.stretch.load:
+        return before.gripped
+    judged = arrival(job, plan, stretch.first - 1, tape, before.stretch.start)
+    return judged is not None and judged.reached
+
+
+def _require_short(job: Job, plan: Plan) -> None:
+    ticks = plan.duration / control_period(job)
+    integration = plan.duration / job.simulation.step
+    if max(ticks, integration) > MOST_TICKS:
+        raise JobError("job.too_long", duration=plan.duration, ticks=max(ticks, integration), limit=MOST_TICKS)
+
+
+def _loaded(load: Load, *, known: bool = False) -> Robot:
+    """The robot with what it carries; with `known` only if the controller knows of it."""
+    robot, carried = load.robot, load.carried
+    if carried is None or (known and not carried.known):
+        return robot
+    return Plant(robot).with_payload(carried.mass, centre_of_mass(carried), part_inertia(carried)).robot
+
+
+def _plant(job: Job, stretch: Stretch, robot: Robot) -> Plant:
+    """The true arm: its friction, what its tip touches and holds, and the masses that its model does not know."""
+    rigid, touched = rigid_surfaces_of(job), environment_of(job, stretch.doors)
+    kind = ClosedPlant if robot.mechanism.loops else MuJoCoPlant if job.simulation.plant == "mujoco" else Plant
+    if not rigid:
+        plant = kind(robot, friction=job.simulation.friction, environment=touched)
+    else:
+        if job.simulation.plant == "mujoco":
+            raise JobError("job.rigid_plant", place="simulation plant")
+        plant = RigidPlant(robot, job.simulation.friction, touched, surface=rigid)
+    error, hung = job.simulation.mass_error, job.simulation.payload
+    plant = plant if error == 0.0 else plant.with_scaled_inertia(1.0 + error)
+    return plant if hung == 0.0 else plant.with_payload(hung)
+
+
+def _method(job: Job, planned: tuple[Stretch, ...], plants: list[Plant]) -> tuple[str, tuple[Remark, ...]]:
+    """The integrator: the one that is asked for, or the one that fits, with a remark where that is not rk4.
+
+    Raises:
+        JobError: friction is too stiff for the method that is asked for.
+    """
+    requested, step = job.simulation.method, job.simulation.step
+    if requested == IMPLICIT_FRICTION:
+        return requested, ()
+    stiffest = max(
+        friction_stiffness(plant, stretch.trajectory.at(np.linspace(0.0, stretch.trajectory.duration, PLACES)).u)
+        for stretch, plant in zip(planned, plants, strict=True)
+    )
+    if stiffest * step <= STIFF:
+        return requested or EXPLICIT, ()
+    details = {"step": quantity(step, "s"), "needed": quantity(STIFF / stiffest, "s")}
+    if requested is not None:
+        raise JobError("job.stiff_method", method=requested, **details, other=IMPLICIT_FRICTION)
+    return IMPLICIT_FRICTION, (Remark("good", "job.method_chosen", details | {"method": IMPLICIT_FRICTION}),)
+
+
+def _scenario(
+    job: Job, model: Robot, stretch: Stretch, plant: Plant, past: list[Recording], method: str, difference: Difference
+) -> Scenario:
+    settings, noise = job.simulation, job.simulation.noise
+    model = _without_effort_limits(model) if difference.unlimited else model
+    law = law_of(job, model, stretch.trajectory, plant)
+    noisy = noise.position > 0.0 or noise.velocity > 0.0
+    return Scenario(
+        robot=model,
+        trajectory=stretch.trajectory,
+        law=law if difference.gain == 1.0 else scaled(law, np.array(difference.gain)),
+        plant=plant,
+        q=past[-1].q[-1] if past else None,
+        qd=past[-1].qd[-1] if past else None,
+        disturbances=tuple(_pushes(job, stretch)),
+        noise=SensorNoise(noise.position, noise.velocity, noise.seed + len(past)) if noisy else None,
+        step=settings.step,
+        period=control_period(job),
+        integrator=method,
+    )
+
+
+def _without_effort_limits(robot: Robot) -> Robot:
+    joints = (replace(one, limits=replace(one.limits, effort=np.inf)) for one in robot.mechanism.joints)
+    return Robot(replace(robot.mechanism, joints=tuple(joints)))
+
+
+def _pushes(job: Job, stretch: Stretch) -> Iterator[WrenchPulse]:
+    """The disturbances that act during a stretch, in its own time."""
+    for push in job.disturbance:
+        begin, end = push.start - stretch.start, push.start + push.duration - stretch.start
+        if end > 0.0 and begin < stretch.trajectory.duration:
+            yield WrenchPulse(max(begin, 0.0), end - max(begin, 0.0), np.array(push.wrench))
