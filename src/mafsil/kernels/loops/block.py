@@ -89,6 +89,7 @@ def real_text(x: float) -> str:
     """A float64 in LLVM IR, bit for bit."""
     return f"0x{struct.unpack('<Q', struct.pack('<d', x))[0]:016X}"
 
+
 _SHORT_LOOP = 60
 """Number of the metadata of loops that are not copied for several turns at once."""
 
