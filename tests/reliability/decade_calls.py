@@ -248,7 +248,8 @@ CALLS = (
     "trajectory.rest(position=[1.0], duration=2.0)",
     "trajectory.septic(start=[0.0], goal=[1.0], duration=2.0, start_derivatives=(0.1, 0.2, 0.3))",
     "trajectory.sequence(*PARTS, rests=(0.1, 0.2), tolerance=1e-6)",
-    "trajectory.time_optimal(path=JOINTS, limits=SWIFT, robot=R2, tip_speed=1.0, tip_acceleration=2.0, tip_turn_rate=3.0, "
+    "trajectory.time_optimal(path=JOINTS, limits=SWIFT, robot=R2, tip_speed=1.0, tip_acceleration=2.0, "
+    "tip_turn_rate=3.0, "
     "intervals=20)",
     "trajectory.time_optimal(path=JOINTS, limits=LIMITS(velocity=1.0, acceleration=2.0), intervals=20)",
     "trajectory.trapezoid(start=[0.0], goal=[1.0], acceleration=2.0, velocity=1.0)",
@@ -296,9 +297,13 @@ SLOW = (
     "parallel.closed_inverse_kinematics", "performance.isotropic_configurations", "performance.pinned_arm", "mf.place",
     "planning.plan_approach", "planning.plan_in_turn", "planning.plan_past", "trajectory.cartesian_line",
     "trajectory.compare_routes", "trajectory.diagnose_path", "trajectory.follow", "trajectory.joined_path",
-    "trajectory.time_optimal", "simulation.monte_carlo", "simulation.learn", "trajectory.export", "
-    ""control.follow_with_loops",
-    "ik.puma_shape", "ik.inverse_kinematics", "control.export_law", "mf.plan",
+    "trajectory.time_optimal", "simulation.monte_carlo", "simulation.learn", "trajectory.export",
+    "control.follow_with_loops",
+    "ik.puma_shape", "ik.inverse_kinematics", "control.export_law", "mf.plan", "grasp.compare", "grasp.robustness",
+    "mobility.library.stewart_gough", "mobility.library.three_upu", "mobility.library.three_cranks",
+    "mobility.library.delta", "ik.track", "parallel.simulate_closed", "one_joint.sweep_rate", "mf.free_body_motion",
+    "ik.solve_ik", "trajectory.joint_motion", "mobility.library.spherical_four_bar", "mobility.library.three_prs",
+    "mobility.library.three_rps", "mobility.library.eclipse", "performance.workspace_map", "simulation.simulate_elastic",
 )  # fmt: skip
 """Functions of more than some milliseconds a call: driven through few values."""
 
@@ -320,6 +325,7 @@ ABSENT = {
 """Fields that are documented to be NaN or infinite where there is nothing to say."""
 
 LONG = {
+    "trajectory.joint_motion(duration)": (1e2, 1e30), "trajectory.joint_motion(rate)": (1e3, 1e30),
     "ik.integrate_rates(duration)": (1e2, 1e5), "ik.integrate_rates(step)": (1e-8, 1e-4),
     "one_joint.run(duration)": (1e2, 1e7), "one_joint.run(step)": (1e-10, 1e-5),
     "one_joint.run_sampled(duration)": (1e2, 1e7), "one_joint.run_sampled(period)": (1e-10, 1e-5),
@@ -400,7 +406,8 @@ def _arms(_: dict[str, Any]) -> dict[str, Any]:
     return {
         "R2": r2, "R3": r3, "R6": r6, "Q2": q2, "Q3": q3, "Q6": q6, "G2": g2, "NEXT6": q6 + 0.1,
         "NEAR": np.eye(4), "FAR": turning(0.3), "TIP3": r3.forward_kinematics(q3 + 0.1),
-        "TIPS3": r3.forward_kinematics(q3 + np.linspace(0, 0.1, 4)[:, None]), "LINE6": line, "TIP6": r6.forward_kinematics(q6 + 0.05),
+        "TIPS3": r3.forward_kinematics(q3 + np.linspace(0, 0.1, 4)[:, None]), "LINE6": line,
+        "TIP6": r6.forward_kinematics(q6 + 0.05),
         "PANDA": mf.load("panda"), "TIP7": mf.load("panda").forward_kinematics([0.1, 0.2, 0.3, -1.5, 0.4, 1.6, 0.4]),
         "DH": dh_from_mechanism(r2.mechanism).rows, "SCREWS": screws(r2.mechanism).S_s,
         "LOG": mf.MotionLog(t=t, q=q, tau=r2.inverse_dynamics(q, qd, qdd)),
@@ -430,7 +437,7 @@ def _mechanisms(names: dict[str, Any]) -> dict[str, Any]:
     chain = parallel.ClosedChain(bars)
     q = chain.closed(np.zeros(chain.n)).q
     tip = chain.robot.forward_kinematics(q)
-    moved = chain.closed(q + [0.01, *np.zeros(chain.n - 1)], hold=chain.actuated).q
+    moved = chain.closed(q + 0.01 * np.eye(1, chain.n)[0], hold=chain.actuated).q
     contacts = [mf.Contact((-1, 0), (1, 0), mu=0.5), mf.Contact((1, 0), (-1, 0), mu=0.5)]
     cube = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
     heavy = parallel.ClosedChain(four_bar())
@@ -440,7 +447,8 @@ def _mechanisms(names: dict[str, Any]) -> dict[str, Any]:
         "CRANK": trajectory.line_path(tip, chain.robot.forward_kinematics(moved)),
         "FOUR": mobility.library.four_bar(), "FIVE": mobility.library.five_bar(), "PINCH": mf.Grasp(contacts),
         "CUBE": collision.TriangleMesh(cube, FACES), "HULL": cube, "DELTA": parallel.DeltaRobot(0.3, 0.1, 0.3, 0.8),
-        "HEAVY": heavy, "HEAVY_Q": heavy.closed([0.5, 0.5, 1.5], hold=["A"]).q, "X6": np.array([0.0, 0.0, 0.1, *made.C, 0.2]),
+        "HEAVY": heavy, "HEAVY_Q": heavy.closed([0.5, 0.5, 1.5], hold=["A"]).q,
+        "X6": np.array([0.0, 0.0, 0.1, *made.C, 0.2]),
     }  # fmt: skip
 
 

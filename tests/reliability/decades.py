@@ -30,7 +30,8 @@ from mafsil.errors import KernelError, MafsilError, MafsilWarning
 from tests.reliability.decade_calls import ABSENT, CALLS, LONG, SLOW, space
 
 TENS = (-300, -200, -100, -50, -30, -19, -15, -12, -9, -6, -3, 0, 3, 6, 9, 12, 15, 19, 30, 50, 100, 200, 300)
-VALUES = (0.0, math.nan, math.inf, -math.inf, 5e-324, -1.0, *(s * float(f"1e{k}") for k in TENS for s in (1, -1)))
+NEGATIVE = (-1.0, -1e-300, -1e-9, -1e9, -1e300)
+VALUES = (0.0, math.nan, math.inf, -math.inf, 5e-324, *NEGATIVE, *(float(f"1e{k}") for k in TENS))
 FEW = (0.0, math.nan, math.inf, -1.0, 5e-324, 1e-300, 1e-19, 1e19, 1e300)
 LONGEST = 2.0
 """Seconds that one call may take."""

@@ -1,4 +1,4 @@
-"""Scalar arguments of every public function over 600 decades: refused in our words, or answered by numbers that hold."""
+"""Scalar arguments of every public function over 600 decades: refused in our words, or answered by good numbers."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ def test_600_decades():
     assert {name: why for name, why in found["wrong"].items() if name not in OPEN} == {}
     assert set(found["wrong"]) == set(OPEN), "what is mended leaves the list of what is open"
     assert found["arguments"] > 350
-    assert found["calls"] > 12_000
+    assert found["calls"] > 9_000
 
 
 def test_the_judge_sees_what_it_is_for():
-    assert max(VALUES[6:]) == 1e300
+    assert max(VALUES[3:]) == 1e300
     assert judge({"duration": -1.0}) == ".duration is negative"
     assert judge((1.0, float("nan"))) == "[1] is NaN"
     assert judge([{"speed": float("inf")}]) == "[0].speed is infinite"

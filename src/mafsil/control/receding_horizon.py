@@ -33,8 +33,8 @@ else:
     horizon_loops = lazily("mafsil.solvers.horizon_loops")
 
 ROUNDS = 400
-COARSEST = 1e12
-"""Largest weight of an error against that of the acceleration that removes it in one interval: beyond, rounding decides."""
+COARSEST = 1e8
+"""Largest weight of an error against the acceleration that removes it in one interval: beyond, rounding decides."""
 SETTLED = 1e-13
 """Relative change of the cost in one round below which it is that of an infinite horizon."""
 MOST_NUMBERS = 2000
