@@ -261,7 +261,7 @@ CALLS = (
     "mf.Contact(point=(0, 0, 0), normal=(1, 0, 0), mu=0.5, gamma=0.1)",
     "mf.Friction(viscous=0.1, coulomb=0.2, coulomb_negative=0.3, offset=0.0)",
     "mf.Inertial(mass=1.0)",
-    "mf.Joint(name='j', kind=model.JointKind.HELICAL, parent='a', child='b', pitch=0.1)",
+    "mf.Joint(name='j', kind=mf.model.JointKind.HELICAL, parent='a', child='b', pitch=0.1)",
     "mf.Limits(lower=-1.0, upper=1.0, velocity=1.0, acceleration=1.0, jerk=1.0, effort=1.0)",
     "mf.control.Impedance.of(m=1, inertia=1.0, damping=2.0, stiffness=3.0)",
     "control.Gains.of(1, kp=1.0, kd=2.0)",
@@ -290,6 +290,9 @@ CALLS = (
     "one_joint.DiscreteLoop(period=0.01, kp=1.0, ki=0.1, kd=0.1, filter_time=0.1)",
 )  # fmt: skip
 
+PACKAGES = ("derivation", "grasp", "ik", "performance")
+"""Parts of mafsil that only the texts name."""
+
 SLOW = (
     "control.tip_ways", "control.gain_card", "derivation.check_jacobian", "mf.estimate_payload",
     "mf.excitation_trajectory", "grasp.plan_grasps", "mobility.assembly_modes", "mobility.configuration_curves",
@@ -303,7 +306,8 @@ SLOW = (
     "mobility.library.stewart_gough", "mobility.library.three_upu", "mobility.library.three_cranks",
     "mobility.library.delta", "ik.track", "parallel.simulate_closed", "one_joint.sweep_rate", "mf.free_body_motion",
     "ik.solve_ik", "trajectory.joint_motion", "mobility.library.spherical_four_bar", "mobility.library.three_prs",
-    "mobility.library.three_rps", "mobility.library.eclipse", "performance.workspace_map", "simulation.simulate_elastic",
+    "mobility.library.three_rps", "mobility.library.eclipse", "performance.workspace_map",
+    "simulation.simulate_elastic",
 )  # fmt: skip
 """Functions of more than some milliseconds a call: driven through few values."""
 
@@ -325,6 +329,7 @@ ABSENT = {
 """Fields that are documented to be NaN or infinite where there is nothing to say."""
 
 LONG = {
+    "trajectory.joined_path(blend_angle)": (1e-30, 1e-10),
     "trajectory.joint_motion(duration)": (1e2, 1e30), "trajectory.joint_motion(rate)": (1e3, 1e30),
     "ik.integrate_rates(duration)": (1e2, 1e5), "ik.integrate_rates(step)": (1e-8, 1e-4),
     "one_joint.run(duration)": (1e2, 1e7), "one_joint.run(step)": (1e-10, 1e-5),
@@ -388,7 +393,7 @@ def space(folder: str) -> dict[str, Any]:
     Args:
         folder: where files may be written.
     """
-    names = {**globals(), "FILE": f"{folder}/motion.csv"}
+    names = {**globals(), **{name: getattr(mf, name) for name in PACKAGES}, "FILE": f"{folder}/motion.csv"}
     for part in (_arms, _laws, _mechanisms, _motions, _scenes):
         names.update(part(names))
     return names
