@@ -348,6 +348,7 @@ OPEN: dict[str, str] = {}
 EXCLUDED = {
     "mafsil.ik.integrate_rates.twist": "a function",
     "mafsil.ik.twist_of_motion.X": "a function",
+    "mafsil.planning.bench_planners.progress": "a function",
     "mafsil.inverse_dynamics_trajectory.motion": "a function",
     "mafsil.identify.held_out": "three seconds a call",
     "mafsil.identify.bandwidth": "three seconds a call; the same rule as in estimate_payload",
