@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, as_batch, calculable
+from mafsil.arrays import Floats, as_batch
 from mafsil.errors import InputError
 from mafsil.grasp.cone import furthest
 from mafsil.grasp.contact import Contact
@@ -154,7 +154,6 @@ class _Program:
             each = np.broadcast_to(as_batch("push", push, (), finite=True), (len(contacts),))
             if (each < 0.0).any():
                 raise InputError("input.range", name="push", value=float(each.min()), low=0.0, high=np.inf)
-            calculable("push", each)
             bounds.extend(float(v) for v in each)
         self.pushes = len(bounds)
         self.J: Floats | None = None
