@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, not_negative, real_array, require_finite
+from mafsil.arrays import Floats, real_array, require_finite
 from mafsil.errors import InputError
 from mafsil.trajectory.motion_limits import Limits, motion_limits
 
@@ -69,7 +69,8 @@ def problem_of(
         raise InputError("jerk.moving_apart")
     times = {"minimum_duration": minimum, "cycle": cycle}
     for name, value in times.items():
-        not_negative(name, value)
+        if not 0.0 <= value < np.inf:
+            raise InputError("input.range", name=name, value=value, low=0.0, high=np.inf)
     packed = packed_limits(limits, states.shape[-2])
     return Problem(states, packed, free, MODES.index(synchronise), float(minimum), float(cycle))
 
