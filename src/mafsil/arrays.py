@@ -82,6 +82,9 @@ JacobianMatrix: TypeAlias = Annotated[Floats, Shape("*batch", 6, "n")]
 
 
 FLOAT64 = np.dtype(np.float64)
+SMALLEST, LARGEST = 1e-40, 1e40
+"""Sizes of a scalar that enters a formula: what is zero or between them can be cubed, multiplied and divided in float64
+without leaving it. No length, time, mass or stiffness of any machine lies beyond."""
 FEW = 32
 """Numbers up to which Python itself is quicker than NumPy's call."""
 
@@ -184,12 +187,15 @@ def single(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Floats:
         shape: of the whole array.
 
     Raises:
-        InputError: not real numbers, another shape, a NaN or infinity.
+        InputError: not real numbers, another shape, a NaN or infinity, a number too large to calculate with.
     """
     array = real_array(name, value)
     if array.shape != shape:
         raise InputError("input.shape", name=name, expected=shape, got=array.shape, hint="")
-    return require_finite(name, array)
+    require_finite(name, array)
+    if array.size and max(abs(array.max()), abs(array.min())) > LARGEST:
+        calculable(name, array[np.abs(array) > LARGEST])
+    return array
 
 
 def require_finite(name: str, array: Floats) -> Floats:
@@ -222,17 +228,58 @@ def require_kind(name: str, value: object, expected: str, *members: str) -> None
 
 
 def positive(name: str, value: object) -> float:
-    """The value itself, if it is a finite positive number.
+    """The value itself, if it is a positive number of a size that can be calculated with.
 
     Raises:
         InputError: it is not.
     """
-    if type(value) is float and 0.0 < value < np.inf:
+    if type(value) is float and SMALLEST <= value <= LARGEST:
         return value
-    number = real_array(name, cast("ArrayLike", value))
-    if number.ndim or not np.isfinite(number) or number <= 0.0:
+    array = real_array(name, cast("ArrayLike", value))
+    if array.ndim or not np.isfinite(array) or array <= 0.0:
         raise InputError("input.positive", name=name, value=value)
-    return float(number)
+    return float(calculable(name, array))
+
+
+def number(name: str, value: object) -> float:
+    """The value itself, if it is a finite number that can be calculated with; of any sign, however small.
+
+    Raises:
+        InputError: it is not.
+    """
+    return float(single(name, cast("ArrayLike", value), ()))
+
+
+def not_negative(name: str, value: object, *, unbounded: bool = False, most: float = LARGEST) -> float:
+    """The value itself, if it is zero or a positive number of a size that can be calculated with.
+
+    Args:
+        name: the argument's name, for the error.
+        value: what the user gave.
+        unbounded: whether infinity is allowed and means that there is no bound.
+        most: largest number that makes sense.
+
+    Raises:
+        InputError: it is not.
+    """
+    array = real_array(name, cast("ArrayLike", value))
+    if array.ndim or not array >= 0.0 or (np.isinf(array) and not unbounded) or (most < LARGEST and array > most):
+        raise InputError("input.range", name=name, value=value, low=0.0, high=np.inf if unbounded else most)
+    return float(array if np.isinf(array) else calculable(name, array))
+
+
+def calculable(name: str, array: Floats) -> Floats:
+    """The array itself, if all its numbers are zero or of a size that can be calculated with.
+
+    Raises:
+        InputError: names the first one that is too small or too large; NaN and infinities are left to others.
+    """
+    size = np.abs(array)
+    beyond = (size > LARGEST) & (size < np.inf) | (size < SMALLEST) & (size > 0.0)
+    if beyond.any():
+        value = float(np.asarray(array)[beyond].flat[0])
+        raise InputError("input.size", name=name, value=value, low=SMALLEST, high=LARGEST)
+    return array
 
 
 def whole(name: str, value: object, least: int = 0, most: int = 2**31 - 1) -> int:

@@ -20,7 +20,7 @@ NAMED = {
     "bias": lambda: control.applied_wrench(np.zeros(6), np.eye(6), np.zeros(6), "none"),
     "damping": lambda: control.least_virtual_mass("much", 1.0, 0.01),
     "stiffness": lambda: control.guiding_line([0, 0, 0], [1, 0, 0], [1.0, 2.0]),
-    "step": lambda: control.admittance_radius(1.0, 1.0, 1.0, 1e308),
+    "too small or too large": lambda: control.admittance_radius(1.0, 1.0, 1.0, 1e308),
     "period": lambda: control.effective_admittance(1.0, 1.0, 1.0, kp=1.0, kd=1.0, period=None),
     "n": lambda: Gains.of(None, 1.0, 1.0),
     "m": lambda: Impedance.of("two", inertia=1.0),

@@ -248,3 +248,19 @@ def test_bad_settings_are_named():
     ):  # fmt: skip
         with pytest.raises(InputError, match=name):
             model_predictive(robot, **arguments)
+
+
+@pytest.mark.parametrize("interval", [1e-6, 1e-4, 0.02, 1.0])
+def test_the_cost_of_an_endless_horizon_is_that_of_riccati_for_any_interval(interval):
+    """It was cut off after 100,000 rounds, far from settled where intervals are short."""
+    law = model_predictive(mf.load("planar2r"), horizon=1, interval=interval, position=3.0, rate=0.5, acceleration=2.0)
+    A, B = np.array([[1.0, interval], [0.0, 1.0]]), -np.array([[interval**2 / 2.0], [interval]])
+    P = solve_discrete_are(A, B, np.diag([3.0, 0.5]), [[2.0]])
+    gain = np.linalg.solve(2.0 + B.T @ P @ B, B.T @ P @ A)
+    np.testing.assert_allclose(law.gain, np.broadcast_to(gain, (2, 2)), rtol=1e-5)
+    assert np.abs(np.linalg.eigvals(A - B @ law.gain[:1])).max() < 1.0
+
+
+def test_an_interval_in_which_rounding_decides_is_refused():
+    with pytest.raises(InputError, match="interval: 1e\\+06 s is too long"):
+        model_predictive(mf.load("planar2r"), interval=1e6)

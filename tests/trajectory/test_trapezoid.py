@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from mafsil.arrays import SMALLEST
 from mafsil.errors import InputError
 from mafsil.model import JointLimits
 from mafsil.trajectory import PlanStatus, check, trapezoid
@@ -47,6 +48,10 @@ def test_one_joint_is_at_a_limit(D, V, A):
 def test_given_duration_is_taken(D, V, A, slack):
     fastest = trapezoid(np.zeros(3), D, velocity=V, acceleration=A).value.duration
     if fastest == 0.0:
+        return
+    if fastest * slack < SMALLEST:
+        with pytest.raises(InputError, match="duration"):
+            trapezoid(np.zeros(3), D, velocity=V, acceleration=A, duration=fastest * slack)
         return
     outcome = trapezoid(np.zeros(3), D, velocity=V, acceleration=A, duration=fastest * slack)
     assert outcome.succeeded

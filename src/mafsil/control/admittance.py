@@ -7,7 +7,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mafsil.arrays import Floats, JointVector, PoseMatrix, positive, require_finite, require_function, single
+from mafsil.arrays import (
+    Floats,
+    JointVector,
+    PoseMatrix,
+    not_negative,
+    number,
+    positive,
+    require_finite,
+    require_function,
+)
 from mafsil.control.gains import Gains
 from mafsil.control.impedance import Impedance, require_size
 from mafsil.control.law import Law
@@ -188,14 +197,14 @@ def effective_admittance(
         InputError: not numbers, or not finite.
     """
     D, B, K = _numbers(inertia=inertia, damping=damping, stiffness=stiffness)
-    p, d = _numbers(kp=kp, kd=kd)
+    p, d = not_negative("kp", kp), not_negative("kd", kd)
     dt = positive("period", period)
     D = D / (1.0 + d * dt)
     return EffectiveImpedance(D, B - p * dt * D, K)
 
 
 def _numbers(**values: float) -> tuple[float, ...]:
-    return tuple(float(single(name, value, ())) for name, value in values.items())
+    return tuple(number(name, value) for name, value in values.items())
 
 
 def least_virtual_mass(damping: float, stiffness: float, period: float) -> float:

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from mafsil.arrays import Floats, JointVector, PoseMatrix, require_kind, single
+from mafsil.arrays import Floats, JointVector, PoseMatrix, not_negative, positive, require_kind, single
 from mafsil.parallel import ClosedChain
 from mafsil.parallel.closed_poses import Task, closed_pose_near, missed
 from mafsil.solvers import Outcome
@@ -53,6 +53,7 @@ def follow_with_loops(
         The path of the joints, its residual the largest deviation; or None with UNREACHABLE, SINGULAR or JOINT_LIMIT
         and the place where it ends, DEVIATES if more knots do not help.
     """
+    tolerance, slack = positive("tolerance", tolerance), not_negative("slack", slack)
     require_kind("chain", chain, "ClosedChain", "actuated", "closed")
     require_kind("path", path, "TipPath", "breaks", "poses")
     pieces = FEWEST

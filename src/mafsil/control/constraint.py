@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, as_batch, real_array, require_finite, require_kind, single
+from mafsil.arrays import Floats, as_batch, not_negative, number, real_array, require_finite, require_kind, single
 from mafsil.errors import InputError
 from mafsil.messages import say
 
@@ -310,13 +310,7 @@ def sliding_friction(normal_force: float, velocity: ArrayLike, friction: float) 
 
 
 def _pressed(normal_force: float, friction: float) -> tuple[float, float]:
-    held, mu = (
-        float(require_finite(name, single(name, value, ())))
-        for name, value in (("normal_force", normal_force), ("friction", friction))
-    )
-    if mu < 0.0:
-        raise InputError("input.range", name="friction", value=mu, low=0.0, high=np.inf)
-    return held, mu
+    return number("normal_force", normal_force), not_negative("friction", friction)
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,11 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, JointVector, as_batch, positive, whole
+from mafsil.arrays import Floats, JointVector, as_batch, not_negative, positive, whole
 from mafsil.control.gains import Gains
 from mafsil.errors import InputError
 from mafsil.robot import Robot, of_robot
 
+MOST_LATE = 200
+"""Periods of delay: the matrices of a step grow with them."""
 KEPT = 0.9
 """Share of the damping that sampling and delay may leave."""
 SLOWEST, BISECTIONS = 1e-3, 40
@@ -126,9 +128,7 @@ def gain_card(
     h, zeta, count = positive("period", period), positive("damping_ratio", damping_ratio), whole("poses", poses, 1)
     if law not in ("pd_gravity", "computed_torque"):
         raise InputError("input.choice", name="law", value=law, known="pd_gravity, computed_torque")
-    if not 0.0 <= delay < np.inf:
-        raise InputError("input.range", name="delay", value=delay, low=0.0, high=np.inf)
-    late = int(np.ceil(delay / h - 1e-9))
+    late = whole("delay / period", int(np.ceil(not_negative("delay", delay) / h - 1e-9)), most=MOST_LATE)
     # 1
     places = _places(robot, count, seed)
     M = np.asarray(robot.mass_matrix(places))

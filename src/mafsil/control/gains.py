@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, frozen, real_array, require_finite, whole
+from mafsil.arrays import Floats, calculable, frozen, real_array, require_finite, whole
 from mafsil.errors import InputError
 
 
@@ -81,7 +81,7 @@ def per_joint(name: str, value: ArrayLike, n: int, *, positive: bool = False) ->
     Raises:
         InputError: a wrong shape, a number that is not finite, or negative.
     """
-    array = require_finite(name, real_array(name, value))
+    array = calculable(name, require_finite(name, real_array(name, value)))
     if array.shape not in ((), (1,), (n,)):
         raise InputError("input.shape", name=name, expected=(n,), got=array.shape, hint="")
     if (array < 0.0).any():

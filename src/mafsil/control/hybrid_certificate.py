@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, as_batch, require_kind
+from mafsil.arrays import Floats, as_batch, not_negative, require_kind
 from mafsil.control.force import sampled_force_radius
 from mafsil.control.gains import Gains
 from mafsil.control.hybrid import HybridControl
@@ -87,6 +87,7 @@ def hybrid_certificate(
 
     Reference: Lynch and Park, Modern Robotics, sec. 11.6.
     """
+    allowed = not_negative("allowed", allowed)
     require_kind("law", law, "HybridControl", "constraint", "force_gains")
     n = law.robot.n
     times = as_batch("t", t, np.shape(t)[-1:], finite=True)

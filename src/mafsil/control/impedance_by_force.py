@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, require_function
+from mafsil.arrays import Floats, JointVector, not_negative, require_function
 from mafsil.control.feedback import RunningSum
 from mafsil.control.gains import Gains
 from mafsil.control.impedance import Impedance, require_size
@@ -134,6 +134,7 @@ def impedance_by_force(
 
     Reference: Lynch and Park, Modern Robotics, sec. 11.7.1.
     """
+    clamp = not_negative("clamp", clamp, unbounded=True)
     task = coordinates or TaskCoordinates()
     require_size(impedance, task)
     require_function("reference", reference, "function of time", 1)

@@ -32,7 +32,9 @@ if TYPE_CHECKING:
 else:
     horizon_loops = lazily("mafsil.solvers.horizon_loops")
 
-ROUNDS = 100_000
+ROUNDS = 400
+COARSEST = 1e8
+"""Largest weight of an error against the acceleration that removes it in one interval: beyond, rounding decides."""
 SETTLED = 1e-13
 """Relative change of the cost in one round below which it is that of an infinite horizon."""
 MOST_NUMBERS = 2000
@@ -150,6 +152,8 @@ def model_predictive(
         raise InputError("input.positive", name="effort_limit", value=float(np.min(limit)))
     A, B = np.array([[1.0, h], [0.0, 1.0]]), -np.array([h * h / 2.0, h])
     Q = np.einsum("ni,ij->nij", np.stack(weights, axis=-1), np.eye(2))
+    if (weights[0] * h**4 + weights[1] * h**2 > COARSEST * spent).any():
+        raise InputError("control.interval_coarse", value=h)
     P, gain = _endless(A, B, Q, spent)
     hessian, slope = _condensed(A, B, Q, spent, P, N)
     inverse = np.linalg.inv(hessian)
@@ -159,18 +163,25 @@ def model_predictive(
 
 def _endless(A: Floats, B: Floats, Q: Floats, R: Floats) -> tuple[Floats, Floats]:
     """(n, 2, 2) cost of errors over an infinite horizon without limits, and (n, 2) its gain: w = -gain (e, e')."""
-    P = Q.copy()
-    gain = np.zeros((len(R), 2))
+    h = -B[1]
+    # With the rate counted per interval and the cost of an acceleration as unit, all entries are pure numbers.
+    unit = h**4 / np.outer([1.0, h], [1.0, h]) / R[:, None, None]
+    P, F, one = Q * unit, np.broadcast_to([[1.0, 1.0], [0.0, 1.0]], Q.shape), np.eye(2)
+    G = np.broadcast_to(np.outer([0.5, 1.0], [0.5, 1.0]), Q.shape)
     for _ in range(ROUNDS):
-        PB = P @ B
-        gain = (PB @ A) / (R + PB @ B)[:, None]
-        closed = A - B[:, None] * gain[:, None, :]
-        after = Q + R[:, None, None] * gain[:, :, None] * gain[:, None, :] + np.swapaxes(closed, 1, 2) @ P @ closed
+        through = np.linalg.solve(one + G @ P, np.concatenate([F, G], axis=2))
+        back = np.swapaxes(F, 1, 2)
+        after = P + back @ P @ through[..., :2]
+        F, G = F @ through[..., :2], G + F @ through[..., 2:] @ back
         settled = np.abs(after - P).max() <= SETTLED * np.abs(after).max()
         P = after
         if settled:
             break
-    return P, gain
+    else:
+        raise InputError("control.interval_coarse", value=h)
+    P = P / unit
+    PB = P @ B
+    return P, (PB @ A) / (R + PB @ B)[:, None]
 
 
 def _condensed(A: Floats, B: Floats, Q: Floats, R: Floats, P: Floats, N: int) -> tuple[Floats, Floats]:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, as_batch, require_kind
+from mafsil.arrays import Floats, as_batch, not_negative, require_kind
 from mafsil.control.impedance import Impedance
 from mafsil.errors import InputError
 from mafsil.messages import say
@@ -252,8 +252,7 @@ def impedance_class(impedance: Impedance, environment: Impedance, frequency: flo
     Raises:
         InputError: a frequency that is negative or not finite; both are nothing in some direction.
     """
-    if not 0.0 <= frequency < np.inf:
-        raise InputError("input.range", name="frequency", value=frequency, low=0.0, high=np.inf)
+    frequency = not_negative("frequency", frequency)
     for name, each in (("impedance", impedance), ("environment", environment)):
         require_kind(name, each, "Impedance", "frequency_response")
     Z, E = (each.frequency_response(frequency) for each in (impedance, environment))

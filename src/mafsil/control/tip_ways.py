@@ -20,6 +20,8 @@ from mafsil.one_joint import measure_response
 from mafsil.solvers import Tolerance, integrate_adaptively, pair
 
 PLACES = 401
+MOST_ANGLE = 3e3
+"""Largest product of duration and rate of the error: what an integration follows, step by step."""
 """Times at which a way is kept."""
 ACCURACY = Tolerance(1e-10, 1e-12)
 """Of the integration."""
@@ -100,6 +102,9 @@ def tip_ways(
     per_joint("natural_frequency", natural_frequency, 6, positive=True)
     gains = Gains.from_natural_frequency(6, natural_frequency, damping_ratio)
     end = 10.0 / float(np.sqrt(gains.kp.min())) if duration is None else positive("duration", duration)
+    fastest = float(np.max(np.sqrt(gains.kp) + gains.kd))
+    if end * fastest > MOST_ANGLE:
+        raise InputError("input.range", name="duration", value=end, low=0.0, high=MOST_ANGLE / fastest)
     t = np.linspace(0.0, end, PLACES)
     return tuple(_measured(one, t, _way(one, T, T_d, gains, t), T_d) for one in axes)
 

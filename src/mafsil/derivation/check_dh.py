@@ -15,6 +15,7 @@ from warnings import catch_warnings
 
 from numpy.typing import ArrayLike
 
+from mafsil.arrays import not_negative
 from mafsil.derivation.dh_mistakes import Repair, entry_text, other_convention, single_rows, values, whole_table
 from mafsil.derivation.dh_truth import Rows, Truth, differing, distance
 from mafsil.derivation.review import Finding, Mistake, Review
@@ -55,6 +56,7 @@ def check_dh(
         InputError: another number of rows, or a row that cannot be read.
         ModelError: a row that is neither R nor P or is not finite, an unknown convention, a pose that is none.
     """
+    tolerance = not_negative("tolerance", tolerance)
     requested = convention_of(convention)
     with catch_warnings(action="ignore", category=InputWarning):
         # Degrees taken for radians are a finding here.

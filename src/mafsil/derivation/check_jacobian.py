@@ -14,7 +14,7 @@ from typing import Any, Literal, TypeAlias, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, as_batch, real_array
+from mafsil.arrays import Floats, as_batch, not_negative, number, real_array
 from mafsil.derivation.arm_numbers import CompiledArm, Truth
 from mafsil.derivation.formula_mistakes import repaired
 from mafsil.derivation.formula_text import evaluate, parsed
@@ -55,11 +55,12 @@ def check_jacobian(
     Raises:
         InputError: another shape, numbers without q, a formula that cannot be read, an unknown kind.
     """
+    tolerance = not_negative("tolerance", tolerance)
     if kind not in KINDS:
         raise InputError("derivation.form", value=kind, known=", ".join(KINDS))
     mechanism = as_mechanism(mechanism)
     if _is_text(J):
-        return _check_formulas(cast("Sequence[Sequence[str]]", J), mechanism, kind, values or {}, tolerance)
+        return _check_formulas(cast("Sequence[Sequence[str]]", J), mechanism, kind, _numbered(values or {}), tolerance)
     given = real_array("J", cast("ArrayLike", J))
     if q is None:
         raise InputError("derivation.q_missing")
@@ -155,6 +156,10 @@ def _columns(right: Floats, truth: Truth, kind: Kind, c: int) -> Iterator[tuple[
     for k in range(right.shape[2]):
         if k != c:
             yield Mistake.COLUMN_SWAPPED, "", right[:, :, k]
+
+
+def _numbered(values: Mapping[str, float]) -> dict[str, float]:
+    return {name: number(f"values[{name!r}]", value) for name, value in values.items()}
 
 
 def _check_formulas(

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Vector6, as_batch
+from mafsil.arrays import Floats, Vector6, as_batch, not_negative
 from mafsil.derivation.review import Finding, Mistake, Review, shown
 from mafsil.derivation.same_arm import base_between, misfit
 from mafsil.errors import InputError
@@ -30,6 +30,7 @@ def check_screws(
     Raises:
         InputError: not (n, 6) finite numbers, or an unknown form.
     """
+    tolerance = not_negative("tolerance", tolerance)
     if form not in ("space", "body"):
         raise InputError("derivation.form", value=form, known="space, body")
     space, body, _ = screws(as_mechanism(mechanism))

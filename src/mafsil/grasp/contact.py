@@ -15,7 +15,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, as_batch, frozen, real_array
+from mafsil.arrays import LARGEST, SMALLEST, Floats, PoseMatrix, as_batch, calculable, frozen, real_array
 from mafsil.errors import InputError
 from mafsil.grasp.tolerances import TYPED
 
@@ -71,6 +71,8 @@ class Contact:
         for what, value in (("mu", mu), ("gamma", gamma)):
             if not (isfinite(value) and value >= 0):
                 raise InputError("grasp.negative_coefficient", name=what, value=value)
+            if value and not SMALLEST <= value <= LARGEST:
+                calculable(what, np.asarray(value))
         bend = 0.0 if curvature is None else _curvature("curvature", curvature, n)
         finger = finger_curvature
         if type(finger) is not float or finger != POINTED:

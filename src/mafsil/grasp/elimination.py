@@ -9,11 +9,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from math import isfinite
 from typing import Any, Literal
 
 import numpy as np
 
-from mafsil.arrays import Floats
+from mafsil.arrays import Floats, not_negative, real_array, require_finite
 from mafsil.solvers.rational import Rational
 
 Number = float | Fraction
@@ -95,7 +96,10 @@ def eliminate(A: Floats | Sequence[Sequence[Rational]], *, jordan: bool = True, 
         jordan: clear above the pivots and scale them to 1.
         tolerance: for floats: pivots below this share of the largest entry count as zero.
     """
+    tolerance = not_negative("tolerance", tolerance)
     exact = not isinstance(A, np.ndarray)
+    if not all(isfinite(value) for line in A for value in line):
+        require_finite("A", real_array("A", np.asarray(A, dtype=np.float64)))
     rows: list[list[Any]] = [[Fraction(v) if exact else float(v) for v in row] for row in A]
     m, n = len(rows), len(rows[0])
     one = Fraction(1) if exact else 1.0

@@ -152,6 +152,8 @@ class _Program:
         bounds: list[float] = []
         if push is not None:
             each = np.broadcast_to(as_batch("push", push, (), finite=True), (len(contacts),))
+            if (each < 0.0).any():
+                raise InputError("input.range", name="push", value=float(each.min()), low=0.0, high=np.inf)
             bounds.extend(float(v) for v in each)
         self.pushes = len(bounds)
         self.J: Floats | None = None

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats
+from mafsil.arrays import Floats, not_negative
 from mafsil.errors import InputError
 from mafsil.grasp.contact import Contact
 from mafsil.grasp.grasp import Grasp
@@ -86,6 +86,7 @@ def robustness(
     for name, value in (("position", position), ("angle", angle), ("friction", friction)):
         if not (np.isfinite(value) and value >= 0):
             raise InputError("grasp.negative_coefficient", name=name, value=value)
+        not_negative(name, value)
     if samples < 1:
         raise InputError("input.positive", name="samples", value=samples)
     rng = np.random.default_rng(seed)

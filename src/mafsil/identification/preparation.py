@@ -43,7 +43,7 @@ def _rate_mismatch(log: MotionLog, band: float) -> float:
     """How far measured rates are from the derivative of the positions, as a share, in the worst joint."""
     segment = max(log.segments(), key=lambda part: part.duration)
     period, signals = segment.even()
-    half = half_window(band, period)
+    half = half_window(band, period, len(signals["q"]))
     if len(signals["q"]) < 2 * half + 2:
         return 0.0
     position, rate, _ = kernels(half, period)

@@ -69,9 +69,10 @@ def response(weights: Floats, period: float, frequency: float) -> Floats:
     return np.array([position @ np.cos(angle), rate @ np.sin(angle) / w, -(acceleration @ np.cos(angle)) / w**2])
 
 
-def half_window(band: float, period: float) -> int:
-    """The widest half window whose kernels are flat up to `band` [Hz]."""
-    low, high = (ORDER + 1) // 2 + 1, max(round(2.0 / (band * period)), (ORDER + 1) // 2 + 2)
+def half_window(band: float, period: float, samples: int) -> int:
+    """The widest half window whose kernels are flat up to `band` [Hz], none wider than a log of so many samples."""
+    low = (ORDER + 1) // 2 + 1
+    high = max(round(min(2.0 / (band * period), samples)), low + 1)
     while high - low > 1:
         middle = (low + high) // 2
         flat = np.abs(response(kernels(middle, period), period, band) - 1.0).max() < FLATNESS
@@ -134,7 +135,7 @@ def smooth_motions(log: MotionLog, band: float) -> list[SmoothMotion]:
     motions: list[SmoothMotion] = []
     for segment in log.segments():
         period, signals = segment.even()
-        half = half_window(band, period)
+        half = half_window(band, period, len(signals["q"]))
         if len(signals["q"]) < 4 * half + 2:
             continue
         position, rate, acceleration = kernels(half, period)

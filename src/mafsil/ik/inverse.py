@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import as_batch, positive, single
+from mafsil.arrays import LARGEST, SMALLEST, as_batch, positive, single
 from mafsil.errors import InputError
 from mafsil.ik.analysis import Task
 from mafsil.ik.answers.clear_set import clear_set
@@ -75,7 +75,7 @@ def inverse_kinematics(
         ModelError: an unknown frame.
     """
     if type(T_sd) is np.ndarray and T_sd.shape == POSE and type(robot) is Robot and q0 is None:
-        plain = type(tolerance) is float and 0.0 < tolerance < np.inf and T_sd.dtype == np.float64
+        plain = type(tolerance) is float and SMALLEST <= tolerance <= LARGEST and T_sd.dtype == np.float64
         # One pose as programs give it: the compiled closed form decides, and most often its rows are the answer.
         quick = _quick(robot, frame, task) if free is None else None
         if quick is not None and plain:

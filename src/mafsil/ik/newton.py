@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer
-from mafsil.arrays import Floats, JointVector, PoseMatrix, positive, single, whole
+from mafsil.arrays import Floats, JointVector, PoseMatrix, not_negative, positive, single, whole
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
 from mafsil.ik.root_finding import GROWING, RootStatus, orders
@@ -139,9 +139,7 @@ def newton_ik(
     robot = as_robot(robot)
     T_goal, q = single("T_sd", T_sd, (4, 4)), single("q0", q0, (robot.n,)).copy()
     turn, shift = positive("rotation_tolerance", rotation_tolerance), positive("position_tolerance", position_tolerance)
-    most, least = whole("max_steps", max_steps), float(single("damping", damping, ()))
-    if least < 0.0:
-        raise InputError("input.range", name="damping", value=least, low=0, high=np.inf)
+    most, least = whole("max_steps", max_steps), not_negative("damping", damping)
     if residual not in ("twist", "euler"):
         raise InputError("input.choice", name="residual", value=residual, known="twist, euler")
     error, jacobian = (pose.error, robot.jacobian_body) if form == "body" else (pose.space_error, robot.jacobian_space)

@@ -18,7 +18,7 @@ import numpy as np
 
 from mafsil.algebra.tolerance import DESCRIBED
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, Vector3
+from mafsil.arrays import Floats, Vector3, not_negative
 from mafsil.errors import InputError
 from mafsil.geometry import pose
 from mafsil.ik.chain import Chain, chain_of, common_point
@@ -134,6 +134,7 @@ def arm_structure(robot: RobotLike, tolerance: float = DESCRIBED) -> ArmStructur
     Raises:
         InputError: not six revolute or prismatic joints on the way to the tip.
     """
+    tolerance = not_negative("tolerance", tolerance)
     chain = _six(robot)
     forward = _structure(chain, tolerance, backwards=False)
     if forward.arm_class is not ArmClass.NONE:
@@ -153,6 +154,7 @@ def puma_shape(robot: RobotLike, tolerance: float = DESCRIBED) -> PumaShape:
     Raises:
         InputError: another arm; the sentence says which condition fails and by how much.
     """
+    tolerance = not_negative("tolerance", tolerance)
     part = moving_part(as_robot(robot)).robot
     chain = chain_of(part.mechanism)
     if chain is None or len(chain) not in (3, 6) or any(chain.prismatic):

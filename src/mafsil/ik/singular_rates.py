@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, JointVector, as_batch, positive
+from mafsil.arrays import Floats, JointVector, as_batch, calculable, positive
 from mafsil.errors import InputError
 from mafsil.ik.rates import RANK, RatesAnswer, TwistForm, rate_codes, twist_jacobian, twists_for
 from mafsil.model.loading import RobotLike
@@ -107,5 +107,5 @@ def _slowed(qd: JointVector, limits: ArrayLike | None, n: int) -> Floats:
     most = as_batch("limits", limits, (n,))
     if not (most > 0.0).all():
         raise InputError("input.positive", name="limits", value=float(most.min()))
-    excess = (np.abs(qd) / most).max(axis=-1, initial=0.0)
+    excess = (np.abs(qd) / calculable("limits", most)).max(axis=-1, initial=0.0)
     return 1.0 / np.maximum(excess, 1.0)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, as_batch, real_array
+from mafsil.arrays import Floats, as_batch, number, real_array
 from mafsil.errors import InputError
 from mafsil.mobility.rigid_points import planar_body
 
@@ -57,6 +57,7 @@ def second_body(
     Raises:
         InputError: another kind.
     """
+    d_AB, d_CD, slot = number("d_AB", d_AB), number("d_CD", d_CD), number("slot", slot)
     if kind not in KINDS:
         raise InputError("mobility.planar_kind", kind=kind, known=", ".join(KINDS))
     phi = real_array("phi_AB", phi_AB)
@@ -77,6 +78,7 @@ def joint_residual(kind: str, x: ArrayLike, d_AB: float, *, theta: float = 0.0, 
         theta: constant angle between the bodies of P [rad].
         slot: angle of the slot in its body [rad].
     """
+    d_AB, theta, slot = number("d_AB", d_AB), number("theta", theta), number("slot", slot)
     if kind not in KINDS:
         raise InputError("mobility.planar_kind", kind=kind, known=", ".join(KINDS))
     v = as_batch("x", x, (6,))

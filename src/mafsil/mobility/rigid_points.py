@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, as_batch, positive, real_array, require_finite, single
+from mafsil.arrays import Floats, as_batch, number, positive, real_array, require_finite, single
 from mafsil.errors import InputError
 from mafsil.mobility.motion_group import cross
 from mafsil.mobility.tolerances import RANK, TYPED
@@ -217,6 +217,7 @@ def body_of_points(A: ArrayLike, B: ArrayLike, C: ArrayLike) -> BodyPoints:
 
 def planar_body(A: ArrayLike, phi: ArrayLike, d_AB: float) -> Floats:
     """(*batch, 2) point B = A + d (cos phi, sin phi) of a body of the plane."""
+    d_AB = number("d_AB", d_AB)
     angle = real_array("phi", phi)
     return as_batch("A", A, (2,)) + d_AB * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
@@ -229,6 +230,7 @@ def planar_angle(A: ArrayLike, B: ArrayLike) -> Floats:
 
 def planar_residual(x: ArrayLike, d_AB: float) -> Floats:
     """(*batch,) |A - B| - d of implicit coordinates (*batch, 4) (xA, yA, xB, yB) of a body of the plane [m]."""
+    d_AB = number("d_AB", d_AB)
     v = as_batch("x", x, (4,))
     return np.hypot(v[..., 0] - v[..., 2], v[..., 1] - v[..., 3]) - d_AB
 

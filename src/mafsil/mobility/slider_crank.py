@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Booleans, Floats, positive, real_array
+from mafsil.arrays import Booleans, Floats, number, positive
 from mafsil.messages.tables import on_screen
 from mafsil.mobility.four_bar import least_positive, require_reached
 from mafsil.mobility.linkage import Linkage
@@ -106,7 +106,7 @@ class SliderCrank:
     def __post_init__(self) -> None:
         object.__setattr__(self, "crank", positive("crank", self.crank))
         object.__setattr__(self, "rod", positive("rod", self.rod))
-        object.__setattr__(self, "offset", float(real_array("offset", self.offset)))
+        object.__setattr__(self, "offset", number("offset", self.offset))
 
     def positions(self, theta: ArrayLike) -> SliderCrankPositions:
         """Both assembly modes at angles of the crank (*batch,) [rad], the block farther out first.

@@ -110,6 +110,8 @@ def trace(linkage: Linkage, theta: ArrayLike | None = None, *, step: float = LON
     """
     scale, here = units(linkage), configuration(linkage, theta)
     largest, most = positive("step", step), whole("steps", steps, 1)
+    if largest > np.pi:
+        raise InputError("input.range", name="step", value=step, low=0.0, high=np.pi)
     frame = _Frame.at(linkage, here, None)
     path, tangents, branches = [here], [frame.tangent], list[Floats]()
     begin, h, status = body_poses(linkage, here), largest / 4, TraceStatus.OPEN

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, real_array, require_finite
+from mafsil.arrays import SMALLEST, Floats, calculable, real_array, require_finite
 from mafsil.errors import InputError
 
 
@@ -15,7 +15,9 @@ def finite(name: str, value: ArrayLike) -> Floats:
     Raises:
         InputError: not real numbers, or a NaN or infinity.
     """
-    return require_finite(name, real_array(name, value))
+    array = require_finite(name, real_array(name, value))
+    calculable(name, array[np.abs(array) >= SMALLEST])
+    return array
 
 
 def magnitude(name: str, value: ArrayLike) -> Floats:
@@ -27,7 +29,7 @@ def magnitude(name: str, value: ArrayLike) -> Floats:
     array = finite(name, value)
     if (array < 0.0).any():
         raise InputError("input.range", name=name, value=float(array.min()), low=0.0, high=np.inf)
-    return array
+    return calculable(name, array)
 
 
 def above_zero(name: str, value: ArrayLike) -> Floats:
@@ -39,7 +41,7 @@ def above_zero(name: str, value: ArrayLike) -> Floats:
     array = finite(name, value)
     if (array <= 0.0).any():
         raise InputError("input.positive", name=name, value=float(array.min()))
-    return array
+    return calculable(name, array)
 
 
 def share(name: str, value: ArrayLike) -> Floats:

@@ -15,7 +15,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, positive, real_array, whole
+from mafsil.arrays import Floats, not_negative, positive, real_array, whole
 from mafsil.errors import InputError
 
 Complexes = NDArray[np.complex128]
@@ -74,6 +74,7 @@ def eliminant(values: Callable[[Complexes], NDArray[np.inexact]], degree: int, r
 
 def trimmed(coefficients: Complexes, share: float = 1e-9) -> Complexes:
     """The coefficients without leading ones that are below a share of the largest."""
+    share = not_negative("share", share)
     size = np.abs(coefficients)
     kept = np.flatnonzero(size > share * size.max(initial=0.0))
     return coefficients[: int(kept[-1]) + 1] if len(kept) else coefficients[:1]

@@ -16,6 +16,8 @@ CLEAR = 1e-9
 matrix known to `ROUNDOFF` with singular values from a thousandth on."""
 SINGLE_DIGITS = 1e3 * CLEAR
 """Pivots, over the largest, that a canonical basis does not divide by: six digits of the others would be lost."""
+COARSEST = 0.5
+"""Largest tolerance that can be asked for: from 1 on every Jacobian would have rank zero."""
 TOLERANCE = 1e-6
 """Smallest singular value of the scaled Jacobian, over its largest, that counts as not zero: six digits of a
 description leave some 1e-7 of a zero as a rule, and `DESCRIBED` at worst: there the verdict is in doubt."""

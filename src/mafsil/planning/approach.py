@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer
-from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch, positive, single
+from mafsil.arrays import Floats, JointVector, PoseMatrix, Vector3, as_batch, positive, single
 from mafsil.collision import Checker
 from mafsil.errors import InputError
 from mafsil.messages import say
@@ -138,7 +138,7 @@ def plan_approach(
     if not gross:
         return ApproachPlan(gross.status, gross, none, np.inf, branches)
     fine = ready[int(np.abs(ends - gross.path[-1]).max(axis=1).argmin())].fine
-    return ApproachPlan(PlanningStatus.FOUND, gross, fine, _deviation(checker, fine, before, goal), branches)
+    return ApproachPlan(PlanningStatus.FOUND, gross, fine, _deviation(checker, fine, before, goal, step), branches)
 
 
 def _branches(checker: Checker, start: JointVector, goal: PoseMatrix, before: PoseMatrix) -> Iterator[Branch]:
@@ -169,8 +169,8 @@ def _chords(at: Any) -> JointVector:
     return np.asarray(at(np.linspace(0.0, 1.0, count))[0])
 
 
-def _deviation(checker: Checker, fine: JointVector, before: PoseMatrix, goal: PoseMatrix) -> float:
+def _deviation(checker: Checker, fine: JointVector, before: PoseMatrix, goal: PoseMatrix, step: Vector3) -> float:
     places: Floats = checker.robot.forward_kinematics((fine[1:] + fine[:-1]) / 2)[..., :3, 3] - before[:3, 3]
-    way = goal[:3, 3] - before[:3, 3]
+    way = goal[:3, :3] @ step
     way = way / np.linalg.norm(way)
     return float(np.linalg.norm(places - (places @ way)[:, None] * way, axis=1).max())

@@ -200,10 +200,11 @@ class _Search:
         if not len(q):
             return out
         limits = self.robot.limits
-        middle, half = (limits.upper + limits.lower) / 2.0, (limits.upper - limits.lower) / 2.0
-        bounded = np.isfinite(half) & (half > 0.0)
+        bounded = np.isfinite(limits.lower) & np.isfinite(limits.upper) & (limits.upper > limits.lower)
         if bounded.any():
-            out[:, 0] = (1.0 - np.abs(q - middle)[:, bounded] / half[bounded]).min(axis=1)
+            lower, upper = limits.lower[bounded], limits.upper[bounded]
+            middle, half = (upper + lower) / 2.0, (upper - lower) / 2.0
+            out[:, 0] = (1.0 - np.abs(q[:, bounded] - middle) / half).min(axis=1)
         singular = np.linalg.svd(performance.scaled_jacobian(self.robot, q).J, compute_uv=False)
         out[:, 1] = singular[:, -1] / singular[:, 0]
         if not self.alone:
@@ -270,4 +271,5 @@ def _axis(name: str, ends: Sequence[float], spacing: float) -> Floats:
     low, high = (float(x) for x in np.asarray(as_batch(name, ends, (2,), finite=True)))
     if low > high:
         raise InputError("input.range", name=name, value=high, low=low, high=np.inf)
-    return np.linspace(low, high, max(int(np.ceil((high - low) / spacing - 1e-9)), 0) + 1)
+    steps = whole(f"{name} / spacing", max(int(np.ceil((high - low) / spacing - 1e-9)), 0), most=MOST_POSES)
+    return np.linspace(low, high, steps + 1)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mafsil import parallel
-from mafsil.arrays import Floats, JointVector
+from mafsil.arrays import Floats, JointVector, positive
 from mafsil.errors import InputError
 from mafsil.model import Joint, JointKind, Mechanism
 from mafsil.planning.arm_limits import bounds_of
@@ -43,6 +43,7 @@ def loops_kept(mechanism: Mechanism, tolerance: float = TOLERANCE) -> tuple[Loop
     Raises:
         InputError: a loop is closed by another kind of joint.
     """
+    tolerance = positive("tolerance", tolerance)
     lever = _lever(mechanism)
     kept: list[LoopClosed] = []
     for joint in mechanism.loops:

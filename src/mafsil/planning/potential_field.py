@@ -9,7 +9,7 @@ from typing import NamedTuple, TypeAlias, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, positive, real_array, require_finite, require_function, single, whole
+from mafsil.arrays import Floats, calculable, positive, real_array, require_finite, require_function, single, whole
 from mafsil.collision import Checker
 from mafsil.collision.each_distance import each_distance
 from mafsil.errors import InputError
@@ -43,7 +43,7 @@ def disc(centre: ArrayLike, radius: float) -> Distance:
         centre: (n,) [m].
         radius: [m].
     """
-    middle, r = require_finite("centre", real_array("centre", centre)), positive("radius", radius)
+    middle, r = calculable("centre", require_finite("centre", real_array("centre", centre))), positive("radius", radius)
 
     def distance(points: Floats) -> tuple[Floats, Floats]:
         way = points - middle

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, Vector3, as_batch, positive
+from mafsil.arrays import Floats, PoseMatrix, Vector3, as_batch, number, positive
 from mafsil.control import (
     AtPoints,
     Door,
@@ -120,6 +120,7 @@ def open_a_door(
     Raises:
         InputError: a wrong shape, a radius or duration that is not positive.
     """
+    angle, wrong = number("angle", angle), number("wrong", wrong)
     place, T = _start(robot, q)
     r = positive("radius", radius)
     hinge, axis = T[:3, 3] - r * T[:3, 1], T[:3, 0]

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mafsil.arrays import Floats, Vector6, as_batch, frozen, require_finite, whole
-from mafsil.errors import InputError
+from mafsil.arrays import Floats, Vector6, as_batch, frozen, number, positive, require_finite, whole
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,8 +27,8 @@ class WrenchPulse:
     push: Vector6
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.duration) and self.duration > 0.0):
-            raise InputError("input.positive", name="duration", value=self.duration)
+        number("start", self.start)
+        positive("duration", self.duration)
         object.__setattr__(self, "push", frozen(require_finite("push", as_batch("push", self.push, (6,)))))
 
 

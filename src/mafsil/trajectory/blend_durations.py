@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, real_array
+from mafsil.arrays import Floats, calculable, real_array
 from mafsil.errors import InputError
 from mafsil.trajectory.blend_legs import mean_acceleration
 from mafsil.trajectory.blend_plan import BlendProblem, blends
@@ -66,7 +66,7 @@ def _speeds(velocity: ArrayLike | None, n: int) -> Floats:
         raise InputError("input.shape", name="velocity", expected=(n,), got=V.shape, hint="")
     if not (V > 0.0).all():
         raise InputError("input.positive", name="velocity", value=float(V[~(V > 0.0)].flat[0]) if V.ndim else float(V))
-    return np.broadcast_to(V, (n,))
+    return np.broadcast_to(calculable("velocity", V), (n,))
 
 
 def _with_blends(problem: BlendProblem, D: Floats, top: Floats) -> Floats:

@@ -50,6 +50,7 @@ def cartesian_line(
     Raises:
         InputError: a wrong shape, a number that is not finite, an unknown law, no duration and no finite limit.
     """
+    tolerance = positive("tolerance", tolerance)
     q = require_finite("q_start", as_batch("q_start", q_start, (robot.n,)))
     goal: PoseMatrix = require_finite("T_goal", as_batch("T_goal", T_goal, (4, 4)))
     if q.ndim != 1 or goal.ndim != 2:

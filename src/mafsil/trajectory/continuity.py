@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from mafsil.answer import Answer
+from mafsil.arrays import not_negative
 from mafsil.messages import say
 from mafsil.trajectory.jumps import JUMP, Jump, jumps
 from mafsil.trajectory.motion import Trajectory
@@ -67,6 +68,7 @@ def continuity(trajectory: Trajectory, *, ends: bool = True, tolerance: float = 
         ends: whether start and end count, before and after which a trajectory rests.
         tolerance: relative to the largest value of each derivative: smaller differences are no jumps.
     """
+    tolerance = not_negative("tolerance", tolerance)
     for order in range(4):
         found = jumps(trajectory, order, ends=ends, tolerance=tolerance)
         if found:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, called, positive, real_array, require_finite
+from mafsil.arrays import Floats, calculable, called, positive, real_array, require_finite
 from mafsil.errors import InputError
 from mafsil.solvers import Outcome
 from mafsil.trajectory.piecewise import PiecewisePolynomial
@@ -138,4 +138,5 @@ def _arguments(
         wrong = ~(array > 0.0)
         if wrong.any():
             raise InputError("input.positive", name=name, value=np.atleast_1d(array)[np.atleast_1d(wrong)][0])
+        calculable(name, array)
     return [np.broadcast_to(array, u0.shape) for array in (u0, uf, *limits.values())]

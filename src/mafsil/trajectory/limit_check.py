@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mafsil.answer import Answer
-from mafsil.arrays import Floats
+from mafsil.arrays import Floats, not_negative
 from mafsil.messages import say
 from mafsil.model.mechanism import MEASURED
 from mafsil.trajectory.jumps import jumps
@@ -138,6 +138,7 @@ def check(
     Raises:
         InputError: limits of another number of coordinates.
     """
+    tolerance = not_negative("tolerance", tolerance)
     labels = names or tuple(str(i) for i in range(trajectory.n))
     bounds = motion_limits(limits, trajectory.n)
     derivatives = (bounds.position, bounds.velocity, bounds.acceleration, bounds.jerk)

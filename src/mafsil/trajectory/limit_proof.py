@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mafsil.answer import Answer
-from mafsil.arrays import Floats, require_kind, whole
+from mafsil.arrays import Floats, not_negative, require_kind, whole
 from mafsil.model.mechanism import MEASURED
 from mafsil.trajectory.bspline import BSpline
 from mafsil.trajectory.limit_check import Violation, jumps_over, worst_of_each
@@ -104,6 +104,7 @@ def prove(
     Raises:
         InputError: no B-spline or piecewise polynomial, limits of another number of coordinates.
     """
+    tolerance = not_negative("tolerance", tolerance)
     require_kind("trajectory", trajectory, "BSpline or PiecewisePolynomial", "stretched", "n", "breaks")
     bounds = motion_limits(limits, trajectory.n)
     most = whole("halvings", halvings, 0, 200)

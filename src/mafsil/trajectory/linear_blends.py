@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Answer
-from mafsil.arrays import Floats, called, frozen, real_array, require_finite
+from mafsil.arrays import LARGEST, Floats, calculable, called, frozen, real_array, require_finite
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.trajectory.blend_durations import default_durations
@@ -142,6 +142,7 @@ def linear_blends(
     """
     first, legs = points_and_durations(points, 1.0 if durations is None else durations)
     u, flat = np.moveaxis(first, 0, -2), np.ndim(points) == 1
+    calculable("points", u[np.abs(u) > LARGEST])
     bounds = None if limits is None else motion_limits(limits, u.shape[-1])
     shape = blend_shape(blend)
     sides = _magnitudes(acceleration, bounds, u, flat)
@@ -191,7 +192,7 @@ def _magnitudes(
     """(*batch, m, n) largest accelerations towards smaller and towards larger speeds, as magnitudes."""
     m, n = u.shape[-2:]
     if acceleration is not None:
-        A = require_finite("acceleration", real_array("acceleration", acceleration))
+        A = calculable("acceleration", require_finite("acceleration", real_array("acceleration", acceleration)))
         A = A[:, None] if flat and A.shape == (m,) else A
         if A.shape not in ((), (n,), (m, n)):
             raise InputError("input.shape", name="acceleration", expected=f"({n},) / ({m}, {n})", got=A.shape, hint="")

@@ -7,7 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from mafsil.arrays import Floats, JointVector
+from mafsil.arrays import LARGEST, Floats, JointVector, not_negative, positive
+from mafsil.errors import InputError
 from mafsil.model.mechanism import MEASURED
 from mafsil.robot import Robot, of_robot
 from mafsil.solvers import Outcome, levenberg_marquardt
@@ -16,7 +17,7 @@ from mafsil.trajectory.paths import TipPath
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.polynomial import quintic_coefficients
 from mafsil.trajectory.status import PlanStatus
-from mafsil.trajectory.tolerances import NEARBY, ON_PATH, SINGULAR_VALUE
+from mafsil.trajectory.tolerances import NEARBY, ON_PATH, ROUNDING, SINGULAR_VALUE
 
 FEWEST_PIECES, MOST_PIECES = 16, 1024
 
@@ -60,6 +61,9 @@ def follow(
         The joint path, its residual the largest deviation (DEVIATES if that exceeds the tolerance); or None with
         UNREACHABLE, SINGULAR or JOINT_LIMIT and the place s where the path ends.
     """
+    tolerance, slack = positive("tolerance", tolerance), not_negative("slack", slack)
+    if tolerance < ROUNDING:
+        raise InputError("input.range", name="tolerance", value=tolerance, low=ROUNDING, high=LARGEST)
     tracker = _Tracker(robot, path, frame, task, slack)
     pieces = FEWEST_PIECES
     while True:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Floats, as_batch, positive
+from mafsil.arrays import Floats, as_batch, positive, whole
 from mafsil.geometry import pose
 from mafsil.messages import say
 from mafsil.messages.tables import in_notebook, number, table
@@ -26,6 +26,7 @@ from mafsil.trajectory.status import PlanStatus
 
 COLUMNS = ("route", "worst_tick", "mean_tick", "largest_step", "peak_rate", "off_chord")
 NEWTON = 2
+MOST_TICKS = 1_000_000
 """Corrections of the configuration at a tick: the tick before is so near that the second is below rounding."""
 
 
@@ -170,6 +171,7 @@ def compare_routes(
     start = as_batch("q_start", q_start, (robot.n,), finite=True)
     goal = as_batch("q_goal", q_goal, (robot.n,), finite=True)
     T = positive("duration", duration)
+    whole("duration * rate", int(T * positive("rate", rate)), most=MOST_TICKS)
     path = CartesianPath(robot.forward_kinematics(start), robot.forward_kinematics(goal))
     joints = TrajectoryGenerator(quintic(start, goal, T), rate)
     routes = [_measured("joints", robot, joints, path)]

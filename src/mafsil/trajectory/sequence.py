@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, frozen, require_kind
+from mafsil.arrays import Floats, frozen, not_negative, require_kind
 from mafsil.errors import InputError
 from mafsil.trajectory.motion import Motion, Trajectory, moving_at, times
 from mafsil.trajectory.overview import Printed
@@ -98,6 +98,7 @@ def sequence(*parts: Trajectory, rests: float | tuple[float, ...] = 0.0, toleran
     Raises:
         InputError: no part, parts of different widths, a gap, or a negative rest.
     """
+    tolerance = not_negative("tolerance", tolerance)
     if not parts:
         raise InputError("trajectory.no_parts")
     for k, part in enumerate(parts):

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, called, positive, real_array, require_finite
+from mafsil.arrays import Floats, calculable, called, positive, real_array, require_finite
 from mafsil.errors import InputError
 from mafsil.solvers import Outcome
 from mafsil.trajectory.piecewise import PiecewisePolynomial
@@ -95,6 +95,7 @@ def _arguments(start: ArrayLike, goal: ArrayLike, velocity: ArrayLike, accelerat
     for name, array in (("velocity", V), ("acceleration", require_finite("acceleration", A))):
         if not (array > 0.0).all():
             raise InputError("input.positive", name=name, value=array[~(array > 0.0)].flat[0] if array.ndim else array)
+        calculable(name, array)
     return [np.broadcast_to(array, u0.shape) for array in (u0, uf, V, A)]
 
 

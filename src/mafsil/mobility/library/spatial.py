@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mafsil.arrays import positive
+from mafsil.arrays import number, positive
 from mafsil.errors import InputError
 from mafsil.geometry import pose
 from mafsil.mobility.linkage import Linkage
@@ -28,12 +28,13 @@ def bennett(a: float = 1.0, alpha: float = 0.5, b: float = 1.6, theta: float = 1
 
     Reference: G. T. Bennett, A new mechanism, Engineering 76 (1903).
     """
-    a, b = positive("a", a), positive("b", b)
+    a, b, alpha, theta = positive("a", a), positive("b", b), number("alpha", alpha), number("theta", theta)
     sine = b * np.sin(alpha) / a
     if not abs(sine) <= 1:
         raise InputError("mobility.bennett", a=a, b=b, alpha=alpha)
     beta = float(np.arcsin(sine))
-    second = 2 * np.arctan(np.sin((beta + alpha) / 2) / np.sin((beta - alpha) / 2) / np.tan(theta / 2))
+    across = np.sin((beta - alpha) / 2) * np.tan(theta / 2)
+    second = 2 * np.arctan2(np.copysign(1.0, across) * np.sin((beta + alpha) / 2), abs(across))
     steps = [(theta, a, alpha), (second, b, beta), (-theta, a, alpha), (-second, b, beta)]
     return _loop("Bennett linkage", steps)
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Vector3, as_batch
+from mafsil.arrays import Floats, Vector3, as_batch, positive
 from mafsil.messages import say
 from mafsil.performance.tolerances import CLEAR, ROUNDOFF, SHOWN, WITHIN
 
@@ -40,7 +40,7 @@ def twist_screw(V: ArrayLike, *, length: float = 1.0) -> ScrewParameters:
         length: [m] by which translations are compared with turns when deciding that it does not turn at all.
     """
     twist = as_batch("V", V, (6,), finite=True)
-    return _screw(twist[:3], twist[3:], length)
+    return _screw(twist[:3], twist[3:], positive("length", length))
 
 
 def wrench_screw(F: ArrayLike, *, length: float = 1.0) -> ScrewParameters:
@@ -51,7 +51,7 @@ def wrench_screw(F: ArrayLike, *, length: float = 1.0) -> ScrewParameters:
         length: [m] by which forces are compared with moments when deciding that it has no force.
     """
     wrench = as_batch("F", F, (6,), finite=True)
-    return _screw(wrench[3:], wrench[:3], length)
+    return _screw(wrench[3:], wrench[:3], positive("length", length))
 
 
 def _screw(directed: Floats, moment: Floats, length: float) -> ScrewParameters:

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, as_batch
+from mafsil.arrays import Floats, as_batch, not_negative, positive
 from mafsil.performance.singularities.screw_systems import canonical_system
-from mafsil.performance.tolerances import WITHIN
+from mafsil.performance.tolerances import COARSEST, WITHIN
 from mafsil.performance.velocity.scaling import TOLERANCE, at_point, central_point, rank_in_doubt, rank_of
 
 
@@ -49,6 +49,8 @@ def rank_of_screws(S: ArrayLike, *, length: float | None = None, tolerance: floa
         length: [m]; the root mean square distance of the axes from that point if None, 1 m if they all meet there.
         tolerance: singular values below this share of the largest count as zero.
     """
+    length = None if length is None else positive("length", length)
+    tolerance = not_negative("tolerance", tolerance, most=COARSEST)
     axes = np.atleast_2d(as_batch("S", S, (6,), finite=True)).T
     point = central_point(axes)
     J = at_point(axes, point)

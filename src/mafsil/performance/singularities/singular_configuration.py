@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.algebra.tolerance import DESCRIBED
 from mafsil.algebra.tolerance import SMALLEST_DIVISOR as SMALLEST
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, JointVector
+from mafsil.arrays import Floats, JointVector, not_negative
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.model import JointKind
@@ -20,7 +20,7 @@ from mafsil.performance.singularities.axis_cases import Axes, SingularityCause, 
 from mafsil.performance.singularities.determinant import natural_task, vanishing_factors
 from mafsil.performance.singularities.screw_parameters import ScrewParameters, twist_screw, vector_text, wrench_screw
 from mafsil.performance.singularities.screw_systems import canonical_system
-from mafsil.performance.tolerances import SLOPE_STEP
+from mafsil.performance.tolerances import COARSEST, SLOPE_STEP
 from mafsil.performance.velocity.jacobians import tool_jacobian
 from mafsil.performance.velocity.scaling import (
     TOLERANCE,
@@ -153,6 +153,7 @@ def rank(
 
     Rows of q that hold NaN have rank -1.
     """
+    tolerance = not_negative("tolerance", tolerance, most=COARSEST)
     return rank_of(singular_values(robot, q, task=task, length=length), tolerance)
 
 
@@ -185,6 +186,7 @@ def is_singular(
 
     True everywhere for an arm that never reaches that rank; `generic_rank` tells such arms.
     """
+    tolerance = not_negative("tolerance", tolerance, most=COARSEST)
     here = rank(robot, q, task=task, length=length, tolerance=tolerance)
     return (here >= 0) & (here < resolved_task(robot, task).full_rank)
 
@@ -199,6 +201,7 @@ def verdict_in_doubt(
     tolerance: float = TOLERANCE,
 ) -> NDArray[np.bool_]:
     """(*batch) whether a description of six digits leaves `rank` and `is_singular` open; arguments as there."""
+    tolerance = not_negative("tolerance", tolerance, most=COARSEST)
     return rank_in_doubt(singular_values(robot, q, task=task, length=length), tolerance)
 
 
@@ -369,6 +372,7 @@ def singularity(
     Reference: Lynch & Park, Modern Robotics, sec. 5.3; lost directions and reciprocal wrenches: Hunt, Kinematic
     Geometry of Mechanisms, 1978.
     """
+    tolerance = not_negative("tolerance", tolerance, most=COARSEST)
     configuration = require_one("q", q, robot.n)
     resolved = resolved_task(robot, task)
     scaled = _scaled(robot, configuration, resolved.rows, length)

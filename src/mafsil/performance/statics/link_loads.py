@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, JointVector, Vector3, Vector6, as_batch, single
+from mafsil.arrays import Floats, JointVector, Vector3, Vector6, as_batch, not_negative, single
 from mafsil.errors import InputError
 from mafsil.geometry import wrench
 from mafsil.model.loading import RobotLike
@@ -151,6 +151,7 @@ def virtual_work(
         gravity: whether weights are loads too.
         tolerance: of the sum, relative to the sizes of its terms.
     """
+    tolerance = not_negative("tolerance", tolerance)
     robot = as_robot(robot)
     configuration = require_one("q", q, robot.n)
     terms = [generalized_force(robot, configuration, [load]) for load in loads]

@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Floats, JointVector, Vector6, as_batch, single
+from mafsil.arrays import Floats, JointVector, Vector6, as_batch, not_negative, positive, single
 from mafsil.errors import InputError
 from mafsil.geometry import wrench
 from mafsil.messages import say
 from mafsil.messages.tables import on_screen
 from mafsil.performance.singularities.screw_parameters import vector_text, wrench_screw
 from mafsil.performance.singularities.singular_configuration import wrenches_of
-from mafsil.performance.tolerances import CLEAR, ROUNDOFF, SMALLEST
+from mafsil.performance.tolerances import CLEAR, COARSEST, ROUNDOFF, SMALLEST
 from mafsil.performance.velocity.jacobians import tool_jacobian
 from mafsil.performance.velocity.scaling import TOLERANCE, Scaled, rank_of, require_one, scaled_jacobian
 from mafsil.performance.velocity.tasks import Task
@@ -173,6 +173,7 @@ def tip_wrench(
 
     Reference: Lynch & Park, Modern Robotics, sec. 5.2.
     """
+    tolerance = not_negative("tolerance", tolerance, most=COARSEST)
     efforts = as_batch("tau", tau, (robot.n,), finite=True)
     scaled = scaled_jacobian(robot, q, task=task)
     U, s, Vt = decompositions.svd(scaled.J)
@@ -212,12 +213,14 @@ def structure_wrenches(robot: Robot, q: ArrayLike, *, task: Task = "pose", toler
         task: rows of the wrench that may act.
         tolerance: of the rank.
     """
+    tolerance = not_negative("tolerance", tolerance, most=COARSEST)
     return _kernels(scaled_jacobian(robot, require_one("q", q, robot.n), task=task), tolerance)[0]
 
 
 @of_robot
 def self_motion(robot: Robot, q: ArrayLike, *, task: Task = "pose", tolerance: float = TOLERANCE) -> Floats:
     """(k, n) independent joint rates with which the tip stays at rest; arguments as `structure_wrenches`."""
+    tolerance = not_negative("tolerance", tolerance, most=COARSEST)
     return _kernels(scaled_jacobian(robot, require_one("q", q, robot.n), task=task), tolerance)[1]
 
 
@@ -332,6 +335,8 @@ def in_equilibrium(wrenches: ArrayLike, *, length: float = 1.0, tolerance: float
         length: [m] that makes moments comparable with forces.
         tolerance: of the sum, relative to the sum of sizes.
     """
+    length = positive("length", length)
+    tolerance = not_negative("tolerance", tolerance)
     F = np.atleast_2d(as_batch("wrenches", wrenches, (6,), finite=True)) / np.array([length] * 3 + [1.0] * 3)
     return bool(np.abs(F.sum(axis=0)).max() <= tolerance * max(float(np.abs(F).sum()), SMALLEST))
 

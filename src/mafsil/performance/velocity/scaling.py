@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.algebra.tolerance import DESCRIBED
-from mafsil.arrays import Floats, Vector3, as_batch
+from mafsil.arrays import Floats, Vector3, as_batch, positive
 from mafsil.errors import InputError
 from mafsil.model import JointKind
 from mafsil.model.skeleton import reach
@@ -166,8 +166,7 @@ def scaled_jacobian(
     """
     if length is None:
         length = characteristic_length(robot, at)
-    if not (np.isfinite(length) and length > 0):
-        raise InputError("input.positive", name="length", value=length)
+    length = positive("length", length)
     rows = task_rows(task)
     if at == "axes":
         J_s = robot.jacobian_space(q)

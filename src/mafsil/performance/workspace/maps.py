@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, as_batch, single, whole
+from mafsil.arrays import Floats, as_batch, number, positive, single, whole
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.performance.tolerances import LEAST_SPAN, WITHIN
@@ -286,6 +286,7 @@ def workspace_map(
         InputError: no samples, an unknown view, too fine a grid, a prismatic joint without limits and without a given
             range, ranges of no joint or the wrong way round, or dask is asked for and not installed.
     """
+    at = None if at is None else number("at", at)
     if view != "radial" and view not in _AXES:
         raise InputError("input.choice", name="view", value=view, known=", ".join([*_AXES, "radial"]))
     if whole("samples", samples) < 1:
@@ -411,11 +412,10 @@ def _grid(
         width: float = float((high - low).max()) / min(max(across, 12.0), 240.0)
     else:
         width = cell
-    if not (np.isfinite(width) and width > 0):
-        raise InputError("input.positive", name="cell", value=width)
-    shape = tuple(int(n) for n in np.maximum(np.ceil((high - low) / width).astype(int), 1))
-    if np.prod(shape, dtype=float) > MOST_CELLS:
-        raise InputError("performance.too_many_cells", count=float(np.prod(shape, dtype=float)), limit=MOST_CELLS)
+    counts: Floats = np.maximum(np.ceil((high - low) / positive("cell", width)), 1.0)
+    if np.prod(counts) > MOST_CELLS:
+        raise InputError("performance.too_many_cells", count=float(np.prod(counts)), limit=MOST_CELLS)
+    shape = tuple(int(n) for n in counts)
     if at is not None and view not in ("xy", "xz", "yz"):
         raise InputError("performance.no_slice", view=view)
     slab = None if at is None else (at - width / 2, at + width / 2)
