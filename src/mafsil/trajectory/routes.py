@@ -26,8 +26,9 @@ from mafsil.trajectory.status import PlanStatus
 
 COLUMNS = ("route", "worst_tick", "mean_tick", "largest_step", "peak_rate", "off_chord")
 NEWTON = 2
-MOST_TICKS = 1_000_000
 """Corrections of the configuration at a tick: the tick before is so near that the second is below rounding."""
+MOST_TICKS = 1_000_000
+"""Ticks of a comparison, each of which is a row of its tables."""
 
 
 @dataclass(frozen=True, slots=True)

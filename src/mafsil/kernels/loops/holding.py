@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from mafsil.kernels import runtime
-from mafsil.kernels.loops import dispatch, loop
+from mafsil.kernels.loops import loop
 from mafsil.kernels.loops.definition import MISS
 from mafsil.kernels.loops.held import Held, class_of
 from mafsil.kernels.loops.kinds import held_of, kind_of
+from mafsil.lazy_module import lazily
+
+if TYPE_CHECKING:
+    import mafsil.kernels.loops.dispatch as dispatch
+else:
+    dispatch = lazily("mafsil.kernels.loops.dispatch")
 
 T = TypeVar("T")
 Layout = Callable[[Any, int], object]
