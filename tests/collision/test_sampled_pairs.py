@@ -114,11 +114,15 @@ def test_real_robots_at_zero(file, left_out, free):
 
 
 def test_a_margin_that_the_robot_never_keeps_from_itself_is_named(tmp_path):
-    """Two bodies across a link without a shape stay 10 mm apart, so that no start keeps a margin of 20 mm."""
+    """Two bodies across a link without a shape stay 10 mm apart, so that no start keeps a margin of 20 mm of their own."""
     robot = chain(tmp_path, ([(0.0, 0.05)], "", ""), ((), "0 0 0", "0 0 1"), ([(0.0, 0.04)], "0.1 0 0", "0 0 1"))
-    checker = Checker(robot, margin=0.02)
+    usual = Checker(robot, margin=0.02)
+    assert usual.always_near[("l0", "l2")] == pytest.approx(0.009)
+    assert not usual.never_apart("l0", "l2")
+    assert mf.plan(usual, None, np.zeros(2), np.ones(2))
+    checker = Checker(robot, margin=0.02, own_margin=0.02)
     assert checker.never_apart("l0", "l2")
-    assert not checker.with_margin(0.005).never_apart("l0", "l2")
+    assert not checker.with_margin(0.005, own=0.005).never_apart("l0", "l2")
     assert not checker.never_apart("l0", "nothing")
     assert "l0 - l2" in checker.account()
     found = mf.plan(checker, None, np.zeros(2), np.ones(2))
@@ -127,4 +131,4 @@ def test_a_margin_that_the_robot_never_keeps_from_itself_is_named(tmp_path):
     assert "own_margin" in found.explain("ar")
     assert mf.plan(checker, None, np.zeros(2), np.ones(2), own_margin=0.005)
     assert mf.plan(robot, None, np.zeros(2), np.ones(2), margin=0.02, own_margin=0.005)
-    assert mf.plan(checker, None, np.zeros(2), np.ones(2), margin=0.005)
+    assert mf.plan(checker, None, np.zeros(2), np.ones(2), margin=0.005, own_margin=0.005)
