@@ -30,7 +30,8 @@ def test_the_script_draws_everything(small_run: Run, language: str, tmp_path: Pa
     dom = done.stdout
     assert not re.findall(r"CONSOLE.*(?:[Rr]efused|Uncaught|Error)", done.stderr)
     (used,) = limit_plot(small_run, small_run.recording.t[contents.plot_rows(small_run)], language)
-    assert dom.count('class="curve"') == 4 * small_run.robot.n + len(used.names)
+    # One more is the distance of the robot from itself.
+    assert dom.count('class="curve"') == 4 * small_run.robot.n + len(used.names) + 1
     assert re.search(r'<output id="clock"[^>]*>0\.50 s</output>', dom)
     assert re.search(r'<p id="status" role="status" hidden', dom), "the page did not start"
     assert dom.count("<i ") >= len(small_run.plan.legs)

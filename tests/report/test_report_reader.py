@@ -84,7 +84,7 @@ def test_the_run_is_replayed(browser: Browser, results: Path, small_run: Run) ->
     assert browser.ask("document.getElementById('clock').textContent") == f"{browser.ask(TIME):.2f} s"
     assert np.count_nonzero(np.subtract(colours(browser), before)) > 40
     marks = browser.ask("[...document.querySelectorAll('.cursor')].map(e => Number(e.getAttribute('x1')))")
-    assert len(marks) == 5
+    assert len(marks) == 6
     assert min(marks) > 52
     browser.click("#play")
     browser.wait(f"{TIME} > {end / 2} + 0.05")
