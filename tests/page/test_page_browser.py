@@ -270,19 +270,23 @@ def test_a_picture_is_drawn(browser: Browser, pages: Path, tmp_path: Path, schem
     browser.picture(tmp_path / "page.png")
 
 
+VEILED = 60
+"""Of 14,400 places of the picture, some 600 of which show the arm."""
+
+
 def test_a_ghost_in_the_place_of_the_arm_leaves_its_colours(browser: Browser, pages: Path) -> None:
-    """At its start the Panda has a branch that looks the same: the arm keeps its orange, without a green veil."""
+    """At its start the Panda has a branch that stands where the arm does but for a roll: hardly a place turns green."""
     browser.load(pages / "panda.html")
     count = (
         "(() => { const c = document.createElement('canvas'), s = document.getElementById('scene');"
         " c.width = c.height = 120; const x = c.getContext('2d'); mafsil.stage.paint(); x.drawImage(s, 0, 0, 120, 120);"
         " const p = x.getImageData(0, 0, 120, 120).data; let n = 0;"
-        " for (let k = 0; k < p.length; k += 4) n += p[k] > 215 && p[k + 2] < 80; return n; })()"
+        " for (let k = 0; k < p.length; k += 4) n += p[k + 1] > p[k] + 12; return n; })()"
     )
     with_ghosts = browser.ask(count)
     assert browser.ask("mafsil.stage.named.length") == 1
     browser.ask("mafsil.store.show({ghosts: false})")
-    assert with_ghosts == browser.ask(count) > 40
+    assert browser.ask(count) <= with_ghosts < browser.ask(count) + VEILED
 
 
 def test_on_a_phone_nothing_is_wider_than_the_screen(browser: Browser, pages: Path) -> None:

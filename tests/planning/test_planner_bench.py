@@ -158,5 +158,5 @@ def test_the_command(tmp_path, capsys):
     assert re.search(r"rrt_connect\s+\d/\d", said)
     assert {each.name for each in tmp_path.glob("*.svg")} == {"rrt_connect.svg", "prm.svg"}
     assert main(["bench", "planners", job, "--laws", "pid"]) != 0
-    assert main(["bench", "planners", "examples/jobs/pick_and_place_puma560.toml", "--seeds", "1"]) != 0
+    assert main(["bench", "planners", "examples/jobs/palletiser.toml", "--seeds", "1"]) != 0
     assert mf.planning.PLANNERS
