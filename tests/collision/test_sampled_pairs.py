@@ -114,7 +114,7 @@ def test_real_robots_at_zero(file, left_out, free):
 
 
 def test_a_margin_that_the_robot_never_keeps_from_itself_is_named(tmp_path):
-    """Two bodies across a link without a shape stay 10 mm apart, so that no start keeps a margin of 20 mm of their own."""
+    """Two bodies across a link without a shape stay 10 mm apart: no start keeps 20 mm between them."""
     robot = chain(tmp_path, ([(0.0, 0.05)], "", ""), ((), "0 0 0", "0 0 1"), ([(0.0, 0.04)], "0.1 0 0", "0 0 1"))
     usual = Checker(robot, margin=0.02)
     assert usual.always_near[("l0", "l2")] == pytest.approx(0.009)

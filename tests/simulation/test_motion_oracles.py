@@ -189,16 +189,15 @@ def test_a_spinning_body_ends_with_its_budget():
     seconds = mf.free_body_motion(body, np.eye(4), fast, duration=10.0, seconds=0.02)
     assert seconds.outcome.status is IntegrationStatus.TIME_SPENT
     assert "10 s" in seconds.explain("en")
-    wild = mf.free_body_motion(body, np.eye(4), np.full(6, 1e200), duration=0.1)
-    assert wild.outcome.status is IntegrationStatus.BLOWN_UP
-    assert np.isfinite(wild.V).all()
+    with pytest.raises(InputError, match="V: 1e"):
+        mf.free_body_motion(body, np.eye(4), np.full(6, 1e200), duration=0.1)
 
 
 HOSTILE = {
     "tolerance finer than rounding": ({"tolerance": 1e-30}, "tolerance"),
     "tolerance zero": ({"tolerance": 0}, "tolerance"),
-    "step that underflows": ({"step": 1e-320}, "most_steps"),
-    "step that underflows, fixed": ({"step": 1e-320, "method": "rk4"}, "most_steps"),
+    "step that underflows": ({"step": 1e-320}, "step"),
+    "step that underflows, fixed": ({"step": 1e-39, "method": "rk4"}, "most_steps"),
     "backwards": ({"duration": -1.0}, "duration"),
     "budget no number": ({"most_steps": 0.5}, "most_steps"),
     "time no number": ({"seconds": np.nan}, "seconds"),
