@@ -590,3 +590,22 @@ def test_llvm_loads_where_the_small_linker_declines(monkeypatch):
     assert (k(np.stack([X, X])) == want).all()
     assert k.image.parts.keys() == set(image.FROM_PYTHON)
     assert k.provenance.cached
+
+
+def test_kernels_in_cycles_are_collected_in_any_order():
+    """The collector may empty a builtin's owner first: what it reads of the builtin after that is still there.
+
+    Freed memory is overwritten at once here, as it is elsewhere sooner or later.
+    """
+    program = (
+        "import gc, mafsil as mf\n"
+        "for k in range(8):\n"
+        "    rows = [mf.DHRow(a=0.3 + 0.01 * k, alpha=0.1, d=0.0), mf.DHRow(a=0.2, alpha=0.3, d=0.1)]\n"
+        "    robot = mf.Robot.from_dh(rows, 'classic')\n"
+        "    robot.forward_kinematics([0.1, 0.2])\n"
+        "    del robot\n"
+        "    gc.collect()\n"
+    )
+    environment = {**os.environ, "PYTHONMALLOC": "malloc", "MALLOC_PERTURB_": "255"}
+    done = subprocess.run([sys.executable, "-X", "faulthandler", "-c", program], env=environment, check=False)
+    assert done.returncode == 0

@@ -122,8 +122,8 @@ def builtin(
     ports = ", ".join(port.name for port in signature.inputs)
     head = f"{signature.name}{parameters or f'({ports}, *, out=None, threads=None)'}\n--\n\n"
     texts = (signature.name.encode(), (head + doc).encode())
-    method = runtime.MethodDef(texts[0], address, _FASTCALL_KEYWORDS, texts[1])
-    keeper = _Fallback(signature.name, fallback, owner, (method, texts, answer))
+    method = runtime.method_def(texts[0], address, _FASTCALL_KEYWORDS, texts[1])
+    keeper = _Fallback(signature.name, fallback, owner, (texts, answer))
     return runtime.builtin(method, keeper, __name__)
 
 

@@ -114,11 +114,27 @@ class MethodDef(ctypes.Structure):
     """CPython's PyMethodDef."""
 
     _fields_ = (
-        ("name", ctypes.c_char_p),
+        ("name", ctypes.c_void_p),
         ("method", ctypes.c_void_p),
         ("flags", ctypes.c_int),
-        ("doc", ctypes.c_char_p),
+        ("doc", ctypes.c_void_p),
     )
+
+
+def method_def(name: bytes, method: int, flags: int, doc: bytes) -> MethodDef:
+    """The definition of a builtin; it is never let go.
+
+    The collector reads the flags of a builtin in a cycle after it has emptied the owner that would keep them.
+
+    Args:
+        name, doc: texts, which live as long as the builtin.
+        method: address of machine code.
+        flags: how it is called.
+    """
+    places = [ctypes.cast(ctypes.c_char_p(text), ctypes.c_void_p).value for text in (name, doc)]
+    made = MethodDef(places[0], method, flags, places[1])
+    forever(made)
+    return made
 
 
 def builtin(method: MethodDef, owner: object, module: str) -> Callable[..., Any]:

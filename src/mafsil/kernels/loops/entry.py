@@ -94,10 +94,9 @@ def builtin(address: int, name: str, keep: Any, classes: list[type[Any]]) -> Cal
         keep: what must live as long.
         classes: of `classes_of`.
     """
-    text = name.encode()
-    method = runtime.MethodDef(text, address, _FASTCALL, b"")
-    runtime.forever((method, text, keep, classes))
-    return runtime.builtin(method, None, name)
+    texts = (name.encode(), b"")
+    runtime.forever((texts, keep, classes))
+    return runtime.builtin(runtime.method_def(texts[0], address, _FASTCALL, texts[1]), None, name)
 
 
 def bound(bind: int, target: int, classes: list[type[Any]]) -> Any:
