@@ -46,7 +46,7 @@ def _none(run: Run, without: Run, wrong: Symptom) -> dict[str, object]:
     return {}
 
 
-def _told(words: Mapping[str, object]) -> Details:
+def _with_words(words: Mapping[str, object]) -> Details:
     """Details that are known before anything is driven."""
 
     def details(run: Run, without: Run, wrong: Symptom) -> dict[str, object]:
@@ -105,11 +105,11 @@ def removals(run: Run, wrong: Sequence[Symptom]) -> Iterator[Removal]:
         smooth = tuple(structs.replace(one, friction=0.0) for one in job.surface)
         yield Removal("surface_friction", structs.replace(job, surface=smooth))
     yield from (there[name] for name in _by_size(run, wrong) if name in there)
-    yield Removal("soft", job, Difference(gain=STIFFER), _told({"factor": digits(STIFFER)}))
+    yield Removal("soft", job, Difference(gain=STIFFER), _with_words({"factor": digits(STIFFER)}))
     given = given_gains(job)
     if given:
         fitting = with_controller(job, **dict.fromkeys(given))
-        yield Removal("gains", fitting, details=_told({"given": ", ".join(given)}))
+        yield Removal("gains", fitting, details=_with_words({"given": ", ".join(given)}))
 
 
 def given_gains(job: Job) -> tuple[str, ...]:
@@ -154,7 +154,7 @@ def _model(run: Run) -> Removal | None:
         return None
     what = "unknown_both" if part and masses else "unknown_masses" if masses else "unknown_part"
     what = "missing_part" if part and not hidden and not masses else what
-    return Removal("model", run.job, Difference(knows_arm=True), _told({"what": f"@job.{what}"}))
+    return Removal("model", run.job, Difference(knows_arm=True), _with_words({"what": f"@job.{what}"}))
 
 
 def _contact(run: Run) -> Removal | None:
@@ -173,7 +173,7 @@ def _noise(run: Run) -> Removal | None:
 def _delay(run: Run) -> Removal | None:
     delay = run.job.controller.delay
     words = {"delay": quantity(delay, "s")}
-    return Removal("delay", with_controller(run.job, delay=0.0), details=_told(words)) if delay else None
+    return Removal("delay", with_controller(run.job, delay=0.0), details=_with_words(words)) if delay else None
 
 
 def _law(run: Run) -> Removal | None:
@@ -182,7 +182,7 @@ def _law(run: Run) -> Removal | None:
     if own.kind not in WITHOUT_INERTIA:
         return None
     whole = Controller(kind="computed_torque", rate=own.rate, delay=own.delay)
-    return Removal("law", structs.replace(run.job, controller=whole), details=_told({"law": own.kind}))
+    return Removal("law", structs.replace(run.job, controller=whole), details=_with_words({"law": own.kind}))
 
 
 def _integral(run: Run) -> Removal | None:
@@ -208,7 +208,7 @@ def _faster(job: Job, growth: float) -> Removal:
         "faster": f"{digits(1.0 / period)} Hz",
         "growth": digits(growth),
     }
-    return Removal("rate", fast, details=_told(words))
+    return Removal("rate", fast, details=_with_words(words))
 
 
 def _by_size(run: Run, wrong: Sequence[Symptom]) -> list[str]:
