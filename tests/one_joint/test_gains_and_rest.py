@@ -60,7 +60,7 @@ def test_limit_of_the_integral_gain(M, d, kp):
 
 
 @pytest.mark.capability("10-31", "10-110")
-@given(POSITIVE, st.floats(-5, 5), st.floats(-4, 4))
+@given(POSITIVE, st.floats(-5, 5).filter(lambda x: not 0.0 < abs(x) < 1e-30), st.floats(-4, 4))
 def test_rest_under_gravity_balances(kp, load, goal):
     rest = one_joint.rest_under_gravity(kp, load, goal)
     e = float(rest.error)

@@ -166,12 +166,14 @@ def _endless(A: Floats, B: Floats, Q: Floats, R: Floats) -> tuple[Floats, Floats
     h = -B[1]
     # With the rate counted per interval and the cost of an acceleration as unit, all entries are pure numbers.
     unit = h**4 / np.outer([1.0, h], [1.0, h]) / R[:, None, None]
-    P, F, one = Q * unit, np.broadcast_to([[1.0, 1.0], [0.0, 1.0]], Q.shape), np.eye(2)
-    G = np.broadcast_to(np.outer([0.5, 1.0], [0.5, 1.0]), Q.shape)
+    P: Floats = Q * unit
+    F: Floats = np.broadcast_to(np.array([[1.0, 1.0], [0.0, 1.0]]), Q.shape)
+    one = np.eye(2)
+    G: Floats = np.broadcast_to(np.outer([0.5, 1.0], [0.5, 1.0]), Q.shape)
     for _ in range(ROUNDS):
-        through = np.linalg.solve(one + G @ P, np.concatenate([F, G], axis=2))
-        back = np.swapaxes(F, 1, 2)
-        after = P + back @ P @ through[..., :2]
+        through: Floats = np.linalg.solve(one + G @ P, np.concatenate([F, G], axis=2))
+        back: Floats = np.swapaxes(F, 1, 2)
+        after: Floats = P + back @ P @ through[..., :2]
         F, G = F @ through[..., :2], G + F @ through[..., 2:] @ back
         settled = np.abs(after - P).max() <= SETTLED * np.abs(after).max()
         P = after
@@ -180,7 +182,7 @@ def _endless(A: Floats, B: Floats, Q: Floats, R: Floats) -> tuple[Floats, Floats
     else:
         raise InputError("control.interval_coarse", value=h)
     P = P / unit
-    PB = P @ B
+    PB: Floats = P @ B
     return P, (PB @ A) / (R + PB @ B)[:, None]
 
 

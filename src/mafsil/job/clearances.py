@@ -132,17 +132,18 @@ def clearance_remarks(found: Clearances | None, error: float) -> list[Remark]:
     details = {
         "first": visible(found.first[k]), "second": visible(found.second[k]),
         "distance": quantity(abs(least), "m"), "time": quantity(float(found.t[k]), "s"),
-        "wanted": quantity(wanted, "m"), "smaller": quantity(float(found.smaller[k]), "m"),
         "verdict": f"@{found.verdict}",
     }  # fmt: skip
     if least <= 0.0:
         return [Remark("failure", "job.hit", details)]
     carried = "_carried" if found.smaller[k] > 0.0 else ""
+    details |= {"smaller": quantity(float(found.smaller[k]), "m")} if carried else {}
     if least < NEARLY * wanted:
-        return [Remark("warning", f"job.near_miss{carried}", details)]
+        return [Remark("warning", f"job.near_miss{carried}", details | {"wanted": quantity(wanted, "m")})]
     # Of what is carried the distance is counted larger, for it may stand on something.
     if not carried and least < max(error, SMALLEST_GAP):
-        key = "job.gap_below_error" if least < error else "job.gap_below_smallest"
-        bounds = {"error": quantity(error, "m"), "smallest": quantity(SMALLEST_GAP, "m")}
-        return [Remark("warning", key, details | bounds)]
+        if least < error:
+            return [Remark("warning", "job.gap_below_error", details | {"error": quantity(error, "m")})]
+        smallest = {"smallest": quantity(SMALLEST_GAP, "m")}
+        return [Remark("warning", "job.gap_below_smallest", details | smallest)]
     return [Remark("good", f"job.least_clearance{carried}", details)]

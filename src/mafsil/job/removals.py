@@ -242,7 +242,8 @@ def _until(run: Run, wrong: Symptom) -> slice:
     """The ticks up to the end of the leg at which something is seen; all of them of what the whole run shows."""
     if not isinstance(wrong, Missed | LimitBroken):
         return slice(None)
-    return slice(0, int(np.searchsorted(run.recording.t, run.plan.starts[wrong.leg + 1] - INSTANT)))
+    end = float(run.plan.starts[wrong.leg + 1]) - INSTANT
+    return slice(0, int(np.searchsorted(run.recording.t, end)))
 
 
 def _when_touching(run: Run, without: Run, wrong: Symptom) -> dict[str, object]:

@@ -200,7 +200,8 @@ def _broken(run: Run) -> Iterator[Symptom]:
         shares: Floats = values / np.where(allowed > 0.0, allowed, np.inf)
         if shares.max(initial=0.0) > BROKEN:
             row, joint = divmod(int(shares.argmax()), shares.shape[1])
-            leg = int(np.searchsorted(run.plan.starts, run.recording.t[row], side="right")) - 1
+            time = float(run.recording.t[row])
+            leg = int(np.searchsorted(run.plan.starts, time, side="right")) - 1
             yield LimitBroken(min(leg, len(run.plan.legs) - 1), joint, rate)
 
 

@@ -29,7 +29,7 @@ def magnitude(name: str, value: ArrayLike) -> Floats:
     array = finite(name, value)
     if (array < 0.0).any():
         raise InputError("input.range", name=name, value=float(array.min()), low=0.0, high=np.inf)
-    return calculable(name, array)
+    return array
 
 
 def above_zero(name: str, value: ArrayLike) -> Floats:
