@@ -171,7 +171,7 @@ def _endless(A: Floats, B: Floats, Q: Floats, R: Floats) -> tuple[Floats, Floats
     one = np.eye(2)
     G: Floats = np.broadcast_to(np.outer([0.5, 1.0], [0.5, 1.0]), Q.shape)
     for _ in range(ROUNDS):
-        through: Floats = np.linalg.solve(one + G @ P, np.concatenate([F, G], axis=2))
+        through: Floats = np.asarray(np.linalg.solve(one + G @ P, np.concatenate([F, G], axis=2)), np.float64)
         back: Floats = np.swapaxes(F, 1, 2)
         after: Floats = P + back @ P @ through[..., :2]
         F, G = F @ through[..., :2], G + F @ through[..., 2:] @ back
