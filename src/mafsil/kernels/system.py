@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import ctypes.util
 import sys
 from functools import cache
 
@@ -31,8 +30,7 @@ def _libraries() -> list[ctypes.CDLL]:
     """The C library and that of mathematics, which are one on some systems."""
     if sys.platform == "win32":
         return [ctypes.CDLL("ucrtbase")]
-    mathematics = "libm.so.6" if sys.platform == "linux" else ctypes.util.find_library("m")
     try:
-        return [ctypes.CDLL(None), ctypes.CDLL(mathematics)]
-    except OSError:  # Musl has no file of that name: its C library is all there is.
+        return [ctypes.CDLL(None), ctypes.CDLL("libm.so.6")]
+    except OSError:  # No file of that name: mathematics is in the C library (musl, macOS), or Python has brought it.
         return [ctypes.CDLL(None)]
