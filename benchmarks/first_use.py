@@ -1,11 +1,10 @@
-"""How long does the first answer take? Processor seconds of a fresh process, imports included, per question.
+"""How long does the first answer take? Processor seconds of a fresh process per question, beside the goals.
 
-Three caches: empty; as set-up leaves it (`mafsil doctor --build`: the loops that know no robot, nothing of the arm);
-and full. Goals with the loops of set-up: pose 0.3 s, closed form 1 s, numerical 1 s, grasp 1 s.
+Each question is the smallest of its kind (those of `mafsil doctor --build`) and is asked twice, each time by a new
+process: of an empty store, and of the store that the first one left. The first column of each is the question alone,
+the second the whole process, start and imports included; the last the memory of the process that compiles.
 
-python benchmarks/first_use.py [--repeats 3] [--empty] [--json FILE]
-
-`--empty` times the empty cache too, which takes minutes.
+python benchmarks/first_use.py [--questions plan closure ...] [--repeats 3] [--json FILE]
 """
 
 from __future__ import annotations
@@ -25,81 +24,81 @@ sys.path.insert(0, str(ROOT))
 
 from benchmarks.comparison import Comparisons  # noqa: E402
 
-ARM = """
-import dataclasses, numpy as np, mafsil as mf
-rows = [mf.DHRow(a=a, alpha=b, d=d) for a, b, d in {rows}]
-robot = mf.Robot.from_dh(rows, "classic")
-T = robot.forward_kinematics(np.full(len(rows), 0.3))
-"""
-WRIST = "[(0, 1.5707963267948966, 0.31), (0.43, 0, 0), (0.02, -1.5707963267948966, 0.15), " \
-    "(0, 1.5707963267948966, 0.43), (0, -1.5707963267948966, 0), (0, 0, 0.07)]"  # fmt: skip
-POINTS = "((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0))"
-QUESTIONS = {
-    "nothing but NumPy": ("import numpy", None),
-    "pose of a new arm": (ARM.format(rows=WRIST), 0.3),
-    "closed form": (ARM.format(rows=WRIST) + "assert mf.inverse_kinematics(robot, T)", 1.0),
-    "numerical": (ARM.format(rows=WRIST) + "assert mf.solve_ik(robot, T)", 1.0),
-    "grasp": (
-        "import mafsil as mf\n"
-        f"assert mf.Grasp([mf.Contact(p, tuple(-x for x in p), 0.5) for p in {POINTS}]).closure()",
-        1.0,
-    ),
+GOALS = {
+    "pose": 0.3, "demo": 6.0, "collision": 2.0, "plan": 5.0, "closure": 2.0, "inverse_kinematics_6r": 2.0,
+    "solve_ik": 1.0, "time_optimal": 2.0, "jerk_limited": 2.0, "monte_carlo": None, "closed_chain": None,
+    "build": 30.0,
 }  # fmt: skip
+"""Seconds of the question alone, of an empty store."""
+WARM = {"plan": 0.5}
+"""The same of the store that is full."""
+ASKED = """
+import os, time
+from mafsil.cli.build import build, families
+import mafsil as mf, numpy as np
+{before}
+begun = os.times()
+{question}
+ended = os.times()
+def spent(a): return a.user + a.system + a.children_user + a.children_system
+def peak():
+    try:
+        import resource
+    except ImportError:
+        return 0.0
+    return max(resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)) / 1024
+print("", spent(ended) - spent(begun), spent(ended), peak())
+"""
+OTHERS = {
+    "pose": ("robot = mf.load('ur5e')", "robot.forward_kinematics(np.full(6, 0.3))"),
+    "demo": ("from mafsil.cli.main import main; os.chdir(os.environ['MAFSIL_CACHE'])", "main(['demo'])"),
+    "build": ("", "build(lambda one, share: None)"),
+}
+"""What is no single question of the build: what stands before the clock starts, and what is timed."""
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Time every question with every cache and print the table."""
+    """Time every question and print the table."""
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options.add_argument("--questions", nargs="*", choices=list(GOALS), default=list(GOALS))
     options.add_argument("--repeats", type=int, default=3)
-    options.add_argument("--empty", action="store_true")
     options.add_argument("--json", type=Path)
     chosen, found = options.parse_args(arguments), Comparisons()
-    with tempfile.TemporaryDirectory() as folder:
-        ready = Path(folder, "ready")
-        seconds("from mafsil.cli.build import build; build(lambda name: None)", ready)
-        for path in ready.iterdir():
-            if path.suffix != ".loop":
-                path.unlink()
-        print(f"{'processor seconds':20} {'empty':>8} {'set up':>8} {'full':>8}   goal")
-        for name, (question, goal) in QUESTIONS.items():
-            empty = least(question, None, folder, 1) if chosen.empty else None
-            columns = [empty, least(question, ready, folder, chosen.repeats), full(question, ready, folder, chosen)]
-            print(f"{name:20} " + " ".join(f"{x:8.2f}" if x is not None else f"{'-':>8}" for x in columns), end="")
-            print(f"   {goal}" if goal else "", flush=True)
+    print(f"{'processor seconds':24} {'empty':>7} {'whole':>7} {'full':>7} {'whole':>7} {'MB':>6}   goals")
+    for name in chosen.questions:
+        empty, full, memory = asked(name, chosen.repeats)
+        goals = " ".join(str(goal) for goal in (GOALS[name], WARM.get(name)) if goal)
+        print(f"{name:24} {empty[0]:7.2f} {empty[1]:7.2f} {full[0]:7.2f} {full[1]:7.2f} {memory:6.0f}   {goals}")
+        for which, seconds, goal in (("empty", empty, GOALS[name]), ("full", full, WARM.get(name))):
             if goal:
-                found.add(
-                    f"first answer: {name}", "loops of set-up", 1e6 * (columns[1] or 0.0), "goal", 1e6 * goal, 1.0
-                )
+                found.add(f"first answer: {name}", f"{which} store", 1e6 * seconds[0], "goal", 1e6 * goal, 1.0)
     if chosen.json:
         chosen.json.write_text(json.dumps({"comparisons": found.plain()}, indent=1))
 
 
-def least(question: str, start: Path | None, folder: str, repeats: int) -> float:
-    """The least of several fresh processes, each with its own copy of a cache."""
-    found: list[float] = []
-    for _ in range(repeats):
-        place = Path(tempfile.mkdtemp(dir=folder))
-        if start is not None:
-            shutil.copytree(start, place, dirs_exist_ok=True)
-        found.append(seconds(question, place))
-    return min(found)
-
-
-def full(question: str, start: Path, folder: str, chosen: argparse.Namespace) -> float:
-    """The least of several processes after a first one has filled the cache."""
-    place = Path(tempfile.mkdtemp(dir=folder))
-    shutil.copytree(start, place, dirs_exist_ok=True)
-    return min([seconds(question, place) for _ in range(chosen.repeats + 1)][1:])
-
-
-def seconds(code: str, cache: Path) -> float:
-    """Processor seconds of a fresh process, start and imports included."""
-    clock = "\nimport time; print(time.process_time())"
-    settings = {**os.environ, "MAFSIL_CACHE": str(cache)}
-    done = subprocess.run(
-        [sys.executable, "-c", code + clock], env=settings, capture_output=True, text=True, check=True
+def asked(name: str, repeats: int) -> tuple[tuple[float, float], tuple[float, float], float]:
+    """Seconds alone and whole, of an empty and of a full store, the least of the repeats; and MB of the first."""
+    before, question = OTHERS.get(name) or (
+        f"ask = next(questions[{name!r}] for questions in families().values() if {name!r} in questions)",
+        "ask()",
     )
-    return float(done.stdout.split()[-1])
+    code, runs = ASKED.format(before=before, question=question), []
+    for _ in range(repeats):
+        store = tempfile.mkdtemp()
+        runs.append((seconds(code, store), seconds(code, store)))
+        shutil.rmtree(store)
+    (alone, whole, memory), (again, whole_again, _) = (
+        [min(each) for each in zip(*of, strict=True)] for of in zip(*runs, strict=True)
+    )
+    return (alone, whole), (again, whole_again), memory
+
+
+def seconds(code: str, store: str) -> tuple[float, float, float]:
+    """What one process printed of itself."""
+    settings = {**os.environ, "MAFSIL_CACHE": store}
+    done = subprocess.run([sys.executable, "-c", code], env=settings, capture_output=True, text=True, check=True)
+    alone, whole, memory = map(float, done.stdout.split()[-3:])
+    return alone, whole, memory
 
 
 if __name__ == "__main__":
