@@ -224,6 +224,11 @@ class ArmInScene:
         return found
 
     @property
+    def keeps_one_margin(self) -> bool:
+        """Whether every pair keeps the margin, so that the nearest one decides."""
+        return self.own_margin == self.margin and not self._kept_less()
+
+    @property
     def always_near(self) -> dict[tuple[str, str], float]:
         """Pairs of bodies that keep less than the margin, as they are always near; what each keeps [m]."""
         return self._named(self._kept_less())

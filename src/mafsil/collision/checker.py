@@ -110,7 +110,7 @@ class Checker(ArmInScene):
         return Clearance(
             rows.reshape(*batch, self.robot.n), self.margin, out[:, 0].reshape(batch), point_first, point_second,
             normal, gradient.reshape(*batch, self.robot.n), first.reshape(batch), second.reshape(batch),
-            None if (self.margins() == self.margin).all() else self.free(rows).reshape(batch),
+            None if self.keeps_one_margin else self.free(rows).reshape(batch),
         )  # fmt: skip
 
     def check(self, q: ArrayLike) -> Check:

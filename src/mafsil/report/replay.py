@@ -14,6 +14,7 @@ from mafsil.job.equipment import UNNAMED_TOOL, box_of_tool
 from mafsil.job.payload import box_in_tip
 from mafsil.report.content import Carried, Scene
 from mafsil.report.obstacles import drawn
+from mafsil.report.shelves import shelves
 from mafsil.report.touched import doors, standing
 from mafsil.scene import Body, Drawing, Solid, compact
 
@@ -37,15 +38,16 @@ def recipe(job: Job) -> tuple[str, ...]:
 def replay_scene(run: Run) -> Scene:
     """Frames of the replay, the parts that are carried included."""
     t, mechanism = run.recording.t, run.robot.mechanism
-    parts = sum(one.kind == "pick" for one in run.plan.legs) + len({one.load.equipment for one in run.plan.legs})
-    parts += sum(len(one.neighbour.robot.mechanism.links) for one in run.plan.neighbours if not one.neighbour.stands)
-    period = max(1.0 / run.job.report.frame_rate, t[-1] * (mechanism.n + 14 + 7 * parts) / MOST_NUMBERS)
+    boxes = sum(one.kind == "pick" for one in run.plan.legs) + len({one.load.equipment for one in run.plan.legs})
+    boxes += sum(len(one.neighbour.robot.mechanism.links) for one in run.plan.neighbours if not one.neighbour.stands)
+    period = max(1.0 / run.job.report.frame_rate, t[-1] * (mechanism.n + 14 + 7 * boxes) / MOST_NUMBERS)
     moments = np.minimum(np.arange(0.0, t[-1] + period * 0.999, period), t[-1])
     rows = np.minimum(np.searchsorted(t, moments), len(t) - 1)
     q = run.recording.q[rows]
     poses = np.asarray(run.robot.link_poses(q))
     tips, references = run.tips(rows)
-    carried = [*part_tracks(run, moments), *tool_tracks(run, moments)]
+    parts = part_tracks(run, moments)
+    carried = [*parts, *tool_tracks(run, moments)]
     near = [one.poses(moments[:1])[0, :, :3, 3] for one in run.plan.neighbours]
     seen = np.concatenate([poses[:, :, :3, 3].reshape(-1, 3), tips[:, :3, 3], *near])
     drawing = Drawing(mechanism)
@@ -56,6 +58,8 @@ def replay_scene(run: Run) -> Scene:
     targets = [(leg.name, compact(leg.target)) for leg in run.plan.legs if leg.target is not None]
     surroundings = run.plan.surroundings
     around = [] if surroundings is None else drawn(surroundings.obstacles, size, seen)
+    around += standing(run, size, tips[:, :3, 3])
+    around += shelves([place for part in parts for place in part.lying()], around, floor, size)
     return Scene(
         bodies=drawing.bodies(floor, poses[0]),
         period=period,
@@ -65,7 +69,7 @@ def replay_scene(run: Run) -> Scene:
         references=compact(references),
         targets=tuple(targets),
         carried=tuple(Carried(one.body, compact(one.track), one.first, one.end) for one in (*carried, *beside)),
-        fixed=tuple((body, compact(T)) for body, T in (*around, *standing(run, size, tips[:, :3, 3]), *still)),
+        fixed=tuple((body, compact(T)) for body, T in (*around, *still)),
         centre=centre,
         size=size,
         floor=floor,
@@ -86,6 +90,11 @@ class Part:
     track: Floats
     first: int
     end: int
+
+    def lying(self) -> list[tuple[Body, Floats]]:
+        """Where it lies before the first frame that moves it and after the last one, unless the tip has it then."""
+        frames = [0] * (self.first > 0 or self.end == 0) + [-1] * (self.end < len(self.track))
+        return [(self.body, self.track[k]) for k in frames]
 
 
 def part_tracks(run: Run, moments: Floats) -> list[Part]:
