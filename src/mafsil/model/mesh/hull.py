@@ -7,6 +7,9 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.model.mesh.surface import Surface
 
+FEW = 12
+"""So many points are all kept: to look for the corners among them, and for a library that does, costs more."""
+
 
 def hull_corners(points: Floats) -> Floats:
     """Those of the points that are corners of their convex hull; of flat or few points all that differ.
@@ -17,11 +20,11 @@ def hull_corners(points: Floats) -> Floats:
     Returns:
         (c, 3).
     """
+    distinct = np.unique(points, axis=0)
+    if len(distinct) <= FEW:
+        return distinct
     from scipy.spatial import ConvexHull, QhullError
 
-    distinct = np.unique(points, axis=0)
-    if len(distinct) < 5:
-        return distinct
     try:
         return distinct[np.sort(ConvexHull(distinct).vertices)]
     except QhullError:
