@@ -13,7 +13,8 @@ import mafsil.expression as ex
 from mafsil import kernels
 from mafsil.arrays import Floats, JointVector
 from mafsil.errors import ModelError
-from mafsil.ik.analysis import closed_form
+from mafsil.ik.analysis import analysis, closed_form
+from mafsil.ik.answers.branch import BranchNames
 from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.moving_part import moving_part
 from mafsil.ik.numerical.problem import PoseProblem
@@ -80,6 +81,12 @@ class Arm:
         return found if usable else None
 
     @lazy
+    def branch_names(self) -> BranchNames | None:
+        """How the branches of the closed form are called."""
+        chain = analysis(self.problem.robot.mechanism).chain
+        return None if self.form is None or chain is None else BranchNames(chain, self.form.pattern)
+
+    @lazy
     def kernels(self) -> Mapping[str, Kernel]:
         """By the name under which the page calls them."""
         part, robot = self.problem.robot, self.robot
@@ -88,6 +95,8 @@ class Arm:
         found["pose_step"] = self.problem.step(False)
         if self.form is not None:
             found |= {"turns": _turns_kernel(part.n), "branches": self.form.labelled}
+            if self.branch_names is not None:
+                found["branch_code"] = self.branch_names.kernel
         if self.has_dynamics:
             found |= {"gravity_torque": robot.kernel("gravity_torque"), "closed_loop": fused.loop_kernel(self._loop)}
         return found | {name: robot.kernel(name) for name in self.quantities if name not in found and self._has(name)}
