@@ -95,8 +95,10 @@ def _branches(arm: Arm) -> dict[str, Any] | None:
 
 
 def dh_table(arm: Arm) -> dict[str, Any] | None:
-    """The table of an arm in the modified convention; None for chains that have none."""
+    """The table of an arm in the modified convention; None for chains that have none, and with loops."""
     mechanism = arm.robot.mechanism
+    if mechanism.loops:
+        return None
     try:
         found = dh_from_mechanism(mechanism)
     except ModelError:

@@ -1,0 +1,84 @@
+"""What a page knows of a robot with loops: driven joints that may be moved, and what the others do then."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.linalg import qr
+
+from mafsil.arrays import JointVector
+from mafsil.kernels.lazy import lazy
+from mafsil.lazy_module import lazily
+from mafsil.robot import Robot
+
+if TYPE_CHECKING:
+    import mafsil.parallel as parallel
+    import mafsil.parallel.closed_kernels as closed_kernels
+    from mafsil.kernels import Kernel
+    from mafsil.parallel import ClosedChain
+else:
+    parallel = lazily("mafsil.parallel")
+    closed_kernels = lazily("mafsil.parallel.closed_kernels")
+
+STRIDE = 0.02
+"""Way of a driven joint at once [rad | m]: Newton's method finds the other joints from where they were before."""
+PATIENCE = 4
+"""Calls for one stride, each of some steps with one matrix."""
+DECIDED = 1e-6
+"""Smallest share that the loops, or driven joints, must have of a motion to be said to decide it."""
+
+
+@dataclass(frozen=True, eq=False)
+class ClosedArm:
+    """The loops of a robot.
+
+    Attributes:
+        robot: with loops.
+    """
+
+    robot: Robot
+
+    @lazy
+    def chain(self) -> ClosedChain:
+        """Its closed chain."""
+        return parallel.ClosedChain(self.robot)
+
+    def start(self, q: JointVector) -> JointVector:
+        """(n,) the configuration with closed loops that is found from q; the nearest to it where none is found."""
+        return np.asarray(self.chain.closed(q).q, dtype=np.float64)
+
+    def driven(self, q: JointVector) -> list[int]:
+        """Driven joints that move all others, the best of them where there are too many; none where they do not.
+
+        Args:
+            q: (n,) with closed loops.
+        """
+        chain = self.chain
+        if not len(chain.actuated) or not chain.closed(q) or chain.holding(q) is None:
+            return []
+        _, values, Vt = np.linalg.svd(np.asarray(chain.terms(q).J) * chain.unit)
+        motions = Vt[int((values > DECIDED * values.max(initial=0.0)).sum()) :]
+        if not len(motions) or len(motions) > len(chain.actuated):
+            return []
+        _, R, order = qr(motions[:, chain.actuated], pivoting=True, mode="economic")
+        decided = bool(np.abs(np.diag(R)).min() > DECIDED)
+        return sorted(int(chain.actuated[k]) for k in order[: len(motions)]) if decided else []
+
+    def kernels(self, q: JointVector, *, masses: bool) -> Mapping[str, Kernel]:
+        """Of (guess, motion of the moved joints) to that of all joints; of (q, qd, qdd) to efforts of the driven ones.
+
+        Args:
+            q: (n,) with closed loops.
+            masses: whether efforts mean something.
+        """
+        driven, holding = self.driven(q), self.chain.holding(q)
+        if not driven or holding is None:
+            return {}
+        moved = replace(holding, driven=tuple(driven))
+        found = {"closed_following": closed_kernels.following_kernel(self.robot.mechanism, moved)}
+        if masses and holding.deciding:
+            found["closed_efforts"] = closed_kernels.inverse_kernel(self.robot.mechanism, holding)
+        return found
