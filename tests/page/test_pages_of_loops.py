@@ -111,7 +111,7 @@ def test_loops_stay_closed_whatever_is_done(tmp_path: Path) -> None:
                 assert session.status == "loops_open"
                 np.testing.assert_array_equal(session.q, before)
             still = 0 * session.q
-            tau = session._call("closed_efforts", session.state.q, still, still)[0]  # noqa: SLF001
+            tau = session._call("closed_efforts", session.state.q, still, still)[0]
             np.testing.assert_allclose(tau, chain.inverse_dynamics(session.q, still, still).tau, atol=1e-9)
         assert moved > 10
         session.set_joints(rng.uniform(-0.3, 0.3, robot.n).tolist())
@@ -124,7 +124,7 @@ def test_loads_are_those_of_the_loops() -> None:
     session.set_joints([0.2, 0.0, -0.1, 0.0])
     robot, chain, h = session.arm.robot, ClosedChain(session.arm.robot), 1e-5
     still = 0 * session.q
-    tau = session._call("closed_efforts", session.state.q, still, still)[0]  # noqa: SLF001
+    tau = session._call("closed_efforts", session.state.q, still, still)[0]
     for k, joint in enumerate(chain.actuated):
         energies = []
         for way in (h, -h):

@@ -8,6 +8,7 @@ import numpy as np
 
 from mafsil.arrays import PoseMatrix
 from mafsil.cli.answer import Answer, Laid
+from mafsil.cli.loops import require_open_chain
 from mafsil.cli.numerals import count, number
 from mafsil.cli.state import shown, unit
 from mafsil.cli.table import brief, table
@@ -57,6 +58,7 @@ def place(
         MafsilError: no such robot or file, numbers out of range.
     """
     arm = load(robot, tip=tip)
+    require_open_chain(arm.mechanism, "place")
     around = Scene() if scene is None else scene_in(Path(scene))
     found = place_base(
         arm, _targets(targets, degrees=degrees), scene=around,

@@ -73,8 +73,7 @@ class Session:
 
     @property
     def status(self) -> str:
-        """How the last action ended: `ready`, `solved`, `beyond_limits`, `no_branch`, `not_found`, `diverged`,
-        `loops_open`."""
+        """How the last action ended: `ready`, `solved`, or why the arm did not move, such as `not_found`."""
         return self.state.status
 
     def set_joint(self, joint: int, value: float) -> None:
