@@ -175,3 +175,12 @@ def test_what_would_be_of_the_open_tree_is_refused(tmp_path: Path) -> None:
     assert "gravity" not in shown_of(nobody.arm, tmp_path)
     with pytest.raises(InputError, match="closed loops"):
         nobody.set_joints([0.0] * nobody.arm.robot.n)
+
+
+def test_loops_without_masses_are_moved_and_loads_are_left_out(tmp_path: Path) -> None:
+    mechanism = mf.mobility.mechanism_of(mf.mobility.library.four_bar())
+    session = Session(mechanism)
+    session.set_joint(0, 0.4)
+    assert session.status == "ready"
+    assert ClosedChain(mechanism).error(session.q) < 1e-9
+    assert set(shown_of(session.arm, tmp_path)) == {"loops", "joints", "pose", "code", "grasp"}

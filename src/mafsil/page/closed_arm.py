@@ -12,16 +12,21 @@ from scipy.linalg import qr
 from mafsil.arrays import JointVector
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
+from mafsil.mechanics.loop_terms import Holding
 from mafsil.robot import Robot
 
 if TYPE_CHECKING:
     import mafsil.parallel as parallel
+    import mafsil.parallel.closed_choice as closed_choice
     import mafsil.parallel.closed_kernels as closed_kernels
+    import mafsil.parallel.closing as closing
     from mafsil.kernels import Kernel
     from mafsil.parallel import ClosedChain
 else:
     parallel = lazily("mafsil.parallel")
+    closed_choice = lazily("mafsil.parallel.closed_choice")
     closed_kernels = lazily("mafsil.parallel.closed_kernels")
+    closing = lazily("mafsil.parallel.closing")
 
 STRIDE = 0.02
 """Way of a driven joint at once [rad | m]: Newton's method finds the other joints from where they were before."""
@@ -57,7 +62,7 @@ class ClosedArm:
             q: (n,) with closed loops.
         """
         chain = self.chain
-        if not len(chain.actuated) or not chain.closed(q) or chain.holding(q) is None:
+        if not len(chain.actuated) or not chain.closed(q):
             return []
         _, values, Vt = np.linalg.svd(np.asarray(chain.terms(q).J) * chain.unit)
         motions = Vt[int((values > DECIDED * values.max(initial=0.0)).sum()) :]
@@ -74,11 +79,18 @@ class ClosedArm:
             q: (n,) with closed loops.
             masses: whether efforts mean something.
         """
-        driven, holding = self.driven(q), self.chain.holding(q)
-        if not driven or holding is None:
+        driven, holding = self.driven(q), self.chain.holding(q) if masses else None
+        moved = holding or self._without_masses(q)
+        if not driven or moved is None:
             return {}
-        moved = replace(holding, driven=tuple(driven))
+        moved = replace(moved, driven=tuple(driven))
         found = {"closed_following": closed_kernels.following_kernel(self.robot.mechanism, moved)}
-        if masses and holding.deciding:
+        if holding is not None and holding.deciding:
             found["closed_efforts"] = closed_kernels.inverse_kernel(self.robot.mechanism, holding)
         return found
+
+    def _without_masses(self, q: JointVector) -> Holding | None:
+        """How the loops hold the robot at q, where no masses say which rows are better."""
+        J = np.asarray(self.chain.terms(q).J)[None]
+        rows = closed_choice.independent_rows(np.eye(self.chain.n)[None], J)
+        return None if rows is None else Holding(rows, (), (), closing.CLOSED * self.chain.size)
