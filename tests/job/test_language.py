@@ -179,7 +179,7 @@ tip_speed = {speed}
 [tolerance]
 position = {tolerance}
 [collision]
-clearance = {tolerance}
+margin = {tolerance}
 [[obstacle]]
 box = [{small}, {small}, {small}]
 position = [{far}, 0, 0]
