@@ -46,7 +46,8 @@ def closed_dynamics(arm: Robot, values: Mapping[str, Floats], tau: Floats | None
     else:
         moved = chain.forward_dynamics(q, kept, tau)
         qdd, efforts, explained = np.asarray(moved.qdd), tau[chain.actuated], moved
-    driven = [arm.joint_names[k] for k in chain.actuated]
+    actuated: list[int] = chain.actuated.tolist()
+    driven = [arm.joint_names[k] for k in actuated]
     energy = {"kinetic": float(arm.kinetic_energy(q, kept)), "potential": float(arm.potential_energy(q))}
     data: dict[str, Any] = {
         "robot": arm.name, "question": "inverse" if tau is None else "forward", "joints": list(arm.joint_names),
@@ -54,7 +55,7 @@ def closed_dynamics(arm: Robot, values: Mapping[str, Floats], tau: Floats | None
         "status": explained.status.name.lower(), "energy": energy,
     }  # fmt: skip
     lines = [say("cli.loops_inverse" if tau is None else "cli.loops_forward", robot=arm.name)]
-    lines += _table(arm, chain.actuated.tolist(), (q, kept, qdd), (gravity.tau, efforts))
+    lines += _table(arm, actuated, (q, kept, qdd), (gravity.tau, efforts))
     lines += explained.explain().splitlines()
     lines.append(say("cli.energy", kinetic=number(energy["kinetic"]), potential=number(energy["potential"])))
     return Answer(data, (*lines, *remarks), None if explained else explained.explain().splitlines()[0])

@@ -26,10 +26,10 @@ from mafsil.mechanics.arm_sides import (
 )
 
 if TYPE_CHECKING:
-    import mafsil.mechanics.arm_sides as arm_sides
+    import mafsil.mechanics.closed_form.sides as closed_form_sides
     from mafsil.kernels import Kernel
 else:
-    arm_sides = lazily("mafsil.mechanics.arm_sides")
+    closed_form_sides = lazily("mafsil.mechanics.closed_form.sides")
 
 LEVEL = 1e-6
 """Sine of the angle to the ground below which an axis is level, and to the upright below which a plane is."""
@@ -50,7 +50,7 @@ def sides_of(chain: Chain, pattern: ArmPattern) -> ArmSides:
 
 
 def branch_kernel(sides: ArmSides) -> Kernel:
-    """Of q (n,) to the number of the branch, see `mafsil.mechanics.arm_sides.sides_function`.
+    """Of q (n,) to the number of the branch, see `mafsil.mechanics.closed_form.sides.sides_function`.
 
     Args:
         sides: of the arm.
@@ -66,7 +66,7 @@ def branch_kernel(sides: ArmSides) -> Kernel:
 
 def _build(sides: ArmSides) -> Any:
     """Its expressions are loaded only when a kernel has to be made."""
-    return arm_sides.sides_function(sides)
+    return closed_form_sides.sides_function(sides)
 
 
 class _Sides:
@@ -143,8 +143,8 @@ class _Sides:
         S = self._on(a)
         E, W = self._on(b, S.at), self._on(c, S.at)
         if pattern.family is Family.LINKED or pattern.reversed:
-            turning = [k for k in range(a) if not self.chain.prismatic[k]]
-            elbow = HighElbow(S, E, W, self._up(turning[0])) if turning else self._in_plane(a, S, E, W)
+            revolute = [k for k in range(a) if not self.chain.prismatic[k]]
+            elbow = HighElbow(S, E, W, self._up(revolute[0])) if revolute else self._in_plane(a, S, E, W)
             return None, elbow, None, False
         wrist = self._wrist()
         if not self._turns(joints[0]):

@@ -7,9 +7,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.linalg import qr
 
-from mafsil.arrays import JointVector
+from mafsil.arrays import Floats, JointVector
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
 from mafsil.mechanics.loop_terms import Holding
@@ -33,7 +32,7 @@ STRIDE = 0.02
 PATIENCE = 4
 """Calls for one stride, each of some steps with one matrix."""
 DECIDED = 1e-6
-"""Smallest share that the loops, or driven joints, must have of a motion to be said to decide it."""
+"""Smallest singular value of conditions of the loops that are independent."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,13 +63,12 @@ class ClosedArm:
         chain = self.chain
         if not len(chain.actuated) or not chain.closed(q):
             return []
-        _, values, Vt = np.linalg.svd(np.asarray(chain.terms(q).J) * chain.unit)
-        motions = Vt[int((values > DECIDED * values.max(initial=0.0)).sum()) :]
-        if not len(motions) or len(motions) > len(chain.actuated):
+        J: Floats = np.asarray(chain.terms(q).J)
+        freedoms = chain.n - int(np.linalg.matrix_rank(J * chain.unit, tol=DECIDED))
+        deciding = closed_choice.deciding_joints(J[None], chain.actuated, freedoms)
+        if deciding is None or len(deciding) < freedoms:
             return []
-        _, R, order = qr(motions[:, chain.actuated], pivoting=True, mode="economic")
-        decided = bool(np.abs(np.diag(R)).min() > DECIDED)
-        return sorted(int(chain.actuated[k]) for k in order[: len(motions)]) if decided else []
+        return sorted(int(chain.actuated[k]) for k in deciding)
 
     def kernels(self, q: JointVector, *, masses: bool) -> Mapping[str, Kernel]:
         """Of (guess, motion of the moved joints) to that of all joints; of (q, qd, qdd) to efforts of the driven ones.
@@ -91,6 +89,6 @@ class ClosedArm:
 
     def _without_masses(self, q: JointVector) -> Holding | None:
         """How the loops hold the robot at q, where no masses say which rows are better."""
-        J = np.asarray(self.chain.terms(q).J)[None]
+        J: Floats = np.asarray(self.chain.terms(q).J)[None]
         rows = closed_choice.independent_rows(np.eye(self.chain.n)[None], J)
         return None if rows is None else Holding(rows, (), (), closing.CLOSED * self.chain.size)

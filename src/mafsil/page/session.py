@@ -256,8 +256,9 @@ class Session:
             wanted: of which the driven joints count.
             guess: where the others are looked for first.
         """
-        driven, here = self.arm.settings["driven"], self.state.q
-        goal, begin = ([q[k] for k in driven] for q in (wanted, here))
+        driven: list[int] = self.arm.settings["driven"]
+        here = self.state.q
+        goal, begin = [wanted[k] for k in driven], [here[k] for k in driven]
         found = self._closed(guess, goal) if guess is not here else None
         if found is None:
             way = max((abs(b - a) for a, b in zip(begin, goal, strict=True)), default=0.0)

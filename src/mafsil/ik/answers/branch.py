@@ -6,30 +6,31 @@ was found.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import JointVector
 from mafsil.ik.chain import Chain
-from mafsil.ik.sides import branch_kernel, sides_of
-from mafsil.kernels import Kernel
 from mafsil.kernels.lazy import lazy
+from mafsil.lazy_module import lazily
 from mafsil.mechanics.arm_pattern import ArmPattern, FailedStep, Family
-from mafsil.mechanics.arm_sides import HighElbow, Placing, Stroke
 from mafsil.messages import say
+
+if TYPE_CHECKING:
+    import mafsil.ik.sides as sides
+    from mafsil.kernels import Kernel
+    from mafsil.mechanics.arm_sides import ArmSides, Words
+else:
+    sides = lazily("mafsil.ik.sides")
 
 MERGED = "merged"
 """Where two branches are one."""
 
 _SHOULDER = ("left", MERGED, "right")
-_ELBOW = ("down", MERGED, "up")
-_HEIGHT = ("down", "level", "up")
-_STROKE = ("in", MERGED, "out")
 _WRIST = ("flip", MERGED, "noflip")
 _BEND = ("flip", "straight", "noflip")
-_SIGN = ("-", MERGED, "+")
 _STEPS = tuple(FailedStep)
 
 
@@ -75,24 +76,30 @@ class BranchNames:
     """How the branches of an arm are called.
 
     Attributes:
+        chain: of the arm, base first.
         pattern: of its closed form.
         kernel: of q (n,) to the number of the branch.
     """
 
     def __init__(self, chain: Chain, pattern: ArmPattern) -> None:
-        self.pattern, self._sides = pattern, sides_of(chain, pattern)
-        elbow = self._sides.elbow
-        elbows = _SIGN if isinstance(elbow, Placing) else _STROKE if isinstance(elbow, Stroke) else _ELBOW
-        self._words = (
-            _SHOULDER if self._sides.shoulder else None,
-            None if elbow is None else _HEIGHT if isinstance(elbow, HighElbow) else elbows,
-            None if self._sides.wrist is None else _BEND if pattern.reversed else _WRIST,
-        )
+        self.chain, self.pattern = chain, pattern
 
     @lazy
     def kernel(self) -> Kernel:
         """Of q (n,) to the number of the branch."""
-        return branch_kernel(self._sides)
+        return sides.branch_kernel(self._sides)
+
+    @lazy
+    def _sides(self) -> ArmSides:
+        return sides.sides_of(self.chain, self.pattern)
+
+    @lazy
+    def _words(self) -> tuple[Words | None, Words | None, Words | None]:
+        """Of shoulder, elbow and wrist, where the arm has them."""
+        found = self._sides
+        wrist = _BEND if self.pattern.reversed else _WRIST
+        elbow = None if found.elbow is None else found.elbow.words
+        return _SHOULDER if found.shoulder else None, elbow, wrist if found.wrist else None
 
     def numbers(self, q: JointVector) -> NDArray[np.int64]:
         """(*batch,) branches of configurations (*batch, n) as numbers."""
