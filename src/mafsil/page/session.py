@@ -14,6 +14,7 @@ from mafsil.arrays import Floats
 from mafsil.errors import InputError
 from mafsil.model.loading import RobotLike
 from mafsil.page.arm import Arm
+from mafsil.page.refusals import require_driven, require_free, require_kernel
 from mafsil.robot import as_robot
 
 Numbers: TypeAlias = tuple[float, ...]
@@ -338,50 +339,6 @@ ACTIONS: dict[str, Callable[..., None]] = {
 def action_arguments() -> dict[str, list[str]]:
     """Of every action, the names of its arguments in their order."""
     return {name: list(signature(method).parameters)[1:] for name, method in ACTIONS.items()}
-
-
-def require_kernel(kernel: str, arm: Arm) -> None:
-    """Refuse what this robot has no kernel for.
-
-    Args:
-        kernel: its name.
-        arm: with the kernels.
-
-    Raises:
-        InputError: it has none.
-    """
-    if kernel not in arm.kernels:
-        raise InputError(f"session.no_{kernel if arm.closed is None else 'loops'}", robot=arm.robot.name)
-
-
-def require_driven(joint: int, arm: Arm) -> None:
-    """Refuse a joint that loops move.
-
-    Args:
-        joint: its place in the coordinates.
-        arm: with the settings.
-
-    Raises:
-        InputError: they do.
-    """
-    driven = arm.settings["driven"]
-    if driven is not None and joint not in driven:
-        raise InputError("session.not_driven", value=joint, known=", ".join(map(str, driven)) or "-")
-
-
-def require_free(joint: int, arm: Arm) -> None:
-    """Refuse a joint that the closed form determines.
-
-    Args:
-        joint: its place in the coordinates.
-        arm: with the settings.
-
-    Raises:
-        InputError: it does.
-    """
-    free = arm.settings["locked"]
-    if joint not in free:
-        raise InputError("session.not_free", value=joint, known=", ".join(map(str, free)) or "-")
 
 
 def pose_from(position: Sequence[float], quaternion: Sequence[float]) -> list[float]:

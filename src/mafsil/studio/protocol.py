@@ -11,7 +11,8 @@ import msgspec
 
 from mafsil.errors import InputError
 from mafsil.page.arm import Arm
-from mafsil.page.session import ACTIONS, pose_from, require_driven, require_free, require_kernel
+from mafsil.page.refusals import require_driven, require_free, require_kernel
+from mafsil.page.session import ACTIONS, pose_from
 
 MOST_NUMBERS = 256
 """Of one argument."""
