@@ -29,7 +29,7 @@ def asked(capsys, *words):
 @pytest.mark.capability("11-40", "11-50")
 def test_a_way_round_a_wall_is_printed_and_written(capsys, tmp_path):
     way = tmp_path / "way.csv"
-    words = ["--start", *LEFT, "--goal", *RIGHT, "--scene", SCENE, "--margin", "0.02"]
+    words = ["--start", *LEFT, "--goal", *RIGHT, "--scene", SCENE, "--clearance", "0.02"]
     code, out, _ = asked(capsys, *words, "--out", str(way), "--json")
     data = json.loads(out)
     assert code == 0
@@ -110,7 +110,7 @@ def test_pairs_that_a_semantic_description_lists_are_not_checked(capsys, tmp_pat
     assert main(words) == 1
     assert "base" in capsys.readouterr().err
     assert main([*words, "--srdf", str(listed)]) == 0
-    assert main([*words, "--srdf", str(listed), "--margin", "0.02", "--own-margin", "0.01"]) == 0
+    assert main([*words, "--srdf", str(listed), "--clearance", "0.02", "--own-clearance", "0.01"]) == 0
     assert main([*words, "--srdf", str(tmp_path / "none.srdf")]) == 2
     assert "none.srdf" in capsys.readouterr().err
 

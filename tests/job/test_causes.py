@@ -253,7 +253,7 @@ robot = "planar2r"
 [start]
 joints = [0.5, 0.4]
 [collision]
-margin = 0.0
+clearance = 0.0
 [controller]
 frequency = {frequency}
 [simulation]

@@ -179,7 +179,7 @@ tip_speed = {speed}
 [tolerance]
 position = {tolerance}
 [collision]
-margin = {tolerance}
+clearance = {tolerance}
 [[obstacle]]
 box = [{small}, {small}, {small}]
 position = [{far}, 0, 0]

@@ -157,7 +157,7 @@ pause = 0.1
 PER_MOVE = """
 robot = "panda"
 [collision]
-margin = 0.02
+clearance = 0.02
 avoid = true
 seconds = 0.3
 [[obstacle]]
@@ -169,7 +169,7 @@ joints = [0.8, -0.3, 0.0, -2.2, 0.0, 1.9, 0.8]
 [[move]]
 name = "round"
 joints = [-0.8, -0.3, 0.0, -2.2, 0.0, 1.9, 0.8]
-margin = 0.05
+clearance = 0.05
 planner = "PLANNER"
 """
 
@@ -181,7 +181,7 @@ def test_a_move_has_its_own_clearance_and_planner(planner):
     text = PER_MOVE.replace("PLANNER", planner)
     _, motion = prepare(parse(text), text, Path())
     leg = motion.legs[0]
-    assert leg.margin == 0.05
+    assert leg.clearance == 0.05
     assert leg.way.plan.planner == planner
     assert leg.way.contact.second == "wall"
     q = leg.trajectory.at(np.linspace(0.0, leg.trajectory.duration, 2000)).u
@@ -193,7 +193,7 @@ def test_a_move_has_its_own_clearance_and_planner(planner):
 
 @pytest.mark.capability("11-40")
 def test_report_and_results_have_the_account_and_the_clearance_over_time():
-    line = '[[move]]\npose = { relative = "space", position = [0, 0, 0.05] }\npath = "line"\nmargin = 0.0\n'
+    line = '[[move]]\npose = { relative = "space", position = [0, 0, 0.05] }\npath = "line"\nclearance = 0.0\n'
     text = PER_MOVE.replace("PLANNER", "rrt_connect") + line
     run = solve(parse(text), text, Path())
     data = as_data(run, summary(run))
@@ -216,11 +216,11 @@ def test_report_and_results_have_the_account_and_the_clearance_over_time():
         ("avoid = false\nplanner = 'prm'", "job.planner_avoid"),
         ("via = [[0, 0, 0, -2, 0, 1.9, 0.8]]\nplanner = 'prm'", "job.planner_avoid"),
         ("planner = 'teleport'", "job.choice"),
-        ("margin = -0.1", "job.bound"),
+        ("clearance = -0.1", "job.bound"),
     ],
 )
 def test_wrong_planners_and_clearances_are_named(move, key):
-    text = PER_MOVE.replace('margin = 0.05\nplanner = "PLANNER"', move)
+    text = PER_MOVE.replace('clearance = 0.05\nplanner = "PLANNER"', move)
     with pytest.raises(JobError) as caught:
         parse(text, "job.toml")
     assert caught.value.key == key
@@ -228,34 +228,34 @@ def test_wrong_planners_and_clearances_are_named(move, key):
 
 
 def test_clearances_of_moves_are_lengths_of_the_file():
-    text = 'robot = "panda"\nlengths = "millimetres"\n[[move]]\njoints = [0, 0, 0, -1.5, 0, 1.5, 0]\nmargin = 20\n'
-    assert parse(text).move[0].margin == pytest.approx(0.02)
+    text = 'robot = "panda"\nlengths = "millimetres"\n[[move]]\njoints = [0, 0, 0, -1.5, 0, 1.5, 0]\nclearance = 20\n'
+    assert parse(text).move[0].clearance == pytest.approx(0.02)
 
 
 def test_a_clearance_that_the_arm_never_keeps_from_itself_is_said():
     """The wrists of this UR5 stay 9.3 mm apart, whatever its joints do: they keep less, unless that is asked for."""
     robot = Path(__file__).parents[2] / "examples" / "robots" / "ur5.urdf"
-    text = f"robot = '{robot}'\n[collision]\nmargin = 0.02\n[start]\njoints = [0.3, -1.9, 1.9, -1.6, -1.6, 0]\n"
+    text = f"robot = '{robot}'\n[collision]\nclearance = 0.02\n[start]\njoints = [0.3, -1.9, 1.9, -1.6, -1.6, 0]\n"
     text += "[[move]]\njoints = [0.5, -1.9, 1.9, -1.6, -1.6, 0]\n"
     _, plan = prepare(parse(text), text, Path())
     (said,) = (remark for remark in plan.remarks if remark.key == "job.always_near")
-    strict = text.replace("margin = 0.02\n", "margin = 0.02\nown_margin = 0.02\n")
+    strict = text.replace("clearance = 0.02\n", "clearance = 0.02\nown_clearance = 0.02\n")
     refused = prepare(parse(strict), strict, Path())
     assert isinstance(refused, Refusal)
     for language in ("en", "ar"):
         assert "wrist_1 - wrist_3" in said.sentence(language)
         assert "wrist_1" in refused.explain(language)
-        assert "own_margin" in refused.explain(language)
+        assert "own_clearance" in refused.explain(language)
     nearer = text.replace("0.02", "0.009")
     assert not isinstance(prepare(parse(nearer), nearer, Path()), Refusal)
-    allowed = text.replace("margin = 0.02\n", "margin = 20\nown_margin = 5\n")
+    allowed = text.replace("clearance = 0.02\n", "clearance = 20\nown_clearance = 5\n")
     allowed = "lengths = 'millimetres'\n" + allowed
     run = solve(parse(allowed), allowed, Path())
     assert isinstance(run, Run)
     assert run.plan.surroundings is not None
     checker = run.plan.surroundings.checker(run.plan.legs[0].load)
     assert (checker.margin, checker.own_margin) == (pytest.approx(0.02), pytest.approx(0.005))
-    touching = allowed.replace("own_margin = 5", "own_margin = 12")
+    touching = allowed.replace("own_clearance = 5", "own_clearance = 12")
     assert isinstance(prepare(parse(touching), touching, Path()), Refusal)
 
 

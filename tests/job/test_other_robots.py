@@ -29,7 +29,7 @@ angles = "degrees"
 [start]
 joints = [140, -35, 60, -25, -90, 0]
 [collision]
-margin = 0.01
+clearance = 0.01
 [[move]]
 joints = [220, -35, 60, -25, -90, 0]
 """
@@ -117,7 +117,7 @@ def test_a_robot_that_only_stands_there_is_gone_round():
     refused = planned(HEAD + RIGHT)
     assert isinstance(refused, Refusal)
     assert "right/" in refused.explain("en")
-    text = HEAD.replace("margin = 0.01", "margin = 0.01\navoid = true") + RIGHT
+    text = HEAD.replace("clearance = 0.01", "clearance = 0.01\navoid = true") + RIGHT
     _, plan = planned(text)
     leg = plan.legs[0]
     assert plan.surroundings.checker(leg.load).free(leg.trajectory.at(np.linspace(0, plan.duration, 3000)).u).all()
@@ -205,7 +205,7 @@ angles = "degrees"
 [start]
 joints = [140, -35, 60, -25, -90, 0]
 [collision]
-margin = 0.01
+clearance = 0.01
 [output]
 left_out = false
 right_done = false
@@ -390,7 +390,7 @@ CRATE = """
 robot = "ur5"
 angles = "degrees"
 [collision]
-margin = 0.01
+clearance = 0.01
 [start]
 joints = [140, -35, 60, -25, -90, 0]
 [[move]]

@@ -16,7 +16,7 @@ from mafsil.report.replay import part_tracks
 HEAD = """
 robot = "planar3r"
 [collision]
-margin = 0.01
+clearance = 0.01
 avoid = AVOID
 self_collision = false
 [part.block]
@@ -130,7 +130,7 @@ def test_what_is_taken_again_leaves_the_scene():
 
 
 def test_the_clearance_over_time_counts_it():
-    text = HEAD.replace("margin = 0.01", "margin = 0.0") + LEAVE + "[[move]]\njoints = [0.25, 0.3, 0.2]\n"
+    text = HEAD.replace("clearance = 0.01", "clearance = 0.0") + LEAVE + "[[move]]\njoints = [0.25, 0.3, 0.2]\n"
     run = ended(text)
     found = clearances(run)
     assert "block 1" in {*found.first, *found.second}
@@ -141,7 +141,7 @@ def test_the_clearance_over_time_counts_it():
 @pytest.mark.parametrize(("offset", "taken"), [(0.05, True), (0.4, False)])
 def test_a_part_is_taken_where_its_centre_lies_in_the_box(offset, taken):
     text = HEAD + LEAVE + TAKE.replace('pick = "block"', f"pick = {{ mass = 0.1, offset = [{0.2 + offset}, 0, 0] }}")
-    plan = planned(text.replace("margin = 0.01", f"margin = {0.0 if taken else 0.06}"))
+    plan = planned(text.replace("clearance = 0.01", f"clearance = {0.0 if taken else 0.06}"))
     if taken:
         assert [leg.thing for leg in plan[1].legs if leg.kind == "pick"] == [0, 0]
     else:
@@ -183,7 +183,7 @@ def test_what_is_carried_counts_smaller_and_the_sentence_says_so():
 def test_corners_of_what_is_carried_pass_through_nothing(apart, free):
     """A box that is smaller by the clearance on all sides, kept clear of all by that, leaves out the corners."""
     carrying = LEAVE.split("[[move]]\nplace")[0]
-    _, plan = planned(HEAD.replace("margin = 0.01", "margin = 0.1") + carrying)
+    _, plan = planned(HEAD.replace("clearance = 0.01", "clearance = 0.1") + carrying)
     q = np.array([0.9, 0.3, 0.2])
     checker = plan.surroundings.checker(plan.legs[-1].load)
     post = np.eye(4)

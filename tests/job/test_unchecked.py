@@ -47,7 +47,7 @@ def claim(run):
     [
         (TABLE, HIT["both"], set()),
         ("", HIT["itself"], {"job.unchecked_surroundings"}),
-        ("[collision]\nmargin = 0.005\n", HIT["itself"], {"job.unchecked_clearance"}),
+        ("[collision]\nclearance = 0.005\n", HIT["itself"], {"job.unchecked_clearance"}),
         ("[collision]\nself_collision = false\n" + TABLE, HIT["others"], {"job.unchecked_itself_off"}),
         ("[collision]\nself_collision = false\n", None, {"job.unchecked_itself_off", "job.unchecked_surroundings"}),
         ("[tool]\noffset = { position = [0, 0, 0.2] }\n" + TABLE, HIT["both"], {"job.unchecked_tool"}),
@@ -66,7 +66,7 @@ def test_each_check_that_is_off_is_said(more, claimed, said):
 
 
 def test_a_clearance_from_nothing_and_a_check_that_is_switched_off_are_warnings():
-    run = ended(HEAD + "[collision]\nmargin = 20\nown_margin = 0\n" + MOVE)
+    run = ended(HEAD + "[collision]\nclearance = 20\nown_clearance = 0\n" + MOVE)
     level = {remark.key: remark.level for remark in run.remarks}
     assert level["job.unchecked_clearance"] == "warning"
     off = ended(HEAD + "[collision]\nself_collision = false\n" + MOVE)
@@ -97,7 +97,7 @@ def test_a_robot_without_shapes_is_not_said_to_miss_itself(tmp_path):
 
 def test_an_elbow_that_folds_into_the_shoulder_is_refused_by_default():
     """It was called planned, with "nothing is hit", for the check of the arm against itself was off."""
-    text = HEAD.replace("[simulation]", "[collision]\nmargin = 0.01\n[simulation]") + TABLE
+    text = HEAD.replace("[simulation]", "[collision]\nclearance = 0.01\n[simulation]") + TABLE
     text += "[[move]]\njoints = [0, -90, 175, -90, -90, 0]\n"
     refused = solve(parse(text), text, Path())
     assert isinstance(refused, Refusal)
@@ -116,7 +116,7 @@ centre = [0, 0, 0.19]
 [start]
 joints = [0, -90, 90, -90, -90, 0]
 [collision]
-margin = 0.0
+clearance = 0.0
 [[obstacle]]
 name = "table"
 box = [0.4, 0.4, 0.1]

@@ -36,8 +36,8 @@ def plan(
     line: list[str],
     plane: list[str],
     scene: str | None,
-    margin: str | None,
-    own_margin: str | None,
+    clearance: str | None,
+    own_clearance: str | None,
     planner: str | None,
     srdf: str | None,
     rest: list[str],
@@ -60,8 +60,8 @@ def plan(
         orientation: whether the tip keeps its orientation.
         line, plane: (3) direction and normal, in {s}, that the tip stays along or in.
         scene: file of `[[obstacle]]` tables.
-        margin: that is kept [m].
-        own_margin: that bodies of the robot keep from each other [m].
+        clearance: that is kept [m].
+        own_clearance: that bodies of the robot keep from each other [m].
         planner: which one searches.
         srdf: file of the pairs of links that need no check.
         rest: (n) coordinates as typed at which the robot is known to be free of itself.
@@ -80,14 +80,14 @@ def plan(
     q = joint_values("start", start, arm.mechanism, degrees=degrees)
     keep = typed_constraints(upright, orientation, line, plane, degrees=degrees)
     around = Scene() if scene is None else scene_in(Path(scene))
-    kept = 0.0 if margin is None else number("--margin", margin)
-    among_itself = None if own_margin is None else number("--own-margin", own_margin)
+    margin = 0.0 if clearance is None else number("--clearance", clearance)
+    among_itself = None if own_clearance is None else number("--own-clearance", own_clearance)
     budget = 10.0 if seconds is None else number("--seconds", seconds)
     first = 0 if seed is None else count("--seed", seed)
     own = any(link.collisions or link.visuals for link in arm.mechanism.links)
     known_free = joint_values("rest", rest, arm.mechanism, degrees=degrees) if rest else None
     checker = Checker(
-        with_shapes(arm.mechanism), around, margin=kept, own_margin=among_itself, srdf=srdf, self_collision=own,
+        with_shapes(arm.mechanism), around, margin=margin, own_margin=among_itself, srdf=srdf, self_collision=own,
         rest=known_free,
     )  # fmt: skip
     found = plan_path(

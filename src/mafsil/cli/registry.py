@@ -160,8 +160,8 @@ OPERATIONS: tuple[Operation, ...] = (
             Parameter("line", "number", many=True, metavar="D"),
             Parameter("plane", "number", many=True, metavar="N"),
             Parameter("scene", "path", reads=True),
-            Parameter("margin", "number"),
-            Parameter("own_margin", "number"),
+            Parameter("clearance", "number"),
+            Parameter("own_clearance", "number"),
             Parameter(
                 "planner",
                 "text",

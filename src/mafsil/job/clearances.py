@@ -34,7 +34,7 @@ class Clearances:
         t: (k,) moments [s].
         distance: (k,) between the arm and anything, or two of its own bodies [m]; minus the depth where they meet.
         first, second: (k,) the two bodies.
-        wanted: (k,) the margin that is to be kept then [m].
+        wanted: (k,) the clearance that is to be kept then [m].
         smaller: (k,) by how much distances of a part that is carried count more, where it is the nearest [m].
         itself, others: whether the robot was checked against itself, and against anything else.
     """
@@ -92,7 +92,7 @@ def clearances(run: Run) -> Clearances | None:
     for leg in np.unique(legs):
         chosen = np.flatnonzero(legs == leg)
         own = run.plan.legs[int(leg)]
-        checker = around.checker(own.load, own.margin, own.parts)
+        checker = around.checker(own.load, own.clearance, own.parts)
         others = known.get(id(checker))
         if others is None:
             others = known[id(checker)] = without_usual(checker)
@@ -101,12 +101,12 @@ def clearances(run: Run) -> Clearances | None:
         for place, contact in zip(chosen.tolist(), found, strict=True):
             first[place], second[place] = contact.first, contact.second
             if own.load.carried is not None and visible(own.load.carried.name) in (contact.first, contact.second):
-                smaller[place] = own.margin + RESTING
+                smaller[place] = own.clearance + RESTING
     for k, contact in enumerate(around.clearances_beside(q[rows], t[rows])):
         if contact.distance < distance[k]:
             distance[k], first[k], second[k] = contact.distance, contact.first, contact.second
             smaller[k] = 0.0
-    wanted = np.array([leg.margin for leg in run.plan.legs])[legs]
+    wanted = np.array([leg.clearance for leg in run.plan.legs])[legs]
     itself = bool(len(around.checker(run.plan.legs[0].load).arm.pairs))
     others = meets_others(around, run.plan.legs)
     return Clearances(t[rows], distance, tuple(first), tuple(second), wanted, smaller, itself, others)

@@ -45,7 +45,7 @@ class ClosedSteps:
             try:
                 trajectory, way = self.closed_motion(index, q)
                 self.loops.require_at(trajectory, q, self.walk.where(index))
-                self.walk.require_free(index, "joint", trajectory, self.walk.margin(index, index))
+                self.walk.require_free(index, "joint", trajectory, self.walk.clearance(index, index))
             except Refused as no:
                 refusals.append(no)
                 continue
@@ -71,7 +71,7 @@ class ClosedSteps:
             return straight, None
         end, hit = straight.at(straight.duration).u, None
         if move.keep is None:
-            kept, parts = self.walk.margin(index, index), self.walk.counted(index, end)
+            kept, parts = self.walk.clearance(index, index), self.walk.counted(index, end)
             hit = around.first_hit(straight, self.walk.load, kept, parts)
             if hit is None:
                 return straight, None

@@ -139,7 +139,7 @@ class Step(Part, frozen=True, kw_only=True):
         hold: time that pick, place and a change of tools take [s].
         avoid: whether a move of the joints goes round what stands in its way; as the job says if None.
         planner: that searches the way round; that of the job if None.
-        margin: that it keeps, if another than the job's [m].
+        clearance: that it keeps, if another than the job's [m].
         keep: what the tip keeps on the way; the way is planned then, round what stands in it.
         tolerance: of this move, if another than the job's.
     """
@@ -160,7 +160,7 @@ class Step(Part, frozen=True, kw_only=True):
     hold: NotNegative = 0.3
     avoid: bool | None = None
     planner: PlannerName | None = None
-    margin: NotNegative | None = None
+    clearance: NotNegative | None = None
     keep: Keep | None = None
     tolerance: Tolerance | None = None
 

@@ -81,13 +81,13 @@ class JointMoves:
         move, around, where = walk.job.move[index], walk.surroundings, walk.where(index)
         if around is None or not (self.goes_round(index) or move.keep is not None):
             return None
-        margin, parts = walk.margin(index, index), walk.counted(index, goal)
+        clearance, parts = walk.clearance(index, index), walk.counted(index, goal)
         keep: tuple[Constraint, ...] = ()
         if move.keep is not None:
             if np.abs(goal - walk.q).max(initial=0.0) < STILL:
                 return None
             keep, goal = constraints_of(move.keep, walk.load.equipment, angle_unit(walk.job)), np.stack([goal, *others])
-        found = around.way_round(walk.q, goal, walk.load, margin, move.planner, met, parts, keep)
+        found = around.way_round(walk.q, goal, walk.load, clearance, move.planner, met, parts, keep)
         if found is None:
             return None
         if not found.plan:

@@ -201,7 +201,7 @@ class Neighbourhood:
         neighbours: the others.
         scene: obstacles, standing robots among them.
         parts: everything that the robot of the job carries at some time: met by the others at all times.
-        rule: the margin to keep, and that of each of the others from itself.
+        rule: the clearance to keep, and that of each of the others from itself.
     """
 
     def __init__(
@@ -217,7 +217,7 @@ class Neighbourhood:
         ]  # fmt: skip
         main = Mounted(MAIN, robot, attached=parts, self_collision=False)
         self.cell = Arms(
-            [main, *mounted], scene, margin=rule.margin, own_margin=rule.kept_of_itself(rule.margin)
+            [main, *mounted], scene, margin=rule.clearance, own_margin=rule.kept_of_itself(rule.clearance)
         ).with_passive([MAIN])
 
     def limits(self, bounds: Bounds, speed: float) -> MotionLimits:
@@ -241,7 +241,7 @@ class Neighbourhood:
         )  # fmt: skip
 
     def unproved(self, motions: Mapping[str, TimedArm]) -> float | None:
-        """From when on motions of all are not proved to keep the margin; None where all of it is [s]."""
+        """From when on motions of all are not proved to keep the clearance; None where all of it is [s]."""
         return unproved_moment(self.cell, motions, {})
 
     def among_parts(self, bodies: Sequence[Body]) -> Arms:
@@ -249,7 +249,7 @@ class Neighbourhood:
         return self.cell.with_scene(Scene([*self.cell.scene, *bodies])) if bodies else self.cell
 
     def near_part(self, name: str, motion: TimedArm, stay: Stay) -> tuple[float, Contact] | None:
-        """From when on another robot's motion is not proved to keep the margin from a part that stands there.
+        """From when on another robot's motion is not proved to keep the clearance from a part that stands there.
 
         Args:
             name: of the robot.

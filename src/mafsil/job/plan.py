@@ -32,7 +32,7 @@ class Leg:
         target: (4, 4) pose it ends at, if the job names a pose.
         task: what of that pose counts.
         timing: what limits it; None of rests.
-        margin: that it keeps [m].
+        clearance: that it keeps [m].
         parts: that were put down before, and stand in the scene meanwhile.
         thing: of a pick: the leg at which its part was taken first; -1 of what is no pick.
         way: how it goes round what stands in its way, if it does.
@@ -47,7 +47,7 @@ class Leg:
     target: PoseMatrix | None = None
     task: Task = "pose"
     timing: Timing | None = None
-    margin: float = 0.0
+    clearance: float = 0.0
     way: WayRound | None = None
     decision: Decision | None = None
     parts: tuple[PlacedPart, ...] = ()

@@ -24,7 +24,7 @@ def queries_of(plan: Plan) -> tuple[Query, ...]:
         q = leg.trajectory.at(np.array([0.0, leg.trajectory.duration])).u
         if leg.kind == "joint" and np.abs(q[1] - q[0]).max() > STILL:
             assert plan.surroundings is not None
-            checker = plan.surroundings.checker(leg.load, leg.margin, leg.parts)
+            checker = plan.surroundings.checker(leg.load, leg.clearance, leg.parts)
             found.append(Query(leg.name or str(leg.index + 1), checker, q[0], q[1]))
     if not found:
         raise JobError("job.no_free_moves")

@@ -68,9 +68,9 @@ class Collision(Part, frozen=True, kw_only=True):
     """How near the arm may come to obstacles and to itself.
 
     Attributes:
-        margin: that it keeps [m].
-        own_margin: that its bodies keep from each other, some of which are always near, if that is less [m]; the
-            margin if None.
+        clearance: that it keeps [m].
+        own_clearance: that its bodies keep from each other, some of which are always near, if that is less [m]; the
+            clearance if None.
         avoid: moves of the joints go round what stands in their way, unless a move says otherwise.
         srdf: path of a semantic description whose disabled pairs of links are not checked, relative to the file.
         skip: further pairs of links or bodies that are not checked against each other.
@@ -82,8 +82,8 @@ class Collision(Part, frozen=True, kw_only=True):
         seconds: after which it gives up, or for planners that improve takes the best so far [s].
     """
 
-    margin: NotNegative = 0.0
-    own_margin: NotNegative | None = None
+    clearance: NotNegative = 0.0
+    own_clearance: NotNegative | None = None
     avoid: bool = False
     srdf: str | None = None
     skip: tuple[tuple[str, str], ...] = ()
@@ -95,7 +95,7 @@ class Collision(Part, frozen=True, kw_only=True):
 
     def kept_of_itself(self, kept: float) -> float | None:
         """Clearance of bodies of a robot from each other, where it keeps one from everything else; that one if None."""
-        return None if self.own_margin is None else min(self.own_margin, kept)
+        return None if self.own_clearance is None else min(self.own_clearance, kept)
 
 
 class SceneFile(Part, frozen=True, kw_only=True):

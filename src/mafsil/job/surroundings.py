@@ -53,15 +53,15 @@ MOST_CHORDS = 4000
 OFF = "job.unchecked_itself_off"
 """The key of the sentence that a robot is not checked against itself, as the job wants it."""
 MOST_CHECKERS = 64
-"""Kept at a time: each knows one load, one margin and the parts that stand around."""
+"""Kept at a time: each knows one load, one clearance and the parts that stand around."""
 RESTS = ("pick", "place", "tool", "pause", "set", "wait", "if", "settle")
 """Kinds of legs at which nothing moves."""
 ROOM = 1e-4
-"""What ways round keep on top of the margin: more than a chord by which they are proved again leaves them [m]."""
+"""What ways round keep on top of the clearance: more than a chord by which they are proved again leaves them [m]."""
 CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 """(8, 3) of a box with edges of length 2."""
 NEARER = 1.0 - 1e-9
-"""Share of the margin by which a carried part may come nearer: one that touches is not free, whatever is rounded."""
+"""Share of the clearance by which a carried part may come nearer: one that touches is not free, whatever is rounded."""
 RESTING = 1e-4
 """How much smaller than itself a carried part counts: it may stand on something [m]."""
 
@@ -124,11 +124,11 @@ class Surroundings:
     """The arm of a job among its obstacles.
 
     What the report draws is what is checked: the description's collision shapes, else what it shows, else tubes along
-    the links, and the boxes of tools. A carried part keeps no margin, so that it may stand on a table; parts put
+    the links, and the boxes of tools. A carried part keeps no clearance, so that it may stand on a table; parts put
     down stand where they are.
 
     Args:
-        job: its obstacles and margin.
+        job: its obstacles and clearance.
         robot: with the tool with which it starts.
         neighbours: other robots; those that only stand there belong to the scene.
     """
@@ -145,9 +145,9 @@ class Surroundings:
         self.judges_itself = why_not_itself(job.collision, robot.mechanism) is None
         self._mechanism = with_shapes(robot.mechanism)
 
-    def checker(self, load: Load, margin: float | None = None, parts: tuple[PlacedPart, ...] = ()) -> Checker:
-        """The arm with what hangs on its flange among parts put down, keeping a margin; that of the job if None."""
-        kept = self.rule.margin if margin is None else margin
+    def checker(self, load: Load, clearance: float | None = None, parts: tuple[PlacedPart, ...] = ()) -> Checker:
+        """The arm with what hangs on its flange among parts put down, keeping a clearance; that of the job if None."""
+        kept = self.rule.clearance if clearance is None else clearance
         key = load, kept, parts
         if key not in self._checkers:
             scene = Scene([*self.scene, *(each.body for each in parts)]) if parts else self.scene
@@ -179,26 +179,26 @@ class Surroundings:
         return [Remark("warning", "job.rest_pairs", {"pairs": ", ".join(map(str, pairs))})] if pairs else []
 
     def is_free(
-        self, q: JointVector, load: Load, margin: float | None = None, parts: tuple[PlacedPart, ...] = ()
+        self, q: JointVector, load: Load, clearance: float | None = None, parts: tuple[PlacedPart, ...] = ()
     ) -> bool:
-        """Whether a configuration keeps a margin; that of the job if None."""
-        return bool(self.checker(load, margin, parts).free(q))
+        """Whether a configuration keeps a clearance; that of the job if None."""
+        return bool(self.checker(load, clearance, parts).free(q))
 
     def first_hit(
-        self, trajectory: Trajectory, load: Load, margin: float | None = None, parts: tuple[PlacedPart, ...] = ()
+        self, trajectory: Trajectory, load: Load, clearance: float | None = None, parts: tuple[PlacedPart, ...] = ()
     ) -> Hit | None:
-        """Where a motion first comes nearer than the margin, by chords of it that are proved free; None if nowhere.
+        """Where a motion first comes nearer than the clearance, by chords of it that are proved free; None if nowhere.
 
         Args:
             trajectory: of the joints.
             load: what hangs on the flange.
-            margin: that is kept; that of the job if None [m].
+            clearance: that is kept; that of the job if None [m].
             parts: that stand in the scene.
         """
         t = np.linspace(0.0, trajectory.duration, 65)
         way = np.abs(np.diff(trajectory.at(t).u, axis=0)).sum(axis=0).max(initial=0.0)
         t = np.linspace(0.0, trajectory.duration, int(min(max(way / STEP, 1.0), MOST_CHORDS)) + 2)
-        checker, q = self.checker(load, margin, parts), trajectory.at(t).u
+        checker, q = self.checker(load, clearance, parts), trajectory.at(t).u
         found = checker.check_path(q)
         if found:
             return None
@@ -207,7 +207,7 @@ class Surroundings:
         return Hit(time, contact)
 
     def way_round(
-        self, q: JointVector, goal: JointVector, load: Load, margin: float, planner: str | None = None,
+        self, q: JointVector, goal: JointVector, load: Load, clearance: float, planner: str | None = None,
         met: Contact | None = None, parts: tuple[PlacedPart, ...] = (), keep: tuple[Constraint, ...] = (),
     ) -> WayRound | None:  # fmt: skip
         """A way between two configurations, or why there is none; None where the straight one is free.
@@ -216,19 +216,19 @@ class Surroundings:
             q: (n,) where it begins.
             goal: (n,) where it ends, or (k, n) of which any will do.
             load: what hangs on the flange.
-            margin: that is kept [m].
+            clearance: that is kept [m].
             planner: which one searches; that of the job if None.
             met: what stands in the way, if that is known; the straight way is not asked then.
             parts: that stand in the scene.
             keep: what is kept all the way; the straight way is not asked then.
         """
-        checker = self.checker(load, margin, parts)
+        checker = self.checker(load, clearance, parts)
         if met is None and not keep:
             straight = checker.check_path(q, goal)
             if straight:
                 return None
             met = straight.contacts[0] if straight.contacts else None
-        roomy, rule = checker.with_margin(margin + ROOM), self.rule
+        roomy, rule = checker.with_margin(clearance + ROOM), self.rule
         if roomy.free(np.concatenate([q[None], np.atleast_2d(goal)])).all():
             checker = roomy
         search = KEEPER if keep else planner or rule.planner
@@ -357,13 +357,13 @@ def body_of(obstacle: Obstacle, index: int, degrees: bool, folder: Path) -> Body
     return Body(geometry, T, visible(obstacle.name) or f"obstacle[{index}]")
 
 
-def _hanging(load: Load, margin: float) -> list[Body]:
+def _hanging(load: Load, clearance: float) -> list[Body]:
     """Tool and part, in the tip frame of the tool with which the robot starts."""
-    return [body for _, body in _boxes(load, margin)]
+    return [body for _, body in _boxes(load, clearance)]
 
 
-def _boxes(load: Load, margin: float) -> Iterator[tuple[Tool | Grasp, Body]]:
-    """Tool and part, each with its box; that of the part is smaller by what it may stand on and keeps no margin."""
+def _boxes(load: Load, clearance: float) -> Iterator[tuple[Tool | Grasp, Body]]:
+    """Tool and part, each with its box; that of the part is smaller by what it may stand on and keeps no clearance."""
     equipment, carried = load.equipment, load.carried
     tool = equipment.tool
     if tool.size is not None:
@@ -372,5 +372,5 @@ def _boxes(load: Load, margin: float) -> Iterator[tuple[Tool | Grasp, Body]]:
     if carried is not None:
         size = np.array(carried.size)
         corners = np.maximum(size / 2.0 - RESTING, 0.05 * size / 2.0) * CORNERS
-        hull = ConvexHull(corners, rounding=-NEARER * margin)
+        hull = ConvexHull(corners, rounding=-NEARER * clearance)
         yield carried, Body(hull, equipment.T_of_first @ box_in_tip(carried), visible(carried.name))

@@ -42,7 +42,7 @@ def meets_others(around: Surroundings, legs: Sequence[Leg]) -> bool:
 
 
 def _of_itself(job: Job, robot: Robot, checker: Checker | None) -> list[Remark]:
-    """Why the robot is not checked against itself; else the pairs that are not, or keep less than the margin."""
+    """Why the robot is not checked against itself; else the pairs that are not, or keep less than the clearance."""
     why = why_not_itself(job.collision, robot.mechanism)
     if why is not None:
         return [Remark("warning" if why == OFF else "good", why)]
@@ -57,9 +57,9 @@ def _of_itself(job: Job, robot: Robot, checker: Checker | None) -> list[Remark]:
 
 
 def _of_surroundings(job: Job, legs: Sequence[Leg], around: Surroundings | None) -> list[Remark]:
-    """That nothing stands around, which matters more where a margin was asked for; tools without a size."""
+    """That nothing stands around, which matters more where a clearance was asked for; tools without a size."""
     if around is None or not meets_others(around, legs):
-        wanted = max([0.0 if job.collision is None else job.collision.margin, *(leg.margin for leg in legs)])
+        wanted = max([0.0 if job.collision is None else job.collision.clearance, *(leg.clearance for leg in legs)])
         if wanted > 0.0:
             return [Remark("warning", "job.unchecked_clearance", {"wanted": quantity(wanted, "m")})]
         return [Remark("good", "job.unchecked_surroundings")]

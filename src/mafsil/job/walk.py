@@ -58,7 +58,7 @@ class Walk:
         self.remarks += unit_remarks(job, robot, places)
         self.goals_of = {name: Goals(each.robot) for name, each in self.tools.items()}
         meets = job.obstacle or neighbours or job.collision is not None
-        meets = meets or any(move.margin is not None or move.keep is not None for move in job.move)
+        meets = meets or any(move.clearance is not None or move.keep is not None for move in job.move)
         looks = bool(meets) or why_not_itself(job.collision, robot.mechanism) is None
         self.surroundings = Surroundings(job, robot, neighbours) if looks else None
         self._counts_parts = bool(meets)
@@ -153,9 +153,9 @@ class Walk:
         return found
 
     def is_free(self, q: JointVector, index: int) -> bool:
-        """Whether a configuration keeps the margin of a move."""
+        """Whether a configuration keeps the clearance of a move."""
         around = self.surroundings
-        return around is None or around.is_free(q, self.load, self.margin(index, index), self.counted(index, q))
+        return around is None or around.is_free(q, self.load, self.clearance(index, index), self.counted(index, q))
 
     def counted(self, index: int, q: JointVector) -> tuple[PlacedPart, ...]:
         """The parts put down before that a motion of move `index` to q has to keep away from.
@@ -171,15 +171,15 @@ class Walk:
         return self.parts.counted(coming, np.asarray(self.robot.forward_kinematics(q)))
 
     def meets(self, first: int, last: int, trajectory: Trajectory) -> bool:
-        """Whether a motion of some moves without a stop between does not keep their margin."""
-        around, kept = self.surroundings, self.margin(first, last)
+        """Whether a motion of some moves without a stop between does not keep their clearance."""
+        around, kept = self.surroundings, self.clearance(first, last)
         parts = self.counted(last, trajectory.at(trajectory.duration).u)
         return around is not None and around.first_hit(trajectory, self.load, kept, parts) is not None
 
-    def margin(self, first: int, last: int) -> float:
+    def clearance(self, first: int, last: int) -> float:
         """What some moves without a stop between keep: the largest of their clearances [m]."""
-        usual = 0.0 if self.surroundings is None else self.surroundings.rule.margin
-        own = [self.job.move[k].margin for k in range(max(first, 0), last + 1)]
+        usual = 0.0 if self.surroundings is None else self.surroundings.rule.clearance
+        own = [self.job.move[k].clearance for k in range(max(first, 0), last + 1)]
         return max((usual if each is None else each for each in own), default=usual)
 
     def scaled(self, move: Move) -> JointLimits:
@@ -201,18 +201,18 @@ class Walk:
         own = self.job.move[index].avoid
         return (self.surroundings is not None and self.surroundings.rule.avoid) if own is None else own
 
-    def require_free(self, index: int, kind: str, trajectory: Trajectory, margin: float) -> None:
+    def require_free(self, index: int, kind: str, trajectory: Trajectory, clearance: float) -> None:
         """A motion that meets something is refused, with the place and what helps."""
         if self.surroundings is None:
             return
         parts = self.counted(index, trajectory.at(trajectory.duration).u)
-        hit = self.surroundings.first_hit(trajectory, self.load, margin, parts)
+        hit = self.surroundings.first_hit(trajectory, self.load, clearance, parts)
         if hit is None:
             return
         move = self.job.move[index]
         avoidable = kind == "joint" and not self.avoids(index) and not move.via and move.keep is None
         key = "job.meets_avoidable" if avoidable else "job.meets"
-        contact = said_of(hit.contact, margin)
+        contact = said_of(hit.contact, clearance)
         raise Refused(key, move=self.where(index), time=quantity(hit.time, "s"), contact=contact)
 
     def append(
@@ -232,8 +232,8 @@ class Walk:
     ) -> None:
         """One more leg: it is free, or refused; the robot is at its end then, that of move `index`."""
         moves, around = kind not in RESTS, self.surroundings
-        past = self.legs[-1].margin if self.legs else self.margin(-1, -1)
-        kept = self.margin(index if first is None else first, index) if moves else past
+        past = self.legs[-1].clearance if self.legs else self.clearance(-1, -1)
+        kept = self.clearance(index if first is None else first, index) if moves else past
         end = trajectory.at(trajectory.duration).u
         parts = self.counted(index, end) if moves else self.legs[-1].parts if self.legs else ()
         self.legs.append(

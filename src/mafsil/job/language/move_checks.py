@@ -25,7 +25,7 @@ JUDGED: dict[str, tuple[str, ...]] = {
 """By what the end of a move is judged, where not by the tip."""
 FIELDS = keys_of(Statement)
 _ALL = ("name", "tolerance")
-_TRAVEL = (*_ALL, "path", "via", "profile", "duration", "speed", "avoid", "planner", "margin", "keep")
+_TRAVEL = (*_ALL, "path", "via", "profile", "duration", "speed", "avoid", "planner", "clearance", "keep")
 EFFECTIVE = {
     "joints": _TRAVEL,
     "pose": (*_TRAVEL, "blend"),
