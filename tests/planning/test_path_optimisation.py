@@ -53,7 +53,7 @@ def test_it_beats_shortcuts_on_the_mean(panda):
     shortcuts, descents = [], []
     for seed in range(8):
         shortcuts.append(mf.plan(panda, None, START, GOAL, seed=seed, shorten=1000).length)
-        better = mf.plan(panda, None, START, GOAL, seed=seed).optimised(clearance=0.02)
+        better = mf.plan(panda, None, START, GOAL, seed=seed).optimised(enough_clearance=0.02)
         descents.append(better.length)
     assert np.mean(descents) < np.mean(shortcuts)
     peer = CoalChecker(panda)
@@ -90,7 +90,13 @@ def test_budgets_and_wrong_arguments(panda):
     assert perf_counter() - begun < 1.0
     assert hurried.descent.after.total <= hurried.descent.before.total
     assert panda.check_path(hurried.path)
-    for wrong in ({"clearance": 0.0}, {"smoothness": -1.0}, {"points": 0}, {"iterations": 0}, {"seconds": np.nan}):
+    for wrong in (
+        {"enough_clearance": 0.0},
+        {"smoothness": -1.0},
+        {"points": 0},
+        {"iterations": 0},
+        {"seconds": np.nan},
+    ):
         with pytest.raises(InputError, match=next(iter(wrong))):
             raw.optimised(**wrong)
     with pytest.raises(InputError, match="no path"):

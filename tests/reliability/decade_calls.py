@@ -187,7 +187,7 @@ CALLS = (
     "performance.workspace_map(robot=R3, samples=50, view='xz', cell=0.2, at=0.1, "
     "ranges={R3.joint_names[0]: (-1.0, 1.0)})",
     # planning
-    "mf.place(robot=R2, targets=SPOTS, region=((-1.0, 1.0), (-1.0, 1.0)), yaws=1, spacing=1.0, clearance=0.1, "
+    "mf.place(robot=R2, targets=SPOTS, region=((-1.0, 1.0), (-1.0, 1.0)), yaws=1, spacing=1.0, enough_clearance=0.1, "
     "refinements=0)",
     "mf.plan(robot=CHECKER, scene=None, start=Q2, goal=G2, seconds=1.0, nodes=50, shorten=2)",
     "mf.plan(robot=R2, scene=None, start=Q2, goal=G2, nodes=50, shorten=2, margin=0.01, own_margin=0.0, radius=0.01)",

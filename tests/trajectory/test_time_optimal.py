@@ -173,16 +173,16 @@ def test_what_stands_beside_a_path_does_not_change_a_bit_of_it() -> None:
 
 def test_velocities_at_the_ends() -> None:
     path, limits = drawn(1)
-    answer = time_optimal(path, limits, start_velocity=0.1, end_velocity=0.05)
+    answer = time_optimal(path, limits, start_path_velocity=0.1, end_path_velocity=0.05)
     np.testing.assert_allclose(answer.velocities[[0, -1], 1], [0.1, 0.05], rtol=1e-9)
     assert answer.duration < time_optimal(path, limits).duration
-    fast = time_optimal(path, limits, start_velocity=50.0)
+    fast = time_optimal(path, limits, start_path_velocity=50.0)
     assert fast.status is TimingStatus.START_VELOCITY
     assert not fast
     highest = float(str(fast.details["highest"]))
-    assert time_optimal(path, limits, start_velocity=highest * 0.999)
-    assert not time_optimal(path, limits, start_velocity=highest * 1.01)
-    assert time_optimal(path, limits, end_velocity=50.0).status is TimingStatus.END_VELOCITY
+    assert time_optimal(path, limits, start_path_velocity=highest * 0.999)
+    assert not time_optimal(path, limits, start_path_velocity=highest * 1.01)
+    assert time_optimal(path, limits, end_path_velocity=50.0).status is TimingStatus.END_VELOCITY
 
 
 def test_the_path_of_a_trajectory_that_rests_at_its_ends() -> None:
@@ -252,16 +252,16 @@ def test_what_a_greater_limit_would_save() -> None:
     assert set(saved) == {(0, "velocity"), (0, "acceleration")}
     assert saved[0, "velocity"] == pytest.approx(0.025, rel=0.02)
     assert saved[0, "acceleration"] == pytest.approx(0.005, rel=0.02)
-    fit = time_optimal(JointPath.through([[0.0, 0.0], [3.0, 1.0]]), limits, start_velocity=0.1).gains()
+    fit = time_optimal(JointPath.through([[0.0, 0.0], [3.0, 1.0]]), limits, start_path_velocity=0.1).gains()
     assert fit[0].quantity == "velocity"
 
 
 @pytest.mark.parametrize(
     ("change", "name"),
     [
-        ({"start_velocity": -1.0}, "start_velocity"),
-        ({"end_velocity": np.nan}, "end_velocity"),
-        ({"end_velocity": [1.0, 2.0]}, "end_velocity"),
+        ({"start_path_velocity": -1.0}, "start_path_velocity"),
+        ({"end_path_velocity": np.nan}, "end_path_velocity"),
+        ({"end_path_velocity": [1.0, 2.0]}, "end_path_velocity"),
         ({"intervals": 0}, "intervals"),
         ({"tip_speed": 1.0}, "robot"),
         ({"limits": MotionLimits.of(7, velocity=1.0)}, "acceleration"),

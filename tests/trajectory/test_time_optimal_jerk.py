@@ -135,7 +135,7 @@ def test_questions_without_an_answer():
     limits = MotionLimits.of(2, velocity=1.0, acceleration=2.0, jerk=10.0)
     path = JointPath.through([[0.0, 0.0], [1.0, 0.5]])
     with pytest.raises(InputError, match="rest"):
-        time_optimal(path, limits, start_velocity=0.1)
+        time_optimal(path, limits, start_path_velocity=0.1)
     still = time_optimal(path, MotionLimits.of(2, velocity=1.0, acceleration=2.0, jerk=[10.0, 0.0]))
     assert still.status is TimingStatus.NO_MOTION
     assert still.details["joint"] == 1

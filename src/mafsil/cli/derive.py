@@ -7,6 +7,7 @@ from typing import Any, cast
 
 from mafsil.arrays import Floats, PoseMatrix
 from mafsil.cli.answer import Answer
+from mafsil.cli.loops import require_open_chain
 from mafsil.derivation import (
     Derivation,
     derive_dynamics,
@@ -74,6 +75,7 @@ def derive(
     if ((method or convention) and what not in _BY_TABLE) or (method == "screws" and convention):
         raise InputError("cli.derive_method_given")
     mechanism = load_mechanism(robot, tip=tip)
+    require_open_chain(mechanism, "derive")
     if what in _BY_TABLE:
         derivation = _BY_TABLE[what](mechanism, convention=convention, form=cast("Form", method or "dh"))
     else:

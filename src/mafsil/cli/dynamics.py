@@ -8,6 +8,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.cli.answer import Answer
+from mafsil.cli.loops import require_open_chain
 from mafsil.cli.quantities import quantity_lines, quantity_values
 from mafsil.cli.state import degrees_remarks, efforts, joint_values, units, with_units
 from mafsil.cli.table import matrix, number, table
@@ -60,6 +61,13 @@ def dynamics(
         name: zero if words is None else joint_values(name, words, arm.mechanism, degrees=degrees)
         for name, words in (("q", q), ("qd", qd), ("qdd", qdd))
     }
+    if arm.mechanism.loops:
+        if duration is not None or quantities:
+            require_open_chain(arm.mechanism, "dynamics --duration" if quantities is None else "dynamics --quantities")
+        from mafsil.cli.closed_dynamics import closed_dynamics
+
+        given = None if tau is None else efforts("tau", tau, arm.mechanism)
+        return closed_dynamics(arm, values, given, degrees_remarks(q, arm.mechanism, degrees=degrees))
     if duration is not None:
         from mafsil.cli.motion import motion
 

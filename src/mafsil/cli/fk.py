@@ -8,6 +8,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.cli.answer import Answer
+from mafsil.cli.loops import chain_at
 from mafsil.cli.state import degrees_remarks, joint_values
 from mafsil.cli.table import matrix, number
 from mafsil.messages import say
@@ -29,6 +30,8 @@ def fk(robot: str, q: list[str], frame: str | None, tip: str | None, degrees: bo
     """
     arm = load(robot, tip=tip)
     values = joint_values("q", q, arm.mechanism, degrees=degrees)
+    if arm.mechanism.loops:
+        chain_at(arm, values)
     T = np.asarray(arm.forward_kinematics(values) if frame is None else arm.forward_kinematics(values, frame=frame))
     quaternion, rpy = orientation(T[:3, :3])
     outside = _outside(values, arm.limits.lower, arm.limits.upper, arm.joint_names)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from mafsil.cli.answer import Answer
+from mafsil.cli.loops import require_open_chain
 from mafsil.cli.numerals import number
 from mafsil.cli.state import units
 from mafsil.cli.table import brief, table
@@ -63,6 +64,7 @@ def identify(
     if out is not None and Path(out).suffix.lower() not in _ENDINGS:
         raise FileError("identification.suffix", path=out)
     arm = load(robot, tip=tip)
+    require_open_chain(arm.mechanism, "identify")
     band = None if bandwidth is None else number("--bandwidth", bandwidth)
     if payload:
         return _payload_answer(estimate_payload(arm, log, at_rest=at_rest, bandwidth=band, degrees=degrees), out)

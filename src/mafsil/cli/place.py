@@ -8,6 +8,7 @@ import numpy as np
 
 from mafsil.arrays import PoseMatrix
 from mafsil.cli.answer import Answer, Laid
+from mafsil.cli.loops import require_open_chain
 from mafsil.cli.numerals import count, number
 from mafsil.cli.state import shown, unit
 from mafsil.cli.table import brief, table
@@ -31,7 +32,7 @@ def place(
     height: list[str] | None,
     yaws: str | None,
     spacing: str | None,
-    clearance: str | None,
+    enough_clearance: str | None,
     stands_on: list[str] | None,
     picture: str | None,
     tip: str | None,
@@ -47,7 +48,7 @@ def place(
         height: of the base [m], one or several.
         yaws: how many turns of the base are tried.
         spacing: of the grid [m].
-        clearance: beyond which more does not count [m].
+        enough_clearance: beyond which more does not count [m].
         stands_on: names of obstacles that the base may touch.
         picture: file for the map.
         tip: another tip link.
@@ -57,6 +58,7 @@ def place(
         MafsilError: no such robot or file, numbers out of range.
     """
     arm = load(robot, tip=tip)
+    require_open_chain(arm.mechanism, "place")
     around = Scene() if scene is None else scene_in(Path(scene))
     found = place_base(
         arm, _targets(targets, degrees=degrees), scene=around,
@@ -64,7 +66,7 @@ def place(
         heights=[number("--height", word) for word in height or ["0"]],
         yaws=8 if yaws is None else count("--yaws", yaws),
         spacing=0.1 if spacing is None else number("--spacing", spacing),
-        clearance=0.1 if clearance is None else number("--clearance", clearance),
+        enough_clearance=0.1 if enough_clearance is None else number("--enough-clearance", enough_clearance),
         stands_on=stands_on or (),
     )  # fmt: skip
     data = {"robot": arm.name, **found.to_dict()}

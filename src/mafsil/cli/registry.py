@@ -196,7 +196,7 @@ OPERATIONS: tuple[Operation, ...] = (
             Parameter("height", "number", many=True, metavar="M"),
             Parameter("yaws", "count"),
             Parameter("spacing", "number"),
-            Parameter("clearance", "number"),
+            Parameter("enough_clearance", "number"),
             Parameter("stands_on", "text", many=True, metavar="NAME"),
             Parameter("picture", "path"),
             _TIP,

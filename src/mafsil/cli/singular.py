@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.cli.answer import Answer
+from mafsil.cli.loops import require_open_chain
 from mafsil.cli.state import degrees_remarks, joint_values
 from mafsil.cli.table import brief, table
 from mafsil.messages import say
@@ -26,6 +27,7 @@ def singular(robot: str, q: list[str], task: str | None, tip: str | None, degree
         MafsilError: no such robot or task, not one number per joint.
     """
     arm = load(robot, tip=tip)
+    require_open_chain(arm.mechanism, "singular")
     values = joint_values("q", q, arm.mechanism, degrees=degrees)
     found = singularity(arm, values, task=task)
     product = float(np.prod(found.singular_values)) if found.singular_values.size else 0.0

@@ -8,6 +8,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, JointVector, Vector6
 from mafsil.cli.answer import Answer
+from mafsil.cli.loops import require_open_chain
 from mafsil.cli.numerals import number as typed
 from mafsil.cli.state import degrees_remarks, effort_unit, efforts, joint_values
 from mafsil.cli.table import number, table
@@ -48,6 +49,7 @@ def statics(
     if wrench is not None and tau is not None:
         raise InputError("cli.statics_one")
     arm = load(robot, tip=tip)
+    require_open_chain(arm.mechanism, "statics")
     values = joint_values("q", q, arm.mechanism, degrees=degrees)
     data: dict[str, Any] = {"robot": arm.name, "q": values, "joints": list(arm.joint_names)}
     lines = [say("cli.statics_title", robot=arm.name)]

@@ -7,6 +7,7 @@ from typing import cast
 import numpy as np
 
 from mafsil.cli.answer import Answer
+from mafsil.cli.loops import require_open_chain
 from mafsil.cli.numerals import count
 from mafsil.cli.numerals import number as typed
 from mafsil.cli.picture import PLAIN, drawn, require_kind
@@ -46,6 +47,7 @@ def workspace(
     if picture is not None:
         require_kind(picture, PLAIN)
     arm = load(robot, tip=tip)
+    require_open_chain(arm.mechanism, "workspace")
     how_many = SAMPLES if samples is None else count("samples", samples)
     first = 0 if seed is None else count("seed", seed)
     edge = None if cell is None else typed("--cell", cell)

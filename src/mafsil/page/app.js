@@ -50,7 +50,7 @@ export class App {
     root.lang = words.chosen;
     root.dir = words.direction;
     document.title = data.titles?.[words.chosen] ?? `${data.robot.name} · mafsil`;
-    for (const place of document.querySelectorAll("[data-say]")) place.replaceChildren(sentence(words, place.dataset.say));
+    for (const place of document.querySelectorAll("[data-say]")) place.replaceChildren(sentence(words, place.dataset.say === "hint" && store.arm.settings.driven ? "hint_loops" : place.dataset.say));
     for (const place of document.querySelectorAll("[data-label]")) place.setAttribute("aria-label", words.text(place.dataset.label));
     const open = this.updates.length ? new Set(this.updates.filter(({ card }) => card.open).map(({ view }) => view.name)) : null;
     this.updates = [];

@@ -13,19 +13,21 @@ import mafsil.expression as ex
 from mafsil import kernels
 from mafsil.arrays import Floats, JointVector
 from mafsil.errors import ModelError
-from mafsil.ik.analysis import closed_form
+from mafsil.ik.analysis import analysis, closed_form
+from mafsil.ik.answers.branch import BranchNames
 from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.moving_part import moving_part
 from mafsil.ik.numerical.problem import PoseProblem
 from mafsil.ik.numerical.task import pose_task
 from mafsil.ik.tolerances import DEFECT
-from mafsil.job.resting import REGULAR, starting_place
+from mafsil.job.resting import REGULAR, resting_place, starting_place
 from mafsil.kernels import Port, Signature
 from mafsil.kernels.lazy import lazy
 from mafsil.kernels.target import host
 from mafsil.lazy_module import lazily
 from mafsil.mechanics import catalogue
 from mafsil.mechanics.loop_terms import Loop, Term
+from mafsil.page.closed_arm import PATIENCE, STRIDE, ClosedArm
 from mafsil.robot import Robot
 from mafsil.robot.masses import require_masses
 from mafsil.simulation.plant import Plant
@@ -73,21 +75,42 @@ class Arm:
         return list(range(self.robot.n)) if found is None else [int(place) for place in found]
 
     @lazy
+    def closed(self) -> ClosedArm | None:
+        """The loops of the robot; None without any."""
+        return ClosedArm(self.robot) if self.robot.mechanism.loops else None
+
+    @lazy
     def form(self) -> ClosedForm | None:
-        """The closed form, where it is the arm's own: neither nearly so, nor of an equation of fourth degree."""
+        """The closed form, where it is the arm's own: neither nearly so, nor of an equation of fourth degree.
+
+        With loops there is none: that of the open tree would tear them.
+        """
+        if self.closed is not None:
+            return None
         found = closed_form(self.problem.robot)
         usable = found is not None and found.pattern.defect <= DEFECT and not found.pattern.quartic
         return found if usable else None
 
     @lazy
+    def branch_names(self) -> BranchNames | None:
+        """How the branches of the closed form are called."""
+        chain = analysis(self.problem.robot.mechanism).chain
+        return None if self.form is None or chain is None else BranchNames(chain, self.form.pattern)
+
+    @lazy
     def kernels(self) -> Mapping[str, Kernel]:
-        """By the name under which the page calls them."""
+        """By the name under which the page calls them; with loops those alone that keep them closed."""
         part, robot = self.problem.robot, self.robot
-        found = {name: robot.kernel(name) for name in ("link_poses", "forward_kinematics", "jacobian_body")}
+        found = {name: robot.kernel(name) for name in ("link_poses", "forward_kinematics")}
         found["tip_pose"] = part.kernel("forward_kinematics")
+        if self.closed is not None:
+            return found | dict(self.closed.kernels(self.start, masses=self._has("gravity_torque")))
+        found["jacobian_body"] = robot.kernel("jacobian_body")
         found["pose_step"] = self.problem.step(False)
         if self.form is not None:
             found |= {"turns": _turns_kernel(part.n), "branches": self.form.labelled}
+            if self.branch_names is not None:
+                found["branch_code"] = self.branch_names.kernel
         if self.has_dynamics:
             found |= {"gravity_torque": robot.kernel("gravity_torque"), "closed_loop": fused.loop_kernel(self._loop)}
         return found | {name: robot.kernel(name) for name in self.quantities if name not in found and self._has(name)}
@@ -110,7 +133,9 @@ class Arm:
 
     @lazy
     def has_dynamics(self) -> bool:
-        """Whether the robot has masses that make its motion under forces known."""
+        """Whether the robot has masses that make its motion under forces known; the page moves no loops by forces."""
+        if self.closed is not None:
+            return False
         try:
             M = self.robot.mass_matrix(self.start)
         except ModelError:
@@ -120,6 +145,8 @@ class Arm:
     @lazy
     def start(self) -> JointVector:
         """(n,) where the page begins: of a regular place and its mirror image the one with the higher tip [rad | m]."""
+        if self.closed is not None:
+            return self.closed.start(resting_place(self.robot.limits))
         limits, q = self.robot.limits, starting_place(self.robot)
         both = np.stack([q, np.clip(-q, limits.lower, limits.upper)])
         regular = np.linalg.svd(self.robot.jacobian_body(both), compute_uv=False)[:, -1] >= REGULAR
@@ -186,6 +213,10 @@ class Arm:
             "step": STEP,
             "gains": self.gains.ravel().tolist(),
             "effort": _bounds(limits.effort),
+            "driven": None if self.closed is None else self.closed.driven(self.start),
+            "motors": None if self.closed is None else self.closed.chain.actuated.tolist(),
+            "stride": STRIDE,
+            "patience": PATIENCE,
         }
 
     @property

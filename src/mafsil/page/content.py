@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mafsil.errors import ModelError
-from mafsil.ik.answers.branch import branch
+from mafsil.ik.answers.branch import SIDES
 from mafsil.kernels.export import bundle
 from mafsil.messages import LANGUAGES, direction
 from mafsil.messages.catalogue import keys, template
@@ -21,9 +21,6 @@ from mafsil.model.dh_from_axes import dh_from_mechanism
 from mafsil.page.arm import Arm
 from mafsil.page.session import action_arguments
 from mafsil.scene import Drawing, as_data
-
-CODES = 27
-"""Codes of branches: three signs."""
 
 
 def content(
@@ -90,16 +87,18 @@ def sentence(code: str, key: str) -> list[dict[str, Any]]:
 
 def _branches(arm: Arm) -> dict[str, Any] | None:
     """Names of the branches, by code, in every language."""
-    if arm.form is None:
+    if arm.form is None or arm.branch_names is None:
         return None
-    pattern = arm.form.pattern
-    names = {code: [branch(pattern, 0, k).label(code) for k in range(CODES)] for code in LANGUAGES}
-    return {"rows": pattern.branches, **names}
+    branches = [arm.branch_names.branch(number) for number in range(SIDES)]
+    names = {code: [one.label(code) for one in branches] for code in LANGUAGES}
+    return {"rows": arm.form.pattern.branches, **names}
 
 
 def dh_table(arm: Arm) -> dict[str, Any] | None:
-    """The table of an arm in the modified convention; None for chains that have none."""
+    """The table of an arm in the modified convention; None for chains that have none, and with loops."""
     mechanism = arm.robot.mechanism
+    if mechanism.loops:
+        return None
     try:
         found = dh_from_mechanism(mechanism)
     except ModelError:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from inspect import signature
-from math import inf, isfinite
+from math import ceil, inf, isfinite
 from typing import Any, TypeAlias, cast
 
 import numpy as np
@@ -14,6 +14,7 @@ from mafsil.arrays import Floats
 from mafsil.errors import InputError
 from mafsil.model.loading import RobotLike
 from mafsil.page.arm import Arm
+from mafsil.page.refusals import require_driven, require_free, require_kernel
 from mafsil.robot import as_robot
 
 Numbers: TypeAlias = tuple[float, ...]
@@ -73,7 +74,7 @@ class Session:
 
     @property
     def status(self) -> str:
-        """How the last action ended: `ready`, `solved`, `beyond_limits`, `no_branch`, `not_found`, `diverged`."""
+        """How the last action ended: `ready`, `solved`, or why the arm did not move, such as `not_found`."""
         return self.state.status
 
     def set_joint(self, joint: int, value: float) -> None:
@@ -84,19 +85,27 @@ class Session:
             value: [rad | m]; limits are not enforced, the page's sliders end there.
         """
         self._check(joint, len(self.state.q))
+        require_driven(joint, self.arm)
         q = list(self.state.here)
         q[joint] = float(value)
-        self._place(tuple(q), "ready")
+        if self.arm.settings["driven"] is None:
+            self._place(tuple(q), "ready")
+        else:
+            self._follow(tuple(q), self.state.q)
 
     def set_joints(self, values: Sequence[float]) -> None:
         """Move all joints.
 
         Args:
-            values: (n,) [rad | m].
+            values: (n,) [rad | m]; with loops those of the driven joints count, and the others are where to look.
         """
         if len(values) != len(self.state.q):
             raise InputError("session.count", got=len(values), wanted=len(self.state.q))
-        self._place(tuple(map(float, values)), "ready")
+        wanted = tuple(map(float, values))
+        if self.arm.settings["driven"] is None:
+            self._place(wanted, "ready")
+        else:
+            self._follow(wanted, wanted)
 
     def reach(self, position: Sequence[float], quaternion: Sequence[float], branch: int) -> None:
         """Bring the tip to a pose on one branch of the closed form.
@@ -146,6 +155,7 @@ class Session:
         Args:
             position, quaternion: as of `reach`.
         """
+        self._require("pose_step")
         T, settings = pose_from(position, quaternion), self.arm.settings
         task = _unbounded(settings["task"], len(self.arm.places))
         for attempt in range(settings["attempts"]):
@@ -240,6 +250,42 @@ class Session:
         else:
             self._place(self._lifted(rows[m * branch : m * (branch + 1)]), "solved")
 
+    def _follow(self, wanted: Numbers, guess: Numbers) -> None:
+        """Move the driven joints and let the loops move the others, at once or in strides; or stay where that fails.
+
+        Args:
+            wanted: of which the driven joints count.
+            guess: where the others are looked for first.
+        """
+        driven: list[int] = self.arm.settings["driven"]
+        here = self.state.q
+        goal, begin = [wanted[k] for k in driven], [here[k] for k in driven]
+        found = self._closed(guess, goal) if guess is not here else None
+        if found is None:
+            way = max((abs(b - a) for a, b in zip(begin, goal, strict=True)), default=0.0)
+            count = max(1, ceil(way / self.arm.settings["stride"])) if isfinite(way) else 0
+            found = here if count else None
+            for k in range(1, count + 1):
+                share = k / count
+                step = [a + (b - a) * share for a, b in zip(begin, goal, strict=True)]
+                found = None if found is None else self._closed(found, step)
+        if found is None:
+            self.state = replace(self.state, status="loops_open")
+        else:
+            self._place(found, "ready")
+
+    def _closed(self, guess: Numbers, driven: Sequence[float]) -> Numbers | None:
+        """All joints with closed loops while the driven ones are somewhere; None where they do not close."""
+        self._require("closed_following")
+        q: Sequence[float] = guess
+        for _ in range(self.arm.settings["patience"]):
+            q, _, _, doubt = self._call("closed_following", q, [*driven, *[0.0] * (2 * len(driven))])
+            if not all(map(isfinite, q)):
+                return None
+            if doubt[0] < 1.0:
+                return tuple(q)
+        return None
+
     def _start(self, attempt: int) -> list[float]:
         """Where a search begins: here, then places that fill the ranges evenly."""
         if attempt == 0:
@@ -270,8 +316,7 @@ class Session:
         return [np.ravel(y).tolist() for y in outputs]
 
     def _require(self, kernel: str) -> None:
-        if kernel not in self.arm.kernels:
-            raise InputError(f"session.no_{kernel}", robot=self.arm.robot.name)
+        require_kernel(kernel, self.arm)
 
     def _check(self, index: int, count: int) -> None:
         if not 0 <= index < count:
@@ -294,21 +339,6 @@ ACTIONS: dict[str, Callable[..., None]] = {
 def action_arguments() -> dict[str, list[str]]:
     """Of every action, the names of its arguments in their order."""
     return {name: list(signature(method).parameters)[1:] for name, method in ACTIONS.items()}
-
-
-def require_free(joint: int, arm: Arm) -> None:
-    """Refuse a joint that the closed form determines.
-
-    Args:
-        joint: its place in the coordinates.
-        arm: with the settings.
-
-    Raises:
-        InputError: it does.
-    """
-    free = arm.settings["locked"]
-    if joint not in free:
-        raise InputError("session.not_free", value=joint, known=", ".join(map(str, free)) or "-")
 
 
 def pose_from(position: Sequence[float], quaternion: Sequence[float]) -> list[float]:

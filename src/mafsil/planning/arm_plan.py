@@ -93,7 +93,7 @@ class ArmPlan(Plan):
         return self.checker.distance(self.at(np.linspace(0.0, 1.0, whole("count", count))))
 
     def optimised(
-        self, *, clearance: float = 0.03, smoothness: float = 0.0, points: int = 30, iterations: int = 100,
+        self, *, enough_clearance: float = 0.03, smoothness: float = 0.0, points: int = 30, iterations: int = 100,
         seconds: float = 5.0,
     ) -> ArmPlan:  # fmt: skip
         """The path made shorter and smoother, away from obstacles, by gradients of distances; each motion proved free.
@@ -101,7 +101,7 @@ class ArmPlan(Plan):
         The best that was proved stays when the budget ends, so the cost is never higher than that of this path.
 
         Args:
-            clearance: distance below which nearness costs [m].
+            enough_clearance: distance below which nearness costs [m].
             smoothness: weight of bending against length^2 / 2; 0 for the shortest.
             points: of the new path between its ends.
             iterations, seconds: the budget; equal iterations give equal paths where the time does not end it.
@@ -113,7 +113,7 @@ class ArmPlan(Plan):
             raise InputError("planning.no_path", why=self.explain())
         if self.kept is not None:
             raise InputError("planning.optimise_kept")
-        positive("clearance", clearance)
+        positive("enough_clearance", enough_clearance)
         positive("seconds", seconds)
         if not np.isfinite(smoothness) or smoothness < 0.0:
             raise InputError("input.range", name="smoothness", value=smoothness, low=0.0, high=np.inf)
@@ -121,7 +121,7 @@ class ArmPlan(Plan):
         whole("iterations", iterations, least=1)
         bounds = bounds_of(self.checker, self.path[[0, -1]], self.moving)
         descent = path_optimisation.descend(
-            self.checker, self.path, bounds, clearance, smoothness, points, iterations, seconds
+            self.checker, self.path, bounds, enough_clearance, smoothness, points, iterations, seconds
         )
         return replace(self, path=descent.path, descent=descent)
 

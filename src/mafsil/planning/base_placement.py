@@ -42,7 +42,7 @@ def place(
     heights: ArrayLike = (0.0,),
     yaws: int = 8,
     spacing: float = 0.1,
-    clearance: float = 0.1,
+    enough_clearance: float = 0.1,
     stands_on: Iterable[str] = (),
     samples: int = 1,
     refinements: int = 3,
@@ -69,7 +69,7 @@ def place(
         heights: (h,) of the base [m].
         yaws: how many, evenly all round.
         spacing: of the grid [m].
-        clearance: beyond which more does not count [m].
+        enough_clearance: beyond which more does not count [m].
         stands_on: names of obstacles that the base may touch: the table that it is bolted to.
         samples: values of the free coordinates of an arm with more joints than the task needs.
         refinements: of step 4.
@@ -89,7 +89,7 @@ def place(
     allowed = (stands_on,) if isinstance(stands_on, str) else tuple(stands_on)
     arm = robot if isinstance(robot, collision.Checker) else _checker_of(robot)
     around = arm.scene if scene is None else scene if isinstance(scene, collision.Scene) else collision.Scene(scene)
-    search = _Search(arm, around, goals, positive("clearance", clearance), allowed, samples, seed)
+    search = _Search(arm, around, goals, positive("enough_clearance", enough_clearance), allowed, samples, seed)
     # 1.
     step, count = positive("spacing", spacing), whole("yaws", yaws, least=1)
     corners = single("region", cast("ArrayLike", region), (2, 2))
@@ -123,10 +123,11 @@ class _Search:
     """The arm, the targets, and how base poses are judged."""
 
     def __init__(
-        self, arm: Checker, scene: Scene, targets: PoseMatrix, clearance: float, stands_on: tuple[str, ...],
+        self, arm: Checker, scene: Scene, targets: PoseMatrix, enough_clearance: float, stands_on: tuple[str, ...],
         samples: int, seed: int,
     ) -> None:  # fmt: skip
-        self.robot, self.targets, self.clearance, self.stands_on = arm.robot, targets, clearance, stands_on
+        self.robot, self.targets, self.stands_on = arm.robot, targets, stands_on
+        self.enough_clearance = enough_clearance
         self.movable = collision.MovableArm(arm, scene)
         self.alone = bool(len(scene) == 0)
         self.farthest = reach(arm.robot.mechanism)
@@ -209,8 +210,8 @@ class _Search:
         out[:, 1] = singular[:, -1] / singular[:, 0]
         if not self.alone:
             margin = self.movable.margin
-            distance = self.movable.distance(full, within=margin + self.clearance).distance
-            out[:, 2] = np.clip((distance - margin) / self.clearance, 0.0, 1.0)
+            distance = self.movable.distance(full, within=margin + self.enough_clearance).distance
+            out[:, 2] = np.clip((distance - margin) / self.enough_clearance, 0.0, 1.0)
         return np.maximum(out, 0.0)
 
     def answer(self, found: BasePlacement) -> BasePlacement:

@@ -39,7 +39,8 @@ class PathCost:
     Attributes:
         length: [rad | m].
         bending: integral of the squared second derivative by the share of the path, [(rad | m)^2].
-        crowding: mean over the points of the hinge (clearance - d)^2 / (2 clearance), and beyond contact linear [m].
+        crowding: mean over the points of the hinge (e - d)^2 / (2 e), e the clearance that is enough; beyond contact
+            linear [m].
         total: length^2 / 2 + smoothness bending + weight crowding, the weight 10 (1 + length^2 of the path given).
     """
 
@@ -72,7 +73,7 @@ class _Terms:
     """The cost of points (k, n) between two ends, with its derivatives."""
 
     checker: Checker
-    clearance: float
+    enough_clearance: float
     smoothness: float
     moving: Floats
 
@@ -96,8 +97,8 @@ class _Terms:
         gradient[1:-1] -= 2.0 * share * second
         gradient[2:] += share * second
         # 3.
-        near = self.checker.distance(points, within=self.clearance)
-        d, within = np.minimum(np.asarray(near.distance), self.clearance), self.clearance
+        near = self.checker.distance(points, within=self.enough_clearance)
+        d, within = np.minimum(np.asarray(near.distance), self.enough_clearance), self.enough_clearance
         hinge = np.where(d < 0.0, within / 2.0 - d, (within - d) ** 2 / (2.0 * within))
         slope = np.where(d < 0.0, -1.0, -(within - d) / within) * np.isfinite(np.asarray(near.distance))
         gradient += (weight / len(points)) * slope[:, None] * np.nan_to_num(np.asarray(near.gradient))
@@ -116,7 +117,7 @@ def evenly(path: JointVector, count: int) -> JointVector:
 
 
 def descend(
-    checker: Checker, path: JointVector, bounds: tuple[Floats, Floats], clearance: float, smoothness: float,
+    checker: Checker, path: JointVector, bounds: tuple[Floats, Floats], enough_clearance: float, smoothness: float,
     points: int, iterations: int, seconds: float,
 ) -> Descent:  # fmt: skip
     """The path between the same ends, its cost made lower by gradient steps; the best that is proved free.
@@ -132,7 +133,7 @@ def descend(
         checker: the arm in its scene.
         path: (k, n); free or not.
         bounds: (n,) limits; equal ones do not move.
-        clearance: distance from which on obstacles do not matter [m].
+        enough_clearance: distance from which on obstacles do not matter [m].
         smoothness: weight of bending.
         points: of the path between its ends.
         iterations, seconds: after which the best is given.
@@ -141,7 +142,7 @@ def descend(
         N. Ratliff, M. Zucker, J. A. Bagnell, S. Srinivasa, CHOMP, ICRA 2009; M. Zucker et al., IJRR 32(9), 2013.
     """
     lower, upper = bounds
-    terms = _Terms(checker, clearance, smoothness, (upper > lower).astype(np.float64))
+    terms = _Terms(checker, enough_clearance, smoothness, (upper > lower).astype(np.float64))
     # 1.
     now = evenly(path, points + 2)
     base = weight = CLEARANCE_WEIGHT * (1.0 + length_of(now) ** 2)

@@ -11,7 +11,8 @@ import msgspec
 
 from mafsil.errors import InputError
 from mafsil.page.arm import Arm
-from mafsil.page.session import ACTIONS, pose_from, require_free
+from mafsil.page.refusals import require_driven, require_free, require_kernel
+from mafsil.page.session import ACTIONS, pose_from
 
 MOST_NUMBERS = 256
 """Of one argument."""
@@ -142,6 +143,8 @@ def action(put: Put, arm: Arm) -> dict[str, Any]:
     given: dict[str, Any] = msgspec.structs.asdict(read(kind, bytes(put.given)))
     _require_kernel(put.do, arm)
     _require_range(given, arm)
+    if put.do == "set_joint":
+        require_driven(given["joint"], arm)
     if put.do == "swing":
         require_free(given["joint"], arm)
     return {"do": put.do, "with": given}
@@ -149,8 +152,8 @@ def action(put: Put, arm: Arm) -> dict[str, Any]:
 
 def _require_kernel(do: str, arm: Arm) -> None:
     kernel = _NEEDS.get(do)
-    if kernel is not None and kernel not in arm.kernels:
-        raise InputError(f"session.no_{kernel}", robot=arm.robot.name)
+    if kernel is not None:
+        require_kernel(kernel, arm)
 
 
 def _require_range(given: Mapping[str, Any], arm: Arm) -> None:
@@ -170,6 +173,7 @@ _NEEDS = {
     "reach": "branches",
     "choose": "branches",
     "swing": "branches",
+    "search": "pose_step",
     "loop": "closed_loop",
     "simulate": "closed_loop",
 }

@@ -33,8 +33,8 @@ def time_optimal(
     path: Path,
     limits: Limits,
     *,
-    start_velocity: ArrayLike = ...,
-    end_velocity: ArrayLike = ...,
+    start_path_velocity: ArrayLike = ...,
+    end_path_velocity: ArrayLike = ...,
     robot: Robot | None = ...,
     tip_speed: float = ...,
     tip_acceleration: float = ...,
@@ -47,8 +47,8 @@ def time_optimal(
     path: Sequence[Path],
     limits: Limits,
     *,
-    start_velocity: ArrayLike = ...,
-    end_velocity: ArrayLike = ...,
+    start_path_velocity: ArrayLike = ...,
+    end_path_velocity: ArrayLike = ...,
     robot: Robot | None = ...,
     tip_speed: float = ...,
     tip_acceleration: float = ...,
@@ -61,8 +61,8 @@ def time_optimal(
     path: Path | Sequence[Path],
     limits: Limits,
     *,
-    start_velocity: ArrayLike = 0.0,
-    end_velocity: ArrayLike = 0.0,
+    start_path_velocity: ArrayLike = 0.0,
+    end_path_velocity: ArrayLike = 0.0,
     robot: Robot | None = None,
     tip_speed: float = np.inf,
     tip_acceleration: float = np.inf,
@@ -87,8 +87,8 @@ def time_optimal(
         path: geometry over s, or many such paths of equally many coordinates.
         limits: of the coordinates: position is looked at, velocity, acceleration, jerk and effort are kept.
             Acceleration or effort must be finite somewhere.
-        start_velocity, end_velocity: ds/dt at the ends, not negative, a number or one for each path; zero with limits
-            of jerk.
+        start_path_velocity, end_path_velocity: ds/dt at the ends, not negative, a number or one for each path; zero
+            with limits of jerk.
         robot: whose dynamics the efforts and whose tip the limits of the tip mean; `limits` itself if it is a robot.
         tip_speed, tip_acceleration: of the origin of the tip frame, or of `frame` [m/s, m/s^2].
         tip_turn_rate: of its axes [rad/s].
@@ -121,7 +121,7 @@ def time_optimal(
     sampled = _sampled(bounds, whose, (tip_speed, tip_acceleration, tip_turn_rate), frame)
     ends = [
         _velocity(name, v, len(paths))
-        for name, v in (("start_velocity", start_velocity), ("end_velocity", end_velocity))
+        for name, v in (("start_path_velocity", start_path_velocity), ("end_path_velocity", end_path_velocity))
     ]
     smooth = bool(np.isfinite(bounds.jerk).any())
     if smooth and max(float(v.max()) for v in ends) > 0.0:

@@ -70,6 +70,8 @@ def verify(
         checks += [judge.check(robot, row, called) for called in ways(row, drawn, robot)]
     composed, left_out = composed_checks(robot, book, size, drawn, limit)
     checks += composed
+    if robot.mechanism.loops:
+        left_out.append(("ClosedChain", "verification.loops_open"))
     for peer in peers:
         found, missing = peer_checks(peer, robot, drawn, limit, judge.error)
         checks, left_out = checks + found, left_out + missing

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputError
-from mafsil.ik.answers.branch import Branch, branch
+from mafsil.ik.answers.branch import Branch
 from mafsil.ik.answers.doubt import folding, nearly_there, structure_decides
 from mafsil.ik.answers.one_pose import no_pose, one_pose
 from mafsil.ik.answers.setting import Setting
@@ -25,6 +25,9 @@ from mafsil.messages import say
 from mafsil.messages.tables import in_notebook, on_screen
 
 _MEMBERS = np.array(STATUSES, dtype=np.object_)
+
+ROWS = 64
+"""More than any table of solutions has: a row and a number of a branch make one number."""
 
 
 class Columns(NamedTuple):
@@ -103,7 +106,7 @@ class SolutionBatch(Answer):
 
     @lazy
     def codes(self) -> NDArray[np.int16]:
-        """(*batch, k) branches as numbers; see `branch`."""
+        """(*batch, k) roots of the closed form, see `mafsil.mechanics.closed_form.table`."""
         return self._columns.codes.reshape(self.q.shape[:-1])
 
     @lazy
@@ -163,20 +166,23 @@ class SolutionBatch(Answer):
     @property
     def labels(self) -> NDArray[np.str_]:
         """(*batch, k) branches as words, such as `right/up/noflip`; empty where there is no solution."""
-        form = self.setting.arm.form
-        pattern = None if form is None else form.pattern
-        words = np.full(self.codes.shape, "", dtype="<U32")
-        count: int = self.codes.shape[-1]
-        rows = np.broadcast_to(np.arange(count), self.codes.shape)
-        keys = np.where(self.valid, self.codes.astype(np.int64) * 64 + rows, -1)
+        names, words = self.setting.branch_names, np.full(self.valid.shape, "", dtype="<U32")
+        if names is None:
+            words[self.valid] = str(Branch())
+            return words
+        keys = np.full(self.valid.shape, -1, dtype=np.int64)
+        numbers = names.numbers(self.setting.part.own(self.q[self.valid]))
+        keys[self.valid] = numbers * ROWS + np.nonzero(self.valid)[-1]
         for key in np.unique(keys[keys >= 0]):
-            words[keys == key] = str(branch(pattern, int(key % 64), int(key // 64)))
+            words[keys == key] = str(names.branch(*divmod(int(key), ROWS)))
         return words
 
     def branch(self, *index: int) -> Branch:
         """The branch of one row: indices of the pose, then of the row."""
-        form = self.setting.arm.form
-        return branch(None if form is None else form.pattern, index[-1], int(self.codes[index]))
+        names = self.setting.branch_names
+        if names is None:
+            return Branch()
+        return names.branch(int(names.numbers(self.setting.part.own(self.q[index]))), index[-1])
 
     @property
     def status(self) -> NDArray[np.object_]:

@@ -1,32 +1,36 @@
 """Names of branches: which side of the shoulder, elbow up or down, wrist flipped or not.
 
-Each name is the sign of a number that vanishes exactly where two branches merge, so it cannot change along a motion
-that meets no singular configuration. w_i and r_i are axis and a point of joint i in the configuration, c the wrist's
-centre.
-
-shoulder  right if (w1 x w2) . (c - r1) > 0: a small positive turn of joint 2 raises c along w1; else left
-elbow     up if joint 3 is above the line from joint 2 to c: s w2 . ((r3 - r2) x (c - r3)) < 0, s = 1 right, -1 left;
-          of a prismatic third joint out if its stroke leads c away from the shoulder, else in
-wrist     no flip if w5 . (w4 x w6) > 0, the wrist bent to the positive side; else flip
-
-References: Lee and Ziegler, A geometric approach in solving the inverse kinematics of PUMA robots, 1984.
+What the names mean stands in `mafsil.mechanics.arm_sides`: they are read off the joints of a configuration, however it
+was found.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from mafsil.mechanics.arm_pattern import ArmPattern, FailedStep, Family, PositioningMethod
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import JointVector
+from mafsil.ik.chain import Chain
+from mafsil.kernels.lazy import lazy
+from mafsil.lazy_module import lazily
+from mafsil.mechanics.arm_pattern import ArmPattern, FailedStep, Family
 from mafsil.messages import say
+
+if TYPE_CHECKING:
+    import mafsil.ik.sides as sides
+    from mafsil.kernels import Kernel
+    from mafsil.mechanics.arm_sides import ArmSides, Words
+else:
+    sides = lazily("mafsil.ik.sides")
 
 MERGED = "merged"
 """Where two branches are one."""
 
 _SHOULDER = ("left", MERGED, "right")
-_ELBOW = ("down", MERGED, "up")
-_STROKE = ("in", MERGED, "out")
 _WRIST = ("flip", MERGED, "noflip")
-_SIGN = ("-", MERGED, "+")
+_BEND = ("flip", "straight", "noflip")
 _STEPS = tuple(FailedStep)
 
 
@@ -35,11 +39,11 @@ class Branch(NamedTuple):
 
     Attributes:
         shoulder: `left`, `right`, or `merged` where both are one.
-        elbow: `up`, `down`; `in`, `out` of a prismatic joint; `merged`; of an arm without such a shape the sign of the
-            determinant of the joints that place the wrist, `+` or `-`.
-        wrist: `flip`, `noflip`, `merged`; of an arm without such a shape a sign.
-        root: letter of the root where an equation of higher degree was solved: it tells solutions of one pose apart,
-            but need not stay along a path.
+        elbow: `up`, `down`, `merged`, or `level` where both may still differ; `in`, `out` of a prismatic joint; of an
+            arm without such a shape the sign of the determinant of the joints that place the wrist, `+` or `-`.
+        wrist: `flip`, `noflip`, `merged`, or `straight` where both may still differ.
+        root: letter of the row of the closed form, where the other names may be those of several solutions of a pose;
+            it need not stay along a path.
     """
 
     shoulder: str = ""
@@ -62,64 +66,69 @@ class Branch(NamedTuple):
 
 
 UNNAMED = 13
-"""The code of a solution of which neither shoulder nor elbow nor wrist is said: 1 + 3 + 9."""
+"""The code of a solution that is no row of the closed form, and so of no merged roots: 1 + 3 + 9."""
+
+SIDES = 27
+"""Numbers of branches: three signs."""
 
 
-def branch(pattern: ArmPattern | None, row: int, code: int) -> Branch:
-    """The branch of a row of the closed form.
+class BranchNames:
+    """How the branches of an arm are called.
 
-    Args:
-        pattern: of the arm; None without closed form.
-        row: of its table; negative for a solution found otherwise.
-        code: of the row, see `mafsil.mechanics.closed_form.table`.
+    Attributes:
+        chain: of the arm, base first.
+        pattern: of its closed form.
+        kernel: of q (n,) to the number of the branch.
     """
-    if pattern is None or row < 0:
-        return Branch()
-    shoulder, elbow, wrist = code % 3, code // 3 % 3, code // 9 % 3
-    family, linked = pattern.family, pattern.family is Family.LINKED
-    quartic = family in (Family.SPHERICAL_WRIST, Family.POINT) and pattern.positioning is PositioningMethod.QUARTIC
-    has_shoulder = not linked and family is not Family.PLANAR and _has_shoulder(pattern)
-    has_elbow = (
-        linked
-        or family in (Family.PLANAR, Family.THREE_PARALLEL)
-        or pattern.positioning is not PositioningMethod.LINEAR
-    )
-    has_wrist = family not in (Family.PLANAR, Family.POINT)
-    elbows = _SIGN if quartic else _STROKE if _strokes(pattern) else _ELBOW
-    wrists = _SIGN if linked else _WRIST
-    letter = (row >> 1 if has_wrist else row) if quartic or linked else -1
-    return Branch(
-        _SHOULDER[shoulder] if has_shoulder else "",
-        elbows[elbow] if has_elbow else "",
-        wrists[wrist] if has_wrist else "",
-        "abcd"[letter] if letter >= 0 else "",
-    )
+
+    def __init__(self, chain: Chain, pattern: ArmPattern) -> None:
+        self.chain, self.pattern = chain, pattern
+
+    @lazy
+    def kernel(self) -> Kernel:
+        """Of q (n,) to the number of the branch."""
+        return sides.branch_kernel(self._sides)
+
+    @lazy
+    def _sides(self) -> ArmSides:
+        return sides.sides_of(self.chain, self.pattern)
+
+    @lazy
+    def _words(self) -> tuple[Words | None, Words | None, Words | None]:
+        """Of shoulder, elbow and wrist, where the arm has them."""
+        found = self._sides
+        wrist = _BEND if self.pattern.reversed else _WRIST
+        elbow = None if found.elbow is None else found.elbow.words
+        return _SHOULDER if found.shoulder else None, elbow, wrist if found.wrist else None
+
+    def numbers(self, q: JointVector) -> NDArray[np.int64]:
+        """(*batch,) branches of configurations (*batch, n) as numbers."""
+        return np.asarray(self.kernel(q), dtype=np.int64)
+
+    def branch(self, number: int, row: int = -1) -> Branch:
+        """A branch by its number.
+
+        Args:
+            number: of the branch.
+            row: of the closed form's table; negative for a solution found otherwise.
+        """
+        shoulder, elbow, wrist = (
+            "" if words is None else words[number // weight % 3]
+            for words, weight in zip(self._words, (1, 3, 9), strict=True)
+        )
+        return Branch(shoulder, elbow, wrist, self._letter(row))
+
+    def branches(self, q: JointVector, rows: NDArray[np.int64]) -> tuple[Branch, ...]:
+        """The branches of (k, n) configurations that are rows of the closed form's table."""
+        return tuple(self.branch(int(x), int(row)) for x, row in zip(self.numbers(q), rows, strict=True))
+
+    def _letter(self, row: int) -> str:
+        quartic, paired = self.pattern.quartic, self.pattern.family not in (Family.PLANAR, Family.POINT)
+        if not 0 <= row < self.pattern.branches or not (quartic or not self._sides.exact):
+            return ""
+        return "abcdefgh"[row >> 1 if quartic and paired else row]
 
 
 def failed_step(code: int) -> FailedStep:
     """The step that fails in a row."""
     return _STEPS[min(max(code // 27, 0), len(_STEPS) - 1)]
-
-
-def _has_shoulder(pattern: ArmPattern) -> bool:
-    if pattern.family is Family.THREE_PARALLEL:
-        return not pattern.prismatic[0]
-    first, last = (2, 0) if pattern.positioning_reversed else (0, 2)
-    match pattern.positioning:
-        case PositioningMethod.PARALLEL:
-            return not pattern.prismatic[first]
-        case PositioningMethod.MEET:
-            return True
-        case PositioningMethod.ACROSS:
-            return not pattern.prismatic[last]
-        case _:
-            return False
-
-
-def _strokes(pattern: ArmPattern) -> bool:
-    """Whether the elbow is a prismatic joint."""
-    if pattern.family not in (Family.SPHERICAL_WRIST, Family.POINT):
-        return False
-    return (
-        pattern.positioning is PositioningMethod.ACROSS or pattern.prismatic[0 if pattern.positioning_reversed else 2]
-    )

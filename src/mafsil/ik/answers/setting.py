@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.ik.analysis import Analysis, Task, analysis
+from mafsil.ik.answers.branch import BranchNames
 from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.moving_part import MovingPart, middle_of, moving_part, warn_of_loops
 from mafsil.ik.numerical.task import pose_task
@@ -109,6 +110,12 @@ class Setting:
     def arm(self) -> Analysis:
         """What the arm was recognised as."""
         return analysis(self.robot.mechanism, self.task)
+
+    @lazy
+    def branch_names(self) -> BranchNames | None:
+        """How the arm's branches are called; None without a closed form."""
+        chain, form = self.arm.chain, self.arm.form
+        return None if chain is None or form is None else BranchNames(chain, form.pattern)
 
     @lazy
     def kernel(self) -> Kernel | None:

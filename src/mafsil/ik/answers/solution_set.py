@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.algebra.tolerance import DESCRIBED
 from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch
-from mafsil.ik.answers.branch import Branch, branch
+from mafsil.ik.answers.branch import Branch
 from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.answers.doubt import folding, nearly_there, structure_decides
 from mafsil.ik.answers.family import SolutionFamily
@@ -137,7 +137,7 @@ class SolutionSet(Answer):
 
     @lazy
     def codes(self) -> NDArray[np.int64]:
-        """(k,) branch of each as a number."""
+        """(k,) roots of the closed form that each is, as a number, see `mafsil.mechanics.closed_form.table`."""
         return CandidateTable.of(self._details).code[self._chosen].astype(np.int64)
 
     @lazy
@@ -179,9 +179,8 @@ class SolutionSet(Answer):
     @lazy
     def branches(self) -> tuple[Branch, ...]:
         """Of each solution."""
-        form = self._setting.arm.form
-        pattern = None if form is None else form.pattern
-        return tuple(branch(pattern, int(r), int(c)) for r, c in zip(self.rows, self.codes, strict=True))
+        names = self._setting.branch_names
+        return (Branch(),) * len(self.own) if names is None else names.branches(self.own, self.rows)
 
     @lazy
     def families(self) -> tuple[SolutionFamily, ...]:

@@ -2,6 +2,7 @@
 // Names and arguments are those of the methods of `mafsil.page.Session`, which does the same to the same bits.
 
 import { looped, placed } from "./state.js";
+import { followed } from "../loops/follow.js";
 import { poseFrom, swung, taken, tipPose } from "../loops/reach.js";
 import { searched } from "../loops/search.js";
 import { simulated } from "../loops/simulate.js";
@@ -14,8 +15,15 @@ import { simulated } from "../loops/simulate.js";
 
 /** @type {Object<string, (state: State, given: any, arm: Arm) => State>} */
 export const ACTIONS = {
-  set_joint: (state, { joint, value }) => placed(state, (state.loop ? state.goal : state.q).with(index(joint, state.q.length), value)),
-  set_joints: (state, { values }) => placed(state, numbers(values, state.q.length)),
+  set_joint: (state, { joint, value }, arm) => {
+    const q = (state.loop ? state.goal : state.q).with(index(joint, state.q.length), value), { driven } = arm.settings;
+    if (driven && !driven.includes(joint)) throw new RangeError(`driven are the joints ${driven}, not ${joint}`);
+    return driven ? followed(state, q, state.q, arm) : placed(state, q);
+  },
+  set_joints: (state, { values }, arm) => {
+    const q = numbers(values, state.q.length);
+    return arm.settings.driven ? followed(state, q, q, arm) : placed(state, q);
+  },
   reach: (state, { position, quaternion, branch }, arm) => taken(state, poseFrom(position, quaternion), branch, arm),
   choose: (state, { branch }, arm) => taken(state, tipPose(state, arm), branch, arm),
   swing: (state, given, arm) => swung(state, given, arm),

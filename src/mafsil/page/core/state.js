@@ -10,7 +10,10 @@
  * @typedef {{n: number, places: number[], start: number[], lower: (number | null)[], upper: (number | null)[],
  *            task: (number | null)[], starts: number[][], ratios: number[], rotates: boolean, tolerance: number, attempts: number,
  *            steps: number, centre: number[], radius: number | null, locked: number[], step: number, gains: number[],
- *            effort: (number | null)[]}} Settings
+ *            effort: (number | null)[], driven: number[] | null, motors: number[] | null, stride: number,
+ *            patience: number}} Settings
+ *   driven, motors, stride, patience: with loops the joints that may be moved, those with efforts, the most that they move at
+ *   once, and how often it is tried to close the loops then
  * @typedef {{settings: Settings, kernels: Object<string, import("./kernels.js").Kernel>}} Arm
  */
 

@@ -43,9 +43,10 @@ export function branchesAt(state, T, { settings, kernels }) {
   const [rows, details, defect] = kernels.branches(T, here, turns, ...boundsOf(settings));
   const found = [];
   for (let row = 0; row * COLUMNS < details.length; row++) {
-    const [residual, , , code, , excess] = details.subarray(COLUMNS * row, COLUMNS * (row + 1));
+    const [residual, , , , , excess] = details.subarray(COLUMNS * row, COLUMNS * (row + 1));
     const solves = residual <= settings.tolerance && defect[0] <= NO_POSE, q = Array.from(rows.subarray(m * row, m * row + m));
-    found.push({ row, code: code % 27, q, residual, excess, solves, within: solves && excess <= LEEWAY });
+    const code = solves ? kernels.branch_code(q)[0][0] : -1;
+    found.push({ row, code, q, residual, excess, solves, within: solves && excess <= LEEWAY });
   }
   return found;
 }

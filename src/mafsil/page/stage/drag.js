@@ -25,6 +25,7 @@ export class ToolDrag {
 
   /** Whether the pointer is at the tool. */
   near({ clientX, clientY }) {
+    if (this.stage.app.store.arm.settings.driven) return false; // the tool of a robot with loops is not led
     const box = this.stage.canvas.getBoundingClientRect(), { x, y } = this.place();
     return Math.hypot(clientX - box.left - x, clientY - box.top - y) < GRIP;
   }
@@ -60,6 +61,7 @@ export class ToolDrag {
 
   /** One step by a key. */
   nudge([dx, dy], deep) {
+    if (this.stage.app.store.arm.settings.driven) return;
     const { camera, app } = this.stage, step = NUDGE * app.data.scene.size;
     this.start(0, 0);
     const { position, quaternion } = this.going, way = deep ? camera.away : camera.up;

@@ -8,6 +8,7 @@ import { element, isolated, number, sentence, written } from "./elements.js";
 view({
   name: "branches",
   order: 30,
+  wanted: ({ settings }) => !settings.driven,
   open: true,
   mount(place, { store, words, data }) {
     const { arm } = store;

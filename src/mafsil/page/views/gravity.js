@@ -3,23 +3,32 @@
 import { view } from "../core/views.js";
 import { element, isolated, number, sentence, written } from "./elements.js";
 
+const HELD = 1e-6; // share of what is needed that driven joints may leave to nobody
+
+/** Efforts of the driven joints of a robot with loops; no numbers where they do not hold it still. */
+function loopEfforts([tau, , missing, , needed, , doubt]) {
+  return doubt[0] < 1 && missing[0] <= HELD * Math.max(1, needed[0]) ? tau : tau.map(() => NaN);
+}
+
 view({
   name: "gravity",
   order: 50,
-  wanted: ({ kernels }) => "gravity_torque" in kernels,
+  wanted: ({ kernels }) => "gravity_torque" in kernels || "closed_efforts" in kernels,
   mount(place, { store, words, data }) {
-    const { effort } = store.arm.settings;
+    const { settings: { effort, motors: some, n }, kernels } = store.arm, motors = some ?? data.robot.joints.map((_, k) => k), rest = new Array(n).fill(0);
+    const held = () => (some ? loopEfforts(kernels.closed_efforts(store.state.q, rest, rest)) : kernels.gravity_torque(store.state.q)[0]);
     place.append(element("p", { class: "soft" }, sentence(words, "gravity_about")));
-    const rows = data.robot.joints.map((joint, k) => {
+    const rows = motors.map((k) => {
+      const joint = data.robot.joints[k];
       const value = isolated("", { class: "value" }), bar = element("i", {});
       const most = effort[k] === null ? "" : ` / ${number(effort[k], 0)}`, unit = joint.prismatic ? "N" : "N·m";
       place.append(element("div", { class: "bar" }, isolated(joint.name, { class: "name", title: joint.name }), element("span", { class: "track", dir: "ltr" }, bar), element("span", { dir: "ltr" }, value, isolated(`${most} ${unit}`, { class: "soft" }))));
       return { value, bar };
     });
     return () => {
-      const tau = store.arm.kernels.gravity_torque(store.state.q)[0], most = Math.max(1, ...Array.from(tau, Math.abs));
+      const tau = held(), most = Math.max(1, ...Array.from(tau, Math.abs).filter(Number.isFinite));
       rows.forEach(({ value, bar }, k) => {
-        const share = tau[k] / (effort[k] ?? most), width = 50 * Math.min(1, Math.abs(share));
+        const share = tau[k] / (effort[motors[k]] ?? most), width = 50 * Math.min(1, Math.abs(share));
         written(value, number(tau[k], 2));
         bar.style.insetInlineStart = `${share < 0 ? 50 - width : 50}%`;
         bar.style.inlineSize = `${width}%`;

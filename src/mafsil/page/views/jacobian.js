@@ -8,6 +8,7 @@ import { element, isolated, matrix, number, sentence, symbol, written } from "./
 view({
   name: "jacobian",
   order: 40,
+  wanted: ({ kernels }) => "jacobian_body" in kernels,
   mount(place, { store, words }) {
     const n = store.arm.settings.n, J_b = matrix(6, n, [symbol("J", "b", "=")]), values = isolated(""), measure = isolated("");
     const list = element("dl", {}, element("dt", {}, sentence(words, "singular_values")), element("dd", {}, values), element("dt", {}, sentence(words, "manipulability")), element("dd", {}, measure));

@@ -24,6 +24,7 @@ view({
       app.stage.drag.lead(values.slice(0, 3), quaternionFrom(values.slice(3)));
       store.release();
     }
+    for (const field of fields) field.disabled = Boolean(store.arm.settings.driven); // no pose leads loops here
     const grid = element("div", { class: "fields", dir: "ltr" });
     FIELDS.forEach(([name, unit], k) => grid.append(element("label", {}, `${name} [${unit}]`, fields[k])));
     const quaternion = isolated(""), vector = isolated("");

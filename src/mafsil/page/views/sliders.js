@@ -11,13 +11,14 @@ view({
   order: 10,
   open: true,
   mount(place, { store, words, data }) {
-    const { lower, upper, start } = store.arm.settings;
+    const { lower, upper, start, driven } = store.arm.settings;
     const rows = data.robot.joints.map((joint, k) => {
       const low = lower[k] ?? -FREE, high = upper[k] ?? FREE, unit = joint.prismatic ? "m" : "rad";
       const set = (value, gesture) => store.do("set_joint", { joint: k, value }, { gesture });
       const range = element("input", { type: "range", min: low, max: high, step: "any", dir: "ltr", "aria-label": joint.name, oninput: (event) => set(Number(event.target.value), true), onchange: () => store.release() });
       const field = element("input", { type: "number", step: "any", dir: "ltr", "aria-label": `${joint.name} [${unit}]`, onchange: (event) => { if (event.target.value !== "" && Number.isFinite(Number(event.target.value))) set(Number(event.target.value), false); } });
       const bounds = `${number(lower[k] ?? -Infinity, 2)} … ${number(upper[k] ?? Infinity, 2)} ${unit}`;
+      if (driven && !driven.includes(k)) field.disabled = range.disabled = true; // the loops move it
       const row = element("div", { class: "joint" }, isolated(joint.name, { class: "name", title: joint.name }), field, range, isolated(bounds, { class: "soft" }));
       place.append(row);
       return { row, range, field };

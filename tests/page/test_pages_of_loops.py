@@ -1,0 +1,186 @@
+"""Pages of robots with loops: everything that they show is of the closed chain, or left out and said."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mafsil as mf
+from mafsil.errors import InputError
+from mafsil.kernels.export import bundle
+from mafsil.messages import say
+from mafsil.page.arm import Arm
+from mafsil.page.assemble import own_views
+from mafsil.page.content import content
+from mafsil.page.session import Session, action_arguments
+from mafsil.parallel import ClosedChain
+from tests.page.node import run_module
+from tests.page.test_page_core import SCRIPT, bits
+
+ROBOTS = Path(__file__).parents[2] / "examples" / "robots"
+PALLETISER = str(ROBOTS / "palletiser.xml")
+GUISE = """
+<mujoco><worldbody>
+  <body name="crank"><inertial pos="0.1 0 0" mass="1" diaginertia="0.01 0.01 0.01"/><joint name="a" axis="0 1 0"/>
+    <body name="coupler" pos="0 0 0.2"><inertial pos="0.2 0 0" mass="2" diaginertia="0.02 0.02 0.02"/>
+      <joint name="b" axis="0 1 0"/><site name="end" pos="0.4 0 0"/></body></body>
+  <body name="rocker" pos="0.4 0 0"><inertial pos="0 0 0.1" mass="1" diaginertia="0.01 0.01 0.01"/>
+    <joint name="c" axis="0 1 0"/><body name="top" pos="0 0 0.2"><inertial mass="0.1" pos="0 0 0"
+      diaginertia="0.001 0.001 0.001"/></body></body>
+</worldbody><equality><connect body1="coupler" body2="top" anchor="0.4 0 0"/></equality>
+<actuator>{actuator}</actuator></mujoco>
+"""
+DRIVEN = '<motor joint="a" ctrlrange="-9 9" ctrllimited="true"/>'
+VIEWS = """
+import fs from "node:fs";
+import { VIEWS } from "./page/core/views.js";
+IMPORTS
+const io = JSON.parse(fs.readFileSync("io.json"));
+const kernels = Object.fromEntries(io.kernels.map((name) => [name, () => []]));
+const wanted = VIEWS.filter((one) => one.wanted?.({ settings: io.data.settings, kernels }, io.data) ?? true);
+process.stdout.write(JSON.stringify(wanted.map((one) => one.name)));
+"""
+pytestmark = pytest.mark.filterwarnings("ignore::mafsil.errors.ModelWarning")
+
+
+def four_bar(folder: Path, actuator: str = DRIVEN) -> mf.Robot:
+    file = folder / "four_bar.xml"
+    file.write_text(GUISE.format(actuator=actuator), encoding="utf-8")
+    return mf.load(file)
+
+
+def freely_hung(folder: Path) -> mf.Robot:
+    """The four bars with one more joint at their end that nobody drives: the motor does not decide where it is."""
+    file = folder / "hung.xml"
+    end = '<body name="tip" pos="0 0 -0.1"><joint name="d" axis="0 1 0"/><inertial mass="1" pos="0 0 -0.1" '
+    end += 'diaginertia="0.01 0.01 0.01"/></body>'
+    text = GUISE.format(actuator=DRIVEN).replace('<site name="end" pos="0.4 0 0"/>', end)
+    file.write_text(text, encoding="utf-8")
+    return mf.load(file)
+
+
+def robots(tmp_path: Path) -> list[mf.Robot]:
+    return [mf.load(PALLETISER), four_bar(tmp_path)]
+
+
+def shown_of(arm: Arm, folder: Path) -> list[str]:
+    """The cards of a page."""
+    data = content(arm, "en", "robot")
+    module = VIEWS.replace("IMPORTS", "\n".join(f'import "./{path}";' for path in own_views()))
+    given = {"data": {**data, "kernels": None}, "kernels": list(arm.kernels)}
+    (folder / "io.json").write_text(json.dumps(given))
+    return json.loads(run_module(module, folder))
+
+
+def test_every_card_is_of_the_closed_chain_or_left_out(tmp_path: Path) -> None:
+    for robot in robots(tmp_path):
+        arm = Arm(robot)
+        assert set(arm.kernels) == {
+            "link_poses", "forward_kinematics", "tip_pose", "closed_following", "closed_efforts",
+        }  # fmt: skip
+        assert set(shown_of(arm, tmp_path)) == {"loops", "joints", "pose", "gravity", "code", "grasp"}
+        data = content(arm, "en", "robot")
+        assert data["dh"] is None
+        assert data["branches"] is None
+        names = [robot.joint_names[k] for k in data["settings"]["driven"]]
+        assert names == [joint.name for joint in robot.mechanism.coordinates if joint.actuated]
+        for language in ("en", "ar"):
+            for key in ("loops_move", "loops_left_out", "loops_no_loads", "why_loops", "view_loops", "hint_loops"):
+                assert say(f"page.{key}", language=language)
+
+
+def test_loops_stay_closed_whatever_is_done(tmp_path: Path) -> None:
+    rng = np.random.default_rng(3)
+    for robot in robots(tmp_path):
+        session, chain = Session(robot), ClosedChain(robot)
+        assert chain.error(session.q) < 1e-9
+        moved = 0
+        for _ in range(30):
+            joint = int(rng.choice(chain.actuated))
+            before, value = session.q, float(rng.uniform(-1.2, 1.2))
+            session.set_joint(joint, value)
+            assert chain.error(session.q) < 1e-9
+            if session.status == "ready":
+                assert session.q[joint] == pytest.approx(value, abs=1e-12)
+                moved += 1
+            else:
+                assert session.status == "loops_open"
+                np.testing.assert_array_equal(session.q, before)
+            still = 0 * session.q
+            tau = session._call("closed_efforts", session.state.q, still, still)[0]
+            np.testing.assert_allclose(tau, chain.inverse_dynamics(session.q, still, still).tau, atol=1e-9)
+        assert moved > 10
+        session.set_joints(rng.uniform(-0.3, 0.3, robot.n).tolist())
+        assert chain.error(session.q) < 1e-9
+
+
+def test_loads_are_those_of_the_loops() -> None:
+    """By virtual work: the effort of a driven joint is the slope of the potential energy along the closed motion."""
+    session = Session(mf.load(PALLETISER))
+    session.set_joints([0.2, 0.0, -0.1, 0.0])
+    robot, chain, h = session.arm.robot, ClosedChain(session.arm.robot), 1e-5
+    still = 0 * session.q
+    tau = session._call("closed_efforts", session.state.q, still, still)[0]
+    for k, joint in enumerate(chain.actuated):
+        energies = []
+        for way in (h, -h):
+            q = session.q.copy()
+            q[joint] += way
+            energies.append(float(robot.potential_energy(chain.closed(q, hold=chain.actuated, tries=1).q)))
+        assert tau[k] == pytest.approx((energies[0] - energies[1]) / (2 * h), abs=1e-6)
+    assert np.abs(tau - np.asarray(robot.gravity_torque(session.q))[chain.actuated]).max() > 0.5
+
+
+def test_the_page_moves_loops_to_the_same_bits(tmp_path: Path) -> None:
+    session = Session(mf.load(PALLETISER))
+    actions: list[dict[str, Any]] = [
+        {"do": "set_joint", "with": {"joint": 0, "value": 0.3}},
+        {"do": "set_joint", "with": {"joint": 2, "value": -0.2}},
+        {"do": "set_joint", "with": {"joint": 2, "value": 9.0}},
+        {"do": "set_joints", "with": {"values": [0.1, 0.2, 0.05, 0.0]}},
+        {"do": "set_joints", "with": {"values": [2.0, 2.0, -2.0, 2.0]}},
+    ]
+    module = bundle(session.arm.kernels)
+    io = {
+        "settings": session.arm.settings, "actions": actions, "layout": dict(module.layout), "args": action_arguments(),
+        "robot": "robot",
+    }  # fmt: skip
+    (tmp_path / "io.json").write_text(json.dumps(io))
+    (tmp_path / "bundle.wasm").write_bytes(module.code)
+    states = json.loads(run_module(SCRIPT, tmp_path))["states"]
+    for action, state in zip(actions, states, strict=True):
+        session.do([action])
+        assert state["status"] == session.status
+        assert bits(state["q"]) == bits(session.q)
+
+
+def test_what_would_be_of_the_open_tree_is_refused(tmp_path: Path) -> None:
+    session = Session(mf.load(PALLETISER))
+    with pytest.raises(InputError, match="not driven"):
+        session.set_joint(1, 0.1)
+    pose = [0.5, 0.0, 0.5], [1.0, 0.0, 0.0, 0.0]
+    for act in (
+        lambda: session.search(*pose), lambda: session.reach(*pose, 0), lambda: session.choose(0),
+        lambda: session.loop(True), lambda: session.simulate(3),
+    ):  # fmt: skip
+        with pytest.raises(InputError, match="closed loops"):
+            act()
+    assert len(Session(four_bar(tmp_path, "")).arm.settings["driven"]) == 1  # all may be motors: one moves the rest
+    nobody = Session(freely_hung(tmp_path))
+    assert nobody.arm.settings["driven"] == []
+    assert "gravity" not in shown_of(nobody.arm, tmp_path)
+    with pytest.raises(InputError, match="closed loops"):
+        nobody.set_joints([0.0] * nobody.arm.robot.n)
+
+
+def test_loops_without_masses_are_moved_and_loads_are_left_out(tmp_path: Path) -> None:
+    mechanism = mf.mobility.mechanism_of(mf.mobility.library.four_bar())
+    session = Session(mechanism)
+    session.set_joint(0, 0.4)
+    assert session.status == "ready"
+    assert ClosedChain(mechanism).error(session.q) < 1e-9
+    assert set(shown_of(session.arm, tmp_path)) == {"loops", "joints", "pose", "code", "grasp"}
