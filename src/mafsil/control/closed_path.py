@@ -97,7 +97,7 @@ def _at_knots(
         known[k] = closed.q
         beyond = np.maximum(limits.lower - closed.q, closed.q - limits.upper)
         joint = int(beyond.argmax())
-        if beyond[joint] > MET:
+        if not limits.within(closed.q)[joint]:
             value = float(closed.q[joint])
             limit = float(limits.lower[joint] if value < limits.lower[joint] else limits.upper[joint])
             details |= {"joint": chain.robot.joint_names[joint], "value": value, "limit": limit}

@@ -1,4 +1,4 @@
-"""Several robots on their paths, one robot among obstacles that move: who waits where, and how far they come where no way is found."""
+"""Several robots on their paths, one robot among obstacles that move: who waits where, or how far they come."""
 
 from __future__ import annotations
 
