@@ -186,7 +186,7 @@ def test_what_is_refused(pair, robot):
         pair.alone("middle")
     with pytest.raises(InputError, match="right"):
         pair.joined({"left": np.zeros(6), "right": [np.nan] * 6})
-    with pytest.raises(ModelError, match="a: T_so is no pose"):
+    with pytest.raises(ModelError, match="T_sb is no pose"):
         Arms([Mounted("a", robot, np.ones((4, 4)))])
 
 

@@ -126,8 +126,8 @@ def test_wrong_input_is_named():
         Obstacle(Sphere(1.0), np.zeros(3), np.eye(4))
     with pytest.raises(mf.InputError, match="no length"):
         Obstacle(Sphere(-1.0))
-    with pytest.raises(mf.InputError, match="no length"):
-        Obstacle(Box((1.0, float("nan"), 1.0)))
+    with pytest.raises(mf.InputError, match="size: nan"):
+        Box((1.0, float("nan"), 1.0))
     with pytest.raises(mf.InputError, match="T_so"):
         Obstacle(Sphere(1.0), (0.0, float("inf"), 0.0))
     with pytest.raises(mf.InputError, match="triangles"):
@@ -144,7 +144,7 @@ def test_wrong_input_is_named():
     ("call", "words"),
     [
         (lambda: Obstacle(Box(0.5)), "size: expected shape"),
-        (lambda: Obstacle(Sphere(1e160)), "no length.*at most 1e\\+06"),
+        (lambda: Obstacle(Sphere(1e16)), "no length.*at most 1e\\+06"),
         (lambda: Obstacle(Sphere(0.1), (1e12, 0.0, 0.0)), "farther than 1e\\+06 m"),
         (lambda: collision.ConvexHull(np.eye(3) * 1e200), "points: .*farther"),
         (lambda: collision.HeightMap(np.zeros((3, 3)), 1.0, base=-1.0), "size: expected shape"),

@@ -57,7 +57,7 @@ def test_a_delta_keeps_its_orientation():
     assert followed
     assert off(chain, line, followed.value) < 1e-6
     turned = follow_with_loops(chain, CartesianPath(T, shifted(T, 0.0, 0.0, 0.0, turn=(0.0, 0.0, 0.3)), "straight"), q)
-    assert turned.status is PlanStatus.UNREACHABLE
+    assert turned.status is PlanStatus.NOT_FOUND
     place = follow_with_loops(chain, line, q, task="position")
     assert off(chain, line, place.value, "position") < 1e-6
 
@@ -65,10 +65,10 @@ def test_a_delta_keeps_its_orientation():
 def test_where_a_path_ends_is_said():
     chain, q, T = chain_of("delta")
     far = follow_with_loops(chain, CartesianPath(T, shifted(T, 5.0, 0.0, 0.0), "straight"), q)
-    assert far.status is PlanStatus.UNREACHABLE
+    assert far.status is PlanStatus.NOT_FOUND
     assert far.value is None
     assert 0.0 < far.details["place"] < 0.9
-    assert "reach" in far.explain(language="en")
+    assert "was found" in far.explain(language="en")
 
 
 def test_a_joint_at_its_limit_ends_a_path():

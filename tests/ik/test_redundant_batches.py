@@ -105,7 +105,7 @@ def test_a_batch_says_what_the_single_calls_say(name):
         - robot.forward_kinematics(q)[np.nonzero(many.valid)[0], :3, 3]
     )
     assert np.abs(missed).max() < 1e-9
-    inside = (many.q >= robot.limits.lower - 1e-12) & (many.q <= robot.limits.upper + 1e-12)
+    inside = robot.limits.within(many.q)
     assert (many.within == (many.valid & inside.all(axis=-1))).all()
 
 

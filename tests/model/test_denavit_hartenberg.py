@@ -163,7 +163,6 @@ def test_default_names():
         (lambda: mechanism_from_dh([], "modified"), "dh.no_rows"),
         (lambda: mechanism_from_dh([DHRow()], "craig"), "dh.convention"),
         (lambda: mechanism_from_dh([DHRow(kind="H")], "classic"), "dh.kind"),
-        (lambda: mechanism_from_dh([DHRow(), DHRow(d=np.nan)], "classic"), "dh.finite"),
         (lambda: mechanism_from_dh([DHRow()], "classic", limits=[Limits()] * 2), "serial.length"),
         (lambda: mechanism_from_dh([DHRow()] * 2, "classic", link_names=["a", "b"]), "serial.length"),
         (lambda: mechanism_from_dh([DHRow()] * 2, "classic", joint_names=["a", "a"]), "model.duplicate_joint"),
@@ -174,6 +173,11 @@ def test_wrong_tables_are_refused_with_a_sentence_in_both_languages(call, key):
         call()
     assert caught.value.key == key
     assert caught.value.message("en") != caught.value.message("ar")
+
+
+def test_numbers_that_are_none_are_named_by_their_row():
+    with pytest.raises(InputError, match=r"rows\[1\]\.d"):
+        mechanism_from_dh([[0, 0, 0, 0], [0, 0, np.nan, 0]], "classic")
 
 
 @pytest.mark.parametrize("name", ["base", "tool"])

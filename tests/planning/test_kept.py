@@ -153,11 +153,15 @@ def test_ends_that_do_not_keep_it_are_named(panda):
 
 
 def test_wrong_constraints_are_named(panda):
+    for make, match in (
+        (lambda: planning.Upright(0.0), "angle"), (lambda: planning.OnLine([1, np.nan, 0]), "direction"),
+        (lambda: planning.InPlane([0, 0, 1], tolerance=-1.0), "tolerance"),
+    ):  # fmt: skip
+        with pytest.raises(InputError, match=match):
+            make()
     for keep, match in (
-        (planning.Upright(0.0), "angle"), (planning.Upright(4.0), "angle"),
-        (planning.Upright(0.1, axis=[0, 0, 0]), "axis"),
-        (planning.OnLine([0, 0, 0]), "direction"), (planning.OnLine([1, np.nan, 0]), "direction"),
-        (planning.InPlane([0, 0, 1], tolerance=-1.0), "tolerance"),
+        (planning.Upright(4.0), "angle"), (planning.Upright(0.1, axis=[0, 0, 0]), "axis"),
+        (planning.OnLine([0, 0, 0]), "direction"),
         (planning.FixedOrientation(np.ones((3, 3))), "rotation"),
         ("upright", "keep"),
     ):  # fmt: skip

@@ -413,7 +413,7 @@ def test_two_robots_cross_and_one_waits():
 @pytest.mark.capability("11-45")
 def test_robots_that_meet_head_on_block_each_other():
     found = coordinate(lambda a, b: np.abs(10 * a - (10 - 10 * b)) < 1.0, (10.0, 10.0))
-    assert found.status is CoordinationStatus.DEADLOCK
+    assert found.status is CoordinationStatus.NOT_FOUND
     assert not found
     assert sum(found.reached) == pytest.approx(0.9, abs=0.02)
     assert found.explain("en") != found.explain("ar")
@@ -434,7 +434,7 @@ def test_an_obstacle_that_moves_is_let_pass():
     assert not collides(found.shares[:, 0], found.t).any()
     assert found.duration == pytest.approx(10.0 + np.sqrt(2.0), abs=0.06)
     stays = avoid_moving(lambda s, t: np.abs(s - 0.5) < 0.05, 10.0, 15.0)
-    assert stays.status is CoordinationStatus.DEADLOCK
+    assert stays.status is CoordinationStatus.NOT_FOUND
     assert stays.reached[0] == pytest.approx(0.45, abs=0.01)
 
 

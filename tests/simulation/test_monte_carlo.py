@@ -253,9 +253,11 @@ def test_parameters_seen_from_another_frame(seed):
 
 def test_what_makes_no_sense_is_refused():
     given = scenario()
-    for bad in ((1.0,), (2.0, 1.0), (0.0, np.nan), "wide", Normal(0.0, -1.0)):
+    for bad in ((1.0,), (2.0, 1.0), (0.0, np.nan), "wide"):
         with pytest.raises(InputError, match="payload"):
             Variation(payload=bad)
+    with pytest.raises(InputError, match="deviation"):
+        Normal(0.0, -1.0)
     for name, spread in (
         ("payload", (-2.0, -1.0)),
         ("inertia", (0.0, 0.0)),

@@ -44,3 +44,24 @@ def test_a_cycle_below_the_rounding_of_the_duration_changes_nothing():
     shortest = jerk_limited([0.0, 0.0], [1.0, -1.0], LIMITS).duration
     for cycle in (5e-324, 1e-19, 3e-19, 1e-17):
         assert jerk_limited([0.0, 0.0], [1.0, -1.0], LIMITS, cycle=cycle).duration == pytest.approx(shortest, rel=1e-12)
+
+
+def test_long_waits_of_moving_states_end_at_their_goals():
+    """A rounding of the acceleration before a wait is multiplied by the square of the wait."""
+    state = np.random.default_rng(5).uniform(-1.0, 1.0, (200, 2, 6)) * [1.0, 0.4, 0.3, 1.0, 0.4, 0.3]
+    p, v, a, goal, v_goal, a_goal = np.moveaxis(state, -1, 0)
+    for T in DECADES[75:]:
+        motions = jerk_limited(
+            p, goal, LIMITS, start_velocity=v, start_acceleration=a, goal_velocity=v_goal, goal_acceleration=a_goal,
+            minimum_duration=T,
+        )  # fmt: skip
+        if T <= 1e5:
+            assert motions
+        for motion, asked in zip(motions, state, strict=True):
+            if not motion:
+                assert motion.status is JerkStatus.BEYOND_NUMBERS
+                continue
+            way = motion.at(motion.breaks())
+            assert np.isfinite(way.u).all()
+            assert (np.abs(way.u[-1] - asked[:, 3]) <= 2e-9 * np.abs(way.u).max(axis=0)).all()
+            assert (np.abs(way.v[-1] - asked[:, 4]) <= 2e-9 * np.abs(way.v).max(axis=0)).all()

@@ -49,7 +49,9 @@ def test_each_kind_of_requirement_is_measured():
         assert len(answer.explain(language).splitlines()) == 9
     assert answer.to_dict()["findings"][0]["kind"] == "PassesWithin"
     assert require(quintic([0.0], [1.0], 1.0), IsSmooth(2), Takes(0.5, 1.5))
-    for wrong in (PassesWithin([0.0], 1.0), PassesWithin([0.0, 0.0], 0.0), KeepsClear([0, 0], 1.0, begin=5.0)):
+    with pytest.raises(InputError, match="distance"):
+        PassesWithin([0.0, 0.0], 0.0)
+    for wrong in (PassesWithin([0.0], 1.0), KeepsClear([0, 0], 1.0, begin=5.0)):
         with pytest.raises(InputError):
             require(motion, wrong)
 

@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, as_batch
+from mafsil.arrays import Floats, JointVector, as_batch, not_negative
 from mafsil.collision.bodies import Body
 from mafsil.collision.checker import Checker
 from mafsil.collision.joints import joints_of
 from mafsil.collision.pairs import Reason
 from mafsil.collision.scene import Obstacle, Scene, placed
 from mafsil.errors import InputError
+from mafsil.fields import checked, or_none
 from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
 from mafsil.model.mounting import mounted_together
@@ -49,6 +50,7 @@ class Mounted:
     skip: Iterable[tuple[str, str]] = ()
     radius: float | None = None
     self_collision: bool = True
+    __post_init__ = checked(T_sb=or_none(placed), radius=or_none(not_negative))
 
 
 class Arms(Checker):
@@ -241,7 +243,7 @@ def _alone(arm: Mounted, scene: Scene, margins: tuple[float, float | None], samp
     """The checker of one arm at its base pose."""
     mechanism = as_robot(arm.robot).mechanism
     if arm.T_sb is not None:
-        mechanism = replace(mechanism, T_sb=placed(arm.name, arm.T_sb))
+        mechanism = replace(mechanism, T_sb=np.asarray(arm.T_sb))
     return Checker(
         mechanism, scene, attached=arm.attached, margin=margins[0], own_margin=margins[1], srdf=arm.srdf, skip=arm.skip,
         self_collision=arm.self_collision, radius=arm.radius, samples=samples, seed=seed,

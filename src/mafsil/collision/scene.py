@@ -47,17 +47,17 @@ class Obstacle:
         if not isinstance(name, str):
             raise InputError("collision.obstacle_name", got=type(name).__name__)
         checked_geometry(self.name or "geometry", self.geometry)
-        object.__setattr__(self, "T_so", placed(self.name or type(self.geometry).__name__, self.T_so))
+        object.__setattr__(self, "T_so", placed(f"{self.name or type(self.geometry).__name__}: T_so", self.T_so))
 
 
 def placed(name: str, place: ArrayLike) -> PoseMatrix:
     """A pose (4, 4), of a pose or of a position (3,)."""
-    array = require_near(f"{name}: T_so", require_finite(f"{name}: T_so", real_array(f"{name}: T_so", place)))
+    array = require_near(name, require_finite(name, real_array(name, place)))
     if array.shape == (3,):
         T = np.eye(4)
         T[:3, 3] = array
         return frozen(T)
-    return frozen(checked_pose(f"{name}: T_so", array))
+    return frozen(checked_pose(name, array))
 
 
 class Scene:

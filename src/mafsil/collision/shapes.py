@@ -9,8 +9,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, as_batch, frozen, real_array
+from mafsil.arrays import Floats, as_batch, frozen, number, real_array
 from mafsil.errors import InputError
+from mafsil.fields import checked, real
 from mafsil.model import mesh, scan
 from mafsil.model.mesh.surface import cleaned
 from mafsil.model.shape import Box, Capsule, Cylinder, Mesh, Sphere
@@ -27,6 +28,7 @@ class Cone:
 
     radius: float
     length: float
+    __post_init__ = checked(radius=number, length=number)
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +51,7 @@ class ConvexHull:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", _points("points", self.points))
-        _require_length("rounding", abs(self.rounding), zero=True)
+        _require_length("rounding", abs(real("rounding", self.rounding)), zero=True)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

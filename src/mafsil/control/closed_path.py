@@ -50,7 +50,7 @@ def follow_with_loops(
         slack: how far beside the path the tip may be at the knots of mechanisms with fewer freedoms than the task asks.
 
     Returns:
-        The path of the joints, its residual the largest deviation; or None with UNREACHABLE, SINGULAR or JOINT_LIMIT
+        The path of the joints, its residual the largest deviation; or None with NOT_FOUND, SINGULAR or JOINT_LIMIT
         and the place where it ends, DEVIATES if more knots do not help.
     """
     tolerance, slack = positive("tolerance", tolerance), not_negative("slack", slack)
@@ -91,13 +91,13 @@ def _at_knots(
         details = {"place": float(knots[k - 1])}
         if not closed or max(place, turn) > allowed:
             residual = max(place, turn)
-            return Outcome(None, PlanStatus.UNREACHABLE, residual, details=details)
+            return Outcome(None, PlanStatus.NOT_FOUND, residual, details=details | {"steps": len(knots)})
         if (np.abs(closed.q - known[k - 1]) > FARTHEST * chain.unit).any():
             return Outcome(None, PlanStatus.SINGULAR, 0.0, details=details | {"margin": 0.0})
         known[k] = closed.q
         beyond = np.maximum(limits.lower - closed.q, closed.q - limits.upper)
         joint = int(beyond.argmax())
-        if beyond[joint] > MET:
+        if not limits.within(closed.q)[joint]:
             value = float(closed.q[joint])
             limit = float(limits.lower[joint] if value < limits.lower[joint] else limits.upper[joint])
             details |= {"joint": chain.robot.joint_names[joint], "value": value, "limit": limit}

@@ -15,12 +15,15 @@ from mafsil.arrays import (
     Vector3,
     Vector6,
     as_batch,
+    not_negative,
     positive,
+    real_array,
     require_finite,
     require_kind,
     single,
 )
 from mafsil.errors import InputError
+from mafsil.fields import checked
 from mafsil.robot import Robot, of_robot
 
 
@@ -57,19 +60,16 @@ class Wall:
     damping: float = 0.0
     friction: float = 0.0
     slow: float = 1e-3
+    _numbers = checked(stiffness=positive, damping=not_negative, friction=not_negative, slow=positive)
 
     def __post_init__(self) -> None:
+        self._numbers()
         point, normal = single("point", self.point, (3,)), single("normal", self.normal, (3,))
         length = float(np.linalg.norm(normal))
         if not length:
             raise InputError("control.no_normal")
         object.__setattr__(self, "point", point)
         object.__setattr__(self, "normal", normal / length)
-        positive("stiffness", self.stiffness)
-        for name in ("damping", "friction"):
-            if not 0.0 <= getattr(self, name) < np.inf:
-                raise InputError("input.range", name=name, value=getattr(self, name), low=0.0, high=np.inf)
-        positive("slow", self.slow)
 
     def depth(self, T: PoseMatrix) -> Floats:
         """(*batch,) how deep the tip's origin is in the wall [m]; negative before it."""
@@ -169,7 +169,7 @@ def _at_tip(R: Floats, force: Floats) -> Vector6:
 
 def _square(name: str, value: ArrayLike) -> Floats:
     """(3, 3) from a number, a diagonal or a matrix."""
-    array = require_finite(name, np.asarray(value, dtype=np.float64))
+    array = require_finite(name, real_array(name, value))
     if array.shape == (3, 3):
         return array
     if array.shape not in ((), (3,)):

@@ -16,6 +16,7 @@ from mafsil.control.task_dynamics import task_dynamics
 from mafsil.control.tip_motion import TipReference
 from mafsil.control.tip_sensor import TaskForceSensor, from_outside
 from mafsil.errors import InputError
+from mafsil.fields import checked, square
 from mafsil.one_joint import JointArm, JointLaw, sampled_stability
 from mafsil.robot import Robot, of_robot
 from mafsil.trajectory import Motion
@@ -35,6 +36,7 @@ class Impedance:
     inertia: Floats
     damping: Floats
     stiffness: Floats
+    __post_init__ = checked(inertia=square, damping=square, stiffness=square)
 
     @classmethod
     def of(cls, m: int, *, inertia: ArrayLike = 0.0, damping: ArrayLike = 0.0, stiffness: ArrayLike = 0.0) -> Impedance:

@@ -12,6 +12,7 @@ from mafsil.control.feedback import RunningSum
 from mafsil.control.friction_compensation import friction_along
 from mafsil.control.law import Law
 from mafsil.errors import InputError
+from mafsil.fields import checked, square
 from mafsil.robot import Robot, of_robot
 from mafsil.trajectory import Motion
 
@@ -27,6 +28,7 @@ class MatrixGains:
     kp: Floats
     kd: Floats
     ki: Floats
+    __post_init__ = checked(kp=square, kd=square, ki=square)
 
     @classmethod
     def of(cls, n: int, kp: ArrayLike, kd: ArrayLike, ki: ArrayLike = 0.0) -> MatrixGains:

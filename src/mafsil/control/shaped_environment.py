@@ -10,7 +10,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, Vector3, Vector6, positive, real_array, require_finite, single
+from mafsil.arrays import (
+    Floats,
+    PoseMatrix,
+    Vector3,
+    Vector6,
+    not_negative,
+    positive,
+    real_array,
+    require_finite,
+    single,
+)
 from mafsil.control.environment import Environment, SpringDamper, pressed
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
@@ -146,7 +156,7 @@ class Door:
     def __post_init__(self) -> None:
         object.__setattr__(self, "hinge", single("hinge", self.hinge, (3,)))
         object.__setattr__(self, "axis", _unit("axis", self.axis))
-        object.__setattr__(self, "handle", pose.check(self.handle, "handle"))
+        object.__setattr__(self, "handle", pose.check(single("handle", self.handle, (4, 4)), "handle"))
         positive("stiffness", self.stiffness)
         _not_negative(self, "damping", "turn_stiffness", "turn_damping", "friction", "closer")
         if np.linalg.norm(self._aside(self.handle[:3, 3])) < TINY:
@@ -311,6 +321,4 @@ def _unit(name: str, value: ArrayLike) -> Vector3:
 
 def _not_negative(owner: object, *names: str) -> None:
     for name in names:
-        value = getattr(owner, name)
-        if not 0.0 <= value < np.inf:
-            raise InputError("input.range", name=name, value=value, low=0.0, high=np.inf)
+        not_negative(name, getattr(owner, name))

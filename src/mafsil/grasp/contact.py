@@ -375,7 +375,7 @@ def _plain(value: ArrayLike) -> Floats | None:
 
 def _curvature(name: str, value: float | ArrayLike, n: Floats, pointed: bool = False) -> float | Floats:
     """One number, or a symmetric tensor across the normal."""
-    if not np.ndim(value):
+    if not real_array(name, value).ndim:
         number = _number(name, value)  # type: ignore[arg-type]
         if not isfinite(number) and not (pointed and number == POINTED):
             raise InputError("input.finite", name=name, value=number, index=())

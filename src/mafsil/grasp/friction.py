@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Status
-from mafsil.arrays import Floats, as_batch
+from mafsil.arrays import Floats, as_batch, not_negative, positive, real_array
 from mafsil.errors import InputError
+from mafsil.fields import checked, or_none
 from mafsil.grasp.contact import Contact
 from mafsil.grasp.tolerances import ROUNDOFF
 from mafsil.messages import say
@@ -208,11 +209,14 @@ class FrictionLaw:
     viscous: float = 0.0
     aging: float = 0.0
     aging_time: float = 1.0
+    _numbers = checked(
+        mu_s=not_negative, mu_k=or_none(not_negative), stribeck_speed=positive, viscous=not_negative,
+        aging=not_negative, aging_time=positive,
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
-        for name in ("mu_s", "viscous", "aging"):
-            _coefficient(name, getattr(self, name))
-        if self.mu_k is not None and _coefficient("mu_k", self.mu_k) > self.mu_s:
+        self._numbers()
+        if self.mu_k is not None and self.mu_k > self.mu_s:
             raise InputError("grasp.kinetic_above_static", kinetic=self.mu_k, static=self.mu_s)
 
     @property
@@ -241,7 +245,7 @@ class FrictionLaw:
 
 
 def _coefficient(name: str, value: ArrayLike) -> Any:
-    numbers: NDArray[np.float64] = np.asarray(value, float)
+    numbers: NDArray[np.float64] = real_array(name, value)
     if not np.isfinite(numbers).all() or (numbers < 0).any():
         worst = float(numbers[~(numbers >= 0)].ravel()[0]) if (~(numbers >= 0)).any() else float(numbers.max())
         raise InputError("grasp.negative_coefficient", name=name, value=worst)

@@ -23,6 +23,7 @@ from mafsil.identification.torque_model import TorqueModel
 from mafsil.mechanics.friction import SMOOTHING
 from mafsil.messages import say
 from mafsil.messages.tables import in_notebook, number, table
+from mafsil.model.mechanism import admitted
 from mafsil.robot import Robot, of_robot
 from mafsil.whole_file import write_whole
 
@@ -218,7 +219,10 @@ class _Search:
         self.model = TorqueModel(robot, SMOOTHING)
         self.columns = list(self.model.base.columns)
         self.times = np.linspace(0.0, period, SAMPLES, endpoint=False)
-        self.start = None if centre is None else as_batch("centre", centre, (robot.n,), finite=True).reshape(robot.n)
+        self.start = None
+        if centre is not None:
+            given = as_batch("centre", centre, (robot.n,), finite=True).reshape(robot.n)
+            self.start = admitted(given, self.lower, self.upper)
         self.tried, self.passed = 0, 0
         if self.start is not None:
             outside = np.flatnonzero((self.start < self.lower) | (self.start > self.upper))

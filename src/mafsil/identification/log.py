@@ -53,10 +53,9 @@ class MotionLog:
         object.__setattr__(self, "t", times)
         expected: tuple[Any, ...] = (len(times), "n")
         for name in ("q", "tau", "qd", "qdd"):
-            value = getattr(self, name)
-            if value is None:
+            if name in ("qd", "qdd") and getattr(self, name) is None:
                 continue
-            array = frozen(real_array(name, value))
+            array = frozen(real_array(name, getattr(self, name)))
             if array.ndim != 2 or len(array) != len(times) or ("n" not in expected and array.shape != expected):
                 raise InputError("input.shape", name=name, expected=expected, got=array.shape, hint="")
             expected = array.shape

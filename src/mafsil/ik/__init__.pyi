@@ -60,4 +60,5 @@ from mafsil.ik.tracking import NearSingularity as NearSingularity
 from mafsil.ik.tracking import Switch as Switch
 from mafsil.ik.tracking import Track as Track
 from mafsil.ik.tracking import TrackStatus as TrackStatus
+from mafsil.ik.tracking import TrackTask as TrackTask
 from mafsil.ik.tracking import track as track

@@ -12,7 +12,7 @@ from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputWarning, warn
 from mafsil.ik.status import CODES, STATUSES, IKStatus
-from mafsil.ik.tolerances import REACHED
+from mafsil.ik.tolerances import ON_LIMIT, REACHED
 from mafsil.messages import say
 from mafsil.messages.tables import on_screen
 
@@ -62,7 +62,8 @@ class IKResult(Answer):
         attempts: (*batch,) starts tried.
         reach: (*batch,) proven bound of the distance of the frame from the first joint [m].
         distance: (*batch,) distance of the desired position from the first joint [m].
-        worst_joint: (*batch,) name of the joint that a solution without limits exceeds most; empty elsewhere.
+        worst_joint: (*batch,) name of the joint that a solution without limits exceeds most, or that lies beyond its
+            limit by so little that it counts as on it; empty elsewhere.
         moving: number of joints that move the frame.
     """
 
@@ -188,16 +189,18 @@ class IKResult(Answer):
             for row in np.argwhere(~part.solved)[:LISTED].tolist():
                 lines.append(f"{row}: {part.explain(*row, language=language)}")
             return "\n".join(lines)
+        status, joint = STATUSES[int(self.codes[index])], str(self.worst_joint[index])
         return say(
-            SENTENCES[STATUSES[int(self.codes[index])]],
+            "ik.solved_on_limit" if status is IKStatus.SOLVED and joint else SENTENCES[status],
             language=language,
+            measured=ON_LIMIT,
             position_error=float(self.position_error[index]),
             rotation_error=float(self.rotation_error[index]),
             attempts=int(self.attempts[index]),
             iterations=int(self.iterations[index]),
             reach=float(self.reach[index]),
             distance=float(self.distance[index]),
-            joint=str(self.worst_joint[index]),
+            joint=joint,
             joints=self.moving,
             accepting=f"{rounded_up(float(self.residual[index])):.3g}",
         )

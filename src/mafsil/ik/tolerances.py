@@ -15,7 +15,11 @@ from mafsil.mechanics.closed_form import thresholds
 SMALLEST = SMALLEST_DIVISOR
 """In place of a zero to divide by."""
 INSIDE = thresholds.INSIDE
-"""By how much a joint may seem beyond its limit by rounding [rad | m], a number of turns beyond a whole one."""
+"""By how much a joint may seem beyond its limit by rounding [rad | m]: where its value is chosen, not measured."""
+ON_LIMIT = thresholds.ON_LIMIT
+"""By how much a joint of an isolated solution may lie beyond its limit and count as on it: `MEASURED` [rad | m]."""
+WHOLE_TURN = thresholds.WHOLE_TURN
+"""Share of a turn by which rounding may miss a whole one."""
 
 # ---- residuals of solutions [m | rad] ------------------------------------------------------------------------------
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,6 +18,7 @@ from mafsil.ik.inverse import inverse_kinematics
 from mafsil.ik.numerical import solve_ik
 from mafsil.ik.numerical.problem import problem_of
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
+from mafsil.ik.result import IKResult
 from mafsil.ik.tolerances import FROM_THE_POSE, NEARLY_SINGULAR, PULLED, REACHED, SELF_MOTION
 from mafsil.ik.winding import wound_near
 from mafsil.messages import say
@@ -25,6 +26,10 @@ from mafsil.messages.tables import on_screen
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot
 
+TrackTask = Literal["pose", "position"]
+"""What of a path is tracked; the rest is left to the arm."""
+LOOK = 4
+"""Configurations that show how many freedoms an arm has."""
 FINEST = 2.0**-14
 """Smallest part of the way between two poses that is tried before the branch is given up."""
 
@@ -106,13 +111,13 @@ class Track(Answer):
     Attributes:
         q: (k, n) coordinates; rows after the last pose that could be reached are NaN.
         times: (k,) of the poses.
-        residual: (k,) larger of position and rotation error [m | rad].
+        residual: (k,) larger of position and rotation error, as far as they count [m | rad].
         conditioning: (k,) smallest over largest singular value of the Jacobian, lengths in units of the reach.
         switches: where the branch was left.
         near_singularities: nearly singular configurations, one for each visit.
         reached: number of poses reached, from the first on.
         stopped_at: time at which the path had to be given up; NaN if it was not.
-        refusal: what inverse kinematics says of the pose that stopped it, or None.
+        refusal: what inverse kinematics says of the pose, or the position, that stopped it, or None.
         closed: whether the path ends at the pose where it began.
         drift: (n,) by how much the coordinates differ at the end of a closed path; NaN if it is open or not done.
     """
@@ -125,7 +130,7 @@ class Track(Answer):
     near_singularities: tuple[NearSingularity, ...]
     reached: int
     stopped_at: float
-    refusal: SolutionSet | None
+    refusal: SolutionSet | IKResult | None
     closed: bool
     drift: JointVector
 
@@ -169,7 +174,7 @@ class Track(Answer):
     def explain(self, language: str | None = None) -> str:
         """How it went, every switch and near-singularity, and the drift of a closed path."""
         details = {"reached": self.reached, "count": len(self.q), "switches": len(self.switches)}
-        reason = "" if self.refusal is None else self.refusal.explain(language).split("\n")[0]
+        reason = "" if self.refusal is None else self.refusal.explain(language=language).split("\n")[0]
         lines = [self.status.sentence(language, **details, time=self.stopped_at, reason=reason)]
         lines += [place.explain(language) for place in (*self.switches, *self.near_singularities)]
         if self.closed and self.reached == len(self.q):
@@ -186,6 +191,7 @@ def track(
     q0: ArrayLike,
     *,
     times: ArrayLike | None = None,
+    task: TrackTask = "pose",
     tolerance: float = 1e-9,
     largest_step: float = 0.1,
 ) -> Track:
@@ -202,12 +208,16 @@ def track(
         T_path: (k, 4, 4) poses of the tip in {s}.
         q0: (n,) initial guess, near the first pose [rad | m].
         times: (k,) increasing; 0, 1, 2, ... if None.
+        task: `pose`, or `position`: the orientation is left to the arm.
         tolerance: largest residual [m | rad].
         largest_step: largest change of a coordinate in one step [rad | m].
 
     Raises:
-        InputError: wrong shapes, numbers that are not finite, a row that is no pose, times that do not increase.
+        InputError: wrong shapes, numbers that are not finite, a row that is no pose, times that do not increase,
+            another task.
     """
+    if task not in get_args(TrackTask):
+        raise InputError("input.choice", name="task", value=task, known=", ".join(get_args(TrackTask)))
     robot = as_robot(robot)
     poses = as_batch("T_path", T_path, (4, 4), finite=True)
     if poses.ndim != 3:
@@ -221,23 +231,30 @@ def track(
         raise InputError("input.shape", name="times", expected=(len(poses),), got=clock.shape, hint="")
     if (np.diff(clock) <= 0.0).any():
         raise InputError("ik.times", name="times", index=int((np.diff(clock) <= 0.0).argmax()) + 1)
-    return _Tracker(robot, poses, clock, positive("tolerance", tolerance), positive("largest_step", largest_step)).run(
-        begin
-    )
+    sizes = positive("tolerance", tolerance), positive("largest_step", largest_step)
+    return _Tracker(robot, poses, clock, *sizes, task).run(begin)
 
 
 class _Tracker:
     """The state of a walk along a path."""
 
-    def __init__(self, robot: Robot, poses: PoseMatrix, times: Floats, tolerance: float, largest: float) -> None:
+    def __init__(
+        self, robot: Robot, poses: PoseMatrix, times: Floats, tolerance: float, largest: float, task: TrackTask
+    ) -> None:
         self.robot, self.poses, self.times, self.tolerance, self.largest = robot, poses, times, tolerance, largest
+        self.task: TrackTask = task
+        self.rows = slice(0 if task == "pose" else 3, 6)
         self.q = np.full((len(poses), robot.n), np.nan)
         self.residual = np.full(len(poses), np.nan)
         self.switches: list[Switch] = []
         problem = problem_of(robot, None, True)
         # Joints that do not move the tip stay where they are: they are no columns of its Jacobian.
         self.moving = problem.part.columns
-        self._scale = np.repeat([1.0, 1.0 / problem.length], 3)[:, None]
+        self._scale = np.repeat([1.0, 1.0 / problem.length], 3)[self.rows, None]
+        # Of how many freedoms the arm can move what counts: that of a plane never moves across it.
+        anywhere = np.random.default_rng(0).uniform(-1.0, 1.0, (LOOK, robot.n))
+        values = self._singular_values(anywhere)
+        self.rank = int((values > SELF_MOTION * values[:, :1]).sum(axis=1).max(initial=1))
 
     def run(self, q0: JointVector) -> Track:
         """Walk as far as possible."""
@@ -248,18 +265,25 @@ class _Tracker:
             if k == 0 and (found := self._step(q, T)) is not None:
                 done, q_end = 1.0, found
             if done < 1.0:
-                others = inverse_kinematics(self.robot, T, q0=q_end, tolerance=self.tolerance)
+                new, others = self._elsewhere(T, q_end)
                 time = float(self.times[max(k - 1, 0)] + done * (self.times[k] - self.times[max(k - 1, 0)]))
-                assert isinstance(others, SolutionSet)
-                if not others or not others.within.any():
+                if new is None:
                     stopped_at, refusal = time, others
                     break
-                new = others.nearest(q_end)
                 if k > 0:
                     self.switches.append(self._switch(k, time, q_end, new, others))
                 q_end = new
             self.q[k], self.residual[k], q = q_end, self._residual(q_end, T), q_end
         return self._track(stopped_at, refusal)
+
+    def _elsewhere(self, T: PoseMatrix, q: JointVector) -> tuple[JointVector | None, SolutionSet | IKResult]:
+        """The nearest solution on any branch within the limits, if there is one; of positions, one that is found."""
+        if self.task != "pose":
+            found = solve_ik(self.robot, T, q, task=self.task, tolerance=self.tolerance)
+            return (found.nearest if found.solved else None), found
+        others = inverse_kinematics(self.robot, T, q0=q, tolerance=self.tolerance)
+        assert isinstance(others, SolutionSet)
+        return (others.nearest(q) if others and others.within.any() else None), others
 
     def _walk(self, q: JointVector, T_0: PoseMatrix, T_1: PoseMatrix) -> tuple[float, JointVector]:
         """How far of the screw motion between two poses the branch lasts, and the coordinates there."""
@@ -278,50 +302,64 @@ class _Tracker:
         return 1.0, q
 
     def _can_follow(self, q: JointVector, T: PoseMatrix) -> bool:
-        """Whether the arm can set out on the screw motion: with six joints, or if its twist is among those it has."""
-        if len(self.moving) >= 6:
+        """Whether the arm can set out on the motion: with joints enough, or if its twist is among those it has."""
+        if self.rank == self.rows.stop - self.rows.start:
             return True
-        J, V = self.robot.jacobian_body(q), pose.error(self.robot.forward_kinematics(q), T)
+        J, V = self._jacobian(q), self._error(q, T)
         return bool(
             np.linalg.norm(J @ (np.linalg.pinv(J, rcond=SELF_MOTION) @ V) - V) <= SELF_MOTION * np.linalg.norm(V)
         )
 
     def _step(self, q: JointVector, T: PoseMatrix, *, exact: bool = True) -> JointVector | None:
         """The solution that Newton's method finds from q, within the limits, if it is a step away."""
-        found = solve_ik(self.robot, T, q, tolerance=self.tolerance, restarts=0)
+        found = solve_ik(self.robot, T, q, task=self.task, tolerance=self.tolerance, restarts=0)
         near = bool(found.solved or not exact) and bool(np.abs(found.nearest - q).max(initial=0.0) <= self.largest)
         return found.nearest if near else None
 
     def _residual(self, q: JointVector, T: PoseMatrix) -> float:
-        e = pose.error(self.robot.forward_kinematics(q), T)
+        e = self._error(q, T)
         return float(max(np.linalg.norm(e[:3]), np.linalg.norm(e[3:])))
 
-    def _switch(self, k: int, time: float, q: JointVector, new: JointVector, others: SolutionSet) -> Switch:
+    def _error(self, q: JointVector, T: PoseMatrix) -> Floats:
+        """(6,) body twist to the pose, or (3,) way to its position in the axes of the tip."""
+        at = self.robot.forward_kinematics(q)
+        return pose.error(at, T) if self.task == "pose" else at[:3, :3].T @ (T[:3, 3] - at[:3, 3])
+
+    def _jacobian(self, q: JointVector) -> Floats:
+        """(*batch, 6 or 3, n) what moves the error."""
+        return self.robot.jacobian_body(q)[..., self.rows, :]
+
+    def _switch(self, k: int, time: float, q: JointVector, new: JointVector, others: SolutionSet | IKResult) -> Switch:
         """Why the branch ended: a joint at its limit that has to go on, or a singular configuration."""
         limits = self.robot.limits
-        J = self.robot.jacobian_body(q)
-        ahead = np.linalg.pinv(J, rcond=SELF_MOTION) @ pose.error(self.robot.forward_kinematics(q), self.poses[k])
+        ahead = np.linalg.pinv(self._jacobian(q), rcond=SELF_MOTION) @ self._error(q, self.poses[k])
         reach = q + np.sign(ahead) * 1e-2 * self.largest
         pushed = ((reach > limits.upper) | (reach < limits.lower)) & (np.abs(ahead) > PULLED)
         reason = "limit" if pushed.any() else "singular"
         joint = int(np.where(pushed, np.abs(ahead), 0.0).argmax()) if pushed.any() else int(np.abs(new - q).argmax())
-        before = inverse_kinematics(self.robot, self.poses[k - 1], q0=self.q[k - 1], tolerance=self.tolerance)
-        assert isinstance(before, SolutionSet)
-        branches = _branch(before, self.q[k - 1]), _branch(others, new)
+        branches = Branch(), Branch()
+        if isinstance(others, SolutionSet):
+            before = inverse_kinematics(self.robot, self.poses[k - 1], q0=self.q[k - 1], tolerance=self.tolerance)
+            assert isinstance(before, SolutionSet)
+            branches = _branch(before, self.q[k - 1]), _branch(others, new)
         conditioning = float(self._conditioning(q[None])[0])
         return Switch(k, time, new - q, conditioning, reason, self.robot.joint_names[joint], branches)
 
     def _conditioning(self, q: JointVector) -> Floats:
-        """(k,) smallest over largest singular value."""
-        values = np.linalg.svd((self._scale * self.robot.jacobian_body(q))[..., self.moving], compute_uv=False)
-        return values[:, -1] / values[:, 0]
+        """(k,) smallest over largest singular value, without those that are zero everywhere."""
+        values = self._singular_values(q)
+        return values[:, self.rank - 1] / values[:, 0]
 
-    def _track(self, stopped_at: float, refusal: SolutionSet | None) -> Track:
+    def _singular_values(self, q: JointVector) -> Floats:
+        return np.linalg.svd((self._scale * self._jacobian(q))[..., self.moving], compute_uv=False)
+
+    def _track(self, stopped_at: float, refusal: SolutionSet | IKResult | None) -> Track:
         reached = int(np.isfinite(self.residual).sum())
         conditioning = np.full(len(self.poses), np.nan)
         if reached:
             conditioning[:reached] = self._conditioning(self.q[:reached])
-        closed = len(self.poses) > 1 and bool(np.abs(self.poses[0] - self.poses[-1]).max() <= REACHED)
+        counted = self.poses if self.task == "pose" else self.poses[:, :3, 3]
+        closed = len(self.poses) > 1 and bool(np.abs(counted[0] - counted[-1]).max() <= REACHED)
         drift = np.full(self.robot.n, np.nan)
         if closed and reached == len(self.poses):
             drift = self.q[-1] - self.q[0]
@@ -346,8 +384,9 @@ class _Tracker:
         found: list[NearSingularity] = []
         for visit in visits:
             k = int(visit[conditioning[visit].argmin()])
-            U, _, _ = np.linalg.svd(self._scale * self.robot.jacobian_body(self.q[k]))
-            lost = U[:, min(6, len(self.moving)) - 1]
+            U, _, _ = np.linalg.svd(self._scale * self._jacobian(self.q[k]))
+            lost = np.zeros(6)
+            lost[self.rows] = U[:, self.rank - 1]
             lost = lost * np.sign(lost[np.abs(lost).argmax()])
             found.append(NearSingularity(k, float(self.times[k]), float(conditioning[k]), lost))
         return tuple(found)

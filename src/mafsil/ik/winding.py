@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector
-from mafsil.ik.tolerances import INSIDE
+from mafsil.ik.tolerances import ON_LIMIT, WHOLE_TURN
 
 TURN = 2 * np.pi
 
@@ -22,7 +22,7 @@ def wound_near(
         revolute: (n) which coordinates are angles.
     """
     moved = q - np.where(revolute, TURN * np.round((q - q0) / TURN), 0.0)
-    up = np.where(revolute & (moved < lower), np.ceil((lower - moved) / TURN - INSIDE), 0.0)
-    down = np.where(revolute & (moved > upper), np.ceil((moved - upper) / TURN - INSIDE), 0.0)
+    up = np.where(revolute & (moved < lower), np.ceil((lower - moved) / TURN - WHOLE_TURN), 0.0)
+    down = np.where(revolute & (moved > upper), np.ceil((moved - upper) / TURN - WHOLE_TURN), 0.0)
     shifted = moved + TURN * (up - down)
-    return np.where((shifted >= lower - INSIDE) & (shifted <= upper + INSIDE), shifted, moved)
+    return np.where((shifted >= lower - ON_LIMIT) & (shifted <= upper + ON_LIMIT), shifted, moved)

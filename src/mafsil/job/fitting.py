@@ -19,7 +19,6 @@ from mafsil.job.remark import Remark
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
 from mafsil.model import JointKind
-from mafsil.model.mechanism import MEASURED
 from mafsil.robot import Robot
 
 TURN = 2 * pi + 1e-3
@@ -200,7 +199,7 @@ def require_within(job: Job, robot: Robot, places: Places, path: Path, values: t
     """
     columns = listed_joints(robot, len(values))
     q, limits, turns = coordinates(job, robot, values), limits_of(robot.limits, columns), revolute(robot)[columns]
-    outside = np.flatnonzero((q < limits.lower - MEASURED) | (q > limits.upper + MEASURED))
+    outside = np.flatnonzero(~limits.within(q))
     if not len(outside):
         return
     k = int(outside[0])

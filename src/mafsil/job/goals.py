@@ -105,7 +105,7 @@ class Goals:
             raise Refused("job.no_branch", move=where, asked=words, known=", ".join(known) or "-")
         limits, is_revolute = self.robot.limits, revolute(self.robot)
         wound = np.where(is_revolute, rows + 2.0 * np.pi * np.round((q0 - rows) / (2.0 * np.pi)), rows)
-        rows = np.where((wound >= limits.lower) & (wound <= limits.upper), wound, rows)
+        rows = np.where(limits.within(wound), wound, rows)
         return list(rows[np.argsort(np.abs(rows - q0).max(axis=1), kind="stable")])
 
     def _nearest(self, T: PoseMatrix, task: Task, q0: JointVector, allowed: Tolerances) -> IKResult:

@@ -39,6 +39,7 @@ from mafsil.job.touching import Touching, brief_contact_remarks, rigid_remarks, 
 from mafsil.messages.quantities import digits, quantity
 from mafsil.messages.visible import visible
 from mafsil.model import JointLimits
+from mafsil.model.mechanism import MEASURED
 from mafsil.simulation.findings import alternating_efforts
 
 NEAR_EFFORT = 0.9
@@ -282,7 +283,7 @@ def _limit_remarks(run: Run, numbers: Summary, causes: Causes) -> list[Remark]:
     for k, joint in enumerate(map(visible, run.robot.joint_names)):
         beyond = np.maximum(limits.lower[k] - tape.q[:, k], tape.q[:, k] - limits.upper[k])
         excess = float(beyond.max())
-        if excess > 1e-9:
+        if excess > MEASURED:
             details = {"joint": joint, "excess": joint_quantity(run, k, excess)}
             level: Level = "failure" if excess > allowed[k] else "warning"
             time = quantity(float(tape.t[beyond.argmax()]), "s")

@@ -14,8 +14,9 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.arrays import Floats, frozen, require_kind
+from mafsil.arrays import Floats, frozen, number, require_kind
 from mafsil.errors import ModelError
+from mafsil.fields import checked
 from mafsil.messages import say
 from mafsil.mobility.joint_kind import Kind
 from mafsil.mobility.linkage_joint import LinkageJoint
@@ -37,6 +38,7 @@ class Coupling:
     follower: str
     leader: str
     ratio: float
+    __post_init__ = checked(ratio=number)
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import isfinite
 
 from mafsil.errors import ModelError
+from mafsil.fields import checked, or_none, real
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,8 +22,10 @@ class Actuator:
     rotor_inertia: float = 0.0
     gear_ratio: float = 1.0
     armature: float = 0.0
+    _numbers = checked(rotor_inertia=real, gear_ratio=real, armature=real)
 
     def __post_init__(self) -> None:
+        self._numbers()
         _require_magnitudes(rotor_inertia=self.rotor_inertia, armature=self.armature)
         if not isfinite(self.gear_ratio):
             raise ModelError("model.finite", name="gear_ratio", value=self.gear_ratio)
@@ -55,8 +58,10 @@ class Friction:
     coulomb: float = 0.0
     coulomb_negative: float | None = None
     offset: float = 0.0
+    _numbers = checked(viscous=real, coulomb=real, coulomb_negative=or_none(real), offset=real)
 
     def __post_init__(self) -> None:
+        self._numbers()
         negative = self.coulomb if self.coulomb_negative is None else self.coulomb_negative
         _require_magnitudes(viscous=self.viscous, coulomb=self.coulomb, coulomb_negative=negative)
         if not isfinite(self.offset):

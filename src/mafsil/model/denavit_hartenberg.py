@@ -12,14 +12,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from math import isfinite, radians
+from math import radians
 from typing import Any, Literal, TypeAlias, Unpack, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import PoseMatrix, as_batch
+from mafsil.arrays import PoseMatrix, as_batch, number
 from mafsil.errors import InputError, InputWarning, ModelError, warn
+from mafsil.fields import checked
 from mafsil.model.diagnostics import Diagnostic
 from mafsil.model.faults import DH_DEGREES
 from mafsil.model.joint import JointKind
@@ -56,6 +57,7 @@ class DHRow:
     theta: float = 0.0
     kind: Literal["R", "P"] = "R"
     offset: float = 0.0
+    __post_init__ = checked(a=number, alpha=number, d=number, theta=number, offset=number)
 
     def transform(self, convention: Convention | str, q: float = 0.0) -> PoseMatrix:
         """(4, 4) link transform T_i-1,i at the joint coordinate q [rad | m]."""
@@ -120,7 +122,7 @@ def _row(i: int, row: DHRowLike, names: tuple[str, ...]) -> DHRow:
         if name not in COLUMNS:
             raise InputError("dh.row_name", row=i, name=name, known=", ".join(COLUMNS))
         if name != "kind":
-            given[name] = float(as_batch(f"rows[{i - 1}].{name}", value, ()))
+            given[name] = number(f"rows[{i - 1}].{name}", value)
     if isinstance(kind := given.get("kind"), str):
         given["kind"] = _LETTERS.get(kind.lower(), kind)
     return DHRow(**given)
@@ -246,12 +248,9 @@ def _placed(rows: Sequence[DHRow], convention: Convention) -> tuple[list[PoseMat
 
 
 def _require_rows(rows: Sequence[DHRow]) -> None:
-    """At least one row, every one R or P with finite numbers."""
+    """At least one row, every one R or P."""
     if not rows:
         raise ModelError("dh.no_rows")
     for i, row in enumerate(rows, start=1):
         if row.kind not in _KINDS:
             raise ModelError("dh.kind", row=i, value=row.kind)
-        for field in ("a", "alpha", "d", "theta", "offset"):
-            if not isfinite(getattr(row, field)):
-                raise ModelError("dh.finite", row=i, field=field, value=getattr(row, field))

@@ -10,6 +10,7 @@ import numpy as np
 
 from mafsil.arrays import PoseMatrix, Vector3, Vector6, frozen
 from mafsil.errors import ModelError
+from mafsil.fields import checked, real
 from mafsil.model.actuator import Actuator, Friction
 from mafsil.model.limits import Limits
 from mafsil.model.link import fixed_array
@@ -51,8 +52,10 @@ class Mimic:
     leader: str
     multiplier: float = 1.0
     offset: float = 0.0
+    _numbers = checked(multiplier=real, offset=real)
 
     def __post_init__(self) -> None:
+        self._numbers()
         for name, value in (("multiplier", self.multiplier), ("offset", self.offset)):
             if not isfinite(value):
                 raise ModelError("model.finite", name=name, value=value)
@@ -110,6 +113,7 @@ class Joint:
         object.__setattr__(self, "second", fixed_array(f"{self.name}: second", self.second, (3,)))
         if self.kind is JointKind.UNIVERSAL:
             self._require_cross()
+        object.__setattr__(self, "pitch", real(f"{self.name}: pitch", self.pitch))
         if not isfinite(self.pitch):
             raise ModelError("model.finite", name=f"{self.name}: pitch", value=self.pitch)
 

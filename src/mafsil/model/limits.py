@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import copysign, inf, isnan
 
 from mafsil.errors import ModelError
+from mafsil.fields import checked, real
 
 UNBOUNDED = 1e16
 """A bound of this magnitude or more means none: the default of SDFormat, written where a format demands a number."""
@@ -35,8 +36,10 @@ class Limits:
     acceleration: float = inf
     jerk: float = inf
     effort: float = inf
+    _numbers = checked(**dict.fromkeys(("lower", "upper", "velocity", "acceleration", "jerk", "effort"), real))
 
     def __post_init__(self) -> None:
+        self._numbers()
         for name in self.__slots__:
             value = getattr(self, name)
             if isnan(value) or (value < 0 and name not in ("lower", "upper")):

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, Vector3, as_batch, frozen
 from mafsil.errors import InputError, ModelError
+from mafsil.fields import checked, real
 from mafsil.model.shape import Shape
 from mafsil.model.tolerances import WRITTEN
 
@@ -42,8 +43,10 @@ class Inertial:
     mass: float
     com: Vector3 = field(default_factory=lambda: frozen(np.zeros(3)))
     inertia: Floats = field(default_factory=lambda: frozen(np.zeros((3, 3))))
+    _numbers = checked(mass=real)
 
     def __post_init__(self) -> None:
+        self._numbers()
         if not (isfinite(self.mass) and self.mass >= 0):
             raise ModelError("model.magnitude", name="mass", value=self.mass)
         com = fixed_array("com", self.com, (3,))

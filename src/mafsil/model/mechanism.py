@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, PoseMatrix, Vector3, frozen
 from mafsil.errors import ModelError
@@ -81,6 +81,10 @@ class JointLimits:
     def admitted(self, q: Floats) -> Floats:
         """(*batch, n) measured coordinates, those beyond a limit by at most MEASURED on it, all others as they are."""
         return admitted(q, self.lower, self.upper)
+
+    def within(self, q: Floats) -> NDArray[np.bool_]:
+        """(*batch, n) which measured coordinates count as within their limits: beyond them by at most MEASURED."""
+        return np.asarray((q >= self.lower - MEASURED) & (q <= self.upper + MEASURED), dtype=np.bool_)
 
 
 def admitted(q: Floats, lower: Floats, upper: Floats) -> Floats:

@@ -8,7 +8,8 @@ from typing import TypeAlias
 
 import numpy as np
 
-from mafsil.arrays import PoseMatrix, frozen
+from mafsil.arrays import PoseMatrix, frozen, number, single
+from mafsil.fields import checked
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,6 +17,7 @@ class Box:
     """A box centred on its frame; `size` are the full edge lengths along x, y, z [m]."""
 
     size: tuple[float, float, float]
+    __post_init__ = checked(size=lambda name, value: tuple(single(name, value, (3,)).tolist()))
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +26,7 @@ class Cylinder:
 
     radius: float
     length: float
+    __post_init__ = checked(radius=number, length=number)
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +35,7 @@ class Capsule:
 
     radius: float
     length: float
+    __post_init__ = checked(radius=number, length=number)
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +43,7 @@ class Sphere:
     """A ball centred on its frame [m]."""
 
     radius: float
+    __post_init__ = checked(radius=number)
 
 
 @dataclass(frozen=True, slots=True)

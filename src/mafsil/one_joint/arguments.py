@@ -44,6 +44,17 @@ def above_zero(name: str, value: ArrayLike) -> Floats:
     return calculable(name, array)
 
 
+def above_zero_or_unbounded(name: str, value: ArrayLike) -> Floats:
+    """(*batch) positive numbers, infinite where there is no bound.
+
+    Raises:
+        InputError: one is zero, negative or NaN.
+    """
+    array = real_array(name, value)
+    above_zero(name, np.where(np.isposinf(array), 1.0, array))
+    return array
+
+
 def share(name: str, value: ArrayLike) -> Floats:
     """(*batch) numbers above 0 and at most 1.
 

@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Status
-from mafsil.arrays import Floats, positive, require_function, require_kind, whole
+from mafsil.arrays import Floats, not_negative, positive, require_function, require_kind, whole
 from mafsil.errors import InputError
-from mafsil.one_joint.arguments import above_zero, finite, magnitude, row, together
+from mafsil.fields import checked
+from mafsil.one_joint.arguments import above_zero, above_zero_or_unbounded, finite, magnitude, row, together
 from mafsil.one_joint.joint_arm import JointArm
 from mafsil.one_joint.joint_law import JointLaw
 from mafsil.one_joint.row_answer import RowAnswer
@@ -112,26 +113,27 @@ class LoopConditions:
     tachometer: bool = False
     dither: ArrayLike = 0.0
     dither_frequency: ArrayLike = 0.0
+    _numbers = checked(
+        torque_limit=above_zero_or_unbounded, tracking_time=above_zero, quantum=magnitude, filter_time=not_negative,
+        dither=magnitude, dither_frequency=magnitude,
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
+        self._numbers()
         if self.anti_windup not in KINDS:
             raise InputError("input.choice", name="anti_windup", value=self.anti_windup, known=", ".join(KINDS))
         whole("delay", self.delay, most=100_000)
 
     def numbers(self, period: float, batch: tuple[int, ...]) -> Floats:
         """(*batch, 9) as the compiled loop takes them."""
-        limit = np.asarray(self.torque_limit, dtype=np.float64)
-        if not (limit > 0.0).all():
-            raise InputError("input.positive", name="torque_limit", value=self.torque_limit)
-        lag = float(magnitude("filter_time", self.filter_time))
+        lag = self.filter_time
         coefficient = exp(-period / lag) if lag else 0.0
-        turn = magnitude("dither_frequency", self.dither_frequency)
+        turn = np.asarray(self.dither_frequency)
         if (turn * period >= pi).any():
             raise InputError("input.range", name="dither_frequency", value=float(turn.max()), low=0.0, high=pi / period)
         columns = (
-            limit, float(KINDS.index(self.anti_windup)), above_zero("tracking_time", self.tracking_time),
-            float(self.delay), magnitude("quantum", self.quantum), coefficient, float(self.tachometer),
-            magnitude("dither", self.dither), turn,
+            self.torque_limit, float(KINDS.index(self.anti_windup)), self.tracking_time, float(self.delay),
+            self.quantum, coefficient, float(self.tachometer), self.dither, turn,
         )  # fmt: skip
         return np.stack([np.broadcast_to(column, batch) for column in columns], axis=-1)
 

@@ -242,14 +242,11 @@ def _wound(chain: ClosedChain, q: JointVector, near: JointVector) -> JointVector
     low = np.maximum(np.ceil((limits.lower - wound) / (2 * np.pi) - 1e-9), 0.0)
     high = np.maximum(np.ceil((wound - limits.upper) / (2 * np.pi) - 1e-9), 0.0)
     back = wound + turns * (np.where(np.isfinite(low), low, 0.0) - np.where(np.isfinite(high), high, 0.0))
-    inside = (back >= limits.lower) & (back <= limits.upper)
-    return np.where(inside, back, wound)
+    return np.where(limits.within(back), back, wound)
 
 
 def _within(chain: ClosedChain, q: JointVector) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
-    limits = chain.robot.limits
-    inside = (q >= limits.lower - SAME) & (q <= limits.upper + SAME)
-    return np.asarray(inside.all(axis=-1), dtype=np.bool_)
+    return np.asarray(chain.robot.limits.within(q).all(axis=-1), dtype=np.bool_)
 
 
 def _distinct(chain: ClosedChain, q: JointVector, near: JointVector) -> JointVector:

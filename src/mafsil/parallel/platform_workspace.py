@@ -17,8 +17,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Booleans, Floats, as_batch, positive, single, whole
+from mafsil.arrays import Booleans, Floats, as_batch, not_negative, number, positive, single, whole
 from mafsil.errors import InputError
+from mafsil.fields import checked
 from mafsil.geometry import rotation
 from mafsil.messages.tables import on_screen
 from mafsil.parallel.leg_lines import line_matrix
@@ -48,16 +49,15 @@ class PlatformLimits:
     platform_cone: float = np.pi
     leg_radius: float = 0.0
     least_measure: float = 0.0
+    _numbers = checked(
+        shortest=number, longest=positive, base_cone=positive, platform_cone=positive, leg_radius=not_negative,
+        least_measure=not_negative,
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
-        low, high = float(self.shortest), positive("longest", self.longest)
-        if not 0 <= low < high:
+        self._numbers()
+        if not 0 <= self.shortest < self.longest:
             raise InputError("parallel.stroke", low=self.shortest, high=self.longest)
-        for name in ("base_cone", "platform_cone"):
-            object.__setattr__(self, name, positive(name, getattr(self, name)))
-        for name in ("leg_radius", "least_measure"):
-            if not 0 <= float(getattr(self, name)) < np.inf:
-                raise InputError("input.positive", name=name, value=getattr(self, name))
 
 
 class WorkspaceStatus(Status):

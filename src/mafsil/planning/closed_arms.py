@@ -90,7 +90,7 @@ def closed_near(robot: Robot, q: JointVector) -> JointVector:
         return q
     found = _chain_of(robot).closed(q)
     limits = robot.limits
-    within = ((found.q >= limits.lower) & (found.q <= limits.upper)).all(axis=1)
+    within = limits.within(found.q).all(axis=1)
     return np.asarray(found.q[found.found & within])
 
 

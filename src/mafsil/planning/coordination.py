@@ -1,4 +1,4 @@
-"""Several robots on their paths, one robot among obstacles that move: who waits where, and when nobody can go on."""
+"""Several robots on their paths, one robot among obstacles that move: who waits where, or how far they come."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class CoordinationStatus(Status):
 
     FOUND = ("planning.coordinated", True)
     BLOCKED_END = ("planning.blocked_end", False)
-    DEADLOCK = ("planning.deadlock", False)
+    NOT_FOUND = ("planning.no_way_on_grid", False)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -52,8 +52,8 @@ class Coordination(SingleAnswer):
         return float(self.t[-1]) if self else np.inf
 
     def explain(self, language: str | None = None) -> str:
-        """The status; with a deadlock, where it is."""
-        first = self.status.sentence(language, duration=self.duration)
+        """The status; where no way was found, how far they came."""
+        first = self.status.sentence(language, duration=self.duration, cells=max(len(self.diagram) - 1, 1))
         if not self.reached:
             return first
         places = ", ".join(f"{share:.3g}" for share in self.reached)
@@ -71,7 +71,7 @@ def coordinate(
 
     1. Where they meet, on a grid of both shares.
     2. Steps in time: both go, one goes, the other goes; the first way to the far corner is the quickest of the grid.
-    3. If there is none they block each other: the farthest that they come together is where.
+    3. If there is none on the grid they block each other there: the farthest that they come together is where.
 
     Args:
         collides: (k,), (k,) shares -> bools.
@@ -137,7 +137,7 @@ def avoid_moving(
                 way.append(way[-1] - int(before[way[-1], m]))
             rows = shares[way[::-1]][:, None]
             return Coordination(CoordinationStatus.FOUND, times[: k + 2], rows, diagram)
-    return Coordination(CoordinationStatus.DEADLOCK, times[:1], np.zeros((1, 1)), diagram, (float(shares[farthest]),))
+    return Coordination(CoordinationStatus.NOT_FOUND, times[:1], np.zeros((1, 1)), diagram, (float(shares[farthest]),))
 
 
 def _through(
@@ -164,7 +164,7 @@ def _through(
                 wave.append(other)
     if last not in before:
         reached = (float(shares[0][farthest[0]]), float(shares[1][farthest[1]]))
-        return Coordination(CoordinationStatus.DEADLOCK, np.zeros(1), start, diagram, reached)
+        return Coordination(CoordinationStatus.NOT_FOUND, np.zeros(1), start, diagram, reached)
     way: list[tuple[int, int]] = []
     cell_or_none: tuple[int, int] | None = last
     while cell_or_none is not None:

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix, as_batch, frozen, real_array, require_finite, whole
 from mafsil.errors import InputError
+from mafsil.fields import between
 from mafsil.geometry import rotation
 from mafsil.model.placement import checked_pose
 
@@ -45,8 +46,7 @@ class GoalRegion:
         if box.shape not in ((), (3,)) or (box < 0.0).any():
             raise InputError("planning.region_box", value=self.box)
         object.__setattr__(self, "box", frozen(np.broadcast_to(box, (3,))))
-        if not 0.0 <= self.angle <= np.pi + 1e-12:
-            raise InputError("input.range", name="angle", value=self.angle, low=0.0, high=np.pi)
+        object.__setattr__(self, "angle", between(0.0, np.pi + 1e-12)("angle", self.angle))
         if self.axis is not None:
             axis = require_finite("axis", real_array("axis", self.axis))
             if axis.shape != (3,) or not axis.any():

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.arrays import Floats, JointVector, Vector3, positive, single
 from mafsil.collision.joints import joints_of
 from mafsil.errors import InputError
+from mafsil.fields import checked, or_none, vector
 from mafsil.geometry.rotation import is_rotation
 from mafsil.lazy_module import lazily
 from mafsil.messages import say
@@ -70,6 +71,7 @@ class Upright:
     axis: ArrayLike = (0.0, 0.0, 1.0)
     direction: ArrayLike | None = None
     frame: str | None = None
+    __post_init__ = checked(angle=positive, axis=vector(3), direction=or_none(vector(3)))
 
     def rows(self, mechanism: Mechanism, poses: Floats) -> list[Row]:
         """One direction."""
@@ -80,7 +82,7 @@ class Upright:
 
     def limits(self) -> tuple[float, float]:
         """Of the chord between the two directions."""
-        if not 0.0 < positive("angle", self.angle) < np.pi:
+        if not self.angle < np.pi:
             raise InputError("input.range", name="angle", value=self.angle, low=0.0, high=np.pi)
         return 2.0 * float(np.sin(self.angle / 2.0)), AIM_OF_REGION
 
@@ -107,6 +109,7 @@ class FixedOrientation:
     R: ArrayLike | None = None
     tolerance: float = 0.01
     frame: str | None = None
+    __post_init__ = checked(R=or_none(vector(3, 3)), tolerance=positive)
 
     def rows(self, mechanism: Mechanism, poses: Floats) -> list[Row]:
         """The three axes; the sum of their squared chords is 8 sin(theta / 2)^2."""
@@ -118,7 +121,7 @@ class FixedOrientation:
 
     def limits(self) -> tuple[float, float]:
         """Of the Frobenius norm of the difference."""
-        if not 0.0 < positive("tolerance", self.tolerance) < np.pi:
+        if not self.tolerance < np.pi:
             raise InputError("input.range", name="tolerance", value=self.tolerance, low=0.0, high=np.pi)
         return float(np.sqrt(8.0) * np.sin(self.tolerance / 2.0)), AIM
 
@@ -140,7 +143,7 @@ class _Place:
 
     def limits(self) -> tuple[float, float]:
         """The tolerance [m]."""
-        return positive("tolerance", self.tolerance), AIM
+        return self.tolerance, AIM
 
     def amount(self, measure: float) -> float:
         """The distance [m]."""
@@ -169,6 +172,7 @@ class OnLine(_Place):
     at: ArrayLike = (0.0, 0.0, 0.0)
     frame: str | None = None
     key = "planning.keeps_line"
+    __post_init__ = checked(direction=vector(3), point=or_none(vector(3)), tolerance=positive, at=vector(3))
 
     def rows(self, mechanism: Mechanism, poses: Floats) -> list[Row]:
         """What is across the line."""
@@ -194,6 +198,7 @@ class InPlane(_Place):
     at: ArrayLike = (0.0, 0.0, 0.0)
     frame: str | None = None
     key = "planning.keeps_plane"
+    __post_init__ = checked(normal=vector(3), point=or_none(vector(3)), tolerance=positive, at=vector(3))
 
     def rows(self, mechanism: Mechanism, poses: Floats) -> list[Row]:
         """What is along the normal."""
@@ -219,10 +224,11 @@ class LoopClosed(_Place):
     tolerance: float = 0.001
     aim: float = AIM
     key = "planning.keeps_loop"
+    __post_init__ = checked(at=vector(3), other_at=vector(3), tolerance=positive, aim=positive)
 
     def limits(self) -> tuple[float, float]:
         """The tolerance [m], and the share of it that is aimed at."""
-        return positive("tolerance", self.tolerance), positive("aim", self.aim)
+        return self.tolerance, self.aim
 
     def rows(self, mechanism: Mechanism, poses: Floats) -> list[Row]:
         """The difference of the two points."""

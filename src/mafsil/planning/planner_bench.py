@@ -13,6 +13,7 @@ from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector, positive, whole
 from mafsil.collision import Checker
 from mafsil.errors import InputError
+from mafsil.fields import checked, finite
 from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table
 from mafsil.planning.arm_planners import ARM_PLANNERS, CELLS
@@ -39,6 +40,7 @@ class Query:
     space: Checker | Problem
     start: JointVector
     goal: JointVector
+    __post_init__ = checked(start=finite(1), goal=finite(1, 2))
 
     @property
     def planners(self) -> tuple[str, ...]:

@@ -14,14 +14,15 @@ from mafsil.lazy_module import lazily
 from mafsil.model import JointLimits, Mechanism
 from mafsil.model.denavit_hartenberg import Convention, DHRowLike, mechanism_from_dh
 from mafsil.model.exponentials import mechanism_from_screws
-from mafsil.model.impossible_inertia import warned_of_impossible
 from mafsil.model.serial import ArmParts
 from mafsil.robot.overview import overview, overview_html
 
 if TYPE_CHECKING:
+    import mafsil.model.impossible_inertia as impossible_inertia
     import mafsil.model.saving as saving
     from mafsil.model.losses import Loss
 else:
+    impossible_inertia = lazily("mafsil.model.impossible_inertia")
     saving = lazily("mafsil.model.saving")
 
 
@@ -75,7 +76,7 @@ class Description:
             ModelWarning: a link with mass properties that no body has.
         """
         mechanism = mechanism_from_dh(rows, convention, columns=columns, degrees=degrees, base=base, tool=tool, **parts)
-        return cls(warned_of_impossible(mechanism))
+        return cls(impossible_inertia.warned_of_impossible(mechanism))
 
     @classmethod
     def from_screws(
@@ -92,7 +93,7 @@ class Description:
         mechanism = mechanism_from_screws(
             screws, home, form=form, normalise=normalise, inertial_frames=inertial_frames, **parts
         )
-        return cls(warned_of_impossible(mechanism))
+        return cls(impossible_inertia.warned_of_impossible(mechanism))
 
     @property
     def name(self) -> str:

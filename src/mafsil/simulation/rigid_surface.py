@@ -9,9 +9,10 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Vector3, as_batch, positive, single
+from mafsil.arrays import Floats, Vector3, as_batch, not_negative, positive, single
 from mafsil.control.shaped_environment import round_normal, round_normal_rate
 from mafsil.errors import InputError
+from mafsil.fields import between, checked
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -42,6 +43,7 @@ class RigidSurface:
     axis: Vector3 | None = None
     hollow: bool = False
     friction: float = 0.0
+    _numbers = checked(restitution=between(0.0, 1.0), friction=not_negative)
 
     def __post_init__(self) -> None:
         if (self.normal is None) == (self.radius is None):
@@ -52,10 +54,7 @@ class RigidSurface:
                 object.__setattr__(self, name, _unit(name, getattr(self, name)))
         if self.radius is not None:
             positive("radius", self.radius)
-        if not 0.0 <= self.restitution <= 1.0:
-            raise InputError("input.range", name="restitution", value=self.restitution, low=0.0, high=1.0)
-        if not 0.0 <= self.friction < inf:
-            raise InputError("input.range", name="friction", value=self.friction, low=0.0, high=inf)
+        self._numbers()
 
     @classmethod
     def plane(cls, point: ArrayLike, normal: ArrayLike, *, restitution: float = 0.0, friction: float = 0.0) -> Self:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, as_batch, positive, require_finite, require_kind
+from mafsil.arrays import Floats, JointVector, as_batch, positive, real_array, require_finite, require_kind
 from mafsil.control import as_law
 from mafsil.errors import InputError
 from mafsil.kernels.lazy import lazy
@@ -113,7 +113,7 @@ class Scenario:
             raise InputError("simulation.period", period=self.control_period, step=self.step)
         if self.variants is not None and self.true_plant.environment is not None and not self._asks_once:
             raise InputError("simulation.varied_environment", integrator=self.chosen_integrator)
-        size = max(np.size(x) for x in (self.q, self.qd, np.zeros(self.robot.n)) if x is not None)
+        size = max(real_array("q", x).size for x in (self.q, self.qd, np.zeros(self.robot.n)) if x is not None)
         ticks = max(self.length / self.control_period, 1.0)
         if ticks * (NUMBERS_PER_TICK + NUMBERS_PER_COORDINATE * size) > MOST_NUMBERS:
             limit = MOST_NUMBERS / (NUMBERS_PER_TICK + NUMBERS_PER_COORDINATE * size)

@@ -8,8 +8,9 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.arrays import Floats, real_array
+from mafsil.arrays import Floats, not_negative, number, real_array
 from mafsil.errors import InputError
+from mafsil.fields import checked
 from mafsil.mechanics.inertial_parameters import inertial_parameters
 from mafsil.mechanics.varied_bodies import body_parameters, friction_rows
 from mafsil.messages import say
@@ -26,6 +27,7 @@ class Uniform:
 
     low: float
     high: float
+    __post_init__ = checked(low=number, high=number)
 
     def value(self, uniform: Floats, normal: Floats) -> Floats:
         """Values from draws of both kinds."""
@@ -38,6 +40,7 @@ class Normal:
 
     mean: float
     deviation: float
+    __post_init__ = checked(mean=number, deviation=not_negative)
 
     def value(self, uniform: Floats, normal: Floats) -> Floats:
         """Values from draws of both kinds."""
@@ -231,22 +234,16 @@ def drawn(
 
 
 def _spread(name: str, given: Spread) -> Uniform | Normal:
-    if isinstance(given, Uniform):
-        numbers = real_array(name, (given.low, given.high))
-    elif isinstance(given, Normal):
-        numbers = real_array(name, (given.mean, given.deviation))
-    else:
-        numbers = real_array(name, given)
-    if numbers.shape != (2,) or not np.isfinite(numbers).all():
-        raise InputError("simulation.spread", name=name, value=given)
-    first, second = map(float, numbers)
     if isinstance(given, Normal):
-        if second < 0.0:
-            raise InputError("input.range", name=f"{name}.deviation", value=second, low=0.0, high=np.inf)
-        return Normal(first, second)
-    if second < first:
+        return given
+    if not isinstance(given, Uniform):
+        ends = real_array(name, given)
+        if ends.shape != (2,) or not np.isfinite(ends).all():
+            raise InputError("simulation.spread", name=name, value=given)
+        given = Uniform(*ends.tolist())
+    if given.high < given.low:
         raise InputError("simulation.spread", name=name, value=given)
-    return Uniform(first, second)
+    return given
 
 
 def _require_sensible(name: str, values: Floats) -> None:

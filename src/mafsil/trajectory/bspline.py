@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, called, frozen, positive, real_array, require_finite, whole
 from mafsil.errors import InputError
+from mafsil.fields import checked, numbers
 from mafsil.trajectory.motion import Motion, moving_at, times
 from mafsil.trajectory.overview import Printed
 from mafsil.trajectory.piecewise import PiecewisePolynomial
@@ -34,6 +35,7 @@ class BSpline(Printed):
     knots: Floats
     control: Floats
     degree: int
+    __post_init__ = checked(knots=numbers(1), control=numbers())
 
     @property
     def duration(self) -> float:

@@ -13,6 +13,7 @@ from mafsil.trajectory.laws import LawName, rest_law
 from mafsil.trajectory.limit_check import check
 from mafsil.trajectory.path_following import follow
 from mafsil.trajectory.path_motion import PathMotion
+from mafsil.trajectory.path_task import STRICTER, PathTask
 from mafsil.trajectory.status import PlanStatus
 from mafsil.trajectory.tolerances import GIVEN
 
@@ -28,6 +29,7 @@ def cartesian_line(
     interpolation: Interpolation = "straight",
     stretch: bool = False,
     frame: str | None = None,
+    task: PathTask = "pose",
     tolerance: float = 1e-6,
 ) -> Outcome[PathMotion | None]:
     """Move the tip from where it is to `T_goal`, from rest to rest, on the branch of `q_start`.
@@ -41,11 +43,13 @@ def cartesian_line(
         interpolation: `straight` (line, turning about one axis) or `screw`.
         stretch: take more time than `duration` if the limits need it.
         frame: name of a link; the tip if None.
+        task: what of the path the frame keeps to: `pose`; `axis`, the position and the direction of z; `position`. The
+            shortest of the motions that keep to it, with the rest left to the arm or kept to as well.
         tolerance: largest deviation from the path [m, rad].
 
     Returns:
-        The motion. Failing that the status and its details say why and where: UNREACHABLE, SINGULAR, JOINT_LIMIT
-        or DEVIATES without a motion, RATE_LIMIT with the motion that breaks the limits.
+        The motion. Failing that the status and its details say why and where: NOT_FOUND, ORIENTATION_NOT_FOUND,
+        SINGULAR, JOINT_LIMIT or DEVIATES without a motion, RATE_LIMIT with the motion that breaks the limits.
 
     Raises:
         InputError: a wrong shape, a number that is not finite, an unknown law, no duration and no finite limit.
@@ -58,10 +62,22 @@ def cartesian_line(
         raise InputError("input.shape", name=name, expected="one start and one goal", got=got, hint="")
     unit = rest_law(law).unit()
     start = robot.forward_kinematics(q) if frame is None else robot.forward_kinematics(q, frame=frame)
-    joints = follow(robot, CartesianPath(start, goal, interpolation), q, frame=frame, tolerance=tolerance)
-    if joints.value is None or not joints.succeeded:
-        return Outcome(None, joints.status, joints.residual, joints.iterations, details=joints.details)
-    return timed(robot, PathMotion(joints.value, unit), duration, stretch, joints.residual)
+    path = CartesianPath(start, goal, interpolation)
+    found: list[Outcome[PathMotion | None]] = []
+    for each in (task, *STRICTER.get(task, ())):
+        joints = follow(robot, path, q, frame=frame, tolerance=tolerance, task=each)
+        if joints.value is not None and joints.succeeded:
+            found.append(timed(robot, PathMotion(joints.value, unit), duration, stretch, joints.residual))
+        elif not found:
+            return Outcome(None, joints.status, joints.residual, joints.iterations, details=joints.details)
+        if duration is not None and found[-1].status is PlanStatus.PLANNED:
+            return found[-1]
+    # A motion that keeps to more keeps to less: the shortest of all.
+    return min(found, key=_shortest)
+
+
+def _shortest(motion: Outcome[PathMotion | None]) -> float:
+    return float(str(motion.details.get("shortest", motion.details["duration"])))
 
 
 def timed(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -12,7 +12,7 @@ from mafsil.errors import InputError
 from mafsil.model.mechanism import MEASURED
 from mafsil.robot import Robot, of_robot
 from mafsil.solvers import Outcome, levenberg_marquardt
-from mafsil.trajectory.path_task import PathTask, path_error, path_rates
+from mafsil.trajectory.path_task import STRICTER, PathTask, path_error, path_rates, require_task
 from mafsil.trajectory.paths import TipPath
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.polynomial import quintic_coefficients
@@ -53,19 +53,30 @@ def follow(
         q_start: (n,) [rad | m].
         frame: name of a link; the tip if None.
         tolerance: largest deviation from the path [m, rad].
-        task: what of the path the frame keeps to; the rest is left to the arm.
+        task: what of the path the frame keeps to; the rest is left to the arm, and kept to only if the arm's own way
+            fails: so a path that can be followed with more can be followed with less.
         slack: of arms that cannot keep to the path, its largest distance from what they can reach [m, rad]: they follow
             in the sense of least squares.
 
     Returns:
-        The joint path, its residual the largest deviation (DEVIATES if that exceeds the tolerance); or None with
-        UNREACHABLE, SINGULAR or JOINT_LIMIT and the place s where the path ends.
+        The joint path, its residual the largest deviation (DEVIATES if that exceeds the tolerance), in its details the
+        task that it keeps to; or None with NOT_FOUND, ORIENTATION_NOT_FOUND, SINGULAR or JOINT_LIMIT and the place s
+        where the path ends.
     """
     tolerance, slack = positive("tolerance", tolerance), not_negative("slack", slack)
     if tolerance < ROUNDING:
         raise InputError("input.range", name="tolerance", value=tolerance, low=ROUNDING, high=LARGEST)
-    tracker = _Tracker(robot, path, frame, task, slack)
-    pieces = FEWEST_PIECES
+    require_task(task)
+    first = _followed(_Tracker(robot, path, frame, task, slack), q_start, tolerance)
+    if first.succeeded:
+        return first
+    others = (_followed(_Tracker(robot, path, frame, more, slack), q_start, tolerance) for more in STRICTER[task])
+    return next((found for found in others if found.succeeded), first)
+
+
+def _followed(tracker: _Tracker, q_start: JointVector, tolerance: float) -> Followed:
+    """With as many pieces as it takes."""
+    pieces, slack, kept = FEWEST_PIECES, tracker.slack, {"task": tracker.task}
     while True:
         outcome = tracker.march(q_start, pieces)
         if outcome.value is None:
@@ -75,7 +86,7 @@ def follow(
             continue
         deviation = tracker.deviation(outcome.value)
         if deviation <= tolerance + slack:
-            return Outcome(outcome.value, PlanStatus.FOLLOWED, deviation, pieces)
+            return Outcome(outcome.value, PlanStatus.FOLLOWED, deviation, pieces, details=kept)
         if pieces >= MOST_PIECES:
             return Outcome(
                 outcome.value, PlanStatus.DEVIATES, deviation, pieces, details={"tolerance": tolerance + slack}
@@ -192,14 +203,21 @@ class _Tracker:
         return joint, float(limits.lower[joint] if q[joint] < limits.lower[joint] else limits.upper[joint])
 
     def _why_not(self, q: JointVector, begin: float, end: float) -> Followed:
-        """Out of reach if no configuration nearby reaches the next knot; else the path meets a singularity."""
+        """Whether a search nearby reaches the next knot, past a singularity; else whether it reaches its position."""
         target = self.path.poses(end)
         nearby = levenberg_marquardt(
             lambda x: (-self._error(x, target), self._equations(end, x)[0]), q, tolerance=NEARBY, iterations=200
         )
         if nearby.succeeded:
             return _ended(PlanStatus.SINGULAR, begin, margin=self._margin(begin, q))
-        return _ended(PlanStatus.UNREACHABLE, begin, nearby.residual)
+        status, steps = PlanStatus.NOT_FOUND, nearby.iterations
+        if self.task != "position":
+            there = replace(self, task="position")
+            alone = levenberg_marquardt(
+                lambda x: (-there._error(x, target), there._equations(end, x)[0]), q, tolerance=NEARBY, iterations=200
+            )
+            status = PlanStatus.ORIENTATION_NOT_FOUND if alone.succeeded else status
+        return _ended(status, begin, nearby.residual, steps=steps)
 
     def _margin(self, s: float, q: JointVector) -> float:
         """Smallest singular value of the Jacobian of what counts."""

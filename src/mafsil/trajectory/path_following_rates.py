@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.answer import SingleAnswer
 from mafsil.arrays import Floats, JointVector, positive, single
 from mafsil.errors import InputError
-from mafsil.ik import Track, TrackStatus, track
+from mafsil.ik import Track, TrackStatus, TrackTask, track
 from mafsil.robot import Robot, of_robot
 from mafsil.trajectory.laws import LawName, rest_law
+from mafsil.trajectory.path_task import PathTask, path_equations, path_rates
 from mafsil.trajectory.paths import TipPath
 
 RatesBy = Literal["jacobian", "differences"]
@@ -65,6 +66,7 @@ def joint_motion(
     q_start: ArrayLike,
     duration: float,
     *,
+    task: TrackTask = "pose",
     law: LawName = "quintic",
     rate: float = 500.0,
     by: RatesBy = "jacobian",
@@ -73,7 +75,8 @@ def joint_motion(
 
     1. s, ds/dt and d2s/dt2 of the law at every update, and the tip's poses there.
     2. Inverse kinematics of all poses, each from the one before (`ik.track`).
-    3. jacobian:     qd = J# V,  qdd = J# (dV/dt - dJ/dt qd),  V = V_s ds/dt,  dV/dt = V_s' (ds/dt)^2 + V_s d2s/dt2
+    3. jacobian:     q' = A# b,  q'' = A# (b' - A' q'),  of A q' = b: J q' = V of the path, or its rows that count;
+                     qd = q' ds/dt,  qdd = q'' (ds/dt)^2 + q' d2s/dt2
        differences:  derivatives of the polynomial through seven neighbouring positions, none across a break of the
        path or a switch of branch.
 
@@ -85,6 +88,7 @@ def joint_motion(
         path: of the tip.
         q_start: (n,) near the beginning of the path [rad | m].
         duration: [s].
+        task: `pose`, or `position`: the orientation is left to the arm.
         law: time law along the path, a name of `mafsil.trajectory.LAWS`.
         rate: of updates [Hz]; the last is at the end.
         by: `jacobian` or `differences`.
@@ -102,10 +106,13 @@ def joint_motion(
     s, speed, growth = rest_law(law).unit().stretched(T).at(times)
     places = np.clip(s[:, 0], 0.0, 1.0)
     # 2
-    found = track(robot, path.poses(places), start, times=times)
+    found = track(robot, path.poses(places), start, times=times, task=task)
+    if task == "position" and not found:  # a motion that keeps to the orientation keeps to the position
+        other = track(robot, path.poses(places), start, times=times)
+        found, task = (other, "pose") if other else (found, task)
     # 3
     if by == "jacobian":
-        qd, qdd = _by_jacobian(robot, path, found.q, places, speed, growth)
+        qd, qdd = _by_jacobian(robot, path, found.q, places, speed, growth, task)
     else:
         pieces = np.searchsorted(path.breaks[1:-1], places, side="right")
         for switch in found.switches:
@@ -115,16 +122,19 @@ def joint_motion(
 
 
 def _by_jacobian(
-    robot: Robot, path: TipPath, q: JointVector, s: Floats, speed: Floats, growth: Floats
+    robot: Robot, path: TipPath, q: JointVector, s: Floats, speed: Floats, growth: Floats, task: PathTask
 ) -> tuple[Floats, Floats]:
-    """(k, n) rates and accelerations from the twist and its derivative; NaN where q is."""
+    """(k, n) rates and accelerations from the equations A q' = b of the path and their derivatives; NaN where q is."""
     qd, qdd = np.full_like(q, np.nan), np.full_like(q, np.nan)
     done = np.isfinite(q[:, 0])
-    V, slope = path.twists(s[done])
-    inverse: Floats = np.asarray(np.linalg.pinv(robot.jacobian_body(q[done]), rcond=CUTOFF), dtype=np.float64)
-    qd[done] = _applied(inverse, V * speed[done])
-    bend = _applied(robot.jacobian_body_rate(q[done], qd[done]), qd[done])
-    qdd[done] = _applied(inverse, slope * speed[done] ** 2 + V * growth[done] - bend)
+    at, places = q[done], s[done]
+    T, J = robot.forward_kinematics(at), robot.jacobian_body(at)
+    A, b = path_equations(T, J, path, places, task)
+    inverse: Floats = np.asarray(np.linalg.pinv(A, rcond=CUTOFF), dtype=np.float64)
+    slope = _applied(inverse, b)
+    _, _, A_rate, b_slope = path_rates(T, J, robot.jacobian_body_rate(at, slope), slope, path, places, task)
+    qd[done] = slope * speed[done]
+    qdd[done] = _applied(inverse, b_slope - _applied(A_rate, slope)) * speed[done] ** 2 + slope * growth[done]
     return qd, qdd
 
 

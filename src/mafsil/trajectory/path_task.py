@@ -2,16 +2,30 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix
-from mafsil.geometry import pose
+from mafsil.errors import InputError
+from mafsil.geometry import pose, rotation
 from mafsil.trajectory.paths import TipPath
 
 PathTask = Literal["pose", "axis", "position"]
+
+STRICTER: dict[PathTask, tuple[PathTask, ...]] = {"pose": (), "axis": ("pose",), "position": ("axis", "pose")}
+"""What asks for more: a motion that keeps to it keeps to less, too."""
+
+
+def require_task(task: str) -> None:
+    """Refuse a task that is none.
+
+    Raises:
+        InputError: it is not one of PathTask.
+    """
+    if task not in get_args(PathTask):
+        raise InputError("input.choice", name="task", value=task, known=", ".join(get_args(PathTask)))
 
 
 def path_error(T: PoseMatrix, target: PoseMatrix, task: PathTask) -> Floats:
@@ -39,44 +53,45 @@ def path_error(T: PoseMatrix, target: PoseMatrix, task: PathTask) -> Floats:
 
 
 def path_rates(
-    T: PoseMatrix, J: Floats, J_rate: Floats, rate: Floats, path: TipPath, s: float, task: PathTask
+    T: PoseMatrix, J: Floats, J_rate: Floats, rate: Floats, path: TipPath, s: ArrayLike, task: PathTask
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """The equations A q' = b of moving along a path, and their derivatives by s.
 
     Args:
-        T: (4, 4) of the frame in {s}; its turn is free where it does not count.
-        J, J_rate: (6, n) body Jacobian and its derivative.
-        rate: (n,) q'.
+        T: (*batch, 4, 4) of the frame in {s}; its turn is free where it does not count.
+        J, J_rate: (*batch, 6, n) body Jacobian and its derivative.
+        rate: (*batch, n) q'.
         path: of the frame.
-        s: place on it.
+        s: (*batch,) places on it.
         task: what counts.
 
     Returns:
-        A (m, n), b (m,), A' (m, n) and b' (m,).
+        A (*batch, m, n), b (*batch, m), A' (*batch, m, n) and b' (*batch, m).
     """
     V, V_slope = path.twists(s)
     if task == "pose":
         return J, V, J_rate, V_slope
-    R, R_path = T[:3, :3], path.poses(s)[:3, :3]
-    turn = J[:3] @ rate
+    R, R_path = T[..., :3, :3], path.poses(s)[..., :3, :3]
+    A, b = _equations(R, J, R_path, V, task)
+    turn = _times(J[..., :3, :], rate)
     # p' = R v and its derivative R (w x v + v'), in {s}; b moves with the frame of the path.
-    A, A_rate = R @ J[3:], R @ (np.cross(turn, J[3:], axisb=0, axisc=0) + J_rate[3:])
-    b, b_slope = R_path @ V[3:], R_path @ (np.cross(V[:3], V[3:]) + V_slope[3:])
+    A_rate = R @ (rotation.hat(turn) @ J[..., 3:, :] + J_rate[..., 3:, :])
+    b_slope = _times(R_path, np.cross(V[..., :3], V[..., 3:]) + V_slope[..., 3:])
     if task == "position":
         return A, b, A_rate, b_slope
     # The turn of the path, seen in the frame: w_b = R' R_path w, w_b' = -turn x w_b + R' R_path w'.
-    across = R.T @ (R_path @ V[:3])
-    slope = R.T @ (R_path @ V_slope[:3]) - np.cross(turn, across)
+    into = np.swapaxes(R, -1, -2) @ R_path
+    slope = _times(into, V_slope[..., :3]) - np.cross(turn, _times(into, V[..., :3]))
     return (
-        np.concatenate([J[:2], A]),
-        np.concatenate([across[:2], b]),
-        np.concatenate([J_rate[:2], A_rate]),
-        np.concatenate([slope[:2], b_slope]),
+        A,
+        b,
+        np.concatenate([J_rate[..., :2, :], A_rate], axis=-2),
+        np.concatenate([slope[..., :2], b_slope], axis=-1),
     )
 
 
 def path_equations(T: PoseMatrix, J: Floats, path: TipPath, s: ArrayLike, task: PathTask) -> tuple[Floats, Floats]:
-    """The equations A q' = b of moving along a path, at many places: those of `path_rates` without derivatives.
+    """The equations A q' = b of moving along a path: those of `path_rates` without derivatives.
 
     Args:
         T: (*batch, 4, 4) of the frame in {s}; its turn is free where it does not count.
@@ -89,11 +104,17 @@ def path_equations(T: PoseMatrix, J: Floats, path: TipPath, s: ArrayLike, task: 
         A (*batch, m, n) and b (*batch, m).
     """
     V = path.twists(s)[0]
-    if task == "pose":
-        return J, V
-    R, R_path = T[..., :3, :3], path.poses(s)[..., :3, :3]
-    A, b = R @ J[..., 3:, :], (R_path @ V[..., 3:, None])[..., 0]
+    return (J, V) if task == "pose" else _equations(T[..., :3, :3], J, path.poses(s)[..., :3, :3], V, task)
+
+
+def _equations(R: Floats, J: Floats, R_path: Floats, V: Floats, task: PathTask) -> tuple[Floats, Floats]:
+    """Of position, or of position and one axis."""
+    A, b = R @ J[..., 3:, :], _times(R_path, V[..., 3:])
     if task == "position":
         return A, b
-    across = (np.swapaxes(R, -1, -2) @ (R_path @ V[..., :3, None]))[..., :2, 0]
+    across = _times(np.swapaxes(R, -1, -2), _times(R_path, V[..., :3]))[..., :2]
     return np.concatenate([J[..., :2, :], A], axis=-2), np.concatenate([across, b], axis=-1)
+
+
+def _times(A: Floats, x: Floats) -> Floats:
+    return (A @ x[..., None])[..., 0]

@@ -8,8 +8,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, frozen
+from mafsil.arrays import Floats, frozen, real_array
 from mafsil.errors import InputError
+from mafsil.fields import checked, numbers
 from mafsil.trajectory.motion import Motion, moving_at, times
 from mafsil.trajectory.overview import Printed
 from mafsil.trajectory.polynomial_roots import roots_inside
@@ -26,6 +27,7 @@ class PiecewisePolynomial(Printed):
 
     knots: Floats
     coefficients: Floats
+    __post_init__ = checked(knots=numbers(1), coefficients=numbers())
 
     @classmethod
     def from_pieces(cls, durations: ArrayLike, coefficients: ArrayLike) -> PiecewisePolynomial:
@@ -38,10 +40,11 @@ class PiecewisePolynomial(Printed):
         Raises:
             InputError: a number that is not finite: times too short, or distances too large, for floating point.
         """
-        knots, numbers = np.concatenate([[0.0], np.cumsum(durations)]), frozen(coefficients)
-        if not (np.isfinite(knots).all() and np.isfinite(numbers).all()):
+        lengths, each = real_array("durations", durations), real_array("coefficients", coefficients)
+        knots = np.concatenate([[0.0], np.cumsum(lengths)])
+        if not (np.isfinite(knots).all() and np.isfinite(each).all()):
             raise InputError("trajectory.overflow", duration=float(knots[-1]))
-        return cls(frozen(knots), numbers)
+        return cls(frozen(knots), frozen(each))
 
     @property
     def duration(self) -> float:

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer
-from mafsil.arrays import Floats, positive, real_array, require_finite, require_kind, whole
+from mafsil.arrays import Floats, not_negative, number, positive, require_kind, whole
 from mafsil.errors import InputError
+from mafsil.fields import checked, finite
 from mafsil.messages import say
 from mafsil.trajectory.continuity import continuity
 from mafsil.trajectory.motion import Trajectory
@@ -24,6 +25,11 @@ REFINED = 6
 
 Forward: TypeAlias = Callable[[Floats], Floats]
 """(k, n) coordinates -> (k, m) the place that is meant, such as the tip of an arm."""
+
+
+def _last(name: str, value: object) -> float:
+    """A time that may be infinite."""
+    return not_negative(name, value, unbounded=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +48,7 @@ class PassesWithin:
     begin: float = 0.0
     end: float = np.inf
     place: Forward | None = None
+    __post_init__ = checked(point=finite(0, 1), distance=positive, begin=number, end=_last)
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +67,7 @@ class KeepsClear:
     begin: float = 0.0
     end: float = np.inf
     place: Forward | None = None
+    __post_init__ = checked(point=finite(0, 1), distance=positive, begin=number, end=_last)
 
 
 @dataclass(frozen=True)
@@ -72,6 +80,7 @@ class Takes:
 
     least: float = 0.0
     most: float = np.inf
+    __post_init__ = checked(least=not_negative, most=_last)
 
 
 @dataclass(frozen=True)
@@ -184,15 +193,14 @@ def _finding(trajectory: Trajectory, asked: Requirement) -> Finding:
     if isinstance(asked, IsSmooth):
         order = continuity(trajectory, ends=asked.ends).order
         return Finding(asked, order >= whole("order", asked.order, 0, 3), float(order), np.nan)
-    distance = positive("distance", asked.distance)
     nearest, time = _nearest(trajectory, asked)
-    met = nearest <= distance if isinstance(asked, PassesWithin) else nearest >= distance
+    met = nearest <= asked.distance if isinstance(asked, PassesWithin) else nearest >= asked.distance
     return Finding(asked, met, nearest, time)
 
 
 def _nearest(trajectory: Trajectory, asked: PassesWithin | KeepsClear) -> tuple[float, float]:
     """Least distance from the point, and its time."""
-    point = np.atleast_1d(require_finite("point", real_array("point", asked.point)))
+    point = np.atleast_1d(asked.point)
     begin, end = max(asked.begin, 0.0), min(asked.end, trajectory.duration)
     if not begin <= end:
         raise InputError("input.range", name="begin", value=asked.begin, low=0.0, high=end)

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, as_batch, positive, whole
-from mafsil.geometry import pose
 from mafsil.messages import say
 from mafsil.messages.tables import in_notebook, number, table
 from mafsil.robot import Robot, of_robot
@@ -20,6 +19,7 @@ from mafsil.trajectory.generator import TickReport, TrajectoryGenerator
 from mafsil.trajectory.laws import QUINTIC
 from mafsil.trajectory.motion import Motion, times
 from mafsil.trajectory.path_following import follow
+from mafsil.trajectory.path_task import PathTask, path_equations, path_error, path_rates
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.polynomial import quintic
 from mafsil.trajectory.status import PlanStatus
@@ -110,12 +110,14 @@ class TipMotion:
         path: of the tip.
         law: s(t) of one coordinate.
         q: (n,) configuration of the last time, the start at first [rad | m].
+        task: what of the path the tip keeps to.
     """
 
     robot: Robot
     path: CartesianPath
     law: PiecewisePolynomial
     q: Floats
+    task: PathTask = "pose"
 
     @property
     def duration(self) -> float:
@@ -130,37 +132,47 @@ class TipMotion:
         return Motion(u, v, a)
 
     def _at(self, t: float) -> tuple[Floats, Floats, Floats]:
-        """1. Pose and twist on the path.  2. The configuration.  3. Rates and accelerations."""
+        """1. The pose on the path.  2. The configuration.  3. Rates and accelerations."""
         # 1
+        robot, q, task = self.robot, self.q, self.task
         s, rate, growth = (float(x[0]) for x in self.law.at(t))
-        T, (V, slope) = self.path.poses(s), self.path.twists(s)
+        target = self.path.poses(s)
         # 2
-        q = self.q
         for _ in range(NEWTON):
-            error = pose.error(self.robot.forward_kinematics(q), T)
-            q = q + np.linalg.pinv(self.robot.jacobian_body(q)) @ error
+            T = robot.forward_kinematics(q)
+            A = path_equations(T, robot.jacobian_body(q), self.path, s, task)[0]
+            q = q + np.linalg.pinv(A) @ path_error(T, target, task)
         self.q = q
         # 3
-        inverse = np.linalg.pinv(self.robot.jacobian_body(q))
-        qd = inverse @ (V * rate)
-        bend = self.robot.jacobian_body_rate(q, qd) @ qd
-        return q, qd, inverse @ (slope * rate**2 + V * growth - bend)
+        T, J = robot.forward_kinematics(q), robot.jacobian_body(q)
+        A, b = path_equations(T, J, self.path, s, task)
+        inverse = np.linalg.pinv(A)
+        slope = inverse @ b
+        _, _, A_rate, b_slope = path_rates(T, J, robot.jacobian_body_rate(q, slope), slope, self.path, s, task)
+        return q, slope * rate, inverse @ (b_slope - A_rate @ slope) * rate**2 + slope * growth
 
 
 @of_robot
 def compare_routes(
-    robot: Robot, q_start: ArrayLike, q_goal: ArrayLike, duration: float, *, rate: float = 1000.0
+    robot: Robot,
+    q_start: ArrayLike,
+    q_goal: ArrayLike,
+    duration: float,
+    *,
+    rate: float = 1000.0,
+    task: PathTask = "pose",
 ) -> RouteComparison:
     """Run both routes tick by tick, by the quintic law, and measure them.
 
     In joints a tick evaluates polynomials. Along the line it evaluates the tip's pose and twist, corrects the
-    configuration of the tick before onto the pose by Newton's method, and takes qd = J# V, qdd = J# (dV/dt - dJ/dt qd).
+    configuration of the tick before onto the pose by Newton's method, and takes q' = J# V, q'' = J# (V' - J' q').
 
     Args:
         robot: whose tip moves.
         q_start, q_goal: (n,) [rad | m]; the line leads to the tip's pose at q_goal, on the branch of q_start.
         duration: [s].
         rate: update rate [Hz].
+        task: what of the line the tip keeps to: `pose`; `axis`, the position and the direction of z; `position`.
 
     Returns:
         Times of ticks, largest joint step between them, peak rate, and how far the tip leaves the chord. If the line
@@ -176,10 +188,11 @@ def compare_routes(
     path = CartesianPath(robot.forward_kinematics(start), robot.forward_kinematics(goal))
     joints = TrajectoryGenerator(quintic(start, goal, T), rate)
     routes = [_measured("joints", robot, joints, path)]
-    planned = follow(robot, path, start)
+    planned = follow(robot, path, start, task=task)
     if planned.value is None or not planned.succeeded:
         return RouteComparison(tuple(routes), planned.status, planned.explain())
-    line = TipMotion(robot, path, QUINTIC.between(np.zeros(1), np.ones(1), T), start)
+    kept = cast("PathTask", planned.details["task"])
+    line = TipMotion(robot, path, QUINTIC.between(np.zeros(1), np.ones(1), T), start, kept)
     routes.append(_measured("cartesian", robot, TrajectoryGenerator(line, rate), path))
     return RouteComparison(tuple(routes), PlanStatus.FOLLOWED, "")
 

@@ -16,7 +16,7 @@ from mafsil.ik.general.findings import MOST
 from mafsil.ik.problem import clean_poses
 from mafsil.ik.redundant.at_parameter import answered
 from mafsil.ik.status import CODES, IKStatus
-from mafsil.ik.tolerances import INSIDE
+from mafsil.ik.tolerances import ON_LIMIT
 
 PROBE = 8
 """Poses after which it is known whether elimination proves the lists of an arm."""
@@ -53,7 +53,7 @@ def one_by_one(setting: Setting, T: PoseMatrix, q0: JointVector, tolerance: floa
         q[:, : proven.q.shape[1]], residual[:, : proven.q.shape[1]] = proven.q, proven.residual
         codes[:, : proven.q.shape[1]] = UNNAMED if proven.codes is None else proven.codes
     good = residual <= tolerance
-    within = good & ((q >= setting.lower - INSIDE) & (q <= setting.upper + INSIDE)).all(axis=-1)
+    within = good & ((q >= setting.lower - ON_LIMIT) & (q <= setting.upper + ON_LIMIT)).all(axis=-1)
     status = np.where(within.any(axis=1), CODES[IKStatus.SOLVED], CODES[IKStatus.BEYOND_LIMITS])
     status[~good.any(axis=1)] = CODES[IKStatus.OUT_OF_REACH]
     status[~valid] = CODES[IKStatus.NOT_A_POSE]

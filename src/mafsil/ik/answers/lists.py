@@ -25,7 +25,7 @@ from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.refine import least_squares, refined
 from mafsil.ik.tolerances import FINEST, REACHED, SAME
 from mafsil.ik.winding import wound_near
-from mafsil.mechanics.closed_form.thresholds import APART, FIRST_JOINTS, FOLD, INSIDE, LOOSE
+from mafsil.mechanics.closed_form.thresholds import APART, FIRST_JOINTS, FOLD, LOOSE, ON_LIMIT
 
 PATIENT = 40
 """Newton steps where an equation of fourth degree has roots that merge by three or four."""
@@ -63,7 +63,7 @@ def exact_lists(setting: Setting, q: JointVector, details: CandidateTable, toler
         tolerance: largest residual of a solution.
     """
     valid = unrepeated(q, details.residual <= tolerance, setting.revolute)
-    within = valid & (details.excess <= INSIDE)
+    within = valid & (details.excess <= ON_LIMIT)
     codes, free = _whole(details.code), np.where(valid, _whole(details.free), 0)
     return Lists(q, details.residual, valid, within, codes, free, np.zeros(len(q), dtype=np.bool_))
 

@@ -32,7 +32,7 @@ from mafsil.ik.redundant.parametric_form import has_redundant_joints
 from mafsil.ik.status import CODES, IKStatus
 from mafsil.kernels import Kernel
 from mafsil.mechanics.arm_pattern import FailedStep
-from mafsil.mechanics.closed_form.thresholds import APART, INSIDE
+from mafsil.mechanics.closed_form.thresholds import APART, ON_LIMIT
 
 CHUNK = 2048
 """Poses whose details are kept at once; memory beyond the results does not grow with the batch."""
@@ -151,7 +151,7 @@ class _Judged:
         """Details and statuses as if all poses were clear."""
         columns.residual[...] = details.residual
         np.less_equal(columns.residual, self.tolerance, out=columns.valid)
-        np.less_equal(details.excess, INSIDE, out=columns.within)
+        np.less_equal(details.excess, ON_LIMIT, out=columns.within)
         np.logical_and(columns.within, columns.valid, out=columns.within)
         with np.errstate(invalid="ignore"):
             columns.codes[...] = details.code

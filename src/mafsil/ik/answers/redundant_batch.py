@@ -15,9 +15,10 @@ from mafsil.ik.answers.redundant_single import careful_question
 from mafsil.ik.answers.refusal import out_of_plane
 from mafsil.ik.answers.setting import CLEAR, Setting, turns_of
 from mafsil.ik.problem import ORTHOGONALITY
-from mafsil.ik.redundant.parameter_search import INSIDE, ParameterValues, parameter_values
+from mafsil.ik.redundant.parameter_search import ParameterValues, parameter_values
 from mafsil.ik.redundant.parametric_form import parametric_form
 from mafsil.ik.status import IKStatus
+from mafsil.ik.tolerances import ON_LIMIT
 
 CHUNK = 4096
 """Poses whose details are kept at once."""
@@ -65,7 +66,7 @@ def redundant_batch(setting: Setting, T: PoseMatrix, q0: JointVector, tolerance:
         table = ParametricTable.of(details)
         good = table.residual <= CLEAR
         out.q[rows], out.residual[rows], out.valid[rows] = q, table.residual, good
-        out.within[rows] = good & (table.excess <= INSIDE)
+        out.within[rows] = good & (table.excess <= ON_LIMIT)
         out.codes[rows], out.free[rows] = np.nan_to_num(table.code), np.where(good, bits, 0)
         out.set_status(begin + regular, IKStatus.CONTINUUM)
         out.set_status(begin + regular[~starts.allowed[regular]], IKStatus.BEYOND_LIMITS)

@@ -13,9 +13,10 @@ from mafsil.ik.answers.setting import CLEAR, Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.answers.start import Start
 from mafsil.ik.problem import ORTHOGONALITY, clean_poses
-from mafsil.ik.redundant.parameter_search import INSIDE, ParameterValues, nearest_allowed, parameter_values
+from mafsil.ik.redundant.parameter_search import ParameterValues, nearest_allowed, parameter_values
 from mafsil.ik.redundant.parametric_form import ParametricForm, parametric_form
 from mafsil.ik.status import IKStatus
+from mafsil.ik.tolerances import ON_LIMIT
 from mafsil.kernels.lazy import preset
 
 
@@ -49,7 +50,7 @@ def redundant_single(
     if not defect <= ORTHOGONALITY:
         raise InputError("ik.no_pose", name="T_sd", limit=ORTHOGONALITY)
     # 2.
-    if not excess <= INSIDE:
+    if not excess <= ON_LIMIT:
         other = nearest_allowed(setting, form, T, q0, most)
         if other is None:
             starts = parameter_values(setting, form, T[None], q0, most)
@@ -96,7 +97,7 @@ def regular_answer(
         question,
         q,
         residual,
-        excess <= INSIDE,
+        excess <= ON_LIMIT,
         rows,
         codes.astype(np.int64),
         np.zeros(len(q), dtype=np.int64),

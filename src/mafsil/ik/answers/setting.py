@@ -19,7 +19,7 @@ from mafsil.ik.problem import reach_bound
 from mafsil.ik.tolerances import NEARLY_REACHED
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
-from mafsil.mechanics.closed_form.thresholds import BENT, INSIDE, NEARLY, SPLIT, candidate, folds, merges_twice
+from mafsil.mechanics.closed_form.thresholds import BENT, NEARLY, ON_LIMIT, SPLIT, candidate, folds, merges_twice
 from mafsil.mechanics.closed_form.thresholds import CLEAR as CLEAR
 from mafsil.model import JointKind, Mechanism
 from mafsil.robot import Robot
@@ -103,7 +103,7 @@ class Setting:
 
     def allowed(self, q: JointVector) -> NDArray[np.bool_]:
         """(k,) which rows are within the limits."""
-        inside = (q >= self.lower - INSIDE) & (q <= self.upper + INSIDE)
+        inside = (q >= self.lower - ON_LIMIT) & (q <= self.upper + ON_LIMIT)
         return np.asarray(inside.all(axis=-1), dtype=np.bool_)
 
     @lazy

@@ -21,12 +21,14 @@ from mafsil.ik.answers.pose_question import PoseQuestion
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.solution_table import solution_table
 from mafsil.ik.status import IKStatus
-from mafsil.ik.tolerances import FAR_ALONG, INSIDE, SELF_MOTION, SMALLEST
+from mafsil.ik.tolerances import FAR_ALONG, ON_LIMIT, SELF_MOTION, SMALLEST, WHOLE_TURN
 from mafsil.ik.winding import TURN, wound_near
 from mafsil.kernels.lazy import lazy
 from mafsil.messages import say
 from mafsil.messages.tables import in_notebook, on_screen
 
+ROUNDED_LIMIT = 1e-12
+"""By how much a joint may seem beyond its limit by rounding, which is not said [rad | m]."""
 SENTENCES = {
     IKStatus.SOLVED: "ik.set_solved",
     IKStatus.CONTINUUM: "ik.set_continuum",
@@ -128,7 +130,7 @@ class SolutionSet(Answer):
     @lazy
     def within(self) -> NDArray[np.bool_]:
         """(k,) whether the solution is within the joint limits."""
-        return np.asarray(CandidateTable.of(self._details).excess[self._chosen] <= INSIDE, dtype=np.bool_)
+        return np.asarray(CandidateTable.of(self._details).excess[self._chosen] <= ON_LIMIT, dtype=np.bool_)
 
     @lazy
     def rows(self) -> NDArray[np.int64]:
@@ -274,7 +276,7 @@ class SolutionSet(Answer):
             setting.robot.joint_names, self.own[k], setting.lower, setting.upper, strict=True
         ):
             excess = max(low - x, x - high)
-            if excess > INSIDE:
+            if excess > ON_LIMIT:
                 found.append(LimitExcess(name, float(x), float(low if x < low else high), float(excess)))
         return tuple(found)
 
@@ -302,6 +304,7 @@ class SolutionSet(Answer):
         if not len(self.q):
             lines += [say(key, language=language, **details) for key in self._question.refusal.steps]
         alike: dict[tuple[str, str], list[int]] = {}
+        lines += self._on_limits(language)
         for family in self.families:
             alike.setdefault((family.joint, ", ".join(family.moving)), []).append(family.solution + 1)
         for (joint, moving), solutions in alike.items():
@@ -315,6 +318,17 @@ class SolutionSet(Answer):
         if self.in_doubt:
             lines.append(say("ik.in_doubt", language=language))
         return "\n".join(lines)
+
+    def _on_limits(self, language: str | None) -> list[str]:
+        """Solutions that count as within the limits though joints lie a measured number beyond them."""
+        excess = np.maximum(self._setting.lower - self.own, self.own - self._setting.upper)
+        most = excess.max(axis=1, initial=-np.inf)
+        on = np.flatnonzero(self.within & (most > ROUNDED_LIMIT))
+        if not len(on):
+            return []
+        joint = self._setting.robot.joint_names[int(excess[on[most[on].argmax()]].argmax())]
+        details = {"solutions": _listed((on + 1).tolist()), "joint": joint, "excess": float(most[on].max())}
+        return [say("ik.on_limits", language=language, **details, measured=ON_LIMIT)]
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data; arrays are those of the answer."""
@@ -343,7 +357,7 @@ class SolutionSet(Answer):
         given, setting = as_batch("q", q, (self.q.shape[-1],), finite=True), self._setting
         start = setting.part.own(given)
         wound = wound_near(self.own, start, setting.lower, setting.upper, setting.revolute)
-        allowed = ((wound >= setting.lower - INSIDE) & (wound <= setting.upper + INSIDE)).all(axis=1)
+        allowed = ((wound >= setting.lower - ON_LIMIT) & (wound <= setting.upper + ON_LIMIT)).all(axis=1)
         cost = np.linalg.norm(wound - start, axis=1) + np.where(allowed, 0.0, 1e6)
         return setting.part.lifted(wound[int(cost.argmin())], given)
 
@@ -383,7 +397,7 @@ class SolutionSet(Answer):
         low, high = setting.lower[i], setting.upper[i]
         if not setting.revolute[i] or not (np.isfinite(low) and np.isfinite(high)):
             return [x]
-        first, last = int(np.ceil((low - x) / TURN - INSIDE)), int(np.floor((high - x) / TURN + INSIDE))
+        first, last = int(np.ceil((low - x) / TURN - WHOLE_TURN)), int(np.floor((high - x) / TURN + WHOLE_TURN))
         return [x + k * TURN for k in range(first, last + 1)]
 
 

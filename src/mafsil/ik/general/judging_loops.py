@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import asin, ceil, pi, sqrt
 
 from mafsil.arrays import Booleans, Floats, Integers
-from mafsil.ik.tolerances import INSIDE
+from mafsil.ik.tolerances import ON_LIMIT, WHOLE_TURN
 from mafsil.kernels.loops.loop import compiled
 
 TURN = 2 * pi
@@ -65,11 +65,11 @@ def judged(
                 x -= TURN * round((x - q0[k]) / TURN)
                 turns = 0.0
                 if x < low:
-                    turns = ceil((low - x) / TURN - INSIDE)
+                    turns = ceil((low - x) / TURN - WHOLE_TURN)
                 elif x > high:
-                    turns = -ceil((x - high) / TURN - INSIDE)
-                if low - INSIDE <= x + TURN * turns <= high + INSIDE:
+                    turns = -ceil((x - high) / TURN - WHOLE_TURN)
+                if low - ON_LIMIT <= x + TURN * turns <= high + ON_LIMIT:
                     x += TURN * turns
                 q[i, k] = x
-            inside = inside and low - INSIDE <= x <= high + INSIDE
+            inside = inside and low - ON_LIMIT <= x <= high + ON_LIMIT
         within[i] = inside

@@ -26,7 +26,7 @@ from mafsil.ik.numerical.records import (
 )
 from mafsil.ik.numerical.search import SearchPlan, cached_plan
 from mafsil.ik.status import CODES, IKStatus
-from mafsil.ik.tolerances import EXACT_POSE
+from mafsil.ik.tolerances import EXACT_POSE, ON_LIMIT
 from mafsil.lazy_module import lazily
 
 if TYPE_CHECKING:
@@ -184,9 +184,29 @@ class FullSearch:
             codes[~good & (begun <= self.restarts)] = CODES[IKStatus.TIME_SPENT]
         codes[~good & beyond] = CODES[IKStatus.OUT_OF_REACH]
         codes[~valid] = CODES[IKStatus.NOT_A_POSE]
+        self._on_limits(rows, T, codes)
         self._beyond_limits(rows.start, T, codes)
         if self.plan.task.dimension > self.plan.problem.robot.n:
             codes[codes == CODES[IKStatus.BUDGET_SPENT]] = CODES[IKStatus.FEW_JOINTS]
+
+    def _on_limits(self, rows: slice, T_sd: Floats, codes: NDArray[np.int8]) -> None:
+        """Poses that are solved beside the configuration found, with joints a measured number beyond their limits."""
+        problem = self.plan.problem
+        left = np.flatnonzero(codes == CODES[IKStatus.BUDGET_SPENT])
+        if not len(left) or not problem.bounded or perf_counter() >= self.deadline:
+            return
+        free = cached_plan(problem_of(problem.part.whole, problem.part.requested, False), self.plan.task, 0)
+        report = self.report[rows]
+        once = np.ones(len(left), np.int64)
+        best, _ = free.run(T_sd[left], np.ascontiguousarray(report[left, CONFIGURATION:]), once, trust=False)
+        out, rotation, position, good = free.checked(best, T_sd[left])
+        excess = np.maximum(problem.lower - best[:, :-1], best[:, :-1] - problem.upper)
+        for k in np.flatnonzero((good == 1) & (excess.max(axis=1) <= ON_LIMIT)):
+            row = left[k]
+            report[row, ROTATION_ERROR], report[row, POSITION_ERROR] = rotation[k], position[k]
+            report[row, REACHED:CONFIGURATION], report[row, CONFIGURATION:] = out[k], best[k, :-1]
+            codes[row] = CODES[IKStatus.SOLVED]
+            self.worst[rows.start + int(row)] = problem.robot.joint_names[int(excess[k].argmax())]
 
     def _beyond_limits(self, start: int, T_sd: Floats, codes: NDArray[np.int8]) -> None:
         """For poses not found: whether they can be reached without limits, and which joint leaves them most."""

@@ -21,7 +21,7 @@ from mafsil.ik.redundant.form import ARM_ANGLE, Redundancy, redundancy
 from mafsil.ik.redundant.parameter_search import beyond_sphere
 from mafsil.ik.refine import distinct, refined
 from mafsil.ik.status import IKStatus
-from mafsil.ik.tolerances import AT_LIMIT, INSIDE, INWARDS, NEARLY_REACHED
+from mafsil.ik.tolerances import AT_LIMIT, INWARDS, NEARLY_REACHED, ON_LIMIT
 from mafsil.ik.winding import wound_near
 from mafsil.kernels.lazy import preset
 
@@ -92,7 +92,7 @@ def _regular(setting: Setting, form: Redundancy, T: PoseMatrix, value: float, to
         Question(setting, T.copy(), near, tolerance),
         q,
         chosen[:, 0],
-        chosen[:, 3] <= INSIDE,
+        chosen[:, 3] <= ON_LIMIT,
         _NO_ROW[:k],
         _NO_NAME[:k],
         _NO_FREE[:k],
@@ -100,7 +100,7 @@ def _regular(setting: Setting, form: Redundancy, T: PoseMatrix, value: float, to
         complete=False,
         isolated=False,
     )
-    if excess <= INSIDE:
+    if excess <= ON_LIMIT:
         preset(answer, status=IKStatus.CONTINUUM)
     return answer
 
@@ -214,7 +214,7 @@ def fixed(
     near = setting.middle.copy()
     if locked:
         near[form.locked] = value
-    allowed = (q >= setting.lower - INSIDE) & (q <= setting.upper + INSIDE)
+    allowed = (q >= setting.lower - ON_LIMIT) & (q <= setting.upper + ON_LIMIT)
     within = np.asarray(allowed.all(axis=1), dtype=np.bool_)
     rows = unlabelled(q)
     method = "elimination" if form.closed is None and form.angle_form is None else "closed form"

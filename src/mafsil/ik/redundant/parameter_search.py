@@ -13,7 +13,7 @@ from mafsil.ik.answers.setting import Setting, turns_of
 from mafsil.ik.problem import ORTHOGONALITY, reach_bound
 from mafsil.ik.redundant.locked_values import locked_values
 from mafsil.ik.redundant.parametric_form import ParametricForm
-from mafsil.ik.tolerances import INSIDE
+from mafsil.ik.tolerances import EXACT_POSE, INSIDE
 
 COARSE, FINE = 24, 240
 """Values of one redundant joint that are tried, first and then."""
@@ -123,7 +123,7 @@ def beyond_sphere(setting: Setting, T: PoseMatrix, tolerance: float) -> NDArray[
         return np.zeros(len(T), dtype=np.bool_)
     centre, radius = _sphere(setting)
     away = np.linalg.norm(T[:, :3, 3] - centre, axis=1)
-    return np.asarray(away > radius * (1 + INSIDE) + tolerance, dtype=np.bool_)
+    return np.asarray(away > radius * (1 + EXACT_POSE) + tolerance, dtype=np.bool_)
 
 
 @lru_cache(maxsize=128)

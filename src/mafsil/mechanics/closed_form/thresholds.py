@@ -7,6 +7,7 @@ which refines what the decision leaves open.
 from __future__ import annotations
 
 from mafsil.mechanics.arm_pattern import ArmPattern, Family
+from mafsil.model.mechanism import MEASURED
 
 ORTHOGONALITY = 1e-6
 """Largest |R'R - I| that is taken for rounding of a printed matrix and repaired."""
@@ -48,7 +49,13 @@ LOOSE = 1e-8
 """Tolerances, and residuals of the closed form, above which a configuration that is near enough is looked for."""
 
 INSIDE = 1e-12
-"""By how much a joint may seem beyond its limit by rounding [rad | m]."""
+"""By how much a joint may seem beyond its limit by rounding [rad | m]: where its value is chosen, not measured."""
+
+ON_LIMIT = MEASURED
+"""By how much a joint of an isolated solution may lie beyond its limit and count as on it [rad | m]."""
+
+WHOLE_TURN = 1e-12
+"""Share of a turn by which rounding may miss a whole one."""
 
 FIRST_JOINTS = {Family.SPHERICAL_WRIST: 3, Family.THREE_PARALLEL: 1, Family.LINKED: 1}
 """How many joints of a closed form are found before those of the wrist; where they are free, continua may cross."""

@@ -18,7 +18,7 @@ from mafsil.mobility.synthesis.burmester import BurmesterCurves
 from mafsil.mobility.synthesis.candidate import Candidate, CandidateStatus, candidate
 from mafsil.mobility.synthesis.dyads import Dyad
 from mafsil.mobility.synthesis.positions import Positions
-from mafsil.mobility.synthesis.tolerances import BULKY, MOST_CANDIDATES
+from mafsil.mobility.synthesis.tolerances import BULKY, EXACT, MOST_CANDIDATES
 
 
 class SynthesisStatus(Status):
@@ -67,6 +67,13 @@ def ranked(batches: Sequence[Positions], size: float, *, either_side: bool) -> R
         if not len(positions):
             continue
         found = positions.assessed()
+        # A candidate meets the task itself: its links keep their lengths from position to position.
+        kept = np.asarray(found.residual <= EXACT * found.lengths.max(axis=1), dtype=np.bool_)
+        if not kept.all():
+            positions = positions.chosen(kept)
+            if not len(positions):
+                continue
+            found = positions.assessed()
         if either_side and not positions.slider:
             positions, found = _better_sides(positions, found)
         bulky = found.lengths.max(axis=1) > BULKY * size

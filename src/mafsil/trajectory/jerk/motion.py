@@ -53,6 +53,12 @@ class Pieces:
         sample_loops.sample_rows(self.first, self.count, self.times, self.jerks, t, u, v, a, j)
         return u, v, a, j
 
+    def largest(self) -> Floats:
+        """(rows, n, 3) largest sizes of position, velocity and acceleration where pieces begin and end."""
+        largest = np.empty((*self.count.shape, 3))
+        sample_loops.largest_rows(self.first, self.count, self.times, self.jerks, largest)
+        return largest
+
 
 @dataclass(frozen=True, eq=False, slots=True, repr=False)
 class JerkLimitedMotion(Answer):

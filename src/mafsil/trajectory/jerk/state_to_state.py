@@ -30,7 +30,8 @@ else:
 MOST_PIECES = 15
 """Pieces of a coordinate: two to come back inside the limits, and a mixture of two motions of seven."""
 ROUNDED = 1e-9
-"""How far a motion may end from its goal by rounding, relative to the numbers that lead there."""
+"""How far a motion may end from its goal by rounding, relative to the largest position, velocity and acceleration on
+its own way."""
 USUAL = 1e-60, 1e60
 """Durations and jerks whose fifth powers are numbers."""
 PART_ROWS = 256
@@ -98,7 +99,7 @@ def planned(problem: Problem) -> JerkLimitedMotion:
         InputError: a number of its states is not finite.
     """
     n = len(problem.limits)
-    first, count, outcome = problem.states[None], np.empty((1, n)), np.empty((1, 4))
+    first, count, outcome = problem.states[None], np.zeros((1, n)), np.empty((1, 4))
     times, jerks = np.empty((2, 1, n, MOST_PIECES))
     _rows(problem, first, outcome, count, times, jerks)
     pieces = Pieces(first, count, times, jerks)
@@ -160,7 +161,7 @@ def _judge(problem: Problem, outcome: Floats, pieces: Pieces) -> None:
     # 1.
     if len(bad) and problem.cycle > 0.0:
         again = replace(problem, states=pieces.first[bad], cycle=0.0)
-        found, counts = np.empty((len(bad), 4)), np.empty((len(bad), problem.states.shape[-2]))
+        found, counts = np.empty((len(bad), 4)), np.zeros((len(bad), problem.states.shape[-2]))
         times, jerks = np.empty((2, *counts.shape, MOST_PIECES))
         _rows(again, again.states, found, counts, times, jerks)
         part = Pieces(again.states, counts, times, jerks)
@@ -183,17 +184,9 @@ def _arrives(problem: Problem, outcome: Floats, pieces: Pieces) -> NDArray[np.bo
     allowed = np.isfinite(T) & (problem.minimum * (1.0 - ROUNDED) <= T)
     end = np.where(allowed, T, 0.0)
     reached = np.stack([values[0] for values in pieces.sampled(end[None])[:3]], axis=-1)
+    largest = pieces.largest()
     with np.errstate(all="ignore"):
-        t = np.maximum(end, np.finfo(np.float64).tiny)[:, None]
-        p0, v0, a0, p1, v1, a1 = np.abs(np.moveaxis(asked, -1, 0))
-        # What a state that moves needs to come to rest: v^(3/2)/j^(1/2), a^3/j^2; and what the jerks that are used do.
-        jerk = np.abs(problem.limits[:, 4:]).min(axis=1)
-        own = np.maximum(v0, v1) ** 1.5 / np.sqrt(jerk) + np.maximum(a0, a1) ** 3 / jerk**2
-        used = np.abs(np.where(np.arange(MOST_PIECES) < pieces.count[..., None], pieces.jerks, 0.0)).max(axis=-1)
-        place = np.maximum.reduce([p0, p1 * (not problem.free), (v0 + v1) * t, (a0 + a1) * t**2, used * t**3, own])
-        speed = np.maximum.reduce([v0, v1, (a0 + a1) * t, used * t**2])
-        growth = np.maximum.reduce([a0, a1, used * t])
-        missed = np.abs(reached - asked[..., 3:]) <= ROUNDED * np.stack([place, speed, growth], axis=-1)
+        missed = np.abs(reached - asked[..., 3:]) <= ROUNDED * largest + np.finfo(np.float64).smallest_subnormal
     if problem.free:
         missed[..., 0] = True
-    return allowed & missed.all(axis=(1, 2))
+    return allowed & (missed & np.isfinite(largest)).all(axis=(1, 2))
