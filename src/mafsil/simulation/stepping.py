@@ -6,11 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, Vector6, as_batch, positive, require_kind
 from mafsil.errors import InputError
 from mafsil.mechanics.friction import SMOOTHING, FrictionLaw
 from mafsil.mechanics.tolerances import NEGLIGIBLE_RATE
+from mafsil.simulation import friction_loops
 from mafsil.simulation.plant import Plant
 from mafsil.solvers import METHODS, Splitting, method, second_order
 from mafsil.solvers.integrate import State, Step
@@ -153,7 +155,37 @@ def damped_acceleration(
     else:
         load = effort - robot.inverse_dynamics(q, qd, np.zeros(robot.n), -push)
     M = robot.mass_matrix(q)
-    return by_secants(plant, qd, load, h, lambda D, b: _solved(M if D is None else M + D, b))
+    if not plant.has_friction:
+        return _solved(M, load)
+    found, sound = _compiled(plant.friction_law, M, qd, load, h)
+    if not sound.all():
+        M, qd, load = M[~sound], qd[~sound], load[~sound]
+        found[~sound] = by_secants(plant, qd, load, h, lambda D, b: _solved(M if D is None else M + D, b))
+    return found
+
+
+def _compiled(law: FrictionLaw, M: Floats, qd: Floats, load: Floats, h: float) -> tuple[Floats, NDArray[np.bool_]]:
+    """Accelerations (*batch, n), and where (*batch) they are sound: where matrices were positive definite."""
+    n = qd.shape[-1]
+    found, sound = np.empty(load.shape), np.empty(load.shape[:-1], dtype=np.bool_)
+    if M.ndim == load.ndim or qd.ndim < load.ndim:  # efforts of many runs in one state
+        M, qd = np.broadcast_to(M, (*load.shape, n)), np.broadcast_to(qd, load.shape)
+    masses, rates = np.ascontiguousarray(M.reshape(-1, n, n)), np.ascontiguousarray(qd.reshape(-1, n))
+    bare = (load - law.offset @ law.gain).reshape(-1, n)
+    friction_loops.accelerations_by_secants(
+        masses,
+        bare,
+        rates,
+        law.viscous,
+        law.positive,
+        law.negative,
+        law.gain,
+        h,
+        ITERATIONS,
+        found.reshape(-1, n),
+        sound.reshape(-1),
+    )
+    return found, sound
 
 
 def by_secants(
