@@ -13,8 +13,8 @@ import pytest
 from hypothesis import settings
 
 # Machines are shared: how long an example takes says nothing about what it tests.
-settings.register_profile("mafsil", deadline=None)
-settings.load_profile("mafsil")
+settings.register_profile("mafsil", deadline=None, max_examples=30)
+settings.register_profile("full", deadline=None, max_examples=100)
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -33,9 +33,14 @@ SHAPED = ("mafsil.geometry", "mafsil.robot", "mafsil.trajectory")
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--check-shapes", action="store_true", help="check annotated shapes at every call of the package")
+    parser.addoption("--full", action="store_true", help="all of many equal cases, of which else a few run (hours)")
 
 
 def pytest_configure(config: pytest.Config) -> None:
+    from tests import sizes
+
+    sizes.full = bool(config.getoption("--full"))
+    settings.load_profile("full" if sizes.full else "mafsil")
     if config.getoption("--check-shapes"):
         from tests.house import shapes
 

@@ -20,7 +20,7 @@ FALL = np.array([0.2, -0.4, 0.6, 0.3, -0.5, 0.1])
 def test_free_motion_of_random_trees(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     command = ["conservation", "--cases", "3", "--shard", "3", "--resume", str(tmp_path)]
     monkeypatch.setattr(sys, "argv", command)
-    monkeypatch.setattr(conservation, "DURATION", 10.0)
+    monkeypatch.setattr(conservation, "DURATION", 4.0)
     found = figures.run("R10", figures.arguments("", "cases", 3, 3), conservation.work)
     assert found["passed"], found
     assert found["trees"] == 3

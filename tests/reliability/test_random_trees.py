@@ -20,7 +20,7 @@ from tests.oracles.states import sample
 from tests.reliability import random_trees
 from tests.reliability.random_trees import LIMIT, MEDIAN_LIMIT, Figures, errors_of, robot, run
 
-SECONDS = 10.0
+SECONDS = 2.0
 ULP_LIMIT = 64 * 2.0**-52
 
 
