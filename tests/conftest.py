@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 import tempfile
@@ -41,10 +42,18 @@ def pytest_configure(config: pytest.Config) -> None:
 
     sizes.full = bool(config.getoption("--full"))
     settings.load_profile("full" if sizes.full else "mafsil")
+    gc.disable()  # while thousands of tests are collected, all of which stay
     if config.getoption("--check-shapes"):
         from tests.house import shapes
 
         shapes.watch(*SHAPED)
+
+
+def pytest_collection_finish() -> None:
+    """What is there stays: going through it at each collection of garbage would take a second."""
+    gc.enable()
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(autouse=True)

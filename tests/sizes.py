@@ -24,6 +24,6 @@ def few(cases: Iterable[Case], count: int) -> list[Case]:
     return [every[round(k * (len(every) - 1) / (count - 1))] for k in range(count)]
 
 
-def size(small: int, large: int) -> int:
-    """The small number, or the large one with `--full`."""
+def size(small: Case, large: Case) -> Case:
+    """The small size, or the large one with `--full`."""
     return large if full else small

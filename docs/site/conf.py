@@ -55,7 +55,6 @@ suppress_warnings = ["myst.header", "ref.python"]  # attributes of many classes 
 CONTENTS = """
 ```{toctree}
 :hidden:
-:titlesonly:
 
 %s
 reference/index
