@@ -128,7 +128,12 @@ def _is_known(name: str) -> bool:
     """Whether a file, or something in one, has a name; files are parsed where their text has it."""
     if hasattr(mf.Robot, name) or any(path.stem == name for path in FILES):
         return True
-    return any(name in _identifiers(path) for path, text in TEXTS.items() if re.search(rf"\b{name}\b", text))
+    return any(name in _identifiers(path) for path in FILES if name in _text_words(path))
+
+
+@cache
+def _text_words(path: Path) -> frozenset[str]:
+    return frozenset(re.findall(r"\w+", TEXTS[path]))
 
 
 def _public(name: str) -> object:

@@ -1,11 +1,11 @@
 """Steps with friction at their end, row by row, compiled: M a = load - f(qd + h a) by secants through rest."""
 
-# pyright: reportMissingParameterType=false, reportUnknownVariableType=false, reportUnknownParameterType=false
-# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
+from mafsil.arrays import Floats
 from mafsil.kernels.loops.loop import compiled
 from mafsil.mechanics.friction import SMOOTHING
 from mafsil.mechanics.tolerances import NEGLIGIBLE_RATE
@@ -13,7 +13,10 @@ from mafsil.solvers.cholesky_loops import factored, solved
 
 
 @compiled
-def accelerations_by_secants(M, load, qd, viscous, positive, negative, gain, h, rounds, found, sound):
+def accelerations_by_secants(
+    M: Floats, load: Floats, qd: Floats, viscous: Floats, positive: Floats, negative: Floats, gain: Floats, h: float,
+    rounds: int, found: Floats, sound: NDArray[np.bool_],
+) -> None:  # fmt: skip
     """Of every row the mean acceleration over the step; not sound where some matrix was not positive definite.
 
     1. Each friction is D w, w = gain qd, with the secant D of its curve at the rate found before.

@@ -4,18 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, Vector6, as_batch, positive, require_kind
 from mafsil.errors import InputError
+from mafsil.lazy_module import lazily
 from mafsil.mechanics.friction import SMOOTHING, FrictionLaw
 from mafsil.mechanics.tolerances import NEGLIGIBLE_RATE
-from mafsil.simulation import friction_loops
 from mafsil.simulation.plant import Plant
 from mafsil.solvers import METHODS, Splitting, method, second_order
 from mafsil.solvers.integrate import State, Step
+
+if TYPE_CHECKING:
+    import mafsil.simulation.friction_loops as friction_loops
+else:
+    friction_loops = lazily("mafsil.simulation.friction_loops")
 
 IMPLICIT_FRICTION = "implicit_friction"
 """Semi-implicit Euler whose friction acts with the rate at the end of the step: stable for any friction and step."""
