@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 import tempfile
@@ -13,8 +14,8 @@ import pytest
 from hypothesis import settings
 
 # Machines are shared: how long an example takes says nothing about what it tests.
-settings.register_profile("mafsil", deadline=None)
-settings.load_profile("mafsil")
+settings.register_profile("mafsil", deadline=None, max_examples=30)
+settings.register_profile("full", deadline=None, max_examples=100)
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -33,13 +34,26 @@ SHAPED = ("mafsil.geometry", "mafsil.robot", "mafsil.trajectory")
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--check-shapes", action="store_true", help="check annotated shapes at every call of the package")
+    parser.addoption("--full", action="store_true", help="all of many equal cases, of which else a few run (hours)")
 
 
 def pytest_configure(config: pytest.Config) -> None:
+    from tests import sizes
+
+    sizes.full = bool(config.getoption("--full"))
+    settings.load_profile("full" if sizes.full else "mafsil")
+    gc.disable()  # while thousands of tests are collected, all of which stay
     if config.getoption("--check-shapes"):
         from tests.house import shapes
 
         shapes.watch(*SHAPED)
+
+
+def pytest_collection_finish() -> None:
+    """What is there stays: going through it at each collection of garbage would take a second."""
+    gc.enable()
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(autouse=True)

@@ -8,6 +8,7 @@ import mafsil as mf
 from mafsil.derivation.arm import best_table
 from mafsil.errors import InputError
 from mafsil.figures import (
+    animation,
     save_displaced_body,
     save_exponentials_animation,
     save_free_bodies,
@@ -67,7 +68,7 @@ def test_a_classic_table_is_drawn_in_its_own_letters(name):
 
 @pytest.mark.capability("05-25")
 @pytest.mark.parametrize("convention", ["modified", "classic"])
-def test_the_four_motions_move_one_after_the_other(convention, tmp_path):
+def test_the_four_motions_move_one_after_the_other(convention, tmp_path, monkeypatch):
     row = DHRow(a=0.5, alpha=0.7, d=0.4, theta=0.9)
     frames = motion_frames(row, convention)
     np.testing.assert_allclose(frames[0], np.eye(4))
@@ -77,20 +78,22 @@ def test_the_four_motions_move_one_after_the_other(convention, tmp_path):
         steps = pose.error(part[:-1], part[1:])
         np.testing.assert_allclose(steps, np.broadcast_to(steps[0], steps.shape), atol=1e-12)
         assert (np.abs(steps[0]) > 1e-9).sum() == 1, "one elementary motion at a time"
+    monkeypatch.setattr(animation, "PER_MOTION", 3)  # to draw them takes seconds
     save_row_animation(row, tmp_path / "row.gif", convention)
     with Image.open(tmp_path / "row.gif") as film:
-        assert film.n_frames > 2 * PER_MOTION
+        assert film.n_frames > 2 * 3
 
 
 @pytest.mark.capability("05-25")
-def test_an_arm_gets_its_exponentials_one_by_one(tmp_path):
+def test_an_arm_gets_its_exponentials_one_by_one(tmp_path, monkeypatch):
     arm, q = mf.load("planar2r"), np.array([0.5, -0.7])
     rows = exponential_frames(arm, q)
     np.testing.assert_allclose(rows[-1], q)
     assert (rows[: PER_MOTION + 1, 0] == 0).all(), "the last joint moves first"
+    monkeypatch.setattr(animation, "PER_MOTION", 3)
     save_exponentials_animation(arm, q, tmp_path / "arm.gif")
     with Image.open(tmp_path / "arm.gif") as film:
-        assert film.n_frames > PER_MOTION
+        assert film.n_frames > 3
 
 
 @pytest.mark.capability("04-128", "04-66")

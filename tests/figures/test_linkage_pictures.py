@@ -8,10 +8,12 @@ pytest.importorskip("matplotlib")
 from mafsil import mobility as mo
 from mafsil.cli.main import main
 from mafsil.errors import InputError
+from mafsil.figures import linkage_motion
 from mafsil.figures.configuration_surface import draw_surface, in_space, over_square, save_surface
 from mafsil.figures.linkage import draw_linkage, is_flat, lifted, save_linkage, save_torus
 from mafsil.figures.linkage_motion import motion_frames, save_linkage_motion
 from mafsil.mobility.loop_closure import largest_gap
+from tests.sizes import few
 
 
 @pytest.mark.parametrize("name", ["four_bar", "bennett", "six_sps", "truss", "chain"])
@@ -62,7 +64,7 @@ def test_curves_on_the_torus(tmp_path):
     assert (out > 0.7).all()
 
 
-@pytest.mark.parametrize("name", mo.library.names())
+@pytest.mark.parametrize("name", few(mo.library.names(), 9))
 def test_motions_that_are_shown_close_all_loops(name):
     linkage = mo.library.linkage(name)
     found = mo.mobility(linkage)
@@ -77,12 +79,13 @@ def test_motions_that_are_shown_close_all_loops(name):
 
 
 @pytest.mark.parametrize("name", ["four_bar", "door"])
-def test_moving_pictures(name, tmp_path):
+def test_moving_pictures(name, tmp_path, monkeypatch):
+    monkeypatch.setattr(linkage_motion, "FRAMES", 16)  # to draw more takes seconds
     image = pytest.importorskip("PIL.Image")
     path = tmp_path / "linkage.gif"
     save_linkage_motion(mo.library.linkage(name), path)
     with image.open(path) as moving:
-        assert moving.n_frames > 20
+        assert moving.n_frames > 10
 
 
 def test_the_command_draws(tmp_path, capsys):

@@ -5,6 +5,7 @@ A name that comes from a package counts as an import of the module that holds it
 
 import ast
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 SOURCE = Path(__file__).parents[2] / "src" / "mafsil"
@@ -14,6 +15,7 @@ MODULES = {
 }
 
 
+@cache
 def import_graph() -> dict[str, set[str]]:
     """Modules, and the modules that each of them imports."""
     homes = {name: _homes(path.with_suffix(".pyi")) for name, path in MODULES.items() if path.stem == "__init__"}

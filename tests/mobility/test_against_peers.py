@@ -9,9 +9,10 @@ import mafsil as mf
 from mafsil import mobility as mo
 from mafsil.geometry import pose
 from tests.mobility.mechanisms import random_linkage
+from tests.sizes import few
 
 
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("seed", few(range(60), 12))
 def test_rank_of_random_mechanisms(seed):
     pytest.importorskip("pinocchio")
     from tests.mobility.pinocchio_rank import PinocchioLinkage
@@ -83,7 +84,7 @@ def test_two_folding_chains_guide_a_straight_line(seed):
     assert (found.count.mobility, found.mobility, found.instantaneous.output_rotations) == (0, 1, 0)
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", few(range(40), 10))
 def test_compiled_ranks_are_those_of_singular_values(seed):
     rng = np.random.default_rng(seed)
     linkage = random_linkage(rng, int(rng.integers(1, 4)), int(rng.integers(3, 9)))

@@ -7,6 +7,7 @@ from mafsil.mobility import FourBar, SliderCrank
 from mafsil.mobility import synthesis as syn
 from mafsil.mobility.synthesis.assessment import assess_four_bars, assess_slider_cranks
 from tests.mobility.planted_bars import wrapped
+from tests.sizes import few
 
 
 def random_positions(rng, count):
@@ -26,7 +27,7 @@ def assessed(bar, theta):
     return assess_four_bars(np.zeros(1, complex), B[None], C[None], np.full(1, bar.ground, complex))
 
 
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("seed", few(range(60), 12))
 def test_circuits_are_the_closed_curves_of_the_configurations(seed):
     bar, theta = random_positions(np.random.default_rng(seed), 4)
     found = assessed(bar, theta)
@@ -37,7 +38,7 @@ def test_circuits_are_the_closed_curves_of_the_configurations(seed):
     assert bool(found.circuit_defect[0]) == (not same.all())
 
 
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("seed", few(range(60), 12))
 def test_a_good_linkage_is_driven_through_its_positions_and_the_worst_angle_is_met(seed):
     """The crank is moved in small steps in the mode of the first position: it passes all positions, in order."""
     rng = np.random.default_rng(1000 + seed)

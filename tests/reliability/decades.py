@@ -1,6 +1,6 @@
 """Scalar arguments over 600 decades: every call either refuses in our words or gives numbers that hold.
 
-`python -m tests.reliability.decades [WORD]` prints what is wrong with the calls that contain the word.
+`python -m tests.reliability.decades [WORD] [--some]` prints what is wrong with the calls that contain the word.
 """
 
 from __future__ import annotations
@@ -33,6 +33,8 @@ TENS = (-300, -200, -100, -50, -30, -19, -15, -12, -9, -6, -3, 0, 3, 6, 9, 12, 1
 NEGATIVE = (-1.0, -1e-300, -1e-9, -1e9, -1e300)
 VALUES = (0.0, math.nan, math.inf, -math.inf, 5e-324, *NEGATIVE, *(float(f"1e{k}") for k in TENS))
 FEW = (0.0, math.nan, math.inf, -1.0, 5e-324, 1e-300, 1e-19, 1e19, 1e300)
+SOME = (*VALUES[:7], *VALUES[7::3], 1e300)
+"""Every third size: what the tests drive."""
 LONGEST = 2.0
 """Seconds that one call may take."""
 COMPILED = 20.0
@@ -283,4 +285,6 @@ def _real(function: Callable[..., Any]) -> list[str]:
 
 
 if __name__ == "__main__":
-    print(json.dumps(work(tuple(call for call in CALLS if re.search("".join(sys.argv[1:]), call))), indent=1))
+    words = [word for word in sys.argv[1:] if word != "--some"]
+    chosen = tuple(call for call in CALLS if re.search("".join(words), call))
+    print(json.dumps(work(chosen, SOME if "--some" in sys.argv else VALUES), indent=1))

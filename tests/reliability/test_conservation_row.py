@@ -18,12 +18,12 @@ FALL = np.array([0.2, -0.4, 0.6, 0.3, -0.5, 0.1])
 
 @pytest.mark.row("R10")
 def test_free_motion_of_random_trees(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    command = ["conservation", "--cases", "3", "--shard", "3", "--resume", str(tmp_path)]
+    command = ["conservation", "--cases", "2", "--shard", "2", "--resume", str(tmp_path)]
     monkeypatch.setattr(sys, "argv", command)
-    monkeypatch.setattr(conservation, "DURATION", 10.0)
-    found = figures.run("R10", figures.arguments("", "cases", 3, 3), conservation.work)
+    monkeypatch.setattr(conservation, "DURATION", 4.0)
+    found = figures.run("R10", figures.arguments("", "cases", 2, 2), conservation.work)
     assert found["passed"], found
-    assert found["trees"] == 3
+    assert found["trees"] == 2
     assert found["orders"] >= 8
     assert json.loads((tmp_path / "R10.json").read_text()) == found
 

@@ -11,8 +11,8 @@ from tests.reliability import derivatives, slips
 @pytest.mark.row("R3")
 @pytest.mark.parametrize("subject", [("planar3r", 0), ("stanford_arm", 0), ("tree", 3)], ids=lambda x: x[0])
 def test_derivative_kernels_agree_with_the_complex_step_and_both_modes(subject: tuple[str, int]) -> None:
-    count = derivatives.work(derivatives.subjects().index(subject), 60)
-    assert count["cases"] == 60
+    count = derivatives.work(derivatives.subjects().index(subject), 20)
+    assert count["cases"] == 20
     assert {name: value for name, value in count.items() if name.startswith("bad_") and value} == {}
     assert sum(name.startswith("bad_") for name in count) == 13
 

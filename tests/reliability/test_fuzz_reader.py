@@ -11,7 +11,7 @@ from tests.reliability import fuzz_reader
 from tests.reliability.model_invariants import violations
 from tests.reliability.robot_files import SEEDS
 
-FILES = 4_000
+FILES = 1_000
 
 
 @pytest.mark.row("F1")
@@ -25,7 +25,7 @@ def test_damaged_files() -> None:
 
 
 @pytest.mark.row("F1")
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(st.binary(max_size=300))
 def test_any_bytes(data: bytes) -> None:
     for reader in (urdf, mjcf, sdf):
@@ -33,7 +33,7 @@ def test_any_bytes(data: bytes) -> None:
 
 
 @pytest.mark.row("F1")
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(st.sampled_from(sorted(SEEDS)), st.data())
 def test_any_text_as_any_value(kind: str, data: st.DataObject) -> None:
     """One attribute of a sound file gets any text at all."""

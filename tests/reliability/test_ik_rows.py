@@ -23,7 +23,7 @@ from tests.reliability.ik_arms import ARMS, arm
 @pytest.mark.row("R5")
 @pytest.mark.parametrize("name", ["panda", "ur5e", "puma560", "kinova", "baxter"])
 def test_reachable_poses_are_reached_one_by_one(name: str) -> None:
-    found = ik_numerical.shard(name, 400, seed=5)
+    found = ik_numerical.shard(name, 150, seed=5)
     if not found["poses"]:
         pytest.skip("example-robot-data is not installed")
     assert not any(value for key, value in found.items() if key.startswith("bad_pose") or key.startswith("bad_limit"))
@@ -38,8 +38,8 @@ def test_there_are_ten_arms_and_more() -> None:
 @pytest.mark.row("R6")
 @pytest.mark.parametrize("name", ["puma", "generalised_puma", "ur", "elbow6r", "ur5e"])
 def test_planted_postures_are_found(name: str) -> None:
-    found = ik_complete.work([name], seed=1, cases=400)
-    assert found["cases"] >= 300
+    found = ik_complete.work([name], seed=1, cases=120)
+    assert found["cases"] >= 90
     assert not {key: value for key, value in found.items() if key.startswith("bad_") and value}
 
 
@@ -55,8 +55,8 @@ def test_arms_that_are_by_chance_almost_of_a_simpler_family_are_judged_by_the_pu
 @pytest.mark.row("R6")
 @pytest.mark.parametrize("name", ik_singular.ARMS)
 def test_postures_at_singular_surfaces_are_found_or_members_of_families(name: str) -> None:
-    found = ik_singular.work(np.random.default_rng(4), name, 60)
-    assert found["cases"] >= 50
+    found = ik_singular.work(np.random.default_rng(4), name, 20)
+    assert found["cases"] >= 16
     assert not {key: value for key, value in found.items() if key.startswith("bad_") and value}
 
 
@@ -64,8 +64,8 @@ def test_postures_at_singular_surfaces_are_found_or_members_of_families(name: st
 @pytest.mark.capability("07-44")
 @pytest.mark.parametrize("name", ik_offset_wrists.SHAPES)
 def test_arms_with_offset_wrists_lose_no_regular_posture_at_round_joint_values(name: str) -> None:
-    found = ik_offset_wrists.work(np.random.default_rng(8), name, 400)
-    assert found["regular_postures"] >= 150
+    found = ik_offset_wrists.work(np.random.default_rng(8), name, 150)
+    assert found["regular_postures"] >= 55
     assert not {key: value for key, value in found.items() if key.startswith("bad_") and value}
 
 
@@ -102,8 +102,8 @@ def test_postures_are_those_of_eaik(name: str) -> None:
 
 @pytest.mark.row("R7")
 def test_what_cannot_be_reached_is_said_so() -> None:
-    found = ik_unreachable.work(seed=3, cases=2000)
-    assert found["cases"] >= 1900
+    found = ik_unreachable.work(seed=3, cases=500)
+    assert found["cases"] >= 470
     assert found["rank_4"] > 0
     assert not {key: value for key, value in found.items() if key.startswith("bad_") and value}
 

@@ -10,13 +10,13 @@ from tests.reliability import jerk_limited, jerk_via_points
 @pytest.mark.row("R11")
 def test_states_to_states():
     pytest.importorskip("ruckig")
-    found = jerk_limited.work(0, 8000)
+    found = jerk_limited.work(0, 2000)
     assert not any(value for name, value in found.items() if name.startswith("bad_"))
-    assert found["compared"] == 8000
+    assert found["compared"] == 2000
 
 
 @pytest.mark.row("R11")
 def test_via_points():
-    found = jerk_via_points.work(0, 300)
+    found = jerk_via_points.work(0, 75)
     assert not any(value for name, value in found.items() if name.startswith("bad_"))
-    assert found["shorter_than_stops"] > 250
+    assert found["shorter_than_stops"] > 62

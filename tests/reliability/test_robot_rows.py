@@ -54,12 +54,12 @@ def states(robot: Robot) -> States:
 @pytest.mark.row("F3")
 @pytest.mark.skipif(sys.platform != "linux", reason="the harness forks")
 def test_hostile_calls(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "tests.reliability.api_fuzz", "--calls", "5000", "--resume", str(tmp_path)]
+    command = [sys.executable, "-m", "tests.reliability.api_fuzz", "--calls", "1200", "--resume", str(tmp_path)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=240, check=False)
     assert done.returncode == 0, done.stdout + done.stderr[-4000:]
     figures = json.loads(done.stdout.splitlines()[-1])
-    assert figures["calls"] == 5000
-    assert min(figures["right"], figures["refused"]) > 1000
+    assert figures["calls"] == 1200
+    assert min(figures["right"], figures["refused"]) > 250
 
 
 @pytest.mark.row("F3")

@@ -13,6 +13,7 @@ import mafsil as mf
 from mafsil.control import computed_torque
 from mafsil.errors import InputError
 from mafsil.simulation import Plant, SimulationStatus, suitable_integrator
+from mafsil.simulation.stepping import by_secants, damped_acceleration
 from mafsil.trajectory import quintic, rest
 
 FOLDER = Path(sysconfig.get_paths()["purelib"]) / "cmeel.prefix" / "share" / "example-robot-data" / "robots"
@@ -141,3 +142,21 @@ def test_long_tables_leave_ticks_out_and_say_so(tmp_path, monkeypatch):
     np.testing.assert_array_equal(rows[:-1], run.t[::every][: len(rows) - 1])
     assert rows[-1] == run.t[-1]
     assert len(mf.Recording.load(npz).t) == len(run.t)
+
+
+def test_a_compiled_step_is_that_by_secants_and_a_row_that_is_lost_leaves_the_others_alone():
+    plant, rng = Plant(mf.load("puma560")), np.random.default_rng(8)
+    q, qd, tau = rng.uniform(-1.0, 1.0, (4, 6)), rng.normal(size=(4, 6)), 20.0 * rng.normal(size=(4, 6))
+    qd[2] = 0.0
+    found = damped_acceleration(plant, q, qd, tau, None, 1e-3)
+    M, load = plant.robot.mass_matrix(q), tau - plant.robot.inverse_dynamics(q, qd, np.zeros(6))
+
+    def solved(D, b):
+        return np.linalg.solve(M + D, b[..., None])[..., 0]
+
+    np.testing.assert_allclose(found, by_secants(plant, qd, load, 1e-3, solved), rtol=1e-11, atol=1e-11)
+    qd[1, 2] = np.nan
+    spoilt = damped_acceleration(plant, q, qd, tau, None, 1e-3)
+    assert np.isnan(spoilt[1]).all()
+    np.testing.assert_array_equal(spoilt[[0, 2, 3]], found[[0, 2, 3]])
+    np.testing.assert_array_equal(damped_acceleration(plant, q[3], qd[3], tau[3], None, 1e-3), found[3])

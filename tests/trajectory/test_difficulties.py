@@ -24,6 +24,7 @@ from mafsil.trajectory import (
     line_path,
     reachability,
 )
+from tests.sizes import size
 
 UR5E_START = np.array([0.3, -1.2, 1.2, 0.4, 1.0, 0.2])
 
@@ -147,7 +148,7 @@ def test_verdicts_agree_with_tracking_on_random_lines():
     """A peer: small steps of Newton's method, with no list of solutions."""
     robot, rng = mf.load("ur5e"), np.random.default_rng(3)
     s, verdicts = np.linspace(0.0, 1.0, 101), []
-    for _ in range(8):
+    for _ in range(size(5, 8)):
         q = rng.uniform(-2.0, 2.0, 6)
         path = moved_line(robot, q, rng.uniform(-0.4, 0.4, 3))
         answer = diagnose_path(robot, path, q_start=q)

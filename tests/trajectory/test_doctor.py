@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.trajectory import MotionLimits, RemedyKind, RequestStatus, check, doctor
 from mafsil.trajectory.feasibility.remedies import GROWTH, is_possible
+from tests.sizes import few
 
 LIMITS = MotionLimits.of(3, velocity=[1.5, 2.0, 1.0], acceleration=[8.0, 6.0, 9.0], jerk=400.0, position=2.5)
 
@@ -20,10 +23,18 @@ def broken_request(seed):
     return points, rng.uniform(0.02, 0.2, k), ("spline", "stops")[seed % 2]
 
 
-@pytest.mark.parametrize("seed", range(100))
-def test_each_of_a_hundred_broken_requests_is_mended_by_the_least_change(seed):
+@cache
+def diagnosed(seed):
     points, durations, curve = broken_request(seed)
-    diagnosis = doctor(points, durations, LIMITS, curve=curve)
+    return doctor(points, durations, LIMITS, curve=curve)
+
+
+SEEDS = few(range(100), 6)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_each_of_a_hundred_broken_requests_is_mended_by_the_least_change(seed):
+    durations, diagnosis = broken_request(seed)[1], diagnosed(seed)
     assert not diagnosis
     assert diagnosis.status is RequestStatus.MENDABLE
     for remedy in diagnosis.remedies:
@@ -39,10 +50,9 @@ def test_each_of_a_hundred_broken_requests_is_mended_by_the_least_change(seed):
     assert check(diagnosis.mended(), LIMITS)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", SEEDS[:6])
 def test_every_obstruction_stands_on_the_leg_and_at_the_time_that_it_names(seed):
-    points, durations, curve = broken_request(seed)
-    diagnosis = doctor(points, durations, LIMITS, curve=curve)
+    durations, diagnosis = broken_request(seed)[1], diagnosed(seed)
     motion, ends = diagnosis.request.trajectory(), np.concatenate([[0.0], np.cumsum(durations)])
     orders = {"lower": 0, "upper": 0, "velocity": 1, "acceleration": 2}
     for obstruction in diagnosis:

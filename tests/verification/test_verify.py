@@ -22,9 +22,10 @@ from mafsil.robot import Robot
 from mafsil.verification import Check, verify
 from tests.oracles.random_tree import branched_tree, random_tree
 from tests.reliability.slips import Survey
+from tests.sizes import size
 from tests.verification.mutants import Mutant, Way, calls, evaluated, mutated, places
 
-MUTANTS_EACH = 3
+MUTANTS_EACH = size(1, 3)
 ARM = "stanford_arm"
 
 

@@ -68,7 +68,7 @@ class Plant:
         """Whether any joint loses effort to friction."""
         return self.friction and has_friction(self.robot.mechanism)
 
-    @property
+    @lazy
     def friction_law(self) -> FrictionLaw:
         """Friction of all joints that have any, those that follow others included."""
         return friction_law(self.robot.mechanism)

@@ -4,16 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, Vector6, as_batch, positive, require_kind
 from mafsil.errors import InputError
+from mafsil.lazy_module import lazily
 from mafsil.mechanics.friction import SMOOTHING, FrictionLaw
 from mafsil.mechanics.tolerances import NEGLIGIBLE_RATE
 from mafsil.simulation.plant import Plant
 from mafsil.solvers import METHODS, Splitting, method, second_order
 from mafsil.solvers.integrate import State, Step
+
+if TYPE_CHECKING:
+    import mafsil.simulation.friction_loops as friction_loops
+else:
+    friction_loops = lazily("mafsil.simulation.friction_loops")
 
 IMPLICIT_FRICTION = "implicit_friction"
 """Semi-implicit Euler whose friction acts with the rate at the end of the step: stable for any friction and step."""
@@ -153,7 +161,37 @@ def damped_acceleration(
     else:
         load = effort - robot.inverse_dynamics(q, qd, np.zeros(robot.n), -push)
     M = robot.mass_matrix(q)
-    return by_secants(plant, qd, load, h, lambda D, b: _solved(M if D is None else M + D, b))
+    if not plant.has_friction:
+        return _solved(M, load)
+    found, sound = _compiled(plant.friction_law, M, qd, load, h)
+    if not sound.all():
+        M, qd, load = M[~sound], qd[~sound], load[~sound]
+        found[~sound] = by_secants(plant, qd, load, h, lambda D, b: _solved(M if D is None else M + D, b))
+    return found
+
+
+def _compiled(law: FrictionLaw, M: Floats, qd: Floats, load: Floats, h: float) -> tuple[Floats, NDArray[np.bool_]]:
+    """Accelerations (*batch, n), and where (*batch) they are sound: where matrices were positive definite."""
+    n = qd.shape[-1]
+    found, sound = np.empty(load.shape), np.empty(load.shape[:-1], dtype=np.bool_)
+    if M.ndim == load.ndim or qd.ndim < load.ndim:  # efforts of many runs in one state
+        M, qd = np.broadcast_to(M, (*load.shape, n)), np.broadcast_to(qd, load.shape)
+    masses, rates = np.ascontiguousarray(M.reshape(-1, n, n)), np.ascontiguousarray(qd.reshape(-1, n))
+    bare = (load - law.offset @ law.gain).reshape(-1, n)
+    friction_loops.accelerations_by_secants(
+        masses,
+        bare,
+        rates,
+        law.viscous,
+        law.positive,
+        law.negative,
+        law.gain,
+        h,
+        ITERATIONS,
+        found.reshape(-1, n),
+        sound.reshape(-1),
+    )
+    return found, sound
 
 
 def by_secants(

@@ -14,6 +14,7 @@ from mafsil.model.inertia_check import NOTHING, inertia_fault
 from mafsil.model.limits import UNBOUNDED
 from mafsil.model.placement import moved_inertial
 from tests.model.urdf.real_files import XACRO, all_files, robots
+from tests.sizes import few
 
 pin = pytest.importorskip("pinocchio")
 pytestmark = pytest.mark.row("R4")
@@ -38,7 +39,7 @@ def test_loads_or_says_why(path: Path) -> None:
         assert [d.code for d in report.errors] == ["S0310"]
 
 
-@pytest.mark.parametrize("path", robots(), ids=named)
+@pytest.mark.parametrize("path", few(robots(), 14), ids=named)
 def test_repairs_leave_no_offer_and_no_impossible_inertia(path: Path) -> None:
     text, changes = urdf.repair(path)
     report = urdf.diagnose(text)
@@ -52,7 +53,7 @@ def test_repairs_leave_no_offer_and_no_impossible_inertia(path: Path) -> None:
     assert len(changes) == len([d for d in urdf.diagnose(path) if d.repair is not None])
 
 
-@pytest.mark.parametrize("path", robots(), ids=named)
+@pytest.mark.parametrize("path", few(robots(), 14), ids=named)
 def test_equal_to_pinocchio(path: Path) -> None:
     mechanism, model = urdf.read(path), pin.buildModelFromUrdf(str(path))
     moving = {joint.name: joint for joint in mechanism.joints if joint.moves}

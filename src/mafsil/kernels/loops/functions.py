@@ -291,6 +291,7 @@ for _name, _other in (
     ("acos", "arccos"),
     ("atan", "arctan"),
     ("atan2", "arctan2"),
+    ("tanh", "tanh"),
     ("hypot", "hypot"),
 ):
     FUNCTIONS[getattr(math, _name)] = FUNCTIONS[getattr(np, _other)] = _of_real(_name)
