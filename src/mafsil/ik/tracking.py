@@ -351,7 +351,9 @@ class _Tracker:
         return values[:, self.rank - 1] / values[:, 0]
 
     def _singular_values(self, q: JointVector) -> Floats:
-        return np.linalg.svd((self._scale * self._jacobian(q))[..., self.moving], compute_uv=False)
+        """(k, m) singular values, largest first, of the Jacobian in the lengths of the arm."""
+        values = np.linalg.svd((self._scale * self._jacobian(q))[..., self.moving], compute_uv=False)
+        return np.asarray(values, dtype=np.float64)
 
     def _track(self, stopped_at: float, refusal: SolutionSet | IKResult | None) -> Track:
         reached = int(np.isfinite(self.residual).sum())
