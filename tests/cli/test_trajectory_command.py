@@ -31,7 +31,7 @@ def test_the_doctor_names_joint_and_leg_and_mends(points, tmp_path, capsys):
     assert main(["trajectory", "doctor", "ur5e", points]) == 1
     heard = capsys.readouterr()
     assert "leg 2: joint shoulder_lift_joint" in heard.out
-    assert "impossible" in heard.err
+    assert "breaks limits" in heard.err
     out = tmp_path / "mended.csv"
     assert main(["trajectory", "doctor", "ur5e", points, "--out", str(out)]) == 0
     assert main(["trajectory", "check", "ur5e", str(out)]) == 0

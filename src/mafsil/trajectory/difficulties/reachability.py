@@ -16,6 +16,7 @@ from mafsil.arrays import Floats, positive
 from mafsil.errors import InputError
 from mafsil.ik import SolutionBatch, inverse_kinematics
 from mafsil.ik.status import STATUSES, IKStatus
+from mafsil.ik.tolerances import INSIDE
 from mafsil.robot import Robot, of_robot
 from mafsil.trajectory.path_task import PathTask
 from mafsil.trajectory.paths import TipPath
@@ -112,9 +113,10 @@ def reachability(
         exact = _solutions(robot, path, s, task, SEARCHED)
 
     def solutions(places: Floats) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Which rows are solutions, and which of them within the limits."""
+        """Which rows are solutions, and which of them within the limits: as written, for ends as exact as asked."""
         found = _solutions(robot, path, places, task, tolerance)
-        return found.valid, found.valid & found.within
+        low, high = robot.limits.lower - INSIDE, robot.limits.upper + INSIDE
+        return found.valid, found.valid & ((found.q >= low) & (found.q <= high)).all(axis=-1)
 
     def unreached(places: Floats) -> NDArray[np.bool_]:
         return np.logical_not(solutions(places)[0].any(axis=-1))
