@@ -219,13 +219,13 @@ def test_the_command_line_tells_on_a_terminal_and_keeps_quiet_elsewhere(
     from mafsil.messages import language, say
 
     def work(words: list[str]) -> int:
-        logging.getLogger("mafsil").info(say("solvers.compiling", path="/cache"))
+        logging.getLogger("mafsil").info(say("derivation.slow", robot="bench", joints=9))
         return 0
 
     monkeypatch.setattr(cli, "_run", work)
     assert cli.main(["demo"]) == 0
     assert capsys.readouterr().err == ""
-    for code, word in (("en", "once"), ("ar", "مرة")):
+    for code, word in (("en", "seconds"), ("ar", "ثوانٍ")):
         language(code)
         assert cli.main(["demo", "--progress"]) == 0
         told = capsys.readouterr().err
