@@ -23,6 +23,7 @@ from mafsil.arrays import (
 )
 from mafsil.control.environment import Environment, SpringDamper, pressed
 from mafsil.errors import InputError
+from mafsil.fields import checked
 from mafsil.geometry import pose, rotation
 
 TINY = 1e-12
@@ -51,14 +52,15 @@ class RoundSurface:
     axis: Vector3 | None = None
     hollow: bool = False
     slow: float = 1e-3
+    _numbers = checked(
+        radius=positive, stiffness=positive, slow=positive, damping=not_negative, friction=not_negative
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "centre", single("centre", self.centre, (3,)))
         if self.axis is not None:
             object.__setattr__(self, "axis", _unit("axis", self.axis))
-        for name in ("radius", "stiffness", "slow"):
-            positive(name, getattr(self, name))
-        _not_negative(self, "damping", "friction")
+        self._numbers()
 
     def normal(self, p: Vector3) -> tuple[Vector3, Floats]:
         """(*batch, 3) out of the surface at points p (*batch, 3) in {s}, and how deep (*batch,) these are in it [m]."""
@@ -98,13 +100,15 @@ class Hole:
     damping: float = 0.0
     friction: float = 0.0
     slow: float = 1e-3
+    _numbers = checked(
+        clearance=positive, depth=positive, stiffness=positive, slow=positive, chamfer=not_negative,
+        damping=not_negative, friction=not_negative,
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "mouth", single("mouth", self.mouth, (3,)))
         object.__setattr__(self, "axis", _unit("axis", self.axis))
-        for name in ("clearance", "depth", "stiffness", "slow"):
-            positive(name, getattr(self, name))
-        _not_negative(self, "chamfer", "damping", "friction")
+        self._numbers()
 
     def wrench(self, T: PoseMatrix, V: Vector6) -> Vector6:
         """(*batch, 6) on the tip, in the tip frame [N m, N]."""
@@ -152,13 +156,16 @@ class Door:
     turn_damping: float = 0.0
     friction: float = 0.0
     closer: float = 0.0
+    _numbers = checked(
+        stiffness=positive, damping=not_negative, turn_stiffness=not_negative, turn_damping=not_negative,
+        friction=not_negative, closer=not_negative,
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "hinge", single("hinge", self.hinge, (3,)))
         object.__setattr__(self, "axis", _unit("axis", self.axis))
         object.__setattr__(self, "handle", pose.check(single("handle", self.handle, (4, 4)), "handle"))
-        positive("stiffness", self.stiffness)
-        _not_negative(self, "damping", "turn_stiffness", "turn_damping", "friction", "closer")
+        self._numbers()
         if np.linalg.norm(self._aside(self.handle[:3, 3])) < TINY:
             raise InputError("control.handle_on_hinge")
 
@@ -317,8 +324,3 @@ def _unit(name: str, value: ArrayLike) -> Vector3:
     if not length > 0.0:
         raise InputError("control.no_normal")
     return vector / length
-
-
-def _not_negative(owner: object, *names: str) -> None:
-    for name in names:
-        not_negative(name, getattr(owner, name))

@@ -14,7 +14,7 @@ from mafsil.errors import InputError
 from mafsil.ik import Track, TrackStatus, TrackTask, track
 from mafsil.robot import Robot, of_robot
 from mafsil.trajectory.laws import LawName, rest_law
-from mafsil.trajectory.path_task import PathTask, path_equations, path_rates
+from mafsil.trajectory.path_task import PathTask, applied, path_equations, path_rates
 from mafsil.trajectory.paths import TipPath
 
 RatesBy = Literal["jacobian", "differences"]
@@ -131,15 +131,11 @@ def _by_jacobian(
     T, J = robot.forward_kinematics(at), robot.jacobian_body(at)
     A, b = path_equations(T, J, path, places, task)
     inverse: Floats = np.asarray(np.linalg.pinv(A, rcond=CUTOFF), dtype=np.float64)
-    slope = _applied(inverse, b)
+    slope = applied(inverse, b)
     _, _, A_rate, b_slope = path_rates(T, J, robot.jacobian_body_rate(at, slope), slope, path, places, task)
     qd[done] = slope * speed[done]
-    qdd[done] = _applied(inverse, b_slope - _applied(A_rate, slope)) * speed[done] ** 2 + slope * growth[done]
+    qdd[done] = applied(inverse, b_slope - applied(A_rate, slope)) * speed[done] ** 2 + slope * growth[done]
     return qd, qdd
-
-
-def _applied(A: Floats, x: Floats) -> Floats:
-    return (A @ x[..., None])[..., 0]
 
 
 def _by_differences(times: Floats, q: JointVector, pieces: NDArray[np.intp]) -> tuple[Floats, Floats]:
