@@ -1,0 +1,111 @@
+"""A true answer keeps what its truth says: recomputed from its own numbers, over lengths and times of many decades.
+
+`python -m tests.reliability.test_good_answers --problems 1000` draws more.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import inspect
+import pkgutil
+import re
+import typing
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mafsil as mf
+from tests.reliability.good import arms, mechanisms, searches
+from tests.sizes import size
+
+ROWS = {**arms.ROWS, **mechanisms.ROWS, **searches.ROWS}
+
+ELSEWHERE = {
+    "tests/reliability": "JerkLimitedBatch ViaMotion TimeOptimalBatch ArmPlan ArmsMotion CoordinatedPlan Separation "
+    "ClosureBatch WrenchClosureBatch FiniteMobility Stability Run LimitCheck LimitProof Identification",
+    "tests/cli": "ResultsComparison",
+    "tests/control": "ElasticRun Selection Coupling SetPointCondition FeltConstraint GainCard HybridCertificate "
+    "EnergyCertificate SlidingCertificate Interaction RenderedImpedance Suitability",
+    "tests/derivation": "Derivation Review",
+    "tests/grasp": "MethodResult GraspPlan Robustness",
+    "tests/identification": "Payload",
+    "tests/ik": "Continuation PlanarReach ArmStructure",
+    "tests/job": "LawBench",
+    "tests/mobility": "Actuation ConfigurationCurves Existence GrueblerCount InstantaneousMobility PolygonSpace "
+    "Redundancy Mobility PointCount Structure Surface ConfigurationSurfaces",
+    "tests/one_joint": "Braking TransmissionAnswer DriveSizing StickSlip JointRun Margins DriveAnswer "
+    "ResponseMeasures RootLocus SampledStability RateSweep RestError WallContact",
+    "tests/parallel": "CableClosure CableWorkspace ClosedMotion LegBranches LegModes PlatformWorkspace",
+    "tests/performance": "Singularity SingularityLocus VirtualWork WorkspaceMap",
+    "tests/planning": "ApproachPlan PlannerBench",
+    "tests/simulation": "LearningRun MonteCarlo FreeBodyMotion",
+    "tests/trajectory": "Continuity PathDiagnosis PathReach PathRemedies Diagnosis TrajectoryFile ProfileComparison "
+    "RequirementCheck RouteComparison PathPoints",
+    "tests/verification": "Verification",
+}
+"""Where the other answers are held against an independent source: tests whose calls return them."""
+NO_CLAIM = {"Expression", "Refusal"}
+"""Truths that say nothing of a number."""
+
+
+def answers() -> dict[str, set[str]]:
+    """Classes with a truth that public functions return, and the names of the functions."""
+    found: dict[str, set[str]] = {}
+    for room in pkgutil.iter_modules(mf.__path__):
+        package = importlib.import_module(f"mafsil.{room.name}") if room.ispkg else None
+        for name in dir(package) if package else ():
+            function = getattr(package, name)
+            if not inspect.isfunction(function):
+                continue
+            try:
+                returned = typing.get_type_hints(function).get("return")
+            except NameError:
+                continue
+            for kind in (returned, *typing.get_args(returned)):
+                if inspect.isclass(kind) and kind.__module__.startswith("mafsil") and "__bool__" in dir(kind):
+                    found.setdefault(kind.__name__, set()).add(name)
+    return found
+
+
+def work(row: str, problems: int, seed: int = 0) -> dict[str, float]:
+    """How many answers of a row were true, and how many of those lack more than is allowed."""
+    counts = {"answers": 0, "true": 0, "bad": 0}
+    for k in range(seed, seed + problems):
+        rng = np.random.default_rng(k)
+        for good, lacks in ROWS[row](rng, float(rng.choice([1e-3, 1.0, 1e3]))):
+            counts["answers"] += 1
+            counts["true"] += good
+            counts["bad"] += good and not lacks <= 1.0
+    return counts
+
+
+@pytest.mark.parametrize("row", ROWS)
+def test_what_is_called_good_is_good(row):
+    counts = work(row, size(9, 90))
+    assert counts["bad"] == 0
+    assert counts["true"] > 0
+
+
+def test_every_answer_with_a_truth_is_recomputed_somewhere():
+    rows = set(re.findall(r"[A-Z]\w+", " ".join(ROWS)))
+    elsewhere = {name: folder for folder, names in ELSEWHERE.items() for name in names.split()}
+    known = answers()
+    assert not set(elsewhere) - set(known)
+    tests = Path(__file__).resolve().parents[2]
+    for name, functions in known.items():
+        if name in rows | NO_CLAIM:
+            continue
+        calls = re.compile(rf"\b({'|'.join(map(re.escape, functions))})\b")
+        texts = (tests / elsewhere[name]).rglob("*.py")
+        assert any(calls.search(path.read_text(encoding="utf-8")) for path in texts), name
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--problems", type=int, default=1000)
+    parser.add_argument("--seed", type=int, default=0)
+    chosen = parser.parse_args()
+    for title in ROWS:
+        print(title, work(title, chosen.problems, chosen.seed))
