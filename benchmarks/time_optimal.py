@@ -57,7 +57,7 @@ def compared(batch: int, intervals: int) -> dict[str, float]:
     paths = [JointPath.through(each) for each in points]
     few = min(batch, 20)
     for path, each in zip(paths[:few], points, strict=False):
-        s = np.linspace(0.0, path.length, 50)
+        s = np.linspace(0.0, path.end, 50)
         np.testing.assert_allclose(CubicSpline(path.breaks(), each, bc_type="natural")(s), path.at(s).u, atol=1e-9)
     ours = time_optimal(paths, limits, intervals=intervals)
     theirs = [

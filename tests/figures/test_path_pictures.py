@@ -34,7 +34,7 @@ def test_the_phase_plane_shows_the_motion_below_the_limit_curve(monkeypatch, jer
     s = np.concatenate([line.get_xdata() for line in parts])
     rate = np.concatenate([line.get_ydata() for line in parts])
     assert s[0] == pytest.approx(0.0)
-    assert s[-1] == pytest.approx(timed.path.length)
+    assert s[-1] == pytest.approx(timed.path.end)
     # Between places of the grid squares of rates are linear.
     above = rate**2 - np.interp(s, limit.get_xdata(), limit.get_ydata() ** 2)
     assert above.max() < slack * rate.max() ** 2

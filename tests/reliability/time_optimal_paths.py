@@ -66,7 +66,7 @@ def judged(answer: TimeOptimal, path: JointPath, robot: Robot | None) -> dict[st
     worst = excess(answer, robot)
     assert answer.trajectory is not None
     ends = answer.trajectory.at([0.0, answer.duration])
-    gap = np.abs(ends.u - path.at([0.0, path.length]).u).max()
+    gap = np.abs(ends.u - path.at([0.0, path.end]).u).max()
     power = int(np.clip(np.floor(-np.log10(max(worst, 1e-18))), 0, 17))
     return {
         f"excess_below_1e-{power:02d}": 1,

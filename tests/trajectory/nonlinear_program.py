@@ -61,13 +61,13 @@ def shortest_time(path: JointPath, limits: MotionLimits, duration: float, interv
             if smooth:
                 jerk = q3 * rate**3 + 3 * q2 * rate * growth + q1 * j
                 problem.subject_to(problem.bounded(limits.jerk[0], jerk, limits.jerk[1]))
-    problem.subject_to([s[0] == 0, s[-1] == path.length, v[0] == 0, v[-1] == 0, T > 0, v >= 0])
+    problem.subject_to([s[0] == 0, s[-1] == path.end, v[0] == 0, v[-1] == 0, T > 0, v >= 0])
     if smooth:
         problem.subject_to([a[0] == 0, a[-1] == 0])
     share = np.linspace(0.0, 1.0, intervals + 1)
     problem.set_initial(T, 1.5 * duration)
-    problem.set_initial(s, path.length * (10 * share**3 - 15 * share**4 + 6 * share**5))
-    problem.set_initial(v, path.length * 30 * share**2 * (1 - share) ** 2 / (1.5 * duration))
+    problem.set_initial(s, path.end * (10 * share**3 - 15 * share**4 + 6 * share**5))
+    problem.set_initial(v, path.end * 30 * share**2 * (1 - share) ** 2 / (1.5 * duration))
     problem.minimize(T)
     problem.solver("ipopt", {"print_time": False}, {"print_level": 0, "sb": "yes", "max_iter": 2000, "tol": 1e-7})
     return float(problem.solve().value(T))

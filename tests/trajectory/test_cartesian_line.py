@@ -150,6 +150,10 @@ def test_paths_interpolate():
     line = CartesianPath(A, B).poses(np.linspace(0, 1, 5))[:, :3, 3]
     np.testing.assert_allclose(np.diff(line, 2, axis=0), 0.0, atol=1e-13)
     assert CartesianPath(A, B).length == pytest.approx(np.linalg.norm(B[:3, 3] - A[:3, 3]))
+    screw = CartesianPath(A, B, "screw")
+    way = np.diff(screw.poses(np.linspace(0, 1, 20_001))[:, :3, 3], axis=0)
+    assert screw.length == pytest.approx(np.linalg.norm(way, axis=1).sum(), rel=1e-8)
+    assert screw.length > CartesianPath(A, B).length
 
 
 @pytest.mark.parametrize(

@@ -21,13 +21,16 @@ def test_a_spline_passes_its_points_with_continuous_curvature() -> None:
     before, after = path.at(np.nextafter(inner, 0.0)), path.at(inner)
     np.testing.assert_allclose(before.slope, after.slope, atol=1e-9)
     np.testing.assert_allclose(before.curvature, after.curvature, atol=1e-9)
-    np.testing.assert_allclose(path.at([0.0, path.length]).curvature, 0.0, atol=1e-9)
+    np.testing.assert_allclose(path.at([0.0, path.end]).curvature, 0.0, atol=1e-9)
     assert not len(path.corners())
+    way = np.linalg.norm(np.diff(path.at(np.linspace(0.0, path.end, 50_001)).u, axis=0), axis=1).sum()
+    assert path.length == pytest.approx(way, rel=1e-7)
+    assert path.length > path.end == pytest.approx(JointPath.through(u, "lines").length)
 
 
 def test_derivatives_are_those_of_the_position() -> None:
     path = JointPath.through(points(1))
-    s, step = np.linspace(0.1, path.length - 0.1, 57), 1e-4
+    s, step = np.linspace(0.1, path.end - 0.1, 57), 1e-4
     low, here, high = path.at(s - step), path.at(s), path.at(s + step)
     np.testing.assert_allclose((high.u - low.u) / (2 * step), here.slope, atol=1e-6)
     np.testing.assert_allclose((high.slope - low.slope) / (2 * step), here.curvature, atol=1e-5)
@@ -50,7 +53,7 @@ def test_repeated_points_are_merged_and_named() -> None:
 @pytest.mark.parametrize("kind", ["spline", "lines"])
 def test_a_path_without_length_is_a_path(kind: Any) -> None:
     path = JointPath.through([[1.0, 2.0]] * 3, kind)
-    assert path.length == 0.0
+    assert path.end == 0.0
     assert path.merged == (1, 2)
     np.testing.assert_allclose(path.at(0.0).u, [1.0, 2.0])
     np.testing.assert_allclose(path.at([0.0, 5.0]).slope, 0.0)
@@ -61,8 +64,8 @@ def test_tiny_paths_keep_their_shape() -> None:
     u = points(2)
     large, tiny = JointPath.through(u), JointPath.through(1e-6 * u)
     f = np.linspace(0, 1, 31)
-    np.testing.assert_allclose(tiny.at(f * tiny.length).u * 1e6, large.at(f * large.length).u, atol=1e-9)
-    np.testing.assert_allclose(tiny.at(f * tiny.length).slope, large.at(f * large.length).slope, atol=1e-8)
+    np.testing.assert_allclose(tiny.at(f * tiny.end).u * 1e6, large.at(f * large.end).u, atol=1e-9)
+    np.testing.assert_allclose(tiny.at(f * tiny.end).slope, large.at(f * large.end).slope, atol=1e-8)
 
 
 def test_the_path_of_a_trajectory() -> None:
@@ -78,9 +81,9 @@ def test_the_path_of_a_trajectory() -> None:
 def test_reversed_twice_is_the_same() -> None:
     path = JointPath.through(points(3))
     back = path.reversed()
-    s = np.linspace(0, path.length, 91)
-    np.testing.assert_allclose(back.at(path.length - s).u, path.at(s).u, atol=1e-10)
-    np.testing.assert_allclose(back.at(path.length - s).slope, -path.at(s).slope, atol=1e-9)
+    s = np.linspace(0, path.end, 91)
+    np.testing.assert_allclose(back.at(path.end - s).u, path.at(s).u, atol=1e-10)
+    np.testing.assert_allclose(back.at(path.end - s).slope, -path.at(s).slope, atol=1e-9)
     np.testing.assert_allclose(back.reversed().at(s).curvature, path.at(s).curvature, atol=1e-8)
 
 

@@ -50,7 +50,7 @@ def test_limits_hold_between_the_places(seed: int, n: int, exponent: float) -> N
     assert answer.excess <= ALLOWED
     assert excess(answer) <= ALLOWED
     assert answer.trajectory is not None
-    np.testing.assert_allclose(answer.trajectory.at(answer.duration).u, path.at(path.length).u, atol=1e-9)
+    np.testing.assert_allclose(answer.trajectory.at(answer.duration).u, path.at(path.end).u, atol=1e-9)
     np.testing.assert_allclose(answer.trajectory.at([0.0, answer.duration]).v, 0.0, atol=1e-9)
 
 
@@ -226,7 +226,7 @@ def test_why_there_is_no_timing() -> None:
     assert narrow.status is TimingStatus.POSITION
     place, joint = float(str(narrow.details["place"])), int(str(narrow.details["joint"]))
     assert abs(path.at(place).u[joint]) == pytest.approx(
-        np.abs(path.at(np.linspace(0, path.length, 4001)).u).max(), rel=1e-4
+        np.abs(path.at(np.linspace(0, path.end, 4001)).u).max(), rel=1e-4
     )
     for language in ("en", "ar"):
         assert answer.explain(language)

@@ -50,7 +50,7 @@ def test_limits_hold_everywhere_and_the_path_is_kept(n, count, size, lines, seed
     assert excess(answer, limits) <= 1e-6
     motion = answer.trajectory
     ends = motion.at([0.0, motion.duration])
-    np.testing.assert_allclose(ends.u, path.at([0.0, path.length]).u, atol=1e-9 * 10**size)
+    np.testing.assert_allclose(ends.u, path.at([0.0, path.end]).u, atol=1e-9 * 10**size)
     np.testing.assert_allclose(ends.v, 0.0, atol=1e-12)
     np.testing.assert_allclose(ends.a, 0.0, atol=1e-9)
     t = np.linspace(0.0, motion.duration, 60_001)

@@ -17,13 +17,13 @@ def theirs(path, velocity, acceleration):
     toppra.setup_logging("ERROR")
     knots = path.breaks()
     spline = toppra.SplineInterpolator(knots, path.at(knots).u, bc_type="natural")
-    np.testing.assert_allclose(spline(0.37 * path.length), path.at(0.37 * path.length).u, atol=1e-9)
+    np.testing.assert_allclose(spline(0.37 * path.end), path.at(0.37 * path.end).u, atol=1e-9)
     constraints = [
         toppra.constraint.JointVelocityConstraint(np.stack([-velocity, velocity], axis=1)),
         toppra.constraint.JointAccelerationConstraint(np.stack([-acceleration, acceleration], axis=1)),
     ]
     solver = toppra.algorithm.TOPPRA(
-        constraints, spline, gridpoints=np.linspace(0.0, path.length, PLACES + 1), parametrizer="ParametrizeConstAccel"
+        constraints, spline, gridpoints=np.linspace(0.0, path.end, PLACES + 1), parametrizer="ParametrizeConstAccel"
     )
     return solver.compute_trajectory().duration
 

@@ -167,7 +167,7 @@ class _Iteration:
         self.J, self.damping, self.ranks = np.eye(len(x)), START_DAMPING, list[int]()
 
     def run(self, tolerance: float, most: int) -> RootRecord:
-        """Steps until an end is seen."""
+        """Steps until an end is seen; numbers that overflow on the way are that end, and no warning."""
         y, grown = self._value(self.x), 0
         iterates, values, status = [self.x], [y], RootStatus.NOT_CONVERGED
         while True:
@@ -181,7 +181,8 @@ class _Iteration:
                 status = RootStatus.SINGULAR
                 break
             before = y
-            self.x, y = self._stepped(y)
+            with np.errstate(over="ignore", invalid="ignore"):
+                self.x, y = self._stepped(y)
             grown = grown + 1 if np.linalg.norm(y) > np.linalg.norm(before) else 0
             iterates.append(self.x)
             values.append(y)

@@ -49,7 +49,7 @@ class Route:
 
     def places(self) -> JointVector:
         """(ALONG, n) configurations evenly along the path."""
-        return self.path.at(np.linspace(0.0, self.path.length, ALONG)).u
+        return self.path.at(np.linspace(0.0, self.path.end, ALONG)).u
 
 
 def route_along(path: JointPath, limits: MotionLimits) -> Route | None:
@@ -60,7 +60,7 @@ def route_along(path: JointPath, limits: MotionLimits) -> Route | None:
         limits: finite velocities and accelerations.
     """
     breaks = path.breaks()
-    even = np.linspace(0.0, path.length, RESTS + 2)
+    even = np.linspace(0.0, path.end, RESTS + 2)
     rests = breaks[np.unique(np.abs(breaks[None] - even[:, None]).argmin(axis=1))]
     pairs = [(i, j) for i in range(len(rests)) for j in range(i + 1, len(rests))]
     answers = time_optimal([path.between(float(rests[i]), float(rests[j])) for i, j in pairs], limits)
@@ -128,7 +128,7 @@ def _steps(route: Route, pair: tuple[int, int], tick: float) -> NDArray[np.intp]
     t = np.concatenate([[0.0], np.cumsum(2.0 * np.diff(s) / np.maximum(rate[1:] + rate[:-1], 1e-12))])
     moments = tick * np.arange(int(np.ceil(answer.duration / tick - 1e-9)) + 1)
     along = np.asarray(route.rests[pair[0]] + np.interp(moments, t, s), dtype=np.float64)
-    return np.rint(along / route.path.length * (ALONG - 1)).astype(np.intp)
+    return np.rint(along / route.path.end * (ALONG - 1)).astype(np.intp)
 
 
 def _earliest(
@@ -136,7 +136,7 @@ def _earliest(
 ) -> list[tuple[int, int]] | None:
     """(place to rest, tick of departure) one after the other, the last with the arrival; None where there is no way."""
     count, ticks = len(route.rests), free.shape[1]
-    at = np.rint(route.rests / route.path.length * (ALONG - 1)).astype(np.intp)
+    at = np.rint(route.rests / route.path.end * (ALONG - 1)).astype(np.intp)
     before: dict[tuple[int, int], tuple[int, int] | None] = {(0, 0): None} if free[0, 0] else {}
     stays = np.logical_and.accumulate(free[-1, ::-1])[::-1]
     for m in range(ticks):

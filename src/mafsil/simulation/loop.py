@@ -110,7 +110,7 @@ def _is_fused(scenario: Scenario, requested: bool | None) -> bool:
     if requested is False:
         return False
     states = max(1, scenario.start()[0].size // scenario.robot.n)
-    if requested is None and scenario.length / scenario.control_period * states < fused_loop.WORTH:
+    if requested is None and scenario.ends_at / scenario.control_period * states < fused_loop.WORTH:
         return False
     possible = fused_loop.can_fuse(scenario)
     if requested and not possible:

@@ -114,10 +114,10 @@ class Scenario:
         if self.variants is not None and self.true_plant.environment is not None and not self._asks_once:
             raise InputError("simulation.varied_environment", integrator=self.chosen_integrator)
         size = max(real_array("q", x).size for x in (self.q, self.qd, np.zeros(self.robot.n)) if x is not None)
-        ticks = max(self.length / self.control_period, 1.0)
+        ticks = max(self.ends_at / self.control_period, 1.0)
         if ticks * (NUMBERS_PER_TICK + NUMBERS_PER_COORDINATE * size) > MOST_NUMBERS:
             limit = MOST_NUMBERS / (NUMBERS_PER_TICK + NUMBERS_PER_COORDINATE * size)
-            details = {"duration": self.length, "ticks": ticks, "limit": limit}
+            details = {"duration": self.ends_at, "ticks": ticks, "limit": limit}
             raise InputError("simulation.too_long", **details, period=self.control_period)
         start = self.start()[0]
         plant = self.true_plant
@@ -131,8 +131,8 @@ class Scenario:
             plant.require_outside(start)
 
     @property
-    def length(self) -> float:
-        """Length of the run [s]."""
+    def ends_at(self) -> float:
+        """Time at which the run ends [s]."""
         return self.trajectory.duration if self.duration is None else self.duration
 
     @property
@@ -165,7 +165,7 @@ class Scenario:
         plant = self.true_plant
         if not plant.has_friction:
             return 0.0
-        u = self.trajectory.at(np.linspace(0.0, self.length, PLACES)).u.reshape(-1, self.robot.n)
+        u = self.trajectory.at(np.linspace(0.0, self.ends_at, PLACES)).u.reshape(-1, self.robot.n)
         q = self._initial[0].reshape(-1, self.robot.n)
         places = np.concatenate([u[:: max(1, len(u) // PLACES)], q[:: max(1, len(q) // PLACES)]])
         return self.step * friction_stiffness(plant, places) * self._stiffer()
@@ -194,7 +194,7 @@ class Scenario:
 
     def ticks(self) -> Floats:
         """(k + 1,) times at which the law is called, the first 0, the last at or just after the end [s]."""
-        return np.arange(ceil(self.length / self.control_period - PART_OF_STEP) + 1.0) * self.control_period
+        return np.arange(ceil(self.ends_at / self.control_period - PART_OF_STEP) + 1.0) * self.control_period
 
     def start(self) -> tuple[JointVector, JointVector]:
         """Initial positions and rates, (*batch, n)."""

@@ -45,8 +45,8 @@ class CartesianPath:
 
     @property
     def length(self) -> float:
-        """Distance between the origins [m]."""
-        return float(np.linalg.norm(self.T_goal[:3, 3] - self.T_start[:3, 3]))
+        """Length of the way of the origin [m]: of a straight one the distance, of a screw the arc about its axis."""
+        return float(np.linalg.norm(self._screw[3:] if self.interpolation == "screw" else self._chord))
 
     @property
     def angle(self) -> float:

@@ -82,7 +82,7 @@ def timed_with_jerk(path: JointPath, limits: MotionLimits, sampled: Sequence[Sam
         limits: of velocity, acceleration and jerk.
         sampled: limits of effort and of the tip.
     """
-    stops = np.concatenate([[0.0], path.stops(), [path.length]])
+    stops = np.concatenate([[0.0], path.stops(), [path.end]])
     pieces: list[PiecewisePolynomial] = []
     places: list[Floats] = []
     excess = 0.0
@@ -304,7 +304,7 @@ def _grid(path: JointPath, base: PiecewisePolynomial) -> _Grid:
     knots = np.concatenate([own[apart], high])
     s = np.concatenate([base.at(own[apart]).u[:, 0], inner])
     order = np.argsort(knots, kind="stable")
-    knots, s = knots[order], np.append(s[order][:-1], path.length)
+    knots, s = knots[order], np.append(s[order][:-1], path.end)
     # 2.
     tau = np.stack([knots[:-1], (knots[:-1] + knots[1:]) / 2.0, np.nextafter(knots[1:], 0.0)], axis=1).ravel()
     place, rate, growth = (part[:, 0] for part in base.at(tau))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.arrays import Floats, called, frozen, real_array, require_finite, require_kind
 from mafsil.errors import InputError
 from mafsil.trajectory.motion import Trajectory, times
-from mafsil.trajectory.piecewise import PiecewisePolynomial
+from mafsil.trajectory.piecewise import PiecewisePolynomial, way_length
 from mafsil.trajectory.polynomial import cubic_coefficients, quintic_coefficients
 from mafsil.trajectory.tolerances import CORNER, REPEATED
 
@@ -38,7 +39,7 @@ class PathPoint(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class JointPath:
-    """n coordinates over the path parameter s in 0 .. length; it has no time and no velocity.
+    """n coordinates over the path parameter s in 0 .. end; it has no time and no velocity.
 
     Attributes:
         curve: (n) coordinates, polynomials between the knots of s.
@@ -115,9 +116,18 @@ class JointPath:
         return cls(PiecewisePolynomial.from_pieces(np.diff(s), rows))
 
     @property
-    def length(self) -> float:
+    def end(self) -> float:
         """Largest path parameter; of paths through points the length of the polygon [rad | m]."""
         return self.curve.duration
+
+    @property
+    def length(self) -> float:
+        """Length of the way in the coordinates, the integral of |du/ds| [rad | m]."""
+        return self._length
+
+    @cached_property
+    def _length(self) -> float:
+        return way_length(lambda s: self.at(s).slope, self.breaks())
 
     @property
     def n(self) -> int:
@@ -125,7 +135,7 @@ class JointPath:
         return self.curve.n
 
     def breaks(self) -> Floats:
-        """(pieces + 1,) path parameters between which the path is a polynomial, 0 and the length included."""
+        """(pieces + 1,) path parameters between which the path is a polynomial, 0 and the end included."""
         return self.curve.knots
 
     def corners(self) -> Floats:
@@ -165,11 +175,11 @@ class JointPath:
         Raises:
             InputError: a NaN or infinity.
         """
-        return PathPoint(*self.curve.at(np.clip(times(s), 0.0, self.length)))
+        return PathPoint(*self.curve.at(np.clip(times(s), 0.0, self.end)))
 
     def third(self, s: ArrayLike) -> Floats:
         """(*places, n) third derivative d3u/ds3 at the path parameters `s` (*places)."""
-        return self.curve.jerk(np.clip(times(s), 0.0, self.length))
+        return self.curve.jerk(np.clip(times(s), 0.0, self.end))
 
     def reversed(self) -> JointPath:
         """The same points from the end to the start."""
@@ -182,7 +192,7 @@ class JointPath:
             shifted[:, 1:] -= out[:, :-1]
             shifted[:, 0] += rows[:, k]
             out = shifted
-        return JointPath(PiecewisePolynomial(frozen(self.length - self.curve.knots[::-1]), frozen(out[::-1])))
+        return JointPath(PiecewisePolynomial(frozen(self.end - self.curve.knots[::-1]), frozen(out[::-1])))
 
     def __repr__(self) -> str:
         return f"JointPath(n={self.n}, length={self.length:.6g}, pieces={len(self.curve.knots) - 1})"

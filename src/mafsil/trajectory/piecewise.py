@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -14,6 +15,10 @@ from mafsil.fields import checked, numbers
 from mafsil.trajectory.motion import Motion, moving_at, times
 from mafsil.trajectory.overview import Printed
 from mafsil.trajectory.polynomial_roots import roots_inside
+
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
+PANELS = 8
+"""Panels of quadrature in every smooth stretch."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -145,3 +150,16 @@ def _factors(degree: int, order: int) -> Floats:
     for i in range(order):
         factors *= k - i
     return frozen(factors)
+
+
+def way_length(slope: Callable[[Floats], Floats], breaks: Floats) -> float:
+    """Length of a way between its first and last break: the integral of |du/ds|, by Gauss and Legendre.
+
+    Args:
+        slope: of places (k, l), to (k, l, n).
+        breaks: (m,) places between which the way is smooth.
+    """
+    half = np.repeat(np.diff(breaks) / (2 * PANELS), PANELS)
+    middle = (breaks[:-1, None] + (2 * np.arange(PANELS) + 1) * half.reshape(-1, PANELS)).ravel()
+    speed = np.linalg.norm(slope(middle[:, None] + half[:, None] * NODES), axis=-1)
+    return float(half @ (speed @ WEIGHTS))

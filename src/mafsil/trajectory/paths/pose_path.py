@@ -13,8 +13,9 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, PoseMatrix, Vector6
 from mafsil.trajectory.cross_product import crossed
 from mafsil.trajectory.paths.orientations import OrientationLaw
-from mafsil.trajectory.paths.positions import NODES, WEIGHTS, PositionCurve
+from mafsil.trajectory.paths.positions import PositionCurve
 from mafsil.trajectory.paths.rotation_motion import turned
+from mafsil.trajectory.piecewise import NODES, WEIGHTS
 from mafsil.trajectory.tolerances import FEW_ROUNDINGS, GIVEN
 
 

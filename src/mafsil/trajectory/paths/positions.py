@@ -4,21 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Vector3, frozen, real_array, require_finite, single
+from mafsil.arrays import Floats, Vector3, real_array, require_finite, single
 from mafsil.errors import InputError
 from mafsil.trajectory.cubic_spline import cubic_through
-from mafsil.trajectory.piecewise import PiecewisePolynomial
+from mafsil.trajectory.piecewise import PiecewisePolynomial, way_length
 from mafsil.trajectory.tolerances import GIVEN, ROUNDING
-
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
-PANELS = 8
-"""Panels of quadrature in every smooth stretch."""
 
 
 class PositionCurve(Protocol):
@@ -161,7 +156,7 @@ class SplineCurve:
 
     @cached_property
     def _length(self) -> float:
-        return float(arc_lengths(self, self.breaks)[-1])
+        return way_length(lambda s: self.derivatives(s)[1], self.breaks)
 
     @property
     def breaks(self) -> Floats:
@@ -225,19 +220,3 @@ def _end_bends(curve: PiecewisePolynomial, h: Floats) -> tuple[Floats, Floats]:
     """Second derivatives at both ends."""
     c = curve.coefficients
     return 2 * c[0, 2], 2 * c[-1, 2] + 6 * c[-1, 3] * h[-1]
-
-
-def arc_lengths(curve: PositionCurve, s: Floats) -> Floats:
-    """(k,) lengths [m] from the first to each of increasing places, by Gauss and Legendre.
-
-    Args:
-        curve: any.
-        s: (k,) places, the breaks of the curve among them or between none of them.
-    """
-    panels_of = [np.linspace(float(a), float(b), PANELS, endpoint=False) for a, b in pairwise(s.tolist())]
-    edges: Floats = np.concatenate([*panels_of, s[-1:]])
-    half = np.diff(edges) / 2
-    places = edges[:-1, None] + half[:, None] * (NODES + 1.0)
-    speed = np.linalg.norm(curve.derivatives(places)[1], axis=-1)
-    panels = (speed * WEIGHTS).sum(axis=1) * half
-    return frozen(np.concatenate([[0.0], np.cumsum(panels.reshape(-1, PANELS).sum(axis=1))]))
