@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
@@ -24,6 +25,7 @@ from mafsil.job.run import Run
 from mafsil.job.stretch import Driven, Stretch, stretches
 from mafsil.messages.quantities import digits, quantity
 from mafsil.messages.visible import visible
+from mafsil.model.fingerprint import fingerprint
 from mafsil.robot import Robot
 from mafsil.simulation import (
     ClosedPlant,
@@ -38,14 +40,14 @@ from mafsil.simulation import (
     WrenchPulse,
     simulate,
 )
-from mafsil.simulation.fused import can_fuse
+from mafsil.simulation.fused import WORTH, can_fuse
 from mafsil.simulation.recording import joined
 from mafsil.simulation.scaled_gains import scaled
 from mafsil.simulation.stepping import IMPLICIT_FRICTION, STIFF, friction_stiffness
 
 EXPLICIT = "rk4"
 """The integrator where no friction is too stiff for it."""
-WORTH = 2_000
+WORTH_AGAIN = 2_000
 """Ticks from which on a loop is compiled that will be run several times."""
 MOST_TICKS = 3_000_000
 """Longest job in steps: 50 minutes at 1 kHz, some minutes of computing, within 4 GB for an arm of seven joints."""
@@ -139,7 +141,13 @@ def _recorded(
     recordings: list[Recording] = []
     driven: list[Driven] = []
     memory = LawMemory() if len(parts) > 1 else None
-    for stretch, model, loaded in parts:
+    clock = "real" if job.simulation.real_time else None
+    arms = [(fingerprint(model.mechanism), fingerprint(plant.robot.mechanism)) for _, model, plant in parts]
+    ticks = Counter[tuple[str, str]]()
+    for (stretch, *_), alike in zip(parts, arms, strict=True):
+        ticks[alike] += round(stretch.trajectory.duration / control_period(job))
+    worth = WORTH_AGAIN if difference.compiled else WORTH
+    for (stretch, model, loaded), alike in zip(parts, arms, strict=True):
         gripped = stretch.carried is None or _gripped(job, plan, stretch, recordings[-1], driven[-1])
         plant = loaded if gripped else _plant(job, stretch, stretch.load.robot)
         known = plant.robot if difference.knows_arm else model
@@ -149,9 +157,7 @@ def _recorded(
         def report(share: float, begin: float = stretch.start, length: float = stretch.trajectory.duration) -> None:
             progress((begin + share * length) / plan.duration)
 
-        clock = "real" if job.simulation.real_time else None
-        compiled = difference.compiled and len(scenario.ticks()) >= WORTH and can_fuse(scenario)
-        fused = True if compiled else None
+        fused = True if clock is None and ticks[alike] >= worth and can_fuse(scenario) else None
         recordings.append(simulate(scenario, report, fused=fused, clock=clock, log=log, memory=memory))
         if not recordings[-1].status.succeeded:
             break
