@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from mafsil.errors import InputError
 from mafsil.model.mechanism import MEASURED
 from mafsil.robot import Robot, of_robot
 from mafsil.solvers import Outcome, levenberg_marquardt
-from mafsil.trajectory.path_task import STRICTER, PathTask, path_error, path_rates, require_task
+from mafsil.trajectory.path_task import STRICTER, PathTask, path_equations, path_error, path_rates, require_task
 from mafsil.trajectory.paths import TipPath
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.polynomial import quintic_coefficients
@@ -24,10 +25,16 @@ FEWEST_PIECES, MOST_PIECES = 16, 1024
 PLACING_PIECES = 256
 """Knots that place the end of a path that cannot be followed to its end."""
 
-Knot = tuple[JointVector, Floats, Floats]
-"""Coordinates, q' and q'' at an end of a piece."""
-
 Followed = Outcome[PiecewisePolynomial | None]
+
+
+class _Knot(NamedTuple):
+    """An end of a piece: coordinates, q', q'', and the smallest singular value of the Jacobian of what counts."""
+
+    q: JointVector
+    rate: Floats
+    slope: Floats
+    margin: float
 
 
 @of_robot
@@ -107,29 +114,29 @@ class _Tracker:
     def march(self, q_start: JointVector, pieces: int) -> Followed:
         """Knot by knot from the start."""
         q = np.array(q_start, dtype=np.float64)
-        ends: list[tuple[Knot, Knot]] = []
+        ends: list[tuple[_Knot, _Knot]] = []
         places = self._places(pieces)
         inner = set(self.path.breaks[1:-1].tolist())
         for begin, end in pairwise(places):
             # At a break the path has two twists: that of the piece counts.
             first = float(np.nextafter(begin, 1.0)) if begin in inner else begin
             last = float(np.nextafter(end, 0.0)) if end in inner else end
-            margin = self._margin(first, q)
-            if margin < SINGULAR_VALUE:
-                return _ended(PlanStatus.SINGULAR, begin, margin=margin)
-            before = ends[-1][1] if ends and first == begin else (q, *self._slopes(first, q))
-            q = self._corrected(self._predicted(first, q, last - first), end)
+            before = ends[-1][1] if ends and first == begin else self._knot(first, q)
+            if before.margin < SINGULAR_VALUE:
+                return _ended(PlanStatus.SINGULAR, begin, margin=before.margin)
+            q = self._corrected(self._predicted(first, before, last - first), end)
             if np.isnan(q).any():
-                return self._why_not(before[0], begin, end)
+                return self._why_not(before, begin, end)
             outside = self._outside(q)
             if outside is not None:
                 joint, limit = outside
                 name, value = self.robot.joint_names[joint], float(q[joint])
                 return _ended(PlanStatus.JOINT_LIMIT, end, joint=name, value=value, limit=limit)
-            ends.append((before, (q, *self._slopes(last, q))))
+            ends.append((before, self._knot(last, q)))
         steps = np.diff(places).tolist()
         coefficients = [
-            quintic_coefficients(a[0], b[0], a[1], b[1], a[2], b[2], h) for h, (a, b) in zip(steps, ends, strict=True)
+            quintic_coefficients(a.q, b.q, a.rate, b.rate, a.slope, b.slope, h)
+            for h, (a, b) in zip(steps, ends, strict=True)
         ]
         return Outcome(PiecewisePolynomial.from_pieces(steps, coefficients), PlanStatus.FOLLOWED)
 
@@ -147,9 +154,9 @@ class _Tracker:
         middles = (joints.knots[1:] + joints.knots[:-1]) / 2
         return float(np.abs(self._error(joints.at(middles).u, self.path.poses(middles))).max())
 
-    def _predicted(self, s: float, q: JointVector, h: float) -> JointVector:
+    def _predicted(self, s: float, knot: _Knot, h: float) -> JointVector:
         """One classical Runge-Kutta step of q' = J# V."""
-        k1 = self._rate(s, q)
+        q, k1 = knot.q, knot.rate
         k2 = self._rate(s + h / 2, q + h / 2 * k1)
         k3 = self._rate(s + h / 2, q + h / 2 * k2)
         k4 = self._rate(s + h, q + h * k3)
@@ -172,23 +179,26 @@ class _Tracker:
         return np.full_like(q, np.nan)
 
     def _rate(self, s: float, q: JointVector) -> Floats:
-        A, b = self._equations(s, q)[:2]
-        return _least_norm(A, b)
+        return _least_norm(*self._equations(s, q))
 
-    def _slopes(self, s: float, q: JointVector) -> tuple[Floats, Floats]:
-        """Slopes q' = A# b and q'' = A# (b' - A' q') + (I - A# A) A'^T y with A^T y = q', the derivative of A# b."""
-        rate = self._rate(s, q)
-        A, _, A_rate, b_slope = self._equations(s, q, rate)
+    def _knot(self, s: float, q: JointVector) -> _Knot:
+        """With q' = A# b and q'' = A# (b' - A' q') + (I - A# A) A'^T y, A^T y = q', the derivative of A# b."""
+        J, T = self._jacobian(q), np.eye(4) if self.task == "pose" else self._pose(q)
+        A, b = path_equations(T, J, self.path, s, self.task)
+        rate, _, _, singular_values = np.linalg.lstsq(A, b)
+        A_rate, b_slope = path_rates(T, J, self._jacobian_rate(q, rate), rate, self.path, s, self.task)[2:]
         free = A_rate.T @ _least_norm(A.T, rate)
-        return rate, free + _least_norm(A, b_slope - A_rate @ rate - A @ free)
+        return _Knot(
+            q,
+            rate,
+            free + _least_norm(A, b_slope - A_rate @ rate - A @ free),
+            float(singular_values.min(initial=np.inf)),
+        )
 
-    def _equations(self, s: float, q: JointVector, rate: Floats | None = None) -> tuple[Floats, Floats, Floats, Floats]:
-        """A q' = b along the path, with derivatives by s where q' is given, else with zeros."""
-        J = self._jacobian(q)
-        moving = np.zeros_like(q) if rate is None else rate
-        J_rate = np.zeros_like(J) if rate is None else self._jacobian_rate(q, rate)
+    def _equations(self, s: float, q: JointVector) -> tuple[Floats, Floats]:
+        """A q' = b along the path."""
         T = np.eye(4) if self.task == "pose" else self._pose(q)
-        return path_rates(T, J, J_rate, moving, self.path, s, self.task)
+        return path_equations(T, self._jacobian(q), self.path, s, self.task)
 
     def _error(self, q: JointVector, target: Floats) -> Floats:
         return path_error(self._pose(q), target, self.task)
@@ -202,14 +212,14 @@ class _Tracker:
             return None
         return joint, float(limits.lower[joint] if q[joint] < limits.lower[joint] else limits.upper[joint])
 
-    def _why_not(self, q: JointVector, begin: float, end: float) -> Followed:
+    def _why_not(self, before: _Knot, begin: float, end: float) -> Followed:
         """Whether a search nearby reaches the next knot, past a singularity; else whether it reaches its position."""
-        target = self.path.poses(end)
+        target, q = self.path.poses(end), before.q
         nearby = levenberg_marquardt(
             lambda x: (-self._error(x, target), self._equations(end, x)[0]), q, tolerance=NEARBY, iterations=200
         )
         if nearby.succeeded:
-            return _ended(PlanStatus.SINGULAR, begin, margin=self._margin(begin, q))
+            return _ended(PlanStatus.SINGULAR, begin, margin=before.margin)
         status, steps = PlanStatus.NOT_FOUND, nearby.iterations
         if self.task != "position":
             there = replace(self, task="position")
@@ -218,10 +228,6 @@ class _Tracker:
             )
             status = PlanStatus.ORIENTATION_NOT_FOUND if alone.succeeded else status
         return _ended(status, begin, nearby.residual, steps=steps)
-
-    def _margin(self, s: float, q: JointVector) -> float:
-        """Smallest singular value of the Jacobian of what counts."""
-        return float(np.linalg.svd(self._equations(s, q)[0], compute_uv=False)[-1])
 
     def _pose(self, q: JointVector) -> Floats:
         if self.frame is None:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, PoseMatrix
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
+from mafsil.trajectory.cross_product import crossed
 from mafsil.trajectory.paths import TipPath
 
 PathTask = Literal["pose", "axis", "position"]
@@ -76,12 +77,12 @@ def path_rates(
     turn = applied(J[..., :3, :], rate)
     # p' = R v and its derivative R (w x v + v'), in {s}; b moves with the frame of the path.
     A_rate = R @ (rotation.hat(turn) @ J[..., 3:, :] + J_rate[..., 3:, :])
-    b_slope = applied(R_path, np.cross(V[..., :3], V[..., 3:]) + V_slope[..., 3:])
+    b_slope = applied(R_path, crossed(V[..., :3], V[..., 3:]) + V_slope[..., 3:])
     if task == "position":
         return A, b, A_rate, b_slope
     # The turn of the path, seen in the frame: w_b = R' R_path w, w_b' = -turn x w_b + R' R_path w'.
     into = np.swapaxes(R, -1, -2) @ R_path
-    slope = applied(into, V_slope[..., :3]) - np.cross(turn, applied(into, V[..., :3]))
+    slope = applied(into, V_slope[..., :3]) - crossed(turn, applied(into, V[..., :3]))
     return (
         A,
         b,

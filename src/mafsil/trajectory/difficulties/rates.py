@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
@@ -19,6 +17,8 @@ STEPS = 2000
 
 PLACES = 2001
 """Places of the path to which distances are measured."""
+AT_ONCE = 256
+"""Points that are compared with all places of a way at once, in 12 MB."""
 
 SLACK = 1.01
 """Factor on the conditioning of a configuration at which it counts as singular, to ask for the cause."""
@@ -88,18 +88,22 @@ def distance_from_path(robot: Robot, path: TipPath, q: JointVector) -> Floats:
     """
     tip = robot.forward_kinematics(q)[:, :3, 3]
     way = path.poses(np.linspace(0.0, 1.0, PLACES))[:, :3, 3]
-    nearest = np.empty(len(tip))
-    for k, point in enumerate(tip):
-        i = int(((way - point) ** 2).sum(axis=1).argmin())
-        ends = way[max(i - 1, 0) : i + 2]
-        nearest[k] = min((_to_segment(point, a, b) for a, b in pairwise(ends)), default=np.inf)
-    return nearest
+    near = np.concatenate(
+        [
+            ((way - some[:, None]) ** 2).sum(axis=-1).argmin(axis=1)
+            for some in np.array_split(tip, len(tip) // AT_ONCE + 1)
+        ]
+    )
+    sides = [_to_segments(tip, way[np.maximum(near - 1, 0)], way[near])]
+    sides.append(_to_segments(tip, way[near], way[np.minimum(near + 1, len(way) - 1)]))
+    return np.minimum(*sides)
 
 
-def _to_segment(point: Floats, a: Floats, b: Floats) -> float:
-    along = b - a
-    share = np.clip(((point - a) @ along) / max(float(along @ along), 1e-300), 0.0, 1.0)
-    return float(np.linalg.norm(point - a - share * along))
+def _to_segments(points: Floats, a: Floats, b: Floats) -> Floats:
+    """(k,) distances of points from the segments from a to b, (k, 3) each."""
+    along, since = b - a, points - a
+    share = (since * along).sum(axis=1) / np.maximum((along * along).sum(axis=1), 1e-300)
+    return np.linalg.norm(since - np.clip(share, 0.0, 1.0)[:, None] * along, axis=1)
 
 
 def at_limited_rates(robot: Robot, s: Floats, q: JointVector, rates: Floats, duration: float) -> Floats:
