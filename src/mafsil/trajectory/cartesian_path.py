@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, PoseMatrix, Vector6, as_batch, require_finite
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
-from mafsil.trajectory.cross_product import crossed
+from mafsil.geometry.cross_product import crossed
 
 Interpolation = Literal["straight", "screw"]
 

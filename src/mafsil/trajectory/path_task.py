@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, PoseMatrix
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
-from mafsil.trajectory.cross_product import crossed
+from mafsil.geometry.cross_product import crossed
 from mafsil.trajectory.paths import TipPath
 
 PathTask = Literal["pose", "axis", "position"]

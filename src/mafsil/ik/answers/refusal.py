@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.geometry import pose
+from mafsil.geometry.cross_product import crossed
 from mafsil.ik.answers.branch import failed_step
 from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.answers.setting import Setting
@@ -252,14 +253,14 @@ def _placed(pattern: ArmPattern, q: Floats) -> tuple[Floats, Floats, Floats]:
     )
     for i in (2, 1, 0):
         w, r = pattern.axes[i], pattern.points[i]
-        screw = np.concatenate([np.zeros(3), w] if pattern.prismatic[i] else [w, np.cross(r, w)])
+        screw = np.concatenate([np.zeros(3), w] if pattern.prismatic[i] else [w, crossed(r, w)])
         E = pose.exp(screw * q[:, i, None])
         columns, axes = (rows @ E[:, :3, :3].transpose(0, 2, 1) for rows in (columns, axes))
         x = (E[:, :3, :3] @ x[:, :, None])[:, :, 0] + E[:, :3, 3]
-        columns[:, i] = w if pattern.prismatic[i] else np.cross(w, x - r)
+        columns[:, i] = w if pattern.prismatic[i] else crossed(w, x - r)
         axes[:, i] = 0.0 if pattern.prismatic[i] else w
     i, j = np.minimum(*np.indices((3, 3))), np.maximum(*np.indices((3, 3)))
-    return x, columns.transpose(0, 2, 1), np.cross(axes[:, i], columns[:, j])
+    return x, columns.transpose(0, 2, 1), crossed(axes[:, i], columns[:, j])
 
 
 def _descended(pattern: ArmPattern, q: Floats, goal: Floats) -> Floats:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, PoseMatrix, Vector6
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
-from mafsil.trajectory.cross_product import crossed
+from mafsil.geometry.cross_product import crossed
 from mafsil.trajectory.paths.pose_path import TipPath, jumps, merged
 from mafsil.trajectory.paths.rotation_motion import RotationMotion, inverse, product, run, turned
 from mafsil.trajectory.tolerances import GIVEN, ROUNDING

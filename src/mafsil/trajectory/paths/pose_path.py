@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix, Vector6
-from mafsil.trajectory.cross_product import crossed
+from mafsil.geometry.cross_product import crossed
 from mafsil.trajectory.paths.orientations import OrientationLaw
 from mafsil.trajectory.paths.positions import PositionCurve
 from mafsil.trajectory.paths.rotation_motion import turned

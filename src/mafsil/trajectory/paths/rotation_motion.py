@@ -8,7 +8,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, Matrix3, RotationMatrix, Vector3
 from mafsil.geometry import rotation
-from mafsil.trajectory.cross_product import crossed
+from mafsil.geometry.cross_product import crossed
 
 SMALL = 1e-2
 """Squared angle below which derivatives of the right Jacobian's coefficients come from their series."""
