@@ -6,12 +6,14 @@ Nothing of the closed forms is used: places and directions of joint axes come fr
 from __future__ import annotations
 
 from collections import Counter
+from itertools import product
 
 import numpy as np
 import pytest
 
 import mafsil as mf
 from mafsil.ik import inverse_kinematics
+from tests.sizes import few, size
 
 # Joints, counted from one: of the shoulder, the elbow, and the two of the wrist whose axes meet or whose first counts.
 ELBOWS = {
@@ -105,8 +107,7 @@ def right(seen):
     return seen
 
 
-@pytest.mark.parametrize("name", ELBOWS)
-@pytest.mark.parametrize("place", [*TURNED, "moved"])
+@pytest.mark.parametrize(("name", "place"), few(product(ELBOWS, [*TURNED, "moved"]), 20))
 def test_the_names_of_library_arms_follow_geometry(name, place):
     rng = np.random.default_rng(5)
     robot = mf.load(name)
@@ -125,7 +126,7 @@ def tilt(rng):
     return R if R[2, 2] > 0.2 else np.diag([1.0, -1.0, -1.0]) @ R if R[2, 2] < -0.2 else tilt(rng)
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(size(3, 8)))
 def test_the_names_of_arms_that_nobody_listed_follow_geometry(seed):
     """Arms of a first axis across an elbow's plane, with any offsets, senses and wrist; and such with seven joints."""
     rng = np.random.default_rng(seed)

@@ -13,6 +13,7 @@ import mafsil as mf
 from mafsil.geometry import pose
 from mafsil.ik import arm_structure, closed_form, structure_in_doubt
 from mafsil.performance import characteristic_length, is_singular, rank, singularity, verdict_in_doubt
+from tests.sizes import few, size
 
 pytestmark = pytest.mark.filterwarnings("ignore::mafsil.ModelWarning")
 
@@ -69,7 +70,7 @@ def test_library_arms_typed_with_few_digits(name):
     exact, rng = mf.load(name), np.random.default_rng(0)
     q = special_configurations(exact.n, rng)
     S, home = exact.jacobian_space(np.zeros(exact.n)).T, exact.forward_kinematics(np.zeros(exact.n))
-    for digits in DIGITS:
+    for digits in few(DIGITS, 3):
         rough = typed(S, home, digits)
         agree_on_rank(exact, rough, q)
         agree_on_structure(exact, rough)
@@ -84,7 +85,7 @@ def test_makers_arms_typed_with_few_digits(file, tmp_path):
     text, rng = (EXAMPLES / file).read_text(), np.random.default_rng(1)
     exact = mf.load(EXAMPLES / file, tip=REAL[file])
     q = special_configurations(exact.n, rng)
-    for digits in (6, 8, 10):
+    for digits in few((6, 8, 10), 2):
         (tmp_path / "arm.urdf").write_text(
             ORIGIN.sub(lambda a, d=digits: NUMBER.sub(lambda x: f"{float(x.group()):.{d}f}", a.group()), text)
         )
@@ -113,7 +114,7 @@ def special_arms(draw):
     return np.array(S), T, length
 
 
-@settings(max_examples=12, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@settings(max_examples=size(5, 12), deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(special_arms(), st.sampled_from(DIGITS))
 def test_arms_of_quarter_turns_typed_with_few_digits(arm, digits):
     S, home, length = arm
@@ -177,7 +178,7 @@ def test_rank_is_in_doubt_within_rounding_of_the_tolerance():
 
 
 @pytest.mark.parametrize("unit", [1.0, 1000.0])
-@pytest.mark.parametrize("digits", [6, 8, 10, 11, 12, 15])
+@pytest.mark.parametrize("digits", few([6, 8, 10, 11, 12, 15], 3))
 def test_concurrent_axes_have_rank_three(digits, unit):
     rng = np.random.default_rng(0)
     for _ in range(5):

@@ -17,6 +17,7 @@ from mafsil.mechanics.loop_constraints import forbidden
 from mafsil.mobility import linkage_of
 from mafsil.model import Joint, JointKind, Limits, Link, Mechanism
 from tests.parallel.closed_chains import allowed_motion, four_bar, random_axis, random_chain
+from tests.sizes import size
 
 SEVERAL = [JointKind.CYLINDRICAL, JointKind.UNIVERSAL, JointKind.SPHERICAL, JointKind.PLANAR]
 
@@ -78,7 +79,7 @@ def test_found_configurations_close_the_joint_and_nothing_else(kind, seed):
 
 @pytest.mark.capability("08-1", "08-29")
 @pytest.mark.parametrize("kind", SEVERAL)
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(size(1, 3)))
 def test_the_linkage_of_the_same_joints_has_the_same_mobility(kind, seed):
     mechanism, q = random_chain(np.random.default_rng(10 + seed), kind)
     answer = mobility.mobility(linkage_of(mechanism, q))

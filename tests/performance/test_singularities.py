@@ -20,6 +20,7 @@ from mafsil.performance import (
     singularity_locus,
     task_jacobian,
 )
+from tests.sizes import size
 
 SQUARE = (
     "puma560", "ur5e", "ur3e", "stanford_arm", "cobra600", "planar2r", "planar3r", "arm6r", "elbow6r", "rrprrr",
@@ -29,7 +30,7 @@ SQUARE = (
 
 @pytest.mark.capability("05-73")
 @given(seed=st.integers(0, 10**6))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=size(5, 15), deadline=None)
 def test_base_and_tool_change_no_singular_value(seed):
     rng = np.random.default_rng(seed)
     S, q = rng.normal(size=(6, 6)), rng.normal(size=(3, 6))

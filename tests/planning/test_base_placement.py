@@ -13,6 +13,7 @@ from mafsil.geometry import rotation
 from mafsil.planning import Miss, PlacementStatus, base_placement
 from mafsil.planning.base_placement import base_poses
 from tests.collision.arms import arm, scene
+from tests.sizes import size
 
 POST = Obstacle(Box((0.1, 0.1, 0.6)), (0.2, 0.1, 0.3), "post")
 TABLE = Scene([Obstacle(Box((1.6, 0.8, 0.05)), (0.0, 0.0, -0.03), "table"), POST])
@@ -52,7 +53,7 @@ def test_verdicts_of_all_bases_are_those_of_each_pose_solved_alone(found, ur5):
     """For some bases every target by its own call and the arm mounted there."""
     rng = np.random.default_rng(3)
     reached = found.reached
-    for k in rng.choice(found.grid, 8, replace=False):
+    for k in rng.choice(found.grid, size(4, 8), replace=False):
         T = base_poses(found.bases[k])
         there = Arms([Mounted("arm", "ur5", T, radius=0.04)], TABLE, margin=0.005)
         base_free = found.misses[k, 0] != Miss.BASE

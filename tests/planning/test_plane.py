@@ -29,6 +29,7 @@ from mafsil.planning import (
     quadtree,
     visibility_path,
 )
+from tests.sizes import size
 
 SQUARE = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
 ONE = PolygonWorld.of([-5, -5], [5, 5], [SQUARE])
@@ -57,7 +58,7 @@ def test_the_shortest_way_round_a_square():
         PolygonWorld.of([0, 0], [1, 1], [[[0, 0], [1, 1], [2, 2]]])
 
 
-@settings(deadline=None, max_examples=4)
+@settings(deadline=None, max_examples=size(2, 4))
 @given(st.integers(0, 2**32 - 1))
 def test_visibility_is_never_longer_than_a_search(seed):
     rng = np.random.default_rng(seed)

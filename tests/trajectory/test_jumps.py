@@ -21,6 +21,7 @@ from mafsil.trajectory import (
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.status import ProofStatus
 from tests.reliability import planted_jumps
+from tests.sizes import size
 
 LIMITS = MotionLimits.of(1, velocity=3.0, acceleration=12.0, jerk=100.0)
 
@@ -81,7 +82,7 @@ def test_the_corner_of_a_path_that_the_motion_does_not_name_is_found():
 
 def test_planted_jumps_are_found_and_clean_motions_are_not_accused():
     """Larger: python -m tests.reliability.planted_jumps --planted 500 --clean 10000."""
-    for k in range(60):
+    for k in range(size(30, 60)):
         assert not planted_jumps.missed(np.random.default_rng((0, k))), k
-    for k in range(200):
+    for k in range(size(80, 200)):
         assert not planted_jumps.accused(np.random.default_rng((0, k))), k

@@ -16,6 +16,7 @@ from mafsil.model import Limits
 from mafsil.model.library.planar import planar2r
 from mafsil.trajectory import MendStatus, diagnose_path, follow, joined_path, line_path, mend_path, spline_path
 from mafsil.trajectory.difficulties.changed_paths import MovedBasePath, PathPart, TurnedToolPath
+from tests.sizes import size
 
 START = np.array([0.3, -1.2, 1.2, 0.4, 1.0, 0.2])
 
@@ -124,7 +125,7 @@ def test_a_detour_around_high_rates():
 @pytest.mark.capability("11-10", "11-11", "11-12")
 def test_remedies_of_random_paths_hold():
     robot, rng, mended = mf.load("puma560"), np.random.default_rng(1), 0
-    for _ in range(3):
+    for _ in range(size(2, 3)):
         q = rng.uniform(-1.5, 1.5, 6)
         diagnosis = diagnose_path(robot, moved_line(robot, q, rng.uniform(-0.3, 0.3, 3)))
         for remedy in mend_path(diagnosis):

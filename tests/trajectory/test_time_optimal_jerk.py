@@ -12,6 +12,7 @@ from mafsil.errors import InputError
 from mafsil.trajectory import JointPath, MotionLimits, check, jerk_limited, time_optimal
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.timing_status import TimingStatus
+from tests.sizes import size
 
 
 def excess(answer, limits, count=60_001):
@@ -32,7 +33,7 @@ def test_straight_lines_take_the_time_of_the_exact_motion(jerk):
     assert check(answer.trajectory, limits)
 
 
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, max_examples=size(8, 25))
 @example(7, 4, 1.7406580821107376, True, 383)  # the spline of the dilation was below zero between its places
 @example(7, 4, 1.625, True, 383)  # and here so near it that pieces were too sharp
 @given(st.integers(1, 7), st.integers(2, 12), st.floats(-3, 2), st.booleans(), st.integers(0, 2**32 - 1))
