@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import errno
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from io import StringIO
@@ -13,6 +14,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.errors import FileError
+from mafsil.regular_file import reason, whole_text
 
 TIMES = ("t", "time")
 """Names of the column of times."""
@@ -177,14 +179,13 @@ def _heading(names: Iterable[str]) -> bytes:
 
 def _text(file: Path) -> str:
     try:
-        if file.stat().st_size > MOST_BYTES:
-            raise FileError("csv_table.too_large", path=file.name, limit=MOST_BYTES >> 20)
-        return file.read_text(encoding="utf-8-sig")
+        return whole_text(file, MOST_BYTES, "utf-8-sig")
     except FileNotFoundError:
         raise FileError("csv_table.no_file", path=str(file)) from None
-    except (OSError, UnicodeDecodeError) as fault:
-        reason = (isinstance(fault, OSError) and fault.strerror) or "UTF-8"
-        raise FileError("csv_table.unreadable", path=str(file), fault=reason) from None
+    except (OSError, ValueError) as fault:
+        if isinstance(fault, OSError) and fault.errno == errno.EFBIG:
+            raise FileError("csv_table.too_large", path=file.name, limit=MOST_BYTES >> 20) from None
+        raise FileError("csv_table.unreadable", path=str(file), fault=reason(fault)) from None
 
 
 def _cells(file: Path, body: Iterable[str], separator: str) -> Iterator[list[str]]:

@@ -10,6 +10,7 @@ from typing import Any, cast
 
 from mafsil.errors import FileError
 from mafsil.messages import say
+from mafsil.regular_file import reason, whole_text
 
 LARGEST_FILE = 1_000_000
 """Bytes of a file of a mechanism, by far more than any needs."""
@@ -54,13 +55,9 @@ def read_toml(path: str | PathLike[str]) -> dict[str, Any]:
         raise FileError("input.kind", name="path", expected="text or a path", got=type(path).__name__)
     file = Path(path)
     try:
-        size = file.stat().st_size if file.is_file() else 0
-        text = file.read_text("utf-8") if size <= LARGEST_FILE else None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise FileError("mobility.file_unreadable", path=str(path), reason=reason) from None
-    if text is None:
-        raise FileError("mobility.file_too_large", path=str(path), limit=LARGEST_FILE)
+        text = whole_text(file, LARGEST_FILE)
+    except (OSError, ValueError) as fault:
+        raise FileError("mobility.file_unreadable", path=str(path), reason=reason(fault)) from None
     try:
         return parsed_toml(text)
     except ValueError as error:

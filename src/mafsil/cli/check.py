@@ -34,9 +34,9 @@ from mafsil.messages import in_sentence, say
 from mafsil.model import Mechanism
 from mafsil.model.denavit_hartenberg import DHRow
 from mafsil.model.loading import load_mechanism
-from mafsil.model.source import regular_bytes
 from mafsil.model.table.building import constants_of, rows_of, screws_of
 from mafsil.model.table.reading import SIZE_LIMIT, decoded
+from mafsil.regular_file import regular_bytes
 from mafsil.toml_source import parsed_toml
 
 _ANGLES = ("alpha", "theta")

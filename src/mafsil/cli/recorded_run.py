@@ -8,7 +8,11 @@ from typing import Any, cast
 
 from mafsil.errors import InputError
 from mafsil.job.status import JobStatus
+from mafsil.regular_file import whole_text
 from mafsil.simulation.recording import SimulationStatus
+
+MOST_BYTES = 50_000_000
+"""Of a file that says how a run ended."""
 
 
 def require_success(recording: Path) -> None:
@@ -32,7 +36,7 @@ def require_success(recording: Path) -> None:
 def _status(path: Path) -> str:
     """The status that a file of ours holds; empty for any other file, or none."""
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = json.loads(whole_text(path, MOST_BYTES))
     except (OSError, ValueError):
         return ""
     status = cast("dict[str, Any]", data).get("status") if isinstance(data, dict) else None

@@ -7,6 +7,10 @@ from pathlib import Path
 from mafsil.errors import FileError
 from mafsil.model.diagnostics import shown
 from mafsil.model.xml_tree import Element, Refusal, parse
+from mafsil.regular_file import reason, whole_bytes
+
+MOST_BYTES = 50_000_000
+"""Of an SRDF file, by far more than any has."""
 
 
 def disabled_pairs(path: str | Path) -> dict[frozenset[str], str]:
@@ -33,8 +37,8 @@ def read(path: str | Path) -> Element:
     """
     path = Path(path)
     try:
-        return parse(path.read_bytes()).root
-    except OSError:
-        raise FileError("collision.no_srdf", path=shown(str(path))) from None
+        return parse(whole_bytes(path, MOST_BYTES)).root
+    except (OSError, ValueError) as fault:
+        raise FileError("collision.no_srdf", path=shown(str(path)), reason=reason(fault)) from None
     except Refusal as refusal:
         raise FileError("collision.bad_srdf", path=shown(str(path)), why=refusal.diagnostic.sentence()) from None

@@ -12,6 +12,7 @@ from mafsil.errors import FileError
 from mafsil.grasp.body import Body
 from mafsil.grasp.description import described
 from mafsil.grasp.grasp import Grasp
+from mafsil.regular_file import reason, whole_text
 from mafsil.toml_source import parsed_toml
 
 LARGEST_FILE = 1_000_000
@@ -45,13 +46,10 @@ def read_grasp_file(path: Path) -> GraspFile:
         InputError: contacts that make no grasp, or lie off the outline.
     """
     try:
-        if path.is_file() and path.stat().st_size > LARGEST_FILE:
-            raise FileError("grasp.file_too_large", path=path, limit=LARGEST_FILE)
-        text = path.read_text("utf-8")
+        text = whole_text(path, LARGEST_FILE)
         data = json.loads(text) if path.suffix.lower() == ".json" else parsed_toml(text)
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise FileError("grasp.file_unreadable", path=path, reason=reason) from None
+    except (OSError, UnicodeDecodeError) as fault:
+        raise FileError("grasp.file_unreadable", path=path, reason=reason(fault)) from None
     except (ValueError, RecursionError) as error:
         raise FileError("grasp.file_malformed", path=path, reason=str(error)) from None
     return parse_grasp_file(data, source=path.name, folder=path.parent)

@@ -8,7 +8,7 @@ from typing import Any
 from mafsil.errors import FileError
 from mafsil.job.syntax import syntax_error
 from mafsil.messages.visible import visible
-from mafsil.model.source import regular_bytes
+from mafsil.regular_file import regular_bytes
 from mafsil.toml_source import parsed_toml
 
 LARGEST_FILE = 20_000_000

@@ -25,7 +25,8 @@ from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tolerances import CLOSED
 from mafsil.model import Joint, JointKind, Limits, Link, Mechanism, Mimic
 from mafsil.model.loading import RobotLike, as_mechanism
-from mafsil.toml_source import parsed_toml
+from mafsil.regular_file import whole_text
+from mafsil.toml_source import LARGEST_FILE, parsed_toml
 
 LinkageLike: TypeAlias = Linkage | RobotLike
 """A Linkage, the name of one of the library, whatever names a robot, a TOML file of bodies and joints."""
@@ -67,7 +68,7 @@ def as_linkage(source: LinkageLike, q: ArrayLike | None = None) -> Linkage:
 
 def _describes_linkage(path: Path) -> bool:
     try:
-        return is_linkage(parsed_toml(path.read_text("utf-8")))
+        return is_linkage(parsed_toml(whole_text(path, LARGEST_FILE)))
     except (OSError, ValueError):
         return False
 

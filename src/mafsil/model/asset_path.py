@@ -18,6 +18,7 @@ from mafsil.model.faults import (
     PATH_NOT_ALLOWED,
     UNKNOWN_SCHEME,
 )
+from mafsil.regular_file import regular_bytes
 
 _SCHEME = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://(.*)", re.DOTALL)
 _PACKAGE_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
@@ -160,7 +161,7 @@ def _manifests(places: Iterable[Path]) -> dict[str, Path]:
         left -= len(folders)
         for folder in folders:
             try:
-                manifest = (folder / "package.xml").read_bytes()[:10_000]
+                manifest = regular_bytes(folder / "package.xml", 10_000)
             except OSError:
                 continue
             if (name := _MANIFEST_NAME.search(manifest)) is not None:

@@ -9,7 +9,7 @@ from xml.parsers import expat
 
 from mafsil.lazy_module import lazily
 from mafsil.model.file_reader import FileReader
-from mafsil.model.source import regular_bytes
+from mafsil.regular_file import regular_bytes
 
 if TYPE_CHECKING:
     import mafsil.model.mjcf.reader as reader

@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import codecs
-import errno
-import os
 import re
-import stat
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
-from mafsil.messages import say
 from mafsil.model.diagnostics import Diagnostic, Edit, Fault, Repair, shown
 from mafsil.model.faults import (
     BYTE_ORDER_MARK,
@@ -25,6 +21,7 @@ from mafsil.model.faults import (
     UNKNOWN_ENCODING,
 )
 from mafsil.model.xml_tree import DEFAULT_LIMITS, ReadLimits, Refusal
+from mafsil.regular_file import regular_bytes
 
 Source: TypeAlias = str | Path | bytes
 """A path, or the document itself: bytes, or a str that begins with `<`."""
@@ -101,27 +98,6 @@ def _read(path: Path, limits: ReadLimits) -> bytes:
         raise _refusal(FILE_MISSING, path=name) from None
     except (OSError, ValueError):
         raise _refusal(NOT_A_FILE, path=name) from None
-
-
-def regular_bytes(path: Path, most: int) -> bytes:
-    """The first bytes of a regular file; pipes and devices, which may never end or never begin, are refused at once.
-
-    Args:
-        path: of the file.
-        most: how many bytes are read.
-
-    Raises:
-        OSError, ValueError: it cannot be opened, or is no regular file.
-    """
-    with open(path, "rb", opener=_without_waiting) as file:
-        if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
-            raise OSError(errno.EINVAL, say("robotfile.not_regular"))
-        return file.read(most)
-
-
-def _without_waiting(path: str, flags: int) -> int:
-    """Opens pipes too, at once, so that they can be distinguished from files."""
-    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def _decoded(data: bytes) -> tuple[bytes, tuple[Diagnostic, ...]]:

@@ -14,6 +14,7 @@ from mafsil.messages import language as current_language
 from mafsil.messages import say
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
+from mafsil.regular_file import reason, whole_text
 from mafsil.report.results import FORMAT
 
 UNITS = {
@@ -142,13 +143,11 @@ def _read(path: Path) -> tuple[dict[str, Any], list[str]]:
     file = path / "results.json" if path.is_dir() else path
     shown = visible(str(file))
     try:
-        if file.stat().st_size > LARGEST_FILE:
-            raise FileError("report.no_results", path=shown)
-        data = cast("dict[str, Any]", json.loads(file.read_text("utf-8")))
+        data = cast("dict[str, Any]", json.loads(whole_text(file, LARGEST_FILE)))
         job = file.with_name("job.toml")
-        text = job.read_text("utf-8").splitlines() if job.exists() else []
-    except OSError as error:
-        raise FileError("report.results_unreadable", path=shown, reason=error.strerror or str(error)) from None
+        text = whole_text(job, LARGEST_FILE).splitlines() if job.exists() else []
+    except OSError as fault:
+        raise FileError("report.results_unreadable", path=shown, reason=reason(fault)) from None
     except (ValueError, RecursionError):
         raise FileError("report.no_results", path=shown) from None
     if not _is_results(data):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import zipfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -21,6 +20,7 @@ from mafsil.lazy_module import lazily
 from mafsil.messages import say
 from mafsil.messages.tables import in_notebook
 from mafsil.messages.visible import visible
+from mafsil.simulation import stored_arrays
 from mafsil.simulation.clock import Deadlines
 from mafsil.simulation.contact_events import joined_events, rigid_sentences
 from mafsil.simulation.findings import (
@@ -251,19 +251,15 @@ class Recording(Answer):
         if Path(path).suffix == SUFFIX:
             return _from_log(Path(path))
         file = _stem(path).with_name(_stem(path).name + ".npz")
-        try:
-            with np.load(file, allow_pickle=False) as stored:
-                about = json.loads(str(stored["about"]))
-                names = [f.name for f in fields(cls) if f.name not in ("status", "metadata")]
-                arrays = {name: stored[name] for name in names if name in stored or name not in OPTIONAL}
-            status = SimulationStatus[about["status"]]
-            metadata = dict(about["metadata"])
-        except FileNotFoundError:
-            raise FileError("simulation.no_file", path=str(file)) from None
-        except (OSError, EOFError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as fault:
-            raise FileError("simulation.bad_file", path=str(file), fault=str(fault)) from None
+        names = [f.name for f in fields(cls) if f.name not in ("status", "metadata")]
+        about, arrays = stored_arrays.read(file, names, OPTIONAL)
         if about.get("format") != FORMAT:
             raise FileError("simulation.format", path=str(file), got=about.get("format"), known=FORMAT)
+        try:
+            status, metadata = SimulationStatus[about["status"]], dict(about["metadata"])
+            stored_arrays.require_whole(arrays, metadata)
+        except (KeyError, TypeError, ValueError) as fault:
+            raise FileError("simulation.bad_file", path=str(file), fault=str(fault)) from None
         return cls(**arrays, status=status, metadata=metadata)
 
     @classmethod

@@ -9,9 +9,10 @@ from pathlib import Path
 from mafsil.errors import FileError, InputError, MafsilError
 from mafsil.job.equipment import equipped
 from mafsil.job.reading import parse, read
-from mafsil.job.text import text_of
+from mafsil.job.text import LARGEST_FILE, text_of
 from mafsil.messages.visible import visible
 from mafsil.model import library
+from mafsil.regular_file import regular_bytes
 from mafsil.robot import Robot
 from mafsil.simulation import Recording
 from mafsil.studio.studio import Script, Studio
@@ -132,7 +133,7 @@ def _is_job(path: Path) -> bool:
     try:
         data = parsed_toml(text_of(path))
     except (ValueError, MafsilError):
-        return "[[move]]" in path.read_text(encoding="utf-8", errors="replace")
+        return b"[[move]]" in regular_bytes(path, LARGEST_FILE)
     return "move" in data or isinstance(data.get("robot"), str)
 
 

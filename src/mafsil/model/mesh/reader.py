@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import os
-import stat
+import errno
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TypeVar
@@ -15,6 +14,7 @@ from mafsil.model.mesh.msh import read_msh
 from mafsil.model.mesh.obj import read_obj
 from mafsil.model.mesh.stl import read_stl
 from mafsil.model.mesh.surface import DEFAULT_LIMITS, MeshLimits, Surface
+from mafsil.regular_file import whole_bytes
 
 T = TypeVar("T")
 _READERS: dict[str, Callable[[bytes, MeshLimits], Surface]] = {
@@ -78,18 +78,9 @@ def contents(path: Path, most: int) -> bytes:
         FileError: no such file, no plain file, too large.
     """
     try:
-        with open(path, "rb", opener=_without_waiting) as file:
-            status = os.fstat(file.fileno())
-            if not stat.S_ISREG(status.st_mode):
-                raise FileError("mesh.unreadable", path=shown(str(path)))
-            if status.st_size > most:
-                raise FileError("mesh.too_large", path=shown(str(path)), limit=most)
-            return file.read(most)
-    except FileError:
-        raise
-    except (OSError, ValueError):
+        return whole_bytes(path, most)
+    except OSError as fault:
+        key = "mesh.too_large" if fault.errno == errno.EFBIG else "mesh.unreadable"
+        raise FileError(key, path=shown(str(path)), limit=most) from None
+    except ValueError:
         raise FileError("mesh.unreadable", path=shown(str(path))) from None
-
-
-def _without_waiting(path: str, flags: int) -> int:
-    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))

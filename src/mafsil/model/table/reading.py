@@ -14,10 +14,10 @@ import numpy as np
 from mafsil.errors import FileError
 from mafsil.model.impossible_inertia import warned_of_impossible
 from mafsil.model.mechanism import Mechanism
-from mafsil.model.source import regular_bytes
 from mafsil.model.table.building import mechanism_of
 from mafsil.model.table.form import KEYS, RobotTable
 from mafsil.model.table.text import line_of, numbers_of
+from mafsil.regular_file import regular_bytes
 from mafsil.toml_source import parsed_toml
 
 JOB_KEYS = ("robot", "move", "start", "controller", "title")

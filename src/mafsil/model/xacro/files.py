@@ -21,12 +21,13 @@ from mafsil.model.faults import (
     XACRO_YAML,
 )
 from mafsil.model.reading import Reading
-from mafsil.model.source import load, regular_bytes
+from mafsil.model.source import load
 from mafsil.model.xacro.expression import evaluate
 from mafsil.model.xacro.fault import Budget, Reported, XacroFault, wrong
 from mafsil.model.xacro.values import Function, Value, bounded, literal
 from mafsil.model.xacro.yaml_file import LARGEST, YamlFault, parsed
 from mafsil.model.xml_tree import Element, ReadLimits, Refusal, parse
+from mafsil.regular_file import regular_bytes
 
 MOST_INCLUDED = 40
 """Files inside one another."""

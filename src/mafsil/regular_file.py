@@ -1,0 +1,87 @@
+"""The one opener of files to be read: regular files, at once, within a size; pipes and devices are refused unread."""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+from collections.abc import Generator
+from contextlib import contextmanager
+from io import TextIOWrapper
+from typing import BinaryIO
+
+from mafsil.messages import say
+
+
+@contextmanager
+def opened(path: str | os.PathLike[str], most: float = float("inf")) -> Generator[BinaryIO]:
+    """A regular file, open for reading bytes.
+
+    Args:
+        path: of the file.
+        most: bytes beyond which it is refused.
+
+    Raises:
+        OSError, ValueError: it cannot be opened, is no regular file, or is too large; the reason is in its `strerror`.
+    """
+    with open(path, "rb", opener=_without_waiting) as file:
+        status = os.fstat(file.fileno())
+        if not stat.S_ISREG(status.st_mode):
+            raise OSError(errno.EINVAL, say("file.not_regular"))
+        if status.st_size > most:
+            raise OSError(errno.EFBIG, say("file.too_large", size=status.st_size, limit=int(most)))
+        yield file
+
+
+def regular_bytes(path: str | os.PathLike[str], most: int) -> bytes:
+    """The first bytes of a regular file.
+
+    Args:
+        path: of the file.
+        most: how many bytes are read.
+
+    Raises:
+        OSError, ValueError: it cannot be opened, or is no regular file.
+    """
+    with opened(path) as file:
+        return file.read(most)
+
+
+def whole_bytes(path: str | os.PathLike[str], most: int) -> bytes:
+    """All bytes of a regular file.
+
+    Args:
+        path: of the file.
+        most: bytes beyond which it is refused.
+
+    Raises:
+        OSError, ValueError: as `opened`.
+    """
+    with opened(path, most) as file:
+        return file.read(most)
+
+
+def whole_text(path: str | os.PathLike[str], most: int, encoding: str = "utf-8") -> str:
+    """The text of a regular file, with plain line ends.
+
+    Args:
+        path, most: as `whole_bytes`.
+        encoding: of the text.
+
+    Raises:
+        OSError, ValueError: as `opened`; bytes that are no text in the encoding.
+    """
+    with opened(path, most) as file:
+        return TextIOWrapper(file, encoding=encoding).read()
+
+
+def reason(fault: Exception) -> str:
+    """Why a file was not read, in words."""
+    if isinstance(fault, UnicodeDecodeError):
+        return say("file.no_text", encoding=fault.encoding, place=fault.start)
+    return getattr(fault, "strerror", None) or str(fault)
+
+
+def _without_waiting(path: str, flags: int) -> int:
+    """Opens pipes too, at once, so that they can be distinguished from files."""
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
