@@ -362,6 +362,16 @@ ELSEWHERE = (
     ("C2", "Robots and kernels travel by pickle and copy", "`tests/reliability/test_robot_rows.py`"),
     ("N2", "Reports and commands work without a network", "`tests/report`, `tests/cli`"),
     ("K5", "Results of a job under kill -9 and on a full disk: the old ones or the new ones", "`tests/report`"),
+    (
+        "K4",
+        "A live log under kill -9 loses the last milliseconds, a torn one is said to be",
+        "`tests/simulation/test_live_log.py`",
+    ),
+    (
+        "F5",
+        "Meshes, pictures and recordings that claim more than they hold are refused before memory is taken",
+        "`tests/model/mesh`, `tests/model/test_scan.py`, `tests/simulation/test_recording.py`",
+    ),
     ("N1", "Exposure of the studio: foreign hosts, origins, tokens and sites are refused", "`tests/studio`"),
     ("Q3", "The worked numbers of the specification, to the printed digits", "`tests/acceptance`"),
     ("Q5", "Every message in both languages", "`tests/house`, `tests/cli`"),
@@ -370,8 +380,6 @@ ELSEWHERE = (
 UNSHOWN = (
     ("R13", "planned paths without a collision at ten times the resolution"),
     ("R15", "every control law on 1,000 random robots"),
-    ("F5", "damaged meshes: memory before validation"),
-    ("K4", "a live log under kill -9: there is none yet"),
     ("S1", "24 hours of random operations: memory, files, equal results"),
     ("S2", "24 hours of the studio"),
     ("S3", "10^9 steps of a closed loop"),

@@ -170,6 +170,6 @@ def test_stewart_by_places(tmp_path):
 
 
 def test_a_file_that_is_too_large_is_said_to_be(tmp_path):
-    with pytest.raises(FileError, match="larger than 1000000 bytes") as caught:
+    with pytest.raises(FileError, match="larger than the 1000000 bytes") as caught:
         read_parallel(written(tmp_path, "# " + "x" * 1_000_001))
     assert "no TOML" not in str(caught.value)
