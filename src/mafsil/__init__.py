@@ -3,6 +3,8 @@
 Names are found at their first use, so that `import mafsil` stays quick.
 """
 
-from mafsil.lazy_module import face
+from mafsil.argument_gate import gated
+from mafsil.lazy_module import face, stand_before_public_names
 
+stand_before_public_names(gated)
 __all__ = face(__name__)

@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import re
 import sys
+from collections.abc import Callable
 from importlib import import_module
 from types import ModuleType
 from typing import Any, TypeVar, cast
@@ -108,13 +109,40 @@ def face(package: str) -> tuple[str, ...]:
 
     def __getattr__(name: str) -> Any:
         home = homes.get(name, package)
-        names[name] = value = _module_of(package, name) if home == package else getattr(import_module(home), name)
+        if home == package:
+            names[name] = value = _module_of(package, name)
+        else:
+            names[name] = value = _through_the_gate(import_module(home), name)
         return value
 
     names |= {"__getattr__": __getattr__, "__dir__": lambda: list(homes), "_homes": homes}
     if any(f"{package}.{name}" in homes.values() for name in homes):
         module.__class__ = Package
     return tuple(name for name in homes if not name.startswith("_"))
+
+
+_gates: list[Callable[[Any], Any]] = []
+
+
+def stand_before_public_names(gate: Callable[[Any], Any]) -> None:
+    """Let every public name pass a gate when it is first asked for.
+
+    Args:
+        gate: gives back what it gets, or what stands for it.
+    """
+    _gates.append(gate)
+
+
+def _through_the_gate(home: ModuleType, name: str) -> Any:
+    """A name of a module, behind the gate; its modules have it so from then on: they show one thing under one name."""
+    value = inside = getattr(home, name)
+    for gate in _gates:
+        value = gate(value)
+    if value is not inside:
+        for module in (home, sys.modules.get(inside.__module__, home)):
+            if getattr(module, name, None) is inside:
+                setattr(module, name, value)
+    return value
 
 
 def public_names(package: ModuleType) -> dict[str, str]:

@@ -7,7 +7,7 @@ import pytest
 
 import mafsil.messages as messages
 from mafsil.messages import say
-from mafsil.messages.plurals import category, counted
+from mafsil.messages.catalogue import category, counted
 
 CATALOGUE = Path(messages.__file__).parent
 

@@ -15,6 +15,7 @@ from typing import Any, Literal
 import numpy as np
 
 from mafsil.arrays import Floats, not_negative, real_array, require_finite
+from mafsil.errors import InputError
 from mafsil.solvers.rational import Rational
 
 Number = float | Fraction
@@ -98,6 +99,8 @@ def eliminate(A: Floats | Sequence[Sequence[Rational]], *, jordan: bool = True, 
     """
     tolerance = not_negative("tolerance", tolerance)
     exact = not isinstance(A, np.ndarray)
+    if np.ndim(A) != 2 or not np.size(A):
+        raise InputError("input.shape", name="A", expected="(m, n)", got=np.shape(A), hint="")
     if not all(isfinite(value) for line in A for value in line):
         require_finite("A", real_array("A", np.asarray(A, dtype=np.float64)))
     rows: list[list[Any]] = [[Fraction(v) if exact else float(v) for v in row] for row in A]

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from mafsil.answer import Answer, Status
+from mafsil.arrays import whole
 from mafsil.errors import InputError
 from mafsil.grasp.body import Body
 from mafsil.grasp.contact import Contact
@@ -168,6 +169,7 @@ def _require(fingers: int, mu: float, gamma: float, opening: float, tries: int, 
     for name, value in (("tries", tries), ("best", best), ("opening", opening)):
         if not value > 0:
             raise InputError("input.positive", name=name, value=value)
+    whole("tries", tries, 1, 10_000_000), whole("best", best, 1)
     if fingers < 2:
         raise InputError("grasp.few_fingers", got=fingers)
     if fingers == 2 and not (gamma > 0 and mu > 0):

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, not_negative
+from mafsil.arrays import Floats, not_negative, whole
 from mafsil.errors import InputError
 from mafsil.grasp.contact import Contact
 from mafsil.grasp.grasp import Grasp
@@ -87,8 +87,7 @@ def robustness(
         if not (np.isfinite(value) and value >= 0):
             raise InputError("grasp.negative_coefficient", name=name, value=value)
         not_negative(name, value)
-    if samples < 1:
-        raise InputError("input.positive", name="samples", value=samples)
+    whole("samples", samples, 1, 10_000_000)
     rng = np.random.default_rng(seed)
     drawn = np.array(
         [

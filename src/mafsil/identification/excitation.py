@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, as_batch, frozen, positive, real_array, require_finite
+from mafsil.arrays import Floats, as_batch, frozen, positive, real_array, require_finite, whole
 from mafsil.csv_table import csv_text, joint_columns
 from mafsil.errors import InputError
 from mafsil.identification.tolerances import NO_EFFORT, NO_EXCITATION, NO_MOTION, SMALLEST, WORST_CONDITION
@@ -33,6 +33,8 @@ MARGIN = 0.95
 """Share of every limit that is used."""
 WITHOUT_LIMIT = (np.pi, 1.0, 2.0)
 """Reach to either side [rad | m], rate and acceleration where the description has no limits."""
+MOST_TRIED = 100_000
+"""Of harmonics, draws and changes: more take days."""
 FIRST_STEP, LAST_STEP = 0.5, 0.05
 """Size of the random changes when improving, at the beginning and at the end, against the coefficients."""
 
@@ -170,6 +172,8 @@ def excitation_trajectory(
 
     Reference: as the module.
     """
+    for name, count in (("harmonics", harmonics), ("candidates", candidates), ("improvements", improvements)):
+        whole(name, count, 0, MOST_TRIED)
     if min(harmonics, candidates, repetitions) < 1 or harmonics < 2 or improvements < 0:
         raise InputError("identification.excitation_counts", harmonics=harmonics, candidates=candidates)
     if not 0.0 < positive("speed", speed) <= 1.0:

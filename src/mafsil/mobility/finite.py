@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Booleans, Floats
+from mafsil.arrays import Booleans, Floats, whole
 from mafsil.mobility.instantaneous import InstantaneousMobility, at_state, instantaneous, null_space
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.loop_closure import closed_beside, configuration, loop_state, reduced_screws, units
@@ -209,12 +209,12 @@ def mobility_around(
 
     Arguments as for `generic_mobility`.
     """
-    value = configuration(linkage, theta)
+    value, count = configuration(linkage, theta), whole("samples", samples, 1, 100_000)
     state = loop_state(linkage, value)
     here = at_state(linkage, value, state, np.ones(linkage.coordinates))
     if not here.mobility:
         return here
-    along = np.random.default_rng(seed).normal(size=(samples, here.mobility)) @ here.rates.T
+    along = np.random.default_rng(seed).normal(size=(count, here.mobility)) @ here.rates.T
     along = along / np.linalg.norm(along, axis=1, keepdims=True)
     closed = closed_beside(linkage, state.matrix[None], (value + step * along * units(linkage))[None])
     around = closed.theta[closed.closed]

@@ -86,7 +86,7 @@ def closed_inverse_kinematics(
     chain = robot if isinstance(robot, ClosedChain) else ClosedChain(robot)
     if task not in ("pose", "axis", "position"):
         raise InputError("input.choice", name="task", value=task, known="pose, axis, position")
-    wanted = pose.check(single("T", np.asarray(T, dtype=np.float64), (4, 4)))
+    wanted = pose.check(single("T", T, (4, 4)))
     start = middle(chain) if q_0 is None else np.array(single("q_0", q_0, (chain.n,)))
     count = whole("starts", starts, 0, 100_000)
     limits = positive("tolerance", tolerance), positive("rotation_tolerance", rotation_tolerance)

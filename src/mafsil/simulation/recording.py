@@ -14,13 +14,11 @@ from numpy.typing import NDArray
 
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats
-from mafsil.csv_table import csv_text
 from mafsil.errors import FileError
 from mafsil.lazy_module import lazily
 from mafsil.messages import say
 from mafsil.messages.tables import in_notebook
 from mafsil.messages.visible import visible
-from mafsil.simulation import stored_arrays
 from mafsil.simulation.clock import Deadlines
 from mafsil.simulation.contact_events import joined_events, rigid_sentences
 from mafsil.simulation.findings import (
@@ -36,9 +34,13 @@ from mafsil.simulation.stepping import IMPLICIT_FRICTION, STIFF
 from mafsil.whole_file import write_whole
 
 if TYPE_CHECKING:
+    import mafsil.csv_table as csv_table
     import mafsil.simulation.log_reading as log_reading
+    import mafsil.simulation.stored_arrays as stored_arrays
 else:
+    csv_table = lazily("mafsil.csv_table")
     log_reading = lazily("mafsil.simulation.log_reading")
+    stored_arrays = lazily("mafsil.simulation.stored_arrays")
 
 if TYPE_CHECKING:
     from mafsil.simulation.log_reading import LoggedRun
@@ -234,7 +236,7 @@ class Recording(Answer):
         arrays: dict[str, Any] = {**self.arrays(), "about": np.array(about)}
         npz, csv, note = (stem.with_name(stem.name + suffix) for suffix in (".npz", ".csv", ".json"))
         write_whole(npz, lambda file: np.savez_compressed(file, allow_pickle=False, **arrays))
-        write_whole(csv, lambda file: file.writelines(csv_text(_every(table, every))))
+        write_whole(csv, lambda file: file.writelines(csv_table.csv_text(_every(table, every))))
         write_whole(note, about.encode())
         return npz, csv, note
 

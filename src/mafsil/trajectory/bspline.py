@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, called, frozen, positive, real_array, require_finite, whole
+from mafsil.arrays import Floats, frozen, positive, real_array, require_finite, whole
 from mafsil.errors import InputError
 from mafsil.fields import checked, numbers
 from mafsil.trajectory.motion import Motion, moving_at, times
@@ -152,7 +152,6 @@ def _basis(knots: Floats, degree: int, span: NDArray[np.intp], t: Floats) -> Flo
     return basis
 
 
-@called
 def bspline(
     control_points: ArrayLike, duration: float, *, degree: int = 3, knots: KnotRule | ArrayLike = "clamped"
 ) -> BSpline:

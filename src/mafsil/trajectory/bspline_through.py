@@ -7,13 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, called, frozen, real_array, require_finite, whole
+from mafsil.arrays import Floats, frozen, real_array, require_finite, whole
 from mafsil.errors import InputError
 from mafsil.trajectory.bspline import MOST_DEGREE, BSpline
 from mafsil.trajectory.points import points_and_durations
 
 
-@called
 def bspline_through(
     points: ArrayLike,
     durations: ArrayLike,
@@ -70,7 +69,6 @@ def bspline_through(
     return BSpline(frozen(knots), frozen(control.reshape(-1, *u.shape[1:])), p)
 
 
-@called
 def minimum_jerk_through(points: ArrayLike, durations: ArrayLike, **ends: Sequence[ArrayLike]) -> BSpline:
     """The motion of least integrated squared jerk through points, velocity and acceleration given at both ends.
 
@@ -82,7 +80,6 @@ def minimum_jerk_through(points: ArrayLike, durations: ArrayLike, **ends: Sequen
     return bspline_through(points, durations, degree=5, **ends)
 
 
-@called
 def minimum_snap_through(points: ArrayLike, durations: ArrayLike, **ends: Sequence[ArrayLike]) -> BSpline:
     """The motion of least integrated squared snap through points, derivatives one to three given at both ends.
 

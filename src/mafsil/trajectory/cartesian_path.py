@@ -9,10 +9,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, Vector6, as_batch, require_finite
+from mafsil.arrays import Floats, PoseMatrix, Vector6, as_batch, crossed, require_finite
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
-from mafsil.geometry.cross_product import crossed
 
 Interpolation = Literal["straight", "screw"]
 

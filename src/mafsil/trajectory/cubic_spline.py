@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, called, real_array, require_finite
+from mafsil.arrays import Floats, real_array, require_finite
 from mafsil.errors import InputError
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.points import points_and_durations
@@ -18,7 +18,6 @@ ViaRule = Literal["continuous", "heuristic", "mean", "weighted_mean", "stop"]
 SplineEnds = Literal["clamped", "natural", "periodic"]
 
 
-@called
 def cubic_through(
     points: ArrayLike,
     durations: ArrayLike,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, calculable, called, positive, real_array, require_finite
+from mafsil.arrays import Floats, calculable, positive, real_array, require_finite
 from mafsil.errors import InputError
 from mafsil.solvers import Outcome
 from mafsil.trajectory.piecewise import PiecewisePolynomial
@@ -18,7 +18,6 @@ SIGNS = np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])
 """Of the jerk in the seven parts."""
 
 
-@called
 def double_s(
     start: ArrayLike,
     goal: ArrayLike,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Answer
-from mafsil.arrays import LARGEST, Floats, calculable, called, frozen, real_array, require_finite
+from mafsil.arrays import LARGEST, Floats, calculable, frozen, real_array, require_finite
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.trajectory.blend_durations import default_durations
@@ -96,7 +96,6 @@ class BlendPlan(Answer):
         }
 
 
-@called
 def linear_blends(
     points: ArrayLike,
     durations: ArrayLike | None = None,

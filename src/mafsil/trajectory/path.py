@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, called, frozen, real_array, require_finite, require_kind
+from mafsil.arrays import Floats, frozen, real_array, require_finite, require_kind
 from mafsil.errors import InputError
 from mafsil.trajectory.motion import Trajectory, times
 from mafsil.trajectory.piecewise import PiecewisePolynomial, way_length
@@ -56,7 +56,6 @@ class JointPath:
             raise InputError("input.shape", name="curve", expected="(pieces, degree + 1, n)", got=shape, hint="")
 
     @classmethod
-    @called
     def through(cls, points: ArrayLike, kind: PathKind = "spline") -> JointPath:
         """The path through points, with the distance between them as path parameter.
 
@@ -91,7 +90,6 @@ class JointPath:
         return cls(PiecewisePolynomial.from_pieces(h, rows.transpose(1, 0, 2)), merged)
 
     @classmethod
-    @called
     def of(cls, trajectory: Trajectory) -> JointPath:
         """The path of a trajectory, without its timing; the path parameter is the trajectory's time.
 

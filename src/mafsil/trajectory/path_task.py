@@ -7,10 +7,9 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix
+from mafsil.arrays import Floats, PoseMatrix, crossed
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
-from mafsil.geometry.cross_product import crossed
 from mafsil.trajectory.paths import TipPath
 
 PathTask = Literal["pose", "axis", "position"]

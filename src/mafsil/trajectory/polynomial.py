@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Advice, Floats, called, positive, real_array, require_finite
+from mafsil.arrays import Advice, Floats, positive, real_array, require_finite
 from mafsil.errors import InputError
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 
 
-@called
 def cubic(
     start: ArrayLike,
     goal: ArrayLike,
@@ -38,7 +37,6 @@ def cubic(
     return PiecewisePolynomial.from_pieces([T], cubic_coefficients(u0, uf, v0, vf, T)[None])
 
 
-@called
 def quintic(
     start: ArrayLike,
     goal: ArrayLike,
@@ -74,7 +72,6 @@ def quintic(
     return PiecewisePolynomial.from_pieces([T], quintic_coefficients(u0, uf, v0, vf, a0, af, T)[None])
 
 
-@called
 def rest(position: ArrayLike, duration: float) -> PiecewisePolynomial:
     """Standing still at `position` (*batch, n) for `duration` [s]."""
     (u,) = _conditions(position=position)

@@ -9,7 +9,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, called, positive, real_array, require_finite, whole
+from mafsil.arrays import Floats, positive, real_array, require_finite, whole
 from mafsil.errors import InputError
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.tolerances import FEW_ROUNDINGS
@@ -21,7 +21,6 @@ MOST = 24
 """Conditions beyond these cannot be met by one polynomial in double precision; splines can."""
 
 
-@called
 def polynomial(conditions: Iterable[Condition]) -> PiecewisePolynomial:
     """The polynomial of degree k - 1 through k conditions: u, du/dt, ... at the start, the end and times between.
 
@@ -66,7 +65,6 @@ def polynomial(conditions: Iterable[Condition]) -> PiecewisePolynomial:
     return PiecewisePolynomial.from_pieces([T], (c / _powers(T, c))[None])
 
 
-@called
 def septic(
     start: ArrayLike,
     goal: ArrayLike,

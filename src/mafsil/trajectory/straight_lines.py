@@ -5,14 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import called
 from mafsil.solvers import Outcome
 from mafsil.trajectory.piecewise import PiecewisePolynomial
 from mafsil.trajectory.points import points_and_durations
 from mafsil.trajectory.status import PlanStatus
 
 
-@called
 def straight_lines(points: ArrayLike, durations: ArrayLike) -> Outcome[PiecewisePolynomial]:
     """u = u_j + (u_k - u_j)/d (t - T_j): the line that an arm cannot follow, for its velocity jumps at every point.
 

@@ -8,7 +8,7 @@ from typing import cast, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, called, frozen, positive, real_array, require_finite, require_kind, whole
+from mafsil.arrays import Floats, frozen, positive, real_array, require_finite, require_kind, whole
 from mafsil.errors import InputError
 from mafsil.model.mechanism import MEASURED
 from mafsil.robot import Robot
@@ -56,7 +56,6 @@ def time_optimal(
     frame: str | None = ...,
     intervals: int | None = ...,
 ) -> TimeOptimalBatch: ...
-@called
 def time_optimal(
     path: Path | Sequence[Path],
     limits: Limits,

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, calculable, called, positive, real_array, require_finite
+from mafsil.arrays import Floats, calculable, positive, real_array, require_finite
 from mafsil.errors import InputError
 from mafsil.solvers import Outcome
 from mafsil.trajectory.piecewise import PiecewisePolynomial
@@ -18,7 +18,6 @@ from mafsil.trajectory.tolerances import ROUNDING
 Synchronisation = Literal["time", "phase"]
 
 
-@called
 def trapezoid(
     start: ArrayLike,
     goal: ArrayLike,

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.arrays import Floats, JointVector, PoseMatrix
+from mafsil.arrays import Floats, JointVector, PoseMatrix, crossed
 from mafsil.geometry import pose
-from mafsil.geometry.cross_product import crossed
 from mafsil.ik.answers.branch import failed_step
 from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.answers.setting import Setting

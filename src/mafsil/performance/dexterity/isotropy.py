@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Floats, JointVector
+from mafsil.arrays import Floats, JointVector, whole
 from mafsil.performance.dexterity.manipulability import jacobian_hessian
 from mafsil.performance.tolerances import ISOTROPIC, LEAST_DAMPING, NO_TRACE, SAME, SMALLEST
 from mafsil.performance.velocity.scaling import random_configurations, ranges, scaled_jacobian
@@ -103,6 +103,7 @@ def isotropic_configurations(
         seed: of the starts.
     """
     lower, upper = ranges(robot)
+    whole("starts", starts, 1, 1_000_000), whole("iterations", iterations, 0, 10_000)
     q = random_configurations(robot, starts, seed)  # 1
     damping = np.full(starts, 1e-2)
     residual, slope = _residual(robot, q, task, length)

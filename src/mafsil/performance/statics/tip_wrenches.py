@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Floats, JointVector, Vector6, as_batch, not_negative, positive, single
+from mafsil.arrays import Floats, JointVector, Vector6, as_batch, not_negative, positive, single, whole
 from mafsil.errors import InputError
 from mafsil.geometry import wrench
 from mafsil.messages import say
@@ -260,7 +260,7 @@ def pinned_arm(
     if len(rates):
         direction: Floats = rates[0] / np.linalg.norm(rates[0])
         home = robot.forward_kinematics(start)[:3, 3]
-        for _ in range(steps):
+        for _ in range(whole("steps", steps, 0, 100_000)):
             nulls = self_motion(robot, path[-1], task=task)
             ahead: Floats = nulls.T @ np.linalg.lstsq(nulls.T, direction, rcond=None)[0]
             direction = ahead / np.linalg.norm(ahead)

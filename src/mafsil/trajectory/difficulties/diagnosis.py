@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import Floats, JointVector, positive, single
+from mafsil.arrays import Floats, JointVector, positive, single, whole
 from mafsil.errors import InputError
 from mafsil.ik import SolutionSet, inverse_kinematics
 from mafsil.messages.tables import on_screen
@@ -166,7 +166,7 @@ def diagnose_path(
     """
     if task not in get_args(PathTask):
         raise InputError("input.choice", name="task", value=task, known=", ".join(get_args(PathTask)))
-    if samples < 2:
+    if whole("samples", samples, 0, 1_000_000) < 2:
         raise InputError("trajectory.few_samples", samples=samples)
     T = None if duration is None else positive("duration", duration)
     start = None if q_start is None else single("q_start", q_start, (robot.n,))
@@ -200,9 +200,9 @@ def diagnose_path(
             q[part], rates[part] = chain.q, _larger(ladder, chain)
         # 3
         changes = [branch_change(ladder, chain, jump) for chain in chains for jump in chain.jumps]
-        whole = not gaps and not changes and len(chains) == 1
+        one_branch = not gaps and not changes and len(chains) == 1
         # 5
-        followed = follow(robot, path, q[0], task=task) if whole else None
+        followed = follow(robot, path, q[0], task=task) if one_branch else None
     # 4
     fast = [stretch for piece in pieces for stretch in stretches(piece, T)]
     found = sorted([*gaps, *changes, *fast], key=lambda each: each.where.begin)

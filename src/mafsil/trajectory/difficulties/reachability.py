@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, positive
+from mafsil.arrays import Floats, positive, whole
 from mafsil.errors import InputError
 from mafsil.ik import SolutionBatch, inverse_kinematics
 from mafsil.ik.status import STATUSES, IKStatus
@@ -102,7 +102,7 @@ def reachability(
     Raises:
         InputError: fewer than two samples, an unknown task, a resolution that is not positive.
     """
-    if samples < 2:
+    if whole("samples", samples, 0, 1_000_000) < 2:
         raise InputError("trajectory.few_samples", samples=samples)
     s = np.linspace(0.0, 1.0, samples)
     halvings = math.ceil(math.log2(max(1.0 / ((samples - 1) * positive("resolution", resolution)), 1.0)))

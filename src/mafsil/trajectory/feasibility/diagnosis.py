@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
-from mafsil.arrays import called
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.trajectory.feasibility.remedies import Remedy, RemedyKind, remedies
@@ -131,7 +130,6 @@ class Diagnosis(Answer):
         }
 
 
-@called
 def doctor(
     points: ArrayLike,
     durations: ArrayLike,

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import called
 from mafsil.errors import InputError
 from mafsil.robot import Robot
 from mafsil.trajectory.files import csv_file, ros2, urscript
@@ -65,7 +64,6 @@ class TrajectoryFile(SingleAnswer):
         return data | {"violations": self.limit_check.to_dict()["violations"]}
 
 
-@called
 def export(
     trajectory: Trajectory,
     path: str | PathLike[str],

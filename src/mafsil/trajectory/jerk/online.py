@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, called, positive, real_array, require_finite
+from mafsil.arrays import Floats, positive, real_array, require_finite
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
 from mafsil.trajectory.jerk.problem import MODES, Problem, Synchronise, packed_limits, problem_of, require_finite_states
@@ -155,7 +155,6 @@ class Online:
         return STATUSES[code]
 
 
-@called
 def online(
     position: ArrayLike,
     limits: Limits,

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil import threads
-from mafsil.arrays import Floats, called
+from mafsil.arrays import Floats
 from mafsil.lazy_module import lazily
 from mafsil.trajectory.jerk.motion import JerkLimitedBatch, JerkLimitedMotion, Pieces
 from mafsil.trajectory.jerk.problem import (
@@ -38,7 +38,6 @@ PART_ROWS = 256
 """Problems that one thread does at a time."""
 
 
-@called
 def jerk_limited(
     start: ArrayLike,
     goal: ArrayLike | None,

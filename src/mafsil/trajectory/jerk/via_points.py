@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from mafsil import threads
 from mafsil.answer import Answer
-from mafsil.arrays import Floats, called, frozen, real_array, require_finite
+from mafsil.arrays import Floats, frozen, real_array, require_finite
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
 from mafsil.messages import say
@@ -119,7 +119,6 @@ class ViaMotion(Answer):
         }
 
 
-@called
 def jerk_limited_through(
     points: ArrayLike,
     limits: Limits,

@@ -9,10 +9,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, Vector6
+from mafsil.arrays import Floats, PoseMatrix, Vector6, crossed
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
-from mafsil.geometry.cross_product import crossed
 from mafsil.trajectory.paths.pose_path import TipPath, jumps, merged
 from mafsil.trajectory.paths.rotation_motion import RotationMotion, inverse, product, run, turned
 from mafsil.trajectory.tolerances import GIVEN, ROUNDING

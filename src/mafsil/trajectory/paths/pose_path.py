@@ -10,8 +10,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, Vector6
-from mafsil.geometry.cross_product import crossed
+from mafsil.arrays import Floats, PoseMatrix, Vector6, crossed
 from mafsil.trajectory.paths.orientations import OrientationLaw
 from mafsil.trajectory.paths.positions import PositionCurve
 from mafsil.trajectory.paths.rotation_motion import turned

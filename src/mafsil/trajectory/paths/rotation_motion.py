@@ -6,9 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mafsil.arrays import Floats, Matrix3, RotationMatrix, Vector3
+from mafsil.arrays import Floats, Matrix3, RotationMatrix, Vector3, crossed
 from mafsil.geometry import rotation
-from mafsil.geometry.cross_product import crossed
 
 SMALL = 1e-2
 """Squared angle below which derivatives of the right Jacobian's coefficients come from their series."""
