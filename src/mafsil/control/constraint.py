@@ -65,16 +65,16 @@ def constrained_dynamics(
     tip = _constrained_tip(inertia, rest_force, A, force, V, A_rate)
     Lambda, A, pushed = tip.inertia, tip.A, tip.force - tip.rest_force
     try:
-        solved: Floats = np.linalg.solve(Lambda, np.swapaxes(A, -1, -2))
+        solved = real_array("inertia", np.linalg.solve(Lambda, np.swapaxes(A, -1, -2)))
     except np.linalg.LinAlgError:
         raise InputError("control.singular_inertia") from None
-    weight: Floats = np.linalg.inv(A @ solved)
+    weight = real_array("A", np.linalg.inv(A @ solved))
     pull = _times(np.swapaxes(solved, -1, -2), pushed) + tip.bend
     multipliers = _times(weight, pull)
     back = np.swapaxes(A, -1, -2)
-    acceleration: Floats = np.linalg.solve(Lambda, (pushed - _times(back, multipliers))[..., None])[..., 0]
+    rate = real_array("inertia", np.linalg.solve(Lambda, (pushed - _times(back, multipliers))[..., None]))
     P = np.eye(Lambda.shape[-1]) - back @ weight @ np.swapaxes(solved, -1, -2)
-    return ConstrainedDynamics(multipliers, acceleration, P, _times(back, _times(weight, tip.bend)))
+    return ConstrainedDynamics(multipliers, rate[..., 0], P, _times(back, _times(weight, tip.bend)))
 
 
 @dataclass(frozen=True, eq=False, slots=True)

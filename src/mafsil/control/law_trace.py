@@ -62,7 +62,11 @@ class _Inputs:
         """A sensor that reads an input; the same one for the same sensor."""
         if id(sensor) not in self.known:
             reading = self.add(name, (size,))
-            self.known[id(sensor)] = lambda q, qd: reading
+
+            def read(_q: Any, _qd: Any) -> Any:
+                return reading
+
+            self.known[id(sensor)] = read
         return self.known[id(sensor)]
 
     def target(self, reference: Callable[..., Any]) -> Callable[..., Any]:
@@ -72,7 +76,11 @@ class _Inputs:
             R = rotation.from_quaternion(place[3:] / np.linalg.norm(place[3:]))
             T = pose.from_rotation_translation(R, cast("Floats", place[:3]))
             target = TaskTarget(T, *(cast("Any", self.add(name, (6,))) for name in ("target_rate", "target_growth")))
-            self.known[id(reference)] = lambda t: target
+
+            def wanted(_t: Any) -> TaskTarget:
+                return target
+
+            self.known[id(reference)] = wanted
         return self.known[id(reference)]
 
 
@@ -201,7 +209,7 @@ def _with_memory(law: Any, period: float, called: Callable[[Any], Traced]) -> tu
     nexts = [_column(found.get(key), shape, session) for key, shape in shapes.items()]
     keys = list(shapes)
     keep = _needed(effort_later.column(), symbols, nexts)
-    symbols, nexts, keys = ([each[k] for k in keep] for each in (symbols, nexts, keys))
+    symbols, nexts, keys = [symbols[k] for k in keep], [nexts[k] for k in keep], [keys[k] for k in keep]
     if not keep:
         return effort_later, [], None
     if all(_shape(before.get(key)) == shapes[key] for key in keys):

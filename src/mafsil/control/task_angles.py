@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mafsil.arrays import Floats, Matrix3, Symbolic, Vector3, fails
+from mafsil.arrays import Floats, Matrix3, Symbolic, Vector3, fails, real_array
 from mafsil.errors import InputError
 from mafsil.geometry import euler
 
@@ -25,8 +25,7 @@ def rates_of_angles(angles: Vector3, sequence: str) -> Matrix3:
     E = euler.rates_to_angular_velocity(angles, sequence)
     if not isinstance(E, Symbolic) and fails(np.abs(np.linalg.det(E)) < LOCKED):
         raise InputError("performance.gimbal_lock", sequence=sequence)
-    back: Matrix3 = np.linalg.inv(E)
-    return back
+    return real_array("E", np.linalg.inv(E))
 
 
 def axes_rate(angles: Vector3, rates: Vector3, sequence: str) -> Matrix3:

@@ -93,11 +93,30 @@ class Traced(NDArrayOperatorsMixin, Symbolic):
         """The elements as one column, in C order."""
         return matrix(self.size, 1, [node_of(x) for x in self.entries.ravel().tolist()])
 
-    shape = property(lambda self: self.entries.shape)
-    ndim = property(lambda self: self.entries.ndim)
-    size = property(lambda self: self.entries.size)
-    dtype = property(lambda self: np.dtype(np.float64))
-    T = property(lambda self: Traced(self.entries.T))
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """As of an array."""
+        return self.entries.shape
+
+    @property
+    def ndim(self) -> int:
+        """As of an array."""
+        return self.entries.ndim
+
+    @property
+    def size(self) -> int:
+        """As of an array."""
+        return self.entries.size
+
+    @property
+    def dtype(self) -> np.dtype[np.float64]:
+        """That of the numbers to come."""
+        return np.dtype(np.float64)
+
+    @property
+    def T(self) -> Traced:
+        """As of an array."""
+        return Traced(self.entries.T)
 
     def __len__(self) -> int:
         return len(self.entries)
@@ -169,22 +188,18 @@ class Traced(NDArrayOperatorsMixin, Symbolic):
             return np.zeros(self.shape, dtype=bool)
         if ufunc is np.isfinite:
             return np.ones(self.shape, dtype=bool)
-        if method == "reduce":
+        if method == "reduce" and not set(named) - {"axis", "keepdims"}:
             return reduced(ufunc, inputs[0], named.get("axis", 0), bool(named.get("keepdims", False)))
-        if (
-            method != "__call__"
-            or named.get("out") is not None
-            or (ufunc not in ELEMENTWISE and ufunc is not np.matmul)
-        ):
+        if method != "__call__" or named or (ufunc not in ELEMENTWISE and ufunc is not np.matmul):
             raise Untraceable("leaves", ufunc.__name__)
         with np.errstate(all="ignore"):  # Constants that are no numbers are choices that are not taken.
             return wrapped(ELEMENTWISE.get(ufunc, ufunc)(*map(plain, inputs)))
 
     def __array_function__(self, function: Any, _types: Any, args: tuple[Any, ...], named: dict[str, Any]) -> Any:
         own = FUNCTIONS.get(function)
-        if own is not None:
-            return own(*args, **named)
         try:
+            if own is not None:
+                return own(*args, **named)
             return wrapped(function(*plain(args), **plain(named)))
         except (TypeError, ValueError, AttributeError):
             raise Untraceable("leaves", function.__name__) from None
@@ -204,12 +219,11 @@ def plain(value: Any) -> Any:
 
 def wrapped(value: Any) -> Any:
     """Ours in place of arrays of objects; other answers as they are."""
-    if isinstance(value, Number) or (isinstance(value, np.ndarray) and value.dtype == object):
-        entries = np.empty((), dtype=object)
-        if isinstance(value, Number):
-            entries[()] = value
-            return Traced(entries)
-        return Traced(value)
+    if isinstance(value, Number):
+        return Traced.of([value], ())
+    if isinstance(value, np.ndarray):
+        array = cast("np.ndarray[Any, np.dtype[Any]]", value)
+        return Traced(array) if array.dtype == object else array
     if isinstance(value, list | tuple):
         items = [wrapped(item) for item in cast("list[Any]", value)]
         return items if isinstance(value, list) else tuple(items)
@@ -241,7 +255,7 @@ def answer(function: Function, signature: Signature, arrays: Sequence[Any]) -> A
         signature: ports.
         arrays: one (*batch, *core) for each input, at least one of them ours.
     """
-    given: list[Any] = [x if isinstance(x, Traced) else Traced(np.asarray(x, dtype=np.float64)) for x in arrays]
+    given = [x if isinstance(x, Traced) else Traced(np.asarray(x, dtype=np.float64)) for x in arrays]
     cores = [port.shape for port in signature.inputs]
     batch = np.broadcast_shapes(*(x.shape[: x.ndim - len(core)] for x, core in zip(given, cores, strict=True)))
     full = [np.broadcast_to(x.entries, (*batch, *core)) for x, core in zip(given, cores, strict=True)]
@@ -257,30 +271,34 @@ def answer(function: Function, signature: Signature, arrays: Sequence[Any]) -> A
 
 
 def _filled(value: float) -> Callable[..., Traced]:
-    def like(x: Any, *_args: Any, shape: Any = None, **_named: Any) -> Traced:
+    def like(x: Any, dtype: Any = None, shape: Any = None) -> Traced:
         return Traced(np.full(x.shape if shape is None else shape, value, dtype=object))
 
     return like
 
 
-def _clip(x: Any, low: Any = None, high: Any = None, **_named: Any) -> Any:
+def _clip(x: Any, low: Any = None, high: Any = None) -> Any:
     above = x if low is None else np.maximum(x, low)
     return above if high is None else np.minimum(above, high)
 
 
-def _norm(x: Any, axis: Any = None, keepdims: bool = False, **_named: Any) -> Any:
+def _norm(x: Any, ord: Any = None, axis: Any = None, keepdims: bool = False) -> Any:
+    if ord is not None and (ord != 2 or (axis is None and x.ndim > 1)):
+        raise Untraceable("leaves", "norm")
     return np.sqrt((x * x).sum(axis=axis, keepdims=keepdims))
 
 
-def _round(x: Any, *_args: Any, **_named: Any) -> Any:
+def _round(x: Any, decimals: int = 0) -> Any:
     """To the nearest whole number, halves to the even one."""
-    near = np.floor(x + 0.5)
-    between = np.logical_and(near - x == 0.5, near - 2.0 * np.floor(near / 2.0) == 1.0)
-    return np.where(between, near - 1.0, near)
+    if decimals:
+        raise Untraceable("leaves", "round")
+    near: Any = np.floor(x + 0.5)
+    odd: Any = near - 2.0 * np.floor(near / 2.0) == 1.0
+    return _where(np.logical_and(near - x == 0.5, odd), near - 1.0, near)
 
 
 def _rows(x: Any) -> list[list[Any]]:
-    return [[*row] for row in plain(x).tolist()]
+    return [[*row] for row in cast("list[list[Any]]", plain(x).tolist())]
 
 
 def _of_rows(rows: list[list[Any]]) -> Traced:
@@ -291,7 +309,7 @@ def _of_rows(rows: list[list[Any]]) -> Traced:
 def _solve(A: Any, b: Any) -> Any:
     """As `numpy.linalg.solve`; of a matrix of numbers by its inverse."""
     if not isinstance(A, Traced):
-        return np.linalg.inv(A) @ b
+        return cast("Any", np.linalg.inv(A)) @ b
     if np.ndim(b) == 1:
         return _solve(A, b[:, None])[:, 0]
     return _of_rows(traced_linear.solved(_rows(A), _rows(b)))
@@ -303,25 +321,42 @@ def _eigh(A: Any) -> tuple[Traced, Traced]:
     return Traced.of(sizes, (len(sizes),)), _of_rows(axes)
 
 
+def _inverse(A: Any) -> Any:
+    return _solve(A, np.eye(len(A)))
+
+
+def _pseudoinverse(A: Any) -> Any:
+    """Of independent rows."""
+    return A.T @ _inverse(A @ A.T)
+
+
+def _where(condition: Any, x: Any, y: Any) -> Any:
+    return wrapped(_CHOICE(plain(condition), plain(x), plain(y)))
+
+
+def _joined(ufunc: Any) -> Callable[..., Traced]:
+    def along(x: Any, axis: Any = None, keepdims: bool = False) -> Traced:
+        return reduced(ufunc, x, axis, keepdims)
+
+    return along
+
+
 FUNCTIONS: dict[Any, Callable[..., Any]] = {
     np.linalg.solve: _solve,
-    np.linalg.inv: lambda A: _solve(A, np.eye(len(A))),
+    np.linalg.inv: _inverse,
     np.linalg.eigh: _eigh,
-    np.linalg.pinv: lambda A, *_args, **_named: A.T @ np.linalg.inv(A @ A.T),
+    np.linalg.pinv: _pseudoinverse,
+    np.linalg.norm: _norm,
     np.round: _round,
-    np.where: lambda condition, x, y: wrapped(_CHOICE(plain(condition), plain(x), plain(y))),
+    np.where: _where,
     np.clip: _clip,
     np.zeros_like: _filled(0.0),
     np.ones_like: _filled(1.0),
     np.empty_like: _filled(0.0),
-    np.any: lambda x, axis=None, **named: reduced(np.logical_or, x, axis, bool(named.get("keepdims"))),
-    np.all: lambda x, axis=None, **named: reduced(np.logical_and, x, axis, bool(named.get("keepdims"))),
-    np.max: lambda x, axis=None, **named: reduced(np.maximum, x, axis, bool(named.get("keepdims"))),
-    np.min: lambda x, axis=None, **named: reduced(np.minimum, x, axis, bool(named.get("keepdims"))),
-    np.sum: lambda x, axis=None, **named: reduced(np.add, x, axis, bool(named.get("keepdims"))),
-    np.linalg.norm: _norm,
+    np.any: _joined(np.logical_or),
+    np.all: _joined(np.logical_and),
+    np.max: _joined(np.maximum),
+    np.min: _joined(np.minimum),
+    np.sum: _joined(np.add),
 }
-"""What NumPy's functions of whole arrays do to ours, where these differ from arrays of objects.
-
-The pseudoinverse is that of independent rows.
-"""
+"""What NumPy's functions of whole arrays do to ours, where these differ from arrays of objects."""
