@@ -23,6 +23,13 @@ def value(function, *arrays):
     return results[0] if len(results) == 1 else tuple(results)
 
 
+def assigned(A, b):
+    full = np.zeros_like(A, shape=(4, 6))
+    full[..., [0, 2, 4, 5]] = A
+    full[1, 1:3] = b[:2]
+    return full
+
+
 FUNCTIONS = {
     "arithmetic": lambda A, b: (A * 2 - b) / (3.0 + b) ** 2 + 1.0 / (2.0 + A) - -A,
     "products": lambda A, b: A @ A.T @ b + b @ A + np.eye(4) @ b + np.diag([1.0, 2.0, 3.0, 4.0]) @ A @ b,
@@ -41,13 +48,6 @@ FUNCTIONS = {
     "pseudoinverse": lambda A, b: np.linalg.pinv(A[:2]) @ b[:2],
     "assignment": assigned,
 }
-
-
-def assigned(A, b):
-    full = np.zeros_like(A, shape=(4, 6))
-    full[..., [0, 2, 4, 5]] = A
-    full[1, 1:3] = b[:2]
-    return full
 
 
 @pytest.mark.parametrize("name", list(FUNCTIONS))
