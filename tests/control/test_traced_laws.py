@@ -17,7 +17,10 @@ from mafsil.control.elastic_arm import ElasticState
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
 from mafsil.kernels.export.c.trial import compiler, trial
+from mafsil.model import sdf
+from mafsil.parallel import ClosedChain
 from mafsil.trajectory import Motion, quintic
+from tests.model.sdf.test_sdf_loops import ENDS, bars
 
 CC = compiler()
 needs_compiler = pytest.mark.skipif(CC is None, reason="no C compiler")
@@ -210,6 +213,7 @@ def refused() -> dict:
     """Laws that are no expression, the law that is named and a word of the reason."""
     arm, world = robot("puma560"), World()
     pid = control.pid(6, 9.0)
+    chain = ClosedChain(sdf.read(bars(ENDS, "ABDC")))
 
     class Counting:
         """Memory in an array that is changed in place."""
@@ -245,6 +249,7 @@ def refused() -> dict:
         "switch": (control.combined(pid, switch), "ContactSwitch", "decides"),
         "course": (course, "ElasticLinearization", "no arithmetic"),
         "if": (control.as_law(lambda t, q, qd, r: -q if q[0] > 0.0 else q), "FunctionLaw", "decides"),
+        "closed": (control.closed_computed_torque(chain), "ClosedComputedTorque", "no arithmetic"),
         "around": (control.delayed(control.model_predictive(arm), 1e-3), "ModelPredictive", "no arithmetic"),
         "in place": (Counting(), "Counting", "remembers"),
         "growing": (Listing(), "Listing", "remembers"),

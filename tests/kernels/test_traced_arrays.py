@@ -58,6 +58,20 @@ def test_numpy_does_to_expressions_what_it_does_to_numbers(name, seed):
     np.testing.assert_allclose(value(FUNCTIONS[name], A, b), FUNCTIONS[name](A, b), rtol=1e-11, atol=1e-11)
 
 
+def test_what_is_no_number_stays_none():
+    """A clipped effort that is NaN is no limit."""
+    A, b = np.array([np.nan, 1.0, -3.0, 2.0]), np.array([0.5, np.nan, 1.0, np.inf])
+    for function in (
+        np.maximum,
+        np.minimum,
+        lambda A, b: np.clip(A, -2.0, 1.5),
+        lambda A, b: np.minimum(np.maximum(A, -np.inf), np.inf),
+        lambda A, b: np.fmax(A, b) + np.fmin(b, A),
+        lambda A, b: np.where(A > 0.0, b, 1.0),
+    ):
+        np.testing.assert_array_equal(value(function, A, b), function(A, b))
+
+
 @pytest.mark.parametrize("n", range(1, 8))
 @pytest.mark.parametrize("seed", range(4))
 def test_axes_of_symmetric_matrices(n, seed):

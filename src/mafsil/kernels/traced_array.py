@@ -20,7 +20,7 @@ from mafsil.expression.matrix import matrix
 from mafsil.expression.node import Node
 from mafsil.kernels import traced_linear
 from mafsil.kernels.layout import Signature
-from mafsil.kernels.traced_number import Number, Untraceable, chosen, node_of
+from mafsil.kernels.traced_number import Number, Untraceable, chosen, greater, lesser, node_of
 
 
 def _of_one(rule: Callable[[Node], Node]) -> Any:
@@ -44,12 +44,14 @@ _ONE = {
 _TWO = {
     np.add: "add", np.subtract: "sub", np.multiply: "mul", np.true_divide: "div", np.power: "pow", np.less: "lt",
     np.less_equal: "le", np.equal: "eq", np.not_equal: "ne", np.logical_and: "and", np.bitwise_and: "and",
-    np.logical_or: "or", np.bitwise_or: "or", np.maximum: "fmax", np.minimum: "fmin", np.fmax: "fmax",
-    np.fmin: "fmin", np.arctan2: "atan2", np.copysign: "copysign",
+    np.logical_or: "or", np.bitwise_or: "or", np.fmax: "fmax", np.fmin: "fmin", np.arctan2: "atan2",
+    np.copysign: "copysign",
 }  # fmt: skip
 ELEMENTWISE: dict[Any, Any] = {
     **{ufunc: _of_one(UNARY[op]) for ufunc, op in _ONE.items()},
     **{ufunc: _of_two(BINARY[op]) for ufunc, op in _TWO.items()},
+    np.maximum: np.frompyfunc(greater, 2, 1),
+    np.minimum: np.frompyfunc(lesser, 2, 1),
     np.remainder: np.frompyfunc(lambda x, y: x - y * Number(UNARY["floor"](node_of(x / y))), 2, 1),
     np.greater: _of_two(BINARY["lt"], True),
     np.greater_equal: _of_two(BINARY["le"], True),

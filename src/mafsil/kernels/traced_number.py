@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import inf
 from typing import Any
 
 from mafsil.expression.arithmetic import add, div, if_else_zero, mul, neg, sub
@@ -91,6 +92,20 @@ def chosen(condition: Any, x: Any, y: Any) -> Number:
     """The number x where the condition holds, else y."""
     c = node_of(condition)
     return Number(add(if_else_zero(c, node_of(x)), if_else_zero(not_(c), node_of(y))))
+
+
+def greater(x: Any, y: Any) -> Number:
+    """The larger of two; NaN if one of them is, as of `numpy.maximum`."""
+    a, b = node_of(x), node_of(y)
+    for one, other in ((a, b), (b, a)):
+        if other.op == CONSTANT and other.value == -inf:
+            return Number(one)
+    return chosen(Number(lt(b, a)), x, chosen(Number(le(a, b)), y, Number(add(a, b))))
+
+
+def lesser(x: Any, y: Any) -> Number:
+    """The smaller of two; NaN if one of them is, as of `numpy.minimum`."""
+    return -greater(Number(neg(node_of(x))), Number(neg(node_of(y))))
 
 
 def root(x: Any) -> Number:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.errors import ModelError, ModelWarning
+from mafsil.errors import FileError, ModelError, ModelWarning
 from mafsil.mechanics.textbook import Textbook
 from mafsil.model import (
     Actuator,
@@ -202,6 +202,8 @@ def test_names_that_sdformat_does_not_take() -> None:
     text = sdf.write(robot)
     assert "my::arm -> my/arm, m::b -> m/b, __c__ -> c, a -> a_joint, m::b -> m/b_joint, j -> j_joint" in text
     assert_same(sdf.read(text), robot)
+    with pytest.raises(FileError, match="__c__"):
+        sdf.read(text.replace('mafsil:name="m::b"', 'mafsil:name="__c__"'))
     with pytest.raises(ModelError, match=r"cannot hold the name 'a\$\(b\)'"):
         sdf.write(arm(name="a$(b)"))
 

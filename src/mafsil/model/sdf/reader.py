@@ -74,7 +74,7 @@ def _build(reading: Reading, assets: Assets, _source: str, limits: ReadLimits) -
         name, assembly.links, joints, loops=assembly.loops, tip=tip, T_lt=T_lt, T_sb=T_sb, gravity=gravity, marks=marks
     )
     links, own = (_own_names(found) for found in ((*parts.links, *parts.of("frame")), parts.of("joint")))
-    return with_names(mechanism, model.get(OWN_NAME, name), links, own)
+    return with_names(mechanism, model.get(OWN_NAME) or name, links, own)
 
 
 def _own_names(parts: Iterable[Part]) -> dict[str, str]:

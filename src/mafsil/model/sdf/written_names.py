@@ -68,11 +68,18 @@ def renamed(mechanism: Mechanism) -> tuple[Mechanism, dict[str, str]]:
 
 
 def with_names(mechanism: Mechanism, name: str, links: Mapping[str, str], joints: Mapping[str, str]) -> Mechanism:
-    """The mechanism with another name, and other names of links and joints where there are some."""
+    """The mechanism with another name, and other names of links and joints where there are some.
+
+    Raises:
+        ModelError: two would have the same.
+    """
     tree, loops = (tuple(_called(joint, links, joints) for joint in of) for of in (mechanism.joints, mechanism.loops))
     each = tuple(replace(link, name=links.get(link.name, link.name)) for link in mechanism.links)
-    tip = links.get(mechanism.tip, mechanism.tip)
-    return replace(mechanism, name=name, links=each, joints=tree, loops=loops, tip=tip)
+    own = mechanism
+    return Mechanism.assemble(
+        name, each, tree, loops=loops, tip=links.get(own.tip, own.tip), T_lt=own.T_lt, T_sb=own.T_sb,
+        gravity=own.gravity, provenance=own.provenance,
+    )  # fmt: skip
 
 
 def named_shapes(shapes: tuple[Shape, ...], kind: str) -> Iterator[tuple[str, Shape]]:
