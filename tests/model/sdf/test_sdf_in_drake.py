@@ -119,3 +119,58 @@ def test_libsdformat_takes_loops() -> None:
     """Drake has no loops; its parser reads them, and says so afterwards, of the graph."""
     with pytest.raises(RuntimeError, match="loops in the system graph"):
         plant_of(sdf.write(sdf.read(bars(ENDS, "ABDC"))))
+
+
+def framed_model(rng: np.random.Generator) -> tuple[str, list[str], list[str]]:
+    """A tree whose joints begin and end at links, frames on them, or the model; poses relative to anything before.
+
+    Frames stand in the order in which they hang on each other, and none on a joint: there Drake 1.51 takes their poses
+    relative to the link, not to what they are attached to (sdformat.org: `relative_to` defaults to `attached_to`).
+    """
+
+    def pose(relative: list[str]) -> str:
+        numbers = " ".join(map(str, rng.uniform(-1, 1, 6).round(3)))
+        where = f' relative_to="{rng.choice(relative)}"' if rng.random() < 0.6 else ""
+        return f"<pose{where}>{numbers}</pose>" if rng.random() < 0.8 else ""
+
+    count = int(rng.integers(2, 6))
+    links, ends, parts = [f"l{k}" for k in range(count)], dict[str, list[str]](), []
+    for k, name in enumerate(links):
+        moments = "<inertia><ixx>1</ixx><iyy>1.2</iyy><izz>1.5</izz></inertia>"
+        parts.append(f'<link name="{name}">{pose(links[:k] or ["__model__"])}<inertial>{moments}</inertial></link>')
+        ends[name] = [name]
+        for j in range(int(rng.integers(0, 3))):
+            parts.append(f'<frame name="f{k}{j}" attached_to="{rng.choice(ends[name])}">{pose(ends[name])}</frame>')
+            ends[name].append(f"f{k}{j}")
+    ends["l0"].append("__model__")
+    parts.append('<joint name="w" type="fixed"><parent>world</parent><child>l0</child></joint>')
+    for k in range(1, count):
+        parent, child = rng.choice(ends[f"l{rng.integers(k)}"]), rng.choice(ends[f"l{k}"])
+        kind, named = rng.choice(["revolute", "prismatic"]), [*links, *ends[f"l{k}"]]
+        where = f' expressed_in="{rng.choice(named)}"' if rng.random() < 0.5 else ""
+        axis = f"<axis><xyz{where}>{' '.join(map(str, rng.normal(size=3).round(3)))}</xyz></axis>"
+        relative = pose([*named, "__model__"])
+        parts.append(
+            f'<joint name="j{k}" type="{kind}">{relative}<parent>{parent}</parent><child>{child}</child>{axis}</joint>'
+        )
+    order = sorted(rng.permutation(len(parts)), key=lambda k: k * parts[k].startswith("<frame"))
+    text = f'<sdf version="1.9"><model name="m" canonical_link="l0">{"".join(parts[k] for k in order)}</model></sdf>'
+    return text, [f"j{k}" for k in range(1, count)], [name for found in ends.values() for name in found]
+
+
+@pytest.mark.parametrize("seed", few(range(300), 25))
+def test_frames_of_others_are_read_as_libsdformat_reads_them(seed: int) -> None:
+    """Poses of all links and frames at random coordinates, whatever the order of the file."""
+    text, joints, names = framed_model(np.random.default_rng(seed))
+    plant, robot = plant_of(text), mf.Robot(sdf.read(text))
+    context, rng = plant.CreateDefaultContext(), np.random.default_rng(seed)
+    values = dict(zip(joints, rng.uniform(-2, 2, len(joints)), strict=True))
+    x = np.zeros(plant.num_positions())
+    for name, value in values.items():
+        x[plant.GetJointByName(name).position_start()] = value
+    plant.SetPositions(context, x)
+    q = np.array([values[name] for name in robot.joint_names])
+    for name in names:
+        if name != "__model__":
+            theirs = plant.GetFrameByName(name).CalcPoseInWorld(context).GetAsMatrix4()
+            np.testing.assert_allclose(robot.forward_kinematics(q, frame=name), theirs, atol=1e-12, err_msg=name)
