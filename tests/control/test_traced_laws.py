@@ -103,6 +103,11 @@ def families(world: World) -> dict:
         "delayed_again": control.delayed(control.encoder_loop(pid, 0.0), PERIOD),
         "current_loop": control.current_loop(pid, 300.0),
         "sum": control.combined(control.adaptive_control(arm), control.matrix_pid(6, 5.0, 1.0, 9.0), pid),
+        "tip_and_null_space": control.combined(
+            control.impedance_control(seven, soft, world.target, sensor=world.force, **task),
+            control.admittance_control(seven, soft, world.target, world.force, **task),
+            control.null_space_feedback(seven, **task),
+        ),
         "function": control.as_law(
             lambda t, q, qd, r: np.where(q > 0.0, np.sin(3.0 * t), 2.0) * (r.u - q) - np.tanh(qd)
         ),
@@ -115,7 +120,9 @@ NAMES = list(families(World()))
 
 
 def arm_of(name: str) -> mf.Robot:
-    return robot("panda" if name in ("null_space", "task_space_redundant", "task_space_angles") else "puma560")
+    return robot(
+        "panda" if "null_space" in name or name in ("task_space_redundant", "task_space_angles") else "puma560"
+    )
 
 
 def ticks_in_c(files, shapes: dict[str, int], rows: dict[str, np.ndarray], n: int, folder) -> np.ndarray:

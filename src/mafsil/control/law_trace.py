@@ -14,7 +14,7 @@ from __future__ import annotations
 import inspect
 import sys
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from pathlib import Path
 from traceback import walk_tb
@@ -47,7 +47,7 @@ class _Inputs:
     arrays: dict[str, Traced] = field(default_factory=dict[str, Traced])
     columns: dict[str, ex.Expression] = field(default_factory=dict[str, ex.Expression])
     shapes: dict[str, tuple[int, ...]] = field(default_factory=dict[str, tuple[int, ...]])
-    known: dict[int, Callable[..., Any]] = field(default_factory=dict[int, "Callable[..., Any]"])
+    known: dict[object, Callable[..., Any]] = field(default_factory=dict[object, "Callable[..., Any]"])
 
     def add(self, name: str, shape: tuple[int, ...]) -> Traced:
         """A new input, numbered if the name is taken."""
@@ -60,18 +60,20 @@ class _Inputs:
 
     def measured(self, sensor: Callable[..., Any], name: str, size: int) -> Callable[..., Any]:
         """A sensor that reads an input; the same one for the same sensor."""
-        if id(sensor) not in self.known:
+        key = _same(sensor), name, size
+        if key not in self.known:
             reading = self.add(name, (size,))
 
             def read(_q: Any, _qd: Any) -> Any:
                 return reading
 
-            self.known[id(sensor)] = read
-        return self.known[id(sensor)]
+            self.known[key] = read
+        return self.known[key]
 
     def target(self, reference: Callable[..., Any]) -> Callable[..., Any]:
         """A reference of the tip from inputs; the same one for the same reference."""
-        if id(reference) not in self.known:
+        key = _same(reference)
+        if key not in self.known:
             place = self.add("target", (7,))
             R = rotation.from_quaternion(place[3:] / np.linalg.norm(place[3:]))
             T = pose.from_rotation_translation(R, cast("Floats", place[:3]))
@@ -80,8 +82,13 @@ class _Inputs:
             def wanted(_t: Any) -> TaskTarget:
                 return target
 
-            self.known[id(reference)] = wanted
-        return self.known[id(reference)]
+            self.known[key] = wanted
+        return self.known[key]
+
+
+def _same(function: Any) -> object:
+    """What is equal for the same function: a method of one object is another object each time."""
+    return function if isinstance(function, Hashable) else id(function)
 
 
 @dataclass(frozen=True, slots=True)
