@@ -87,6 +87,21 @@ FEW = 32
 """Numbers up to which Python itself is quicker than NumPy's call."""
 
 
+class Symbolic:
+    """An array of expressions instead of numbers; it passes where numbers are checked."""
+
+    __slots__ = ()
+
+
+def fails(condition: object) -> bool:
+    """Whether a condition of numbers holds anywhere, which is an error; of expressions nobody knows it yet.
+
+    Args:
+        condition: array of yes and no.
+    """
+    return not isinstance(condition, Symbolic) and bool(np.any(cast("Any", condition)))
+
+
 def real_array(name: str, value: ArrayLike) -> Floats:
     """`value` as a float64 array, refusing what is not real numbers.
 
@@ -100,6 +115,8 @@ def real_array(name: str, value: ArrayLike) -> Floats:
     """
     if type(value) is np.ndarray and value.dtype is FLOAT64:
         return value
+    if isinstance(value, Symbolic):
+        return cast("Floats", value)
     if isinstance(value, np.ma.MaskedArray):
         raise InputError("input.numbers", name=name, got="masked array")
     numbers: Any = value
@@ -202,6 +219,8 @@ def require_finite(name: str, array: Floats) -> Floats:
     Raises:
         InputError: names the first NaN or infinity and its index.
     """
+    if isinstance(array, Symbolic):
+        return array
     # The sum of few numbers is finite if they are, and found sooner; finite numbers whose sum overflows are looked at.
     if not (array.size <= FEW and isfinite(sum(array.ravel().tolist()))) and not np.isfinite(array).all():
         index = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])

@@ -10,12 +10,12 @@ import pytest
 
 import mafsil as mf
 from mafsil.control import (
-    adaptive_control,
     combined,
     computed_torque,
     export_law,
     feedforward,
     gravity_compensation,
+    model_predictive,
     pid,
     saturated,
 )
@@ -104,8 +104,8 @@ def test_gains_may_be_inputs():
 
 def test_what_is_no_expression_is_refused():
     arm = robot("puma560")
-    with pytest.raises(InputError, match="only Python"):
-        export_law(arm, adaptive_control(arm, rate=1.0, damping=1.0))
+    with pytest.raises(InputError, match=r"ModelPredictive .*no arithmetic"):
+        export_law(arm, model_predictive(arm))
     with pytest.raises(InputError, match="period"):
         export_law(arm, computed_torque(arm), period=0.0)
     with pytest.raises(InputError, match="name"):

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
+from types import ModuleType
 
 import mujoco
 import numpy as np
 import pinocchio as pin
 
 from mafsil.arrays import Floats
+from mafsil.errors import ModelError
 from mafsil.mechanics.inertial_parameters import reflected_inertias
 from mafsil.mechanics.textbook import Textbook
 from mafsil.model import Joint, Mechanism
@@ -29,6 +32,16 @@ class Motion:
 
 
 Reader = Callable[[Mechanism, str], Callable[[Floats, Floats], Motion]]
+
+
+def text_of(mechanism: Mechanism, tool: ModuleType) -> str:
+    """The text; what changes the motion is left out where the format has no word for it."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            return tool.write(mechanism)
+        except ModelError as refusal:
+            return tool.write(mechanism, without=[refusal.details["what"]])
 
 
 def differences(mechanism: Mechanism, text: str, reader: Reader, seed: int = 0) -> dict[str, float]:
@@ -61,7 +74,7 @@ def by_pinocchio(mechanism: Mechanism, text: str) -> Callable[[Floats, Floats], 
     assert len(joints) == model.njoints - 1
     at = [joint.idx_v for joint in joints]
     rotors = np.diag(reflected_inertias(mechanism))
-    spread, shift = _spread(mechanism, moving)
+    spread, shift = spread_of(mechanism, moving)
     tip = model.getFrameId(with_space_link(with_tip_link(mechanism)).tip, pin.FrameType.BODY)
 
     def motion(q: Floats, qd: Floats) -> Motion:
@@ -87,7 +100,7 @@ def by_mujoco(mechanism: Mechanism, text: str) -> Callable[[Floats, Floats], Mot
     moving = [joint for joint in mechanism.joints if joint.moves]
     at = [model.joint(joint.name).id for joint in moving]
     assert len(at) == model.njnt == model.nv
-    spread, shift = _spread(mechanism, moving)
+    spread, shift = spread_of(mechanism, moving)
     tip = model.body(with_tip_link(mechanism).tip).id
 
     def motion(q: Floats, qd: Floats) -> Motion:
@@ -106,7 +119,7 @@ def by_mujoco(mechanism: Mechanism, text: str) -> Callable[[Floats, Floats], Mot
     return motion
 
 
-def _spread(mechanism: Mechanism, moving: list[Joint]) -> tuple[Floats, Floats]:
+def spread_of(mechanism: Mechanism, moving: list[Joint]) -> tuple[Floats, Floats]:
     """From our coordinates to the coordinates of all moving joints: followers move with their leaders."""
     book = Textbook(mechanism)
     rows = [mechanism.joints.index(joint) for joint in moving]

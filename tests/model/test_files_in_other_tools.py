@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 from types import ModuleType
 
@@ -10,8 +9,8 @@ import numpy as np
 import pytest
 
 from mafsil.errors import ModelError
-from mafsil.model import Mechanism, library, mjcf, urdf
-from tests.model.peer_readers import Reader, by_mujoco, by_pinocchio, differences
+from mafsil.model import library, mjcf, urdf
+from tests.model.peer_readers import Reader, by_mujoco, by_pinocchio, differences, text_of
 from tests.model.random_robots import random_robot
 from tests.model.urdf.real_files import robots
 from tests.sizes import few
@@ -31,16 +30,6 @@ REFUSED = {
     ("puma560", mjcf): "friction",
 }
 """Arms of the library whose motion would be another one in a format, and what would be lost."""
-
-
-def text_of(mechanism: Mechanism, tool: ModuleType) -> str:
-    """The text; what changes the motion is left out where the format has no word for it."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        try:
-            return tool.write(mechanism)
-        except ModelError as refusal:
-            return tool.write(mechanism, without=[refusal.details["what"]])
 
 
 @pytest.mark.parametrize(("tool", "reader"), TOOLS, ids=["urdf", "mjcf"])

@@ -29,6 +29,7 @@ from mafsil.model import (
     Sphere,
     library,
     mjcf,
+    sdf,
     table,
     urdf,
 )
@@ -45,7 +46,7 @@ def arm(**changes: object) -> Mechanism:
     return Mechanism.assemble("arm", [Link("a"), Link("b", body)], [replace(joint, **changes)])
 
 
-@pytest.mark.parametrize("suffix", [".urdf", ".xml", ".mjcf", ".toml"])
+@pytest.mark.parametrize("suffix", [".urdf", ".sdf", ".world", ".xml", ".mjcf", ".toml"])
 def test_the_ending_says_the_format(suffix: str, tmp_path: Path) -> None:
     path = tmp_path / f"panda{suffix}"
     losses = mf.save(mf.load("panda"), path)
@@ -65,10 +66,8 @@ def test_names_paths_and_mechanisms_are_taken(tmp_path: Path) -> None:
 
 
 def test_other_endings_are_refused_with_the_known_ones(tmp_path: Path) -> None:
-    with pytest.raises(FileError, match=r"\.urdf.*\.xml.*\.toml"):
+    with pytest.raises(FileError, match=r"\.urdf.*\.sdf.*\.xml.*\.toml"):
         mf.save("panda", tmp_path / "panda.usd")
-    with pytest.raises(FileError, match="not written"):
-        mf.save("panda", tmp_path / "panda.sdf")
     with pytest.raises(FileError, match="cannot be written"):
         mf.save("panda", tmp_path / "nowhere" / "panda.urdf")
     with pytest.raises(InputError, match="limits"):
@@ -93,7 +92,11 @@ def test_the_first_call_on_a_panda_gives_a_file_and_one_warning(tmp_path: Path) 
 
 
 def test_one_signature_for_all_writers(tmp_path: Path) -> None:
-    for writer, path in ((urdf, tmp_path / "a.urdf"), (mjcf, tmp_path / "a.xml"), (table, tmp_path / "a.toml")):
+    endings = ((urdf, "urdf"), (sdf, "sdf"), (sdf, "world"), (mjcf, "xml"), (table, "toml"))
+    for writer, path in ((writer, tmp_path / f"a.{ending}") for writer, ending in endings):
+        if path.suffix == ".world":
+            assert writer.write("ur5e", path) == path.read_text() != writer.write("ur5e")
+            continue
         assert writer.write("ur5e", path) == path.read_text() == writer.write("ur5e")
 
 

@@ -276,23 +276,23 @@ SECOND = Joint("j2", JointKind.REVOLUTE, "a", "b")
 
 
 @pytest.mark.parametrize(
-    ("robot", "part"),
+    ("robot", "lost", "part"),
     [
-        (arm(FIRST, replace(SECOND, kind=JointKind.FIXED)), "j2"),
-        (arm(FIRST, replace(SECOND, parent="base")), "j2"),
-        (arm(FIRST, replace(SECOND, mimic=Mimic("j1"))), "j2"),
-        (arm(FIRST, replace(SECOND, actuated=False)), "j2"),
-        (arm(FIRST, SECOND, loops=[Joint("loop", JointKind.REVOLUTE, "base", "b")]), "loop"),
-        (arm(FIRST, SECOND, base=Inertial(1.0)), "base"),
-        (arm(FIRST, SECOND, tip="a"), "base"),
-        (Mechanism.assemble("stone", [Link("base")], []), "base"),
+        (arm(FIRST, replace(SECOND, kind=JointKind.FIXED)), "fixed", "j2"),
+        (arm(FIRST, replace(SECOND, parent="base")), "branch", "j2"),
+        (arm(FIRST, replace(SECOND, mimic=Mimic("j1"))), "follower", "j2"),
+        (arm(FIRST, replace(SECOND, actuated=False)), "passive", "j2"),
+        (arm(FIRST, SECOND, loops=[Joint("loop", JointKind.REVOLUTE, "base", "b")]), "loops", "loop"),
+        (arm(FIRST, SECOND, base=Inertial(1.0)), "mass", "base"),
+        (arm(FIRST, SECOND, tip="a"), "tip", "not on a"),
+        (Mechanism.assemble("stone", [Link("base")], []), "tip", "base"),
     ],
 )
-def test_what_a_table_cannot_hold_is_not_written(robot, part):
-    with pytest.raises(ModelError) as caught:
+def test_what_a_table_cannot_hold_is_not_written(robot, lost, part):
+    """The sentence names the one thing that would be lost."""
+    with pytest.raises(ModelError, match=part) as caught:
         formatted(robot)
-    assert caught.value.key == "table.unwritable"
-    assert caught.value.details["part"] == part
+    assert caught.value.details["loss"].key == f"table.lost_{lost}"
     assert caught.value.message("en") != caught.value.message("ar")
 
 

@@ -65,18 +65,16 @@ def constrained_dynamics(
     tip = _constrained_tip(inertia, rest_force, A, force, V, A_rate)
     Lambda, A, pushed = tip.inertia, tip.A, tip.force - tip.rest_force
     try:
-        solved: Floats = np.asarray(np.linalg.solve(Lambda, np.swapaxes(A, -1, -2)), dtype=np.float64)
+        solved = real_array("inertia", np.linalg.solve(Lambda, np.swapaxes(A, -1, -2)))
     except np.linalg.LinAlgError:
         raise InputError("control.singular_inertia") from None
-    weight: Floats = np.asarray(np.linalg.inv(A @ solved), dtype=np.float64)
+    weight = real_array("A", np.linalg.inv(A @ solved))
     pull = _times(np.swapaxes(solved, -1, -2), pushed) + tip.bend
     multipliers = _times(weight, pull)
     back = np.swapaxes(A, -1, -2)
-    acceleration = np.linalg.solve(Lambda, (pushed - _times(back, multipliers))[..., None])[..., 0]
+    rate = real_array("inertia", np.linalg.solve(Lambda, (pushed - _times(back, multipliers))[..., None]))
     P = np.eye(Lambda.shape[-1]) - back @ weight @ np.swapaxes(solved, -1, -2)
-    return ConstrainedDynamics(
-        multipliers, np.asarray(acceleration, dtype=np.float64), P, _times(back, _times(weight, tip.bend))
-    )
+    return ConstrainedDynamics(multipliers, rate[..., 0], P, _times(back, _times(weight, tip.bend)))
 
 
 @dataclass(frozen=True, eq=False, slots=True)

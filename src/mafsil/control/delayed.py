@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import dataclass
 
 from mafsil.arrays import JointVector, single
@@ -47,15 +46,20 @@ class _Queue:
 
     def __init__(self, law: Delayed, period: float, count: int) -> None:
         self._whole, self._law = law, law.law.session(period)
-        self._waiting: deque[JointVector] = deque(maxlen=count + 1)
+        self._count = count
+        self._waiting: tuple[JointVector, ...] | None = None
+        self._earlier: tuple[JointVector, ...] | None = None
 
     def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
         """The efforts that were asked for a delay ago (*batch, n) [N m | N]."""
-        self._waiting.append(self._law(t, q, qd, reference))
+        effort = self._law(t, q, qd, reference)
+        before = (effort,) * (self._count + 1) if self._waiting is None else self._waiting
+        self._earlier, self._waiting = self._waiting, (*before[1:], effort)
         return self._waiting[0]
 
     def go_on(self, before: _Queue) -> None:
-        self._waiting.extend(list(before._waiting)[:-1])
+        # The state at which two runs meet is seen by both.
+        self._waiting = before._earlier
         take_over(self._law, before._law)
 
     def session(self, period: float) -> Law:

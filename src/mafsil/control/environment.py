@@ -158,7 +158,7 @@ def pressed(
         sliding = velocity - away[..., None] * outward
         speed = np.linalg.norm(sliding, axis=-1)
         force = force - (friction * push / np.maximum(speed, slow))[..., None] * sliding
-    return np.asarray(force)
+    return force
 
 
 def _at_tip(R: Floats, force: Floats) -> Vector6:

@@ -61,7 +61,7 @@ class Impedance:
         self._require_mass()
         X, V, force = (as_batch(name, x, self.damping.shape[-1:]) for name, x in (("X", X), ("V", V), ("force", force)))
         push = force - V @ self.damping - X @ self.stiffness
-        return np.asarray(np.linalg.solve(self.inertia, push[..., None])[..., 0], dtype=np.float64)
+        return real_array("inertia", np.linalg.solve(self.inertia, push[..., None]))[..., 0]
 
     def frequency_response(self, frequency: ArrayLike) -> NDArray[np.complex128]:
         """(*k, m, m) Z(jw) = K + jw B - w^2 D: force for a motion of one unit; its inverse is the admittance.

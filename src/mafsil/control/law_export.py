@@ -9,13 +9,16 @@ import numpy as np
 
 from mafsil import kernels
 from mafsil.arrays import Floats, positive
-from mafsil.control.law import Law
+from mafsil.control.law import Law, LawFunction, as_law
 from mafsil.control.law_terms import law_terms
+from mafsil.control.law_trace import TracedLaw, traced_law, traced_parts
 from mafsil.errors import InputError
 from mafsil.kernels import Kernel, Port, Signature
 from mafsil.kernels.export import Export, Legend
 from mafsil.kernels.export import export as export_kernel
 from mafsil.kernels.identity import content_key
+from mafsil.kernels.tape import read
+from mafsil.kernels.traced_number import Untraceable
 from mafsil.lazy_module import lazily
 from mafsil.mechanics.loop_terms import Loop, Term
 from mafsil.model.fingerprint import fingerprint
@@ -34,7 +37,19 @@ PORTS = {
     "integral": "memory of the law: zeros at first, then what the last call gave [N m | N, or accelerations]",
     "effort": "of the joints [N m | N]",
     "next_integral": "memory for the next call",
+    "motor": "measured coordinates of the motors, at the joints [rad | m]",
+    "motor_rate": "measured rates of the motors, at the joints [rad/s | m/s]",
+    "t": "time [s]",
+    "target": "of the tip: position, then a quaternion (w, x, y, z) of any length [m]",
+    "target_rate": "its velocity in the coordinates of the task, all six",
+    "target_growth": "its acceleration in the coordinates of the task, all six",
+    "force": "what the law's sensor reads, in its coordinates and with its sign [N m, N]",
+    "acceleration": "of the tip, as it is measured, in the coordinates of the task",
+    "memory": "memory of the law: zeros at first, then what the last call gave",
+    "next_memory": "memory for the next call",
 }
+REASONS = {"decides": "control.law_decides", "leaves": "control.law_leaves", "memory": "control.law_memory"}
+"""Why a law is no expression, by the reason of `Untraceable`."""
 
 
 KNOWN_NAMES: dict[tuple[str, ...], str] = {
@@ -49,7 +64,7 @@ KNOWN_NAMES: dict[tuple[str, ...], str] = {
 
 def export_law(
     robot: Robot,
-    law: Law,
+    law: Law | LawFunction,
     *,
     period: float = 1e-3,
     saturate: bool = True,
@@ -58,14 +73,15 @@ def export_law(
     real: str = "double",
     function: str | None = None,
 ) -> Export:
-    """A law that is an expression as a function of fixed length: `export_law(robot, law).write("folder")`.
+    """A law as a function of fixed length: `export_law(robot, law).write("folder")`.
 
     One call answers one measurement: straight arithmetic without heap, recursion or loops. Gains, models and limits
-    become constants. A law with an integral takes its memory as an input and gives it back.
+    become constants. References and sensors of the tip become inputs. A law with a memory takes it as an input, zeros
+    at first, and gives it back.
 
     Args:
         robot: the arm; its effort limits clip the efforts.
-        law: computed torque, feedback of the joints, feedforward, or a sum of them.
+        law: any that is arithmetic of what it measures and remembers; functions of (t, q, qd, reference) too.
         period: between two calls [s].
         saturate: whether efforts are clipped.
         to: `c` (C99 with test vectors), `object`, `ptx` or `wasm`.
@@ -74,21 +90,62 @@ def export_law(
         function: name of the function; made of the robot's and the law's if None.
 
     Raises:
-        InputError: a law that is no expression, an unknown form, processor or number type, a name that C refuses.
+        InputError: a law that decides by numbers, searches, or follows a course in time: it is named, with the reason;
+            an unknown form, processor or number type, a name that C refuses.
         KernelError: the compiler refuses.
     """
     arm, h = as_robot(robot), positive("period", period)
+    law = as_law(law)
     known = law_terms(law)
     if known is None:
-        raise InputError("control.no_expression", law=type(law).__name__)
+        traced = _traced(law, arm, h, _limit(arm, saturate))
+        kinds = " + ".join(type(part).__name__ for part in traced_parts(law) or (law,))
+        words = Legend(arm.name, _title(kinds, h, arm), _ports(traced.signature))
+        return export_kernel(_kernel_of(traced), words, to, target=target, real=real, name=function)
     gains = np.array([[g.kp, g.kd, h * g.ki] for g in known.gains]).reshape(-1, 3, arm.n)
     integrates = any(each.integrates for each in known.gains)
     waiting = np.stack(known.limits) if known.limits else None
     kernel = law_kernel(arm, known.terms, gains, integrates=integrates, saturate=saturate, integral_limit=waiting)
-    joints = ", ".join(arm.joint_names)
     kinds = " + ".join(kind.replace("_", " ") for term in known.terms for kind in term.parts)
-    words = Legend(arm.name, f"Control law ({kinds}), one call every {h:g} s. Joints: {joints}.", PORTS)
+    words = Legend(arm.name, _title(kinds, h, arm), PORTS)
     return export_kernel(kernel, words, to, target=target, real=real, name=function)
+
+
+def _title(kinds: str, period: float, arm: Robot) -> str:
+    return f"Control law ({kinds}), one call every {period:g} s. Joints: {', '.join(arm.joint_names)}."
+
+
+def _limit(arm: Robot, saturate: bool) -> Floats | None:
+    return arm.limits.effort if saturate and np.isfinite(arm.limits.effort).any() else None
+
+
+def _traced(law: Law, arm: Robot, period: float, limit: Floats | None) -> TracedLaw:
+    """The law as an expression, or the reason why it is none, said of the very law that has it."""
+    try:
+        return traced_law(law, arm.n, period, limit, _words(type(law).__name__))
+    except Untraceable as reason:
+        for part in traced_parts(law):
+            _traced(part, arm, period, limit)
+        raise InputError(REASONS[reason.reason], law=type(law).__name__, what=reason.what) from None
+
+
+def _words(name: str) -> str:
+    """The name of a class as one of a function."""
+    return "".join(f"_{c.lower()}" if c.isupper() else c for c in name).strip("_")
+
+
+def _ports(signature: Signature) -> dict[str, str]:
+    """What the ports mean; the second of a kind is numbered."""
+    return {port.name: PORTS.get(port.name) or PORTS[port.name.rpartition("_")[0]] for port in signature.ports}
+
+
+def _kernel_of(traced: TracedLaw) -> Kernel:
+    key = f"traced law {read(traced.function).hash}"
+    return kernels.compile(traced.signature, partial(_given, traced.function), key=key)
+
+
+def _given(function: Any) -> Any:
+    return function
 
 
 def law_kernel(
@@ -110,7 +167,7 @@ def law_kernel(
         saturate: whether efforts are clipped.
         integral_limit: (terms that wait, n) efforts at which integrals wait [N m | N].
     """
-    limit = robot.limits.effort if saturate and np.isfinite(robot.limits.effort).any() else None
+    limit = _limit(robot, saturate)
     loop = Loop(
         plant=robot.mechanism, terms=terms, shown=robot.mechanism, scheme=(), substeps=1, friction=None,
         pushed=False, noisy=False, saturated=False, integrates=integrates,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mafsil.arrays import Floats, Matrix3, Vector3
+from mafsil.arrays import Floats, Matrix3, Symbolic, Vector3, fails, real_array
 from mafsil.errors import InputError
 from mafsil.geometry import euler
 
@@ -23,9 +23,9 @@ def rates_of_angles(angles: Vector3, sequence: str) -> Matrix3:
         InputError: a gimbal lock, where there are no such rates.
     """
     E = euler.rates_to_angular_velocity(angles, sequence)
-    if bool((np.abs(np.linalg.det(E)) < LOCKED).any()):
+    if not isinstance(E, Symbolic) and fails(np.abs(np.linalg.det(E)) < LOCKED):
         raise InputError("performance.gimbal_lock", sequence=sequence)
-    return np.asarray(np.linalg.inv(E), dtype=np.float64)
+    return real_array("E", np.linalg.inv(E))
 
 
 def axes_rate(angles: Vector3, rates: Vector3, sequence: str) -> Matrix3:

@@ -8,7 +8,7 @@ from typing import NamedTuple, TypeAlias, TypedDict
 import numpy as np
 
 from mafsil.algebra.euler_sequence import SEQUENCES
-from mafsil.arrays import Floats, JointVector, PoseMatrix, Vector6
+from mafsil.arrays import Floats, JointVector, PoseMatrix, Vector6, real_array
 from mafsil.control.task_angles import angle_error, axes_rate, rates_of_angles
 from mafsil.errors import InputError
 from mafsil.geometry import euler, pose, rotation
@@ -101,7 +101,7 @@ class TaskCoordinates:
 
     def all_six(self, x: Floats) -> Floats:
         """(*batch, 6) of the numbers that count (*batch, m); zero for the others."""
-        full = np.zeros((*x.shape[:-1], 6))
+        full = np.zeros_like(x, shape=(*x.shape[:-1], 6))
         full[..., list(self.rows)] = x
         return full
 
@@ -140,8 +140,8 @@ class TaskCoordinates:
 
         Reference: Lynch and Park, Modern Robotics, sec. 11.4.3.
         """
-        rows, T, V = list(self.rows), np.asarray(T), np.asarray(V)
-        T_d, ahead, A = (np.asarray(part) for part in target)
+        rows, T, V = list(self.rows), real_array("T", T), real_array("V", V)
+        T_d, ahead, A = (real_array("target", part) for part in target)
         if self.axes == "decoupled":
             apart = rotation.log(T_d[..., :3, :3] @ np.swapaxes(T[..., :3, :3], -1, -2))
             X = np.concatenate([apart, T_d[..., :3, 3] - T[..., :3, 3]], axis=-1)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, as_batch
+from mafsil.arrays import Floats, JointVector, as_batch, real_array
 from mafsil.control.task_coordinates import TaskCoordinates
 from mafsil.robot import Robot, of_robot
 
@@ -85,7 +85,7 @@ def task_dynamics(
     M = robot.mass_matrix(q)
     c, g = robot.velocity_torque(q, qd), robot.gravity_torque(q)
     columns = np.concatenate([np.swapaxes(J, -1, -2), c[..., None], g[..., None]], axis=-1)
-    solved: Floats = np.asarray(np.linalg.solve(M, columns), dtype=np.float64)
+    solved = real_array("mass_matrix", np.linalg.solve(M, columns))
     m = J.shape[-2]
     inertia = _inverse(J @ solved[..., :m])
     pulls = J @ solved[..., m:]
@@ -100,7 +100,7 @@ def _inverse(A: Floats) -> Floats:
     kept = np.abs(sizes) > LOST * np.abs(sizes).max(axis=-1, keepdims=True)
     with np.errstate(divide="ignore"):
         shares = np.where(kept, 1.0 / sizes, 0.0)
-    return np.asarray((axes * shares[..., None, :]) @ np.swapaxes(axes, -1, -2), dtype=np.float64)
+    return real_array("A", (axes * shares[..., None, :]) @ np.swapaxes(axes, -1, -2))
 
 
 def _times(A: Floats, x: Floats) -> Floats:

@@ -18,7 +18,7 @@ from typing import Any, TypeVar, cast, get_args, get_type_hints
 
 import numpy as np
 
-from mafsil.arrays import Shape
+from mafsil.arrays import Shape, Symbolic
 from mafsil.geometry import membership
 from mafsil.geometry.declared import Declared, Ports
 from mafsil.geometry.membership import CORES, Member
@@ -53,6 +53,8 @@ class Conditioned(Declared):
         def evaluate(*args: Any) -> Any:
             result = call(*args)
             first = result if single_output else result[0]
+            if isinstance(first, Symbolic):
+                return result
             if first.ndim == core_dimensions:
                 number = first.item(0)
                 marked = number != number

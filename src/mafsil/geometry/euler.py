@@ -15,7 +15,18 @@ from numpy.typing import ArrayLike
 
 from mafsil.algebra.euler_sequence import SEQUENCES as SEQUENCES
 from mafsil.algebra.euler_sequence import EulerSequence as EulerSequence
-from mafsil.arrays import Floats, Matrix3, Quaternion, RotationMatrix, Scalar, Shape, Truth, Vector3, as_batch
+from mafsil.arrays import (
+    Floats,
+    Matrix3,
+    Quaternion,
+    RotationMatrix,
+    Scalar,
+    Shape,
+    Truth,
+    Vector3,
+    as_batch,
+    real_array,
+)
 from mafsil.errors import InputError
 from mafsil.geometry.arguments import AxisTripleLike, RotationLike, Vector3Like
 from mafsil.geometry.conditioned import Conditioned, compiled
@@ -220,13 +231,13 @@ def require_principal(angles: ArrayLike, sequence: str, tolerance: float = ROUND
 
 def wrap_positive(angles: ArrayLike) -> Floats:
     """Angles [rad] of any shape brought into [0, 2 pi)."""
-    wrapped = np.mod(np.asarray(angles, dtype=np.float64), 2 * np.pi)
+    wrapped = np.mod(real_array("angles", angles), 2 * np.pi)
     return np.where(wrapped >= 2 * np.pi, 0.0, wrapped)
 
 
 def wrap_symmetric(angles: ArrayLike) -> Floats:
     """Angles [rad] of any shape brought into (-pi, pi]."""
-    return np.pi - wrap_positive(np.pi - np.asarray(angles, dtype=np.float64))
+    return np.pi - wrap_positive(np.pi - real_array("angles", angles))
 
 
 def sequence_named(name: str) -> EulerSequence:

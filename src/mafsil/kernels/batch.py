@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from mafsil import threads as pool
-from mafsil.arrays import Floats, as_batch, require_finite
+from mafsil.arrays import Floats, Symbolic, as_batch, require_finite
 from mafsil.errors import InputError
 from mafsil.kernels import caches, cost, result_memory
 from mafsil.kernels.call import LARGE
@@ -67,13 +67,16 @@ class Evaluator:
         loops: ufuncs of the kernel.
         row_ns: gives the nanoseconds of one row of a batch, from which the number of its parts follows.
         device: called as `device(*args, out=out)` for arrays that lie on a device.
+        symbolic: called as `symbolic(*args)` for arrays of expressions.
 
     Attributes:
         twins: builtins of other kernels for forms of the call that mean them: under the text of `frame`, the tuple of
             keyword names, or the number of positional arguments. The builtin of this kernel looks here first.
     """
 
-    __slots__ = ("_cores", "_device", "_loops", "_names", "_ranks", "_row", "_row_ns", "_signature", "twins")
+    __slots__ = (
+        "_cores", "_device", "_loops", "_names", "_ranks", "_row", "_row_ns", "_signature", "_symbolic", "twins",
+    )  # fmt: skip
 
     def __init__(
         self,
@@ -81,7 +84,9 @@ class Evaluator:
         loops: Loops,
         row_ns: Callable[[], float],
         device: Callable[..., Any] | None = None,
+        symbolic: Callable[..., Any] | None = None,
     ) -> None:
+        self._symbolic = symbolic
         self.twins: dict[Hashable, Callable[..., Any]] = {}
         self._signature = signature
         self._device = device
@@ -113,6 +118,8 @@ class Evaluator:
         arrays = self._ordered(args, named)
         batch = self._common_batch(arrays)
         if batch is None:
+            if self._symbolic is not None and any(isinstance(array, Symbolic) for array in arrays):
+                return self._symbolic(*arrays)
             if self._device is not None and any(map(on_device, arrays)):
                 if threads is not None:
                     raise InputError("export.options", name=self._signature.name, option="threads")

@@ -23,9 +23,11 @@ from mafsil.lazy_module import lazily
 if TYPE_CHECKING:
     import mafsil.kernels.device.batch as device_batch
     import mafsil.kernels.ptx.program as program
+    import mafsil.kernels.traced_array as traced_array
 else:
     device_batch = lazily("mafsil.kernels.device.batch")
     program = lazily("mafsil.kernels.ptx.program")
+    traced_array = lazily("mafsil.kernels.traced_array")
 
 
 @dataclass(frozen=True)
@@ -107,11 +109,20 @@ class Kernel:
         """The careful way: arguments checked and named, batches split over threads."""
         image = self.image
         run = batch.Loops(lambda: self.ufunc, lambda: self.point_ufunc, lambda: self.streamed)
-        return batch.Evaluator(self.signature, run, image.row_ns, self.on_device)
+        return batch.Evaluator(self.signature, run, image.row_ns, self.on_device, self.traced)
 
     def on_device(self, *args: Any, out: Any = None) -> Any:
         """Evaluate arrays that lie on an NVIDIA device there; see `DeviceEvaluator.__call__`."""
         return self._on_device(*args, out=out)
+
+    def traced(self, *arrays: Any) -> Any:
+        """What the kernel computes of arrays of expressions; see `traced_array`."""
+        return traced_array.answer(self.function, self.signature, arrays)
+
+    @lazy
+    def function(self) -> Any:
+        """The expression, kept for arrays of expressions."""
+        return self.build()
 
     @lazy
     def _on_device(self) -> Callable[..., Any]:

@@ -189,7 +189,8 @@ def warn_of(mechanism: Mechanism, choice: TipChoice | None = None, silent: tuple
 def _origin(mechanism: Mechanism, name: str, diagnostics: tuple[Diagnostic, ...]) -> Provenance:
     """The file, and what was chosen, guessed or normalised."""
     warnings = tuple(d for d in diagnostics if d.severity is Severity.WARNING)
-    return Provenance(name, notes=(*_notes(warnings), *mechanism.provenance.notes), remarks=warnings)
+    notes = (*_notes(warnings), *mechanism.provenance.notes)
+    return replace(mechanism.provenance, source=name, notes=notes, remarks=warnings)
 
 
 def _notes(warnings: tuple[Diagnostic, ...]) -> tuple[str, ...]:

@@ -19,6 +19,10 @@ from mafsil.model.tolerances import PRINTED
 
 GROSS = 0.5
 """Share of the largest moment beyond which a negative one is a mistake; published robots reach 0.4."""
+STAND_IN = 1e-12
+"""A mass [kg] and moments [kg m^2] as small as this are none: our writers put them where a format demands some."""
+CLEAR = 1e-9
+"""Share of the largest moment by which an inertia is clear of what readers refuse, rounding included."""
 NOTHING = 1e-15
 """Inertia that is roundoff of a CAD export, far below that of a milligram [kg m^2]."""
 
@@ -56,3 +60,20 @@ def nearest_physical(inertia: Floats) -> Floats:
     values, axes = np.linalg.eigh(second)
     clipped = (axes * np.maximum(values, 0.0)) @ axes.T
     return np.eye(3) * np.trace(clipped) - clipped
+
+
+def principal_moments(inertia: Floats) -> tuple[Floats, Floats] | None:
+    """Principal moments (3,) that a body has, to the last bit, and their axes (3, 3), for an inertia (3, 3).
+
+    None where the tensor is so clear of what no body has that it may be written as it is; beyond it those of the
+    nearest body.
+    """
+    moments, axes = np.linalg.eigh(inertia)
+    least, middle, largest = moments
+    if least > CLEAR * largest and largest - middle - least < -CLEAR * largest:
+        return None
+    if largest - middle - least > CLEAR * largest:
+        moments, axes = np.linalg.eigh(nearest_physical(inertia))
+    axes[:, 2] *= np.sign(np.linalg.det(axes))
+    least, middle = np.maximum(moments[:2], 0.0)
+    return np.array([least, middle, min(moments[2], least + middle)]), axes

@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
 from mafsil.model.mechanism import Mechanism
-from mafsil.model.tip import choose_tip
 
 if TYPE_CHECKING:
     import mafsil.model.robot_source as robot_source
@@ -124,14 +123,12 @@ def load_mechanism(
     if not isinstance(cast(object, source), str | PathLike) or isinstance(cast(object, fspath(source)), bytes):
         raise InputError("robot.source", got=type(source).__name__)
     mechanism, from_file = robot_source.read_source(source, _arguments(source, xacro_args), dimensions)
-    choice = choose_tip(mechanism.links[0].name, mechanism.joints)
-    note = choice.sentence("en")
     origin = mechanism.provenance
-    chosen = note in origin.notes
-    if chosen and tip is not None:
-        mechanism = replace(mechanism, provenance=replace(origin, notes=tuple(n for n in origin.notes if n != note)))
+    if origin.choice is not None and tip is not None:
+        notes = tuple(note for note in origin.notes if note != origin.choice.sentence("en"))
+        mechanism = replace(mechanism, provenance=replace(origin, notes=notes, choice=None))
     if from_file:
-        robot_source.warn_of_file(mechanism, choice if chosen and tip is None else None, keeps_loops=keeps_loops)
+        robot_source.warn_of_file(mechanism, mechanism.provenance.choice, keeps_loops=keeps_loops)
     mechanism = mechanism if tip is None else mechanism.with_tip(tip)
     equip = source.equip if isinstance(source, RobotFile) else None
     return mechanism if equip is None else equip(mechanism)

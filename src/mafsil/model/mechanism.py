@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Protocol
@@ -16,7 +16,7 @@ from mafsil.model.joint import Joint
 from mafsil.model.link import Link, fixed_array
 from mafsil.model.locking import lock_joints
 from mafsil.model.placement import checked_pose
-from mafsil.model.tip import choose_tip
+from mafsil.model.tip import TipChoice, choose_tip, is_named_as_tip
 from mafsil.model.tooling import payload, tool_pose, with_body
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
@@ -54,12 +54,14 @@ class Provenance:
         notes: what was guessed, known errors, conventions converted at the border.
         remarks: every warning of the file's reader: what was guessed, normalised, ignored or dropped; the notes say
             the first of them in English.
+        choice: of the tip, where the description left it open and others could be meant.
     """
 
     source: str = ""
     licence: str = ""
     notes: tuple[str, ...] = ()
     remarks: tuple[Remark, ...] = field(default=(), repr=False, compare=False)
+    choice: TipChoice | None = field(default=None, repr=False, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,6 +138,7 @@ class Mechanism:
         T_sb: PoseMatrix | None = None,
         gravity: Vector3 | tuple[float, float, float] = STANDARD_GRAVITY,
         provenance: Provenance = Provenance(),
+        marks: Collection[str] = (),
     ) -> Mechanism:
         """Check the parts, sort them into a tree, choose the tip.
 
@@ -147,6 +150,8 @@ class Mechanism:
                 last link before the hand forks (`mafsil.model.tip`); what else could be meant is noted.
             T_lt, T_sb, gravity: see the class; identity and (0, 0, -9.81) by default.
             provenance: where the numbers come from.
+            marks: links that are frames somebody named: one at the end of a chain is the tip only by a name of
+                convention.
 
         Raises:
             ModelError: a name is used twice or missing, the joints do not form one tree, one of them has several
@@ -168,10 +173,11 @@ class Mechanism:
                 raise ModelError("model.loop_on_itself", joint=joint.name, link=joint.parent)
         base, ordered = _sorted_tree(name, given_links, given_joints)
         _require_mimic_leaders(ordered)
-        choice = None if tip is not None else choose_tip(base, _without_loop_ends(ordered, closing, by_name))
+        telling = _without_marks(_without_loop_ends(ordered, closing, by_name), marks)
+        choice = None if tip is not None else choose_tip(base, telling)
         chosen = tip if choice is None else choice.tip
         if choice is not None and choice.others:
-            provenance = replace(provenance, notes=(*provenance.notes, choice.sentence("en")))
+            provenance = replace(provenance, notes=(*provenance.notes, choice.sentence("en")), choice=choice)
         if chosen is None or chosen not in by_name:
             raise ModelError("model.unknown_tip", link=chosen, known=", ".join(by_name))
         return cls(
@@ -337,6 +343,17 @@ def _without_loop_ends(
     ends = {end for loop in loops for end in (loop.parent, loop.child)} - carrying
     bare = {end for end in ends if links[end].inertial is None and not (links[end].visuals or links[end].collisions)}
     return tuple(joint for joint in joints if joint.moves or joint.child not in bare)
+
+
+def _without_marks(joints: tuple[Joint, ...], marks: Collection[str]) -> tuple[Joint, ...]:
+    """The joints but for those to named frames that carry nothing else and bear no name of convention."""
+    kept: list[Joint] = []
+    carrying: set[str] = set()
+    for joint in reversed(joints):
+        if joint.child not in marks or joint.child in carrying or is_named_as_tip(joint.child):
+            kept.append(joint)
+            carrying.add(joint.parent)
+    return tuple(reversed(kept))
 
 
 def _sorted_tree(name: str, links: tuple[Link, ...], joints: tuple[Joint, ...]) -> tuple[str, tuple[Joint, ...]]:

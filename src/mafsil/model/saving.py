@@ -15,22 +15,24 @@ from mafsil.model.mechanism import Mechanism
 
 if TYPE_CHECKING:
     import mafsil.model.mjcf.writer as mjcf_writer
+    import mafsil.model.sdf.writer as sdf_writer
     import mafsil.model.table.writing as table_writer
     import mafsil.model.urdf.writer as urdf_writer
 else:
     mjcf_writer = lazily("mafsil.model.mjcf.writer")
+    sdf_writer = lazily("mafsil.model.sdf.writer")
     table_writer = lazily("mafsil.model.table.writing")
     urdf_writer = lazily("mafsil.model.urdf.writer")
 
 
 def save(robot: RobotLike, path: str | PathLike[str], *, without: Collection[str] = ()) -> tuple[Loss, ...]:
-    """Write a robot to a file: .urdf, .xml or .mjcf (MuJoCo), .toml (a table).
+    """Write a robot to a file: .urdf, .sdf or .world (Gazebo), .xml or .mjcf (MuJoCo), .toml (a table).
 
     Args:
         robot: any.
         path: of the file, which is replaced.
         without: what may be left out though the format cannot keep it; see `write` of `mafsil.model.urdf`,
-            `mafsil.model.mjcf` and `mafsil.model.table`.
+            `mafsil.model.sdf`, `mafsil.model.mjcf` and `mafsil.model.table`.
 
     Returns:
         What the file does not hold, or says in another way; the file says it too, in a comment at its head.
@@ -59,6 +61,6 @@ def _document(mechanism: Mechanism, path: Path, without: Collection[str]) -> Doc
         case ".toml":
             return table_writer.document(mechanism, without)
         case ".sdf" | ".world":
-            raise FileError("writing.sdf", path=str(path))
+            return sdf_writer.document(mechanism, without, in_world=path.suffix.lower() == ".world")
         case _:
             raise FileError("writing.suffix", path=str(path))

@@ -76,6 +76,11 @@ def choose_tip(base: str, joints: Iterable[Joint]) -> TipChoice:
     return TipChoice(tip, tuple(link for link in others if link != tip))
 
 
+def is_named_as_tip(link: str) -> bool:
+    """Whether makers and drivers call the frame of the tool so."""
+    return _rank(link) is not None
+
+
 def _rank(link: str) -> int | None:
     """Place of a link's name among the conventions; None for any other name."""
     name = re.sub(r"[-. ]", "_", link.lower())

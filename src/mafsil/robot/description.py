@@ -174,7 +174,7 @@ class Description:
         return type(self)(self.mechanism.locked(coordinates))
 
     def save(self, path: str | PathLike[str], *, without: Collection[str] = ()) -> tuple[Loss, ...]:
-        """Write the robot to a file: .urdf, .xml or .mjcf (MuJoCo), .toml; see `mafsil.save`.
+        """Write the robot to a file: .urdf, .sdf or .world (Gazebo), .xml or .mjcf (MuJoCo), .toml; see `mafsil.save`.
 
         Args:
             path: of the file, which is replaced.

@@ -7,12 +7,12 @@ from math import inf, isfinite
 
 import numpy as np
 
+from mafsil.model.inertia_check import STAND_IN
 from mafsil.model.joint import Joint, JointKind
 from mafsil.model.losses import Loss, Weight, friction_loss, joints_that, names_of
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.mjcf.body import WORLD
 from mafsil.model.mjcf.matter import idle_joints, weighs
-from mafsil.model.mjcf.settings import STAND_IN
 from mafsil.model.outer_frames import tip_loss
 from mafsil.model.reading import is_writable
 from mafsil.model.shape import Mesh

@@ -6,16 +6,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats
-from mafsil.model.inertia_check import nearest_physical
+from mafsil.model.inertia_check import STAND_IN, principal_moments
 from mafsil.model.link import Inertial
 from mafsil.model.mechanism import Mechanism
-from mafsil.model.mjcf.settings import STAND_IN
 from mafsil.model.numbers import written
 
 LEAST = 1e-15
 """mjMINVAL: least mass [kg] and moment [kg m^2] that MuJoCo takes for a moving body."""
-CLEAR = 1e-9
-"""Share of the largest moment by which the tensor is clear of what MuJoCo refuses, so that it is written as it is."""
 BOUNDS = f' boundmass="{written(STAND_IN)}" boundinertia="{written(STAND_IN)}"'
 """Attributes of `compiler` that give bodies without mass, or with a moment of zero, as much as MuJoCo demands."""
 
@@ -23,16 +20,11 @@ BOUNDS = f' boundmass="{written(STAND_IN)}" boundinertia="{written(STAND_IN)}"'
 def inertial_element(inertial: Inertial) -> str:
     """Mass properties; near the border of what a body can have by principal moments that MuJoCo takes."""
     place = f'      <inertial pos="{numbers(inertial.com)}" mass="{written(inertial.mass)}"'
-    moments, axes = np.linalg.eigh(inertial.inertia)
-    least, middle, largest = moments
-    if least > CLEAR * largest and largest - middle - least < -CLEAR * largest:
+    principal = principal_moments(np.asarray(inertial.inertia))
+    if principal is None:
         (ixx, ixy, ixz), (_, iyy, iyz), (_, _, izz) = inertial.inertia
         return f'{place} fullinertia="{numbers([ixx, iyy, izz, ixy, ixz, iyz])}"/>'
-    if largest - middle - least > CLEAR * largest:
-        moments, axes = np.linalg.eigh(nearest_physical(np.asarray(inertial.inertia)))
-    axes[:, 2] *= np.sign(np.linalg.det(axes))
-    least, middle = np.maximum(moments[:2], 0.0)
-    three = [least, middle, min(moments[2], least + middle)]
+    three, axes = principal
     return f'{place} diaginertia="{numbers(three)}"{orientation(axes)}/>'
 
 

@@ -7,14 +7,13 @@ from dataclasses import dataclass, field, replace
 from math import pi
 
 from mafsil.model.faults import MISSING_ATTRIBUTE, NOT_KEPT, UNKNOWN_CHOICE, UNKNOWN_CLASS, UNSUPPORTED
+from mafsil.model.inertia_check import STAND_IN
 from mafsil.model.mechanism import STANDARD_GRAVITY
 from mafsil.model.mjcf.vocabulary import MOTORS
 from mafsil.model.reading import Reading
 from mafsil.model.xml_tree import Element
 
 MAIN = "main"
-STAND_IN = 1e-12
-"""Bounds of mass [kg] and inertia [kg m^2] as small as this are not applied: our writer puts them for none."""
 _LISTS = frozenset({"size", "damping", "gear", "stiffness"})
 """Attributes of which a file may give only the first numbers."""
 _STYLED = ("joint", "geom", "mesh", "material", "equality", "tendon", "site")

@@ -31,10 +31,12 @@ class Frames:
     Attributes:
         given: as they stand in the file.
         T_ws: (4, 4) pose of the outermost model's frame in the world.
+        of_joints: names under which the frames of joints stand that are called like something else, as up to 1.6.
     """
 
     given: dict[str, Given] = field(default_factory=dict[str, Given])
     T_ws: PoseMatrix = field(default_factory=lambda: frozen(np.eye(4)))
+    of_joints: dict[str, str] = field(default_factory=dict[str, str])
     _known: dict[str, PoseMatrix] = field(default_factory=dict[str, PoseMatrix])
 
     def pose(self, reading: Reading, name: str, element: Element) -> PoseMatrix:
@@ -63,6 +65,10 @@ class Frames:
             T = T @ self.given[step].T
             self._known[step] = frozen(T)
         return self._known[name]
+
+    def joint(self, name: str) -> str:
+        """The name of a joint's frame."""
+        return self.of_joints.get(name, name)
 
     def between(self, reading: Reading, a: str, b: str, element: Element) -> PoseMatrix:
         """The pose (4, 4) of frame b in frame a."""

@@ -103,7 +103,9 @@ def _side(
             continue
         if not outward and (chain.child, chain.parent) != (reference, body):
             continue
-        along = float(about @ frames.between(reading, part.name, own.name, part.element)[:3, :3] @ np.asarray(own.axis))
+        ends = [frames.joint(name) for name in (part.name, own.name)]
+        T = frames.between(reading, ends[0], ends[1], part.element)
+        along = float(about @ T[:3, :3] @ np.asarray(own.axis))
         if 1.0 - abs(along) < PARALLEL:
             return _Side(own.name, float(np.sign(along)) * (1.0 if outward else -1.0))
     reading.report(SDF_GEARBOX, part.element, None, None, joint=part.name, reference=reference, link=body)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, pi
 
 import numpy as np
 
 from mafsil.arrays import Floats, PoseMatrix, frozen
-from mafsil.model.actuator import Friction
+from mafsil.model.actuator import Actuator, Friction
 from mafsil.model.faults import (
     LIMITS_INVERTED,
     MISSING_ELEMENT,
@@ -24,7 +24,7 @@ from mafsil.model.mimics import Declared
 from mafsil.model.placement import inverse
 from mafsil.model.reading import Reading
 from mafsil.model.sdf.frames import Frames
-from mafsil.model.sdf.scope import Part
+from mafsil.model.sdf.scope import Part, Parts
 from mafsil.model.sdf.values import flag, number, numbers
 from mafsil.model.tolerances import WRITTEN
 from mafsil.model.xml_tree import Element
@@ -40,6 +40,9 @@ KINDS = {
     "ball": (JointKind.REVOLUTE, JointKind.REVOLUTE, JointKind.REVOLUTE),
 }
 """Joints of one freedom after one another for every type that can be read."""
+
+
+ACCELERATION, GEAR_RATIO, ROTOR_INERTIA = "drake:acceleration", "drake:gear_ratio", "drake:rotor_inertia"
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,15 +62,10 @@ class Chain:
     child: str
     T_jc: PoseMatrix
 
-    @property
-    def is_ball(self) -> bool:
-        """Whether it is a ball joint, which in a tree is three hinges across each other."""
-        return len(self.joints) == len(KINDS["ball"])
 
-
-def read_joint(reading: Reading, part: Part, frames: Frames, version: tuple[int, int]) -> Chain | None:
+def read_joint(reading: Reading, part: Part, parts: Parts, version: tuple[int, int]) -> Chain | None:
     """A joint, or None after an error that leaves nothing to go on with."""
-    element, name = part.element, part.name
+    element, name, frames = part.element, part.name, parts.frames
     kind = element.get("type")
     ends = [reading.one(element, tag) for tag in ("parent", "child")]
     if kind not in KINDS:
@@ -77,9 +75,9 @@ def read_joint(reading: Reading, part: Part, frames: Frames, version: tuple[int,
         missing = next(tag for tag, end in zip(("parent", "child"), ends, strict=True) if end is None or not end.text)
         reading.report(MISSING_ELEMENT, element, None, None, element=missing, parent="joint")
         return None
-    parent, child = (part.full(end.text) for end in ends if end is not None)
-    T_pj = frames.between(reading, parent, name, element)
-    T_jc = frames.between(reading, name, child, element)
+    parent, child = (parts.carrier(part.full(end.text)) for end in ends if end is not None)
+    T_pj = frames.between(reading, parent, frames.joint(name), element)
+    T_jc = frames.between(reading, frames.joint(name), child, element)
     joints: list[Declared] = []
     links: list[Link] = []
     kinds = KINDS[kind]
@@ -92,6 +90,7 @@ def read_joint(reading: Reading, part: Part, frames: Frames, version: tuple[int,
         else:
             axis = reading.one(element, "axis" if k == 0 else "axis2")
             joint = _one(reading, part, axis, frames, version, one, own, start, end, T_pj)
+            joint = replace(joint, actuator=_actuator(reading, part.element)) if len(kinds) == 1 else joint
         if not last:
             links.append(Link(end))
         joints.append(Declared(joint, element))
@@ -150,7 +149,7 @@ def direction(reading: Reading, part: Part, axis: Element, frames: Frames, versi
     if not expressed and not (in_model and version < (1, 7)):
         return xyz / length
     frame = part.full(expressed)
-    R = frames.between(reading, part.name, frame, axis)[:3, :3]
+    R = frames.between(reading, frames.joint(part.name), frame, axis)[:3, :3]
     turned = R @ xyz
     return turned / np.linalg.norm(turned)
 
@@ -169,7 +168,19 @@ def _limits(reading: Reading, axis: Element, name: str, *, ranged: bool) -> Limi
         return Limits()
     bounds = (lower, upper) if ranged else (-inf, inf)
     velocity, effort = (bounded(value) if value >= 0 else inf for value in (velocity, effort))
-    return Limits(*bounds, velocity, effort=effort)
+    acceleration = number(reading, element, ACCELERATION, inf, infinite=True)
+    return Limits(*bounds, velocity, bounded(acceleration) if acceleration >= 0 else inf, effort=effort)
+
+
+def _actuator(reading: Reading, joint: Element) -> Actuator | None:
+    """Gear and rotor in the words of Drake."""
+    if joint.first(GEAR_RATIO) is None and joint.first(ROTOR_INERTIA) is None:
+        return None
+    rotor, ratio = number(reading, joint, ROTOR_INERTIA, 0.0), number(reading, joint, GEAR_RATIO, 1.0)
+    if ratio == 0.0 or rotor < 0.0:
+        reading.report(NOT_KEPT, joint, None, None, what=ROTOR_INERTIA if ratio else GEAR_RATIO, element="joint")
+        return None
+    return Actuator(rotor, ratio)
 
 
 def _pitch(reading: Reading, joint: Element) -> float:

@@ -7,16 +7,20 @@ import numpy as np
 from mafsil.arrays import frozen
 from mafsil.model.asset_path import Assets
 from mafsil.model.faults import BAD_SIZE, MISSING_ELEMENT, SDF_AUTO, SDF_DEFAULT_MASS, UNKNOWN_GEOMETRY
-from mafsil.model.inertia_check import inertia_fault, mass_fault
+from mafsil.model.inertia_check import STAND_IN, inertia_fault, mass_fault
 from mafsil.model.link import Inertial, Link
 from mafsil.model.placement import turned_tensor
 from mafsil.model.reading import Reading
 from mafsil.model.sdf.frames import Frames
 from mafsil.model.sdf.scope import Part
 from mafsil.model.sdf.values import number, numbers, pose
+from mafsil.model.sdf.written_names import OWN_NAME
 from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere
 from mafsil.model.urdf.shape import looking_at_a_shape
 from mafsil.model.xml_tree import Element
+
+OWN_COLOUR = "mafsil:rgba"
+"""Attribute of what collides: its colour."""
 
 
 def read_link(reading: Reading, part: Part, frames: Frames, assets: Assets) -> Link:
@@ -45,6 +49,10 @@ def _inertial(reading: Reading, part: Part, frames: Frames) -> Inertial | None:
     xx, yy, zz = (number(reading, given, tag, 1.0) for tag in ("ixx", "iyy", "izz"))
     xy, xz, yz = (number(reading, given, tag, 0.0) for tag in ("ixy", "ixz", "iyz"))
     moments = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    if 0.0 < mass <= STAND_IN:
+        if np.abs(moments).max() <= STAND_IN:
+            return None
+        mass = 0.0
     if fault := mass_fault(mass, moments):
         reading.report(fault, element, None, None, link=part.name, mass=mass)
     if fault := inertia_fault(mass, moments):
@@ -67,7 +75,8 @@ def _shapes(reading: Reading, part: Part, tag: str, frames: Frames, assets: Asse
             T = frames.between(reading, part.name, part.full(relative), holder) @ T
         geometry = _geometry(reading, element, assets)
         if geometry is not None and reading.dropped == before:
-            found.append(Shape(geometry, frozen(T), element.get("name"), _colour(reading, element)))
+            name = element.get(OWN_NAME, element.get("name"))
+            found.append(Shape(geometry, frozen(T), name, _colour(reading, element)))
     return tuple(found)
 
 
@@ -115,6 +124,9 @@ def _mesh(reading: Reading, element: Element, assets: Assets) -> Mesh:
 
 
 def _colour(reading: Reading, shape: Element) -> tuple[float, float, float, float] | None:
+    if OWN_COLOUR in shape.attributes:
+        own = reading.vector(shape, OWN_COLOUR, 4)
+        return None if own is None else (own[0], own[1], own[2], own[3])
     material = shape.first("material")
     diffuse = None if material is None else material.first("diffuse")
     if diffuse is None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 from mafsil.arrays import frozen
@@ -27,9 +28,12 @@ from mafsil.model.sdf.gearbox import GEARBOX, coupled
 from mafsil.model.sdf.inclusion import Inclusion
 from mafsil.model.sdf.joint import Chain, fixed, inverted, is_identity, read_joint
 from mafsil.model.sdf.link import read_link
+from mafsil.model.sdf.named_frames import IS_BASE, IS_TIP, read_frame, tip_frame
 from mafsil.model.sdf.scope import Part, Parts, gathered
 from mafsil.model.sdf.spanning import spanning
 from mafsil.model.sdf.values import flag, numbers
+from mafsil.model.sdf.written_names import OWN_NAME, with_names
+from mafsil.model.tolerances import WRITTEN
 from mafsil.model.xml_tree import Element, ReadLimits
 
 NEWEST = (1, 12)
@@ -61,10 +65,21 @@ def _build(reading: Reading, assets: Assets, _source: str, limits: ReadLimits) -
     joints = resolve_mimics(reading, assembly.joints)
     stands = any(part.name == assembly.base for part in parts.links)
     T_sb = parts.frames.T_ws @ parts.frames.pose(reading, assembly.base, model) if stands else None
+    tip, T_lt = tip_frame(reading, parts)
     if reading.failed:
         return None
     name = model.get("name").strip() or "sdf"
-    return Mechanism.assemble(name, assembly.links, joints, loops=assembly.loops, T_sb=T_sb, gravity=gravity)
+    marks = {part.name for part in parts.of("frame")}
+    mechanism = Mechanism.assemble(
+        name, assembly.links, joints, loops=assembly.loops, tip=tip, T_lt=T_lt, T_sb=T_sb, gravity=gravity, marks=marks
+    )
+    links, own = (_own_names(found) for found in ((*parts.links, *parts.of("frame")), parts.of("joint")))
+    return with_names(mechanism, model.get(OWN_NAME) or name, links, own)
+
+
+def _own_names(parts: Iterable[Part]) -> dict[str, str]:
+    """Names of robots of ours that SDFormat does not take, by those that are written."""
+    return {part.name: part.element.get(OWN_NAME) for part in parts if part.element.get(OWN_NAME)}
 
 
 def _version(root: Element) -> tuple[int, int]:
@@ -105,7 +120,8 @@ def _moves(joint: Element) -> bool:
 
 
 def _require_unique(reading: Reading, parts: Parts) -> None:
-    for fault, kind, found in ((DUPLICATE_LINK, "link", parts.links), (DUPLICATE_JOINT, "joint", parts.joints)):
+    links, joints = (*parts.links, *parts.of("frame")), parts.of("joint")
+    for fault, kind, found in ((DUPLICATE_LINK, "link", links), (DUPLICATE_JOINT, "joint", joints)):
         seen: dict[str, int] = {}
         for part in found:
             if part.name in seen:
@@ -127,9 +143,13 @@ def _assembled(reading: Reading, model: Element, parts: Parts, assets: Assets, v
     """Joints as links of a tree, and those that close its loops."""
     result = _Assembly([read_link(reading, part, parts.frames, assets) for part in parts.links])
     static = flag(reading, model, "static", default=False)
-    gearboxes = [part for part in parts.joints if part.element.get("type") == GEARBOX]
-    others = [part for part in parts.joints if part not in gearboxes]
-    read = [] if static else [read_joint(reading, part, parts.frames, version) for part in others]
+    gearboxes = [part for part in parts.of("joint") if part.element.get("type") == GEARBOX]
+    kept = [part for part in parts.connections if part not in gearboxes and not _is_said(part, static=static)]
+    result.links += [Link(part.name) for part in kept if part.element.tag == "frame"]
+    read = [
+        read_joint(reading, part, parts, version) if part.element.tag == "joint" else read_frame(reading, part, parts)
+        for part in kept
+    ]
     chains = [chain for chain in read if chain is not None]
     chains = chains if static else coupled(reading, gearboxes, parts.frames, version, chains)
     carried: set[str] = set()
@@ -146,8 +166,15 @@ def _assembled(reading: Reading, model: Element, parts: Parts, assets: Assets, v
         result.joints += [_on_world(parts, part, result.base, model, reading) for part in parts.links]
     elif not on_world and loose:
         result.base = loose[0].name
+    if not static and not on_world and loose and not any(part.element.get(IS_BASE) for part in parts.of("joint")):
         reading.report(SDF_FLOATING, model, None, None, name=model.get("name"), link=result.base)
     return result
+
+
+def _is_said(part: Part, *, static: bool) -> bool:
+    """Whether a joint or frame is none of the robot's: the base in the space, the tip; the joints of what stands."""
+    is_joint = part.element.tag == "joint"
+    return bool(part.element.get(IS_BASE if is_joint else IS_TIP)) or (is_joint and static)
 
 
 def _on_world(parts: Parts, part: Part, space: str, model: Element, reading: Reading) -> Declared:
@@ -158,8 +185,8 @@ def _on_world(parts: Parts, part: Part, space: str, model: Element, reading: Rea
 
 def _append(result: _Assembly, chain: Chain, *, closes: bool) -> None:
     """A joint in the tree, or one that closes a loop; the child's own frame hangs fixed on the joint's."""
-    if closes and chain.is_ball:
-        chain = _as_ball(chain)
+    if closes:
+        chain = _as_one(chain)
     result.links += chain.links
     *first, last = chain.joints
     direct = is_identity(chain.T_jc)
@@ -176,11 +203,16 @@ def _append(result: _Assembly, chain: Chain, *, closes: bool) -> None:
         result.joints += [*first, last]
 
 
-def _as_ball(chain: Chain) -> Chain:
-    """A ball joint that closes a loop is one joint, not three hinges."""
-    first = chain.joints[0]
-    ball = replace(first.joint, kind=JointKind.SPHERICAL, child=chain.joints[-1].joint.child)
-    return replace(chain, joints=[Declared(ball, first.element)], links=[])
+def _as_one(chain: Chain) -> Chain:
+    """A ball or universal joint that closes a loop is one joint, not hinges in a row; of two, if they are square."""
+    first, last = chain.joints[0], chain.joints[-1].joint
+    square = abs(float(first.joint.axis @ last.axis)) <= WRITTEN
+    if len(chain.joints) == 1 or (len(chain.joints) == 2 and not square):
+        return chain
+    kind = JointKind.SPHERICAL if len(chain.joints) == 3 else JointKind.UNIVERSAL
+    second = last.axis if kind is JointKind.UNIVERSAL else first.joint.second
+    whole = replace(first.joint, kind=kind, child=last.child, second=second)
+    return replace(chain, joints=[Declared(whole, first.element)], links=[])
 
 
 SDF = Format(_build)

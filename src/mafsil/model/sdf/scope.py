@@ -42,11 +42,36 @@ class Part:
 
 @dataclass(slots=True)
 class Parts:
-    """Everything of one robot."""
+    """Everything of one robot.
+
+    Attributes:
+        links: in the order of the file.
+        connections: joints and named frames, which hang on what they are attached to, in the order of the file.
+        frames: poses of all of them.
+        stands_for: what carries the frames of joints and models, by their names: a joint's child, a model's canonical
+            link.
+    """
 
     links: list[Part] = field(default_factory=list[Part])
-    joints: list[Part] = field(default_factory=list[Part])
+    connections: list[Part] = field(default_factory=list[Part])
     frames: Frames = field(default_factory=Frames)
+    stands_for: dict[str, str] = field(default_factory=dict[str, str])
+
+    def of(self, tag: str) -> list[Part]:
+        """The joints, or the named frames."""
+        return [part for part in self.connections if part.element.tag == tag]
+
+    def carrier(self, name: str) -> str:
+        """The link or named frame that is meant where a joint or a frame names something of the robot.
+
+        Args:
+            name: full name of a link, frame, joint or model; any other one comes back as it is.
+        """
+        passed: set[str] = set()
+        while name in self.stands_for and name not in passed:
+            passed.add(name)
+            name = self.stands_for[name]
+        return name
 
 
 def gathered(reading: Reading, model: Element, inclusion: Inclusion) -> Parts:
@@ -65,6 +90,8 @@ def _gather(reading: Reading, model: Element, prefix: str, outer: str, parts: Pa
     frame = prefix + MODEL
     if not outer:
         parts.frames.given[frame] = Given("", frozen(np.eye(4)), model)
+    before = len(parts.links)
+    others = {prefix + element.get("name") for element in model.children if element.tag in ("link", "frame", "model")}
     for element in model.children:
         if element.tag not in ("link", "joint", "frame", "model", "include"):
             continue
@@ -76,8 +103,8 @@ def _gather(reading: Reading, model: Element, prefix: str, outer: str, parts: Pa
         part = Part(element, prefix + name, prefix, frame)
         if element.tag == "link":
             parts.links.append(part)
-        elif element.tag == "joint":
-            parts.joints.append(part)
+        elif element.tag in ("joint", "frame"):
+            parts.connections.append(part)
         holder = element.first("pose")
         relative = "" if holder is None else holder.get("relative_to") or holder.get("frame")
         given = Given(part.full(relative or _default(element)), pose(reading, holder), element)
@@ -91,7 +118,17 @@ def _gather(reading: Reading, model: Element, prefix: str, outer: str, parts: Pa
             else:
                 _merge(reading, element, inner, inner_frame, parts, inclusion)
         else:
-            parts.frames.given.setdefault(part.name, given)
+            if element.tag == "joint" and part.name in others:
+                parts.frames.of_joints[part.name] = f"{part.name}_joint"
+            key = parts.frames.joint(part.name) if element.tag == "joint" else part.name
+            parts.frames.given.setdefault(key, given)
+            if (child := element.first("child")) is not None:
+                parts.stands_for[key] = part.full(child.text)
+    inside = sorted(parts.links[before:], key=lambda part: part.prefix != prefix)
+    named = model.get("canonical_link")
+    if named or inside:
+        carrier = prefix + named if named else inside[0].name
+        parts.stands_for |= dict.fromkeys((frame, prefix.removesuffix("::") or frame), carrier)
 
 
 def _merge(reading: Reading, model: Element, prefix: str, frame: str, parts: Parts, inclusion: Inclusion) -> None:
@@ -101,12 +138,15 @@ def _merge(reading: Reading, model: Element, prefix: str, frame: str, parts: Par
     _gather(reading, model, prefix, frame, inner, inclusion)
     if kept is not None:
         parts.frames.given[prefix + MODEL] = kept
-    for part in (*inner.links, *inner.joints):
-        given = parts.frames.given[part.name]
+    for part in (*inner.links, *inner.connections):
+        key = parts.frames.joint(part.name) if part.element.tag == "joint" else part.name
+        given = parts.frames.given[key]
         if given.relative_to == prefix + MODEL:
-            parts.frames.given[part.name] = Given(frame, given.T, given.element)
+            parts.frames.given[key] = Given(frame, given.T, given.element)
     parts.links.extend(Part(p.element, p.name, p.prefix, frame) for p in inner.links)
-    parts.joints.extend(Part(p.element, p.name, p.prefix, frame) for p in inner.joints)
+    parts.connections.extend(Part(p.element, p.name, p.prefix, frame) for p in inner.connections)
+    own = {prefix + MODEL: frame}
+    parts.stands_for |= {own.get(name, name): own.get(link, link) for name, link in inner.stands_for.items()}
 
 
 def _default(element: Element) -> str:

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import asdict
 from os import PathLike
 
 import numpy as np
 
-from mafsil.errors import ModelError
 from mafsil.model.joint import Joint, JointKind
 from mafsil.model.link import Link
 from mafsil.model.loading import of_mechanism
-from mafsil.model.losses import Document, Loss, Weight, comment_lines, delivered, names_of, settled
+from mafsil.model.losses import Document, Loss, Weight, comment_lines, delivered, joints_that, names_of, settled
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.table.building import KINDS
 from mafsil.model.table.text import toml_text
@@ -37,8 +36,8 @@ def write(mechanism: Mechanism, path: str | PathLike[str] | None = None, *, with
 
     Raises:
         InputError: a word in `without` that is not in the list.
-        ModelError: the robot has loops, branches, fixed, mimic or passive joints, or masses of the base, which a table
-            cannot hold; write URDF.
+        ModelError: the robot has loops, branches, fixed, mimic or passive joints, masses of the base, or its tip on
+            another link than the last, which a table cannot hold; the sentence names it.
         FileError: the file cannot be written.
     """
     return delivered(document(mechanism, without), mechanism.name, path, without)
@@ -58,13 +57,12 @@ def document(mechanism: Mechanism, without: Collection[str] = ()) -> Document:
     """The text, and what it does not hold; arguments and errors as of `write`, nothing written and no warning."""
     shaped = [link.name for link in mechanism.links if link.visuals or link.collisions]
     lost = [Loss("writing.shapes", Weight.WARNED, "shapes", {"names": names_of(shaped)})] if shaped else []
-    losses = settled(lost, CHOICES, without)
+    losses = settled((*_refused(mechanism), *lost), CHOICES, without)
     comment = "".join(f"# {line}\n" for line in comment_lines(losses))
     return Document(comment + _table(mechanism), losses)
 
 
 def _table(mechanism: Mechanism) -> str:
-    _require_writable(mechanism)
     return toml_text(
         {
             "name": mechanism.name,
@@ -79,19 +77,25 @@ def _table(mechanism: Mechanism) -> str:
     )
 
 
-def _require_writable(mechanism: Mechanism) -> None:
-    """Nothing that a table would lose, except shapes."""
-    base = mechanism.links[0].name
-    previous = base
-    for joint in mechanism.joints:
-        plain = joint.moves and joint.mimic is None and joint.actuated
-        if not plain or joint.parent != previous:
-            raise ModelError("table.unwritable", robot=mechanism.name, part=joint.name)
-        previous = joint.child
+def _refused(mechanism: Mechanism) -> Iterator[Loss]:
+    """What a table has no place for, the joints in their order."""
+    rows: tuple[tuple[str, Callable[[Joint], bool]], ...] = (
+        ("fixed", lambda joint: not joint.moves),
+        ("follower", lambda joint: joint.mimic is not None),
+        ("passive", lambda joint: joint.moves and not joint.actuated),
+        ("branch", lambda joint: joint.parent != before[joint.name]),
+    )
+    links = mechanism.link_names
+    before = {joint.name: links[k] for k, joint in enumerate(mechanism.joints)}
+    for key, is_so in rows:
+        if names := joints_that(mechanism, is_so):
+            yield Loss(f"table.lost_{key}", Weight.REFUSED, "", {"names": names})
     if mechanism.loops:
-        raise ModelError("table.unwritable", robot=mechanism.name, part=mechanism.loops[0].name)
-    if mechanism.links[0].inertial is not None or mechanism.tip != previous or previous == base:
-        raise ModelError("table.unwritable", robot=mechanism.name, part=base)
+        yield Loss("table.lost_loops", Weight.REFUSED, "", {"names": names_of(loop.name for loop in mechanism.loops)})
+    if mechanism.links[0].inertial is not None:
+        yield Loss("table.lost_mass", Weight.REFUSED, "", {"names": names_of(links[:1])})
+    if mechanism.tip != links[-1] or not mechanism.joints:
+        yield Loss("table.lost_tip", Weight.REFUSED, "", {"names": names_of([mechanism.tip]), "last": links[-1]})
 
 
 def _joint_fields(joint: Joint, link: Link) -> dict[str, object]:

@@ -37,9 +37,8 @@ def losses_of(mechanism: Mechanism) -> Iterator[Loss]:
 
 def is_endless(joint: Joint) -> bool:
     """Whether URDF calls the joint `continuous`: it turns without end, or no bound of its range is known."""
-    return joint.wraps or (
-        joint.kind is JointKind.REVOLUTE and not isfinite(joint.limits.lower) and not isfinite(joint.limits.upper)
-    )
+    unknown = not isfinite(joint.limits.lower) and not isfinite(joint.limits.upper)
+    return joint.kind is JointKind.REVOLUTE and (joint.wraps or unknown)
 
 
 def _refused(mechanism: Mechanism) -> Iterator[Loss]:
