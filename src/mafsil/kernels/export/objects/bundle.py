@@ -15,7 +15,7 @@ from mafsil.kernels.argument import HUGE_VALUE
 from mafsil.kernels.export.legend import symbol
 from mafsil.kernels.export.objects.machines import machine
 from mafsil.kernels.export.objects.wasm import constants_size, loadable
-from mafsil.kernels.export.traced import tapes
+from mafsil.kernels.export.traced import reduced_tape
 from mafsil.kernels.identity import content_key, fingerprint, toolchain
 from mafsil.kernels.kernel import Kernel
 from mafsil.kernels.layout import Port, Signature
@@ -114,7 +114,7 @@ def _module(name: str, kernel: Kernel, target: Target) -> str:
 
     Long ones are cut: one pass of LLVM for WebAssembly takes time with the square of a function's length.
     """
-    text = point(tapes(kernel)[1], kernel.signature, target, name, cut=True)
+    text = point(reduced_tape(kernel), kernel.signature, target, name, cut=True)
     shared = [
         line.replace("define internal", "define linkonce_odr hidden") if f"@{HUGE_VALUE}(" in line else line
         for line in text.split("\n")
