@@ -7,6 +7,7 @@ import pickle
 import pkgutil
 import re
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -236,6 +237,24 @@ def test_timing_refuses(palletiser: mf.Robot) -> None:
     assert np.isfinite(palletiser.limits.effort).any()
     with pytest.raises(ModelError, match="closed loops"):
         mf.trajectory.compare_profiles([np.zeros(4), np.full(4, 0.1)], limits, robot=palletiser)
+
+
+@pytest.mark.parametrize("fused", [True, False])
+def test_laws_made_without_their_functions_refuse_too(fused: bool, palletiser: mf.Robot) -> None:
+    chain = ClosedChain(palletiser)
+    q, gains = chain.closed(np.zeros(4)).q, mf.control.Gains.of(4, 100.0, 20.0)
+    given = mf.Scenario(robot=palletiser, trajectory=mf.trajectory.quintic(q, q, 0.01), law=mf.control.pid(4, 0.0))
+    for law in (
+        mf.control.ComputedTorque(palletiser, gains), mf.control.JointFeedback(gains, palletiser),
+        mf.control.Feedforward(palletiser),
+    ):  # fmt: skip
+        if not fused:  # a law in Python that fails ends the run
+            run = mf.simulate(replace(given, law=law), fused=False)
+            assert not run
+            assert "closed loops" in run.explain()
+            continue
+        with pytest.raises(ModelError, match="closed loops"):
+            mf.simulate(replace(given, law=law), fused=True)
 
 
 def test_pictures_are_of_closed_loops(palletiser: mf.Robot, tmp_path: Path) -> None:
