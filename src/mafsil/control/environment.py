@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,9 +24,14 @@ from mafsil.arrays import (
 )
 from mafsil.errors import InputError
 from mafsil.fields import checked
+from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
 from mafsil.robot import as_open_tree
-from mafsil.robot.closed_states import require_closed
+
+if TYPE_CHECKING:
+    import mafsil.robot.closed_states as closed_states
+else:
+    closed_states = lazily("mafsil.robot.closed_states")
 
 
 @runtime_checkable
@@ -138,7 +143,7 @@ def tip_wrench_of(robot: RobotLike, environment: Environment, q: JointVector, qd
     require_kind("environment", environment, "Environment", "wrench")
     arm = as_open_tree(robot)
     if arm.mechanism.loops and arm is not robot:
-        require_closed(arm.mechanism, q, qd)
+        closed_states.require_closed(arm.mechanism, q, qd)
     V = (arm.jacobian_body(q) @ as_batch("qd", qd, (arm.n,))[..., None])[..., 0]
     return environment.wrench(arm.forward_kinematics(q), V)
 

@@ -71,10 +71,11 @@ def _largest(A: Floats) -> Floats:
 
 
 def _require(chain: LoopConditions, actuated: Integers, wrong: dict[str, NDArray[np.bool_]]) -> None:
+    places: list[int] = actuated.tolist()
     for kind, rows in wrong.items():
         if np.any(rows):
             index = tuple(int(k) for k in np.argwhere(rows)[0])
             raise InputError(
                 f"parallel.jacobian_{kind}", robot=chain.robot.name, row=row_name(index),
-                driven=", ".join(chain.robot.joint_names[k] for k in actuated) or "-",
+                driven=", ".join(chain.robot.joint_names[k] for k in places) or "-",
             )  # fmt: skip

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from mafsil import kernels
 from mafsil.arrays import Floats
-from mafsil.errors import InputError, ModelError
+from mafsil.errors import InputError
 from mafsil.kernels import Port, Signature
 from mafsil.lazy_module import lazily
 from mafsil.mechanics.catalogue import quantity
@@ -43,20 +43,6 @@ def loop_size(mechanism: Mechanism) -> float:
     """Largest length of a mechanism with loops [m], which gaps are judged over; at least one: they are angles too."""
     places = [joint.T_pj[:3, 3] for joint in (*mechanism.joints, *mechanism.loops)]
     return max(1.0, float(max(np.linalg.norm(place) for place in places)))
-
-
-def refuse_of_loops(mechanism: Mechanism, name: str) -> None:
-    """Refuse a routine of the tree for a robot with loops.
-
-    Args:
-        mechanism: any.
-        name: of the routine.
-
-    Raises:
-        ModelError: it has loops.
-    """
-    if mechanism.loops:
-        raise ModelError("robot.loops_routine", robot=mechanism.name, name=name)
 
 
 class ClosedState:

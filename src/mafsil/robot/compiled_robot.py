@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from mafsil import kernels
 from mafsil.arrays import Floats, JointVector, as_batch
-from mafsil.errors import InputError
+from mafsil.errors import InputError, ModelError
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
 from mafsil.mechanics.catalogue import quantity
@@ -18,7 +18,6 @@ from mafsil.mechanics.friction import SMOOTHING, FrictionLaw, friction_law
 from mafsil.mechanics.quantity import Quantity
 from mafsil.model import Mechanism
 from mafsil.robot.arguments import arranged, twin_form
-from mafsil.robot.closed_states import STATES, ClosedState, refuse_of_loops
 from mafsil.robot.degrees import DegreesHint
 from mafsil.robot.description import Description
 from mafsil.robot.masses import require_masses
@@ -28,8 +27,10 @@ from mafsil.robot.routines import Routines
 from mafsil.robot.together import Together
 
 if TYPE_CHECKING:
+    import mafsil.robot.closed_states as closed_states
     import mafsil.robot.compiling as compiling
 else:
+    closed_states = lazily("mafsil.robot.closed_states")
     compiling = lazily("mafsil.robot.compiling")
 
 
@@ -204,13 +205,13 @@ class CompiledRobot(Description, Routines):
         return found
 
     def _closed_routine(self, row: Quantity) -> Any:
-        if row.name not in STATES:
+        if row.name not in closed_states.STATES:
             self._refuse_tree(row.name)
-        return ClosedState(self.mechanism, row.name, CompiledTree(self.mechanism).routine(row.name))
+        return closed_states.ClosedState(self.mechanism, row.name, CompiledTree(self.mechanism).routine(row.name))
 
     def _refuse_tree(self, name: str) -> None:
-        if not self.knows_loops:
-            refuse_of_loops(self.mechanism, name)
+        if self.mechanism.loops and not self.knows_loops:
+            raise ModelError("robot.loops_routine", robot=self.mechanism.name, name=name)
 
     def _require_frame(self, row: Quantity, frame: str) -> None:
         if not row.framed:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mafsil.arrays import Floats
+from mafsil.arrays import Floats, Integers
 from mafsil.errors import InputError
 from mafsil.mechanics.arm_size import ArmSize
 from mafsil.mechanics.states import States, random_states
@@ -180,16 +180,17 @@ class ClosedJudge:
         """Accelerations under efforts of the driven joints."""
         s, unit, N = self.s, self.size.unit, self.closed.N
         answer = self.chain.forward_dynamics(s.q, s.qd, s.tau[:, self.chain.actuated])
-        motions = N * unit[:, None]
-        inner = np.swapaxes(motions, 1, 2) @ self.M @ motions
+        motions: Floats = N * unit[:, None]
+        inner: Floats = np.swapaxes(motions, 1, 2) @ self.M @ motions
         values = np.linalg.eigvalsh(inner)
         ratio = values[:, 0] / np.maximum(values[:, -1], SMALLEST) if values.shape[1] else np.ones(len(s.q))
         if not answer or float(ratio.min()) < RANK:
             return [], [("ClosedChain.forward_dynamics", "verification.no_inverse")]
         bent = -np.einsum("bnr,br->bn", np.linalg.pinv(self.closed.G * unit, rcond=RANK), self.closed.c) * unit
-        load = s.tau - self.h - np.einsum("bij,bj->bi", self.M, bent)
-        y = np.linalg.solve(inner, np.einsum("bnf,bn->bf", motions, load)[..., None])
-        qdd = bent + (motions @ y)[..., 0]
+        load: Floats = s.tau - self.h - np.einsum("bij,bj->bi", self.M, bent)
+        pull: Floats = np.einsum("bnf,bn->bf", motions, load)
+        y = np.asarray(np.linalg.solve(inner, pull[..., None]), dtype=np.float64)
+        qdd: Floats = bent + (motions @ y)[..., 0]
         largest = np.maximum(np.abs(qdd / unit).max(axis=1), 1.0)
         gap = np.abs((np.asarray(answer.qdd) - qdd) / unit).max(axis=1) / largest
         return [self._check("forward_dynamics", gap * ratio * self.closed.margin, "loop_motions")], []
@@ -254,7 +255,7 @@ def _most(x: Floats) -> Floats:
     return np.abs(x).max(axis=1, initial=0.0)
 
 
-def _spread(tau: Floats, driven: Floats, n: int) -> Floats:
+def _spread(tau: Floats, driven: Integers, n: int) -> Floats:
     full = np.zeros((len(tau), n))
     full[:, driven] = tau
     return full
