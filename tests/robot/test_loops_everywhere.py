@@ -313,6 +313,20 @@ def test_jacobians_of_closed_chains_are_slopes_of_positions(file: str) -> None:
             chain.jacobian_body(np.stack([q, q + 0.1]))
 
 
+def test_dexterity_of_a_closed_chain(palletiser: mf.Robot) -> None:
+    chain = ClosedChain(palletiser)
+    q = chain.closed(np.random.default_rng(3).uniform(-0.3, 0.3, (4, 4))).q
+    J = chain.jacobian_space(q)[:, [3, 5]]
+    np.testing.assert_allclose(mf.performance.manipulability_of(J), np.abs(np.linalg.det(J)), rtol=1e-9)
+    s = np.linalg.svd(J, compute_uv=False)
+    np.testing.assert_allclose(mf.performance.manipulability_of(J[0], "inverse_condition"), s[0, 1] / s[0, 0])
+    np.testing.assert_allclose(mf.performance.ellipsoid_of(J).lengths, s)
+    of_tree = mf.performance.manipulability_of(palletiser.without_loops().jacobian_space(q)[:, [3, 5]])
+    assert np.abs(of_tree - np.abs(np.linalg.det(J))).max() > 1e-3
+    with pytest.raises(InputError, match="measure"):
+        mf.performance.manipulability_of(J, "roundness")
+
+
 def test_jacobians_of_too_few_and_too_many_motors_are_refused(palletiser: mf.Robot) -> None:
     q = ClosedChain(palletiser).closed(np.zeros(4)).q
     names = palletiser.joint_names
