@@ -199,6 +199,16 @@ def test_routines_are_of_closed_states_or_refused(name: str, palletiser: mf.Robo
         assert np.isnan(routine(**gone)[3]).any()
 
 
+def test_a_robot_all_of_whose_joints_are_locked_is_closed_or_refused(palletiser: mf.Robot) -> None:
+    q = ClosedChain(palletiser).closed(np.array([0.2, 0.0, -0.1, 0.0])).q
+    names = palletiser.joint_names
+    still = palletiser.locked(dict(zip(names, q, strict=True)))
+    np.testing.assert_allclose(still.forward_kinematics(np.zeros(0)), palletiser.forward_kinematics(q), atol=1e-12)
+    torn = palletiser.locked(dict(zip(names, q + 0.1, strict=True)))
+    with pytest.raises(InputError, match=r"^q: palletiser has closed loops"):
+        torn.forward_kinematics(np.zeros((3, 0)))
+
+
 def test_every_other_name_of_a_robot_refuses_or_describes(palletiser: mf.Robot) -> None:
     one, calls = np.zeros(4), {
         "base_parameters": (), "compiled_routine": ("mass_matrix",), "degeneracy": (np.zeros(4),),

@@ -88,11 +88,11 @@ def require_closed(
     """
     still = np.zeros(mechanism.n)
     given = [np.asarray(still if x is None else x, dtype=np.float64) for x in (q, qd, qdd)]
-    gap, facing, rate, acceleration = (np.asarray(x) for x in _kernel(mechanism).evaluate(*given))
+    gap, facing, rate, acceleration = _left_over(mechanism, given)
     size = loop_size(mechanism)
     error = np.where((facing < 0.0).any(axis=-1), np.inf, np.abs(gap).max(axis=-1) / size)
-    fast = np.abs(given[1]).max(axis=-1)
-    scales = np.ones(()), size * (1.0 + fast), size * (1.0 + np.abs(given[2]).max(axis=-1) + fast * fast)
+    fast = np.abs(given[1]).max(axis=-1, initial=0.0)
+    scales = np.ones(()), size * (1.0 + fast), size * (1.0 + np.abs(given[2]).max(axis=-1, initial=0.0) + fast * fast)
     errors = error, np.abs(rate).max(axis=-1), np.abs(acceleration).max(axis=-1)
     asked = True, qd is not None, qdd is not None
     for name, said, found, scale in zip(("q", "qd", "qdd"), asked, errors, scales, strict=True):
@@ -106,6 +106,13 @@ def require_closed(
 def row_name(index: tuple[int, ...]) -> str:
     """`[3, 0]`, the place of a row in a batch; nothing for a single state."""
     return f"[{', '.join(map(str, index))}]" if index else ""
+
+
+def _left_over(mechanism: Mechanism, given: list[Floats]) -> list[Floats]:
+    """Gaps, facing, and what rates and accelerations open; without moving joints they are constants."""
+    if mechanism.n:
+        return [np.asarray(x) for x in _kernel(mechanism).evaluate(*given)]
+    return [np.array([float(x) for x in column]) for column in _errors(mechanism).outputs]
 
 
 @lru_cache(maxsize=32)
