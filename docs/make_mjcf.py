@@ -40,8 +40,8 @@ print(mechanism.joint_names, mechanism.gravity, mechanism.provenance.notes)
   mesh that cannot be read stops the reader only if a joint moves its body (M0717).
 - **Flags.** Without gravity, damper, frictionloss, equality or constraint the mechanism has none of it.
 - **Couplings.** `<joint>` of `equality` becomes a mimic or a locked joint. `<weld>` and `<connect>`, between bodies
-  or sites, close loops by a fixed and by a ball joint (M0728): `parallel.ClosedChain` keeps them closed, while mass
-  matrix and bias are those of the open tree, as MuJoCo's are. A body with a free joint that two constraints or more
+  or sites, close loops by a fixed and by a ball joint (M0728): `parallel.ClosedChain` keeps them closed, and
+  functions of open chains refuse the robot. A body with a free joint that two constraints or more
   tie to the robot, such as the platform on six legs, gets three slides and three hinges that nothing drives (M0729).
   Welds to `mocap` bodies, and sites drawn by `fromto`, are said to stay open (M0723); other constraints (`tendon`,
   `flex`) are left out with their names (M0702).

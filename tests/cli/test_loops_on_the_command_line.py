@@ -75,10 +75,3 @@ def test_what_is_of_open_chains_says_so(words: list[str], capsys: pytest.Capture
     assert "closed loops" in text
     status, text = said(capsys, *words, "--lang", "ar")
     assert "حلقات مغلقة" in text
-
-
-def test_verify_says_what_it_did_not_look_at() -> None:
-    found = mf.verify(PALLETISER, states=1)
-    assert ("ClosedChain", "verification.loops_open") in found.left_out
-    assert "open tree" in found.explain("en")
-    assert all(name != "ClosedChain" for name, _ in mf.verify("planar2r", states=1).left_out)

@@ -10,7 +10,7 @@ import pytest
 import mafsil as mf
 from mafsil import mobility as mo
 from mafsil import parallel
-from mafsil.errors import InputError, ModelError, ModelWarning
+from mafsil.errors import InputError, ModelError
 from mafsil.model import JointKind, mjcf
 from mafsil.parallel import ClosedChain, ClosedPoseStatus, closed_inverse_kinematics
 from tests.parallel.closed_chains import random_chain
@@ -20,8 +20,7 @@ ROBOTS = Path(__file__).resolve().parents[2] / "examples" / "robots"
 
 @pytest.fixture(scope="module")
 def palletiser():
-    with pytest.warns(ModelWarning):
-        return ClosedChain(mf.load(ROBOTS / "palletiser.xml"))
+    return ClosedChain(mf.load(ROBOTS / "palletiser.xml"))
 
 
 @pytest.fixture(scope="module")
@@ -143,8 +142,8 @@ def test_wrong_input_is_named(palletiser):
         closed_inverse_kinematics("ur5e", T)
 
 
-def test_open_chain_functions_say_that_they_leave_loops_open(palletiser):
-    with pytest.warns(ModelWarning, match="closed_inverse_kinematics"):
+def test_open_chain_functions_refuse_loops(palletiser):
+    with pytest.raises(ModelError, match="closed_inverse_kinematics"):
         mf.inverse_kinematics(mf.Robot(palletiser.robot.mechanism), np.eye(4))
 
 

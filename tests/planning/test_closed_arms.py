@@ -11,7 +11,7 @@ import pytest
 import mafsil as mf
 from mafsil import planning
 from mafsil.collision import Arms, Checker, Mounted, Obstacle, Sphere
-from mafsil.errors import InputError, ModelWarning
+from mafsil.errors import InputError
 from mafsil.model import Joint, JointKind
 from mafsil.parallel import ClosedChain
 from mafsil.planning import PlanningStatus
@@ -22,8 +22,7 @@ ROBOTS = Path(__file__).resolve().parents[2] / "examples" / "robots"
 
 @pytest.fixture(scope="module")
 def palletiser():
-    with pytest.warns(ModelWarning):
-        return mf.load(ROBOTS / "palletiser.xml")
+    return mf.load(ROBOTS / "palletiser.xml")
 
 
 @pytest.fixture(scope="module")

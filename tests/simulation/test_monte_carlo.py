@@ -44,6 +44,7 @@ from mafsil.simulation import (
     simulate,
 )
 from mafsil.simulation.chunk_runs import chunk_size
+from mafsil.simulation.closed_plant import plant_of as plant_as_it_is
 from mafsil.simulation.many_runs import wilson
 from mafsil.simulation.variation import drawn, drawn_name
 from mafsil.trajectory import quintic, rest
@@ -91,7 +92,7 @@ def plant_of(robot, variants, k):
                                                     coulomb_negative=back, offset=f.offset * factor))  # fmt: skip
         joints.append(joint)
     arm = mf.Robot(replace(robot.mechanism, joints=tuple(joints)))
-    plant = Plant(arm).with_scaled_inertia(variants.inertia[k])
+    plant = plant_as_it_is(arm).with_scaled_inertia(variants.inertia[k])
     return plant.with_payload(variants.payload[k], com=variants.payload_offset[k], inertia=np.zeros((3, 3)))
 
 

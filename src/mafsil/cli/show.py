@@ -110,6 +110,8 @@ def _masses(mechanism: Mechanism) -> list[str]:
 
 
 def _screws(mechanism: Mechanism) -> list[str]:
+    if mechanism.loops:
+        return ["", say("cli.screws_of_loops")]
     rows = [[name, *(brief(x) for x in screw)] for name, screw in space_screws(mechanism).items()]
     return [
         "",
@@ -119,7 +121,9 @@ def _screws(mechanism: Mechanism) -> list[str]:
 
 
 def space_screws(mechanism: Mechanism) -> dict[str, list[float]]:
-    """Screw axis (omega, v) of each joint in {s} at q = 0, roundoff removed."""
+    """Screw axis (omega, v) of each joint in {s} at q = 0, roundoff removed; none where loops may gape there."""
+    if mechanism.loops:
+        return {}
     poses = [np.asarray(mechanism.T_sb)]
     screws: dict[str, list[float]] = {}
     for joint, parent in zip(mechanism.joints, mechanism.parents, strict=True):

@@ -22,7 +22,7 @@ from mafsil.collision.srdf import disabled_pairs
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
-from mafsil.robot import as_robot
+from mafsil.robot import as_open_tree
 
 if TYPE_CHECKING:
     import mafsil.collision.laid_arm as laid_arm
@@ -60,7 +60,7 @@ class ArmInScene:
         seed: int = 0,
         rest: ArrayLike | None = None,
     ) -> None:
-        self.robot = as_robot(robot)
+        self.robot = as_open_tree(robot)
         self.scene = scene if isinstance(scene, Scene) else Scene(scene)
         self.margin = not_negative("margin", margin)
         self._own_margin = None if own_margin is None else not_negative("own_margin", own_margin)

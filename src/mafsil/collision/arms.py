@@ -22,7 +22,7 @@ from mafsil.fields import checked, or_none
 from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
 from mafsil.model.mounting import mounted_together
-from mafsil.robot import Robot, as_robot
+from mafsil.robot import Robot, as_open_tree
 
 if TYPE_CHECKING:
     import mafsil.collision.layout as layout
@@ -92,7 +92,7 @@ class Arms(Checker):
         self._alone = {each.name: _alone(each, scene, (margin, own_margin), samples, seed) for each in given}
         self.robots: dict[str, Robot] = {name: checker.robot for name, checker in self._alone.items()}
         mechanisms = [(name, robot.mechanism, robot.mechanism.T_sb) for name, robot in self.robots.items()]
-        self.robot = as_robot(mounted_together(mechanisms))
+        self.robot = as_open_tree(mounted_together(mechanisms))
         self.scene, self.samples, self.seed = scene, samples, seed
         one = self._alone[self.names[0]]
         self.margin, self._own_margin = one.margin, one._own_margin
@@ -241,7 +241,7 @@ class Arms(Checker):
 
 def _alone(arm: Mounted, scene: Scene, margins: tuple[float, float | None], samples: int, seed: int) -> Checker:
     """The checker of one arm at its base pose."""
-    mechanism = as_robot(arm.robot).mechanism
+    mechanism = as_open_tree(arm.robot).mechanism
     if arm.T_sb is not None:
         mechanism = replace(mechanism, T_sb=np.asarray(arm.T_sb))
     return Checker(

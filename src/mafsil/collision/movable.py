@@ -16,7 +16,7 @@ from mafsil.collision.joints import joints_of
 from mafsil.collision.scene import Scene
 from mafsil.lazy_module import lazily
 from mafsil.model.movable_base import PLACES, on_movable_base
-from mafsil.robot import as_robot
+from mafsil.robot import as_open_tree
 
 if TYPE_CHECKING:
     import mafsil.collision.layout as layout
@@ -38,7 +38,7 @@ class MovableArm(Checker):
     def __init__(self, arm: Checker, scene: Scene) -> None:
         self.scene, self.margin, self.samples, self.seed = scene, arm.margin, arm.samples, arm.seed
         self._own_margin = arm._own_margin
-        self.robot = as_robot(on_movable_base(arm.robot.mechanism))
+        self.robot = as_open_tree(on_movable_base(arm.robot.mechanism))
         self.bodies = tuple(replace(body, link=body.link + len(PLACES)) for body in arm.bodies)
         self._still, self._skipped, self._self_collision = arm._still, arm._unchecked(), True
         self._joints = joints_of(self.robot.mechanism)

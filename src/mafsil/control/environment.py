@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,7 +24,14 @@ from mafsil.arrays import (
 )
 from mafsil.errors import InputError
 from mafsil.fields import checked
-from mafsil.robot import Robot, of_robot
+from mafsil.lazy_module import lazily
+from mafsil.model.loading import RobotLike
+from mafsil.robot import as_open_tree
+
+if TYPE_CHECKING:
+    import mafsil.robot.closed_states as closed_states
+else:
+    closed_states = lazily("mafsil.robot.closed_states")
 
 
 @runtime_checkable
@@ -125,18 +132,20 @@ class CombinedEnvironment:
         return sum((part.wrench(T, V) for part in self.parts), still)
 
 
-@of_robot
-def tip_wrench_of(robot: Robot, environment: Environment, q: JointVector, qd: JointVector) -> Vector6:
+def tip_wrench_of(robot: RobotLike, environment: Environment, q: JointVector, qd: JointVector) -> Vector6:
     """(*batch, 6) wrench that an environment exerts on a robot's tip, in the tip frame: what an ideal sensor reads.
 
     Args:
         robot: whose tip it is.
         environment: what it touches.
-        q, qd: (*batch, n) state.
+        q, qd: (*batch, n) state; of a robot with loops one with closed loops.
     """
     require_kind("environment", environment, "Environment", "wrench")
-    V = (robot.jacobian_body(q) @ as_batch("qd", qd, (robot.n,))[..., None])[..., 0]
-    return environment.wrench(robot.forward_kinematics(q), V)
+    arm = as_open_tree(robot)
+    if arm.mechanism.loops and arm is not robot:
+        closed_states.require_closed(arm.mechanism, q, qd)
+    V = (arm.jacobian_body(q) @ as_batch("qd", qd, (arm.n,))[..., None])[..., 0]
+    return environment.wrench(arm.forward_kinematics(q), V)
 
 
 def pressed(

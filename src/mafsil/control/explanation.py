@@ -182,8 +182,8 @@ def joint_or_task_space(
         contact: whether the tip touches something.
         coordinates: of the task; all six, decoupled, if None.
     """
-    require_kind("trajectory", trajectory, "Trajectory", "at", "duration")
     arm, task = as_robot(robot), coordinates or TaskCoordinates()
+    require_kind("trajectory", trajectory, "Trajectory", "at", "duration")
     u = trajectory.at(np.linspace(0.0, trajectory.duration, PLACES)).u
     sizes = np.linalg.svd(task.jacobian(arm, u), compute_uv=False)
     needed = len(task.rows)

@@ -14,6 +14,7 @@ from mafsil.control.joint_feedback import Feedforward, JointFeedback
 from mafsil.control.law import Combined, Law
 from mafsil.mechanics.friction import has_friction
 from mafsil.mechanics.loop_terms import Term
+from mafsil.model.loading import require_no_loops
 from mafsil.robot import Robot
 
 
@@ -31,8 +32,8 @@ def _computed_torque(law: ComputedTorque) -> LawTerms:
 
 
 def _of_model(kind: str, robot: Robot, friction: bool, waits: bool = False) -> Term:
-    """A term that believes in a robot; it compensates friction where the robot has any."""
-    mechanism = robot.mechanism
+    """A term that believes in a robot without loops; it compensates friction where the robot has any."""
+    mechanism = require_no_loops(robot.mechanism)
     return Term(kind, mechanism, waits=waits, friction=friction and has_friction(mechanism))
 
 

@@ -25,7 +25,7 @@ from mafsil.control.gains import Gains
 from mafsil.control.law import Law
 from mafsil.errors import InputError
 from mafsil.messages import say
-from mafsil.robot import Robot, of_robot
+from mafsil.robot import Robot, as_robot, of_robot
 from mafsil.trajectory import Motion, Trajectory
 
 SETTLING = 8.0
@@ -211,6 +211,7 @@ def sliding_certificate(
     Raises:
         InputError: another law, wrong shapes.
     """
+    arm = as_robot(arm)
     require_kind("law", law, "SlidingMode", "parts", "error_bound")
     n = law.robot.n
     times = as_batch("t", t, (), finite=True)

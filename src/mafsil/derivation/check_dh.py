@@ -56,13 +56,14 @@ def check_dh(
         InputError: another number of rows, or a row that cannot be read.
         ModelError: a row that is neither R nor P or is not finite, an unknown convention, a pose that is none.
     """
+    described = as_mechanism(mechanism)
     tolerance = not_negative("tolerance", tolerance)
     requested = convention_of(convention)
     with catch_warnings(action="ignore", category=InputWarning):
         # Degrees taken for radians are a finding here.
         given: Rows = dh_rows(rows, columns=columns, degrees=degrees)
     truth = Truth(
-        as_mechanism(mechanism),
+        described,
         None if base is None else checked_pose("base", base),
         None if tool is None else checked_pose("tool", tool),
         tolerance,

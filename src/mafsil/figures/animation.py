@@ -16,7 +16,7 @@ from mafsil.geometry import pose
 from mafsil.model.denavit_hartenberg import Convention, DHRow
 from mafsil.model.dh_link import four_motions
 from mafsil.performance.velocity.scaling import require_one
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 
 PER_MOTION = 12
 """Pictures for each elementary motion."""
@@ -79,6 +79,7 @@ def save_row_animation(row: DHRow, path: Path, convention: Convention | str = "m
     _write(draw, len(frames), path)
 
 
+@of_robot
 def save_exponentials_animation(robot: Robot, q: ArrayLike, path: Path) -> None:
     """Write as a GIF how an arm at home gets its exponentials one by one, the last joint first.
 

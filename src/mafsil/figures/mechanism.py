@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix, as_batch
 from mafsil.figures.picture_file import picture_file
-from mafsil.job.resting import resting_place
+from mafsil.job.resting import resting_configuration
 from mafsil.model import Mechanism
 from mafsil.model.appearance import pieces
-from mafsil.model.loading import of_mechanism
+from mafsil.model.loading import of_any_mechanism
 from mafsil.model.mesh import Surface
 from mafsil.model.mesh.primitives import triangles
 from mafsil.robot import Robot
@@ -27,7 +27,7 @@ _Triangles: TypeAlias = tuple[Floats, Floats]
 _AXES = ("#d33f3a", "#2f9e57", "#2f6fd0")
 
 
-@of_mechanism
+@of_any_mechanism
 def save_mechanism(mechanism: Mechanism, path: str | PathLike[str], q: ArrayLike | None = None) -> None:
     """Draw a robot into a file.
 
@@ -55,7 +55,7 @@ def draw_mechanism(mechanism: Mechanism, q: ArrayLike | None = None) -> Any:
     from matplotlib.figure import Figure
 
     robot = Robot(mechanism)
-    values = resting_place(mechanism.limits) if q is None else as_batch("q", q, (mechanism.n,), finite=True)
+    values = resting_configuration(mechanism) if q is None else as_batch("q", q, (mechanism.n,), finite=True)
     poses = np.asarray(robot.link_poses(values))
     tip = poses[mechanism.link_names.index(mechanism.tip)] @ mechanism.T_lt
     drawn = _triangles(mechanism, poses)

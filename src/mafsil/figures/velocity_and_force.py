@@ -16,11 +16,12 @@ from mafsil.messages import say
 from mafsil.model.dh_link import link_fit
 from mafsil.performance import LinkLoad, joint_reactions, tool_jacobian
 from mafsil.performance.velocity.scaling import require_one
-from mafsil.robot import Robot
+from mafsil.robot import Robot, of_robot
 
 REACH = 1.15
 
 
+@of_robot
 def save_joint_screws(robot: Robot, q: ArrayLike, path: Path) -> None:
     """Draw the axes of all joints at a configuration: the columns of the space Jacobian, each with its part at the tip.
 
@@ -58,6 +59,7 @@ def draw_joint_screws(robot: Robot, q: Floats) -> Any:
     return figure
 
 
+@of_robot
 def save_free_bodies(robot: Robot, q: ArrayLike, path: Path, loads: Sequence[LinkLoad] = ()) -> None:
     """Draw the free-body diagram of every link in equilibrium: loads, and the force that each joint passes on.
 

@@ -31,8 +31,8 @@ def read_log(path: str | PathLike[str], robot: RobotLike, *, degrees: bool = Fal
         FileError: no such file, missing columns, a cell that is no number, times that do not increase; the line is
             named.
     """
-    recorded = read_csv_table(path)
     arm = as_robot(robot)
+    recorded = read_csv_table(path)
     places = _places(recorded, arm)
     needed = sorted({k for group in places.values() for k in group})
     where = {column: k for k, column in enumerate(needed)}

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector
-from mafsil.errors import ModelWarning, warn
 from mafsil.kernels.lazy import lazy
 from mafsil.model import Joint, JointKind, Mechanism
 from mafsil.robot import Robot
@@ -92,16 +91,6 @@ def middle_of(robot: Robot) -> JointVector:
     lower, upper = robot.limits.lower, robot.limits.upper
     both = np.isfinite(lower) & np.isfinite(upper)
     return np.where(both, (np.where(both, lower, 0.0) + np.where(both, upper, 0.0)) / 2, 0.0)
-
-
-def warn_of_loops(robot: Robot) -> None:
-    """Say that the loops of a robot are not looked at.
-
-    Warns:
-        ModelWarning: it has some.
-    """
-    if robot.mechanism.loops:
-        warn(ModelWarning("ik.loops_open", robot=robot.name))
 
 
 @lru_cache(maxsize=128)

@@ -18,7 +18,7 @@ from mafsil.job.payload import with_tool
 from mafsil.messages.visible import visible
 from mafsil.model import JointKind, Mechanism
 from mafsil.model.loading import load_mechanism
-from mafsil.robot import Robot
+from mafsil.robot import Robot, as_open_tree
 
 UNNAMED_TOOL = "tool"
 """What the tool of `[tool]` is called."""
@@ -112,7 +112,7 @@ def _bare(job: Job, folder: Path, places: Places | None = None) -> Mechanism:
     source = folder / job.robot if Path(job.robot).suffix else job.robot
     key = "robot"
     try:
-        mechanism = load_mechanism(source, tip=job.tool.link, keeps_loops=True)
+        mechanism = load_mechanism(source, tip=job.tool.link)
         key = "lock"
         return mechanism.locked(_locked(job, mechanism)) if job.lock else mechanism
     except MafsilError as fault:
@@ -128,7 +128,7 @@ def _tool(job: Job, name: str | None) -> Tool:
 def _robot(job: Job, bare: Mechanism, name: str | None) -> Robot:
     mechanism = with_tool(bare, _tool(job, name), degrees=job.angles == "degrees")
     _require_masses(mechanism)
-    return Robot(mechanism)
+    return as_open_tree(mechanism)
 
 
 def _between(first: Robot, robot: Robot, name: str | None) -> PoseMatrix:

@@ -33,6 +33,7 @@ from mafsil.job.description import TIP_LAWS, Job
 from mafsil.job.tip_laws import tip_law
 from mafsil.robot import Robot
 from mafsil.simulation import Plant
+from mafsil.simulation.closed_plant import plant_of
 from mafsil.trajectory import Trajectory
 
 FREQUENCY, DAMPING = 20.0, 1.0
@@ -245,7 +246,7 @@ def _pd(job: Job, model: Robot, trajectory: Trajectory) -> tuple[Floats, Floats]
 
 def _friction(job: Job, model: Robot) -> Floats:
     """(n,) efforts of dry friction of the description [N m | N]."""
-    plant = Plant(model, friction=job.simulation.friction)
+    plant = replace(plant_of(model), friction=job.simulation.friction)
     if not plant.has_friction:
         return np.zeros(model.n)
     law = plant.friction_law

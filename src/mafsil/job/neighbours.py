@@ -34,7 +34,7 @@ from mafsil.model.skeleton import with_skeleton
 from mafsil.planning import TimedArm
 from mafsil.planning.arms_motion import unproved_moment
 from mafsil.planning.timed_proof import first_unproved
-from mafsil.robot import Robot
+from mafsil.robot import Robot, as_open_tree
 from mafsil.trajectory import MotionLimits
 
 MAIN = "job"
@@ -154,7 +154,7 @@ def neighbours_of(job: Job, folder: Path, places: Places) -> tuple[Neighbour, ..
             mechanism = with_skeleton(mechanism)
         pose = Pose(position=asked.position, rpy=asked.rpy, quaternion=asked.quaternion)
         T_sb = pose_matrix(pose, degrees=job.angles == "degrees", orientation=np.eye(3))
-        robot = Robot(replace(mechanism, T_sb=T_sb))
+        robot = as_open_tree(replace(mechanism, T_sb=T_sb))
         start = resting_place(robot.limits)
         if asked.joints is not None:
             start = _coordinates(job, robot, asked.joints, places, ("other_robot", k, "joints"))

@@ -26,7 +26,7 @@ from mafsil.job.stretch import Driven, Stretch, stretches
 from mafsil.messages.quantities import digits, quantity
 from mafsil.messages.visible import visible
 from mafsil.model.fingerprint import fingerprint
-from mafsil.robot import Robot
+from mafsil.robot import Robot, as_open_tree
 from mafsil.simulation import (
     ClosedPlant,
     Deadlines,
@@ -40,6 +40,7 @@ from mafsil.simulation import (
     WrenchPulse,
     simulate,
 )
+from mafsil.simulation.closed_plant import plant_of
 from mafsil.simulation.fused import WORTH, can_fuse
 from mafsil.simulation.recording import joined
 from mafsil.simulation.scaled_gains import scaled
@@ -184,7 +185,7 @@ def _loaded(load: Load, *, known: bool = False) -> Robot:
     robot, carried = load.robot, load.carried
     if carried is None or (known and not carried.known):
         return robot
-    return Plant(robot).with_payload(carried.mass, centre_of_mass(carried), part_inertia(carried)).robot
+    return plant_of(robot).with_payload(carried.mass, centre_of_mass(carried), part_inertia(carried)).robot
 
 
 def _plant(job: Job, stretch: Stretch, robot: Robot) -> Plant:
@@ -247,7 +248,7 @@ def _scenario(
 
 def _without_effort_limits(robot: Robot) -> Robot:
     joints = (replace(one, limits=replace(one.limits, effort=np.inf)) for one in robot.mechanism.joints)
-    return Robot(replace(robot.mechanism, joints=tuple(joints)))
+    return as_open_tree(replace(robot.mechanism, joints=tuple(joints)))
 
 
 def _pushes(job: Job, stretch: Stretch) -> Iterator[WrenchPulse]:

@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from mafsil.arrays import JointVector
-from mafsil.model import JointLimits
+from mafsil.errors import ModelError
+from mafsil.lazy_module import lazily
+from mafsil.model import JointLimits, Mechanism
 from mafsil.robot import Robot
+
+if TYPE_CHECKING:
+    import mafsil.parallel as parallel
+else:
+    parallel = lazily("mafsil.parallel")
 
 MARGIN = 0.15
 """Distance to each bound, as share of the range."""
@@ -19,6 +28,24 @@ BENDS = (0.2, 0.4, 0.8)
 def resting_place(limits: JointLimits) -> JointVector:
     """(n,) zero, moved into the middle 70 % of each range where it has bounds [rad | m]."""
     return _inside(limits, np.zeros(len(limits.lower)))
+
+
+def resting_configuration(mechanism: Mechanism) -> JointVector:
+    """(n,) the resting place; of a robot with loops the nearest that was found with all loops closed.
+
+    Args:
+        mechanism: any.
+
+    Raises:
+        ModelError: none was found.
+    """
+    q = resting_place(mechanism.limits)
+    if not mechanism.loops:
+        return q
+    found = parallel.ClosedChain(mechanism).closed(q)
+    if not found:
+        raise ModelError("robot.loops_never", robot=mechanism.name, why=found.explain())
+    return np.asarray(found.q)
 
 
 def starting_place(robot: Robot) -> JointVector:

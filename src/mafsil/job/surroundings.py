@@ -44,7 +44,7 @@ from mafsil.planning import ArmPlan, TimedArm, plan
 from mafsil.planning.kept_planning import Measured
 from mafsil.planning.path_constraints import Constraint
 from mafsil.planning.waiting_places import standing
-from mafsil.robot import Robot
+from mafsil.robot import Robot, as_open_tree
 from mafsil.trajectory import MotionLimits, Trajectory
 
 STEP = 0.02
@@ -246,7 +246,7 @@ class Surroundings:
         """
         hanging = {(load.equipment.name, id(thing)): body for load in loads for thing, body in _boxes(load, 0.0)}
         boxes = [replace(body, name=f"{body.name} {k + 1}") for k, body in enumerate(hanging.values())]
-        return Neighbourhood(Robot(self._mechanism), self.neighbours, self.scene, boxes, self.rule)
+        return Neighbourhood(as_open_tree(self._mechanism), self.neighbours, self.scene, boxes, self.rule)
 
     def settle(self, others: Beside | None, main: TimedArm) -> tuple[NeighbourMotion, ...]:
         """What the other robots do while the robot moves as planned.

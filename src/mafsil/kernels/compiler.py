@@ -92,6 +92,15 @@ def obtain(order: Order) -> Image:
         return found
 
 
+def tape_text(order: Order) -> str:
+    """The reduced tape of an order as text, traced at most once.
+
+    Raises:
+        KernelError: the expression has no compiled form.
+    """
+    return _tape_text(order, obtain(order))
+
+
 def _traced_once(order: Order) -> TapeEntry:
     with order.store.compiling(order.key) as waited:
         found = order.store.get_tape(order.key) if waited else None

@@ -104,7 +104,9 @@ def _lanes(tape: Tape, signature: Signature, target: Target) -> tuple[set[str], 
     return entry.declared, [*entry.functions, head, "entry:", *entry.lines, "}"]
 
 
-def point(tape: Tape, signature: Signature, target: Target, name: str, *, inline: bool = False) -> str:
+def point(
+    tape: Tape, signature: Signature, target: Target, name: str, *, inline: bool = False, cut: bool = False
+) -> str:
     """Text of one evaluation without vectors, and all it calls: void name(double *in0, ..., double *out0, ...).
 
     Args:
@@ -113,29 +115,29 @@ def point(tape: Tape, signature: Signature, target: Target, name: str, *, inline
         target: whether products and sums may be fused; its lanes do not matter.
         name: symbol of the function.
         inline: the function is a part of others in the same module, else it is an entry of the module.
+        cut: into functions that it calls, as for this machine; a copy of the inputs and values between them take
+            stack space. Otherwise never: compilers of other machines have their own ways with long functions.
 
     Raises:
         KernelError: the ports do not fit the tape.
     """
     _check(tape, signature)
-    # Never cut: this is for other compilers and other machines, which have their own ways with long functions.
-    text = Text(target.fma, target.rounding, scalar=True)
-    text.do("br label %body")
-    text.label("body")
-    pieces, _ = segments(tape, 1 << 60)
-    _fill(tape, pieces[0], text, 1)
+    pieces = segments(tape) if cut else segments(tape, 1 << 60)
+    ports = ", ".join(["ptr noalias %in", *_pointers("noalias %y", len(signature.outputs))])
+    entry = _Entry(tape, pieces, target, 1, ports, scalar=True)
+    gathered = _gathered(signature) if entry.functions else []
     huge, declared = huge_value_function(target.fma, "#1")
     head = "define internal" if inline else "define dso_local"
     operations = {node.op for node in tape.nodes}
     return "\n".join(
         [
-            *sorted(text.declared | declared | {"declare i64 @llvm.ctlz.i64(i64, i1)"}),
+            *sorted(entry.declared | declared | {"declare i64 @llvm.ctlz.i64(i64, i1)"}),
             huge if operations & {"sin", "cos", "tan"} else "",
+            *entry.functions,
             f"{head} void @{name}({', '.join(_single_ports(signature))}) {'alwaysinline ' * inline}#1 {{",
             "entry:",
-            *text.entry,
-            *text.lines,
-            "  ret void",
+            *gathered,
+            *entry.lines,
             "}",
             'attributes #1 = { "no-builtins" nounwind }',
             '!0 = !{!"branch_weights", i32 1, i32 1000000}',
@@ -175,13 +177,18 @@ class _Entry:
         width: int,
         ports: str,
         in_rows: bool = True,
+        scalar: bool = False,
     ) -> None:
         self.functions: list[str] = []
         self.lines: list[str] = []
         self.declared: set[str] = set()
+        self.group = "#1" if scalar else "#0"
         # 3.
         found, cells = pieces
-        texts = [_emitted(tape, found, k, target, width, in_rows) for k in range(len(found))]
+        texts = [
+            _emitted(tape, found, k, Text(target.fma, target.rounding, scalar=scalar), width, in_rows)
+            for k in range(len(found))
+        ]
         for text in texts:
             self.declared |= text.declared
         # 4.
@@ -199,16 +206,15 @@ class _Entry:
         arguments = ports.replace("noalias ", "")
         for k, text in enumerate(texts):
             name = f"{BODY}.{width}.{k}"
-            head = f"define internal void @{name}({ports}, ptr noalias %far) noinline #0 {{"
+            head = f"define internal void @{name}({ports}, ptr noalias %far) noinline {self.group} {{"
             self.functions.append("\n".join([head, "entry:", *text.entry, *text.lines, "  ret void", "}", ""]))
             self.lines.append(f"  call void @{name}({arguments}, ptr %far)")
         self.lines.append("  ret void")
 
 
-def _emitted(tape: Tape, pieces: list[Segment], k: int, target: Target, width: int, in_rows: bool) -> Text:
+def _emitted(tape: Tape, pieces: list[Segment], k: int, text: Text, width: int, in_rows: bool) -> Text:
     """The text of piece k; the first also stores the outputs that are inputs or constants."""
     # Stack space is reserved in the entry block, whose lines are known last; the arithmetic begins in another one.
-    text = Text(target.fma, target.rounding)
     text.do("br label %body")
     text.label("body")
     _fill(tape, pieces[k], text, width, first=k == 0, only=len(pieces) == 1, in_rows=in_rows)

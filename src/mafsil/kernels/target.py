@@ -148,7 +148,12 @@ def assembly(ir: str, target: Target) -> str:
 
 
 def translate(
-    ir: str | Sequence[str], target: Target, form: Literal["object", "assembly"], *, reloc: str = "static"
+    ir: str | Sequence[str],
+    target: Target,
+    form: Literal["object", "assembly"],
+    *,
+    reloc: str = "static",
+    effort: int = 2,
 ) -> bytes:
     """Object code or assembly text of an IR module for any processor that LLVM knows, optimised on the way.
 
@@ -157,6 +162,7 @@ def translate(
         target: the processor.
         form: what to make.
         reloc: LLVM's relocation model.
+        effort: of LLVM's passes over the module; reduced tapes leave them next to nothing to do.
 
     Raises:
         KernelError: LLVM does not know the processor or refuses the module.
@@ -174,7 +180,7 @@ def translate(
         for part in parts[1:]:
             module.link_in(part)
         module.verify()
-        options = llvm.create_pipeline_tuning_options(speed_level=2)
+        options = llvm.create_pipeline_tuning_options(speed_level=effort)
         options.slp_vectorization = options.loop_vectorization = False
         passes = llvm.create_pass_builder(machine, options)
         passes.getModulePassManager().run(module, passes)

@@ -71,6 +71,20 @@ def function(mechanism: Mechanism) -> ex.Function:
     return ex.Function("closed_chain", [q, qd], ex.cse(outputs))
 
 
+def errors_function(mechanism: Mechanism) -> ex.Function:
+    """What a state leaves of the loops: gaps (m,), facing (loops,), J qd (m,) and J qdd + gamma (m,).
+
+    Inputs q, qd and qdd (n,).
+
+    Args:
+        mechanism: with loops.
+    """
+    q, qd, qdd = (ex.symbol(name, mechanism.n) for name in ("q", "qd", "qdd"))
+    asked = loops(in_chosen_frames(lumped(mechanism)), mechanism.loops, q, qd)
+    outputs = [asked.gap, asked.facing, asked.rows @ qd, asked.rows @ qdd + asked.bias]
+    return ex.Function("loop_errors", [q, qd, qdd], ex.cse(outputs))
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Loops:
     """What loops ask: rows (m, n), bias (m,), gap (m,), and how far each faces the right way (loops,)."""

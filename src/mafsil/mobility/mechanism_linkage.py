@@ -63,7 +63,7 @@ def as_linkage(source: LinkageLike, q: ArrayLike | None = None) -> Linkage:
         path = Path(source)
         if path.suffix.lower() == ".toml" and path.is_file() and _describes_linkage(path):
             return read_linkage(path)
-    return linkage_of(as_mechanism(source), q)
+    return linkage_of(as_mechanism(source, keeps_loops=True), q)
 
 
 def _describes_linkage(path: Path) -> bool:

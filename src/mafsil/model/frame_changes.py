@@ -25,7 +25,7 @@ def reframed(robot: RobotLike, *, base: ArrayLike | None = None, tool: ArrayLike
         base: (4, 4) pose P of the old {s} in the new one; the identity if None.
         tool: (4, 4) pose Q of the new tip frame in the old one; the identity if None.
     """
-    mechanism = as_mechanism(robot)
+    mechanism = as_mechanism(robot, keeps_loops=True)
     P = np.eye(4) if base is None else checked_pose("base", base)
     Q = np.eye(4) if tool is None else checked_pose("tool", tool)
     return replace(mechanism, T_sb=P @ mechanism.T_sb, T_lt=mechanism.T_lt @ Q, gravity=P[:3, :3] @ mechanism.gravity)
@@ -45,7 +45,7 @@ def with_reversed_joint(robot: RobotLike, name: str) -> Mechanism:
     Raises:
         InputError: no joint of that name, or one that does not move.
     """
-    mechanism = as_mechanism(robot)
+    mechanism = as_mechanism(robot, keeps_loops=True)
     moving = [joint.name for joint in (*mechanism.joints, *mechanism.loops) if joint.moves]
     if name not in moving:
         raise InputError("input.choice", name="name", value=name, known=", ".join(moving))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Concatenate, ParamSpec, Protocol, TypeAlias, T
 
 from numpy.typing import ArrayLike
 
-from mafsil.errors import InputError
+from mafsil.errors import InputError, ModelError
 from mafsil.lazy_module import lazily
 from mafsil.model.mechanism import Mechanism
 
@@ -36,16 +36,37 @@ RobotLike: TypeAlias = Described | Mechanism | str | PathLike[str]
 """Whatever names a robot: a Robot, a Mechanism, a name of the library, the path of a file."""
 
 
-def as_mechanism(robot: RobotLike) -> Mechanism:
+def as_mechanism(robot: RobotLike, *, keeps_loops: bool = False) -> Mechanism:
     """The description behind whatever names a robot.
 
     Args:
         robot: a Robot, a Mechanism, a name of the library or the path of a file.
+        keeps_loops: whether the caller keeps loops closed, or their description; a robot with loops is refused if not.
 
     Raises:
         InputError: something else.
+        ModelError: it has loops.
         FileError, ModelError: no such name or file, a malformed one; as `load_mechanism` says.
     """
+    mechanism = _described(robot)
+    return mechanism if keeps_loops else require_no_loops(mechanism)
+
+
+def require_no_loops(mechanism: Mechanism) -> Mechanism:
+    """A mechanism for what computes open chains: one with loops is refused, and the names that know loops are said.
+
+    Args:
+        mechanism: any.
+
+    Raises:
+        ModelError: it has loops.
+    """
+    if mechanism.loops:
+        raise ModelError("robot.loops", robot=mechanism.name)
+    return mechanism
+
+
+def _described(robot: RobotLike) -> Mechanism:
     if isinstance(robot, Mechanism):
         return robot
     described = getattr(cast(object, robot), "mechanism", None)
@@ -84,11 +105,23 @@ class RobotFile(PathLike[str]):
 
 
 def of_mechanism(function: Callable[Concatenate[Mechanism, P], Result]) -> Callable[Concatenate[RobotLike, P], Result]:
-    """The function of a Mechanism as one of whatever names a robot."""
+    """The function of a Mechanism as one of whatever names a robot without loops."""
 
     @wraps(function)
     def call(mechanism: RobotLike, *args: P.args, **named: P.kwargs) -> Result:
         return function(as_mechanism(mechanism), *args, **named)
+
+    return call
+
+
+def of_any_mechanism(
+    function: Callable[Concatenate[Mechanism, P], Result],
+) -> Callable[Concatenate[RobotLike, P], Result]:
+    """As `of_mechanism`, for a function that keeps loops closed, or their description."""
+
+    @wraps(function)
+    def call(mechanism: RobotLike, *args: P.args, **named: P.kwargs) -> Result:
+        return function(as_mechanism(mechanism, keeps_loops=True), *args, **named)
 
     return call
 
@@ -98,7 +131,6 @@ def load_mechanism(
     *,
     tip: str | None = None,
     xacro_args: Mapping[str, object] | None = None,
-    keeps_loops: bool = False,
     **dimensions: ArrayLike,
 ) -> Mechanism:
     """The description of a robot from the library or a file; a tip that had to be chosen among several is said.
@@ -109,7 +141,6 @@ def load_mechanism(
             called like it with the ending .loops.toml.
         tip: name of the link that carries the tip frame; that of the description, or the chosen one, if None.
         xacro_args: arguments of a xacro file, by name.
-        keeps_loops: whether the caller keeps loops closed, so that nobody has to be warned of them.
         **dimensions: of an arm of the library that takes some, such as `lengths=(0.4, 0.3)` of `planar2r`.
 
     Warns:
@@ -128,7 +159,7 @@ def load_mechanism(
         notes = tuple(note for note in origin.notes if note != origin.choice.sentence("en"))
         mechanism = replace(mechanism, provenance=replace(origin, notes=notes, choice=None))
     if from_file:
-        robot_source.warn_of_file(mechanism, mechanism.provenance.choice, keeps_loops=keeps_loops)
+        robot_source.warn_of_file(mechanism, mechanism.provenance.choice)
     mechanism = mechanism if tip is None else mechanism.with_tip(tip)
     equip = source.equip if isinstance(source, RobotFile) else None
     return mechanism if equip is None else equip(mechanism)

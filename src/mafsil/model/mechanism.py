@@ -252,6 +252,10 @@ class Mechanism:
         loaded = with_body(carrier, body)
         return replace(self, links=tuple(loaded if item is carrier else item for item in self.links))
 
+    def without_loops(self) -> Mechanism:
+        """The open tree: the same links and joints, and none that closes a loop."""
+        return replace(self, loops=())
+
     def locked(self, coordinates: Mapping[str, float]) -> Mechanism:
         """The same mechanism with joints locked at coordinates.
 

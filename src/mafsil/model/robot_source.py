@@ -62,15 +62,16 @@ def read_source(
     return (mechanism if beside is None else with_loops(mechanism, beside)), True
 
 
-def warn_of_file(mechanism: Mechanism, choice: TipChoice | None, *, keeps_loops: bool) -> None:
+def warn_of_file(mechanism: Mechanism, choice: TipChoice | None) -> None:
     """One Python warning, if the file was changed or looks wrong, or its tip had to be chosen among several.
+
+    Loops need none: what does not keep them closed refuses the robot.
 
     Args:
         mechanism: as it was read.
         choice: the tip, if it had to be chosen.
-        keeps_loops: whether the caller keeps loops closed.
     """
-    warn_of(mechanism, choice, silent=(LOOP_CLOSED.code,) if keeps_loops else ())
+    warn_of(mechanism, choice, silent=(LOOP_CLOSED.code,))
 
 
 def _require_xacro(arguments: dict[str, str], source: str) -> None:

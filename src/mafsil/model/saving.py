@@ -46,7 +46,7 @@ def save(robot: RobotLike, path: str | PathLike[str], *, without: Collection[str
         ModelError: the format cannot hold such a robot, or what is read back would move otherwise; the sentence says
             what would be lost, and the word of `without`.
     """
-    mechanism = as_mechanism(robot)
+    mechanism = as_mechanism(robot, keeps_loops=True)
     document = _document(mechanism, Path(path), without)
     delivered(document, mechanism.name, path, without)
     return document.losses

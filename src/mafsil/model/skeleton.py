@@ -8,7 +8,7 @@ import numpy as np
 
 from mafsil.arrays import PoseMatrix, Vector3, frozen
 from mafsil.model.joint import Joint, JointKind
-from mafsil.model.loading import of_mechanism
+from mafsil.model.loading import of_any_mechanism
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.placement import frame_along
 from mafsil.model.shape import ACCENT, HOUSING, OUTLINE, SHELL, Box, Capsule, Colour, Cylinder, Geometry, Shape, Sphere
@@ -21,7 +21,7 @@ _Z = np.array([0.0, 0.0, 1.0])
 _TINY = 1e-6
 
 
-@of_mechanism
+@of_any_mechanism
 def with_skeleton(mechanism: Mechanism) -> Mechanism:
     """The same mechanism, where links without visuals got simple ones.
 

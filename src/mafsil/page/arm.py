@@ -28,7 +28,7 @@ from mafsil.lazy_module import lazily
 from mafsil.mechanics import catalogue
 from mafsil.mechanics.loop_terms import Loop, Term
 from mafsil.page.closed_arm import PATIENCE, STRIDE, ClosedArm
-from mafsil.robot import Robot
+from mafsil.robot import Robot, as_open_tree
 from mafsil.robot.masses import require_masses
 from mafsil.simulation.plant import Plant
 from mafsil.simulation.stepping import Stepper
@@ -62,6 +62,9 @@ class Arm:
 
     robot: Robot
     quantities: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "robot", as_open_tree(self.robot))
 
     @lazy
     def problem(self) -> PoseProblem:

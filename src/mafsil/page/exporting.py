@@ -17,7 +17,7 @@ from mafsil.model.loading import RobotLike
 from mafsil.page.arm import Arm
 from mafsil.page.assemble import assembled
 from mafsil.page.content import content
-from mafsil.robot import as_robot
+from mafsil.robot import as_open_tree, as_robot
 from mafsil.robot.exporting import export as export_quantity
 
 if TYPE_CHECKING:
@@ -180,7 +180,7 @@ def export_all(robot: RobotLike, to: str, *, language: str = "en", python: str =
         InputError: another form.
         KernelError: the compiler refuses.
     """
-    arm = Arm(as_robot(robot))
+    arm = Arm(as_open_tree(robot))
     name = symbol(arm.robot.name, "page")
     match to:
         case "wasm":

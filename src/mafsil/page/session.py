@@ -15,7 +15,7 @@ from mafsil.errors import InputError
 from mafsil.model.loading import RobotLike
 from mafsil.page.arm import Arm
 from mafsil.page.refusals import require_driven, require_free, require_kernel
-from mafsil.robot import as_robot
+from mafsil.robot import as_open_tree
 
 Numbers: TypeAlias = tuple[float, ...]
 
@@ -63,7 +63,7 @@ class Session:
     state: ArmState = field(init=False)
 
     def __post_init__(self) -> None:
-        self.arm = Arm(as_robot(self.robot))
+        self.arm = Arm(as_open_tree(self.robot))
         start: Numbers = tuple(self.arm.settings["start"])
         self.state = ArmState(start, (0.0,) * len(start), start)
 

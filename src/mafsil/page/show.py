@@ -16,7 +16,7 @@ from mafsil.model.loading import RobotLike
 from mafsil.page.arm import Arm
 from mafsil.page.assemble import assembled, needed
 from mafsil.page.content import content
-from mafsil.robot import Robot, as_robot
+from mafsil.robot import Robot, as_open_tree
 from mafsil.scene.inline import attribute
 from mafsil.whole_file import write_whole
 
@@ -88,7 +88,7 @@ def show(robot: RobotLike, *, language: str | None = None, views: Sequence[str |
     Raises:
         ModelError: a robot without joints.
     """
-    found = as_robot(robot)
+    found = as_open_tree(robot)
     return Page(found, language or current_language(), _python(robot, found), _absolute(views))
 
 
@@ -100,7 +100,7 @@ def show_as(mechanism: Mechanism, source: str, views: Sequence[str | os.PathLike
         source: name or file that scripts load.
         views: files with views of your own.
     """
-    return Page(Robot(mechanism), current_language(), repr(source), _absolute(views))
+    return Page(as_open_tree(mechanism), current_language(), repr(source), _absolute(views))
 
 
 def _python(given: RobotLike, robot: Robot) -> str:

@@ -18,13 +18,15 @@ from mafsil.errors import InputError, ModelError
 from mafsil.mechanics.loop_terms import Holding
 from mafsil.model import JointKind, Mechanism
 from mafsil.model.loading import RobotLike
-from mafsil.parallel import closed_terms, closing
+from mafsil.parallel import closed_jacobians, closed_terms, closing
 from mafsil.parallel.closed_answers import ActuatorEfforts, ClosedAccelerations, ClosedConfigurations
 from mafsil.parallel.closed_compiled import CompiledChain, Run, trusted
 from mafsil.parallel.closed_kernels import terms_kernel
 from mafsil.parallel.closed_terms import Terms
 from mafsil.parallel.closing import CLOSED, FARTHEST_START
-from mafsil.robot import Robot, as_robot
+from mafsil.robot import Robot, as_open_tree
+from mafsil.robot.arguments import in_tip
+from mafsil.robot.closed_states import loop_size
 
 if TYPE_CHECKING:
     from mafsil.kernels import Kernel
@@ -56,7 +58,7 @@ class ClosedChain:
     """
 
     def __init__(self, robot: RobotLike, actuated: tuple[str, ...] | None = None) -> None:
-        self.robot: Robot = as_robot(robot)
+        self.robot: Robot = as_open_tree(robot)
         mechanism = self.robot.mechanism
         if not mechanism.loops:
             raise ModelError("parallel.no_loops", robot=mechanism.name)
@@ -143,9 +145,7 @@ class ClosedChain:
         shape = found.M.shape[:-2]
         result = np.array(np.broadcast_to(rate, (*shape, self.n)))
         missing = np.einsum("...mn,...n->...m", found.J, result)
-        change = closed_terms.correction(found.J[..., free].reshape(-1, self.m, len(free)), missing.reshape(-1, self.m))
-        result[..., free] += change.reshape(*shape, len(free))
-        return result
+        return self._corrected(result, found.J, missing, free)
 
     def closed_state(self, q: ArrayLike, qd: ArrayLike) -> tuple[ClosedConfigurations, JointVector]:
         """Configurations that close all loops, and rates that keep them closed there, as by `closed` and `rates`.
@@ -179,14 +179,15 @@ class ClosedChain:
         result[..., self.actuated] = given
         passive = self._free(self.actuated)
         missing = np.einsum("...mn,...n->...m", found.J, result) + found.gamma
-        change = closed_terms.correction(
-            np.ascontiguousarray(np.broadcast_to(found.J[..., passive], (*shape, self.m, len(passive)))).reshape(
-                -1, self.m, len(passive)
-            ),
-            missing.reshape(-1, self.m),
-        )
-        result[..., passive] += change.reshape(*shape, len(passive))
-        return result
+        return self._corrected(result, found.J, missing, passive)
+
+    def _corrected(self, x: Floats, J: Floats, missing: Floats, free: Integers) -> Floats:
+        """(*batch, n) x whose free entries got the shortest step by which J x loses what is missing (*batch, m)."""
+        if len(free):
+            shape = x.shape[:-1]
+            rows = np.broadcast_to(J[..., free], (*shape, self.m, len(free))).reshape(-1, self.m, len(free))
+            x[..., free] += closed_terms.correction(rows, missing.reshape(-1, self.m)).reshape(*shape, len(free))
+        return x
 
     def forward_dynamics(
         self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, *, added_inertia: ArrayLike | None = None
@@ -302,11 +303,40 @@ class ClosedChain:
         qdd = as_batch("qdd", qdd, (self.n,), finite=True)
         return ActuatorEfforts(*closed_terms.efforts(self.terms(q, qd), qdd, self.actuated))
 
+    def jacobian_body(self, q: ArrayLike, *, frame: str | None = None) -> Floats:
+        """(*batch, 6, a) body twist (omega, v) of the tip per rate of the driven joints, the loops kept closed.
+
+        Args:
+            q: (*batch, n) coordinates that close the loops.
+            frame: name of a link; the tip frame if None.
+
+        Raises:
+            InputError: coordinates that open a loop, or at which the driven joints do not decide the others.
+        """
+        return closed_jacobians.closed_jacobian(self, q, self.actuated, "body", frame)
+
+    def jacobian_space(self, q: ArrayLike, *, frame: str | None = None) -> Floats:
+        """(*batch, 6, a) as `jacobian_body`, the twist in {s}."""
+        return closed_jacobians.closed_jacobian(self, q, self.actuated, "space", frame)
+
+    def joint_torque(self, q: ArrayLike, F: ArrayLike, *, frame: str | None = None) -> Floats:
+        """(*batch, a) efforts of the driven joints with which the tip exerts a wrench on the world; weight left aside.
+
+        Args:
+            q: (*batch, n) coordinates that close the loops.
+            F: (*batch, 6) wrench (m, f) in that frame [N m, N].
+            frame: name of a link; the tip frame if None.
+
+        Raises:
+            InputError: as `jacobian_body`.
+        """
+        wrench = in_tip("F", F, self.robot.tip if frame is None else frame)
+        return np.einsum("...ia,...i->...a", self.jacobian_body(q, frame=frame), as_batch("F", wrench, (6,)))
+
     @cached_property
     def size(self) -> float:
         """Largest length of the mechanism [m], which gaps are judged over; at least one, for they are angles too."""
-        places = [joint.T_pj[:3, 3] for joint in (*self.robot.mechanism.joints, *self.robot.mechanism.loops)]
-        return max(1.0, float(max(np.linalg.norm(place) for place in places)))
+        return loop_size(self.robot.mechanism)
 
     @cached_property
     def unit(self) -> Floats:

@@ -14,6 +14,7 @@ from mafsil.performance.dexterity import largest_speed as largest_speed
 from mafsil.performance.dexterity import least_joint_rate as least_joint_rate
 from mafsil.performance.dexterity import manipulability as manipulability
 from mafsil.performance.dexterity import manipulability_gradient as manipulability_gradient
+from mafsil.performance.dexterity import manipulability_of as manipulability_of
 from mafsil.performance.dexterity import planar_ellipse as planar_ellipse
 from mafsil.performance.dexterity import torque_along as torque_along
 from mafsil.performance.dexterity import velocity_ellipsoid as velocity_ellipsoid

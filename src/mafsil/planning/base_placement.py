@@ -12,7 +12,7 @@ from mafsil import collision, ik, performance
 from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch, positive, single, whole
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
-from mafsil.model.loading import RobotLike
+from mafsil.model.loading import RobotLike, require_no_loops
 from mafsil.model.placement import checked_poses, inverse
 from mafsil.model.skeleton import reach, with_skeleton
 from mafsil.planning.interruption import best_kept, tells_of_interruption
@@ -85,9 +85,10 @@ def place(
     Reference:
         N. Vahrenkamp, T. Asfour, R. Dillmann, Robot placement based on reachability inversion, ICRA 2013.
     """
+    arm = robot if isinstance(robot, collision.Checker) else _checker_of(robot)
+    require_no_loops(arm.robot.mechanism)
     goals = _targets(targets)
     allowed = (stands_on,) if isinstance(stands_on, str) else tuple(stands_on)
-    arm = robot if isinstance(robot, collision.Checker) else _checker_of(robot)
     around = arm.scene if scene is None else scene if isinstance(scene, collision.Scene) else collision.Scene(scene)
     search = _Search(arm, around, goals, positive("enough_clearance", enough_clearance), allowed, samples, seed)
     # 1.

@@ -8,17 +8,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import as_batch
-from mafsil.job.resting import resting_place
+from mafsil.job.resting import resting_configuration
 from mafsil.messages import language
 from mafsil.model import Mechanism
-from mafsil.model.loading import of_mechanism
+from mafsil.model.loading import of_any_mechanism
 from mafsil.report.page import render_picture
 from mafsil.robot import Robot
 from mafsil.scene import Drawing, as_data, compact, packed
 from mafsil.whole_file import write_whole
 
 
-@of_mechanism
+@of_any_mechanism
 def write_picture(mechanism: Mechanism, path: Path, q: ArrayLike | None = None) -> None:
     """Write a self-contained HTML file that shows the robot in 3D.
 
@@ -27,7 +27,7 @@ def write_picture(mechanism: Mechanism, path: Path, q: ArrayLike | None = None) 
         path: of the file; replaced at once when the page is whole.
         q: (n,) configuration [rad | m]; a relaxed one within the limits if None.
     """
-    values = resting_place(mechanism.limits) if q is None else as_batch("q", q, (mechanism.n,), finite=True)
+    values = resting_configuration(mechanism) if q is None else as_batch("q", q, (mechanism.n,), finite=True)
     poses = np.asarray(Robot(mechanism).link_poses(values))
     tip = poses[mechanism.link_names.index(mechanism.tip)] @ mechanism.T_lt
     drawing = Drawing(mechanism)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 from numpy.typing import ArrayLike
 
 from mafsil import kernels
 from mafsil.arrays import Floats, JointVector, as_batch
-from mafsil.errors import InputError
+from mafsil.errors import InputError, ModelError
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
 from mafsil.mechanics.catalogue import quantity
@@ -27,17 +27,24 @@ from mafsil.robot.routines import Routines
 from mafsil.robot.together import Together
 
 if TYPE_CHECKING:
+    import mafsil.robot.closed_states as closed_states
     import mafsil.robot.compiling as compiling
 else:
+    closed_states = lazily("mafsil.robot.closed_states")
     compiling = lazily("mafsil.robot.compiling")
 
 
 class CompiledRobot(Description, Routines):
     """A description whose quantities are compiled at their first use; `Robot` adds what is computed from them.
 
+    Routines of a robot with loops are those of states with closed loops, or refused (`closed_states`).
+
     Attributes:
         mechanism: the description; immutable.
+        knows_loops: whether the caller keeps the loops closed, so that the tree's routines refuse nothing.
     """
+
+    knows_loops: ClassVar[bool] = False
 
     def __init__(self, mechanism: Mechanism) -> None:
         super().__init__(mechanism)
@@ -66,7 +73,9 @@ class CompiledRobot(Description, Routines):
 
         Raises:
             InputError: the name or the frame is not known; the sentence lists what is.
+            ModelError: the robot has loops, and the kernel would be the tree's.
         """
+        self._refuse_tree(name)
         if not isinstance(cast(object, frame), str | None):
             raise InputError("robot.frame_name", name=name, got=type(frame).__name__)
         key = (name, frame, optional)
@@ -90,7 +99,9 @@ class CompiledRobot(Description, Routines):
 
         Raises:
             InputError: a name, frame or optional input that is not known, a name given twice, fewer than two names.
+            ModelError: the robot has loops.
         """
+        self._refuse_tree("together")
         if not isinstance(cast(object, frame), str | None):
             raise InputError("robot.frame_name", name="together", got=type(frame).__name__)
         key = (names, frame, optional)
@@ -114,9 +125,11 @@ class CompiledRobot(Description, Routines):
 
         Raises:
             InputError: no such quantity.
-            ModelError: a quantity of masses, for a robot that has none.
+            ModelError: a quantity of masses, for a robot that has none; one that is another number where loops close.
         """
         row = quantity(name)
+        if self.mechanism.loops and not self.knows_loops:
+            return self._closed_routine(row)
         if not self.n and not row.needs_joints:
             return Motionless(self.mechanism, name)
         require_masses(self.mechanism, row)
@@ -126,6 +139,7 @@ class CompiledRobot(Description, Routines):
 
     def compiled_routine(self, name: str) -> Any:
         """The fast single call of the tip frame's kernel; whatever is unusual comes to `_general`."""
+        self._refuse_tree(name)
         return _routine_kernel(self, name).call
 
     def _general(
@@ -190,6 +204,15 @@ class CompiledRobot(Description, Routines):
         self._degrees_hint(inputs["q"])
         return found
 
+    def _closed_routine(self, row: Quantity) -> Any:
+        if row.name not in closed_states.STATES:
+            self._refuse_tree(row.name)
+        return closed_states.ClosedState(self.mechanism, row.name, CompiledTree(self.mechanism).routine(row.name))
+
+    def _refuse_tree(self, name: str) -> None:
+        if self.mechanism.loops and not self.knows_loops:
+            raise ModelError("robot.loops_routine", robot=self.mechanism.name, name=name)
+
     def _require_frame(self, row: Quantity, frame: str) -> None:
         if not row.framed:
             raise InputError("robot.no_frame", name=row.name)
@@ -204,6 +227,12 @@ class CompiledRobot(Description, Routines):
     def _friction(self) -> FrictionLaw:
         """Friction of the joints that have any."""
         return friction_law(self.mechanism)
+
+
+class CompiledTree(CompiledRobot):
+    """The tree of a robot with loops: its routines refuse nothing, for the caller keeps the loops closed."""
+
+    knows_loops = True
 
 
 def _twin_kernel(robot: CompiledRobot, name: str, frame: str | None, optional: tuple[str, ...]) -> kernels.Kernel:

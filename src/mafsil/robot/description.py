@@ -173,6 +173,10 @@ class Description:
         """
         return type(self)(self.mechanism.locked(coordinates))
 
+    def without_loops(self) -> Self:
+        """The open tree of a robot with loops: whoever wants the tree's numbers asks for them in this way."""
+        return type(self)(self.mechanism.without_loops())
+
     def save(self, path: str | PathLike[str], *, without: Collection[str] = ()) -> tuple[Loss, ...]:
         """Write the robot to a file: .urdf, .sdf or .world (Gazebo), .xml or .mjcf (MuJoCo), .toml; see `mafsil.save`.
 

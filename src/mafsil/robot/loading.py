@@ -10,7 +10,7 @@ from typing import Concatenate, ParamSpec, TypeVar
 from numpy.typing import ArrayLike
 
 from mafsil.model import Mechanism
-from mafsil.model.loading import RobotLike, as_mechanism, load_mechanism
+from mafsil.model.loading import RobotLike, as_mechanism, load_mechanism, require_no_loops
 from mafsil.robot.robot import Robot
 
 P = ParamSpec("P")
@@ -41,7 +41,7 @@ def load(
         FileError: no such file or name, or a malformed file; the sentence says where and what to do.
         ModelError: the file describes something that is no robot.
     """
-    return Robot(load_mechanism(source, tip=tip, xacro_args=xacro_args, keeps_loops=False, **dimensions))
+    return Robot(load_mechanism(source, tip=tip, xacro_args=xacro_args, **dimensions))
 
 
 def as_robot(robot: RobotLike) -> Robot:
@@ -51,17 +51,21 @@ def as_robot(robot: RobotLike) -> Robot:
 
     Raises:
         InputError: something else.
+        ModelError: it has loops, of which functions of open chains would make wrong numbers.
         FileError, ModelError: no such name or file, or a malformed one.
     """
-    return robot if isinstance(robot, Robot) else _robot_of(as_mechanism(robot))
+    if isinstance(robot, Robot):
+        require_no_loops(robot.mechanism)
+        return robot
+    return _robot_of(as_mechanism(robot))
 
 
 def of_robot(function: Callable[Concatenate[Robot, P], Result]) -> Callable[Concatenate[RobotLike, P], Result]:
-    """The function of a Robot as one of whatever names a robot."""
+    """The function of a Robot as one of whatever names a robot without loops."""
 
     @wraps(function)
     def call(robot: RobotLike, *args: P.args, **named: P.kwargs) -> Result:
-        return function(robot if isinstance(robot, Robot) else as_robot(robot), *args, **named)
+        return function(as_robot(robot), *args, **named)
 
     return call
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -58,6 +58,7 @@ class ClosedPlant(Plant):
     """
 
     actuated: tuple[str, ...] | None = None
+    keeps_loops: ClassVar[bool] = True
 
     @lazy
     def chain(self) -> ClosedChain:

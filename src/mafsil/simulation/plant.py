@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,7 +14,7 @@ from mafsil.errors import InputError
 from mafsil.kernels.lazy import lazy
 from mafsil.mechanics.friction import FrictionLaw, friction_law, has_friction
 from mafsil.model import Inertial
-from mafsil.robot import Robot, as_robot
+from mafsil.robot import Robot, as_open_tree, as_robot
 from mafsil.version import __version__
 
 
@@ -25,14 +26,19 @@ class Plant:
         robot: the true arm; its model in the controller may differ.
         friction: whether the joints' friction acts.
         environment: what the tip touches, or None.
+        keeps_loops: whether the plant keeps loops closed; robots with loops are refused if not.
+
+    Raises:
+        ModelError: the robot has loops: `ClosedPlant` moves it.
     """
 
     robot: Robot
     friction: bool = True
     environment: Environment | None = None
+    keeps_loops: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "robot", as_robot(self.robot))
+        object.__setattr__(self, "robot", as_open_tree(self.robot) if self.keeps_loops else as_robot(self.robot))
 
     def acceleration(self, q: JointVector, qd: JointVector, tau: JointVector, push: Vector6 | None = None) -> Floats:
         """Joint accelerations (*batch, n) [rad/s^2 | m/s^2].
@@ -105,7 +111,7 @@ class Plant:
             replace(link, inertial=_scaled(link.inertial, float(scale)))
             for link, scale in zip(mechanism.links, np.broadcast_to(factors, len(mechanism.links)), strict=True)
         )
-        return replace(self, robot=Robot(replace(mechanism, links=links)))
+        return replace(self, robot=as_open_tree(replace(mechanism, links=links)))
 
 
 def _scaled(inertial: Inertial | None, factor: float) -> Inertial | None:

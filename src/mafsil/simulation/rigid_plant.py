@@ -9,6 +9,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, JointVector, Vector3, require_kind
 from mafsil.errors import InputError
+from mafsil.model.loading import as_mechanism
 from mafsil.simulation.plant import Plant
 from mafsil.simulation.rigid_surface import RigidSurface
 from mafsil.simulation.stepping import IMPLICIT_FRICTION
@@ -61,9 +62,9 @@ class RigidPlant(Plant):
     surface: RigidSurface | tuple[RigidSurface, ...] = field(kw_only=True)
 
     def __post_init__(self) -> None:
-        Plant.__post_init__(self)
-        if self.robot.mechanism.loops:
+        if as_mechanism(self.robot, keeps_loops=True).loops:
             raise InputError("simulation.rigid_loops")
+        Plant.__post_init__(self)
         if not self.surfaces:
             raise InputError("simulation.rigid_nothing")
         for one in self.surfaces:

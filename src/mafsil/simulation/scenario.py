@@ -14,7 +14,7 @@ from mafsil.control import as_law
 from mafsil.errors import InputError
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
-from mafsil.robot import as_robot
+from mafsil.robot import as_open_tree
 from mafsil.simulation.closed_plant import ClosedPlant, plant_of
 from mafsil.simulation.disturbance import SensorNoise, WrenchPulse
 from mafsil.simulation.plant import Plant
@@ -91,7 +91,7 @@ class Scenario:
     variants: Variants | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "robot", as_robot(self.robot))
+        object.__setattr__(self, "robot", as_open_tree(self.robot))
         require_kind("trajectory", self.trajectory, "Trajectory", "n", "duration", "at")
         object.__setattr__(self, "law", as_law(self.law))
         require_kind("plant", self.true_plant, "Plant", "acceleration")

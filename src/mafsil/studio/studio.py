@@ -21,7 +21,7 @@ from mafsil.page.arm import Arm
 from mafsil.page.assemble import assembled, needed
 from mafsil.page.content import content
 from mafsil.report.results import FILES
-from mafsil.robot import as_robot
+from mafsil.robot import as_open_tree
 from mafsil.studio.broadcast import Broadcast
 from mafsil.studio.configurations import configurations
 from mafsil.studio.job_runner import JobRunner
@@ -81,7 +81,7 @@ class Studio:
         views: Sequence[str | os.PathLike[str]] = (),
     ) -> None:
         self._own = tuple(os.path.abspath(view) for view in views)
-        self.arm = Arm(as_robot(robot), needed(self._own))
+        self.arm = Arm(as_open_tree(robot), needed(self._own))
         self.language = language or current_language()
         self._script = script or Script(
             repr(str(robot)) if isinstance(robot, str | Path) else repr(self.arm.robot.name)

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, frozen, positive, real_array, require_finite, require_kind, whole
 from mafsil.errors import InputError
+from mafsil.model.loading import require_no_loops
 from mafsil.model.mechanism import MEASURED
 from mafsil.robot import Robot
 from mafsil.trajectory.limit_check import extremes
@@ -161,6 +162,7 @@ def _sampled(
     if np.isfinite(limits.effort).any():
         if robot is None:
             raise InputError("trajectory.effort_needs_robot")
+        require_no_loops(robot.mechanism)
         found.append(EffortLimit(_fitting(robot, limits.n), limits.effort))
     given = zip(("tip_speed", "tip_acceleration", "tip_turn_rate"), tip, strict=True)
     bounds = [bound if bound == np.inf else positive(name, bound) for name, bound in given]

@@ -16,6 +16,11 @@ class Agreement(Status):
 
     AGREES = ("verification.all_agree", True)
     DIFFERS = ("verification.some_differ", False)
+    INCOMPLETE = ("verification.incomplete", False)
+
+
+UNCHECKED = "verification.loops_not_found"
+"""Reason of what was not compared without which nobody may say that all agrees."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,8 +100,9 @@ class Verification(Answer):
     @property
     def status(self) -> Agreement:
         """Whether every routine agrees with its independent method."""
-        passed = bool(self.checks) and all(check.passed for check in self.checks)
-        return Agreement.AGREES if passed else Agreement.DIFFERS
+        if not (self.checks and all(check.passed for check in self.checks)):
+            return Agreement.DIFFERS
+        return Agreement.INCOMPLETE if any(key == UNCHECKED for _, key in self.left_out) else Agreement.AGREES
 
     @property
     def ok(self) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from typing import Any, Literal, TypeAlias
 
@@ -16,19 +16,23 @@ from mafsil.mechanics.quantity import Quantity
 from mafsil.mechanics.states import States, random_states
 from mafsil.mechanics.textbook import Textbook
 from mafsil.messages import say
-from mafsil.robot import Robot, of_robot
-from mafsil.verification.composed import composed_checks
+from mafsil.model.loading import RobotLike, as_mechanism
+from mafsil.robot import Robot, as_robot
+from mafsil.robot.closed_states import STATES
+from mafsil.verification.closed import closed_judge
+from mafsil.verification.composed import LeftOut, composed_checks
 from mafsil.verification.peers import PEERS, peer_checks, standing
 from mafsil.verification.tolerances import LIMIT, ROUNDING, SINGULAR, SMALLEST
-from mafsil.verification.verification import Check, Verification
+from mafsil.verification.verification import UNCHECKED, Check, Verification
 
 MOST_STATES = 10_000
+TREE = "without_loops()."
+"""How names of the open tree's routines begin, where a robot has loops."""
 Peer: TypeAlias = Literal["pinocchio", "mujoco"]
 
 
-@of_robot
 def verify(
-    robot: Robot,
+    robot: RobotLike,
     against: Peer | Collection[Peer] | None = None,
     *,
     states: int = 8,
@@ -47,8 +51,12 @@ def verify(
         seed: of the states.
         limit: relative error that counts as rounding.
 
+    Of a robot with loops, the closed chain is compared at states that close them, with d'Alembert's principle along the
+    motions that the loops leave; and the routines of its tree, whose names begin with `without_loops().`.
+
     Returns:
-        One check per routine and way of calling it; `ok`, `failed`, `explain()`.
+        One check per routine and way of calling it; `ok`, `failed`, `explain()`. Without a state that closes the loops
+        the answer is false: they were not compared.
 
     Raises:
         InputError: no such peer, or not installed, or not a number of states.
@@ -60,8 +68,22 @@ def verify(
             raise InputError("input.choice", name="against", value=peer, known=", ".join(PEERS))
     if not 1 <= states <= MOST_STATES:
         raise InputError("verification.states", count=states, most=MOST_STATES)
-    if not robot.n:
-        raise ModelError("robot.no_joints", robot=robot.name)
+    mechanism = as_mechanism(robot, keeps_loops=True)
+    if not mechanism.n:
+        raise ModelError("robot.no_joints", robot=mechanism.name)
+    if not mechanism.loops:
+        arm = robot if isinstance(robot, Robot) else as_robot(mechanism)
+        checks, left_out = _of_tree(arm, peers, states, seed, limit)
+        return Verification(mechanism.name, tuple(checks), states, seed, tuple(left_out), standing(peers))
+    checks, left_out = _of_loops(Robot(mechanism), states, seed, limit)
+    trees, missing = _of_tree(Robot(mechanism.without_loops()), peers, states, seed, limit)
+    checks += [replace(check, routine=f"{TREE}{check.routine}") for check in trees]
+    left_out += [(f"{TREE}{name}", key) for name, key in missing]
+    return Verification(mechanism.name, tuple(checks), states, seed, tuple(left_out), standing(peers))
+
+
+def _of_tree(robot: Robot, peers: Sequence[str], states: int, seed: int, limit: float) -> tuple[list[Check], LeftOut]:
+    """Every routine of a robot without loops, and what was not compared."""
     size, book = ArmSize.of(robot.mechanism), Textbook(robot.mechanism)
     drawn = random_states(robot.mechanism, size, states, seed)
     judge = Judge(book, size, drawn, limit)
@@ -70,12 +92,25 @@ def verify(
         checks += [judge.check(robot, row, called) for called in ways(row, drawn, robot)]
     composed, left_out = composed_checks(robot, book, size, drawn, limit)
     checks += composed
-    if robot.mechanism.loops:
-        left_out.append(("ClosedChain", "verification.loops_open"))
     for peer in peers:
         found, missing = peer_checks(peer, robot, drawn, limit, judge.error)
         checks, left_out = checks + found, left_out + missing
-    return Verification(robot.name, tuple(checks), states, seed, tuple(left_out), standing(peers))
+    return checks, left_out
+
+
+def _of_loops(robot: Robot, states: int, seed: int, limit: float) -> tuple[list[Check], LeftOut]:
+    """The closed chain, and the routines that a robot with loops has, at states that close them."""
+    closed = closed_judge(robot, states, seed, limit)
+    if closed is None:
+        return [], [("ClosedChain", UNCHECKED)]
+    checks, left_out = closed.checks()
+    judge = Judge(closed.book, closed.size, closed.s, limit)
+    for name in sorted(STATES):
+        row = CATALOGUE[name]
+        checks += [judge.check(robot, row, called) for called in ways(row, closed.s, robot)]
+    if len(closed.s.q) < states:
+        left_out.append((f"ClosedChain ({len(closed.s.q)}/{states})", "verification.loops_fewer"))
+    return checks, left_out
 
 
 def ways(row: Quantity, drawn: States, robot: Robot) -> Iterator[States]:

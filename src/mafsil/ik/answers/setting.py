@@ -13,7 +13,7 @@ from mafsil.arrays import Floats, JointVector
 from mafsil.ik.analysis import Analysis, Task, analysis
 from mafsil.ik.answers.branch import BranchNames
 from mafsil.ik.answers.candidate_table import CandidateTable
-from mafsil.ik.moving_part import MovingPart, middle_of, moving_part, warn_of_loops
+from mafsil.ik.moving_part import MovingPart, middle_of, moving_part
 from mafsil.ik.numerical.task import pose_task
 from mafsil.ik.problem import reach_bound
 from mafsil.ik.tolerances import NEARLY_REACHED
@@ -232,7 +232,6 @@ def setting(robot: Robot, frame: str | None, task: Task) -> Setting:
         frame: name of a link; the tip if None.
         task: `pose`, `position` or `axis`.
     """
-    warn_of_loops(robot)
     return Setting(moving_part(robot, frame), task)
 
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch, positive, require_finite, require_kind, whole
 from mafsil.errors import InputError, MafsilWarning, ModelError, warn
-from mafsil.ik.moving_part import MovingPart, warn_of_loops
+from mafsil.ik.moving_part import MovingPart
 from mafsil.ik.numerical.fast_search import SOLVED, FastSearch, Report, hashable, search_of
 from mafsil.ik.numerical.full_search import FullSearch
 from mafsil.ik.numerical.preferred import preferred_configuration
@@ -117,7 +117,6 @@ def solve_ik(
     # 2.
     begun = perf_counter()
     robot = as_robot(robot)
-    warn_of_loops(robot)
     if not robot.n:
         raise ModelError("robot.no_joints", robot=robot.name)
     desired = as_batch("T_sd", T_sd, (4, 4))

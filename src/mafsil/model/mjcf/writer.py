@@ -12,7 +12,7 @@ from mafsil.arrays import Floats, PoseMatrix
 from mafsil.model.joint import Joint, JointKind
 from mafsil.model.limits import UNBOUNDED, Limits
 from mafsil.model.link import Link
-from mafsil.model.loading import of_mechanism
+from mafsil.model.loading import of_any_mechanism
 from mafsil.model.losses import Document, delivered, settled, xml_comment
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.mjcf.losses import CHOICES, light_links, losses_of, stands_in_world
@@ -28,7 +28,7 @@ APART = 0.1
 _KINDS = {JointKind.REVOLUTE: "hinge", JointKind.PRISMATIC: "slide"}
 
 
-@of_mechanism
+@of_any_mechanism
 def write(mechanism: Mechanism, path: str | PathLike[str] | None = None, *, without: Collection[str] = ()) -> str:
     """The mechanism as the text of an MJCF file; reading it back gives the same mechanics.
 

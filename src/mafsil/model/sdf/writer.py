@@ -13,7 +13,7 @@ from mafsil.arrays import Floats, PoseMatrix
 from mafsil.model.inertia_check import STAND_IN, principal_moments
 from mafsil.model.joint import Joint, JointKind
 from mafsil.model.link import Inertial, Link
-from mafsil.model.loading import of_mechanism
+from mafsil.model.loading import of_any_mechanism
 from mafsil.model.losses import Document, delivered, settled, xml_comment
 from mafsil.model.mechanism import STANDARD_GRAVITY, Mechanism
 from mafsil.model.numbers import written
@@ -34,7 +34,7 @@ _KINDS = {JointKind.HELICAL: "screw", JointKind.SPHERICAL: "ball"}
 _NOTHING = Inertial(STAND_IN, inertia=STAND_IN * np.eye(3))
 
 
-@of_mechanism
+@of_any_mechanism
 def write(mechanism: Mechanism, path: str | PathLike[str] | None = None, *, without: Collection[str] = ()) -> str:
     """The mechanism as the text of an SDFormat file; reading it back gives the same links, tip and mechanics.
 

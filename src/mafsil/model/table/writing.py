@@ -10,7 +10,7 @@ import numpy as np
 
 from mafsil.model.joint import Joint, JointKind
 from mafsil.model.link import Link
-from mafsil.model.loading import of_mechanism
+from mafsil.model.loading import of_any_mechanism
 from mafsil.model.losses import Document, Loss, Weight, comment_lines, delivered, joints_that, names_of, settled
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.table.building import KINDS
@@ -20,7 +20,7 @@ CHOICES = ("shapes",)
 """Words of `without`."""
 
 
-@of_mechanism
+@of_any_mechanism
 def write(mechanism: Mechanism, path: str | PathLike[str] | None = None, *, without: Collection[str] = ()) -> str:
     """An arm as the text of a TOML file that `read` turns into the same mechanism, up to rounding in the last digit.
 
@@ -43,7 +43,7 @@ def write(mechanism: Mechanism, path: str | PathLike[str] | None = None, *, with
     return delivered(document(mechanism, without), mechanism.name, path, without)
 
 
-@of_mechanism
+@of_any_mechanism
 def formatted(mechanism: Mechanism) -> str:
     """The text that `write` writes, without a warning.
 

@@ -10,7 +10,7 @@ from mafsil.arrays import Floats, PoseMatrix
 from mafsil.model.joint import Joint
 from mafsil.model.limits import UNBOUNDED
 from mafsil.model.link import Inertial, Link
-from mafsil.model.loading import of_mechanism
+from mafsil.model.loading import of_any_mechanism
 from mafsil.model.losses import Document, delivered, settled, xml_comment
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.numbers import written
@@ -26,7 +26,7 @@ LOSSES = CHOICES
 DRAKE = ' xmlns:drake="http://drake.mit.edu"'
 
 
-@of_mechanism
+@of_any_mechanism
 def write(mechanism: Mechanism, path: str | PathLike[str] | None = None, *, without: Collection[str] = ()) -> str:
     """The mechanism as the text of a URDF file; reading it back gives the same mechanics.
 

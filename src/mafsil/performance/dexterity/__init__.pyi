@@ -10,5 +10,6 @@ from mafsil.performance.dexterity.manipulability import force_ellipsoid as force
 from mafsil.performance.dexterity.manipulability import jacobian_hessian as jacobian_hessian
 from mafsil.performance.dexterity.manipulability import manipulability as manipulability
 from mafsil.performance.dexterity.manipulability import manipulability_gradient as manipulability_gradient
+from mafsil.performance.dexterity.manipulability import manipulability_of as manipulability_of
 from mafsil.performance.dexterity.manipulability import planar_ellipse as planar_ellipse
 from mafsil.performance.dexterity.manipulability import velocity_ellipsoid as velocity_ellipsoid

@@ -325,6 +325,21 @@ def manipulability(
     return _measure(measure)(decompositions.singular_values(scaled.J))
 
 
+def manipulability_of(J: ArrayLike, measure: str = "yoshikawa") -> Floats:
+    """(*batch) a measure of any Jacobian, such as that of a closed chain.
+
+    Args:
+        J: (*batch, m, n), rows of one unit, m <= n for a number that is not zero everywhere.
+        measure: as for `manipulability`.
+
+    Raises:
+        InputError: no matrix; an unknown measure.
+    """
+    shape = np.shape(J)[-2:]
+    A = as_batch("J", J, shape if len(shape) == 2 else (1, 1))
+    return _measure(measure)(decompositions.singular_values(A))
+
+
 @of_robot
 def manipulability_gradient(
     robot: Robot,

@@ -15,7 +15,7 @@ from mafsil.kernels.argument import HUGE_VALUE
 from mafsil.kernels.export.legend import symbol
 from mafsil.kernels.export.objects.machines import machine
 from mafsil.kernels.export.objects.wasm import constants_size, loadable
-from mafsil.kernels.export.traced import tapes
+from mafsil.kernels.export.traced import reduced_tape
 from mafsil.kernels.identity import content_key, fingerprint, toolchain
 from mafsil.kernels.kernel import Kernel
 from mafsil.kernels.layout import Port, Signature
@@ -100,17 +100,21 @@ def _require_numbers(signature: Signature) -> None:
 
 
 def _compiled(kernels: Mapping[str, Kernel]) -> bytes:
-    """The module: every kernel's own module, linked by LLVM, optimised as one, constants moved above the stack."""
+    """The module: every kernel's own module, linked by LLVM, constants moved above the stack."""
     chosen = machine("wasm32")
     texts = [_module(name, kernel, chosen.target) for name, kernel in kernels.items()]
     texts[0] = chosen.runtime + texts[0]
     triple = f'target triple = "{chosen.target.triple}"\n'
-    return loadable(translate([triple + text for text in texts], chosen.target, "object"), list(kernels), STACK)
+    code = translate([triple + text for text in texts], chosen.target, "object", effort=0)
+    return loadable(code, list(kernels), STACK)
 
 
 def _module(name: str, kernel: Kernel, target: Target) -> str:
-    """One evaluation; what reduces huge angles is shared by all modules that are linked."""
-    text = point(tapes(kernel)[1], kernel.signature, target, name)
+    """One evaluation; what reduces huge angles is shared by all modules that are linked.
+
+    Long ones are cut: one pass of LLVM for WebAssembly takes time with the square of a function's length.
+    """
+    text = point(reduced_tape(kernel), kernel.signature, target, name, cut=True)
     shared = [
         line.replace("define internal", "define linkonce_odr hidden") if f"@{HUGE_VALUE}(" in line else line
         for line in text.split("\n")
