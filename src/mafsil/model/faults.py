@@ -59,6 +59,9 @@ MISSING_ELEMENT = _error("F0135", "missing_element")
 MORE_REMARKS = _info("F0137", "more_remarks")
 IGNORED_ELEMENT = _info("F0136", "ignored_element")
 NO_ARGUMENTS = _error("F0138", "no_arguments")
+FOREIGN_ATTRIBUTE = _warning("F0139", "foreign_attribute")
+OTHER_VERSION = _warning("F0140", "other_version")
+UNKNOWN_VERSION = _error("F0141", "unknown_version")
 
 # Numbers
 MISSING_ATTRIBUTE = _error("N0201", "missing_attribute")
@@ -72,6 +75,9 @@ DECIMAL_COMMA = _error("N0208", "decimal_comma")
 HEXADECIMAL = _error("N0209", "hexadecimal")
 LOCAL_DIGITS = _error("N0210", "local_digits")
 WITH_UNIT = _error("N0211", "with_unit")
+ZERO_QUATERNION = _error("N0212", "zero_quaternion")
+TWO_ROTATIONS = _error("N0213", "two_rotations")
+QUATERNION_NORMALISED = _warning("N0214", "quaternion_normalised")
 
 # Structure
 NO_NAME = _error("S0301", "no_name")
@@ -116,6 +122,10 @@ MIMIC_ZERO = _warning("J0426", "mimic_zero")
 NEGATIVE_DAMPING = _error("J0430", "negative_damping")
 SAFETY_IGNORED = _info("J0431", "safety_ignored")
 TRANSMISSION_IGNORED = _info("J0432", "transmission_ignored")
+BOUND_OF_NONE = _warning("J0433", "bound_of_none")
+INFINITE_BOUND = _warning("J0434", "infinite_bound")
+UNEVEN_ACCELERATION = _warning("J0435", "uneven_acceleration")
+OPEN_RANGE = _warning("J0436", "open_range")
 
 # Inertia
 NO_INERTIAL = _info("I0501", "no_inertial")

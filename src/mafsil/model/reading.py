@@ -15,7 +15,6 @@ from mafsil.model.faults import (
     STRANGE_NAME,
     TOO_MANY_ERRORS,
     UNDERFLOW,
-    UNKNOWN_ELEMENT,
     WRONG_COUNT,
 )
 from mafsil.model.numbers import LARGEST, decimal, proposal
@@ -129,15 +128,6 @@ class Reading:
             self.report(REPEATED_ELEMENT, extra, None, self.remove(extra), element=tag, parent=element.tag)
         return found[0] if found else None
 
-    def report_strangers(self, element: Element, known: tuple[str, ...], ignored: tuple[str, ...]) -> None:
-        """Children that the format does not know are reported, unless they are widespread extensions."""
-        for child in element.children:
-            if child.tag not in known and child.tag not in ignored:
-                self.report(
-                    UNKNOWN_ELEMENT, child, None, None,
-                    element=child.tag, parent=element.tag, known=", ".join(known),
-                )  # fmt: skip
-
     def number(
         self,
         element: Element,
@@ -206,13 +196,13 @@ class Reading:
         edit = self._document_of(element).remove_attribute(element, attribute)
         return Repair("robotfile.repair_remove_attribute", (edit,), {"attribute": attribute})
 
-    def rename_attribute(self, element: Element, attribute: str, name: str) -> Repair:
+    def rename_attribute(self, element: Element, attribute: str, name: str, *, guess: bool = False) -> Repair:
         """The repair that gives an attribute another name."""
         document = self._document_of(element)
         span = document.attribute_span(element, attribute)
         start = element.start if span is None else span[0]
         edit = Edit(start, start + (0 if span is None else len(attribute.encode())), "" if span is None else name)
-        return Repair("robotfile.repair_respell", (edit,), {"old": shown(attribute), "new": shown(name)})
+        return Repair("robotfile.repair_respell", (edit,), {"old": shown(attribute), "new": shown(name)}, guess)
 
     def remove(self, element: Element, *, guess: bool = False) -> Repair:
         """The repair that removes an element."""

@@ -120,6 +120,18 @@ def _shape(inside: str) -> bytes:
     return sound().replace(b'<link name="b">\n', f'<link name="b">\n<visual>{inside}</visual>'.encode())
 
 
+_QUARTER = '<origin quat_xyzw="0 0 1 1"/>'
+
+
+def _of_version(version: str, origin: str = "", limits: str = "") -> bytes:
+    head, limited = f'<robot version="{version}" name', f'{limits}lower="-1"'
+    parts = ((b"<robot name", head), (ENDS.encode(), ENDS + origin), (b'lower="-1"', limited))
+    text = sound()
+    for old, new in parts:
+        text = text.replace(old, new.encode(), 1)
+    return text
+
+
 BOX = '<collision><geometry><box size="1 -1 1"/></geometry></collision>'
 
 CASES = (
@@ -243,5 +255,17 @@ CASES = (
     Case("material unknown", _shape('<geometry><sphere radius="1"/></geometry><material name="m"/>'),
          "G0621", 4, False, True, accepted=True),
     Case("damping negative", _joint(AXIS, AXIS + '<dynamics damping="-1"/>'), "J0430", 8, True, False),
+    Case("misspelt attribute", _joint('xyz="0 0 1"', 'xzy="0 0 1"'), "F0139", 8, True, True, accepted=True),
+    Case("quaternion in URDF 1.0", _joint(ENDS, ENDS + _QUARTER), "F0140", 7, True, True, accepted=True),
+    Case("URDF of the future", _of_version("3.0"), "F0141", 1, True, False),
+    Case("version of one number", _of_version("1"), "F0141", 1, True, True),
+    Case("quaternion of zeros", _of_version("1.1", _QUARTER.replace("1 1", "0 0")), "N0212", 7, False, False),
+    Case("rotation twice", _of_version("1.1", _QUARTER.replace("quat", 'rpy="0 0 1" quat')), "N0213", 7, False, False),
+    Case("quaternion not unit", _of_version("1.1", _QUARTER), "N0214", 7, True, True, accepted=True),
+    Case("effort -1", _joint('effort="5"', 'effort="-1"'), "J0433", 9, True, True, accepted=True),
+    Case("upper inf", _joint('upper="1"', 'upper="inf"'), "J0434", 9, True, True, accepted=True),
+    Case("deceleration", _of_version("1.2", "", 'acceleration="3" deceleration="2" '), "J0435", 9, False, True,
+         accepted=True),
+    Case("open range", _of_version("1.2").replace(b'upper="1"', b""), "J0436", 9, False, True, accepted=True),
     Case("two inertials", robot(LINKS.replace(INERTIAL, INERTIAL * 2), JOINT), "F0134", 2, True, True, accepted=True),
 )  # fmt: skip

@@ -7,12 +7,12 @@ from pathlib import PurePosixPath
 
 from mafsil.arrays import frozen
 from mafsil.model.asset_path import Assets
+from mafsil.model.audit import audit
 from mafsil.model.faults import NO_LINKS, WRONG_ROOT
 from mafsil.model.file_reader import Format
 from mafsil.model.link import Link
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.mimics import resolve_mimics
-from mafsil.model.mjcf.audit import audit
 from mafsil.model.mjcf.body import TreeReader
 from mafsil.model.mjcf.coupling import read_couplings
 from mafsil.model.mjcf.driving import Driving
@@ -23,6 +23,7 @@ from mafsil.model.mjcf.mesh_asset import MeshAssets
 from mafsil.model.mjcf.references import References
 from mafsil.model.mjcf.scope import Model, Scope, Unfolding
 from mafsil.model.mjcf.settings import read_settings
+from mafsil.model.mjcf.vocabulary import MJCF as VOCABULARY
 from mafsil.model.reading import Reading
 from mafsil.model.xml_tree import Element, ReadLimits
 
@@ -61,7 +62,7 @@ def _model(reading: Reading, root: Element, inclusion: Inclusion) -> Model:
     3. Collect meshes, materials and whole models by name, each with the defaults of its class.
     """
     # 1.
-    audit(reading, root)
+    audit(reading, root, VOCABULARY)
     # 2.
     settings = read_settings(reading, root)
     library = Library(settings, MeshAssets(settings, inclusion.assets, inclusion.folders))
