@@ -43,9 +43,16 @@ MALFORMED = _error("F0110", "malformed")
 CUT_SHORT = _error("F0111", "cut_short")
 MISMATCHED_TAG = _error("F0112", "mismatched_tag")
 DUPLICATE_ATTRIBUTE = _error("F0113", "duplicate_attribute")
-JUNK_AFTER_END = _error("F0114", "junk_after_end")
-UNDEFINED_ENTITY = _error("F0115", "undefined_entity")
+JUNK_AFTER_END = _warning("F0114", "junk_after_end")
+UNDEFINED_ENTITY = _warning("F0115", "undefined_entity")
 DOCTYPE = _error("F0116", "doctype")
+COMMENT_HYPHENS = _warning("F0117", "comment_hyphens")
+DECLARATION_PARDONED = _warning("F0118", "declaration_pardoned")
+NO_BLANK = _warning("F0119", "no_blank")
+STRAY_CHARACTER = _warning("F0124", "stray_character")
+STRAY_MARKUP = _warning("F0125", "stray_markup")
+GUESSED_ENCODING = _warning("F0126", "guessed_encoding")
+WRONG_ENCODING = _warning("F0127", "wrong_encoding")
 TOO_MANY_ELEMENTS = _error("F0120", "too_many_elements")
 TOO_MANY_LINKS = _error("F0121", "too_many_links")
 TOO_DEEP = _error("F0122", "too_deep")
@@ -219,3 +226,11 @@ SDF_GEARBOX_RATIO = _error("D1214", "sdf_gearbox_ratio")
 
 # Tables
 DH_DEGREES = _warning("T1301", "dh_degrees")
+
+PARDONED = frozenset(
+    {
+        JUNK_AFTER_END, UNDEFINED_ENTITY, COMMENT_HYPHENS, DECLARATION_PARDONED, NO_BLANK, STRAY_CHARACTER,
+        STRAY_MARKUP, GUESSED_ENCODING, WRONG_ENCODING, BOUND_OF_NONE, INFINITE_BOUND,
+    }
+)  # fmt: skip
+"""What we and some other readers take and the rest refuse: mended with the errors, as it changes no meaning."""

@@ -18,6 +18,7 @@ from mafsil.model.faults import (
     WRONG_COUNT,
 )
 from mafsil.model.numbers import LARGEST, decimal, proposal
+from mafsil.model.source import Text
 from mafsil.model.xml_tree import Document, Element, Refusal
 
 FORBIDDEN_IN_NAMES = re.compile(r"[\x00-\x1f\x7f-\x9f\u061c\u200b-\u200f\u202a-\u202e\u2060-\u2069\ufeff\ud800-\udfff]")
@@ -81,6 +82,24 @@ class Reading:
         repair = None if element.file else repair
         safe = {key: shown(value) if isinstance(value, str) else value for key, value in details.items()}
         self.diagnostics.append(Diagnostic(fault, line, column, safe, repair, included))
+
+    def include(self, name: str, text: Text, document: Document) -> Element:
+        """Take an included file in: its elements carry its number, and what was pardoned in it is said.
+
+        Args:
+            name: under which it stands in reports.
+            text, document: as they were read.
+
+        Returns:
+            Its root.
+        """
+        name = shown(name)
+        self.included.append((name, document))
+        for element in document.root.walk():
+            element.file = len(self.included)
+        remarks = (*text.remarks, *document.remarks)
+        self.diagnostics += [replace(remark, file=name, repair=None) for remark in remarks]
+        return document.root
 
     def withdraw(self, remarks: list[Diagnostic]) -> None:
         """Take back what was reported about a part that turned out not to matter."""

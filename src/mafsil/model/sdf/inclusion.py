@@ -71,11 +71,10 @@ class Inclusion:
         if len(self.reading.included) > MOST_FILES:
             return None
         try:
-            document = parse(load(path, self.limits).data, self.limits)
+            text = load(path, self.limits)
+            document = parse(text.data, self.limits)
         except Refusal as refusal:
             self.reading.diagnostics.append(replace(refusal.diagnostic, file=shown(name), repair=None))
             return None
-        self.reading.included.append((shown(name), document))
-        for element in document.root.walk():
-            element.file = len(self.reading.included)
+        self.reading.include(name, text, document)
         return document

@@ -128,13 +128,12 @@ class Files:
         if path not in self._roots:
             name = self._shown(path)
             try:
-                document = parse(load(path, self.limits).data, self.limits)
+                text = load(path, self.limits)
+                document = parse(text.data, self.limits)
             except Refusal as refusal:
                 self.reading.diagnostics.append(replace(refusal.diagnostic, file=name, repair=None))
                 raise Reported from None
-            self.reading.included.append((name, document))
-            self._note_file(document.root)
-            self._roots[path] = document.root
+            self._roots[path] = self.reading.include(name, text, document)
         return self._roots[path]
 
     def _shown(self, path: Path) -> str:
