@@ -36,7 +36,7 @@ def audit(reading: Reading, root: Element, vocabulary: Vocabulary, version: Vers
         row = vocabulary.row_of(element.tag, parent)
         if row is None:
             continue
-        _audit_attributes(reading, root, element, row, vocabulary, version)
+        audit_attributes(reading, root, element, row, vocabulary, version)
         inside: list[Element] = []
         for child in [*element.children]:
             word = row.parts.get(child.tag)
@@ -51,9 +51,16 @@ def audit(reading: Reading, root: Element, vocabulary: Vocabulary, version: Vers
         waiting.extend((child, element.tag) for child in reversed(inside))
 
 
-def _audit_attributes(
+def audit_attributes(
     reading: Reading, root: Element, element: Element, row: Row, vocabulary: Vocabulary, version: Version | None
 ) -> None:
+    """Report the attributes of one element.
+
+    Args:
+        reading, root, vocabulary, version: as of `audit`.
+        element: the one.
+        row: of it.
+    """
     for attribute, text in [*element.attributes.items()]:
         word = row.words.get(attribute)
         if word is None:

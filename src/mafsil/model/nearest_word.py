@@ -15,11 +15,12 @@ def nearest_words(word: str, known: tuple[str, ...]) -> tuple[str, ...]:
     """The known words that lie nearest to a misspelt one, all of the same distance; none if none is near.
 
     Letters exchanged count less than letters added or left out, and these less than other letters; case, blanks and
-    underscores count nearly nothing. A word of up to five letters may have one fault, a longer one more.
+    underscores count nearly nothing. A word of up to five letters may have one fault, of up to three none
+    of the last kind, a longer one more.
     """
     if not word or len(word) > LONGEST:
         return ()
-    allowed = max(1.0, len(word) / 5)
+    allowed = _ADDED if len(word) <= 3 else max(_OTHER, len(word) / 5)
     distances = {name: _distance(word, name, allowed) for name in known if abs(len(name) - len(word)) <= allowed + 1}
     least = min(distances.values(), default=allowed + 1)
     return tuple(sorted(name for name, distance in distances.items() if distance <= least)) if least <= allowed else ()

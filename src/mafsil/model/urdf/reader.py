@@ -61,15 +61,17 @@ def _read_parts(
 
 
 def _plain(reading: Reading, assets: Assets, limits: ReadLimits) -> Element | None:
-    """The robot without any xacro: definitions left over in a finished file ignored, everything else expanded."""
+    """The robot without any xacro: what is left over in a finished file ignored, everything else expanded."""
     root = reading.document.root
     if not is_xacro(root):
         return root
     rests = [] if reading.arguments else left_over(root)
+    gone = frozenset(rests)
     for element in rests:
         reading.report(XACRO_LEFT_OVER, element, None, reading.remove(element), element=element.tag)
     if rests:
-        root.children = [child for child in root.children if child not in rests]
+        for element in root.walk():
+            element.children = [child for child in element.children if child not in gone]
         return root
     return expanded(reading, assets, limits)
 

@@ -25,6 +25,7 @@ from mafsil.model.source import load, regular_bytes
 from mafsil.model.xacro.expression import evaluate
 from mafsil.model.xacro.fault import Budget, Reported, XacroFault, wrong
 from mafsil.model.xacro.values import Function, Value, bounded, literal
+from mafsil.model.xacro.vocabulary import audit
 from mafsil.model.xacro.yaml_file import LARGEST, YamlFault, parsed
 from mafsil.model.xml_tree import Element, ReadLimits, Refusal, parse
 
@@ -57,6 +58,7 @@ class Files:
         document = self.reading.document
         self.reading.included.append(("", document))
         self._note_file(document.root)
+        audit(self.reading, document.root)
         return document.root
 
     def declare(self, name: str, default: str) -> None:
@@ -134,6 +136,7 @@ class Files:
                 self.reading.diagnostics.append(replace(refusal.diagnostic, file=name, repair=None))
                 raise Reported from None
             self._roots[path] = self.reading.include(name, text, document)
+            audit(self.reading, document.root)
         return self._roots[path]
 
     def _shown(self, path: Path) -> str:
