@@ -12,11 +12,14 @@ from mafsil.model.diagnostics import Diagnostic
 from mafsil.model.mjcf.vocabulary import MJCF
 from mafsil.model.nearest_word import nearest_words
 from mafsil.model.reading import Reading
+from mafsil.model.sdf.vocabulary import SDF
 from mafsil.model.urdf.vocabulary import URDF
 from mafsil.model.vocabulary import Row, Treatment, Vocabulary
 from mafsil.model.xml_tree import parse
 
-ROOTS = {"URDF": (URDF, "robot"), "MJCF": (MJCF, "mujoco")}
+ROOTS = {
+    "URDF": (URDF, "robot"), "MJCF": (MJCF, "mujoco"), "SDFormat": (SDF, "sdf"), "SDFormat's models": (SDF, "model"),
+}  # fmt: skip
 
 
 def places(vocabulary: Vocabulary, root: str) -> Iterator[tuple[tuple[str, ...], Row]]:

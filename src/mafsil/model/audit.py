@@ -46,7 +46,7 @@ def audit(reading: Reading, root: Element, vocabulary: Vocabulary, version: Vers
                 element.children.remove(child)
             elif word.treatment is Treatment.READ:
                 inside.append(child)
-            elif word.treatment is Treatment.LEFT_OUT and not vocabulary.is_neutral_text(child.tag, child.text):
+            elif word.treatment is Treatment.LEFT_OUT and not vocabulary.is_neutral_part(child):
                 reading.report(NOT_KEPT, child, None, None, element=element.tag, what=child.tag)
         waiting.extend((child, element.tag) for child in reversed(inside))
 

@@ -20,7 +20,7 @@ def nearest_words(word: str, known: tuple[str, ...]) -> tuple[str, ...]:
     """
     if not word or len(word) > LONGEST:
         return ()
-    allowed = _ADDED if len(word) <= 3 else max(_OTHER, len(word) / 5)
+    allowed = _ADDED if len(word) <= 3 else max(_OTHER, len(word) / 4)
     distances = {name: _distance(word, name, allowed) for name in known if abs(len(name) - len(word)) <= allowed + 1}
     least = min(distances.values(), default=allowed + 1)
     return tuple(sorted(name for name, distance in distances.items() if distance <= least)) if least <= allowed else ()

@@ -14,6 +14,7 @@ from types import MappingProxyType
 from typing import NamedTuple, TypeAlias
 
 from mafsil.model.diagnostics import Fault
+from mafsil.model.xml_tree import Element
 
 Version: TypeAlias = tuple[int, int]
 NEWEST: Version = (1 << 30, 0)
@@ -120,7 +121,7 @@ class Vocabulary:
         unknown_attribute, unknown_part: faults of what stands in no row.
         strict: whether the format's own reader refuses what is unknown, so that a respelt name is no guess.
         is_neutral: whether an attribute that is left out leaves things as they are: tag, attribute, its text.
-        is_neutral_text: the same of an element that is left out: its tag and the text inside.
+        is_neutral_part: the same of an element that is left out.
     """
 
     format: str
@@ -129,4 +130,4 @@ class Vocabulary:
     unknown_part: Fault
     strict: bool
     is_neutral: Callable[[str, str, str], bool]
-    is_neutral_text: Callable[[str, str], bool]
+    is_neutral_part: Callable[[Element], bool]

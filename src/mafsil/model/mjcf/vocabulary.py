@@ -233,5 +233,5 @@ def _is_zero(word: str) -> bool:
 
 MJCF = Vocabulary(
     "MJCF", row_of, UNKNOWN_ATTRIBUTE, UNKNOWN_PART, strict=True, is_neutral=is_neutral,
-    is_neutral_text=lambda _tag, _text: False,
+    is_neutral_part=lambda _part: False,
 )  # fmt: skip

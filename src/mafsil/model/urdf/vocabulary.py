@@ -118,7 +118,7 @@ def row_of(tag: str, parent: str) -> Row | None:
 
 URDF = Vocabulary(
     "URDF", row_of, FOREIGN_ATTRIBUTE, UNKNOWN_ELEMENT, strict=False, is_neutral=lambda _tag, _attribute, _text: False,
-    is_neutral_text=lambda _tag, _text: False,
+    is_neutral_part=lambda _part: False,
 )  # fmt: skip
 
 

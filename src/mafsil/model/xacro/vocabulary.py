@@ -35,7 +35,7 @@ CONSTRUCTS = (*ROWS, "element", "call")
 
 XACRO = Vocabulary(
     "xacro", lambda tag, _parent: ROWS.get(tag.removeprefix(PREFIX)), FOREIGN_ATTRIBUTE, UNKNOWN_ELEMENT, strict=False,
-    is_neutral=lambda _tag, _attribute, _text: True, is_neutral_text=lambda _tag, _text: True,
+    is_neutral=lambda _tag, _attribute, _text: True, is_neutral_part=lambda _part: True,
 )  # fmt: skip
 
 
