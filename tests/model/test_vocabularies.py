@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 
+from mafsil.collision.srdf import SRDF
 from mafsil.model.audit import audit
 from mafsil.model.diagnostics import Diagnostic
 from mafsil.model.mjcf.vocabulary import MJCF
@@ -19,6 +20,7 @@ from mafsil.model.xml_tree import parse
 
 ROOTS = {
     "URDF": (URDF, "robot"), "MJCF": (MJCF, "mujoco"), "SDFormat": (SDF, "sdf"), "SDFormat's models": (SDF, "model"),
+    "SRDF": (SRDF, "robot"),
 }  # fmt: skip
 
 
