@@ -36,6 +36,8 @@ from mafsil.model.xml_tree import Element, ReadLimits, Refusal
 UNREAD = ("gazebo", "ros2_control")
 """Elements that say nothing about the mechanism: neither expanded nor read."""
 STEPS = 2_000_000
+CALL = 60
+"""Steps of a macro call itself."""
 DEEPEST = 80
 """Macro calls inside one another."""
 _NAME = re.compile(r"[^\W\d]\w*")
@@ -207,6 +209,7 @@ class _Expansion:
 
     def _made(self, element: Element, attributes: dict[str, str], children: list[Element]) -> Element:
         """A new element at the place of another one."""
+        self.budget.spend(len(attributes))
         self.elements -= 1
         if self.elements < 0:
             raise XacroFault(TOO_MANY_ELEMENTS, limit=self.limits.elements)
@@ -303,6 +306,7 @@ class _Expansion:
             near = nearest_words(name, (*known, *CONSTRUCTS)) or known
             raise XacroFault(XACRO_MACRO, name=name, known=", ".join(near) or "-")
         around, macro = found
+        self.budget.spend(CALL + 2 * len(macro.parameters))
         inner = around.inner()
         missing = list(macro.parameters)
         for key, text in element.attributes.items():
