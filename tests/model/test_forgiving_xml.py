@@ -257,3 +257,37 @@ def test_a_large_document_with_one_fault_is_read_in_time() -> None:
     assert time.process_time() - start < 2.0
     assert len(document.remarks) < 210
     assert document.root.children[-1].get("b") == "&"
+
+
+@pytest.mark.parametrize("attribute", ["pos", "rgba", "mass", "quat", "group"])
+def test_empty_numbers_of_mjcf_are_as_if_not_given(attribute: str) -> None:
+    mujoco = pytest.importorskip("mujoco")
+    classes = '<default><geom pos="0 0 1" mass="2" rgba="1 0 0 1" quat="0 1 0 0"/></default>'
+    geom = '<geom size=".1 .2 .3" type="box" {}/>'
+    body = f'<worldbody><body name="l"><joint name="h" axis="0 1 0"/>{geom}</body></worldbody>'
+    plain, empty = (f"<mujoco>{classes}{body}</mujoco>".replace("{}", text) for text in ("", f'{attribute}=""'))
+    assert mujoco.MjModel.from_xml_string(empty).body_mass[1] == 2.0
+    report = mjcf.diagnose(empty)
+    assert "F0128" in report.codes
+    assert report.mechanism is not None
+    assert repr(report.mechanism.links) == repr(mjcf.read(plain).links)
+    assert "F0128" not in mjcf.diagnose(mjcf.repair(empty)[0]).codes
+
+
+def test_a_broken_colour_stops_no_mechanics() -> None:
+    body = '<body name="l"><joint name="h"/><geom size=".1" rgba="1 nan 0"/></body>'
+    assert mjcf.diagnose(f"<mujoco><worldbody>{body}</worldbody></mujoco>").ok
+
+
+def test_lint_mends_mjcf_and_sdf(tmp_path: Path) -> None:
+    body = '<body name="l"><joint name="h"axis="0 1 0"/><geom size=".1"/></body>'
+    files = {
+        "arm.xml": f"<mujoco><worldbody>{body}</worldbody></mujoco>",
+        "arm.sdf": '<!-- a -- b --><sdf version="1.9"><model name="m"><link name="a"/></model></sdf>',
+    }
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+        mended, changes = lint.mend(tmp_path / name)
+        assert len(changes) == 1
+        (tmp_path / name).write_text(mended)
+        assert not {"F0117", "F0119"} & set(lint.lint(tmp_path / name).codes)

@@ -190,6 +190,14 @@ ROWS: Mapping[str, Row] = MappingProxyType(
 )
 """What becomes of everything that a file may hold, by the element and, where a tag means several things, its parent."""
 
+NUMBERS = frozenset(
+    f"{_TURN} pos size fromto rgba mass density diaginertia fullinertia axis range ref armature damping frictionloss "
+    "actuatorfrcrange group contype conaffinity fitscale shellinertia scale refpos refquat gear forcerange ctrlrange "
+    "polycoef anchor relpose coef gravity count offset sep boundmass boundinertia settotalmass inertiagrouprange "
+    "vertex face".split()
+)
+"""Attributes of numbers that are read: MuJoCo takes an empty one as not given."""
+
 _STYLED = {
     "joint": "body/joint",
     "geom": "body/geom",
