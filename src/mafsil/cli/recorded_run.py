@@ -37,7 +37,7 @@ def _status(path: Path) -> str:
     """The status that a file of ours holds; empty for any other file, or none."""
     try:
         data = json.loads(whole_text(path, MOST_BYTES))
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return ""
     status = cast("dict[str, Any]", data).get("status") if isinstance(data, dict) else None
     return status if isinstance(status, str) else ""

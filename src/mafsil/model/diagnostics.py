@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
@@ -47,6 +47,16 @@ class Edit:
     start: int
     end: int
     replacement: str
+
+
+def edited(data: bytes, edits: Iterable[Edit]) -> bytes:
+    """The bytes after edits that do not overlap."""
+    pieces: list[bytes] = []
+    at = 0
+    for edit in sorted(edits, key=lambda edit: (edit.start, edit.end)):
+        pieces += [data[at : edit.start], edit.replacement.encode("utf-8")]
+        at = edit.end
+    return b"".join([*pieces, data[at:]])
 
 
 @dataclass(frozen=True, slots=True)

@@ -43,9 +43,17 @@ MALFORMED = _error("F0110", "malformed")
 CUT_SHORT = _error("F0111", "cut_short")
 MISMATCHED_TAG = _error("F0112", "mismatched_tag")
 DUPLICATE_ATTRIBUTE = _error("F0113", "duplicate_attribute")
-JUNK_AFTER_END = _error("F0114", "junk_after_end")
-UNDEFINED_ENTITY = _error("F0115", "undefined_entity")
+JUNK_AFTER_END = _warning("F0114", "junk_after_end")
+UNDEFINED_ENTITY = _warning("F0115", "undefined_entity")
 DOCTYPE = _error("F0116", "doctype")
+COMMENT_HYPHENS = _warning("F0117", "comment_hyphens")
+DECLARATION_PARDONED = _warning("F0118", "declaration_pardoned")
+NO_BLANK = _warning("F0119", "no_blank")
+STRAY_CHARACTER = _warning("F0124", "stray_character")
+STRAY_MARKUP = _warning("F0125", "stray_markup")
+GUESSED_ENCODING = _warning("F0126", "guessed_encoding")
+WRONG_ENCODING = _warning("F0127", "wrong_encoding")
+EMPTY_ATTRIBUTE = _warning("F0128", "empty_attribute")
 TOO_MANY_ELEMENTS = _error("F0120", "too_many_elements")
 TOO_MANY_LINKS = _error("F0121", "too_many_links")
 TOO_DEEP = _error("F0122", "too_deep")
@@ -59,6 +67,9 @@ MISSING_ELEMENT = _error("F0135", "missing_element")
 MORE_REMARKS = _info("F0137", "more_remarks")
 IGNORED_ELEMENT = _info("F0136", "ignored_element")
 NO_ARGUMENTS = _error("F0138", "no_arguments")
+FOREIGN_ATTRIBUTE = _warning("F0139", "foreign_attribute")
+OTHER_VERSION = _warning("F0140", "other_version")
+UNKNOWN_VERSION = _error("F0141", "unknown_version")
 
 # Numbers
 MISSING_ATTRIBUTE = _error("N0201", "missing_attribute")
@@ -72,6 +83,9 @@ DECIMAL_COMMA = _error("N0208", "decimal_comma")
 HEXADECIMAL = _error("N0209", "hexadecimal")
 LOCAL_DIGITS = _error("N0210", "local_digits")
 WITH_UNIT = _error("N0211", "with_unit")
+ZERO_QUATERNION = _error("N0212", "zero_quaternion")
+TWO_ROTATIONS = _error("N0213", "two_rotations")
+QUATERNION_NORMALISED = _warning("N0214", "quaternion_normalised")
 
 # Structure
 NO_NAME = _error("S0301", "no_name")
@@ -116,6 +130,10 @@ MIMIC_ZERO = _warning("J0426", "mimic_zero")
 NEGATIVE_DAMPING = _error("J0430", "negative_damping")
 SAFETY_IGNORED = _info("J0431", "safety_ignored")
 TRANSMISSION_IGNORED = _info("J0432", "transmission_ignored")
+BOUND_OF_NONE = _warning("J0433", "bound_of_none")
+INFINITE_BOUND = _warning("J0434", "infinite_bound")
+UNEVEN_ACCELERATION = _warning("J0435", "uneven_acceleration")
+OPEN_RANGE = _warning("J0436", "open_range")
 
 # Inertia
 NO_INERTIAL = _info("I0501", "no_inertial")
@@ -209,3 +227,11 @@ SDF_GEARBOX_RATIO = _error("D1214", "sdf_gearbox_ratio")
 
 # Tables
 DH_DEGREES = _warning("T1301", "dh_degrees")
+
+PARDONED = frozenset(
+    {
+        JUNK_AFTER_END, UNDEFINED_ENTITY, COMMENT_HYPHENS, DECLARATION_PARDONED, NO_BLANK, STRAY_CHARACTER,
+        STRAY_MARKUP, GUESSED_ENCODING, WRONG_ENCODING, EMPTY_ATTRIBUTE, BOUND_OF_NONE, INFINITE_BOUND,
+    }
+)  # fmt: skip
+"""What we and some other readers take and the rest refuse: mended with the errors, as it changes no meaning."""

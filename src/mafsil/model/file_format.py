@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
-from xml.parsers import expat
 
 from mafsil.lazy_module import lazily
 from mafsil.model.file_reader import FileReader
+from mafsil.model.source import with_readable_tags
 from mafsil.regular_file import regular_bytes
 
 if TYPE_CHECKING:
@@ -31,6 +32,8 @@ _BY_SUFFIX = {
 """Root elements that are expected where a file cannot be read as XML."""
 PROLOGUE = 1 << 16
 """Bytes in which the root element begins."""
+_ROOT = re.compile(rb"(?:[^<]++|<!--.*?-->|<\?.*?\?>|<!(?!--)[^>]*+>)*+<\s*+([A-Za-z_][\w.:-]*+)", re.DOTALL)
+"""The first element, behind comments, instructions and declarations, in documents that XML refuses too."""
 
 
 def reader_of(
@@ -58,15 +61,9 @@ def reader_of(
 
 def root_tag(path: Path) -> str:
     """The tag of the first element of a file; empty if there is none."""
-    found: list[str] = []
     try:
-        data = regular_bytes(path, PROLOGUE)
+        data = with_readable_tags(regular_bytes(path, PROLOGUE))
     except (OSError, ValueError):
         return ""
-    parser = expat.ParserCreate()
-    parser.StartElementHandler = lambda tag, _attributes: found.append(tag)
-    try:
-        parser.Parse(data, False)
-    except expat.ExpatError:
-        return found[0] if found else ""
-    return found[0] if found else ""
+    found = _ROOT.match(data)
+    return "" if found is None else found[1].decode("ascii")

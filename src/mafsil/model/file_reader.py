@@ -137,7 +137,8 @@ class FileReader:
     def report_of(self, text: Text) -> Report:
         """The report about a decoded document."""
         try:
-            reading = Reading(parse(text.data, self.limits), list(text.remarks), arguments=self.arguments)
+            document = parse(text.data, self.limits)
+            reading = Reading(document, [*text.remarks, *document.remarks], arguments=self.arguments)
         except Refusal as refusal:
             return Report(text.name, (*text.remarks, refusal.diagnostic))
         mechanism = self._built(reading, text)

@@ -108,6 +108,37 @@ def pose_from_xyz_rpy(xyz: Sequence[float] | Vector3, rpy: Sequence[float] | Vec
     return translation(x, y, z) @ turned
 
 
+def rotation_from_quaternion(wxyz: Floats) -> Floats:
+    """Rotation matrix (3, 3) of a unit quaternion (w, x, y, z)."""
+    w, x, y, z = wxyz
+    return np.array(
+        [
+            [w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z],
+        ]
+    )
+
+
+def quaternion_length(numbers: Sequence[float]) -> float:
+    """Length of a quaternion; 0.0 only if all its numbers are zero."""
+    largest = max(map(abs, numbers))
+    return largest * float(np.linalg.norm(np.asarray(numbers) / largest)) if largest else 0.0
+
+
+def pose_from_xyz_quaternion(xyz: Sequence[float], xyzw: Sequence[float]) -> PoseMatrix:
+    """(4, 4) pose of a place and a quaternion that need not have length 1, as files of robots write them.
+
+    Args:
+        xyz: (3,) [m].
+        xyzw: (4,) x, y, z, w; not zero.
+    """
+    x, y, z, w = np.asarray(xyzw, dtype=float) / max(map(abs, xyzw))
+    T = translation(*xyz)
+    T[:3, :3] = rotation_from_quaternion(np.array([w, x, y, z]) / np.linalg.norm([w, x, y, z]))
+    return T
+
+
 def inverse(T: PoseMatrix) -> PoseMatrix:
     """(4, 4) inverse of one pose."""
     result = np.eye(4)

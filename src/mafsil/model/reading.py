@@ -15,10 +15,10 @@ from mafsil.model.faults import (
     STRANGE_NAME,
     TOO_MANY_ERRORS,
     UNDERFLOW,
-    UNKNOWN_ELEMENT,
     WRONG_COUNT,
 )
 from mafsil.model.numbers import LARGEST, decimal, proposal
+from mafsil.model.source import Text
 from mafsil.model.xml_tree import Document, Element, Refusal
 
 FORBIDDEN_IN_NAMES = re.compile(r"[\x00-\x1f\x7f-\x9f\u061c\u200b-\u200f\u202a-\u202e\u2060-\u2069\ufeff\ud800-\udfff]")
@@ -83,6 +83,24 @@ class Reading:
         safe = {key: shown(value) if isinstance(value, str) else value for key, value in details.items()}
         self.diagnostics.append(Diagnostic(fault, line, column, safe, repair, included))
 
+    def include(self, name: str, text: Text, document: Document) -> Element:
+        """Take an included file in: its elements carry its number, and what was pardoned in it is said.
+
+        Args:
+            name: under which it stands in reports.
+            text, document: as they were read.
+
+        Returns:
+            Its root.
+        """
+        name = shown(name)
+        self.included.append((name, document))
+        for element in document.root.walk():
+            element.file = len(self.included)
+        remarks = (*text.remarks, *document.remarks)
+        self.diagnostics += [replace(remark, file=name, repair=None) for remark in remarks]
+        return document.root
+
     def withdraw(self, remarks: list[Diagnostic]) -> None:
         """Take back what was reported about a part that turned out not to matter."""
         gone = {id(remark) for remark in remarks}
@@ -128,15 +146,6 @@ class Reading:
         for extra in found[1:]:
             self.report(REPEATED_ELEMENT, extra, None, self.remove(extra), element=tag, parent=element.tag)
         return found[0] if found else None
-
-    def report_strangers(self, element: Element, known: tuple[str, ...], ignored: tuple[str, ...]) -> None:
-        """Children that the format does not know are reported, unless they are widespread extensions."""
-        for child in element.children:
-            if child.tag not in known and child.tag not in ignored:
-                self.report(
-                    UNKNOWN_ELEMENT, child, None, None,
-                    element=child.tag, parent=element.tag, known=", ".join(known),
-                )  # fmt: skip
 
     def number(
         self,
@@ -206,13 +215,13 @@ class Reading:
         edit = self._document_of(element).remove_attribute(element, attribute)
         return Repair("robotfile.repair_remove_attribute", (edit,), {"attribute": attribute})
 
-    def rename_attribute(self, element: Element, attribute: str, name: str) -> Repair:
+    def rename_attribute(self, element: Element, attribute: str, name: str, *, guess: bool = False) -> Repair:
         """The repair that gives an attribute another name."""
         document = self._document_of(element)
         span = document.attribute_span(element, attribute)
         start = element.start if span is None else span[0]
         edit = Edit(start, start + (0 if span is None else len(attribute.encode())), "" if span is None else name)
-        return Repair("robotfile.repair_respell", (edit,), {"old": shown(attribute), "new": shown(name)})
+        return Repair("robotfile.repair_respell", (edit,), {"old": shown(attribute), "new": shown(name)}, guess)
 
     def remove(self, element: Element, *, guess: bool = False) -> Repair:
         """The repair that removes an element."""

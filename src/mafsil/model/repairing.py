@@ -6,7 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
-from mafsil.model.diagnostics import Diagnostic, Edit, Repair, Report, Severity, require_mechanism
+from mafsil.model.diagnostics import Diagnostic, Repair, Report, Severity, edited, require_mechanism
+from mafsil.model.faults import PARDONED
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.source import Source, Text, load, name_of
 from mafsil.model.xml_tree import ReadLimits, Refusal
@@ -36,8 +37,8 @@ def certain(diagnostic: Diagnostic) -> bool:
 
 
 def of_errors(diagnostic: Diagnostic) -> bool:
-    """Repairs that leave no choice of what stops a reader."""
-    return certain(diagnostic) and diagnostic.severity is Severity.ERROR
+    """Repairs that leave no choice of what stops a reader, ours or another."""
+    return certain(diagnostic) and (diagnostic.severity is Severity.ERROR or diagnostic.fault in PARDONED)
 
 
 def mended(
@@ -79,14 +80,6 @@ def noted(mechanism: Mechanism, changes: tuple[Change, ...]) -> Mechanism:
     provenance = mechanism.provenance
     notes = (*(change.sentence("en") for change in changes), *provenance.notes)
     return replace(mechanism, provenance=replace(provenance, notes=notes))
-
-
-def edited(data: bytes, edits: list[Edit]) -> bytes:
-    """The bytes after edits that do not overlap."""
-    result = bytearray(data)
-    for edit in sorted(edits, key=lambda edit: (edit.start, edit.end), reverse=True):
-        result[edit.start : edit.end] = edit.replacement.encode("utf-8")
-    return bytes(result)
 
 
 def _offers(report: Report, requested: Requested) -> list[Change]:

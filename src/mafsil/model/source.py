@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import codecs
 import re
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeAlias
 
@@ -15,10 +16,12 @@ from mafsil.model.faults import (
     EMPTY,
     ENCODING,
     FILE_MISSING,
+    GUESSED_ENCODING,
     NOT_A_FILE,
     NUL_BYTE,
     TOO_LARGE,
     UNKNOWN_ENCODING,
+    WRONG_ENCODING,
 )
 from mafsil.model.xml_tree import DEFAULT_LIMITS, ReadLimits, Refusal
 from mafsil.regular_file import regular_bytes
@@ -27,17 +30,10 @@ Source: TypeAlias = str | Path | bytes
 """A path, or the document itself: bytes, or a str that begins with `<`."""
 
 _DECLARATION = re.compile(rb"""^\s*<\?xml[^>]*?encoding\s*=\s*["']([A-Za-z0-9._-]{1,40})["']""")
-_ENCODINGS = {
-    "utf-8": "utf-8",
-    "utf8": "utf-8",
-    "us-ascii": "utf-8",
-    "ascii": "utf-8",
-    "iso-8859-1": "iso-8859-1",
-    "latin1": "iso-8859-1",
-    "windows-1252": "windows-1252",
-    "windows-1256": "windows-1256",
-    "iso-8859-6": "iso-8859-6",
-}
+_NO_ENCODINGS = ("idna", "punycode", "raw-unicode-escape", "unicode-escape")
+"""Codecs of Python that write no text of files; some take time that grows with the square of what they read."""
+_OF_MARKUP = "".join(map(chr, (*range(0x20, 0x5C), *range(0x5D, 0x7E))))
+"""Characters that XML and numbers are written in: an encoding in which its own name can be read has them as ASCII."""
 _WIDE_MARKS = ((codecs.BOM_UTF16_LE, "utf-16"), (codecs.BOM_UTF16_BE, "utf-16"))
 _UNMARKED_WIDE = ((b"<\0", "utf-16-le"), (b"\0<", "utf-16-be"))
 
@@ -110,28 +106,80 @@ def _decoded(data: bytes) -> tuple[bytes, tuple[Diagnostic, ...]]:
             return _converted(data, encoding, "UTF-16")
     declared = _DECLARATION.match(data[:200])
     if declared is None:
-        return _checked(data), ()
+        return _utf8_or_guessed(data)
     name = declared.group(1).decode("ascii")
-    encoding = _ENCODINGS.get(name.lower())
-    if encoding is None:
-        return _undeclared(data, name, declared.start(1), declared.end(1))
-    return (_checked(data), ()) if encoding == "utf-8" else _converted(data, encoding, name)
+    encoding = _encoding(name)
+    if encoding == "utf-8":
+        return _utf8_or_guessed(data)
+    if encoding is not None and _writes_markup(encoding):
+        return _converted(data, encoding, name)
+    fault = UNKNOWN_ENCODING if encoding is None else WRONG_ENCODING
+    return _misdeclared(fault, data, name, declared.start(1), declared.end(1))
 
 
-def _undeclared(data: bytes, name: str, start: int, end: int) -> tuple[bytes, tuple[Diagnostic, ...]]:
-    """An encoding that is not read: an error, with the repair of declaring UTF-8 if the bytes are UTF-8."""
-    _checked(data)
-    repair = Repair("robotfile.repair_declare_utf8", (Edit(start, end, "UTF-8"),))
-    return data, (Diagnostic(UNKNOWN_ENCODING, 1, start + 1, {"encoding": name}, repair),)
+def _encoding(name: str) -> str | None:
+    """Python's name of an encoding of text; None if it has none."""
+    try:
+        encoding = codecs.lookup(name).name
+        with suppress(UnicodeError):
+            b"<".decode(encoding)  # a codec of bytes, such as hex, says so by a LookupError
+    except LookupError:
+        return None
+    if encoding in _NO_ENCODINGS:
+        return None
+    return "utf-8" if encoding == "ascii" else encoding
+
+
+def _writes_markup(encoding: str) -> bool:
+    """Whether text in this encoding could hold a declaration that names it."""
+    try:
+        return _OF_MARKUP.encode("ascii").decode(encoding) == _OF_MARKUP
+    except UnicodeError:
+        return False
+
+
+def _utf8_or_guessed(data: bytes) -> tuple[bytes, tuple[Diagnostic, ...]]:
+    """A document that declares no other encoding than UTF-8; where it is not UTF-8, it is read as Western text."""
+    try:
+        return _checked(data), ()
+    except Refusal as refusal:
+        if refusal.diagnostic.fault is not ENCODING:
+            raise
+        found = refusal.diagnostic
+    for encoding in ("windows-1252", "iso-8859-1"):
+        with suppress(UnicodeDecodeError):
+            text = data.decode(encoding)
+            details = found.details | {"encoding": encoding}
+            repair = Repair("robotfile.repair_save_utf8", ())
+            return text.encode("utf-8"), (Diagnostic(GUESSED_ENCODING, found.line, found.column, details, repair),)
+    raise Refusal(found)
+
+
+def _misdeclared(fault: Fault, data: bytes, name: str, start: int, end: int) -> tuple[bytes, tuple[Diagnostic, ...]]:
+    """An encoding that is unknown, or that these bytes cannot be in; the repair declares UTF-8 where they are UTF-8."""
+    remark = Diagnostic(fault, 1, start + 1, {"encoding": name})
+    try:
+        _checked(data)
+    except Refusal:
+        raise Refusal(replace(remark, fault=UNKNOWN_ENCODING)) from None
+    return data, (replace(remark, repair=Repair("robotfile.repair_declare_utf8", (Edit(start, end, "UTF-8"),))),)
 
 
 def _converted(data: bytes, encoding: str, name: str) -> tuple[bytes, tuple[Diagnostic, ...]]:
     try:
         text = data.decode(encoding)
-    except UnicodeDecodeError as error:
-        raise _refusal(ENCODING, encoding=name, offset=error.start) from None
+    except UnicodeError as error:
+        raise _refusal(ENCODING, encoding=name, offset=getattr(error, "start", 0)) from None
     remark = Diagnostic(CONVERTED_ENCODING, 1, 1, {"encoding": name})
     return _checked(_as_utf8_declaration(text).encode("utf-8", "replace")), (remark,)
+
+
+def with_readable_tags(data: bytes) -> bytes:
+    """The beginning of a document, as bytes in which tags stand as in ASCII, whatever its encoding."""
+    for mark, encoding in (*_WIDE_MARKS, *_UNMARKED_WIDE):
+        if data.startswith(mark):
+            return data.decode(encoding, "replace").encode("utf-8", "replace")
+    return data
 
 
 def _as_utf8_declaration(text: str) -> str:

@@ -18,5 +18,7 @@ PARALLEL = 1e-7
 
 An axis turned into place by rpy angles of eight decimals is wrong by 5e-9 per angle; twenty times that.
 """
+UNIT_QUATERNION = 1e-3
+"""Difference of a quaternion's length from 1 up to which it was meant to be 1: three decimals leave 9e-4."""
 NO_LENGTH = 1e-14
 """Length of a vector of MJCF that has no direction: ten times mjMINVAL, below which MuJoCo divides by nothing."""

@@ -3,39 +3,38 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from bisect import bisect_right
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from xml.parsers import expat
 
-from mafsil.model.diagnostics import Diagnostic, Edit, Fault, Repair, shown
+from mafsil.model.diagnostics import Diagnostic, Edit, Fault, Repair, edited, shown
 from mafsil.model.faults import (
     CUT_SHORT,
     DOCTYPE,
     DUPLICATE_ATTRIBUTE,
     EMPTY,
-    JUNK_AFTER_END,
     MALFORMED,
     MISMATCHED_TAG,
     TOO_DEEP,
     TOO_MANY_ATTRIBUTES,
     TOO_MANY_ELEMENTS,
     TOO_MANY_LINKS,
-    UNDEFINED_ENTITY,
 )
+from mafsil.model.xml_pardons import Find, pardons, places_of, remarks_of
 
 _BY_EXPAT_CODE = {
     3: CUT_SHORT,
     5: CUT_SHORT,
     7: MISMATCHED_TAG,
     8: DUPLICATE_ATTRIBUTE,
-    9: JUNK_AFTER_END,
-    11: UNDEFINED_ENTITY,
     20: CUT_SHORT,
 }
-_START_TAG = re.compile(rb"""<[^\s/>]+(?:\s+[^\s=/>]+\s*=\s*(?:"[^"]*"|'[^']*'))*\s*/?>""")
+_NAMED = re.compile(rb"<\s*+[^\s/>]++")
+_START_TAG = re.compile(rb"""<\s*+[^\s/>]++(?:\s*+[^\s=/>"']++\s*+=\s*+(?:"[^"]*+"|'[^']*+'))*+\s*+/?>""")
 _DOCTYPE = re.compile(rb"<!DOCTYPE(?:[^\[\]<>\"']|\"[^\"]*\"|'[^']*')*(?:\[(?:[^\]\"']|\"[^\"]*\"|'[^']*')*\]\s*)?>")
 _ENTITY = re.compile(rb"&(?!(?:amp|lt|gt|quot|apos|#[0-9]+|#x[0-9a-fA-F]+);)[^;\s&]{1,64};")
-_ATTRIBUTE = re.compile(rb"""\s+([^\s=/>]+)\s*=\s*("[^"]*"|'[^']*')""")
+_ATTRIBUTE = re.compile(rb"""\s*([^\s=/>"'<]+)\s*=\s*("[^"]*"|'[^']*')""")
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,10 +104,15 @@ class Refusal(Exception):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Document:
-    """A parsed document: its bytes (UTF-8) and its root element; finds places for diagnostics and edits."""
+    """A parsed document: its bytes (UTF-8) and its root element; finds places for diagnostics and edits.
+
+    Attributes:
+        remarks: what XML forbids and was pardoned.
+    """
 
     data: bytes
     root: Element
+    remarks: tuple[Diagnostic, ...] = ()
 
     def place(self, element: Element, attribute: str | None = None) -> tuple[int, int]:
         """Line and column, from 1, of an element or of one of its attributes."""
@@ -136,13 +140,16 @@ class Document:
         span = self.attribute_span(element, attribute)
         if span is not None:
             return Edit(*span, text)
-        at = element.start + 1 + len(element.tag.encode())
+        named = _NAMED.match(self.data, element.start)
+        at = element.start if named is None else named.end()
         return Edit(at, at, " " + text)
 
     def remove_attribute(self, element: Element, attribute: str) -> Edit:
         """The edit that removes an attribute and the blank before it."""
         span = self.attribute_span(element, attribute)
-        return Edit(span[0] - 1, span[1], "") if span else Edit(element.start, element.start, "")
+        if span is None:
+            return Edit(element.start, element.start, "")
+        return Edit(span[0] - self.data[span[0] - 1 : span[0]].isspace(), span[1], "")
 
     def remove(self, element: Element) -> Edit:
         """The edit that removes an element with all it holds."""
@@ -228,6 +235,16 @@ def parse(data: bytes, limits: ReadLimits = DEFAULT_LIMITS) -> Document:
     Raises:
         Refusal: not well formed, a document type declaration, a limit passed.
     """
+    try:
+        return Document(data, _root(data, limits))
+    except _Malformed:
+        if not (finds := pardons(data)):
+            raise
+    return _forgiven(data, finds, limits)
+
+
+def _root(data: bytes, limits: ReadLimits) -> Element:
+    """The root of a document that is XML."""
     builder = _Builder(limits)
     try:
         builder.parser.Parse(data, True)  # in one piece: expat rescans an unfinished token with every piece
@@ -237,10 +254,46 @@ def parse(data: bytes, limits: ReadLimits = DEFAULT_LIMITS) -> Document:
         raise Refusal(replace(refusal.diagnostic, repair=_without_doctype(data))) from None
     except expat.ExpatError as error:
         fault = _BY_EXPAT_CODE.get(error.code, MALFORMED)
-        raise Refusal(Diagnostic(fault, error.lineno, error.offset + 1)) from None
+        raise _Malformed(Diagnostic(fault, error.lineno, error.offset + 1), builder.parser.ErrorByteIndex) from None
     if builder.root is None:
         raise Refusal(Diagnostic(EMPTY, 0, 0))
-    return Document(data, builder.root)
+    return builder.root
+
+
+class _Malformed(Refusal):
+    """What expat refuses, with the offset."""
+
+    def __init__(self, diagnostic: Diagnostic, offset: int) -> None:
+        super().__init__(diagnostic)
+        self.offset = offset
+
+
+def _forgiven(data: bytes, finds: list[Find], limits: ReadLimits) -> Document:
+    """A document whose finds are mended before it is parsed; its elements stand where they stand in the file."""
+    original = _offsets([find.edit for find in finds])
+    try:
+        root = _root(edited(data, [find.edit for find in finds]), limits)
+    except _Malformed as refusal:
+        ((line, column),) = places_of(data, [original(refusal.offset)])
+        raise Refusal(replace(refusal.diagnostic, line=line, column=column)) from None
+    elements = [*root.walk()]
+    for element in elements:
+        element.start, element.close = original(element.start), original(element.close)
+    places = places_of(data, [element.start for element in elements])
+    for element, (line, column) in zip(elements, places, strict=True):
+        element.line, element.column = line, column
+    return Document(data, root, remarks_of(finds, data))
+
+
+def _offsets(edits: list[Edit]) -> Callable[[int], int]:
+    """From offsets in an edited document to those in the document before."""
+    ends: list[int] = []
+    shifts = [0]
+    for edit in edits:
+        size = len(edit.replacement.encode("utf-8"))
+        ends.append(edit.start + shifts[-1] + size)
+        shifts.append(shifts[-1] + size - (edit.end - edit.start))
+    return lambda offset: offset - shifts[bisect_right(ends, offset)]
 
 
 def _without_doctype(data: bytes) -> Repair | None:

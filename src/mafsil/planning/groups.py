@@ -73,7 +73,8 @@ def joint_group(robot: RobotLike, path: str | Path, name: str, *, at: ArrayLike 
     """
     arm = as_robot(robot)
     mechanism = arm.mechanism
-    groups = {each.get("name"): each for each in srdf.read(path).walk() if each.tag == "group" and each.children}
+    root = srdf.read(path)
+    groups = {each.get("name"): each for each in root.walk() if each.tag == "group" and each.children}
     if name not in groups:
         raise InputError("input.choice", name="name", value=name, known=", ".join(groups))
     limits = arm.limits
@@ -88,7 +89,7 @@ def joint_group(robot: RobotLike, path: str | Path, name: str, *, at: ArrayLike 
     chain = groups[name].first("chain")
     if chain is not None:
         part = part.with_tip(chain.get("tip_link"))
-    states = _states(path, name, [moving[k] for k in places])
+    states = _states(root, str(path), name, [moving[k] for k in places])
     return JointGroup(name, Robot(part), places, np.asarray(stands, dtype=np.float64), states)
 
 
@@ -121,17 +122,17 @@ def _joints(mechanism: Mechanism, groups: dict[str, Element], name: str, above: 
     return found
 
 
-def _states(path: str | Path, group: str, joints: list[str]) -> dict[str, JointVector]:
+def _states(root: Element, path: str, group: str, joints: list[str]) -> dict[str, JointVector]:
     """Named configurations that give every joint of the group a number."""
     found: dict[str, JointVector] = {}
-    for each in srdf.read(path).walk():
+    for each in root.walk():
         if each.tag == "group_state" and each.get("group") == group:
             values = {joint.get("name"): joint.get("value") for joint in each.children if joint.tag == "joint"}
             try:
                 q = np.array([float(values[joint]) for joint in joints])
             except (KeyError, ValueError):
-                raise FileError("planning.group_state", path=str(path), state=visible(each.get("name"))) from None
+                raise FileError("planning.group_state", path=path, state=visible(each.get("name"))) from None
             if not np.isfinite(q).all():
-                raise FileError("planning.group_state", path=str(path), state=visible(each.get("name")))
+                raise FileError("planning.group_state", path=path, state=visible(each.get("name")))
             found[each.get("name")] = q
     return found

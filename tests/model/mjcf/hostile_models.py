@@ -33,6 +33,7 @@ def equality(text: str, more: str = "") -> bytes:
 
 
 CASES = (
+    Case("empty colour", inertial(f'{MASS}<geom size=".1" rgba=""/>'), "F0128", 5, True, True, accepted=True),
     Case("wrong root", b"<robot/>", "F0130", 1, False, False),
     Case("no bodies", b"<mujoco><worldbody/></mujoco>", "S0310", 1, False, False),
     Case("free joint", joint("<freejoint/>"), "M0721", 4, False, True, accepted=True),

@@ -120,6 +120,18 @@ def _shape(inside: str) -> bytes:
     return sound().replace(b'<link name="b">\n', f'<link name="b">\n<visual>{inside}</visual>'.encode())
 
 
+_QUARTER = '<origin quat_xyzw="0 0 1 1"/>'
+
+
+def _of_version(version: str, origin: str = "", limits: str = "") -> bytes:
+    head, limited = f'<robot version="{version}" name', f'{limits}lower="-1"'
+    parts = ((b"<robot name", head), (ENDS.encode(), ENDS + origin), (b'lower="-1"', limited))
+    text = sound()
+    for old, new in parts:
+        text = text.replace(old, new.encode(), 1)
+    return text
+
+
 BOX = '<collision><geometry><box size="1 -1 1"/></geometry></collision>'
 
 CASES = (
@@ -182,7 +194,8 @@ CASES = (
     Case("quadratic blow-up", _quadratic(), "F0116", 1, False, False),
     Case("external entity", _external(), "F0116", 1, False, False),
     Case("harmless DOCTYPE", _harmless_doctype(), "F0116", 1, True, True),
-    Case("undefined entity", sound().replace(b"</robot>", b"&e;</robot>"), "F0115", 11, False, False),
+    Case("undefined entity", sound().replace(b"</robot>", b"&e;</robot>"), "F0115", 11, True, True,
+         accepted=True),
     Case("deep nesting", b"<robot>\n" + b"<a>" * 200_000, "F0122", 2, False, False),
     Case("too many links", chain(10_001), "F0121", 10_002, False, False),
     Case("too many elements", robot("<a/>\n" * 250_001), "F0120", 250_001, False, False),
@@ -195,20 +208,33 @@ CASES = (
     Case("size negative", sound().replace(b'<link name="b">\n', b'<link name="b">\n' + BOX.encode()),
          "G0603", 4, True, True, accepted=True),
     Case("UTF-16", sound().decode().encode("utf-16"), "F0109", 1, False, True, accepted=True),
-    Case("Latin-1, not declared", sound().replace(b'"r"', b'"r\xe9"'), "F0106", 1, False, False),
+    Case("Latin-1, not declared", sound().replace(b'"r"', b'"r\xe9"'), "F0126", 1, True, True, accepted=True),
+    Case("not the Chinese that it declares",
+         b'<?xml version="1.0" encoding="gbk"?>' + sound().replace(b'"r"', b'"\xff"'), "F0106", 0, False, False),
+    Case("UTF-16 that is UTF-8", b'<?xml version="1.0" encoding="utf-16"?>' + sound(), "F0127", 1, True, True,
+         accepted=True),
     Case("unknown encoding", b'<?xml version="1.0" encoding="EBCDIC"?>\n' + sound(), "F0107", 1, True, True),
     Case("byte order mark", b"\xef\xbb\xbf" + sound(), "F0108", 1, False, True, accepted=True),
     Case("NUL", sound().replace(b'"r"', b'"r\0"'), "F0105", 1, False, False),
     Case("empty", b"", "F0104", 0, False, False),
     Case("no links", b'<robot name="r"/>', "S0310", 1, False, False),
     Case("another format", b"<mujoco/>", "F0130", 1, False, False),
-    Case("xacro", robot(LINKS, "<xacro:arm/>"), "X1101", 6, False, False),
+    Case("xacro", robot(LINKS, JOINT, "<xacro:arm/>"), "X1122", 11, True, True, accepted=True),
+    Case("xacro that is used", robot(LINKS, '<xacro:arg name="n" default="1"/><xacro:arm/>'), "X1101", 6, False, False),
     Case("link without name", sound().replace(b'name="b"', b'nom="b"'), "S0301", 3, False, False),
     Case("direction override in a name", sound().replace(b'"b"', '"b\u202ea"'.encode()),
          "S0302", 3, True, True, accepted=True),
     Case("not well-formed", sound().replace(b"<axis", b"<<axis"), "F0110", 8, False, False),
     Case("attribute twice", _joint('type="revolute"', 'type="revolute" type="fixed"'), "F0113", 6, False, False),
-    Case("junk after the end", sound() + b"<a/>", "F0114", 12, False, False),
+    Case("junk after the end", sound() + b"<a/>", "F0114", 11, True, True, accepted=True),
+    Case("a second end", sound() + b"</robot>", "F0114", 11, True, True, accepted=True),
+    Case("hyphens in a comment", sound().replace(b"<link", b"<!-- -- --><link", 1), "F0117", 2, True, True,
+         accepted=True),
+    Case("blank before the declaration", b' <?xml version="1.0"?>' + sound(), "F0118", 1, True, True, accepted=True),
+    Case("no blank", _joint('name="j" ', 'name="j"'), "F0119", 6, True, True, accepted=True),
+    Case("bracket in a name", sound().replace(b'"b"', b'"b<"'), "F0124", 3, True, True, accepted=True),
+    Case("attributes of an end", sound().replace(b"</robot>", b'</robot name="r">'), "F0125", 11, True, True,
+         accepted=True),
     Case("too many errors", robot(LINKS, JOINT, "<joint/>\n" * 1_001), "F0132", 261, False, False),
     Case("too many remarks", robot(LINKS, JOINT, "<wobble/>\n" * 1_001), "F0137", 1_010, False, True, accepted=True),
     Case("misspelt element", _joint("<limit", "<limits"), "F0133", 9, False, True, accepted=True),
@@ -243,5 +269,17 @@ CASES = (
     Case("material unknown", _shape('<geometry><sphere radius="1"/></geometry><material name="m"/>'),
          "G0621", 4, False, True, accepted=True),
     Case("damping negative", _joint(AXIS, AXIS + '<dynamics damping="-1"/>'), "J0430", 8, True, False),
+    Case("misspelt attribute", _joint('xyz="0 0 1"', 'xzy="0 0 1"'), "F0139", 8, True, True, accepted=True),
+    Case("quaternion in URDF 1.0", _joint(ENDS, ENDS + _QUARTER), "F0140", 7, True, True, accepted=True),
+    Case("URDF of the future", _of_version("3.0"), "F0141", 1, True, False),
+    Case("version of one number", _of_version("1"), "F0141", 1, True, True),
+    Case("quaternion of zeros", _of_version("1.1", _QUARTER.replace("1 1", "0 0")), "N0212", 7, False, False),
+    Case("rotation twice", _of_version("1.1", _QUARTER.replace("quat", 'rpy="0 0 1" quat')), "N0213", 7, False, False),
+    Case("quaternion not unit", _of_version("1.1", _QUARTER), "N0214", 7, True, True, accepted=True),
+    Case("effort -1", _joint('effort="5"', 'effort="-1"'), "J0433", 9, True, True, accepted=True),
+    Case("upper inf", _joint('upper="1"', 'upper="inf"'), "J0434", 9, True, True, accepted=True),
+    Case("deceleration", _of_version("1.2", "", 'acceleration="3" deceleration="2" '), "J0435", 9, False, True,
+         accepted=True),
+    Case("open range", _of_version("1.2").replace(b'upper="1"', b""), "J0436", 9, False, True, accepted=True),
     Case("two inertials", robot(LINKS.replace(INERTIAL, INERTIAL * 2), JOINT), "F0134", 2, True, True, accepted=True),
 )  # fmt: skip

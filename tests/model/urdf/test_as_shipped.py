@@ -11,6 +11,7 @@ import mafsil as mf
 from mafsil.errors import FileError
 from mafsil.model import urdf
 from mafsil.model.loading import load_mechanism
+from mafsil.model.xacro.vocabulary import ROWS
 
 BODY = '<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
 LIMIT = '<limit lower="-1" upper="2" effort="5" velocity="2"/>'
@@ -125,3 +126,36 @@ def test_an_axis_without_numbers_is_the_default_of_urdf() -> None:
     text = robot().replace('<axis xyz="0 0 1"/>', "<axis/>")
     assert codes(text) == {"J0406"}
     np.testing.assert_array_equal(urdf.read(text).joints[0].axis, [1, 0, 0])
+
+
+def test_calls_of_macros_in_a_finished_file_are_ignored() -> None:
+    top = '<xacro:cable_guide side="left"><origin/></xacro:cable_guide>'
+    assert codes(robot(top=top)) == {"X1122"}
+    text, changes = urdf.repair(robot(top=top))
+    assert len(changes) == 1
+    assert "xacro:cable" not in text
+    assert codes(robot(top='<xacro:cable_guide side="${1 + 1}"/>')) == {"X1122"}
+
+
+MISSPELT = (
+    '<xacro:inclde filename="parts.xacro"/>',
+    '<xacro:proprety name="x" value="1"/>',
+    '<xacro:arg name="x" default="1"/><xacro:cable_guide/>',
+    "<xacro:Macro name='m'/>",
+)
+
+
+@pytest.mark.parametrize("top", MISSPELT)
+def test_a_misspelt_element_of_xacro_is_no_rest(top: str) -> None:
+    (error,) = urdf.diagnose(robot(top=top)).errors
+    assert error.code == "X1101"
+
+
+@pytest.mark.parametrize("place", ROWS)
+def test_misspelt_attributes_of_xacro(place: str) -> None:
+    for name in ROWS[place].words:
+        twin = name[1] + name[0] + name[2:]
+        used = '<xacro:property name="p" value="1"/><material name="${p}"/>'
+        text = robot(top=f'{used}<xacro:{place} {twin}="1" name="q" value="1" filename="f"/>')
+        said = [d for d in urdf.diagnose(text) if d.code == "F0139" and d.details["attribute"] == twin]
+        assert [name in str(d.details["known"]).split(", ") for d in said] == [True], twin

@@ -54,7 +54,8 @@ def test_repair(case: Case) -> None:
         return
     text, changes = urdf.repair(case.data)
     assert urdf.diagnose(text).ok == case.mended
-    assert bool(changes) >= (case.repair and case.mended)
+    offers = [d.repair for d in urdf.diagnose(case.data) if d.code == case.code and d.repair is not None]
+    assert bool(changes) >= (case.mended and not all(offer.guess for offer in offers))
     assert all(change.sentence("en") != change.sentence("ar") for change in changes)
 
 

@@ -35,7 +35,7 @@ _TWICE = (
 _BLOCKS = '<xacro:macro name="m" params="*b"><xacro:insert_block name="b"/></xacro:macro>'
 
 CASES = (
-    Case("unknown macro", "<xacro:arm/>", "X1101"),
+    Case("unknown macro", '<xacro:property name="x" value="1"/><xacro:arm/>', "X1101"),
     Case("unknown parameter", '<xacro:macro name="m" params="x"/><xacro:m y="1"/>', "X1102"),
     Case("parameter without value", '<xacro:macro name="m" params="x"/><xacro:m/>', "X1103"),
     Case("block missing", _BLOCKS + "<xacro:m/>", "X1104"),

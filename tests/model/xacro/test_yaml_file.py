@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import itertools
 import math
+import time
+from contextlib import suppress
 
 import pytest
+import yaml
 
-from mafsil.model.xacro.yaml_file import YamlFault, parsed
+from mafsil.model.xacro.yaml_file import LARGEST, YamlFault, parsed
 
 DOCUMENT = """
 ---
@@ -78,3 +81,32 @@ def test_texts_over_lines_and_shared_objects() -> None:
     names = "abcdefghijklmnopq"
     laughs = "a: &a [1]\n" + "".join(f"{c}: &{c} [*{b}, *{b}]\n" for b, c in itertools.pairwise(names))
     assert isinstance(parsed(laughs), dict)
+
+
+LARGE = {
+    "list": "- 1\n" * (LARGEST // 4),
+    "row": "[" + "1," * (LARGEST // 2 - 2) + "1]",
+    "lists": "[" + "[]," * (LARGEST // 3 - 2) + "1]",
+    "map": "".join(f"a{k}: 1\n" for k in range(LARGEST // 10)),
+    "pairs": "!!omap\n" + "- a: 1\n" * (LARGEST // 7 - 2),
+    "sexagesimal": "- " + ":".join(["59"] * (LARGEST // 4)),
+}
+
+
+@pytest.mark.row("F1")
+@pytest.mark.parametrize("name", LARGE)
+def test_the_largest_files_take_two_seconds_at_most(name: str) -> None:
+    start = time.process_time()
+    with suppress(YamlFault):
+        parsed(LARGE[name])
+    assert time.process_time() - start < 2.5  # two, and what a busy machine adds
+
+
+@pytest.mark.parametrize("name", LARGE)
+def test_without_the_parser_in_c_less_is_taken(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr(yaml, "CSafeLoader", raising=False)
+    assert parsed("a: [1, !degrees 180]") == {"a": [1, math.pi]}
+    start = time.process_time()
+    with suppress(YamlFault):
+        parsed(LARGE[name])
+    assert time.process_time() - start < 2.5

@@ -16,7 +16,7 @@ from mafsil.model import library, table
 from mafsil.model.diagnostics import Diagnostic, Report
 from mafsil.model.faults import DH_DEGREES
 from mafsil.model.faults import FAULTS as READER_FAULTS
-from mafsil.model.file_format import reader_of
+from mafsil.model.file_format import reader_of, root_tag
 from mafsil.model.file_reader import FileReader
 from mafsil.model.lint.bodies import bodies
 from mafsil.model.lint.catalogue import FAULTS, GRAVITY_SIZE, GRAVITY_UP, NO_MASSES
@@ -83,32 +83,32 @@ def lint(source: Source, *, packages: Iterable[str | Path] = ()) -> Report:
 def mend(
     source: str | PathLike[str], *, packages: Iterable[str | Path] = (), only: Collection[str] = ()
 ) -> tuple[str, tuple[Change, ...]]:
-    """A corrected URDF document, and what was changed in it; what has no repair that leaves no choice remains.
+    """A corrected document, and what was changed in it; what has no repair that leaves no choice remains.
 
     A repair never takes a freedom from the robot.
 
     Args:
-        source: a URDF file; it is not touched.
+        source: a URDF, MJCF or SDFormat file; it is not touched.
         packages: as for `lint`.
         only: codes such as `I0506`: their repairs alone are carried out, those of warnings and guesses too. By default
-            errors are repaired, where the repair leaves no choice.
+            errors are repaired, where the repair leaves no choice, and what only forgiving readers take.
 
     Raises:
         FileError: it cannot be read at all.
-        InputError: not a URDF file, or a code that does not exist.
+        InputError: a xacro, a table, no robot file, or a code that does not exist.
     """
     for code in only:
         if code not in READER_FAULTS and code not in FAULTS:
             close = get_close_matches(code.upper(), [*READER_FAULTS, *FAULTS], n=3)
             raise InputError("lint.no_code", code=code[:40], close=", ".join(close))
-    reader = _reader(source, packages) if _can_be_mended(source) else None
-    if reader is None:
+    is_urdf, reader = _can_be_mended(source), _reader(source, packages)
+    if reader is None or (not is_urdf and root_tag(Path(source)) == "robot"):
         raise InputError("lint.only_urdf", source=str(source))
 
     def requested(diagnostic: Diagnostic) -> bool:
         return diagnostic.code in only if only else of_errors(diagnostic)
 
-    text, changes = mended(Path(source), DEFAULT_LIMITS, _combined(reader, repairs=True), requested)
+    text, changes = mended(Path(source), DEFAULT_LIMITS, _combined(reader, repairs=is_urdf), requested)
     return text.data.decode("utf-8"), changes
 
 

@@ -11,10 +11,11 @@ from mafsil.model.limits import UNBOUNDED
 from mafsil.model.lint.catalogue import BOUND_REFUSED, LIMIT_REFUSED
 from mafsil.model.numbers import written
 from mafsil.model.reading import Reading
+from mafsil.model.urdf.vocabulary import WIDER_LIMITS, version_of
 from mafsil.model.xml_tree import Element
 
-DEMANDED = ("effort", "velocity")
-"""What a `limit` of any joint has to have."""
+MOVING = ("revolute", "prismatic", "continuous")
+"""Joints whose limits our reader looks at."""
 
 
 def refuse_limits(reading: Reading, *, repairs: bool) -> None:
@@ -24,12 +25,15 @@ def refuse_limits(reading: Reading, *, repairs: bool) -> None:
         reading: of a URDF file, with its reader's diagnostics.
         repairs: whether the file itself can be changed.
     """
-    joints = {joint.get("name"): joint for joint in reading.document.root.all("joint")}
+    root = reading.document.root
+    joints = {joint.get("name"): joint for joint in root.all("joint")}
     reading.diagnostics[:] = [_raised(reading, remark, joints, repairs) for remark in reading.diagnostics]
+    wider = version_of(Reading(reading.document), root) >= WIDER_LIMITS
     for joint in joints.values():
-        if joint.get("type") not in ("revolute", "prismatic", "continuous"):
-            for limit, attribute in _gaps(joint):
-                repair = reading.set_attribute(limit, attribute, written(UNBOUNDED)) if repairs else None
+        for limit, attribute in _gaps(joint, wider=wider):
+            if wider or joint.get("type") not in MOVING:
+                none = written(-UNBOUNDED if attribute == "lower" else UNBOUNDED)
+                repair = reading.set_attribute(limit, attribute, none) if repairs else None
                 reading.report(BOUND_REFUSED, limit, None, repair, joint=joint.get("name"), attribute=attribute)
 
 
@@ -55,6 +59,9 @@ def _with_limit(reading: Reading, joint: Element) -> Repair:
     return replace(reading.append(joint, text), guess=True)
 
 
-def _gaps(joint: Element) -> Iterator[tuple[Element, str]]:
+def _gaps(joint: Element, *, wider: bool) -> Iterator[tuple[Element, str]]:
+    """What a `limit` has to have: effort and velocity, from URDF 1.2 on the range alone, where there is one."""
+    ranged = joint.get("type") in ("revolute", "prismatic")
+    demanded = (("lower", "upper") if ranged else ()) if wider else ("effort", "velocity")
     for limit in joint.all("limit")[:1]:
-        yield from ((limit, attribute) for attribute in DEMANDED if attribute not in limit.attributes)
+        yield from ((limit, attribute) for attribute in demanded if attribute not in limit.attributes)

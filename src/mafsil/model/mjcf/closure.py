@@ -11,10 +11,10 @@ from mafsil.arrays import Floats, PoseMatrix, frozen
 from mafsil.model.faults import LOOP_CLOSED, LOOP_OPEN, MISSING_ATTRIBUTE
 from mafsil.model.joint import Joint, JointKind
 from mafsil.model.link import Link
-from mafsil.model.mjcf.orientation import read_pose, rotation_from_quaternion
+from mafsil.model.mjcf.orientation import read_pose
 from mafsil.model.mjcf.references import References
 from mafsil.model.mjcf.scope import Scope
-from mafsil.model.placement import inverse
+from mafsil.model.placement import inverse, rotation_from_quaternion
 from mafsil.model.xml_tree import Element
 
 KINDS = {"connect": JointKind.SPHERICAL, "weld": JointKind.FIXED}

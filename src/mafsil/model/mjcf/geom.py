@@ -17,6 +17,7 @@ from mafsil.model.mjcf.solid import moments, volume
 from mafsil.model.placement import frame_along, moved_inertial
 from mafsil.model.reading import Reading
 from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Shape, Sphere
+from mafsil.model.urdf.shape import looking_at_a_shape
 from mafsil.model.xml_tree import Element
 
 KINDS = ("plane", "hfield", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "sdf")
@@ -246,7 +247,8 @@ def _colour(reading: Reading, element: Element, library: Library) -> tuple[float
             reading.report(UNKNOWN_ASSET, element, "material", kind="material", name=element.get("material"))
             return None
         holder = material
-    rgba = reading.vector(holder, "rgba", 4, ()) if "rgba" in holder.attributes else None
+    with looking_at_a_shape(reading):
+        rgba = reading.vector(holder, "rgba", 4, ()) if "rgba" in holder.attributes else None
     if not rgba:
         return None
     r, g, b, a = (min(max(value, 0.0), 1.0) for value in rgba)

@@ -73,17 +73,16 @@ class Inclusion:
     def _parsed(self, path: Path, name: str) -> Element | None:
         self.count += 1
         try:
-            document = parse(load(path, self.limits).data, self.limits)
+            text = load(path, self.limits)
+            document = parse(text.data, self.limits)
         except Refusal as refusal:
             self.reading.diagnostics.append(self._placed(refusal.diagnostic, name))
             return None
-        self.reading.included.append((shown(name), document))
+        root = self.reading.include(name, text, document)
         self.folders.append(path.parent)
-        elements = list(document.root.walk())
-        self.limits = replace(self.limits, elements=max(self.limits.elements - len(elements), 0))
-        for inner in elements:
-            inner.file = len(self.reading.included)
-        return document.root
+        elements = sum(1 for _ in root.walk())
+        self.limits = replace(self.limits, elements=max(self.limits.elements - elements, 0))
+        return root
 
     @staticmethod
     def _placed(diagnostic: Diagnostic, file: str) -> Diagnostic:

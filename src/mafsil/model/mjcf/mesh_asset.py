@@ -14,8 +14,8 @@ from mafsil.model.faults import NOT_KEPT
 from mafsil.model.mesh.reader import read as read_mesh
 from mafsil.model.mesh.surface import Surface, cleaned
 from mafsil.model.mjcf.mesh_mass import MeshInertia, MeshMass, hulled, mesh_mass
-from mafsil.model.mjcf.orientation import rotation_from_quaternion
 from mafsil.model.mjcf.settings import Settings, choice
+from mafsil.model.placement import rotation_from_quaternion
 from mafsil.model.reading import Reading
 from mafsil.model.shape import Mesh
 from mafsil.model.xml_tree import Element

@@ -7,7 +7,14 @@ import numpy as np
 from mafsil.arrays import Floats, PoseMatrix, frozen
 from mafsil.model.faults import NO_ROTATION
 from mafsil.model.mjcf.settings import Settings
-from mafsil.model.placement import frame_along, rotation_x, rotation_y, rotation_z, screw_motion
+from mafsil.model.placement import (
+    frame_along,
+    rotation_from_quaternion,
+    rotation_x,
+    rotation_y,
+    rotation_z,
+    screw_motion,
+)
 from mafsil.model.reading import Reading
 from mafsil.model.tolerances import NO_LENGTH
 from mafsil.model.xml_tree import Element
@@ -33,18 +40,6 @@ def read_pose(reading: Reading, element: Element, settings: Settings) -> PoseMat
             else:
                 T[:3, :3] = R
     return frozen(T)
-
-
-def rotation_from_quaternion(wxyz: Floats) -> Floats:
-    """Rotation matrix (3, 3) of a unit quaternion (w, x, y, z)."""
-    w, x, y, z = wxyz
-    return np.array(
-        [
-            [w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z],
-        ]
-    )
 
 
 def _rotation(way: str, numbers: Floats, settings: Settings) -> Floats | None:

@@ -7,12 +7,12 @@ from pathlib import PurePosixPath
 
 from mafsil.arrays import frozen
 from mafsil.model.asset_path import Assets
-from mafsil.model.faults import NO_LINKS, WRONG_ROOT
+from mafsil.model.audit import audit
+from mafsil.model.faults import EMPTY_ATTRIBUTE, NO_LINKS, WRONG_ROOT
 from mafsil.model.file_reader import Format
 from mafsil.model.link import Link
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.mimics import resolve_mimics
-from mafsil.model.mjcf.audit import audit
 from mafsil.model.mjcf.body import TreeReader
 from mafsil.model.mjcf.coupling import read_couplings
 from mafsil.model.mjcf.driving import Driving
@@ -23,6 +23,8 @@ from mafsil.model.mjcf.mesh_asset import MeshAssets
 from mafsil.model.mjcf.references import References
 from mafsil.model.mjcf.scope import Model, Scope, Unfolding
 from mafsil.model.mjcf.settings import read_settings
+from mafsil.model.mjcf.vocabulary import MJCF as VOCABULARY
+from mafsil.model.mjcf.vocabulary import NUMBERS
 from mafsil.model.reading import Reading
 from mafsil.model.xml_tree import Element, ReadLimits
 
@@ -56,12 +58,13 @@ def _build(reading: Reading, assets: Assets, _source: str, limits: ReadLimits) -
 def _model(reading: Reading, root: Element, inclusion: Inclusion) -> Model:
     """A model whose includes are in place, with the models among its assets.
 
-    1. Report what the reader leaves out or refuses.
+    1. Report what the reader leaves out or refuses; take out what is empty.
     2. Read the settings that all parts share.
     3. Collect meshes, materials and whole models by name, each with the defaults of its class.
     """
     # 1.
-    audit(reading, root)
+    audit(reading, root, VOCABULARY)
+    _take_out_empty(reading, root)
     # 2.
     settings = read_settings(reading, root)
     library = Library(settings, MeshAssets(settings, inclusion.assets, inclusion.folders))
@@ -77,6 +80,17 @@ def _model(reading: Reading, root: Element, inclusion: Inclusion) -> Model:
             elif child.tag == "model":
                 _add_model(reading, child, model, inclusion)
     return model
+
+
+def _take_out_empty(reading: Reading, root: Element) -> None:
+    """Numbers that are not there are as if their attribute was not there: defaults of classes hold."""
+    for element in root.walk():
+        for name in [name for name, text in element.attributes.items() if not text.strip() and name in NUMBERS]:
+            reading.report(
+                EMPTY_ATTRIBUTE, element, name, reading.remove_attribute(element, name),
+                element=element.tag, attribute=name,
+            )  # fmt: skip
+            del element.attributes[name]
 
 
 def _add_model(reading: Reading, element: Element, model: Model, inclusion: Inclusion) -> None:

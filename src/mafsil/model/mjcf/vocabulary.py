@@ -1,68 +1,16 @@
 """Every element and attribute of MJCF, and what becomes of it: read, without bearing on a mechanism, left out.
 
-The table is the rule of the reader: what stands in it as read is read, what it does not know is an error. Rows name an
-element by its place; `frame`, `replicate` and `worldbody` hold what a body holds, and a default class sets attributes
-of the elements it names. What lies below an element that is not read as a whole is covered by its row.
+The table is the rule of the reader: what stands in it as read is read, what it does not know is an error. `frame`,
+`replicate` and `worldbody` hold what a body holds, and a default class sets attributes of the elements it names.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from enum import Enum
 from types import MappingProxyType
 
-
-class Treatment(Enum):
-    """What becomes of an attribute or of a whole element; all but the first three leave a mechanism as it is."""
-
-    READ = "read"
-    LEFT_OUT = "left out, with a warning where it is not neutral"
-    SOFT = "a soft object: left out with a warning beside the robot, refused on a moving part of it"
-    PICTURE = "only seen"
-    CONTACT = "only where bodies touch"
-    SOLVER = "only how MuJoCo integrates and solves"
-    COMMAND = "only how a motor answers its command"
-    SENSING = "only what is measured"
-    MEDIUM = "only in a medium that has density or viscosity"
-    SPRING = "only with a spring, which is left out"
-    DATA = "only data, states or names"
-    CONVERTING = "only how MuJoCo writes or stores the model"
-
-
-@dataclass(frozen=True, slots=True)
-class Row:
-    """One element: what becomes of its attributes, and of the elements inside that are not read.
-
-    Attributes:
-        read: attributes that are read.
-        other: attributes by what becomes of them.
-        children: elements inside that are read; each has a row of its own.
-        whole: elements inside that are not read, by what becomes of them.
-    """
-
-    read: str = ""
-    other: Mapping[Treatment, str] = field(default_factory=lambda: MappingProxyType({}))
-    children: str = ""
-    whole: Mapping[Treatment, str] = field(default_factory=lambda: MappingProxyType({}))
-
-    def treatment_of(self, attribute: str) -> Treatment | None:
-        """What becomes of an attribute; None if the element has none of that name."""
-        if attribute in self.read.split():
-            return Treatment.READ
-        return next((treatment for treatment, names in self.other.items() if attribute in names.split()), None)
-
-    def treatment_inside(self, tag: str) -> Treatment | None:
-        """What becomes of an element inside; None if none of that name may stand there."""
-        if tag in self.children.split():
-            return Treatment.READ
-        return next((treatment for treatment, names in self.whole.items() if tag in names.split()), None)
-
-    @property
-    def attributes(self) -> tuple[str, ...]:
-        """All attributes that the element may have."""
-        return tuple(self.read.split()) + tuple(name for names in self.other.values() for name in names.split())
-
+from mafsil.model.faults import UNKNOWN_ATTRIBUTE, UNKNOWN_PART
+from mafsil.model.vocabulary import Row, Treatment, Vocabulary
 
 _TURN = "quat axisangle euler xyaxes zaxis"
 _INSIDE = "body frame replicate attach inertial joint freejoint geom site"
@@ -242,6 +190,14 @@ ROWS: Mapping[str, Row] = MappingProxyType(
 )
 """What becomes of everything that a file may hold, by the element and, where a tag means several things, its parent."""
 
+NUMBERS = frozenset(
+    f"{_TURN} pos size fromto rgba mass density diaginertia fullinertia axis range ref armature damping frictionloss "
+    "actuatorfrcrange group contype conaffinity fitscale shellinertia scale refpos refquat gear forcerange ctrlrange "
+    "polycoef anchor relpose coef gravity count offset sep boundmass boundinertia settotalmass inertiagrouprange "
+    "vertex face".split()
+)
+"""Attributes of numbers that are read: MuJoCo takes an empty one as not given."""
+
 _STYLED = {
     "joint": "body/joint",
     "geom": "body/geom",
@@ -281,3 +237,9 @@ def _is_zero(word: str) -> bool:
         return float(word) == 0.0
     except ValueError:
         return False
+
+
+MJCF = Vocabulary(
+    "MJCF", row_of, UNKNOWN_ATTRIBUTE, UNKNOWN_PART, strict=True, is_neutral=is_neutral,
+    is_neutral_part=lambda _part: False,
+)  # fmt: skip

@@ -6,9 +6,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from mafsil.model.asset_path import Assets
+from mafsil.model.audit import audit
 from mafsil.model.diagnostics import shown
 from mafsil.model.faults import SDF_INCLUDE, SDF_INCLUDE_LEFT
 from mafsil.model.reading import Reading
+from mafsil.model.sdf.vocabulary import SDF as VOCABULARY
+from mafsil.model.sdf.vocabulary import version_of
 from mafsil.model.source import load
 from mafsil.model.xml_tree import Document, Element, ReadLimits, Refusal, parse
 
@@ -38,6 +41,8 @@ class Inclusion:
         if model is None:
             self.reading.report(SDF_INCLUDE if must else SDF_INCLUDE_LEFT, include, None, None, uri=reference)
             return None
+        if document is not None:
+            audit(self.reading, model, VOCABULARY, version_of(document.root))
         attributes = dict(model.attributes)
         for tag in ("name", "placement_frame"):
             if (given := include.first(tag)) is not None:
@@ -71,11 +76,10 @@ class Inclusion:
         if len(self.reading.included) > MOST_FILES:
             return None
         try:
-            document = parse(load(path, self.limits).data, self.limits)
+            text = load(path, self.limits)
+            document = parse(text.data, self.limits)
         except Refusal as refusal:
             self.reading.diagnostics.append(replace(refusal.diagnostic, file=shown(name), repair=None))
             return None
-        self.reading.included.append((shown(name), document))
-        for element in document.root.walk():
-            element.file = len(self.reading.included)
+        self.reading.include(name, text, document)
         return document

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 from mafsil.arrays import frozen
 from mafsil.model.asset_path import Assets
+from mafsil.model.audit import audit
 from mafsil.model.faults import (
     DUPLICATE_JOINT,
     DUPLICATE_LINK,
@@ -32,11 +32,12 @@ from mafsil.model.sdf.named_frames import IS_BASE, IS_TIP, read_frame, tip_frame
 from mafsil.model.sdf.scope import Part, Parts, gathered
 from mafsil.model.sdf.spanning import spanning
 from mafsil.model.sdf.values import flag, numbers
+from mafsil.model.sdf.vocabulary import SDF as VOCABULARY
+from mafsil.model.sdf.vocabulary import version_of
 from mafsil.model.sdf.written_names import OWN_NAME, with_names
 from mafsil.model.tolerances import WRITTEN
 from mafsil.model.xml_tree import Element, ReadLimits
 
-NEWEST = (1, 12)
 GRAVITY_OF_WORLDS = (0.0, 0.0, -9.8)
 """What a world has that gives none."""
 
@@ -50,16 +51,19 @@ def _build(reading: Reading, assets: Assets, _source: str, limits: ReadLimits) -
     for element in root.walk():
         element.file = 1
     inclusion = Inclusion(reading, assets, limits)
+    audit(reading, root, VOCABULARY, version_of(root))
     model, gravity = _robot(reading, root, inclusion)
     if model is None:
         return None
+    if model.file == 1:  # an included one was held against the vocabulary of its own version
+        audit(reading, model, VOCABULARY, version_of(root))
     parts = gathered(reading, model, inclusion)
     if not parts.links:
         reading.report(NO_LINKS, model)
     _require_unique(reading, parts)
     if reading.failed:
         return None
-    assembly = _assembled(reading, model, parts, assets, _version(root))
+    assembly = _assembled(reading, model, parts, assets, version_of(root))
     if reading.failed:
         return None
     joints = resolve_mimics(reading, assembly.joints)
@@ -80,11 +84,6 @@ def _build(reading: Reading, assets: Assets, _source: str, limits: ReadLimits) -
 def _own_names(parts: Iterable[Part]) -> dict[str, str]:
     """Names of robots of ours that SDFormat does not take, by those that are written."""
     return {part.name: part.element.get(OWN_NAME) for part in parts if part.element.get(OWN_NAME)}
-
-
-def _version(root: Element) -> tuple[int, int]:
-    found = re.match(r"(\d{1,3})\.(\d{1,3})", root.get("version"))
-    return NEWEST if found is None else (int(found[1]), int(found[2]))
 
 
 def _robot(reading: Reading, root: Element, inclusion: Inclusion) -> tuple[Element | None, tuple[float, float, float]]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from mafsil.arrays import PoseMatrix, frozen
 from mafsil.model.faults import SDF_CHOICE, SDF_QUATERNION
-from mafsil.model.placement import pose_from_xyz_rpy
+from mafsil.model.placement import pose_from_xyz_quaternion, pose_from_xyz_rpy, quaternion_length
 from mafsil.model.reading import LARGEST, Reading
 from mafsil.model.xml_tree import Element
 
@@ -62,19 +62,10 @@ def pose(reading: Reading, element: Element | None) -> PoseMatrix:
 def _from_quaternion(
     reading: Reading, element: Element, xyz: tuple[float, float, float], xyzw: tuple[float, ...]
 ) -> PoseMatrix:
-    length = float(np.linalg.norm(xyzw))
-    if not 1e-6 < length < 1e6:
+    if not 1e-6 < quaternion_length(xyzw) < 1e6:
         reading.report(SDF_QUATERNION, element, None, None, text=element.text)
         return frozen(np.eye(4))
-    x, y, z, w = (part / length for part in xyzw)
-    T = np.eye(4)
-    T[:3, :3] = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    T[:3, 3] = xyz
-    return frozen(T)
+    return frozen(pose_from_xyz_quaternion(xyz, xyzw))
 
 
 def _as_attribute(element: Element) -> Element:

@@ -2,43 +2,33 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from difflib import get_close_matches
-from math import inf, sqrt
+from math import sqrt
 
 from mafsil.arrays import Vector3, frozen
 from mafsil.model.actuator import Friction
 from mafsil.model.faults import (
     AXIS_NORMALISED,
     DEFAULT_AXIS,
-    EMPTY_RANGE,
     FLOATING_BASE,
-    HALF_RANGE,
-    LIMITS_EQUAL,
-    LIMITS_EXCHANGED,
-    LIMITS_INVERTED,
     MIMIC_ON_FIXED,
     MIMIC_ZERO,
     MISSING_ELEMENT,
-    NEGATIVE_BOUND,
     NEGATIVE_DAMPING,
-    NO_BOUND,
-    NO_LIMIT,
-    NO_RANGE,
     SAFETY_IGNORED,
     SEVERAL_FREEDOMS,
     UNKNOWN_TYPE,
-    UNUSED_RANGE,
     ZERO_AXIS,
-    ZERO_BOUND,
 )
 from mafsil.model.joint import Joint, JointKind, Mimic
-from mafsil.model.limits import Limits, bounded
+from mafsil.model.limits import Limits
 from mafsil.model.mimics import Declared
 from mafsil.model.numbers import written
 from mafsil.model.reading import Reading
 from mafsil.model.tolerances import WRITTEN
+from mafsil.model.urdf.limit import read_limits
 from mafsil.model.urdf.origin import read_origin
+from mafsil.model.vocabulary import Version
 from mafsil.model.xml_tree import Element
 
 KINDS = {
@@ -63,30 +53,24 @@ LONGEST_WORD = 40
 CLOSE = 0.8
 """Share of letters that a misspelt type has in common with what it means."""
 _URDF_AXIS = frozen([1.0, 0.0, 0.0])
-ACCELERATION = "drake:acceleration"
-"""Attribute of `limit` by which Drake says how fast a joint may accelerate."""
 
 
-def read_joint(reading: Reading, element: Element, carried: frozenset[str]) -> Declared | None:
+def read_joint(reading: Reading, element: Element, carried: frozenset[str], version: Version) -> Declared | None:
     """A joint, or None after an error that leaves nothing to go on with.
 
     Args:
         reading: of the file.
         element: the joint.
         carried: names of all links that are the child of a joint.
+        version: of the file.
     """
     name = reading.name(element)
     kind = _read_kind(reading, element, name, carried)
     parent, child = _end(reading, element, "parent"), _end(reading, element, "child")
-    reading.report_strangers(
-        element,
-        ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic", "safety_controller", "calibration"),
-        ("hardwareInterface",),
-    )
     T_pj = read_origin(reading, element)
     axis = _read_axis(reading, element, name, kind)
     wraps = element.get("type") == "continuous"
-    limits = _read_limits(reading, element, name, wraps=wraps) if kind is not JointKind.FIXED else Limits()
+    limits = read_limits(reading, element, name, version, wraps=wraps) if kind is not JointKind.FIXED else Limits()
     mimic = _read_mimic(reading, element, name, kind)
     friction = _read_friction(reading, element, kind)
     if (safety := element.first("safety_controller")) is not None:
@@ -161,87 +145,6 @@ def _read_axis(reading: Reading, joint: Element, name: str, kind: JointKind) -> 
         repair = reading.set_attribute(element, "xyz", unit)
         reading.report(AXIS_NORMALISED, element, "xyz", repair, joint=name, length=f"{length * largest:.6g}")
     return frozen([x / length for x in scaled])
-
-
-def _read_limits(reading: Reading, joint: Element, name: str, *, wraps: bool) -> Limits:
-    element = reading.one(joint, "limit")
-    if element is None:
-        if not wraps:
-            reading.report(NO_LIMIT, joint, joint=name)
-        return Limits()
-    lower, upper = _read_range(reading, element, name, wraps=wraps)
-    velocity = _read_bound(reading, element, "velocity", name)
-    effort = _read_bound(reading, element, "effort", name)
-    given = ACCELERATION in element.attributes
-    acceleration = _read_bound(reading, element, ACCELERATION, name) if given else inf
-    return Limits(lower, upper, velocity, acceleration, effort=effort)
-
-
-def _read_range(reading: Reading, element: Element, name: str, *, wraps: bool) -> tuple[float, float]:
-    """Position bounds; infinite where the file gives none."""
-    given = [key for key in ("lower", "upper") if key in element.attributes]
-    bounds = {
-        key: reading.number(element, key, fallback=reading.remove_attribute(element, key), largest=inf) for key in given
-    }
-    if None in bounds.values():
-        return -inf, inf
-    lower, upper = (bounded(bounds.get(key) or 0.0) for key in ("lower", "upper"))
-    if wraps:
-        if lower != upper:
-            reading.report(UNUSED_RANGE, element, given[0], joint=name)
-        return -inf, inf
-    if not given:
-        reading.report(NO_RANGE, element, joint=name)
-        return -inf, inf
-    if lower > upper:
-        return _exchanged_range(reading, element, name, lower, upper, given)
-    return _judged_range(reading, element, name, lower, upper, given)
-
-
-def _exchanged_range(
-    reading: Reading, element: Element, name: str, lower: float, upper: float, given: list[str]
-) -> tuple[float, float]:
-    """A lower bound above the upper one: exchanged where zero lies between them, as it does in nearly every robot.
-
-    Otherwise a sign or a digit may be wrong as well, and the file is refused.
-    """
-    both = len(given) == 2
-    repair = reading.swap_attributes(element, "lower", "upper") if both else None
-    clear = both and upper <= 0.0 <= lower
-    fault = LIMITS_EXCHANGED if clear else LIMITS_INVERTED
-    repair = repair if clear or repair is None else replace(repair, guess=True)
-    reading.report(fault, element, given[0], repair, joint=name, lower=lower, upper=upper)
-    return (upper, lower) if clear else (-inf, inf)
-
-
-def _judged_range(
-    reading: Reading, element: Element, name: str, lower: float, upper: float, given: list[str]
-) -> tuple[float, float]:
-    """An ordered range, with remarks about an empty or a half one."""
-    if lower == upper == 0.0:
-        reading.report(EMPTY_RANGE, element, given[0], joint=name)
-        return -inf, inf
-    if lower == upper:
-        reading.report(LIMITS_EQUAL, element, given[0], joint=name, value=lower)
-    elif len(given) == 1:
-        missing = "upper" if given[0] == "lower" else "lower"
-        reading.report(HALF_RANGE, element, given[0], joint=name, attribute=missing)
-    return lower, upper
-
-
-def _read_bound(reading: Reading, element: Element, key: str, name: str) -> float:
-    """A velocity or effort limit; zero and missing mean unknown, which is infinite."""
-    if key not in element.attributes:
-        reading.report(NO_BOUND, element, None, joint=name, attribute=key)
-        return inf
-    fallback = reading.remove_attribute(element, key)
-    value = reading.number(element, key, fallback=fallback, largest=inf)
-    if value == 0.0:
-        reading.report(ZERO_BOUND, element, key, joint=name, attribute=key)
-    elif value is not None and value < 0.0:
-        repair = reading.set_attribute(element, key, written(-value), guess=True)
-        reading.report(NEGATIVE_BOUND, element, key, repair, joint=name, attribute=key, value=value)
-    return bounded(value) if value is not None and value > 0.0 else inf
 
 
 def _read_mimic(reading: Reading, joint: Element, name: str, kind: JointKind) -> Mimic | None:

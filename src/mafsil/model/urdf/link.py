@@ -24,9 +24,6 @@ MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 def read_link(reading: Reading, element: Element, materials: Materials, assets: Assets) -> Link | None:
     """A link, or None if it has no name."""
     name = reading.name(element)
-    reading.report_strangers(
-        element, ("inertial", "visual", "collision"), ("contact", "gravity", "kinematic", "self_collision_checking")
-    )
     inertial = _read_inertial(reading, element, name)
     visuals = read_shapes(reading, element.all("visual"), materials, assets)
     collisions = read_shapes(reading, element.all("collision"), materials, assets)

@@ -1,4 +1,8 @@
-"""Gears and rotors from the simple transmissions of a URDF file: one joint, one actuator, one reduction."""
+"""Gears and rotors from the simple transmissions of a URDF file: one joint, one actuator, one reduction.
+
+The inertia of a rotor is `motorInertia`, on the motor's side, or stands in Drake's words; it is felt at the joint times
+the square of the reduction.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +17,7 @@ from mafsil.model.xml_tree import Element
 
 
 def read_transmissions(reading: Reading, robot: Element, joints: list[Joint]) -> list[Joint]:
-    """The joints with the gear ratios, and the rotors' inertias in Drake's words, of the simple transmissions."""
+    """The joints with the gear ratios and the rotors' inertias of the simple transmissions."""
     known = {joint.name for joint in joints if joint.moves}
     actuators: dict[str, Actuator] = {}
     for element in robot.all("transmission"):
@@ -33,10 +37,10 @@ def _simple(element: Element) -> tuple[str, Actuator | None]:
     name, gears = joints[0].get("name"), actuators[0].all("drake:gear_ratio")
     places = [place for holder in (actuators[0], joints[0], element) for place in holder.all("mechanicalReduction")]
     words = [gears[0].get("value")] if gears else [place.text for place in places[:1]]
-    words += [rotor.get("value") for rotor in actuators[0].all("drake:rotor_inertia")[:1]]
-    numbers = [decimal(word) for word in words]
+    rotors = [rotor.get("value") for rotor in actuators[0].all("drake:rotor_inertia")]
+    rotors += [place.text for holder in (actuators[0], joints[0], element) for place in holder.all("motorInertia")]
+    numbers = [decimal(word.strip()) for word in (*(words or ["1"]), *(rotors[:1] or ["0"]))]
     if any(fault is not None for _, fault in numbers):
         return name, None
-    ratio = numbers[0][0] if gears or places else 1.0
-    rotor = numbers[-1][0] if len(numbers) > bool(gears or places) else 0.0
+    (ratio, _), (rotor, _) = numbers
     return name, None if ratio == 0.0 or rotor < 0.0 else Actuator(rotor, ratio)

@@ -18,7 +18,7 @@ from mafsil.model.outer_frames import with_space_link, with_tip_link
 from mafsil.model.rpy import rpy_from_rotation
 from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere
 from mafsil.model.urdf.capsule import without_capsules
-from mafsil.model.urdf.joint import ACCELERATION
+from mafsil.model.urdf.limit import ACCELERATION
 from mafsil.model.urdf.losses import CHOICES, has_limit, is_endless, losses_of
 from mafsil.model.xml_tree import escaped
 

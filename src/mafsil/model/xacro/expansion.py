@@ -15,11 +15,13 @@ from mafsil.model.faults import (
     XACRO_BLOCK,
     XACRO_BLOCKS,
     XACRO_FOREIGN_PARAMETER,
+    XACRO_LEFT_OVER,
     XACRO_MACRO,
     XACRO_NAME,
     XACRO_PACKAGE,
     XACRO_PARAMETER,
 )
+from mafsil.model.nearest_word import nearest_words
 from mafsil.model.reading import Reading
 from mafsil.model.xacro.fault import Budget, Reported, XacroFault
 from mafsil.model.xacro.files import Files
@@ -28,14 +30,14 @@ from mafsil.model.xacro.parameters import parameters_of
 from mafsil.model.xacro.scope import Macro, Scope
 from mafsil.model.xacro.substitution import Substitution
 from mafsil.model.xacro.values import truth
+from mafsil.model.xacro.vocabulary import CONSTRUCTS, DEFINITIONS, PREFIX, is_construct, is_source
 from mafsil.model.xml_tree import Element, ReadLimits, Refusal
 
-PREFIX = "xacro:"
-DEFINITIONS = ("property", "macro", "arg")
-"""Elements that leave nothing behind."""
 UNREAD = ("gazebo", "ros2_control")
 """Elements that say nothing about the mechanism: neither expanded nor read."""
 STEPS = 2_000_000
+CALL = 60
+"""Steps of a macro call itself."""
 DEEPEST = 80
 """Macro calls inside one another."""
 _NAME = re.compile(r"[^\W\d]\w*")
@@ -43,22 +45,27 @@ _NAME = re.compile(r"[^\W\d]\w*")
 
 def is_xacro(root: Element) -> bool:
     """Whether a document holds anything that xacro would expand."""
-    return any(
-        element.tag.startswith(PREFIX) or any("${" in v or "$(" in v for v in element.attributes.values())
-        for element in _read_elements(root)
-    )
+    return any(element.tag.startswith(PREFIX) or _asks(element) for element in _read_elements(root))
+
+
+def _asks(element: Element) -> bool:
+    """Whether an attribute asks for a value."""
+    return any("${" in text or "$(" in text for text in element.attributes.values())
 
 
 def left_over(root: Element) -> list[Element]:
-    """Definitions in a finished document: nothing calls a macro, no text outside them asks for a value.
+    """What a finished document still holds: definitions that nothing uses, or calls of macros that nothing defines.
 
     Returns:
-        The definitions, or nothing if the document is no finished one.
+        The elements, or nothing if the document is no finished one.
     """
     found = [element for element in _read_elements(root) if element.tag.startswith(PREFIX)]
+    if not any(map(is_construct, found)):
+        asks = any(_asks(element) for element in _read_elements(root))
+        return [] if asks or root.first("link") is None else found
     if any(element.tag.removeprefix(PREFIX) not in DEFINITIONS for element in root.children if element in found):
         return []
-    if any("${" in value or "$(" in value for value in root.attributes.values()):
+    if _asks(root):
         return []
     outside = [child for child in root.children if child not in found]
     if not any(child.tag == "link" for child in outside) or any(is_xacro(child) for child in outside):
@@ -102,6 +109,7 @@ class _Expansion:
         self.substitution = Substitution(self.files.commands(), self.budget)
         self.top = Scope(self.substitution.value, global_names(self.files.functions()))
         self.missing: set[str] = set()
+        self.finished = not any(map(is_source, _read_elements(reading.document.root)))
 
     def run(self) -> Element | None:
         """The expanded root, or None after an error."""
@@ -201,6 +209,7 @@ class _Expansion:
 
     def _made(self, element: Element, attributes: dict[str, str], children: list[Element]) -> Element:
         """A new element at the place of another one."""
+        self.budget.spend(len(attributes))
         self.elements -= 1
         if self.elements < 0:
             raise XacroFault(TOO_MANY_ELEMENTS, limit=self.limits.elements)
@@ -289,9 +298,15 @@ class _Expansion:
         4. The body is expanded in a new scope inside the macro's.
         """
         found = scope.macro(name)
+        if found is None and self.finished:
+            self.reading.report(XACRO_LEFT_OVER, element, None, None, element=element.tag)
+            return []
         if found is None:
-            raise XacroFault(XACRO_MACRO, name=name, known=", ".join(sorted(_macros(scope))) or "-")
+            known = tuple(sorted(_macros(scope)))
+            near = nearest_words(name, (*known, *CONSTRUCTS)) or known
+            raise XacroFault(XACRO_MACRO, name=name, known=", ".join(near) or "-")
         around, macro = found
+        self.budget.spend(CALL + 2 * len(macro.parameters))
         inner = around.inner()
         missing = list(macro.parameters)
         for key, text in element.attributes.items():

@@ -10,16 +10,27 @@ from difflib import get_close_matches
 from functools import lru_cache
 from typing import Any, Protocol, cast
 
-from mafsil.model.faults import XACRO_TOO_MUCH, XACRO_UNDEFINED
+from mafsil.model.faults import XACRO_UNDEFINED
+from mafsil.model.nearest_word import nearest_words
 from mafsil.model.xacro.fault import Budget, XacroFault, wrong
-from mafsil.model.xacro.methods import METHODS
-from mafsil.model.xacro.values import LARGEST_COLLECTION, LONGEST_TEXT, MOST_BITS, Function, Namespace, Value, bounded
+from mafsil.model.xacro.methods import FIELDS, METHODS
+from mafsil.model.xacro.values import (
+    LARGEST_COLLECTION,
+    LONGEST_TEXT,
+    MOST_BITS,
+    Function,
+    Namespace,
+    Value,
+    bounded,
+    in_order,
+)
 
 LONGEST = 4000
 """Characters of an expression."""
+SHORT = 200
 DEEPEST = 60
 """Of its syntax tree."""
-_PAD = re.compile(r"%[^a-zA-Z%]*(?:\d{4,}|\*)")
+_PAD = re.compile(r"%(?:\(.*\))?[^a-zA-Z%]*(?:\d{4,}|\*)", re.DOTALL)
 _TROUBLE = (TypeError, ValueError, ZeroDivisionError, OverflowError, KeyError, IndexError, AttributeError)
 
 
@@ -50,6 +61,7 @@ def evaluate(text: str, names: Names, budget: Budget) -> Value:
     Raises:
         XacroFault: not an expression of the part of Python that is allowed, an unknown name, no value, too large.
     """
+    budget.spend(1 + (len(text) >> 1))
     tree = _parsed(text.strip())
     if isinstance(tree, str):
         raise wrong(tree)
@@ -59,12 +71,20 @@ def evaluate(text: str, names: Names, budget: Budget) -> Value:
         reason = f"no such key: {error}" if isinstance(error, KeyError) else str(error)
         raise wrong(reason) from None
     except RecursionError:
-        raise XacroFault(XACRO_TOO_MUCH, limit=budget.limit) from None
+        raise wrong("nested too deeply") from None
 
 
-@lru_cache(maxsize=4096)
 def _parsed(text: str) -> ast.expr | str:
-    """The syntax tree, or why there is none."""
+    """The syntax tree, or why there is none; short ones are kept for the next time, long ones take much memory."""
+    return _kept(text) if len(text) <= SHORT else _tree(text)
+
+
+@lru_cache(maxsize=2048)
+def _kept(text: str) -> ast.expr | str:
+    return _tree(text)
+
+
+def _tree(text: str) -> ast.expr | str:
     if len(text) > LONGEST:
         return f"longer than {LONGEST} characters"
     try:
@@ -95,7 +115,7 @@ def _power(a: Value, b: Value) -> Value:
     if isinstance(a, int) and isinstance(b, int) and a.bit_length() * max(b, 0) > MOST_BITS:
         raise wrong("the power is too large")
     result: Value = cast("Any", a) ** b
-    if isinstance(result, complex):
+    if isinstance(result, complex) and not isinstance(a, complex) and not isinstance(b, complex):
         raise wrong("the power of a negative number has no real value")
     return result
 
@@ -212,6 +232,9 @@ class _Evaluation:
         found = [self.value(item, depth) for item in node.elts]
         return found if isinstance(node, ast.List) else tuple(found)
 
+    def collection(self, node: ast.Set, depth: int) -> Value:
+        return {self.value(item, depth) for item in node.elts}
+
     def dictionary(self, node: ast.Dict, depth: int) -> Value:
         if any(key is None for key in node.keys):
             raise wrong("** is not allowed")
@@ -222,9 +245,10 @@ class _Evaluation:
         holder = self.value(node.value, depth)
         if not isinstance(holder, str | list | tuple | dict):
             raise wrong(f"{type(holder).__name__} has no members")
+        at: Value
         if isinstance(node.slice, ast.Slice):
             ends = (node.slice.lower, node.slice.upper, node.slice.step)
-            at: Value = slice(*(None if end is None else self.value(end, depth) for end in ends))
+            at = slice(*(None if end is None else self.value(end, depth) for end in ends))
         else:
             at = self.value(node.slice, depth)
         return cast("dict[Value, Value]", holder)[at]
@@ -237,10 +261,13 @@ class _Evaluation:
             try:
                 return holder.get(node.attr)
             except KeyError:
-                raise XacroFault(XACRO_UNDEFINED, name=node.attr, close="") from None
+                close = ", ".join(nearest_words(node.attr, holder.known))
+                raise XacroFault(XACRO_UNDEFINED, name=ast.unparse(node), close=close) from None
         kind = type(holder)
         if isinstance(holder, dict) and node.attr in cast("dict[Value, Value]", holder):
             return cast("dict[Value, Value]", holder)[node.attr]
+        if (kind, node.attr) in FIELDS:
+            return getattr(cast("Value", holder), node.attr)
         method = METHODS.get((kind, node.attr))
         if method is None:
             raise wrong(f"{kind.__name__} has no {node.attr}")
@@ -258,6 +285,9 @@ class _Evaluation:
 
     def comprehension(self, node: ast.ListComp | ast.GeneratorExp, depth: int) -> Value:
         return [self.value(node.elt, depth) for _ in self._bindings(node.generators, depth)]
+
+    def set_comprehension(self, node: ast.SetComp, depth: int) -> Value:
+        return {self.value(node.elt, depth) for _ in self._bindings(node.generators, depth)}
 
     def dictionary_comprehension(self, node: ast.DictComp, depth: int) -> Value:
         bindings = self._bindings(node.generators, depth)
@@ -281,7 +311,7 @@ class _Evaluation:
             yield
             return
         first, *rest = generators
-        for member in cast("list[Value]", self.value(first.iter, depth)):
+        for member in in_order(self.value(first.iter, depth)):
             self.budget.spend()
             _bind(first.target, member, inner.bound)
             if all(self.value(condition, depth) for condition in first.ifs):
@@ -327,6 +357,8 @@ _VISITS: Mapping[type[ast.AST], Callable[[_Evaluation, ast.AST, int], Value]] = 
         ast.IfExp: _Evaluation.conditional,
         ast.List: _Evaluation.sequence,
         ast.Tuple: _Evaluation.sequence,
+        ast.Set: _Evaluation.collection,
+        ast.SetComp: _Evaluation.set_comprehension,
         ast.Dict: _Evaluation.dictionary,
         ast.Subscript: _Evaluation.subscript,
         ast.Attribute: _Evaluation.attribute,

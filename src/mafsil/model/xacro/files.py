@@ -25,6 +25,7 @@ from mafsil.model.source import load
 from mafsil.model.xacro.expression import evaluate
 from mafsil.model.xacro.fault import Budget, Reported, XacroFault, wrong
 from mafsil.model.xacro.values import Function, Value, bounded, literal
+from mafsil.model.xacro.vocabulary import audit
 from mafsil.model.xacro.yaml_file import LARGEST, YamlFault, parsed
 from mafsil.model.xml_tree import Element, ReadLimits, Refusal, parse
 from mafsil.regular_file import regular_bytes
@@ -58,6 +59,7 @@ class Files:
         document = self.reading.document
         self.reading.included.append(("", document))
         self._note_file(document.root)
+        audit(self.reading, document.root)
         return document.root
 
     def declare(self, name: str, default: str) -> None:
@@ -129,13 +131,13 @@ class Files:
         if path not in self._roots:
             name = self._shown(path)
             try:
-                document = parse(load(path, self.limits).data, self.limits)
+                text = load(path, self.limits)
+                document = parse(text.data, self.limits)
             except Refusal as refusal:
                 self.reading.diagnostics.append(replace(refusal.diagnostic, file=name, repair=None))
                 raise Reported from None
-            self.reading.included.append((name, document))
-            self._note_file(document.root)
-            self._roots[path] = document.root
+            self._roots[path] = self.reading.include(name, text, document)
+            audit(self.reading, document.root)
         return self._roots[path]
 
     def _shown(self, path: Path) -> str:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, cast
+from zlib import crc32
 
 from mafsil.model.xacro.fault import wrong
-from mafsil.model.xacro.values import LARGEST_COLLECTION, LONGEST_TEXT, Function, Namespace, Value
+from mafsil.model.xacro.types import NAMED, Types
+from mafsil.model.xacro.values import LARGEST_COLLECTION, LONGEST_TEXT, Function, Namespace, Value, in_order, text_of
 
 _MATH = (
     "acos", "acosh", "asin", "asinh", "atan", "atan2", "atanh", "cbrt", "ceil", "copysign", "cos", "cosh", "degrees",
@@ -18,12 +20,13 @@ _MATH = (
 _CONSTANTS = ("pi", "e", "tau", "inf", "nan")
 _CONVERSIONS: dict[str, Callable[..., Value]] = {
     "len": len,
-    "str": str,
+    "str": text_of,
     "float": float,
     "int": int,
     "bool": bool,
     "abs": abs,
-    "round": round,
+    "complex": complex,
+    "slice": slice,
     "min": min,
     "max": max,
     "any": any,
@@ -32,8 +35,9 @@ _CONVERSIONS: dict[str, Callable[..., Value]] = {
     "repr": repr,
     "divmod": divmod,
     "dict": dict,
-    "zip": lambda *columns: list(zip(*columns, strict=False)),
 }
+MOST_DIGITS = 400
+"""Decimals to which a number is rounded; more would take Python for ever."""
 
 
 def _range(*ends: int) -> Value:
@@ -43,20 +47,53 @@ def _range(*ends: int) -> Value:
     return list(found)
 
 
+def _round(number: Any, digits: int | None = None) -> Value:
+    if digits is not None and abs(digits) > MOST_DIGITS:
+        raise wrong("too many digits")
+    return round(number, digits)
+
+
+def _zip(*columns: Iterable[Value]) -> Value:
+    lists = [list(in_order(column)) for column in columns]
+    if len(lists) * min(map(len, lists), default=0) > LARGEST_COLLECTION:
+        raise wrong("too long")
+    return list(zip(*lists, strict=False))
+
+
+def _hash(value: Any) -> Value:
+    """That of Python for numbers; that of a text is the same in every process, which Python's is not."""
+    return crc32(value.encode("utf-8", "surrogatepass")) if isinstance(value, str) else hash(_plain(value))
+
+
+def _plain(value: Any) -> Any:
+    """The value with numbers in place of texts."""
+    if isinstance(value, tuple):
+        return tuple(map(_plain, cast("tuple[Any, ...]", value)))
+    return _hash(value) if isinstance(value, str) else value
+
+
 def _sorted(members: Iterable[Any], reverse: Value = False) -> Value:
     return sorted(members, reverse=bool(reverse))
 
 
 def _list(members: Iterable[Value] = ()) -> Value:
-    return list(members)
+    return list(in_order(members))
 
 
 def _tuple(members: Iterable[Value] = ()) -> Value:
-    return tuple(members)
+    return tuple(in_order(members))
+
+
+def _set(members: Iterable[Value] = ()) -> Value:
+    return set(members)
+
+
+def _frozenset(members: Iterable[Value] = ()) -> Value:
+    return frozenset(members)
 
 
 def _enumerate(members: Iterable[Value], start: int = 0) -> Value:
-    return list(enumerate(members, start))
+    return list(enumerate(in_order(members), start))
 
 
 def _reversed(members: Sequence[Value]) -> Value:
@@ -64,11 +101,11 @@ def _reversed(members: Sequence[Value]) -> Value:
 
 
 def _map(function: Value, members: Iterable[Value]) -> Value:
-    return [_called(function, member) for member in members]
+    return [_called(function, member) for member in in_order(members)]
 
 
 def _filter(function: Value, members: Iterable[Value]) -> Value:
-    return [member for member in members if _called(function, member)]
+    return [member for member in in_order(members) if _called(function, member)]
 
 
 def _sum(members: Iterable[Value], start: Value = 0) -> Value:
@@ -86,7 +123,7 @@ def _called(function: Value, member: Value) -> Value:
 
 
 def _joined(separator: str, parts: Iterable[str]) -> str:
-    found = list(parts)
+    found = list(cast("Iterable[str]", in_order(parts)))
     if sum(map(len, found)) + len(separator) * len(found) > LONGEST_TEXT:
         raise wrong("too long")
     return separator.join(found)
@@ -112,6 +149,11 @@ def _items(holder: dict[Value, Value]) -> Value:
 
 _CONVERSIONS |= {
     "range": _range,
+    "round": _round,
+    "zip": _zip,
+    "hash": _hash,
+    "set": _set,
+    "frozenset": _frozenset,
     "sum": _sum,
     "sorted": _sorted,
     "list": _list,
@@ -138,10 +180,19 @@ METHODS: dict[tuple[type, str], Callable[..., Value]] = {
     (dict, "items"): _items,
     (list, "index"): list[Value].index,
     (list, "count"): list[Value].count,
+    **{
+        (kind, name): getattr(kind, name)
+        for kind in (set, frozenset)
+        for name in (
+            "union", "intersection", "difference", "symmetric_difference", "issubset", "issuperset", "isdisjoint",
+        )
+    },
     (tuple, "index"): tuple[Value, ...].index,
     (tuple, "count"): tuple[Value, ...].count,
 }  # fmt: skip
 """Methods by the type of what they belong to and by name."""
+FIELDS = frozenset((kind, name) for kind in (int, float, complex) for name in ("real", "imag"))
+"""Values behind a dot, by type and name."""
 
 
 def _table(names: Iterable[str], holder: Any) -> dict[str, Value]:
@@ -150,6 +201,15 @@ def _table(names: Iterable[str], holder: Any) -> dict[str, Value]:
 
 _OF_MATH: dict[str, Value] = _table(_MATH, math) | {name: getattr(math, name) for name in _CONSTANTS}
 _OF_PYTHON: dict[str, Value] = {name: Function(name, call) for name, call in _CONVERSIONS.items()}
+_TYPES = Types({kind: cast("Function", _OF_PYTHON[kind.__name__]) for kind in NAMED})
+_OF_PYTHON |= {
+    "type": Function("type", _TYPES.of),
+    "isinstance": Function("isinstance", _TYPES.has),
+    "issubclass": Function("issubclass", _TYPES.contains),
+}
+_ONLY_IN_PYTHON = ("complex", "frozenset", "hash", "isinstance", "issubclass", "set", "slice", "type")
+"""Names that the xacro of ROS has behind `python.` alone."""
+_DIRECT = {name: value for name, value in _OF_PYTHON.items() if name not in _ONLY_IN_PYTHON}
 
 
 def global_names(of_xacro: dict[str, Value]) -> dict[str, Value]:
@@ -159,8 +219,8 @@ def global_names(of_xacro: dict[str, Value]) -> dict[str, Value]:
         of_xacro: functions of the running expansion, such as load_yaml.
     """
     namespaces: dict[str, Value] = {
-        "math": Namespace(_OF_MATH.__getitem__),
-        "python": Namespace(_OF_PYTHON.__getitem__),
-        "xacro": Namespace(of_xacro.__getitem__),
+        "math": Namespace(_OF_MATH.__getitem__, _OF_MATH),
+        "python": Namespace(_OF_PYTHON.__getitem__, _OF_PYTHON),
+        "xacro": Namespace(of_xacro.__getitem__, of_xacro),
     }
-    return _OF_MATH | _OF_PYTHON | {name: of_xacro[name] for name in ("load_yaml", "dotify")} | namespaces
+    return _OF_MATH | _DIRECT | {name: of_xacro[name] for name in ("load_yaml", "dotify")} | namespaces

@@ -9,13 +9,17 @@ from mafsil.model.faults import XACRO_CONDITION
 from mafsil.model.xacro.fault import Budget, XacroFault, wrong
 
 Value: TypeAlias = object
-"""None, bool, int, float, str, list, tuple or dict of values, or a Function."""
+"""None, bool, int, float, complex, str, list, tuple, dict or set of values, slice, or a Function."""
 LONGEST_TEXT = 100_000
 """Characters of any text that an expression makes."""
 LARGEST_COLLECTION = 100_000
 """Members of a list or dictionary, those of its members included."""
 MOST_BITS = 4096
 """Of an integer."""
+
+
+Collected: TypeAlias = "list[Value] | tuple[Value, ...] | dict[Value, Value] | set[Value] | frozenset[Value]"
+_COLLECTIONS = (list, tuple, dict, set, frozenset)
 
 
 class Function:
@@ -38,12 +42,14 @@ class Namespace:
 
     Attributes:
         get: the value of a name.
+        known: names that it surely has, for hints.
     """
 
-    __slots__ = ("get",)
+    __slots__ = ("get", "known")
 
-    def __init__(self, get: Callable[[str], Value]) -> None:
+    def __init__(self, get: Callable[[str], Value], known: Iterable[str] = ()) -> None:
         self.get = get
+        self.known = tuple(known)
 
 
 def bounded(value: Value, budget: Budget) -> Value:
@@ -55,16 +61,24 @@ def bounded(value: Value, budget: Budget) -> Value:
     if isinstance(value, str):
         if len(value) > LONGEST_TEXT:
             raise wrong(f"text of more than {LONGEST_TEXT} characters")
-        budget.spend(len(value) >> 8)
+        budget.spend(value.__sizeof__() >> 4)
     elif isinstance(value, int):
         if value.bit_length() > MOST_BITS:
             raise wrong(f"integer of more than {MOST_BITS} bits")
-    elif isinstance(value, list | tuple | dict):
-        budget.spend(_weight(cast("list[Value] | tuple[Value, ...] | dict[Value, Value]", value)))
+        budget.spend(value.bit_length() >> 7)
+    elif isinstance(value, _COLLECTIONS):
+        budget.spend(_weight(cast("Collected", value)))
     return cast("Value", value)
 
 
-def members(value: list[Value] | tuple[Value, ...] | dict[Value, Value]) -> Iterable[Value]:
+def in_order(value: Value) -> Iterable[Value]:
+    """The members of what can be run through; those of a set in an order that every process has."""
+    if isinstance(value, set | frozenset):
+        return sorted(cast("set[Value]", value), key=repr)
+    return cast("Iterable[Value]", value)
+
+
+def members(value: Collected) -> Iterable[Value]:
     """What a collection holds: keys and values of a dictionary."""
     if isinstance(value, dict):
         yield from value.keys()
@@ -73,16 +87,21 @@ def members(value: list[Value] | tuple[Value, ...] | dict[Value, Value]) -> Iter
         yield from value
 
 
-def _weight(value: list[Value] | tuple[Value, ...] | dict[Value, Value]) -> int:
-    """Number of members, each counted as often as it is reached: shared ones multiply when written or compared."""
+def _weight(value: Collected) -> int:
+    """Number of members, each counted as often as it is reached: shared ones multiply when written or compared.
+
+    A text counts as its length in sixteens.
+    """
     count, waiting = 0, list(members(value))
     while waiting:
         count += 1
         if count > LARGEST_COLLECTION:
             raise wrong(f"collection of more than {LARGEST_COLLECTION} members")
         member = waiting.pop()
-        if isinstance(member, list | tuple | dict):
-            waiting.extend(members(cast("list[Value] | tuple[Value, ...] | dict[Value, Value]", member)))
+        if isinstance(member, str):
+            count += len(member) >> 4
+        elif isinstance(member, _COLLECTIONS):
+            waiting.extend(members(cast("Collected", member)))
     return count
 
 
@@ -90,7 +109,10 @@ def text_of(value: Value) -> str:
     """The text that stands for a value in the expanded file, as Python writes it."""
     if isinstance(value, Function | Namespace):
         raise wrong("a function is no value; call it with parentheses")
-    return str(value)
+    if isinstance(value, set | frozenset) and value:
+        text = "{" + ", ".join(repr(member) for member in in_order(cast("Value", value))) + "}"
+        return text if isinstance(value, set) else f"frozenset({text})"
+    return str(cast("Value", value))
 
 
 def literal(value: Value) -> Value:

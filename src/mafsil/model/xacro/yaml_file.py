@@ -11,7 +11,9 @@ from mafsil.model.xacro.fault import Budget, XacroFault
 Node: TypeAlias = object
 """None, bool, int, float, str, date, list or dict of nodes."""
 LARGEST = 200_000
-"""Characters of a file: a second or two of the parser's time."""
+"""Characters of a file."""
+MOST_EVENTS, MOST_EVENTS_IN_PYTHON = 150_000, 15_000
+"""Values and ends of collections of a file, by the parser in C and by that in Python: a second of either's time."""
 DEEPEST = 40
 UNITS = {
     "!radians": 1.0,
@@ -51,11 +53,14 @@ def parsed(text: str) -> Node:
     if len(text) > LARGEST:
         raise YamlFault(1, f"longer than {LARGEST} characters")
     try:
-        _require_shallow(yaml, text)
-        return yaml.load(text, Loader=_loader(yaml))
+        fast = getattr(yaml, "CSafeLoader", None)
+        loader, most = (yaml.SafeLoader, MOST_EVENTS_IN_PYTHON) if fast is None else (fast, MOST_EVENTS)
+        _require_small(yaml, text, loader, most)
+        return yaml.load(text, Loader=_with_units(loader))
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
-        raise YamlFault(1 if mark is None else mark.line + 1, _reason(error)) from None
+        line = 1 if mark is None else min(mark.line, text.count("\n")) + 1  # the end of the text may be one line on
+        raise YamlFault(line, _reason(error)) from None
     except (ValueError, OverflowError) as error:  # a date or number that is none
         if isinstance(error, YamlFault):
             raise
@@ -68,19 +73,21 @@ def _reason(error: Exception) -> str:
     return " ".join(str(words).split())[:200]
 
 
-def _require_shallow(yaml: Any, text: str) -> None:
-    """The parser's own recursion would end in an error without a place."""
+def _require_small(yaml: Any, text: str, loader: Any, most: int) -> None:
+    """The parser's own recursion would end in an error without a place, its time in none at all."""
     depth = 0
-    for event in yaml.parse(text, Loader=yaml.SafeLoader):
+    for count, event in enumerate(yaml.parse(text, Loader=loader)):
+        if count > most:
+            raise YamlFault(event.start_mark.line + 1, f"more than {most} values")
         depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
         if depth > DEEPEST:
             raise YamlFault(event.start_mark.line + 1, "nested too deeply")
 
 
-def _loader(yaml: Any) -> Any:
-    """The safe loader that also knows the units."""
+def _with_units(loader: Any) -> Any:
+    """A safe loader that also knows the units."""
 
-    class Units(yaml.SafeLoader):
+    class Units(loader):
         """PyYAML asks for a class."""
 
     for tag, factor in UNITS.items():
