@@ -241,7 +241,7 @@ def _limits(check: Check) -> None:
             check.expect(0.9 < share <= 1.0 + 1e-9 and same(remark.details["share"], share), name, "near", share)
         excess = max((limits.lower - tape.q[:, k]).max(), (tape.q[:, k] - limits.upper).max())
         remark = said("job.limit_crossed")
-        check.expect((remark is not None) == (excess > 1e-9 and not collapsed), name, "range", excess)
+        check.expect((remark is not None) == (excess > 1e-5 and not collapsed), name, "range", excess)  # as documented
         if remark is not None:
             check.expect(same(remark.details["excess"], excess), name, "excess", remark.details, excess)
             allowed = check.allowed(None)[2][k]

@@ -11,22 +11,24 @@ from mafsil import kernels
 from mafsil.arrays import Floats, positive
 from mafsil.control.law import Law, LawFunction, as_law
 from mafsil.control.law_terms import law_terms
-from mafsil.control.law_trace import TracedLaw, traced_law, traced_parts
 from mafsil.errors import InputError
 from mafsil.kernels import Kernel, Port, Signature
 from mafsil.kernels.export import Export, Legend
 from mafsil.kernels.export import export as export_kernel
 from mafsil.kernels.identity import content_key
 from mafsil.kernels.tape import read
-from mafsil.kernels.traced_number import Untraceable
 from mafsil.lazy_module import lazily
 from mafsil.mechanics.loop_terms import Loop, Term
 from mafsil.model.fingerprint import fingerprint
 from mafsil.robot import Robot, as_robot
 
 if TYPE_CHECKING:
+    import mafsil.control.law_trace as law_trace
+    import mafsil.kernels.traced_number as traced_number
     import mafsil.mechanics.law_step as steps
 else:
+    law_trace = lazily("mafsil.control.law_trace")
+    traced_number = lazily("mafsil.kernels.traced_number")
     steps = lazily("mafsil.mechanics.law_step")
 
 PORTS = {
@@ -99,7 +101,7 @@ def export_law(
     known = law_terms(law)
     if known is None:
         traced = _traced(law, arm, h, _limit(arm, saturate))
-        kinds = " + ".join(type(part).__name__ for part in traced_parts(law) or (law,))
+        kinds = " + ".join(type(part).__name__ for part in law_trace.traced_parts(law) or (law,))
         words = Legend(arm.name, _title(kinds, h, arm), _ports(traced.signature))
         return export_kernel(_kernel_of(traced), words, to, target=target, real=real, name=function)
     gains = np.array([[g.kp, g.kd, h * g.ki] for g in known.gains]).reshape(-1, 3, arm.n)
@@ -119,12 +121,12 @@ def _limit(arm: Robot, saturate: bool) -> Floats | None:
     return arm.limits.effort if saturate and np.isfinite(arm.limits.effort).any() else None
 
 
-def _traced(law: Law, arm: Robot, period: float, limit: Floats | None) -> TracedLaw:
+def _traced(law: Law, arm: Robot, period: float, limit: Floats | None) -> law_trace.TracedLaw:
     """The law as an expression, or the reason why it is none, said of the very law that has it."""
     try:
-        return traced_law(law, arm.n, period, limit, _words(type(law).__name__))
-    except Untraceable as reason:
-        for part in traced_parts(law):
+        return law_trace.traced_law(law, arm.n, period, limit, _words(type(law).__name__))
+    except traced_number.Untraceable as reason:
+        for part in law_trace.traced_parts(law):
             _traced(part, arm, period, limit)
         raise InputError(REASONS[reason.reason], law=type(law).__name__, what=reason.what) from None
 
@@ -139,7 +141,7 @@ def _ports(signature: Signature) -> dict[str, str]:
     return {port.name: PORTS.get(port.name) or PORTS[port.name.rpartition("_")[0]] for port in signature.ports}
 
 
-def _kernel_of(traced: TracedLaw) -> Kernel:
+def _kernel_of(traced: law_trace.TracedLaw) -> Kernel:
     key = f"traced law {read(traced.function).hash}"
     return kernels.compile(traced.signature, partial(_given, traced.function), key=key)
 
