@@ -244,6 +244,26 @@ def require_kind(name: str, value: object, expected: str, *members: str) -> None
         raise InputError("input.kind", name=name, expected=expected, got=type(value).__name__)
 
 
+def spread(name: str, value: ArrayLike, shape: tuple[int, ...], *, finite: bool = True) -> Floats:
+    """`value` as a float64 array spread out to a shape: one number for all, or one for each.
+
+    Args:
+        name: the argument's name, for the error.
+        value: what the user gave.
+        shape: of the whole array.
+        finite: refuse NaN and infinities.
+
+    Raises:
+        InputError: not real numbers, a shape that does not spread so, or (if `finite`) a NaN or infinity.
+    """
+    array = real_array(name, value)
+    array = require_finite(name, array) if finite else array
+    try:
+        return np.broadcast_to(array, shape)
+    except ValueError:
+        raise InputError("input.shape", name=name, expected=shape, got=array.shape, hint="") from None
+
+
 def positive(name: str, value: object) -> float:
     """The value itself, if it is a positive number of a size that can be calculated with.
 

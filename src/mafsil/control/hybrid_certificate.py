@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, as_batch, not_negative, require_kind
+from mafsil.arrays import Floats, as_batch, not_negative, require_kind, single
 from mafsil.control.force import sampled_force_radius
 from mafsil.control.gains import Gains
 from mafsil.control.hybrid import HybridControl
@@ -90,7 +90,7 @@ def hybrid_certificate(
     allowed = not_negative("allowed", allowed)
     require_kind("law", law, "HybridControl", "constraint", "force_gains")
     n = law.robot.n
-    times = as_batch("t", t, np.shape(t)[-1:], finite=True)
+    times = single("t", t, (np.size(t),))
     if len(times) < 3 or np.ptp(np.diff(times)) > 1e-6 * (times[1] - times[0]):
         raise InputError("control.uneven_times", count=len(times))
     q, qd = (as_batch(name, x, (len(times), n), finite=True) for name, x in (("q", q), ("qd", qd)))

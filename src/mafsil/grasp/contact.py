@@ -314,7 +314,7 @@ def patch_contact(
     Raises:
         InputError: no corner, or corners that do not lie in one plane normal to `normal`.
     """
-    if not corners:
+    if not len(corners):
         raise InputError("grasp.no_contacts")
     contacts = [Contact(p, normal, mu, gamma, name=f"{name or 'patch'}.{k}") for k, p in enumerate(corners)]
     points = np.array([c.point for c in contacts])

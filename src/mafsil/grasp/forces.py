@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, as_batch
+from mafsil.arrays import Floats, as_batch, single, spread
 from mafsil.errors import InputError
 from mafsil.grasp.cone import furthest
 from mafsil.grasp.contact import Contact
@@ -142,16 +142,18 @@ class _Program:
     """Columns (contact, force of unit push), grown until no force of any cone improves the optimum; loads of size 1."""
 
     def __init__(self, contacts: Sequence[Contact], wrench: ArrayLike, push: Any, jacobian: Any, torque: Any) -> None:
+        if not len(contacts):
+            raise InputError("grasp.no_contacts")
         self.contacts = contacts
         self.m = len(contacts[0].basis)
-        load = as_batch("wrench", wrench, (self.m,), finite=True)
+        load = single("wrench", wrench, (self.m,))
         self.scale = float(np.abs(load).max()) or 1.0
         self.b = -load / self.scale
         d = contacts[0].dimension
         self.to_force = [_force_map(c) for c in contacts]
         bounds: list[float] = []
         if push is not None:
-            each = np.broadcast_to(as_batch("push", push, (), finite=True), (len(contacts),))
+            each = spread("push", push, (len(contacts),))
             if (each < 0.0).any():
                 raise InputError("input.range", name="push", value=float(each.min()), low=0.0, high=np.inf)
             bounds.extend(float(v) for v in each)

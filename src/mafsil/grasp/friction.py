@@ -122,7 +122,7 @@ def contact_state(force: ArrayLike, mu: float, normal: ArrayLike = (0.0, 0.0, 1.
         mu: friction coefficient.
         normal: (d,) normal into the body.
     """
-    f = as_batch("force", force, (np.size(force),), finite=True)
+    f = as_batch("force", force, np.shape(normal), finite=True)
     size = float(np.linalg.norm(f))
     if size == 0.0:
         return ContactState.NO_LOAD

@@ -75,6 +75,7 @@ def eliminant(values: Callable[[Complexes], NDArray[np.inexact]], degree: int, r
 def trimmed(coefficients: Complexes, share: float = 1e-9) -> Complexes:
     """The coefficients without leading ones that are below a share of the largest."""
     share = not_negative("share", share)
+    coefficients = np.atleast_1d(coefficients)
     size = np.abs(coefficients)
     kept = np.flatnonzero(size > share * size.max(initial=0.0))
     return coefficients[: int(kept[-1]) + 1] if len(kept) else coefficients[:1]

@@ -209,7 +209,7 @@ def bench_planners(
     Raises:
         InputError: no question, an unknown planner, a number out of its range.
     """
-    if not queries or not seeds:
+    if not len(queries) or not len(seeds):
         raise InputError("planning.bench_nothing")
     known = [name for name in queries[0].planners if all(name in query.planners for query in queries)]
     for name in planners:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer
-from mafsil.arrays import Floats, JointVector, as_batch, positive, real_array, require_function
+from mafsil.arrays import Floats, JointVector, as_batch, positive, real_array, require_function, spread
 from mafsil.control import ElasticArm, ElasticLaw, ElasticState, FunctionLaw
 from mafsil.errors import InputError
 from mafsil.simulation.faults import Stopped, decided, law_name
@@ -116,7 +116,7 @@ def simulate_elastic(
     rows = np.zeros((count + 1, 4, *np.broadcast_shapes(*(x.shape for x in given))))
     rows[0] = np.stack(np.broadcast_arrays(*given))
     tau = np.zeros((count + 1, *rows.shape[2:]))
-    t, limit = step * np.arange(count + 1.0), _limit(effort_limit)
+    t, limit = step * np.arange(count + 1.0), spread("effort_limit", _limit(effort_limit), tau.shape[1:], finite=False)
     wanted, status, fault, k = trajectory.at(t), SimulationStatus.COMPLETED, "", 0
     for k in range(count + 1):
         reference = type(wanted)(*(each[k] for each in wanted))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, frozen, not_negative, require_kind
+from mafsil.arrays import Floats, frozen, not_negative, require_kind, spread
 from mafsil.errors import InputError
 from mafsil.trajectory.motion import Motion, Trajectory, moving_at, times
 from mafsil.trajectory.overview import Printed
@@ -103,7 +103,7 @@ def sequence(*parts: Trajectory, rests: float | tuple[float, ...] = 0.0, toleran
         raise InputError("trajectory.no_parts")
     for k, part in enumerate(parts):
         require_kind(f"parts[{k}]", part, "Trajectory", "duration", "at")
-    pauses = np.broadcast_to(np.asarray(rests, dtype=np.float64), (len(parts) - 1,))
+    pauses = spread("rests", rests, (len(parts) - 1,))
     if not (pauses >= 0.0).all():
         raise InputError("input.range", name="rests", value=pauses.min(), low=0.0, high=np.inf)
     joined: list[Trajectory] = []

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Answer
-from mafsil.arrays import Floats, JointVector, Scalar, as_batch, positive, real_array
+from mafsil.arrays import Floats, JointVector, Scalar, as_batch, positive, real_array, spread
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.robot import Robot, of_robot
@@ -123,7 +123,14 @@ def via_rates(
     R = T[..., :3, :3]
     blocks = [R @ J_b[..., k : k + 3, :] for k, each in zip((0, 3), wanted, strict=True) if each is not None]
     J = np.concatenate(blocks, axis=-2)
-    V = np.concatenate([np.broadcast_to(each, (*Q.shape[:-1], 3)) for each in wanted if each is not None], axis=-1)
+    V = np.concatenate(
+        [
+            spread(name, each, (*Q.shape[:-1], 3))
+            for name, each in zip(("angular", "linear"), wanted, strict=True)
+            if each is not None
+        ],
+        axis=-1,
+    )
     return _rates(J, V, 1.0 / np.sqrt(W), bound)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, as_batch, positive, whole
+from mafsil.arrays import Floats, as_batch, positive, spread, whole
 from mafsil.mobility.four_bar import FourBar, require_reached
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.linkage_joint import LinkageJoint, joint
@@ -50,7 +50,7 @@ def three_cranks(
         length: of the cranks [m].
         angles: of all cranks, or of each [rad].
     """
-    each = np.broadcast_to(np.asarray(angles, dtype=float), len(pivots))
+    each = spread("angles", angles, (len(pivots),))
     joints: list[LinkageJoint] = []
     for k, (x, angle) in enumerate(zip(pivots, each.tolist(), strict=True)):
         tip = np.array([x, 0.0]) + length * direction(angle)

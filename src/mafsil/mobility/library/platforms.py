@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, as_batch
+from mafsil.arrays import Floats, as_batch, single
 from mafsil.errors import InputError
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.linkage_joint import LinkageJoint, joint
@@ -39,7 +39,7 @@ def stewart_gough(
     """
     if not isinstance(cast("object", legs), str) or legs not in ("UPS", "SPS"):
         raise InputError("mobility.legs", legs=legs, known="UPS, SPS")
-    middle = as_batch("center", center, (3,), finite=True)
+    middle = single("center", center, (3,))
     joints: list[LinkageJoint] = []
     for k in range(6):
         sign = 1 if k % 2 else -1

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mafsil.arrays import number, positive
+from mafsil.arrays import number, positive, single
 from mafsil.errors import InputError
 from mafsil.geometry import pose
 from mafsil.mobility.linkage import Linkage
@@ -97,7 +97,8 @@ def spherical_four_bar(
         axes: (4, 3) directions from that point.
     """
     names = ("ground", "crank", "coupler", "rocker", "ground")
-    joints = [joint(n, "R", names[k : k + 2], [0, 0, 0], w) for k, (n, w) in enumerate(zip("ABCD", axes, strict=True))]
+    directions = zip("ABCD", single("axes", axes, (4, 3)), strict=True)
+    joints = [joint(n, "R", names[k : k + 2], [0, 0, 0], w) for k, (n, w) in enumerate(directions)]
     return Linkage.of(joints, name="spherical four-bar", output="coupler")
 
 
