@@ -51,6 +51,7 @@ CLOSED = {
     "mafsil.model.with_skeleton": "adds shapes to a description",
     "mafsil.model.lint.findings": "reads a description",
     "mafsil.model.mjcf.write": "writes the loops: tests/model/mjcf/test_mjcf_loops.py",
+    "mafsil.model.sdf.write": "writes the loops: tests/model/sdf/test_sdf_writer.py",
     "mafsil.parallel.ClosedChain": "the closed chain itself: tests/parallel/test_closed_dynamics.py",
     "mafsil.parallel.closed_inverse_kinematics": "tests/parallel/test_closed_poses.py",
     "mafsil.planning.loops_kept": "what a path keeps: tests/planning/test_closed_arms.py",
