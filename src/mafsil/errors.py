@@ -2,6 +2,7 @@
 
     InputError         an argument of a call is wrong (a ValueError)
     OperandError       two values do not go together under an operator (a TypeError too)
+    ArgumentError      an argument is missing, unknown or of another kind (a TypeError too)
     UnknownNameError   no such attribute, with those that look like it (an AttributeError)
     ModelError         a robot description contradicts itself
     FileError          a file is missing, malformed or hostile
@@ -52,6 +53,10 @@ class InputError(MafsilError, ValueError):
 
 class OperandError(InputError, TypeError):
     """Two values are joined by an operator that means nothing for them, such as a point added to a point."""
+
+
+class ArgumentError(InputError, TypeError):
+    """An argument is missing, unknown, or of another kind than its annotation: for Python's own callers a TypeError."""
 
 
 class UnknownNameError(MafsilError, AttributeError):

@@ -14,7 +14,7 @@ from typing import Any, cast, get_args, get_origin
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.errors import InputError, MafsilError
+from mafsil.errors import ArgumentError, MafsilError
 from mafsil.messages import say
 
 LOOKED_AT = 100
@@ -23,7 +23,7 @@ LOOKED_AT = 100
 
 def fault_of(
     function: Callable[..., object], args: tuple[Any, ...], named: dict[str, Any], error: Exception
-) -> InputError | None:
+) -> ArgumentError | None:
     """The error that names the argument that does not fit; None if all do, or the error names one itself.
 
     Args:
@@ -48,7 +48,7 @@ def fault_of(
         several = taken.parameters[name].kind
         values = value if several is Parameter.VAR_POSITIONAL else [value]
         if several is not Parameter.VAR_KEYWORD and not all(fits(each, hint) for each in values):
-            return InputError("input.misfit", name=name, expected=expected(hint), got=_shown(value))
+            return ArgumentError("input.misfit", name=name, expected=expected(hint), got=_shown(value))
     return None
 
 
@@ -65,7 +65,7 @@ def _hints(function: Any) -> dict[str, Any]:
 
 def _unbound(
     function: Callable[..., object], taken: Signature, args: tuple[Any, ...], named: dict[str, Any]
-) -> InputError | None:
+) -> ArgumentError | None:
     """Arguments that are missing, unknown, given twice or too many."""
     parameters = taken.parameters
     kinds = {each.kind for each in parameters.values()}
@@ -79,14 +79,14 @@ def _unbound(
     if Parameter.VAR_POSITIONAL not in kinds:
         doubtful += [repr(value)[:40] for value in args[len(places) :]]
     if doubtful:
-        return InputError("input.unexpected", problem=", ".join(doubtful), **details)
+        return ArgumentError("input.unexpected", problem=", ".join(doubtful), **details)
     needed = [
         name
         for name, one in parameters.items()
         if one.default is one.empty and one.kind not in (one.VAR_POSITIONAL, one.VAR_KEYWORD)
     ]
     missing = [name for name in needed if name not in named and name not in places[: len(args)]]
-    return InputError("input.missing", missing=", ".join(missing), **details) if missing else None
+    return ArgumentError("input.missing", missing=", ".join(missing), **details) if missing else None
 
 
 def fits(value: Any, hint: Any) -> bool:
