@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import cast
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from mafsil.arrays import Floats, positive
 from mafsil.errors import InputError
 from mafsil.identification.consistency import most_likely
+from mafsil.identification.examination import examined
 from mafsil.identification.identifiability import unidentifiable
 from mafsil.identification.log import MotionLog, held_out_fraction
 from mafsil.identification.model_update import with_parameters
@@ -58,6 +59,9 @@ def identify(
 
     tau = Y(q, qd, qdd) pi + viscous qd + Coulomb sign(qd) + offset + rotor qdd, by weighted least squares.
 
+    Before that the log is held against the description: reversed signs, degrees, milliseconds, a motor's efforts and
+    swapped columns are named in `faults`, with their numbers, and then the answer is false.
+
     Args:
         robot: the kinematics, and its masses as prior.
         log: one or several logs; see `read_log` for files.
@@ -92,7 +96,8 @@ def identify(
     remarks += [remark for _, _, found in training for remark in found]
     remarks += _hardly_moving(robot, logs)
     band = max(band for _, band, _ in training)
-    return _identified(model, problem, full, positive("prior_spread", prior_spread), band, rotors, remarks)
+    found = _identified(model, problem, full, positive("prior_spread", prior_spread), band, rotors, remarks)
+    return replace(found, faults=tuple(examined(robot, [m for motions, _, _ in training for m in motions])))
 
 
 def _stacked(model: TorqueModel, motions: list[SmoothMotion]) -> RegressorStack:

@@ -29,6 +29,7 @@ class IdentificationStatus(Status):
 
     IDENTIFIED = ("identification.identified", True)
     WORSE = ("identification.worse", False)
+    SUSPECT = ("identification.suspect", False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,6 +91,7 @@ class Identification(Answer):
         unidentifiable: what the data cannot identify.
         validation: torque errors before and after.
         remarks: what was irregular in the log or in the description.
+        faults: what is probably wrong with the log: reversed signs, other units, swapped columns; see `examination`.
     """
 
     robot: Robot
@@ -105,6 +107,7 @@ class Identification(Answer):
     unidentifiable: tuple[Unidentifiable, ...]
     validation: Validation
     remarks: tuple[Remark, ...]
+    faults: tuple[Remark, ...] = ()
 
     def __bool__(self) -> bool:
         return self.status.succeeded
@@ -122,7 +125,9 @@ class Identification(Answer):
 
     @property
     def status(self) -> IdentificationStatus:
-        """WORSE if no parameter was identifiable, or the torque errors became no smaller on average."""
+        """SUSPECT if the log has faults; WORSE if nothing was identifiable, or torque errors became no smaller."""
+        if self.faults:
+            return IdentificationStatus.SUSPECT
         better = float(np.mean(self.validation.after)) < float(np.mean(self.validation.before))
         return IdentificationStatus.IDENTIFIED if self.identifiable_count and better else IdentificationStatus.WORSE
 
@@ -142,7 +147,9 @@ class Identification(Answer):
             "rows": self.rows,
             "band": self.bandwidth,
         }
-        lines = [say("identification.summary", language=language, robot=self.robot.name, **details)]
+        lines = [self.status.sentence(language)] if self.faults else []
+        lines += [fault.sentence(language) for fault in self.faults]
+        lines.append(say("identification.summary", language=language, robot=self.robot.name, **details))
         key = "identification.held_out" if self.validation.held_out else "identification.training"
         lines += [
             say(key, language=language, joint=joint, before=before, after=after)
@@ -199,4 +206,5 @@ class Identification(Answer):
                 {"labels": list(u.labels), "reason": u.reason, "sentence": u.sentence()} for u in self.unidentifiable
             ],
             "remarks": [remark.sentence() for remark in self.remarks],
+            "faults": [fault.sentence() for fault in self.faults],
         }  # fmt: skip

@@ -1,0 +1,152 @@
+"""Faults of logs that a description gives away: reversed signs, other units, swapped columns, a motor's efforts.
+
+1. Each joint's effort is regressed on what the description asks for there, beside friction, an offset and a rotor, of
+   which descriptions know little: the slope, and the share of the rest that it explains.
+2. Slopes about one, which explain most: the log fits. Slopes far from one that explain most: a sign, or another unit.
+3. Else one change after the other is tried on the log: a joint or two turned round, degrees, milliseconds, two columns
+   swapped. The best one counts if it explains nearly everything, and several times better than the log as it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import combinations
+
+import numpy as np
+
+from mafsil.arrays import Booleans, Floats
+from mafsil.identification.remark import Remark
+from mafsil.identification.smoothing import SmoothMotion
+from mafsil.mechanics.friction import SMOOTHING
+from mafsil.model import JointKind
+from mafsil.robot import Robot
+
+ROWS = 800
+"""Samples that are looked at, evenly spread."""
+EXPLAINED = 0.9
+"""Share of an effort that a description explains of which masses, but no signs and units, are wrong."""
+ODD = 8.0
+"""A slope beyond this or below its reciprocal is no matter of masses."""
+BETTER = 4.0
+"""Factor by which a change must lower what stays unexplained before it is believed."""
+FELT = 1e-3
+"""Share of a joint's effort that is more than friction, offset and rotor can explain, for it to be judged."""
+SECONDS = {"milliseconds": 1e-3, "microseconds": 1e-6, "minutes": 60.0}
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Rows:
+    """Samples of a log: motion and efforts, (k, n) each."""
+
+    q: Floats
+    qd: Floats
+    qdd: Floats
+    tau: Floats
+
+    def moved(self, factors: Floats) -> _Rows:
+        """The motion times factors (n,) of the joints."""
+        return _Rows(self.q * factors, self.qd * factors, self.qdd * factors, self.tau)
+
+    def slowed(self, seconds: float) -> _Rows:
+        """The motion with another unit of time."""
+        return _Rows(self.q, self.qd / seconds, self.qdd / seconds**2, self.tau)
+
+    def swapped(self, order: Sequence[int], efforts: bool) -> _Rows:
+        """Columns of the motion, or of the efforts, in another order."""
+        own = list(order)
+        if efforts:
+            return _Rows(self.q, self.qd, self.qdd, self.tau[:, own])
+        return _Rows(self.q[:, own], self.qd[:, own], self.qdd[:, own], self.tau)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Judged:
+    """Slopes of the efforts against the description's, and what it explains of what friction does not; (n,) each."""
+
+    slope: Floats
+    explained: Floats
+
+    def left(self, judged: Booleans) -> float:
+        """Mean share of the efforts of some joints that stays unexplained."""
+        return float((1.0 - self.explained[judged]).mean())
+
+
+def examined(robot: Robot, motions: Sequence[SmoothMotion]) -> list[Remark]:
+    """What is probably wrong with a log, each with its number; nothing where the description cannot tell.
+
+    Args:
+        robot: with masses.
+        motions: of the log.
+    """
+    rows = _sampled(motions)
+    if rows is None:
+        return []
+    first = _judged(robot, rows)
+    tried = [(remark, _judged(robot, changed)) for remark, changed in _changes(robot, rows)]
+    judged = np.max([first.explained, *(each.explained for _, each in tried)], axis=0) > EXPLAINED
+    if not judged.any():
+        return []
+    remark, best = min(tried, key=lambda one: one[1].left(judged))
+    if best.left(judged) > 1.0 - EXPLAINED or best.left(judged) * BETTER > first.left(judged):
+        return _slopes(robot, first)
+    details = {"before": 100.0 * (1.0 - first.left(judged)), "after": 100.0 * (1.0 - best.left(judged))}
+    return [Remark(remark.key, {**remark.details, **details}), *_slopes(robot, best)]
+
+
+def _sampled(motions: Sequence[SmoothMotion]) -> _Rows | None:
+    q, qd, qdd, tau = (np.concatenate([getattr(m, name) for m in motions]) for name in ("q", "qd", "qdd", "tau"))
+    if len(q) < 10 * (q.shape[1] + 5):
+        return None
+    at = np.unique(np.linspace(0, len(q) - 1, ROWS).astype(np.intp))
+    return _Rows(q[at], qd[at], qdd[at], tau[at])
+
+
+def _judged(robot: Robot, rows: _Rows) -> _Judged:
+    wanted = np.asarray(robot.inverse_dynamics(rows.q, rows.qd, rows.qdd))
+    n = robot.n
+    slope, explained = np.zeros(n), np.zeros(n)
+    for k in range(n):
+        rate = rows.qd[:, k]
+        known = np.stack([np.ones_like(rate), rate, np.tanh(rate / SMOOTHING), rows.qdd[:, k]], axis=1)
+        known = np.linalg.qr(known / np.maximum(np.abs(known).max(axis=0), 1e-300))[0]
+        x, y = (each - known @ (known.T @ each) for each in (wanted[:, k], rows.tau[:, k]))
+        if x @ x > FELT**2 * (wanted[:, k] @ wanted[:, k]) > 0.0 and y @ y > 0.0:
+            slope[k], explained[k] = (x @ y) / (x @ x), (x @ y) ** 2 / ((x @ x) * (y @ y))
+    return _Judged(slope, explained)
+
+
+def _slopes(robot: Robot, found: _Judged) -> list[Remark]:
+    """What slopes far from one say: of all joints together, or of each."""
+    size, clear = np.abs(found.slope), found.explained > EXPLAINED
+    odd = np.flatnonzero(clear & ((found.slope < 0.0) | (size > ODD) | (size < 1.0 / ODD))).tolist()
+    reversed_ones = [k for k in odd if found.slope[k] < 0.0]
+    if len(reversed_ones) > 1 and len(reversed_ones) == int(clear.sum()):
+        share = float(np.median(found.slope[reversed_ones]))
+        return [Remark("identification.reversed_efforts", {"slope": share})]
+    return [
+        Remark(
+            "identification.reversed_effort" if found.slope[k] < 0.0 else "identification.scaled_effort",
+            {"joint": robot.joint_names[k], "slope": float(found.slope[k]), "ratio": float(1.0 / abs(found.slope[k]))},
+        )
+        for k in odd
+    ]
+
+
+def _changes(robot: Robot, rows: _Rows) -> Iterator[tuple[Remark, _Rows]]:
+    """Changes of the log that one would make by mistake, undone; each with its sentence."""
+    n, names = robot.n, robot.joint_names
+    remark = partial(Remark, "identification.swapped_columns")
+    for turned in [*combinations(range(n), 1), *combinations(range(n), 2)]:
+        factors = np.where(np.isin(np.arange(n), turned), -1.0, 1.0)
+        which = ", ".join(names[k] for k in turned)
+        yield Remark("identification.reversed_joint", {"joint": which}), rows.moved(factors)
+    turning = np.array([joint.kind is not JointKind.PRISMATIC for joint in robot.mechanism.coordinates])
+    yield Remark("identification.in_degrees"), rows.moved(np.where(turning, np.pi / 180.0, 1.0))
+    for unit, seconds in SECONDS.items():
+        yield Remark("identification.time_unit", {"unit": unit}), rows.slowed(seconds)
+    for i, j in combinations(range(n), 2):
+        order = [j if k == i else i if k == j else k for k in range(n)]
+        for signal, efforts in (("tau", True), ("q", False)):
+            yield remark({"signal": signal, "first": names[i], "second": names[j]}), rows.swapped(order, efforts)

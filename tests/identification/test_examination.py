@@ -1,0 +1,77 @@
+"""Logs examine themselves: the commonest faults are named with their numbers, and good logs are not accused."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mafsil.identification import identify
+from mafsil.identification.examination import examined
+from mafsil.identification.preparation import prepared
+from tests.identification.simulated import different, noisy_log
+from tests.sizes import size
+
+ROBOTS = ("panda", "ur5e", "puma560", "planar2r", "stanford_arm", "scara_rrrp")
+
+
+def turned(log, rng):
+    k = int(rng.integers(min(log.n, 3)))
+    sign = np.where(np.arange(log.n) == k, -1.0, 1.0)
+    return replace(log, q=log.q * sign, tau=log.tau * sign)
+
+
+def exchanged(array, rng):
+    i, j = rng.choice(min(array.shape[1], 3), 2, replace=False)
+    order = np.arange(array.shape[1])
+    order[[i, j]] = j, i
+    return np.asarray(array)[:, order]
+
+
+FAULTS = {
+    "reversed_effort": lambda log, _: replace(log, tau=-log.tau),
+    "reversed_joint": turned,
+    "in_degrees": lambda log, _: replace(log, q=np.degrees(log.q)),
+    "time_unit": lambda log, _: replace(log, t=1e3 * log.t),
+    "scaled_effort": lambda log, rng: replace(log, tau=log.tau / rng.choice([50, 100, 160])),
+    "swapped_columns": lambda log, rng: replace(log, tau=exchanged(log.tau, rng)),
+}
+
+
+def log_of(seed):
+    described, truth = different(ROBOTS[seed % len(ROBOTS)], seed)
+    return described, noisy_log(truth, seed, duration=15.0, step=2e-3)
+
+
+def keys(robot, log):
+    return {remark.key.rpartition(".")[2] for remark in examined(robot, prepared(log, None)[0])}
+
+
+def test_good_logs_are_not_accused():
+    for seed in range(size(6, 100)):
+        assert not keys(*log_of(seed)), seed
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_faults_are_named(fault):
+    """A planar arm of two joints that gravity does not load differs in few ways; most faults show there, too."""
+    count = size(6, 36)
+    named = 0
+    for seed in range(count):
+        robot, log = log_of(seed)
+        found = keys(robot, FAULTS[fault](log, np.random.default_rng(seed)))
+        named += fault in found or fault + "s" in found
+    assert named >= 0.8 * count
+
+
+def test_the_answer_is_false_and_says_why():
+    described, log = log_of(0)
+    found = identify(described, replace(log, tau=-log.tau))
+    assert not found
+    assert found.status.name == "SUSPECT"
+    (fault,) = found.faults
+    assert fault.details["slope"] == pytest.approx(-1.1, abs=0.3)
+    assert "their sign is reversed" in found.explain("en")
+    assert found.to_dict()["faults"]
+    assert identify(described, log)
