@@ -10,6 +10,7 @@ import pytest
 from mafsil.identification import identify
 from mafsil.identification.examination import examined
 from mafsil.identification.preparation import prepared
+from mafsil.model import JointKind
 from tests.identification.simulated import different, noisy_log
 from tests.sizes import size
 
@@ -29,10 +30,14 @@ def exchanged(array, rng):
     return np.asarray(array)[:, order]
 
 
+def in_degrees(robot, log):
+    turning = [joint.kind is not JointKind.PRISMATIC for joint in robot.mechanism.coordinates]
+    return replace(log, q=np.where(turning, np.degrees(log.q), log.q))
+
+
 FAULTS = {
     "reversed_effort": lambda log, _: replace(log, tau=-log.tau),
     "reversed_joint": turned,
-    "in_degrees": lambda log, _: replace(log, q=np.degrees(log.q)),
     "time_unit": lambda log, _: replace(log, t=1e3 * log.t),
     "scaled_effort": lambda log, rng: replace(log, tau=log.tau / rng.choice([50, 100, 160])),
     "swapped_columns": lambda log, rng: replace(log, tau=exchanged(log.tau, rng)),
@@ -63,6 +68,12 @@ def test_faults_are_named(fault):
         found = keys(robot, FAULTS[fault](log, np.random.default_rng(seed)))
         named += fault in found or fault + "s" in found
     assert named >= 0.8 * count
+
+
+def test_degrees_are_named():
+    for seed in range(size(6, 36)):
+        robot, log = log_of(seed)
+        assert "in_degrees" in keys(robot, in_degrees(robot, log)), seed
 
 
 def test_the_answer_is_false_and_says_why():

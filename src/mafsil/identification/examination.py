@@ -2,9 +2,9 @@
 
 1. Each joint's effort is regressed on what the description asks for there, beside friction, an offset and a rotor, of
    which descriptions know little: the slope, and the share of the rest that it explains.
-2. Slopes about one, which explain most: the log fits. Slopes far from one that explain most: a sign, or another unit.
-3. Else one change after the other is tried on the log: a joint or two turned round, degrees, milliseconds, two columns
-   swapped. The best one counts if it explains nearly everything, and several times better than the log as it is.
+2. Slopes far from one that explain most of an effort: a sign, or another unit.
+3. One change after the other is tried on the log: a joint or two turned round, degrees, milliseconds, two columns
+   swapped. The one that explains most joints counts, if it explains them several times better than the log as it is.
 """
 
 from __future__ import annotations
@@ -31,6 +31,8 @@ ODD = 8.0
 """A slope beyond this or below its reciprocal is no matter of masses."""
 BETTER = 4.0
 """Factor by which a change must lower what stays unexplained before it is believed."""
+LEAST_JOINTS = 2
+"""So many must be explained by a change: one alone is explained by chance."""
 FELT = 1e-3
 """Share of a joint's effort that is more than friction, offset and rotor can explain, for it to be judged."""
 SECONDS = {"milliseconds": 1e-3, "microseconds": 1e-6, "minutes": 60.0}
@@ -68,6 +70,16 @@ class _Judged:
     slope: Floats
     explained: Floats
 
+    @property
+    def clear(self) -> Booleans:
+        """Joints whose effort is explained."""
+        return self.explained > EXPLAINED
+
+    @property
+    def rank(self) -> tuple[int, float]:
+        """Less is better: more joints explained, and these better."""
+        return -int(self.clear.sum()), self.left(self.clear) if self.clear.any() else 1.0
+
     def left(self, judged: Booleans) -> float:
         """Mean share of the efforts of some joints that stays unexplained."""
         return float((1.0 - self.explained[judged]).mean())
@@ -85,11 +97,10 @@ def examined(robot: Robot, motions: Sequence[SmoothMotion]) -> list[Remark]:
         return []
     first = _judged(robot, rows)
     tried = [(remark, _judged(robot, changed)) for remark, changed in _changes(robot, rows)]
-    judged = np.max([first.explained, *(each.explained for _, each in tried)], axis=0) > EXPLAINED
-    if not judged.any():
-        return []
-    remark, best = min(tried, key=lambda one: one[1].left(judged))
-    if best.left(judged) > 1.0 - EXPLAINED or best.left(judged) * BETTER > first.left(judged):
+    remark, best = min(tried, key=lambda one: one[1].rank)
+    judged = best.clear
+    few = judged.sum() < max(first.clear.sum(), min(robot.n, LEAST_JOINTS))
+    if few or best.left(judged) * BETTER > first.left(judged):
         return _slopes(robot, first)
     details = {"before": 100.0 * (1.0 - first.left(judged)), "after": 100.0 * (1.0 - best.left(judged))}
     return [Remark(remark.key, {**remark.details, **details}), *_slopes(robot, best)]
@@ -119,7 +130,7 @@ def _judged(robot: Robot, rows: _Rows) -> _Judged:
 
 def _slopes(robot: Robot, found: _Judged) -> list[Remark]:
     """What slopes far from one say: of all joints together, or of each."""
-    size, clear = np.abs(found.slope), found.explained > EXPLAINED
+    size, clear = np.abs(found.slope), found.clear
     odd = np.flatnonzero(clear & ((found.slope < 0.0) | (size > ODD) | (size < 1.0 / ODD))).tolist()
     reversed_ones = [k for k in odd if found.slope[k] < 0.0]
     if len(reversed_ones) > 1 and len(reversed_ones) == int(clear.sum()):
