@@ -81,7 +81,8 @@ def identify(
 
 
 def _answer(found: Identification, out: str | None) -> Answer:
-    lines = [found.explain().splitlines()[0], *_parameters(found), *_errors(found)]
+    lines = [found.explain().splitlines()[0], *(fault.sentence() for fault in found.faults)]
+    lines += [*_parameters(found), *_errors(found)]
     lines.append(say("identification.condition", condition_number=found.condition_number))
     lines += [item.sentence() for item in found.unidentifiable]
     lines += [remark.sentence() for remark in found.remarks]

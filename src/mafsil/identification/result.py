@@ -147,9 +147,9 @@ class Identification(Answer):
             "rows": self.rows,
             "band": self.bandwidth,
         }
-        lines = [self.status.sentence(language)] if self.faults else []
+        lines = [say("identification.summary", language=language, robot=self.robot.name, **details)]
+        lines += [self.status.sentence(language)] * bool(self.faults)
         lines += [fault.sentence(language) for fault in self.faults]
-        lines.append(say("identification.summary", language=language, robot=self.robot.name, **details))
         key = "identification.held_out" if self.validation.held_out else "identification.training"
         lines += [
             say(key, language=language, joint=joint, before=before, after=after)
