@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, as_batch, single, spread
+from mafsil.arrays import Floats, as_batch, spread
 from mafsil.errors import InputError
 from mafsil.grasp.cone import furthest
 from mafsil.grasp.contact import Contact
@@ -146,7 +146,9 @@ class _Program:
             raise InputError("grasp.no_contacts")
         self.contacts = contacts
         self.m = len(contacts[0].basis)
-        load = single("wrench", wrench, (self.m,))
+        load = as_batch("wrench", wrench, (self.m,), finite=True)
+        if load.ndim != 1:
+            raise InputError("input.shape", name="wrench", expected=(self.m,), got=load.shape, hint="")
         self.scale = float(np.abs(load).max()) or 1.0
         self.b = -load / self.scale
         d = contacts[0].dimension

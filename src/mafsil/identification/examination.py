@@ -22,6 +22,7 @@ from mafsil.identification.smoothing import SmoothMotion
 from mafsil.mechanics.friction import SMOOTHING
 from mafsil.model import JointKind
 from mafsil.robot import Robot
+from mafsil.robot.masses import has_inertia
 
 ROWS = 800
 """Samples that are looked at, evenly spread."""
@@ -93,7 +94,7 @@ def examined(robot: Robot, motions: Sequence[SmoothMotion]) -> list[Remark]:
         motions: of the log.
     """
     rows = _sampled(motions)
-    if rows is None:
+    if rows is None or not has_inertia(robot.mechanism):
         return []
     first = _judged(robot, rows)
     tried = [(remark, _judged(robot, changed)) for remark, changed in _changes(robot, rows)]
@@ -153,8 +154,8 @@ def _changes(robot: Robot, rows: _Rows) -> Iterator[tuple[Remark, _Rows]]:
         factors = np.where(np.isin(np.arange(n), turned), -1.0, 1.0)
         which = ", ".join(names[k] for k in turned)
         yield Remark("identification.reversed_joint", {"joint": which}), rows.moved(factors)
-    turning = np.array([joint.kind is not JointKind.PRISMATIC for joint in robot.mechanism.coordinates])
-    yield Remark("identification.in_degrees"), rows.moved(np.where(turning, np.pi / 180.0, 1.0))
+    revolves = np.array([joint.kind is not JointKind.PRISMATIC for joint in robot.mechanism.coordinates])
+    yield Remark("identification.in_degrees"), rows.moved(np.where(revolves, np.pi / 180.0, 1.0))
     for unit, seconds in SECONDS.items():
         yield Remark("identification.time_unit", {"unit": unit}), rows.slowed(seconds)
     for i, j in combinations(range(n), 2):

@@ -17,11 +17,12 @@ def require_masses(mechanism: Mechanism, row: Quantity) -> None:
     Raises:
         ModelError: no link has mass or inertia and no motor a rotor; the sentence says how to give them.
     """
-    if row.needs_mass and not _has_inertia(mechanism):
+    if row.needs_mass and not has_inertia(mechanism):
         raise ModelError("robot.massless", robot=mechanism.name, name=row.name)
 
 
-def _has_inertia(mechanism: Mechanism) -> bool:
+def has_inertia(mechanism: Mechanism) -> bool:
+    """Whether a link has mass or inertia, or a motor a rotor."""
     bodies = (link.inertial for link in mechanism.links)
     heavy = any(body is not None and (body.mass > 0.0 or body.inertia.any()) for body in bodies)
     motors = (joint.actuator for joint in mechanism.joints)
