@@ -126,6 +126,9 @@ def test_kill_9_leaves_whole_results(small_run: Run, tmp_path: Path) -> None:
         child = subprocess.Popen([sys.executable, "-c", REPEATEDLY, str(job), str(out)], stdout=subprocess.PIPE)
         assert child.stdout is not None
         assert child.stdout.readline() == b"ready\n"
+        until = time.monotonic() + 60.0
+        while not out.exists() and time.monotonic() < until:
+            time.sleep(0.01)  # the first results, on a machine that is busy
         time.sleep(float(rng.uniform(0.0, 1.2)))
         child.send_signal(signal.SIGKILL)
         child.wait()
