@@ -115,7 +115,7 @@ def fits(value: Any, hint: Any) -> bool:
 
 def _of_class(value: Any, kind: Any, inner: tuple[Any, ...]) -> bool:
     if kind is Callable:
-        return callable(value) and (not inner or not isinstance(inner[0], list) or _takes(value, len(inner[0])))
+        return callable(value) and (not inner or not isinstance(inner[0], list) or _takes(value, _count(inner[0])))
     if kind is os.PathLike or kind is Path:
         return isinstance(value, str | os.PathLike)
     try:
@@ -129,6 +129,10 @@ def _of_class(value: Any, kind: Any, inner: tuple[Any, ...]) -> bool:
             return value.ndim > 0 and (not inner or not value.size or fits(value[0], inner[0]))
         return right and not isinstance(value, str | bytes) and _elements(value, kind, inner)
     return right
+
+
+def _count(kinds: Any) -> int:
+    return len(kinds)
 
 
 def _takes(function: Any, count: int) -> bool:
@@ -204,7 +208,7 @@ def expected(hint: Any) -> str:
     kind: Any = origin if isclass(origin) else hint
     if kind is Callable:
         counted = bool(inner) and isinstance(inner[0], list)
-        return say("input.function_of", count=len(inner[0])) if counted else say("input.a_function")
+        return say("input.function_of", count=_count(inner[0])) if counted else say("input.a_function")
     if isclass(kind) and issubclass(kind, Mapping):
         return say("input.a_table")
     if isclass(kind) and kind.__module__ in ("collections.abc", "builtins"):

@@ -99,8 +99,9 @@ def eliminate(A: Floats | Sequence[Sequence[Rational]], *, jordan: bool = True, 
     """
     tolerance = not_negative("tolerance", tolerance)
     exact = not isinstance(A, np.ndarray)
-    if np.ndim(A) != 2 or not np.size(A):
-        raise InputError("input.shape", name="A", expected="(m, n)", got=np.shape(A), hint="")
+    given = np.asarray(A, dtype=object)
+    if given.ndim != 2 or not given.size:
+        raise InputError("input.shape", name="A", expected="(m, n)", got=given.shape, hint="")
     if not all(isfinite(value) for line in A for value in line):
         require_finite("A", real_array("A", np.asarray(A, dtype=np.float64)))
     rows: list[list[Any]] = [[Fraction(v) if exact else float(v) for v in row] for row in A]

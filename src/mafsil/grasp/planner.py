@@ -169,7 +169,8 @@ def _require(fingers: int, mu: float, gamma: float, opening: float, tries: int, 
     for name, value in (("tries", tries), ("best", best), ("opening", opening)):
         if not value > 0:
             raise InputError("input.positive", name=name, value=value)
-    whole("tries", tries, 1, 10_000_000), whole("best", best, 1)
+    whole("tries", tries, 1, 10_000_000)
+    whole("best", best, 1)
     if fingers < 2:
         raise InputError("grasp.few_fingers", got=fingers)
     if fingers == 2 and not (gamma > 0 and mu > 0):

@@ -185,7 +185,8 @@ class _Tracker:
         """With q' = A# b and q'' = A# (b' - A' q') + (I - A# A) A'^T y, A^T y = q', the derivative of A# b."""
         J, T = self._jacobian(q), np.eye(4) if self.task == "pose" else self._pose(q)
         A, b = path_equations(T, J, self.path, s, self.task)
-        rate, _, _, singular_values = np.linalg.lstsq(A, b)
+        shortest, _, _, singular_values = np.linalg.lstsq(A, b)
+        rate: Floats = shortest.astype(np.float64, copy=False)
         A_rate, b_slope = path_rates(T, J, self._jacobian_rate(q, rate), rate, self.path, s, self.task)[2:]
         free = A_rate.T @ _least_norm(A.T, rate)
         return _Knot(

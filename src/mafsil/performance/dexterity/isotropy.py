@@ -103,7 +103,8 @@ def isotropic_configurations(
         seed: of the starts.
     """
     lower, upper = ranges(robot)
-    whole("starts", starts, 1, 1_000_000), whole("iterations", iterations, 0, 10_000)
+    whole("starts", starts, 1, 1_000_000)
+    whole("iterations", iterations, 0, 10_000)
     q = random_configurations(robot, starts, seed)  # 1
     damping = np.full(starts, 1e-2)
     residual, slope = _residual(robot, q, task, length)
