@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
 from itertools import combinations
 
 import numpy as np
@@ -56,9 +55,8 @@ class _Rows:
         """The motion with another unit of time."""
         return _Rows(self.q, self.qd / seconds, self.qdd / seconds**2, self.tau)
 
-    def swapped(self, order: Sequence[int], efforts: bool) -> _Rows:
+    def swapped(self, own: list[int], efforts: bool) -> _Rows:
         """Columns of the motion, or of the efforts, in another order."""
-        own = list(order)
         if efforts:
             return _Rows(self.q, self.qd, self.qdd, self.tau[:, own])
         return _Rows(self.q[:, own], self.qd[:, own], self.qdd[:, own], self.tau)
@@ -149,7 +147,6 @@ def _slopes(robot: Robot, found: _Judged) -> list[Remark]:
 def _changes(robot: Robot, rows: _Rows) -> Iterator[tuple[Remark, _Rows]]:
     """Changes of the log that one would make by mistake, undone; each with its sentence."""
     n, names = robot.n, robot.joint_names
-    remark = partial(Remark, "identification.swapped_columns")
     for turned in [*combinations(range(n), 1), *combinations(range(n), 2)]:
         factors = np.where(np.isin(np.arange(n), turned), -1.0, 1.0)
         which = ", ".join(names[k] for k in turned)
@@ -161,4 +158,5 @@ def _changes(robot: Robot, rows: _Rows) -> Iterator[tuple[Remark, _Rows]]:
     for i, j in combinations(range(n), 2):
         order = [j if k == i else i if k == j else k for k in range(n)]
         for signal, efforts in (("tau", True), ("q", False)):
-            yield remark({"signal": signal, "first": names[i], "second": names[j]}), rows.swapped(order, efforts)
+            details = {"signal": signal, "first": names[i], "second": names[j]}
+            yield Remark("identification.swapped_columns", details), rows.swapped(order, efforts)

@@ -8,7 +8,7 @@ from typing import Any
 from mafsil.errors import FileError
 from mafsil.job.syntax import syntax_error
 from mafsil.messages.visible import visible
-from mafsil.regular_file import regular_bytes
+from mafsil.regular_file import reason, regular_bytes
 from mafsil.toml_source import parsed_toml
 
 LARGEST_FILE = 20_000_000
@@ -33,8 +33,7 @@ def text_of(path: Path, name: str | None = None) -> str:
     except FileNotFoundError:
         raise FileError("job.no_file", path=shown) from None
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise FileError("job.unreadable", path=shown, reason=reason) from None
+        raise FileError("job.unreadable", path=shown, reason=reason(error)) from None
     if len(data) > LARGEST_FILE:
         raise FileError("job.too_large", path=shown, limit=LARGEST_FILE // 1_000_000)
     try:

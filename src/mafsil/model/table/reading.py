@@ -17,7 +17,7 @@ from mafsil.model.mechanism import Mechanism
 from mafsil.model.table.building import mechanism_of
 from mafsil.model.table.form import KEYS, RobotTable
 from mafsil.model.table.text import line_of, numbers_of
-from mafsil.regular_file import regular_bytes
+from mafsil.regular_file import reason, regular_bytes
 from mafsil.toml_source import parsed_toml
 
 JOB_KEYS = ("robot", "move", "start", "controller", "title")
@@ -41,8 +41,7 @@ def read(path: str | Path) -> Mechanism:
     try:
         data = regular_bytes(file, SIZE_LIMIT + 1)
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise FileError("table.open", path=str(file), reason=reason) from None
+        raise FileError("table.open", path=str(file), reason=reason(error)) from None
     if len(data) > SIZE_LIMIT:
         raise FileError("table.size", path=str(file), limit=SIZE_LIMIT)
     try:
