@@ -5,7 +5,6 @@ from __future__ import annotations
 import random
 import re
 import string
-import time
 from contextlib import suppress
 from pathlib import Path
 
@@ -17,6 +16,7 @@ from mafsil.model import lint, mjcf, sdf, urdf
 from mafsil.model.faults import PARDONED
 from mafsil.model.file_format import root_tag
 from mafsil.model.xml_tree import Refusal, parse
+from tests.budget import within
 
 GOOD = (
     '<robot name="r"><link name="a"/><link name="b"/>\n<joint name="j" type="continuous"><parent link="a"/>'
@@ -252,9 +252,8 @@ def test_root_tags_are_found_where_xml_refuses(tmp_path: Path) -> None:
 
 def test_a_large_document_with_one_fault_is_read_in_time() -> None:
     parts = "".join(f'<link name="l{k}"/>\n' for k in range(9_000)) + "<!-- -- -->" + "<a b='&'/>" * 20_000
-    start = time.process_time()
-    document = parse(f"<robot>{parts}</robot>".encode())
-    assert time.process_time() - start < 2.0
+    text = f"<robot>{parts}</robot>".encode()
+    document = within(2.0, lambda: parse(text))
     assert len(document.remarks) < 210
     assert document.root.children[-1].get("b") == "&"
 
