@@ -35,7 +35,7 @@ NOISE = 0.95
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--robot", default="panda", choices=library.names())
+    parser.add_argument("--robot", default="panda", choices=library.robots())
     parser.add_argument("--json", type=Path, help="file for the figures")
     options = parser.parse_args()
     details = machine("mafsil", "numpy") | {"threads": str(threads.available()), "load": str(os.getloadavg()[0])}

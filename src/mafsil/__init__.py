@@ -4,7 +4,8 @@ Names are found at their first use, so that `import mafsil` stays quick.
 """
 
 from mafsil.argument_gate import gated
-from mafsil.lazy_module import face, stand_before_public_names
+from mafsil.lazy_module import extend, face, stand_before_public_names
 
+extend("Robot", "mafsil.verbs")
 stand_before_public_names(gated)
 __all__ = face(__name__)

@@ -50,6 +50,7 @@ from mafsil.model import Mechanism as Mechanism
 from mafsil.model import library as library
 from mafsil.model import urdf as urdf
 from mafsil.model.denavit_hartenberg import DHRow as DHRow
+from mafsil.model.library import robots as robots
 from mafsil.model.lint import lint as lint
 from mafsil.model.lint import mend as mend
 from mafsil.model.saving import save as save

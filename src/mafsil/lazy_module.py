@@ -156,6 +156,46 @@ def public_names(package: ModuleType) -> dict[str, str]:
     return {name: home for home, name in _PUBLIC.findall(stub)}
 
 
+_extensions: dict[str, str] = {}
+
+
+def extend(name: str, package: str) -> None:
+    """Register a package whose public functions a class of a lower layer has as methods.
+
+    Args:
+        name: of the class.
+        package: with a face.
+    """
+    _extensions[name] = package
+
+
+def extension(name: str) -> type:
+    """A base class with the methods that a higher layer registered; each is imported at its first use.
+
+    Args:
+        name: of the class that inherits them.
+    """
+    packages = [_extensions[name]] if name in _extensions else []
+    methods = {
+        method: _Method(package, method) for package in packages for method in import_module(package).__all__
+    }
+    return type(f"{name}Extension", (), methods)
+
+
+class _Method:
+    """Stands for a method until it is first used."""
+
+    def __init__(self, package: str, name: str) -> None:
+        self._package, self._name = package, name
+
+    def __get__(self, instance: object, owner: type) -> Any:
+        function = getattr(import_module(self._package), self._name)
+        for kind in owner.__mro__:
+            if vars(kind).get(self._name) is self:
+                setattr(kind, self._name, function)
+        return function.__get__(instance, owner)
+
+
 def _module_of(package: str, name: str) -> ModuleType:
     """A module of a package.
 

@@ -175,7 +175,7 @@ def test_6r_of_figure_5_9_in_space_and_body_form():
 @pytest.mark.capability("05-88")
 def test_every_arm_of_the_book_is_in_the_library():
     arms = {"planar2r", "planar3r", "spatial3r", "rrrp", "elbow6r", "arm6r", "rrprrr", "scara_rrrp", "rrprrr_upright"}
-    assert arms <= set(library.names())
+    assert arms <= set(library.robots())
 
 
 def test_every_key_of_every_case_is_read(request):

@@ -32,7 +32,7 @@ def data_of(capsys, *words: str, code: int = 0) -> dict:
 
 def test_list_tells_every_robot(capsys):
     robots = data_of(capsys, "list")["robots"]
-    assert [robot["name"] for robot in robots] == list(library.names())
+    assert [robot["name"] for robot in robots] == list(library.robots())
     for robot in robots:
         mechanism = library.load(robot["name"])
         assert (robot["n"], robot["joints"]) == (mechanism.n, list(mechanism.joint_names))
@@ -41,7 +41,7 @@ def test_list_tells_every_robot(capsys):
         assert robot["kinds"].count("P") == len(slides)
     assert main(["list", "--lang", "ar"]) == 0
     out = capsys.readouterr().out
-    assert all(name in out for name in library.names())
+    assert all(name in out for name in library.robots())
     assert len(ARABIC.findall(out)) > 300
 
 

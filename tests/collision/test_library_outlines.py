@@ -19,7 +19,7 @@ DATA = Path(sysconfig.get_paths()["purelib"]) / "cmeel.prefix/share/example-robo
 BOX = Obstacle(Box((0.05, 0.05, 0.05)), (0.0, 0.0, 5.0), "box")
 
 
-@pytest.mark.parametrize("name", few(library.names(), 8))
+@pytest.mark.parametrize("name", few(library.robots(), 8))
 def test_every_arm_has_shapes_with_a_source_and_is_free_at_rest(name):
     robot = mf.load(name)
     shapes = [shape for link in robot.mechanism.links for shape in link.collisions]
@@ -34,7 +34,7 @@ def test_every_arm_has_shapes_with_a_source_and_is_free_at_rest(name):
         assert checker.free(checker.random_configurations(500)).mean() > 0.6
 
 
-@pytest.mark.parametrize("name", few(library.names(), 8))
+@pytest.mark.parametrize("name", few(library.robots(), 8))
 def test_the_last_link_ends_flat_at_the_tip(name):
     """Nothing of it is beyond the plane across its last piece through the tip, so that a tip may touch something."""
     mechanism = library.load(name)

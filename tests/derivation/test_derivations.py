@@ -36,7 +36,7 @@ def found(derivation, *left):
 
 
 @pytest.mark.capability("05-10", "05-26", "05-46")
-@pytest.mark.parametrize("name", library.names())
+@pytest.mark.parametrize("name", library.robots())
 def test_formulas_of_the_library_at_fresh_states(name):
     """Symbols against compiled machine code at 50 states that the derivation has not seen."""
     mechanism = library.load(name)

@@ -30,7 +30,7 @@ def named(review):
 
 
 @pytest.mark.parametrize("convention", ["modified", "classic"])
-@pytest.mark.parametrize("name", library.names())
+@pytest.mark.parametrize("name", library.robots())
 def test_right_tables_pass_whatever_frames_were_chosen(name, convention):
     robot = library.load(name)
     table = dh_from_mechanism(robot, convention)
@@ -84,7 +84,7 @@ def test_two_slips_are_both_named():
 
 
 @settings(deadline=None, max_examples=12)
-@given(st.sampled_from(library.names()), st.integers(0, 6), st.sampled_from(["a", "d"]), st.floats(0.05, 0.4))
+@given(st.sampled_from(library.robots()), st.integers(0, 6), st.sampled_from(["a", "d"]), st.floats(0.05, 0.4))
 def test_a_wrong_length_never_passes_unless_it_is_free(name, index, field, by):
     robot = library.load(name)
     table = dh_from_mechanism(robot)

@@ -23,7 +23,7 @@ def test_same_robot_same_bytes(tmp_path: Path) -> None:
     assert (tmp_path / "first.svg").read_bytes() == (tmp_path / "second.svg").read_bytes()
 
 
-@pytest.mark.parametrize("name", library.names())
+@pytest.mark.parametrize("name", library.robots())
 def test_the_resting_place_keeps_the_limits(name: str) -> None:
     mechanism = library.load(name)
     q = resting_place(mechanism.limits)

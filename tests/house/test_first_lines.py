@@ -72,7 +72,7 @@ REFUSED: dict[str, tuple[Call, tuple[str, ...]]] = {
     "frame misspelt": (plain(lambda: PANDA.forward_kinematics(ZEROS, frame="lnik3")), ("'lnik3'", "link3")),
     "keyword misspelt": (plain(lambda: PANDA.forward_kinematics(ZEROS, farme="link3")), ("'farme'", "frame")),
     "method misspelt": (plain(lambda: PANDA.forward_kinematic), ("did you mean: forward_kinematics",)),
-    "method of half a name": (plain(lambda: PANDA.jacobian), ("jacobian_body", "jacobian_space")),
+    "method of half a name": (plain(lambda: PANDA.inverse), ("inverse_dynamics",)),
     "accelerations forgotten": (plain(lambda: PANDA.inverse_dynamics(ZEROS, ZEROS)), ("qdd is missing", "q, qd, qdd")),
     "rates too few": (plain(lambda: PANDA.inverse_dynamics(ZEROS, ZEROS[:6], ZEROS)), ("qd", "(6,)", "give 7 numbers")),
     "a place for a pose": (

@@ -37,7 +37,7 @@ def driven(text: str) -> Run:
     return run
 
 
-@pytest.mark.parametrize("name", [*few(library.names(), 5), *few(sorted(TOO_FREE), 2)])
+@pytest.mark.parametrize("name", [*few(library.robots(), 5), *few(sorted(TOO_FREE), 2)])
 def test_default_gains_move_every_library_arm(name: str) -> None:
     run = driven(job(name))
     numbers = summary(run)

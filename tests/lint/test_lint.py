@@ -337,7 +337,7 @@ EXPLAINED = {
 }
 
 
-@pytest.mark.parametrize("name", library.names())
+@pytest.mark.parametrize("name", library.robots())
 def test_robots_of_the_library_are_plausible(name: str) -> None:
     """Notes only: unknown ranges (textbook arms), zero outside the range (Panda); what is more is explained."""
     report = mf.lint(name)

@@ -26,6 +26,7 @@ EXPECTED = {
     "overlapping_joints": ("planar", 3, 3, 3, 3, "MOVES"),
     "parallelogram": ("planar", 1, 1, 1, 1, "MOVES"),
     "peaucellier": ("planar", 1, 1, 1, 1, "MOVES"),
+    "planar_platform": ("planar", 3, 3, 3, 3, "MOVES"),
     "quick_return": ("planar", 1, 1, 1, 1, "MOVES"),
     "radial_three_upu": ("spatial", 3, 5, 5, 3, "BRANCH_POINT"),
     "rccc": ("spatial", 1, 1, 1, 1, "MOVES"),
@@ -39,6 +40,7 @@ EXPECTED = {
     "slotted_slider_crank": ("planar", 1, 1, 1, 1, "MOVES"),
     "spherical_four_bar": ("spherical", 1, 1, 1, 1, "MOVES"),
     "stephenson": ("planar", 1, 1, 1, 1, "MOVES"),
+    "stewart_gough": ("spatial", 6, 6, 6, 6, "MOVES"),
     "stretched_four_bar": ("planar", 1, 2, 2, 0, "ONLY_INSTANTANEOUS"),
     "three_cranks": ("planar", 0, 1, 1, 1, "MOVES_DEPENDENT"),
     "three_prs": ("spatial", 3, 3, 3, 3, "MOVES"),
@@ -144,7 +146,7 @@ def test_random_single_loops_of_seven_hinges_move_and_of_six_do_not(seed):
 
 
 def test_unknown_names_and_parameters_are_said():
-    with pytest.raises(mf.InputError, match="there are bennett"):
+    with pytest.raises(mf.InputError, match="did you mean: bennett"):
         library.linkage("benet")
     with pytest.raises(mf.InputError, match="must not exceed 1"):
         library.bennett(1.0, 1.2, 2.0)
@@ -155,9 +157,9 @@ def test_unknown_names_and_parameters_are_said():
 
 
 def test_no_mechanism_has_the_name_of_a_robot():
-    from mafsil.model.library.registry import names
+    from mafsil.model.library import robots
 
-    assert not set(library.names()) & set(names())
+    assert not set(library.names()) & set(robots())
 
 
 def test_every_mechanism_has_a_name_in_both_languages():

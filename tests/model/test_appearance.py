@@ -28,14 +28,14 @@ def surfaces(mechanism, most=10_000):
     return [p.geometry for link in pieces(mechanism, most) for p in link if isinstance(p.geometry, Surface)]
 
 
-@pytest.mark.parametrize("name", library.names())
+@pytest.mark.parametrize("name", library.robots())
 def test_robots_of_the_library_show_what_they_collide_with(name):
     arm = library.load(name)
     for drawn, link in zip(pieces(arm), arm.links, strict=True):
         assert {id(shape.geometry) for shape in link.collisions} <= {id(piece.geometry) for piece in drawn}
 
 
-@pytest.mark.parametrize("name", library.names())
+@pytest.mark.parametrize("name", library.robots())
 def test_robots_of_numbers_get_the_skeleton(name):
     arm = library.load(name)
     bare = replace(arm, links=tuple(replace(link, collisions=()) for link in arm.links))

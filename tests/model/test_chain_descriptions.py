@@ -38,7 +38,7 @@ def same(one, other, atol=1e-12):
 
 @pytest.mark.capability("05-40", "05-46")
 @pytest.mark.parametrize("convention", ["modified", "classic"])
-@pytest.mark.parametrize("name", library.names())
+@pytest.mark.parametrize("name", library.robots())
 def test_round_trip_table_screws_table_urdf(name, convention, tmp_path):
     """DH -> screws -> DH -> URDF -> screws over the library."""
     robot = library.load(name)
@@ -56,7 +56,7 @@ def test_round_trip_table_screws_table_urdf(name, convention, tmp_path):
 
 
 @pytest.mark.capability("05-41", "05-11")
-@pytest.mark.parametrize("name", library.names())
+@pytest.mark.parametrize("name", library.robots())
 def test_local_exponentials_are_the_arm(name):
     robot = library.load(name)
     local = local_screws(robot)
@@ -104,7 +104,7 @@ def test_any_displacement_of_the_home_pose_is_one_screw(seed):
 
 @pytest.mark.capability("05-34", "05-35")
 @settings(deadline=None, max_examples=20)
-@given(st.sampled_from(library.names()), st.integers(0, 2**32 - 1))
+@given(st.sampled_from(library.robots()), st.integers(0, 2**32 - 1))
 def test_another_zero_configuration(name, seed):
     robot = library.load(name)
     rng = np.random.default_rng(seed)

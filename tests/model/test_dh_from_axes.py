@@ -30,7 +30,7 @@ def tip_pose(mechanism, q):
 
 @pytest.mark.capability("05-12", "05-13", "05-19", "05-46")
 @pytest.mark.parametrize("convention", ["modified", "classic"])
-@pytest.mark.parametrize("name", library.names())
+@pytest.mark.parametrize("name", library.robots())
 def test_every_robot_of_the_library_has_a_table(name, convention):
     robot = library.load(name)
     table = dh_from_mechanism(robot, convention)
@@ -79,7 +79,7 @@ def test_6r_of_figure_5_9():
 
 @pytest.mark.capability("05-14", "05-18")
 def test_the_ground_frame_is_frame_1_at_zero():
-    for name in library.names():
+    for name in library.robots():
         arm = library.load(name)
         table = dh_from_mechanism(arm)
         first = table.rows[0]

@@ -33,7 +33,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize(("tool", "reader"), TOOLS, ids=["urdf", "mjcf"])
-@pytest.mark.parametrize("name", library.names())
+@pytest.mark.parametrize("name", library.robots())
 def test_library_arms(name: str, tool: ModuleType, reader: Reader) -> None:
     mechanism, lost = library.load(name), REFUSED.get((name, tool))
     if lost is None:

@@ -15,7 +15,7 @@ from mafsil.model.appearance import pieces
 from mafsil.model.library import planar, puma, registry, textbook
 from mafsil.model.screw_axes import screws
 
-ROBOTS = {name: library.load(name) for name in library.names()}
+ROBOTS = {name: library.load(name) for name in library.robots()}
 
 
 def bracket(S):
@@ -43,13 +43,13 @@ def inside(mechanism, rng):
 # ---- every robot
 
 
-@pytest.mark.parametrize("name", library.names())
+@pytest.mark.parametrize("name", library.robots())
 def test_robot_has_a_title_in_both_languages(name):
     for language in catalogue.LANGUAGES:
         assert name in catalogue.keys(language, "library"), f"{name} needs a line in messages/{language}/library.toml"
 
 
-@pytest.mark.parametrize("name", library.names())
+@pytest.mark.parametrize("name", library.robots())
 def test_every_robot_says_where_its_numbers_come_from(name):
     robot = ROBOTS[name]
     assert robot.name == name
@@ -57,12 +57,12 @@ def test_every_robot_says_where_its_numbers_come_from(name):
     assert robot.provenance.notes
 
 
-@pytest.mark.parametrize("name", library.names())
+@pytest.mark.parametrize("name", library.robots())
 def test_every_robot_can_be_drawn(name):
     assert all(pieces(ROBOTS[name])[:-1])
 
 
-@pytest.mark.parametrize("name", library.names())
+@pytest.mark.parametrize("name", library.robots())
 def test_limits_are_ordered_and_positive(name):
     limits = ROBOTS[name].limits
     assert (limits.lower < limits.upper).all()
@@ -74,7 +74,7 @@ NO_RIGID_BODY = {("puma560", "column"), ("puma560", "forearm")}
 """Published numbers that no rigid body has; their provenance says so."""
 
 
-@pytest.mark.parametrize("name", library.names())
+@pytest.mark.parametrize("name", library.robots())
 def test_every_moving_link_has_the_masses_of_a_rigid_body(name):
     for link in ROBOTS[name].links[1:]:
         inertial = link.inertial
@@ -88,7 +88,7 @@ def test_every_moving_link_has_the_masses_of_a_rigid_body(name):
         assert large <= (small + middle) * (1 + 1e-6) + 1e-15, link.name
 
 
-@pytest.mark.parametrize("name", library.names())
+@pytest.mark.parametrize("name", library.robots())
 def test_mass_matrix_is_positive_definite_inside_the_limits(name):
     """M = sum J' G J by screws; only the arm of point masses may lose rank, stretched out."""
     robot, rng = ROBOTS[name], np.random.default_rng(0)
@@ -117,7 +117,7 @@ def reflected(robot):
     return [joint.actuator.reflected_inertia if joint.actuator else 0.0 for joint in robot.joints]
 
 
-@pytest.mark.parametrize("name", library.names())
+@pytest.mark.parametrize("name", library.robots())
 def test_pinocchio_agrees_on_pose_mass_matrix_and_gravity(name):
     """The same numbers handed to another library, built joint by joint."""
     pin = pytest.importorskip("pinocchio")
@@ -392,12 +392,12 @@ def test_default_is_the_panda():
 
 
 def test_names_are_sorted_and_each_is_its_makers():
-    assert list(library.names()) == sorted(registry.ROBOTS)
+    assert list(library.robots()) == sorted(registry.ROBOTS)
 
 
 @pytest.mark.parametrize(
     ("name", "close"),
-    [("puma", "puma560"), ("PANDA", "panda"), ("ur5ee", "ur5e"), ("stanfrod_arm", "stanford_arm"), ("zzz", "panda")],
+    [("puma", "puma560"), ("pandas", "panda"), ("ur5ee", "ur5e"), ("stanfrod_arm", "stanford_arm"), ("zzz", "panda")],
 )
 def test_an_unknown_name_is_answered_with_close_ones(name, close):
     with pytest.raises(ModelError, match=name) as caught:

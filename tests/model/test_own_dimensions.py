@@ -26,7 +26,7 @@ def test_own_lengths_move_the_tip() -> None:
     np.testing.assert_allclose(stretched[:3, 3], [0.9, 0, 0], atol=1e-15)
     raised = mf.load("puma560", base_height=0.67).forward_kinematics([0.0] * 6)
     np.testing.assert_allclose(raised[2, 3] - mf.load("puma560").forward_kinematics([0.0] * 6)[2, 3], 0.67, atol=1e-12)
-    for name in library.names():
+    for name in library.robots():
         assert library.load(name).n == mf.load(name).n
 
 
@@ -70,5 +70,5 @@ def test_rods_points_and_the_library_give_no_warning() -> None:
         warnings.simplefilter("error")
         rod = mf.Inertial(1.0, [0.1, 0, 0], np.diag([0.0, 0.02, 0.02]))
         mf.Robot.from_dh([[0.3, 0, 0, 0]] * 3, "classic", inertials=[rod, mf.Inertial(1.0), None])
-        for name in library.names():
+        for name in library.robots():
             mf.load(name)

@@ -21,7 +21,7 @@ def ends(shape):
     return shape.T_lg[:3, 3] - half, shape.T_lg[:3, 3] + half
 
 
-@pytest.mark.parametrize("name", library.names())
+@pytest.mark.parametrize("name", library.robots())
 def test_tubes_lead_from_each_joint_to_the_next_and_to_the_tip(name):
     robot = drawn(name)
     for k, link in enumerate(robot.links[1:]):
@@ -32,7 +32,7 @@ def test_tubes_lead_from_each_joint_to_the_next_and_to_the_tip(name):
         assert all(np.linalg.norm(end - start) <= gap for start, end in list(pairwise(points))[::2])
 
 
-@pytest.mark.parametrize("name", library.names())
+@pytest.mark.parametrize("name", library.robots())
 def test_every_pose_of_a_shape_is_a_pose(name):
     for link in drawn(name).links:
         for shape in link.visuals:

@@ -44,7 +44,7 @@ def assert_same(a, b, rtol=0.0, atol=0.0):
 # ---- round trips
 
 
-@pytest.mark.parametrize("name", library.names())
+@pytest.mark.parametrize("name", library.robots())
 def test_every_robot_of_the_library_comes_back_to_the_last_bit(name, tmp_path):
     robot = library.load(name)
     write(robot, tmp_path / "robot.toml")

@@ -101,7 +101,7 @@ def test_given_tip_is_kept_and_nothing_is_noted():
 
 
 def test_library_arms_keep_their_tips():
-    for name in library.names():
+    for name in library.robots():
         mechanism = library.load(name)
         assert mechanism.tip == choose_tip(mechanism.links[0].name, mechanism.joints).tip
 

@@ -43,7 +43,7 @@ def data_root() -> Path:
 
 def names() -> tuple[str, ...]:
     """Library robots, then `urdf:` names."""
-    return (*library.names(), *(f"urdf:{name}" for name in REAL))
+    return (*library.robots(), *(f"urdf:{name}" for name in REAL))
 
 
 def mechanism(name: str) -> Mechanism:

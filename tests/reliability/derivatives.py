@@ -52,7 +52,7 @@ def work(seed: int, cases: int) -> dict[str, int]:
 @cache
 def subjects() -> tuple[tuple[str, int], ...]:
     """Names of arms with masses behind every joint, then numbers of random trees."""
-    arms = [name for name in library.names() if _moves_masses(library.load(name))]
+    arms = [name for name in library.robots() if _moves_masses(library.load(name))]
     return tuple((name, 0) for name in arms) + tuple(("tree", number) for number in range(TREES))
 
 

@@ -23,7 +23,7 @@ from mafsil.ik.chain import Chain, chain_of
 from mafsil.ik.closed_form import structure_kernel
 from mafsil.ik.recognise import recognise
 from mafsil.ik.tolerances import DEFECT, SNAP
-from mafsil.model.library import names
+from mafsil.model.library import robots
 from mafsil.robot import Robot, load
 from tests.reliability import figures, ik_offset_wrists, ik_singular
 from tests.reliability.arm_families import FAMILIES, forward, jacobian
@@ -47,7 +47,7 @@ def sample(rng: np.random.Generator, count: int, n: int, share: float) -> np.nda
 def library() -> dict[str, Robot]:
     """Arms of the library with an exact closed form of their own, by name."""
     found: dict[str, Robot] = {}
-    for name in names():
+    for name in robots():
         robot = load(name)
         if 0 < robot.n <= 6 and chain_of(robot.mechanism) is not None:
             form = closed_form(robot)

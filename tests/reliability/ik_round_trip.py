@@ -25,7 +25,7 @@ import mafsil as mf
 from mafsil.ik import IKStatus, inverse_kinematics
 from mafsil.ik.moving_part import moving_part
 from mafsil.model.exponentials import chain_to_tip
-from mafsil.model.library import names
+from mafsil.model.library import robots
 from mafsil.robot import Robot, load
 from tests.model.urdf.real_files import robots as real_files
 from tests.reliability import figures
@@ -45,7 +45,7 @@ NO = {IKStatus.OUT_OF_REACH, IKStatus.BEYOND_LIMITS, IKStatus.NOT_OF_THIS_ARM}
 
 def sources(corpus: Path | None = None) -> dict[str, Path | str]:
     """Names of the library and files, by what they are called here."""
-    found: dict[str, Path | str] = {name: name for name in names()}
+    found: dict[str, Path | str] = {name: name for name in robots()}
     found |= {f"erd/{path.stem}": path for path in real_files()}
     if corpus is not None:
         found |= {str(path.relative_to(corpus)): path for path in sorted(corpus.rglob("*.urdf"))}

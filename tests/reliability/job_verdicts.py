@@ -32,7 +32,7 @@ MASSES = (0.3, 2.0, 10.0)
 
 def arm(rng: np.random.Generator, *, gentle: bool) -> Mechanism:
     """An arm of the library; unless gentle, with weaker motors, with friction, with narrow limits."""
-    mechanism = library.load(str(rng.choice(library.names())))
+    mechanism = library.load(str(rng.choice(library.robots())))
     if gentle:
         return mechanism
     weak = float(rng.choice([1.0, 1.0, 0.5, 0.1]))

@@ -148,7 +148,7 @@ def test_replay_shows_what_was_recorded(page: tuple[str, str, Reader], small_run
     assert not near[: part["first"] // 2].any()
 
 
-@pytest.mark.parametrize("name", library.names())
+@pytest.mark.parametrize("name", library.robots())
 def test_every_robot_of_the_library_has_a_body(name: str) -> None:
     mechanism = library.load(name)
     poses = np.broadcast_to(np.eye(4), (len(mechanism.links), 4, 4))

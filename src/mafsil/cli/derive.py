@@ -5,14 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, cast
 
-from mafsil.arrays import Floats, PoseMatrix
 from mafsil.cli.answer import Answer
 from mafsil.cli.loops import require_open_chain
 from mafsil.derivation import (
     Derivation,
-    derive_dynamics,
     derive_fk,
-    derive_ik,
     derive_jacobian,
     to_html,
     to_latex,
@@ -23,25 +20,9 @@ from mafsil.derivation.screw_method import Form
 from mafsil.derivation.text import formula, side_text, step_sentence
 from mafsil.errors import InputError
 from mafsil.messages import say
-from mafsil.model import Mechanism
 from mafsil.model.loading import load_mechanism
 from mafsil.robot import Robot
 from mafsil.whole_file import write_whole
-
-
-def _ik(mechanism: Mechanism) -> Derivation:
-    """Inverse kinematics, as what the arm is recognised."""
-    from mafsil.ik import closed_form
-
-    form = closed_form(Robot(mechanism))
-
-    def solutions(T: PoseMatrix) -> Floats:
-        assert form is not None
-        rows = form.solve(T)
-        return rows.q[rows.found()]
-
-    return derive_ik(mechanism, None if form is None else form.pattern, solutions)
-
 
 _BY_TABLE = {"fk": derive_fk, "jacobian": derive_jacobian}
 _WRITE = {"text": to_text, "latex": to_latex, "html": to_html}
@@ -79,7 +60,7 @@ def derive(
     if what in _BY_TABLE:
         derivation = _BY_TABLE[what](mechanism, convention=convention, form=cast("Form", method or "dh"))
     else:
-        derivation = _ik(mechanism) if what == "ik" else derive_dynamics(mechanism)
+        derivation = Robot(mechanism).derive(what)
     kind = format or _ENDINGS.get(Path(out or "").suffix.lower(), "text")
     text = _WRITE[kind](derivation)
     data = _data(derivation)

@@ -14,7 +14,7 @@ _LETTERS = {JointKind.REVOLUTE: "R", JointKind.PRISMATIC: "P", JointKind.HELICAL
 
 def robots() -> Answer:
     """Name, joints, freedoms, masses and description of every robot of the library."""
-    entries = [_entry(name, library.load(name)) for name in library.names()]
+    entries = [_entry(name, library.load(name)) for name in library.robots()]
     head = [say(f"cli.{key}") for key in ("robot", "kinds", "has_masses", "described_as")]
     rows = [
         [

@@ -77,7 +77,6 @@ def _run(words: list[str]) -> int:
     from mafsil.cli.notices import wipe
     from mafsil.cli.parser import parser
     from mafsil.cli.registry import operation
-    from mafsil.cli.robot_name import known_name
     from mafsil.cli.standard_input import as_files
     from mafsil.cli.words import ordered
 
@@ -93,8 +92,6 @@ def _run(words: list[str]) -> int:
     if name is None:
         grammar.print_help()
         return DONE
-    if "robot" in given:
-        given["robot"] = known_name(given["robot"])
     with as_files(operation(name), given) as arguments:
         if "robot" in arguments:
             from mafsil.cli.equipment import equipped

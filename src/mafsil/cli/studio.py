@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from mafsil.cli.answer import Answer
-from mafsil.cli.robot_name import known_name
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
 from mafsil.messages import say
@@ -30,7 +29,7 @@ def studio(what: list[str], port: str | None, open: bool, view: list[str] | None
     Raises:
         MafsilError: what is given cannot be read, or the port is no port or is taken.
     """
-    with opening.studio_of([known_name(word) for word in what], _port(port), view or ()) as served:
+    with opening.studio_of(what, _port(port), view or ()) as served:
         print(say("cli.studio_address", address=served.address), say("cli.studio_leave"), sep="\n", flush=True)
         served.serve(show=open)
     return Answer()

@@ -15,6 +15,7 @@ from mafsil.ik.desired_motion import twists_between as twists_between
 from mafsil.ik.general import GeneralSix as GeneralSix
 from mafsil.ik.general import GeneralSolutions as GeneralSolutions
 from mafsil.ik.inverse import inverse_kinematics as inverse_kinematics
+from mafsil.ik.nearest import nearest_solution as nearest_solution
 from mafsil.ik.newton import NewtonRecord as NewtonRecord
 from mafsil.ik.newton import newton_ik as newton_ik
 from mafsil.ik.numerical import solve_ik as solve_ik

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from os import PathLike
+from os.path import exists
 from pathlib import Path
 from typing import TypeAlias
 
@@ -16,7 +17,7 @@ from mafsil.geometry import pose
 from mafsil.mobility.closing import closed_beside_drawing, least_gap
 from mafsil.mobility.drawing import drawn_at, split, without
 from mafsil.mobility.joint_kind import Kind, across
-from mafsil.mobility.library import MECHANISMS
+from mafsil.mobility.library import linkage
 from mafsil.mobility.linkage import Coupling, Linkage
 from mafsil.mobility.linkage_file import is_linkage, read_linkage
 from mafsil.mobility.linkage_joint import LinkageJoint
@@ -24,6 +25,7 @@ from mafsil.mobility.loop_closure import largest_gap
 from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tolerances import CLOSED
 from mafsil.model import Joint, JointKind, Limits, Link, Mechanism, Mimic
+from mafsil.model.library import spelled
 from mafsil.model.loading import RobotLike, as_mechanism
 from mafsil.regular_file import whole_text
 from mafsil.toml_source import LARGEST_FILE, parsed_toml
@@ -56,8 +58,8 @@ def as_linkage(source: LinkageLike, q: ArrayLike | None = None) -> Linkage:
     """
     if isinstance(source, Linkage):
         return source if q is None else drawn_at(source, q)
-    if isinstance(source, str) and source in MECHANISMS:
-        drawn = MECHANISMS[source]()
+    if isinstance(source, str) and not Path(source).suffix and spelled(source) is None and not exists(source):
+        drawn = linkage(source)
         return drawn if q is None else drawn_at(drawn, q)
     if isinstance(source, str | PathLike):
         path = Path(source)

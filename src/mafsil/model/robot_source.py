@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from importlib import import_module
+from importlib.util import find_spec
 from os import PathLike
 from pathlib import Path
 
@@ -18,6 +20,8 @@ from mafsil.model.loop_file import loop_file_of, with_loops
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.tip import TipChoice
 
+DESCRIPTIONS = "robot_descriptions"
+"""A package of other people's robots by name, which fetches their files at the first use."""
 LOGS = frozenset({".csv", ".npz", ".mcap", ".parquet"})
 """Endings of files of recorded motion, which the functions that take a log want after the robot."""
 
@@ -42,12 +46,16 @@ def read_source(
         raise FileError("robot.text", source=shown(str(source)))
     if not path.suffix and not _exists(path):
         name = str(source)
-        if name != "default" and name not in library.names():
+        known = library.spelled(name)
+        installed = _installed_description(name) if known is None else None
+        if installed is not None:
+            return _read(*installed, arguments), True
+        if known is None:
             close = library.close_names(name)
             key = "robot.no_file_close" if close else "robot.no_file"
-            raise FileError(key, source=shown(name), close=", ".join(close), known=", ".join(library.names()))
+            raise FileError(key, source=shown(name), close=", ".join(close), known=", ".join(library.robots()))
         _require_xacro(arguments, name)
-        return library.load(name, **dimensions), False
+        return library.load(known, **dimensions), False
     if dimensions:
         raise InputError("robot.no_dimensions", source=shown(str(source)), names=", ".join(dimensions))
     if path.suffix.lower() == ".toml":
@@ -55,11 +63,38 @@ def read_source(
         return table.read(path), True
     if path.suffix.lower() in LOGS:
         raise FileError("robot.log", source=shown(str(source)))
-    reader = reader_of(path, arguments=arguments)
-    if reader is None:
-        raise FileError("robot.kind", source=shown(str(source)), suffix=path.suffix)
-    mechanism, beside = reader.read(path, repair=False, silent=True), loop_file_of(path)
+    mechanism, beside = _read(path, (), arguments), loop_file_of(path)
     return (mechanism if beside is None else with_loops(mechanism, beside)), True
+
+
+def _read(path: Path, packages: Iterable[Path], arguments: dict[str, str]) -> Mechanism:
+    reader = reader_of(path, packages, arguments)
+    if reader is None:
+        raise FileError("robot.kind", source=shown(str(path)), suffix=path.suffix)
+    return reader.read(path, repair=False, silent=True)
+
+
+def _installed_description(name: str) -> tuple[Path, list[Path]] | None:
+    """The file of a robot in the package `robot_descriptions`, if that is installed, and where its meshes are.
+
+    Raises:
+        FileError: the package knows the robot and could not fetch it.
+    """
+    if not name.isidentifier() or find_spec(DESCRIPTIONS) is None:
+        return None
+    for ending in ("", "_description", "_mj_description"):
+        full = f"{DESCRIPTIONS}.{name}{ending}"
+        if find_spec(full) is None:
+            continue
+        try:
+            described = vars(import_module(full))
+        except Exception as error:
+            raise FileError("robot.not_fetched", source=shown(name), package=DESCRIPTIONS, reason=str(error)) from None
+        paths = [described[key] for key in ("URDF_PATH", "MJCF_PATH", "XACRO_PATH") if key in described]
+        if paths:
+            folders = [Path(described[key]) for key in ("PACKAGE_PATH", "REPOSITORY_PATH") if key in described]
+            return Path(paths[0]), [*folders, *(folder.parent for folder in folders)]
+    return None
 
 
 def warn_of_file(mechanism: Mechanism, choice: TipChoice | None) -> None:

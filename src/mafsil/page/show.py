@@ -107,7 +107,7 @@ def _python(given: RobotLike, robot: Robot) -> str:
     """The expression for scripts: what was given as text, a name of the library, else a name to be filled in."""
     if isinstance(given, str | os.PathLike):
         return repr(os.fspath(given))
-    return repr(robot.name) if robot.name in library.names() else "robot"
+    return repr(robot.name) if robot.name in library.robots() else "robot"
 
 
 def _absolute(views: Sequence[str | os.PathLike[str]]) -> tuple[str, ...]:

@@ -27,8 +27,9 @@ def load(
     """A robot from the library or a file.
 
     Args:
-        source: a name of the library, or a path: of a URDF, xacro, MJCF or SDFormat file, recognised by their root
-            elements, or of a .toml file (DH or screws).
+        source: a name of the library in any spelling (`UR5e`), or a path: of a URDF, xacro, MJCF or SDFormat file,
+            recognised by their root elements, or of a .toml file (DH or screws); where the package
+            `robot_descriptions` is installed, a name of its robots (`panda_description`).
         tip: name of the link that carries the tip frame, if another than the description's default.
         xacro_args: arguments of a xacro file, by name, such as `{"prefix": "left_"}`.
         **dimensions: of an arm of the library that takes some, such as `lengths=(0.4, 0.3)` of `planar2r`.

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, as_batch
 from mafsil.errors import InputError
-from mafsil.lazy_module import lazily
+from mafsil.lazy_module import extension, lazily
 from mafsil.mechanics.friction import SMOOTHING, friction_columns
 from mafsil.mechanics.inertial_parameters import BaseParameters, base_parameters, inertial_parameters
 from mafsil.mechanics.task_space import TaskSpace
@@ -19,15 +19,15 @@ from mafsil.robot.task import task_space_of
 from mafsil.robot.torque_terms import TorqueTerms, torque_terms_of
 
 if TYPE_CHECKING:
-    from mafsil.kernels.export import Export
-
-if TYPE_CHECKING:
     import mafsil.robot.exported_quantity as exported_quantity
+    from mafsil.kernels.export import Export
+    from mafsil.robot.verbs import Verbs  # pyright: ignore[reportMissingModuleSource] - a stub, made at run time below
 else:
     exported_quantity = lazily("mafsil.robot.exported_quantity")
+    Verbs = extension("Robot")
 
 
-class Robot(CompiledRobot):
+class Robot(CompiledRobot, Verbs):
     """The quantities of a mechanism as fast routines.
 
     Every routine takes single states or batches with any leading dimensions: q (*batch, n) and so on, inputs broadcast.

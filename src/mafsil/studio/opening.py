@@ -83,7 +83,7 @@ def _studio_of_tapes(tapes: Sequence[_Tape], port: int, views: Sequence[str]) ->
         robot, script = _robot_of_results(job), _script(job)
         return Studio(robot, port=port, script=script, job=(text_of(job), None), views=views)
     name = str(first.recording.metadata.get("robot"))
-    if name not in library.names():
+    if library.spelled(name) is None:
         raise InputError("studio.which_robot", path=visible(str(first.path)), robot=visible(name))
     return Studio(name, port=port, views=views)
 

@@ -34,7 +34,7 @@ def same(mechanism: Mechanism, seed: int = 0) -> None:
     assert warnings_of(text) == []
 
 
-@pytest.mark.parametrize("name", library.names())
+@pytest.mark.parametrize("name", library.robots())
 def test_library_arms(name: str) -> None:
     mechanism = library.load(name)
     if name == "puma560":

@@ -85,7 +85,7 @@ def same_joint(ours: Joint, theirs: Joint) -> None:
     assert (theirs.friction or Friction()) == (friction or Friction())
 
 
-@pytest.mark.parametrize("name", library.names())
+@pytest.mark.parametrize("name", library.robots())
 def test_library_arms_come_back_whole(name: str) -> None:
     mechanism = library.load(name)
     assert_same(sdf.read(text_of(mechanism, sdf)), mechanism)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from difflib import get_close_matches
 from inspect import signature
 from types import MappingProxyType
@@ -46,16 +46,40 @@ DEFAULT = "panda"
 _LONGEST = 80
 
 
-def names() -> tuple[str, ...]:
+def robots() -> tuple[str, ...]:
     """Names of all robots of the library, sorted."""
     return tuple(sorted(ROBOTS))
+
+
+def spelled(name: str) -> str | None:
+    """The name of the library that a name in other letters stands for: `UR5e`, `Puma 560`; None if there is none.
+
+    Args:
+        name: any text; case, blanks, hyphens and underscores do not count.
+    """
+    return DEFAULT if name == "default" else same_letters(name, ROBOTS)
+
+
+def same_letters(name: str, known: Iterable[str]) -> str | None:
+    """The one of some names that has the same letters and digits; None if none has.
+
+    Args:
+        name: as typed.
+        known: names.
+    """
+    letters = _letters(name[:_LONGEST])
+    return next((one for one in known if _letters(one) == letters), None)
+
+
+def _letters(name: str) -> str:
+    return "".join(c for c in name.casefold() if c.isalnum())
 
 
 def load(name: str, **dimensions: ArrayLike) -> Mechanism:
     """The robot of that name, with its published or default dimensions.
 
     Args:
-        name: one of `names()`, or `default` (the Panda).
+        name: one of `robots()` in any spelling, see `spelled`, or `default` (the Panda).
         **dimensions: lengths [m], masses [kg] or angles [rad] other than the default, for arms whose maker takes some,
             such as `lengths=(0.4, 0.3)` of `planar2r` or `L1=0.5` of `elbow6r`.
 
@@ -63,9 +87,10 @@ def load(name: str, **dimensions: ArrayLike) -> Mechanism:
         ModelError: no such robot; the sentence lists close names.
         InputError: an arm has no such dimension, another count of numbers, a number that is not finite.
     """
-    maker = ROBOTS.get(DEFAULT if name == "default" else name)
-    if maker is None:
-        raise ModelError("library.unknown", name=name, close=", ".join(close_names(name) or names()))
+    known = spelled(name)
+    if known is None:
+        raise ModelError("library.unknown", name=name, close=", ".join(close_names(name) or robots()))
+    maker = ROBOTS[known]
     return maker(**{key: _dimension(maker, key, value) for key, value in dimensions.items()})
 
 
@@ -89,6 +114,6 @@ def _dimension(maker: Callable[..., Mechanism], key: str, value: ArrayLike) -> f
 def close_names(name: str) -> tuple[str, ...]:
     """Names of the library that contain the given one or look like it."""
     lowered = name.lower()[:_LONGEST]
-    containing = [known for known in names() if lowered and (lowered in known or known in lowered)]
+    containing = [known for known in robots() if lowered and (lowered in known or known in lowered)]
     similar = get_close_matches(lowered, ROBOTS, n=5, cutoff=0.5)
     return tuple(dict.fromkeys([*containing, *similar]))

@@ -173,8 +173,8 @@ def _described(source: str | PathLike[str]) -> Mechanism:
     """The mechanism of a table or of a library name."""
     if Path(source).suffix.lower() == ".toml":
         return table.read(Path(source))
-    if str(source) not in (*library.names(), "default"):
-        raise FileError("robot.no_file", source=str(source)[:100], close="", known=", ".join(library.names()))
+    if library.spelled(str(source)) is None:
+        raise FileError("robot.no_file", source=str(source)[:100], close="", known=", ".join(library.robots()))
     return library.load(str(source))
 
 

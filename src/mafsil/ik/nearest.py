@@ -1,0 +1,61 @@
+"""One solution, the nearest to a configuration: from the complete list where there is one, else by descent."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import JointVector, as_batch
+from mafsil.errors import InputError
+from mafsil.ik.analysis import Task
+from mafsil.ik.answers.setting import MASKS, setting
+from mafsil.ik.answers.solution_set import SolutionSet
+from mafsil.ik.inverse import inverse_kinematics
+from mafsil.ik.numerical import solve_ik
+from mafsil.ik.result import IKResult
+from mafsil.model.loading import RobotLike
+from mafsil.robot import Robot, as_robot
+
+
+def nearest_solution(
+    robot: RobotLike,
+    T_sd: ArrayLike,
+    q0: ArrayLike | None = None,
+    *,
+    frame: str | None = None,
+    task: Task = "pose",
+) -> IKResult:
+    """The solution nearest to `q0` for each pose, checked by forward kinematics.
+
+    1. Of an arm without redundant joints all solutions are found; the start is the nearest within the limits, wound.
+    2. Of a redundant arm the start is `q0`, which is also the preferred configuration of its self-motion.
+    3. Damped least squares confirm the start, or go on from it.
+
+    Args:
+        robot: a Robot, a Mechanism, a name of the library or a file.
+        T_sd: (*batch, 4, 4) desired poses in {s}.
+        q0: (n,) or (*batch, n) configuration [rad | m]; the middle of the limits if None.
+        frame: name of a link; the tip if None.
+        task: `pose`, `position` or `axis`.
+
+    Raises:
+        InputError: a wrong shape, no pose, an unknown task.
+        ModelError: an unknown frame, a robot with loops.
+    """
+    arm = as_robot(robot)
+    if task not in MASKS:
+        raise InputError("input.choice", name="task", value=task, known=", ".join(MASKS))
+    known = setting(arm, frame, task)
+    if known.arm.locked:
+        return solve_ik(arm, T_sd, q0, frame=frame, task=task, q_preferred=q0)
+    start = known.part.middle if q0 is None else as_batch("q0", q0, (arm.n,), finite=True)
+    return solve_ik(arm, T_sd, _nearest_of_all(arm, T_sd, start, frame, task), frame=frame, task=task)
+
+
+def _nearest_of_all(arm: Robot, T_sd: ArrayLike, q0: JointVector, frame: str | None, task: Task) -> JointVector:
+    """(*batch, n) the nearest of all solutions, `q0` where there is none."""
+    answer = inverse_kinematics(arm, T_sd, frame=frame, task=task)
+    if isinstance(answer, SolutionSet):
+        return answer.nearest(q0) if len(answer) else q0
+    nearest = answer.nearest(q0)
+    return np.where(np.isnan(nearest), q0, nearest)

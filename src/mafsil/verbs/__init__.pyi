@@ -1,0 +1,12 @@
+from mafsil.page.show import show as show
+from mafsil.performance.singularities.singular_configuration import singularity as singularity
+from mafsil.planning.arm_planning import plan as plan
+from mafsil.verbs.short_forms import derive as derive
+from mafsil.verbs.short_forms import fk as fk
+from mafsil.verbs.short_forms import ik as ik
+from mafsil.verbs.short_forms import ik_all as ik_all
+from mafsil.verbs.short_forms import jacobian as jacobian
+from mafsil.verbs.short_forms import plot as plot
+from mafsil.verbs.short_forms import simulate as simulate
+from mafsil.verbs.short_forms import workspace as workspace
+from mafsil.verification.verify import verify as verify

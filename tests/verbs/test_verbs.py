@@ -1,0 +1,207 @@
+"""The verbs of a robot: each against the full function or an independent count."""
+
+from __future__ import annotations
+
+import ast
+import pickle
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mafsil as mf
+from mafsil import verbs
+from mafsil.errors import FileError, InputError, ModelError
+
+ROBOTS = Path(__file__).parents[2] / "examples" / "robots"
+SIX = ("puma560", "ur5e", "stanford_arm")
+
+
+@pytest.fixture(scope="module", params=SIX)
+def six(request):
+    return mf.load(request.param)
+
+
+def inside(robot, rng, count):
+    lower = np.maximum(robot.limits.lower, -3.0)
+    upper = np.minimum(robot.limits.upper, 3.0)
+    return rng.uniform(lower, upper, (count, robot.n))
+
+
+def test_the_stub_of_the_class_names_every_verb_of_the_table():
+    stub = ast.parse(Path(mf.robot.__path__[0], "verbs.pyi").read_text("utf-8"))
+    (kind,) = (node for node in stub.body if isinstance(node, ast.ClassDef))
+    named = {ast.unparse(line) for line in kind.body}
+    assert named == {f"{name} = verbs.{name}" for name in verbs.__all__}
+    for name in verbs.__all__:
+        assert getattr(mf.Robot, name) is getattr(verbs, name)
+        assert name in dir(mf.load("planar2r"))
+        assert getattr(verbs, name).__doc__
+
+
+def test_degrees_are_of_angles_alone():
+    scara = mf.load("scara_rrrp")
+    q = np.array([0.3, -0.4, 0.5, 0.02])
+    typed = scara.degrees(q)
+    assert typed[3] == 0.02
+    assert np.allclose(typed[:3], np.degrees(q[:3]), rtol=1e-15)
+    assert np.allclose(scara.radians(typed), q, rtol=1e-15)
+    assert np.allclose(scara.fk(typed, degrees=True), scara.forward_kinematics(q), atol=1e-15)
+    assert np.allclose(scara.jacobian(typed, degrees=True), scara.jacobian_body(q), atol=1e-15)
+    with pytest.raises(InputError, match="q"):
+        scara.radians([1.0, 2.0])
+
+
+@pytest.mark.capability("06-01")
+def test_ik_is_the_nearest_of_all_solutions_and_windings(six):
+    rng = np.random.default_rng(5)
+    for q, q0 in zip(inside(six, rng, 12), inside(six, rng, 12), strict=True):
+        T = six.fk(q)
+        answer = six.ik(T, q0)
+        assert answer, answer.explain()
+        every = six.ik_all(T).windings()
+        least = np.linalg.norm(every - q0, axis=1).min()
+        assert np.linalg.norm(answer.q - q0) == pytest.approx(least, abs=1e-7)
+
+
+def test_a_batch_gets_the_same_answers_as_single_poses(six):
+    rng = np.random.default_rng(6)
+    T, q0 = six.fk(inside(six, rng, 5)), inside(six, rng, 1)[0]
+    together = six.ik(T, q0)
+    alone = [six.ik(pose, q0).q for pose in T]
+    assert np.allclose(together.q, alone, atol=1e-9)
+    degrees = six.ik(T, six.degrees(q0), degrees=True)
+    assert np.allclose(degrees.q, six.degrees(together.q), atol=1e-7)
+
+
+def test_redundant_arms_stay_near_the_start():
+    panda = mf.load("panda")
+    rng = np.random.default_rng(7)
+    q = inside(panda, rng, 20) * 0.5 + 0.25 * (panda.limits.lower + panda.limits.upper)
+    start = q + rng.normal(scale=0.02, size=q.shape)
+    answer = panda.ik(panda.fk(q), start)
+    assert answer.all_solved
+    assert (np.linalg.norm(answer.q - start, axis=1) <= np.linalg.norm(q - start, axis=1) + 1e-6).all()
+    assert panda.ik(panda.fk(q[0]))
+
+
+def test_ik_says_why_not_and_takes_tasks_and_frames(six):
+    T = six.fk(np.zeros(6))
+    far = T.copy()
+    far[0, 3] += 50.0
+    answer = six.ik(far)
+    assert not answer
+    assert "out of reach" in answer.explain(language="en")
+    assert six.ik(T, task="position")
+    assert six.ik(T, frame=six.tip)
+    with pytest.raises(InputError, match="task"):
+        six.ik(T, task="nothing")
+
+
+def test_the_jacobian_in_axes_of_the_base_is_the_rate_of_the_pose(six):
+    q = inside(six, np.random.default_rng(8), 1)[0]
+    J, h = six.jacobian(q, expressed_in="aligned"), 1e-6
+    for k, step in enumerate(np.eye(6) * h):
+        ahead, behind = six.fk(q + step), six.fk(q - step)
+        turn = (ahead[:3, :3] - behind[:3, :3]) @ six.fk(q)[:3, :3].T / (2 * h)
+        assert np.allclose(J[3:, k], (ahead[:3, 3] - behind[:3, 3]) / (2 * h), atol=1e-7)
+        assert np.allclose(J[:3, k], [turn[2, 1], turn[0, 2], turn[1, 0]], atol=1e-7)
+    assert np.array_equal(six.jacobian(q, expressed_in="space"), six.jacobian_space(q))
+    assert np.array_equal(six.jacobian(q), six.jacobian_body(q))
+    assert six.jacobian(np.zeros((4, 3, 6)), six.tip, expressed_in="aligned").shape == (4, 3, 6, 6)
+    with pytest.raises(InputError, match="expressed_in"):
+        six.jacobian(q, expressed_in="world")
+
+
+def test_the_other_verbs_answer(tmp_path):
+    robot = mf.load("planar2r")
+    motion = mf.trajectory.quintic([0.0, 0.0], [0.5, 0.3], 0.5)
+    run = robot.simulate(motion)
+    assert np.abs(run.q[-1] - [0.5, 0.3]).max() < 1e-3
+    free = robot.simulate(motion, mf.control.gravity_compensation(robot, 1.0, 0.1), q=[0.1, 0.0], duration=0.2)
+    assert free.q[0] == pytest.approx([0.1, 0.0])
+    assert free.t[-1] == pytest.approx(0.2)
+    assert robot.singularity([0.3, 0.0]).explain("en") == mf.performance.singularity(robot, [0.3, 0.0]).explain("en")
+    assert robot.verify()
+    assert robot.workspace(2000, seed=1).volume == mf.performance.workspace_map(robot, 2000, seed=1).volume
+    robot.plot([90, 0], tmp_path / "a.png", degrees=True)
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+    assert "planar2r" in robot.show().html
+    again = pickle.loads(pickle.dumps(robot))
+    assert np.array_equal(again.fk([0.1, 0.2]), robot.fk([0.1, 0.2]))
+
+
+@pytest.mark.parametrize("what", ["fk", "jacobian", "ik", "dynamics"])
+def test_formulas_are_derived_by_name(what):
+    assert mf.load("planar2r").derive(what).worst_error < 1e-9
+
+
+def test_what_cannot_be_derived_is_said():
+    with pytest.raises(InputError, match="dynamics"):
+        mf.load("planar2r").derive("everything")
+
+
+def test_a_plan_from_the_robot_is_the_plan():
+    robot = mf.load("ur5e")
+    start, goal = np.array([0, -1.5, 1.0, 0, 0, 0]), np.array([1.0, -1.2, 1.2, 0, 0, 0])
+    found = robot.plan(None, start, goal, seed=1)
+    assert found
+    assert np.array_equal(found.path, mf.plan(robot, None, start, goal, seed=1).path)
+
+
+@pytest.mark.parametrize(
+    ("typed", "name"), [("Panda", "panda"), ("UR5e", "ur5e"), ("Puma 560", "puma560"), ("PLANAR-2R", "planar2r")]
+)
+def test_names_are_found_in_any_spelling(typed, name):
+    assert mf.load(typed).name == mf.load(name).name
+    assert name in mf.robots()
+    assert mf.lint(typed).codes == mf.lint(name).codes
+
+
+@pytest.mark.parametrize("typed", ["four-bar", "fourbar", "Four_Bar"])
+def test_mechanisms_too(typed):
+    assert mf.mobility(typed).explain("en") == mf.mobility("four_bar").explain("en")
+    assert mf.mobility("stewart_gough").explain("en")
+    with pytest.raises(InputError, match="four_bar"):
+        mf.mobility("four bars")
+
+
+URDF = """<robot name="gadget"><link name="a"/><link name="b"/><joint name="j" type="revolute"><parent link="a"/>
+<child link="b"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"""
+
+
+@pytest.fixture
+def descriptions(tmp_path, monkeypatch):
+    """A package of that name with a robot that is there, and one that cannot be fetched."""
+    package = tmp_path / "robot_descriptions"
+    package.mkdir()
+    (tmp_path / "gadget.urdf").write_text(URDF)
+    (package / "__init__.py").write_text("")
+    (package / "gadget_description.py").write_text(
+        f"REPOSITORY_PATH = PACKAGE_PATH = {str(tmp_path)!r}\nURDF_PATH = {str(tmp_path / 'gadget.urdf')!r}\n"
+    )
+    (package / "absent_description.py").write_text("raise OSError('no network')\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    yield
+    for name in [name for name in sys.modules if name.startswith("robot_descriptions")]:
+        del sys.modules[name]
+
+
+@pytest.mark.usefixtures("descriptions")
+def test_robots_of_the_package_of_descriptions_load_by_name():
+    for name in ("gadget", "gadget_description"):
+        assert mf.load(name).joint_names == ("j",)
+    with pytest.raises(FileError, match="no network"):
+        mf.load("absent")
+    with pytest.raises(FileError, match="unheard_of"):
+        mf.load("unheard_of")
+
+
+def test_robots_with_loops_get_no_numbers_of_their_tree():
+    loops = mf.load(ROBOTS / "palletiser.xml")
+    for verb in (loops.ik, loops.ik_all):
+        with pytest.raises(ModelError, match="loops"):
+            verb(np.eye(4))
+    with pytest.raises(ModelError, match="loops"):
+        loops.workspace(100)
