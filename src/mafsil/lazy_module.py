@@ -176,9 +176,7 @@ def extension(name: str) -> type:
         name: of the class that inherits them.
     """
     packages = [_extensions[name]] if name in _extensions else []
-    methods = {
-        method: _Method(package, method) for package in packages for method in import_module(package).__all__
-    }
+    methods = {method: _Method(package, method) for package in packages for method in import_module(package).__all__}
     return type(f"{name}Extension", (), methods)
 
 

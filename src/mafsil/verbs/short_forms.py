@@ -54,7 +54,9 @@ def fk(self: Robot, q: ArrayLike, frame: str | None = None, *, degrees: bool = F
         InputError: a wrong shape, NaN or infinity.
         ModelError: no such link, or a robot with loops at coordinates that do not close them.
     """
-    return self.forward_kinematics(self.radians(q) if degrees else q, **_framed(frame))
+    if frame is None and not degrees:
+        return self.forward_kinematics(q)
+    return self.forward_kinematics(self.radians(q) if degrees else q, frame=frame)
 
 
 def ik(
@@ -140,13 +142,13 @@ def jacobian(
     """
     at = self.radians(q) if degrees else q
     if expressed_in == "space":
-        return self.jacobian_space(at, **_framed(frame))
+        return self.jacobian_space(at, frame=frame)
     if expressed_in not in ("body", "aligned"):
         raise InputError("input.choice", name="expressed_in", value=expressed_in, known="body, space, aligned")
-    J_b = self.jacobian_body(at, **_framed(frame))
+    J_b = self.jacobian_body(at, frame=frame)
     if expressed_in == "body":
         return J_b
-    R = self.forward_kinematics(at, **_framed(frame))[..., :3, :3]
+    R = self.forward_kinematics(at, frame=frame)[..., :3, :3]
     return np.concatenate([R @ J_b[..., :3, :], R @ J_b[..., 3:, :]], axis=-2)
 
 
@@ -244,8 +246,3 @@ def plot(
     if path is not None:
         mechanism_figures.save_mechanism(self, path, at)
     return mechanism_figures.draw_mechanism(self.mechanism, at)
-
-
-def _framed(frame: str | None) -> dict[str, Any]:
-    """The tip's own routines are asked for without a name: so they are fastest."""
-    return {} if frame is None else {"frame": frame}

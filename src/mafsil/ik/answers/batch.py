@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Answer
-from mafsil.arrays import Floats, JointVector, PoseMatrix
+from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch
 from mafsil.errors import InputError
 from mafsil.ik.answers.branch import Branch
 from mafsil.ik.answers.doubt import folding, nearly_there, structure_decides
@@ -17,9 +17,9 @@ from mafsil.ik.answers.one_pose import no_pose, one_pose
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.answers.solution_table import pose_table
+from mafsil.ik.nearest_loops import nearest_rows
 from mafsil.ik.problem import FARTHEST, clean_poses
 from mafsil.ik.status import STATUSES
-from mafsil.ik.winding import wound_near
 from mafsil.kernels.lazy import lazy
 from mafsil.messages import say
 from mafsil.messages.tables import in_notebook, on_screen
@@ -228,22 +228,25 @@ class SolutionBatch(Answer):
             raise no_pose(f"T_sd[{index}]")
         return one_pose(self.setting, T, self.setting.part.own(self.others), self.tolerance, self.others)
 
-    def nearest(self, q: JointVector) -> JointVector:
+    def nearest(self, q: ArrayLike) -> JointVector:
         """(*batch, n) for every pose the solution nearest to a configuration, within the limits if any is; NaN if none.
 
         Args:
             q: (n,) or (*batch, n).
         """
-        part = self.setting.part
-        start = np.asarray(q, dtype=np.float64)[..., None, :]
-        wound = wound_near(self.q, start, part.lower, part.upper, part.revolute)
-        if part.places is not None:
-            wound = part.lifted(part.own(wound), start)
-        cost = np.linalg.norm(wound - start, axis=-1) + np.where(self.within, 0.0, 1e6)
-        cost = np.where(self.valid, cost, np.inf)
-        best = cost.argmin(axis=-1)[..., None]
-        chosen = np.take_along_axis(wound, best[..., None], axis=-2)[..., 0, :]
-        return np.where(np.isfinite(np.take_along_axis(cost, best, axis=-1)), chosen, np.nan)
+        setting, part, rows = self.setting, self.setting.part, self.q.shape[-2]
+        given = as_batch("q", q, self.q.shape[-1:], finite=True)
+        own = part.own(self.q)
+        start = np.broadcast_to(part.own(given), (*own.shape[:-2], own.shape[-1]))
+        nearest = nearest_rows(
+            own.reshape(-1, rows, own.shape[-1]),
+            self.valid.reshape(-1, rows),
+            np.ascontiguousarray(start).reshape(-1, own.shape[-1]),
+            setting.lower,
+            setting.upper,
+            setting.revolute,
+        )
+        return part.lifted(nearest.reshape(start.shape), given)
 
 
 def finite_poses(T: PoseMatrix) -> PoseMatrix:

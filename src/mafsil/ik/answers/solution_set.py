@@ -20,9 +20,10 @@ from mafsil.ik.answers.family import SolutionFamily
 from mafsil.ik.answers.pose_question import PoseQuestion
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.solution_table import solution_table
+from mafsil.ik.nearest_loops import nearest_rows
 from mafsil.ik.status import IKStatus
 from mafsil.ik.tolerances import FAR_ALONG, ON_LIMIT, SELF_MOTION, SMALLEST, WHOLE_TURN
-from mafsil.ik.winding import TURN, wound_near
+from mafsil.ik.winding import TURN
 from mafsil.kernels.lazy import lazy
 from mafsil.messages import say
 from mafsil.messages.tables import in_notebook, on_screen
@@ -355,11 +356,11 @@ class SolutionSet(Answer):
             IndexError: there is no solution.
         """
         given, setting = as_batch("q", q, (self.q.shape[-1],), finite=True), self._setting
-        start = setting.part.own(given)
-        wound = wound_near(self.own, start, setting.lower, setting.upper, setting.revolute)
-        allowed = ((wound >= setting.lower - ON_LIMIT) & (wound <= setting.upper + ON_LIMIT)).all(axis=1)
-        cost = np.linalg.norm(wound - start, axis=1) + np.where(allowed, 0.0, 1e6)
-        return setting.part.lifted(wound[int(cost.argmin())], given)
+        if not len(self.own):
+            raise IndexError
+        start, valid = setting.part.own(given)[None], np.ones((1, len(self.own)), dtype=np.bool_)
+        nearest = nearest_rows(self.own[None], valid, start, setting.lower, setting.upper, setting.revolute)
+        return setting.part.lifted(nearest[0], given)
 
     def windings(self, limit: int = 4096) -> JointVector:
         """(m, n) every solution within the limits, each winding of its revolute joints apart.
