@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,12 +17,17 @@ from mafsil.ik.answers.one_pose import no_pose, one_pose
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.answers.solution_table import pose_table
-from mafsil.ik.nearest_loops import nearest_rows
 from mafsil.ik.problem import FARTHEST, clean_poses
 from mafsil.ik.status import STATUSES
 from mafsil.kernels.lazy import lazy
+from mafsil.lazy_module import lazily
 from mafsil.messages import say
 from mafsil.messages.tables import in_notebook, on_screen
+
+if TYPE_CHECKING:
+    import mafsil.ik.nearest_loops as nearest_loops
+else:
+    nearest_loops = lazily("mafsil.ik.nearest_loops")
 
 _MEMBERS = np.array(STATUSES, dtype=np.object_)
 
@@ -238,7 +243,7 @@ class SolutionBatch(Answer):
         given = as_batch("q", q, self.q.shape[-1:], finite=True)
         own = part.own(self.q)
         start = np.broadcast_to(part.own(given), (*own.shape[:-2], own.shape[-1]))
-        nearest = nearest_rows(
+        nearest = nearest_loops.nearest_rows(
             own.reshape(-1, rows, own.shape[-1]),
             self.valid.reshape(-1, rows),
             np.ascontiguousarray(start).reshape(-1, own.shape[-1]),

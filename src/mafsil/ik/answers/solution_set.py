@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import islice, product
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,13 +20,18 @@ from mafsil.ik.answers.family import SolutionFamily
 from mafsil.ik.answers.pose_question import PoseQuestion
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.solution_table import solution_table
-from mafsil.ik.nearest_loops import nearest_rows
 from mafsil.ik.status import IKStatus
 from mafsil.ik.tolerances import FAR_ALONG, ON_LIMIT, SELF_MOTION, SMALLEST, WHOLE_TURN
 from mafsil.ik.winding import TURN
 from mafsil.kernels.lazy import lazy
+from mafsil.lazy_module import lazily
 from mafsil.messages import say
 from mafsil.messages.tables import in_notebook, on_screen
+
+if TYPE_CHECKING:
+    import mafsil.ik.nearest_loops as nearest_loops
+else:
+    nearest_loops = lazily("mafsil.ik.nearest_loops")
 
 ROUNDED_LIMIT = 1e-12
 """By how much a joint may seem beyond its limit by rounding, which is not said [rad | m]."""
@@ -359,7 +364,9 @@ class SolutionSet(Answer):
         if not len(self.own):
             raise IndexError
         start, valid = setting.part.own(given)[None], np.ones((1, len(self.own)), dtype=np.bool_)
-        nearest = nearest_rows(self.own[None], valid, start, setting.lower, setting.upper, setting.revolute)
+        nearest = nearest_loops.nearest_rows(
+            self.own[None], valid, start, setting.lower, setting.upper, setting.revolute
+        )
         return setting.part.lifted(nearest[0], given)
 
     def windings(self, limit: int = 4096) -> JointVector:
