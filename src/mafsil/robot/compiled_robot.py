@@ -20,9 +20,8 @@ from mafsil.model import Mechanism
 from mafsil.robot.arguments import arranged, twin_form
 from mafsil.robot.degrees import DegreesHint
 from mafsil.robot.description import Description
-from mafsil.robot.masses import require_masses
+from mafsil.robot.masses import Answered, may_be_singular, require_masses
 from mafsil.robot.motionless import Motionless
-from mafsil.robot.regularity import Answered, may_be_singular
 from mafsil.robot.routines import Routines
 from mafsil.robot.together import Together
 
