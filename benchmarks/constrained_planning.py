@@ -202,13 +202,13 @@ def main() -> None:
         peer = False
     checker = Checker("panda", SCENE, radius=0.05, self_collision=False)
     for case in CASES:
-        mf.plan(checker, None, *next(problems(checker, case, 1)), keep=case.keep)
+        mf.plan(checker, None, *next(problems(checker, case, 1)), constraints=case.keep)
         rows: dict[str, list[tuple[float, float, bool]]] = {"ours": [], "OMPL": []}
         asked = 0
         for q, goal in problems(checker, case, given.count):
             asked += 1
             begun = perf_counter()
-            plan = mf.plan(checker, None, q, goal, keep=case.keep, seconds=given.seconds)
+            plan = mf.plan(checker, None, q, goal, constraints=case.keep, seconds=given.seconds)
             if plan:
                 rows["ours"].append((perf_counter() - begun, *examined(checker, case, plan.path)))
             if peer:

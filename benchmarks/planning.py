@@ -64,16 +64,16 @@ def solved(folder: Path, name: str, count: int, shorten: int) -> list[tuple[ArmP
     for checker, a, b in posed(folder, name, count):
         checker.free(a)
         if not cases:
-            mf.plan(checker, None, a, b, shorten=shorten)  # A first call ever waits for the compiler.
+            mf.plan(checker, None, a, b, shortcut_iterations=shorten)  # A first call ever waits for the compiler.
         begun = perf_counter()
-        plan = mf.plan(checker, None, a, b, shorten=shorten)
+        plan = mf.plan(checker, None, a, b, shortcut_iterations=shorten)
         seconds = perf_counter() - begun
         found.append((plan, seconds, _free(checker, plan)))
         cases.append((checker, a, b))
     again = []
     for checker, a, b in cases:
         begun = perf_counter()
-        mf.plan(checker, None, a, b, shorten=shorten)
+        mf.plan(checker, None, a, b, shortcut_iterations=shorten)
         again.append(perf_counter() - begun)
     return [(plan, first, then, free) for (plan, first, free), then in zip(found, again, strict=True)]
 
@@ -152,7 +152,7 @@ def _repeated(checker: Checker, a: Floats, b: Floats) -> tuple[ArmPlan, list[flo
     plans, seconds = [], []
     for seed in range(REPEATS):
         begun = perf_counter()
-        plans.append(mf.plan(checker, None, a, b, shorten=0, seed=seed))
+        plans.append(mf.plan(checker, None, a, b, shortcut_iterations=0, seed=seed))
         seconds.append(perf_counter() - begun)
     return plans[0], seconds
 
@@ -202,7 +202,7 @@ def race_roboplan(folder: Path, name: str, count: int, python: str) -> None:
         version = json.loads(rival.stdout.readline())["version"]
         theirs, ours, failed, hit, lengths = [], [], 0, 0, []
         columns = [coordinates.index(each) for each in joints]
-        mf.plan(*cases[0][:1], None, *cases[0][1:], shorten=0)
+        mf.plan(*cases[0][:1], None, *cases[0][1:], shortcut_iterations=0)
         for k, (checker, a, b) in enumerate(cases):
             if not checker.free(np.stack([a, b])).all():
                 continue
@@ -237,7 +237,7 @@ def against_shortcuts(folder: Path, name: str, count: int) -> None:
         if not short or len(short.path) < 3:
             continue
         begun = perf_counter()
-        more = mf.plan(checker, None, a, b, shorten=1000)
+        more = mf.plan(checker, None, a, b, shortcut_iterations=1000)
         between = perf_counter()
         better = short.optimised()
         ended = perf_counter()

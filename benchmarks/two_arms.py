@@ -26,7 +26,7 @@ import pinocchio as pin  # noqa: E402
 
 from benchmarks.stopwatch import machine, race  # noqa: E402
 from mafsil.arrays import Floats  # noqa: E402
-from mafsil.collision import Arms, Mounted  # noqa: E402
+from mafsil.collision import ArmMount, MultiArmCell  # noqa: E402
 from mafsil.model.placement import rotation_z  # noqa: E402
 from mafsil.planning import coordinate_arms  # noqa: E402
 from tests.collision.arms import scene, urdf  # noqa: E402
@@ -39,7 +39,7 @@ FACING[0, 3] = 0.9
 class Peer:
     """Both arms as one model of Pinocchio, with the pairs of ours."""
 
-    def __init__(self, file: str, cell: Arms):
+    def __init__(self, file: str, cell: MultiArmCell):
         one = pin.buildModelFromUrdf(file)
         shapes = pin.buildGeomFromUrdf(one, file, pin.GeometryType.COLLISION)
         place = pin.SE3(FACING[:3, :3].copy(), FACING[:3, 3].copy())
@@ -83,7 +83,7 @@ def _body(name: str) -> str:
     return f"{arm}/{link.split('_')[0]}"
 
 
-def diagram(alone: Arms, peer: Peer) -> None:
+def diagram(alone: MultiArmCell, peer: Peer) -> None:
     """Both arms turn past each other; the whole call beside the states of its grid."""
     ends = np.array([0.0, 1.2, 0.3, 0.0, 0.0, 0.0]) + np.array([[-0.9], [0.9]]) * np.eye(6)[0]
     shares = (np.arange(100) + 0.5) / 100
@@ -110,7 +110,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         file = str(Path(folder) / "arm.urdf")
         Path(file).write_text(urdf())
-        cell = Arms([Mounted("left", file), Mounted("right", file, FACING)], scene(1))
+        cell = MultiArmCell([ArmMount("left", file), ArmMount("right", file, FACING)], scene(1))
         peer, alone = Peer(file, cell), Peer(file, cell.with_scene(()))
     q = cell.random_configurations(given.batch)
     some, near = q[:60], q[:256]

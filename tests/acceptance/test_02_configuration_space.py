@@ -285,7 +285,7 @@ def test_cart_of_two_wheels():
 def test_what_lies_behind_a_task_point():
     case = CASES["M2-11-self-motion-fibre"]
     for k, d in enumerate(case["input"]["d"]):
-        found = mo.fibre([2, 2, 2], d)
+        found = mo.self_motion_manifold([2, 2, 2], d)
         assert found.components == case["expected"]["components"][k]
         assert found.dimension == case["expected"]["dimension"][k]
         assert found.smooth == case["expected"]["smooth"][k]

@@ -314,14 +314,14 @@ def test_degenerate_mass_matrix():
         robot.forward_dynamics(q, [0, 0], [1, 0])
     assert case["expect"]["must"] == "report a singular mass matrix, not return accelerations"
     assert np.isnan(robot.forward_dynamics([q], [0, 0], [1, 0])).all(), "no accelerations in batches"
-    report = robot.degeneracy(q)
+    report = robot.mass_matrix_singularity(q)
     assert report.singular
     assert report.joints == robot.joint_names
     assert np.abs(M @ report.motion).max() < 1e-12
     with pytest.raises(ModelError, match="moves no inertia") as caught:
         report.require_regular()
     assert all(name in str(caught.value) for name in robot.joint_names)
-    assert not robot.degeneracy([0.4, 0.3]).singular
+    assert not robot.mass_matrix_singularity([0.4, 0.3]).singular
 
 
 @pytest.mark.capability("09-47", "09-64")

@@ -68,7 +68,7 @@ def test_rest_error_of_pd():
     load = given["m"] * given["r"] * given["g"]
     loop = one_joint.SecondOrder.of_joint(given["M"], given["b"] + given["Kd"], given["Kp"])
     agree(loop.damping_ratio, expected["zeta"], tol)
-    rest = one_joint.rest_under_gravity(given["Kp"], load, given["theta_d"])
+    rest = one_joint.steady_state_error(given["Kp"], load, given["theta_d"])
     agree(rest.error, expected["theta_e_inf"], tol)
     agree(rest.torque, expected["torque_inf"], tol)
 
@@ -97,7 +97,7 @@ def test_rest_with_a_wrong_model():
     one = given["one_joint"]
     # Computed torque at rest: M_hat Kp e + m g r_hat cos(theta) = m g r cos(theta).
     left = one["m"] * one["g"] * (one["r"] - one["r_hat"])
-    rest = one_joint.rest_under_gravity(one["M_hat"] * one["Kp"], left, one["theta_d"])
+    rest = one_joint.steady_state_error(one["M_hat"] * one["Kp"], left, one["theta_d"])
     agree(rest.error, expected["one_joint_rest_error"], tol)
 
 
@@ -211,7 +211,7 @@ def test_runaway_without_contact():
 def test_impedance_meets_a_wall():
     given, expected, tol = parts("impedance_robot_meets_wall")
     assert "-4000 x" in given["wall"]
-    contact = one_joint.meet_wall(
+    contact = one_joint.simulate_wall_contact(
         *(given[key] for key in "DBK"), reference=given["X_ref"], wall_stiffness=4000.0, start=given["x0"],
         speed=given["v0"],
     )  # fmt: skip

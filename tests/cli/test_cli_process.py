@@ -68,8 +68,8 @@ BLOWS_UP = """
 robot = "planar3r"
 [controller]
 kind = "pd_gravity"
-stiffness = 1e9
-rate_gain = 1e6
+kp = 1e9
+kd = 1e6
 [simulation]
 step = 0.02
 [[move]]

@@ -34,7 +34,7 @@ def test_joints_locked_driven_and_in_all_choices(capsys):
     assert main(["mobility", "five_bar", "--actuated", "O", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["actuation"]["status"] == "underactuated"
     assert main(["mobility", "five_bar", "--subsets", "2", "--json"]) == 0
-    subsets = json.loads(capsys.readouterr().out)["locked_subsets"]
+    subsets = json.loads(capsys.readouterr().out)["mobility_with_locked_joints"]
     assert len(subsets) == 10
     assert {one["mobility"] for one in subsets} == {0}
 

@@ -36,7 +36,7 @@ def test_a_way_round_a_wall_is_printed_and_written(capsys, tmp_path):
     assert data["status"] == "FOUND"
     assert data["clearance"] > 0.02
     scene = scene_of(parse_scene(Path(SCENE).read_text("utf-8")))
-    checker = mf.collision.Checker(with_shapes(mf.load("panda").mechanism), scene, margin=0.02, self_collision=False)
+    checker = mf.collision.Checker(with_shapes(mf.load("panda").mechanism), scene, clearance=0.02, self_collision=False)
     assert checker.check_path(np.array(data["path"]))
     motion = mf.trajectory.read(way, joints=mf.load("panda").joint_names)
     t = np.linspace(0.0, motion.duration, 500)

@@ -105,8 +105,8 @@ joints = [40, 60]
 """
 WEAK = """[controller]
 kind = "pd_gravity"
-stiffness = 5.0
-rate_gain = 1.0
+kp = 5.0
+kd = 1.0
 """
 
 

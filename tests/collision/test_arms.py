@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mafsil.collision import Arms, Box, Checker, Mounted, Obstacle, PathStatus, Scene, Sphere
+from mafsil.collision import ArmMount, Box, Checker, MultiArmCell, Obstacle, PathStatus, Scene, Sphere
 from mafsil.errors import InputError, ModelError
 from mafsil.model.placement import rotation_z
 from tests.collision.arms import arm, scene
@@ -27,7 +27,7 @@ def robot(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def pair(robot):
-    return Arms([Mounted("left", robot), Mounted("right", robot, TURNED)], TABLE)
+    return MultiArmCell([ArmMount("left", robot), ArmMount("right", robot, TURNED)], TABLE)
 
 
 @pytest.mark.capability("11-45")
@@ -43,7 +43,9 @@ def test_verdicts_and_distances_of_two_arms_are_those_of_coal(pair):
 @pytest.mark.capability("11-45")
 def test_arm_against_arm_alone_is_coal(robot):
     """Nothing but the other arm: every nearest pair is one body of each."""
-    both = Arms([Mounted(name, robot, T, self_collision=False) for name, T in (("left", None), ("right", TURNED))])
+    both = MultiArmCell(
+        [ArmMount(name, robot, T, self_collision=False) for name, T in (("left", None), ("right", TURNED))]
+    )
     assert len(both.arm.pairs) == len(both.between.pairs) == 49
     peer, q = CoalChecker(both), both.random_configurations(300)
     coals, found = np.array([peer.distance(each) for each in q]), both.distance(q)
@@ -73,23 +75,28 @@ def test_all_arms_are_each_arm_alone_and_the_arms_among_each_other(pair, seed):
 @pytest.mark.capability("11-45")
 def test_an_arm_may_keep_less_from_itself_than_from_the_other_arm(pair):
     """Free is what keeps 60 mm from the scene and the other arm, and 1 mm from itself; so do verdicts and proofs."""
-    cell = pair.with_margin(0.06, own=0.001)
+    cell = pair.with_clearance(0.06, own=0.001)
     q = cell.random_configurations(400)
     wanted = pair.met_by_each_other(pair.names).distance(q).distance > 0.06
     for name, rows in pair.parted(q).items():
         alone = pair.alone(name)
         itself, around = alone.with_scene([]), Checker(alone.robot, alone.scene, self_collision=False)
         wanted &= (itself.distance(rows).distance > 0.001) & (around.distance(rows).distance > 0.06)
-        assert cell.alone(name).own_margin == 0.001
+        assert cell.alone(name).self_clearance == 0.001
     assert 0.02 < wanted.mean() < 0.98
     assert (cell.free(q) == wanted).all()
-    assert (cell.with_margin(0.06, own=0.06).free(q) != wanted).any()
+    assert (cell.with_clearance(0.06, own=0.06).free(q) != wanted).any()
     assert [bool(cell.check(row)) for row in q[:40]] == wanted[:40].tolist()
     there = q[:60] + np.random.default_rng(1).normal(size=(60, 12)) * 0.05
     proved = cell.free_segment(q[:60], there)
     dense = np.linspace(q[:60], there, 30).reshape(-1, 12)
     assert (cell.free(dense).reshape(30, 60).all(axis=0) == proved).all()
-    assert Arms([Mounted("one", pair.robots["left"])], margin=0.02, own_margin=0.0).alone("one").own_margin == 0.0
+    assert (
+        MultiArmCell([ArmMount("one", pair.robots["left"])], clearance=0.02, self_clearance=0.0)
+        .alone("one")
+        .self_clearance
+        == 0.0
+    )
 
 
 @pytest.mark.capability("11-45")
@@ -122,7 +129,7 @@ def test_motions_of_both_arms_are_proved(pair):
 @pytest.mark.capability("11-45")
 def test_arms_that_swing_through_each_other_are_caught_and_named(robot):
     """Both sweep the space between them; start and end are free."""
-    both = Arms([Mounted("left", robot), Mounted("right", robot, FACING)])
+    both = MultiArmCell([ArmMount("left", robot), ArmMount("right", robot, FACING)])
     turns = np.array([0.0, 1.2, 0.3, 0.0, 0.0, 0.0]) + np.array([[-0.9], [0.9]]) * np.eye(6)[0]
     a, b = both.joined({"left": turns, "right": turns})
     assert both.free(np.stack([a, b])).all()
@@ -153,21 +160,21 @@ def test_bodies_stand_where_each_arm_puts_them(pair, robot):
 def test_three_different_arms_margins_and_scenes(robot):
     """Mimic joints and hands come along; another scene changes nothing of the arms."""
     others = [("b", "panda", (0.0, 1.0, 0.0)), ("c", "ur5", (-0.9, 0.0, 0.0))]
-    mounted = [Mounted(name, model, place, radius=0.05) for name, model, place in others]
-    cell = Arms([Mounted("a", robot), *mounted], scene(2), margin=0.01)
+    mounted = [ArmMount(name, model, place, radius=0.05) for name, model, place in others]
+    cell = MultiArmCell([ArmMount("a", robot), *mounted], scene(2), clearance=0.01)
     assert cell.robot.n == sum(each.n for each in cell.robots.values())
     q = cell.random_configurations(200)
     assert (cell.in_collision(q) == ~cell.distance(q).free).all()
     empty = cell.with_scene(())
-    assert isinstance(empty, Arms)
+    assert isinstance(empty, MultiArmCell)
     assert (empty.distance(q).distance >= cell.distance(q).distance - 1e-9).all()
-    assert cell.alone("b").margin == 0.01
+    assert cell.alone("b").clearance == 0.01
     assert empty.alone("b").scene is empty.scene
 
 
 @pytest.mark.capability("11-45")
 def test_bases_that_stand_in_each_other_are_said(robot):
-    both = Arms([Mounted("left", robot), Mounted("right", robot, (0.05, 0.0, 0.0))])
+    both = MultiArmCell([ArmMount("left", robot), ArmMount("right", robot, (0.05, 0.0, 0.0))])
     found = both.check(np.zeros(12))
     assert any({c.first, c.second} == {"left/link0", "right/link0"} for c in found.contacts)
     assert not both.free(both.random_configurations(50)).any()
@@ -175,9 +182,9 @@ def test_bases_that_stand_in_each_other_are_said(robot):
 
 def test_what_is_refused(pair, robot):
     with pytest.raises(InputError, match="each with its own name"):
-        Arms([Mounted("a", robot), Mounted("a", robot)])
+        MultiArmCell([ArmMount("a", robot), ArmMount("a", robot)])
     with pytest.raises(InputError, match="each with its own name"):
-        Arms([])
+        MultiArmCell([])
     with pytest.raises(InputError, match="there is no arm 'up'"):
         pair.joined({"left": np.zeros(6), "right": np.zeros(6), "up": np.zeros(6)})
     with pytest.raises(InputError, match="'right' are missing"):
@@ -187,14 +194,14 @@ def test_what_is_refused(pair, robot):
     with pytest.raises(InputError, match="right"):
         pair.joined({"left": np.zeros(6), "right": [np.nan] * 6})
     with pytest.raises(ModelError, match="T_sb is no pose"):
-        Arms([Mounted("a", robot, np.ones((4, 4)))])
+        MultiArmCell([ArmMount("a", robot, np.ones((4, 4)))])
 
 
 @pytest.mark.capability("11-45")
 @pytest.mark.parametrize("kept", [("right",), ("left",), ("right", "left")])
 def test_motions_of_some_of_the_arms_are_proved_with_their_own_pairs(robot, kept):
     """What is laid out for pairs of bodies is laid out again where the pairs are others."""
-    both = Arms([Mounted("left", robot), Mounted("right", robot, TURNED)]).with_passive([])
+    both = MultiArmCell([ArmMount("left", robot), ArmMount("right", robot, TURNED)]).with_passive([])
     both.free_segment(*both.random_configurations(2))
     some = both.among(kept)
     world = some.world()

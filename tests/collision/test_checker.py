@@ -46,10 +46,10 @@ def test_flat_tetrahedra_are_no_contact(tmp_path):
 
 
 @pytest.mark.capability("11-39")
-@pytest.mark.parametrize("margin", [0.0, 0.02])
-def test_bodies_of_many_pieces_meet_in_batches_what_they_meet_alone(tmp_path, margin):
+@pytest.mark.parametrize("clearance", [0.0, 0.02])
+def test_bodies_of_many_pieces_meet_in_batches_what_they_meet_alone(tmp_path, clearance):
     """Where few of eight states are near something, eight pieces are asked together instead of eight states."""
-    checker = Checker(arm_of_many_pieces(tmp_path), scene(5, 5), margin=margin, samples=200)
+    checker = Checker(arm_of_many_pieces(tmp_path), scene(5, 5), clearance=clearance, samples=200)
     q = checker.random_configurations(400)
     hit = checker.in_collision(q)
     assert 0.1 < hit.mean() < 0.9
@@ -59,14 +59,14 @@ def test_bodies_of_many_pieces_meet_in_batches_what_they_meet_alone(tmp_path, ma
 
 @pytest.mark.capability("11-39")
 def test_every_kind_of_obstacle_is_seen_by_the_whole_arm(tmp_path):
-    """Verdicts with a margin equal distances within it, for meshes, clouds, height maps and hundreds of obstacles."""
+    """Verdicts with a clearance equal distances within it, for meshes, clouds, maps and hundreds of obstacles."""
     robot, rng = arm(tmp_path), np.random.default_rng(4)
     cloud = collision.PointCloud(rng.uniform([-0.1, -1.0, -1.0], [1.9, 1.0, 1.0], (3000, 3)), 0.01)
     mesh = collision.TriangleMesh(rng.uniform([0.2, -1, -0.5], [2.2, 1, 1.5], (60, 3)), np.arange(60).reshape(20, 3))
     ground = collision.HeightMap(-0.3 + 0.1 * rng.random((8, 8)), (3.0, 3.0), base=-1.0)
     many = [Obstacle(Box((0.02, 0.02, 0.02)), p) for p in rng.uniform(-1.0, 1.0, (300, 3))]
     for obstacles in ([cloud], [mesh], [ground], many):
-        checker = Checker(robot, obstacles, margin=0.02, samples=0, self_collision=False)
+        checker = Checker(robot, obstacles, clearance=0.02, samples=0, self_collision=False)
         q = checker.random_configurations(150)
         hit = checker.in_collision(q)
         assert hit.any()
@@ -143,7 +143,7 @@ def test_pairs_that_are_not_checked_have_their_reasons(tmp_path):
     assert reasons[frozenset(("link1", "link2"))] is Reason.ADJACENT
     assert reasons[frozenset(("link1", "link3"))] is Reason.LISTED
     assert len(reasons) + len(checker.arm.pairs) == 21
-    dropped = Checker(robot, drop_unseen=True)
+    dropped = Checker(robot, skip_never_colliding=True)
     unseen = [each for each in dropped.skipped if each.reason is Reason.UNSEEN]
     assert len(dropped.arm.pairs) + len(unseen) <= len(Checker(robot).arm.pairs)
 
@@ -201,8 +201,8 @@ def test_wrong_input_is_named(tmp_path):
         checker.distance(np.zeros(5))
     with pytest.raises(mf.InputError, match="q"):
         checker.check(np.zeros((2, 6)))
-    with pytest.raises(mf.InputError, match="margin"):
-        Checker(checker.robot, margin=-1.0)
+    with pytest.raises(mf.InputError, match="clearance"):
+        Checker(checker.robot, clearance=-1.0)
     with pytest.raises(mf.FileError, match="SRDF"):
         Checker(checker.robot, srdf=tmp_path / "none.srdf")
     assert checker.in_collision(np.zeros((0, 6))).shape == (0,)
@@ -260,11 +260,11 @@ def test_hulls_of_meshes_hold_every_vertex():
 
 
 def test_what_is_attached_may_come_nearer_than_the_margin(tmp_path):
-    """Rounding below zero: the arm keeps the margin, the box at its tip is free as long as it meets nothing by coal."""
+    """Rounding below zero: the arm keeps the clearance, its box is free as long as it meets nothing by coal."""
     robot, half = arm(tmp_path), np.array([0.1, 0.15, 0.05])
     corners, around = half * np.array(list(product((-1.0, 1.0), repeat=3))), scene(3)
     box = Obstacle(collision.ConvexHull(corners, -0.05 * (1.0 - 1e-9)), name="box")
-    settings = {"margin": 0.05, "self_collision": False, "samples": 0}
+    settings = {"clearance": 0.05, "self_collision": False, "samples": 0}
     alone, checker = Checker(robot, around, **settings), Checker(robot, around, attached=[box], **settings)
     q = checker.random_configurations(300)
     q = q[alone.free(q)]
@@ -287,7 +287,7 @@ def test_what_is_attached_may_come_nearer_than_the_margin(tmp_path):
 @pytest.mark.parametrize("made", [arm, arm_of_many_pieces])
 def test_bodies_of_the_arm_keep_a_margin_of_their_own(tmp_path, made):
     around, robot = scene(4), made(tmp_path)
-    checker = Checker(robot, around, margin=0.05, own_margin=0.004)
+    checker = Checker(robot, around, clearance=0.05, self_clearance=0.004)
     alone, outside = Checker(robot), Checker(robot, around, self_collision=False)
     q = checker.random_configurations(3000)
     far, apart = outside.distance(q).distance, alone.distance(q).distance
@@ -300,19 +300,19 @@ def test_bodies_of_the_arm_keep_a_margin_of_their_own(tmp_path, made):
     assert [bool(checker.check(row)) for row in q[:200]] == expected[:200].tolist()
     still = np.array([bool(checker.free_segment(row, row)) for row in q[:200]])
     assert (still == expected[:200]).all()
-    assert (checker.with_margin(0.0).free(q) == ((far > 0.0) & (apart > 0.004))).all()
-    assert (checker.with_margin(own=0.0).free(q) == ((far > 0.05) & (apart > 0.0))).all()
-    assert (checker.with_margin(own=0.05).free(q) == ((far > 0.05) & (apart > 0.05))).all()
-    unasked = Checker(robot, around, margin=0.05)
-    assert (unasked.free(q) == ((far > 0.05) & alone.with_margin(0.05).free(q))).all()
+    assert (checker.with_clearance(0.0).free(q) == ((far > 0.0) & (apart > 0.004))).all()
+    assert (checker.with_clearance(own=0.0).free(q) == ((far > 0.05) & (apart > 0.0))).all()
+    assert (checker.with_clearance(own=0.05).free(q) == ((far > 0.05) & (apart > 0.05))).all()
+    unasked = Checker(robot, around, clearance=0.05)
+    assert (unasked.free(q) == ((far > 0.05) & alone.with_clearance(0.05).free(q))).all()
     assert all(0.0 < kept < 0.05 for kept in unasked.always_near.values())
 
 
 @pytest.mark.capability("11-39")
 def test_a_margin_of_bodies_of_the_arm_that_is_none_is_refused(tmp_path):
     for wrong in (-0.1, np.nan, np.inf, "far"):
-        with pytest.raises(mf.InputError, match="own_margin"):
-            Checker(arm(tmp_path), own_margin=wrong)
+        with pytest.raises(mf.InputError, match="self_clearance"):
+            Checker(arm(tmp_path), self_clearance=wrong)
 
 
 @pytest.mark.capability("11-40")

@@ -26,8 +26,8 @@ def test_every_arm_has_shapes_with_a_source_and_is_free_at_rest(name):
     assert shapes
     assert {shape.name for shape in shapes} == {OUTLINE}
     assert sum(note.startswith("collision shapes: ") for note in robot.mechanism.provenance.notes) == 1
-    for margin in (0.0, 0.02):
-        checker = Checker(robot, margin=margin)
+    for clearance in (0.0, 0.02):
+        checker = Checker(robot, clearance=clearance)
         assert checker.free(checker.zero)
         assert checker.free(resting_place(robot.limits))
         assert checker.free(starting_place(robot))

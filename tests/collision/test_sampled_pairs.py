@@ -71,13 +71,13 @@ def test_bodies_that_meet_at_zero_and_often_are_left_out_and_named(tmp_path):
     srdf = tmp_path / "none.srdf"
     srdf.write_text("<robot name='chain'/>")
     assert ("l0", "l2") not in reasons(Checker(robot, srdf=srdf))
-    known = Checker(robot, samples=0, rest=[[1.5, 0.0], [0.0, 0.0]])
+    known = Checker(robot, samples=0, known_free=[[1.5, 0.0], [0.0, 0.0]])
     assert reasons(known)["l0", "l2"] is Reason.REST
     assert known.free(np.zeros(2))
-    assert "rest=): 1 (l0 - l2)" in known.account("en")
-    assert ("l0", "l2") not in reasons(Checker(robot, samples=0, rest=[2.4, 0.0]))
-    with pytest.raises(mf.MafsilError, match="rest"):
-        Checker(robot, rest=[0.0])
+    assert "known_free=): 1 (l0 - l2)" in known.account("en")
+    assert ("l0", "l2") not in reasons(Checker(robot, samples=0, known_free=[2.4, 0.0]))
+    with pytest.raises(mf.MafsilError, match="known_free"):
+        Checker(robot, known_free=[0.0])
 
 
 def test_a_robot_that_is_never_free_of_itself_says_what_meets(tmp_path):
@@ -110,25 +110,25 @@ def test_real_robots_at_zero(file, left_out, free):
     assert left_out in reasons(checker)
     assert bool(checker.free(checker.zero)) is free
     assert free or "l_lower_leg hits r_lower_leg by 77.7 mm" in checker.account()
-    assert Checker(str(ROBOTS / file), samples=300, rest=checker.zero).free(checker.zero)
+    assert Checker(str(ROBOTS / file), samples=300, known_free=checker.zero).free(checker.zero)
 
 
 def test_a_margin_that_the_robot_never_keeps_from_itself_is_named(tmp_path):
     """Two bodies across a link without a shape stay 10 mm apart: no start keeps 20 mm between them."""
     robot = chain(tmp_path, ([(0.0, 0.05)], "", ""), ((), "0 0 0", "0 0 1"), ([(0.0, 0.04)], "0.1 0 0", "0 0 1"))
-    usual = Checker(robot, margin=0.02)
+    usual = Checker(robot, clearance=0.02)
     assert usual.always_near[("l0", "l2")] == pytest.approx(0.009)
     assert not usual.never_apart("l0", "l2")
     assert mf.plan(usual, None, np.zeros(2), np.ones(2))
-    checker = Checker(robot, margin=0.02, own_margin=0.02)
+    checker = Checker(robot, clearance=0.02, self_clearance=0.02)
     assert checker.never_apart("l0", "l2")
-    assert not checker.with_margin(0.005, own=0.005).never_apart("l0", "l2")
+    assert not checker.with_clearance(0.005, own=0.005).never_apart("l0", "l2")
     assert not checker.never_apart("l0", "nothing")
     assert "l0 - l2" in checker.account()
     found = mf.plan(checker, None, np.zeros(2), np.ones(2))
-    assert "nearer than the margin at nearly any configuration" in found.explain()
+    assert "nearer than the clearance at nearly any configuration" in found.explain()
     assert 'skip=[("l0", "l2")]' in found.explain("ar")
-    assert "own_margin" in found.explain("ar")
-    assert mf.plan(checker, None, np.zeros(2), np.ones(2), own_margin=0.005)
-    assert mf.plan(robot, None, np.zeros(2), np.ones(2), margin=0.02, own_margin=0.005)
-    assert mf.plan(checker, None, np.zeros(2), np.ones(2), margin=0.005, own_margin=0.005)
+    assert "self_clearance" in found.explain("ar")
+    assert mf.plan(checker, None, np.zeros(2), np.ones(2), self_clearance=0.005)
+    assert mf.plan(robot, None, np.zeros(2), np.ones(2), clearance=0.02, self_clearance=0.005)
+    assert mf.plan(checker, None, np.zeros(2), np.ones(2), clearance=0.005, self_clearance=0.005)

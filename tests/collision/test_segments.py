@@ -42,7 +42,7 @@ def test_no_step_jumps_over_a_thin_wall(tmp_path, thickness):
 @pytest.mark.capability("11-39")
 @pytest.mark.parametrize("seed", [11, 12, 13])
 def test_what_is_proved_free_is_free_and_what_collides_does(tmp_path, seed):
-    checker = Checker(arm(tmp_path), scene(seed, 12), margin=0.004)
+    checker = Checker(arm(tmp_path), scene(seed, 12), clearance=0.004)
     q = checker.random_configurations(4000)
     q = q[checker.free(q)][:120]
     rng = np.random.default_rng(seed)

@@ -14,9 +14,9 @@ from mafsil.control import (
     computed_torque,
     elastic_arm,
     elastic_linearization,
-    fast_damping,
     motor_feedback,
     set_point_condition,
+    singular_perturbation_control,
 )
 from mafsil.errors import InputError
 from mafsil.model import Actuator
@@ -93,7 +93,9 @@ def test_rotors_of_the_model_are_the_motors_and_the_rigid_arm_is_the_limit():
     for stiffness in (1e4, 1e5):
         arm = elastic_arm(geared, stiffness)
         np.testing.assert_allclose(arm.motor_inertia, [0.4, 0.1])
-        law = fast_damping(arm, computed_torque(geared, natural_frequency=30.0), 0.5 * np.sqrt(stiffness * 0.1))
+        law = singular_perturbation_control(
+            arm, computed_torque(geared, natural_frequency=30.0), 0.5 * np.sqrt(stiffness * 0.1)
+        )
         run = simulate_elastic(arm, law, path, step=1e-4)
         assert run
         errors.append(np.abs(run.q - run.q_ref).max())
@@ -141,7 +143,7 @@ def test_a_law_for_rigid_joints_makes_soft_ones_swing_and_damping_helps():
     soft = elastic_arm(robot, [150.0, 80.0], motor_inertia=[0.4, 0.1])
     rigid = computed_torque(robot, natural_frequency=12.0)
     path = quintic(np.zeros(2), np.array([0.5, 0.5]), 0.6)
-    plain = simulate_elastic(soft, fast_damping(soft, rigid, 0.0), path, duration=2.0, step=5e-4)
+    plain = simulate_elastic(soft, singular_perturbation_control(soft, rigid, 0.0), path, duration=2.0, step=5e-4)
     exact = simulate_elastic(soft, elastic_linearization(soft, path, rate=20.0), path, duration=2.0, step=5e-4)
     assert np.abs(exact.q[-1] - exact.q_ref[-1]).max() < 1e-4
     assert not plain or np.abs(plain.q[-1] - plain.q_ref[-1]).max() > 1e-2

@@ -8,7 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import mafsil as mf
-from mafsil.control import FeltStatus, SpringDamper, contact_feedforward, feedforward, felt_constraint
+from mafsil.control import (
+    EstimatedConstraintStatus,
+    SpringDamper,
+    contact_feedforward,
+    estimate_contact_constraint,
+    feedforward,
+)
 from mafsil.errors import InputError
 from mafsil.simulation import Plant, Scenario
 from mafsil.trajectory import quintic
@@ -22,9 +28,9 @@ def test_blocked_directions_are_found(seed, blocked):
     A = np.linalg.qr(rng.normal(size=(6, 6)))[0][:blocked]
     noise = np.array([0.01, 0.01, 0.01, 0.1, 0.1, 0.1])
     forces = 5.0 * rng.normal(size=(400, blocked)) @ A + noise * rng.normal(size=(400, 6))
-    found = felt_constraint(forces, noise)
+    found = estimate_contact_constraint(forces, noise)
     assert len(found.A) == blocked
-    assert found.status is (FeltStatus.BLOCKED if blocked else FeltStatus.NOTHING)
+    assert found.status is (EstimatedConstraintStatus.BLOCKED if blocked else EstimatedConstraintStatus.NOTHING)
     # What moves along the surface is not blocked by what was found.
     free = np.linalg.svd(A)[2][blocked:] if blocked else np.eye(6)
     assert np.abs(found.A @ free.T).max(initial=0.0) < 0.05
@@ -35,8 +41,8 @@ def test_blocked_directions_are_found(seed, blocked):
 def test_forces_that_say_nothing_are_refused():
     for forces, noise in ((np.zeros(6), 1.0), (np.zeros((0, 6)), 1.0), (np.ones((3, 6)), 0.0), ([[np.nan]], 1.0)):
         with pytest.raises(InputError):
-            felt_constraint(forces, noise)
-    assert not felt_constraint(np.zeros((2, 6)), 1.0)
+            estimate_contact_constraint(forces, noise)
+    assert not estimate_contact_constraint(np.zeros((2, 6)), 1.0)
 
 
 @pytest.mark.capability("10-92")

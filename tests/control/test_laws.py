@@ -263,7 +263,7 @@ def test_certificates_of_other_laws_are_refused(certificate):
         lambda: mf.control.constrained_dynamics(3.0, [0.0], [[1.0]], [0.0]),
         lambda: mf.control.contact_mode([1.0, 2.0], 1.0, 0.3),
         lambda: mf.control.constraint_table((True,), ("hard",), ("x",)),
-        lambda: mf.control.suitable_family(None, None),
+        lambda: mf.control.recommend_controller(None, None),
         lambda: mf.control.impedance_class(None, SOFT),
         lambda: mf.control.motor_feedback(mf.load("planar2r"), 1.0, 1.0),
         lambda: mf.control.citation(["hogan1985"]),

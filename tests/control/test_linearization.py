@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import expm
 
 import mafsil as mf
-from mafsil.control import GainLimit, computed_torque, delayed, gain_card, gravity_compensation, linearize
+from mafsil.control import GainLimit, computed_torque, delayed, gravity_compensation, linearize, tune_gains
 from mafsil.control.linearization import exponential
 from mafsil.errors import InputError
 from mafsil.simulation import Plant, Scenario
@@ -117,7 +117,7 @@ def measured_damping(card, robot, law):
 @pytest.mark.parametrize("kind", ["pd_gravity", "computed_torque"])
 def test_the_promised_damping_is_that_of_a_simulation_at_the_worst_pose(kind, delay):
     robot = mf.load("puma560")
-    card = gain_card(robot, law=kind, period=0.002, delay=delay, poses=100)
+    card = tune_gains(robot, law=kind, period=0.002, delay=delay, poses=100)
     assert card
     assert card.status is (GainLimit.DELAY if delay else GainLimit.SAMPLING)
     law = (
@@ -132,7 +132,7 @@ def test_the_promised_damping_is_that_of_a_simulation_at_the_worst_pose(kind, de
 def test_a_delay_of_many_periods_costs_no_more_than_its_time(name, period, delay):
     """Efforts that wait in a queue are no oscillation: a step overshoots as it does without sampling and delay."""
     robot = mf.load(name)
-    card = gain_card(robot, law="computed_torque", period=period, delay=delay, poses=20)
+    card = tune_gains(robot, law="computed_torque", period=period, delay=delay, poses=20)
     law = computed_torque(robot, natural_frequency=card.natural_frequency, damping_ratio=0.7)
     assert card.damping_ratio == pytest.approx(0.63, rel=1e-3)
     assert measured_damping(card, robot, law) == pytest.approx(card.damping_ratio, rel=0.1)
@@ -165,17 +165,17 @@ def test_a_run_is_as_many_linear_systems_as_it_has_ticks(states):
 
 def test_slower_clocks_and_soft_joints_lower_the_gains():
     robot = mf.load("ur5e")
-    quick, slow = (gain_card(robot, period=period, poses=100) for period in (0.001, 0.004))
+    quick, slow = (tune_gains(robot, period=period, poses=100) for period in (0.001, 0.004))
     assert slow.natural_frequency == pytest.approx(quick.natural_frequency / 4, rel=1e-3)
-    late = gain_card(robot, period=0.001, delay=0.003, poses=100)
+    late = tune_gains(robot, period=0.001, delay=0.003, poses=100)
     assert late.natural_frequency < 0.7 * quick.natural_frequency
-    soft = gain_card(robot, period=0.001, stiffness=np.full(6, 1e3), poses=100)
+    soft = tune_gains(robot, period=0.001, stiffness=np.full(6, 1e3), poses=100)
     assert soft.status is GainLimit.ELASTICITY
     inertia = np.einsum("kii->ki", robot.mass_matrix(np.stack([soft.worst_pose]))).max()
     assert soft.natural_frequency <= 0.5 * np.sqrt(1e3 / inertia) + 1e-9
     assert soft.explain("ar") != soft.explain("en")
     assert f"{soft.natural_frequency:.4g}" in soft.explain("en")
     with pytest.raises(InputError, match="law"):
-        gain_card(robot, law="magic")
+        tune_gains(robot, law="magic")
     with pytest.raises(InputError, match="period"):
-        gain_card(robot, period=0.0)
+        tune_gains(robot, period=0.0)

@@ -40,7 +40,7 @@ SHAPES = {
     "hollow ball": RoundSurface([0.1, 0.2, 0.0], 0.2, 900.0, hollow=True),
     "cylinder": RoundSurface([0.1, 0.2, 0.0], 0.5, 900.0, axis=[1.0, 1.0, 0.2]),
     "hole": Hole([0.4, 0.2, 0.3], [0.1, 0.0, 1.0], clearance=0.05, depth=0.1, chamfer=0.03, stiffness=900.0),
-    "door": Door([0.1, -0.3, 0.1], [0.1, 0.0, 1.0], HANDLE, 900.0, turn_stiffness=30.0, closer=4.0),
+    "door": Door([0.1, -0.3, 0.1], [0.1, 0.0, 1.0], HANDLE, 900.0, rotational_stiffness=30.0, closer=4.0),
     "corners": AtPoints(RoundSurface([0.1, 0.2, 0.0], 0.5, 900.0), [[0.1, 0, 0], [0, 0.1, 0.05]]),
 }
 
@@ -62,7 +62,7 @@ def potential(shape, T):
         angle = np.arctan2(np.cross(across[1], across[0]) @ shape.axis, across[0] @ across[1])
         twisted = rotation.log(T[:3, :3] @ (rotation.exp(angle * shape.axis) @ HANDLE[:3, :3]).T)
         tie = (r - r0) ** 2 + ((away - first) @ shape.axis) ** 2
-        return 0.5 * (shape.stiffness * tie + shape.turn_stiffness * twisted @ twisted + shape.closer * angle**2)
+        return 0.5 * (shape.stiffness * tie + shape.rotational_stiffness * twisted @ twisted + shape.closer * angle**2)
     height = (p - shape.mouth) @ shape.axis
     off = np.linalg.norm(p - shape.mouth - height * shape.axis)
     depths = (-height, off - shape.clearance, (off - shape.clearance - height - shape.chamfer) / np.sqrt(2))
@@ -88,7 +88,7 @@ def test_damping_and_friction_take_energy_and_give_none(name):
     rough = plain.environment if isinstance(plain, AtPoints) else plain
     more = {"friction": 0.4, "damping": 20.0}
     if isinstance(rough, Door):
-        more["turn_damping"] = 2.0
+        more["rotational_damping"] = 2.0
     given = {key: getattr(rough, key) for key in rough.__dataclass_fields__}
     rough = type(rough)(**(given | more))
     rough = AtPoints(rough, plain.points) if isinstance(plain, AtPoints) else rough

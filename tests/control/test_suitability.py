@@ -13,12 +13,12 @@ from mafsil import control
 from mafsil.control import (
     Impedance,
     ImpedanceClass,
-    SuitableFamily,
-    SuitableInteraction,
+    RecommendedController,
+    RecommendedInteraction,
     impedance_class,
+    recommend_controller,
+    recommend_interaction,
     selection,
-    suitable_family,
-    suitable_interaction,
 )
 from mafsil.errors import InputError
 from mafsil.model import Actuator, Friction
@@ -28,13 +28,13 @@ WORDS = (("free", 0.0), ("compliant", 3.0))
 
 @pytest.mark.capability("10-1", "10-2", "02-22", "02-23")
 def test_tasks_of_the_book_get_their_family():
-    assert suitable_family(["free"] * 6, ["motion"] * 6).status is SuitableFamily.MOTION
-    chalk = suitable_family(("free", "free", "rigid"), ("motion", "motion", "force"))
-    assert chalk.status is SuitableFamily.HYBRID
+    assert recommend_controller(["free"] * 6, ["motion"] * 6).status is RecommendedController.MOTION
+    chalk = recommend_controller(("free", "free", "rigid"), ("motion", "motion", "force"))
+    assert chalk.status is RecommendedController.HYBRID
     assert chalk.direction == "z"
-    assert suitable_family(("rigid", "compliant"), ("force", "force")).status is SuitableFamily.FORCE
-    haptic = suitable_family(("compliant",), ("impedance",))
-    assert haptic.status is SuitableFamily.IMPEDANCE
+    assert recommend_controller(("rigid", "compliant"), ("force", "force")).status is RecommendedController.FORCE
+    haptic = recommend_controller(("compliant",), ("impedance",))
+    assert haptic.status is RecommendedController.IMPEDANCE
     for found in (chalk, haptic):
         assert all(callable(getattr(control, name)) for name in found.laws)
         assert found.laws[0] in found.explain("en")
@@ -43,24 +43,26 @@ def test_tasks_of_the_book_get_their_family():
 
 @pytest.mark.capability("10-4", "10-59", "02-23")
 def test_motion_and_force_along_one_direction_are_refused():
-    both = suitable_family(("free", "compliant"), ("motion", ("motion", "force")), ("along", "into"))
-    assert both.status is SuitableFamily.BOTH_ASKED
+    both = recommend_controller(("free", "compliant"), ("motion", ("motion", "force")), ("along", "into"))
+    assert both.status is RecommendedController.BOTH_ASKED
     assert "into" in both.explain("en")
     assert not both.laws
     # Where B is a diagonal, the words say what the rank of the selection says.
     for meets, asked in product(product(WORDS, repeat=3), product(("motion", "force"), repeat=3)):
-        found = suitable_family([word for word, _ in meets], asked)
+        found = recommend_controller([word for word, _ in meets], asked)
         choose = np.diag([float(each == "force") for each in asked])
         possible = selection(np.diag([b for _, b in meets]), choose, np.eye(3) - choose)
         assert bool(found) == bool(possible)
-    assert suitable_family(("rigid",), ("motion",)).status is SuitableFamily.BLOCKED
-    assert suitable_family(("free",), ("force",)).status is SuitableFamily.UNANSWERED
+    assert recommend_controller(("rigid",), ("motion",)).status is RecommendedController.BLOCKED
+    assert recommend_controller(("free",), ("force",)).status is RecommendedController.UNANSWERED
     # Force alone needs an answer in every direction: one that gives none is named.
-    alone = suitable_family(("rigid", "compliant", "free"), ("force",) * 3, ("x", "y", "z"))
-    assert alone.status is SuitableFamily.UNANSWERED
+    alone = recommend_controller(("rigid", "compliant", "free"), ("force",) * 3, ("x", "y", "z"))
+    assert alone.status is RecommendedController.UNANSWERED
     assert alone.direction == "z"
-    assert suitable_family(("rigid", "compliant", "compliant"), ("force",) * 3).status is SuitableFamily.FORCE
-    assert suitable_family(("free", "rigid"), ("impedance", "force")).status is SuitableFamily.MIXED
+    assert (
+        recommend_controller(("rigid", "compliant", "compliant"), ("force",) * 3).status is RecommendedController.FORCE
+    )
+    assert recommend_controller(("free", "rigid"), ("impedance", "force")).status is RecommendedController.MIXED
 
 
 @pytest.mark.parametrize(
@@ -69,7 +71,7 @@ def test_motion_and_force_along_one_direction_are_refused():
 )
 def test_other_words_are_refused(environment, wanted):
     with pytest.raises(InputError):
-        suitable_family(environment, wanted)
+        recommend_controller(environment, wanted)
 
 
 def geared(ratio, dry):
@@ -87,18 +89,18 @@ def geared(ratio, dry):
 @pytest.mark.capability("10-83")
 def test_light_arms_take_impedance_control_and_geared_ones_admittance():
     q = np.array([0.3, 0.9])
-    light = suitable_interaction(geared(1.0, 0.5), q)
-    assert light.status is SuitableInteraction.IMPEDANCE
-    heavy = suitable_interaction(geared(200.0, 0.5), q)
-    assert heavy.status is SuitableInteraction.ADMITTANCE
+    light = recommend_interaction(geared(1.0, 0.5), q)
+    assert light.status is RecommendedInteraction.IMPEDANCE
+    heavy = recommend_interaction(geared(200.0, 0.5), q)
+    assert heavy.status is RecommendedInteraction.ADMITTANCE
     M = mf.load("planar2r").mass_matrix(q)
     assert heavy.rotor_share == pytest.approx(4.0 / (np.diag(M) + 4.0))
-    rough = suitable_interaction(geared(1.0, 30.0), q)
-    assert rough.status is SuitableInteraction.ADMITTANCE
+    rough = recommend_interaction(geared(1.0, 30.0), q)
+    assert rough.status is RecommendedInteraction.ADMITTANCE
     assert rough.friction_share == pytest.approx([0.3, 0.3])
     assert "30%" in rough.explain("en")
-    assert suitable_interaction(mf.load("puma560"), np.zeros(6)).status is SuitableInteraction.ADMITTANCE
-    assert suitable_interaction(mf.load("planar2r"), q).status is SuitableInteraction.NOT_KNOWN
+    assert recommend_interaction(mf.load("puma560"), np.zeros(6)).status is RecommendedInteraction.ADMITTANCE
+    assert recommend_interaction(mf.load("planar2r"), q).status is RecommendedInteraction.NOT_KNOWN
 
 
 @pytest.mark.capability("10-77")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.control import TaskCoordinates, hold, task_computed_torque, tip_ways
+from mafsil.control import TaskCoordinates, compare_pose_errors, hold, task_computed_torque
 from mafsil.errors import InputError
 from mafsil.geometry import euler, pose, rotation
 from mafsil.simulation import Plant
@@ -20,7 +20,7 @@ W = 8.0
 @pytest.fixture(scope="module")
 def ways():
     axes = ("decoupled", "body", "space", "ZYX")
-    return dict(zip(axes, tip_ways(T, GOAL, axes=axes, natural_frequency=W), strict=True))
+    return dict(zip(axes, compare_pose_errors(T, GOAL, axes=axes, natural_frequency=W), strict=True))
 
 
 @pytest.mark.capability("10-58", "10-101")
@@ -58,7 +58,7 @@ def test_what_is_measured_of_a_way_is_what_the_way_is(ways):
     assert straight.settling_time == pytest.approx(5.8339 / W, abs=1e-3)
     for one, language, word in ((screw, "en", "settled after"), (straight, "ar", "يستقر بعد")):
         assert word in one.explain(language)
-    assert "not settled" in tip_ways(T, GOAL, natural_frequency=W, duration=0.2)[0].explain("en")
+    assert "not settled" in compare_pose_errors(T, GOAL, natural_frequency=W, duration=0.2)[0].explain("en")
     assert set(screw.to_dict()) >= {"axes", "off_line", "turned"}
 
 
@@ -75,14 +75,14 @@ def test_an_arm_goes_the_way_that_is_foretold(axes):
         robot=arm, trajectory=rest(q, 0.8), law=law, plant=plant, saturate=False, integrator="rk4", step=5e-4
     )
     run = mf.simulate(scenario)
-    (way,) = tip_ways(start, goal, axes=(axes,), natural_frequency=[9.0] * 3 + [6.0] * 3, duration=0.8)
+    (way,) = compare_pose_errors(start, goal, axes=(axes,), natural_frequency=[9.0] * 3 + [6.0] * 3, duration=0.8)
     np.testing.assert_allclose(arm.forward_kinematics(run.q[::4]), way.poses, atol=1e-3)
 
 
 def test_ways_that_are_none():
-    (still,) = tip_ways(T, T, axes=("body",))
+    (still,) = compare_pose_errors(T, T, axes=("body",))
     assert max(still.settling_time, still.length, still.turned) < 1e-10
     with pytest.raises(InputError, match="goal"):
-        tip_ways(T, np.eye(3))
+        compare_pose_errors(T, np.eye(3))
     with pytest.raises(InputError, match="axes"):
-        tip_ways(T, GOAL, axes=("sideways",))
+        compare_pose_errors(T, GOAL, axes=("sideways",))

@@ -112,7 +112,9 @@ def families(world: World) -> dict:
             lambda t, q, qd, r: np.where(q > 0.0, np.sin(3.0 * t), 2.0) * (r.u - q) - np.tanh(qd)
         ),
         "motor_feedback": control.motor_feedback(elastic, 400.0, 30.0),
-        "fast_damping": control.fast_damping(elastic, control.computed_torque(arm, integral=20.0), 5.0),
+        "singular_perturbation_control": control.singular_perturbation_control(
+            elastic, control.computed_torque(arm, integral=20.0), 5.0
+        ),
     }  # fmt: skip
 
 

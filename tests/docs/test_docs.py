@@ -12,12 +12,32 @@ PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
 WITH_CODE = [page for page in PAGES if "```python" in page.read_text("utf-8")]
 
 
+BLOCKS = re.compile(r"```python\n(.*?)```(?:\s*```text\n(.*?)```)?", re.S)
+"""Code, and what it prints where that is shown right below."""
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?")
+
+
 @pytest.mark.parametrize("page", WITH_CODE, ids=lambda page: page.name)
-def test_blocks_of_the_page_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_blocks_of_the_page_run(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}
-    for block in re.findall(r"```python\n(.*?)```", page.read_text("utf-8"), flags=re.S):
+    for block, shown in BLOCKS.findall(page.read_text("utf-8")):
+        capsys.readouterr()
         exec(compile(block, str(page), "exec"), names)
+        if shown:
+            printed = capsys.readouterr().out
+            assert words(printed) == words(shown), printed
+            assert numbers(printed) == pytest.approx(numbers(shown), rel=2e-3, abs=2e-3), printed
+
+
+def words(text: str) -> str:
+    return re.sub(r"\s+", "", NUMBER.sub("#", text))
+
+
+def numbers(text: str) -> list[float]:
+    return [float(number) for number in NUMBER.findall(text)]
 
 
 def test_links_lead_somewhere() -> None:

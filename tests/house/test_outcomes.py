@@ -45,7 +45,7 @@ VALUES = {
     "ProfileTable": "a table of what there is",
     "ArmState": "what a page shows",
     "Switch": "a part of Track",
-    "TipWay": "a motion with its measures, one of several that are compared",
+    "PoseErrorResponse": "a motion with its measures, one of several that are compared",
     "Violation": "a part of LimitCheck",
 }
 """Public classes that explain themselves and answer no question, and what they are instead."""

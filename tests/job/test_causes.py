@@ -221,8 +221,8 @@ def test_a_tip_that_slips_aside_under_force_has_the_friction_of_the_surface_as_c
 FULL = """
 robot = "panda"
 [limits]
-speed_share = {share}
-acceleration_share = {share}
+speed_scale = {share}
+acceleration_scale = {share}
 [start]
 joints = [0, -0.4, 0, -2.0, 0, 1.8, 0.8]
 [[move]]

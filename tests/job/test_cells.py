@@ -16,8 +16,8 @@ robot = "planar2r"
 angles = "degrees"
 
 [limits]
-speed_share = 0.5
-acceleration_share = 0.6
+speed_scale = 0.5
+acceleration_scale = 0.6
 
 [variables]
 height = 0.2
@@ -38,7 +38,7 @@ JOB = """
 include = "cells/cell.toml"
 
 [limits]
-speed_share = 0.9
+speed_scale = 0.9
 
 [frame.table]
 position = [1.0, 0.5, 0]
@@ -66,7 +66,7 @@ def test_a_cell_counts_as_if_it_were_typed_in_the_job_and_the_job_wins(folder):
     job = parse(JOB, "job.toml", folder=folder)
     assert job.robot == "planar2r"
     assert job.angles == "degrees"
-    assert (job.limits.speed_share, job.limits.acceleration_share) == (0.9, 0.6)
+    assert (job.limits.speed_scale, job.limits.acceleration_scale) == (0.9, 0.6)
     assert [one.name for one in job.obstacle] == ["post", "far wall"]
     np.testing.assert_allclose(job.move[0].pose.position, [1.2, 0.3, 0.0])
     whole = parse(JOB.replace(', task = "position"', ""), folder=folder)
@@ -121,7 +121,7 @@ def test_cells_include_cells_relative_to_themselves(folder):
     ("cell", "words"),
     [
         ('[frame.feeder]\nposishun = [1, 2, 3]\nrobot = "x"', ("cells/cell.toml:2", "posishun")),
-        ("[limits]\nacceleration_share = 7", ("cells/cell.toml:2", "acceleration_share")),
+        ("[limits]\nacceleration_share = 7", ("cells/cell.toml:2", "acceleration_scale")),
         ("[[obstacle]]\nbox = [1, 1]", ("cells/cell.toml:2", "box")),
         ("[[move]]\npause = 1", ("cells/cell.toml:1", "move")),
         ('include = "cell.toml"', ("cells/cell.toml:1", "include")),

@@ -58,7 +58,7 @@ pose = { position = [0.5, 0.1, 0.005], rpy = [180, 0, 0] }
 [controller]
 kind = "impedance"
 tip_stiffness = 400
-turn_stiffness = 20
+rotational_stiffness = 20
 [[hole]]
 mouth = [0.501, 0.1, 0.0]
 axis = [0, 0, 1]
@@ -249,7 +249,7 @@ orientation = 0.3
 [controller]
 kind = "impedance"
 tip_stiffness = 3000
-turn_stiffness = 60
+rotational_stiffness = 60
 [simulation]
 friction = false
 [[door]]

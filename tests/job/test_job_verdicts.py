@@ -25,8 +25,8 @@ angles = "degrees"
 pose = { position = [0.50, 0.0, 0.15], rpy = [180, 0, 0] }
 [controller]
 kind = "pd_gravity"
-stiffness = 5
-rate_gain = 20
+kp = 5
+kd = 20
 friction = false
 [[move]]
 name = "above the part"
@@ -47,8 +47,8 @@ angles = "degrees"
 pose = { position = [0.45, 0.2, 0.05], rpy = [180, 0, 0] }
 [controller]
 kind = "pd_gravity"
-stiffness = [3000, 4000, 2000, 300, 300, 0.05]
-rate_gain = [300, 400, 150, 12, 12, 0.01]
+kp = [3000, 4000, 2000, 300, 300, 0.05]
+kd = [300, 400, 150, 12, 12, 0.01]
 friction = false
 [[move]]
 name = "turn the tool"
@@ -145,7 +145,7 @@ def test_a_part_that_is_missed_stays_where_it_lies() -> None:
     (lying,) = (one.track for one in part_tracks(run, np.linspace(0.0, 2.0, 9)) if one.body.name == "part")
     goal = run.plan.legs[1].trajectory.at(0.0).u
     np.testing.assert_allclose(lying, np.tile(np.asarray(run.robot.forward_kinematics(goal)), (9, 1, 1)), atol=1e-12)
-    taken, _ = solved(SOFT.replace("stiffness = 5\nrate_gain = 20\n", "").replace("0.25, 0.05]", "0.05, 0.1]"))
+    taken, _ = solved(SOFT.replace("kp = 5\nkd = 20\n", "").replace("0.25, 0.05]", "0.05, 0.1]"))
     assert all(driven.gripped for driven in taken.driven)
 
 

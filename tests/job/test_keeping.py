@@ -32,11 +32,11 @@ position = [600, 0, 150]
 [[move]]
 name = "carry"
 pose = { position = [450, -300, 350], rpy = [180, 0, 0] }
-keep = { upright = 5 }
+constraints = { upright = 5 }
 [[move]]
 name = "slide"
 pose = { position = [450, -200, 450], rpy = [180, 0, 0] }
-keep = { orientation = true, plane = [0, 1, 0], frame = "table", tolerance = 2 }
+constraints = { orientation = true, plane = [0, 1, 0], frame = "table", tolerance = 2 }
 """
 
 
@@ -67,7 +67,7 @@ def test_what_was_not_kept_when_driven_is_said(run: Run, monkeypatch: pytest.Mon
     worst = keeping.worst_kept(run, 0)
     assert worst is not None
     monkeypatch.setattr(keeping, "worst_kept", lambda run, leg: keeping.Measured(worst.kept, 40.0 * worst.measures))
-    broken = [one for one in remarks(run, summary(run)) if one.key == "job.not_kept_driven"]
+    broken = [one for one in remarks(run, summary(run)) if one.key == "job.constraint_violated"]
     assert broken[0].level == "failure"
     assert "did not keep" in broken[0].sentence("en") != broken[0].sentence("ar")
 

@@ -250,7 +250,7 @@ def test_every_length_of_a_job_is_known_as_one():
         "position",
         "stiffness",
         "wrench",
-        "tip_turn_rate",
+        "tip_angular_speed",
     }
     for kind in (*vars(description).values(), *vars(statements).values()):
         if not (isinstance(kind, type) and issubclass(kind, description.Part)) or kind is description.Noise:

@@ -56,7 +56,7 @@ def test_every_law_brings_the_arm_to_its_target(kind):
 
 
 def test_gains_of_a_law_belong_to_it():
-    soft, stiff = (run("pid", f"stiffness = {k}\nrate_gain = {d}\nintegral = 0") for k, d in ((100, 20), (900, 60)))
+    soft, stiff = (run("pid", f"kp = {k}\nkd = {d}\nintegral = 0") for k, d in ((100, 20), (900, 60)))
     errors = [np.abs(each.recording.q_ref - each.recording.q).max() for each in (soft, stiff)]
     assert errors[1] < 0.5 * errors[0]
     narrow, wide = (run("sliding_mode", f"width = {w}") for w in (0.02, 0.5))
@@ -151,7 +151,7 @@ def test_the_command_prints_a_row_for_each_law(tmp_path, capsys):
     from mafsil.cli.main import main
 
     path = tmp_path / "job.toml"
-    path.write_text(JOB.format(kind="pid", gains="stiffness = 100\nrate_gain = 20\nintegral = 0", friction="true"))
+    path.write_text(JOB.format(kind="pid", gains="kp = 100\nkd = 20\nintegral = 0", friction="true"))
     assert main(["bench", "control", str(path), "--laws", "pid", "pd_gravity"]) == 0
     out = capsys.readouterr().out
     assert "pid" in out
@@ -203,7 +203,7 @@ def test_stability_is_looked_at_along_the_run():
 def test_the_growth_of_errors_is_that_of_two_runs_that_begin_side_by_side(kind, late):
     """The second road: no slope is taken, the arm just begins a little aside, and the difference is watched."""
     q = np.array([0.4, -0.3, 0.5, 0.3, -0.4, 0.5])
-    gains = {"pd_gravity": "stiffness = 1500\nrate_gain = 60", "sliding_mode": "width = 0.1"}.get(kind, "")
+    gains = {"pd_gravity": "kp = 1500\nkd = 60", "sliding_mode": "width = 0.1"}.get(kind, "")
     text = JOB.format(kind=kind, gains=f"{gains}\ndelay = {0.001 * late}", friction="false")
     text = text.replace("[[move]]\njoints = [0.4, -0.3, 0.5, 0.3, -0.4, 0.5]\n", f"[start]\njoints = {q.tolist()}\n")
     found = solve(parse(text), text, Path())
@@ -228,8 +228,8 @@ robot = "panda"
 [start]
 joints = [0.8, 0.8, -0.8, -1.32, 0.8, 1.35, -0.8]
 [limits]
-speed_share = 1.0
-acceleration_share = 1.0
+speed_scale = 1.0
+acceleration_scale = 1.0
 [simulation]
 friction = false
 settle = 0.05
@@ -250,7 +250,7 @@ joints = [0.6, 0.5, -0.6, -1.5, 0.6, 1.4, -0.5]
 
 
 def test_a_job_that_fails_names_the_condition_that_does_not_hold():
-    found = run("pd_gravity", "stiffness = 500000\nrate_gain = 5000", friction="false")
+    found = run("pd_gravity", "kp = 500000\nkd = 5000", friction="false")
     named = [each for each in found.remarks if each.key == "job.law_unstable"]
     assert len(named) == 1
     assert "from tick to tick" in named[0].sentence("en")

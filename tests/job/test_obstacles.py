@@ -245,7 +245,7 @@ def test_a_clearance_that_the_arm_never_keeps_from_itself_is_said():
     for language in ("en", "ar"):
         assert "wrist_1 - wrist_3" in said.sentence(language)
         assert "wrist_1" in refused.explain(language)
-        assert "own_clearance" in refused.explain(language)
+        assert "self_clearance" in refused.explain(language)
     nearer = text.replace("0.02", "0.009")
     assert not isinstance(prepare(parse(nearer), nearer, Path()), Refusal)
     allowed = text.replace("clearance = 0.02\n", "clearance = 20\nown_clearance = 5\n")
@@ -254,8 +254,8 @@ def test_a_clearance_that_the_arm_never_keeps_from_itself_is_said():
     assert isinstance(run, Run)
     assert run.plan.surroundings is not None
     checker = run.plan.surroundings.checker(run.plan.legs[0].load)
-    assert (checker.margin, checker.own_margin) == (pytest.approx(0.02), pytest.approx(0.005))
-    touching = allowed.replace("own_clearance = 5", "own_clearance = 12")
+    assert (checker.margin, checker.self_clearance) == (pytest.approx(0.02), pytest.approx(0.005))
+    touching = allowed.replace("self_clearance = 5", "self_clearance = 12")
     assert isinstance(prepare(parse(touching), touching, Path()), Refusal)
 
 
@@ -335,12 +335,12 @@ def test_meshes_cones_and_pairs_that_are_left_out(tmp_path: Path) -> None:
 @pytest.mark.capability("11-39")
 def test_bodies_that_meet_where_the_robot_is_known_to_be_free_are_named_and_left_out():
     robot = Path(__file__).parents[2] / "examples" / "robots" / "ur5.urdf"
-    text = f"robot = '{robot}'\n[start]\njoints = [0.3, -1.9, 2.9, -1.6, -1.6, 0]\n[collision]\nrest = false\n"
+    text = f"robot = '{robot}'\n[start]\njoints = [0.3, -1.9, 2.9, -1.6, -1.6, 0]\n[collision]\nknown_free = false\n"
     text += "[[move]]\njoints = [0.5, -1.9, 1.9, -1.6, -1.6, 0]\n"
     refused = prepare(parse(text), text, Path())
     assert isinstance(refused, Refusal)
     assert "upper_arm hits wrist_3" in refused.explain("en")
-    resting = text.replace("rest = false", "rest = true")
+    resting = text.replace("known_free = false", "known_free = true")
     run = solve(parse(resting), resting, Path())
     assert isinstance(run, Run)
     remark = next(each for each in run.plan.remarks if each.key == "job.rest_pairs")

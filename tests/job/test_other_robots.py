@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mafsil.collision import Arms, Checker, Mounted
+from mafsil.collision import ArmMount, Checker, MultiArmCell
 from mafsil.errors import FileError, JobError
 from mafsil.job.clearances import clearances
 from mafsil.job.judgement import summary
@@ -66,7 +66,9 @@ def test_two_arms_run_on_one_clock_and_nothing_meets(run):
     q = beside.motion.at(times)
     assert max(np.abs(np.diff(q, axis=0)).max(), np.abs(np.diff(main, axis=0)).max()) < 2e-3
     mechanisms = [run.plan.surroundings._mechanism, other.mechanism]
-    cell = Arms([Mounted(name, each, self_collision=False) for name, each in zip(("a", "b"), mechanisms, strict=True)])
+    cell = MultiArmCell(
+        [ArmMount(name, each, self_collision=False) for name, each in zip(("a", "b"), mechanisms, strict=True)]
+    )
     gap = cell.distance(np.concatenate([main, q], axis=1)).distance
     assert gap.min() > 0.01
     goals = np.radians([[180, -35, 60, -25, -90, 0], [100, -70, 60, -25, -90, 0]])

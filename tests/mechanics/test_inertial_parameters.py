@@ -132,11 +132,11 @@ def test_the_reason_of_a_degenerate_mass_matrix():
     mechanism = library.load("planar2r")
     last = mechanism.links[-1].name if mechanism.links[-1].inertial is not None else mechanism.links[-2].name
     robot = Robot(with_inertial(mechanism, last, None))
-    report = robot.degeneracy([0.3, 0.4])
+    report = robot.mass_matrix_singularity([0.3, 0.4])
     assert report.singular
     assert report.joints == (robot.joint_names[-1],)
     assert report.energy == 0
-    regular = Robot(mechanism).degeneracy([0.3, 0.4])
+    regular = Robot(mechanism).mass_matrix_singularity([0.3, 0.4])
     assert not regular.singular
     assert 0 < regular.margin < 1
     regular.require_regular()

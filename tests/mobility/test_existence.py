@@ -31,7 +31,7 @@ def test_four_links_of_given_lengths(lengths):
     excess = 2 * max(lengths) - sum(lengths)
     if abs(excess) < 0.02:
         return
-    found = mo.existence(drawn_apart(*lengths))
+    found = mo.can_assemble(drawn_apart(*lengths))
     if excess > 0:
         assert found.status is mo.ExistenceStatus.IMPOSSIBLE
         assert found.excess == pytest.approx(excess)
@@ -50,7 +50,7 @@ def test_four_links_of_given_lengths(lengths):
 def test_mobility_of_links_drawn_apart(tmp_path):
     found = mf.mobility(drawn_apart(2, 4, 3.5, 4.5))
     assert (found.mobility, found.finite.status) == (1, mo.FiniteStatus.REGULAR)
-    theta = mo.existence(drawn_apart(2, 4, 3.5, 4.5)).theta
+    theta = mo.can_assemble(drawn_apart(2, 4, 3.5, 4.5)).theta
     assert int(mo.mobilities(drawn_apart(2, 4, 3.5, 4.5), theta)) == 1
     path = tmp_path / "apart.toml"
     path.write_text(
@@ -72,7 +72,7 @@ def test_a_search_never_says_no():
             mo.joint("R", "P", ["b", "ground"], [0, 0], [1, 0], child_at=[0, 1]),
         ]
     )
-    found = mo.existence(stiff, starts=16)
+    found = mo.can_assemble(stiff, starts=16)
     assert found.status is mo.ExistenceStatus.NOT_FOUND
     assert "were found" in found.explain("en")
     assert found.gap > 0.1
@@ -91,7 +91,7 @@ def test_loops_that_no_proof_forbids_say_how_near_they_come():
         mo.joint("O", "R", ["ground", "crank"]), mo.joint("A", "R", ["crank", "slider"], [1, 0], child_at=[0, 1.3]),
         mo.joint("S", "P", ["ground", "slider"], [0, 1.3], [1, 0]),
     ]  # fmt: skip
-    found = mo.existence(mo.Linkage.of(joints, planar=True))
+    found = mo.can_assemble(mo.Linkage.of(joints, planar=True))
     assert found.status is mo.ExistenceStatus.NOT_FOUND
     assert (found.joint, found.distance) == ("A", pytest.approx(0.3, abs=1e-6))
     assert "0.3 m" in found.explain("en")

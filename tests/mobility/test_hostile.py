@@ -48,7 +48,7 @@ REFUSED = {
     "step zero": lambda: mo.trace(library.four_bar(), step=0),
     "unknown joint": lambda: mo.assembly_modes(library.four_bar(), {"Z": 1}),
     "joint of three freedoms": lambda: mo.assembly_modes(library.six_sps(), {"A0": 1}),
-    "too many joints": lambda: mo.locked_subsets(library.four_bar(), 9),
+    "too many joints": lambda: mo.mobility_with_locked_joints(library.four_bar(), 9),
     "one input of two": lambda: mo.Car(1.0).driven([0, 0, 0, 0], lambda t: (1.0,), 1.0),
     "unknown rule": lambda: mo.gruebler(library.four_bar(), "curved"),
     "planar rule for six freedoms": lambda: mo.gruebler(mo.Linkage.of([mo.joint("F", "F", ["ground", "b"])]), "planar"),
@@ -90,7 +90,8 @@ def test_trivial_constraints():
 NO_LINKAGE = (None, 3, "four_bar", [0, 1], np.zeros((2, 2)), {}, object(), mo.Linkage)
 ON_A_LINKAGE = (
     mo.actuation, mo.assembled, mo.assembly_modes, mo.body_poses, mo.configuration_curves, mo.configuration_space,
-    mo.drawn_at, mo.existence, mo.finite_mobility, mo.generic_mobility, mo.gruebler, mo.instantaneous, mo.loop_matrix,
+    mo.drawn_at, mo.can_assemble, mo.finite_mobility, mo.generic_mobility, mo.gruebler, mo.instantaneous,
+    mo.loop_matrix,
     mo.configuration_surfaces, mo.mechanism_of, mo.redundancy, mo.split, mo.structure, mo.trace, mo.trace_surface,
 )  # fmt: skip
 
@@ -122,7 +123,7 @@ TAKES = {
     "legs": library.stewart_gough,
     "axes": library.three_upu,
     "space": mo.space_named,
-    "distance": lambda x: mo.fibre([1, 1], x),
+    "distance": lambda x: mo.self_motion_manifold([1, 1], x),
     "angles": lambda x: mo.torus.distance(x, [0, 0]),
     "freedoms": lambda x: mo.task_redundancy(x, "pose"),
     "row": lambda x: mo.Pfaffian(("x", "y"), lambda q: [[1, x]]).integrability,

@@ -70,9 +70,9 @@ def test_legs_that_spin_are_idle():
 
 @pytest.mark.capability("02-52")
 def test_five_bar_with_every_pair_locked():
-    overlapped = mo.locked_subsets(five_bar((1, 1), (1, 1)), 2)
+    overlapped = mo.mobility_with_locked_joints(five_bar((1, 1), (1, 1)), 2)
     assert {pair for pair, left in overlapped.items() if left} == {("O", "D"), ("O", "M"), ("M", "D")}
-    assert set(mo.locked_subsets(five_bar((0.3, 1), (1.7, 1.1)), 2).values()) == {0}
+    assert set(mo.mobility_with_locked_joints(five_bar((0.3, 1), (1.7, 1.1)), 2).values()) == {0}
     for pair, left in overlapped.items():
         linkage = mo.locked(five_bar((1, 1), (1, 1)), pair)
         assert mo.instantaneous(linkage).mobility == left == mo.locked_mobility(five_bar((1, 1), (1, 1)), pair)

@@ -118,10 +118,10 @@ def test_kites_fold_together_and_swing(lengths):
 @pytest.mark.capability("02-82")
 def test_chains_that_return_to_their_base():
     for lengths, pieces, dimension in (([1, 1], 1, 1), ([1, 1, 1, 3], 1, 1), ([2, 2, 2], 2, 1), ([1, 1, 1, 1], 1, 2)):
-        found = mo.fibre(lengths, 0.0)
+        found = mo.self_motion_manifold(lengths, 0.0)
         assert (found.components, found.dimension) == (pieces, dimension)
-    assert "swings" in mo.fibre([1, 1], 0.0).explain("en")
-    assert (mo.fibre([1.5], 1.5).dimension, mo.fibre([1.5], 1.0).dimension) == (0, None)
+    assert "swings" in mo.self_motion_manifold([1, 1], 0.0).explain("en")
+    assert (mo.self_motion_manifold([1.5], 1.5).dimension, mo.self_motion_manifold([1.5], 1.0).dimension) == (0, None)
 
 
 @pytest.mark.capability("02-72")

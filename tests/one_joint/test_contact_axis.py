@@ -76,7 +76,7 @@ def test_cure_of_the_runaway():
 @pytest.mark.capability("10-78")
 @given(POSITIVE, st.floats(1.0, 50.0), st.floats(10, 300), st.floats(0.01, 0.2), st.floats(500, 5000), st.floats(-1, 1))
 def test_first_contact_against_integration(D, B, K, ref, k, v0):
-    contact = one_joint.meet_wall(D, B, K, reference=ref, wall_stiffness=k, start=-0.05, speed=v0)
+    contact = one_joint.simulate_wall_contact(D, B, K, reference=ref, wall_stiffness=k, start=-0.05, speed=v0)
 
     def free(_, y):
         return [y[1], (-B * y[1] - K * (y[0] - ref)) / D]
@@ -105,14 +105,14 @@ def test_first_contact_against_integration(D, B, K, ref, k, v0):
 
 
 def test_wall_that_is_not_reached():
-    contact = one_joint.meet_wall(
+    contact = one_joint.simulate_wall_contact(
         1.0, 20.0, 50.0, reference=-0.02, wall_stiffness=1000.0, start=-0.05, speed=[0.0, 5.0]
     )
     assert [bool(each) for each in contact] == [False, True]
     assert np.isnan(contact.contact_time[0])
     assert contact.rest_force[1] == 0.0
     with pytest.raises(InputError):
-        one_joint.meet_wall(1.0, 20.0, 50.0, reference=0.1, wall_stiffness=1000.0, start=0.0)
+        one_joint.simulate_wall_contact(1.0, 20.0, 50.0, reference=0.1, wall_stiffness=1000.0, start=0.0)
 
 
 @pytest.mark.capability("10-84", "10-97")
@@ -180,7 +180,7 @@ def test_records_that_end_too_soon_say_so():
 
 def test_answers_speak_both_languages():
     for answer in (
-        one_joint.meet_wall(2.0, 20.0, 100.0, reference=0.1, wall_stiffness=4000.0, start=-0.05),
+        one_joint.simulate_wall_contact(2.0, 20.0, 100.0, reference=0.1, wall_stiffness=4000.0, start=-0.05),
         one_joint.ElasticJoint.of(1.0, 1.0, 100.0).allowed_bandwidth([1.0, 100.0]),
     ):
         assert answer.explain("ar") != answer.explain("en")

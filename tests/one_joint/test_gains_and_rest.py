@@ -62,13 +62,13 @@ def test_limit_of_the_integral_gain(M, d, kp):
 @pytest.mark.capability("10-31", "10-110")
 @given(POSITIVE, st.floats(-5, 5).filter(lambda x: not 0.0 < abs(x) < 1e-30), st.floats(-4, 4))
 def test_rest_under_gravity_balances(kp, load, goal):
-    rest = one_joint.rest_under_gravity(kp, load, goal)
+    rest = one_joint.steady_state_error(kp, load, goal)
     e = float(rest.error)
     assert abs(kp * e - load * np.cos(goal - e)) < 1e-9 * max(1.0, abs(load))
     assert (rest.status is RestStatus.UNIQUE) == (kp > abs(load))
     enough = one_joint.kp_for_rest_error(abs(load), 0.01)
     if load:
-        assert abs(float(one_joint.rest_under_gravity(enough, load, goal).error)) <= 0.01 * (1 + 1e-12)
+        assert abs(float(one_joint.steady_state_error(enough, load, goal).error)) <= 0.01 * (1 + 1e-12)
 
 
 @pytest.mark.capability("10-31")
@@ -124,7 +124,7 @@ def test_rest_of_joints_that_a_matrix_of_gains_holds():
     [
         lambda: one_joint.kp_for_damping_ratio(0.5, 2.0, 0.0),
         lambda: one_joint.ki_limit(0.5, -1.0, 2.0),
-        lambda: one_joint.rest_under_gravity(0.0, 1.0, 0.0),
+        lambda: one_joint.steady_state_error(0.0, 1.0, 0.0),
         lambda: one_joint.rest_of_joints(1.0, 3.0, [0.0]),
         lambda: one_joint.TrackingError.of(0.5, 0.1, np.nan),
         lambda: one_joint.TrackingError.of(0.5, 0.1, 1.0).sine([0.0]),

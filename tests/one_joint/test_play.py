@@ -4,19 +4,19 @@ import numpy as np
 import pytest
 
 from mafsil.errors import InputError
-from mafsil.one_joint import Play, SpeedFriction
+from mafsil.one_joint import Backlash, SpeedFriction
 
 
 @pytest.mark.capability("02-10", "10-11")
 def test_nothing_passes_within_the_gap():
-    play = Play.of(0.01, 200.0)
+    play = Backlash.of(0.01, 200.0)
     np.testing.assert_allclose(play.torque([-0.02, -0.005, 0.0, 0.004, 0.005, 0.015]), [-3, 0, 0, 0, 0, 2], atol=1e-12)
-    assert Play.of([0.0, 0.01], 100.0).torque(0.01).tolist() == [1.0, 0.5]
+    assert Backlash.of([0.0, 0.01], 100.0).torque(0.01).tolist() == [1.0, 0.5]
 
 
 @pytest.mark.capability("02-10", "10-11")
 def test_the_link_stands_elsewhere_on_the_way_back():
-    play = Play.of(0.2)
+    play = Backlash.of(0.2)
     out, back = np.linspace(0, 1, 101), np.linspace(1, 0, 101)
     y = play.followed(np.concatenate([out, back]))
     np.testing.assert_allclose(y[:101], np.maximum(out - 0.1, 0.0), atol=1e-12)
@@ -30,7 +30,7 @@ def test_the_link_stands_elsewhere_on_the_way_back():
 @pytest.mark.capability("02-10", "10-11")
 @pytest.mark.parametrize("amplitude", [0.051, 0.06, 0.1, 0.5, 5.0])
 def test_the_first_harmonic_is_that_of_the_motion(amplitude):
-    play, t = Play.of(0.1), np.linspace(0, 4 * np.pi, 80_001)
+    play, t = Backlash.of(0.1), np.linspace(0, 4 * np.pi, 80_001)
     y = play.followed(amplitude * np.sin(t))[40_000:-1]
     s = t[40_000:-1]
     harmonic = 2 * np.mean(y * (np.sin(s) + 1j * np.cos(s))) / amplitude
@@ -38,10 +38,10 @@ def test_the_first_harmonic_is_that_of_the_motion(amplitude):
 
 
 def test_ends_of_the_describing_function():
-    play = Play.of(0.1)
+    play = Backlash.of(0.1)
     assert play.describing_function(0.04) == 0.0
     assert play.describing_function(1e6) == pytest.approx(1.0, abs=1e-6)
-    assert Play.of(0.0).describing_function(1.0) == 1.0
+    assert Backlash.of(0.0).describing_function(1.0) == 1.0
 
 
 @pytest.mark.capability("02-10", "10-11")
@@ -50,9 +50,10 @@ def test_friction_is_a_term_that_can_be_left_out():
     assert SpeedFriction.of(viscous=2.0).torque(3.0) == pytest.approx(6.0)
 
 
-@pytest.mark.parametrize("call", [lambda: Play.of(-1.0), lambda: Play.of(0.1, 0.0), lambda: Play.of(np.nan),
-                                  lambda: Play.of(0.1).followed(1.0), lambda: Play.of(0.1).describing_function(0.0),
-                                  lambda: Play.of(0.1).torque("a")])  # fmt: skip
+@pytest.mark.parametrize("call", [lambda: Backlash.of(-1.0), lambda: Backlash.of(0.1, 0.0), lambda: Backlash.of(np.nan),
+                                  lambda: Backlash.of(0.1).followed(1.0),
+                                  lambda: Backlash.of(0.1).describing_function(0.0),
+                                  lambda: Backlash.of(0.1).torque("a")])  # fmt: skip
 def test_wrong_input_is_refused(call):
     with pytest.raises(InputError):
         call()

@@ -48,7 +48,7 @@ def test_an_arm_goes_round_a_wall_and_coal_agrees(robot):
     assert min(peer.distance(q) for q in dense(found.path, 0.01)) > 0.0
     limits = robot.limits
     assert ((found.path >= limits.lower) & (found.path <= limits.upper)).all()
-    raw = mf.plan(checker, None, LEFT, RIGHT, seed=3, shorten=0)
+    raw = mf.plan(checker, None, LEFT, RIGHT, seed=3, shortcut_iterations=0)
     assert found.length <= raw.length
     assert found.clearance(50)
     assert found.proofs > 0
@@ -73,7 +73,9 @@ def test_paths_in_random_scenes_are_free_by_dense_checks(robot, seed):
 @pytest.mark.parametrize("planner", ["prm", "rrt_star"])
 def test_other_planners_prove_too(robot, planner):
     checker = Checker(robot, WALL)
-    found = mf.plan(checker, None, LEFT, RIGHT, planner=planner, nodes=600, seconds=30.0, seed=1, shorten=20)
+    found = mf.plan(
+        checker, None, LEFT, RIGHT, planner=planner, max_nodes=600, seconds=30.0, seed=1, shortcut_iterations=20
+    )
     assert found, found.explain("en")
     assert checker.check_path(found.path)
 
@@ -103,7 +105,7 @@ def test_ends_that_cannot_be_are_named(robot):
 
 @pytest.mark.capability("11-40")
 def test_a_search_says_only_that_it_found_nothing(robot):
-    found = mf.plan(robot, WALL, LEFT, RIGHT, nodes=1)
+    found = mf.plan(robot, WALL, LEFT, RIGHT, max_nodes=1)
     assert found.status is PlanningStatus.NOT_FOUND
     assert "not proven" in found.explain("en")
     assert found.length == np.inf
@@ -126,7 +128,7 @@ def test_without_obstacles_the_path_is_straight(robot):
     found = mf.plan(robot, [], LEFT, RIGHT)
     assert found
     assert len(found.path) == 2
-    wide = mf.plan(robot, WALL, LEFT, RIGHT, margin=0.02, seed=2)
+    wide = mf.plan(robot, WALL, LEFT, RIGHT, clearance=0.02, seed=2)
     assert wide
     assert (wide.clearance().distance > 0.02).all()
 
@@ -145,7 +147,7 @@ def test_the_timed_motion_is_free_and_does_not_stop(robot, jerk):
     q = timed.trajectory.at(np.linspace(0.0, timed.duration, 20_000)).u
     assert checker.free(q).all()
     np.testing.assert_allclose(q[[0, -1]], [LEFT, RIGHT], atol=1e-9)
-    winding = mf.plan(checker, None, LEFT, RIGHT, seed=3, shorten=0)
+    winding = mf.plan(checker, None, LEFT, RIGHT, seed=3, shortcut_iterations=0)
     stopping = time_optimal(JointPath.through(winding.path, "lines"), limits)
     assert winding.timed(limits).duration < 0.8 * stopping.duration
     sharp = found.joint_path(share=0.0)
@@ -153,7 +155,7 @@ def test_the_timed_motion_is_free_and_does_not_stop(robot, jerk):
     with pytest.raises(InputError, match="share"):
         found.joint_path(share=0.7)
     with pytest.raises(InputError, match="no path"):
-        mf.plan(robot, WALL, LEFT, RIGHT, nodes=1).timed(limits)
+        mf.plan(robot, WALL, LEFT, RIGHT, max_nodes=1).timed(limits)
 
 
 def test_the_largest_way_bounds_every_point(robot):

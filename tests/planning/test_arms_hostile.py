@@ -43,7 +43,7 @@ def panda():
 @pytest.mark.capability("11-40")
 @pytest.mark.parametrize("planner", PLANNERS)
 def test_an_empty_scene(panda, planner):
-    found = mf.plan(panda, [], START, GOAL, planner=planner, nodes=50, seconds=20.0)
+    found = mf.plan(panda, [], START, GOAL, planner=planner, max_nodes=50, seconds=20.0)
     assert found
     np.testing.assert_allclose(found.length, np.linalg.norm(GOAL - START), rtol=1e-9)
     assert np.isinf(found.clearance(5).distance).all()
@@ -85,9 +85,9 @@ def test_what_is_no_number_and_ends_that_are_the_same(panda, planner):
 @pytest.mark.parametrize("planner", [*PLANNERS, "prm", "rrt_star"])
 def test_time_runs_out(parted, planner):
     checker, start, goal = parted
-    mf.plan(checker, None, start, goal, planner=planner, nodes=20, seconds=0.1)
+    mf.plan(checker, None, start, goal, planner=planner, max_nodes=20, seconds=0.1)
     begun = perf_counter()
-    found = mf.plan(checker, None, start, goal, planner=planner, seconds=0.3, nodes=10**7)
+    found = mf.plan(checker, None, start, goal, planner=planner, seconds=0.3, max_nodes=10**7)
     assert perf_counter() - begun < 10.0
     assert found.status is PlanningStatus.NOT_FOUND
     assert "not proven" in found.explain("en")
@@ -106,13 +106,13 @@ def test_the_best_so_far_when_time_runs_out(panda):
 @pytest.mark.parametrize("keep", [(), planning.InPlane([0, 0, 1])])
 def test_an_interruption_ends_a_search_soon(parted, keep):
     checker, start, goal = parted
-    mf.plan(checker, None, start, goal, nodes=20, seconds=0.1, keep=keep)
+    mf.plan(checker, None, start, goal, max_nodes=20, seconds=0.1, constraints=keep)
     timer = threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT))
     begun = perf_counter()
     timer.start()
     try:
         with pytest.raises(KeyboardInterrupt):
-            mf.plan(checker, None, start, goal, seconds=30.0, nodes=10**7, keep=keep)
+            mf.plan(checker, None, start, goal, seconds=30.0, max_nodes=10**7, constraints=keep)
         assert perf_counter() - begun < 20.0
     finally:
         timer.cancel()

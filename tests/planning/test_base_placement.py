@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.collision import Arms, Box, Checker, Mounted, MovableArm, Obstacle, Scene
+from mafsil.collision import ArmMount, Box, Checker, MovableArm, MultiArmCell, Obstacle, Scene
 from mafsil.errors import InputError, MafsilError
 from mafsil.figures import save_placement
 from mafsil.geometry import rotation
@@ -25,7 +25,7 @@ REGION = ((-0.8, 0.8), (-0.4, 0.4))
 
 @pytest.fixture(scope="module")
 def ur5():
-    return Checker("ur5", radius=0.04, margin=0.005)
+    return Checker("ur5", radius=0.04, clearance=0.005)
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +40,7 @@ def test_the_best_base_reaches_every_target_free_and_within_limits(found, ur5):
     np.testing.assert_allclose(reached, TARGETS, atol=1e-8)
     limits = robot.limits
     assert ((found.configurations >= limits.lower) & (found.configurations <= limits.upper)).all()
-    there = Arms([Mounted("arm", "ur5", found.T_sb, radius=0.04)], TABLE, margin=0.005)
+    there = MultiArmCell([ArmMount("arm", "ur5", found.T_sb, radius=0.04)], TABLE, clearance=0.005)
     assert there.free(found.configurations).all(), "the same arm mounted there, by the ordinary checker"
     shares = found.quality[found.best]
     distance = there.distance(found.configurations).distance
@@ -55,7 +55,7 @@ def test_verdicts_of_all_bases_are_those_of_each_pose_solved_alone(found, ur5):
     reached = found.reached
     for k in rng.choice(found.grid, size(4, 8), replace=False):
         T = base_poses(found.bases[k])
-        there = Arms([Mounted("arm", "ur5", T, radius=0.04)], TABLE, margin=0.005)
+        there = MultiArmCell([ArmMount("arm", "ur5", T, radius=0.04)], TABLE, clearance=0.005)
         base_free = found.misses[k, 0] != Miss.BASE
         for j, target in enumerate(TARGETS):
             answer = mf.inverse_kinematics(there.robots["arm"], target)
@@ -95,7 +95,7 @@ def test_a_movable_arm_is_the_arm_mounted_there(tmp_path):
     rng = np.random.default_rng(2)
     for _ in range(5):
         base = np.array([*rng.uniform(-0.4, 0.4, 3), rng.uniform(-3, 3)])
-        there = Arms([Mounted("arm", robot, base_poses(base))], around)
+        there = MultiArmCell([ArmMount("arm", robot, base_poses(base))], around)
         q = rng.uniform(-2.5, 2.5, (50, 6))
         full = movable.joined(base, q)
         assert (movable.free(full) == there.free(q)).all()

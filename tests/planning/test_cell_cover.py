@@ -41,7 +41,7 @@ def test_a_link_between_two_posts_does_not_get_out():
     within = mf.plan(caught, None, [0.0, 0.0], [0.2, 2.0], planner="cell_decomposition")
     assert within
     assert caught.check_path(within.path)
-    searched = mf.plan(caught, None, [0.0, 0.0], [np.pi, 0.0], seconds=0.5, nodes=2000)
+    searched = mf.plan(caught, None, [0.0, 0.0], [np.pi, 0.0], seconds=0.5, max_nodes=2000)
     assert searched.status is PlanningStatus.SEPARATED
     assert searched.planner == "rrt_connect"
 
@@ -56,7 +56,7 @@ def test_boxes_say_what_a_flood_over_proved_motions_says(seed):
         Obstacle(shape, (d * np.cos(a), d * np.sin(a), 0.0))
         for (d, a), shape in zip(polar, (Sphere(0.15), Box((0.3, 0.2, 0.3)), Cylinder(0.1, 1.0)) * 2, strict=True)
     ]
-    arm = two_links(scene, margin=0.01 * seed)
+    arm = two_links(scene, clearance=0.01 * seed)
     step = 2.0 * np.pi / CELLS
     axis = step * np.arange(CELLS)
     grid = np.stack(np.meshgrid(axis, axis, indexing="ij"), axis=-1).reshape(-1, 2)
@@ -64,7 +64,7 @@ def test_boxes_say_what_a_flood_over_proved_motions_says(seed):
     open_places = np.argwhere(arm.free(grid).reshape(CELLS, CELLS))
     for i, j in open_places[rng.integers(len(open_places), size=(3, 2))]:
         known = _flooded(joined, tuple(i.tolist()), tuple(j.tolist()))
-        found = mf.plan(arm, None, step * i, step * j, planner="cell_decomposition", shorten=0)
+        found = mf.plan(arm, None, step * i, step * j, planner="cell_decomposition", shortcut_iterations=0)
         assert found.status is (PlanningStatus.FOUND if known else PlanningStatus.SEPARATED)
         assert not known or arm.check_path(found.path)
 
@@ -99,7 +99,7 @@ def test_limits_separate_too_and_what_has_no_end_is_never_called_separated():
     with pytest.raises(InputError, match="6 move"):
         mf.plan(arm, None, np.full(6, -0.5), np.full(6, -1.0), planner="cell_decomposition")
     still = np.array([0.0, -1.0, 1.0, 0.0, 0.0, 0.0])
-    assert mf.plan(arm, None, still, still + np.eye(6)[0], planner="cell_decomposition", moving=[])
+    assert mf.plan(arm, None, still, still + np.eye(6)[0], planner="cell_decomposition", active_joints=[])
 
 
 def _sliding(limited):

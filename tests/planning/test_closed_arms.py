@@ -10,7 +10,7 @@ import pytest
 
 import mafsil as mf
 from mafsil import planning
-from mafsil.collision import Arms, Checker, Mounted, Obstacle, Sphere
+from mafsil.collision import ArmMount, Checker, MultiArmCell, Obstacle, Sphere
 from mafsil.errors import InputError
 from mafsil.model import Joint, JointKind
 from mafsil.parallel import ClosedChain
@@ -77,7 +77,7 @@ def test_the_other_way_to_close_is_not_reached(palletiser, ends):
         palletiser.mechanism,
         joints=tuple(replace(j, limits=mf.model.Limits()) for j in palletiser.mechanism.joints),
     )
-    found = mf.plan(Checker(wide, self_collision=False), None, ends[0], other.q, seconds=0.3, nodes=3000)
+    found = mf.plan(Checker(wide, self_collision=False), None, ends[0], other.q, seconds=0.3, max_nodes=3000)
     assert found.status in (PlanningStatus.NOT_FOUND, PlanningStatus.FOUND)
     if found:
         assert ClosedChain(wide).error(found.path).max() < 1e-9
@@ -128,7 +128,7 @@ def two(palletiser):
     arm = mf.Robot(replace(palletiser.mechanism, joints=tuple(joints)))
     T = np.diag([-1.0, -1.0, 1.0, 1.0])
     T[0, 3] = 0.9
-    return ClosedChain(arm), Arms([Mounted("one", arm), Mounted("two", arm, T)])
+    return ClosedChain(arm), MultiArmCell([ArmMount("one", arm), ArmMount("two", arm, T)])
 
 
 def _swapped(two):
@@ -141,7 +141,7 @@ SLOW = MotionLimits.of(8, velocity=1.0, acceleration=2.0)
 
 @pytest.mark.parametrize(
     "planned",
-    [planning.plan_together, lambda cell, *ends: planning.plan_in_turn(cell, *ends, SLOW)],
+    [planning.plan_coupled, lambda cell, *ends: planning.plan_prioritized(cell, *ends, SLOW)],
     ids=["together", "in turn"],
 )
 def test_two_arms_with_loops_pass_each_other(two, planned):
@@ -162,7 +162,7 @@ def test_an_arm_with_loops_steps_aside_with_its_loops_closed(two):
     assert len(near) > 10
     assert chain.error(near).max() < 1e-9
     start = _swapped(two)[0]
-    settled = planning.plan_past(cell, "one", start, start["one"], SLOW, {})
+    settled = planning.plan_around_moving(cell, "one", start, start["one"], SLOW, {})
     assert settled, settled.explain("en")
 
 
@@ -171,11 +171,11 @@ def test_gaping_ends_of_several_arms_are_named_with_the_gap(two):
     start, goal = _swapped(two)
     bent = start | {"one": start["one"] + [0, 0.05, 0, 0]}
     for refused, status in (
-        (planning.plan_in_turn(cell, bent, goal, SLOW), PlanningStatus.START_OFF),
-        (planning.plan_in_turn(cell, start, goal | {"two": bent["one"]}, SLOW), PlanningStatus.GOAL_OFF),
-        (planning.plan_together(cell, bent, goal), PlanningStatus.START_OFF),
-        (planning.plan_past(cell, "one", bent, goal["one"], SLOW, {}), PlanningStatus.START_OFF),
-        (planning.plan_past(cell, "one", start, bent["one"], SLOW, {}), PlanningStatus.GOAL_OFF),
+        (planning.plan_prioritized(cell, bent, goal, SLOW), PlanningStatus.START_OFF),
+        (planning.plan_prioritized(cell, start, goal | {"two": bent["one"]}, SLOW), PlanningStatus.GOAL_OFF),
+        (planning.plan_coupled(cell, bent, goal), PlanningStatus.START_OFF),
+        (planning.plan_around_moving(cell, "one", bent, goal["one"], SLOW, {}), PlanningStatus.START_OFF),
+        (planning.plan_around_moving(cell, "one", start, bent["one"], SLOW, {}), PlanningStatus.GOAL_OFF),
     ):
         assert refused.status is status
         assert "the limit is 1 mm" in refused.explain("en")

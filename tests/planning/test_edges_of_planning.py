@@ -103,7 +103,7 @@ def test_numbers_that_are_none_and_ends_that_cannot_be_are_named(arm):
         ({"goal": 2.0 * np.eye(4)}, "goal is no pose"),
         ({"planner": ["prm"]}, "rrt_connect"),
         ({"radius": 0.1}, "a Checker has its capsules already"),
-        ({"margin": -1.0}, "margin"),
+        ({"clearance": -1.0}, "clearance"),
         ({"scene": Box((1, 1, 1))}, "list of obstacles"),
     ):
         with pytest.raises(mf.MafsilError, match=words):
@@ -123,8 +123,8 @@ def test_the_margin_of_a_question_counts_for_a_checker_too(arm):
     found = ball.distance(A)
     assert found.second == "ball"
     near = float(found.distance)
-    assert mf.plan(ball, None, A, A, margin=0.9 * near)
-    kept = mf.plan(ball, None, A, A, margin=1.1 * near)
+    assert mf.plan(ball, None, A, A, clearance=0.9 * near)
+    kept = mf.plan(ball, None, A, A, clearance=1.1 * near)
     assert kept.status is PlanningStatus.START_BLOCKED
 
 
@@ -135,9 +135,11 @@ def test_a_time_out_says_so_and_planners_that_improve_give_their_best(arm):
     cut = find_path(stuck, [-0.5, 0.0], [0.5, 0.0], seconds=0.05)
     assert cut.status is PlanningStatus.NOT_FOUND
     assert cut.seconds < 2.0
-    assert mf.plan(arm, [*cell, WALL], A, B, nodes=1).status is PlanningStatus.NOT_FOUND
+    assert mf.plan(arm, [*cell, WALL], A, B, max_nodes=1).status is PlanningStatus.NOT_FOUND
     for planner in ("lazy_prm_star", "rrt_star"):
-        mf.plan(arm, [WALL], A, B, planner=planner, seconds=60.0, nodes=60)  # A first call ever waits for the compiler.
+        mf.plan(
+            arm, [WALL], A, B, planner=planner, seconds=60.0, max_nodes=60
+        )  # A first call ever waits for the compiler.
         plan = mf.plan(arm, [WALL], A, B, planner=planner, seconds=0.2)
         assert plan
         assert not plan.interrupted

@@ -94,14 +94,14 @@ def test_what_carries_a_limb_moves_where_nothing_is_found_without(tmp_path):
     assert with_carriers(checker, np.stack([a, configuration(checker, lift=0.6)])) is None
     for top, lifts in ((1.0, False), (1.3, True)):
         post = checker.with_scene([Obstacle(Box((0.05, 0.05, 1.0)), (0.2, 0.25, top - 0.5), "post")])
-        found = mf.plan(post, None, a, b, nodes=4000)
+        found = mf.plan(post, None, a, b, max_nodes=4000)
         assert found, found.explain()
         assert bool(np.ptp(found.path[:, names_of(checker).index("lift")]) > 0.0) is lifts
         assert found.moving == (("lift", "left0") if lifts else None)
-        alone = mf.plan(post, None, a, b, nodes=4000, moving=[])
+        alone = mf.plan(post, None, a, b, max_nodes=4000, active_joints=[])
         assert bool(alone) is not lifts
         for planner in ("lazy_prm_star", "prm"):
-            found = mf.plan(post, None, a, b, planner=planner, nodes=1000, seconds=0.4)
+            found = mf.plan(post, None, a, b, planner=planner, max_nodes=1000, seconds=0.4)
             assert found, found.explain()
             assert found.moving == (("lift", "left0") if lifts else None)
 
@@ -147,11 +147,11 @@ def test_bounds_of_the_compiled_search_are_those_of_the_others(checker):
 
 def test_a_search_that_finds_nothing_says_what_it_held(checker):
     a, b = (configuration(checker, left0=x, right0=-0.8) for x in (-0.3, 0.9))
-    found = mf.plan(checker, None, a, b, moving=[], nodes=50)
+    found = mf.plan(checker, None, a, b, active_joints=[], max_nodes=50)
     assert found.status is mf.planning.PlanningStatus.NOT_FOUND
     assert "left1" in found.reason
     assert "left0" not in found.reason
-    assert "moving=" in found.explain("ar")
-    assert mf.plan(checker, None, a, b, moving=["lift"])
+    assert "active_joints=" in found.explain("ar")
+    assert mf.plan(checker, None, a, b, active_joints=["lift"])
     with pytest.raises(mf.InputError, match="elbow"):
-        mf.plan(checker, None, a, b, moving=["elbow"])
+        mf.plan(checker, None, a, b, active_joints=["elbow"])

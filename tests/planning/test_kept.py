@@ -42,7 +42,7 @@ def tilt(T, direction):
 @pytest.mark.parametrize("angle", [0.01, 0.15])
 def test_a_tool_stays_upright_around_a_wall(panda, angle):
     assert not panda.free_segment(START, GOAL)
-    found = mf.plan(panda, None, START, GOAL, keep=planning.Upright(angle), seed=1)
+    found = mf.plan(panda, None, START, GOAL, constraints=planning.Upright(angle), seed=1)
     assert found, found.explain("en")
     direction = panda.robot.forward_kinematics(START)[:3, 2]
     q = dense(found.path)
@@ -53,7 +53,7 @@ def test_a_tool_stays_upright_around_a_wall(panda, angle):
     assert found.explain("en") != found.explain("ar")
     unconstrained = mf.plan(panda, None, START, GOAL, planner="prm", seed=1)
     assert tilt(panda.robot.forward_kinematics(dense(unconstrained.path)), direction).max() > angle
-    again = mf.plan(panda, None, START, GOAL, keep=[planning.Upright(angle)], seed=1)
+    again = mf.plan(panda, None, START, GOAL, constraints=[planning.Upright(angle)], seed=1)
     np.testing.assert_array_equal(found.path, again.path)
 
 
@@ -71,7 +71,7 @@ def test_goals_as_poses_on_lines_and_in_planes(keep, shift):
     T = checker.robot.forward_kinematics(START)
     goal = T.copy()
     goal[:3, 3] += shift
-    found = mf.plan(checker, None, START, goal, keep=keep, seed=1)
+    found = mf.plan(checker, None, START, goal, constraints=keep, seed=1)
     assert found, found.explain("en")
     poses = checker.robot.forward_kinematics(dense(found.path))
     moved = poses[:, :3, 3] - T[:3, 3]
@@ -138,16 +138,16 @@ def test_projections_keep_it_and_most_are_near(name):
 
 @pytest.mark.capability("11-4")
 def test_ends_that_do_not_keep_it_are_named(panda):
-    off = mf.plan(panda, None, START, GOAL, keep=planning.FixedOrientation())
+    off = mf.plan(panda, None, START, GOAL, constraints=planning.FixedOrientation())
     assert off.status is PlanningStatus.GOAL_OFF
     assert "90 deg" in off.explain("en")
-    wrong = mf.plan(panda, None, START, GOAL, keep=planning.Upright(0.1, direction=[0, 0, 1]))
+    wrong = mf.plan(panda, None, START, GOAL, constraints=planning.Upright(0.1, direction=[0, 0, 1]))
     assert wrong.status is PlanningStatus.START_OFF
     assert not wrong
-    never = mf.plan(panda, None, START, GOAL, keep=planning.Upright(0.01), nodes=1)
+    never = mf.plan(panda, None, START, GOAL, constraints=planning.Upright(0.01), max_nodes=1)
     assert never.status is PlanningStatus.NOT_FOUND
     assert "not proven" in never.explain("en")
-    same = mf.plan(panda, None, START, START, keep=planning.Upright(0.1))
+    same = mf.plan(panda, None, START, START, constraints=planning.Upright(0.1))
     assert same
     assert same.length == 0.0
 
@@ -166,11 +166,11 @@ def test_wrong_constraints_are_named(panda):
         ("upright", "keep"),
     ):  # fmt: skip
         with pytest.raises(InputError, match=match):
-            mf.plan(panda, None, START, GOAL, keep=keep)
+            mf.plan(panda, None, START, GOAL, constraints=keep)
     with pytest.raises(ModelError, match="elbow"):
-        mf.plan(panda, None, START, GOAL, keep=planning.Upright(0.1, frame="elbow"))
+        mf.plan(panda, None, START, GOAL, constraints=planning.Upright(0.1, frame="elbow"))
     with pytest.raises(InputError, match="rrt_connect"):
-        mf.plan(panda, None, START, GOAL, keep=planning.Upright(0.1), planner="prm")
+        mf.plan(panda, None, START, GOAL, constraints=planning.Upright(0.1), planner="prm")
 
 
 def four_bar():
@@ -207,12 +207,12 @@ def test_a_closed_loop_stays_closed(tmp_path):
     checker = Checker(mf.load(str(path), tip="coupler"), self_collision=False)
     loop = planning.LoopClosed("coupler", "rocker", at=(0.5, 0, 0), other_at=(0.4, 0, 0), tolerance=5e-4)
     start, goal = closed(0.4), closed(1.6)
-    found = mf.plan(checker, None, start, goal, keep=loop)
+    found = mf.plan(checker, None, start, goal, constraints=loop)
     assert found, found.explain("en")
     assert found.kept_bounds()[0] <= 5e-4
     for q in dense(found.path, 0.01):
         pin = 0.2 * np.array([np.cos(q[0]), np.sin(q[0])]) + 0.5 * np.array([np.cos(q[0] + q[1]), np.sin(q[0] + q[1])])
         other = np.array([0.5 + 0.4 * np.cos(q[2]), 0.4 * np.sin(q[2])])
         assert np.linalg.norm(pin - other) <= found.kept_bounds()[0] + 1e-12
-    broken = mf.plan(checker, None, start, goal + np.array([0, 0, 0.1]), keep=loop)
+    broken = mf.plan(checker, None, start, goal + np.array([0, 0, 0.1]), constraints=loop)
     assert broken.status is PlanningStatus.GOAL_OFF

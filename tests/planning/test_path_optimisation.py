@@ -35,7 +35,7 @@ def dense(path, step=0.002):
 @pytest.mark.capability("11-50")
 @pytest.mark.parametrize("seed", range(5))
 def test_a_path_gets_cheaper_and_stays_free(panda, seed):
-    raw = mf.plan(panda, None, START, GOAL, seed=seed, shorten=0)
+    raw = mf.plan(panda, None, START, GOAL, seed=seed, shortcut_iterations=0)
     better = raw.optimised()
     assert better.descent is not None
     assert better.descent.after.total < better.descent.before.total
@@ -53,7 +53,7 @@ def test_it_beats_shortcuts_on_the_mean(panda):
     """Same starts: lengths after a thousand shortcuts against those after a hundred and a descent; coal agrees."""
     shortcuts, descents = [], []
     for seed in range(8):
-        shortcuts.append(mf.plan(panda, None, START, GOAL, seed=seed, shorten=1000).length)
+        shortcuts.append(mf.plan(panda, None, START, GOAL, seed=seed, shortcut_iterations=1000).length)
         better = mf.plan(panda, None, START, GOAL, seed=seed).optimised(enough_clearance=0.02)
         descents.append(better.length)
     assert np.mean(descents) < np.mean(shortcuts)
@@ -79,13 +79,13 @@ def test_straight_lines_bend_until_they_are_free(panda):
     found = mf.plan(panda, None, START, GOAL, planner="trajectory_optimisation", seed=1)
     assert found, found.explain("en")
     assert panda.free(dense(found.path)).all()
-    none = mf.plan(panda, None, START, GOAL, planner="trajectory_optimisation", nodes=1)
+    none = mf.plan(panda, None, START, GOAL, planner="trajectory_optimisation", max_nodes=1)
     assert none.status is PlanningStatus.NOT_FOUND
     assert mf.plan(panda, None, START, START, planner="trajectory_optimisation").length == 0.0
 
 
 def test_budgets_and_wrong_arguments(panda):
-    raw = mf.plan(panda, None, START, GOAL, seed=1, shorten=0)
+    raw = mf.plan(panda, None, START, GOAL, seed=1, shortcut_iterations=0)
     hurried = within(1.0, lambda: raw.optimised(seconds=0.02, iterations=100_000, points=60), clock=perf_counter)
     assert hurried.descent.after.total <= hurried.descent.before.total
     assert panda.check_path(hurried.path)
@@ -99,8 +99,8 @@ def test_budgets_and_wrong_arguments(panda):
         with pytest.raises(InputError, match=next(iter(wrong))):
             raw.optimised(**wrong)
     with pytest.raises(InputError, match="no path"):
-        mf.plan(panda, None, START, GOAL, nodes=1, seed=1, shorten=0).optimised()
-    kept = mf.plan(panda, None, START, GOAL, keep=planning.Upright(3.0), seed=1)
+        mf.plan(panda, None, START, GOAL, max_nodes=1, seed=1, shortcut_iterations=0).optimised()
+    kept = mf.plan(panda, None, START, GOAL, constraints=planning.Upright(3.0), seed=1)
     with pytest.raises(InputError, match="keep"):
         kept.optimised()
 

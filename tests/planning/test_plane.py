@@ -66,7 +66,7 @@ def test_visibility_is_never_longer_than_a_search(seed):
     world = PolygonWorld.of([-5, -5], [5, 5], polygons)
     start, goal = np.array([-4.9, -4.9]), np.array([4.9, 4.9])
     exact = visibility_path(world, start, goal)
-    search = find_path(point_problem(world), start, goal, planner="rrt_star", seed=1, nodes=400, seconds=30.0)
+    search = find_path(point_problem(world), start, goal, planner="rrt_star", seed=1, max_nodes=400, seconds=30.0)
     assert exact
     assert search
     assert exact.length <= search.length * (1 + 1e-9)
@@ -340,7 +340,7 @@ def test_an_arm_goes_round_an_obstacle():
     assert not arm.problem().is_free_segment(np.array(start), np.array(goal))
     for planner in ("rrt_connect", "prm", "rrt_star"):
         nodes = 250 if planner == "rrt_star" else 3000
-        found = find_path(arm.problem(), start, goal, planner=planner, seed=4, nodes=nodes, seconds=20.0)
+        found = find_path(arm.problem(), start, goal, planner=planner, seed=4, max_nodes=nodes, seconds=20.0)
         assert found, found.explain("en")
         shares = np.linspace(0, 1, 400)[:, None]
         dense = np.concatenate([a + shares * (b - a) for a, b in pairwise(found.path)])
@@ -375,7 +375,7 @@ def test_what_cannot_be_planned_is_said():
     assert find_path(problem, [0.0, 0.0], [0.5, 0.0]).status is PlanningStatus.START_BLOCKED
     assert find_path(problem, [0.5, 0.0], [0.0, 0.0]).status is PlanningStatus.GOAL_BLOCKED
     assert find_path(problem, [0.5, 0.0], [2.0, 0.0]).status is PlanningStatus.GOAL_BLOCKED
-    never = find_path(problem, [-0.5, 0.0], [0.5, 0.0], nodes=500)
+    never = find_path(problem, [-0.5, 0.0], [0.5, 0.0], max_nodes=500)
     assert never.status is PlanningStatus.NOT_FOUND
     assert "not proven" in never.explain("en")
     assert find_path(problem, [0.5, 0.0], [0.5, 0.0]).length == 0.0

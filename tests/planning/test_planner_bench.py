@@ -32,7 +32,7 @@ def arm():
 
 @pytest.mark.capability("11-50")
 def test_all_planners_answer_the_same_question():
-    found = bench_planners([point()], seeds=(0, 1), seconds=0.5, nodes=1500)
+    found = bench_planners([point()], seeds=(0, 1), seconds=0.5, max_nodes=1500)
     assert {each.planner for each in found} == set(PLANNERS)
     assert found
     shortest = 2 * np.sqrt(0.8**2 - 0.4**2) + 0.4 * (np.pi - 2 * np.arccos(0.5))
@@ -68,7 +68,7 @@ def test_ctrl_c_keeps_the_planners_that_have_answered(monkeypatch):
 def test_what_is_not_solved_is_said_with_its_reason():
     walled = point(free=lambda q: np.abs(q[:, 0]) > 0.1)
     blocked = point(goal=(0.0, 0.0))
-    found = bench_planners([point(), walled, blocked], ["rrt_connect", "prm"], seeds=(0,), seconds=1.0, nodes=200)
+    found = bench_planners([point(), walled, blocked], ["rrt_connect", "prm"], seeds=(0,), seconds=1.0, max_nodes=200)
     assert not found
     for each in found:
         assert each.solved == 1
@@ -98,7 +98,7 @@ def test_planners_of_arms_and_ones_own():
         assert found
         for each in found:
             assert each.clearance[0, 0] > 0.0
-        log = watch(query, "corner", nodes=5000)
+        log = watch(query, "corner", max_nodes=5000)
         assert log.plan
         assert np.allclose(log.edges[-1, 1], query.goal)
     finally:
@@ -109,7 +109,7 @@ def test_planners_of_arms_and_ones_own():
 def test_a_watched_search_is_the_search(tmp_path):
     query = point()
     log = watch(query, "rrt_connect", seed=4)
-    plain = planning.find_path(query.space, query.start, query.goal, seed=4, shorten=False)
+    plain = planning.find_path(query.space, query.start, query.goal, seed=4, shortcut_iterations=False)
     assert np.array_equal(log.plan.path, plain.path)
     assert len(log) == plain.segments
     for (a, b), free in zip(log.edges, log.free, strict=True):
@@ -130,7 +130,7 @@ def test_a_watched_search_is_the_search(tmp_path):
 
 
 def test_pictures_of_arms_and_refusals(tmp_path):
-    log = watch(arm(), "rrt_connect", nodes=300)
+    log = watch(arm(), "rrt_connect", max_nodes=300)
     figures.save_search(log, tmp_path / "arm.svg")
     assert (tmp_path / "arm.svg").stat().st_size > 2000
     with pytest.raises(InputError, match="show"):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.collision import Arms, Box, Checker, Mounted, Obstacle
+from mafsil.collision import ArmMount, Box, Checker, MultiArmCell, Obstacle
 from mafsil.kernels.loops.loop import compiled
 from mafsil.model import DHRow
 from mafsil.planning import PlanningStatus, arm_search, retreat_loops
@@ -79,10 +79,10 @@ def test_the_size_of_a_robot_does_not_matter():
 @pytest.mark.capability("11-40", "11-46")
 def test_held_joints_stay_and_arms_of_one_table_go_back_together():
     mounted = [
-        Mounted("left", "ur5e", (0.0, 0.0, 0.0), radius=0.05),
-        Mounted("right", "panda", (1.5, 0.0, 0.0), radius=0.05),
+        ArmMount("left", "ur5e", (0.0, 0.0, 0.0), radius=0.05),
+        ArmMount("right", "panda", (1.5, 0.0, 0.0), radius=0.05),
     ]
-    both = Arms(mounted)
+    both = MultiArmCell(mounted)
     assert len(limbs_of(both).parts) == 2
     q = np.concatenate([np.radians([10.0, -60, 80, -40, -90, 0]), REACHING])
     limits = both.robot.limits
@@ -118,7 +118,7 @@ def test_searches_leave_a_pocket_the_way_the_tool_came_in():
     assert arm.free(REACHING)
     assert not arm.free_segment(HOME, REACHING)
     for start, goal in ((HOME, REACHING), (REACHING, HOME)):
-        plans = [mf.plan(arm, None, start, goal, shorten=0, seed=seed) for seed in range(4)]
+        plans = [mf.plan(arm, None, start, goal, shortcut_iterations=0, seed=seed) for seed in range(4)]
         assert plans[0], plans[0].explain("en")
         assert plans[0].nodes < 12
         assert arm.check_path(plans[0].path)
@@ -127,7 +127,7 @@ def test_searches_leave_a_pocket_the_way_the_tool_came_in():
         short = mf.plan(arm, None, start, goal)
         assert short.length < plans[0].length
         assert arm.check_path(short.path)
-    assert mf.plan(arm, None, HOME, REACHING, nodes=1).status is PlanningStatus.NOT_FOUND
+    assert mf.plan(arm, None, HOME, REACHING, max_nodes=1).status is PlanningStatus.NOT_FOUND
 
 
 @pytest.mark.capability("11-40")
@@ -136,7 +136,7 @@ def test_a_detour_is_measured_against_another_way(monkeypatch):
     wall = Obstacle(Box((0.5, 0.04, 0.6)), (0.6, 0.0, 0.3), "wall")
     arm = Checker("panda", [wall], radius=0.05, self_collision=False)
     a, b = (np.radians([s * 45.0, 20, 0, -110, 0, 130, s * 45]) for s in (1.0, -1.0))
-    raw = mf.plan(arm, None, a, b, shorten=0)
+    raw = mf.plan(arm, None, a, b, shortcut_iterations=0)
     short = [mf.plan(arm, None, a, b, seed=seed) for seed in range(12)]
     assert all(arm.check_path(each.path) for each in short)
     assert min(each.nodes for each in short) > raw.nodes, "both searches count"
@@ -181,7 +181,7 @@ def test_whatever_the_joints_ends_of_retreats_are_configurations(tmp_path, joint
         arm = free.with_scene([Obstacle(Box((0.1, 0.1, 0.3)), T)])
         if not arm.free(np.stack([a, b])).all():
             continue
-        plan = mf.plan(arm, None, a, b, seconds=0.3, nodes=3000)
+        plan = mf.plan(arm, None, a, b, seconds=0.3, max_nodes=3000)
         some += plan.nodes > 2
         assert not plan or arm.check_path(plan.path)
     assert some

@@ -34,14 +34,14 @@ def test_paths_get_shorter_with_the_budget(panda):
     first = mf.plan(panda, None, START, GOAL, seed=4)
     lengths = [first.length]
     for nodes in (400, 1500, 5000):
-        found = mf.plan(panda, None, START, GOAL, seed=4, planner="lazy_prm_star", nodes=nodes, seconds=60.0)
+        found = mf.plan(panda, None, START, GOAL, seed=4, planner="lazy_prm_star", max_nodes=nodes, seconds=60.0)
         assert panda.check_path(found.path)
         assert panda.free(dense(found.path)).all()
         np.testing.assert_array_equal(found.path[[0, -1]], [START, GOAL])
         lengths.append(found.length)
     assert (np.diff(lengths) <= 1e-9).all()
     assert lengths[-1] < lengths[0]
-    again = mf.plan(panda, None, START, GOAL, seed=4, planner="lazy_prm_star", nodes=5000, seconds=60.0)
+    again = mf.plan(panda, None, START, GOAL, seed=4, planner="lazy_prm_star", max_nodes=5000, seconds=60.0)
     np.testing.assert_array_equal(found.path, again.path)
 
 
@@ -79,7 +79,7 @@ def test_one_roadmap_answers_many_questions(panda):
     ends = ends[panda.free(ends)][:6]
     goals = ends * [-1, 1, 1, 1, 1, 1, 1]
     answers = [
-        mf.plan(roadmap, None, a, b, nodes=roadmap.nodes)
+        mf.plan(roadmap, None, a, b, max_nodes=roadmap.nodes)
         for a, b in zip(ends, goals, strict=True)
         if panda.free(b)
     ]  # fmt: skip
@@ -87,7 +87,7 @@ def test_one_roadmap_answers_many_questions(panda):
     for found in answers:
         assert not found or panda.check_path(found.path)
     before = roadmap.proved
-    again = mf.plan(roadmap, None, answers[0].path[0], answers[0].path[-1], nodes=roadmap.nodes)
+    again = mf.plan(roadmap, None, answers[0].path[0], answers[0].path[-1], max_nodes=roadmap.nodes)
     assert again
     assert again.length <= answers[0].length * (1 + 1e-9)
     assert roadmap.proved >= before
@@ -98,10 +98,10 @@ def test_one_roadmap_answers_many_questions(panda):
 
 @pytest.mark.capability("11-43")
 def test_several_goals_and_none_in_the_budget(panda):
-    two = mf.plan(panda, None, START, [GOAL, GOAL + 0.1], planner="lazy_prm_star", nodes=800, seconds=30.0)
+    two = mf.plan(panda, None, START, [GOAL, GOAL + 0.1], planner="lazy_prm_star", max_nodes=800, seconds=30.0)
     assert two
     assert two.goal in (0, 1)
-    few = mf.plan(planning.ArmRoadmap(panda), None, START, GOAL, nodes=2)
+    few = mf.plan(planning.ArmRoadmap(panda), None, START, GOAL, max_nodes=2)
     assert few.status is PlanningStatus.NOT_FOUND
     same = mf.plan(planning.ArmRoadmap(panda), None, START, START)
     assert same.length == 0.0

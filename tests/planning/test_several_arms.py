@@ -7,10 +7,18 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from mafsil.collision import Arms, Box, Mounted, Obstacle, Scene
+from mafsil.collision import ArmMount, Box, MultiArmCell, Obstacle, Scene
 from mafsil.errors import InputError
 from mafsil.model.placement import rotation_z
-from mafsil.planning import ArmPlan, PlanningStatus, coordinate_arms, in_turn, plan_in_turn, plan_past, plan_together
+from mafsil.planning import (
+    ArmPlan,
+    PlanningStatus,
+    coordinate_arms,
+    in_turn,
+    plan_around_moving,
+    plan_coupled,
+    plan_prioritized,
+)
 from mafsil.trajectory import MotionLimits
 from tests.collision.arms import arm
 from tests.collision.peer import CoalChecker
@@ -34,7 +42,7 @@ def robot(tmp_path_factory):
 @pytest.fixture(scope="module")
 def cell(robot):
     table = Scene([Obstacle(Box((3.0, 2.0, 0.1)), (0.6, 0.0, -0.1), "table")])
-    return Arms([Mounted("left", robot), Mounted("right", robot, FACING)], table)
+    return MultiArmCell([ArmMount("left", robot), ArmMount("right", robot, FACING)], table)
 
 
 def dense(at, duration, step=9e-4):
@@ -72,8 +80,8 @@ def test_a_built_deadlock_is_proved_and_named(cell):
         reached[i, j] = free[i, j] and before
     assert not reached[-1, -1]
     ends = [{"left": row, "right": row} for row in SWEEP]
-    assert plan_together(cell, *ends, seed=1)
-    assert plan_in_turn(cell, *ends, LIMITS, seed=1)
+    assert plan_coupled(cell, *ends, seed=1)
+    assert plan_prioritized(cell, *ends, LIMITS, seed=1)
 
 
 @pytest.mark.capability("11-45")
@@ -138,7 +146,7 @@ def test_what_stands_in_the_way_of_coordination_is_said(cell):
 @pytest.mark.parametrize("seed", [1, 2])
 def test_planned_together_nothing_meets_and_coal_agrees(cell, seed):
     start, goal = ({"left": row, "right": row} for row in SWEEP)
-    found = plan_together(cell, start, goal, seed=seed)
+    found = plan_coupled(cell, start, goal, seed=seed)
     assert found
     motion = found.timed(LIMITS)
     q = dense(lambda t: motion.trajectory.at(t).u, motion.duration)
@@ -146,7 +154,7 @@ def test_planned_together_nothing_meets_and_coal_agrees(cell, seed):
     assert cell.free(q).all()
     peer = CoalChecker(cell)
     assert min(peer.distance(row) for row in q[:: max(len(q) // 150, 1)]) > 0.0
-    np.testing.assert_array_equal(found.path, plan_together(cell, start, goal, seed=seed).path)
+    np.testing.assert_array_equal(found.path, plan_coupled(cell, start, goal, seed=seed).path)
 
 
 @pytest.mark.capability("11-45")
@@ -155,7 +163,7 @@ def test_an_arm_that_only_stands_there_makes_way(cell):
     there = MET
     start, goal = {"left": SWEEP[0], "right": there}, {"left": SWEEP[1]}
     assert not cell.free_segment(cell.joined(start), cell.joined({**start, **goal}))
-    for found in (plan_together(cell, start, goal, seed=3), plan_in_turn(cell, start, goal, LIMITS, seed=3)):
+    for found in (plan_coupled(cell, start, goal, seed=3), plan_prioritized(cell, start, goal, LIMITS, seed=3)):
         assert found, found.explain("en")
     q = dense(found.at, found.duration)
     assert cell.free(q).all()
@@ -165,9 +173,9 @@ def test_an_arm_that_only_stands_there_makes_way(cell):
 @pytest.mark.capability("11-45", "11-46")
 def test_in_turn_the_first_is_not_slowed_and_the_second_waits(cell):
     start, goal = {"left": SWEEP[0], "right": BACK}, {"left": SWEEP[1], "right": OUT + 0.5 * TURN}
-    found = plan_in_turn(cell, start, goal, LIMITS, order=("left", "right"))
+    found = plan_prioritized(cell, start, goal, LIMITS, order=("left", "right"))
     assert found, found.explain("en")
-    alone = plan_in_turn(cell.among(["left"]), start, goal, LIMITS, order=("left", "right"))
+    alone = plan_prioritized(cell.among(["left"]), start, goal, LIMITS, order=("left", "right"))
     assert found.motions["left"].duration == pytest.approx(alone.motions["left"].duration)
     assert found.motions["left"].waiting == 0.0
     q = dense(found.at, found.duration)
@@ -189,23 +197,23 @@ def test_three_arms_in_turn(robot):
     for k in range(3):
         T = rotation_z(2.0 * np.pi * k / 3.0)
         T[:3, 3] = -0.75 * T[:3, 0]
-        mounted.append(Mounted(f"arm {k}", robot, T))
-    cell = Arms(mounted)
+        mounted.append(ArmMount(f"arm {k}", robot, T))
+    cell = MultiArmCell(mounted)
     start, goal = ({name: OUT * [1, 0.6, 1, 1, 1, 1] + side * TURN for name in cell.names} for side in (-0.9, 0.9))
     limits = MotionLimits.of(18, velocity=2.0, acceleration=8.0)
-    found = plan_in_turn(cell, start, goal, limits, seed=1, seconds=60.0)
+    found = plan_prioritized(cell, start, goal, limits, seed=1, seconds=60.0)
     assert found, found.explain("en")
     assert cell.free(dense(found.at, found.duration)).all()
 
 
 @pytest.mark.capability("11-45")
 def test_what_cannot_be_planned_in_turn_is_named(cell):
-    meeting = plan_in_turn(cell, {"left": SWEEP[0], "right": BACK}, {"left": MET, "right": MET}, LIMITS)
+    meeting = plan_prioritized(cell, {"left": SWEEP[0], "right": BACK}, {"left": MET, "right": MET}, LIMITS)
     assert meeting.status is PlanningStatus.GOAL_BLOCKED
     assert "left/" in meeting.explain("en")
-    started = plan_in_turn(cell, {"left": MET, "right": MET}, {}, LIMITS)
+    started = plan_prioritized(cell, {"left": MET, "right": MET}, {}, LIMITS)
     assert started.status is PlanningStatus.START_BLOCKED
-    none = plan_in_turn(
+    none = plan_prioritized(
         cell, {"left": SWEEP[0], "right": SWEEP[0]}, {"left": SWEEP[1], "right": SWEEP[1]}, LIMITS, seconds=1e-6
     )
     assert none.status is PlanningStatus.NOT_FOUND
@@ -214,11 +222,11 @@ def test_what_cannot_be_planned_in_turn_is_named(cell):
     assert "found no way" not in none.explain("ar")
     ends = {"left": SWEEP[0], "right": BACK}
     with pytest.raises(InputError, match="have to be finite"):
-        plan_in_turn(cell, ends, {}, MotionLimits.of(12, velocity=1.0))
+        plan_prioritized(cell, ends, {}, MotionLimits.of(12, velocity=1.0))
     with pytest.raises(InputError, match="no order of the arms"):
-        plan_in_turn(cell, ends, {}, LIMITS, order=("left", "left"))
+        plan_prioritized(cell, ends, {}, LIMITS, order=("left", "left"))
     with pytest.raises(InputError, match="no arm 'up'"):
-        plan_in_turn(cell, ends, {"up": BACK}, LIMITS)
+        plan_prioritized(cell, ends, {"up": BACK}, LIMITS)
 
 
 @pytest.mark.capability("11-45")
@@ -231,7 +239,7 @@ def test_searches_that_find_nothing_count_against_the_time(cell, monkeypatch):
         return ArmPlan(PlanningStatus.NOT_FOUND, start[None], "rrt_connect", 1, 0, 1, seconds)
 
     monkeypatch.setattr(in_turn, "plan", nothing)
-    found = plan_in_turn(cell, {"left": SWEEP[0], "right": SWEEP[0]}, {"left": SWEEP[1]}, LIMITS, seconds=5.0)
+    found = plan_prioritized(cell, {"left": SWEEP[0], "right": SWEEP[0]}, {"left": SWEEP[1]}, LIMITS, seconds=5.0)
     assert found.status is PlanningStatus.NOT_FOUND
     assert asked == [2.0, 2.0, 2.0, 1.0]
 
@@ -241,12 +249,12 @@ def test_one_arm_past_settled_motions_and_arms_that_are_only_met(cell):
     """Left's motion is settled and runs through a block; only right has to keep clear of everything."""
     low = Scene([Obstacle(Box((0.2, 0.2, 0.3)), (0.6, 0.1, 0.35), "block")])
     alone = cell.with_scene(()).among(["left"])
-    left = plan_in_turn(alone, {"left": SWEEP[0], "right": BACK}, {"left": SWEEP[1]}, LIMITS).motions["left"]
+    left = plan_prioritized(alone, {"left": SWEEP[0], "right": BACK}, {"left": SWEEP[1]}, LIMITS).motions["left"]
     met = cell.with_scene(low).with_passive(["left"])
     start = {"left": SWEEP[0], "right": BACK}
     assert met.free(met.joined({"left": OUT, "right": BACK}))
     assert not cell.with_scene(low).free(met.joined({"left": OUT, "right": BACK}))
-    found = plan_past(met, "right", start, BACK + 2.0 * TURN, LIMITS, {"left": left})
+    found = plan_around_moving(met, "right", start, BACK + 2.0 * TURN, LIMITS, {"left": left})
     assert found, found.explain("en")
     assert met.free(dense(found.at, found.duration)).all()
     assert found.motions["left"] is left
@@ -254,12 +262,12 @@ def test_one_arm_past_settled_motions_and_arms_that_are_only_met(cell):
     np.testing.assert_array_equal(begun.at([0.0, 0.2, 9.0]), left.at([0.5, 0.7, 9.0]))
     twice = left.then(found.motions["right"])
     assert twice.duration == pytest.approx(left.duration + found.motions["right"].duration)
-    into = plan_past(met, "right", start, np.array([-0.9, 1.2, 0.3, 0.0, 0.0, 0.0]), LIMITS, {})
+    into = plan_around_moving(met, "right", start, np.array([-0.9, 1.2, 0.3, 0.0, 0.0, 0.0]), LIMITS, {})
     assert into
 
 
 def test_an_arm_that_is_always_near_itself_has_its_turn(tmp_path):
-    """Two of its bodies stay 1 mm apart: what the moments keep on top of the margin is asked of other arms only."""
+    """Two of its bodies stay 1 mm apart: what the moments keep on top of the clearance is asked of other arms only."""
     limits = '<limit lower="-2.5" upper="2.5" effort="1" velocity="1"/>'
     balls = {"l0": [(0.0, 0.05)], "l1": [], "l2": [(0.0, 0.149), (0.4, 0.03)]}
     links = [
@@ -277,10 +285,10 @@ def test_an_arm_that_is_always_near_itself_has_its_turn(tmp_path):
     ]
     file = tmp_path / "near.urdf"
     file.write_text(f'<robot name="near">{"".join(links + joints)}</robot>')
-    cell = Arms([Mounted("left", file), Mounted("right", file, (1.0, 0.0, 0.0))])
+    cell = MultiArmCell([ArmMount("left", file), ArmMount("right", file, (1.0, 0.0, 0.0))])
     start = {"left": [1.0, 0.3], "right": [-2.0, 0.3]}
     assert 0.0 < float(cell.distance(cell.joined(start)).distance) < 0.003
     goal = {"left": [-1.0, 0.3], "right": [2.0, -0.3]}
-    found = plan_in_turn(cell, start, goal, MotionLimits.of(4, velocity=2.0, acceleration=5.0))
+    found = plan_prioritized(cell, start, goal, MotionLimits.of(4, velocity=2.0, acceleration=5.0))
     assert found, found.explain()
     assert cell.free(found.at(np.linspace(0.0, found.duration, 2000))).all()

@@ -41,7 +41,7 @@ CALLS = (
     "control.export_law(robot=R2, law=PID, period=0.001)",
     "control.follow_with_loops(chain=BARS, path=CRANK, q_start=BAR_Q, task='position', tolerance=1e-6, slack=0.0)",
     "control.free_speed(wrench=1.0, kp=2.0, ki=3.0, damping=1.0, mass=1.0, t=[0, 1])",
-    "control.gain_card(robot=R2, period=0.001, delay=0.001, damping_ratio=0.7, poses=3)",
+    "control.tune_gains(robot=R2, period=0.001, delay=0.001, damping_ratio=0.7, poses=3)",
     "control.guiding_line(point=[0, 0, 0], direction=[1, 0, 0], stiffness=10.0, damping=1.0)",
     "control.guiding_plane(point=[0, 0, 0], normal=[1, 0, 0], stiffness=10.0, damping=1.0)",
     "control.hybrid_certificate(law=HYBRID, t=T3, q=Q23, qd=0 * Q23, wrench=W3, allowed=0.05)",
@@ -58,7 +58,8 @@ CALLS = (
     "control.stiffest_wall(damping=1.0, period=0.01)",
     "control.task_computed_torque(robot=R2, reference=HOLD, natural_frequency=20.0, damping_ratio=1.0, "
     "integral=0.0, rest_frequency=2.0)",
-    "control.tip_ways(start=NEAR, goal=FAR, axes=('body',), natural_frequency=10.0, damping_ratio=1.0, duration=0.5)",
+    "control.compare_pose_errors(start=NEAR, goal=FAR, axes=('body',), natural_frequency=10.0, damping_ratio=1.0, "
+    "duration=0.5)",
     # derivation
     "derivation.check_dh(rows=DH, mechanism=R2, tolerance=1e-6)",
     "derivation.check_jacobian(J=[['0', '0']] * 6, mechanism=R2, q=Q2, values={'L1': 1.0}, tolerance=1e-6)",
@@ -189,21 +190,23 @@ CALLS = (
     # planning
     "mf.place(robot=R2, targets=SPOTS, region=((-1.0, 1.0), (-1.0, 1.0)), yaws=1, spacing=1.0, enough_clearance=0.1, "
     "refinements=0)",
-    "mf.plan(robot=CHECKER, scene=None, start=Q2, goal=G2, seconds=1.0, nodes=50, shorten=2)",
-    "mf.plan(robot=R2, scene=None, start=Q2, goal=G2, nodes=50, shorten=2, margin=0.01, own_margin=0.0, radius=0.01)",
+    "mf.plan(robot=CHECKER, scene=None, start=Q2, goal=G2, seconds=1.0, max_nodes=50, shortcut_iterations=2)",
+    "mf.plan(robot=R2, scene=None, start=Q2, goal=G2, max_nodes=50, shortcut_iterations=2, "
+    "clearance=0.01, self_clearance=0.0, radius=0.01)",
     "planning.avoid_moving(collides=lambda s, t: (s > 0.4) & (s < 0.5) & (t < 1), duration=1.0, horizon=3.0, cells=20)",
-    "planning.bench_planners(queries=[QUERY], planners=['rrt_connect'], seeds=(0,), seconds=1.0, nodes=50)",
+    "planning.bench_planners(queries=[QUERY], planners=['rrt_connect'], seeds=(0,), seconds=1.0, max_nodes=50)",
     "planning.coordinate(collides=lambda a, b: (a > 0.4) & (b > 0.4) & (a < 0.5) & (b < 0.5), durations=(1.0, "
     "2.0), cells=20)",
     "planning.disc(centre=[0.5, 0.0], radius=0.3)([[3, 0]])",
-    "planning.find_path(problem=PROBLEM, start=[0, 0], goal=[0, 1], seconds=1.0, nodes=50)",
+    "planning.find_path(problem=PROBLEM, start=[0, 0], goal=[0, 1], seconds=1.0, max_nodes=50)",
     "planning.loops_kept(mechanism=BAR_MECHANISM, tolerance=0.001)",
     "planning.plan_approach(checker=PLAIN3, start=Q3, T_goal=TIP3, away=(0.0, 0.01, 0.0), seconds=1.0)",
-    "planning.plan_in_turn(cell=CELL, start={'a': Q2}, goal={'a': G2}, limits=SWIFT, seconds=1.0)",
-    "planning.plan_past(cell=CELL, name='a', start={'a': Q2}, goal=G2, limits=SWIFT, others={}, seconds=1.0)",
-    "planning.plan_together(cell=CELL, start={'a': Q2}, goal={'a': G2}, seconds=1.0, nodes=50, shorten=2)",
+    "planning.plan_prioritized(cell=CELL, start={'a': Q2}, goal={'a': G2}, limits=SWIFT, seconds=1.0)",
+    "planning.plan_around_moving(cell=CELL, name='a', start={'a': Q2}, goal=G2, limits=SWIFT, others={}, seconds=1.0)",
+    "planning.plan_coupled(cell=CELL, start={'a': Q2}, goal={'a': G2}, seconds=1.0, max_nodes=50, "
+    "shortcut_iterations=2)",
     "planning.planar_arm(lengths=[1.0, 1.0], world=WORLD, thickness=0.1, base=(0.0, 0.0))",
-    "planning.watch(query=QUERY, seconds=1.0, nodes=20)",
+    "planning.watch(query=QUERY, seconds=1.0, max_nodes=20)",
     # simulation
     "simulation.chalk_on_board(robot=R6, q=Q6, length=0.05, press=5.0, friction=0.2, duration=1.0)",
     "simulation.eraser_on_board(robot=R6, q=Q6, length=0.05, press=8.0, half_width=0.02, friction=0.2, duration=1.0)",
@@ -249,7 +252,7 @@ CALLS = (
     "trajectory.septic(start=[0.0], goal=[1.0], duration=2.0, start_derivatives=(0.1, 0.2, 0.3))",
     "trajectory.sequence(*PARTS, rests=(0.1, 0.2), tolerance=1e-6)",
     "trajectory.time_optimal(path=JOINTS, limits=SWIFT, robot=R2, tip_speed=1.0, tip_acceleration=2.0, "
-    "tip_turn_rate=3.0, "
+    "tip_angular_speed=3.0, "
     "intervals=20)",
     "trajectory.time_optimal(path=JOINTS, limits=LIMITS(velocity=1.0, acceleration=2.0), intervals=20)",
     "trajectory.trapezoid(start=[0.0], goal=[1.0], acceleration=2.0, velocity=1.0)",
@@ -294,11 +297,11 @@ PACKAGES = ("derivation", "grasp", "ik", "performance")
 """Parts of mafsil that only the texts name."""
 
 SLOW = (
-    "control.tip_ways", "control.gain_card", "derivation.check_jacobian", "mf.estimate_payload",
+    "control.compare_pose_errors", "control.tune_gains", "derivation.check_jacobian", "mf.estimate_payload",
     "mf.excitation_trajectory", "grasp.plan_grasps", "mobility.assembly_modes", "mobility.configuration_curves",
     "mobility.configuration_surfaces", "mobility.generic_mobility", "mobility.trace", "mobility.trace_surface",
     "parallel.closed_inverse_kinematics", "performance.isotropic_configurations", "performance.pinned_arm", "mf.place",
-    "planning.plan_approach", "planning.plan_in_turn", "planning.plan_past", "trajectory.cartesian_line",
+    "planning.plan_approach", "planning.plan_prioritized", "planning.plan_around_moving", "trajectory.cartesian_line",
     "trajectory.compare_routes", "trajectory.diagnose_path", "trajectory.follow", "trajectory.joined_path",
     "trajectory.time_optimal", "simulation.monte_carlo", "simulation.learn", "trajectory.export",
     "control.follow_with_loops",
@@ -314,7 +317,7 @@ SLOW = (
 ABSENT = {
     "ik.track": ("stopped_at", "drift"),
     "one_joint.measure_response": ("peak_time", "settling_time", "rise_time", "overshoot"),
-    "control.tip_ways": ("settling_time",),
+    "control.compare_pose_errors": ("settling_time",),
     "one_joint.sweep_rate": ("settling_time", "overshoot", "peak_time", "rise_time", "longest", "advised"),
     "performance.force_ellipsoid": ("characteristic",),
     "performance.velocity_ellipsoid": ("characteristic",),
@@ -484,7 +487,7 @@ def _scenes(names: dict[str, Any]) -> dict[str, Any]:
     return {
         "CHECKER": collision.Checker(r2, radius=0.02, self_collision=False),
         "PLAIN3": collision.Checker(r3, radius=0.02, self_collision=False),
-        "CELL": collision.Arms([collision.Mounted("a", r2, radius=0.02, self_collision=False)]),
+        "CELL": collision.MultiArmCell([collision.ArmMount("a", r2, radius=0.02, self_collision=False)]),
         "PROBLEM": problem, "QUERY": planning.Query("plain", problem, np.zeros(2), np.array([0.5, 0.5])),
         "WORLD": planning.PolygonWorld.of([-5, -5], [5, 5], [square]), "SPOTS": r2.forward_kinematics([[0.3, 0.5]]),
     }  # fmt: skip

@@ -71,7 +71,7 @@ def text_of(rng: np.random.Generator, robot: Robot, *, gentle: bool) -> str:
             scale = 10.0 ** rng.uniform(0.0, 5.0)
             lines.append(f"stiffness = {(scale * inertia + 1e-6).tolist()}")
         if rng.random() < 0.3:
-            lines.append(f"rate_gain = {(10.0 ** rng.uniform(0.0, 3.5) * inertia + 1e-6).tolist()}")
+            lines.append(f"kd = {(10.0 ** rng.uniform(0.0, 3.5) * inertia + 1e-6).tolist()}")
     if not gentle and rng.random() < 0.3:
         lines.append(f"rate = {rng.choice([500.0, 100.0, 50.0])}")
     lines += ["[simulation]", "step = 0.002", f"settle = {rng.choice([0.0, 0.2])}"]

@@ -70,7 +70,7 @@ def work(seed: int, problems: int) -> dict[str, int]:
         q = checker.random_configurations(40)[rng.permutation(40)[:8]] * rng.choice([1.0, 1.0, 1.0, 1.3])
         free = q[checker.free(q)]
         start, goal = free[:2] if len(free) > 1 and rng.random() < 0.8 else q[:2]
-        found = mf.plan(checker, None, start, goal, seed=k, nodes=3000, seconds=20.0, shorten=20)
+        found = mf.plan(checker, None, start, goal, seed=k, max_nodes=3000, seconds=20.0, shortcut_iterations=20)
         counts["problems"] += 1
         counts["found"] += bool(found)
         counts["straight"] += bool(found) and len(found.path) == 2

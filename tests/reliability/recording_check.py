@@ -418,7 +418,7 @@ def _there(check: Check, k: int, key: str) -> bool:
         "surface_friction": any(one.friction for one in job.surface),
         "law": job.controller.kind in ("pid", "pd_gravity"),
         "integral": job.controller.kind == "pid",
-        "gains": any((job.controller.frequency, job.controller.stiffness, job.controller.rate_gain)),
+        "gains": any((job.controller.frequency, job.controller.kp, job.controller.kd)),
     }
     return bool(there.get(key, True))
 

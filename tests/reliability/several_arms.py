@@ -19,9 +19,9 @@ from pathlib import Path
 import numpy as np
 
 import mafsil as mf
-from mafsil.collision import Arms, Mounted
+from mafsil.collision import ArmMount, MultiArmCell
 from mafsil.model.placement import rotation_z
-from mafsil.planning import PlanningStatus, coordinate_arms, plan_in_turn, plan_together
+from mafsil.planning import PlanningStatus, coordinate_arms, plan_coupled, plan_prioritized
 from mafsil.trajectory import MotionLimits
 from tests.collision.arms import scene, urdf
 from tests.reliability import figures
@@ -32,7 +32,7 @@ VELOCITY, ACCELERATION = 2.0, 8.0
 
 
 @cache
-def cells() -> tuple[Arms, ...]:
+def cells() -> tuple[MultiArmCell, ...]:
     """Tables with two and three arms, near and far."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "arm.urdf"
@@ -44,8 +44,8 @@ def cells() -> tuple[Arms, ...]:
         for k in range(count):
             T = rotation_z(2.0 * np.pi * k / count)
             T[:3, 3] = -radius * T[:3, 0]
-            mounted.append(Mounted(f"arm{k}", robot, T))
-        found.append(Arms(mounted))
+            mounted.append(ArmMount(f"arm{k}", robot, T))
+        found.append(MultiArmCell(mounted))
     return tuple(found)
 
 
@@ -57,7 +57,7 @@ def dense(at, duration: float) -> np.ndarray:
     return at(np.concatenate(parts))
 
 
-def is_wrong(cell: Arms, at, duration: float, ends: np.ndarray) -> str:
+def is_wrong(cell: MultiArmCell, at, duration: float, ends: np.ndarray) -> str:
     """What a motion gets wrong; empty if nothing."""
     if np.abs(at(np.array([0.0, duration])) - ends).max() > 1e-8:
         return "bad_ends"
@@ -71,7 +71,7 @@ def is_wrong(cell: Arms, at, duration: float, ends: np.ndarray) -> str:
     return "bad_limits" if fast or hard else ""
 
 
-def has_way(cell: Arms, a: np.ndarray, b: np.ndarray, count: int = 60) -> bool:
+def has_way(cell: MultiArmCell, a: np.ndarray, b: np.ndarray, count: int = 60) -> bool:
     """Whether a search over places of both straight paths finds a way on which neither goes back."""
     shares = np.linspace(0.0, 1.0, count + 1)
     first, second = (rows[0] + shares[:, None] * (rows[1] - rows[0]) for rows in (a, b))
@@ -103,8 +103,8 @@ def work(seed: int, problems: int) -> dict[str, int]:
         limits = MotionLimits.of(cell.robot.n, velocity=VELOCITY, acceleration=ACCELERATION)
         counts["problems"] += 1
         blocked = not (cell.free(a) and cell.free(b))
-        together = plan_together(cell, start, goal, seed=k, nodes=4000, shorten=20)
-        turns = plan_in_turn(cell, start, goal, limits, seed=k, seconds=6.0)
+        together = plan_coupled(cell, start, goal, seed=k, max_nodes=4000, shortcut_iterations=20)
+        turns = plan_prioritized(cell, start, goal, limits, seed=k, seconds=6.0)
         for name, answer in (("together", together), ("in_turn", turns)):
             counts[name] += bool(answer)
             ended = answer.status in (PlanningStatus.START_BLOCKED, PlanningStatus.GOAL_BLOCKED)

@@ -26,7 +26,7 @@ ELSEWHERE = {
     "tests/reliability": "JerkLimitedBatch ViaMotion TimeOptimalBatch ArmPlan ArmsMotion CoordinatedPlan Separation "
     "ClosureBatch WrenchClosureBatch FiniteMobility Stability Run LimitCheck LimitProof Identification",
     "tests/cli": "ResultsComparison",
-    "tests/control": "ElasticRun Selection Coupling SetPointCondition FeltConstraint GainCard HybridCertificate "
+    "tests/control": "ElasticRun Selection Coupling SetPointCondition EstimatedConstraint GainReport HybridCertificate "
     "EnergyCertificate SlidingCertificate Interaction RenderedImpedance Suitability",
     "tests/derivation": "Derivation Review",
     "tests/grasp": "MethodResult GraspPlan Robustness",

@@ -19,8 +19,8 @@ JOB = """
 robot = "planar2r"
 [controller]
 kind = "pd_gravity"
-stiffness = [400, 3]
-rate_gain = [60, 1]
+kp = [400, 3]
+kd = [60, 1]
 [simulation]
 step = 0.002
 [[move]]

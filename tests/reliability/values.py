@@ -54,7 +54,7 @@ WRITTEN = (
     "collision.TriangleMesh(vertices=HULL, faces=FACES)",
     "control.AtPoints(environment=WALL, points=np.eye(3))",
     "control.Door(hinge=np.zeros(3), axis=np.array([0, 0, 1]), handle=HANDLE, stiffness=1.0, damping=1.0, "
-    "turn_stiffness=1.0, turn_damping=1.0, friction=0.1)",
+    "rotational_stiffness=1.0, rotational_damping=1.0, friction=0.1)",
     "control.Gains(kp=np.ones(2), kd=np.ones(2), ki=np.ones(2))",
     "control.Hole(mouth=np.zeros(3), axis=np.array([0, 0, 1]), clearance=0.001, depth=0.1, chamfer=0.01, "
     "stiffness=1.0, damping=1.0, friction=0.1)",
@@ -107,7 +107,7 @@ WRITTEN = (
     "trajectory.BSpline(knots=np.array([0.0, 0, 1, 1]), control=np.array([[0.0], [1.0]]), degree=1)",
     "trajectory.CartesianPath(T_start=NEAR, T_goal=FAR)",
     "trajectory.KeepsClear(point=[0.0, 0, 0], distance=0.1, begin=0.0, end=1.0)",
-    "trajectory.PassesWithin(point=[0.0, 0, 0], distance=0.1, begin=0.0, end=1.0)",
+    "trajectory.PassThrough(point=[0.0, 0, 0], distance=0.1, begin=0.0, end=1.0)",
     "trajectory.PiecewisePolynomial(knots=np.array([0.0, 1.0]), coefficients=np.zeros((1, 4, 2)))",
     "trajectory.Takes(least=0.0, most=1.0)",
     "trajectory.TrajectoryGenerator(trajectory=STILL, rate=10.0)",
@@ -145,10 +145,10 @@ MADE = {
     "mafsil.collision": "Contact",
     "mafsil.control": (
         "AdaptiveControl AdmittanceControl ConstrainedDynamics ContactSwitch CurrentLoop Delayed "
-        "DrivenTrajectory ElasticArm ElasticLinearization EncoderLoop FastDamping ForceControl HybridControl "
-        "ImpedanceByForce JointFeedback JointMotionEstimate LearnedEffort LinearArm LinearQuadratic "
+        "DrivenTrajectory ElasticArm ElasticLinearization EncoderLoop SingularPerturbationControl ForceControl "
+        "HybridControl ImpedanceByForce JointFeedback JointMotionEstimate LearnedEffort LinearArm LinearQuadratic "
         "MatrixFeedback MinMax ModelPredictive ReducedDynamics SlidingMode TaskDynamics TipDamping "
-        "TipMotionEstimate TipWay"
+        "TipMotionEstimate PoseErrorResponse"
     ),
     "mafsil.grasp": "Body FreeMotions GraspFile PlannedGrasp",
     "mafsil.ik": (
@@ -178,7 +178,7 @@ MADE = {
 UNBOUNDED = {
     "mf.Limits": ("lower", "upper", "velocity", "acceleration", "jerk", "effort"),
     "trajectory.MotionLimits.of": ("position", "velocity", "acceleration", "jerk", "effort"),
-    "mf.Contact": ("finger_curvature",), "trajectory.Takes": ("most",), "trajectory.PassesWithin": ("end",),
+    "mf.Contact": ("finger_curvature",), "trajectory.Takes": ("most",), "trajectory.PassThrough": ("end",),
     "trajectory.KeepsClear": ("end",), "one_joint.LoopConditions": ("torque_limit",),
     "one_joint.FrictionConditions.of": ("stiffness",), "parallel.CableRobot": ("highest",),
 }  # fmt: skip

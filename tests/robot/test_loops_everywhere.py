@@ -212,7 +212,7 @@ def test_a_robot_all_of_whose_joints_are_locked_is_closed_or_refused(palletiser:
 
 def test_every_other_name_of_a_robot_refuses_or_describes(palletiser: mf.Robot) -> None:
     one, calls = np.zeros(4), {
-        "base_parameters": (), "compiled_routine": ("mass_matrix",), "degeneracy": (np.zeros(4),),
+        "base_parameters": (), "compiled_routine": ("mass_matrix",), "mass_matrix_singularity": (np.zeros(4),),
         "export": ("mass_matrix",), "kernel": ("forward_kinematics",), "routine": ("jacobian_body",),
         "task_space": (np.zeros(4), np.zeros(4)), "together": ("forward_kinematics", "jacobian_body"),
         "torque_terms": (np.zeros(4), np.zeros(4), np.zeros(4)),

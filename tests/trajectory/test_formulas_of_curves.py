@@ -8,10 +8,10 @@ from scipy.interpolate import CubicSpline
 
 import mafsil as mf
 from mafsil.trajectory import (
-    IsSmooth,
+    MaxDerivativeJump,
+    MaxDuration,
     PathMotion,
     PlanStatus,
-    Takes,
     TrajectoryGenerator,
     cubic_through,
     generator,
@@ -81,8 +81,8 @@ def test_what_is_missing_is_a_number():
     assert asked.status is PlanStatus.TOO_SHORT
     assert asked.residual == pytest.approx(2.0 / 1.5 + 1.5 / 4.0 - 1.0)
     smooth = quintic([0.0], [1.0], 1.0)
-    assert require(smooth, IsSmooth(2)).status.name == "MET"
-    assert require(smooth, IsSmooth(2), Takes(most=0.5)).status.name == "NOT_MET"
+    assert require(smooth, MaxDerivativeJump(2)).status.name == "MET"
+    assert require(smooth, MaxDerivativeJump(2), MaxDuration(most=0.5)).status.name == "NOT_MET"
 
 
 @pytest.mark.capability("11-49")

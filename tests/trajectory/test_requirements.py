@@ -8,12 +8,12 @@ import pytest
 import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.trajectory import (
-    IsSmooth,
     KeepsClear,
-    PassesWithin,
+    MaxDerivativeJump,
+    MaxDuration,
+    PassThrough,
     PathPoints,
     PointKind,
-    Takes,
     Trajectory,
     cubic_through,
     joint_path,
@@ -31,15 +31,15 @@ def test_each_kind_of_requirement_is_measured():
     motion = plan.trajectory
     answer = require(
         motion,
-        PassesWithin([1.0, 1.0], miss * 1.001),
-        PassesWithin([1.0, 1.0], miss * 0.999),
+        PassThrough([1.0, 1.0], miss * 1.001),
+        PassThrough([1.0, 1.0], miss * 0.999),
         KeepsClear([1.0, 1.0], miss * 0.999),
         KeepsClear([1.0, 1.0], miss * 1.001),
         KeepsClear([1.0, 1.0], 0.5, end=0.5),
-        Takes(most=2.0),
-        Takes(least=2.1),
-        IsSmooth(1),
-        IsSmooth(2),
+        MaxDuration(most=2.0),
+        MaxDuration(least=2.1),
+        MaxDerivativeJump(1),
+        MaxDerivativeJump(2),
     )
     assert [finding.met for finding in answer] == [True, False, True, False, True, True, False, True, False]
     assert not answer
@@ -47,11 +47,11 @@ def test_each_kind_of_requirement_is_measured():
     np.testing.assert_allclose([nearest.measured, nearest.time], [miss, 1.0], rtol=1e-5)
     for language in ("en", "ar"):
         assert len(answer.explain(language).splitlines()) == 9
-    assert answer.to_dict()["findings"][0]["kind"] == "PassesWithin"
-    assert require(quintic([0.0], [1.0], 1.0), IsSmooth(2), Takes(0.5, 1.5))
+    assert answer.to_dict()["findings"][0]["kind"] == "PassThrough"
+    assert require(quintic([0.0], [1.0], 1.0), MaxDerivativeJump(2), MaxDuration(0.5, 1.5))
     with pytest.raises(InputError, match="distance"):
-        PassesWithin([0.0, 0.0], 0.0)
-    for wrong in (PassesWithin([0.0], 1.0), KeepsClear([0, 0], 1.0, begin=5.0)):
+        PassThrough([0.0, 0.0], 0.0)
+    for wrong in (PassThrough([0.0], 1.0), KeepsClear([0, 0], 1.0, begin=5.0)):
         with pytest.raises(InputError):
             require(motion, wrong)
 
@@ -66,7 +66,7 @@ def test_a_distance_may_be_that_of_the_tip():
         return robot.forward_kinematics(u)[:, :3, 3]
 
     middle = tip(motion.at([0.5]).u)[0]
-    (finding,) = require(motion, PassesWithin(middle, 1e-6, place=tip))
+    (finding,) = require(motion, PassThrough(middle, 1e-6, place=tip))
     assert finding.met
     np.testing.assert_allclose(finding.time, 0.5, atol=1e-4)
 

@@ -104,7 +104,7 @@ def families() -> dict[str, Questions]:
     return {
         "planning": {
             "collision": collision,
-            "plan": lambda: mf.plan(checker(), None, q, q + np.array([2.0, 0, 0, 0, 0, 0, 0]), shorten=5),
+            "plan": lambda: mf.plan(checker(), None, q, q + np.array([2.0, 0, 0, 0, 0, 0, 0]), shortcut_iterations=5),
         },
         "jerk_limited": {
             "jerk_limited": lambda: mf.trajectory.jerk_limited(rest, goal, limits()),

@@ -77,7 +77,7 @@ def dynamics(
         values["tau"] = np.asarray(arm.inverse_dynamics(values["q"], values["qd"], values["qdd"]))
     else:
         values["tau"] = efforts("tau", tau, arm.mechanism)
-        arm.degeneracy(values["q"]).require_regular()
+        arm.mass_matrix_singularity(values["q"]).require_regular()
         values["qdd"] = np.asarray(arm.forward_dynamics(values["q"], values["qd"], values["tau"]))
     remarks = degrees_remarks(q, arm.mechanism, degrees=degrees)
     shown = _answer(arm, values, remarks, forward=tau is not None)

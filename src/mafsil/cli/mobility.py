@@ -18,8 +18,8 @@ from mafsil.mobility import (
     assembled,
     configuration_surfaces,
     locked,
-    locked_subsets,
     mobility,
+    mobility_with_locked_joints,
 )
 from mafsil.mobility.spoken_name import spoken_name
 
@@ -61,8 +61,10 @@ def mobility_of(
     if actuated is None and len(linkage.closing) and str(mechanism).lower().endswith((".sdf", ".world")):
         lines.append(say("cli.mobility_driven_unknown"))
     if subsets is not None:
-        left = locked_subsets(linkage, _count(subsets))
-        data["locked_subsets"] = [{"joints": list(names), "mobility": count} for names, count in left.items()]
+        left = mobility_with_locked_joints(linkage, _count(subsets))
+        data["mobility_with_locked_joints"] = [
+            {"joints": list(names), "mobility": count} for names, count in left.items()
+        ]
         lines += table(
             (say("cli.mobility_locked_head"), say("cli.mobility_left_head")),
             [(", ".join(n), str(c)) for n, c in left.items()],

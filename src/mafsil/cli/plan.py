@@ -37,11 +37,11 @@ def plan(
     plane: list[str],
     scene: str | None,
     clearance: str | None,
-    own_clearance: str | None,
+    self_clearance: str | None,
     planner: str | None,
     srdf: str | None,
-    rest: list[str],
-    moving: list[str],
+    known_free: list[str],
+    active_joints: list[str],
     seed: str | None,
     seconds: str | None,
     out: str | None,
@@ -61,11 +61,11 @@ def plan(
         line, plane: (3) direction and normal, in {s}, that the tip stays along or in.
         scene: file of `[[obstacle]]` tables.
         clearance: that is kept [m].
-        own_clearance: that bodies of the robot keep from each other [m].
+        self_clearance: that bodies of the robot keep from each other [m].
         planner: which one searches.
         srdf: file of the pairs of links that need no check.
-        rest: (n) coordinates as typed at which the robot is known to be free of itself.
-        moving: names of joints that may move though they end where they start; if none, those of the moving limb.
+        known_free: (n) coordinates as typed at which the robot is known to be free of itself.
+        active_joints: names of joints that may move though they end where they start; those of the moving limb if none.
         seed: of its samples.
         seconds: after which it gives up.
         out: file for the timed motion; its ending says the format.
@@ -80,19 +80,19 @@ def plan(
     q = joint_values("start", start, arm.mechanism, degrees=degrees)
     keep = typed_constraints(upright, orientation, line, plane, degrees=degrees)
     around = Scene() if scene is None else scene_in(Path(scene))
-    margin = 0.0 if clearance is None else number("--clearance", clearance)
-    among_itself = None if own_clearance is None else number("--own-clearance", own_clearance)
+    apart = 0.0 if clearance is None else number("--clearance", clearance)
+    among_itself = None if self_clearance is None else number("--own-clearance", self_clearance)
     budget = 10.0 if seconds is None else number("--seconds", seconds)
     first = 0 if seed is None else count("--seed", seed)
     own = any(link.collisions or link.visuals for link in arm.mechanism.links)
-    known_free = joint_values("rest", rest, arm.mechanism, degrees=degrees) if rest else None
+    free = joint_values("known_free", known_free, arm.mechanism, degrees=degrees) if known_free else None
     checker = Checker(
-        with_shapes(arm.mechanism), around, margin=margin, own_margin=among_itself, srdf=srdf, self_collision=own,
-        rest=known_free,
+        with_shapes(arm.mechanism), around, clearance=apart, self_clearance=among_itself, srdf=srdf,
+        self_collision=own, known_free=free,
     )  # fmt: skip
     found = plan_path(
-        checker, None, q, wanted, planner=planner or "rrt_connect", seed=first, seconds=budget, keep=keep,
-        moving=moving or None,
+        checker, None, q, wanted, planner=planner or "rrt_connect", seed=first, seconds=budget, constraints=keep,
+        active_joints=active_joints or None,
     )  # fmt: skip
     data: dict[str, Any] = {"robot": arm.name, **found.to_dict()}
     typed = [words for words in (start, *rows_of(goal, arm.n)) if words]
@@ -100,7 +100,7 @@ def plan(
     if not found:
         return Answer(data, (), "\n".join([found.explain(), *dict.fromkeys(hints)]))
     lines = [*found.explain().splitlines(), *_points(arm, found, degrees=degrees), *dict.fromkeys(hints)]
-    if known_free is not None:
+    if free is not None:
         data["not_checked"] = [(each.first, each.second) for each in checker.resting]
         names = f" ({', '.join(map(str, checker.resting))})" if checker.resting else ""
         lines.append(say("collision.skipped_rest", count=len(checker.resting), names=names))

@@ -1,5 +1,5 @@
-from mafsil.collision.arms import Arms as Arms
-from mafsil.collision.arms import Mounted as Mounted
+from mafsil.collision.arms import ArmMount as ArmMount
+from mafsil.collision.arms import MultiArmCell as MultiArmCell
 from mafsil.collision.checker import Checker as Checker
 from mafsil.collision.movable import MovableArm as MovableArm
 from mafsil.collision.pairs import Reason as Reason

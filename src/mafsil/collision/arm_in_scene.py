@@ -41,7 +41,7 @@ else:
 class ArmInScene:
     """An arm in a scene: its bodies, which pairs of them are checked, clearances to keep. Arguments as `Checker`."""
 
-    _own_margin: float | None = None
+    _self_clearance: float | None = None
 
     def __init__(
         self,
@@ -49,21 +49,21 @@ class ArmInScene:
         scene: Scene | Iterable[Obstacle] = (),
         *,
         attached: Iterable[Obstacle] = (),
-        margin: float = 0.0,
-        own_margin: float | None = None,
+        clearance: float = 0.0,
+        self_clearance: float | None = None,
         srdf: str | Path | None = None,
         skip: Iterable[tuple[str, str]] = (),
         self_collision: bool = True,
         radius: float | None = None,
         samples: int = 1000,
-        drop_unseen: bool = False,
+        skip_never_colliding: bool = False,
         seed: int = 0,
-        rest: ArrayLike | None = None,
+        known_free: ArrayLike | None = None,
     ) -> None:
         self.robot = as_open_tree(robot)
         self.scene = scene if isinstance(scene, Scene) else Scene(scene)
-        self.margin = not_negative("margin", margin)
-        self._own_margin = None if own_margin is None else not_negative("own_margin", own_margin)
+        self.clearance = not_negative("clearance", clearance)
+        self._self_clearance = None if self_clearance is None else not_negative("self_clearance", self_clearance)
         self.samples = whole("samples", samples)
         self.seed = whole("seed", seed)
         mechanism = self.robot.mechanism
@@ -78,13 +78,13 @@ class ArmInScene:
         known = (*dict.fromkeys((*(body.name for body in self.bodies), *mechanism.link_names)),)
         listed = {**({} if srdf is None else disabled_pairs(srdf)), **named_pairs(skip, known)}
         self._skipped = skipped_by_structure(mechanism, self.bodies, listed)
-        if rest is not None:
-            self._skipped |= self._resting_pairs(rest)
+        if known_free is not None:
+            self._skipped |= self._resting_pairs(known_free)
         if self_collision:
-            self._sample_pairs(drop_unseen, srdf is None)
+            self._sample_pairs(skip_never_colliding, srdf is None)
         self._self_collision = self_collision
         self._workshops: dict[int, Held[Workshop]] = {}
-        self._margins_of_pairs: dict[float, dict[tuple[int, int], float]] = {}
+        self._clearances_of_pairs: dict[float, dict[tuple[int, int], float]] = {}
 
     def world(self) -> World:
         """All that compiled loops ask whether a motion is free, with arrays of this thread alone."""
@@ -95,7 +95,7 @@ class ArmInScene:
         here = get_ident()
         shop = self._workshops.get(here)
         if shop is None:
-            shop = self._workshops[here] = self.laid.workshop(self.scene, self.margins())
+            shop = self._workshops[here] = self.laid.workshop(self.scene, self.clearances())
         return shop
 
     def __getstate__(self) -> dict[str, Any]:
@@ -198,39 +198,39 @@ class ArmInScene:
         return other
 
     @property
-    def own_margin(self) -> float:
+    def self_clearance(self) -> float:
         """Clearance between bodies of the arm below which it counts as colliding [m]."""
-        return self.margin if self._own_margin is None else self._own_margin
+        return self.clearance if self._self_clearance is None else self._self_clearance
 
-    def with_margin(self, margin: float | None = None, *, own: float | None = None) -> Self:
+    def with_clearance(self, clearance: float | None = None, *, own: float | None = None) -> Self:
         """The same arm and scene with another clearance to keep, and between bodies of the arm; None as it is [m]."""
         other = self.with_scene(self.scene)
-        if margin is not None:
-            other.margin = not_negative("margin", margin)
+        if clearance is not None:
+            other.clearance = not_negative("clearance", clearance)
         if own is not None:
-            other._own_margin = not_negative("own_margin", own)
+            other._self_clearance = not_negative("self_clearance", own)
         return other
 
-    def margins(self) -> Floats:
+    def clearances(self) -> Floats:
         """(1 + pairs,) clearances to keep from the surroundings, and between the bodies of each pair of `arm` [m].
 
-        Bodies of the arm that are always near keep less than the margin, unless an own one was asked for.
+        Bodies of the arm that are always near keep less than the clearance, unless an own one was asked for.
         """
-        found = np.full(1 + len(self.arm.pairs), self.own_margin)
-        found[0] = self.margin
+        found = np.full(1 + len(self.arm.pairs), self.self_clearance)
+        found[0] = self.clearance
         if less := self._kept_less():
             pairs: list[list[int]] = self.arm.pairs.tolist()
-            found[1:] = [less.get((a, b), self.own_margin) for a, b in pairs]
+            found[1:] = [less.get((a, b), self.self_clearance) for a, b in pairs]
         return found
 
     @property
-    def keeps_one_margin(self) -> bool:
-        """Whether every pair keeps the margin, so that the nearest one decides."""
-        return self.own_margin == self.margin and not self._kept_less()
+    def keeps_one_clearance(self) -> bool:
+        """Whether every pair keeps the clearance, so that the nearest one decides."""
+        return self.self_clearance == self.clearance and not self._kept_less()
 
     @property
     def always_near(self) -> dict[tuple[str, str], float]:
-        """Pairs of bodies that keep less than the margin, as they are always near; what each keeps [m]."""
+        """Pairs of bodies that keep less than the clearance, as they are always near; what each keeps [m]."""
         return self._named(self._kept_less())
 
     def nearer_than(self, distance: float) -> dict[tuple[str, str], float]:
@@ -241,11 +241,11 @@ class ArmInScene:
         return {(self.bodies[a].name, self.bodies[b].name): kept for (a, b), kept in pairs.items()}
 
     def _kept_less(self) -> dict[tuple[int, int], float]:
-        """Pairs that keep less than the margin, by the indices of the bodies; none where an own one was asked for."""
-        return {} if self._own_margin is not None else self._near(self.margin)
+        """Pairs that keep less than the clearance, by indices of bodies; none where an own one was asked for."""
+        return {} if self._self_clearance is not None else self._near(self.clearance)
 
     def _near(self, distance: float) -> dict[tuple[int, int], float]:
-        known = self._margins_of_pairs
+        known = self._clearances_of_pairs
         if not (distance and self._self_collision and self.samples and self.robot.n):
             return {}
         if distance not in known:
@@ -262,19 +262,24 @@ class ArmInScene:
         """All pairs of bodies that are not checked; without self-collision those that could be count as listed."""
         return self._skipped | ({} if self._self_collision else dict.fromkeys(self._pairs(), Reason.LISTED))
 
-    def _resting_pairs(self, rest: ArrayLike) -> dict[tuple[int, int], Reason]:
+    def _resting_pairs(self, known_free: ArrayLike) -> dict[tuple[int, int], Reason]:
         """Pairs that meet where the robot is known to be free: their shapes are thicker than it."""
-        rows, _ = self._rows(rest, "rest")
+        rows, _ = self._rows(known_free, "known_free")
         pairs = self._pairs()
         met = sampled_pairs.meetings(self.robot, self.bodies, pairs, rows)
         return {pair: Reason.REST for pair, count in zip(pairs, met.tolist(), strict=True) if count}
 
-    def _sample_pairs(self, drop_unseen: bool, unlisted: bool) -> None:
+    def _sample_pairs(self, skip_never_colliding: bool, unlisted: bool) -> None:
         """Leave out pairs that meet too often in samples to be meant, and, if asked, those that meet in none."""
         if self.samples and self.robot.n:
             rows = np.concatenate([self.zero[None], self.random_configurations(self.samples)])
             self._skipped |= sampled_pairs.skipped_by_samples(
-                self.robot, self.bodies, self._pairs(), rows, drop_unseen=drop_unseen, unlisted=unlisted
+                self.robot,
+                self.bodies,
+                self._pairs(),
+                rows,
+                skip_never_colliding=skip_never_colliding,
+                unlisted=unlisted,
             )
 
     @property

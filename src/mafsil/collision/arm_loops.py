@@ -66,9 +66,9 @@ def scratch_for(arm: Arm) -> Scratch:
 
 
 @compiled
-def just_above(margin: float) -> float:
+def just_above(clearance: float) -> float:
     """The next larger number, above zero one that processors add as quickly as any other."""
-    return max(np.nextafter(margin, np.inf), LEAST)
+    return max(np.nextafter(clearance, np.inf), LEAST)
 
 
 @inlined

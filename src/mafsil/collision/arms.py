@@ -32,7 +32,7 @@ else:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Mounted:
+class ArmMount:
     """An arm and where it stands.
 
     Attributes:
@@ -53,7 +53,7 @@ class Mounted:
     __post_init__ = checked(T_sb=or_none(placed), radius=or_none(not_negative))
 
 
-class Arms(Checker):
+class MultiArmCell(Checker):
     """Several arms in a scene: all that a `Checker` answers, of the coordinates of all arms, one after the other.
 
     Every body of one arm is checked against every body of the others: no such pair is ever left out.
@@ -61,8 +61,8 @@ class Arms(Checker):
     Args:
         arms: each with its base pose.
         scene: a Scene, or its obstacles, around all of them.
-        margin: clearance below which anything counts as colliding [m].
-        own_margin: the same between bodies of one arm, as for `Checker` [m].
+        clearance: clearance below which anything counts as colliding [m].
+        self_clearance: the same between bodies of one arm, as for `Checker` [m].
         samples, seed: as for `Checker`, for the pairs within each arm.
 
     Attributes:
@@ -76,11 +76,11 @@ class Arms(Checker):
 
     def __init__(
         self,
-        arms: Iterable[Mounted],
+        arms: Iterable[ArmMount],
         scene: Scene | Iterable[Obstacle] = (),
         *,
-        margin: float = 0.0,
-        own_margin: float | None = None,
+        clearance: float = 0.0,
+        self_clearance: float | None = None,
         samples: int = 1000,
         seed: int = 0,
     ) -> None:
@@ -89,13 +89,13 @@ class Arms(Checker):
         if not given or len(set(self.names)) < len(given):
             raise InputError("collision.arm_names", names=", ".join(self.names) or "-")
         scene = scene if isinstance(scene, Scene) else Scene(scene)
-        self._alone = {each.name: _alone(each, scene, (margin, own_margin), samples, seed) for each in given}
+        self._alone = {each.name: _alone(each, scene, (clearance, self_clearance), samples, seed) for each in given}
         self.robots: dict[str, Robot] = {name: checker.robot for name, checker in self._alone.items()}
         mechanisms = [(name, robot.mechanism, robot.mechanism.T_sb) for name, robot in self.robots.items()]
         self.robot = as_open_tree(mounted_together(mechanisms))
         self.scene, self.samples, self.seed = scene, samples, seed
         one = self._alone[self.names[0]]
-        self.margin, self._own_margin = one.margin, one._own_margin
+        self.clearance, self._self_clearance = one.clearance, one._self_clearance
         self.columns: dict[str, slice] = {}
         bodies, still, links, n = list[Body](), list[tuple[bool, ...]](), 1, 0
         self._skipped: dict[tuple[int, int], Reason] = {}
@@ -136,7 +136,7 @@ class Arms(Checker):
             InputError: there is none of that name.
         """
         self._require(name)
-        return self._alone[name].with_scene(self.scene).with_margin(self.margin, own=self._own_margin)
+        return self._alone[name].with_scene(self.scene).with_clearance(self.clearance, own=self._self_clearance)
 
     def among(self, names: Iterable[str], moving: Iterable[str] | None = None) -> Self:
         """The same coordinates with some of the arms only: what the others meet does not count.
@@ -220,13 +220,13 @@ class Arms(Checker):
         """The arm that a body of an answer belongs to; empty for an obstacle."""
         return next((name for name in self.names if body.startswith(f"{name}/")), "")
 
-    def margins(self) -> Floats:
+    def clearances(self) -> Floats:
         """Bodies of different arms keep what they keep from everything else."""
-        margins, owner = super().margins(), self._owners()
+        clearances, owner = super().clearances(), self._owners()
         pairs: list[list[int]] = self.arm.pairs.tolist()
         different = [owner[a] != owner[b] for a, b in pairs]
-        margins[1:][different] = self.margin
-        return margins
+        clearances[1:][different] = self.clearance
+        return clearances
 
     @cached_property
     def between(self) -> Arm:
@@ -239,12 +239,12 @@ class Arms(Checker):
             raise InputError("collision.no_arm", name=name, known=", ".join(self.names))
 
 
-def _alone(arm: Mounted, scene: Scene, margins: tuple[float, float | None], samples: int, seed: int) -> Checker:
+def _alone(arm: ArmMount, scene: Scene, clearances: tuple[float, float | None], samples: int, seed: int) -> Checker:
     """The checker of one arm at its base pose."""
     mechanism = as_open_tree(arm.robot).mechanism
     if arm.T_sb is not None:
         mechanism = replace(mechanism, T_sb=np.asarray(arm.T_sb))
     return Checker(
-        mechanism, scene, attached=arm.attached, margin=margins[0], own_margin=margins[1], srdf=arm.srdf, skip=arm.skip,
-        self_collision=arm.self_collision, radius=arm.radius, samples=samples, seed=seed,
+        mechanism, scene, attached=arm.attached, clearance=clearances[0], self_clearance=clearances[1], srdf=arm.srdf,
+        skip=arm.skip, self_collision=arm.self_collision, radius=arm.radius, samples=samples, seed=seed,
     )  # fmt: skip

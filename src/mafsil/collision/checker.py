@@ -40,9 +40,9 @@ class Checker(ArmInScene):
         robot: a Robot, a Mechanism, a library name or a path.
         scene: a Scene, or its obstacles; empty by default.
         attached: what is fixed to the tip: obstacles whose poses are in the tip frame {t}.
-        margin: clearance below which the arm counts as colliding [m].
-        own_margin: the same between bodies of the arm, which may be nearer to each other than they are meant to come to
-            anything else [m]. If None `margin`, but less where two bodies are always near; `always_near` names them.
+        clearance: distance below which the arm counts as colliding [m].
+        self_clearance: the same between bodies of the arm, which may be nearer to each other than to anything else [m].
+            If None `clearance`, but less where two bodies are always near; `always_near` names them.
         srdf: path of a semantic description whose `disable_collisions` pairs are not checked.
         skip: further pairs of names (bodies, links) that are not checked.
         self_collision: whether bodies of the arm are checked against each other.
@@ -50,14 +50,14 @@ class Checker(ArmInScene):
             leaves them out.
         samples: random configurations by which pairs that always meet are found, and those that meet in many and at the
             zero configuration, where no `srdf` says which matter; 0 for none.
-        drop_unseen: also leave out pairs that met in none of the samples: quicker, but nothing proves that they
+        skip_never_colliding: also leave out pairs that met in none of the samples: faster, without a proof that they
             cannot meet.
         seed: of the samples.
         rest: a configuration at which the robot is known to be free of itself, or several: bodies that meet there
             have shapes thicker than the robot, and are not checked against each other (n,) or (k, n) [rad | m].
 
     Attributes:
-        robot, scene, margin, own_margin: as given.
+        robot, scene, clearance, self_clearance: as given.
         bodies: what collides of the arm; `skipped` says which pairs of them are not checked, and why.
 
     Raises:
@@ -66,7 +66,7 @@ class Checker(ArmInScene):
     """
 
     def in_collision(self, q: ArrayLike) -> Truth:
-        """Whether the arm is within the margin of an obstacle or of itself.
+        """Whether the arm is within the clearance of an obstacle or of itself.
 
         Args:
             q: (*batch, n) joint coordinates [rad | m].
@@ -83,7 +83,7 @@ class Checker(ArmInScene):
         return found.reshape(batch)
 
     def free(self, q: ArrayLike) -> Truth:
-        """Whether the arm keeps more than the margin; arguments as `in_collision`."""
+        """Whether the arm keeps more than the clearance; arguments as `in_collision`."""
         return ~self.in_collision(q)
 
     def distance(self, q: ArrayLike, *, within: float = np.inf) -> Clearance:
@@ -108,9 +108,9 @@ class Checker(ArmInScene):
         first, second = self._names(out, who)
         point_first, point_second, normal = (out[:, k : k + 3].reshape(*batch, 3) for k in (1, 4, 7))
         return Clearance(
-            rows.reshape(*batch, self.robot.n), self.margin, out[:, 0].reshape(batch), point_first, point_second,
+            rows.reshape(*batch, self.robot.n), self.clearance, out[:, 0].reshape(batch), point_first, point_second,
             normal, gradient.reshape(*batch, self.robot.n), first.reshape(batch), second.reshape(batch),
-            None if self.keeps_one_margin else self.free(rows).reshape(batch),
+            None if self.keeps_one_clearance else self.free(rows).reshape(batch),
         )  # fmt: skip
 
     def check(self, q: ArrayLike) -> Check:
@@ -128,24 +128,24 @@ class Checker(ArmInScene):
         poses = next(laid_arm.poses_in_parts(self.robot, rows))[1]
         out, who = np.zeros((MOST_CONTACTS, 10)), np.zeros((MOST_CONTACTS, 2), np.int64)
         around = self.scene.surroundings
-        count = distance_loops.contacts(self.arm, poses[0], around, self.margins(), len(self.scene), out, who)
+        count = distance_loops.contacts(self.arm, poses[0], around, self.clearances(), len(self.scene), out, who)
         if count:
             order = np.argsort(out[:count, 0])
             contacts = tuple(self._contact(out[k], who[k]) for k in order)
-            return Check(CheckStatus.COLLIDING, rows[0], self.margin, contacts)
+            return Check(CheckStatus.COLLIDING, rows[0], self.clearance, contacts)
         nearest = self.distance(rows[0])
         if np.isinf(nearest.distance):
-            return Check(CheckStatus.ALONE, rows[0], self.margin, (), self.unchecked)
-        return Check(CheckStatus.FREE, rows[0], self.margin, tuple(nearest), self.unchecked)
+            return Check(CheckStatus.ALONE, rows[0], self.clearance, (), self.unchecked)
+        return Check(CheckStatus.FREE, rows[0], self.clearance, tuple(nearest), self.unchecked)
 
     def free_segment(self, a: ArrayLike, b: ArrayLike, *, extra: float = 0.0) -> Any:
-        """Whether the straight motion of the joints from a to b is proved to keep more than the margin.
+        """Whether the straight motion of the joints from a to b is proved to keep more than the clearance.
 
-        What comes within a micrometre of the margin counts as not free.
+        What comes within a micrometre of the clearance counts as not free.
 
         Args:
             a, b: (*batch, n) joint coordinates [rad | m].
-            extra: clearance on top of the margin [m].
+            extra: clearance on top of the clearance [m].
 
         Returns:
             (*batch) truth values; a bool for a single motion.
@@ -214,7 +214,7 @@ class Checker(ArmInScene):
         return (rates[:, None] * lever * motion.moves).sum(axis=0)
 
     def hits(self, q: ArrayLike) -> Truth:
-        """(*batch, obstacles + 1) which obstacles of the scene the arm is within the margin of, and, last, itself.
+        """(*batch, obstacles + 1) which obstacles of the scene the arm is within the clearance of, and, last, itself.
 
         Args:
             q: (*batch, n) joint coordinates [rad | m].
@@ -227,7 +227,7 @@ class Checker(ArmInScene):
         return np.stack([each.in_collision(q) for each in checkers], axis=-1)
 
     def never_apart(self, first: str, second: str) -> bool:
-        """Whether two bodies of the arm are within the margin at nearly all random configurations, by their names."""
+        """Whether two bodies of the arm are within clearance at nearly all random configurations, by their names."""
         names = [body.name for body in self.bodies]
         if first not in names or second not in names or not self.robot.n:
             return False
@@ -247,11 +247,11 @@ class Checker(ArmInScene):
         return "\n".join(lines)
 
     def _less_kept(self, language: str | None) -> list[str]:
-        """Which bodies keep less than the margin of each other."""
+        """Which bodies keep less than the clearance of each other."""
         near = [f"{a} - {b} ({1e3 * kept:.3g} mm)" for (a, b), kept in self.always_near.items()]
         if not near:
             return []
-        details = {"millimetres": 1e3 * self.margin, "names": ", ".join(near)}
+        details = {"millimetres": 1e3 * self.clearance, "names": ", ".join(near)}
         return [say("collision.always_near", language=language, **details)]
 
     def _free_of_itself(self, language: str | None) -> list[str]:

@@ -197,25 +197,25 @@ def gradients(motion: Motion, poses: Floats, rows: Floats, who: NDArray[np.int64
 
 @compiled
 def contacts(
-    arm: Arm, poses: Floats, around: Surroundings, margin: Floats, obstacles: int, out: Floats,
+    arm: Arm, poses: Floats, around: Surroundings, clearance: Floats, obstacles: int, out: Floats,
     who: NDArray[np.int64],
 ) -> int:  # fmt: skip
-    """Every pair of one state that is within a margin, with its deepest place; how many there are.
+    """Every pair of one state that is within a clearance, with its deepest place; how many there are.
 
-    1. A body whose gap to everything around it is more than the margin is done.
+    1. A body whose gap to everything around it is more than the clearance is done.
     2. Else each of its pieces meets each piece of the surroundings; per obstacle the deepest place stays.
-    3. Obstacles within the margin become rows.
+    3. Obstacles within the clearance become rows.
     4. So do pairs of bodies of the arm within it.
 
     Args:
         poses: (L, 4, 4).
-        margin: (1 + pairs,) as in `World` [m].
+        clearance: (1 + pairs,) as in `World` [m].
         obstacles: how many there are.
         out, who: (k, ROW), (k, 2) as in `distances`; rows beyond the last are not written.
     """
     s, row, count = scratch_for(arm), np.zeros(ROW), 0
     deepest, place = np.full(obstacles, np.inf), np.zeros((obstacles, ROW))
-    around_margin = margin[FROM_SURROUNDINGS]
+    around_margin = clearance[FROM_SURROUNDINGS]
     over = just_above(around_margin)
     place_bodies(arm, poses, s)
     for b in range(len(arm.bodies)):
@@ -245,9 +245,9 @@ def contacts(
                 count += 1
     # 4.
     for k in range(len(arm.pairs)):
-        a, b, own_margin = arm.pairs[k, 0], arm.pairs[k, 1], margin[FROM_ITSELF + k]
-        over = just_above(own_margin)
-        if count == len(out) or gap_between(arm, a, b, poses, over, own_margin, s) > own_margin:
+        a, b, self_clearance = arm.pairs[k, 0], arm.pairs[k, 1], clearance[FROM_ITSELF + k]
+        over = just_above(self_clearance)
+        if count == len(out) or gap_between(arm, a, b, poses, over, self_clearance, s) > self_clearance:
             continue
         if separation_between(arm, a, b, poses, over, s, row):
             out[count], who[count, 0], who[count, 1] = row, a, -1 - b

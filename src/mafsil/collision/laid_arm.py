@@ -87,13 +87,13 @@ class LaidArm:
             self.arm, self.motion, regions, limits, self._poses, self._nearest_in_cells
         )
 
-    def workshop(self, scene: Scene, margin: Floats) -> Held[Workshop]:
+    def workshop(self, scene: Scene, clearance: Floats) -> Held[Workshop]:
         """What this thread asks about the arm in a scene, with clearances (1 + pairs,) as in `World` [m]."""
         around, thread = scene.surroundings, get_ident()
         few = layout.few_around(self.regions, self.arm, around)
         world = World(
             self.arm, around, self.groups, few, self.clearances, self._kinematics_here(), self.motion,
-            layout.everything(self.arm, around), margin,
+            layout.everything(self.arm, around), clearance,
         )  # fmt: skip
         if thread not in self._benches:
             self._benches[thread] = bench_for(world)

@@ -1,8 +1,8 @@
 """Which of eight states bring an arm near its surroundings or itself, compiled: one question, eight lanes.
 
 The states lie side by side (`kernels.loops.lanes`): one instruction compares a ball of the arm with an obstacle in all
-of them. A lane is asked for two things at once: does the body come within margin + M (M one number a lane: how far it
-can move meanwhile), and within the margin itself.
+of them. A lane is asked for two things at once: does the body come within clearance + M (M one number a lane: how far
+it can move meanwhile), and within the clearance itself.
 
 1. The ball around a body against the surroundings: the few pieces that matter, and in which lanes. Boxes along the axes
    go before exact tests, and pieces that the body never comes near are not asked. Pairs of bodies by their balls, and
@@ -10,7 +10,7 @@ can move meanwhile), and within the margin itself.
 2. The balls around its pieces against those; exact where the piece is a ball and the other neither cone nor hull.
 3. What is left goes lane by lane to `separation`.
 
-Answers are bits: bit l for lane l within margin + M, bit 8 + l for lane l within the margin.
+Answers are bits: bit l for lane l within clearance + M, bit 8 + l for lane l within the clearance.
 """
 
 from __future__ import annotations
@@ -74,18 +74,18 @@ def _meets_box(node: Floats, ball: Buffer, reach: Lanes) -> bool:
 
 @inlined
 def _pieces_at_once(world: World, b: int, ball: Buffer, M: Lanes, wanted: int, s: LaneScratch) -> int:
-    """Of few pieces of the surroundings those within margin + M of body b in some lane (step 1); how many.
+    """Of few pieces of the surroundings those within clearance + M of body b in some lane (step 1); how many.
 
     Those that the body does not come near at any configuration are not asked.
     """
-    around, count, margin = world.around, 0, world.margin[FROM_SURROUNDINGS]
+    around, count, clearance = world.around, 0, world.clearance[FROM_SURROUNDINGS]
     apart, walls = world.few.apart[b], world.few.walls[b]
-    slack, reach = M + margin, M + (world.arm.bodies[b, 7] + margin)
+    slack, reach = M + clearance, M + (world.arm.bodies[b, 7] + clearance)
     x, y, z, X, Y, Z = (
         ball[0] + slack, ball[1] + slack, ball[2] + slack, ball[0] - slack, ball[1] - slack, ball[2] - slack
     )  # fmt: skip
     for j in range(len(around.boxes)):
-        if apart[j] > margin:
+        if apart[j] > clearance:
             continue
         wall = walls[j]
         meets = (x >= wall[0]) & (X <= wall[3]) & (y >= wall[1]) & (Y <= wall[4]) & (z >= wall[2]) & (Z <= wall[5])
@@ -164,7 +164,7 @@ def _few_lanes_near(arm: Arm, b: int, count: int, s: LaneScratch) -> bool:
 def meets_around(
     shop: Held[Workshop], world: World, b: int, M: Lanes, wanted: int, h: Lanes, moving: bool, bench: Bench
 ) -> int:  # fmt: skip
-    """Which lanes bring body b within margin + M of the surroundings, and which within the margin.
+    """Which lanes bring body b within clearance + M of the surroundings, and which within the clearance.
 
     Args:
         M: [m], >= 0.
@@ -172,9 +172,9 @@ def meets_around(
         h, moving: whether M is a way in an interval of half length h; then a piece that is within it is asked again
             with its own way, for what is near an axis hardly moves.
     """
-    arm, around, margin, s = world.arm, world.around, world.margin[FROM_SURROUNDINGS], bench.s
+    arm, around, clearance, s = world.arm, world.around, world.clearance[FROM_SURROUNDINGS], bench.s
     balls, body, found, few = seen(s.balls), arm.bodies[b], 0, len(around.boxes) <= AT_ONCE
-    A, B, reach = arm.pieces, around.pieces, M + (body[7] + margin)
+    A, B, reach = arm.pieces, around.pieces, M + (body[7] + clearance)
     if few:
         count, crowded = _pieces_at_once(world, b, part(balls, 3 * b), M, wanted, s), False
     else:
@@ -193,20 +193,20 @@ def meets_around(
         more = True
         while more:
             if crowded:
-                count = _walk_to_piece(around, ball, M + (radius + margin), wanted, s)
+                count = _walk_to_piece(around, ball, M + (radius + clearance), wanted, s)
             more = crowded and (s.walk[LEFT] > 0 or s.walk[NEXT] < s.walk[LAST])
             for k in range(count):
                 j, open = s.near[0, DEPTH + k], s.near[1, DEPTH + k] & ~(found >> WIDTH)
                 if open == 0:
                     continue
-                bits, way = lane_bits(within_reach(B, j, ball, M + (radius + margin))) & open, M  # 2
+                bits, way = lane_bits(within_reach(B, j, ball, M + (radius + clearance))) & open, M  # 2
                 if bits != 0 and moving:
                     way = way_of_ball(world.motion, bench.speeds, b, -1, h, ball, radius) + ROUNDING
-                    bits = lane_bits(within_reach(B, j, ball, way + (radius + margin))) & bits
+                    bits = lane_bits(within_reach(B, j, ball, way + (radius + clearance))) & bits
                 if bits == 0:
                     continue
                 if point and B.rows[j, 0] != HULL and B.rows[j, 0] != CONE:
-                    hits = lane_bits(within_reach(B, j, ball, lanes(radius + margin))) & bits
+                    hits = lane_bits(within_reach(B, j, ball, lanes(radius + clearance))) & bits
                     found |= bits | (hits << WIDTH)
                 else:
                     found |= lane_by_lane(shop, i, int(body[0]), j, -1, FROM_SURROUNDINGS, way, bits)  # 3
@@ -217,25 +217,25 @@ def meets_around(
 
 @inlined
 def bodies_near(world: World, k: int, M: Lanes, bench: Bench) -> int:
-    """Bits of the lanes in which the bodies of pair k may be within margin + M: by their balls, and by a table."""
+    """Bits of the lanes in which the bodies of pair k may be within clearance + M: by their balls, and by a table."""
     balls, bodies, known = seen(bench.s.balls), world.arm.bodies, world.known
     a, b, t = world.arm.pairs[k, 0], world.arm.pairs[k, 1], known.table[k]
-    margin = world.margin[FROM_ITSELF + k]
-    reach = M + (bodies[a, 7] + bodies[b, 7] + margin)
+    wanted = world.clearance[FROM_ITSELF + k]
+    reach = M + (bodies[a, 7] + bodies[b, 7] + wanted)
     near = balls_meet(part(balls, 3 * a), part(balls, 3 * b), reach)
     if t >= 0 and any_lane(near):
-        near = near & (clearance(known, k, part(seen(bench.cells), t)) <= M + margin)
+        near = near & (clearance(known, k, part(seen(bench.cells), t)) <= M + wanted)
     return lane_bits(near)
 
 
 @inlined
-def _pieces_near(world: World, a: int, b: int, margin: float, M: Lanes, wanted: int, s: LaneScratch) -> int:
-    """Pieces of body a within margin + M of the ball around body b in some lane, by their balls; how many."""
+def _pieces_near(world: World, a: int, b: int, clearance: float, M: Lanes, wanted: int, s: LaneScratch) -> int:
+    """Pieces of body a within clearance + M of the ball around body b in some lane, by their balls; how many."""
     arm = world.arm
     place_pieces_in_lanes(arm, a, s)
     A, bodies, balls, count = arm.pieces, len(arm.bodies), seen(s.balls), 0
     for i in range(int(arm.bodies[a, 1]), int(arm.bodies[a, 2])):
-        reach = M + (A.rows[i, BALL + 3] + arm.bodies[b, 7] + margin)
+        reach = M + (A.rows[i, BALL + 3] + arm.bodies[b, 7] + clearance)
         bits = lane_bits(balls_meet(part(balls, 3 * (bodies + i)), part(balls, 3 * b), reach)) & wanted
         if bits != 0:
             s.near[0, DEPTH + count], s.near[1, DEPTH + count] = i, bits
@@ -265,18 +265,18 @@ def meets_itself(
         wanted: bits of the lanes that matter; those of `bodies_near`.
         M, h, moving, bench: as in `meets_around`.
     """
-    arm, margin, motion, speeds, s = world.arm, world.margin[FROM_ITSELF + k], world.motion, bench.speeds, bench.s
+    arm, clearance, motion, speeds, s = world.arm, world.clearance[FROM_ITSELF + k], world.motion, bench.speeds, bench.s
     A, bodies, balls, found = arm.pieces, len(arm.bodies), seen(s.balls), 0
     a, b, since = arm.pairs[k, 0], arm.pairs[k, 1], motion.common[k]
     if not moving and _few_lanes_meet(arm, a, b, wanted):
         return itself_by_lanes(shop, k, wanted)
-    count = _pieces_near(world, b, a, margin, M, wanted, s)  # 1
+    count = _pieces_near(world, b, a, clearance, M, wanted, s)  # 1
     if count == 0:
         return 0
     place_pieces_in_lanes(arm, a, s)
     p, q = int(arm.bodies[a, 0]), int(arm.bodies[b, 0])
     for i in range(int(arm.bodies[a, 1]), int(arm.bodies[a, 2])):
-        ball, radius = part(balls, 3 * (bodies + i)), A.rows[i, BALL + 3] + margin
+        ball, radius = part(balls, 3 * (bodies + i)), A.rows[i, BALL + 3] + clearance
         open = lane_bits(balls_meet(ball, part(balls, 3 * b), M + (radius + arm.bodies[b, 7]))) & wanted
         if open == 0:
             continue
@@ -302,7 +302,7 @@ def meets_itself(
 
 @inlined
 def colliding_lanes(shop: Held[Workshop], world: World, bench: Bench) -> int:
-    """Bits of the lanes whose state brings the arm within the margin of its surroundings or of itself."""
+    """Bits of the lanes whose state brings the arm within the clearance of its surroundings or of itself."""
     arm, s = world.arm, bench.s
     without_pieces(s)
     place_cells(world.known, world.kinematics.q_lanes, bench.cells)

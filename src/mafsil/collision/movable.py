@@ -36,8 +36,8 @@ class MovableArm(Checker):
     """
 
     def __init__(self, arm: Checker, scene: Scene) -> None:
-        self.scene, self.margin, self.samples, self.seed = scene, arm.margin, arm.samples, arm.seed
-        self._own_margin = arm._own_margin
+        self.scene, self.clearance, self.samples, self.seed = scene, arm.clearance, arm.samples, arm.seed
+        self._self_clearance = arm._self_clearance
         self.robot = as_open_tree(on_movable_base(arm.robot.mechanism))
         self.bodies = tuple(replace(body, link=body.link + len(PLACES)) for body in arm.bodies)
         self._still, self._skipped, self._self_collision = arm._still, arm._unchecked(), True
@@ -53,7 +53,7 @@ class MovableArm(Checker):
         return self._with_arm(layout.arm_of(self.bodies, [], still))
 
     def base_is_free(self, bases: ArrayLike, stands_on: Iterable[str] = ()) -> Truth:
-        """Whether what no joint moves keeps more than the margin.
+        """Whether what no joint moves keeps more than the clearance.
 
         Args:
             bases: (*batch, 4) x, y, z [m], yaw [rad] of the base.

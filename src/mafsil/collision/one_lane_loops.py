@@ -51,7 +51,13 @@ def _place_group(world: World, b: int, group: int, lane: int, s: LaneScratch, ou
 def _meets_around(shop: Held[Workshop], b: int, lane: int, count: int) -> bool:
     """Whether body b meets one of the pieces of the surroundings in `s.near`, in one lane."""
     world, bench = opened(shop)
-    arm, around, s, margin, balls = world.arm, world.around.pieces, bench.s, world.margin[FROM_SURROUNDINGS], buffer(4)
+    arm, around, s, clearance, balls = (
+        world.arm,
+        world.around.pieces,
+        bench.s,
+        world.clearance[FROM_SURROUNDINGS],
+        buffer(4),
+    )
     members = world.groups.members
     link, first = int(arm.bodies[b, 0]), int(arm.bodies[b, 1])
     for g in range(group_count(int(arm.bodies[b, 3]) - first)):
@@ -61,7 +67,7 @@ def _meets_around(shop: Held[Workshop], b: int, lane: int, count: int) -> bool:
             if (s.near[1, DEPTH + k] >> lane) & 1 == 0:
                 continue
             j = s.near[0, DEPTH + k]
-            near = lane_bits(within_reach(around, j, balls, balls[3] + margin)) & members[group, AROUND]  # 1
+            near = lane_bits(within_reach(around, j, balls, balls[3] + clearance)) & members[group, AROUND]  # 1
             if near == 0:
                 continue
             if around.rows[j, 0] not in (HULL, CONE) and near & members[group, BALLS]:  # 2
@@ -81,11 +87,11 @@ def _near_ball(balls: Buffer, x: float, y: float, z: float, reach: Lanes) -> Mas
 
 @compiled
 def _meets_itself(shop: Held[Workshop], a: int, b: int, keep: int, lane: int) -> bool:
-    """Whether two bodies of the arm meet in one lane; `keep` is the place of their margin in `World.margin`."""
+    """Whether two bodies of the arm meet in one lane; `keep` is the place of their clearance in `World.clearance`."""
     world, bench = opened(shop)
-    arm, s, margin, ours, theirs = world.arm, bench.s, world.margin[keep], buffer(4), buffer(4)
+    arm, s, clearance, ours, theirs = world.arm, bench.s, world.clearance[keep], buffer(4), buffer(4)
     members = world.groups.members
-    p, q, round = int(arm.bodies[a, 0]), int(arm.bodies[b, 0]), arm.bodies[b, 7] + margin
+    p, q, round = int(arm.bodies[a, 0]), int(arm.bodies[b, 0]), arm.bodies[b, 7] + clearance
     middle = part(seen(s.balls), 3 * b)
     starts = world.groups.first
     for g in range(starts[a + 1] - starts[a]):
@@ -99,7 +105,7 @@ def _meets_itself(shop: Held[Workshop], a: int, b: int, keep: int, lane: int) ->
             for i in range(WIDTH):
                 if (open >> i) & 1 == 0:
                     continue
-                x, y, z, touch = get(ours, 0, i), get(ours, 1, i), get(ours, 2, i), get(ours, 3, i) + margin
+                x, y, z, touch = get(ours, 0, i), get(ours, 1, i), get(ours, 2, i), get(ours, 3, i) + clearance
                 near = lane_bits(_near_ball(theirs, x, y, z, theirs[3] + touch)) & members[beside, EVERY]  # 1
                 if near == 0:
                     continue

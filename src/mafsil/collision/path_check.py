@@ -28,8 +28,8 @@ class PathCheck(SingleAnswer):
     """A motion and what it meets; true if it is proved free, every moment of it.
 
     Attributes:
-        status: free; colliding; touching: something comes within a micrometre of the margin, which is not called free.
-        points: (k, n) of the path.
+        status: free; colliding; touching: something comes within a micrometre of the clearance, which is not called
+        free. points: (k, n) of the path.
         at: where along the path it stopped: the number of the segment plus the share of it; k - 1 if free.
         q: (n,) the configuration there.
         contacts: what it meets there, deepest first.

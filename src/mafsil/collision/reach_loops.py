@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 NEAR, MEETS = 1, 3
-"""Within margin + M; within the margin, which is near too."""
+"""Within clearance + M; within the clearance, which is near too."""
 
 
 @inlined
@@ -82,20 +82,20 @@ def exact_answer(shop: Held[Workshop], i: int, p: int, j: int, q: int, keep: int
 
     Args:
         p, q: the links that carry them; q = -1 for the surroundings.
-        keep: place of the margin in `World.margin`.
-        M: beyond the margin [m], of that lane.
+        keep: place of the clearance in `World.clearance`.
+        M: beyond the clearance [m], of that lane.
     """
     world, bench = opened(shop)
-    A, s, margin = world.arm.pieces, bench.s, world.margin[keep]
+    A, s, clearance = world.arm.pieces, bench.s, world.clearance[keep]
     B = A if q >= 0 else world.around.pieces
-    P, Q, further = s.one.W[24:27], s.one.W[28:31], just_above(margin) + M
+    P, Q, further = s.one.W[24:27], s.one.W[28:31], just_above(clearance) + M
     _pose_of_lane(s, p, lane)
     product(s.T[s.row_of_link[p]], A.T[i], P)
     if q >= 0:
         _pose_of_lane(s, q, lane)
         product(s.T[s.row_of_link[q]], B.T[j], Q)
     gap = separation(A, i, P, B, j, Q if q >= 0 else B.T[j], further, False, s.one.W, s.one.W[32])
-    if gap <= margin:
+    if gap <= clearance:
         return MEETS
     return NEAR if gap < further else 0
 

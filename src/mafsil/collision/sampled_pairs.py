@@ -30,7 +30,7 @@ MOST_NAMED = 20
 
 
 def skipped_by_samples(
-    robot: Robot, bodies: tuple[Body, ...], pairs: list[tuple[int, int]], q: JointVector, *, drop_unseen: bool,
+    robot: Robot, bodies: tuple[Body, ...], pairs: list[tuple[int, int]], q: JointVector, *, skip_never_colliding: bool,
     unlisted: bool,
 ) -> dict[tuple[int, int], Reason]:  # fmt: skip
     """Pairs that meet in nearly all samples; in many, and at the zero configuration or a ball joint; if asked, in none.
@@ -40,7 +40,7 @@ def skipped_by_samples(
         bodies: of it.
         pairs: of indices, those that are looked at.
         q: (k + 1, n) the zero configuration, then the samples.
-        drop_unseen: whether those that meet in none count.
+        skip_never_colliding: whether those that meet in none count.
         unlisted: whether those that meet in many count: no semantic description says which matter.
     """
     at_zero = meetings(robot, bodies, pairs, q[:1]).tolist()
@@ -51,7 +51,7 @@ def skipped_by_samples(
             found[pair] = Reason.ALWAYS
         elif unlisted and (zero or pair in joined) and share >= OFTEN:
             found[pair] = Reason.OFTEN
-        elif share == 0.0 and drop_unseen:
+        elif share == 0.0 and skip_never_colliding:
             found[pair] = Reason.UNSEEN
     return found
 
@@ -74,9 +74,9 @@ def meetings(
 
 
 def kept_by_pairs(
-    robot: Robot, bodies: tuple[Body, ...], pairs: list[tuple[int, int]], q: JointVector, margin: float
+    robot: Robot, bodies: tuple[Body, ...], pairs: list[tuple[int, int]], q: JointVector, clearance: float
 ) -> Floats:  # fmt: skip
-    """(m,) clearances that pairs keep of each other: less than the margin where they are always near.
+    """(m,) clearances that pairs keep of each other: less than the clearance where they are always near.
 
     A wrist's housings are nearer to each other than they should come to anything else. A clearance that more than a few
     of the configurations of two bodies that are apart lack is none that their maker left.
@@ -84,18 +84,18 @@ def kept_by_pairs(
     Args:
         robot, bodies, pairs: as for `meetings`.
         q: (k, n) configurations.
-        margin: the clearance that is asked for [m].
+        clearance: the clearance that is asked for [m].
     """
-    kept = np.full(len(pairs), margin)
+    kept = np.full(len(pairs), clearance)
     if not pairs:
         return kept
     gaps, arm = np.empty((len(q), len(pairs))), layout.arm_of(bodies, pairs)
     for begin, poses in laid_arm.poses_in_parts(robot, q):
-        pair_counts_loops.measure_gaps(arm, poses, margin / LESS, gaps[begin : begin + len(poses)])
+        pair_counts_loops.measure_gaps(arm, poses, clearance / LESS, gaps[begin : begin + len(poses)])
     for k in range(len(pairs)):
         apart = gaps[gaps[:, k] > 0.0, k]
         if len(apart):
-            kept[k] = min(margin, LESS * float(np.quantile(apart, SELDOM)))
+            kept[k] = min(clearance, LESS * float(np.quantile(apart, SELDOM)))
     return kept
 
 

@@ -2,9 +2,9 @@
 
 1. Eight intervals of the motion are looked at together, one a lane, at first all of it in equal parts. At the middle of
    each the arm is posed, and bounds M follow of how far bodies can move in the interval (`speed_loops`).
-2. Every body and pair of bodies that is not yet proved there is asked whether anything is within the margin and M
+2. Every body and pair of bodies that is not yet proved there is asked whether anything is within the clearance and M
    (`meeting_loops`). If nothing is, it is proved for the whole interval, and its parts need not ask again.
-3. A state within the margin ends it; so does a gap that is open by less than TOUCH: what is that near is not called
+3. A state within the clearance ends it; so does a gap that is open by less than TOUCH: what is that near is not called
    free.
 4. Intervals in which something is left are divided, into as many parts as there are lanes for.
 
@@ -43,9 +43,9 @@ if TYPE_CHECKING:
     from mafsil.kernels.loops.lanes import Lanes
 
 FREE, COLLIDING, TOUCHING, OPEN = range(4)
-"""Proved free; some state is within the margin; too near to be called free; neither, where blocks were counted."""
+"""Proved free; some state is within the clearance; too near to be called free; neither, where blocks were counted."""
 TOUCH = 1e-6
-"""Gap beyond the margin [m] below which a motion is no longer divided."""
+"""Gap beyond the clearance [m] below which a motion is no longer divided."""
 HOT = 2
 """Items that are asked first, at the middles alone."""
 UNCOUNTED = 1 << 40
@@ -245,7 +245,7 @@ def prove(shop: Held[Workshop], a: Floats, b: Floats, blocks: int) -> tuple[int,
 
 @compiled
 def colliding_rows(shop: Held[Workshop], q: Floats, count: int, bits: NDArray[np.int64]) -> None:
-    """Which of some configurations bring the arm within the margin of its surroundings or of itself.
+    """Which of some configurations bring the arm within the clearance of its surroundings or of itself.
 
     Args:
         q: (m, n).
@@ -272,21 +272,21 @@ def prove_segments(
     shop: Held[Workshop], extra: float, A: Floats, B: Floats, code: NDArray[np.int64], t: Floats,
     evaluations: NDArray[np.int64],
 ) -> None:  # fmt: skip
-    """Whether straight motions of the joints keep more than the margin.
+    """Whether straight motions of the joints keep more than the clearance.
 
     Args:
         shop: what is free.
-        extra: clearance on top of the margin [m].
+        extra: clearance on top of the clearance [m].
         A, B: (m, n) where they begin and end.
         code: (m,) out: FREE, COLLIDING or TOUCHING.
         t: (m,) out: where along the motion that shows, 0..1.
         evaluations: (m,) out: states that were looked at.
     """
-    margin = opened(shop).world.margin
-    kept = margin.copy()
-    margin += extra
+    clearance = opened(shop).world.clearance
+    kept = clearance.copy()
+    clearance += extra
     _prove_each(shop, A, B, code, t, evaluations)
-    margin[:] = kept
+    clearance[:] = kept
 
 
 @compiled
@@ -299,13 +299,13 @@ def _prove_each(
 
 @compiled
 def free_at(shop: Held[Workshop], q: Floats) -> bool:
-    """Whether one configuration keeps more than the margin."""
+    """Whether one configuration keeps more than the clearance."""
     return prove(shop, q, q, 1)[0] == FREE
 
 
 @compiled
 def collide(shop: Held[Workshop], q: Floats, out: NDArray[np.bool_]) -> None:
-    """Whether each of (m, n) configurations brings the arm within the margin of its surroundings or of itself."""
+    """Whether each of (m, n) configurations brings the arm within the clearance of its surroundings or of itself."""
     bits = np.empty((len(q) + WIDTH - 1) // WIDTH, np.int64)
     colliding_rows(shop, q, len(q), bits)
     for r in range(len(q)):

@@ -43,7 +43,7 @@ class ConvexHull:
     Attributes:
         points: (k, 3) [m].
         rounding: everything so near to the hull belongs to it; below zero all distances of the hull count larger by
-            that, so that it may come nearer than a margin, but not meet anything [m].
+            that, so that it may come nearer than a clearance, but not meet anything [m].
     """
 
     points: Floats

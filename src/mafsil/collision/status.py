@@ -78,27 +78,27 @@ class Check(SingleAnswer):
     Attributes:
         status: free; alone (there is nothing to meet); colliding.
         q: (n,) the configuration.
-        margin: the clearance that was asked for [m].
-        contacts: every pair within the margin, deepest first; of a free configuration the nearest pair.
+        clearance: the clearance that was asked for [m].
+        contacts: every pair within the clearance, deepest first; of a free configuration the nearest pair.
         unchecked: keys of sentences about what was not looked at.
     """
 
     status: CheckStatus
     q: Floats
-    margin: float
+    clearance: float
     contacts: tuple[Contact, ...]
     unchecked: tuple[str, ...] = ()
 
     def explain(self, language: str | None = None) -> str:
         """A sentence for the verdict, one for each contact; if free, what was not looked at."""
-        head = self.status.sentence(language, count=len(self.contacts), millimetres=1e3 * self.margin)
+        head = self.status.sentence(language, count=len(self.contacts), millimetres=1e3 * self.clearance)
         lines = [head, *(each.sentence(language) for each in self.contacts)]
         return "\n".join([*lines, *(say(key, language=language) for key in self.unchecked if self)])
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
         return {
-            "status": self.status.name.lower(), "q": self.q.tolist(), "margin": self.margin,
+            "status": self.status.name.lower(), "q": self.q.tolist(), "clearance": self.clearance,
             "contacts": [each.to_dict() for each in self.contacts], "unchecked": named(self.unchecked),
         }  # fmt: skip
 
@@ -114,17 +114,17 @@ class Clearance(Answer):
 
     Attributes:
         q: (*batch, n).
-        margin: clearance that makes a configuration free [m].
+        clearance: clearance that makes a configuration free [m].
         distance: (*batch) [m]; minus the depth of the deepest pair, infinite where there is nothing to meet.
         point_first, point_second: (*batch, 3) the points nearest to each other, in {s}.
         normal: (*batch, 3) unit direction in which the first body leaves the second.
         gradient: (*batch, n) of the distance by q [m/rad | 1], as far as one pair stays the nearest.
         first, second: (*batch) names of the nearest pair.
-        verdict: (*batch) whether each is free, where another margin counts between bodies of the arm.
+        verdict: (*batch) whether each is free, where another clearance counts between bodies of the arm.
     """
 
     q: JointVector
-    margin: float
+    clearance: float
     distance: Scalar
     point_first: Vector3
     point_second: Vector3
@@ -137,7 +137,7 @@ class Clearance(Answer):
     @property
     def free(self) -> Any:
         """(*batch) whether each configuration is free."""
-        return self.distance > self.margin if self.verdict is None else self.verdict
+        return self.distance > self.clearance if self.verdict is None else self.verdict
 
     @property
     def status(self) -> Any:

@@ -70,7 +70,7 @@ class Kinematics(NamedTuple):
 
 
 FROM_SURROUNDINGS, FROM_ITSELF = range(2)
-"""Places in `World.margin`; pair k of bodies has FROM_ITSELF + k."""
+"""Places in `World.clearance`; pair k of bodies has FROM_ITSELF + k."""
 EVERY, AROUND, BALLS = range(3)
 """Columns of `Groups.members`."""
 
@@ -112,8 +112,8 @@ class World(NamedTuple):
         known: how near bodies of the arm come to each other at some coordinates.
         kinematics, motion: how the joints move it.
         everything: (bodies + pairs) ALL for each that is to be proved, else 0.
-        margin: (1 + pairs,) clearance to keep from the surroundings, and between the bodies of each pair [m]; a proof
-            that is to keep more raises all for a while.
+        clearance: (1 + pairs,) clearance to keep from the surroundings, and between the bodies of each pair [m]; a
+            proof that is to keep more raises all for a while.
     """
 
     arm: Arm
@@ -124,7 +124,7 @@ class World(NamedTuple):
     kinematics: Kinematics
     motion: Motion
     everything: NDArray[np.int64]
-    margin: Floats
+    clearance: Floats
 
 
 class Bench(NamedTuple):

@@ -17,8 +17,8 @@ from mafsil.control.contact_switch import ContactSwitch, TipDamping
 from mafsil.control.current_loop import CurrentLoop
 from mafsil.control.delayed import Delayed
 from mafsil.control.encoder_loop import EncoderLoop
+from mafsil.control.estimate_contact_constraint import ContactFeedforward
 from mafsil.control.feedback import pd
-from mafsil.control.felt_constraint import ContactFeedforward
 from mafsil.control.force import ForceControl, gained
 from mafsil.control.friction_compensation import FrictionCompensation
 from mafsil.control.hybrid import HybridControl

@@ -138,7 +138,7 @@ def set_point_condition(law: MotorFeedback, samples: int = 2000, *, seed: int = 
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class FastDamping:
+class SingularPerturbationControl:
     """tau = law(q, qd) + Kv (qd - motor'): a law for the rigid arm, and damping of the springs (singular perturbation).
 
     Attributes:
@@ -156,10 +156,12 @@ class FastDamping:
 
     def session(self, period: float) -> ElasticLaw:
         """The law with a fresh session of the rigid one."""
-        return FastDamping(self.law.session(period), self.damping)
+        return SingularPerturbationControl(self.law.session(period), self.damping)
 
 
-def fast_damping(arm: ElasticArm, law: Law | LawFunction, damping: ArrayLike) -> FastDamping:
+def singular_perturbation_control(
+    arm: ElasticArm, law: Law | LawFunction, damping: ArrayLike
+) -> SingularPerturbationControl:
     """A law that was made for rigid joints, on elastic ones that are stiff: the springs' swing is damped at once.
 
     Args:
@@ -174,7 +176,7 @@ def fast_damping(arm: ElasticArm, law: Law | LawFunction, damping: ArrayLike) ->
         robots, IEEE J. Robotics and Automation 3(4), 1987.
     """
     require_kind("arm", arm, "ElasticArm", "links", "stiffness")
-    return FastDamping(as_law(law), Gains.of(arm.n, 0.0, damping).kd)
+    return SingularPerturbationControl(as_law(law), Gains.of(arm.n, 0.0, damping).kd)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

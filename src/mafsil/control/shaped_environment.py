@@ -142,7 +142,7 @@ class Door:
         hinge, axis: (3,) a point of the hinge, and its direction, in {s} [m, 1].
         handle: (4, 4) pose of the tip where the door is shut.
         stiffness, damping: of the grip against shifts [N/m, N s/m].
-        turn_stiffness, turn_damping: of the grip against rotations [N m/rad, N m s/rad].
+        rotational_stiffness, rotational_damping: of the grip against rotations [N m/rad, N m s/rad].
         friction: of the hinge [N m s/rad].
         closer: spring that shuts the door [N m/rad].
     """
@@ -152,12 +152,12 @@ class Door:
     handle: PoseMatrix
     stiffness: float
     damping: float = 0.0
-    turn_stiffness: float = 0.0
-    turn_damping: float = 0.0
+    rotational_stiffness: float = 0.0
+    rotational_damping: float = 0.0
     friction: float = 0.0
     closer: float = 0.0
     _numbers = checked(
-        stiffness=positive, damping=not_negative, turn_stiffness=not_negative, turn_damping=not_negative,
+        stiffness=positive, damping=not_negative, rotational_stiffness=not_negative, rotational_damping=not_negative,
         friction=not_negative, closer=not_negative,
     )  # fmt: skip
 
@@ -202,7 +202,7 @@ class Door:
         angle, rate = self.angle(T), (velocity * along).sum(axis=-1) / radius
         of_door = rotation.exp(angle[..., None] * self.axis) @ self.handle[:3, :3]
         twisted = rotation.log(R @ np.swapaxes(of_door, -1, -2))
-        moment = -self.turn_stiffness * twisted - self.turn_damping * (spin - rate[..., None] * self.axis)
+        moment = -self.rotational_stiffness * twisted - self.rotational_damping * (spin - rate[..., None] * self.axis)
         held = moment @ self.axis + self.friction * rate + self.closer * angle  # 2
         return _in_tip(T, moment, force - (held / radius)[..., None] * along)
 

@@ -26,7 +26,7 @@ ROTORS, DRY = 0.5, 0.1
 """Shares up to which an arm counts as light: rotors of the inertia of a joint, dry friction of its limit of effort."""
 
 
-class SuitableFamily(Status):
+class RecommendedController(Status):
     """Which family of laws a task needs, or why none can do it."""
 
     MOTION = ("control.suits_motion", True)
@@ -40,7 +40,7 @@ class SuitableFamily(Status):
 
 
 LAWS = {
-    SuitableFamily.MOTION: (
+    RecommendedController.MOTION: (
         "computed_torque",
         "task_computed_torque",
         "gravity_compensation",
@@ -48,9 +48,9 @@ LAWS = {
         "min_max",
         "model_predictive",
     ),
-    SuitableFamily.FORCE: ("force_control",),
-    SuitableFamily.HYBRID: ("hybrid_control",),
-    SuitableFamily.IMPEDANCE: ("impedance_control", "admittance_control"),
+    RecommendedController.FORCE: ("force_control",),
+    RecommendedController.HYBRID: ("hybrid_control",),
+    RecommendedController.IMPEDANCE: ("impedance_control", "admittance_control"),
 }
 """Names in `mafsil.control` of each family."""
 
@@ -65,7 +65,7 @@ class Suitability(SingleAnswer):
         laws: names in `mafsil.control`; none without a family.
     """
 
-    status: SuitableFamily
+    status: RecommendedController
     direction: str
     laws: tuple[str, ...]
 
@@ -78,7 +78,7 @@ class Suitability(SingleAnswer):
         return {"status": self.status.name, "direction": self.direction, "laws": self.laws}
 
 
-def suitable_family(
+def recommend_controller(
     environment: Sequence[str], wanted: Sequence[str | Sequence[str]], names: Sequence[str] | None = None
 ) -> Suitability:
     """The family of laws for a task, from what each direction meets and what is asked along it.
@@ -115,19 +115,19 @@ def suitable_family(
     # 1
     for label, meets, asked in zip(labels, environment, demands, strict=True):
         if {"motion", "force"} <= asked:
-            return Suitability(SuitableFamily.BOTH_ASKED, label, ())
+            return Suitability(RecommendedController.BOTH_ASKED, label, ())
         if meets == "rigid" and "motion" in asked:
-            return Suitability(SuitableFamily.BLOCKED, label, ())
+            return Suitability(RecommendedController.BLOCKED, label, ())
         if meets == "free" and "force" in asked:
-            return Suitability(SuitableFamily.UNANSWERED, label, ())
+            return Suitability(RecommendedController.UNANSWERED, label, ())
     # 2, 3
     first = {demand: label for label, asked in reversed([*zip(labels, demands, strict=True)]) for demand in asked}
     if "impedance" in first:
-        family = SuitableFamily.MIXED if "force" in first else SuitableFamily.IMPEDANCE
+        family = RecommendedController.MIXED if "force" in first else RecommendedController.IMPEDANCE
         return Suitability(family, first["impedance"], LAWS.get(family, ()))
     if len(first) == 2:
-        return Suitability(SuitableFamily.HYBRID, first["force"], LAWS[SuitableFamily.HYBRID])
-    family = SuitableFamily.MOTION if "motion" in first else SuitableFamily.FORCE
+        return Suitability(RecommendedController.HYBRID, first["force"], LAWS[RecommendedController.HYBRID])
+    family = RecommendedController.MOTION if "motion" in first else RecommendedController.FORCE
     return Suitability(family, "", LAWS[family])
 
 
@@ -137,7 +137,7 @@ def _require_words(name: str, words: Sequence[str], known: Sequence[str]) -> Non
             raise InputError("input.choice", name=name, value=word, known=", ".join(known))
 
 
-class SuitableInteraction(Status):
+class RecommendedInteraction(Status):
     """Which of the two realisations of an impedance an arm is made for."""
 
     IMPEDANCE = ("control.suits_impedance_control", True)
@@ -156,7 +156,7 @@ class Interaction(SingleAnswer):
         joint: number of the joint that decided, from 1.
     """
 
-    status: SuitableInteraction
+    status: RecommendedInteraction
     rotor_share: Floats
     friction_share: Floats
     joint: int
@@ -177,7 +177,7 @@ class Interaction(SingleAnswer):
 
 
 @of_robot
-def suitable_interaction(robot: Robot, q: ArrayLike) -> Interaction:
+def recommend_interaction(robot: Robot, q: ArrayLike) -> Interaction:
     """Whether an arm is made for impedance control (light, driven backwards easily) or for admittance control (geared).
 
     The rule: impedance control if the rotors are at most half of the inertia of every joint and dry friction takes at
@@ -201,10 +201,10 @@ def suitable_interaction(robot: Robot, q: ArrayLike) -> Interaction:
     limit = np.where(np.isfinite(robot.limits.effort), robot.limits.effort, np.nan)
     friction = np.divide(dry, limit, out=np.full(robot.n, np.nan), where=limit > 0.0)
     if not rotors.any() and np.isnan(friction).all():
-        return Interaction(SuitableInteraction.NOT_KNOWN, share, friction, 1)
+        return Interaction(RecommendedInteraction.NOT_KNOWN, share, friction, 1)
     badness = np.maximum(share / ROTORS, np.nan_to_num(friction) / DRY)
     worst = int(badness.argmax())
-    status = SuitableInteraction.IMPEDANCE if badness[worst] <= 1.0 else SuitableInteraction.ADMITTANCE
+    status = RecommendedInteraction.IMPEDANCE if badness[worst] <= 1.0 else RecommendedInteraction.ADMITTANCE
     return Interaction(status, share, friction, worst + 1)
 
 

@@ -9,7 +9,7 @@ WORKS_ON_CONTROL = (
         "lynch2017", "K. M. Lynch, F. C. Park", "Modern Robotics", "Cambridge University Press", 2017,
         modules(
             "control.computed_torque", "control.joint_feedback", "control.task_space", "control.force",
-            "control.hybrid", "control.impedance", "control.impedance_by_force", "control.tip_ways",
+            "control.hybrid", "control.impedance", "control.impedance_by_force", "control.compare_pose_errors",
             "control.block_diagram", "one_joint.error_dynamics", "one_joint.gear",
         ),
     ),
@@ -65,7 +65,7 @@ WORKS_ON_CONTROL = (
     Citation(
         "siciliano2009", "B. Siciliano, L. Sciavicco, L. Villani, G. Oriolo",
         "Robotics: Modelling, Planning and Control", "Springer", 2009,
-        modules("control.inertia_gains", "control.felt_constraint"),
+        modules("control.inertia_gains", "control.estimate_contact_constraint"),
     ),
     Citation(
         "murray1994", "R. M. Murray, Z. Li, S. S. Sastry", "A Mathematical Introduction to Robotic Manipulation",

@@ -24,7 +24,7 @@ from mafsil.job.remark import Refused, said_of
 from mafsil.job.signals import Condition
 from mafsil.job.standstill import Standing, Standstill
 from mafsil.messages.quantities import quantity
-from mafsil.planning import TimedArm, plan_past
+from mafsil.planning import TimedArm, plan_around_moving
 from mafsil.planning.waiting_places import standing
 from mafsil.trajectory import rest
 
@@ -273,7 +273,7 @@ class Beside:
         later = [stay for stay in self.parts.stays if stay.put > clock]
         for stays in (here, [*here, *later]):
             cell = self.around.among_parts([stay.body for stay in stays])
-            found = plan_past(cell, name, start, goal, limits, others, seed=self.seed, seconds=SECONDS)
+            found = plan_around_moving(cell, name, start, goal, limits, others, seed=self.seed, seconds=SECONDS)
             if not found:
                 raise Refused("job.other_no_way", name=each.name, number=move.number, reason=found)
             end = clock + found.motions[name].duration

@@ -248,8 +248,8 @@ def closed_law(job: Job, model: Robot, trajectory: Trajectory) -> Law:
         damping = DAMPING if own.damping is None else own.damping
         return closed_computed_torque(chain, natural_frequency=frequency, damping_ratio=damping)
     inertia = _felt_inertia(chain, trajectory)
-    kp = inertia * NATURAL_FREQUENCY**2 if own.stiffness is None else np.asarray(own.stiffness)
-    kd = 2.0 * DAMPING_RATIO * np.sqrt(inertia * kp) if own.rate_gain is None else own.rate_gain
+    kp = inertia * NATURAL_FREQUENCY**2 if own.kp is None else np.asarray(own.kp)
+    kd = 2.0 * DAMPING_RATIO * np.sqrt(inertia * kp) if own.kd is None else own.kd
     return closed_gravity_compensation(chain, kp, kd)
 
 

@@ -67,10 +67,10 @@ class ClosedSteps:
         ways = [coordinates(self.walk.job, self.walk.robot, via) for via in move.via if isinstance(via, tuple)]
         straight = self.loops.motion(self.walk.q, [*ways, goal], move, limits, where)
         around = self.walk.surroundings
-        if around is None or not (move.keep is not None or self.ways.goes_round(index)):
+        if around is None or not (move.constraints is not None or self.ways.goes_round(index)):
             return straight, None
         end, hit = straight.at(straight.duration).u, None
-        if move.keep is None:
+        if move.constraints is None:
             kept, parts = self.walk.clearance(index, index), self.walk.counted(index, end)
             hit = around.first_hit(straight, self.walk.load, kept, parts)
             if hit is None:

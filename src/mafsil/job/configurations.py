@@ -56,7 +56,7 @@ class Configurations:
 
     def others(self, index: int, goal: Goal, target: PoseMatrix) -> tuple[JointVector, ...]:
         """Where a move that keeps something may end as well: not every configuration is reached that way."""
-        if self.walk.job.move[index].keep is None or goal.branch is not None:
+        if self.walk.job.move[index].constraints is None or goal.branch is not None:
             return ()
         if self.walk.goals.taken(target, goal.task) is not None:
             return ()

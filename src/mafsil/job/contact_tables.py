@@ -78,7 +78,7 @@ class Door(Part, frozen=True, kw_only=True):
         hinge: a point of the hinge, in {s} [m].
         axis: of the hinge.
         stiffness, damping: of the grip against shifts [N/m, N s/m], whatever the unit of lengths.
-        turn_stiffness, turn_damping: of the grip against rotations [N m/rad, N m s/rad].
+        rotational_stiffness, rotational_damping: of the grip against rotations [N m/rad, N m s/rad].
         friction: of the hinge [N m s/rad].
         closer: spring that shuts the door [N m/rad].
         grip: name of the move with which the tip takes the handle; from the start on if empty.
@@ -90,8 +90,8 @@ class Door(Part, frozen=True, kw_only=True):
     axis: Three
     stiffness: Positive = 2e4
     damping: NotNegative = 200.0
-    turn_stiffness: NotNegative = 50.0
-    turn_damping: NotNegative = 1.0
+    rotational_stiffness: NotNegative = 50.0
+    rotational_damping: NotNegative = 1.0
     friction: NotNegative = 0.0
     closer: NotNegative = 0.0
     grip: str = ""

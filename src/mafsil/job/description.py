@@ -9,6 +9,7 @@ from typing import Annotated, Literal, TypeAlias
 
 import msgspec
 
+from mafsil.job.constraint_table import PathConstraints
 from mafsil.job.contact_tables import Door as Door
 from mafsil.job.contact_tables import Guide as Guide
 from mafsil.job.contact_tables import Hole as Hole
@@ -19,7 +20,6 @@ from mafsil.job.driving_tables import Disturbance as Disturbance
 from mafsil.job.driving_tables import LawKind as LawKind
 from mafsil.job.driving_tables import Noise as Noise
 from mafsil.job.driving_tables import Simulation as Simulation
-from mafsil.job.keep_table import Keep
 from mafsil.job.other_robot import OtherRobot
 from mafsil.job.part import Four as Four
 from mafsil.job.part import NotNegative as NotNegative
@@ -140,7 +140,7 @@ class Step(Part, frozen=True, kw_only=True):
         avoid: whether a move of the joints goes round what stands in its way; as the job says if None.
         planner: that searches the way round; that of the job if None.
         clearance: that it keeps, if another than the job's [m].
-        keep: what the tip keeps on the way; the way is planned then, round what stands in it.
+        constraints: what the tip keeps on the way; the way is planned then, round what stands in it.
         tolerance: of this move, if another than the job's.
     """
 
@@ -161,7 +161,7 @@ class Step(Part, frozen=True, kw_only=True):
     avoid: bool | None = None
     planner: PlannerName | None = None
     clearance: NotNegative | None = None
-    keep: Keep | None = None
+    constraints: PathConstraints | None = None
     tolerance: Tolerance | None = None
 
 
@@ -226,21 +226,21 @@ class Bounds(Part, frozen=True, kw_only=True):
     """How hard the robot may be driven.
 
     Attributes:
-        speed_share, acceleration_share: of the robot's own limits.
+        speed_scale, acceleration_scale: of the robot's own limits.
         velocity, acceleration: bounds for all joints where the description has none [rad/s | m/s and per s].
         jerk: the same of moves with limited jerk [rad/s^3 | m/s^3].
         tip_speed, tip_acceleration: of paths of the tip [m/s, m/s^2].
-        tip_turn_rate: of paths of the tip [rad/s].
+        tip_angular_speed: of paths of the tip [rad/s].
     """
 
-    speed_share: Share = 0.7
-    acceleration_share: Share = 0.7
+    speed_scale: Share = 0.7
+    acceleration_scale: Share = 0.7
     velocity: Positive = 2.0
     acceleration: Positive = 5.0
     jerk: Positive = 50.0
     tip_speed: Positive = 0.25
     tip_acceleration: Positive = 1.0
-    tip_turn_rate: Positive = 1.0
+    tip_angular_speed: Positive = 1.0
 
 
 class Report(Part, frozen=True, kw_only=True):

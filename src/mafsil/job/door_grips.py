@@ -54,8 +54,8 @@ def grips(job: Job, plan: Plan) -> tuple[Grip, ...]:
         start = float(ends[first] - leg.trajectory.duration)
         handle = leg.load.robot.forward_kinematics(leg.trajectory.at(0.0).u)
         door = Door(
-            np.array(one.hinge), np.array(one.axis), handle, one.stiffness, one.damping, one.turn_stiffness,
-            one.turn_damping, one.friction, one.closer,
+            np.array(one.hinge), np.array(one.axis), handle, one.stiffness, one.damping, one.rotational_stiffness,
+            one.rotational_damping, one.friction, one.closer,
         )  # fmt: skip
         found.append(Grip(one, door, first, last, start, float(ends[last])))
     return tuple(found)

@@ -30,17 +30,17 @@ class Controller(Part, frozen=True, kw_only=True):
             the motion of `hybrid`, 20 if None; of `model_predictive` away from limits 80, of `linear_quadratic` about
             its pose 40 if None, or the half, the quarter... that the sampling bears [rad/s].
         damping: its damping ratio, or that of the tip's impedance; 1 if None.
-        stiffness, rate_gain: of the PD and PID laws, one number or one per joint; from the inertia of each joint if
+        kp, kd: of the PD and PID laws, one number or one per joint; from the inertia of each joint if
             None [N m/rad, N m s/rad].
         integral: gain of PID, likewise; a tenth of what would make it unstable if None [N m/(rad s)].
-        mass_share: by which sliding mode takes every mass, and min-max all together, to be wrong; 0.2 if None.
+        mass_uncertainty: by which sliding mode takes every mass, and min-max all together, to be wrong; 0.2 if None.
         margin: effort of sliding mode for friction; what the model's friction asks for and 1 if None [N m | N].
         width: of the boundary layer; 0.02 if None, or twice, four times... that, where the sampling would make the law
             chatter [rad/s | m/s]; of min-max 1 [N m/s | N/s].
         horizon: intervals that `model_predictive` looks ahead; 20 if None.
         interval: length of one; 0.005 if None [s].
-        tip_stiffness, turn_stiffness: of impedance and admittance, against shifts and against rotations; if None, what
-            makes the arm's inertia at the start swing with 20 rad/s [N/m, N m/rad].
+        tip_stiffness, rotational_stiffness: of impedance and admittance; if None, what makes the arm's inertia at the
+            start swing with 20 rad/s [N/m, N m/rad].
         tip_mass, turn_inertia: of admittance; those of the arm at the start if None [kg, kg m^2].
         press: force of `hybrid` into the surface; 10 if None [N].
         force_gain, force_integral: of the error of that force; 0 and 10 if None [1, 1/s].
@@ -54,17 +54,17 @@ class Controller(Part, frozen=True, kw_only=True):
     kind: LawKind = "computed_torque"
     frequency: Positive | None = None
     damping: Positive | None = None
-    stiffness: Positive | tuple[Positive, ...] | None = None
-    rate_gain: Positive | tuple[Positive, ...] | None = None
+    kp: Positive | tuple[Positive, ...] | None = None
+    kd: Positive | tuple[Positive, ...] | None = None
     integral: NotNegative | tuple[NotNegative, ...] | None = None
-    mass_share: NotNegative | None = None
+    mass_uncertainty: NotNegative | None = None
     margin: NotNegative | tuple[NotNegative, ...] | None = None
     width: Positive | None = None
     horizon: Annotated[int, msgspec.Meta(ge=1, le=200)] | None = None
     interval: Positive | None = None
     learning: NotNegative | None = None
     tip_stiffness: Positive | None = None
-    turn_stiffness: Positive | None = None
+    rotational_stiffness: Positive | None = None
     tip_mass: Positive | None = None
     turn_inertia: Positive | None = None
     press: Positive | None = None

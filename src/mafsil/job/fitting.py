@@ -147,8 +147,8 @@ def _configurations(job: Job) -> Iterator[tuple[Path, tuple[float, ...]]]:
 
 def _lists(job: Job) -> Iterator[tuple[Path, object]]:
     """What may be one number, or one per joint."""
-    yield ("controller", "stiffness"), job.controller.stiffness
-    yield ("controller", "rate_gain"), job.controller.rate_gain
+    yield ("controller", "kp"), job.controller.kp
+    yield ("controller", "kd"), job.controller.kd
     yield ("controller", "integral"), job.controller.integral
     yield ("controller", "margin"), job.controller.margin
     yield ("tolerance", "joints"), job.tolerance.joints

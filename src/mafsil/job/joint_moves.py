@@ -79,22 +79,27 @@ class JointMoves:
         """
         walk = self.walk
         move, around, where = walk.job.move[index], walk.surroundings, walk.where(index)
-        if around is None or not (self.goes_round(index) or move.keep is not None):
+        if around is None or not (self.goes_round(index) or move.constraints is not None):
             return None
         clearance, parts = walk.clearance(index, index), walk.counted(index, goal)
-        keep: tuple[Constraint, ...] = ()
-        if move.keep is not None:
+        constraints: tuple[Constraint, ...] = ()
+        if move.constraints is not None:
             if np.abs(goal - walk.q).max(initial=0.0) < STILL:
                 return None
-            keep, goal = constraints_of(move.keep, walk.load.equipment, angle_unit(walk.job)), np.stack([goal, *others])
-        found = around.way_round(walk.q, goal, walk.load, clearance, move.planner, met, parts, keep)
+            constraints, goal = (
+                constraints_of(move.constraints, walk.load.equipment, angle_unit(walk.job)),
+                np.stack([goal, *others]),
+            )
+        found = around.way_round(walk.q, goal, walk.load, clearance, move.planner, met, parts, constraints)
         if found is None:
             return None
         if not found.plan:
-            raise Refused("job.no_kept_way" if keep else "job.no_way_round", move=where, reason=found.plan)
+            raise Refused(
+                "job.no_constrained_path" if constraints else "job.no_way_round", move=where, reason=found.plan
+            )
         walk.remarks.append(
             Remark("good", "job.went_round", {"move": where} | found.details())
-            if not keep
-            else Remark("good", "job.keeps_way", {"move": where, "kept": found.keeps} | found.details())
+            if not constraints
+            else Remark("good", "job.constrained_path", {"move": where, "kept": found.keeps} | found.details())
         )
         return found

@@ -34,6 +34,6 @@ def keeping_remarks(run: Run) -> list[Remark]:
         measured = worst_kept(run, k)
         if measured is None:
             continue
-        level, key = ("good", "job.kept_driven") if measured.holds else ("failure", "job.not_kept_driven")
+        level, key = ("good", "job.kept_driven") if measured.holds else ("failure", "job.constraint_violated")
         found.append(Remark(level, key, {"move": Where(leg.index, run.job.move[leg.index]), "kept": measured}))
     return found

@@ -118,7 +118,7 @@ def _feedforward(job: Job, model: Robot, trajectory: Trajectory) -> Law:
 
 def _sliding_mode(job: Job, model: Robot, trajectory: Trajectory) -> Law:
     own = job.controller
-    share = MASS_SHARE if own.mass_share is None else own.mass_share
+    share = MASS_SHARE if own.mass_uncertainty is None else own.mass_uncertainty
     margin = _friction(job, model) + MARGIN if own.margin is None else _row(own.margin, model)
     gains = _gains(job, model, trajectory)
     law = sliding_mode(
@@ -143,7 +143,7 @@ def _wide_enough(job: Job, law: SlidingMode, trajectory: Trajectory) -> SlidingM
 
 def _min_max(job: Job, model: Robot, trajectory: Trajectory) -> Law:
     own, gains = job.controller, _gains(job, model, trajectory)
-    share = MASS_SHARE if own.mass_share is None else own.mass_share
+    share = MASS_SHARE if own.mass_uncertainty is None else own.mass_uncertainty
     layer = LAYER if own.width is None else own.width
     return min_max(model, share=share, rate=gains.kp / gains.kd, damping=gains.kd, width=layer)
 
@@ -239,8 +239,8 @@ def _gains(job: Job, model: Robot, trajectory: Trajectory) -> Gains:
 def _pd(job: Job, model: Robot, trajectory: Trajectory) -> tuple[Floats, Floats]:
     """Stiffness and rate gain; a stiffness without a rate gain keeps the damping ratio of our own gains."""
     own, given = _gains(job, model, trajectory), job.controller
-    kp = own.kp if given.stiffness is None else _row(given.stiffness, model)
-    kd = own.kd * np.sqrt(kp / own.kp) if given.rate_gain is None else _row(given.rate_gain, model)
+    kp = own.kp if given.kp is None else _row(given.kp, model)
+    kd = own.kd * np.sqrt(kp / own.kp) if given.kd is None else _row(given.kd, model)
     return kp, kd
 
 

@@ -19,7 +19,7 @@ from mafsil.robot import Robot
 from mafsil.trajectory import Trajectory
 
 OF_JOINTS = ("velocity", "acceleration", "jerk")
-OF_TIP = ("tip_speed", "tip_turn_rate", "tip_acceleration")
+OF_TIP = ("tip_speed", "tip_angular_speed", "tip_acceleration")
 MORE = 0.1
 """How much larger each limit is made, as share of it."""
 DECIDES = 0.99
@@ -36,7 +36,7 @@ class CycleLimit(NamedTuple):
     """One limit of a job.
 
     Attributes:
-        quantity: `velocity`, `acceleration`, `jerk`, `tip_speed`, `tip_turn_rate` or `tip_acceleration`.
+        quantity: `velocity`, `acceleration`, `jerk`, `tip_speed`, `tip_angular_speed` or `tip_acceleration`.
         joint: index; -1 for limits of the tip.
         deciding: how long at least 99 per cent of it are used, and of no other limit more [s].
         saved: by ten per cent more of it, each move solved again on its path [s]; NaN where one has no motion then.

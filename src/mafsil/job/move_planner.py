@@ -106,7 +106,7 @@ class _Planner:
                 T = pose_matrix(given.pose, degrees=walk.degrees)
                 walk.q = self.configurations.configuration(-1, given.pose, T)
         walk.origin = walk.q
-        if walk.surroundings is not None and walk.surroundings.rule.rest:
+        if walk.surroundings is not None and walk.surroundings.rule.known_free:
             walk.remarks += walk.surroundings.rests_at(walk.q, walk.load)
         self.require_standing("job.start_meets", -1)
 
@@ -165,7 +165,7 @@ class _Planner:
             contact = checker.check(walk.q).contacts[0]
             if contact.distance > 0.0 and checker.never_apart(contact.first, contact.second):
                 key = "job.never_apart"
-            raise Refused(key, move=walk.where(index), contact=said_of(contact, checker.margin))
+            raise Refused(key, move=walk.where(index), contact=said_of(contact, checker.clearance))
 
     def reach(self, index: int, name: str, goal: Goal) -> None:
         """To a pose, all joints together."""

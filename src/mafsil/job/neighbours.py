@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
-from mafsil.collision import Arms, Checker, Contact, Mounted, Scene
+from mafsil.collision import ArmMount, Checker, Contact, MultiArmCell, Scene
 from mafsil.collision import Obstacle as Body
 from mafsil.errors import MafsilError
 from mafsil.job.description import Bounds, Collision, Job, Pose
@@ -209,15 +209,15 @@ class Neighbourhood:
     ) -> None:
         self.moving = tuple(each for each in neighbours if not each.stands)
         mounted = [
-            Mounted(
+            ArmMount(
                 each.asked.name, each.robot, srdf=each.asked.srdf, skip=each.asked.skip,
                 self_collision=each.checks_itself,
             )
             for each in self.moving
         ]  # fmt: skip
-        main = Mounted(MAIN, robot, attached=parts, self_collision=False)
-        self.cell = Arms(
-            [main, *mounted], scene, margin=rule.clearance, own_margin=rule.kept_of_itself(rule.clearance)
+        main = ArmMount(MAIN, robot, attached=parts, self_collision=False)
+        self.cell = MultiArmCell(
+            [main, *mounted], scene, clearance=rule.clearance, self_clearance=rule.kept_of_itself(rule.clearance)
         ).with_passive([MAIN])
 
     def limits(self, bounds: Bounds, speed: float) -> MotionLimits:
@@ -228,8 +228,8 @@ class Neighbourhood:
             speed: share of them.
         """
         own = self.cell.robot.limits
-        velocity = _driven(own.velocity, bounds.velocity, bounds.speed_share)
-        acceleration = _driven(own.acceleration, bounds.acceleration, bounds.acceleration_share)
+        velocity = _driven(own.velocity, bounds.velocity, bounds.speed_scale)
+        acceleration = _driven(own.acceleration, bounds.acceleration, bounds.acceleration_scale)
         return MotionLimits.of(len(velocity), velocity=velocity * speed, acceleration=acceleration * speed**2)
 
     def own_limits(self, name: str, bounds: Bounds, speed: float) -> MotionLimits:
@@ -244,7 +244,7 @@ class Neighbourhood:
         """From when on motions of all are not proved to keep the clearance; None where all of it is [s]."""
         return unproved_moment(self.cell, motions, {})
 
-    def among_parts(self, bodies: Sequence[Body]) -> Arms:
+    def among_parts(self, bodies: Sequence[Body]) -> MultiArmCell:
         """The robots with more bodies in the scene."""
         return self.cell.with_scene(Scene([*self.cell.scene, *bodies])) if bodies else self.cell
 

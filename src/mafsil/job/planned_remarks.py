@@ -175,7 +175,7 @@ def driving_limits(job: Job, robot: Robot) -> tuple[JointLimits, list[Remark]]:
     remarks: list[Remark] = []
     values: dict[str, Floats] = {}
     reserved = False
-    for name, asked in (("velocity", bounds.speed_share), ("acceleration", bounds.acceleration_share)):
+    for name, asked in (("velocity", bounds.speed_scale), ("acceleration", bounds.acceleration_scale)):
         known: Floats = getattr(own, name)
         share = min(asked, PLANNED[name])
         reserved |= share < asked and bool((np.isfinite(known) & (known > 0.0) & driven).any())
@@ -193,7 +193,7 @@ def driving_limits(job: Job, robot: Robot) -> tuple[JointLimits, list[Remark]]:
     jerk = np.full(robot.n, np.inf)
     if any(move.profile == "jerk_limited" for move in job.move):
         unknown = ~(np.isfinite(own.jerk) & (own.jerk > 0.0))
-        jerk = np.where(unknown, bounds.jerk, own.jerk * bounds.acceleration_share)
+        jerk = np.where(unknown, bounds.jerk, own.jerk * bounds.acceleration_scale)
         if unknown.any():
             remarks.append(
                 Remark("good", "job.jerk_assumed", {"joints": _listed(robot, unknown), "value": bounds.jerk})

@@ -27,7 +27,7 @@ from mafsil.trajectory.cartesian_path import CartesianPath
 TIP = ("tip_distance", "tip_turn")
 """Coordinates added to those of the joints on a straight line: how far the tip has come, and how far it has turned."""
 
-OF_TIP = {"tip_speed": (0, "velocity"), "tip_turn_rate": (1, "velocity"), "tip_acceleration": (0, "acceleration")}
+OF_TIP = {"tip_speed": (0, "velocity"), "tip_angular_speed": (1, "velocity"), "tip_acceleration": (0, "acceleration")}
 """Limits of the tip on any path as those of the coordinates added on a line."""
 
 
@@ -110,10 +110,10 @@ def along_line(
         Refused: there is no motion within the limits; the reason names the place.
     """
     own = _of_joints(limits)
-    turn_acceleration = bounds.tip_acceleration * bounds.tip_turn_rate / bounds.tip_speed
+    turn_acceleration = bounds.tip_acceleration * bounds.tip_angular_speed / bounds.tip_speed
     limits_of_all = MotionLimits.of(
         joints.n + 2,
-        velocity=np.append(own.velocity[1], [move.speed * bounds.tip_speed, move.speed * bounds.tip_turn_rate]),
+        velocity=np.append(own.velocity[1], [move.speed * bounds.tip_speed, move.speed * bounds.tip_angular_speed]),
         acceleration=np.append(
             own.acceleration[1], move.speed**2 * np.array([bounds.tip_acceleration, turn_acceleration])
         ),
@@ -144,7 +144,7 @@ def along_curve(
         robot=robot,
         tip_speed=move.speed * bounds.tip_speed,
         tip_acceleration=move.speed**2 * bounds.tip_acceleration,
-        tip_turn_rate=move.speed * bounds.tip_turn_rate,
+        tip_angular_speed=move.speed * bounds.tip_angular_speed,
     )
     return _quickest(found, joints, where)
 

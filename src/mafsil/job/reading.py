@@ -11,8 +11,8 @@ import msgspec
 from mafsil.job import lines
 from mafsil.job.description import Job, SceneFile
 from mafsil.job.language import JobFile, in_metres, require_signals, resolved, substituted, with_cells
+from mafsil.job.language.constraint_checks import require_keepable
 from mafsil.job.language.frames import Complaint
-from mafsil.job.language.keep_checks import require_keepable
 from mafsil.job.language.key_checks import refuse_not_finite, refuse_unknown, require_keys, translated
 from mafsil.job.language.move_checks import check_statements
 from mafsil.job.language.order_checks import require_grips, require_order

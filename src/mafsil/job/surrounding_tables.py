@@ -69,13 +69,13 @@ class Collision(Part, frozen=True, kw_only=True):
 
     Attributes:
         clearance: that it keeps [m].
-        own_clearance: that its bodies keep from each other, some of which are always near, if that is less [m]; the
+        self_clearance: that its bodies keep from each other, some of which are always near, if that is less [m]; the
             clearance if None.
         avoid: moves of the joints go round what stands in their way, unless a move says otherwise.
         srdf: path of a semantic description whose disabled pairs of links are not checked, relative to the file.
         skip: further pairs of links or bodies that are not checked against each other.
-        rest: whether the arm is known to be free of itself at the start: bodies that meet there are not checked against
-            each other, and named.
+        known_free: whether the start is known to be free of self-collision: pairs of bodies that overlap there are not
+            checked, and named.
         self_collision: whether the arm is checked against itself; if None, where the description has shapes.
         seed: of the search for ways round.
         planner: that searches them.
@@ -83,11 +83,11 @@ class Collision(Part, frozen=True, kw_only=True):
     """
 
     clearance: NotNegative = 0.0
-    own_clearance: NotNegative | None = None
+    self_clearance: NotNegative | None = None
     avoid: bool = False
     srdf: str | None = None
     skip: tuple[tuple[str, str], ...] = ()
-    rest: bool = False
+    known_free: bool = False
     self_collision: bool | None = None
     seed: Annotated[int, msgspec.Meta(ge=0)] = 0
     planner: PlannerName = "rrt_connect"
@@ -95,7 +95,7 @@ class Collision(Part, frozen=True, kw_only=True):
 
     def kept_of_itself(self, kept: float) -> float | None:
         """Clearance of bodies of a robot from each other, where it keeps one from everything else; that one if None."""
-        return None if self.own_clearance is None else min(self.own_clearance, kept)
+        return None if self.self_clearance is None else min(self.self_clearance, kept)
 
 
 class SceneFile(Part, frozen=True, kw_only=True):

@@ -25,9 +25,9 @@ from mafsil.collision import (
 from mafsil.collision import Obstacle as Body
 from mafsil.collision.shapes import Geometry
 from mafsil.job.beside import Beside
+from mafsil.job.constraint_table import CONSTRAINED_PLANNER
 from mafsil.job.description import Collision, Grasp, Job, Obstacle, SceneFile, Tool
 from mafsil.job.equipment import UNNAMED_TOOL, Load, box_of_tool
-from mafsil.job.keep_table import KEEPER
 from mafsil.job.named_files import shape_of
 from mafsil.job.neighbours import Neighbour, Neighbourhood, NeighbourMotion, standing_bodies
 from mafsil.job.payload import box_in_tip
@@ -157,12 +157,12 @@ class Surroundings:
                 self._mechanism,
                 scene,
                 attached=_hanging(load, kept),
-                margin=kept,
-                own_margin=self.rule.kept_of_itself(kept),
+                clearance=kept,
+                self_clearance=self.rule.kept_of_itself(kept),
                 srdf=self.rule.srdf,
                 skip=self.rule.skip,
                 self_collision=self.judges_itself,
-                rest=self._rest,
+                known_free=self._rest,
             )
         return self._checkers[key]
 
@@ -208,7 +208,7 @@ class Surroundings:
 
     def way_round(
         self, q: JointVector, goal: JointVector, load: Load, clearance: float, planner: str | None = None,
-        met: Contact | None = None, parts: tuple[PlacedPart, ...] = (), keep: tuple[Constraint, ...] = (),
+        met: Contact | None = None, parts: tuple[PlacedPart, ...] = (), constraints: tuple[Constraint, ...] = (),
     ) -> WayRound | None:  # fmt: skip
         """A way between two configurations, or why there is none; None where the straight one is free.
 
@@ -220,19 +220,21 @@ class Surroundings:
             planner: which one searches; that of the job if None.
             met: what stands in the way, if that is known; the straight way is not asked then.
             parts: that stand in the scene.
-            keep: what is kept all the way; the straight way is not asked then.
+            constraints: what is kept all the way; the straight way is not asked then.
         """
         checker = self.checker(load, clearance, parts)
-        if met is None and not keep:
+        if met is None and not constraints:
             straight = checker.check_path(q, goal)
             if straight:
                 return None
             met = straight.contacts[0] if straight.contacts else None
-        roomy, rule = checker.with_margin(clearance + ROOM), self.rule
+        roomy, rule = checker.with_clearance(clearance + ROOM), self.rule
         if roomy.free(np.concatenate([q[None], np.atleast_2d(goal)])).all():
             checker = roomy
-        search = KEEPER if keep else planner or rule.planner
-        found = plan(checker, None, q, goal, planner=search, seed=rule.seed, seconds=rule.seconds, keep=keep)
+        search = CONSTRAINED_PLANNER if constraints else planner or rule.planner
+        found = plan(
+            checker, None, q, goal, planner=search, seed=rule.seed, seconds=rule.seconds, constraints=constraints
+        )
         if found.interrupted:
             # Who stops a job wants no more of it than of its planner.
             raise KeyboardInterrupt

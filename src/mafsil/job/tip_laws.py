@@ -198,7 +198,7 @@ def _chosen(task: TaskCoordinates, rotations: float | None, shifts: float | None
 
 def _impedance_of(job: Job, task: TaskCoordinates, inertia: Floats) -> Impedance:
     own, ratio = job.controller, DAMPING if job.controller.damping is None else job.controller.damping
-    stiffness = _chosen(task, own.turn_stiffness, own.tip_stiffness, inertia * FREQUENCY**2)
+    stiffness = _chosen(task, own.rotational_stiffness, own.tip_stiffness, inertia * FREQUENCY**2)
     damping = 2.0 * ratio * np.sqrt(stiffness * inertia)
     return Impedance.of(len(task.rows), inertia=inertia, damping=damping, stiffness=stiffness)
 

@@ -179,9 +179,9 @@ def _tip_bounds(path: TipPath, bounds: Bounds, move: Move) -> tuple[float, float
     V, slope = path.twists(np.linspace(0.0, 1.0, LOOK))
     speed, rotation = (max(float(np.linalg.norm(part, axis=-1).max()), ROUNDING) for part in (V[:, 3:], V[:, :3]))
     bend = float(np.linalg.norm(slope[:, 3:] + np.cross(V[:, :3], V[:, 3:]), axis=-1).max())
-    rate = move.speed * min(bounds.tip_speed / speed, bounds.tip_turn_rate / rotation)
+    rate = move.speed * min(bounds.tip_speed / speed, bounds.tip_angular_speed / rotation)
     # The turn has no acceleration bound of its own: it speeds up in the time that the way would take.
-    turn_acceleration = bounds.tip_acceleration * bounds.tip_turn_rate / bounds.tip_speed
+    turn_acceleration = bounds.tip_acceleration * bounds.tip_angular_speed / bounds.tip_speed
     growth = move.speed**2 * min(bounds.tip_acceleration / speed, turn_acceleration / rotation)
     if bend <= ROUNDING * speed:
         return rate, growth

@@ -52,7 +52,7 @@ def _of_itself(job: Job, robot: Robot, checker: Checker | None) -> list[Remark]:
     left_out = [visible(str(each)) for each in checker.skipped if each.reason in SAMPLED]
     near = [f"{visible(a)} - {visible(b)} ({quantity(kept, 'm')})" for (a, b), kept in checker.always_near.items()]
     found = [Remark("good", "job.unchecked_pairs", {"pairs": ", ".join(left_out)})] if left_out else []
-    details = {"pairs": ", ".join(near), "wanted": quantity(checker.margin, "m")}
+    details = {"pairs": ", ".join(near), "wanted": quantity(checker.clearance, "m")}
     return [*found, Remark("good", "job.always_near", details)] if near else found
 
 

@@ -19,7 +19,7 @@ def without_usual(checker: Checker) -> Checker:
 
 
 def _usual(checker: Checker) -> dict[tuple[str, str], float]:
-    return checker.nearer_than(max(NEAR, checker.margin))
+    return checker.nearer_than(max(NEAR, checker.clearance))
 
 
 def unusual(checker: Checker, others: Checker, q: Floats) -> Clearance:

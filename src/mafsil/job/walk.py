@@ -58,7 +58,7 @@ class Walk:
         self.remarks += unit_remarks(job, robot, places)
         self.goals_of = {name: Goals(each.robot) for name, each in self.tools.items()}
         meets = job.obstacle or neighbours or job.collision is not None
-        meets = meets or any(move.clearance is not None or move.keep is not None for move in job.move)
+        meets = meets or any(move.clearance is not None or move.constraints is not None for move in job.move)
         looks = bool(meets) or why_not_itself(job.collision, robot.mechanism) is None
         self.surroundings = Surroundings(job, robot, neighbours) if looks else None
         self._counts_parts = bool(meets)
@@ -210,7 +210,7 @@ class Walk:
         if hit is None:
             return
         move = self.job.move[index]
-        avoidable = kind == "joint" and not self.avoids(index) and not move.via and move.keep is None
+        avoidable = kind == "joint" and not self.avoids(index) and not move.via and move.constraints is None
         key = "job.meets_avoidable" if avoidable else "job.meets"
         contact = said_of(hit.contact, clearance)
         raise Refused(key, move=self.where(index), time=quantity(hit.time, "s"), contact=contact)

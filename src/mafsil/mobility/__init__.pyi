@@ -5,10 +5,14 @@ from mafsil.mobility.actuation import Actuation as Actuation
 from mafsil.mobility.actuation import ActuationStatus as ActuationStatus
 from mafsil.mobility.actuation import actuation as actuation
 from mafsil.mobility.actuation import locked_mobility as locked_mobility
-from mafsil.mobility.actuation import locked_subsets as locked_subsets
+from mafsil.mobility.actuation import mobility_with_locked_joints as mobility_with_locked_joints
 from mafsil.mobility.assembly import AssemblyModes as AssemblyModes
 from mafsil.mobility.assembly import AssemblyStatus as AssemblyStatus
 from mafsil.mobility.assembly import assembly_modes as assembly_modes
+from mafsil.mobility.assembly_existence import Existence as Existence
+from mafsil.mobility.assembly_existence import ExistenceStatus as ExistenceStatus
+from mafsil.mobility.assembly_existence import assembled as assembled
+from mafsil.mobility.assembly_existence import can_assemble as can_assemble
 from mafsil.mobility.components import ConfigurationCurves as ConfigurationCurves
 from mafsil.mobility.components import CurvesStatus as CurvesStatus
 from mafsil.mobility.components import configuration_curves as configuration_curves
@@ -21,10 +25,6 @@ from mafsil.mobility.drawing import common_freedoms as common_freedoms
 from mafsil.mobility.drawing import drawn_at as drawn_at
 from mafsil.mobility.drawing import locked as locked
 from mafsil.mobility.drawing import split as split
-from mafsil.mobility.existence import Existence as Existence
-from mafsil.mobility.existence import ExistenceStatus as ExistenceStatus
-from mafsil.mobility.existence import assembled as assembled
-from mafsil.mobility.existence import existence as existence
 from mafsil.mobility.finite import FiniteMobility as FiniteMobility
 from mafsil.mobility.finite import FiniteStatus as FiniteStatus
 from mafsil.mobility.finite import finite_mobility as finite_mobility
@@ -116,7 +116,7 @@ from mafsil.mobility.task_space import SphereBand as SphereBand
 from mafsil.mobility.task_space import angles_of_direction as angles_of_direction
 from mafsil.mobility.task_space import annulus as annulus
 from mafsil.mobility.task_space import direction_of as direction_of
-from mafsil.mobility.task_space import fibre as fibre
+from mafsil.mobility.task_space import self_motion_manifold as self_motion_manifold
 from mafsil.mobility.task_space import spatial_2r as spatial_2r
 from mafsil.mobility.task_space import task_redundancy as task_redundancy
 from mafsil.mobility.tracing import Trace as Trace

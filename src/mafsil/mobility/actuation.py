@@ -110,7 +110,9 @@ def locked_mobility(linkage: Linkage, names: Iterable[str], theta: ArrayLike | N
 
 
 @on_linkage
-def locked_subsets(linkage: Linkage, size: int, theta: ArrayLike | None = None) -> dict[tuple[str, ...], int]:
+def mobility_with_locked_joints(
+    linkage: Linkage, size: int, theta: ArrayLike | None = None
+) -> dict[tuple[str, ...], int]:
     """Mobility by rank that is left, for every choice of `size` locked joints.
 
     Args:

@@ -14,7 +14,7 @@ from mafsil.arrays import Floats
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.mobility.actuation import Actuation, ActuationStatus, actuation
-from mafsil.mobility.existence import assembled
+from mafsil.mobility.assembly_existence import assembled
 from mafsil.mobility.finite import FiniteMobility, FiniteStatus, finite_mobility, mobility_around
 from mafsil.mobility.gruebler import GrueblerCount, gruebler
 from mafsil.mobility.instantaneous import IdleFreedom, InstantaneousMobility, instantaneous

@@ -29,7 +29,7 @@ def annulus(lengths: ArrayLike) -> tuple[float, float]:
     return max(0.0, 2 * max(L) - total), total
 
 
-def fibre(lengths: ArrayLike, distance: float) -> PolygonSpace:
+def self_motion_manifold(lengths: ArrayLike, distance: float) -> PolygonSpace:
     """All configurations of a planar chain of revolute joints whose tip stands at a distance from the base.
 
     The chain and the distance make a polygon: none, some, or families of configurations lie behind a task point.

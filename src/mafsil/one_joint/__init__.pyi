@@ -1,3 +1,4 @@
+from mafsil.one_joint.backlash import Backlash as Backlash
 from mafsil.one_joint.discrete_loop import Desired as Desired
 from mafsil.one_joint.discrete_loop import DiscreteLoop as DiscreteLoop
 from mafsil.one_joint.discrete_loop import run_loop as run_loop
@@ -52,7 +53,6 @@ from mafsil.one_joint.motor import CurrentLoop as CurrentLoop
 from mafsil.one_joint.motor import Motor as Motor
 from mafsil.one_joint.motor import drive as drive
 from mafsil.one_joint.motor import joint_with_drive as joint_with_drive
-from mafsil.one_joint.play import Play as Play
 from mafsil.one_joint.polynomial import roots as roots
 from mafsil.one_joint.response_measures import MeasureStatus as MeasureStatus
 from mafsil.one_joint.response_measures import ResponseMeasures as ResponseMeasures
@@ -78,7 +78,7 @@ from mafsil.one_joint.steady_error import RestError as RestError
 from mafsil.one_joint.steady_error import RestStatus as RestStatus
 from mafsil.one_joint.steady_error import TrackingError as TrackingError
 from mafsil.one_joint.steady_error import rest_of_joints as rest_of_joints
-from mafsil.one_joint.steady_error import rest_under_gravity as rest_under_gravity
+from mafsil.one_joint.steady_error import steady_state_error as steady_state_error
 from mafsil.one_joint.torque_loop import TorqueLoop as TorqueLoop
 from mafsil.one_joint.variable_stiffness import StiffnessCommand as StiffnessCommand
 from mafsil.one_joint.variable_stiffness import StiffnessStatus as StiffnessStatus
@@ -88,4 +88,4 @@ from mafsil.one_joint.virtual_wall import stiffest_stable_wall as stiffest_stabl
 from mafsil.one_joint.viscous_joint import ViscousJoint as ViscousJoint
 from mafsil.one_joint.wall_contact import WallContact as WallContact
 from mafsil.one_joint.wall_contact import WallStatus as WallStatus
-from mafsil.one_joint.wall_contact import meet_wall as meet_wall
+from mafsil.one_joint.wall_contact import simulate_wall_contact as simulate_wall_contact

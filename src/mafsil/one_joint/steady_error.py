@@ -54,7 +54,7 @@ class RestError(RowAnswer):
     residual: Floats
 
 
-def rest_under_gravity(kp: ArrayLike, gravity_moment: ArrayLike, goal: ArrayLike) -> RestError:
+def steady_state_error(kp: ArrayLike, gravity_moment: ArrayLike, goal: ArrayLike) -> RestError:
     """Rest of one joint under PD control: Kp (theta_d - theta) = m g r cos(theta), theta from the horizontal.
 
     Args:

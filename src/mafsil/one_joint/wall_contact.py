@@ -53,7 +53,7 @@ class WallContact(RowAnswer):
     rest_force: Floats
 
 
-def meet_wall(
+def simulate_wall_contact(
     mass: ArrayLike,
     damping: ArrayLike,
     stiffness: ArrayLike,

@@ -19,12 +19,11 @@ from mafsil.planning.coordination import coordinate as coordinate
 from mafsil.planning.coordination_diagram import CoordinatedPlan as CoordinatedPlan
 from mafsil.planning.coordination_diagram import Waiting as Waiting
 from mafsil.planning.coordination_diagram import coordinate_arms as coordinate_arms
+from mafsil.planning.coupled import plan_coupled as plan_coupled
 from mafsil.planning.field_descent import FieldPath as FieldPath
 from mafsil.planning.goal_region import GoalRegion as GoalRegion
 from mafsil.planning.groups import JointGroup as JointGroup
 from mafsil.planning.groups import joint_group as joint_group
-from mafsil.planning.in_turn import plan_in_turn as plan_in_turn
-from mafsil.planning.in_turn import plan_past as plan_past
 from mafsil.planning.navigation import NavigationFunction as NavigationFunction
 from mafsil.planning.navigation import navigation_function as navigation_function
 from mafsil.planning.outcome import Plan as Plan
@@ -46,6 +45,8 @@ from mafsil.planning.polygons import PolygonWorld as PolygonWorld
 from mafsil.planning.polygons import minkowski_sum as minkowski_sum
 from mafsil.planning.potential_field import PotentialField as PotentialField
 from mafsil.planning.potential_field import disc as disc
+from mafsil.planning.prioritized import plan_around_moving as plan_around_moving
+from mafsil.planning.prioritized import plan_prioritized as plan_prioritized
 from mafsil.planning.problem import Problem as Problem
 from mafsil.planning.quadtree import Quadtree as Quadtree
 from mafsil.planning.quadtree import quadtree as quadtree
@@ -56,5 +57,4 @@ from mafsil.planning.search import Planner as Planner
 from mafsil.planning.search_log import SearchLog as SearchLog
 from mafsil.planning.search_log import watch as watch
 from mafsil.planning.shortening import shortened as shortened
-from mafsil.planning.together import plan_together as plan_together
 from mafsil.planning.visibility import visibility_path as visibility_path

@@ -75,13 +75,13 @@ def plan(
     planner: str = "rrt_connect",
     seed: int = 0,
     seconds: float = 10.0,
-    nodes: int = 200_000,
-    shorten: int = 100,
-    margin: float | None = None,
-    own_margin: float | None = None,
-    keep: Constraint | Iterable[Constraint] = (),
+    max_nodes: int = 200_000,
+    shortcut_iterations: int = 100,
+    clearance: float | None = None,
+    self_clearance: float | None = None,
+    constraints: Constraint | Iterable[Constraint] = (),
     radius: float | None = None,
-    moving: Iterable[str] | None = None,
+    active_joints: Iterable[str] | None = None,
 ) -> ArmPlan:
     """A path of an arm from a configuration to a goal, each straight motion of it proved free of collisions.
 
@@ -99,8 +99,8 @@ def plan(
     moves some joints of the left arm of a robot, all of that arm may move on the way, but neither the right arm nor
     head, wheels and fingers. A limb is a run of joints from which nothing branches off. What carries it, such as a
     torso, may move as well where half of the budget found nothing without. Where all that changes moves the tip, what
-    follows on the way to the tip may move too. `moving` names others in place of all this. Of several `Arms` all joints
-    of the arms that are planned may move.
+    follows on the way to the tip may move too. `active_joints` names others in place of all this. Of a `MultiArmCell`
+    all joints of the arms that are planned may move.
     The loops of a mechanism stay closed: its poses become configurations with closed loops by a search, and every path
     keeps `loops_kept` as well.
 
@@ -115,33 +115,38 @@ def plan(
         planner: a name of `mafsil.planning.PLANNERS` or of `ARM_PLANNERS`.
         seed: of the samples; equal seeds give equal paths where the time does not end the search.
         seconds: after which it gives up, or for planners that improve gives the best so far.
-        nodes: most that it may make.
-        shorten: about how many motions are tried to make the path shorter; 0 for none.
-        margin: clearance to keep [m]; that of a Checker, or none.
-        own_margin: clearance that bodies of the robot keep from each other, some of which are always near [m]; `margin`
-            if None.
-        keep: what the path keeps all along, such as `planning.Upright(0.1)`: one or several constraints. Only with
-            "rrt_connect", which alone knows loops too.
+        max_nodes: most that it may make.
+        shortcut_iterations: about how many motions are tried to make the path shorter; 0 for none.
+        clearance: distance to keep from obstacles [m]; that of a Checker, or none.
+        self_clearance: clearance between bodies of the robot, some of which are always near [m]; `clearance` if None.
+        constraints: path constraints, one or several, such as `planning.Upright(0.1)`; with "rrt_connect" alone, which
+            knows loops too.
         radius: of capsules along the links, for a robot without shapes or in place of those of the library [m]; a
             Checker was made with its own.
-        moving: names of joints that may move on the way though start and goals agree on them, in place of the rule
-            above; none for an empty list.
+        active_joints: names of joints that may move though start and goals agree on them, in place of the rule above;
+            none for an empty list.
 
     Ctrl-C ends planners that improve with the best so far, `interrupted`; others raise `KeyboardInterrupt`.
 
     Raises:
         InputError: a wrong shape, a number that is not finite, an unknown planner; a loop that is closed by a joint
-            other than a hinge, a ball or a fixed one; `moving` names no joint.
+            other than a hinge, a ball or a fixed one; `active_joints` names no joint.
 
     Reference: J. Kuffner, S. LaValle, RRT-Connect, ICRA 2000; proofs as in Schwarzer, Saha, Latombe, IEEE T-RO 2005.
     """
     roadmap = robot if isinstance(robot, roadmaps.ArmRoadmap) else None
     if roadmap is not None:
-        if scene is not None or keep or radius is not None or margin is not None or own_margin is not None:
+        if (
+            scene is not None
+            or constraints
+            or radius is not None
+            or clearance is not None
+            or self_clearance is not None
+        ):
             raise InputError("planning.roadmap_as_it_is")
         planner = LAZY
     checker = (
-        _checker(robot, scene, margin, own_margin, radius)
+        _checker(robot, scene, clearance, self_clearance, radius)
         if not isinstance(robot, roadmaps.ArmRoadmap)
         else robot.checker
     )
@@ -151,10 +156,10 @@ def plan(
     if not isinstance(cast(object, planner), str) or (planner not in PLANNERS and planner not in ARM_PLANNERS):
         raise InputError("input.choice", name="planner", value=planner, known=", ".join({**ARM_PLANNERS, **PLANNERS}))
     whole("seed", seed)
-    whole("nodes", nodes, 1)
-    whole("shorten", shorten)
+    whole("max_nodes", max_nodes, 1)
+    whole("shortcut_iterations", shortcut_iterations)
     positive("seconds", seconds)
-    may_move = None if moving is None else tuple(moving)
+    may_move = None if active_joints is None else tuple(active_joints)
     if may_move is not None:
         rule_for(checker, may_move)
     begun = perf_counter()
@@ -164,39 +169,39 @@ def plan(
     if (on[0] != q).any() or (on[1] != goals).any():
         measured = plan(
             robot, scene, on[0], on[1] if len(goals) else goal, planner=planner, seed=seed, seconds=seconds,
-            nodes=nodes, shorten=shorten, margin=margin, own_margin=own_margin, keep=keep, radius=radius,
-            moving=may_move,
+            max_nodes=max_nodes, shortcut_iterations=shortcut_iterations, clearance=clearance,
+            self_clearance=self_clearance, constraints=constraints, radius=radius, active_joints=may_move,
         )  # fmt: skip
         return _from_measured(measured, checker, q, goals)
     rules: tuple[Moving, ...] = (may_move,)
-    if moving is None and checker.has_carriers and len(goals):
+    if active_joints is None and checker.has_carriers and len(goals):
         wider = with_carriers(checker, np.concatenate([q[None], goals]))
         rules = (None,) if wider is None else (None, wider)
-    half = seconds / len(rules), max(nodes // len(rules), 1)
-    if planner == "rrt_connect" and not keep and not loops and roadmap is None and len(goals):
-        found = _connected(checker, q, goals, rules, seed, *half, shorten, begun)
+    half = seconds / len(rules), max(max_nodes // len(rules), 1)
+    if planner == "rrt_connect" and not constraints and not loops and roadmap is None and len(goals):
+        found = _connected(checker, q, goals, rules, seed, *half, shortcut_iterations, begun)
         if found is not None:
             return found
     # 2.
     refused = _refused(checker, q, goals, planner, begun)
     if isinstance(refused, ArmPlan):
         return _reasoned(refused, checker, goal, q)
-    constraints = ((keep,) if not isinstance(keep, Iterable) else tuple(keep)) + loops
+    constraints = ((constraints,) if not isinstance(constraints, Iterable) else tuple(constraints)) + loops
     if constraints and planner != "rrt_connect":
-        raise InputError("planning.loops_planner" if loops else "planning.keep_planner", planner=planner)
+        raise InputError("planning.loops_planner" if loops else "planning.constraint_planner", planner=planner)
     # 3., 4.
     if len(rules) > 1 and not constraints:
         # What the best paths need is what any path needs, and that is found soon.
         path, _, _ = search(checker, q, goals, seed, *half, 0, rules[0])
         rules = rules[:1] if path is not None else rules[1:]
-        half = max(seconds - (perf_counter() - begun), 0.5 * seconds), nodes
-    asked = ArmQuestion(checker, q, goals[refused], planner, seed, *half, shorten)
+        half = max(seconds - (perf_counter() - begun), 0.5 * seconds), max_nodes
+    asked = ArmQuestion(checker, q, goals[refused], planner, seed, *half, shortcut_iterations)
     found = _searched(asked, goals, roadmap, constraints, rules[0], begun)
     if len(rules) > 1 and found.status is PlanningStatus.NOT_FOUND:
         found = _searched(asked, goals, roadmap, constraints, rules[1], begun)
     if constraints:
         return found
-    return _decided(found, q, goals, seed, shorten, nodes if planner == CELLS else MOST_BOXES, seconds)
+    return _decided(found, q, goals, seed, shortcut_iterations, max_nodes if planner == CELLS else MOST_BOXES, seconds)
 
 
 def _from_measured(found: ArmPlan, checker: Checker, q: JointVector, goals: JointVector) -> ArmPlan:
@@ -328,16 +333,20 @@ def _answer(
 
 
 def _checker(
-    robot: RobotLike | Checker, scene: Scene | Iterable[Obstacle] | None, margin: float | None,
-    own_margin: float | None, radius: float | None,
+    robot: RobotLike | Checker, scene: Scene | Iterable[Obstacle] | None, clearance: float | None,
+    self_clearance: float | None, radius: float | None,
 ) -> Checker:  # fmt: skip
     if not isinstance(robot, collision.Checker):
-        around, kept = () if scene is None else scene, 0.0 if margin is None else margin
-        return collision.Checker(robot, around, margin=kept, own_margin=own_margin, radius=radius)
+        around, kept = () if scene is None else scene, 0.0 if clearance is None else clearance
+        return collision.Checker(robot, around, clearance=kept, self_clearance=self_clearance, radius=radius)
     if radius is not None:
         raise InputError("planning.radius_of_a_checker")
     checker = robot if scene is None else robot.with_scene(scene)
-    return checker if margin is None and own_margin is None else checker.with_margin(margin, own=own_margin)
+    return (
+        checker
+        if clearance is None and self_clearance is None
+        else checker.with_clearance(clearance, own=self_clearance)
+    )
 
 
 def configurations_of(checker: Checker, goal: ArrayLike | Pose | GoalRegion, start: JointVector) -> JointVector:

@@ -112,7 +112,7 @@ class Question(NamedTuple):
 
 @compiled
 def _is_open(shop: Held[Workshop], limits: Limits, q: Floats) -> bool:
-    """Whether a configuration is within the limits and keeps more than the margin."""
+    """Whether a configuration is within the limits and keeps more than the clearance."""
     for c in range(len(q)):
         if not limits.lower[c] <= q[c] <= limits.upper[c]:
             return False

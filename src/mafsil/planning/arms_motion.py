@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer
 from mafsil.arrays import Floats, JointVector
-from mafsil.collision import Arms, Check, Clearance
+from mafsil.collision import Check, Clearance, MultiArmCell
 from mafsil.messages import say
 from mafsil.planning.outcome import PlanningStatus
 from mafsil.planning.reasons import said
@@ -86,7 +86,7 @@ class ArmsMotion(SingleAnswer):
     """
 
     status: PlanningStatus
-    cell: Arms
+    cell: MultiArmCell
     motions: Mapping[str, TimedArm] = field(default_factory=dict[str, TimedArm])
     seconds: float = 0.0
     reason: str = ""
@@ -127,7 +127,9 @@ class ArmsMotion(SingleAnswer):
         return {"status": self.status.name, "duration": self.duration, "reason": self.reason, "arms": each}
 
 
-def unproved_moment(cell: Arms, motions: Mapping[str, TimedArm], fixed: Mapping[str, JointVector]) -> float | None:
+def unproved_moment(
+    cell: MultiArmCell, motions: Mapping[str, TimedArm], fixed: Mapping[str, JointVector]
+) -> float | None:
     """The earliest moment from which motions are not proved to be free of each other and the scene; None if all are.
 
     Args:

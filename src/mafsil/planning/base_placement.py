@@ -61,8 +61,8 @@ def place(
     Targets that no pose of the grid reaches may be reached from between; the answer says how many poses were tried.
 
     Args:
-        robot: the arm, or a Checker of it with its margin, tool and pairs. An arm without shapes gets tubes along its
-            links and is not checked against itself.
+        robot: the arm, or a Checker of it with its clearance, tool and pairs. An arm without shapes gets tubes along
+            its links and is not checked against itself.
         targets: (m, 4, 4) poses of the tip in {s}, or one (4, 4).
         scene: what stands around, in {s}; None for that of a Checker, or nothing.
         region: ((x from, to), (y from, to)) of the base [m].
@@ -210,9 +210,9 @@ class _Search:
         singular = np.linalg.svd(performance.scaled_jacobian(self.robot, q).J, compute_uv=False)
         out[:, 1] = singular[:, -1] / singular[:, 0]
         if not self.alone:
-            margin = self.movable.margin
-            distance = self.movable.distance(full, within=margin + self.enough_clearance).distance
-            out[:, 2] = np.clip((distance - margin) / self.enough_clearance, 0.0, 1.0)
+            clearance = self.movable.clearance
+            distance = self.movable.distance(full, within=clearance + self.enough_clearance).distance
+            out[:, 2] = np.clip((distance - clearance) / self.enough_clearance, 0.0, 1.0)
         return np.maximum(out, 0.0)
 
     def answer(self, found: BasePlacement) -> BasePlacement:

@@ -115,13 +115,13 @@ class _Space:
     def judged(self, boxes: _Boxes) -> tuple[Truth, Truth]:
         """(m,), (m,) which boxes are proved free, and which full."""
         M, q = self._ways(self.widths(boxes.level) / 2.0), self.middles(boxes)
-        margin, *margins = self.checker.margins().tolist()
+        clearance, *clearances = self.checker.clearances().tolist()
         free, full = np.ones(len(q), np.bool_), np.zeros(len(q), np.bool_)
         for b, checker in self.around:
-            gap = checker.distance(q, within=margin + 2.0 * M[b]).distance
-            free &= gap > margin + M[b]
-            full |= gap + M[b] + self.unsure[b] + self.unsure_around <= margin
-        for (a, b, checker), kept in zip(self.pairs, margins, strict=True):
+            gap = checker.distance(q, within=clearance + 2.0 * M[b]).distance
+            free &= gap > clearance + M[b]
+            full |= gap + M[b] + self.unsure[b] + self.unsure_around <= clearance
+        for (a, b, checker), kept in zip(self.pairs, clearances, strict=True):
             both = M[a] + M[b]
             gap = checker.distance(q, within=kept + 2.0 * both).distance
             free &= gap > kept + both

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, JointVector, as_batch, whole
-from mafsil.collision import Arms, Contact
+from mafsil.collision import Contact, MultiArmCell
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
 from mafsil.messages import say
@@ -97,7 +97,7 @@ class _Pieces:
 
 
 def coordinate_arms(
-    cell: Arms, paths: Mapping[str, ArrayLike | ArmPlan], *, cells: int = 100, shorten: bool = True
+    cell: MultiArmCell, paths: Mapping[str, ArrayLike | ArmPlan], *, cells: int = 100, shorten: bool = True
 ) -> CoordinatedPlan:
     """Two arms on given paths, neither leaving its own nor going back: who waits where, or the deadlock.
 
@@ -158,7 +158,7 @@ def coordinate_arms(
     )  # fmt: skip
 
 
-def _points(cell: Arms, name: str, paths: Mapping[str, ArrayLike | ArmPlan]) -> JointVector:
+def _points(cell: MultiArmCell, name: str, paths: Mapping[str, ArrayLike | ArmPlan]) -> JointVector:
     """(k, n of the arm) points of the path of one arm, without repetitions."""
     given = paths.get(name)
     if given is None:
@@ -175,7 +175,9 @@ def _points(cell: Arms, name: str, paths: Mapping[str, ArrayLike | ArmPlan]) -> 
     return np.asarray(rows[np.concatenate([[True], moved])])
 
 
-def _refused(cell: Arms, points: Mapping[str, JointVector], start: JointVector, begun: float) -> CoordinatedPlan | None:
+def _refused(
+    cell: MultiArmCell, points: Mapping[str, JointVector], start: JointVector, begun: float
+) -> CoordinatedPlan | None:
     """A path that is not free by itself, or arms that meet at the starts or the ends."""
 
     def ended(status: PlanningStatus, reason: str, at: JointVector | None = None) -> CoordinatedPlan:
@@ -196,14 +198,14 @@ def _refused(cell: Arms, points: Mapping[str, JointVector], start: JointVector, 
     return None if cell.free(goal) else ended(PlanningStatus.GOAL_BLOCKED, "", goal)
 
 
-def _seconds(cell: Arms, name: str, rows: JointVector) -> Floats:
+def _seconds(cell: MultiArmCell, name: str, rows: JointVector) -> Floats:
     """(k - 1,) least times of the legs of a path by the velocities of the joints."""
     velocity = cell.robots[name].limits.velocity
     speed = np.where(np.isfinite(velocity) & (velocity > 0.0), velocity, UNKNOWN_SPEED)
     return (np.abs(np.diff(rows, axis=0)) / speed).max(axis=1, initial=0.0)
 
 
-def _cut(cell: Arms, name: str, rows: JointVector, step: float) -> _Pieces:
+def _cut(cell: MultiArmCell, name: str, rows: JointVector, step: float) -> _Pieces:
     """A path in pieces that take about a step of time each; one that stands still is a piece without length."""
     if len(rows) == 1:
         rows = np.repeat(rows, 2, axis=0)
@@ -221,9 +223,9 @@ def _cut(cell: Arms, name: str, rows: JointVector, step: float) -> _Pieces:
     return _Pieces(points, full, np.repeat(seconds / counts, counts), shares)
 
 
-def _classified(cell: Arms, pieces: list[_Pieces]) -> tuple[NDArray[np.int8], int]:
+def _classified(cell: MultiArmCell, pieces: list[_Pieces]) -> tuple[NDArray[np.int8], int]:
     """The cells of the diagram, and how many states were looked at."""
-    world = cell.world()._replace(arm=cell.between, margin=np.full(1 + len(cell.between.pairs), cell.margin))
+    world = cell.world()._replace(arm=cell.between, clearance=np.full(1 + len(cell.between.pairs), cell.clearance))
     largest = sum((np.abs(each.rows).max(axis=0) for each in pieces), np.zeros(cell.robot.n))
     reach = np.ascontiguousarray(world.motion.reach + world.motion.stretch @ largest)
     codes = np.zeros((len(pieces[0].seconds), len(pieces[1].seconds)), np.int8)
@@ -256,7 +258,7 @@ def _way(codes: NDArray[np.int8], most: int, pieces: list[_Pieces]) -> Floats | 
     return np.array(corners[::-1], dtype=np.float64)
 
 
-def _straightened(cell: Arms, pieces: list[_Pieces], way: Floats) -> Floats:
+def _straightened(cell: MultiArmCell, pieces: list[_Pieces], way: Floats) -> Floats:
     """The way with straight lines for staircases, where they are proved free and take no longer."""
     rows, k = list(way), 0
     while k + 2 < len(rows):
@@ -310,7 +312,7 @@ def _at(pieces: _Pieces, place: float) -> JointVector:
     return pieces.rows[k] + (place - k) * (pieces.rows[k + 1] - pieces.rows[k])
 
 
-def _waits(cell: Arms, pieces: list[_Pieces], cost: Floats) -> tuple[Waiting, ...]:
+def _waits(cell: MultiArmCell, pieces: list[_Pieces], cost: Floats) -> tuple[Waiting, ...]:
     """Where both arms are furthest on the whole, and what each would meet next."""
     i, j = np.meshgrid(pieces[0].shares, pieces[1].shares, indexing="ij")
     place = np.unravel_index(int(np.where(np.isfinite(cost), i + j, -1.0).argmax()), cost.shape)

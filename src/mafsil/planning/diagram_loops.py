@@ -4,11 +4,11 @@ A cell is a piece of one path times a piece of the other. At its middle every pa
 how near it is; over the whole cell that changes by no more than M (`bound`), which holds wherever each coordinate stays
 within its own half range, not on the diagonal alone:
 
-1. further apart than the margin and M: the pair is proved free for the whole cell; most pairs are by the balls around
-   them and the longest ways that they can go in the cell;
-2. nearer than the margin by more than M: the cell is full, the arms meet wherever they are in it; the pair that filled
-   the last full cell is asked first;
-3. else the cell is cut into four, DEEPEST times, until all are proved or a middle is within the margin.
+1. further apart than the clearance and M: the pair is proved free for the whole cell; most pairs are by the balls
+   around them and the longest ways that they can go in the cell;
+2. nearer than the clearance by more than M: the cell is full, the arms meet wherever they are in it; the pair that
+   filled the last full cell is asked first;
+3. else the cell is cut into four, DEEPEST times, until all are proved or a middle is within the clearance.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from mafsil.kernels.loops.kernel_calls import call_kernel
 from mafsil.kernels.loops.loop import compiled
 
 FREE, NEAR, MEETING, FULL = range(4)
-"""Proved free; neither proved; some state within the margin; every state within it."""
+"""Proved free; neither proved; some state within the clearance; every state within it."""
 DEEPEST = 4
 UNSURE = 1e-3
 """Share of the smaller body by which a depth may be less than what is computed."""
@@ -84,11 +84,11 @@ def bound(
 
 @compiled
 def _is_full(world: World, k: int, M: float, s: Scratch) -> bool:
-    """Whether a pair is nearer than the margin by more than M: by its depth, less what that may be too large by."""
-    arm, margin = world.arm, world.margin[FROM_ITSELF + k]
+    """Whether a pair is nearer than the clearance by more than M: by its depth, less what that may be too large by."""
+    arm, clearance = world.arm, world.clearance[FROM_ITSELF + k]
     p, q = arm.pairs[k, 0], arm.pairs[k, 1]
-    gap = gap_between(arm, p, q, world.kinematics.poses[0], just_above(margin), -np.inf, s)
-    return gap + M + UNSURE * min(arm.bodies[p, 7], arm.bodies[q, 7]) <= margin
+    gap = gap_between(arm, p, q, world.kinematics.poses[0], just_above(clearance), -np.inf, s)
+    return gap + M + UNSURE * min(arm.bodies[p, 7], arm.bodies[q, 7]) <= clearance
 
 
 @compiled
@@ -134,8 +134,8 @@ def classify_cells(world: World, A: Floats, B: Floats, R: Floats, codes: NDArray
                         code = FULL
                         continue
                 for k in range(pairs):
-                    p, q, margin = arm.pairs[k, 0], arm.pairs[k, 1], world.margin[FROM_ITSELF + k]
-                    away = margin + h * (ways[p] + ways[q]) + s.balls[p, 3] + s.balls[q, 3]
+                    p, q, clearance = arm.pairs[k, 0], arm.pairs[k, 1], world.clearance[FROM_ITSELF + k]
+                    away = clearance + h * (ways[p] + ways[q]) + s.balls[p, 3] + s.balls[q, 3]
                     x_pq, y_pq, z_pq = (
                         s.balls[p, 0] - s.balls[q, 0], s.balls[p, 1] - s.balls[q, 1], s.balls[p, 2] - s.balls[q, 2],
                     )  # fmt: skip
@@ -143,11 +143,11 @@ def classify_cells(world: World, A: Floats, B: Floats, R: Floats, codes: NDArray
                         continue
                     M = bound(arm, motion, p, q, rates, R, poses, h, s) + ROUNDING
                     M += bound(arm, motion, q, p, rates, R, poses, h, s)
-                    gap = gap_between(arm, p, q, poses, margin + M, margin, s)
-                    if gap >= margin + M:  # 1
+                    gap = gap_between(arm, p, q, poses, clearance + M, clearance, s)
+                    if gap >= clearance + M:  # 1
                         continue
                     open_pairs += 1
-                    if gap > margin:
+                    if gap > clearance:
                         continue
                     code = MEETING
                     if level == 0 and _is_full(world, k, M, s):  # 2

@@ -262,13 +262,13 @@ def _point(
 
 
 def kept_of(
-    checker: Checker, keep: Constraint | Iterable[Constraint], start: JointVector, bounds: tuple[Floats, Floats]
+    checker: Checker, constraints: Constraint | Iterable[Constraint], start: JointVector, bounds: tuple[Floats, Floats]
 ) -> tuple[tuple[Constraint, ...], kept_loops.Kept]:
     """Constraints as a tuple, and as the arrays that the compiled loops read.
 
     Args:
         checker: the arm.
-        keep: one or several constraints.
+        constraints: one or several constraints.
         start: (n,) from which what is not given is taken.
         bounds: (n,) lower and upper limits of the search.
 
@@ -276,7 +276,7 @@ def kept_of(
         InputError: no constraint; numbers that cannot be.
         ModelError: no such link.
     """
-    each = tuple(keep) if isinstance(keep, Iterable) else (keep,)
+    each = tuple(constraints) if isinstance(constraints, Iterable) else (constraints,)
     for one in each:
         if not all(hasattr(one, name) for name in ("rows", "limits", "amount", "sentence")):
             raise InputError("planning.keep_kind", got=type(one).__name__)

@@ -26,7 +26,7 @@ def find_path(
     planner: str = "rrt_connect",
     seed: int = 0,
     seconds: float = 10.0,
-    nodes: int = 100_000,
+    max_nodes: int = 100_000,
     shorten: bool = True,
 ) -> Plan:
     """A free path from a configuration to a goal, or to any of several.
@@ -42,7 +42,7 @@ def find_path(
         planner: a name of `mafsil.planning.PLANNERS`.
         seed: of the samples; equal seeds give equal paths where the time does not end the search.
         seconds: after which it gives up, or for planners that improve gives the best so far.
-        nodes: most that it may make.
+        max_nodes: most that it may make.
         shorten: whether the path is shortened.
 
     Raises:
@@ -70,7 +70,7 @@ def find_path(
         return _ended(problem, PlanningStatus.FOUND, q[None], planner, 1, begun)
     # 2.
     rng = np.random.default_rng(whole("seed", seed))
-    budget = Budget(rng, begun + positive("seconds", seconds), whole("nodes", nodes, least=1))
+    budget = Budget(rng, begun + positive("seconds", seconds), whole("max_nodes", max_nodes, least=1))
     path, made = PLANNERS[planner](problem, q, open_goals, budget)
     if path is None:
         return _ended(problem, PlanningStatus.NOT_FOUND, q[None], planner, made, begun)

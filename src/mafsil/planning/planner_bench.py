@@ -64,12 +64,12 @@ class Query:
     def _asked(self, planner: str, seed: int, seconds: float, nodes: int, shorten: bool) -> Plan:
         if isinstance(self.space, Problem):
             return find_path(
-                self.space, self.start, self.goal, planner=planner, seed=seed, seconds=seconds, nodes=nodes,
+                self.space, self.start, self.goal, planner=planner, seed=seed, seconds=seconds, max_nodes=nodes,
                 shorten=shorten,
             )  # fmt: skip
         return plan(
-            self.space, None, self.start, self.goal, planner=planner, seed=seed, seconds=seconds, nodes=nodes,
-            shorten=100 if shorten else 0,
+            self.space, None, self.start, self.goal, planner=planner, seed=seed, seconds=seconds, max_nodes=nodes,
+            shortcut_iterations=100 if shorten else 0,
         )  # fmt: skip
 
 
@@ -186,7 +186,7 @@ def bench_planners(
     *,
     seeds: Sequence[int] = (0, 1, 2),
     seconds: float = 5.0,
-    nodes: int = 20_000,
+    max_nodes: int = 20_000,
     shorten: bool = True,
     progress: Callable[[float], None] = lambda share: None,
 ) -> PlannerBench:
@@ -200,7 +200,7 @@ def bench_planners(
         planners: names; all that can answer every question if empty.
         seeds: of the searches.
         seconds: for one search.
-        nodes: for one search.
+        max_nodes: for one search.
         shorten: whether paths are shortened.
         progress: called with the share that is done.
 
@@ -216,7 +216,7 @@ def bench_planners(
         if name not in known:
             raise InputError("input.choice", name="planners", value=name, known=", ".join(known))
     positive("seconds", seconds)
-    whole("nodes", nodes, least=1)
+    whole("max_nodes", max_nodes, least=1)
     numbers = tuple(whole("seeds", seed) for seed in seeds)
     chosen = list(planners) or known
     results: list[PlannerResult] = []
@@ -224,7 +224,7 @@ def bench_planners(
         for k, name in enumerate(chosen):
             plans: list[list[Plan]] = []
             for i, query in enumerate(queries):
-                plans.append([query.asked(name, seed, seconds, nodes, shorten) for seed in numbers])
+                plans.append([query.asked(name, seed, seconds, max_nodes, shorten) for seed in numbers])
                 progress((k + (i + 1) / len(queries)) / len(chosen))
             results.append(_result(name, queries, plans))
     except KeyboardInterrupt:

@@ -80,7 +80,7 @@ class WholeArm:
     """What each body of an arm keeps from everything around it, and each pair of bodies that is checked.
 
     Attributes:
-        checker: the arm in its scene; its margins are no room.
+        checker: the arm in its scene; its clearances are no room.
         within: how far it looks [m].
         levers: (bodies + pairs,) how far what keeps a distance moves at most where the coordinates change by one.
     """
@@ -109,9 +109,9 @@ class WholeArm:
     def __call__(self, points: Floats) -> Near:
         """Of configurations (*batch, n)."""
         rho, away = each_distance(self.checker, points, self.within)
-        kept, bodies = self.checker.margins(), len(self.checker.arm.bodies)
-        margins = np.concatenate([np.full(bodies, kept[0]), kept[1:]])
-        return Near(np.maximum(np.minimum(rho, self.within) - margins, 0.0), away)
+        kept, bodies = self.checker.clearances(), len(self.checker.arm.bodies)
+        clearances = np.concatenate([np.full(bodies, kept[0]), kept[1:]])
+        return Near(np.maximum(np.minimum(rho, self.within) - clearances, 0.0), away)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -40,7 +40,7 @@ class ArmRoadmap:
 
     Memory: 8 (n + 2) bytes a node and 40 bytes an edge, some 30 edges a node at 10,000 nodes of 7 joints.
 
-    `mf.plan(roadmap, None, start, goal, nodes=...)` asks it.
+    `mf.plan(roadmap, None, start, goal, max_nodes=...)` asks it.
 
     Args:
         checker: the arm in its scene.

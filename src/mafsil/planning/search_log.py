@@ -45,7 +45,7 @@ class _Edges:
 
 
 def watch(
-    query: Query, planner: str = "rrt_connect", *, seed: int = 0, seconds: float = 10.0, nodes: int = 2000
+    query: Query, planner: str = "rrt_connect", *, seed: int = 0, seconds: float = 10.0, max_nodes: int = 2000
 ) -> SearchLog:
     """Run a planner and note every edge that it asks for.
 
@@ -57,7 +57,7 @@ def watch(
         planner: its name.
         seed: of the samples.
         seconds: after which it gives up.
-        nodes: most that it may make.
+        max_nodes: most that it may make.
 
     Raises:
         InputError: a planner that asks for no edges one by one.
@@ -75,7 +75,7 @@ def watch(
 
     found = find_path(
         replace(problem, segment=noted), query.start, query.goal, planner=planner, seed=seed, seconds=seconds,
-        nodes=nodes, shorten=False,
+        max_nodes=max_nodes, shorten=False,
     )  # fmt: skip
     n = problem.n
     return SearchLog(query, found, np.array(edges.ends).reshape(-1, 2, n), np.array(edges.free, dtype=np.bool_))

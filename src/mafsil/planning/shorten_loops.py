@@ -33,8 +33,8 @@ def shorten(
     2. Rounds: shortcuts, which make corners where the path passes something; corners are left out; what is left of them
        is pulled straight.
     3. What a shortcut leaves of a motion is part of what was proved, and can fail a proof of its own where the whole
-       passed within a micrometre of the margin. So each motion of the result is proved; if one cannot be, all is done
-       again from the first corners, and what shortcuts leave is proved each time.
+       passed within a micrometre of the clearance. So each motion of the result is proved; if one cannot be, all is
+       done again from the first corners, and what shortcuts leave is proved each time.
 
     Args:
         shop: what is free.

@@ -20,7 +20,7 @@ Places: TypeAlias = Callable[[Floats], Floats]
 
 
 def first_unproved(checker: Checker, places: Places, breaks: Floats, accelerations: Floats) -> float | None:
-    """The earliest moment from which a motion is not proved to keep more than the margin; None if all of it is.
+    """The earliest moment from which a motion is not proved to keep more than the clearance; None if all of it is.
 
     1. Chords between the breaks and moments between which no coordinate moves by much more than CHORD.
     2. Over a chord of h seconds a coordinate leaves the straight line by no more than h^2 / 8 times its largest

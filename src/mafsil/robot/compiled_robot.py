@@ -13,8 +13,8 @@ from mafsil.errors import InputError, ModelError
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
 from mafsil.mechanics.catalogue import quantity
-from mafsil.mechanics.degeneracy import Degeneracy, degeneracy
 from mafsil.mechanics.friction import SMOOTHING, FrictionLaw, friction_law
+from mafsil.mechanics.mass_matrix_singularity import MassMatrixSingularity, mass_matrix_singularity
 from mafsil.mechanics.quantity import Quantity
 from mafsil.model import Mechanism
 from mafsil.robot.arguments import arranged, twin_form
@@ -58,9 +58,11 @@ class CompiledRobot(Description, Routines):
         """
         return self._friction.torque(as_batch("qd", qd, (self.n,)), smoothing)
 
-    def degeneracy(self, q: ArrayLike) -> Degeneracy:
+    def mass_matrix_singularity(self, q: ArrayLike) -> MassMatrixSingularity:
         """Whether the mass matrix at one position q (n,) can be inverted, and if not, which motion moves no inertia."""
-        return degeneracy(self.mass_matrix(as_batch("q", q, (self.n,), finite=True).reshape(self.n)), self.joint_names)
+        return mass_matrix_singularity(
+            self.mass_matrix(as_batch("q", q, (self.n,), finite=True).reshape(self.n)), self.joint_names
+        )
 
     def kernel(self, name: str, frame: str | None = None, optional: tuple[str, ...] = ()) -> kernels.Kernel:
         """The compiled kernel of a quantity; made once.
@@ -133,7 +135,7 @@ class CompiledRobot(Description, Routines):
             return Motionless(self.mechanism, name)
         require_masses(self.mechanism, row)
         if row.solves_mass_matrix and may_be_singular(self.mechanism):
-            return Answered(name, self.compiled_routine(name), self.degeneracy)
+            return Answered(name, self.compiled_routine(name), self.mass_matrix_singularity)
         return self.compiled_routine(name)
 
     def compiled_routine(self, name: str) -> Any:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats
 from mafsil.errors import InputError, ModelError
 from mafsil.mechanics.catalogue import quantity
-from mafsil.mechanics.degeneracy import Degeneracy
+from mafsil.mechanics.mass_matrix_singularity import MassMatrixSingularity
 from mafsil.mechanics.quantity import Quantity
 from mafsil.model import Mechanism
 from mafsil.model.moved_matter import joints_that_move_matter
@@ -64,8 +64,8 @@ class Answered:
         degeneracy: of a position, by the robot of the routine.
     """
 
-    def __init__(self, name: str, routine: Any, degeneracy: Callable[[ArrayLike], Degeneracy]) -> None:
-        self.name, self.routine, self.degeneracy = name, routine, degeneracy
+    def __init__(self, name: str, routine: Any, singularity: Callable[[ArrayLike], MassMatrixSingularity]) -> None:
+        self.name, self.routine, self.singularity = name, routine, singularity
         self.row = quantity(name)
         self.__name__, self.__doc__, self.__signature__ = name, self.routine.__doc__, signature_of(self.row)
 
@@ -80,11 +80,11 @@ class Answered:
             found: Floats = self.routine(*arrays, **named)
         except InputError as error:
             if error.key in NO_FINITE_ANSWER:
-                self.degeneracy(arrays[0] if arrays else named["q"]).require_regular()
+                self.singularity(arrays[0] if arrays else named["q"]).require_regular()
             raise
         if found.ndim == len(self.row.shape) and not np.isfinite(found).all():
-            self.degeneracy(arrays[0] if arrays else named["q"]).require_regular()
+            self.singularity(arrays[0] if arrays else named["q"]).require_regular()
         return found
 
     def __reduce__(self) -> tuple[type[Answered], tuple[Any, ...]]:
-        return Answered, (self.name, self.routine, self.degeneracy)
+        return Answered, (self.name, self.routine, self.singularity)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, as_batch
 from mafsil.errors import InputError
-from mafsil.mechanics.degeneracy import degeneracy
+from mafsil.mechanics.mass_matrix_singularity import mass_matrix_singularity
 from mafsil.mechanics.task_space import TaskSpace, task_space
 from mafsil.mechanics.tolerances import SINGULAR, SMALLEST
 from mafsil.robot.compiled_robot import CompiledRobot
@@ -59,4 +59,4 @@ def _require_regular(M: Floats, robot: CompiledRobot) -> None:
     size = np.sqrt(np.maximum(np.einsum("bii->bi", flat), SMALLEST))
     margins = np.linalg.eigvalsh(flat / (size[:, :, None] * size[:, None, :]))[:, 0] if len(flat) else np.ones(0)
     for k in np.flatnonzero(~(margins >= SINGULAR)):
-        degeneracy(flat[k], robot.joint_names).require_regular()
+        mass_matrix_singularity(flat[k], robot.joint_names).require_regular()

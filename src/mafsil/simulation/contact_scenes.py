@@ -124,7 +124,9 @@ def open_a_door(
     place, T = _start(robot, q)
     r = positive("radius", radius)
     hinge, axis = T[:3, 3] - r * T[:3, 1], T[:3, 0]
-    door = Door(hinge, axis, T, stiffness=2e4, damping=200.0, turn_stiffness=50.0, turn_damping=1.0, friction=0.5)
+    door = Door(
+        hinge, axis, T, stiffness=2e4, damping=200.0, rotational_stiffness=50.0, rotational_damping=1.0, friction=0.5
+    )
     taken = Door(T[:3, 3] - (1.0 + wrong) * r * T[:3, 1], axis, T, stiffness=1.0)
     law = time_law("quintic").unit().stretched(positive("duration", duration))
 

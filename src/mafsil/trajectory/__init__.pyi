@@ -96,11 +96,11 @@ from mafsil.trajectory.profile_comparison import ProfileComparison as ProfileCom
 from mafsil.trajectory.profile_comparison import ProfileRun as ProfileRun
 from mafsil.trajectory.profile_comparison import compare_profiles as compare_profiles
 from mafsil.trajectory.profiles import profiles as profiles
-from mafsil.trajectory.requirements import IsSmooth as IsSmooth
 from mafsil.trajectory.requirements import KeepsClear as KeepsClear
-from mafsil.trajectory.requirements import PassesWithin as PassesWithin
+from mafsil.trajectory.requirements import MaxDerivativeJump as MaxDerivativeJump
+from mafsil.trajectory.requirements import MaxDuration as MaxDuration
+from mafsil.trajectory.requirements import PassThrough as PassThrough
 from mafsil.trajectory.requirements import RequirementCheck as RequirementCheck
-from mafsil.trajectory.requirements import Takes as Takes
 from mafsil.trajectory.requirements import require as require
 from mafsil.trajectory.routes import RouteComparison as RouteComparison
 from mafsil.trajectory.routes import compare_routes as compare_routes

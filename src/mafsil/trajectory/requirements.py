@@ -33,7 +33,7 @@ def _last(name: str, value: object) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class PassesWithin:
+class PassThrough:
     """Spatial: comes within a distance of a point.
 
     Attributes:
@@ -71,7 +71,7 @@ class KeepsClear:
 
 
 @dataclass(frozen=True)
-class Takes:
+class MaxDuration:
     """Temporal: lasts between two durations.
 
     Attributes:
@@ -84,7 +84,7 @@ class Takes:
 
 
 @dataclass(frozen=True)
-class IsSmooth:
+class MaxDerivativeJump:
     """Smoothness: continuous up to a derivative, measured from the trajectory.
 
     Attributes:
@@ -96,7 +96,7 @@ class IsSmooth:
     ends: bool = True
 
 
-Requirement: TypeAlias = PassesWithin | KeepsClear | Takes | IsSmooth
+Requirement: TypeAlias = PassThrough | KeepsClear | MaxDuration | MaxDerivativeJump
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,9 +119,9 @@ class Finding:
         """What was asked, what was measured."""
         asked = self.requirement
         details: dict[str, object] = {"measured": self.measured, "time": self.time}
-        if isinstance(asked, PassesWithin | KeepsClear):
-            key, details["wanted"] = "near" if isinstance(asked, PassesWithin) else "clear", asked.distance
-        elif isinstance(asked, Takes):
+        if isinstance(asked, PassThrough | KeepsClear):
+            key, details["wanted"] = "near" if isinstance(asked, PassThrough) else "clear", asked.distance
+        elif isinstance(asked, MaxDuration):
             key, details["least"], details["most"] = "takes", asked.least, asked.most
         else:
             key, details["wanted"] = "smooth", asked.order
@@ -176,7 +176,7 @@ def require(trajectory: Trajectory, *requirements: Requirement) -> RequirementCh
 
     Args:
         trajectory: without batch dimensions.
-        requirements: any number, of `PassesWithin`, `KeepsClear`, `Takes`, `IsSmooth`.
+        requirements: any number, of `PassThrough`, `KeepsClear`, `MaxDuration`, `MaxDerivativeJump`.
 
     Raises:
         InputError: no trajectory, a point of another length, a distance that is not positive.
@@ -187,18 +187,18 @@ def require(trajectory: Trajectory, *requirements: Requirement) -> RequirementCh
 
 def _finding(trajectory: Trajectory, asked: Requirement) -> Finding:
     """One requirement measured."""
-    if isinstance(asked, Takes):
+    if isinstance(asked, MaxDuration):
         met = asked.least <= trajectory.duration <= asked.most
         return Finding(asked, met, trajectory.duration, np.nan)
-    if isinstance(asked, IsSmooth):
+    if isinstance(asked, MaxDerivativeJump):
         order = continuity(trajectory, ends=asked.ends).order
         return Finding(asked, order >= whole("order", asked.order, 0, 3), float(order), np.nan)
     nearest, time = _nearest(trajectory, asked)
-    met = nearest <= asked.distance if isinstance(asked, PassesWithin) else nearest >= asked.distance
+    met = nearest <= asked.distance if isinstance(asked, PassThrough) else nearest >= asked.distance
     return Finding(asked, met, nearest, time)
 
 
-def _nearest(trajectory: Trajectory, asked: PassesWithin | KeepsClear) -> tuple[float, float]:
+def _nearest(trajectory: Trajectory, asked: PassThrough | KeepsClear) -> tuple[float, float]:
     """Least distance from the point, and its time."""
     point = np.atleast_1d(asked.point)
     begin, end = max(asked.begin, 0.0), min(asked.end, trajectory.duration)
@@ -218,7 +218,7 @@ def _nearest(trajectory: Trajectory, asked: PassesWithin | KeepsClear) -> tuple[
     return float(gaps[best]), float(t[best])
 
 
-def _distances(trajectory: Trajectory, asked: PassesWithin | KeepsClear, point: Floats, t: Floats) -> Floats:
+def _distances(trajectory: Trajectory, asked: PassThrough | KeepsClear, point: Floats, t: Floats) -> Floats:
     """(k,) distances at times."""
     u = trajectory.at(t).u
     place = u if asked.place is None else np.asarray(asked.place(u), dtype=np.float64)

@@ -212,7 +212,7 @@ class TipLimit:
         match quantity:
             case "tip_speed":
                 return replace(self, speed=factor * self.speed)
-            case "tip_turn_rate":
+            case "tip_angular_speed":
                 return replace(self, turn_rate=factor * self.turn_rate)
             case "tip_acceleration":
                 return replace(self, acceleration=factor * self.acceleration)
@@ -221,7 +221,7 @@ class TipLimit:
 
     def label(self, k: int) -> tuple[int, str]:
         """Speed, turning rate or acceleration."""
-        return -1, ("tip_speed", "tip_turn_rate", "tip_acceleration")[min(k, 2)]
+        return -1, ("tip_speed", "tip_angular_speed", "tip_acceleration")[min(k, 2)]
 
     def _vectors(self, here: PathPoint) -> tuple[Floats, Floats, Floats]:
         """Turning by s, and the vectors (places, 3) of the acceleration by u, which is the velocity by s, and by x."""

@@ -39,7 +39,7 @@ def time_optimal(
     robot: Robot | None = ...,
     tip_speed: float = ...,
     tip_acceleration: float = ...,
-    tip_turn_rate: float = ...,
+    tip_angular_speed: float = ...,
     frame: str | None = ...,
     intervals: int | None = ...,
 ) -> TimeOptimal: ...
@@ -53,7 +53,7 @@ def time_optimal(
     robot: Robot | None = ...,
     tip_speed: float = ...,
     tip_acceleration: float = ...,
-    tip_turn_rate: float = ...,
+    tip_angular_speed: float = ...,
     frame: str | None = ...,
     intervals: int | None = ...,
 ) -> TimeOptimalBatch: ...
@@ -66,7 +66,7 @@ def time_optimal(
     robot: Robot | None = None,
     tip_speed: float = np.inf,
     tip_acceleration: float = np.inf,
-    tip_turn_rate: float = np.inf,
+    tip_angular_speed: float = np.inf,
     frame: str | None = None,
     intervals: int | None = None,
 ) -> TimeOptimal | TimeOptimalBatch:
@@ -91,7 +91,7 @@ def time_optimal(
             with limits of jerk.
         robot: whose dynamics the efforts and whose tip the limits of the tip mean; `limits` itself if it is a robot.
         tip_speed, tip_acceleration: of the origin of the tip frame, or of `frame` [m/s, m/s^2].
-        tip_turn_rate: of its axes [rad/s].
+        tip_angular_speed: of its axes [rad/s].
         frame: name of the link whose frame is meant.
         intervals: of the grid, at least two for each polynomial of the path; None for about 600, denser where needed.
 
@@ -118,7 +118,7 @@ def time_optimal(
     if not (np.isfinite(bounds.acceleration).any() or np.isfinite(bounds.effort).any()):
         raise InputError("trajectory.no_acceleration_limit")
     whose = limits if robot is None and isinstance(limits, Robot) else robot
-    sampled = _sampled(bounds, whose, (tip_speed, tip_acceleration, tip_turn_rate), frame)
+    sampled = _sampled(bounds, whose, (tip_speed, tip_acceleration, tip_angular_speed), frame)
     ends = [
         _velocity(name, v, len(paths))
         for name, v in (("start_path_velocity", start_path_velocity), ("end_path_velocity", end_path_velocity))
@@ -164,7 +164,7 @@ def _sampled(
             raise InputError("trajectory.effort_needs_robot")
         require_no_loops(robot.mechanism)
         found.append(EffortLimit(_fitting(robot, limits.n), limits.effort))
-    given = zip(("tip_speed", "tip_acceleration", "tip_turn_rate"), tip, strict=True)
+    given = zip(("tip_speed", "tip_acceleration", "tip_angular_speed"), tip, strict=True)
     bounds = [bound if bound == np.inf else positive(name, bound) for name, bound in given]
     if min(bounds) < np.inf:
         if robot is None:

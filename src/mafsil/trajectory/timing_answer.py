@@ -34,7 +34,7 @@ class Binding(NamedTuple):
     Attributes:
         begin, end: [s].
         joint: index of the joint; -1 for limits of the tip.
-        quantity: `velocity`, `acceleration`, `jerk`, `effort`, `tip_speed`, `tip_turn_rate` or `tip_acceleration`.
+        quantity: `velocity`, `acceleration`, `jerk`, `effort`, `tip_speed`, `tip_angular_speed` or `tip_acceleration`.
         share: the largest share of the limit that is used there.
     """
 

@@ -12,8 +12,8 @@ from mafsil.arrays import Floats, PoseMatrix
 from mafsil.errors import JobError
 from mafsil.geometry import rotation
 from mafsil.geometry.quaternion import to_quaternion
+from mafsil.job.constraint_table import DIRECTIONS, PathConstraints, PlacedConstraints
 from mafsil.job.description import Four, Goal, Obstacle, Pose, Three
-from mafsil.job.keep_table import DIRECTIONS, Keep, PlacedKeep
 from mafsil.job.language.statements import JobFile, Placed, PlacedGoal, PlacedObstacle
 from mafsil.job.lines import Path
 from mafsil.job.poses import pose_matrix
@@ -115,15 +115,15 @@ class Frames:
             plain |= {"position": _three(T), "rpy": None, "quaternion": _four(T[:3, :3])}
         return Obstacle(**plain)
 
-    def kept(self, given: PlacedKeep, path: Path) -> Keep:
+    def kept(self, given: PlacedConstraints, path: Path) -> PathConstraints:
         """What is kept, its directions in {s}."""
-        plain = {name: getattr(given, name) for name in Keep.__struct_fields__}
+        plain = {name: getattr(given, name) for name in PathConstraints.__struct_fields__}
         if given.frame is not None:
             R = self.pose(given.frame, (*path, "frame"))[:3, :3]
             for name in DIRECTIONS:
                 if plain[name] is not None:
                     plain[name] = tuple((R @ plain[name]).tolist())
-        return Keep(**plain)
+        return PathConstraints(**plain)
 
     def _displacement(self, given: PlacedGoal, path: Path) -> Goal:
         if given.frame is not None:

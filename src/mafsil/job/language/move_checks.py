@@ -6,8 +6,8 @@ import math
 from typing import Any
 
 from mafsil.job.description import QUICKEST, TIP_PATHS
+from mafsil.job.language.constraint_checks import check_constraints
 from mafsil.job.language.frames import Complaint
-from mafsil.job.language.keep_checks import check_keep
 from mafsil.job.language.pose_checks import check_pose
 from mafsil.job.language.statements import Placed, PlacedGoal, Statement
 from mafsil.job.lines import Path
@@ -25,7 +25,7 @@ JUDGED: dict[str, tuple[str, ...]] = {
 """By what the end of a move is judged, where not by the tip."""
 FIELDS = keys_of(Statement)
 _ALL = ("name", "tolerance")
-_TRAVEL = (*_ALL, "path", "via", "profile", "duration", "speed", "avoid", "planner", "clearance", "keep")
+_TRAVEL = (*_ALL, "path", "via", "profile", "duration", "speed", "avoid", "planner", "clearance", "constraints")
 EFFECTIVE = {
     "joints": _TRAVEL,
     "pose": (*_TRAVEL, "blend"),
@@ -81,8 +81,8 @@ def _check_statement(move: Statement, path: Path, data: dict[str, Any], error: C
         _check_path(move, path, data, error)
     if isinstance(move.pose, PlacedGoal):
         check_pose(move.pose, (*path, "pose"), data["pose"], error)
-    if move.keep is not None:
-        check_keep(move.keep, (*path, "keep"), data["keep"], error)
+    if move.constraints is not None:
+        check_constraints(move.constraints, (*path, "constraints"), data["constraints"], error)
     if move.tolerance is not None:
         judged = JUDGED.get(given[0], TIP_TOLERANCES)
         for name in move.tolerance.__struct_fields__:

@@ -48,7 +48,7 @@ def _check_avoiding(job: Job, error: Complaint) -> None:
     usual = job.collision is not None and job.collision.avoid
     for k, move in enumerate(job.move):
         goes_round = (usual if move.avoid is None else move.avoid) and move.path == "joint" and not move.via
-        goes_round = goes_round or move.keep is not None
+        goes_round = goes_round or move.constraints is not None
         if move.planner is not None and not goes_round:
             raise error("job.planner_avoid", ("move", k, "planner"))
         if not move.avoid:

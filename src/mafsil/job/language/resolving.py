@@ -171,7 +171,9 @@ class _Resolver:
         given["tool"] = self.tool(statement.tool, (*path, "tool"))
         given["pick"] = self.part(statement.pick, (*path, "pick"))
         given["pose"] = self.goal(statement.pose, (*path, "pose"), frames)
-        given["keep"] = None if statement.keep is None else frames.kept(statement.keep, (*path, "keep"))
+        given["constraints"] = (
+            None if statement.constraints is None else frames.kept(statement.constraints, (*path, "constraints"))
+        )
         given["via"] = tuple(
             self.via(each, statement, (*path, "via", k), frames) for k, each in enumerate(statement.via)
         )

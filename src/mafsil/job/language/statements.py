@@ -6,8 +6,8 @@ from typing import Annotated, Literal, TypeAlias
 
 import msgspec
 
+from mafsil.job.constraint_table import PlacedConstraints
 from mafsil.job.description import BranchChoice, Four, Grasp, Head, Obstacle, Part, Step, Task, Three
-from mafsil.job.keep_table import PlacedKeep
 from mafsil.job.other_robot import OtherAction, OtherPlace
 from mafsil.job.signals import Test
 
@@ -76,7 +76,7 @@ class Statement(Step, frozen=True, kw_only=True, rename={"if_": "if", "else_": "
         pose: goal of the tip, or the name of a pose.
         via: points to pass through without stopping, or names of such.
         pick: what is taken, or the name of a part.
-        keep: what the tip keeps on the way.
+        constraints: what the tip keeps on the way.
         do: moves that are repeated.
         each: a pattern, or several of equally many places: `do` for each place, whose frame has the pattern's name.
         repeat: how often; with `while` at most.
@@ -90,7 +90,7 @@ class Statement(Step, frozen=True, kw_only=True, rename={"if_": "if", "else_": "
     pose: PlacedGoal | str | None = None
     via: tuple[tuple[float, ...] | Placed | str, ...] = ()
     pick: Grasp | str | None = None  # pyright: ignore[reportIncompatibleVariableOverride]
-    keep: PlacedKeep | None = None  # pyright: ignore[reportIncompatibleVariableOverride]
+    constraints: PlacedConstraints | None = None  # pyright: ignore[reportIncompatibleVariableOverride]
     do: tuple[Statement, ...] | None = None
     each: str | tuple[str, ...] | None = None
     repeat: Count | None = None

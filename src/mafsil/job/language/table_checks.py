@@ -31,17 +31,17 @@ FORMS = {"surface": ("normal", "sphere", "cylinder"), "guide": ("direction", "no
 DIRECTIONS = {"surface": ("normal", "axis"), "hole": ("axis",), "door": ("axis",), "guide": ("direction", "normal")}
 GAINS = {
     "computed_torque": ("frequency", "damping"),
-    "pd_gravity": ("stiffness", "rate_gain"),
-    "pid": ("stiffness", "rate_gain", "integral"),
-    "feedforward": ("stiffness", "rate_gain"),
-    "sliding_mode": ("mass_share", "margin", "width"),
-    "min_max": ("mass_share", "width"),
+    "pd_gravity": ("kp", "kd"),
+    "pid": ("kp", "kd", "integral"),
+    "feedforward": ("kp", "kd"),
+    "sliding_mode": ("mass_uncertainty", "margin", "width"),
+    "min_max": ("mass_uncertainty", "width"),
     "model_predictive": ("frequency", "horizon", "interval"),
     "linear_quadratic": ("frequency",),
     "adaptive": ("learning",),
     "task_computed_torque": ("frequency", "damping"),
-    "impedance": ("tip_stiffness", "turn_stiffness", "damping"),
-    "admittance": ("tip_mass", "turn_inertia", "tip_stiffness", "turn_stiffness", "damping"),
+    "impedance": ("tip_stiffness", "rotational_stiffness", "damping"),
+    "admittance": ("tip_mass", "turn_inertia", "tip_stiffness", "rotational_stiffness", "damping"),
     "hybrid": ("frequency", "damping", "press", "force_gain", "force_integral"),
 }
 """Gains of each law; those of another one have no effect and are refused."""

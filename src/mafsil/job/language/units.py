@@ -7,9 +7,9 @@ from typing import Any, TypeVar, cast
 
 import msgspec
 
+from mafsil.job.constraint_table import PathConstraints
 from mafsil.job.contact_tables import Door, Guide, Hole, Surface
 from mafsil.job.description import Bounds, Collision, Grasp, Job, Obstacle, Part, Pose, SceneFile, Step, Tolerance, Tool
-from mafsil.job.keep_table import Keep
 from mafsil.job.language.statements import JobFile, Pattern, Placed
 from mafsil.job.other_robot import OtherPlace
 from mafsil.job.part import keys_of
@@ -24,9 +24,9 @@ LENGTHS: dict[type[Part], tuple[str, ...]] = {
     Pattern: ("pitch",),
     Grasp: ("size", "offset", "com"),
     Obstacle: ("box", "sphere", "cylinder", "capsule", "cone", "radius", "size", "base"),
-    Collision: ("clearance", "own_clearance"),
+    Collision: ("clearance", "self_clearance"),
     Tolerance: ("position",),
-    Keep: ("tolerance",),
+    PathConstraints: ("tolerance",),
     Step: ("blend", "clearance"),
     Surface: ("point", "sphere", "cylinder"),
     Hole: ("mouth", "clearance", "depth", "chamfer", "peg"),

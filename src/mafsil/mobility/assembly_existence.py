@@ -69,7 +69,7 @@ class Existence(SingleAnswer):
 
 
 @on_linkage
-def existence(linkage: Linkage, *, starts: int = 256, seed: int = 0) -> Existence:
+def can_assemble(linkage: Linkage, *, starts: int = 256, seed: int = 0) -> Existence:
     """Whether the links of a linkage can meet in all its joints.
 
     1. Newton's method from the drawing.
@@ -127,7 +127,7 @@ def assembled(linkage: Linkage) -> Linkage:
     Raises:
         ModelError: it cannot be put together, or no way was found; the sentence says which, and how far it is from it.
     """
-    found = existence(linkage)
+    found = can_assemble(linkage)
     if found.theta is None:
         raise ModelError("mobility.not_assembled", name=linkage.name or "-", reason=_Reason(found))
     return drawn_at(linkage, found.theta)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, JointVector, frozen, positive, whole
-from mafsil.collision import Arms
+from mafsil.collision import MultiArmCell
 from mafsil.errors import InputError
 from mafsil.geometry import Pose
 from mafsil.planning.arm_planning import configurations_of, plan
@@ -29,7 +29,7 @@ MOST_ORDERS = 6
 ASIDE = 8
 """Random places to step aside that are tried for an arm that finds no other way."""
 APART = 0.003
-"""Clearance between arms beyond the margin by which moments are chosen, so that the proof has something to spare [m].
+"""Distance between arms beyond the clearance by which moments are chosen, so that the proof has room to spare [m].
 
 Of what an arm keeps from itself and from the scene its path is the proof, at any moment."""
 TRIES = 6
@@ -41,8 +41,8 @@ SECONDS, NODES = 2.0, 5_000
 """Of the search of one path."""
 
 
-def plan_in_turn(
-    cell: Arms,
+def plan_prioritized(
+    cell: MultiArmCell,
     start: Mapping[str, ArrayLike],
     goal: Mapping[str, ArrayLike | Pose],
     limits: Limits,
@@ -59,7 +59,7 @@ def plan_in_turn(
        limits, and waits: the earliest arrival on the grid of places and moments is taken.
     3. What was found is proved free at every moment, of all arms. Orders are tried one after the other.
 
-    Not every problem that has an answer is solved in turn; `plan_together` searches all joints at once. Loops of
+    Not every problem that has an answer is solved in turn; `plan_coupled` searches all joints at once. Loops of
     mechanisms stay closed, as in `mf.plan`.
 
     Args:
@@ -95,8 +95,8 @@ def plan_in_turn(
     return ArmsMotion(PlanningStatus.NOT_FOUND, cell, {}, perf_counter() - begun, failed)
 
 
-def plan_past(
-    cell: Arms,
+def plan_around_moving(
+    cell: MultiArmCell,
     name: str,
     start: Mapping[str, ArrayLike],
     goal: ArrayLike | Pose,
@@ -106,16 +106,16 @@ def plan_past(
     seed: int = 0,
     seconds: float = 20.0,
 ) -> ArmsMotion:
-    """A timed motion of one arm past others whose motions are settled: a turn of `plan_in_turn` by itself.
+    """A timed motion of one arm past others whose motions are settled: a turn of `plan_prioritized` by itself.
 
     Args:
         cell: the arms in their scene.
         name: of the arm that is planned.
         start: for each arm (n of the arm) [rad | m]; of those that move, where they are at time 0.
-        goal: of the arm that is planned, as for `plan_in_turn`.
+        goal: of the arm that is planned, as for `plan_prioritized`.
         limits: of all coordinates; finite velocities and accelerations.
         others: motions of other arms from time 0 on; arms without one stand at their start.
-        seed, seconds: as for `plan_in_turn`.
+        seed, seconds: as for `plan_prioritized`.
 
     Raises:
         InputError: an unknown arm, a start that is missing, limits that do not fit or are infinite.
@@ -143,7 +143,7 @@ class _Turns:
     """What all turns share: the arms, their ends and limits, the time that is left [s]."""
 
     def __init__(
-        self, cell: Arms, start: Mapping[str, ArrayLike], goal: Mapping[str, ArrayLike | Pose], limits: Limits,
+        self, cell: MultiArmCell, start: Mapping[str, ArrayLike], goal: Mapping[str, ArrayLike | Pose], limits: Limits,
         seed: int, seconds: float,
     ) -> None:  # fmt: skip
         self.cell, self.seed, self.left = cell, seed, seconds
@@ -267,7 +267,7 @@ class _Turns:
         def is_free(q: JointVector, t: Floats, room: float = APART) -> NDArray[np.bool_]:
             places = {each: motion.at(t) for each, motion in before.items()}
             all_of_them = among.joined({**fixed, **places, name: q})
-            return np.asarray(between.with_margin(among.margin + room).free(all_of_them), dtype=np.bool_)
+            return np.asarray(between.with_clearance(among.clearance + room).free(all_of_them), dtype=np.bool_)
 
         ends = points[[0, -1]][:, self.cell.columns[name]]
         if not is_free(ends, np.array([0.0, horizon])).all():
@@ -340,7 +340,7 @@ class _Turns:
             return None
         checker = self.cell.among([name, *counted], [name])
         a, b = (checker.joined({**self.start, **places, name: end}) for end in (q, goal))
-        found = plan(checker, None, a, b, seed=seed, seconds=min(SECONDS, self.left), nodes=NODES)
+        found = plan(checker, None, a, b, seed=seed, seconds=min(SECONDS, self.left), max_nodes=NODES)
         self._spent("path", found.seconds)
         return found.path if found else None
 

@@ -30,7 +30,7 @@ SETTLED = 0.02
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class TipWay:
+class PoseErrorResponse:
     """How a tip comes to a pose with one error.
 
     Attributes:
@@ -71,7 +71,7 @@ class TipWay:
         return self.explain()
 
 
-def tip_ways(
+def compare_pose_errors(
     start: ArrayLike,
     goal: ArrayLike,
     *,
@@ -79,7 +79,7 @@ def tip_ways(
     natural_frequency: ArrayLike = 10.0,
     damping_ratio: ArrayLike = 1.0,
     duration: float | None = None,
-) -> tuple[TipWay, ...]:
+) -> tuple[PoseErrorResponse, ...]:
     """The ways of a tip from rest to a pose that it should hold, under dV/dt = Kp X_e + Kd V_e, for each error X_e.
 
     Computed torque of the tip with a right model makes any arm move so. With `decoupled` the origin goes straight and
@@ -146,7 +146,7 @@ def _in_space(axes: TaskAxes, T: PoseMatrix, V: Floats) -> tuple[Floats, Floats]
     return np.asarray(np.linalg.solve(back, omega), dtype=np.float64), v
 
 
-def _measured(axes: TaskAxes, t: Floats, poses: PoseMatrix, T_d: PoseMatrix) -> TipWay:
+def _measured(axes: TaskAxes, t: Floats, poses: PoseMatrix, T_d: PoseMatrix) -> PoseErrorResponse:
     """The measures of a way.
 
     The rotation about the axis a of the whole one that is nearest to Q = R_0' R, with the quaternion (w, v), leaves the
@@ -171,7 +171,7 @@ def _measured(axes: TaskAxes, t: Floats, poses: PoseMatrix, T_d: PoseMatrix) -> 
         if most > 0.0
     ]
     settled = measure_response(t, np.max(shares, axis=0), 0.0, SETTLED).settling_time if shares else 0.0
-    return TipWay(
+    return PoseErrorResponse(
         axes, t, poses, off_line=float(np.linalg.norm(away, axis=1).max()),
         length=float(np.linalg.norm(np.diff(p, axis=0), axis=1).sum()), off_turn=float(off.max()),
         turned=float(np.sum(rotation.angle_between(R[:-1], R[1:]))), settling_time=float(settled),

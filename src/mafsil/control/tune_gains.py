@@ -46,7 +46,7 @@ class GainLimit(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class GainCard(SingleAnswer):
+class GainReport(SingleAnswer):
     """Gains with what they promise and assume; true if there are some.
 
     Attributes:
@@ -93,7 +93,7 @@ class GainCard(SingleAnswer):
 
 
 @of_robot
-def gain_card(
+def tune_gains(
     robot: Robot,
     *,
     law: Literal["pd_gravity", "computed_torque"] = "pd_gravity",
@@ -103,7 +103,7 @@ def gain_card(
     stiffness: ArrayLike | None = None,
     poses: int = 500,
     seed: int = 0,
-) -> GainCard:
+) -> GainReport:
     """The fastest gains that sampling, delay and elastic joints allow, in all of many poses.
 
     1. Inertias in random poses within the limits; gains by the largest inertia of each joint.
@@ -152,7 +152,7 @@ def gain_card(
         limit = GainLimit.NONE_STABLE
     frequency, mode = loop.mode(w, late, worst)
     gains = Gains.of(robot.n, w * w * weight, 2.0 * zeta * w * weight)
-    return GainCard(limit, law, gains, w, float(damping[worst]), places[worst], mode, frequency, h, late * h, count)
+    return GainReport(limit, law, gains, w, float(damping[worst]), places[worst], mode, frequency, h, late * h, count)
 
 
 class _Loop:

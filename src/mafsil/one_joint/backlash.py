@@ -13,7 +13,7 @@ from mafsil.one_joint.arguments import above_zero, finite, magnitude, together
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Play:
+class Backlash:
     """A gap between motor and link, both measured at the link.
 
     Attributes:
@@ -25,7 +25,7 @@ class Play:
     stiffness: Floats
 
     @classmethod
-    def of(cls, gap: ArrayLike, stiffness: ArrayLike = 1.0) -> Play:
+    def of(cls, gap: ArrayLike, stiffness: ArrayLike = 1.0) -> Backlash:
         """From its numbers, each a number or (*batch).
 
         Raises:

@@ -17,7 +17,7 @@ from mafsil.mechanics.tolerances import INVOLVED, SINGULAR
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Degeneracy:
+class MassMatrixSingularity:
     """What is known about the inverse of one mass matrix.
 
     Attributes:
@@ -49,7 +49,7 @@ class Degeneracy:
             raise ModelError("dynamics.degenerate", motion=motion)
 
 
-def degeneracy(M: Floats, names: Sequence[str]) -> Degeneracy:
+def mass_matrix_singularity(M: Floats, names: Sequence[str]) -> MassMatrixSingularity:
     """The report on a mass matrix.
 
     Args:
@@ -67,4 +67,4 @@ def degeneracy(M: Floats, names: Sequence[str]) -> Degeneracy:
         motion = motion / motion[np.abs(motion).argmax()]
     motion = np.where(np.abs(motion) < INVOLVED, 0.0, motion)
     joints = tuple(name for name, rate in zip(names, motion, strict=True) if rate)
-    return Degeneracy(margin, frozen(motion), joints, float(motion @ M @ motion / 2))
+    return MassMatrixSingularity(margin, frozen(motion), joints, float(motion @ M @ motion / 2))

@@ -20,7 +20,7 @@ SPARE = 4.0
 """Added to sqrt(k) + sqrt(m), above which noise alone gets with a probability below exp(-8)."""
 
 
-class FeltStatus(Status):
+class EstimatedConstraintStatus(Status):
     """Whether any direction is blocked."""
 
     BLOCKED = ("control.felt_blocked", True)
@@ -28,7 +28,7 @@ class FeltStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FeltConstraint(SingleAnswer):
+class EstimatedConstraint(SingleAnswer):
     """The directions along which forces were felt; true if there are some.
 
     Attributes:
@@ -39,7 +39,7 @@ class FeltConstraint(SingleAnswer):
         samples: how many forces were seen.
     """
 
-    status: FeltStatus
+    status: EstimatedConstraintStatus
     A: Floats
     sizes: Floats
     samples: int
@@ -55,7 +55,7 @@ class FeltConstraint(SingleAnswer):
         return {"status": self.status.name, "A": self.A, "sizes": self.sizes, "samples": self.samples}
 
 
-def felt_constraint(forces: ArrayLike, noise: ArrayLike) -> FeltConstraint:
+def estimate_contact_constraint(forces: ArrayLike, noise: ArrayLike) -> EstimatedConstraint:
     """The blocked directions of a contact without friction, from forces that a sensor measured.
 
     Algorithm:
@@ -90,7 +90,9 @@ def felt_constraint(forces: ArrayLike, noise: ArrayLike) -> FeltConstraint:
     # 3
     A = rows[: int((sizes > 1.0).sum())] * spread
     A = A / np.linalg.norm(A, axis=1, keepdims=True)
-    return FeltConstraint(FeltStatus.BLOCKED if len(A) else FeltStatus.NOTHING, A, sizes, k)
+    return EstimatedConstraint(
+        EstimatedConstraintStatus.BLOCKED if len(A) else EstimatedConstraintStatus.NOTHING, A, sizes, k
+    )
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import JointVector
-from mafsil.collision import Arms
+from mafsil.collision import MultiArmCell
 from mafsil.geometry import Pose
 from mafsil.planning.arm_plan import ArmPlan
 from mafsil.planning.arm_planning import configurations_of, plan
@@ -18,16 +18,16 @@ MOST_GOALS = 256
 """Combinations of the arms' goals that are tried, the nearest to the start first."""
 
 
-def plan_together(
-    cell: Arms,
+def plan_coupled(
+    cell: MultiArmCell,
     start: Mapping[str, ArrayLike],
     goal: Mapping[str, ArrayLike | Pose],
     *,
     planner: str = "rrt_connect",
     seed: int = 0,
     seconds: float = 10.0,
-    nodes: int = 200_000,
-    shorten: int = 100,
+    max_nodes: int = 200_000,
+    shortcut_iterations: int = 100,
 ) -> ArmPlan:
     """A path of all arms at once, each straight motion of all their joints proved free.
 
@@ -39,7 +39,7 @@ def plan_together(
         start: for each arm (n of the arm) [rad | m].
         goal: for each arm its configuration, several of which any will do, or poses of its tip, as for `mf.plan`;
             an arm that is not named ends where it starts.
-        planner, seed, seconds, nodes, shorten: as for `mf.plan`.
+        planner, seed, seconds, max_nodes, shortcut_iterations: as for `mf.plan`.
 
     Returns:
         Rows of the path are coordinates of all arms: `cell.parted(plan.path)` has those of each.
@@ -50,11 +50,14 @@ def plan_together(
     q = cell.joined(start)
     goals = _combined(cell, cell.parted(q), goal)
     return plan(
-        cell, None, q, goals, planner=planner, seed=seed, seconds=seconds, nodes=nodes, shorten=shorten
+        cell, None, q, goals, planner=planner, seed=seed, seconds=seconds, max_nodes=max_nodes,
+        shortcut_iterations=shortcut_iterations,
     )  # fmt: skip
 
 
-def _combined(cell: Arms, start: Mapping[str, JointVector], goal: Mapping[str, ArrayLike | Pose]) -> JointVector:
+def _combined(
+    cell: MultiArmCell, start: Mapping[str, JointVector], goal: Mapping[str, ArrayLike | Pose]
+) -> JointVector:
     """(k, n) goals of all arms, the nearest to the start first."""
     for name in goal:
         cell.alone(name)
@@ -69,7 +72,7 @@ def _combined(cell: Arms, start: Mapping[str, JointVector], goal: Mapping[str, A
     return np.stack(rows) if rows else np.zeros((0, cell.robot.n))
 
 
-def _open(cell: Arms, name: str, rows: JointVector) -> JointVector:
+def _open(cell: MultiArmCell, name: str, rows: JointVector) -> JointVector:
     """Of some configurations of one arm those that are free without the others; all if none is, so that it is said."""
     free = cell.alone(name).free(rows) if len(rows) else np.zeros(0, np.bool_)
     return rows[free] if np.any(free) else rows

@@ -5,7 +5,7 @@ from __future__ import annotations
 from mafsil.job.part import Part, Positive, Three
 
 
-class Keep(Part, frozen=True, kw_only=True):
+class PathConstraints(Part, frozen=True, kw_only=True):
     """What the tip keeps from where the move begins: one or several.
 
     Attributes:
@@ -25,7 +25,7 @@ class Keep(Part, frozen=True, kw_only=True):
     angle: Positive | None = None
 
 
-class PlacedKeep(Keep, frozen=True, kw_only=True):
+class PlacedConstraints(PathConstraints, frozen=True, kw_only=True):
     """The same along the axes of a frame.
 
     Attributes:
@@ -35,7 +35,7 @@ class PlacedKeep(Keep, frozen=True, kw_only=True):
     frame: str | None = None
 
 
-KEEPER = "rrt_connect"
+CONSTRAINED_PLANNER = "rrt_connect"
 """The planner that keeps something."""
 KINDS = ("upright", "orientation", "line", "plane")
 """Keys of which at least one is given."""
