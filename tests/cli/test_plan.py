@@ -110,7 +110,7 @@ def test_pairs_that_a_semantic_description_lists_are_not_checked(capsys, tmp_pat
     assert main(words) == 1
     assert "base" in capsys.readouterr().err
     assert main([*words, "--srdf", str(listed)]) == 0
-    assert main([*words, "--srdf", str(listed), "--clearance", "0.02", "--own-clearance", "0.01"]) == 0
+    assert main([*words, "--srdf", str(listed), "--clearance", "0.02", "--self-clearance", "0.01"]) == 0
     assert main([*words, "--srdf", str(tmp_path / "none.srdf")]) == 2
     assert "none.srdf" in capsys.readouterr().err
 
@@ -120,21 +120,21 @@ def test_pairs_that_meet_where_the_robot_is_known_to_be_free_are_not_checked(cap
     robot = tmp_path / "touching.urdf"
     robot.write_text(TOUCHING)
     words = ["plan", str(robot), "--start", "0", "0.1", "--goal", "1", "0"]
-    assert main([*words, "--rest", "0", "0.1"]) == 0
+    assert main([*words, "--known-free", "0", "0.1"]) == 0
     assert "known to be free of itself" in capsys.readouterr().out
-    assert main([*words, "--rest", "0", "0.1", "--json"]) == 0
+    assert main([*words, "--known-free", "0", "0.1", "--json"]) == 0
     met = json.loads(capsys.readouterr().out)["not_checked"]
     assert met
     assert all(len(pair) == 2 for pair in met)
-    assert main([*words, "--rest", "0"]) == 2
-    assert "rest" in capsys.readouterr().err
+    assert main([*words, "--known-free", "0"]) == 2
+    assert "known_free" in capsys.readouterr().err
 
 
 def test_joints_that_may_move_are_named(capsys):
-    code, _, err = asked(capsys, "--start", *LEFT, "--goal", *RIGHT, "--scene", SCENE, "--moving", "elbow")
+    code, _, err = asked(capsys, "--start", *LEFT, "--goal", *RIGHT, "--scene", SCENE, "--active-joints", "elbow")
     assert code == 2
     assert "joint4" in err
-    words = ["--start", *LEFT, "--goal", *RIGHT, "--scene", SCENE, "--moving", "joint2", "joint4", "--json"]
+    words = ["--start", *LEFT, "--goal", *RIGHT, "--scene", SCENE, "--active-joints", "joint2", "joint4", "--json"]
     code, out, _ = asked(capsys, *words)
     assert code == 0
     moved = np.ptp(np.array(json.loads(out)["path"]), axis=0)

@@ -107,7 +107,7 @@ def test_friction_that_is_not_compensated_is_the_cause_and_the_remedy_is_proved(
 
 def test_a_cause_that_the_job_does_not_have_is_never_named(tmp_path: Path) -> None:
     """A remainder is unknown, with its number: no noise where sensors have none, no friction where joints have none."""
-    for controller in ('kind = "pid"', 'kind = "pid"\nstiffness = 300\nrate_gain = 40', "frequency = 3"):
+    for controller in ('kind = "pid"', 'kind = "pid"\nkp = 300\nkd = 40', "frequency = 3"):
         run = own(tmp_path, controller, "friction = false\nmass_error = 0.0")
         assert keys(run) <= {"law", "soft", "gains", "integral", "rate", "unknown"}
         assert "noise" not in run.explain("en").replace("noise of", "")

@@ -121,7 +121,7 @@ def test_cells_include_cells_relative_to_themselves(folder):
     ("cell", "words"),
     [
         ('[frame.feeder]\nposishun = [1, 2, 3]\nrobot = "x"', ("cells/cell.toml:2", "posishun")),
-        ("[limits]\nacceleration_share = 7", ("cells/cell.toml:2", "acceleration_scale")),
+        ("[limits]\nacceleration_scale = 7", ("cells/cell.toml:2", "acceleration_scale")),
         ("[[obstacle]]\nbox = [1, 1]", ("cells/cell.toml:2", "box")),
         ("[[move]]\npause = 1", ("cells/cell.toml:1", "move")),
         ('include = "cell.toml"', ("cells/cell.toml:1", "include")),
@@ -157,7 +157,7 @@ def test_units_of_a_cell_are_those_of_its_job(folder):
 )
 def test_a_file_that_cannot_be_included_is_named_with_the_line_that_names_it(folder, include, says):
     (folder / "cells" / "deep.toml").write_text('\n\ninclude = "nothing.toml"\n')
-    (folder / "cells" / "open.toml").write_text("[limits]\nspeed_share = 0.5\n[frame\n")
+    (folder / "cells" / "open.toml").write_text("[limits]\nspeed_scale = 0.5\n[frame\n")
     (folder / "cells" / "bytes.toml").write_bytes(b'# first\nrobot = "\xff"\n')
     text = f'robot = "planar2r"\ninclude = {include}\n[[move]]\npause = 1\n'
     (folder / "job.toml").write_text(text)

@@ -94,7 +94,7 @@ def test_a_robot_that_is_too_weak_is_said_to_be():
         ("[[move]]\njoints = [0, 0, 0]", "shoulder, lever"),
         ("[[move]]\njoints = [2, 0]", "shoulder"),
         (
-            '[controller]\nkind = "pd_gravity"\nstiffness = [1, 2, 3]\n[[move]]\njoints = [0, 0]',
+            '[controller]\nkind = "pd_gravity"\nkp = [1, 2, 3]\n[[move]]\njoints = [0, 0]',
             "needs one number or 2",
         ),
     ],

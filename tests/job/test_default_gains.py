@@ -72,7 +72,7 @@ def test_default_gains_stay_below_the_limit_of_the_sampled_loop(name: str, perio
 
 def test_a_stiffness_alone_keeps_the_damping_ratio() -> None:
     ours = driven(job("puma560")).driven[0].scenario.law.gains
-    harder = driven(job("puma560", "stiffness = 9000")).driven[0].scenario.law.gains
+    harder = driven(job("puma560", "kp = 9000")).driven[0].scenario.law.gains
     np.testing.assert_allclose(harder.kp, 9000.0)
     np.testing.assert_allclose(harder.kd / np.sqrt(harder.kp), ours.kd / np.sqrt(ours.kp), rtol=1e-12)
     given = driven(job("puma560", "kd = 70")).driven[0].scenario.law.gains
@@ -85,8 +85,8 @@ def test_a_stiffness_alone_keeps_the_damping_ratio() -> None:
     [
         ("frequency = 30", "frequency"),
         ("damping = 0.5", "damping"),
-        ('kind = "computed_torque"\nstiffness = 10', "stiffness"),
-        ('kind = "computed_torque"\nrate_gain = [1.0, 2.0]', "kd"),
+        ('kind = "computed_torque"\nkp = 10', "kp"),
+        ('kind = "computed_torque"\nkd = [1.0, 2.0]', "kd"),
     ],
 )
 def test_gains_of_another_law_are_refused(old: str, name: str) -> None:

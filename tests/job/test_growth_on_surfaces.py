@@ -67,8 +67,8 @@ def put_on(arm, surface, q, qd):
     ("case", "controller"),
     [
         (PLANAR, 'kind = "computed_torque"\nfrequency = 60'),
-        (PLANAR, 'kind = "pd_gravity"\nstiffness = 4e4\nrate_gain = 20'),
-        (SPATIAL, 'kind = "pd_gravity"\nstiffness = 1500\nrate_gain = 60'),
+        (PLANAR, 'kind = "pd_gravity"\nkp = 4e4\nkd = 20'),
+        (SPATIAL, 'kind = "pd_gravity"\nkp = 1500\nkd = 60'),
     ],
 )
 def test_the_growth_on_a_rigid_surface_is_that_of_runs_that_begin_side_by_side_on_it(case, controller, late):
@@ -132,7 +132,7 @@ def test_the_growth_while_sliding_on_rough_ground_is_that_of_runs_side_by_side(t
     file = tmp_path / "rails.urdf"
     file.write_text(RAILS.format(links="".join(links)))
     q, v = [0.1, 0.2, 0.3], speed * np.array([0.3, -0.4, 0.0])
-    job, driven = pressed(str(file), q, [0, 0, 1], 'kind = "pd_gravity"\nstiffness = 1500\nrate_gain = 60', 0.4)
+    job, driven = pressed(str(file), q, [0, 0, 1], 'kind = "pd_gravity"\nkp = 1500\nkd = 60', 0.4)
     inside = np.array(q) - [0.0, 0.0, 5e-3]
     motion = quintic(inside, inside + 2 * TICK * v, 2 * TICK, start_velocity=v, goal_velocity=v)
     scenario = replace(driven.scenario, trajectory=motion, q=q, qd=v, step=TICK, period=TICK)
@@ -148,7 +148,7 @@ def test_the_growth_while_sliding_on_rough_ground_is_that_of_runs_side_by_side(t
 def test_the_growth_of_arms_that_slide_fast_is_that_of_runs_in_the_same_coordinates(case, friction):
     """At 1 m/s what is tangent to the surface changes from tick to tick: errors are compared by Z+ of one place."""
     robot, q, normal, _ = case
-    job, driven = pressed(robot, q, normal, 'kind = "pd_gravity"\nstiffness = 1500\nrate_gain = 60', friction)
+    job, driven = pressed(robot, q, normal, 'kind = "pd_gravity"\nkp = 1500\nkd = 60', friction)
     arm, base, n = mf.load(robot), np.array(q), np.array(normal)
     J = arm.forward_kinematics(base)[:3, :3] @ arm.jacobian_body(base)[3:]
     v, inside = (
@@ -179,7 +179,7 @@ def test_the_growth_of_arms_that_slide_fast_is_that_of_runs_in_the_same_coordina
 @pytest.mark.capability("10-23", "10-94")
 def test_the_growth_where_friction_holds_the_tip_is_that_of_the_wrist_behind_it():
     robot, q, normal, _ = SPATIAL
-    job, driven = pressed(robot, q, normal, 'kind = "pd_gravity"\nstiffness = 1500\nrate_gain = 60', 0.9)
+    job, driven = pressed(robot, q, normal, 'kind = "pd_gravity"\nkp = 1500\nkd = 60', 0.9)
     arm, base = mf.load(robot), np.array(q)
     T = arm.forward_kinematics(base)
     J = T[:3, :3] @ arm.jacobian_body(base)[3:]

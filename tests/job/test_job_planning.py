@@ -76,7 +76,7 @@ def complaint(text: str) -> JobError:
         ("pause = 1\n[controller]\nrate = 300", "job.rate_not_whole", ["x.toml:7", "controller.rate", "250", "333.3"]),
         ("pause = 1\n[tolerance]\njoints = [1, 2]", "job.list_count", ["x.toml:7", "tolerance.joints", "7"]),
         (
-            'pause = 1\n[controller]\nkind = "pd_gravity"\nstiffness = [1, 2]',
+            'pause = 1\n[controller]\nkind = "pd_gravity"\nkp = [1, 2]',
             "job.list_count",
             ["x.toml:8", "controller.stiffness"],
         ),

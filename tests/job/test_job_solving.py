@@ -151,7 +151,7 @@ def test_impossible_goals_are_refused_with_the_move_and_a_reason(pose: str, word
         (TWO_MOVES.replace("[0.3, -0.2,", "[17, -0.2,"), "job.outside_limits_degrees"),
         (TWO_MOVES + "[[move]]\nplace = true\n", "job.nothing_carried"),
         (TWO_MOVES + "[[move]]\npick = { mass = 1 }\n" * 2, "job.already_carried"),
-        (TWO_MOVES + '[controller]\nkind = "pd_gravity"\nstiffness = [1.0, 2.0]\n', "job.list_count"),
+        (TWO_MOVES + '[controller]\nkind = "pd_gravity"\nkp = [1.0, 2.0]\n', "job.list_count"),
     ],
 )
 def test_numbers_that_do_not_fit_the_robot(text: str, key: str) -> None:
@@ -185,7 +185,7 @@ def test_remarks_name_joints_at_their_limits() -> None:
 
 
 def test_a_wild_controller_is_reported_not_hidden() -> None:
-    text = TWO_MOVES + '[controller]\nkind = "pd_gravity"\nstiffness = 1e9\nrate_gain = 1e9\n'
+    text = TWO_MOVES + '[controller]\nkind = "pd_gravity"\nkp = 1e9\nkd = 1e9\n'
     run = solved(text)
     assert any(remark.level == "failure" for remark in run.remarks)
     for remark in run.remarks:

@@ -218,7 +218,7 @@ def test_holding_efforts_are_those_of_statics(tmp_path: Path, capsys: pytest.Cap
             "the gains are too hard for 500 Hz",
         ),
         (
-            '[controller]\nkind = "pd_gravity"\nstiffness = 20\nrate_gain = 0.2\n[simulation]\nstep = 0.002\n',
+            '[controller]\nkind = "pd_gravity"\nkp = 20\nkd = 0.2\n[simulation]\nstep = 0.002\n',
             "pd_gravity with these gains lags behind",
         ),
         ("[[disturbance]]\nstart = 0.1\nduration = 9.0\nwrench = [0, 0, 0, 0, 0, 60]\n", "the push on the tip"),

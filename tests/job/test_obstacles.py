@@ -239,7 +239,7 @@ def test_a_clearance_that_the_arm_never_keeps_from_itself_is_said():
     text += "[[move]]\njoints = [0.5, -1.9, 1.9, -1.6, -1.6, 0]\n"
     _, plan = prepare(parse(text), text, Path())
     (said,) = (remark for remark in plan.remarks if remark.key == "job.always_near")
-    strict = text.replace("clearance = 0.02\n", "clearance = 0.02\nown_clearance = 0.02\n")
+    strict = text.replace("clearance = 0.02\n", "clearance = 0.02\nself_clearance = 0.02\n")
     refused = prepare(parse(strict), strict, Path())
     assert isinstance(refused, Refusal)
     for language in ("en", "ar"):
@@ -248,13 +248,13 @@ def test_a_clearance_that_the_arm_never_keeps_from_itself_is_said():
         assert "self_clearance" in refused.explain(language)
     nearer = text.replace("0.02", "0.009")
     assert not isinstance(prepare(parse(nearer), nearer, Path()), Refusal)
-    allowed = text.replace("clearance = 0.02\n", "clearance = 20\nown_clearance = 5\n")
+    allowed = text.replace("clearance = 0.02\n", "clearance = 20\nself_clearance = 5\n")
     allowed = "lengths = 'millimetres'\n" + allowed
     run = solve(parse(allowed), allowed, Path())
     assert isinstance(run, Run)
     assert run.plan.surroundings is not None
     checker = run.plan.surroundings.checker(run.plan.legs[0].load)
-    assert (checker.margin, checker.self_clearance) == (pytest.approx(0.02), pytest.approx(0.005))
+    assert (checker.clearance, checker.self_clearance) == (pytest.approx(0.02), pytest.approx(0.005))
     touching = allowed.replace("self_clearance = 5", "self_clearance = 12")
     assert isinstance(prepare(parse(touching), touching, Path()), Refusal)
 

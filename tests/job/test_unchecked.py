@@ -66,7 +66,7 @@ def test_each_check_that_is_off_is_said(more, claimed, said):
 
 
 def test_a_clearance_from_nothing_and_a_check_that_is_switched_off_are_warnings():
-    run = ended(HEAD + "[collision]\nclearance = 20\nown_clearance = 0\n" + MOVE)
+    run = ended(HEAD + "[collision]\nclearance = 20\nself_clearance = 0\n" + MOVE)
     level = {remark.key: remark.level for remark in run.remarks}
     assert level["job.unchecked_clearance"] == "warning"
     off = ended(HEAD + "[collision]\nself_collision = false\n" + MOVE)

@@ -69,7 +69,7 @@ def text_of(rng: np.random.Generator, robot: Robot, *, gentle: bool) -> str:
         inertia = np.diag(np.asarray(robot.mass_matrix(start)))
         if rng.random() < 0.5:
             scale = 10.0 ** rng.uniform(0.0, 5.0)
-            lines.append(f"stiffness = {(scale * inertia + 1e-6).tolist()}")
+            lines.append(f"kp = {(scale * inertia + 1e-6).tolist()}")
         if rng.random() < 0.3:
             lines.append(f"kd = {(10.0 ** rng.uniform(0.0, 3.5) * inertia + 1e-6).tolist()}")
     if not gentle and rng.random() < 0.3:

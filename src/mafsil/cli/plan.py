@@ -81,7 +81,7 @@ def plan(
     keep = typed_constraints(upright, orientation, line, plane, degrees=degrees)
     around = Scene() if scene is None else scene_in(Path(scene))
     apart = 0.0 if clearance is None else number("--clearance", clearance)
-    among_itself = None if self_clearance is None else number("--own-clearance", self_clearance)
+    among_itself = None if self_clearance is None else number("--self-clearance", self_clearance)
     budget = 10.0 if seconds is None else number("--seconds", seconds)
     first = 0 if seed is None else count("--seed", seed)
     own = any(link.collisions or link.visuals for link in arm.mechanism.links)
