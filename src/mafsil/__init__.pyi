@@ -52,11 +52,11 @@ from mafsil.model import urdf as urdf
 from mafsil.model.denavit_hartenberg import DHRow as DHRow
 from mafsil.model.library import robots as robots
 from mafsil.model.lint import lint as lint
-from mafsil.model.lint import mend as mend
+from mafsil.model.lint import repair as repair
 from mafsil.model.saving import save as save
 from mafsil.page import show as show
 from mafsil.page.exporting import export as export
-from mafsil.planning import place as place
+from mafsil.planning import optimal_base_placement as optimal_base_placement
 from mafsil.planning import plan as plan
 from mafsil.robot import Robot as Robot
 from mafsil.robot import load as load

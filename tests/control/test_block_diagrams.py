@@ -25,7 +25,7 @@ from mafsil.control import (
     task_computed_torque,
 )
 from mafsil.errors import InputError
-from mafsil.figures.block_diagram import save_block_diagram, save_response, skeleton
+from mafsil.figures.block_diagram import plot_block_diagram, plot_response, skeleton
 from mafsil.simulation import Scenario, simulate
 from mafsil.trajectory import quintic
 
@@ -124,11 +124,11 @@ def test_the_inner_loop_follows_exactly_and_endless_bandwidth_is_the_ideal():
 @pytest.mark.capability("10-108")
 @pytest.mark.parametrize("language", ["en", "ar"])
 def test_diagrams_and_responses_are_drawn(tmp_path, language):
-    save_block_diagram(block_diagram(LAWS["late"]), tmp_path / "diagram.svg", language=language)
+    plot_block_diagram(block_diagram(LAWS["late"]), tmp_path / "diagram.svg", language=language)
     assert (tmp_path / "diagram.svg").stat().st_size > 5_000
     path = quintic(np.zeros(6), Q, 0.2)
     run = simulate(Scenario(robot=ARM, trajectory=path, law=LAWS["computed_torque"]))
-    save_response(run, ARM, tmp_path / "response.png", language=language)
+    plot_response(run, ARM, tmp_path / "response.png", language=language)
     assert (tmp_path / "response.png").stat().st_size > 5_000
     line = skeleton(ARM, Q)
     assert np.array_equal(line[-1], T[:3, 3])

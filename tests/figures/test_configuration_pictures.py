@@ -8,7 +8,7 @@ import pytest
 import mafsil as mf
 from mafsil.cli.main import main
 from mafsil.errors import InputError
-from mafsil.figures import save_configurations
+from mafsil.figures import plot_configurations
 from mafsil.figures.configurations import MOST, draw_configurations
 from mafsil.figures.planar_configurations import draw_planar_configurations, plane
 from mafsil.model.denavit_hartenberg import DHRow
@@ -26,7 +26,7 @@ def test_every_configuration_has_a_panel(tmp_path: Path) -> None:
     for language in ("en", "ar"):
         mf.language(language)
         try:
-            save_configurations(robot, answer.q, tmp_path / f"{language}.png", names, answer.within)
+            plot_configurations(robot, answer.q, tmp_path / f"{language}.png", names, answer.within)
         finally:
             mf.language("en")
         assert (tmp_path / f"{language}.png").stat().st_size > 20_000
@@ -51,22 +51,22 @@ def test_arms_in_a_plane_are_drawn_in_it_with_their_reach(tmp_path: Path) -> Non
     assert [text for text in words if "elbow" in text] == [f"{k + 1}: {name}" for k, name in enumerate(names)]
     assert any(f"alpha$ = {alpha:.1f}" in text for text in words)
     assert any(f"beta$ = {beta:.1f}" in text for text in words)
-    save_configurations(robot, answer.q, tmp_path / "two.png", names, answer.within)
-    save_configurations(mf.load("planar3r"), np.zeros((1, 3)), tmp_path / "three.png")
+    plot_configurations(robot, answer.q, tmp_path / "two.png", names, answer.within)
+    plot_configurations(mf.load("planar3r"), np.zeros((1, 3)), tmp_path / "three.png")
 
 
 def test_same_configurations_same_bytes(tmp_path: Path) -> None:
     robot = mf.load("planar2r")
     for name in ("first.svg", "second.svg"):
-        save_configurations(robot, [[0.3, 0.5], [0.7, -0.5]], tmp_path / name)
+        plot_configurations(robot, [[0.3, 0.5], [0.7, -0.5]], tmp_path / name)
     assert (tmp_path / "first.svg").read_bytes() == (tmp_path / "second.svg").read_bytes()
 
 
 def test_many_and_none(tmp_path: Path) -> None:
     robot = mf.load("planar2r")
-    save_configurations(robot, np.zeros((MOST + 5, 2)), tmp_path / "many.png")
+    plot_configurations(robot, np.zeros((MOST + 5, 2)), tmp_path / "many.png")
     with pytest.raises(InputError, match="configuration"):
-        save_configurations(robot, np.zeros((0, 2)), tmp_path / "none.png")
+        plot_configurations(robot, np.zeros((0, 2)), tmp_path / "none.png")
 
 
 def test_the_command_draws(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -3,7 +3,7 @@
 import pytest
 
 from mafsil.derivation.arm import best_table
-from mafsil.figures import save_dh_frames, save_link_motions
+from mafsil.figures import plot_dh_frames, plot_link_motions
 from mafsil.figures.dh_frames import draw_dh_frames
 from mafsil.model import library
 from mafsil.model.denavit_hartenberg import DHRow
@@ -29,9 +29,9 @@ def test_every_frame_and_length_of_the_table_is_named(name):
 def test_files(tmp_path):
     mechanism = library.load("rrrp")
     for ending in ("png", "svg", "pdf"):
-        save_dh_frames(mechanism, best_table(mechanism), tmp_path / f"frames.{ending}")
+        plot_dh_frames(mechanism, best_table(mechanism), tmp_path / f"frames.{ending}")
         assert (tmp_path / f"frames.{ending}").stat().st_size > 2000
-    save_dh_frames(mechanism, best_table(mechanism), tmp_path / "again.svg")
+    plot_dh_frames(mechanism, best_table(mechanism), tmp_path / "again.svg")
     assert (tmp_path / "again.svg").read_bytes() == (tmp_path / "frames.svg").read_bytes()
-    save_link_motions(DHRow(a=0.5, alpha=0.7, d=0.4, theta=0.9), tmp_path / "motions.png")
+    plot_link_motions(DHRow(a=0.5, alpha=0.7, d=0.4, theta=0.9), tmp_path / "motions.png")
     assert (tmp_path / "motions.png").stat().st_size > 5000

@@ -8,16 +8,16 @@ import mafsil as mf
 from mafsil.derivation.arm import best_table
 from mafsil.errors import InputError
 from mafsil.figures import (
+    animate_dh_row,
+    animate_exponentials,
     animation,
-    save_displaced_body,
-    save_exponentials_animation,
-    save_free_bodies,
-    save_joint_screws,
-    save_row_animation,
-    save_solid_ball,
-    save_space_velocity,
-    save_two_frames,
-    save_unreachable_frame,
+    plot_displaced_body,
+    plot_free_bodies,
+    plot_joint_screws,
+    plot_rotation_vector_ball,
+    plot_space_velocity,
+    plot_two_frames,
+    plot_unreachable_frame,
 )
 from mafsil.figures.animation import PER_MOTION, exponential_frames, motion_frames
 from mafsil.figures.dh_frames import draw_dh_frames
@@ -79,7 +79,7 @@ def test_the_four_motions_move_one_after_the_other(convention, tmp_path, monkeyp
         np.testing.assert_allclose(steps, np.broadcast_to(steps[0], steps.shape), atol=1e-12)
         assert (np.abs(steps[0]) > 1e-9).sum() == 1, "one elementary motion at a time"
     monkeypatch.setattr(animation, "PER_MOTION", 3)  # to draw them takes seconds
-    save_row_animation(row, tmp_path / "row.gif", convention)
+    animate_dh_row(row, tmp_path / "row.gif", convention)
     with Image.open(tmp_path / "row.gif") as film:
         assert film.n_frames > 2 * 3
 
@@ -91,7 +91,7 @@ def test_an_arm_gets_its_exponentials_one_by_one(tmp_path, monkeypatch):
     np.testing.assert_allclose(rows[-1], q)
     assert (rows[: PER_MOTION + 1, 0] == 0).all(), "the last joint moves first"
     monkeypatch.setattr(animation, "PER_MOTION", 3)
-    save_exponentials_animation(arm, q, tmp_path / "arm.gif")
+    animate_exponentials(arm, q, tmp_path / "arm.gif")
     with Image.open(tmp_path / "arm.gif") as film:
         assert film.n_frames > 3
 
@@ -107,13 +107,13 @@ def test_pictures_of_motions(tmp_path):
     S_b = np.array([0, 0, 1, 0.5, 0, 0.1])
     title = words(draw_two_frames(T_AB, S_b, is_wrench=False))[-1]
     assert f"{twist.transform(T_AB, S_b)[3]:.3g}" in title
-    save_solid_ball(half, tmp_path / "ball.png")
-    save_displaced_body(X_ai, X_af, tmp_path / "body.png")
-    save_two_frames(T_AB, tmp_path / "screw.png", S_b=S_b)
-    save_two_frames(T_AB, tmp_path / "wrench.png", F_b=[0, 0, 1, 1, 2, 3])
-    save_space_velocity(T_AB, [0, 0, 1, 0.5, 0.2, 0], tmp_path / "v.png")
+    plot_rotation_vector_ball(half, tmp_path / "ball.png")
+    plot_displaced_body(X_ai, X_af, tmp_path / "body.png")
+    plot_two_frames(T_AB, tmp_path / "screw.png", S_b=S_b)
+    plot_two_frames(T_AB, tmp_path / "wrench.png", F_b=[0, 0, 1, 1, 2, 3])
+    plot_space_velocity(T_AB, [0, 0, 1, 0.5, 0.2, 0], tmp_path / "v.png")
     with pytest.raises(InputError, match="exactly one"):
-        save_two_frames(T_AB, tmp_path / "x.png")
+        plot_two_frames(T_AB, tmp_path / "x.png")
     assert all(file.stat().st_size > 5000 for file in tmp_path.iterdir())
 
 
@@ -125,7 +125,7 @@ def test_pictures_of_velocities_and_forces(tmp_path):
     flat = mf.load("planar3r")
     load = LinkLoad(flat.mechanism.link_names[2], [3.0, -40.0, 0], point=[0.2, 0, 0])
     assert {"$f_1$", "$r_1$"} <= set(words(draw_free_bodies(flat, np.array([0.3, 0.4, 0.5]), [load])))
-    save_joint_screws(arm, q, tmp_path / "screws.png")
-    save_free_bodies(flat, [0.3, 0.4, 0.5], tmp_path / "forces.png", [load])
-    save_unreachable_frame(pose.exp([0, 0.5, 0, 0.2, 0.3, 0.1]), tmp_path / "no_row.png")
+    plot_joint_screws(arm, q, tmp_path / "screws.png")
+    plot_free_bodies(flat, [0.3, 0.4, 0.5], tmp_path / "forces.png", [load])
+    plot_unreachable_frame(pose.exp([0, 0.5, 0, 0.2, 0.3, 0.1]), tmp_path / "no_row.png")
     assert all(file.stat().st_size > 5000 for file in tmp_path.iterdir())

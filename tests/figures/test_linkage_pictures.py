@@ -9,7 +9,7 @@ from mafsil import mobility as mo
 from mafsil.cli.main import main
 from mafsil.errors import InputError
 from mafsil.figures import linkage_motion
-from mafsil.figures.configuration_surface import draw_surface, in_space, over_square, save_surface
+from mafsil.figures.configuration_surface import draw_surface, in_space, over_square, plot_surface
 from mafsil.figures.linkage import draw_linkage, is_flat, lifted, save_linkage, save_torus
 from mafsil.figures.linkage_motion import motion_frames, save_linkage_motion
 from mafsil.mobility.loop_closure import largest_gap
@@ -42,7 +42,7 @@ def test_surface_of_configurations_is_drawn_in_space_and_over_two_joints(tmp_pat
     _, sense = over_square(five, (0, 4))
     assert 0.3 < (sense > 0).mean() < 0.7  # both assembly modes, folded where they meet
     assert in_space(five, five.theta).shape == (len(five.theta), 3)
-    save_surface(five, tmp_path / "five.png", joints=("O", "D"))
+    plot_surface(five, tmp_path / "five.png", joints=("O", "D"))
     assert (tmp_path / "five.png").stat().st_size > 20_000
     table = mo.Linkage.of(
         [mo.joint("X", "P", ["ground", "a"], axis=[1, 0]), mo.joint("Y", "P", ["a", "b"], axis=[0, 1])]

@@ -15,11 +15,11 @@ def test_a_trajectory_is_drawn_with_its_jumps_and_limits(tmp_path):
     plan = linear_blends([[0.0, 1.0], [2.0, 0.0], [1.0, 1.0]], 1.0, acceleration=12.0)
     limits = MotionLimits.of(2, velocity=3.0, acceleration=(-12.0, 12.0))
     for name in ("one.svg", "two.svg"):
-        figures.save_trajectory(plan.trajectory, tmp_path / name, limits=limits, names=("turn", "lift"))
+        figures.plot_trajectory(plan.trajectory, tmp_path / name, limits=limits, names=("turn", "lift"))
     assert (tmp_path / "one.svg").read_bytes() == (tmp_path / "two.svg").read_bytes()
-    figures.save_trajectory(double_s(0.0, 1.0, jerk=5.0).value, tmp_path / "arabic.png", language="ar")
+    figures.plot_trajectory(double_s(0.0, 1.0, jerk=5.0).value, tmp_path / "arabic.png", language="ar")
     assert (tmp_path / "arabic.png").stat().st_size > 10_000
     with pytest.raises(InputError):
-        figures.save_trajectory(cubic_through(np.zeros((4, 3, 2)), 1.0), tmp_path / "batch.png")
+        figures.plot_trajectory(cubic_through(np.zeros((4, 3, 2)), 1.0), tmp_path / "batch.png")
     with pytest.raises(InputError):
-        figures.save_trajectory(plan.trajectory, tmp_path / "one.txt")
+        figures.plot_trajectory(plan.trajectory, tmp_path / "one.txt")

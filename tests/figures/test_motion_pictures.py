@@ -9,13 +9,13 @@ import pytest
 from mafsil import messages
 from mafsil.errors import InputError
 from mafsil.figures import (
-    save_frame_graph,
-    save_frames,
-    save_gimbals,
-    save_motion,
-    save_pole,
-    save_rotation,
-    save_screw_motion,
+    plot_frame_graph,
+    plot_frames,
+    plot_gimbals,
+    plot_motion,
+    plot_pole,
+    plot_rotation,
+    plot_screw_motion,
 )
 from mafsil.figures.frames import draw_frames, draw_rotation
 from mafsil.figures.gimbals import draw_gimbals
@@ -96,17 +96,17 @@ def test_rings_are_locked_where_the_angles_are(sequence: str, middle: float) -> 
 
 
 def _graph(path: Path) -> None:
-    save_frame_graph(FrameGraph((Pose(T, ("a", "b")), Pose(SCREW, ("b", "c")))), "a", path)
+    plot_frame_graph(FrameGraph((Pose(T, ("a", "b")), Pose(SCREW, ("b", "c")))), "a", path)
 
 
 SAVERS: dict[str, Callable[[Path], None]] = {
-    "frames": lambda path: save_frames({"s": np.eye(4), "b": T}, path),
+    "frames": lambda path: plot_frames({"s": np.eye(4), "b": T}, path),
     "graph": _graph,
-    "rotation": lambda path: save_rotation(T[:3, :3], path),
-    "screw": lambda path: save_screw_motion(SCREW, path, T),
-    "pole": lambda path: save_pole(planar.pose(1.0, [1.0, 2.0]), path),
-    "gimbals": lambda path: save_gimbals([0.1, 0.2, 0.3], "xyz", path),
-    "motion": lambda path: save_motion(T, path, "pose"),
+    "rotation": lambda path: plot_rotation(T[:3, :3], path),
+    "screw": lambda path: plot_screw_motion(SCREW, path, T),
+    "pole": lambda path: plot_pole(planar.pose(1.0, [1.0, 2.0]), path),
+    "gimbals": lambda path: plot_gimbals([0.1, 0.2, 0.3], "xyz", path),
+    "motion": lambda path: plot_motion(T, path, "pose"),
 }
 
 
@@ -122,16 +122,16 @@ def test_same_picture_same_bytes(name: str, language: str, tmp_path: Path) -> No
 @pytest.mark.parametrize("scale", [1e-6, 1e6])
 def test_pictures_know_no_favourite_size(scale: float, tmp_path: Path) -> None:
     far = pose.from_rotation_translation(SCREW[:3, :3], scale * SCREW[:3, 3])
-    save_screw_motion(far, tmp_path / "screw.png")
-    save_frames({"s": np.eye(4), "b": far}, tmp_path / "frames.png")
-    save_pole(planar.pose(1.0, [scale, scale]), tmp_path / "pole.png")
+    plot_screw_motion(far, tmp_path / "screw.png")
+    plot_frames({"s": np.eye(4), "b": far}, tmp_path / "frames.png")
+    plot_pole(planar.pose(1.0, [scale, scale]), tmp_path / "pole.png")
 
 
 def test_what_is_no_motion_is_refused(tmp_path: Path) -> None:
     bent = np.diag([1.0, 1.1, 1.0])
-    for save in (save_rotation, save_pole):
+    for save in (plot_rotation, plot_pole):
         with pytest.raises(InputError):
             save(bent, tmp_path / "x.png")
     with pytest.raises(InputError):
-        save_screw_motion(2 * np.eye(4), tmp_path / "x.png")
+        plot_screw_motion(2 * np.eye(4), tmp_path / "x.png")
     assert not (tmp_path / "x.png").exists()

@@ -24,13 +24,13 @@ def texts(path):
 
 @pytest.mark.capability("10-29")
 def test_the_locus_has_its_meetings_crossings_and_responses(tmp_path):
-    figures.save_root_locus(LOCUS, tmp_path / "a.svg", gains=[0.3, 0.686, 9.261], start=[1.0, 0.0, -4.41])
+    figures.plot_root_locus(LOCUS, tmp_path / "a.svg", gains=[0.3, 0.686, 9.261], start=[1.0, 0.0, -4.41])
     words = texts(tmp_path / "a.svg")
     for said in ("K = 0.3", "K = 9.261", "Re s [1/s]", "meet", "cross"):
         assert said in words
-    figures.save_root_locus(LOCUS, tmp_path / "b.png", language="ar")
+    figures.plot_root_locus(LOCUS, tmp_path / "b.png", language="ar")
     assert (tmp_path / "b.png").stat().st_size > 5000
-    figures.save_root_locus(LOCUS, tmp_path / "c.svg", gains=[0.3, 0.686, 9.261], start=[1.0, 0.0, -4.41])
+    figures.plot_root_locus(LOCUS, tmp_path / "c.svg", gains=[0.3, 0.686, 9.261], start=[1.0, 0.0, -4.41])
     assert texts(tmp_path / "c.svg") == words
 
 
@@ -38,20 +38,20 @@ def test_the_locus_has_its_meetings_crossings_and_responses(tmp_path):
 def test_a_measured_response(tmp_path):
     t = np.linspace(0, 3, 400)
     e = oj.SecondOrder.of(6.0, 0.3).response(t)
-    figures.save_error_response(t, e, tmp_path / "a.svg")
+    figures.plot_error_response(t, e, tmp_path / "a.svg")
     measured = oj.measure_response(t, e)
     assert f"{float(measured.settling_time):.4g}" in texts(tmp_path / "a.svg")
     assert f"{100 * float(measured.overshoot):.4g} %" in texts(tmp_path / "a.svg")
     assert "steady error" in texts(tmp_path / "a.svg")
-    figures.save_error_response(t[:20], e[:20], tmp_path / "cut.svg")  # does not come to rest: no such line
+    figures.plot_error_response(t[:20], e[:20], tmp_path / "cut.svg")  # does not come to rest: no such line
     assert "steady error" not in texts(tmp_path / "cut.svg")
 
 
 @pytest.mark.capability("10-34", "10-41")
 def test_runs_side_by_side_and_the_parts_of_one(tmp_path):
-    figures.save_joint_runs({"PD": run_of(0.0), "PID": run_of(1.0)}, tmp_path / "a.svg")
+    figures.plot_joint_runs({"PD": run_of(0.0), "PID": run_of(1.0)}, tmp_path / "a.svg")
     assert "PID" in texts(tmp_path / "a.svg")
-    figures.save_joint_runs({"PID": run_of(1.0)}, tmp_path / "b.png", language="ar")
+    figures.plot_joint_runs({"PID": run_of(1.0)}, tmp_path / "b.png", language="ar")
     assert (tmp_path / "b.png").stat().st_size > 5000
 
 
@@ -65,24 +65,24 @@ def test_the_six_laws_of_friction(tmp_path):
         "all three": oj.SpeedFriction.static_kinetic_viscous(0.9, 0.6, 0.3),
         "Stribeck": oj.SpeedFriction.stribeck(0.9, 0.6, 0.1, 0.05),
     }
-    figures.save_friction_laws(laws, tmp_path / "a.svg")
+    figures.plot_friction_laws(laws, tmp_path / "a.svg")
     assert all(name in texts(tmp_path / "a.svg") for name in laws)
 
 
 def test_what_is_no_such_thing_is_refused(tmp_path):
     file = tmp_path / "a.svg"
     for action in (
-        lambda: figures.save_root_locus(3, file),
-        lambda: figures.save_root_locus(LOCUS, file, gains=[13.0]),
-        lambda: figures.save_root_locus(LOCUS, file, gains=[np.nan]),
-        lambda: figures.save_root_locus(LOCUS, tmp_path / "a.txt"),
-        lambda: figures.save_error_response([0, 1], [np.nan, 0], file),
-        lambda: figures.save_error_response(np.zeros((2, 3)), np.zeros((2, 3)), file),
-        lambda: figures.save_joint_runs({}, file),
-        lambda: figures.save_joint_runs({"a": 3}, file),
-        lambda: figures.save_joint_runs({"two": run_of([0.0, 1.0])}, file),
-        lambda: figures.save_friction_laws({str(k): oj.SpeedFriction.coulomb(1.0) for k in range(7)}, file),
-        lambda: figures.save_friction_laws({"a": 3}, file),
+        lambda: figures.plot_root_locus(3, file),
+        lambda: figures.plot_root_locus(LOCUS, file, gains=[13.0]),
+        lambda: figures.plot_root_locus(LOCUS, file, gains=[np.nan]),
+        lambda: figures.plot_root_locus(LOCUS, tmp_path / "a.txt"),
+        lambda: figures.plot_error_response([0, 1], [np.nan, 0], file),
+        lambda: figures.plot_error_response(np.zeros((2, 3)), np.zeros((2, 3)), file),
+        lambda: figures.plot_joint_runs({}, file),
+        lambda: figures.plot_joint_runs({"a": 3}, file),
+        lambda: figures.plot_joint_runs({"two": run_of([0.0, 1.0])}, file),
+        lambda: figures.plot_friction_laws({str(k): oj.SpeedFriction.coulomb(1.0) for k in range(7)}, file),
+        lambda: figures.plot_friction_laws({"a": 3}, file),
     ):
         with pytest.raises(InputError):
             action()

@@ -18,17 +18,17 @@ def stewart():
 
 
 CASES = {
-    "stewart": lambda path: pictures.save_platform(stewart(), HOME, path),
-    "delta": lambda path: pictures.save_delta(pa.DeltaRobot(0.4, 0.1, 0.5, 1.0), [0.3, 0.1, -0.2], path),
-    "eclipse": lambda path: pictures.save_eclipse(pa.Eclipse(1.0, 1.0, 0.3), pose.from_translation([0, 0, 1.2]), path),
-    "planar": lambda path: pictures.save_planar_platform(
+    "stewart": lambda path: pictures.plot_platform(stewart(), HOME, path),
+    "delta": lambda path: pictures.plot_delta(pa.DeltaRobot(0.4, 0.1, 0.5, 1.0), [0.3, 0.1, -0.2], path),
+    "eclipse": lambda path: pictures.plot_eclipse(pa.Eclipse(1.0, 1.0, 0.3), pose.from_translation([0, 0, 1.2]), path),
+    "planar": lambda path: pictures.plot_planar_platform(
         pa.PlanarThreeRPR([[0, 0], [4, 0], [2, 3.5]], [[-0.5, -0.3], [0.5, -0.3], [0, 0.6]]), [2.1, 1.3, 0.35], path
     ),
-    "five_bar": lambda path: pictures.save_five_bar(
+    "five_bar": lambda path: pictures.plot_five_bar(
         pa.FiveBar(2, 3, 3, 2, 2), [1.308996939, 0.0, -2.556789314, -0.446490054], path
     ),
-    "legs": lambda path: pictures.save_legs(pa.three_rps(1.0, 0.5, 1.0), np.zeros(15), path),
-    "curve": lambda path: pictures.save_four_bar_curve(FourBar(4, 4, 2, 2), path),
+    "legs": lambda path: pictures.plot_legs(pa.three_rps(1.0, 0.5, 1.0), np.zeros(15), path),
+    "curve": lambda path: pictures.plot_four_bar_curve(FourBar(4, 4, 2, 2), path),
 }
 
 

@@ -25,7 +25,7 @@ def drawn(monkeypatch, module):
 def test_the_phase_plane_shows_the_motion_below_the_limit_curve(monkeypatch, jerk, slack):
     timed = time_optimal(JointPath.through(POINTS), MotionLimits.of(2, velocity=1.5, acceleration=4.0, jerk=jerk))
     found = drawn(monkeypatch, phase_plane)
-    figures.save_phase_plane(timed, "plane.png", language="en")
+    figures.plot_phase_plane(timed, "plane.png", language="en")
     (axes,) = found[0].axes
     limit, *parts = axes.lines
     assert len(parts) == len(timed.bindings)
@@ -45,7 +45,7 @@ def test_difficulties_are_shaded_numbered_and_said(monkeypatch):
     T_0[:2, 3], T_1[:2, 3] = (1, 0.3), (-1, 0.3)
     diagnosis = diagnose_path(Robot(planar2r((1.0, 0.5))), line_path(T_0, T_1), task="position")
     found = drawn(monkeypatch, path_difficulties)
-    figures.save_path_difficulties(diagnosis, "why.png", language="en")
+    figures.plot_path_difficulties(diagnosis, "why.png", language="en")
     (figure,) = found
     assert len(figure.axes) == 2
     for axes in figure.axes:
@@ -59,9 +59,9 @@ def test_difficulties_are_shaded_numbered_and_said(monkeypatch):
 
 def test_files_and_wrong_arguments(tmp_path):
     timed = time_optimal(JointPath.through(POINTS), MotionLimits.of(2, velocity=1.5, acceleration=4.0))
-    figures.save_phase_plane(timed, tmp_path / "plane.svg", language="ar")
+    figures.plot_phase_plane(timed, tmp_path / "plane.svg", language="ar")
     assert (tmp_path / "plane.svg").stat().st_size > 1000
-    for save in (figures.save_phase_plane, figures.save_path_difficulties):
+    for save in (figures.plot_phase_plane, figures.plot_path_difficulties):
         with pytest.raises(InputError):
             save(3, tmp_path / "x.png")
         with pytest.raises(InputError):

@@ -7,7 +7,7 @@ import pytest
 
 from mafsil.control import Impedance, constraint_table
 from mafsil.errors import InputError, MafsilError
-from mafsil.figures import save_constrained_task, save_virtual_impedance
+from mafsil.figures import plot_constrained_task, plot_virtual_impedance
 from mafsil.figures.touching import push_response
 from mafsil.messages import say
 
@@ -20,8 +20,8 @@ TOOL = Impedance.of(1, inertia=0.8, damping=6.0, stiffness=60.0)
 @pytest.mark.parametrize("language", ["en", "ar"])
 def test_pictures_are_reproducible_and_speak(language, tmp_path):
     for k in range(2):
-        save_constrained_task(np.eye(4), TABLE, tmp_path / f"task{k}.svg", language=language)
-        save_virtual_impedance(TOOL, tmp_path / f"felt{k}.svg", push=2.0, language=language)
+        plot_constrained_task(np.eye(4), TABLE, tmp_path / f"task{k}.svg", language=language)
+        plot_virtual_impedance(TOOL, tmp_path / f"felt{k}.svg", push=2.0, language=language)
     for name in ("task", "felt"):
         first, second = ((tmp_path / f"{name}{k}.svg").read_text("utf-8") for k in range(2))
         assert first == second
@@ -43,14 +43,14 @@ def test_the_answer_to_a_push_solves_its_equation(m, b, k):
 
 def test_what_cannot_be_drawn_is_refused(tmp_path):
     with pytest.raises(InputError, match="impedance"):
-        save_virtual_impedance(Impedance.of(2, inertia=1.0), tmp_path / "a.svg")
+        plot_virtual_impedance(Impedance.of(2, inertia=1.0), tmp_path / "a.svg")
     with pytest.raises(InputError, match="mass"):
-        save_virtual_impedance(Impedance.of(1, stiffness=1.0), tmp_path / "a.svg")
+        plot_virtual_impedance(Impedance.of(1, stiffness=1.0), tmp_path / "a.svg")
     with pytest.raises(InputError, match="push"):
-        save_virtual_impedance(TOOL, tmp_path / "a.svg", push=np.nan)
+        plot_virtual_impedance(TOOL, tmp_path / "a.svg", push=np.nan)
     with pytest.raises(MafsilError):
-        save_constrained_task(2.0 * np.eye(4), TABLE, tmp_path / "a.svg")
+        plot_constrained_task(2.0 * np.eye(4), TABLE, tmp_path / "a.svg")
     with pytest.raises(InputError, match="constraints"):
-        save_constrained_task(np.eye(4), ["dx/dt = 0"], tmp_path / "a.svg")
+        plot_constrained_task(np.eye(4), ["dx/dt = 0"], tmp_path / "a.svg")
     with pytest.raises(InputError, match="half_width"):
-        save_constrained_task(np.eye(4), TABLE, tmp_path / "a.svg", half_width=0.0)
+        plot_constrained_task(np.eye(4), TABLE, tmp_path / "a.svg", half_width=0.0)

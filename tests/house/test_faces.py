@@ -96,7 +96,8 @@ def test_names_come_from_the_package_or_from_a_lower_layer() -> None:
 
 
 ASKED = [
-    "plan", "place", "control", "mobility", "parallel", "trajectory", "simulation", "simulate", "Grasp", "Robot",
+    "plan", "optimal_base_placement", "control",
+    "mobility", "parallel", "trajectory", "simulation", "simulate", "Grasp", "Robot",
     "load", "inverse_kinematics", "solve_ik", "Scene", "identify", "verify", "lint", "performance", "one_joint",
     "geometry", "derivation", "export", "show",
 ]  # fmt: skip

@@ -94,11 +94,11 @@ REFUSED: dict[str, tuple[Call, tuple[str, ...]]] = {
     ),
     "Robot of a name": (plain(lambda: mf.Robot("panda")), ("Mechanism", "mafsil.load")),
     "postures of an answer": (
-        lambda folder: figures.save_configurations(PUMA, mf.inverse_kinematics(PUMA, T), folder / "b.png"),
+        lambda folder: figures.plot_configurations(PUMA, mf.inverse_kinematics(PUMA, T), folder / "b.png"),
         ("q", "SolutionSet", ".q: give that"),
     ),
     "page as picture": (
-        lambda folder: figures.save_mechanism(PUMA, folder / "a.html"),
+        lambda folder: figures.plot_mechanism(PUMA, folder / "a.html"),
         ("a.html", ".png", "end the"),
     ),
     "negative duration": (plain(lambda: tr.quintic([0], [1], -1)), ("duration", "positive", "-1")),
@@ -134,8 +134,8 @@ ACCEPTED: dict[str, Call] = {
     "name of a robot": plain(lambda: mf.inverse_kinematics("puma560", T)),
     "rows of plain numbers": plain(lambda: mf.Robot.from_dh([[0, 0, 0, 0]], "classic")),
     "derivation of a Robot": plain(lambda: derive_fk(PUMA)),
-    "picture of a Mechanism": lambda folder: figures.save_mechanism(PUMA.mechanism, str(folder / "a.png")),
-    "picture of a Robot": lambda folder: figures.save_mechanism(PUMA, str(folder / "a.png")),
+    "picture of a Mechanism": lambda folder: figures.plot_mechanism(PUMA.mechanism, str(folder / "a.png")),
+    "picture of a Robot": lambda folder: figures.plot_mechanism(PUMA, str(folder / "a.png")),
     "contacts as pairs": plain(lambda: mf.Grasp([((0, 0), (1, 0))])),
     "verification by name": plain(lambda: mf.verify("planar2r")),
 }

@@ -15,7 +15,7 @@ from mafsil.cli.main import main
 from mafsil.errors import FileError, InputError
 from mafsil.model import Actuator, Inertial, Joint, JointKind, Limits, Link, Mechanism, Mimic, library
 from mafsil.model.diagnostics import Severity
-from mafsil.model.lint import FAULTS, findings, lint, mend
+from mafsil.model.lint import FAULTS, findings, lint, repair
 from mafsil.model.shape import Box, Mesh, Shape, Sphere
 
 HEAD = '<?xml version="1.0"?>\n<robot name="arm">\n  <link name="base"/>\n'
@@ -162,7 +162,7 @@ def test_every_remark_says_what_to_do() -> None:
 def test_repairs_take_the_mistake_away(tmp_path, code: str) -> None:
     path = write(tmp_path, **MISTAKES[code])
     before = path.read_text()
-    text, changes = mend(path, only=[code])
+    text, changes = repair(path, only=[code])
     assert path.read_text() == before, "the file itself is never touched"
     assert code in [change.diagnostic.code for change in changes]
     assert all(change.sentence("en") != change.sentence("ar") for change in changes)
@@ -172,15 +172,15 @@ def test_repairs_take_the_mistake_away(tmp_path, code: str) -> None:
 
 
 def test_degrees_become_radians_and_kilograms_stay_kilograms(tmp_path) -> None:
-    text, _ = mend(write(tmp_path, **MISTAKES["P0902"]), only=["P0901", "P0902"])
+    text, _ = repair(write(tmp_path, **MISTAKES["P0902"]), only=["P0901", "P0902"])
     joint = mf.urdf.read(text).joints[0]
     assert joint.limits.upper == pytest.approx(170 * pi / 180, abs=1e-12)
     assert joint.limits.velocity == pytest.approx(120 * pi / 180, abs=1e-12)
-    text, _ = mend(write(tmp_path, **MISTAKES["P0815"]), only=["P0815"])
+    text, _ = repair(write(tmp_path, **MISTAKES["P0815"]), only=["P0815"])
     np.testing.assert_allclose(mf.urdf.read(text).links[1].inertial.inertia, box_inertia(), rtol=1e-12)
-    text, _ = mend(write(tmp_path, **MISTAKES["P0811"]), only=["P0811"])
+    text, _ = repair(write(tmp_path, **MISTAKES["P0811"]), only=["P0811"])
     np.testing.assert_allclose(mf.urdf.read(text).links[1].inertial.com, [0.2, 0, 0])
-    assert mend(write(tmp_path))[1] == ()
+    assert repair(write(tmp_path))[1] == ()
 
 
 def test_an_impossible_inertia_about_the_frame_is_shifted(tmp_path) -> None:
@@ -190,7 +190,7 @@ def test_an_impossible_inertia_about_the_frame_is_shifted(tmp_path) -> None:
     text = urdf(com=far, inertia=moments(wrong)).replace('origin xyz="0.2 0 0"', 'origin xyz="2 0 0"')
     path = tmp_path / "far.urdf"
     path.write_text(text.replace("<inertial><origin", '<inertial><origin rpy="0 0 0"'), encoding="utf-8")
-    corrected, changes = mend(path, only=["P0812"])
+    corrected, changes = repair(path, only=["P0812"])
     assert {change.diagnostic.code for change in changes} >= {"P0812"}
     np.testing.assert_allclose(mf.urdf.read(corrected).links[1].inertial.inertia, box_inertia(), atol=1e-12)
     near = lint(write(tmp_path, inertia=moments(shifted())))
@@ -219,7 +219,7 @@ def test_meshes_in_millimetres(tmp_path) -> None:
     path = tmp_path / "arm.urdf"
     path.write_text(text)
     assert plausible(lint(path)) == ["P0804", "P0804"]
-    corrected, changes = mend(path, only=["P0804"])
+    corrected, changes = repair(path, only=["P0804"])
     assert len(changes) == 2
     path.write_text(corrected)
     assert plausible(lint(path)) == []
@@ -390,7 +390,7 @@ def test_wrong_arguments(tmp_path) -> None:
     with pytest.raises(FileError, match="no such file"):
         lint("no_such_robot")
     with pytest.raises(InputError, match="no URDF"):
-        mend("panda")
+        repair("panda")
     assert lint(tmp_path / "none.urdf").errors
     broken = tmp_path / "broken.urdf"
     broken.write_text("<robot name='x'><link name='a'>")

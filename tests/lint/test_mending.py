@@ -58,22 +58,22 @@ def test_a_type_that_nobody_can_guess_stays(file: Path, word: str) -> None:
 
 def test_only_errors_are_touched(file: Path) -> None:
     file.write_text(robot("revolut"))
-    text, changes = mf.mend(file)
+    text, changes = mf.repair(file)
     assert [change.diagnostic.code for change in changes] == ["J0401"]
     assert TRIANGLE in text
-    text, changes = mf.mend(file, only=["I0506"])
+    text, changes = mf.repair(file, only=["I0506"])
     assert [change.diagnostic.code for change in changes] == ["I0506"]
     assert 'type="revolut"' in text
 
 
 def test_a_warning_is_mended_when_its_code_is_asked_for(file: Path) -> None:
     file.write_text(robot())
-    assert mf.mend(file) == (robot(), ())
-    text, changes = mf.mend(file, only=["I0506"])
+    assert mf.repair(file) == (robot(), ())
+    text, changes = mf.repair(file, only=["I0506"])
     assert [change.diagnostic.code for change in changes] == ["I0506"]
     assert TRIANGLE not in text
     with pytest.raises(InputError, match="I0506"):
-        mf.mend(file, only=["I05O6"])
+        mf.repair(file, only=["I05O6"])
 
 
 def test_a_guess_is_made_only_on_request_and_told(file: Path) -> None:
@@ -97,6 +97,6 @@ def test_a_guess_is_made_only_on_request_and_told(file: Path) -> None:
 )
 def test_no_repair_takes_a_joint_or_a_link(file: Path, text: str) -> None:
     file.write_text(text)
-    mended, changes = mf.mend(file)
+    mended, changes = mf.repair(file)
     assert (mended, changes) == (text, ())
     assert main(["lint", str(file), "--fix", str(file.with_name("fixed.urdf"))]) == 1

@@ -53,7 +53,7 @@ def test_errors_are_what_urdfdom_refuses(tmp_path: Path, kind: str, limit: str) 
     assert "Pinocchio" in refusals[0].sentence("en")
     assert "Pinocchio" in refusals[0].sentence("ar")
     before = mf.load(path).limits
-    text, _ = mf.mend(path, only=codes)
+    text, _ = mf.repair(path, only=codes)
     assert taken_by_urdfdom(text)
     again = mf.urdf.read(text)
     for name in ("lower", "upper", "velocity", "effort"):

@@ -150,7 +150,7 @@ def test_lint_mends_what_was_pardoned(tmp_path: Path) -> None:
     path = tmp_path / "arm.urdf"
     path.write_text(TAKEN["no blank"].replace("<link", "<!-- -- --><link", 1))
     assert "F0119" in lint.lint(path).codes
-    text, changes = lint.mend(path)
+    text, changes = lint.repair(path)
     assert {change.diagnostic.code for change in changes} >= {"F0119", "F0117"}
     path.write_text(text)
     assert not {"F0117", "F0119"} & set(lint.lint(path).codes)
@@ -286,7 +286,7 @@ def test_lint_mends_mjcf_and_sdf(tmp_path: Path) -> None:
     }
     for name, text in files.items():
         (tmp_path / name).write_text(text)
-        mended, changes = lint.mend(tmp_path / name)
+        mended, changes = lint.repair(tmp_path / name)
         assert len(changes) == 1
         (tmp_path / name).write_text(mended)
         assert not {"F0117", "F0119"} & set(lint.lint(tmp_path / name).codes)

@@ -8,7 +8,7 @@ import pytest
 import mafsil as mf
 from mafsil.collision import ArmMount, Box, Checker, MovableArm, MultiArmCell, Obstacle, Scene
 from mafsil.errors import InputError, MafsilError
-from mafsil.figures import save_placement
+from mafsil.figures import plot_placement
 from mafsil.geometry import rotation
 from mafsil.planning import Miss, PlacementStatus, base_placement
 from mafsil.planning.base_placement import base_poses
@@ -30,7 +30,7 @@ def ur5():
 
 @pytest.fixture(scope="module")
 def found(ur5):
-    return mf.place(ur5, TARGETS, scene=TABLE, region=REGION, stands_on=["table"])
+    return mf.optimal_base_placement(ur5, TARGETS, scene=TABLE, region=REGION, stands_on=["table"])
 
 
 def test_the_best_base_reaches_every_target_free_and_within_limits(found, ur5):
@@ -103,28 +103,30 @@ def test_a_movable_arm_is_the_arm_mounted_there(tmp_path):
 
 
 def test_what_is_missed_is_named(ur5):
-    far = mf.place(ur5, TARGETS, scene=TABLE, region=((1.1, 1.3), (-0.1, 0.1)), stands_on=["table"])
+    far = mf.optimal_base_placement(ur5, TARGETS, scene=TABLE, region=((1.1, 1.3), (-0.1, 0.1)), stands_on=["table"])
     assert far.status is PlacementStatus.NOT_FOUND
     assert "target 0 is missed: it is 1." in far.explain("en")
     assert far.explain("ar") != far.explain("en")
     inside = TARGETS.copy()
     inside[0, :3, 3] = [0.2, 0.1, 0.3]
-    blocked = mf.place(ur5, inside, scene=TABLE, region=REGION, stands_on=["table"], spacing=0.2)
+    blocked = mf.optimal_base_placement(ur5, inside, scene=TABLE, region=REGION, stands_on=["table"], spacing=0.2)
     assert not blocked
     assert not blocked.reached[:, 0].any()
     assert blocked.misses[blocked.best, 0] == Miss.COLLISION
     assert "post" in blocked.explain("en")
     assert blocked.reached[blocked.best, 1:].sum() == blocked.reached.sum(axis=1).max()
-    nowhere = mf.place(ur5, TARGETS, scene=TABLE, region=((0.2, 0.2), (0.1, 0.1)), stands_on=["table"], refinements=0)
+    nowhere = mf.optimal_base_placement(
+        ur5, TARGETS, scene=TABLE, region=((0.2, 0.2), (0.1, 0.1)), stands_on=["table"], refinements=0
+    )
     assert (nowhere.misses == Miss.BASE).all()
     assert "stand in something" in nowhere.explain("en")
 
 
 def test_refinement_never_loses_and_redundant_arms_take_samples(ur5, found):
-    coarse = mf.place(ur5, TARGETS, scene=TABLE, region=REGION, stands_on=["table"], refinements=0)
+    coarse = mf.optimal_base_placement(ur5, TARGETS, scene=TABLE, region=REGION, stands_on=["table"], refinements=0)
     assert found.score.max() >= coarse.score.max()
     grid = {"region": ((-0.4, 0.4), (0.3, 0.5)), "spacing": 0.2, "yaws": 2, "refinements": 0}
-    few, many = (mf.place("panda", TARGETS[:2], samples=k, **grid) for k in (1, 4))
+    few, many = (mf.optimal_base_placement("panda", TARGETS[:2], samples=k, **grid) for k in (1, 4))
     assert (many.reached | ~few.reached).all()
     gained = many.quality.min(axis=2) - few.quality.min(axis=2)
     assert gained.min() >= 0.0
@@ -133,7 +135,7 @@ def test_refinement_never_loses_and_redundant_arms_take_samples(ur5, found):
 
 def test_pictures_and_plain_data(found, tmp_path):
     for ending in ("png", "svg"):
-        save_placement(found, tmp_path / f"map.{ending}", scene=TABLE, language="en")
+        plot_placement(found, tmp_path / f"map.{ending}", scene=TABLE, language="en")
         assert (tmp_path / f"map.{ending}").stat().st_size > 5000
     x, y, share, score = found.score_map()
     assert share.shape == score.shape == (len(x), len(y))
@@ -156,9 +158,9 @@ def test_what_is_refused(ur5):
         ("region: expected shape", {"region": 5.0}),
     ):
         with pytest.raises(InputError, match=words):
-            mf.place(ur5, **{"targets": TARGETS, "scene": TABLE, **wrong})
+            mf.optimal_base_placement(ur5, **{"targets": TARGETS, "scene": TABLE, **wrong})
     with pytest.raises(MafsilError, match=r"targets\[0\] is no pose"):
-        mf.place(ur5, 2.0 * np.asarray(TARGETS), scene=TABLE)
+        mf.optimal_base_placement(ur5, 2.0 * np.asarray(TARGETS), scene=TABLE)
 
 
 @pytest.mark.parametrize("when", [0, 3, 10_000])
@@ -176,9 +178,9 @@ def test_what_was_looked_at_is_kept_at_an_interruption(found, ur5, monkeypatch, 
     monkeypatch.setattr(base_placement._Search, "_solve", until)
     if not when:
         with pytest.raises(KeyboardInterrupt):
-            mf.place(ur5, TARGETS, scene=TABLE, region=REGION, stands_on=["table"])
+            mf.optimal_base_placement(ur5, TARGETS, scene=TABLE, region=REGION, stands_on=["table"])
         return
-    some = mf.place(ur5, TARGETS, scene=TABLE, region=REGION, stands_on=["table"])
+    some = mf.optimal_base_placement(ur5, TARGETS, scene=TABLE, region=REGION, stands_on=["table"])
     assert some.interrupted
     assert "interrupted" in some.explain("en")
     count = len(some.bases)

@@ -11,7 +11,7 @@ import pytest
 import mafsil as mf
 from mafsil.collision import Box, Checker, Cylinder, Obstacle, Plane, Sphere
 from mafsil.errors import InputError
-from mafsil.figures import save_configuration_space
+from mafsil.figures import plot_configuration_space
 from mafsil.model import Limits
 from mafsil.planning import PlanningStatus, configuration_space
 
@@ -145,7 +145,7 @@ def test_pictures_of_two_and_three_joints_of_any_arm(tmp_path):
     assert patches[:, 2, 7, 5].tolist() == arm.hits(q).tolist()
     for count, ending, language in ((2, "svg", "en"), (3, "png", "ar")):
         file = tmp_path / f"space.{ending}"
-        save_configuration_space(arm, file, cells=15, joints=names[:count], way=np.zeros((2, 6)), language=language)
+        plot_configuration_space(arm, file, cells=15, joints=names[:count], way=np.zeros((2, 6)), language=language)
         assert file.stat().st_size > 1000
     for wrong in ({}, {"joints": []}, {"joints": ["elbow"]}, {"joints": names[:1] * 2}):
         with pytest.raises(InputError, match="joints"):

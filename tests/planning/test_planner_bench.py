@@ -119,7 +119,7 @@ def test_a_watched_search_is_the_search(tmp_path):
         else:
             assert np.linalg.norm(steps, axis=1).min() > 0.4 - 0.02
     file = tmp_path / "search.svg"
-    figures.save_search(log, file, seconds=3.0, language="ar")
+    figures.plot_search(log, file, seconds=3.0, language="ar")
     root = ET.parse(file).getroot()
     lines = [each for each in root if each.tag.endswith("polyline")]
     assert len(lines) == len(log) + 1
@@ -131,12 +131,12 @@ def test_a_watched_search_is_the_search(tmp_path):
 
 def test_pictures_of_arms_and_refusals(tmp_path):
     log = watch(arm(), "rrt_connect", max_nodes=300)
-    figures.save_search(log, tmp_path / "arm.svg")
+    figures.plot_search(log, tmp_path / "arm.svg")
     assert (tmp_path / "arm.svg").stat().st_size > 2000
     with pytest.raises(InputError, match="show"):
-        figures.save_search(log, tmp_path / "bad.svg", show=lambda q: q)
+        figures.plot_search(log, tmp_path / "bad.svg", show=lambda q: q)
     with pytest.raises(InputError, match="png"):
-        figures.save_search(log, tmp_path / "bad.png")
+        figures.plot_search(log, tmp_path / "bad.png")
     with pytest.raises(InputError, match="planner"):
         watch(point(), "trajectory_optimisation")
     with pytest.raises(InputError, match="planners"):

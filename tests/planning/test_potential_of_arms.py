@@ -8,7 +8,7 @@ import pytest
 from mafsil.collision import Box, Checker, Cylinder, Obstacle
 from mafsil.collision.each_distance import each_distance
 from mafsil.errors import InputError
-from mafsil.figures import save_potential
+from mafsil.figures import plot_potential
 from mafsil.planning import PlanningStatus, PotentialField, disc
 
 PIN = [Obstacle(Cylinder(0.1, 1.0), (1.2, 1.2, 0.0), "pin")]
@@ -51,7 +51,7 @@ def test_an_arm_arrives_or_is_stuck_and_meets_nothing(arm, tmp_path):
     assert field.path([0.785, 0.0]).status is PlanningStatus.START_BLOCKED
     with pytest.raises(InputError, match="goal"):
         PotentialField.of_arm(arm, [1.0])
-    save_potential(field, tmp_path / "arm.png", [0.4, -0.6], [2.2, 0.6], way=stuck.path, cells=20, starts=1)
+    plot_potential(field, tmp_path / "arm.png", [0.4, -0.6], [2.2, 0.6], way=stuck.path, cells=20, starts=1)
     assert (tmp_path / "arm.png").stat().st_size > 5000
 
 
@@ -94,7 +94,7 @@ def test_a_pocket_is_a_minimum_and_is_marked(tmp_path):
     assert (field.potential(around) > field.potential(found)[:, None]).all()
     for language, ending in (("en", "svg"), ("ar", "pdf")):
         file = tmp_path / f"field.{ending}"
-        save_potential(field, file, [-1.0, -2.0], [5.0, 2.0], cells=30, starts=4, language=language)
+        plot_potential(field, file, [-1.0, -2.0], [5.0, 2.0], cells=30, starts=4, language=language)
         assert file.stat().st_size > 3000
     with pytest.raises(InputError, match="goal"):
-        save_potential(PotentialField.of([0.0, 0.0, 0.0], []), tmp_path / "a.png", [0, 0], [1, 1])
+        plot_potential(PotentialField.of([0.0, 0.0, 0.0], []), tmp_path / "a.png", [0, 0], [1, 1])

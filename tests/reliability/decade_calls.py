@@ -188,8 +188,8 @@ CALLS = (
     "performance.workspace_map(robot=R3, samples=50, view='xz', cell=0.2, at=0.1, "
     "ranges={R3.joint_names[0]: (-1.0, 1.0)})",
     # planning
-    "mf.place(robot=R2, targets=SPOTS, region=((-1.0, 1.0), (-1.0, 1.0)), yaws=1, spacing=1.0, enough_clearance=0.1, "
-    "refinements=0)",
+    "mf.optimal_base_placement(robot=R2, targets=SPOTS, region=((-1.0, 1.0), (-1.0, 1.0)), yaws=1, spacing=1.0, "
+    "enough_clearance=0.1, refinements=0)",
     "mf.plan(robot=CHECKER, scene=None, start=Q2, goal=G2, seconds=1.0, max_nodes=50, shortcut_iterations=2)",
     "mf.plan(robot=R2, scene=None, start=Q2, goal=G2, max_nodes=50, shortcut_iterations=2, "
     "clearance=0.01, self_clearance=0.0, radius=0.01)",
@@ -300,7 +300,8 @@ SLOW = (
     "control.compare_pose_errors", "control.tune_gains", "derivation.check_jacobian", "mf.estimate_payload",
     "mf.excitation_trajectory", "grasp.plan_grasps", "mobility.assembly_modes", "mobility.configuration_curves",
     "mobility.configuration_surfaces", "mobility.generic_mobility", "mobility.trace", "mobility.trace_surface",
-    "parallel.closed_inverse_kinematics", "performance.isotropic_configurations", "performance.pinned_arm", "mf.place",
+    "parallel.closed_inverse_kinematics", "performance.isotropic_configurations", "performance.pinned_arm",
+    "mf.optimal_base_placement",
     "planning.plan_approach", "planning.plan_prioritized", "planning.plan_around_moving", "trajectory.cartesian_line",
     "trajectory.compare_routes", "trajectory.diagnose_path", "trajectory.follow", "trajectory.joined_path",
     "trajectory.time_optimal", "simulation.monte_carlo", "simulation.learn", "trajectory.export",
@@ -321,7 +322,7 @@ ABSENT = {
     "one_joint.sweep_rate": ("settling_time", "overshoot", "peak_time", "rise_time", "longest", "advised"),
     "performance.force_ellipsoid": ("characteristic",),
     "performance.velocity_ellipsoid": ("characteristic",),
-    "mf.place": ("q",),
+    "mf.optimal_base_placement": ("q",),
     "performance.wrench_screw": ("point", "pitch"),
     "performance.twist_screw": ("point", "pitch"),
     "planning.bench_planners": ("clearance",),

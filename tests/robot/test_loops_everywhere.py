@@ -42,8 +42,8 @@ CLOSED = {
     "mafsil.collision.Checker": "shapes at given coordinates; planning closes them: tests/planning/test_closed_arms.py",
     "mafsil.collision.Mounted": "a record that a Checker takes",
     "mafsil.control.tip_wrench_of": "a state's: test_the_wrench_of_an_environment_is_that_of_a_closed_state below",
-    "mafsil.figures.save_mechanism": "drawn closed: test_pictures_are_of_closed_loops below",
-    "mafsil.figures.save_response": "draws recorded coordinates: tests/simulation/test_closed_loops.py records them",
+    "mafsil.figures.plot_mechanism": "drawn closed: test_pictures_are_of_closed_loops below",
+    "mafsil.figures.plot_response": "draws recorded coordinates: tests/simulation/test_closed_loops.py records them",
     "mafsil.report.write_picture": "drawn closed: test_pictures_are_of_closed_loops below",
     "mafsil.job.bench_laws": "drives jobs, which keep loops closed: tests/job/test_closed_mechanisms.py",
     "mafsil.mobility.linkage_of": "closes the loops: tests/mobility/test_mobility.py",
@@ -274,9 +274,9 @@ def test_pictures_are_of_closed_loops(palletiser: mf.Robot, tmp_path: Path) -> N
 
     q = resting_configuration(palletiser.mechanism)
     assert ClosedChain(palletiser).error(q) < 1e-12
-    mf.figures.save_mechanism(palletiser, tmp_path / "arm.png")
+    mf.figures.plot_mechanism(palletiser, tmp_path / "arm.png")
     write_picture(palletiser, tmp_path / "arm.html")
-    for draw, name in ((mf.figures.save_mechanism, "b.png"), (write_picture, "b.html")):
+    for draw, name in ((mf.figures.plot_mechanism, "b.png"), (write_picture, "b.html")):
         with pytest.raises(InputError, match="closed loops"):
             draw(palletiser, tmp_path / name, q + np.array([0, 0.2, 0, 0]))
         assert not (tmp_path / name).exists()

@@ -70,16 +70,16 @@ def test_what_is_no_robot_is_said(name, wrong):
 
 def test_pictures_take_text_and_name_wrong_endings(tmp_path):
     arm = mf.load("planar2r")
-    figures.save_mechanism(arm, str(tmp_path / "a.png"))
-    figures.save_configurations("planar2r", [Q2], str(tmp_path / "b.svg"))
+    figures.plot_mechanism(arm, str(tmp_path / "a.png"))
+    figures.plot_configurations("planar2r", [Q2], str(tmp_path / "b.svg"))
     save_planar_ellipses(arm.mechanism, [Q2], str(tmp_path / "c.pdf"))
     assert all((tmp_path / name).stat().st_size > 1000 for name in ("a.png", "b.svg", "c.pdf"))
     with pytest.raises(InputError) as caught:
-        figures.save_mechanism(arm, str(tmp_path / "a.html"))
+        figures.plot_mechanism(arm, str(tmp_path / "a.html"))
     assert caught.value.key == "pictures.ending"
     assert ".svg" in caught.value.message("ar")
     with pytest.raises(InputError) as caught:
-        figures.save_frames({"a": np.eye(4)}, 3)
+        figures.plot_frames({"a": np.eye(4)}, 3)
     assert caught.value.key == "input.kind"
 
 

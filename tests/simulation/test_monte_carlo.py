@@ -293,7 +293,7 @@ def test_the_answer_in_words_and_as_a_picture(tmp_path):
     assert str(worst[0]) in repr(found)
     assert set(found.to_dict()) >= {"influence", "drawn", "tip_error", "share_within"}
     for name in ("a.png", "b.svg"):
-        figures.save_monte_carlo(found, tmp_path / name, language="en")
+        figures.plot_monte_carlo(found, tmp_path / name, language="en")
         assert (tmp_path / name).stat().st_size > 5000
     assert "payload [kg]" in (tmp_path / "b.svg").read_text("utf-8")
     assert high > share

@@ -9,7 +9,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.errors import InputError
-from mafsil.trajectory import MotionLimits, RemedyKind, RequestStatus, check, doctor
+from mafsil.trajectory import MotionLimits, RemedyKind, RequestStatus, check, suggest_fixes
 from mafsil.trajectory.feasibility.remedies import GROWTH, is_possible
 from tests.sizes import few
 
@@ -26,7 +26,7 @@ def broken_request(seed):
 @cache
 def diagnosed(seed):
     points, durations, curve = broken_request(seed)
-    return doctor(points, durations, LIMITS, curve=curve)
+    return suggest_fixes(points, durations, LIMITS, curve=curve)
 
 
 SEEDS = few(range(100), 6)
@@ -67,7 +67,7 @@ def test_every_obstruction_stands_on_the_leg_and_at_the_time_that_it_names(seed)
 
 def test_slowing_never_mends_a_spline_that_leaves_the_range_but_a_stop_does():
     points = [[0.0], [1.0], [2.0], [0.5]]
-    diagnosis = doctor(points, [1.0, 1.0, 1.0], MotionLimits.of(1, position=2.001))
+    diagnosis = suggest_fixes(points, [1.0, 1.0, 1.0], MotionLimits.of(1, position=2.001))
     assert {obstruction.violation.quantity for obstruction in diagnosis} == {"upper"}
     kinds = {remedy.kind for remedy in diagnosis.remedies}
     assert RemedyKind.SLOWER not in kinds
@@ -79,7 +79,7 @@ def test_slowing_never_mends_a_spline_that_leaves_the_range_but_a_stop_does():
 
 def test_a_robots_own_limits_and_names():
     robot = mf.load("ur5e")
-    diagnosis = doctor([[0.0] * 6, [1.0] * 6], [0.1], robot)
+    diagnosis = suggest_fixes([[0.0] * 6, [1.0] * 6], [0.1], robot)
     assert robot.joint_names[0] in diagnosis.explain("en")
     assert [remedy.kind for remedy in diagnosis.remedies] == [RemedyKind.SLOWER]
     slower = diagnosis.mended()
@@ -91,16 +91,16 @@ def test_a_robots_own_limits_and_names():
 
 
 def test_a_possible_request_is_true_and_mended_as_it_is():
-    diagnosis = doctor([[0.0], [1.0]], [3.0], MotionLimits.of(1, velocity=1.0))
+    diagnosis = suggest_fixes([[0.0], [1.0]], [3.0], MotionLimits.of(1, velocity=1.0))
     assert diagnosis
     assert diagnosis.status is RequestStatus.POSSIBLE
     assert diagnosis.mended().duration == 3.0
 
 
 def test_what_no_time_allows_has_no_remedy():
-    forbidden = doctor([[0.0], [1.0]], [3.0], MotionLimits.of(1, velocity=(0.0, 0.0)))
+    forbidden = suggest_fixes([[0.0], [1.0]], [3.0], MotionLimits.of(1, velocity=(0.0, 0.0)))
     assert forbidden.status is RequestStatus.NO_REMEDY
-    one_way = doctor([[0.0], [1.0], [0.0]], [1.0, 1.0], MotionLimits.of(1, velocity=(0.0, 9.0)))
+    one_way = suggest_fixes([[0.0], [1.0], [0.0]], [1.0, 1.0], MotionLimits.of(1, velocity=(0.0, 9.0)))
     assert RemedyKind.SLOWER not in {remedy.kind for remedy in one_way.remedies}
     with pytest.raises(InputError, match="no remedy"):
         forbidden.mended()
@@ -118,6 +118,6 @@ def test_what_no_time_allows_has_no_remedy():
 )
 def test_requests_that_are_none_are_refused_by_name(points, durations, says):
     with pytest.raises(InputError, match=says):
-        doctor(points, durations, MotionLimits.of(1))
+        suggest_fixes(points, durations, MotionLimits.of(1))
     with pytest.raises(InputError, match="curve"):
-        doctor([[0.0], [1.0]], [1.0], MotionLimits.of(1), curve="loop")
+        suggest_fixes([[0.0], [1.0]], [1.0], MotionLimits.of(1), curve="loop")

@@ -14,7 +14,7 @@ from mafsil.geometry import pose
 from mafsil.ik import track
 from mafsil.model import Limits
 from mafsil.model.library.planar import planar2r
-from mafsil.trajectory import MendStatus, diagnose_path, follow, joined_path, line_path, mend_path, spline_path
+from mafsil.trajectory import MendStatus, diagnose_path, follow, joined_path, line_path, spline_path, suggest_path_fixes
 from mafsil.trajectory.difficulties.changed_paths import MovedBasePath, PathPart, TurnedToolPath
 from tests.sizes import size
 
@@ -51,7 +51,7 @@ def followed(remedy, diagnosis):
 def test_the_base_is_moved_by_what_the_reach_lacks():
     """The hole in the middle has the radius 0.5, the line passes the base at 0.3."""
     diagnosis = diagnose_path(Robot(planar2r((1.0, 0.5))), line((1, 0.3), (-1, 0.3)), task="position")
-    answer = mend_path(diagnosis, kinds=["base"])
+    answer = suggest_path_fixes(diagnosis, kinds=["base"])
     (remedy,) = answer
     assert answer.status is MendStatus.MENDED
     assert followed(remedy, diagnosis)
@@ -74,7 +74,7 @@ def test_the_tool_is_turned_by_what_the_last_joint_lacks():
     robot = limited(whole.mechanism, **near, wrist_3_joint=Limits(limit - 3.0, limit))
     diagnosis = diagnose_path(robot, path)
     assert not diagnosis
-    answer = mend_path(diagnosis, kinds=["tool"])
+    answer = suggest_path_fixes(diagnosis, kinds=["tool"])
     (remedy,) = answer
     assert followed(remedy, diagnosis)
     lacking = turns.max() - limit
@@ -94,7 +94,7 @@ def test_another_branch_and_a_detour_in_joints():
         if not diagnosis:
             above = diagnosis
     assert above is not None
-    remedies = {remedy.kind: remedy for remedy in mend_path(above, kinds=["branch", "detour"])}
+    remedies = {remedy.kind: remedy for remedy in suggest_path_fixes(above, kinds=["branch", "detour"])}
     np.testing.assert_allclose(remedies["branch"].q_start, below, atol=1e-9)
     assert followed(remedies["branch"], above)
     (detour,) = remedies["detour"].detours
@@ -113,7 +113,7 @@ def test_another_branch_and_a_detour_in_joints():
 def test_a_detour_around_high_rates():
     robot = limited(planar2r(), joint1=Limits(velocity=2.0), joint2=Limits(velocity=2.0))
     diagnosis = diagnose_path(robot, line((1, 0.01), (-1, 0.01)), task="position", duration=10.0)
-    (remedy,) = mend_path(diagnosis, kinds=["detour"])
+    (remedy,) = suggest_path_fixes(diagnosis, kinds=["detour"])
     (detour,) = remedy.detours
     (fast,) = diagnosis
     assert detour.begin <= fast.where.begin
@@ -128,7 +128,7 @@ def test_remedies_of_random_paths_hold():
     for _ in range(size(2, 3)):
         q = rng.uniform(-1.5, 1.5, 6)
         diagnosis = diagnose_path(robot, moved_line(robot, q, rng.uniform(-0.3, 0.3, 3)))
-        for remedy in mend_path(diagnosis):
+        for remedy in suggest_path_fixes(diagnosis):
             if remedy.kind != "detour":
                 assert followed(remedy, diagnosis)
             assert all(remedy.diagnoses)
@@ -165,15 +165,15 @@ def test_changed_paths_move_as_their_twists_say(change):
 
 def test_nothing_to_mend_and_refusals():
     diagnosis = diagnose_path(Robot(planar2r()), line((1, -0.5), (1, 0.5)), task="position")
-    answer = mend_path(diagnosis)
+    answer = suggest_path_fixes(diagnosis)
     assert answer
     assert answer.status is MendStatus.NOT_NEEDED
     assert len(answer) == 0
     with pytest.raises(InputError, match="kinds"):
-        mend_path(diagnosis, kinds=["paint"])
+        suggest_path_fixes(diagnosis, kinds=["paint"])
     with pytest.raises(InputError):
-        mend_path(3)
+        suggest_path_fixes(3)
     nowhere = diagnose_path(Robot(planar2r()), line((9, -0.5), (9, 0.5)), task="position")
-    answer = mend_path(nowhere, kinds=["detour", "branch", "tool"])
+    answer = suggest_path_fixes(nowhere, kinds=["detour", "branch", "tool"])
     assert not answer
     assert answer.to_dict() == {"status": "NOT_MENDED", "remedies": []}

@@ -11,7 +11,7 @@ import pytest
 import mafsil as mf
 from mafsil.cli.main import main
 from mafsil.errors import InputError
-from mafsil.figures import save_profiles
+from mafsil.figures import plot_profiles
 from mafsil.trajectory import LAWS, MotionLimits, check, compare_profiles
 
 LIMITS = MotionLimits.of(2, velocity=[1.0, 2.0], acceleration=(-2.0, 3.0), jerk=20.0)
@@ -95,4 +95,4 @@ def test_the_command_and_the_picture(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert json.loads(capsys.readouterr().out)["runs"]["quintic"]["acceleration"] == pytest.approx(1.0)
     assert main([*command[:4], "--curve", "stops"]) == 2
     with pytest.raises(InputError):
-        save_profiles(compare_profiles(POINTS, LIMITS), picture, coordinate=2)
+        plot_profiles(compare_profiles(POINTS, LIMITS), picture, coordinate=2)

@@ -12,7 +12,7 @@ from mafsil.cli.numerals import count, number
 from mafsil.cli.progress import Progress
 from mafsil.cli.table import table
 from mafsil.errors import FileError, InputError
-from mafsil.figures import save_search
+from mafsil.figures import plot_search
 from mafsil.job import Job, Refusal
 from mafsil.job.law_bench import CONDITIONS, LawBench, bench_laws
 from mafsil.job.planner_queries import queries_of
@@ -127,6 +127,6 @@ def _replayed(query: Query, planners: list[str], seconds: float, replay: str | N
     for name in planners:
         if name in PLANNERS:
             file = folder / f"{name}.svg"
-            save_search(watch(query, name, seconds=seconds), file)
+            plot_search(watch(query, name, seconds=seconds), file)
             written.append(str(file))
     return written

@@ -64,9 +64,9 @@ def convert(
     data = representations(motion, all_sequences=all_sequences)
     shown = [*lines(data, degrees=degrees), *angle_remarks([] if degrees else bare_angles(given))]
     if picture is not None:
-        from mafsil.figures import save_motion
+        from mafsil.figures import plot_motion
 
-        drawn(lambda path: save_motion(motion.T, path, motion.kind, motion.sequence), picture)
+        drawn(lambda path: plot_motion(motion.T, path, motion.kind, motion.sequence), picture)
         shown.append(say("cli.picture_written", path=picture))
         data["picture"] = picture
     return Answer(data, tuple(shown))

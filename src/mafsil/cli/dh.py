@@ -46,10 +46,10 @@ def dh(robot: str, convention: str | None, radians: bool, picture: str | None, t
         lines += _lines(mechanism, name, found, names, radians=radians)
     data: dict[str, Any] = {"robot": mechanism.name, "tables": {name: _data(t) for name, t in tables.items()}}
     if picture is not None:
-        from mafsil.figures.dh_frames import save_dh_frames
+        from mafsil.figures.dh_frames import plot_dh_frames
 
         shown = next(iter(tables.values()))
-        drawn(lambda path: save_dh_frames(mechanism, shown, path), picture)
+        drawn(lambda path: plot_dh_frames(mechanism, shown, path), picture)
         data["picture"] = picture
         lines.append(say("cli.picture_written", path=picture))
     return Answer(data, tuple(lines))

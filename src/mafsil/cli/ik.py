@@ -82,10 +82,10 @@ def ik(
     }
     lines += angle_remarks((f"{name} = {word}", word) for name, word in _bare_angles(pose, degrees=degrees))
     if picture is not None and rows:
-        from mafsil.figures import save_configurations
+        from mafsil.figures import plot_configurations
 
         names = [answer.branches[k].label() for k in rows]
-        drawn(lambda path: save_configurations(arm, answer.q[rows], path, names, answer.within[rows]), picture)
+        drawn(lambda path: plot_configurations(arm, answer.q[rows], path, names, answer.within[rows]), picture)
         data["picture"] = picture
         lines.append(say("cli.picture_written", path=picture))
     return Answer(data, tuple(lines), None if answer else explanation[0])

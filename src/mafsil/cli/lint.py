@@ -8,7 +8,7 @@ from mafsil.cli.answer import Answer
 from mafsil.messages import say
 from mafsil.model.diagnostics import Diagnostic, Report, Severity
 from mafsil.model.lint import lint as linted
-from mafsil.model.lint import mend
+from mafsil.model.lint import repair
 from mafsil.model.repairing import Change
 from mafsil.whole_file import write_whole
 
@@ -36,7 +36,7 @@ def lint(robot: str, fix: str | None, only: list[str] | None = None) -> Answer:
     if fix is None:
         refusal = say("lint.refused", robot=report.source, errors=len(report.errors)) if report.errors else None
         return Answer(data, tuple(lines), refusal)
-    text, changes = mend(robot, only=only or ())
+    text, changes = repair(robot, only=only or ())
     write_whole(Path(fix), text.encode())
     data["fixed"] = fix
     data["changes"] = [{code: change.sentence(code) for code in ("en", "ar")} for change in changes]

@@ -75,9 +75,9 @@ def mobility_of(
         lines += [*repr(followed).split("\n"), *(one.explain().split("\n")[0] for one in followed)]
         lines += followed.surfaces[0].explain().split("\n")[1:] if followed else []
     if picture is not None and followed:
-        from mafsil.figures import save_surface
+        from mafsil.figures import plot_surface
 
-        _written(lambda: save_surface(followed.surfaces[0], picture), picture)
+        _written(lambda: plot_surface(followed.surfaces[0], picture), picture)
     elif picture is not None:
         _draw(linkage, found, picture)
     if picture is not None:

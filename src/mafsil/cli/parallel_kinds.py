@@ -129,9 +129,9 @@ class AskedStewart(Asked):
 
     def draw(self, x: Floats, path: str) -> None:
         """In space."""
-        from mafsil.figures import save_platform
+        from mafsil.figures import plot_platform
 
-        save_platform(self.robot, matrix(x), path)
+        plot_platform(self.robot, matrix(x), path)
 
 
 class AskedThreeRPR(Asked):
@@ -169,9 +169,9 @@ class AskedThreeRPR(Asked):
 
     def draw(self, x: Floats, path: str) -> None:
         """In the plane."""
-        from mafsil.figures import save_planar_platform
+        from mafsil.figures import plot_planar_platform
 
-        save_planar_platform(self.robot, x, path)
+        plot_planar_platform(self.robot, x, path)
 
 
 class AskedThreeRRR(Asked):
@@ -235,9 +235,9 @@ class AskedDelta(Asked):
 
     def draw(self, x: Floats, path: str) -> None:
         """In space."""
-        from mafsil.figures import save_delta
+        from mafsil.figures import plot_delta
 
-        save_delta(self.robot, self.motors(x)[:, 0], path)
+        plot_delta(self.robot, self.motors(x)[:, 0], path)
 
 
 class AskedFiveBar(Asked):
@@ -271,11 +271,11 @@ class AskedFiveBar(Asked):
 
     def draw(self, x: Floats, path: str) -> None:
         """In the plane, with the cranks outside."""
-        from mafsil.figures import save_five_bar
+        from mafsil.figures import plot_five_bar
 
         angles = self._outside(x)
         mode = int(np.linalg.norm(self.robot.forward_kinematics(angles).x - x, axis=-1).argmin())
-        save_five_bar(self.robot, self.robot.chain_angles(angles, mode)[:4], path)
+        plot_five_bar(self.robot, self.robot.chain_angles(angles, mode)[:4], path)
 
     def _outside(self, x: Floats) -> Floats:
         alpha, beta = self.robot.inverse_kinematics(x).q

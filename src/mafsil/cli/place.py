@@ -18,8 +18,7 @@ from mafsil.csv_table import read_csv_table
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
 from mafsil.job.surroundings import scene_in
-from mafsil.planning import BasePlacement
-from mafsil.planning import place as place_base
+from mafsil.planning import BasePlacement, optimal_base_placement
 from mafsil.robot import Robot, load
 
 
@@ -60,7 +59,7 @@ def place(
     arm = load(robot, tip=tip)
     require_open_chain(arm.mechanism, "place")
     around = Scene() if scene is None else scene_in(Path(scene))
-    found = place_base(
+    found = optimal_base_placement(
         arm, _targets(targets, degrees=degrees), scene=around,
         region=(_ends("--x", x), _ends("--y", y)),
         heights=[number("--height", word) for word in height or ["0"]],
@@ -72,9 +71,9 @@ def place(
     data = {"robot": arm.name, **found.to_dict()}
     if picture is not None:
         # matplotlib takes half a second to import, and few answers are drawn.
-        from mafsil.figures.base_map import save_placement
+        from mafsil.figures.base_map import plot_placement
 
-        save_placement(found, picture, scene=around)
+        plot_placement(found, picture, scene=around)
         data["picture"] = picture
     if not found:
         return Answer(data, (), found.explain(), interrupted=found.interrupted)

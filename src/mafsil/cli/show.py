@@ -219,6 +219,6 @@ def _draw_into(mechanism: Mechanism, path: Path) -> None:
 
         write_picture(mechanism, path)
     else:
-        from mafsil.figures import save_mechanism
+        from mafsil.figures import plot_mechanism
 
-        save_mechanism(mechanism, path)
+        plot_mechanism(mechanism, path)

@@ -74,9 +74,9 @@ def _error(found: Synthesis, task: FunctionTask, index: int, data: dict[str, Any
 
 
 def _draw(found: Synthesis, index: int, picture: str) -> None:
-    from mafsil.figures.synthesis import save_synthesis
+    from mafsil.figures.synthesis import plot_synthesis
 
     try:
-        save_synthesis(found, picture, index=index)
+        plot_synthesis(found, picture, index=index)
     except OSError as error:
         raise FileError("file.cannot_write", path=picture, reason=error.strerror or str(error)) from None

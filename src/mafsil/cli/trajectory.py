@@ -22,9 +22,9 @@ from mafsil.trajectory import (
     TrajectoryFile,
     check,
     compare_profiles,
-    doctor,
     export,
     read,
+    suggest_fixes,
 )
 from mafsil.trajectory.files.csv_file import is_recording, joint_names
 from mafsil.trajectory.overview import overview
@@ -111,9 +111,9 @@ def _compare(arm: Robot, file: str, acceleration: str | None, jerk: str | None, 
     found = compare_profiles(table.numbers(columns), limits, robot=arm)
     data: dict[str, Any] = {"robot": arm.name, **found.to_dict()}
     if out is not None:
-        from mafsil.figures import save_profiles
+        from mafsil.figures import plot_profiles
 
-        save_profiles(found, out)
+        plot_profiles(found, out)
         data["picture"] = out
     first, *rows = found.explain().split("\n")
     lines = tuple(Laid(row) for row in rows)
@@ -134,7 +134,7 @@ def _doctor(arm: Robot, file: str, curve: str | None, remedy: str | None, out: s
     table.require_increasing(t)
     names = _joints(arm, file)
     columns = table.joint_columns("q", names, required=True) or []
-    found = doctor(table.numbers(columns), np.diff(t), arm, curve="stops" if curve == "stops" else "spline")
+    found = suggest_fixes(table.numbers(columns), np.diff(t), arm, curve="stops" if curve == "stops" else "spline")
     data: dict[str, Any] = {"robot": arm.name, **found.to_dict()}
     lines = found.explain().split("\n")
     if out is None and remedy is None:

@@ -56,7 +56,7 @@ def exponential_frames(robot: Robot, q: ArrayLike) -> Floats:
     return np.stack(rows)
 
 
-def save_row_animation(row: DHRow, path: Path, convention: Convention | str = "modified", q: float = 0.0) -> None:
+def animate_dh_row(row: DHRow, path: Path, convention: Convention | str = "modified", q: float = 0.0) -> None:
     """Write the four motions of a table's row as a GIF.
 
     Args:
@@ -80,7 +80,7 @@ def save_row_animation(row: DHRow, path: Path, convention: Convention | str = "m
 
 
 @of_robot
-def save_exponentials_animation(robot: Robot, q: ArrayLike, path: Path) -> None:
+def animate_exponentials(robot: Robot, q: ArrayLike, path: Path) -> None:
     """Write as a GIF how an arm at home gets its exponentials one by one, the last joint first.
 
     Args:

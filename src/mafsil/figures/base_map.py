@@ -15,7 +15,7 @@ from mafsil.messages import say
 from mafsil.planning import BasePlacement
 
 
-def save_placement(
+def plot_placement(
     placement: BasePlacement, path: str | PathLike[str], *, scene: Scene | None = None, language: str | None = None
 ) -> None:
     """Draw the grid of base positions, each with the best of its heights and yaws.

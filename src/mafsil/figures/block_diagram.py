@@ -23,7 +23,7 @@ NAMED = ("trajectory", "amplifier", "actuator", "arm", "sensors", "delay")
 """Blocks whose names are words."""
 
 
-def save_block_diagram(diagram: BlockDiagram, path: str | PathLike[str], *, language: str | None = None) -> None:
+def plot_block_diagram(diagram: BlockDiagram, path: str | PathLike[str], *, language: str | None = None) -> None:
     """Draw the blocks in columns, the arrows between them, what comes back below.
 
     Args:
@@ -80,7 +80,7 @@ def _between(
     return x, start[1] + (end[1] - start[1]) * (x - start[0]) / (end[0] - start[0])
 
 
-def save_response(
+def plot_response(
     recording: Recording, robot: Robot, path: str | PathLike[str], *, language: str | None = None
 ) -> None:
     """Draw the joints of one run over their reference, and beside it the arm where it began and where it ended.

@@ -22,7 +22,7 @@ SLICES = 6
 """Pictures of three joints, one for each of some values of the third."""
 
 
-def save_configuration_space(
+def plot_configuration_space(
     arm: PlanarArm | Checker,
     path: str | PathLike[str],
     *,

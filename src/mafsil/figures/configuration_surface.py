@@ -22,7 +22,7 @@ _FACES = ("#2f6fd0", "#d33f3a")
 VIEW = (35.0, -60.0)
 
 
-def save_surface(surface: Surface, path: str | PathLike[str], *, joints: tuple[str, str] | None = None) -> None:
+def plot_surface(surface: Surface, path: str | PathLike[str], *, joints: tuple[str, str] | None = None) -> None:
     """Draw a surface of configurations into a file, in space and over the square of two joints.
 
     Args:
@@ -48,7 +48,7 @@ def draw_surface(surface: Surface, joints: tuple[str, str] | None = None) -> Any
 
     Args:
         surface: as `trace_surface` follows it.
-        joints: as for `save_surface`.
+        joints: as for `plot_surface`.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.collections import PolyCollection

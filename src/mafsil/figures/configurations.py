@@ -28,7 +28,7 @@ _COLOURS = ("#2f6fd0", "#d9702a", "#2f9e57", "#7a4fb5", "#c2455d", "#16899a", "#
 
 
 @of_robot
-def save_configurations(
+def plot_configurations(
     robot: Robot,
     q: ArrayLike,
     path: str | PathLike[str],

@@ -26,7 +26,7 @@ _SHORT = 1e-6
 
 
 @of_mechanism
-def save_dh_frames(mechanism: Mechanism, table: DHTable, path: str | PathLike[str], q: ArrayLike | None = None) -> None:
+def plot_dh_frames(mechanism: Mechanism, table: DHTable, path: str | PathLike[str], q: ArrayLike | None = None) -> None:
     """Draw the frames of a table into a file.
 
     Args:
@@ -196,7 +196,7 @@ def _round(value: float) -> float:
     return 0.0 if abs(value) < 1e-11 else value
 
 
-def save_link_motions(row: DHRow, path: str | PathLike[str], q: float = 0.0, convention: str = "modified") -> None:
+def plot_link_motions(row: DHRow, path: str | PathLike[str], q: float = 0.0, convention: str = "modified") -> None:
     """Draw the four motions that carry {i-1} into {i}, one panel each: the frame before in grey, the frame after.
 
     Args:

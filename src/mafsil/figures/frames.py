@@ -17,7 +17,7 @@ from mafsil.geometry.frames import FrameGraph
 from mafsil.messages import say
 
 
-def save_frames(
+def plot_frames(
     frames: Mapping[str, ArrayLike], path: str | PathLike[str], edges: tuple[tuple[str, str], ...] = ()
 ) -> None:
     """Draw frames into a file.
@@ -32,7 +32,7 @@ def save_frames(
     space.save(lambda: draw_frames(poses, edges), path)
 
 
-def save_frame_graph(graph: FrameGraph, root: str, path: str | PathLike[str]) -> None:
+def plot_frame_graph(graph: FrameGraph, root: str, path: str | PathLike[str]) -> None:
     """Draw all frames of a graph that a chain connects with a root, its known poses as arrows.
 
     Args:
@@ -43,11 +43,11 @@ def save_frame_graph(graph: FrameGraph, root: str, path: str | PathLike[str]) ->
     path = picture_file(path)
     frames = {name: graph.pose(root, name).array for name in graph.frames}
     edges = tuple(T.frames for T in graph.edges if T.frames is not None)
-    save_frames(frames, path, edges)
+    plot_frames(frames, path, edges)
 
 
 def draw_frames(frames: Mapping[str, PoseMatrix], edges: tuple[tuple[str, str], ...] = ()) -> Any:
-    """A matplotlib figure of frames; arguments as for `save_frames`."""
+    """A matplotlib figure of frames; arguments as for `plot_frames`."""
     figure, axes = space.sheet()
     origins = np.array([T[:3, 3] for T in frames.values()])
     size = max(float(np.ptp(origins, axis=0).max()), 1e-9) if len(frames) > 1 else 1.0
@@ -68,7 +68,7 @@ def _edge(axes: Any, start: Floats, end: Floats, text: str) -> None:
     space.label(axes, start + 0.42 * (end - start), text, space.SECOND)
 
 
-def save_rotation(R: ArrayLike, path: str | PathLike[str]) -> None:
+def plot_rotation(R: ArrayLike, path: str | PathLike[str]) -> None:
     """Draw a rotation into a file: {s}, {b}, the axis and the angle.
 
     Args:
@@ -81,7 +81,7 @@ def save_rotation(R: ArrayLike, path: str | PathLike[str]) -> None:
 
 
 def draw_rotation(R: Floats) -> Any:
-    """A matplotlib figure of a rotation; arguments as for `save_rotation`."""
+    """A matplotlib figure of a rotation; arguments as for `plot_rotation`."""
     figure, axes = space.sheet()
     axis, angle = rotation.to_axis_angle(R)
     T = pose.from_rotation_translation(R, np.zeros(3))

@@ -17,7 +17,7 @@ from mafsil.messages import say
 _RADII = (1.0, 0.82, 0.64)
 
 
-def save_gimbals(angles: ArrayLike, sequence: str, path: str | PathLike[str]) -> None:
+def plot_gimbals(angles: ArrayLike, sequence: str, path: str | PathLike[str]) -> None:
     """Draw the rings of three angles into a file, beside the same rings far from a lock.
 
     Args:
@@ -31,7 +31,7 @@ def save_gimbals(angles: ArrayLike, sequence: str, path: str | PathLike[str]) ->
 
 
 def draw_gimbals(angles: Vector3, sequence: str) -> Any:
-    """A matplotlib figure of rings; arguments as for `save_gimbals`, the sequence a moving one."""
+    """A matplotlib figure of rings; arguments as for `plot_gimbals`, the sequence a moving one."""
     known = euler.sequence_named(sequence)
     easy = 0.5 * np.pi if known.body_axes[0] == known.body_axes[2] else 0.0
     figure, _ = _sheet()

@@ -24,7 +24,7 @@ _FOUND = 1e-9
 """Residuals below it, over the lengths, are solutions."""
 
 
-def save_shoulder_plan(p: ArrayLike, d: float, path: str | PathLike[str]) -> Floats:
+def plot_shoulder_plan(p: ArrayLike, d: float, path: str | PathLike[str]) -> Floats:
     """Draw an arm whose plane is set off by d from axis 1, from above: both arms that lead to a wrist centre.
 
     theta_1 = phi - alpha with phi = atan2(p_y, p_x), alpha = atan2(d, +-sqrt(p_x^2 + p_y^2 - d^2)).
@@ -75,7 +75,7 @@ def _plan(p: Floats, d: float, rho: Floats, theta: Floats) -> Any:
     return figure
 
 
-def save_distance_construction(w: ArrayLike, r: ArrayLike, p: ArrayLike, c: float, path: str | PathLike[str]) -> Angles:
+def plot_distance_construction(w: ArrayLike, r: ArrayLike, p: ArrayLike, c: float, path: str | PathLike[str]) -> Angles:
     """Draw the turns about an axis that bring a point to a given distance from the origin, seen along the axis.
 
     The point runs on a circle about the axis; what is c from the origin is a circle of radius sqrt(c^2 - (p . w)^2)
@@ -129,7 +129,7 @@ def _circles(centre: Floats, arm: Floats, square: float, met: Floats) -> Any:
     return figure
 
 
-def save_sphere_construction(
+def plot_sphere_construction(
     w1: ArrayLike, w2: ArrayLike, p: ArrayLike, z: ArrayLike, path: str | PathLike[str]
 ) -> Angles:
     """Draw the turns about two crossing axes that bring p to z: two circles on a sphere and where they meet.

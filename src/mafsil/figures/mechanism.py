@@ -28,7 +28,7 @@ _AXES = ("#d33f3a", "#2f9e57", "#2f6fd0")
 
 
 @of_any_mechanism
-def save_mechanism(mechanism: Mechanism, path: str | PathLike[str], q: ArrayLike | None = None) -> None:
+def plot_mechanism(mechanism: Mechanism, path: str | PathLike[str], q: ArrayLike | None = None) -> None:
     """Draw a robot into a file.
 
     Args:

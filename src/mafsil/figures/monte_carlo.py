@@ -16,7 +16,7 @@ from mafsil.simulation import MonteCarlo
 from mafsil.simulation.variation import drawn_name
 
 
-def save_monte_carlo(result: MonteCarlo, path: str | PathLike[str], *, language: str | None = None) -> None:
+def plot_monte_carlo(result: MonteCarlo, path: str | PathLike[str], *, language: str | None = None) -> None:
     """Draw the share of runs over the largest tip error, and that error over the drawn number that goes most with it.
 
     Args:

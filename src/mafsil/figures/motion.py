@@ -7,15 +7,15 @@ from os import PathLike
 import numpy as np
 
 from mafsil.arrays import PoseMatrix
-from mafsil.figures.frames import save_rotation
-from mafsil.figures.gimbals import save_gimbals
+from mafsil.figures.frames import plot_rotation
+from mafsil.figures.gimbals import plot_gimbals
 from mafsil.figures.picture_file import picture_file
-from mafsil.figures.pole import save_pole
-from mafsil.figures.screw_motion import save_screw_motion
+from mafsil.figures.pole import plot_pole
+from mafsil.figures.screw_motion import plot_screw_motion
 from mafsil.geometry import euler
 
 
-def save_motion(T: PoseMatrix, path: str | PathLike[str], kind: str, sequence: str | None = None) -> None:
+def plot_motion(T: PoseMatrix, path: str | PathLike[str], kind: str, sequence: str | None = None) -> None:
     """Draw a motion into a file.
 
     Args:
@@ -29,10 +29,10 @@ def save_motion(T: PoseMatrix, path: str | PathLike[str], kind: str, sequence: s
     if kind == "planar":
         flat = np.eye(3)
         flat[:2, :2], flat[:2, 2] = T[:2, :2], T[:2, 3]
-        save_pole(flat, path)
+        plot_pole(flat, path)
     elif kind == "pose":
-        save_screw_motion(T, path)
+        plot_screw_motion(T, path)
     elif sequence is not None and euler.solutions(R, sequence).locked:
-        save_gimbals(euler.to_euler(R, sequence), sequence, path)
+        plot_gimbals(euler.to_euler(R, sequence), sequence, path)
     else:
-        save_rotation(R, path)
+        plot_rotation(R, path)

@@ -22,7 +22,7 @@ ROWS = (("upper", "position"), ("velocity", "velocity"), ("acceleration", "accel
 SAMPLES = 600
 
 
-def save_trajectory(
+def plot_trajectory(
     trajectory: Trajectory,
     path: str | PathLike[str],
     *,

@@ -16,7 +16,7 @@ from mafsil.geometry.logarithms import ball_points
 from mafsil.messages import say
 
 
-def save_solid_ball(R: ArrayLike, path: Path) -> None:
+def plot_rotation_vector_ball(R: ArrayLike, path: Path) -> None:
     """Draw the solid ball of radius pi and the rotation as a point of it; of a half turn both names on the rim.
 
     Args:
@@ -28,7 +28,7 @@ def save_solid_ball(R: ArrayLike, path: Path) -> None:
 
 
 def draw_solid_ball(R: Floats) -> Any:
-    """A matplotlib figure of the solid ball; arguments as for `save_solid_ball`."""
+    """A matplotlib figure of the solid ball; arguments as for `plot_rotation_vector_ball`."""
     figure, axes = space.sheet()
     turns = np.linspace(0, 2 * np.pi, 73)
     circle = np.pi * np.stack([np.cos(turns), np.sin(turns), np.zeros(73)], axis=-1)
@@ -46,7 +46,7 @@ def draw_solid_ball(R: Floats) -> Any:
     return figure
 
 
-def save_displaced_body(X_ai: ArrayLike, X_af: ArrayLike, path: Path) -> None:
+def plot_displaced_body(X_ai: ArrayLike, X_af: ArrayLike, path: Path) -> None:
     """Draw a body before and after a displacement, and the frame {b} that names it: T_ba = X_af X_ai^-1.
 
     {b} stands to the body before as {a} stands to the body after.
@@ -61,7 +61,7 @@ def save_displaced_body(X_ai: ArrayLike, X_af: ArrayLike, path: Path) -> None:
 
 
 def draw_displaced_body(X_ai: PoseMatrix, X_af: PoseMatrix) -> Any:
-    """A matplotlib figure of a displacement and {b}; arguments as for `save_displaced_body`."""
+    """A matplotlib figure of a displacement and {b}; arguments as for `plot_displaced_body`."""
     figure, axes = space.sheet()
     T_ab = pose.compose(X_ai, pose.inverse(X_af))
     named = (("a", np.eye(4)), ("b", T_ab), ("i", X_ai), ("f", X_af))
@@ -76,7 +76,7 @@ def draw_displaced_body(X_ai: PoseMatrix, X_af: PoseMatrix) -> Any:
     return figure
 
 
-def save_two_frames(T_ab: ArrayLike, path: Path, *, S_b: ArrayLike | None = None, F_b: ArrayLike | None = None) -> None:
+def plot_two_frames(T_ab: ArrayLike, path: Path, *, S_b: ArrayLike | None = None, F_b: ArrayLike | None = None) -> None:
     """Draw one screw, or one wrench, in two frames, with its numbers in both.
 
     Args:
@@ -94,7 +94,7 @@ def save_two_frames(T_ab: ArrayLike, path: Path, *, S_b: ArrayLike | None = None
 
 
 def draw_two_frames(T_ab: PoseMatrix, given: Floats, *, is_wrench: bool) -> Any:
-    """A matplotlib figure of a screw or a wrench in {b}, seen from {a} too; arguments as for `save_two_frames`."""
+    """A matplotlib figure of a screw or a wrench in {b}, seen from {a} too; arguments as for `plot_two_frames`."""
     figure, axes = space.sheet()
     in_a = wrench.transform(pose.inverse(T_ab), given) if is_wrench else twist.transform(T_ab, given)
     directed, point = _line(in_a, is_wrench=is_wrench)
@@ -116,7 +116,7 @@ def draw_two_frames(T_ab: PoseMatrix, given: Floats, *, is_wrench: bool) -> Any:
     return figure
 
 
-def save_space_velocity(T_sb: ArrayLike, V_s: ArrayLike, path: Path) -> None:
+def plot_space_velocity(T_sb: ArrayLike, V_s: ArrayLike, path: Path) -> None:
     """Draw what v_s means: the body thought without limits, and the velocity of its point at the origin of {s}.
 
     Args:
@@ -130,7 +130,7 @@ def save_space_velocity(T_sb: ArrayLike, V_s: ArrayLike, path: Path) -> None:
 
 
 def draw_space_velocity(T_sb: PoseMatrix, V_s: Floats) -> Any:
-    """A matplotlib figure of a space twist; arguments as for `save_space_velocity`."""
+    """A matplotlib figure of a space twist; arguments as for `plot_space_velocity`."""
     figure, axes = space.sheet()
     origin = T_sb[:3, 3]
     size = max(float(np.linalg.norm(origin)), 1e-3)

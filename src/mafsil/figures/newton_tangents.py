@@ -22,7 +22,7 @@ MARGIN = 0.12
 """Shown on both sides of the iterates, in parts of their range."""
 
 
-def save_newton_tangents(
+def plot_newton_tangents(
     f: Callable[[Floats], ArrayLike],
     start: float,
     path: str | PathLike[str],

@@ -29,7 +29,7 @@ DECAYS = 6.0
 """Slowest time constants that responses are shown for."""
 
 
-def save_root_locus(
+def plot_root_locus(
     locus: RootLocus,
     path: str | PathLike[str],
     *,
@@ -81,7 +81,7 @@ def save_root_locus(
     save(figure, file)
 
 
-def save_error_response(
+def plot_error_response(
     t: ArrayLike, error: ArrayLike, path: str | PathLike[str], *, band: float = 0.02, language: str | None = None
 ) -> None:
     """Draw an error over time with what is measured of it: steady error, overshoot, settling time and its band.
@@ -121,7 +121,7 @@ def save_error_response(
     save(figure, file)
 
 
-def save_joint_runs(runs: Mapping[str, JointRun], path: str | PathLike[str], *, language: str | None = None) -> None:
+def plot_joint_runs(runs: Mapping[str, JointRun], path: str | PathLike[str], *, language: str | None = None) -> None:
     """Draw runs side by side: angle, error and torque over time; of a single run the torque's P, I and D parts.
 
     Args:
@@ -157,7 +157,7 @@ def save_joint_runs(runs: Mapping[str, JointRun], path: str | PathLike[str], *, 
     save(figure, file)
 
 
-def save_friction_laws(
+def plot_friction_laws(
     laws: Mapping[str, SpeedFriction], path: str | PathLike[str], *, speed: float = 1.0, language: str | None = None
 ) -> None:
     """Draw friction over speed, with all that it can be at rest as a line upright.

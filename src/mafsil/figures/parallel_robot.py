@@ -38,7 +38,7 @@ SAMPLES = 1441
 """Angles of the crank along the curve of a four-bar: a quarter of a degree apart."""
 
 
-def save_platform(robot: StewartPlatform, T: ArrayLike, path: str | PathLike[str]) -> None:
+def plot_platform(robot: StewartPlatform, T: ArrayLike, path: str | PathLike[str]) -> None:
     """A platform on six legs in a pose (4, 4), with a_1, b_1, d_1 and p as arrows.
 
     Args:
@@ -51,7 +51,7 @@ def save_platform(robot: StewartPlatform, T: ArrayLike, path: str | PathLike[str
 
 
 def draw_platform(robot: StewartPlatform, T: Floats) -> Any:
-    """The picture of `save_platform` as a matplotlib figure."""
+    """The picture of `plot_platform` as a matplotlib figure."""
     figure, axes = space.sheet()
     d = robot.leg_vectors(T)
     ends = robot.base + d
@@ -73,7 +73,7 @@ def draw_platform(robot: StewartPlatform, T: Floats) -> Any:
     return figure
 
 
-def save_delta(robot: DeltaRobot, q: ArrayLike, path: str | PathLike[str]) -> None:
+def plot_delta(robot: DeltaRobot, q: ArrayLike, path: str | PathLike[str]) -> None:
     """A Delta robot at angles (3,) of its motors, in the lower of both places.
 
     Args:
@@ -86,7 +86,7 @@ def save_delta(robot: DeltaRobot, q: ArrayLike, path: str | PathLike[str]) -> No
 
 
 def draw_delta(robot: DeltaRobot, q: Floats) -> Any:
-    """The picture of `save_delta` as a matplotlib figure."""
+    """The picture of `plot_delta` as a matplotlib figure."""
     figure, axes = space.sheet()
     p = robot.forward_kinematics(q).x[0]
     u = robot.directions
@@ -107,7 +107,7 @@ def draw_delta(robot: DeltaRobot, q: Floats) -> Any:
     return figure
 
 
-def save_eclipse(robot: Eclipse, T: ArrayLike, path: str | PathLike[str]) -> None:
+def plot_eclipse(robot: Eclipse, T: ArrayLike, path: str | PathLike[str]) -> None:
     """The Eclipse machine in a pose (4, 4): circle, columns, blocks, rods, platform.
 
     Args:
@@ -120,7 +120,7 @@ def save_eclipse(robot: Eclipse, T: ArrayLike, path: str | PathLike[str]) -> Non
 
 
 def draw_eclipse(robot: Eclipse, T: Floats) -> Any:
-    """The picture of `save_eclipse` as a matplotlib figure."""
+    """The picture of `plot_eclipse` as a matplotlib figure."""
     figure, axes = space.sheet()
     feet, joints = robot.feet(T), robot.platform_joints(T)
     turn = np.linspace(0, 2 * np.pi, 181)
@@ -139,7 +139,7 @@ def draw_eclipse(robot: Eclipse, T: Floats) -> Any:
     return figure
 
 
-def save_planar_platform(robot: PlanarThreeRPR, x: ArrayLike, path: str | PathLike[str]) -> None:
+def plot_planar_platform(robot: PlanarThreeRPR, x: ArrayLike, path: str | PathLike[str]) -> None:
     """A planar platform on three legs in a pose (x, y, phi), with a_i, b_i, d_i and p.
 
     Args:
@@ -152,7 +152,7 @@ def save_planar_platform(robot: PlanarThreeRPR, x: ArrayLike, path: str | PathLi
 
 
 def draw_planar_platform(robot: PlanarThreeRPR, x: Floats) -> Any:
-    """The picture of `save_planar_platform` as a matplotlib figure."""
+    """The picture of `plot_planar_platform` as a matplotlib figure."""
     figure, axes = _flat_sheet()
     d = robot.leg_vectors(x)
     ends, p = robot.base + d, x[:2]
@@ -170,7 +170,7 @@ def draw_planar_platform(robot: PlanarThreeRPR, x: Floats) -> Any:
     return figure
 
 
-def save_five_bar(robot: FiveBar, theta: ArrayLike, path: str | PathLike[str], driven: Sequence[int] = (0, 4)) -> None:
+def plot_five_bar(robot: FiveBar, theta: ArrayLike, path: str | PathLike[str], driven: Sequence[int] = (0, 4)) -> None:
     """A five-bar at relative angles (4,): driven joints filled, a blocked velocity of C as a dotted line.
 
     Args:
@@ -185,7 +185,7 @@ def save_five_bar(robot: FiveBar, theta: ArrayLike, path: str | PathLike[str], d
 
 
 def draw_five_bar(robot: FiveBar, theta: Floats, found: LoopSingularities) -> Any:
-    """The picture of `save_five_bar` as a matplotlib figure; its heading is what was found."""
+    """The picture of `plot_five_bar` as a matplotlib figure; its heading is what was found."""
     figure, axes = _flat_sheet()
     s = np.cumsum(theta)
     steps = robot.chain.lengths[:4, None] * np.stack([np.cos(s), np.sin(s)], axis=1)
@@ -224,7 +224,7 @@ def _numbers(axes: Any, places: Floats, size: float) -> None:
         _word(axes, place + 0.11 * size * step, ", ".join(str(j + 1) for j in here), LEG)
 
 
-def save_legs(mechanism: LegMechanism, q: ArrayLike, path: str | PathLike[str]) -> None:
+def plot_legs(mechanism: LegMechanism, q: ArrayLike, path: str | PathLike[str]) -> None:
     """A platform on any legs: joints as circles (turning) and squares (sliding), filled where driven, and both bodies.
 
     Args:
@@ -237,7 +237,7 @@ def save_legs(mechanism: LegMechanism, q: ArrayLike, path: str | PathLike[str]) 
 
 
 def draw_legs(mechanism: LegMechanism, q: Floats) -> Any:
-    """The picture of `save_legs` as a matplotlib figure."""
+    """The picture of `plot_legs` as a matplotlib figure."""
     figure, axes = space.sheet()
     T = mechanism.legs[0].pose(q[mechanism.parts[0]])
     chains = [joint_places(J, T[:3, 3]) for J in mechanism.leg_jacobians(q)]
@@ -300,7 +300,7 @@ def _known(places: Floats, k: int, end: Floats) -> tuple[Floats, Floats]:
     return (places[int(earlier[-1])] if len(earlier) else after), after
 
 
-def save_four_bar_curve(linkage: FourBar, path: str | PathLike[str]) -> None:
+def plot_four_bar_curve(linkage: FourBar, path: str | PathLike[str]) -> None:
     """All configurations of a four-bar as a curve of both angles over a turn, with the points where branches cross.
 
     Args:
@@ -311,7 +311,7 @@ def save_four_bar_curve(linkage: FourBar, path: str | PathLike[str]) -> None:
 
 
 def draw_four_bar_curve(linkage: FourBar) -> Any:
-    """The picture of `save_four_bar_curve` as a matplotlib figure."""
+    """The picture of `plot_four_bar_curve` as a matplotlib figure."""
     figure, axes = _flat_sheet()
     theta = np.linspace(0, 2 * np.pi, SAMPLES)
     found = output_angles(linkage, theta)

@@ -19,7 +19,7 @@ NARROWEST = 0.004
 """Share of the path that a stretch is drawn wide at least."""
 
 
-def save_path_difficulties(diagnosis: PathDiagnosis, path: str | PathLike[str], *, language: str | None = None) -> None:
+def plot_path_difficulties(diagnosis: PathDiagnosis, path: str | PathLike[str], *, language: str | None = None) -> None:
     """Draw the joints of the best chain of solutions over s, and their rates; difficulties are shaded and numbered.
 
     Args:

@@ -18,7 +18,7 @@ PLACES = 2000
 """Of the curve."""
 
 
-def save_phase_plane(timed: TimeOptimal, path: str | PathLike[str], *, language: str | None = None) -> None:
+def plot_phase_plane(timed: TimeOptimal, path: str | PathLike[str], *, language: str | None = None) -> None:
     """Draw ds/dt over s, coloured by the limit that decides, below the largest ds/dt from which the end can be reached.
 
     Args:

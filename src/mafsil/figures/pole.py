@@ -18,7 +18,7 @@ _BODY = np.array([[-0.35, -0.25], [0.9, -0.25], [0.9, 0.05], [0.05, 0.05], [0.05
 """An L, so that its turn is seen; the frame sits in its corner."""
 
 
-def save_pole(T: ArrayLike, path: str | PathLike[str], start: ArrayLike | None = None) -> None:
+def plot_pole(T: ArrayLike, path: str | PathLike[str], start: ArrayLike | None = None) -> None:
     """Draw a planar displacement and its pole into a file.
 
     Args:
@@ -33,7 +33,7 @@ def save_pole(T: ArrayLike, path: str | PathLike[str], start: ArrayLike | None =
 
 
 def draw_pole(T: Floats, start: Floats) -> Any:
-    """A matplotlib figure of a displacement and its pole; arguments as for `save_pole`."""
+    """A matplotlib figure of a displacement and its pole; arguments as for `plot_pole`."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

@@ -16,7 +16,7 @@ from mafsil.messages import say
 from mafsil.planning import PotentialField
 
 
-def save_potential(
+def plot_potential(
     field: PotentialField,
     path: str | PathLike[str],
     lower: ArrayLike,

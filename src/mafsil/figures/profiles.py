@@ -19,7 +19,7 @@ STYLES = ("-", "--", ":")
 """Of lines, when there are more profiles than colours."""
 
 
-def save_profiles(
+def plot_profiles(
     comparison: ProfileComparison,
     path: str | PathLike[str],
     *,

@@ -17,7 +17,7 @@ from mafsil.messages import say
 _GHOSTS = 4
 
 
-def save_screw_motion(T: ArrayLike, path: str | PathLike[str], start: ArrayLike | None = None) -> None:
+def plot_screw_motion(T: ArrayLike, path: str | PathLike[str], start: ArrayLike | None = None) -> None:
     """Draw the screw motion of a displacement into a file.
 
     Args:
@@ -32,7 +32,7 @@ def save_screw_motion(T: ArrayLike, path: str | PathLike[str], start: ArrayLike 
 
 
 def draw_screw_motion(T: PoseMatrix, start: PoseMatrix) -> Any:
-    """A matplotlib figure of a screw motion; arguments as for `save_screw_motion`."""
+    """A matplotlib figure of a screw motion; arguments as for `plot_screw_motion`."""
     S, amount = screw.chasles(T)
     names = ("s", "b") if np.array_equal(start, np.eye(4)) else ("a", "b")
     way = np.asarray(pose.compose(screw.displacement(_unit(S), np.linspace(0.0, float(amount), 121)), start))

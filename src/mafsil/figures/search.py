@@ -28,7 +28,7 @@ MOST_EDGES = 6000
 """In the picture; of more, every second, third, ... is drawn."""
 
 
-def save_search(
+def plot_search(
     log: SearchLog,
     path: str | PathLike[str],
     *,

@@ -22,7 +22,7 @@ MARGIN = 0.25
 """Free border about pivots and poses, over their extent; curves that run to infinity are cut there."""
 
 
-def save_synthesis(found: Synthesis, path: str | PathLike[str], *, index: int = 0) -> None:
+def plot_synthesis(found: Synthesis, path: str | PathLike[str], *, index: int = 0) -> None:
     """Draw a candidate of a synthesis into a file.
 
     Args:

@@ -29,7 +29,7 @@ THICK = 0.6
 """Height of the eraser, as a share of its width."""
 
 
-def save_constrained_task(
+def plot_constrained_task(
     T_sb: ArrayLike,
     constraints: Sequence[TaskConstraint],
     path: str | PathLike[str],
@@ -105,7 +105,7 @@ def _faces(axes: Any, faces: list[Floats], colour: str, opacity: float) -> None:
     )
 
 
-def save_virtual_impedance(
+def plot_virtual_impedance(
     impedance: Impedance, path: str | PathLike[str], *, push: float = 1.0, language: str | None = None
 ) -> None:
     """Draw what a hand feels of a device of one direction: mass, spring and damper, and how they answer a push.

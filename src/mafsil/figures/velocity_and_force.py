@@ -22,7 +22,7 @@ REACH = 1.15
 
 
 @of_robot
-def save_joint_screws(robot: Robot, q: ArrayLike, path: Path) -> None:
+def plot_joint_screws(robot: Robot, q: ArrayLike, path: Path) -> None:
     """Draw the axes of all joints at a configuration: the columns of the space Jacobian, each with its part at the tip.
 
     Args:
@@ -35,7 +35,7 @@ def save_joint_screws(robot: Robot, q: ArrayLike, path: Path) -> None:
 
 
 def draw_joint_screws(robot: Robot, q: Floats) -> Any:
-    """A matplotlib figure of joint axes and tip velocities; arguments as for `save_joint_screws`."""
+    """A matplotlib figure of joint axes and tip velocities; arguments as for `plot_joint_screws`."""
     figure, axes = space.sheet()
     chain, size = _skeleton(axes, robot, q)
     tip, J = chain[-1], robot.jacobian_space(q)
@@ -60,7 +60,7 @@ def draw_joint_screws(robot: Robot, q: Floats) -> Any:
 
 
 @of_robot
-def save_free_bodies(robot: Robot, q: ArrayLike, path: Path, loads: Sequence[LinkLoad] = ()) -> None:
+def plot_free_bodies(robot: Robot, q: ArrayLike, path: Path, loads: Sequence[LinkLoad] = ()) -> None:
     """Draw the free-body diagram of every link in equilibrium: loads, and the force that each joint passes on.
 
     Args:
@@ -74,7 +74,7 @@ def save_free_bodies(robot: Robot, q: ArrayLike, path: Path, loads: Sequence[Lin
 
 
 def draw_free_bodies(robot: Robot, q: Floats, loads: Sequence[LinkLoad] = ()) -> Any:
-    """A matplotlib figure of forces on links; arguments as for `save_free_bodies`."""
+    """A matplotlib figure of forces on links; arguments as for `plot_free_bodies`."""
     figure, axes = space.sheet()
     chain, size = _skeleton(axes, robot, q)
     poses, reactions = robot.link_poses(q), joint_reactions(robot, q, loads=loads)
@@ -97,7 +97,7 @@ def draw_free_bodies(robot: Robot, q: Floats, loads: Sequence[LinkLoad] = ()) ->
     return figure
 
 
-def save_unreachable_frame(T: ArrayLike, path: Path) -> None:
+def plot_unreachable_frame(T: ArrayLike, path: Path) -> None:
     """Draw two link frames and whether one row of a table can connect them, with the condition that fails.
 
     Args:

@@ -5,7 +5,7 @@ from mafsil.planning.arm_planners import ARM_PLANNERS as ARM_PLANNERS
 from mafsil.planning.arm_planning import plan as plan
 from mafsil.planning.arms_motion import ArmsMotion as ArmsMotion
 from mafsil.planning.arms_motion import TimedArm as TimedArm
-from mafsil.planning.base_placement import place as place
+from mafsil.planning.base_placement import optimal_base_placement as optimal_base_placement
 from mafsil.planning.cell_decomposition import CellDecomposition as CellDecomposition
 from mafsil.planning.cell_decomposition import cell_decomposition as cell_decomposition
 from mafsil.planning.closed_arms import loops_kept as loops_kept

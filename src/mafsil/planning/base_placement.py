@@ -33,7 +33,7 @@ MOST_POSES = 200_000
 
 
 @tells_of_interruption
-def place(
+def optimal_base_placement(
     robot: RobotLike | Checker,
     targets: ArrayLike,
     *,

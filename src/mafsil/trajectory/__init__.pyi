@@ -26,8 +26,8 @@ from mafsil.trajectory.difficulties import PathRemedy as PathRemedy
 from mafsil.trajectory.difficulties import PathStatus as PathStatus
 from mafsil.trajectory.difficulties import UnreachableStretch as UnreachableStretch
 from mafsil.trajectory.difficulties import diagnose_path as diagnose_path
-from mafsil.trajectory.difficulties import mend_path as mend_path
 from mafsil.trajectory.difficulties import reachability as reachability
+from mafsil.trajectory.difficulties import suggest_path_fixes as suggest_path_fixes
 from mafsil.trajectory.double_s import double_s as double_s
 from mafsil.trajectory.feasibility import Diagnosis as Diagnosis
 from mafsil.trajectory.feasibility import MotionRequest as MotionRequest
@@ -35,7 +35,7 @@ from mafsil.trajectory.feasibility import Obstruction as Obstruction
 from mafsil.trajectory.feasibility import Remedy as Remedy
 from mafsil.trajectory.feasibility import RemedyKind as RemedyKind
 from mafsil.trajectory.feasibility import RequestStatus as RequestStatus
-from mafsil.trajectory.feasibility import doctor as doctor
+from mafsil.trajectory.feasibility import suggest_fixes as suggest_fixes
 from mafsil.trajectory.files import ExportStatus as ExportStatus
 from mafsil.trajectory.files import TrajectoryFile as TrajectoryFile
 from mafsil.trajectory.files import export as export

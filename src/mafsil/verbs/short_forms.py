@@ -244,5 +244,5 @@ def plot(
     """
     at = self.radians(q) if degrees and q is not None else q
     if path is not None:
-        mechanism_figures.save_mechanism(self, path, at)
+        mechanism_figures.plot_mechanism(self, path, at)
     return mechanism_figures.draw_mechanism(self.mechanism, at)

@@ -206,7 +206,7 @@ def test_expanded_elements_offer_no_repairs(arm: Path) -> None:
     assert found[0].file == "urdf/parts/segment.xacro"
     assert all(d.repair is None for d in report)
     with pytest.raises(InputError):
-        mf.mend(arm)
+        mf.repair(arm)
 
 
 def test_the_same_as_the_xacro_of_ros(arm: Path) -> None:

@@ -80,7 +80,7 @@ def lint(source: Source, *, packages: Iterable[str | Path] = ()) -> Report:
     raise InputError("lint.source", got=type(cast(object, source)).__name__)
 
 
-def mend(
+def repair(
     source: str | PathLike[str], *, packages: Iterable[str | Path] = (), only: Collection[str] = ()
 ) -> tuple[str, tuple[Change, ...]]:
     """A corrected document, and what was changed in it; what has no repair that leaves no choice remains.

@@ -11,4 +11,4 @@ from mafsil.trajectory.difficulties.reachability import reachability as reachabi
 from mafsil.trajectory.difficulties.remedies import MendStatus as MendStatus
 from mafsil.trajectory.difficulties.remedies import PathRemedies as PathRemedies
 from mafsil.trajectory.difficulties.remedies import PathRemedy as PathRemedy
-from mafsil.trajectory.difficulties.remedies import mend_path as mend_path
+from mafsil.trajectory.difficulties.remedies import suggest_path_fixes as suggest_path_fixes

@@ -139,7 +139,7 @@ class PathRemedies(Answer):
         return {"status": self.status.name, "remedies": rows}
 
 
-def mend_path(
+def suggest_path_fixes(
     diagnosis: PathDiagnosis, *, kinds: Sequence[RemedyName] = ("branch", "tool", "base", "detour")
 ) -> PathRemedies:
     """Changes after which a path can be followed, each checked by diagnosing the changed path and leading joints along.

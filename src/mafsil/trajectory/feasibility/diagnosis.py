@@ -130,7 +130,7 @@ class Diagnosis(Answer):
         }
 
 
-def doctor(
+def suggest_fixes(
     points: ArrayLike,
     durations: ArrayLike,
     limits: Limits,
@@ -157,7 +157,7 @@ def doctor(
     Raises:
         InputError: a wrong shape, a number that is not finite, a duration that is not positive, an unknown curve.
 
-    Example: `mf.trajectory.doctor(points, [0.5, 0.2], robot).mended()`
+    Example: `mf.trajectory.suggest_fixes(points, [0.5, 0.2], robot).mended()`
     """
     request = motion_request(points, durations, limits, curve=curve, joints=joints)
     violations = check(request.trajectory(), request.limits, request.joints)
