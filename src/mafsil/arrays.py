@@ -125,7 +125,11 @@ def real_array(name: str, value: ArrayLike) -> Floats:
     try:
         array: NDArray[Any] = np.asarray(numbers)
     except (ValueError, TypeError):
-        raise InputError("input.numbers", name=name, got=_kind(numbers)) from None
+        rows = cast("list[Any]", numbers) if isinstance(numbers, list | tuple) else []
+        lengths = sorted({len(row) for row in rows if hasattr(row, "__len__")})
+        if len(lengths) > 1:
+            raise InputError("input.ragged", name=name, lengths=", ".join(map(str, lengths))) from None
+        raise InputError("input.numbers", name=name, got=_kind(cast("object", numbers))) from None
     if array.dtype.kind not in "fiu":
         if array.size or array.dtype.kind != "O":
             key = "input.numbers_in_q" if array.ndim == 0 and hasattr(numbers, "q") else "input.numbers"

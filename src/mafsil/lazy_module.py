@@ -50,6 +50,7 @@ class LazyModule:
     def _itself(self) -> ModuleType:
         if self._loaded is None:
             object.__setattr__(self, "_loaded", import_module(self._name))
+            _gate_loaded_classes()
         assert self._loaded is not None
         return self._loaded
 
@@ -106,6 +107,8 @@ def face(package: str) -> tuple[str, ...]:
     """
     module = sys.modules[package]
     homes, names = public_names(module), vars(module)
+    for name, home in homes.items():
+        _waiting.setdefault(home, set()).add(name)
 
     def __getattr__(name: str) -> Any:
         home = homes.get(name, package)
@@ -113,6 +116,7 @@ def face(package: str) -> tuple[str, ...]:
             names[name] = value = _module_of(package, name)
         else:
             names[name] = value = _through_the_gate(import_module(home), name)
+        _gate_loaded_classes()
         return value
 
     names |= {"__getattr__": __getattr__, "__dir__": lambda: list(homes), "_homes": homes}
@@ -122,13 +126,15 @@ def face(package: str) -> tuple[str, ...]:
 
 
 _gates: list[Callable[[Any], Any]] = []
+_waiting: dict[str, set[str]] = {}
+"""Public names by the module that defines them, until their classes have passed the gate."""
 
 
 def stand_before_public_names(gate: Callable[[Any], Any]) -> None:
-    """Let every public name pass a gate when it is first asked for.
+    """Let every public name pass a gate when it is first asked for, a class when its module is loaded.
 
     Args:
-        gate: gives back what it gets, or what stands for it.
+        gate: gives back what it gets, a class itself, or what stands for it.
     """
     _gates.append(gate)
 
@@ -143,6 +149,16 @@ def _through_the_gate(home: ModuleType, name: str) -> Any:
             if getattr(module, name, None) is inside:
                 setattr(module, name, value)
     return value
+
+
+def _gate_loaded_classes() -> None:
+    """Every public class of the modules loaded so far, behind the gate: functions give back what nobody asked for."""
+    for home in _waiting.keys() & sys.modules.keys():
+        defined = vars(sys.modules[home])
+        if _waiting[home] <= defined.keys():
+            for value in map(defined.get, _waiting.pop(home, ())):
+                for gate in _gates if isinstance(value, type) else ():
+                    gate(value)
 
 
 def public_names(package: ModuleType) -> dict[str, str]:

@@ -10,7 +10,6 @@ from mafsil import control, trajectory
 from mafsil.errors import InputError
 from mafsil.trajectory import JointPath, MotionLimits
 from tests.reliability import wrong_arguments
-from tests.reliability.decade_calls import CALLS
 from tests.sizes import size
 
 OPEN = ("=a class): ", "grasp.eliminate(A=ragged)")
@@ -19,7 +18,7 @@ OPEN = ("=a class): ", "grasp.eliminate(A=ragged)")
 
 @pytest.mark.row("F3")
 def test_a_wrong_argument_is_said_in_our_words():
-    counts, foreign = wrong_arguments.work(CALLS[:: size(8, 1)])
+    counts, foreign = wrong_arguments.work(wrong_arguments.CALLS[:: size(8, 1)])
     late = [each for each in foreign if each.endswith(": late")]
     assert [each for each in foreign if each not in late and not any(words in each for words in OPEN)] == []
     assert counts["ours"] > 10 * counts["answered"]
