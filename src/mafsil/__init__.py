@@ -3,8 +3,8 @@
 Names are found at their first use, so that `import mafsil` stays quick.
 """
 
-from mafsil.argument_gate import gated
+from mafsil.argument_gate import gated, unknown_name
 from mafsil.lazy_module import face, stand_before_public_names
 
-stand_before_public_names(gated)
+stand_before_public_names(gated, unknown_name)
 __all__ = face(__name__)

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import wraps
 from inspect import isclass, isfunction
+from types import ModuleType
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar, cast
 from weakref import WeakSet
 
@@ -18,8 +19,10 @@ from mafsil.lazy_module import lazily
 
 if TYPE_CHECKING:
     import mafsil.misuse as misuse
+    import mafsil.unbound as unbound
 else:
     misuse = lazily("mafsil.misuse")
+    unbound = lazily("mafsil.unbound")
 
 P = ParamSpec("P")
 Result = TypeVar("Result")
@@ -48,6 +51,16 @@ def gated(value: Any) -> Any:
             if base.__module__.startswith("mafsil.") and not _compiles(base):
                 _guard_class(base)
     return value
+
+
+def unknown_name(package: ModuleType, name: str) -> AttributeError:
+    """The error that a package has no such name.
+
+    Args:
+        package: that was asked.
+        name: the attribute.
+    """
+    return unbound.unknown_name(package, name)
 
 
 def _compiles(value: object) -> bool:

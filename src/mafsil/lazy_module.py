@@ -89,7 +89,7 @@ def loaded(module: T) -> T:
 
 
 class Package(ModuleType):
-    """A package with a public name that one of its modules has too, as `control.citation`: the name stays."""
+    """A package that knows its public names; one that a module of it has too, as `control.citation`, stays."""
 
     _homes: dict[str, str]
 
@@ -97,6 +97,10 @@ class Package(ModuleType):
         """Python's import sets every loaded module in its package; it does not replace a public name."""
         if not isinstance(value, ModuleType) or self._homes.get(name, self.__name__) == self.__name__:
             super().__setattr__(name, value)
+
+    def __call__(self, *_: object, **__: object) -> Any:
+        """`mf.ik(robot, T)`: the package has no such call, and the error says which one is meant."""
+        raise _strangers[0](self, self.__name__.rpartition(".")[2])
 
 
 def face(package: str) -> tuple[str, ...]:
@@ -120,23 +124,27 @@ def face(package: str) -> tuple[str, ...]:
         return value
 
     names |= {"__getattr__": __getattr__, "__dir__": lambda: list(homes), "_homes": homes}
-    if any(f"{package}.{name}" in homes.values() for name in homes):
-        module.__class__ = Package
+    module.__class__ = Package
     return tuple(name for name in homes if not name.startswith("_"))
 
 
 _gates: list[Callable[[Any], Any]] = []
+_strangers: list[Callable[[ModuleType, str], AttributeError]] = []
 _waiting: dict[str, set[str]] = {}
 """Public names by the module that defines them, until their classes have passed the gate."""
 
 
-def stand_before_public_names(gate: Callable[[Any], Any]) -> None:
+def stand_before_public_names(
+    gate: Callable[[Any], Any], stranger: Callable[[ModuleType, str], AttributeError]
+) -> None:
     """Let every public name pass a gate when it is first asked for, a class when its module is loaded.
 
     Args:
         gate: gives back what it gets, a class itself, or what stands for it.
+        stranger: the error for a name that a package does not have.
     """
     _gates.append(gate)
+    _strangers.append(stranger)
 
 
 def _through_the_gate(home: ModuleType, name: str) -> Any:
@@ -185,4 +193,4 @@ def _module_of(package: str, name: str) -> ModuleType:
     except ModuleNotFoundError as error:
         if error.name != full:
             raise
-    raise AttributeError(f"module {package!r} has no attribute {name!r}", name=name, obj=sys.modules[package])
+    raise _strangers[0](sys.modules[package], name)

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import real_array, require_finite
 from mafsil.errors import ArgumentError, InputError, MafsilError
 from mafsil.messages import say
+from mafsil.unbound import maker_of, unbound
 
 LOOKED_AT = 100
 """Elements of a sequence or table that are looked at."""
@@ -42,18 +43,21 @@ def fault_of(
     if isinstance(error, MafsilError) and type(error) is not ArgumentError:
         return None
     taken, hints = signature(function), _hints(unwrap(function))
-    first = next(iter(taken.parameters), "")
+    first, owner = next(iter(taken.parameters), ""), None
     if first in ("self", "cls"):
-        hints |= {name: type(args[0]) for name, hint in hints.items() if hint is _SELF}
-        taken, args = taken.replace(parameters=list(taken.parameters.values())[1:]), args[1:]
-    fault = _unbound(function, taken, args, named, hints)
-    if fault is not None:
-        return fault
+        owner, *rest = args
+        hints |= {name: type(owner) for name, hint in hints.items() if hint is _SELF}
+        taken, args = taken.replace(parameters=list(taken.parameters.values())[1:]), tuple(rest)
     # 1.
+    fault = unbound(function, owner, taken, args, named, hints)
+    if fault is not None and fault.key != "input.missing":
+        return fault
     given = list(_given(taken, hints, args, named))
     for name, value, hint in given:
         if not fits(value, hint):
             return _misfit(name, value, hint)
+    if fault is not None:
+        return fault
     # 2.
     if isinstance(error, MafsilError) or not _of_libraries(error):
         return None
@@ -80,7 +84,7 @@ def _given(
     taken: Signature, hints: dict[str, Any], args: tuple[Any, ...], named: dict[str, Any]
 ) -> Iterator[tuple[str, Any, Any]]:
     """Name, value and annotation of every argument of a call; further keywords are left out."""
-    for name, value in taken.bind(*args, **named).arguments.items():
+    for name, value in taken.bind_partial(*args, **named).arguments.items():
         kind = taken.parameters[name].kind
         for each in value if kind is Parameter.VAR_POSITIONAL else (value,):
             if kind is not Parameter.VAR_KEYWORD:
@@ -94,7 +98,9 @@ def _misfit(name: str, value: Any, hint: Any) -> ArgumentError:
             real_array(name, value)
         except InputError as fault:
             return ArgumentError(fault.key, **fault.details)
-    return ArgumentError("input.misfit", name=name, expected=expected(hint), got=_shown(value))
+    details = {"name": name, "expected": expected(hint), "got": _shown(value)}
+    makers = [maker for each in (hint, *get_args(hint)) if (maker := maker_of(each)) is not None]
+    return ArgumentError("input.misfit_maker" if makers else "input.misfit", maker=" / ".join(makers), **details)
 
 
 def _unlikely(name: str, value: Any, hint: Any, shape: tuple[str, ...] | None) -> InputError | None:
@@ -170,40 +176,6 @@ def _hints(function: Any) -> dict[str, Any]:
         except (NameError, TypeError, AttributeError, SyntaxError):
             continue
     return found
-
-
-def _unbound(
-    function: Callable[..., object],
-    taken: Signature,
-    args: tuple[Any, ...],
-    named: dict[str, Any],
-    hints: dict[str, Any],
-) -> ArgumentError | None:
-    """Arguments that are missing, unknown, given twice or too many."""
-    parameters = taken.parameters
-    kinds = {each.kind for each in parameters.values()}
-    places = [name for name, one in parameters.items() if one.kind in (one.POSITIONAL_ONLY, one.POSITIONAL_OR_KEYWORD)]
-    owner, _, own = getattr(function, "__qualname__", "").rpartition(".")
-    shown = owner if own == "__init__" else f"{owner}.{own}" if owner else own
-    known = [name for name, one in parameters.items() if one.kind is not Parameter.VAR_KEYWORD]
-    further = [name for name in parameters if name not in known]
-    for name in further:
-        known += getattr(next(iter(get_args(hints.get(name))), None), "__annotations__", ())
-    details = {"name": shown, "inputs": ", ".join(known or further)}
-    doubtful = [name for name in named if name in places[: len(args)]]
-    if not further or len(known) > len(parameters) - 1:
-        doubtful += [name for name in named if name not in known]
-    if Parameter.VAR_POSITIONAL not in kinds:
-        doubtful += [repr(value)[:40] for value in args[len(places) :]]
-    if doubtful:
-        return ArgumentError("input.unexpected", problem=", ".join(doubtful), **details)
-    needed = [
-        name
-        for name, one in parameters.items()
-        if one.default is one.empty and one.kind not in (one.VAR_POSITIONAL, one.VAR_KEYWORD)
-    ]
-    missing = [name for name in needed if name not in named and name not in places[: len(args)]]
-    return ArgumentError("input.missing", missing=", ".join(missing), **details) if missing else None
 
 
 def fits(value: Any, hint: Any) -> bool:

@@ -300,6 +300,7 @@ def integrate_rates(
     if count > MOST_STEPS:
         raise InputError("input.range", name="duration / step", value=count, low=0, high=MOST_STEPS)
     q = single("q0", q0, (robot.n,))
+    robot.remark_on_degrees("q0", q0)
     path = [q]
     for k in range(round(count)):
         q = q + step * joint_rates(robot, q, twist(k * step, q), form=form, rows=rows, cost=cost).qd

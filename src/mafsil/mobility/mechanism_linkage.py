@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Callable
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
@@ -25,6 +27,7 @@ from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tolerances import CLOSED
 from mafsil.model import Joint, JointKind, Limits, Link, Mechanism, Mimic
 from mafsil.model.loading import RobotLike, as_mechanism
+from mafsil.other_words import NAMES
 from mafsil.regular_file import whole_text
 from mafsil.toml_source import LARGEST_FILE, parsed_toml
 
@@ -56,14 +59,23 @@ def as_linkage(source: LinkageLike, q: ArrayLike | None = None) -> Linkage:
     """
     if isinstance(source, Linkage):
         return source if q is None else drawn_at(source, q)
-    if isinstance(source, str) and source in MECHANISMS:
-        drawn = MECHANISMS[source]()
+    drawing = _drawing(source) if isinstance(source, str) else None
+    if drawing is not None:
+        drawn = drawing()
         return drawn if q is None else drawn_at(drawn, q)
     if isinstance(source, str | PathLike):
         path = Path(source)
         if path.suffix.lower() == ".toml" and path.is_file() and _describes_linkage(path):
             return read_linkage(path)
     return linkage_of(as_mechanism(source, keeps_loops=True), q)
+
+
+def _drawing(name: str) -> Callable[..., Linkage] | None:
+    """What draws a mechanism of the library, by its name however it is written: four_bar, "four-bar", "Fourbar"."""
+    plain = re.sub(r"[\s-]+", "_", name.casefold())
+    plain = NAMES.get(plain, plain)
+    joined = {each.replace("_", ""): each for each in MECHANISMS}
+    return MECHANISMS.get(plain) or MECHANISMS.get(joined.get(plain.replace("_", ""), ""))
 
 
 def _describes_linkage(path: Path) -> bool:

@@ -148,6 +148,8 @@ def plan(
     n, mechanism = checker.robot.n, checker.robot.mechanism
     loops = closed_arms.loops_kept(mechanism) if mechanism.loops else ()
     q = single("start", start, (n,)).copy()
+    checker.robot.remark_on_degrees("start", start)
+    checker.robot.remark_on_degrees("goal", goal)
     if not isinstance(cast(object, planner), str) or (planner not in PLANNERS and planner not in ARM_PLANNERS):
         raise InputError("input.choice", name="planner", value=planner, known=", ".join({**ARM_PLANNERS, **PLANNERS}))
     whole("seed", seed)

@@ -37,11 +37,12 @@ class DegreesHint:
         self._names = mechanism.joint_names
         self._given = False
 
-    def __call__(self, q: Any) -> None:
+    def __call__(self, q: Any, name: str = "q") -> None:
         """Warn if an angle lies more than a turn beyond its limits, or all angles are whole numbers and one is large.
 
         Args:
             q: coordinates of one configuration, already accepted; batches are left alone.
+            name: the argument's name, for the sentence.
 
         Warns:
             InputWarning: they look like degrees.
@@ -61,7 +62,7 @@ class DegreesHint:
         if k is not None:
             self._given = True
             angle = float(row[k])
-            warn(InputWarning("robot.degrees", joint=self._names[k], value=angle, turns=abs(angle) / TURN))
+            warn(InputWarning("robot.degrees", name=name, joint=self._names[k], value=angle, turns=abs(angle) / TURN))
 
     def _suspicious(self, values: Sequence[float]) -> int | None:
         """Index of the angle that gives it away."""

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, as_batch, positive, real_array, require_finite, require_kind
 from mafsil.control import as_law
-from mafsil.errors import InputError
+from mafsil.errors import InputError, InputWarning, warn
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
 from mafsil.robot import as_open_tree
@@ -201,6 +201,17 @@ class Scenario:
         q, qd = self._initial
         return q.copy(), qd.copy()
 
+    def _remark_on_start(self, q: JointVector) -> None:
+        """Warn of a start in degrees, or beyond the joint limits."""
+        self.robot.remark_on_degrees("q", q.tolist())
+        limits = self.robot.limits
+        outside = ~limits.within(q)
+        if outside.any():
+            joint = int(np.argwhere(outside)[0][-1])
+            names = {"joint": self.robot.joint_names[joint], "value": float(q[outside][0])}
+            bounds = {"lower": float(limits.lower[joint]), "upper": float(limits.upper[joint])}
+            warn(InputWarning("simulation.start_beyond", **names, **bounds))
+
     @lazy
     def _initial(self) -> tuple[JointVector, JointVector]:
         if self.q is None or self.qd is None:
@@ -211,6 +222,7 @@ class Scenario:
         q, qd = (
             require_finite(name, as_batch(name, x, (self.robot.n,))) for name, x in zip(("q", "qd"), given, strict=True)
         )
+        self._remark_on_start(q)
         shape = np.broadcast_shapes(q.shape, qd.shape)
         if self.variants is not None:
             shape = (self.variants.count, self.robot.n)

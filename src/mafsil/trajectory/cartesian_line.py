@@ -56,6 +56,7 @@ def cartesian_line(
     """
     tolerance = positive("tolerance", tolerance)
     q = require_finite("q_start", as_batch("q_start", q_start, (robot.n,)))
+    robot.remark_on_degrees("q_start", q_start)
     goal: PoseMatrix = require_finite("T_goal", as_batch("T_goal", T_goal, (4, 4)))
     if q.ndim != 1 or goal.ndim != 2:
         name, got = ("q_start", q.shape) if q.ndim != 1 else ("T_goal", goal.shape)
