@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import real_array, require_finite
 from mafsil.errors import ArgumentError, InputError, MafsilError
 from mafsil.messages import say
-from mafsil.unbound import maker_of, unbound
+from mafsil.unbound import Hint, maker_hint, maker_of, unbound
 
 LOOKED_AT = 100
 """Elements of a sequence or table that are looked at."""
@@ -41,7 +41,7 @@ def fault_of(
         error: that came out; of calls within calls the outermost argument that does not fit is to blame.
     """
     if isinstance(error, MafsilError) and type(error) is not ArgumentError:
-        return None
+        return _with_maker(function, args, error)
     taken, hints = signature(function), _hints(unwrap(function))
     first, owner = next(iter(taken.parameters), ""), None
     if first in ("self", "cls"):
@@ -64,6 +64,14 @@ def fault_of(
     shapes = documented_shapes(function.__doc__ or "")
     faults = (_unlikely(name, value, hint, shapes.get(name)) for name, value, hint in given)
     return next((each for each in faults if each is not None), None)
+
+
+def _with_maker(function: Callable[..., object], args: tuple[Any, ...], error: MafsilError) -> InputError | None:
+    """A wrong shape of what makes an instance, said with the maker that takes plain numbers, where there is one."""
+    hint = (
+        maker_hint(function, args[0]) if error.key == "input.shape" and not error.details["hint"] and args else Hint()
+    )
+    return InputError(error.key, **{**error.details, "hint": hint}) if hint.key else None
 
 
 def require_flags(given: Mapping[str, object]) -> None:

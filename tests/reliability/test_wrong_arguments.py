@@ -108,6 +108,10 @@ FIRST_HOUR = {
     "different lengths (2, 6 numbers)": lambda: UR5E.forward_kinematics([[0, 0, 0, 0, 0, 0], [0, 0]]),
     "degrees: expected True or False, got str 'no'": lambda: mf.Robot.from_dh([[0, 0, 1, 0]], "classic", degrees="no"),
     "other: expected Pose, got ndarray": lambda: mf.Pose(T).displacement_to(T),
+    "got (); Impedance.of makes one of what matters: it takes m": lambda: control.Impedance(1, 2, 3),
+    "law: expected shape n = 2, got n = 6": lambda: mf.Scenario(
+        robot=PLANAR2R, trajectory=NO_MOTION, law=control.pid(6, 1, 0, 1)
+    ),
     "q: expected shape (*batch, 2), got (3,)": lambda: mf.control.TaskCoordinates().pose(PLANAR2R, [0, 0, 0]),
 }
 """What a beginner writes in the first hour: each answer names what was wrong and what to write."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import ceil
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -94,6 +94,7 @@ class Scenario:
         object.__setattr__(self, "robot", as_open_tree(self.robot))
         require_kind("trajectory", self.trajectory, "Trajectory", "n", "duration", "at")
         object.__setattr__(self, "law", as_law(self.law))
+        self._require_own_law()
         require_kind("plant", self.true_plant, "Plant", "acceleration")
         if self.noise is not None:
             require_kind("noise", self.noise, "SensorNoise", "drawn")
@@ -200,6 +201,14 @@ class Scenario:
         """Initial positions and rates, (*batch, n)."""
         q, qd = self._initial
         return q.copy(), qd.copy()
+
+    def _require_own_law(self) -> None:
+        """Refuse a law of a robot, or of gains, with another number of joints."""
+        law: Any = self.law
+        gains = np.shape(law.gains.kp) if hasattr(law, "gains") else ()
+        n = law.robot.n if hasattr(law, "robot") else gains[-1] if gains else self.robot.n
+        if n != self.robot.n:
+            raise InputError("input.shape", name="law", expected=f"n = {self.robot.n}", got=f"n = {n}", hint="")
 
     def _remark_on_start(self, q: JointVector) -> None:
         """Warn of a start in degrees, or beyond the joint limits."""
