@@ -68,9 +68,8 @@ def fault_of(
 
 def _with_maker(function: Callable[..., object], args: tuple[Any, ...], error: MafsilError) -> InputError | None:
     """A wrong shape of what makes an instance, said with the maker that takes plain numbers, where there is one."""
-    hint = (
-        maker_hint(function, args[0]) if error.key == "input.shape" and not error.details["hint"] and args else Hint()
-    )
+    bare = error.key == "input.shape" and not error.details["hint"]
+    hint = maker_hint(function, args[0]) if bare and args else Hint()
     return InputError(error.key, **{**error.details, "hint": hint}) if hint.key else None
 
 

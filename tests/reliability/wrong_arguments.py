@@ -14,6 +14,7 @@ import traceback
 import warnings
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import chdir
 
 import numpy as np
 
@@ -78,7 +79,7 @@ def work(calls: tuple[str, ...] = CALLS) -> tuple[Counter[str], list[str]]:
     """How the calls ended, and those that ended in an error of others."""
     counts, foreign = Counter[str](), list[str]()
     before = signal.signal(signal.SIGALRM, _stop)
-    with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
+    with tempfile.TemporaryDirectory() as folder, chdir(folder), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         names = method_calls.space(folder)
         for call in calls:

@@ -149,7 +149,6 @@ def plan(
     loops = closed_arms.loops_kept(mechanism) if mechanism.loops else ()
     q = single("start", start, (n,)).copy()
     checker.robot.remark_on_degrees("start", start)
-    checker.robot.remark_on_degrees("goal", goal)
     if not isinstance(cast(object, planner), str) or (planner not in PLANNERS and planner not in ARM_PLANNERS):
         raise InputError("input.choice", name="planner", value=planner, known=", ".join({**ARM_PLANNERS, **PLANNERS}))
     whole("seed", seed)
@@ -350,6 +349,7 @@ def configurations_of(checker: Checker, goal: ArrayLike | Pose | GoalRegion, sta
     typed = isinstance(goal, Pose)
     array = np.asarray(goal, dtype=np.float64) if typed else real_array("goal", goal)
     if array.shape == (n,) and n:
+        checker.robot.remark_on_degrees("goal", goal)
         return require_finite("goal", array).copy()[None]
     if not array.size:
         raise InputError("planning.no_goals")
