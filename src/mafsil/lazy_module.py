@@ -162,9 +162,10 @@ def _through_the_gate(home: ModuleType, name: str) -> Any:
 def _gate_loaded_classes() -> None:
     """Every public class of the modules loaded so far, behind the gate: functions give back what nobody asked for."""
     for home in _waiting.keys() & sys.modules.keys():
-        defined = vars(sys.modules[home])
-        if _waiting[home] <= defined.keys():
-            for value in map(defined.get, _waiting.pop(home, ())):
+        defined, names = vars(sys.modules[home]), _waiting.get(home, set())
+        if names <= defined.keys():  # Otherwise the module is still being loaded.
+            _waiting.pop(home, None)
+            for value in map(defined.get, names):
                 for gate in _gates if isinstance(value, type) else ():
                     gate(value)
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -56,6 +59,19 @@ def test_what_fits_is_not_to_blame():
 
     with pytest.raises(ZeroDivisionError, match="mine"):
         mf.ik.find_root(broken, np.ones(2))
+
+
+def test_methods_of_what_functions_give_back_pass_the_gate():
+    """Nobody has asked for the class by its name."""
+    code = """
+from mafsil import trajectory
+try:
+    trajectory.bspline([[0.0], [1.0], [2.0], [1.0]], 1.0).derivative(no_such=1)
+except Exception as error:
+    print(type(error).__name__, error)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.startswith("ArgumentError BSpline.derivative: argument no_such is not known")
 
 
 def test_public_functions_are_themselves_wherever_they_are_found():
