@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.arrays import Floats, PoseMatrix, calculable, require_finite
+from mafsil.arrays import Floats, PoseMatrix, require_finite
+from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
 from mafsil.mechanics.closed_form.thresholds import FARTHEST as FARTHEST
 from mafsil.mechanics.closed_form.thresholds import ORTHOGONALITY as ORTHOGONALITY
@@ -70,7 +71,10 @@ def printed_pose(name: str, T: PoseMatrix) -> PoseMatrix:
     Warns:
         InputWarning: of the digits that were left out.
     """
-    return pose.project(membership.require("pose", name, calculable(name, require_finite(name, T))))
+    largest = float(np.abs(require_finite(name, T)).max())
+    if largest >= FARTHEST:
+        raise InputError("ik.farthest", name=name, value=largest, limit=FARTHEST)
+    return pose.project(membership.require("pose", name, T))
 
 
 def _orthogonal(R: Floats) -> Floats:
