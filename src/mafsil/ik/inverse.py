@@ -20,6 +20,7 @@ from mafsil.ik.redundant.parametric_form import has_redundant_joints
 from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot
+from mafsil.robot.degrees import remark_on_degrees
 
 if TYPE_CHECKING:
     import mafsil.geometry.membership as membership
@@ -113,7 +114,7 @@ def _answered(
     requested = as_batch("T_sd", T_sd, POSE)
     arm = setting(robot, frame, task)
     others = arm.part.middle if q0 is None else single("q0", q0, (robot.n,))
-    robot.remark_on_degrees("q0", q0)
+    remark_on_degrees(robot, "q0", q0)
     if requested.ndim > 2:
         if free is not None:
             raise InputError("redundant.one_pose", shape=requested.shape)

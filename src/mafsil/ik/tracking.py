@@ -25,6 +25,7 @@ from mafsil.messages import say
 from mafsil.messages.tables import on_screen
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot
+from mafsil.robot.degrees import remark_on_degrees
 
 TrackTask = Literal["pose", "position"]
 """What of a path is tracked; the rest is left to the arm."""
@@ -225,7 +226,7 @@ def track(
     clean, rigid = clean_poses(poses)
     poses = clean if rigid.all() else printed_pose("T_path", poses)
     begin = single("q0", q0, (robot.n,))
-    robot.remark_on_degrees("q0", q0)
+    remark_on_degrees(robot, "q0", q0)
     clock = np.arange(len(poses), dtype=np.float64) if times is None else as_batch("times", times, (), finite=True)
     if clock.shape != (len(poses),):
         raise InputError("input.shape", name="times", expected=(len(poses),), got=clock.shape, hint="")

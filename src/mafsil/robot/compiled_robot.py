@@ -63,18 +63,6 @@ class CompiledRobot(Description, Routines):
         """Whether the mass matrix at one position q (n,) can be inverted, and if not, which motion moves no inertia."""
         return degeneracy(self.mass_matrix(as_batch("q", q, (self.n,), finite=True).reshape(self.n)), self.joint_names)
 
-    def remark_on_degrees(self, name: str, q: object) -> None:
-        """Warn once if one configuration, as the user gave it, looks like degrees.
-
-        Args:
-            name: the argument's name, for the sentence.
-            q: (n,) as given: what comes as an array of floats was computed, and is left alone.
-
-        Warns:
-            InputWarning: it does.
-        """
-        self._degrees_hint(q, name)
-
     def kernel(self, name: str, frame: str | None = None, optional: tuple[str, ...] = ()) -> kernels.Kernel:
         """The compiled kernel of a quantity; made once.
 

@@ -73,3 +73,17 @@ class DegreesHint:
             if abs(values[k]) >= LARGE and (beyond or whole):
                 return k
         return None
+
+
+def remark_on_degrees(robot: Any, name: str, q: object) -> None:
+    """Warn once for a robot if one configuration, as the user gave it, looks like degrees.
+
+    Args:
+        robot: a Robot, or its open tree.
+        name: the argument's name, for the sentence.
+        q: (n,) numbers as given: what comes as an array of floats was computed, and is left alone.
+
+    Warns:
+        InputWarning: it does.
+    """
+    robot._degrees_hint(q, name)

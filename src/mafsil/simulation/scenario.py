@@ -15,6 +15,7 @@ from mafsil.errors import InputError, InputWarning, warn
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
 from mafsil.robot import as_open_tree
+from mafsil.robot.degrees import remark_on_degrees
 from mafsil.simulation.closed_plant import ClosedPlant, plant_of
 from mafsil.simulation.disturbance import SensorNoise, WrenchPulse
 from mafsil.simulation.plant import Plant
@@ -212,7 +213,7 @@ class Scenario:
 
     def _remark_on_start(self, q: JointVector) -> None:
         """Warn of a start in degrees, or beyond the joint limits."""
-        self.robot.remark_on_degrees("q", q.tolist())
+        remark_on_degrees(self.robot, "q", q.tolist())
         limits = self.robot.limits
         outside = ~limits.within(q)
         if outside.any():

@@ -23,6 +23,7 @@ from mafsil.ik.status import CODES, IKStatus
 from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
 from mafsil.robot import as_robot
+from mafsil.robot.degrees import remark_on_degrees
 
 if TYPE_CHECKING:
     import mafsil.geometry.membership as membership
@@ -138,7 +139,7 @@ def solve_ik(
     _remember((robot, frame, limits, seed, task, axis, weights, tolerance, rotation_tolerance), search)
     plan, part, batch = search.plan, search.part, desired.shape[:-2]
     first = None if q0 is None else _rows("q0", q0, robot.n, batch)
-    robot.remark_on_degrees("q0", q0)
+    remark_on_degrees(robot, "q0", q0)
     # 3.
     if not batch and q_preferred is None and seconds is None:
         found = _single(search, desired, None if first is None else first[0], restarts)
