@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from inspect import signature
-from math import isfinite
+from math import isfinite, pi
 from typing import Annotated, Any, ParamSpec, TypeAlias, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.errors import InputError
+from mafsil.errors import InputError, InputWarning, warn
 from mafsil.messages import say
 
 P = ParamSpec("P")
@@ -83,6 +83,7 @@ FLOAT64 = np.dtype(np.float64)
 SMALLEST, LARGEST = 1e-40, 1e40
 """Sizes of a scalar that enters a formula: what is zero or between them can be cubed, multiplied and divided in float64
 without leaving it. No length, time, mass or stiffness of any machine lies beyond."""
+TURN = 2.0 * pi
 FEW = 32
 """Numbers up to which Python itself is quicker than NumPy's call."""
 
@@ -125,7 +126,11 @@ def real_array(name: str, value: ArrayLike) -> Floats:
     try:
         array: NDArray[Any] = np.asarray(numbers)
     except (ValueError, TypeError):
-        raise InputError("input.numbers", name=name, got=_kind(numbers)) from None
+        rows = cast("list[Any]", numbers) if isinstance(numbers, list | tuple) else []
+        lengths = sorted({len(row) for row in rows if hasattr(row, "__len__")})
+        if len(lengths) > 1:
+            raise InputError("input.ragged", name=name, lengths=", ".join(map(str, lengths))) from None
+        raise InputError("input.numbers", name=name, got=_kind(cast("object", numbers))) from None
     if array.dtype.kind not in "fiu":
         if array.size or array.dtype.kind != "O":
             key = "input.numbers_in_q" if array.ndim == 0 and hasattr(numbers, "q") else "input.numbers"
@@ -189,7 +194,7 @@ class Advice:
         if len(core) == 1:
             return "column" if got[-2:] == (*core, 1) else "transposed" if got[-2:-1] == core else "row"
         if core == (4, 4):
-            return "place" if got[-1:] in ((3,), (6,), (7,)) else "rotation" if got[-2:] == (3, 3) else "pose"
+            return "rotation" if got[-2:] == (3, 3) else "place" if got[-1:] in ((3,), (6,), (7,)) else "pose"
         return "plain"
 
 
@@ -262,6 +267,29 @@ def spread(name: str, value: ArrayLike, shape: tuple[int, ...], *, finite: bool 
         return np.broadcast_to(array, shape)
     except ValueError:
         raise InputError("input.shape", name=name, expected=shape, got=array.shape, hint="") from None
+
+
+def radians(name: str, value: ArrayLike, *, degrees: bool = False) -> Floats:
+    """Angles in radians as an array; whole numbers of which one is more than a turn are remarked on.
+
+    Args:
+        name: the argument's name, for the remark.
+        value: what the user gave.
+        degrees: it is in degrees.
+
+    Raises:
+        InputError: not real numbers.
+
+    Warns:
+        InputWarning: they look like degrees.
+    """
+    array = real_array(name, value)
+    if degrees:
+        return np.radians(array)
+    beyond = np.abs(array) > TURN
+    if beyond.any() and (array[np.isfinite(array)] % 1.0 == 0.0).all():
+        warn(InputWarning("input.degrees", name=name, value=float(array[beyond][0])))
+    return array
 
 
 def positive(name: str, value: object) -> float:

@@ -18,9 +18,16 @@ import sys
 import warnings
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
+from typing import TYPE_CHECKING
 
+from mafsil.lazy_module import lazily
 from mafsil.messages import LANGUAGES, say
 from mafsil.messages import language as chosen_language
+
+if TYPE_CHECKING:
+    import mafsil.other_words as other_words
+else:
+    other_words = lazily("mafsil.other_words")
 
 
 class MafsilError(Exception):
@@ -60,18 +67,18 @@ class ArgumentError(InputError, TypeError):
 
 
 class UnknownNameError(MafsilError, AttributeError):
-    """An object of mafsil has no attribute of that name; the sentence says which ones look like it."""
+    """An object of mafsil has no attribute of that name; the sentence says what to write, or which look like it."""
 
     def __init__(self, owner: str, name: str, known: Iterable[str]) -> None:
-        public = [each for each in known if not each.startswith("_")]
-        begun = [each for each in public if name and each.startswith(name)]
-        close = begun or get_close_matches(name, public, n=3)
-        super().__init__(
-            "input.attribute_close" if close else "input.attribute",
-            owner=owner,
-            name=name,
-            close=", ".join(close[:5]),
-        )
+        """Args: what has no such attribute, the attribute, and the names that there are, `mf.x` those elsewhere."""
+        public = [(_plain(each.rpartition(".")[2]), each) for each in known if not each.startswith("_")]
+        plain, other = _plain(name), other_words.ATTRIBUTES.get(name.casefold())
+        close = [each for key, each in public if key == plain]
+        close = close or [each for key, each in public if plain and key.startswith(plain)]
+        near = get_close_matches(plain, {key for key, _ in public}, n=3) if not close else []
+        close += [each for key in near for word, each in public if word == key]
+        key = "attribute" if not (other or close) else "attribute_other" if other else "attribute_close"
+        super().__init__(f"input.{key}", owner=owner, name=name, close=other or ", ".join(close[:5]))
 
     def __reduce__(self) -> tuple[object, ...]:
         return (_unknown_name, (self.details,))
@@ -146,6 +153,10 @@ def warn(warning: MafsilWarning) -> None:
     while frame.f_back is not None and str(frame.f_globals.get("__name__", "")).partition(".")[0] == "mafsil":
         level, frame = level + 1, frame.f_back
     warnings.warn(warning, stacklevel=level)
+
+
+def _plain(name: str) -> str:
+    return name.casefold().replace("_", "")
 
 
 def _unknown_name(details: dict[str, object]) -> UnknownNameError:

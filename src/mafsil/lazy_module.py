@@ -50,6 +50,7 @@ class LazyModule:
     def _itself(self) -> ModuleType:
         if self._loaded is None:
             object.__setattr__(self, "_loaded", import_module(self._name))
+            _gate_loaded_classes()
         assert self._loaded is not None
         return self._loaded
 
@@ -88,7 +89,7 @@ def loaded(module: T) -> T:
 
 
 class Package(ModuleType):
-    """A package with a public name that one of its modules has too, as `control.citation`: the name stays."""
+    """A package that knows its public names; one that a module of it has too, as `control.citation`, stays."""
 
     _homes: dict[str, str]
 
@@ -96,6 +97,10 @@ class Package(ModuleType):
         """Python's import sets every loaded module in its package; it does not replace a public name."""
         if not isinstance(value, ModuleType) or self._homes.get(name, self.__name__) == self.__name__:
             super().__setattr__(name, value)
+
+    def __call__(self, *_: object, **__: object) -> Any:
+        """`mf.ik(robot, T)`: the package has no such call, and the error says which one is meant."""
+        raise _strangers[0](self, self.__name__.rpartition(".")[2])
 
 
 def face(package: str) -> tuple[str, ...]:
@@ -106,6 +111,8 @@ def face(package: str) -> tuple[str, ...]:
     """
     module = sys.modules[package]
     homes, names = public_names(module), vars(module)
+    for name, home in homes.items():
+        _waiting.setdefault(home, set()).add(name)
 
     def __getattr__(name: str) -> Any:
         home = homes.get(name, package)
@@ -113,24 +120,31 @@ def face(package: str) -> tuple[str, ...]:
             names[name] = value = _module_of(package, name)
         else:
             names[name] = value = _through_the_gate(import_module(home), name)
+        _gate_loaded_classes()
         return value
 
     names |= {"__getattr__": __getattr__, "__dir__": lambda: list(homes), "_homes": homes}
-    if any(f"{package}.{name}" in homes.values() for name in homes):
-        module.__class__ = Package
+    module.__class__ = Package
     return tuple(name for name in homes if not name.startswith("_"))
 
 
 _gates: list[Callable[[Any], Any]] = []
+_strangers: list[Callable[[ModuleType, str], AttributeError]] = []
+_waiting: dict[str, set[str]] = {}
+"""Public names by the module that defines them, until their classes have passed the gate."""
 
 
-def stand_before_public_names(gate: Callable[[Any], Any]) -> None:
-    """Let every public name pass a gate when it is first asked for.
+def stand_before_public_names(
+    gate: Callable[[Any], Any], stranger: Callable[[ModuleType, str], AttributeError]
+) -> None:
+    """Let every public name pass a gate when it is first asked for, a class when its module is loaded.
 
     Args:
-        gate: gives back what it gets, or what stands for it.
+        gate: gives back what it gets, a class itself, or what stands for it.
+        stranger: the error for a name that a package does not have.
     """
     _gates.append(gate)
+    _strangers.append(stranger)
 
 
 def _through_the_gate(home: ModuleType, name: str) -> Any:
@@ -143,6 +157,17 @@ def _through_the_gate(home: ModuleType, name: str) -> Any:
             if getattr(module, name, None) is inside:
                 setattr(module, name, value)
     return value
+
+
+def _gate_loaded_classes() -> None:
+    """Every public class of the modules loaded so far, behind the gate: functions give back what nobody asked for."""
+    for home in _waiting.keys() & sys.modules.keys():
+        defined, names = vars(sys.modules[home]), _waiting.get(home, set())
+        if names <= defined.keys():  # Otherwise the module is still being loaded.
+            _waiting.pop(home, None)
+            for value in map(defined.get, names):
+                for gate in _gates if isinstance(value, type) else ():
+                    gate(value)
 
 
 def public_names(package: ModuleType) -> dict[str, str]:
@@ -207,4 +232,4 @@ def _module_of(package: str, name: str) -> ModuleType:
     except ModuleNotFoundError as error:
         if error.name != full:
             raise
-    raise AttributeError(f"module {package!r} has no attribute {name!r}", name=name, obj=sys.modules[package])
+    raise _strangers[0](sys.modules[package], name)

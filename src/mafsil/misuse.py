@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
+import re
 import types
 import typing
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from inspect import Parameter, Signature, isclass, signature, unwrap
 from itertools import islice
 from pathlib import Path
@@ -14,42 +15,163 @@ from typing import Any, cast, get_args, get_origin
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.errors import ArgumentError, MafsilError
+from mafsil.arrays import real_array, require_finite
+from mafsil.errors import ArgumentError, InputError, MafsilError
 from mafsil.messages import say
+from mafsil.unbound import Hint, maker_hint, maker_of, unbound
 
 LOOKED_AT = 100
 """Elements of a sequence or table that are looked at."""
+MOST = 2**31 - 1
+"""The largest count that can be served."""
 
 
 def fault_of(
     function: Callable[..., object], args: tuple[Any, ...], named: dict[str, Any], error: Exception
-) -> ArgumentError | None:
+) -> InputError | None:
     """The error that names the argument that does not fit; None if all do, or the error names one itself.
+
+    1. Arguments that cannot be bound, or are of another kind than their annotation.
+    2. An exception of Python or NumPy that none of these explains: an argument of another shape than is documented,
+       that is not finite, or a count that nobody can serve; not where a function of the user raised it.
 
     Args:
         function: that was called.
         args, named: with these.
-        error: that came out.
+        error: that came out; of calls within calls the outermost argument that does not fit is to blame.
     """
-    if isinstance(error, MafsilError):
-        return None
-    taken = signature(function)
-    if not {"self", "cls"}.isdisjoint(taken.parameters):
-        taken, args = (
-            Signature([each for name, each in taken.parameters.items() if name not in ("self", "cls")]),
-            args[1:],
-        )
-    fault = _unbound(function, taken, args, named)
+    if isinstance(error, MafsilError) and type(error) is not ArgumentError:
+        return _with_maker(function, args, error)
+    taken, hints = signature(function), _hints(unwrap(function))
+    first, owner = next(iter(taken.parameters), ""), None
+    if first in ("self", "cls"):
+        owner, *rest = args
+        hints |= {name: type(owner) for name, hint in hints.items() if hint is _SELF}
+        taken, args = taken.replace(parameters=list(taken.parameters.values())[1:]), tuple(rest)
+    # 1.
+    fault = unbound(function, owner, taken, args, named, hints)
+    if fault is not None and fault.key != "input.missing":
+        return fault
+    given = list(_given(taken, hints, args, named))
+    for name, value, hint in given:
+        if not fits(value, hint):
+            return _misfit(name, value, hint)
     if fault is not None:
         return fault
-    hints = _hints(unwrap(function))
-    for name, value in taken.bind(*args, **named).arguments.items():
-        hint = hints.get(name, Any)
-        several = taken.parameters[name].kind
-        values = value if several is Parameter.VAR_POSITIONAL else [value]
-        if several is not Parameter.VAR_KEYWORD and not all(fits(each, hint) for each in values):
-            return ArgumentError("input.misfit", name=name, expected=expected(hint), got=_shown(value))
-    return None
+    # 2.
+    if isinstance(error, MafsilError) or not _of_libraries(error):
+        return None
+    shapes = documented_shapes(function.__doc__ or "")
+    faults = (_unlikely(name, value, hint, shapes.get(name)) for name, value, hint in given)
+    return next((each for each in faults if each is not None), None)
+
+
+def _with_maker(function: Callable[..., object], args: tuple[Any, ...], error: MafsilError) -> InputError | None:
+    """A wrong shape of what makes an instance, said with the maker that takes plain numbers, where there is one."""
+    bare = error.key == "input.shape" and not error.details["hint"]
+    hint = maker_hint(function, args[0]) if bare and args else Hint()
+    return InputError(error.key, **{**error.details, "hint": hint}) if hint.key else None
+
+
+def require_flags(given: Mapping[str, object]) -> None:
+    """Refuse what is neither True nor False, nor 1 or 0.
+
+    Args:
+        given: by the name of the argument.
+
+    Raises:
+        ArgumentError: "no" would count as yes.
+    """
+    for name, value in given.items():
+        if not isinstance(value, bool | np.bool_) and not (isinstance(value, int) and value in (0, 1)):
+            raise _misfit(name, value, bool)
+
+
+def _given(
+    taken: Signature, hints: dict[str, Any], args: tuple[Any, ...], named: dict[str, Any]
+) -> Iterator[tuple[str, Any, Any]]:
+    """Name, value and annotation of every argument of a call; further keywords are left out."""
+    for name, value in taken.bind_partial(*args, **named).arguments.items():
+        kind = taken.parameters[name].kind
+        for each in value if kind is Parameter.VAR_POSITIONAL else (value,):
+            if kind is not Parameter.VAR_KEYWORD:
+                yield name, each, hints.get(name, Any)
+
+
+def _misfit(name: str, value: Any, hint: Any) -> ArgumentError:
+    """The error that says what an argument should be; of rows of numbers what is wrong with them."""
+    if _is_array(hint):
+        try:
+            real_array(name, value)
+        except InputError as fault:
+            return ArgumentError(fault.key, **fault.details)
+    details = {"name": name, "expected": expected(hint), "got": _shown(value)}
+    makers = [maker for each in (hint, *get_args(hint)) if (maker := maker_of(each)) is not None]
+    return ArgumentError("input.misfit_maker" if makers else "input.misfit", maker=" / ".join(makers), **details)
+
+
+def _unlikely(name: str, value: Any, hint: Any, shape: tuple[str, ...] | None) -> InputError | None:
+    """What is the matter with an argument of the right kind, if anything is."""
+    if value is None:
+        return None
+    kinds = get_args(hint) or (hint,)
+    if any(map(_is_array, (hint, *kinds))) or float in kinds:
+        try:
+            array = real_array(name, value)
+            if shape is not None and not has_shape(array.shape, shape):
+                return InputError("input.shape", name=name, expected=f"({', '.join(shape)})", got=array.shape, hint="")
+            require_finite(name, array)
+        except InputError as fault:
+            return fault
+        given: object = value
+        if not isinstance(given, np.ndarray) and ArrayLike not in (hint, *kinds) and float not in kinds:
+            return ArgumentError("input.array", name=name, got=type(given).__name__)
+    if int in kinds and _whole(value) and not 0 <= value <= MOST:
+        return InputError("input.whole", name=name, value=value, low=0, high=MOST)
+    empty = isinstance(value, str) and not value
+    return ArgumentError("input.misfit", name=name, expected=expected(hint), got=_shown(value)) if empty else None
+
+
+_DOCUMENTED = re.compile(r"^ +(\w+(?:, \w+)*): \(([^()]*)\)", re.MULTILINE)
+
+
+def documented_shapes(text: str) -> dict[str, tuple[str, ...]]:
+    """The shapes that a docstring gives its arguments, as `q: (*batch, n) coordinates`.
+
+    Args:
+        text: of the docstring.
+    """
+    found = _DOCUMENTED.findall(text)
+    return {name: tuple(re.findall(r"[^\s,]+", shape)) for names, shape in found for name in names.split(", ")}
+
+
+def has_shape(shape: tuple[int, ...], dimensions: tuple[str, ...]) -> bool:
+    """Whether an array may have the shape, whatever the letters in it stand for.
+
+    Args:
+        shape: of the array.
+        dimensions: numbers, letters and `*batch`.
+    """
+    core = [each for each in dimensions if not each.startswith("*")]
+    if len(shape) < len(core) or (len(shape) > len(core) and len(core) == len(dimensions)):
+        return False
+    last = shape[len(shape) - len(core) :]
+    return all(not wanted.isdigit() or size == int(wanted) for size, wanted in zip(last, core, strict=True))
+
+
+def _of_libraries(error: Exception) -> bool:
+    """Whether an exception came through code of this package and of libraries alone: none of the user's own."""
+    trace, own = error.__traceback__, str(Path(__file__).parent)
+    while trace is not None:
+        file = trace.tb_frame.f_code.co_filename
+        if not file.startswith(own) and not any(part in file for part in ("site-packages", "dist-packages", _PYTHON)):
+            return not os.path.isabs(file)  # Compiled: Cython says `_common.pyx`.
+        trace = trace.tb_next
+    return True
+
+
+_SELF: Any = typing.Self
+_PYTHON = str(Path(os.__file__).parent)
 
 
 def _hints(function: Any) -> dict[str, Any]:
@@ -63,32 +185,6 @@ def _hints(function: Any) -> dict[str, Any]:
     return found
 
 
-def _unbound(
-    function: Callable[..., object], taken: Signature, args: tuple[Any, ...], named: dict[str, Any]
-) -> ArgumentError | None:
-    """Arguments that are missing, unknown, given twice or too many."""
-    parameters = taken.parameters
-    kinds = {each.kind for each in parameters.values()}
-    places = [name for name, one in parameters.items() if one.kind in (one.POSITIONAL_ONLY, one.POSITIONAL_OR_KEYWORD)]
-    owner, _, own = getattr(function, "__qualname__", "").rpartition(".")
-    shown = owner if own == "__init__" else f"{owner}.{own}" if owner else own
-    details = {"name": shown, "inputs": ", ".join(parameters)}
-    doubtful = [name for name in named if name in places[: len(args)]]
-    if Parameter.VAR_KEYWORD not in kinds:
-        doubtful += [name for name in named if name not in parameters]
-    if Parameter.VAR_POSITIONAL not in kinds:
-        doubtful += [repr(value)[:40] for value in args[len(places) :]]
-    if doubtful:
-        return ArgumentError("input.unexpected", problem=", ".join(doubtful), **details)
-    needed = [
-        name
-        for name, one in parameters.items()
-        if one.default is one.empty and one.kind not in (one.VAR_POSITIONAL, one.VAR_KEYWORD)
-    ]
-    missing = [name for name in needed if name not in named and name not in places[: len(args)]]
-    return ArgumentError("input.missing", missing=", ".join(missing), **details) if missing else None
-
-
 def fits(value: Any, hint: Any) -> bool:
     """Whether a value is of an annotated kind, as far as can be seen without using it.
 
@@ -97,7 +193,7 @@ def fits(value: Any, hint: Any) -> bool:
         hint: its annotation, resolved.
     """
     origin, inner = get_origin(hint), get_args(hint)
-    if hint is ArrayLike or (isclass(origin) and issubclass(origin, np.ndarray)):
+    if _is_array(hint):
         return _numbers(value)
     if origin in (typing.Union, types.UnionType):
         return any(fits(value, each) for each in inner)
@@ -157,12 +253,22 @@ def _elements(value: Any, kind: Any, inner: tuple[Any, ...]) -> bool:
     return all(fits(each, inner[0]) for each in elements)
 
 
+def _is_array(hint: Any) -> bool:
+    """Whether an annotation is one of arrays."""
+    origin = get_origin(hint)
+    return hint is ArrayLike or (isclass(origin) and issubclass(origin, np.ndarray))
+
+
 def _numbers(value: Any) -> bool:
+    """Whether a value passes the gate of numbers, or is an array of yes and no."""
     try:
-        array = np.asarray(value)
-    except (ValueError, TypeError, OverflowError):
-        return False
-    return array.dtype.kind in "fiu" or (array.dtype.kind == "b" and array.ndim > 0)
+        real_array("", value)
+    except InputError as fault:
+        return fault.details.get("got") in _TRUTHS
+    return True
+
+
+_TRUTHS = ("ndarray of bool", "list of bool", "tuple of bool")
 
 
 def _number(value: Any) -> bool:
@@ -192,7 +298,7 @@ def expected(hint: Any) -> str:
         hint: resolved.
     """
     origin, inner = get_origin(hint), get_args(hint)
-    if hint is ArrayLike or (isclass(origin) and issubclass(origin, np.ndarray)):
+    if _is_array(hint):
         return say("input.of_numbers")
     if origin in (typing.Union, types.UnionType):
         return say("input.or").join(dict.fromkeys(expected(each) for each in inner))

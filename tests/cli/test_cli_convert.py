@@ -174,15 +174,17 @@ def test_planar_poles_at_hand_and_at_infinity(capsys: pytest.CaptureFixture[str]
 @pytest.mark.capability("04-22")
 def test_projection_only_when_asked(capsys: pytest.CaptureFixture[str]) -> None:
     bent = ["--matrix", 1, 0.01, 0, 0, 1, 0, 0, 0, 1]
+    printed = ["--matrix", 0.866, -0.5, 0, 0.5, 0.866, 0, 0, 0, 1]
+    assert "rotation is taken" in run(capsys, *printed)[1]
     code, _, err = run(capsys, *bent)
     assert code == 2
-    for word in ("0.0141", "1e-06", "tolerance.ROTATION", "--project"):
+    for word in ("0.0141", "0.003", "tolerance.PRINTED", "--project"):
         assert word in err
     found = data(capsys, *bent, "--project")
     M = np.array(bent[1:], float).reshape(3, 3)
     np.testing.assert_allclose(found["matrix"], rotation.project(M), atol=1e-15)
     assert found["projected_by"] == pytest.approx(np.linalg.norm(rotation.project(M) - M))
-    assert "projected" in run(capsys, *bent, "--project")[1]
+    assert "rotation is taken" in run(capsys, *bent, "--project")[1]
     assert data(capsys, "--quaternion", 1, 2, 3, 4, "--project")["projected_by"] == pytest.approx(30**0.5 - 1)
     assert data(capsys, "--rpy", 0, 0, 1, "--project")["projected_by"] is None
     np.testing.assert_allclose(np.linalg.det(data(capsys, "--matrix", *_mirror(), "--project")["matrix"]), 1.0)
@@ -204,7 +206,7 @@ REFUSED: list[tuple[list[object], list[str]]] = [
     (["--pose", *np.eye(4).ravel()[:-1], 2], ["--pose", "2.0"]),
     (["--pose", *np.eye(4).ravel()[:-1], 2, "--project"], ["--pose", "2.0"]),
     (["--matrix", *_mirror()], ["-1", "--project"]),
-    (["--quaternion", 1, 2, 3, 4], ["4.48", "tolerance.UNIT", "--project"]),
+    (["--quaternion", 1, 2, 3, 4], ["4.48", "tolerance.PRINTED_UNIT", "--project"]),
     (["--quaternion", 0, 0, 0, 0, "--project"], ["--quaternion"]),
     (["--axis-angle", 0, 0, 0, 1], ["axis"]),
     (["--rpy", 1, "nan", 2], ["nan", "--rpy"]),

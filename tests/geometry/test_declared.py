@@ -112,7 +112,7 @@ def test_every_kind_of_member_has_its_sentence_in_both_languages():
     assert keys("en", "geometry") == keys("ar", "geometry")
     bad = {
         "rotation": (2 * np.eye(3), "norm of R'R - I is 5.2"),
-        "pose": (np.diag([2.0, 2, 2, 1]), "not a pose"),
+        "pose": (np.diag([2.0, 2, 2, 1]), "have the length 2"),
         "unit_quaternion": (np.array([0.5, 0, 0, 0]), "by 0.5"),
         "quaternion": (np.zeros(4), "length zero"),
         "axis": (np.zeros(3), "no direction"),
@@ -124,8 +124,8 @@ def test_every_kind_of_member_has_its_sentence_in_both_languages():
         "part_turn": (np.array(2 * np.pi), "whole number of turns"),
         "unit_screw": (np.zeros(6), "by 1"),
         "axis_triple": (np.ones((3, 3)), "unit vectors"),
-        "planar_rotation": (2 * np.eye(2), "not a planar rotation"),
-        "planar_pose": (np.diag([2.0, 2, 1]), "not a planar pose"),
+        "planar_rotation": (np.diag([2.0, 1.0]), "not a planar rotation"),
+        "planar_pose": (np.diag([2.0, 1, 1]), "not a planar pose"),
     }
     assert set(bad) == kinds
     for kind, (value, words) in bad.items():

@@ -83,14 +83,17 @@ REFUSED: dict[str, tuple[Call, tuple[str, ...]]] = {
         plain(lambda: mf.inverse_kinematics(PUMA, [0.4, 0.1, 0.3, 0, 0, 0])),
         ("T_sd", "(6,)", "4 by 4", "from_rpy"),
     ),
-    "no rotation": (plain(lambda: mf.inverse_kinematics(PUMA, np.ones((4, 4)))), ("T_sd", "orthonormal", "project")),
+    "no rotation": (
+        plain(lambda: mf.inverse_kinematics(PUMA, np.ones((4, 4)))),
+        ("T_sd", "last row", "zeros"),
+    ),
     "arguments exchanged": (plain(lambda: mf.inverse_kinematics(T, PUMA)), ("robot", "ndarray", "first argument")),
     "initial guess too short": (plain(lambda: mf.solve_ik(PUMA, T, [0, 0, 0])), ("q0", "(3,)", "give 6 numbers")),
     "task misspelt": (plain(lambda: mf.solve_ik(PUMA, T, task="pos")), ("'pos'", "position")),
     "no unit quaternion": (plain(lambda: mf.Rotation.from_quaternion([0, 0, 0, 2])), ("(w, x, y, z)", "divide")),
     "convention misnamed": (
-        plain(lambda: mf.Robot.from_dh([mf.DHRow()], "standard")),
-        ("'standard'", "classic"),
+        plain(lambda: mf.Robot.from_dh([mf.DHRow()], "denavit")),
+        ("'denavit'", "classic"),
     ),
     "Robot of a name": (plain(lambda: mf.Robot("panda")), ("Mechanism", "mafsil.load")),
     "postures of an answer": (

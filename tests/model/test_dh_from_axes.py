@@ -141,7 +141,7 @@ def test_classic_and_modified_tables_shift_by_half_a_row(first, second):
         (lambda: dh_from_screws([[0, 0, 1, 0, 0, 0.1]], np.eye(4)), "dh.helical"),
         (lambda: dh_from_screws([[0, 0, 1, 0, 0, 0], [0, 0, 1, 0, -1, 0]], np.eye(4), flipped=[1]), "dh.flip"),
         (lambda: dh_from_screws([[0, 0, 1, 0, 0, 0]], np.eye(4), "hayati"), "dh.convention"),
-        (lambda: dh_from_screws([[0, 0, 1, 0, 0, 0]], 2 * np.eye(4)), "serial.pose"),
+        (lambda: dh_from_screws([[0, 0, 1, 0, 0, 0]], 2 * np.eye(4)), "geometry.last_row"),
     ],
 )
 def test_what_has_no_table_is_refused_in_both_languages(call, key):

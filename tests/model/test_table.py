@@ -212,9 +212,9 @@ def test_faults_of_form_are_named_with_their_line(text, key, line):
         ('convention = "frames"\n[[joint]]\naxis = [0, 0, 0]', "table.axis"),
         (
             'convention = "frames"\n[[joint]]\nmatrix = [[2,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]',
-            "serial.pose",
+            "geometry.pose",
         ),
-        (ROW + "\n[base]\nmatrix = [[-1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]", "serial.left_handed"),
+        (ROW + "\n[base]\nmatrix = [[-1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]", "geometry.improper"),
         (ROW + 'name = "a"\n[[joint]]\nname = "a"', "model.duplicate_joint"),
         ('convention = "space"\nhome = {}\n[[joint]]\nscrew = [0, 0, 2, 0, 0, 0]', "screws.unit"),
     ],

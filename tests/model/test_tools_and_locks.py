@@ -128,7 +128,7 @@ def test_follower_that_never_moves_cannot_set_its_leader():
         (lambda r: r.with_payload(1.0, inertia=np.diag([1.0, 1.0, 9.0])), "dynamics.moments"),
         (lambda r: r.with_payload(1.0, link="tip"), "model.no_such_link"),
         (lambda r: r.with_payload(np.nan), "input.finite"),
-        (lambda r: r.with_tool(np.diag([1.0, 1.0, -1.0, 1.0])), "serial.left_handed"),
+        (lambda r: r.with_tool(np.diag([1.0, 1.0, -1.0, 1.0])), "geometry.improper"),
         (lambda r: r.with_tool([0, 0]), "input.shape"),
     ],
 )

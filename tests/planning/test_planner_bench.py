@@ -109,7 +109,7 @@ def test_planners_of_arms_and_ones_own():
 def test_a_watched_search_is_the_search(tmp_path):
     query = point()
     log = watch(query, "rrt_connect", seed=4)
-    plain = planning.find_path(query.space, query.start, query.goal, seed=4, shorten=False)
+    plain = planning.find_path(query.space, query.start, query.goal, seed=4, shortcut_iterations=False)
     assert np.array_equal(log.plan.path, plain.path)
     assert len(log) == plain.segments
     for (a, b), free in zip(log.edges, log.free, strict=True):

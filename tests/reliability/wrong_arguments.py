@@ -1,4 +1,5 @@
-"""F3: one wrong argument in a valid call of every public function: the right answer, or an error in our words.
+"""F3: one wrong argument in a valid call of 400 public functions, classes and methods: an answer, or an error in our
+words.
 
 `python -m tests.reliability.wrong_arguments [WORD]` prints every error that is not ours, of the calls with the word.
 """
@@ -13,13 +14,15 @@ import traceback
 import warnings
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import chdir
 
 import numpy as np
 
 from mafsil.errors import MafsilError
-from tests.reliability.decade_calls import CALLS, space
+from tests.reliability import decade_calls, method_calls
 from tests.reliability.decades import TooLong
 
+CALLS = decade_calls.CALLS + method_calls.CALLS
 SECONDS = 6.0
 """That one call may take."""
 WRONG: dict[str, object] = {
@@ -76,9 +79,9 @@ def work(calls: tuple[str, ...] = CALLS) -> tuple[Counter[str], list[str]]:
     """How the calls ended, and those that ended in an error of others."""
     counts, foreign = Counter[str](), list[str]()
     before = signal.signal(signal.SIGALRM, _stop)
-    with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
+    with tempfile.TemporaryDirectory() as folder, chdir(folder), warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        names = dict(space(folder))
+        names = method_calls.space(folder)
         for call in calls:
             for argument, code in with_one_wrong(call):
                 for kind, value in WRONG.items():

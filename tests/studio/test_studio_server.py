@@ -181,19 +181,59 @@ def test_requests_that_do_not_come_are_ended(studio: Studio, monkeypatch: pytest
         assert until(heard, "put")["id"] == "a-1"
 
 
-def test_too_many_connections(studio: Studio, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Those above the limit are closed at once; windows that are there go on, and later ones come in."""
-    monkeypatch.setattr(server, "MOST_CONNECTIONS", 4)
+def test_silent_connections_give_way(studio: Studio) -> None:
+    """The table is full of connections that say nothing: windows go on, and new ones get their answers at once."""
+    address = ("127.0.0.1", studio.server.server_port)
     with listening(studio) as heard:
         assert next(heard)["kind"] == "all"
-        idle = [socket.create_connection(("127.0.0.1", studio.server.server_port)) for _ in range(12)]
+        silent = [socket.create_connection(address) for _ in range(server.MOST_CONNECTIONS + 4)]
+        silent[-1].sendall(b"GET /no-token/ HTTP/1.1\r\nHost: x")
         time.sleep(0.3)
-        assert post(studio, "actions", CHANGE)[0] == 0
-        for connection in idle:
+        began = time.monotonic()
+        for k in range(3):
+            assert post(studio, "actions", [put(f"a-{k}", "set_joint", joint=0, value=0.5)])[0] == 200
+        assert time.monotonic() - began < server.PATIENCE / 2
+        assert until(heard, "put")["id"] == "a-0"
+        # The first ones were closed, the last ones still wait.
+        assert silent[0].recv(1) == b""
+        silent[-2].settimeout(0.1)
+        with pytest.raises(TimeoutError):
+            silent[-2].recv(1)
+        for connection in silent:
             connection.close()
-        time.sleep(0.3)
-        assert post(studio, "actions", CHANGE)[0] == 200
-        assert until(heard, "put")["id"] == "a-1"
+
+
+def test_too_many_windows_with_the_token(studio: Studio, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Who has shown the token does not give way; what comes then is closed at once."""
+    monkeypatch.setattr(server, "MOST_CONNECTIONS", 2)
+    with listening(studio) as first, listening(studio) as second:
+        assert {next(first)["kind"], next(second)["kind"]} == {"all"}
+        assert post(studio, "actions", CHANGE)[0] == 0
+    time.sleep(0.1)
+
+
+TWICE = ("Content-Length: 2", "Content-Type: application/json", "Sec-Fetch-Site: same-origin", "Host: {host}",
+         "Transfer-Encoding: chunked\r\nTransfer-Encoding: identity", "Origin: http://{host}")  # fmt: skip
+
+
+@pytest.mark.parametrize("line", TWICE)
+def test_headers_that_decide_are_given_once(studio: Studio, line: str) -> None:
+    body = json.dumps(CHANGE).encode()
+    begin = head(studio, place(studio, "actions"), "POST", len(body), Sec_Fetch_Site="same-origin")[:-2]
+    again = line.format(host=f"127.0.0.1:{studio.server.server_port}").encode() + b"\r\n\r\n"
+    assert raw(studio, begin + again + body)[0] == 403
+    assert not studio.journal.lines()
+
+
+def test_a_drive_that_holds_all_windows_is_refused(studio: Studio) -> None:
+    """What counts is by how much a line grows: a loop may be left on for hours."""
+    most = journal.MOST_AT_ONCE
+    assert post(studio, "actions", [put("s-0", "loop", closed=True)])[0] == 200
+    status, answer = post(studio, "actions", [put("s-1", "simulate", ticks=10_000_000)])
+    assert (status, answer["error"]["code"]) == (400, "studio.ticks")
+    assert str(most) in answer["error"]["en"]
+    for k in (1, 2, 3):
+        assert post(studio, "actions", [put("s-1", "simulate", ticks=k * most)])[0] == 200
 
 
 def test_too_many_windows(studio: Studio, monkeypatch: pytest.MonkeyPatch) -> None:

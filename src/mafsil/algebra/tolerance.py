@@ -17,6 +17,11 @@ ROTATION = 1e-6
 entries are known to 2^-24 of one each, products to some 8 of these (5e-7)."""
 UNIT = 1e-6
 """Largest deviation of a length from 1 at which a quaternion or an axis counts as unit: single precision, as above."""
+PRINTED = 3e-3
+"""Largest such norm at which a matrix counts as a rotation printed with three to five digits, and is made one again:
+nine entries wrong by 5e-4 each lie 1.5e-3 from the rotation, and R'R - I is twice as large."""
+PRINTED_UNIT = 1e-3
+"""Largest deviation of the length of a quaternion printed so: four numbers wrong by 5e-4 each."""
 SKEW = 1e-6
 """Largest norm of the symmetric part of R'Rdot, over that of Rdot, at which Rdot counts as a velocity of R."""
 TRANSLATION = 1e-12
@@ -66,3 +71,12 @@ LIMITS: dict[str, float] = {
     "part_turn": WHOLE_TURNS,
 }
 """Largest measure (`mafsil.algebra.membership`) of every kind of member."""
+
+MENDED: dict[str, float] = {
+    "rotation": PRINTED,
+    "pose": PRINTED,
+    "planar_rotation": PRINTED,
+    "planar_pose": PRINTED,
+    "unit_quaternion": PRINTED_UNIT,
+}
+"""Largest measure of the kinds whose members are made again from printed digits, with a warning."""

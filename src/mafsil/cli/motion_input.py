@@ -8,7 +8,7 @@ from math import isinf
 
 import numpy as np
 
-from mafsil.algebra.tolerance import ROTATION, UNIT
+from mafsil.algebra.tolerance import PRINTED, PRINTED_UNIT, ROTATION, UNIT
 from mafsil.arrays import Floats, PoseMatrix
 from mafsil.cli.numerals import angle, coordinate
 from mafsil.errors import InputError
@@ -129,17 +129,17 @@ def _pose(words: _Words) -> Motion:
 
 
 def _member(words: _Words, M: Floats) -> tuple[Floats, float | None]:
-    """The matrix if it is a rotation; the nearest one, and how far off it was, if asked."""
+    """The matrix if it is a rotation; the nearest one, and how far off it was, if asked, or of printed digits."""
     distance = float(membership.measure("rotation", M))
     if distance <= ROTATION:
         return M, None
-    if words.project:
+    if words.project or distance <= PRINTED:
         R = rotation.project(M)
         return R, float(np.linalg.norm(R - M))
     if isinf(distance):
         determinant = float(np.linalg.det(M))
         raise InputError("convert.improper", name=words.option, determinant=determinant)
-    raise InputError("convert.no_rotation", name=words.option, distance=distance, limit=ROTATION)
+    raise InputError("convert.no_rotation", name=words.option, distance=distance, limit=PRINTED)
 
 
 def _quaternion(words: _Words) -> Motion:
@@ -147,8 +147,8 @@ def _quaternion(words: _Words) -> Motion:
     length = float(np.linalg.norm(q))
     if length == 0:
         raise InputError("geometry.quaternion", name=words.option)
-    if abs(length - 1) > UNIT and not words.project:
-        raise InputError("convert.no_unit", name=words.option, distance=abs(length - 1), limit=UNIT)
+    if abs(length - 1) > PRINTED_UNIT and not words.project:
+        raise InputError("convert.no_unit", name=words.option, distance=abs(length - 1), limit=PRINTED_UNIT)
     moved = abs(length - 1) if abs(length - 1) > UNIT else None
     return _turned(words, rotation.from_quaternion(q / length), moved=moved)
 

@@ -79,7 +79,7 @@ class Scene:
 
     def with_obstacle(self, geometry: Geometry, T_so: ArrayLike | None = None, name: str = "") -> Scene:
         """The scene with one more obstacle; arguments as `Obstacle`."""
-        more = Obstacle(geometry, np.eye(4) if T_so is None else np.asarray(T_so, float), name)
+        more = Obstacle(geometry, np.eye(4) if T_so is None else cast("PoseMatrix", T_so), name)
         return Scene((*self.obstacles, more))
 
     def without(self, name: str) -> Scene:

@@ -79,11 +79,20 @@ class Wall:
         object.__setattr__(self, "normal", normal / length)
 
     def depth(self, T: PoseMatrix) -> Floats:
-        """(*batch,) how deep the tip's origin is in the wall [m]; negative before it."""
+        """(*batch,) how deep the tip's origin is in the wall [m]; negative before it.
+
+        Args:
+            T: (*batch, 4, 4) pose of the tip in {s}.
+        """
         return -((T[..., :3, 3] - self.point) @ self.normal)
 
     def wrench(self, T: PoseMatrix, V: Vector6) -> Vector6:
-        """(*batch, 6) on the tip, in the tip frame [N m, N]."""
+        """(*batch, 6) on the tip, in the tip frame [N m, N].
+
+        Args:
+            T: (*batch, 4, 4) pose of the tip in {s}.
+            V: (*batch, 6) body twist.
+        """
         R = T[..., :3, :3]
         velocity = (R @ V[..., 3:, None])[..., 0]
         constants = (self.stiffness, self.damping, self.friction, self.slow)
@@ -109,7 +118,12 @@ class SpringDamper:
             object.__setattr__(self, name, _square(name, getattr(self, name)))
 
     def wrench(self, T: PoseMatrix, V: Vector6) -> Vector6:
-        """(*batch, 6) on the tip, in the tip frame [N m, N]."""
+        """(*batch, 6) on the tip, in the tip frame [N m, N].
+
+        Args:
+            T: (*batch, 4, 4) pose of the tip in {s}.
+            V: (*batch, 6) body twist.
+        """
         R = T[..., :3, :3]
         velocity = (R @ V[..., 3:, None])[..., 0]
         K, B = np.asarray(self.stiffness), np.asarray(self.damping)

@@ -55,7 +55,7 @@ class TaskCoordinates:
     def __post_init__(self) -> None:
         if self.axes not in (*TWISTS, *SEQUENCES):
             raise InputError("input.choice", name="axes", value=self.axes, known=", ".join((*TWISTS, *SEQUENCES)))
-        if not self.rows or len(set(self.rows)) < len(self.rows) or not set(self.rows) <= set(range(6)):
+        if not len(self.rows) or len(set(self.rows)) < len(self.rows) or not set(self.rows) <= set(range(6)):
             raise InputError("input.choice", name="rows", value=self.rows, known="0, 1, 2, 3, 4, 5")
 
     @property

@@ -6,7 +6,7 @@
         ...
 
 is the compiled expression `mafsil.algebra.se3.log`: its inputs are the arguments, with the shapes of their annotations
-and refused where they do not meet the condition of their annotation; its outputs have the shapes of the results.
+and refused, or mended, where they do not meet the condition there; its outputs have the shapes of the results.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import Any, TypeVar, cast, get_args, get_type_hints
 
 import numpy as np
 
-from mafsil.arrays import Shape, Symbolic
+from mafsil.arrays import Shape, Symbolic, as_batch
 from mafsil.geometry import membership
 from mafsil.geometry.declared import Declared, Ports
 from mafsil.geometry.membership import CORES, Member
@@ -46,7 +46,10 @@ class Conditioned(Declared):
         self.conditions = dict(conditions)
 
     def evaluation(self) -> Callable[..., Any]:
-        """The kernel's call, followed by a look for NaN: the mark of a condition that is not met, or of a NaN given."""
+        """The kernel's call, followed by a look for NaN: the mark of a condition that is not met, or of a NaN given.
+
+        Matrices that were printed with few digits are mended, and the kernel called again.
+        """
         call, single_output, shape = self.kernel.call, len(self.outputs) == 1, self.outputs[0][1]
         core_dimensions, first_number = len(shape), (..., *(0,) * len(shape))
 
@@ -60,16 +63,21 @@ class Conditioned(Declared):
                 marked = number != number
             else:
                 marked = np.isnan(first[first_number]).any()
-            if marked:
-                self._refuse(args)
+            if marked and (better := self._admitted(args)) is not args:
+                return call(*better)
             return result
 
         return evaluate
 
-    def _refuse(self, args: tuple[Any, ...]) -> None:
-        for (name, _), value in zip(self.inputs, args, strict=True):
+    def _admitted(self, args: tuple[Any, ...]) -> tuple[Any, ...]:
+        """The arguments themselves if all meet their conditions, or with those mended that nearly do."""
+        better = list(args)
+        for k, (name, core) in enumerate(self.inputs):
             if name in self.conditions:
-                membership.require(self.conditions[name], name, value)
+                given = as_batch(name, args[k], core)
+                required = membership.require(self.conditions[name], name, given)
+                better[k] = args[k] if required is given else required
+        return args if all(new is old for new, old in zip(better, args, strict=True)) else tuple(better)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _conditioned, (self.source, self.inputs, self.outputs, self.constants, self.conditions)

@@ -1,4 +1,8 @@
-"""Refusing what is not a rotation, a pose, a unit quaternion or an axis: which row, how far off, and what to do."""
+"""Refusing what is not a rotation, a pose, a unit quaternion or an axis: which row, how far off, and what to do.
+
+Rotations, poses and quaternions that were printed with three to five digits, as NumPy and MATLAB do, are mended with a
+warning.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +12,9 @@ from functools import cache
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.algebra.tolerance import LIMITS
+from mafsil.algebra.tolerance import LIMITS, MENDED
 from mafsil.arrays import Floats, Scalar, Truth, as_batch
-from mafsil.errors import InputError
+from mafsil.errors import InputError, InputWarning, warn
 from mafsil.geometry.declared import Declared
 
 CORES: dict[str, tuple[int, ...]] = {
@@ -75,34 +79,85 @@ def is_member(kind: str, value: ArrayLike, tolerance: float | None = None) -> Tr
 
 
 def require(kind: str, name: str, value: ArrayLike, tolerance: float | None = None) -> Floats:
-    """The value as an array, if every row without NaN is a member of its kind.
+    """The value as an array, if every row without NaN is a member of its kind, or was one before it was printed.
 
     Args:
         kind: one of CORES.
         name: the argument's name, for the error.
         value: (*batch, *core).
-        tolerance: largest measure; the named limit of the kind if None.
+        tolerance: largest measure; the named limit of the kind if None, and only then printed digits are mended.
 
     Raises:
-        InputError: names the first row that is not, its distance and the limit.
+        InputError: names the first row that is not, its distance, the limit and the likely cause.
+
+    Warns:
+        InputWarning: as `mended`.
     """
     array = as_batch(name, value, CORES[kind])
     limit = LIMITS[kind] if tolerance is None else tolerance
     distance = np.asarray(measure(kind, array))
     if (distance > limit).any():
+        better = mended(kind, name, array) if tolerance is None else array
+        if better is not array:
+            return require(kind, name, better)
         index = tuple(int(i) for i in np.argwhere(distance > limit)[0])
-        raise _refusal(kind, name, array[index], index, float(distance[index]), limit)
+        widest = MENDED.get(kind, limit) if tolerance is None else limit
+        raise _refusal(kind, name, array[index], index, float(distance[index]), widest)
     return array
 
 
+def mended(kind: str, name: str, array: Floats) -> Floats:
+    """The array, with rows of three to five printed digits replaced by the nearest members of their kind.
+
+    Args:
+        kind: one of CORES.
+        name: the argument's name, for the warning.
+        array: (*batch, *core); rows farther away stay as they are.
+
+    Warns:
+        InputWarning: some were replaced; it says how far they were from members.
+    """
+    distance = np.asarray(measure(kind, array))
+    rough = (distance > LIMITS[kind]) & (distance <= MENDED.get(kind, 0.0))
+    if kind.endswith("pose"):
+        rough &= np.abs(array[..., -1, :] - np.eye(CORES[kind][0])[-1]).max(axis=-1) <= LIMITS[kind]
+    if not rough.any():
+        return array
+    warn(InputWarning(f"geometry.mended_{kind}", name=name, distance=float(distance[rough].max())))
+    made = np.array(array)
+    made[rough] = _nearest(kind, array[rough])
+    return made
+
+
+def _nearest(kind: str, rows: Floats) -> Floats:
+    """(k, *core) members of a kind nearest to rows that nearly are; each Newton step squares the distance."""
+    if kind == "unit_quaternion":
+        return rows / np.linalg.norm(rows, axis=-1, keepdims=True)
+    size = rows.shape[-1] - kind.endswith("pose")
+    near, R = np.array(rows), rows[:, :size, :size]
+    for _ in range(4):
+        R = R @ (1.5 * np.eye(size) - 0.5 * (R.transpose(0, 2, 1) @ R))
+    near[:, :size, :size] = R
+    return near
+
+
 def _refusal(kind: str, name: str, row: Floats, index: tuple[int, ...], distance: float, limit: float) -> InputError:
+    """The error about a row, with the cause that its numbers show."""
     place = f"[{', '.join(map(str, index))}]" if index else ""
-    details = {"name": name + place, "value": row.tolist(), "distance": distance, "limit": limit}
-    if kind.endswith("pose") and np.linalg.norm(row[-1] - np.eye(len(row))[-1]) > limit:
-        return InputError("geometry.last_row", **details, row=row[-1].tolist())
-    if kind.endswith(("rotation", "pose")) and np.isinf(distance):
-        size = len(row) - kind.endswith("pose")
-        return InputError("geometry.improper", **details, determinant=float(np.linalg.det(row[:size, :size])))
+    details: dict[str, object] = {"name": name + place, "value": row.tolist(), "distance": distance, "limit": limit}
+    if not kind.endswith(("rotation", "pose")):
+        return InputError(f"geometry.{kind}", **details)
+    size = len(row) - kind.endswith("pose")
+    R, last = row[:size, :size], row[-1] - np.eye(len(row))[-1]
+    exact = LIMITS[kind]
+    if size < len(row) and np.linalg.norm(last) > exact:
+        transposed = np.abs(row[:-1, -1]).max() <= exact and abs(last[-1]) <= exact
+        return InputError("geometry.transposed" if transposed else "geometry.last_row", **details, row=row[-1].tolist())
+    scale, determinant = float(np.sqrt((R * R).sum() / size)), float(np.linalg.det(R))
+    if np.isinf(distance):
+        return InputError("geometry.improper", **details, determinant=determinant)
+    if np.abs(R.T @ R - scale**2 * np.eye(size)).max() <= MENDED[kind] * scale**2:
+        return InputError("geometry.scaled", **details, scale=scale)
     return InputError(f"geometry.{kind}", **details)
 
 

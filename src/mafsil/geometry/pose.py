@@ -202,13 +202,13 @@ def is_pose(T: ArrayLike, tolerance: float = ROTATION) -> Truth:
     return membership.is_member("pose", T, tolerance)
 
 
-def check(T: ArrayLike, name: str = "T", tolerance: float = ROTATION) -> PoseMatrix:
-    """The array (*batch, 4, 4) itself, if all of it are poses.
+def check(T: ArrayLike, name: str = "T", tolerance: float | None = None) -> PoseMatrix:
+    """The array (*batch, 4, 4) itself, if all of it are poses, with those mended that were printed with few digits.
 
     Args:
         T: (*batch, 4, 4).
         name: what the error calls it.
-        tolerance: largest Frobenius norm of R'R - I.
+        tolerance: largest Frobenius norm of R'R - I; if given, nothing is mended.
 
     Raises:
         InputError: names the first row that is not a pose, its distance, the tolerance and the remedy.

@@ -159,13 +159,13 @@ def is_rotation(M: ArrayLike, tolerance: float = ROTATION) -> Truth:
     return membership.is_member("rotation", M, tolerance)
 
 
-def check(R: ArrayLike, name: str = "R", tolerance: float = ROTATION) -> RotationMatrix:
-    """The array (*batch, 3, 3) itself, if all of it are rotations.
+def check(R: ArrayLike, name: str = "R", tolerance: float | None = None) -> RotationMatrix:
+    """The array (*batch, 3, 3) itself, if all of it are rotations, with those mended that were printed with few digits.
 
     Args:
         R: (*batch, 3, 3).
         name: what the error calls it.
-        tolerance: largest Frobenius norm of R'R - I.
+        tolerance: largest Frobenius norm of R'R - I; if given, nothing is mended.
 
     Raises:
         InputError: names the first row that is not a rotation, its distance, the tolerance and the remedy.

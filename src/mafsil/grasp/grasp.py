@@ -226,14 +226,21 @@ class Grasp:
         """
         return rest_position(self.normals_matrix, wrench, clearance)
 
-    def resist(self, wrench: ArrayLike, **limits: Any) -> ContactForces:
-        """Smallest contact forces that hold the body under one external wrench; limits as in `forces.resist`.
+    def resist(
+        self,
+        wrench: ArrayLike,
+        *,
+        push: float | ArrayLike | None = None,
+        jacobian: ArrayLike | None = None,
+        torque: ArrayLike | None = None,
+    ) -> ContactForces:
+        """Smallest contact forces that hold the body under one external wrench; arguments as of `grasp.resist`.
 
         Args:
             wrench: (m,) external (m, f) on the body [N m, N].
-            limits: `push`, `jacobian`, `torque`.
+            push, jacobian, torque: limits of the forces.
         """
-        return resist(self.contacts, wrench, **limits)
+        return resist(self.contacts, wrench, push=push, jacobian=jacobian, torque=torque)
 
     def quality(self, length: float = 1.0, *, about: ArrayLike | None = None, together: bool = False) -> GraspQuality:
         """Epsilon: radius of the largest ball of external wrenches that unit pushes resist (Ferrari and Canny).

@@ -3,8 +3,9 @@
 1. Each joint's effort is regressed on what the description asks for there, beside friction, an offset and a rotor, of
    which descriptions know little: the slope, and the share of the rest that it explains.
 2. Slopes far from one that explain most of an effort: a sign, or another unit.
-3. One change after the other is tried on the log: a joint or two turned round, degrees, milliseconds, two columns
-   swapped. The one that explains most joints counts, if it explains them several times better than the log as it is.
+3. Unless the log fits as it is, one change after the other is tried on it: a joint or two turned round, degrees,
+   milliseconds, two columns swapped. The one that explains most joints counts, if it explains them several times better
+   than the log as it is.
 """
 
 from __future__ import annotations
@@ -75,6 +76,18 @@ class _Judged:
         return self.explained > EXPLAINED
 
     @property
+    def odd(self) -> Booleans:
+        """Explained joints whose slope is no matter of masses: a sign, or another unit."""
+        size = np.abs(self.slope)
+        return self.clear & ((self.slope < 0.0) | (size > ODD) | (size < 1.0 / ODD))
+
+    @property
+    def fits(self) -> bool:
+        """Whether every joint that can be judged is explained as it is: no change could explain more."""
+        felt = self.explained > 0.0
+        return bool(felt.any() and self.clear[felt].all() and not self.odd.any())
+
+    @property
     def rank(self) -> tuple[int, float]:
         """Less is better: more joints explained, and these better."""
         return -int(self.clear.sum()), self.left(self.clear) if self.clear.any() else 1.0
@@ -95,6 +108,8 @@ def examined(robot: Robot, motions: Sequence[SmoothMotion]) -> list[Remark]:
     if rows is None or not has_inertia(robot.mechanism):
         return []
     first = _judged(robot, rows)
+    if first.fits:
+        return []
     tried = [(remark, _judged(robot, changed)) for remark, changed in _changes(robot, rows)]
     remark, best = min(tried, key=lambda one: one[1].rank)
     judged = best.clear
@@ -129,10 +144,9 @@ def _judged(robot: Robot, rows: _Rows) -> _Judged:
 
 def _slopes(robot: Robot, found: _Judged) -> list[Remark]:
     """What slopes far from one say: of all joints together, or of each."""
-    size, clear = np.abs(found.slope), found.clear
-    odd = np.flatnonzero(clear & ((found.slope < 0.0) | (size > ODD) | (size < 1.0 / ODD))).tolist()
+    odd = np.flatnonzero(found.odd).tolist()
     reversed_ones = [k for k in odd if found.slope[k] < 0.0]
-    if len(reversed_ones) > 1 and len(reversed_ones) == int(clear.sum()):
+    if len(reversed_ones) > 1 and len(reversed_ones) == int(found.clear.sum()):
         share = float(np.median(found.slope[reversed_ones]))
         return [Remark("identification.reversed_efforts", {"slope": share})]
     return [

@@ -20,12 +20,15 @@ from mafsil.ik.redundant.parametric_form import has_redundant_joints
 from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot
+from mafsil.robot.degrees import remark_on_degrees
 
 if TYPE_CHECKING:
+    import mafsil.geometry.membership as membership
     import mafsil.ik.answers.many_poses as many_poses
     import mafsil.ik.answers.redundant_single as redundant_single
     import mafsil.ik.redundant.at_parameter as at_parameter
 else:
+    membership = lazily("mafsil.geometry.membership")
     at_parameter = lazily("mafsil.ik.redundant.at_parameter")
     redundant_single = lazily("mafsil.ik.answers.redundant_single")
     many_poses = lazily("mafsil.ik.answers.many_poses")
@@ -111,10 +114,11 @@ def _answered(
     requested = as_batch("T_sd", T_sd, POSE)
     arm = setting(robot, frame, task)
     others = arm.part.middle if q0 is None else single("q0", q0, (robot.n,))
+    remark_on_degrees(robot, "q0", q0)
     if requested.ndim > 2:
         if free is not None:
             raise InputError("redundant.one_pose", shape=requested.shape)
-        return many_poses.solved_batch(arm, requested, others, tolerance)
+        return many_poses.solved_batch(arm, membership.mended("pose", "T_sd", requested), others, tolerance)
     if free is None:
         start = arm.middle if q0 is None else arm.part.own(others)
         return one_pose(arm, requested, start, tolerance, others)

@@ -18,6 +18,7 @@ from mafsil.ik.root_finding import GROWING, RootStatus, orders
 from mafsil.ik.tolerances import CENTRAL
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot
+from mafsil.robot.degrees import remark_on_degrees
 
 NewtonForm = Literal["body", "space"]
 ResidualForm = Literal["twist", "euler"]
@@ -138,6 +139,7 @@ def newton_ik(
         raise InputError("input.choice", name="form", value=form, known="body, space")
     robot = as_robot(robot)
     T_goal, q = single("T_sd", T_sd, (4, 4)), single("q0", q0, (robot.n,)).copy()
+    remark_on_degrees(robot, "q0", q0)
     turn, shift = positive("rotation_tolerance", rotation_tolerance), positive("position_tolerance", position_tolerance)
     most, least = whole("max_steps", max_steps), not_negative("damping", damping)
     if residual not in ("twist", "euler"):

@@ -3,14 +3,24 @@
 from __future__ import annotations
 
 from math import inf
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.arrays import Floats, PoseMatrix
+from mafsil.arrays import Floats, PoseMatrix, require_finite
+from mafsil.errors import InputError
+from mafsil.lazy_module import lazily
 from mafsil.mechanics.closed_form.thresholds import FARTHEST as FARTHEST
 from mafsil.mechanics.closed_form.thresholds import ORTHOGONALITY as ORTHOGONALITY
 from mafsil.model import Joint, JointKind, Mechanism
+
+if TYPE_CHECKING:
+    import mafsil.geometry.membership as membership
+    import mafsil.geometry.pose as pose
+else:
+    membership = lazily("mafsil.geometry.membership")
+    pose = lazily("mafsil.geometry.pose")
 
 ROUNDING = 1e-15
 """The same, of matrices that need no repair."""
@@ -46,6 +56,25 @@ def clean_poses(T: PoseMatrix) -> tuple[PoseMatrix, NDArray[np.bool_]]:
         clean[rough, :3, :3] = _orthogonal(clean[rough, :3, :3])
     clean[:, 3] = [0.0, 0.0, 0.0, 1.0]
     return clean, valid
+
+
+def printed_pose(name: str, T: PoseMatrix) -> PoseMatrix:
+    """The pose that a matrix was before it was printed with few digits.
+
+    Args:
+        name: of the argument.
+        T: (*batch, 4, 4).
+
+    Raises:
+        InputError: it is none even so; names the row, its distance and the likely cause.
+
+    Warns:
+        InputWarning: of the digits that were left out.
+    """
+    largest = float(np.abs(require_finite(name, T)).max())
+    if largest >= FARTHEST:
+        raise InputError("ik.farthest", name=name, value=largest, limit=FARTHEST)
+    return pose.project(membership.require("pose", name, T))
 
 
 def _orthogonal(R: Floats) -> Floats:

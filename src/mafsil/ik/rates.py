@@ -18,6 +18,7 @@ from mafsil.messages import say
 from mafsil.messages.tables import on_screen
 from mafsil.model.loading import RobotLike
 from mafsil.robot import as_robot
+from mafsil.robot.degrees import remark_on_degrees
 from mafsil.solvers import decompositions
 
 TwistForm = Literal["body", "space", "tip"]
@@ -300,6 +301,7 @@ def integrate_rates(
     if count > MOST_STEPS:
         raise InputError("input.range", name="duration / step", value=count, low=0, high=MOST_STEPS)
     q = single("q0", q0, (robot.n,))
+    remark_on_degrees(robot, "q0", q0)
     path = [q]
     for k in range(round(count)):
         q = q + step * joint_rates(robot, q, twist(k * step, q), form=form, rows=rows, cost=cost).qd

@@ -12,7 +12,7 @@ from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputWarning, warn
 from mafsil.ik.status import CODES, STATUSES, IKStatus
-from mafsil.ik.tolerances import ON_LIMIT, REACHED
+from mafsil.ik.tolerances import MILLIMETRES, ON_LIMIT, REACHED
 from mafsil.messages import say
 from mafsil.messages.tables import on_screen
 
@@ -190,7 +190,7 @@ class IKResult(Answer):
                 lines.append(f"{row}: {part.explain(*row, language=language)}")
             return "\n".join(lines)
         status, joint = STATUSES[int(self.codes[index])], str(self.worst_joint[index])
-        return say(
+        sentence = say(
             "ik.solved_on_limit" if status is IKStatus.SOLVED and joint else SENTENCES[status],
             language=language,
             measured=ON_LIMIT,
@@ -204,6 +204,9 @@ class IKResult(Answer):
             joints=self.moving,
             accepting=f"{rounded_up(float(self.residual[index])):.3g}",
         )
+        if status is IKStatus.OUT_OF_REACH and self.distance[index] > MILLIMETRES * self.reach[index]:
+            sentence += "; " + say("ik.part_millimetres", language=language)
+        return sentence
 
 
 _set = object.__setattr__

@@ -171,3 +171,6 @@ REGULAR = 1e-6
 """Distance from merged ways, from b and d about one axis, and from dependent prismatic axes that a proof needs."""
 LAST_CORRECTION = 1e-13
 """Corrections of a zero that are the last: 450 EPS."""
+
+MILLIMETRES = 50.0
+"""Reaches of an arm beyond which a place counts as one in millimetres: nobody asks for it in metres."""

@@ -17,7 +17,7 @@ from mafsil.ik.answers import Branch, SolutionSet
 from mafsil.ik.inverse import inverse_kinematics
 from mafsil.ik.numerical import solve_ik
 from mafsil.ik.numerical.problem import problem_of
-from mafsil.ik.problem import ORTHOGONALITY, clean_poses
+from mafsil.ik.problem import clean_poses, printed_pose
 from mafsil.ik.result import IKResult
 from mafsil.ik.tolerances import FROM_THE_POSE, NEARLY_SINGULAR, PULLED, REACHED, SELF_MOTION
 from mafsil.ik.winding import wound_near
@@ -25,6 +25,7 @@ from mafsil.messages import say
 from mafsil.messages.tables import on_screen
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot
+from mafsil.robot.degrees import remark_on_degrees
 
 TrackTask = Literal["pose", "position"]
 """What of a path is tracked; the rest is left to the arm."""
@@ -222,10 +223,10 @@ def track(
     poses = as_batch("T_path", T_path, (4, 4), finite=True)
     if poses.ndim != 3:
         raise InputError("input.shape", name="T_path", expected="(k, 4, 4)", got=poses.shape, hint="")
-    poses, rigid = clean_poses(poses)
-    if not rigid.all():
-        raise InputError("ik.no_pose", name=f"T_path[{int(rigid.argmin())}]", limit=ORTHOGONALITY)
+    clean, rigid = clean_poses(poses)
+    poses = clean if rigid.all() else printed_pose("T_path", poses)
     begin = single("q0", q0, (robot.n,))
+    remark_on_degrees(robot, "q0", q0)
     clock = np.arange(len(poses), dtype=np.float64) if times is None else as_batch("times", times, (), finite=True)
     if clock.shape != (len(poses),):
         raise InputError("input.shape", name="times", expected=(len(poses),), got=clock.shape, hint="")

@@ -200,13 +200,13 @@ def frames_in_links(rows: Sequence[DHRow], convention: Convention | str) -> tupl
 
 
 def convention_of(convention: Convention | str) -> Convention:
-    """The convention of that name.
+    """The convention of that name; Corke calls the classic one standard.
 
     Raises:
         ModelError: there is none; the sentence lists them.
     """
     try:
-        return Convention(convention)
+        return Convention.CLASSIC if convention == "standard" else Convention(convention)
     except ValueError:
         known = ", ".join(each.value for each in Convention)
         raise ModelError("dh.convention", value=convention, known=known) from None

@@ -4,14 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import cos, pi, sin
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix, Vector3, Vector6, as_batch, frozen
 from mafsil.errors import InputError, ModelError
+from mafsil.lazy_module import lazily
 from mafsil.model.link import Inertial
 from mafsil.model.tolerances import PRINTED_ROTATION
+
+if TYPE_CHECKING:
+    import mafsil.geometry.membership as membership
+else:
+    membership = lazily("mafsil.geometry.membership")
 
 _QUARTER = pi / 2
 _ROUNDING = 4 * 2.0**-52
@@ -26,22 +33,19 @@ def checked_pose(name: str, value: ArrayLike) -> PoseMatrix:
 
     Raises:
         InputError: another shape, or NaN or infinite numbers.
-        ModelError: the rotation block is no rotation to PRINTED_ROTATION or mirrors, or the last row is not 0, 0, 0, 1.
+        ModelError: the rotation block is no rotation or mirrors, or the last row is not 0, 0, 0, 1.
+
+    Warns:
+        InputWarning: digits of the rotation were left out, and the nearest one is taken.
     """
-    T = as_batch(name, value, (4, 4), finite=True)
+    T = checked_poses(name, value)
     if T.ndim != 2:
         raise InputError("input.shape", name=name, expected=(4, 4), got=T.shape, hint="")
-    R = T[:3, :3]
-    deviation = max(float(np.abs(R @ R.T - np.eye(3)).max()), float(np.abs(T[3] - (0, 0, 0, 1)).max()))
-    if deviation <= PRINTED_ROTATION and np.linalg.det(R) < 0:
-        raise ModelError("serial.left_handed", name=name)
-    if deviation > PRINTED_ROTATION:
-        raise ModelError("serial.pose", name=name, deviation=deviation, limit=PRINTED_ROTATION)
     return T
 
 
 def checked_poses(name: str, value: ArrayLike) -> PoseMatrix:
-    """Poses (*batch, 4, 4) as the user gave them, if each is one; errors as of `checked_pose`, with the index.
+    """Poses (*batch, 4, 4) as the user gave them, if each is one; errors and warnings as of `checked_pose`.
 
     Args:
         name: the argument's name, for the error.
@@ -55,10 +59,12 @@ def checked_poses(name: str, value: ArrayLike) -> PoseMatrix:
     off = np.abs(R @ np.swapaxes(R, -1, -2) - np.eye(3)).max(axis=(-2, -1))
     off = np.maximum(off, np.abs(T[..., 3, :] - (0, 0, 0, 1)).max(axis=-1))
     wrong = (off > PRINTED_ROTATION) | (np.linalg.det(R) < 0.0)
-    if wrong.any():
-        index = tuple(int(k) for k in np.argwhere(wrong)[0])
-        checked_pose(f"{name}[{', '.join(map(str, index))}]" if index else name, T[index])
-    return T
+    if not wrong.any():
+        return T
+    try:
+        return membership.require("pose", name, T)
+    except InputError as fault:
+        raise ModelError(fault.key, **fault.details) from None
 
 
 def cos_sin(angle: float) -> tuple[float, float]:

@@ -8,10 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import PoseMatrix, real_array, require_finite, single
-from mafsil.errors import InputError
+from mafsil.errors import InputError, InputWarning, warn
 from mafsil.model.link import Inertial, Link
 from mafsil.model.mass_properties import require_physical, united
 from mafsil.model.placement import checked_pose, moved_inertial
+
+LONGEST_TOOL = 10.0
+"""Offset [m] beyond which that of a tool counts as one in millimetres, of 1 cm and more."""
 
 
 def payload(mass: float, com: ArrayLike, inertia: ArrayLike | None, T_lm: PoseMatrix | None) -> Inertial:
@@ -43,6 +46,9 @@ def tool_pose(name: str, value: ArrayLike | None) -> PoseMatrix:
     if value is None:
         return np.eye(4)
     array = real_array(name, value)
+    place = array if array.shape == (3,) else array[..., :3, -1] if array.ndim > 1 else array
+    if place.size and (longest := float(np.abs(place).max())) > LONGEST_TOOL:
+        warn(InputWarning("input.millimetres", name=name, value=longest))
     if array.shape == (3,):
         T = np.eye(4)
         T[:3, 3] = require_finite(name, array)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, as_batch, frozen, positive, single, whole
+from mafsil.arrays import Floats, as_batch, frozen, positive, radians, single, whole
 from mafsil.errors import InputError
 from mafsil.geometry import pose
 from mafsil.geometry.quaternion import to_quaternion
@@ -68,8 +68,8 @@ class StewartPlatform:
         places = [
             positive(name, radius) * np.stack([np.cos(angle), np.sin(angle), np.zeros(6)], axis=-1)
             for name, radius, angle in (
-                ("base", base, single("base_angles", base_angles, (6,))),
-                ("platform", platform, single("platform_angles", platform_angles, (6,))),
+                ("base", base, radians("base_angles", single("base_angles", base_angles, (6,)))),
+                ("platform", platform, radians("platform_angles", single("platform_angles", platform_angles, (6,)))),
             )
         ]
         return cls(places[0], places[1])

@@ -47,6 +47,7 @@ from mafsil.planning.problem import Problem
 from mafsil.planning.reasons import FirstLine, Reason
 from mafsil.planning.search import PLANNERS
 from mafsil.planning.shortening import shortened
+from mafsil.robot.degrees import remark_on_degrees
 
 if TYPE_CHECKING:
     import mafsil.planning.cell_cover as cell_cover
@@ -153,6 +154,7 @@ def plan(
     n, mechanism = checker.robot.n, checker.robot.mechanism
     loops = closed_arms.loops_kept(mechanism) if mechanism.loops else ()
     q = single("start", start, (n,)).copy()
+    remark_on_degrees(checker.robot, "start", start)
     if not isinstance(cast(object, planner), str) or (planner not in PLANNERS and planner not in ARM_PLANNERS):
         raise InputError("input.choice", name="planner", value=planner, known=", ".join({**ARM_PLANNERS, **PLANNERS}))
     whole("seed", seed)
@@ -357,6 +359,7 @@ def configurations_of(checker: Checker, goal: ArrayLike | Pose | GoalRegion, sta
     typed = isinstance(goal, Pose)
     array = np.asarray(goal, dtype=np.float64) if typed else real_array("goal", goal)
     if array.shape == (n,) and n:
+        remark_on_degrees(checker.robot, "goal", goal)
         return require_finite("goal", array).copy()[None]
     if not array.size:
         raise InputError("planning.no_goals")

@@ -97,7 +97,7 @@ class _Pieces:
 
 
 def coordinate_arms(
-    cell: MultiArmCell, paths: Mapping[str, ArrayLike | ArmPlan], *, cells: int = 100, shorten: bool = True
+    cell: MultiArmCell, paths: Mapping[str, ArrayLike | ArmPlan], *, cells: int = 100, shortcut_iterations: bool = True
 ) -> CoordinatedPlan:
     """Two arms on given paths, neither leaving its own nor going back: who waits where, or the deadlock.
 
@@ -112,7 +112,7 @@ def coordinate_arms(
         cell: two arms in their scene.
         paths: for each arm's name the points (k, n of the arm) of its path, or an ArmPlan.
         cells: pieces of the slower path; memory is a byte for each cell.
-        shorten: whether staircases are made straight.
+        shortcut_iterations: whether staircases are made straight.
 
     Raises:
         InputError: not two arms, a path that is none, a wrong shape.
@@ -140,7 +140,7 @@ def coordinate_arms(
     shares = tuple(each.shares for each in pieces)
     way = _way(codes, diagram_loops.FREE, pieces)
     if way is not None:
-        places = _straightened(cell, pieces, way) if shorten else way
+        places = _straightened(cell, pieces, way) if shortcut_iterations else way
         path = np.stack([_at(pieces[0], x) + _at(pieces[1], y) for x, y in _with_corners(pieces, places)])
         along = np.stack([np.interp(places[:, k], np.arange(len(s)), s) for k, s in enumerate(shares)], axis=1)
         return CoordinatedPlan(

@@ -13,7 +13,7 @@ from mafsil.arrays import Floats, JointVector, Vector3, positive, single
 from mafsil.collision.joints import joints_of
 from mafsil.errors import InputError
 from mafsil.fields import checked, or_none, vector
-from mafsil.geometry.rotation import is_rotation
+from mafsil.geometry import rotation
 from mafsil.lazy_module import lazily
 from mafsil.messages import say
 from mafsil.model import Mechanism
@@ -114,9 +114,8 @@ class FixedOrientation:
     def rows(self, mechanism: Mechanism, poses: Floats) -> list[Row]:
         """The three axes; the sum of their squared chords is 8 sin(theta / 2)^2."""
         link, T = _frame(mechanism, self.frame)
-        wanted = poses[link][:3, :3] @ T[:3, :3] if self.R is None else single("R", self.R, (3, 3))
-        if self.R is not None and not is_rotation(wanted):
-            raise InputError("planning.keep_rotation")
+        given = None if self.R is None else single("R", self.R, (3, 3))
+        wanted = poses[link][:3, :3] @ T[:3, :3] if given is None else rotation.check(given)
         return [(1, link, -1, T[:3, k], wanted[:, k], np.eye(3)) for k in range(3)]
 
     def limits(self) -> tuple[float, float]:

@@ -27,7 +27,7 @@ def find_path(
     seed: int = 0,
     seconds: float = 10.0,
     max_nodes: int = 100_000,
-    shorten: bool = True,
+    shortcut_iterations: bool = True,
 ) -> Plan:
     """A free path from a configuration to a goal, or to any of several.
 
@@ -43,7 +43,7 @@ def find_path(
         seed: of the samples; equal seeds give equal paths where the time does not end the search.
         seconds: after which it gives up, or for planners that improve gives the best so far.
         max_nodes: most that it may make.
-        shorten: whether the path is shortened.
+        shortcut_iterations: whether the path is shortened.
 
     Raises:
         InputError: a wrong shape, a number that is not finite, an unknown planner.
@@ -75,7 +75,7 @@ def find_path(
     if path is None:
         return _ended(problem, PlanningStatus.NOT_FOUND, q[None], planner, made, begun)
     # 3.
-    if shorten:
+    if shortcut_iterations:
         path = shortened(problem, path, rng)
     return _ended(problem, PlanningStatus.FOUND, path, planner, made, begun)
 

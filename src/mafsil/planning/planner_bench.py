@@ -65,7 +65,7 @@ class Query:
         if isinstance(self.space, Problem):
             return find_path(
                 self.space, self.start, self.goal, planner=planner, seed=seed, seconds=seconds, max_nodes=nodes,
-                shorten=shorten,
+                shortcut_iterations=shorten,
             )  # fmt: skip
         return plan(
             self.space, None, self.start, self.goal, planner=planner, seed=seed, seconds=seconds, max_nodes=nodes,
@@ -187,7 +187,7 @@ def bench_planners(
     seeds: Sequence[int] = (0, 1, 2),
     seconds: float = 5.0,
     max_nodes: int = 20_000,
-    shorten: bool = True,
+    shortcut_iterations: bool = True,
     progress: Callable[[float], None] = lambda share: None,
 ) -> PlannerBench:
     """Ask several planners the same questions, each with the same seeds and the same budget.
@@ -201,7 +201,7 @@ def bench_planners(
         seeds: of the searches.
         seconds: for one search.
         max_nodes: for one search.
-        shorten: whether paths are shortened.
+        shortcut_iterations: whether paths are shortened.
         progress: called with the share that is done.
 
     Ctrl-C gives the planners that have answered all questions, `interrupted`; if there is none yet, it goes on to you.
@@ -224,7 +224,7 @@ def bench_planners(
         for k, name in enumerate(chosen):
             plans: list[list[Plan]] = []
             for i, query in enumerate(queries):
-                plans.append([query.asked(name, seed, seconds, max_nodes, shorten) for seed in numbers])
+                plans.append([query.asked(name, seed, seconds, max_nodes, shortcut_iterations) for seed in numbers])
                 progress((k + (i + 1) / len(queries)) / len(chosen))
             results.append(_result(name, queries, plans))
     except KeyboardInterrupt:

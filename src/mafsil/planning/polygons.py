@@ -14,7 +14,7 @@ from typing import NamedTuple, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, as_batch, require_finite, single
+from mafsil.arrays import Floats, as_batch, single
 from mafsil.errors import InputError
 
 ON_EDGE = 1e-9
@@ -80,7 +80,7 @@ class PolygonWorld:
 
     def inside(self, points: ArrayLike) -> NDArray[np.int64]:
         """(k,) the polygon in whose interior each point (k, 2) is; -1 in none."""
-        p, edges = np.atleast_2d(require_finite("points", np.asarray(points, dtype=np.float64))), self._edges
+        p, edges = np.atleast_2d(as_batch("points", points, (2,), finite=True)), self._edges
         if not self.polygons:
             return np.full(len(p), -1)
         a, b = edges.begin, edges.end
@@ -117,7 +117,7 @@ class PolygonWorld:
         Args:
             start, end: (2,).
         """
-        a, b = np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64)
+        a, b = single("start", start, (2,)), single("end", end, (2,))
         # 1.
         way, (corners, ends, _, longest) = b - a, self._edges
         edges = ends - corners
@@ -150,7 +150,7 @@ class PolygonWorld:
 
     def distance(self, points: ArrayLike) -> tuple[Floats, Floats, NDArray[np.int64]]:
         """Distance of points (k, 2) to the nearest obstacle, its nearest point (k, 2), and its index; 0 inside."""
-        p = np.atleast_2d(np.asarray(points, dtype=np.float64))
+        p = np.atleast_2d(as_batch("points", points, (2,), finite=True))
         best, place, which = np.full(len(p), np.inf), np.zeros_like(p), np.full(len(p), -1)
         inside = self.inside(p)
         for index, corners in enumerate(self.polygons):

@@ -9,7 +9,17 @@ from typing import NamedTuple, TypeAlias, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, calculable, positive, real_array, require_finite, require_function, single, whole
+from mafsil.arrays import (
+    Floats,
+    as_batch,
+    calculable,
+    positive,
+    real_array,
+    require_finite,
+    require_function,
+    single,
+    whole,
+)
 from mafsil.collision import Checker
 from mafsil.collision.each_distance import each_distance
 from mafsil.errors import InputError
@@ -179,11 +189,11 @@ class PotentialField:
 
     def attraction(self, x: ArrayLike) -> Floats:
         """(*batch, n) kp (goal - x)."""
-        return self.kp * (self.goal - np.asarray(x, dtype=np.float64))
+        return self.kp * (self.goal - self._points(x))
 
     def repulsion(self, x: ArrayLike) -> Floats:
         """(*batch, n) sum of eta (1/rho - 1/rho_0)/rho^2 along the directions away from obstacles; infinite at them."""
-        return self._repulsion(self.near(np.asarray(x, dtype=np.float64)))
+        return self._repulsion(self.near(self._points(x)))
 
     def force(self, x: ArrayLike) -> Floats:
         """(*batch, n) minus the gradient of U."""
@@ -191,8 +201,11 @@ class PotentialField:
 
     def potential(self, x: ArrayLike) -> Floats:
         """(*batch,) U."""
-        points = np.asarray(x, dtype=np.float64)
+        points = self._points(x)
         return self._potential(points, self.near(points))
+
+    def _points(self, x: ArrayLike) -> Floats:
+        return as_batch("x", x, self.goal.shape)
 
     def at(self, x: Floats) -> tuple[float, Floats, float]:
         """U, the force (n,), and by how much x (n,) can change before anything could be met."""

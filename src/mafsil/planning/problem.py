@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, JointVector, frozen, positive, real_array, require_finite, require_function
+from mafsil.arrays import Floats, JointVector, as_batch, frozen, positive, real_array, require_finite, require_function
 from mafsil.errors import InputError
 
 Free: TypeAlias = Callable[[JointVector], Any]
@@ -79,7 +79,7 @@ class Problem:
         Args:
             q: (k, n).
         """
-        rows = np.atleast_2d(np.asarray(q, dtype=np.float64))
+        rows = np.atleast_2d(as_batch("q", q, (self.n,)))
         self.counts.configurations += len(rows)
         inside = ((rows >= self.lower - 1e-12) & (rows <= self.upper + 1e-12)).all(axis=1)
         return inside & answers("free", self.free(rows), (len(rows),))

@@ -75,7 +75,7 @@ def watch(
 
     found = find_path(
         replace(problem, segment=noted), query.start, query.goal, planner=planner, seed=seed, seconds=seconds,
-        max_nodes=max_nodes, shorten=False,
+        max_nodes=max_nodes, shortcut_iterations=False,
     )  # fmt: skip
     n = problem.n
     return SearchLog(query, found, np.array(edges.ends).reshape(-1, 2, n), np.array(edges.free, dtype=np.bool_))

@@ -37,11 +37,12 @@ class DegreesHint:
         self._names = mechanism.joint_names
         self._given = False
 
-    def __call__(self, q: Any) -> None:
+    def __call__(self, q: Any, name: str = "q") -> None:
         """Warn if an angle lies more than a turn beyond its limits, or all angles are whole numbers and one is large.
 
         Args:
             q: coordinates of one configuration, already accepted; batches are left alone.
+            name: the argument's name, for the sentence.
 
         Warns:
             InputWarning: they look like degrees.
@@ -61,7 +62,7 @@ class DegreesHint:
         if k is not None:
             self._given = True
             angle = float(row[k])
-            warn(InputWarning("robot.degrees", joint=self._names[k], value=angle, turns=abs(angle) / TURN))
+            warn(InputWarning("robot.degrees", name=name, joint=self._names[k], value=angle, turns=abs(angle) / TURN))
 
     def _suspicious(self, values: Sequence[float]) -> int | None:
         """Index of the angle that gives it away."""
@@ -72,3 +73,17 @@ class DegreesHint:
             if abs(values[k]) >= LARGE and (beyond or whole):
                 return k
         return None
+
+
+def remark_on_degrees(robot: Any, name: str, q: object) -> None:
+    """Warn once for a robot if one configuration, as the user gave it, looks like degrees.
+
+    Args:
+        robot: a Robot, or its open tree.
+        name: the argument's name, for the sentence.
+        q: (n,) numbers as given: what comes as an array of floats was computed, and is left alone.
+
+    Warns:
+        InputWarning: it does.
+    """
+    robot._degrees_hint(q, name)

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import ceil
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, as_batch, positive, real_array, require_finite, require_kind
 from mafsil.control import as_law
-from mafsil.errors import InputError
+from mafsil.errors import InputError, InputWarning, warn
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
 from mafsil.robot import as_open_tree
+from mafsil.robot.degrees import remark_on_degrees
 from mafsil.simulation.closed_plant import ClosedPlant, plant_of
 from mafsil.simulation.disturbance import SensorNoise, WrenchPulse
 from mafsil.simulation.plant import Plant
@@ -94,6 +95,7 @@ class Scenario:
         object.__setattr__(self, "robot", as_open_tree(self.robot))
         require_kind("trajectory", self.trajectory, "Trajectory", "n", "duration", "at")
         object.__setattr__(self, "law", as_law(self.law))
+        self._require_own_law()
         require_kind("plant", self.true_plant, "Plant", "acceleration")
         if self.noise is not None:
             require_kind("noise", self.noise, "SensorNoise", "drawn")
@@ -201,6 +203,25 @@ class Scenario:
         q, qd = self._initial
         return q.copy(), qd.copy()
 
+    def _require_own_law(self) -> None:
+        """Refuse a law of a robot, or of gains, with another number of joints."""
+        law: Any = self.law
+        gains = np.shape(law.gains.kp) if hasattr(law, "gains") else ()
+        n = law.robot.n if hasattr(law, "robot") else gains[-1] if gains else self.robot.n
+        if n != self.robot.n:
+            raise InputError("input.shape", name="law", expected=f"n = {self.robot.n}", got=f"n = {n}", hint="")
+
+    def _remark_on_start(self, q: JointVector) -> None:
+        """Warn of a start in degrees, or beyond the joint limits."""
+        remark_on_degrees(self.robot, "q", q.tolist())
+        limits = self.robot.limits
+        outside = ~limits.within(q)
+        if outside.any():
+            joint = int(np.argwhere(outside)[0][-1])
+            names = {"joint": self.robot.joint_names[joint], "value": float(q[outside][0])}
+            bounds = {"lower": float(limits.lower[joint]), "upper": float(limits.upper[joint])}
+            warn(InputWarning("simulation.start_beyond", **names, **bounds))
+
     @lazy
     def _initial(self) -> tuple[JointVector, JointVector]:
         if self.q is None or self.qd is None:
@@ -211,6 +232,7 @@ class Scenario:
         q, qd = (
             require_finite(name, as_batch(name, x, (self.robot.n,))) for name, x in zip(("q", "qd"), given, strict=True)
         )
+        self._remark_on_start(q)
         shape = np.broadcast_shapes(q.shape, qd.shape)
         if self.variants is not None:
             shape = (self.variants.count, self.robot.n)

@@ -13,6 +13,8 @@ from email.message import Message
 
 TOKEN_BYTES = 24
 _LOCAL = ("127.0.0.1", "localhost")
+_ONCE = ("Host", "Origin", "Sec-Fetch-Site", "Content-Length", "Content-Type", "Transfer-Encoding")
+"""Headers that decide something: given twice, two readers of a request may each believe another one."""
 
 
 @dataclass(frozen=True)
@@ -44,11 +46,13 @@ class Access:
             headers: of the request.
             changes: it is more than a look: then its origin must be said.
         """
+        if any(len(headers.get_all(name) or ()) > 1 for name in _ONCE):
+            return False
         hosts = [f"{name}:{self.port}" for name in _LOCAL]
-        named = headers.get_all("Host") or []
-        if len(named) != 1 or named[0].lower() not in hosts:
+        host = headers.get("Host", "").lower()
+        if host not in hosts:
             return False
         origins = headers.get_all("Origin") or []
-        if origins != [f"http://{named[0].lower()}"] and (changes or origins):
+        if origins != [f"http://{host}"] and (changes or origins):
             return False
         return headers.get("Sec-Fetch-Site", "none") in ("same-origin", "none")

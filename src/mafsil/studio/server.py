@@ -84,6 +84,7 @@ class Server(ThreadingHTTPServer):
         self.refused = 0
         self._guard = threading.Lock()
         self._open: dict[socket.socket, float] = {}
+        self._known: set[socket.socket] = set()
 
     @property
     def address(self) -> str:
@@ -91,9 +92,17 @@ class Server(ThreadingHTTPServer):
         return f"http://{LOOPBACK}:{self.server_port}/{self.access.token}/"
 
     def process_request(self, request: Any, client_address: Any) -> None:
-        """Serve a connection in a thread of its own, if there are not too many."""
+        """Serve a connection in a thread of its own, if there are not too many.
+
+        Where there are, the oldest one that has not yet shown the token gives way: anyone can open such connections.
+        """
         with self._guard:
-            admitted = len(self._open) < MOST_CONNECTIONS
+            silent = [connection for connection in self._open if connection not in self._known]
+            full = len(self._open) >= MOST_CONNECTIONS
+            admitted = not full or bool(silent)
+            if full and silent:
+                self._open.pop(silent[0])
+                _end(silent[0])
             if admitted:
                 self._open[request] = time.monotonic()
         if admitted:
@@ -105,12 +114,19 @@ class Server(ThreadingHTTPServer):
         """Close a connection."""
         with self._guard:
             self._open.pop(request, None)
+            self._known.discard(request)
         super().shutdown_request(request)
+
+    def knows(self, connection: socket.socket) -> None:
+        """A request with the token came: the connection no longer gives way to others."""
+        with self._guard:
+            self._known.add(connection)
 
     def awaits(self, connection: socket.socket, *, request: bool) -> None:
         """From now on a request is waited for, for a limited time; or something is sent, as long as it takes."""
         with self._guard:
-            self._open[connection] = time.monotonic() if request else float("inf")
+            if connection in self._open:
+                self._open[connection] = time.monotonic() if request else float("inf")
 
     def service_actions(self) -> None:
         """Between requests: close connections whose request does not come."""
@@ -118,8 +134,7 @@ class Server(ThreadingHTTPServer):
         with self._guard:
             slow = [connection for connection, since in self._open.items() if since < late]
         for connection in slow:
-            with suppress(OSError):
-                connection.shutdown(socket.SHUT_RDWR)
+            _end(connection)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """A connection broke, which is its own affair."""
@@ -131,8 +146,12 @@ class Server(ThreadingHTTPServer):
         with self._guard:
             left = list(self._open)
         for connection in left:
-            with suppress(OSError):
-                connection.shutdown(socket.SHUT_RDWR)
+            _end(connection)
+
+
+def _end(connection: socket.socket) -> None:
+    with suppress(OSError):
+        connection.shutdown(socket.SHUT_RDWR)
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -197,6 +216,8 @@ class _Handler(BaseHTTPRequestHandler):
         path = self.studio.access.path(self.path)
         if path is None:
             self._refuse(403)
+        else:
+            self.studio.knows(self.connection)
         return path
 
     def _body(self) -> bytes | None:

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import PoseMatrix, as_batch, positive, require_finite
 from mafsil.errors import InputError
 from mafsil.robot import Robot, of_robot
+from mafsil.robot.degrees import remark_on_degrees
 from mafsil.solvers import Outcome
 from mafsil.trajectory.cartesian_path import CartesianPath, Interpolation
 from mafsil.trajectory.laws import LawName, rest_law
@@ -56,6 +57,7 @@ def cartesian_line(
     """
     tolerance = positive("tolerance", tolerance)
     q = require_finite("q_start", as_batch("q_start", q_start, (robot.n,)))
+    remark_on_degrees(robot, "q_start", q_start)
     goal: PoseMatrix = require_finite("T_goal", as_batch("T_goal", T_goal, (4, 4)))
     if q.ndim != 1 or goal.ndim != 2:
         name, got = ("q_start", q.shape) if q.ndim != 1 else ("T_goal", goal.shape)

@@ -149,7 +149,12 @@ class JointPath:
 
         Args:
             begin, end: two of `breaks()`.
+
+        Raises:
+            InputError: the end is not behind the beginning.
         """
+        if not begin < end:
+            raise InputError("input.range", name="begin", value=begin, low=0.0, high=end)
         first, last = (int(np.searchsorted(self.curve.knots, s)) for s in (begin, end))
         knots = self.curve.knots[first : last + 1] - self.curve.knots[first]
         return JointPath(PiecewisePolynomial(frozen(knots), frozen(self.curve.coefficients[first:last])))

@@ -8,8 +8,7 @@ from typing import Any, ClassVar, cast, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Quaternion, Scalar, Vector3, real_array
-from mafsil.errors import InputWarning, warn
+from mafsil.arrays import Floats, Quaternion, Scalar, Vector3, radians
 from mafsil.geometry import euler, quaternion
 from mafsil.geometry import rotation as functions
 from mafsil.geometry.values import labels
@@ -53,7 +52,7 @@ class Rotation(Value):
         cls, axis: ArrayLike, angle: ArrayLike, frames: Frames | None = None, *, degrees: bool = False
     ) -> Rotation:
         """About an axis (*batch, 3) by an angle (*batch) [rad, or degrees]."""
-        return cls(functions.from_axis_angle(axis, _radians("angle", angle, degrees=degrees)), frames)
+        return cls(functions.from_axis_angle(axis, radians("angle", angle, degrees=degrees)), frames)
 
     @classmethod
     def from_quaternion(cls, q: ArrayLike, frames: Frames | None = None) -> Rotation:
@@ -63,14 +62,14 @@ class Rotation(Value):
     @classmethod
     def from_rpy(cls, rpy: ArrayLike, frames: Frames | None = None, *, degrees: bool = False) -> Rotation:
         """From roll, pitch, yaw (*batch, 3) [rad, or degrees if said] about fixed x, y, z."""
-        return cls(euler.from_rpy(_radians("rpy", rpy, degrees=degrees)), frames)
+        return cls(euler.from_rpy(radians("rpy", rpy, degrees=degrees)), frames)
 
     @classmethod
     def from_euler(
         cls, angles: ArrayLike, sequence: str, frames: Frames | None = None, *, degrees: bool = False
     ) -> Rotation:
         """From three angles (*batch, 3) [rad, or degrees] of a sequence such as `ZYX` (body) or `xyz` (fixed)."""
-        return cls(euler.from_euler(_radians("angles", angles, degrees=degrees), sequence), frames)
+        return cls(euler.from_euler(radians("angles", angles, degrees=degrees), sequence), frames)
 
     @classmethod
     def from_axes(cls, x: ArrayLike, y: ArrayLike, z: ArrayLike, frames: Frames | None = None) -> Rotation:
@@ -143,14 +142,3 @@ class Rotation(Value):
     def slerp(self, other: Rotation, t: ArrayLike) -> Rotation:
         """From this rotation (t = 0) to another (t = 1) at constant angular velocity."""
         return Rotation(functions.slerp(self.array, other.array, t), self.frames)
-
-
-def _radians(name: str, angles: ArrayLike, *, degrees: bool) -> Floats:
-    """Angles in radians; whole degrees of more than a turn, where radians are meant, are remarked on."""
-    array = real_array(name, angles)
-    if degrees:
-        return np.radians(array)
-    beyond = np.abs(array) > 2 * np.pi
-    if beyond.any() and (array[np.isfinite(array)] % 1.0 == 0.0).all():
-        warn(InputWarning("input.degrees", name=name, value=float(array[beyond][0])))
-    return array

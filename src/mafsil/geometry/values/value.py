@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import ABCMeta, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
-from typing import Any, ClassVar, Self, cast
+from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self, cast
 
 import numpy as np
 
-from mafsil.arrays import Floats, Truth, frozen, real_array
-from mafsil.errors import OperandError
+from mafsil.arrays import Floats, Truth, frozen, real_array, require_finite
+from mafsil.errors import OperandError, UnknownNameError
 from mafsil.geometry.tolerances import ROUNDOFF
 
 
@@ -43,8 +43,22 @@ def factor_of(sign: str, value: Value, factor: object) -> Floats:
     return numbers.reshape((*numbers.shape, *(1,) * value.core)) if numbers.ndim else numbers
 
 
+class ValueType(ABCMeta):
+    """The type of value types: a name that one does not have is said as one of an object is."""
+
+    if not TYPE_CHECKING:  # type checkers find misspelt names themselves
+
+        def __getattr__(cls, name: str) -> NoReturn:
+            raise _unknown(cls, name)
+
+
+def _unknown(kind: type, name: str) -> AttributeError:
+    """NumPy and others look for private names, which need no advice."""
+    return AttributeError(name) if name.startswith("_") else UnknownNameError(kind.__name__, name, dir(kind))
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class Value(ABC):
+class Value(metaclass=ValueType):
     """A frozen array (*batch, *core), checked when made.
 
     Attributes:
@@ -59,12 +73,17 @@ class Value(ABC):
     """Number of core dimensions."""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "array", frozen(self.accepted(self.array)))
+        object.__setattr__(self, "array", frozen(require_finite(type(self).__name__, self.accepted(self.array))))
 
     @staticmethod
     @abstractmethod
     def accepted(array: Any) -> Floats:
         """The numbers, if they are what the type promises; otherwise InputError."""
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> NoReturn:
+            raise _unknown(type(self), name)
 
     def __reduce__(self) -> tuple[type[Self], tuple[Any, ...]]:
         return type(self), tuple(getattr(self, f.name) for f in fields(self))

@@ -13,11 +13,11 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix, as_batch
 from mafsil.errors import InputError
 from mafsil.ik.answers.branch import Branch
 from mafsil.ik.answers.doubt import folding, nearly_there, structure_decides
-from mafsil.ik.answers.one_pose import no_pose, one_pose
+from mafsil.ik.answers.one_pose import one_pose
 from mafsil.ik.answers.setting import Setting
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.answers.solution_table import pose_table
-from mafsil.ik.problem import FARTHEST, clean_poses
+from mafsil.ik.problem import FARTHEST, clean_poses, printed_pose
 from mafsil.ik.status import STATUSES
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
@@ -230,7 +230,7 @@ class SolutionBatch(Answer):
         """
         T = finite_poses(self.T[index].reshape(1, 4, 4))[0]
         if not clean_poses(T[None])[1][0]:
-            raise no_pose(f"T_sd[{index}]")
+            T = printed_pose(f"T_sd[{index}]", self.T[index].reshape(4, 4))
         return one_pose(self.setting, T, self.setting.part.own(self.others), self.tolerance, self.others)
 
     def nearest(self, q: ArrayLike) -> JointVector:

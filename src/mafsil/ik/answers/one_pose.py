@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
-from mafsil.errors import InputError
 from mafsil.ik.answers.candidate_table import CandidateTable, Decision
 from mafsil.ik.answers.clear_set import exact_set
 from mafsil.ik.answers.lists import SAME, complete, refined_lists
 from mafsil.ik.answers.question import Question
 from mafsil.ik.answers.setting import Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet
-from mafsil.ik.problem import ORTHOGONALITY, clean_poses
+from mafsil.ik.problem import clean_poses, printed_pose
 from mafsil.ik.redundant.parametric_form import has_redundant_joints
 from mafsil.ik.winding import TURN
 from mafsil.lazy_module import lazily
@@ -52,9 +51,8 @@ def one_pose(
     if has_redundant_joints(setting):
         return redundant_single.redundant_single(setting, T, q0, tolerance, others)
     clean, valid = clean_poses(T[None])
-    if not valid[0]:
-        raise no_pose("T_sd")
-    return at_parameter.answered(Question(setting, clean[0], q0, tolerance, others))
+    goal = clean[0] if valid[0] else printed_pose("T_sd", T)
+    return at_parameter.answered(Question(setting, goal, q0, tolerance, others))
 
 
 def judged_pose(question: Question, judged: tuple[JointVector, Floats, float]) -> SolutionSet:
@@ -70,7 +68,8 @@ def judged_pose(question: Question, judged: tuple[JointVector, Floats, float]) -
     q, columns, decision = judged
     if decision != Decision.CAREFUL:
         if decision == Decision.NO_POSE:
-            raise no_pose("T_sd")
+            goal = printed_pose("T_sd", question.T)
+            return one_pose(question.setting, goal, question.q0, question.tolerance, question.others)
         rows = [] if decision == Decision.NONE else distinct_rows(q, columns, question)
         return exact_set(question, q, columns, rows)
     setting, form = question.setting, question.setting.arm.form
@@ -116,15 +115,6 @@ def distinct_rows(q: JointVector, columns: Floats, question: Question) -> list[i
             seen.append(row)
         kept.append(k)
     return kept
-
-
-def no_pose(name: str) -> InputError:
-    """The error that a matrix is no pose.
-
-    Args:
-        name: of the argument.
-    """
-    return InputError("ik.no_pose", name=name, limit=ORTHOGONALITY)
 
 
 def _alike(one: list[float], other: list[float], revolute: list[bool]) -> bool:

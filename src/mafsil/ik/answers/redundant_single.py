@@ -6,13 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
-from mafsil.errors import InputError
 from mafsil.ik.answers.candidate_table import CODE, EXCESS, RESIDUAL
 from mafsil.ik.answers.question import Question
 from mafsil.ik.answers.setting import CLEAR, Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.answers.start import Start
-from mafsil.ik.problem import ORTHOGONALITY, clean_poses
+from mafsil.ik.problem import ORTHOGONALITY, clean_poses, printed_pose
 from mafsil.ik.redundant.parameter_search import ParameterValues, nearest_allowed, parameter_values
 from mafsil.ik.redundant.parametric_form import ParametricForm, parametric_form
 from mafsil.ik.status import IKStatus
@@ -48,7 +47,7 @@ def redundant_single(
     q, details, summary = form.solutions.call(T, values, q0, turns, *setting.bounds, most)
     defect, doubtful, folded, excess = summary.tolist()
     if not defect <= ORTHOGONALITY:
-        raise InputError("ik.no_pose", name="T_sd", limit=ORTHOGONALITY)
+        return redundant_single(setting, printed_pose("T_sd", T), q0, tolerance, others)
     # 2.
     if not excess <= ON_LIMIT:
         other = nearest_allowed(setting, form, T, q0, most)

@@ -18,7 +18,16 @@ from mafsil.ik.problem import reach_bound
 from mafsil.ik.refine import least_squares, pose_errors, residuals
 from mafsil.ik.result import IKResult, rounded_up
 from mafsil.ik.status import IKStatus
-from mafsil.ik.tolerances import EXACT_POSE, FROM_THE_POSE, LEAST_DAMPING, NO_GRADIENT, REACHED, SMALLEST, START_DAMPING
+from mafsil.ik.tolerances import (
+    EXACT_POSE,
+    FROM_THE_POSE,
+    LEAST_DAMPING,
+    MILLIMETRES,
+    NO_GRADIENT,
+    REACHED,
+    SMALLEST,
+    START_DAMPING,
+)
 from mafsil.lazy_module import lazily
 from mafsil.mechanics.arm_pattern import ArmPattern, FailedStep, Family
 from mafsil.messages import say
@@ -127,7 +136,8 @@ def refusal(
     proven = setting.decisive or eliminated
     verdict = verdict_without_solution(setting, T, proven=proven)
     if beyond_reach(setting, T):
-        return Refusal(verdict, known, q, residual, _reasons(kind, (FailedStep.TOO_FAR, FailedStep.SHOULDER)))
+        far = _reasons(kind, (FailedStep.TOO_FAR, FailedStep.SHOULDER))
+        return Refusal(verdict, known, q, residual, (*far, *unit_reasons(position, setting)))
     if off := out_of_plane(setting, T):
         return Refusal(verdict, known, q, residual, (f"ik.part_off_{off}",))
     if not proven:
@@ -141,6 +151,12 @@ def refusal(
         return Refusal(IKStatus.OUT_OF_REACH, known, q, residual, _reasons(kind, _PLACE))
     part = "ik.part_place" if rotation <= tolerance else "ik.part_both"
     return Refusal(IKStatus.NOT_OF_THIS_ARM, known, q, residual, (part,))
+
+
+def unit_reasons(distance: float, setting: Setting) -> tuple[str, ...]:
+    """The remark that a place is given in millimetres, where it lies many reaches away."""
+    reach = reach_bound(setting.robot.mechanism, None)[1]
+    return ("ik.part_millimetres",) if distance > MILLIMETRES * reach else ()
 
 
 def _reasons(kind: FailedStep, allowed: Container[FailedStep]) -> tuple[str, ...]:

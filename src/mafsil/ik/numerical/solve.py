@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from time import perf_counter
-from typing import Any, TypeGuard, cast
+from typing import TYPE_CHECKING, Any, TypeGuard, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,11 +17,18 @@ from mafsil.ik.numerical.full_search import FullSearch
 from mafsil.ik.numerical.preferred import preferred_configuration
 from mafsil.ik.numerical.records import WINNER
 from mafsil.ik.numerical.task import TaskKind
-from mafsil.ik.problem import ORTHOGONALITY
+from mafsil.ik.problem import printed_pose
 from mafsil.ik.result import IKResult
 from mafsil.ik.status import CODES, IKStatus
+from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
 from mafsil.robot import as_robot
+from mafsil.robot.degrees import remark_on_degrees
+
+if TYPE_CHECKING:
+    import mafsil.geometry.membership as membership
+else:
+    membership = lazily("mafsil.geometry.membership")
 
 AXIS = (0.0, 0.0, 1.0)
 """The axis of a frame that counts unless another is named."""
@@ -119,7 +126,7 @@ def solve_ik(
     robot = as_robot(robot)
     if not robot.n:
         raise ModelError("robot.no_joints", robot=robot.name)
-    desired = as_batch("T_sd", T_sd, (4, 4))
+    desired = membership.mended("pose", "T_sd", as_batch("T_sd", T_sd, (4, 4)))
     if frame is not None:
         require_kind("frame", frame, "str", "casefold")
     whole("restarts", restarts)
@@ -132,6 +139,7 @@ def solve_ik(
     _remember((robot, frame, limits, seed, task, axis, weights, tolerance, rotation_tolerance), search)
     plan, part, batch = search.plan, search.part, desired.shape[:-2]
     first = None if q0 is None else _rows("q0", q0, robot.n, batch)
+    remark_on_degrees(robot, "q0", q0)
     # 3.
     if not batch and q_preferred is None and seconds is None:
         found = _single(search, desired, None if first is None else first[0], restarts)
@@ -152,7 +160,7 @@ def solve_ik(
         full.run()
         report = Report(full.report, full.attempts, plan, full.codes, full.worst)
     if not batch and report.codes is not None and report.codes[0] == _NOT_A_POSE:
-        raise InputError("ik.no_pose", name="T_sd", limit=ORTHOGONALITY)
+        printed_pose("T_sd", desired)
     result = IKResult(report.shaped(batch).field)
     return result if part.places is None else _lifted(result, part, first, preferred)
 

@@ -16,7 +16,7 @@ from mafsil.ik.answers.search import Search
 from mafsil.ik.answers.setting import CLEAR, Setting
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.answers.start import Start
-from mafsil.ik.problem import ORTHOGONALITY, clean_poses
+from mafsil.ik.problem import ORTHOGONALITY, clean_poses, printed_pose
 from mafsil.ik.redundant.form import ARM_ANGLE, Redundancy, redundancy
 from mafsil.ik.redundant.parameter_search import beyond_sphere
 from mafsil.ik.refine import distinct, refined
@@ -68,9 +68,7 @@ def _named(free: float | Mapping[str, float]) -> tuple[str | None, float]:
 def _pose(T: PoseMatrix) -> PoseMatrix:
     """The pose with its rotation at working precision."""
     clean, valid = clean_poses(T[None])
-    if not valid[0]:
-        raise InputError("ik.no_pose", name="T_sd", limit=ORTHOGONALITY)
-    return clean[0]
+    return clean[0] if valid[0] else printed_pose("T_sd", T)
 
 
 def _regular(setting: Setting, form: Redundancy, T: PoseMatrix, value: float, tolerance: float) -> SolutionSet | None:

@@ -21,7 +21,7 @@ from mafsil.ik.chain import Chain, chain_of
 from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.general import GeneralSix
 from mafsil.ik.moving_part import moving_part
-from mafsil.ik.problem import ORTHOGONALITY, clean_poses
+from mafsil.ik.problem import ORTHOGONALITY, clean_poses, printed_pose
 from mafsil.ik.recognise import recognise_locked
 from mafsil.ik.redundant.arm_angle import ArmAngleForm, arm_angle_form
 from mafsil.ik.redundant.intervals import certified, range_of
@@ -266,7 +266,7 @@ class Redundancy:
         preferred = own.middle, own.middle_turns, *own.bounds
         q, residual, excess, defect = form.configurations(X[..., None, :, :], values[..., None], *preferred, REACHED)
         if not np.less_equal(defect, ORTHOGONALITY).all():
-            raise _no_poses()
+            return self._labelled_rows(form, printed_pose("T", X), values)
         return q, residual, excess <= INSIDE
 
     def _checked(self, X: PoseMatrix, values: Floats, q: JointVector) -> tuple[Floats, NDArray[np.bool_]]:
@@ -390,10 +390,4 @@ def _poses(T: ArrayLike) -> PoseMatrix:
     """Poses that are poses; NaN where they are not numbers."""
     X = as_batch("T", T, (4, 4))
     clean, valid = clean_poses(X.reshape(-1, 4, 4))
-    if not valid.all():
-        raise _no_poses()
-    return clean.reshape(X.shape)
-
-
-def _no_poses() -> InputError:
-    return InputError("ik.no_pose", name="T", limit=ORTHOGONALITY)
+    return clean.reshape(X.shape) if valid.all() else printed_pose("T", X)

@@ -54,6 +54,7 @@ from mafsil.mobility.library.spatial import (
 )
 from mafsil.mobility.linkage import Linkage
 from mafsil.model.library import robots, same_letters
+from mafsil.other_words import NAMES
 
 MECHANISMS: dict[str, Callable[..., Linkage]] = {
     function.__name__: function
@@ -83,7 +84,9 @@ def linkage(name: str, **parameters: Any) -> Linkage:
     Raises:
         InputError: there is none of that name; the sentence lists them.
     """
-    known = same_letters(name, MECHANISMS) if isinstance(cast("object", name), str) else None
+    known = (
+        same_letters(NAMES.get(name.casefold(), name), MECHANISMS) if isinstance(cast("object", name), str) else None
+    )
     if known is None:
         close = get_close_matches(str(name), [*MECHANISMS, *robots()], cutoff=0.5)
         raise InputError("mobility.unknown_mechanism", name=name, known=", ".join(close or MECHANISMS))

@@ -6,14 +6,21 @@ from collections.abc import Callable, Iterable
 from difflib import get_close_matches
 from inspect import signature
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import single
 from mafsil.errors import InputError, ModelError
+from mafsil.lazy_module import lazily
 from mafsil.model.library import franka, kuka, mitsubishi, planar, puma, scara, stanford, textbook, universal_robots
 from mafsil.model.mechanism import Mechanism
+
+if TYPE_CHECKING:
+    import mafsil.other_words as other_words
+else:
+    other_words = lazily("mafsil.other_words")
 
 _MAKERS: tuple[Callable[..., Mechanism], ...] = (
     franka.panda,
@@ -114,6 +121,9 @@ def _dimension(maker: Callable[..., Mechanism], key: str, value: ArrayLike) -> f
 def close_names(name: str) -> tuple[str, ...]:
     """Names of the library that contain the given one or look like it."""
     lowered = name.lower()[:_LONGEST]
+    other = other_words.NAMES.get(lowered.replace("-", "_").replace(" ", "_"))
+    if other is not None and other in ROBOTS:
+        return (other,)
     containing = [known for known in robots() if lowered and (lowered in known or known in lowered)]
     similar = get_close_matches(lowered, ROBOTS, n=5, cutoff=0.5)
     return tuple(dict.fromkeys([*containing, *similar]))

@@ -1,0 +1,91 @@
+"""What people type who know other toolboxes of robotics, and what to write here instead."""
+
+from __future__ import annotations
+
+ONE_POSE = "robot.ik_all(T) for all solutions, robot.ik(T, q0) for the nearest one"
+BY_TABLE = 'mf.Robot.from_dh(rows, "classic")'
+TRAPEZOID = "mf.trajectory.trapezoid(start, goal, acceleration=a, velocity=v)"
+
+ATTRIBUTES: dict[str, str] = {
+    **dict.fromkeys(("fk", "fkine", "forward", "getfk", "forward_kinematics"), "robot.fk(q)"),
+    **dict.fromkeys(("ik", "ikine", "ikine_lm", "ikine_a", "ik_lm", "inverse_kinematics", "ik_all"), ONE_POSE),
+    **dict.fromkeys(("jacobian", "jacobe", "jac"), "robot.jacobian(q), in the tip frame; rows: omega, then v"),
+    **dict.fromkeys(
+        ("jacob0", "geometric_jacobian"), 'robot.jacobian(q, expressed_in="aligned"), axes of {s}; rows: omega, then v'
+    ),
+    **dict.fromkeys(("teach", "view", "display", "animate", "visualize", "show"), "robot.show()"),
+    "plot": "robot.plot(q), or robot.show() in the browser",
+    **dict.fromkeys(("dof", "n_dof", "ndof", "num_joints", "njoints", "nq", "dofs"), "robot.n"),
+    **dict.fromkeys(("rne", "rnea", "idyn"), "robot.inverse_dynamics(q, qd, qdd)"),
+    **dict.fromkeys(("accel", "fdyn", "aba"), "robot.forward_dynamics(q, qd, tau)"),
+    **dict.fromkeys(("inertia", "crba", "mass"), "robot.mass_matrix(q)"),
+    **dict.fromkeys(("gravload", "gravity"), "robot.gravity_torque(q)"),
+    **dict.fromkeys(("qlim", "joint_limits", "lower", "upper"), "robot.limits"),
+    **dict.fromkeys(("links", "joints"), "robot.mechanism, which holds links and joints"),
+    **dict.fromkeys(("manipulability", "maniplty"), "mf.performance.manipulability(robot, q)"),
+    **dict.fromkeys(("workspace", "reach"), "robot.workspace()"),
+    **dict.fromkeys(("singularity", "is_singular"), "robot.singularity(q)"),
+    "derive": 'robot.derive("jacobian")',
+    **dict.fromkeys(("list_robots", "models"), "mf.robots()"),
+    **{name: f'mf.load("{name}")' for name in ("panda", "puma560", "ur3e", "ur5", "ur5e", "ur10e", "iiwa7", "fr3")},
+    **dict.fromkeys(("dhrobot", "erobot", "seriallink", "revolutedh", "from_table"), BY_TABLE),
+    **dict.fromkeys(("se3", "transform", "homogeneous"), "mf.Pose(T), or mf.Pose.of(R, p)"),
+    **dict.fromkeys(("so3", "rotx", "roty", "rotz"), "mf.Rotation.from_axis_angle(axis, angle)"),
+    **dict.fromkeys(
+        ("from_matrix", "as_matrix"), "mf.Rotation(R) or mf.Pose(T), which take the matrix; it stands in .array"
+    ),
+    "from_xyz_rpy": "mf.Pose.of(mf.Rotation.from_rpy(rpy), xyz)",
+    "rpy": 'mf.Rotation.from_rpy(rpy), or .euler("xyz") of a rotation',
+    "inv": ".inverse()",
+    **dict.fromkeys(("trapezoidal", "trapveltraj", "lspb", "jtraj"), TRAPEZOID),
+    "toppra": "mf.trajectory.time_optimal(path, limits)",
+    "ruckig": "mf.trajectory.jerk_limited(start, goal, limits)",
+    "rrt": "robot.plan(scene, start, goal)",
+    "place": "mf.optimal_base_placement(robot, targets)",
+    "mend": "mf.repair(path)",
+    "doctor": "mf.trajectory.suggest_fixes(points, durations, robot)",
+}
+"""By the name in small letters."""
+
+ARGUMENTS: dict[str, str] = {
+    "margin": "clearance",
+    "keep": "constraints",
+    "moving": "active_joints",
+    "shorten": "shortcut_iterations",
+    "nodes": "max_nodes",
+    "rest": "known_free",
+    "deg": "degrees",
+    "kp": "natural_frequency",
+    "kd": "damping_ratio",
+    "omega": "natural_frequency",
+    "zeta": "damping_ratio",
+    "initial": "q0",
+    "seed_q": "q0",
+    "q_init": "q0",
+    "ee": "frame",
+    "link_name": "frame",
+    "rb": "base",
+    "re": "platform",
+    "timeout": "seconds",
+    "max_iter": "restarts",
+}
+"""Where the one is not known and the other is taken."""
+
+NAMES: dict[str, str] = {
+    "kuka": "iiwa7",
+    "iiwa": "iiwa7",
+    "franka": "panda",
+    "puma": "puma560",
+    "stanford": "stanford_arm",
+    "scara": "cobra600",
+    "ur10": "ur10e",
+    "ur3": "ur3e",
+    "two_link": "planar2r",
+    "2r": "planar2r",
+    "3r": "planar3r",
+    "stewart": "stewart_gough",
+    "gough": "stewart_gough",
+    "bennett_linkage": "bennett",
+    "crank_slider": "slider_crank",
+}
+"""Of robots and mechanisms in the libraries."""
