@@ -224,6 +224,7 @@ SDF_QUATERNION = _error("D1211", "sdf_quaternion")
 SDF_AUTO = _error("D1212", "sdf_auto")
 SDF_GEARBOX = _error("D1213", "sdf_gearbox")
 SDF_GEARBOX_RATIO = _error("D1214", "sdf_gearbox_ratio")
+SDF_NO_MODEL = _error("D1215", "sdf_no_model")
 
 # Tables
 DH_DEGREES = _warning("T1301", "dh_degrees")

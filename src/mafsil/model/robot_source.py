@@ -23,7 +23,7 @@ LOGS = frozenset({".csv", ".npz", ".mcap", ".parquet"})
 
 
 def read_source(
-    source: str | PathLike[str], arguments: dict[str, str], dimensions: Mapping[str, ArrayLike]
+    source: str | PathLike[str], arguments: dict[str, str], dimensions: Mapping[str, ArrayLike], model: str | None
 ) -> tuple[Mechanism, bool]:
     """The description as the library or the file gives it, and whether a file did.
 
@@ -31,6 +31,7 @@ def read_source(
         source: a name of the library, or a path.
         arguments: of a xacro file.
         dimensions: of an arm of the library.
+        model: the one that is meant of several in a file.
 
     Raises:
         InputError: neither a name nor a path, arguments for something other than a file.
@@ -46,16 +47,16 @@ def read_source(
             close = library.close_names(name)
             key = "robot.no_file_close" if close else "robot.no_file"
             raise FileError(key, source=shown(name), close=", ".join(close), known=", ".join(library.names()))
-        _require_xacro(arguments, name)
+        _require_choices(arguments, model, name)
         return library.load(name, **dimensions), False
     if dimensions:
         raise InputError("robot.no_dimensions", source=shown(str(source)), names=", ".join(dimensions))
     if path.suffix.lower() == ".toml":
-        _require_xacro(arguments, str(path))
+        _require_choices(arguments, model, str(path))
         return table.read(path), True
     if path.suffix.lower() in LOGS:
         raise FileError("robot.log", source=shown(str(source)))
-    reader = reader_of(path, arguments=arguments)
+    reader = reader_of(path, arguments=arguments, model=model)
     if reader is None:
         raise FileError("robot.kind", source=shown(str(source)), suffix=path.suffix)
     mechanism, beside = reader.read(path, repair=False, silent=True), loop_file_of(path)
@@ -74,8 +75,10 @@ def warn_of_file(mechanism: Mechanism, choice: TipChoice | None) -> None:
     warn_of(mechanism, choice, silent=(LOOP_CLOSED.code,))
 
 
-def _require_xacro(arguments: dict[str, str], source: str) -> None:
-    """Arguments belong to xacro files."""
+def _require_choices(arguments: dict[str, str], model: str | None, source: str) -> None:
+    """Arguments belong to xacro files, models to SDFormat."""
+    if model is not None:
+        raise InputError("robot.no_models", source=shown(source), model=shown(model))
     if arguments:
         raise InputError("robot.no_xacro", source=shown(source), names=", ".join(arguments))
 
