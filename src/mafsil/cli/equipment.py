@@ -1,4 +1,4 @@
-"""What a command's robot carries and which joints it holds: `--lock`, `--tool`, `--payload`, arguments of a xacro."""
+"""What a command's robot is, carries and holds: `--model`, `--xacro-arg`, `--lock`, `--tool`, `--payload`."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ def equipped(robot: str, given: dict[str, Any]) -> str | PathLike[str]:
     Raises:
         InputError: a word that is no `name=value`, or no number.
     """
-    locks, tool, payload, xacro = (given.pop(f"robot_{option.name}", None) for option in ROBOT_OPTIONS)
-    if xacro is None and locks is None and tool is None and payload is None:
+    locks, tool, payload, xacro, model = (given.pop(f"robot_{option.name}", None) for option in ROBOT_OPTIONS)
+    if all(option is None for option in (locks, tool, payload, xacro, model)):
         return robot
     degrees = bool(given.get("degrees"))
     locked = {name: _coordinate(name, word) for name, word in _pairs(locks or (), "cli.lock_word")}
@@ -42,7 +42,7 @@ def equipped(robot: str, given: dict[str, Any]) -> str | PathLike[str]:
         ready = ready if T_tool is None else ready.with_tool(T_tool)
         return ready.with_payload(mass) if payload is not None else ready
 
-    return RobotFile(robot, dict(_pairs(xacro or (), "cli.xacro_word")), equip)
+    return RobotFile(robot, dict(_pairs(xacro or (), "cli.xacro_word")), equip, model)
 
 
 def _coordinate(name: str, word: str) -> tuple[float, bool]:

@@ -19,6 +19,7 @@ ROBOT_OPTIONS = (
     Parameter("tool", "angle", many=True, metavar="M"),
     Parameter("payload", "number", metavar="KG"),
     Parameter("xacro_arg", "text", metavar="NAME:=VALUE"),
+    Parameter("model", "text", metavar="NAME"),
 )
 """Options of every command that takes a robot, applied to it before the command sees it."""
 REPEATED = ("lock", "xacro_arg")
@@ -412,7 +413,7 @@ def robot_options(operation: Operation) -> tuple[Parameter, ...]:
     own = [parameter.name for parameter in operation.parameters]
     if "robot" not in own:
         return ()
-    allowed = ("xacro_arg",) if operation.name in UNEQUIPPED else tuple(option.name for option in ROBOT_OPTIONS)
+    allowed = ("xacro_arg", "model") if operation.name in UNEQUIPPED else tuple(option.name for option in ROBOT_OPTIONS)
     return tuple(option for option in ROBOT_OPTIONS if option.name in allowed and option.name not in own)
 
 

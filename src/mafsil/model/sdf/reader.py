@@ -112,7 +112,7 @@ def _robot(reading: Reading, root: Element, inclusion: Inclusion) -> tuple[Eleme
         reading.report(SDF_MODELS, root, None, None, count=len(chosen), names=names)
         return None, gravity
     for other in models:
-        if other is not chosen[0]:
+        if other is not chosen[0] and reading.model is None:
             reading.report(SDF_LOOSE, other, None, None, name=other.get("name"))
     return chosen[0], gravity
 
