@@ -54,6 +54,7 @@ STRAY_MARKUP = _warning("F0125", "stray_markup")
 GUESSED_ENCODING = _warning("F0126", "guessed_encoding")
 WRONG_ENCODING = _warning("F0127", "wrong_encoding")
 EMPTY_ATTRIBUTE = _warning("F0128", "empty_attribute")
+DOCUMENT_TYPE = _warning("F0129", "document_type")
 TOO_MANY_ELEMENTS = _error("F0120", "too_many_elements")
 TOO_MANY_LINKS = _error("F0121", "too_many_links")
 TOO_DEEP = _error("F0122", "too_deep")
@@ -233,7 +234,7 @@ DH_DEGREES = _warning("T1301", "dh_degrees")
 PARDONED = frozenset(
     {
         JUNK_AFTER_END, UNDEFINED_ENTITY, COMMENT_HYPHENS, DECLARATION_PARDONED, NO_BLANK, STRAY_CHARACTER,
-        STRAY_MARKUP, GUESSED_ENCODING, WRONG_ENCODING, EMPTY_ATTRIBUTE, BOUND_OF_NONE, INFINITE_BOUND,
+        STRAY_MARKUP, DOCUMENT_TYPE, GUESSED_ENCODING, WRONG_ENCODING, EMPTY_ATTRIBUTE, BOUND_OF_NONE, INFINITE_BOUND,
     }
 )  # fmt: skip
 """What we and some other readers take and the rest refuse: mended with the errors, as it changes no meaning."""
