@@ -14,6 +14,9 @@ from mafsil.cli.numerals import angle, coordinate
 from mafsil.errors import InputError
 from mafsil.geometry import euler, membership, planar, pose, quaternion, rotation, screw
 
+TYPED_UNIT = 1e-3
+"""How far from one a typed quaternion's length may be: three digits leave no doubt which rotation is meant."""
+
 
 @dataclass(frozen=True, slots=True)
 class Motion:
@@ -147,8 +150,8 @@ def _quaternion(words: _Words) -> Motion:
     length = float(np.linalg.norm(q))
     if length == 0:
         raise InputError("geometry.quaternion", name=words.option)
-    if abs(length - 1) > UNIT and not words.project:
-        raise InputError("convert.no_unit", name=words.option, distance=abs(length - 1), limit=UNIT)
+    if abs(length - 1) > TYPED_UNIT and not words.project:
+        raise InputError("convert.no_unit", name=words.option, distance=abs(length - 1), limit=TYPED_UNIT)
     moved = abs(length - 1) if abs(length - 1) > UNIT else None
     return _turned(words, rotation.from_quaternion(q / length), moved=moved)
 

@@ -20,6 +20,8 @@ ROBOT_OPTIONS = (
     Parameter("payload", "number", metavar="KG"),
     Parameter("xacro_arg", "text", metavar="NAME:=VALUE"),
     Parameter("model", "text", metavar="NAME"),
+    Parameter("base", "angle", many=True, metavar="M"),
+    Parameter("gravity", "number", many=True, metavar="M/S^2"),
 )
 """Options of every command that takes a robot, applied to it before the command sees it."""
 REPEATED = ("lock", "xacro_arg")
@@ -122,6 +124,7 @@ OPERATIONS: tuple[Operation, ...] = (
             _ROBOT,
             Parameter("pose", "angle", many=True, required=True, metavar="P"),
             Parameter("all", "flag"),
+            Parameter("near", "angle", many=True, metavar="Q"),
             Parameter("task", "text", choices=("pose", "position", "axis")),
             Parameter("frame", "text"),
             _TIP,
