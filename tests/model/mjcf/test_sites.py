@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import mujoco
@@ -64,7 +65,9 @@ def test_sites_stand_and_move_as_in_mujoco(tmp_path: Path) -> None:
     same_name = robot.forward_kinematics(q, frame="lower/site")
     np.testing.assert_allclose(same_name, theirs["lower"][0], atol=1e-14)
     assert set(robot.mechanism.frame_names) == {*SITES, "lower/site", "mount"}
-    assert "3 links, 9 named frames" in repr(robot)
+    bare = mjcf.read(re.sub(r"<site name=.*?/>", "", ARM).replace(' name="mount"', ""))
+    assert set(robot.mechanism.link_names) - set(robot.mechanism.frame_names) == set(bare.link_names)
+    assert f"{len(bare.links)} links, 9 named frames" in repr(robot)
 
 
 def test_a_site_is_a_tip_and_a_target(tmp_path: Path) -> None:
