@@ -43,8 +43,10 @@ print(mechanism.joint_names, mechanism.gravity, mechanism.provenance.notes)
   or sites, close loops by a fixed and by a ball joint (M0728): `parallel.ClosedChain` keeps them closed, and
   functions of open chains refuse the robot. A body with a free joint that two constraints or more
   tie to the robot, such as the platform on six legs, gets three slides and three hinges that nothing drives (M0729).
-  Welds to `mocap` bodies, and sites drawn by `fromto`, are said to stay open (M0723); other constraints (`tendon`,
+  Welds to `mocap` bodies are said to stay open (M0723); other constraints (`tendon`,
   `flex`) are left out with their names (M0702).
+- **Sites and frames** with names are links without mass, which every `tip=` and `frame=` takes
+  ([robot files](robot_files.md#named-frames)); sites that hold loops are not.
 - **Writing.** `mf.save(robot, "arm.xml")` writes a file with the same mechanics, loops as constraints between sites
   ([robot files](robot_files.md#writing-robot-files)). `boundmass` and `boundinertia` of 1e-12 or less stand for none.
 - **Tendons.** `armature` of a fixed tendon, or of a motor that pulls it, adds inertia where its joints are coupled to

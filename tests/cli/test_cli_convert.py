@@ -206,7 +206,7 @@ REFUSED: list[tuple[list[object], list[str]]] = [
     (["--pose", *np.eye(4).ravel()[:-1], 2], ["--pose", "2.0"]),
     (["--pose", *np.eye(4).ravel()[:-1], 2, "--project"], ["--pose", "2.0"]),
     (["--matrix", *_mirror()], ["-1", "--project"]),
-    (["--quaternion", 1, 2, 3, 4], ["4.48", "tolerance.PRINTED_UNIT", "--project"]),
+    (["--quaternion", 1, 2, 3, 4], ["4.48", "0.001", "--project"]),
     (["--quaternion", 0, 0, 0, 0, "--project"], ["--quaternion"]),
     (["--axis-angle", 0, 0, 0, 1], ["axis"]),
     (["--rpy", 1, "nan", 2], ["nan", "--rpy"]),

@@ -93,3 +93,31 @@ def test_mechanisms_with_loops_get_configurations_that_close_them(capsys):
     far = ["ik", str(ROBOTS / "palletiser.xml"), "--pose", "3", "0", "0.7", "--tip", "forearm"]
     assert main([*far, "--lang", "en"]) == 1
     assert "not found" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "pose",
+    [
+        "0.4 0.1 0.3 0 90deg 0",
+        "0.4 0.1 0.3 0.7071 0 0.7071 0",
+        "0 0 1 0.4 0 1 0 0.1 -1 0 0 0.3",
+        "0 0 1 0.4 0 1 0 0.1 -1 0 0 0.3 0 0 0 1",
+    ],
+)
+def test_a_pose_in_any_form_and_the_solution_nearest_to_a_start(pose, capsys):
+    near = ["3", "-1", "1", "7", "0", "0"]
+    assert main(["ik", "ur5e", "--pose", *pose.split(), "--near", *near, "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    T = [[0, 0, 1, 0.4], [0, 1, 0, 0.1], [-1, 0, 0, 0.3], [0, 0, 0, 1]]
+    np.testing.assert_allclose(data["pose"], T, atol=1e-12)
+    robot = mf.load("ur5e")
+    np.testing.assert_allclose(robot.forward_kinematics(np.array(data["near"])), T, atol=1e-9)
+    expected = mf.inverse_kinematics(robot, T).nearest([float(x) for x in near])
+    np.testing.assert_allclose(data["near"], expected, atol=1e-12)
+    assert data["near"][3] > np.pi
+
+
+@pytest.mark.parametrize("pose", ["1 2 3 4 0 0 0", "1 0 0 0.4 0 1 0 0.1 0 0 2 0.3", "1 2 3 4 5"])
+def test_what_is_no_pose_is_refused(pose, capsys):
+    assert main(["ik", "ur5e", "--pose", *pose.split()]) == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1

@@ -68,3 +68,17 @@ def test_every_command_of_a_robot_has_the_options_or_its_own(
 def test_wrong_words_are_refused(words: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(words) == 2
     assert said in capsys.readouterr().err
+
+
+def test_a_robot_that_hangs_on_the_moon(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["--base", "0", "0", "2", "180deg", "0", "0", "--gravity", "0", "0", "-1.62"]
+    q = ["0.1", "-0.5", "0.9", "0.2", "0.3", "0"]
+    T_sb = pose.from_rotation_translation(rotation.from_rpy([np.pi, 0, 0]), [0, 0, 2])
+    robot = mf.load("ur5e")
+    found = data(capsys, "fk", "ur5e", *q, *words)
+    np.testing.assert_allclose(found["pose"], T_sb @ robot.forward_kinematics([float(x) for x in q]), atol=1e-12)
+    tau = data(capsys, "dynamics", "ur5e", "--q", *q, *words)["tau"]
+    upward = mf.Robot(robot.mechanism.with_gravity(np.array([0.0, 0.0, 1.62])))
+    np.testing.assert_allclose(tau, upward.gravity_torque([float(x) for x in q]), atol=1e-9)
+    assert main(["fk", "ur5e", *q, "--gravity", "0", "1"]) == 2
+    assert "gravity" in capsys.readouterr().err

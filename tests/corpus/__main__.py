@@ -53,7 +53,7 @@ def main(words: list[str] | None = None) -> int:
         xacro, processes, resume = options.xacro, options.processes, options.resume
         figures = run(rows, places, options.output, workspaces, xacro, processes, resume)
         print(json.dumps(figures, indent=1))
-        return int(figures["bad_different"] + figures["bad_crashed"] > 0)
+        return int(any(count for name, count in figures.items() if name.startswith("bad_")))
     return 0
 
 

@@ -114,11 +114,15 @@ class _Judge:
 
 
 def counted(verdicts: list[dict[str, Any]], seconds: float) -> dict[str, Any]:
-    """The figures of a run, flat: names that begin with `bad_` must stay zero."""
+    """The figures of a run, flat: names that begin with `bad_` are failures.
+
+    A file that the own reader of its format takes (urdfdom in Pinocchio, MuJoCo) and we refuse is one.
+    """
     present = [v for v in verdicts if not v.get("absent")]
     makers = [v for v in present if v["kind"] == "maker" and v["format"] != "mjcf" and not v.get("no_robot")]
     manipulators = [v for v in present if v["format"] == "mjcf" and v.get("peer") and v.get("manipulator")]
     compared = [v for v in present if v.get("error") is not None]
+    taken = [v for v in present if v.get("peer")]
     return {
         "row": "R4c",
         "machine": platform.machine(),
@@ -132,9 +136,12 @@ def counted(verdicts: list[dict[str, Any]], seconds: float) -> dict[str, Any]:
         "makers_robots_loaded": _loaded(makers),
         "MJCF_manipulators_that_MuJoCo_reads": len(manipulators),
         "MJCF_manipulators_loaded": _loaded(manipulators),
+        "taken_by_the_own_reader": len(taken),
+        "of_those_loaded": _loaded(taken),
         "compared": len(compared),
         "bad_different": sum(not v["error"] < EQUAL for v in compared),
         "bad_crashed": sum("crashed" in v for v in present),
+        "bad_refused": len(taken) - _loaded(taken),
     }
 
 

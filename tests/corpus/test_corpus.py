@@ -76,7 +76,8 @@ def test_files_are_fetched_judged_and_counted(tmp_path: Path) -> None:
     ]
     figures = run([(repository, file) for file in files], {repository: folder}, tmp_path / "out")
     assert (figures["files"], figures["absent"], figures["loaded"], figures["compared"]) == (2, 1, 1, 1)
-    assert (figures["bad_different"], figures["bad_crashed"]) == (0, 0)
+    assert (figures["bad_different"], figures["bad_crashed"], figures["bad_refused"]) == (0, 0, 0)
+    assert (figures["taken_by_the_own_reader"], figures["of_those_loaded"]) == (1, 1)
     summary = json.loads((tmp_path / "out/summary.json").read_text())
     assert summary["refusals"] == {"J0404": 1}
 
@@ -193,3 +194,10 @@ def test_sdf_is_compared_with_a_second_reader(
     assert judged(path, "sdf").equal
     monkeypatch.setattr(sdf_peer, "_pose", lambda element: sdf_peer.pin.SE3.Identity())
     assert judged(path, "sdf").error > 1e-3
+
+
+def test_what_the_own_reader_takes_and_we_refuse_is_a_failure() -> None:
+    about = {"kind": "maker", "format": "mjcf"}
+    verdicts = [{**about, "peer": peer, "loaded": loaded} for peer in (True, False, None) for loaded in (True, False)]
+    figures = counted(verdicts, 1.0)
+    assert (figures["taken_by_the_own_reader"], figures["of_those_loaded"], figures["bad_refused"]) == (2, 1, 1)

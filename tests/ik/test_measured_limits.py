@@ -7,7 +7,7 @@ import pytest
 
 import mafsil as mf
 from mafsil.ik import IKStatus, inverse_kinematics, solve_ik
-from mafsil.model.mechanism import MEASURED
+from mafsil.model.limits import MEASURED
 
 ARMS = ["puma560", "ur5e", "panda", "scara_rrrp", "planar3r"]
 

@@ -16,6 +16,7 @@ from mafsil.errors import ModelError
 from mafsil.mechanics.inertial_parameters import reflected_inertias
 from mafsil.mechanics.textbook import Textbook
 from mafsil.model import Joint, Mechanism
+from mafsil.model.mjcf.losses import sites_of
 from mafsil.model.outer_frames import with_space_link, with_tip_link
 
 STATES = 3
@@ -101,7 +102,9 @@ def by_mujoco(mechanism: Mechanism, text: str) -> Callable[[Floats, Floats], Mot
     at = [model.joint(joint.name).id for joint in moving]
     assert len(at) == model.njnt == model.nv
     spread, shift = spread_of(mechanism, moving)
-    tip = model.body(with_tip_link(mechanism).tip).id
+    framed = with_tip_link(mechanism, sites_of)
+    is_site = framed.tip in sites_of(framed)
+    tip = (model.site if is_site else model.body)(framed.tip).id
 
     def motion(q: Floats, qd: Floats) -> Motion:
         data.qpos[at], data.qvel[at] = spread @ q + shift, 0.0
@@ -112,7 +115,8 @@ def by_mujoco(mechanism: Mechanism, text: str) -> Callable[[Floats, Floats], Mot
         M = np.zeros((model.nv, model.nv))
         mujoco.mj_fullM(model, data, M)
         T = np.eye(4)
-        T[:3, :3], T[:3, 3] = data.xmat[tip].reshape(3, 3), data.xpos[tip]
+        axes, origins = (data.site_xmat, data.site_xpos) if is_site else (data.xmat, data.xpos)
+        T[:3, :3], T[:3, 3] = axes[tip].reshape(3, 3), origins[tip]
         bias = data.qfrc_bias[at]
         return Motion(T, spread.T @ M[np.ix_(at, at)] @ spread, spread.T @ g, spread.T @ bias)
 

@@ -55,6 +55,8 @@ TAKEN = {
     "blank in a tag": _with('<link name="a"/>', '< link name="a"/>'),
     "no character": _with('name="j"', 'name="j&#0;"'),
     "no number": _with('name="j"', 'name="j&#xZZ;"'),
+    "document type": "<!DOCTYPE robot>" + GOOD,
+    "document type elsewhere": '<!DOCTYPE robot PUBLIC "-//x//y" "http://nowhere/robot.dtd">' + _with('"j"', '"j&k;"'),
     "unknown markup": "<!FOO bar>" + GOOD,
     "noncharacter": _with(END, "\uffff" + END),
 }

@@ -21,17 +21,19 @@ ELSEWHERE = {
     "F0103",
     "M0704",
     "F0138",
+    "F0142",
     "X1114",
     "X1119",
     "X1121",
     "D1205",
     "D1207",
+    "D1215",
     "T1301",
     "M0723",
     "M0727",
 }
 """Faults of files on disk and of loops, raised in test_robot_file_source.py, test_hostile_models.py, test_xacro.py,
-test_sdf.py and test_mjcf_loops.py."""
+test_sdf.py, test_worlds_and_computed_masses.py and test_mjcf_loops.py."""
 
 
 def test_every_fault_is_raised(monkeypatch: pytest.MonkeyPatch) -> None:

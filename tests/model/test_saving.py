@@ -79,16 +79,29 @@ def test_the_first_call_on_a_panda_gives_a_file_and_one_warning(tmp_path: Path) 
     with pytest.warns(ModelWarning) as caught:
         mf.save("panda", tmp_path / "panda.urdf")
     assert len(caught) == 1
-    assert "limit of jerk" in str(caught[0].message)
+    assert "limits of jerk need URDF 1.2" in str(caught[0].message)
     assert "joint1" in str(caught[0].message)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         mf.save("panda", tmp_path / "quiet.urdf", without=["limits"])
     again, panda = mf.load(tmp_path / "panda.urdf"), mf.load("panda")
-    for name in ("lower", "upper", "velocity", "acceleration", "effort"):
+    for name in ("lower", "upper", "velocity", "acceleration", "jerk", "effort"):
         np.testing.assert_array_equal(getattr(again.limits, name), getattr(panda.limits, name))
-    assert np.isinf(again.limits.jerk).all()
-    assert pin.buildModelFromXML((tmp_path / "panda.urdf").read_text()).nq == 7
+    old = mf.load(tmp_path / "quiet.urdf")
+    np.testing.assert_array_equal(old.limits.acceleration, panda.limits.acceleration)
+    assert np.isinf(old.limits.jerk).all()
+    texts = [(tmp_path / name).read_text() for name in ("panda.urdf", "quiet.urdf")]
+    assert [pin.buildModelFromXML(text).nq for text in texts] == [7, 7]
+    assert [text.splitlines()[1].endswith('name="panda" version="1.2">') for text in texts] == [True, False]
+
+
+def test_urdf_is_of_the_first_version_where_no_jerk_is_known() -> None:
+    text = urdf.write(arm(limits=Limits(-1, 1, acceleration=3.0)))
+    assert "version" not in text.splitlines()[1]
+    newer = urdf.write(arm(limits=Limits(acceleration=3.0, jerk=9.0)), without=[])
+    limits = urdf.read(newer).joints[0].limits
+    assert (limits.acceleration, limits.jerk, limits.effort) == (3.0, 9.0, np.inf)
+    assert not urdf.diagnose(newer).errors
 
 
 def test_one_signature_for_all_writers(tmp_path: Path) -> None:

@@ -67,7 +67,7 @@ CLOSED = {
 
 DESCRIPTION = {
     "from_dh", "from_screws", "inertial_parameters", "joint_names", "knows_loops", "limits", "locked", "mechanism", "n",
-    "name", "save", "tip", "with_payload", "with_tip", "with_tool", "without_loops",
+    "name", "save", "tip", "with_frame", "with_payload", "with_tip", "with_tool", "without_loops",
     "friction_torque", "friction_regressor",  # each joint's own law of its own rate, whatever the loops do
 }  # fmt: skip
 pytestmark = pytest.mark.filterwarnings("ignore::mafsil.errors.ModelWarning")

@@ -1,11 +1,15 @@
-"""What a command's robot carries and which joints it holds: `--lock`, `--tool`, `--payload`, arguments of a xacro."""
+"""What a command's robot is, carries and holds: `--model`, `--base`, `--lock`, `--tool` and so on."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import pi
 from os import PathLike
 from typing import Any
 
+import numpy as np
+
+from mafsil.arrays import frozen
 from mafsil.cli.numerals import coordinate, number
 from mafsil.cli.registry import ROBOT_OPTIONS
 from mafsil.cli.typed_pose import typed_pose
@@ -24,12 +28,15 @@ def equipped(robot: str, given: dict[str, Any]) -> str | PathLike[str]:
     Raises:
         InputError: a word that is no `name=value`, or no number.
     """
-    locks, tool, payload, xacro = (given.pop(f"robot_{option.name}", None) for option in ROBOT_OPTIONS)
-    if xacro is None and locks is None and tool is None and payload is None:
+    options = [given.pop(f"robot_{option.name}", None) for option in ROBOT_OPTIONS]
+    if all(option is None for option in options):
         return robot
+    locks, tool, payload, xacro, model, base, gravity = options
     degrees = bool(given.get("degrees"))
     locked = {name: _coordinate(name, word) for name, word in _pairs(locks or (), "cli.lock_word")}
     mass = 0.0 if payload is None else number("payload", payload)
+    T_sb = None if base is None else frozen(typed_pose("base", base, degrees=degrees))
+    g = None if gravity is None else np.array([number("gravity", word) for word in gravity])
     T_tool = None if tool is None else typed_pose("tool", tool, degrees=degrees)
 
     def equip(mechanism: Mechanism) -> Mechanism:
@@ -39,10 +46,12 @@ def equipped(robot: str, given: dict[str, Any]) -> str | PathLike[str]:
             for name, (value, marked) in locked.items()
         }
         ready = mechanism.locked(values) if values else mechanism
+        ready = ready if T_sb is None else replace(ready, T_sb=T_sb)
+        ready = ready if g is None else ready.with_gravity(g)
         ready = ready if T_tool is None else ready.with_tool(T_tool)
         return ready.with_payload(mass) if payload is not None else ready
 
-    return RobotFile(robot, dict(_pairs(xacro or (), "cli.xacro_word")), equip)
+    return RobotFile(robot, dict(_pairs(xacro or (), "cli.xacro_word")), equip, model)
 
 
 def _coordinate(name: str, word: str) -> tuple[float, bool]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mafsil.cli.answer import Answer
 from mafsil.cli.closed_ik import closed_ik
 from mafsil.cli.picture import PLAIN, drawn, require_kind
-from mafsil.cli.state import angle_remarks, shown, unit
+from mafsil.cli.state import angle_remarks, joint_values, shown, unit
 from mafsil.cli.table import number as printed
 from mafsil.cli.table import table
 from mafsil.cli.typed_pose import PLACES, typed_pose
@@ -24,6 +24,7 @@ def ik(
     robot: str,
     pose: list[str],
     all: bool,
+    near: list[str] | None,
     task: str | None,
     frame: str | None,
     tip: str | None,
@@ -34,8 +35,10 @@ def ik(
 
     Args:
         robot: name or file.
-        pose: x, y, z [m] and, unless only the position is asked for, roll, pitch, yaw about fixed axes, as typed.
+        pose: x, y, z [m] and, unless only the position is asked for, roll, pitch, yaw about fixed axes or a quaternion
+            w, x, y, z; or the rows of a matrix; as typed.
         all: print all solutions; else the one within the limits that is farthest from singular configurations.
+        near: (n) coordinates as typed: the solution and the windings nearest to them are printed too.
         task: `pose`, `position` or `axis`; `position` if only three numbers are given.
         frame: a link; the tip frame if None.
         tip: another tip link.
@@ -81,6 +84,12 @@ def ik(
         "nearest": None if answer else {"q": answer.q_nearest, "pose": answer.T_nearest},
     }
     lines += angle_remarks((f"{name} = {word}", word) for name, word in _bare_angles(pose, degrees=degrees))
+    if near is not None and answer:
+        nearest = answer.nearest(joint_values("near", near, arm.mechanism, degrees=degrees))
+        data["near"] = nearest
+        typed = zip(arm.mechanism.coordinates, nearest, strict=True)
+        shown_near = "  ".join(printed(shown(float(x), joint.kind, degrees=degrees)) for joint, x in typed)
+        lines.append(say("cli.ik_near_answer", values=shown_near))
     if picture is not None and rows:
         from mafsil.figures import plot_configurations
 
@@ -92,7 +101,7 @@ def ik(
 
 
 def _bare_angles(words: list[str], *, degrees: bool) -> Iterable[tuple[str, str]]:
-    return () if degrees else zip(PLACES[3:], words[3:], strict=False)
+    return () if degrees or len(words) != len(PLACES) else zip(PLACES[3:], words[3:], strict=True)
 
 
 def _chosen(answer: SolutionSet, everything: bool) -> list[int]:

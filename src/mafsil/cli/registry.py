@@ -19,6 +19,9 @@ ROBOT_OPTIONS = (
     Parameter("tool", "angle", many=True, metavar="M"),
     Parameter("payload", "number", metavar="KG"),
     Parameter("xacro_arg", "text", metavar="NAME:=VALUE"),
+    Parameter("model", "text", metavar="NAME"),
+    Parameter("base", "angle", many=True, metavar="M"),
+    Parameter("gravity", "number", many=True, metavar="M/S^2"),
 )
 """Options of every command that takes a robot, applied to it before the command sees it."""
 REPEATED = ("lock", "xacro_arg")
@@ -121,6 +124,7 @@ OPERATIONS: tuple[Operation, ...] = (
             _ROBOT,
             Parameter("pose", "angle", many=True, required=True, metavar="P"),
             Parameter("all", "flag"),
+            Parameter("near", "angle", many=True, metavar="Q"),
             Parameter("task", "text", choices=("pose", "position", "axis")),
             Parameter("frame", "text"),
             _TIP,
@@ -412,7 +416,7 @@ def robot_options(operation: Operation) -> tuple[Parameter, ...]:
     own = [parameter.name for parameter in operation.parameters]
     if "robot" not in own:
         return ()
-    allowed = ("xacro_arg",) if operation.name in UNEQUIPPED else tuple(option.name for option in ROBOT_OPTIONS)
+    allowed = ("xacro_arg", "model") if operation.name in UNEQUIPPED else tuple(option.name for option in ROBOT_OPTIONS)
     return tuple(option for option in ROBOT_OPTIONS if option.name in allowed and option.name not in own)
 
 

@@ -79,7 +79,9 @@ def _page(robot: str, mechanism: Mechanism, out: str | None, views: Sequence[str
 
 def _summary(mechanism: Mechanism) -> list[str]:
     mass = sum(link.inertial.mass for link in mechanism.links if link.inertial)
-    counts = {"n": mechanism.n, "links": len(mechanism.links), "loops": len(mechanism.loops)}
+    frames = len(mechanism.frame_names)
+    links, loops = len(mechanism.links) - frames, len(mechanism.loops)
+    counts = {"n": mechanism.n, "links": links, "frames": frames, "loops": loops}
     return [say("cli.show_title", language=None, **counts, robot=mechanism.name, mass=brief(mass), tip=mechanism.tip)]
 
 

@@ -1,4 +1,4 @@
-"""A pose as people type it: x y z, and perhaps roll pitch yaw, with units or without."""
+"""A pose as people type it: x y z, and perhaps roll pitch yaw or a quaternion, or the rows of a matrix."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ PLACES = ("x", "y", "z", "roll", "pitch", "yaw")
 
 
 def typed_pose(name: str, words: list[str], *, degrees: bool) -> PoseMatrix:
-    """(4, 4) from x y z [m] and perhaps roll pitch yaw about fixed axes.
+    """(4, 4) from x y z [m] and perhaps roll pitch yaw about fixed axes or a quaternion w x y z; or 12 or 16 numbers.
 
     Args:
         name: of the argument, for errors.
@@ -20,10 +20,15 @@ def typed_pose(name: str, words: list[str], *, degrees: bool) -> PoseMatrix:
         degrees: whether bare angles are degrees.
 
     Raises:
-        InputError: not three or six finite numbers.
+        InputError: not 3, 6, 7, 12 or 16 finite numbers, or no rotation.
     """
+    from mafsil.cli.motion_input import read
     from mafsil.geometry import rotation
 
+    if len(words) == 7:
+        return read({"quaternion": words[3:]}, words[:3], degrees=False, project=False).T
+    if len(words) in (12, 16):
+        return read({"pose": words}, None, degrees=False, project=False).T
     if len(words) not in (3, 6):
         raise InputError("cli.ik_pose_count", name=name, got=len(words))
     values = [number(f"{name}[{place}]", word) for place, word in zip(PLACES[:3], words[:3], strict=True)]

@@ -23,7 +23,7 @@ from mafsil.identification.torque_model import TorqueModel
 from mafsil.mechanics.friction import SMOOTHING
 from mafsil.messages import say
 from mafsil.messages.tables import in_notebook, number, table
-from mafsil.model.mechanism import admitted
+from mafsil.model.limits import admitted
 from mafsil.robot import Robot, of_robot
 from mafsil.whole_file import write_whole
 

@@ -39,7 +39,7 @@ from mafsil.job.touching import Touching, brief_contact_remarks, rigid_remarks, 
 from mafsil.messages.quantities import digits, quantity
 from mafsil.messages.visible import visible
 from mafsil.model import JointLimits
-from mafsil.model.mechanism import MEASURED
+from mafsil.model.limits import MEASURED
 from mafsil.simulation.findings import alternating_efforts
 
 NEAR_EFFORT = 0.9

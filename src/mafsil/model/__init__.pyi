@@ -8,11 +8,11 @@ from mafsil.model.exponentials import mechanism_from_screws as mechanism_from_sc
 from mafsil.model.joint import Joint as Joint
 from mafsil.model.joint import JointKind as JointKind
 from mafsil.model.joint import Mimic as Mimic
+from mafsil.model.limits import JointLimits as JointLimits
 from mafsil.model.limits import Limits as Limits
 from mafsil.model.link import Inertial as Inertial
 from mafsil.model.link import Link as Link
 from mafsil.model.loop_file import with_loops as with_loops
-from mafsil.model.mechanism import JointLimits as JointLimits
 from mafsil.model.mechanism import Mechanism as Mechanism
 from mafsil.model.mechanism import Provenance as Provenance
 from mafsil.model.screw_axes import screws as screws

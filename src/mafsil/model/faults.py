@@ -54,6 +54,7 @@ STRAY_MARKUP = _warning("F0125", "stray_markup")
 GUESSED_ENCODING = _warning("F0126", "guessed_encoding")
 WRONG_ENCODING = _warning("F0127", "wrong_encoding")
 EMPTY_ATTRIBUTE = _warning("F0128", "empty_attribute")
+DOCUMENT_TYPE = _warning("F0129", "document_type")
 TOO_MANY_ELEMENTS = _error("F0120", "too_many_elements")
 TOO_MANY_LINKS = _error("F0121", "too_many_links")
 TOO_DEEP = _error("F0122", "too_deep")
@@ -70,6 +71,7 @@ NO_ARGUMENTS = _error("F0138", "no_arguments")
 FOREIGN_ATTRIBUTE = _warning("F0139", "foreign_attribute")
 OTHER_VERSION = _warning("F0140", "other_version")
 UNKNOWN_VERSION = _error("F0141", "unknown_version")
+NO_MODELS = _error("F0142", "no_models")
 
 # Numbers
 MISSING_ATTRIBUTE = _error("N0201", "missing_attribute")
@@ -221,9 +223,10 @@ SDF_DEFAULT_MASS = _warning("D1208", "sdf_default_mass")
 SDF_FLOATING = _warning("D1209", "sdf_floating")
 SDF_CHOICE = _error("D1210", "sdf_choice")
 SDF_QUATERNION = _error("D1211", "sdf_quaternion")
-SDF_AUTO = _error("D1212", "sdf_auto")
+SDF_AUTO = _warning("D1212", "sdf_auto")
 SDF_GEARBOX = _error("D1213", "sdf_gearbox")
 SDF_GEARBOX_RATIO = _error("D1214", "sdf_gearbox_ratio")
+SDF_NO_MODEL = _error("D1215", "sdf_no_model")
 
 # Tables
 DH_DEGREES = _warning("T1301", "dh_degrees")
@@ -231,7 +234,7 @@ DH_DEGREES = _warning("T1301", "dh_degrees")
 PARDONED = frozenset(
     {
         JUNK_AFTER_END, UNDEFINED_ENTITY, COMMENT_HYPHENS, DECLARATION_PARDONED, NO_BLANK, STRAY_CHARACTER,
-        STRAY_MARKUP, GUESSED_ENCODING, WRONG_ENCODING, EMPTY_ATTRIBUTE, BOUND_OF_NONE, INFINITE_BOUND,
+        STRAY_MARKUP, DOCUMENT_TYPE, GUESSED_ENCODING, WRONG_ENCODING, EMPTY_ATTRIBUTE, BOUND_OF_NONE, INFINITE_BOUND,
     }
 )  # fmt: skip
 """What we and some other readers take and the rest refuse: mended with the errors, as it changes no meaning."""

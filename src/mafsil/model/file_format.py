@@ -37,7 +37,10 @@ _ROOT = re.compile(rb"(?:[^<]++|<!--.*?-->|<\?.*?\?>|<!(?!--)[^>]*+>)*+<\s*+([A-
 
 
 def reader_of(
-    path: Path, packages: Iterable[str | Path] = (), arguments: Mapping[str, str] | None = None
+    path: Path,
+    packages: Iterable[str | Path] = (),
+    arguments: Mapping[str, str] | None = None,
+    model: str | None = None,
 ) -> FileReader | None:
     """The reader for an XML file, or None if neither its root element nor its suffix is one of a robot.
 
@@ -45,16 +48,17 @@ def reader_of(
         path: of the file, which need not exist: the reader says so.
         packages: directories in which meshes and included files may lie.
         arguments: of a xacro file.
+        model: the one that is meant of several in an SDFormat file.
     """
     tag = root_tag(path)
     expected = _BY_SUFFIX.get(path.suffix.lower())
     match tag if tag in ("robot", "mujoco", "sdf", "gazebo") else expected:
         case "robot":
-            return urdf.file_reader(packages, arguments=arguments)
+            return urdf.file_reader(packages, arguments=arguments, model=model)
         case "mujoco":
-            return reader.file_reader(packages, arguments=arguments)
+            return reader.file_reader(packages, arguments=arguments, model=model)
         case "sdf" | "gazebo":
-            return sdf.file_reader(packages, arguments=arguments)
+            return sdf.file_reader(packages, arguments=arguments, model=model)
         case _:
             return None
 

@@ -10,7 +10,7 @@ from typing import TypeAlias
 from mafsil.errors import ModelError, ModelWarning, warn
 from mafsil.model.asset_path import Assets
 from mafsil.model.diagnostics import Diagnostic, Report, Severity, require_mechanism
-from mafsil.model.faults import INCONSISTENT, NO_ARGUMENTS
+from mafsil.model.faults import INCONSISTENT, NO_ARGUMENTS, NO_MODELS
 from mafsil.model.mechanism import Mechanism, Provenance
 from mafsil.model.reading import Reading
 from mafsil.model.repairing import Change, mended, noted, of_errors
@@ -43,6 +43,7 @@ class Format:
         limits: ReadLimits = DEFAULT_LIMITS,
         repair: bool = False,
         arguments: Mapping[str, str] | None = None,
+        model: str | None = None,
     ) -> Mechanism:
         """The mechanism that a file describes.
 
@@ -53,6 +54,7 @@ class Format:
             limits: sizes beyond which the file is refused.
             repair: carry out the repairs of errors that leave no choice before giving up; the file is not touched.
             arguments: of a xacro file, by name.
+            model: name of the one that is meant, of an SDFormat file with several robots.
 
         Returns:
             The mechanism; what was normalised, guessed or repaired stands in its `provenance.remarks`.
@@ -60,7 +62,7 @@ class Format:
         Raises:
             FileError: the file has errors; the sentence holds the first, `details["report"]` all of them.
         """
-        return self.reader(packages, limits, arguments).read(source, repair=repair)
+        return self.reader(packages, limits, arguments, model).read(source, repair=repair)
 
     def diagnose(
         self, source: Source, *, packages: Iterable[str | Path] = (), limits: ReadLimits = DEFAULT_LIMITS
@@ -96,9 +98,10 @@ class Format:
         packages: Iterable[str | Path] = (),
         limits: ReadLimits = DEFAULT_LIMITS,
         arguments: Mapping[str, str] | None = None,
+        model: str | None = None,
     ) -> FileReader:
         """The reader itself, for what works on files beside reading them; arguments as for `read`."""
-        return FileReader(self.build, tuple(packages), limits, dict(arguments or {}))
+        return FileReader(self.build, tuple(packages), limits, dict(arguments or {}), model)
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +112,7 @@ class FileReader:
     packages: tuple[str | Path, ...]
     limits: ReadLimits
     arguments: dict[str, str] = field(default_factory=dict[str, str])
+    model: str | None = None
 
     def read(self, source: Source, *, repair: bool, silent: bool = False) -> Mechanism:
         """The mechanism; after the repairs of its errors if requested; silent if the caller says the remarks."""
@@ -138,7 +142,7 @@ class FileReader:
         """The report about a decoded document."""
         try:
             document = parse(text.data, self.limits)
-            reading = Reading(document, [*text.remarks, *document.remarks], arguments=self.arguments)
+            reading = Reading(document, [*text.remarks, *document.remarks], arguments=self.arguments, model=self.model)
         except Refusal as refusal:
             return Report(text.name, (*text.remarks, refusal.diagnostic))
         mechanism = self._built(reading, text)
@@ -151,6 +155,8 @@ class FileReader:
         root = reading.document.root
         if self.arguments and not is_xacro(root):
             reading.report(NO_ARGUMENTS, root, names=", ".join(self.arguments))
+        if self.model is not None and root.tag in ("robot", "mujoco"):
+            reading.report(NO_MODELS, root, model=self.model)
         try:
             mechanism = self.build(reading, Assets.of(text.folder, self.packages), text.name, self.limits)
         except Refusal as refusal:

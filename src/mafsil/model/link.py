@@ -72,3 +72,8 @@ class Link:
     inertial: Inertial | None = None
     visuals: tuple[Shape, ...] = ()
     collisions: tuple[Shape, ...] = ()
+
+    @property
+    def is_bare(self) -> bool:
+        """Whether it has neither mass nor shape: a frame alone."""
+        return self.inertial is None and not self.visuals and not self.collisions

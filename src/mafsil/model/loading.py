@@ -83,11 +83,13 @@ class RobotFile(PathLike[str]):
         path: of the file, or a name of the library.
         xacro_args: values by name; numbers and booleans are written as xacro writes them.
         equip: applied to what was read, after the tip was chosen.
+        model: the one of an SDFormat world, if it holds several robots.
     """
 
     path: str
     xacro_args: Mapping[str, object]
     equip: Callable[[Mechanism], Mechanism] | None = None
+    model: str | None = None
 
     @property
     def texts(self) -> dict[str, str]:
@@ -131,6 +133,7 @@ def load_mechanism(
     *,
     tip: str | None = None,
     xacro_args: Mapping[str, object] | None = None,
+    model: str | None = None,
     **dimensions: ArrayLike,
 ) -> Mechanism:
     """The description of a robot from the library or a file; a tip that had to be chosen among several is said.
@@ -141,6 +144,7 @@ def load_mechanism(
             called like it with the ending .loops.toml.
         tip: name of the link that carries the tip frame; that of the description, or the chosen one, if None.
         xacro_args: arguments of a xacro file, by name.
+        model: name of the one that is meant of an SDFormat world with several robots.
         **dimensions: of an arm of the library that takes some, such as `lengths=(0.4, 0.3)` of `planar2r`.
 
     Warns:
@@ -153,7 +157,10 @@ def load_mechanism(
     """
     if not isinstance(cast(object, source), str | PathLike) or isinstance(cast(object, fspath(source)), bytes):
         raise InputError("robot.source", got=type(source).__name__)
-    mechanism, from_file = robot_source.read_source(source, _arguments(source, xacro_args), dimensions)
+    requested = source if isinstance(source, RobotFile) else RobotFile(str(source), {})
+    model = requested.model if model is None else model
+    arguments = (requested if xacro_args is None else RobotFile(requested.path, xacro_args)).texts
+    mechanism, from_file = robot_source.read_source(source, arguments, dimensions, model)
     origin = mechanism.provenance
     if origin.choice is not None and tip is not None:
         notes = tuple(note for note in origin.notes if note != origin.choice.sentence("en"))
@@ -161,12 +168,4 @@ def load_mechanism(
     if from_file:
         robot_source.warn_of_file(mechanism, mechanism.provenance.choice)
     mechanism = mechanism if tip is None else mechanism.with_tip(tip)
-    equip = source.equip if isinstance(source, RobotFile) else None
-    return mechanism if equip is None else equip(mechanism)
-
-
-def _arguments(source: str | PathLike[str], xacro_args: Mapping[str, object] | None) -> dict[str, str]:
-    """The arguments as texts: those given, else those of the file."""
-    if xacro_args is None:
-        return source.texts if isinstance(source, RobotFile) else {}
-    return RobotFile(str(source), xacro_args).texts
+    return mechanism if requested.equip is None else requested.equip(mechanism)

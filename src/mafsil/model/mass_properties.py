@@ -97,6 +97,15 @@ def cylinder(mass: float, radius: float, length: float) -> Inertial:
     return tube(mass, 0.0, radius, length)
 
 
+def capsule(mass: float, radius: float, length: float) -> Inertial:
+    """A uniform cylinder of that length about z with half a ball on each end, centred; `radius`, `length` [m]."""
+    r, h = (float(_lengths(name, x, 1)[0]) for name, x in (("radius", radius), ("length", length)))
+    ball = 4 * r / (4 * r + 3 * h)
+    along = ball * (r * r / 5 + h * h / 4 + 3 / 8 * r * h) + (1 - ball) * h * h / 12
+    across = ball * r * r / 5 + (1 - ball) * r * r / 4
+    return _solid(mass, np.array([across, across, along]))
+
+
 def rod(mass: float, length: float) -> Inertial:
     """A thin rod along z, centred: m l^2/12 across, nothing along; `mass` [kg], `length` [m]."""
     return tube(mass, 0.0, 0.0, length)

@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import count
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, PoseMatrix, Vector3, frozen
+from mafsil.arrays import PoseMatrix, Vector3, frozen
 from mafsil.errors import ModelError
-from mafsil.model.joint import Joint
+from mafsil.model.joint import Joint, JointKind
+from mafsil.model.limits import JointLimits
 from mafsil.model.link import Link, fixed_array
 from mafsil.model.locking import lock_joints
 from mafsil.model.placement import checked_pose
@@ -39,11 +41,6 @@ class Remark(Protocol):
         ...
 
 
-MEASURED = 1e-5
-"""How far a measured coordinate may lie beyond a written limit and count as on it [rad | m]: files round pi to 3.14159,
-drivers send four bytes."""
-
-
 @dataclass(frozen=True, slots=True)
 class Provenance:
     """Where a description comes from.
@@ -62,37 +59,6 @@ class Provenance:
     notes: tuple[str, ...] = ()
     remarks: tuple[Remark, ...] = field(default=(), repr=False, compare=False)
     choice: TipChoice | None = field(default=None, repr=False, compare=False)
-
-
-@dataclass(frozen=True, slots=True)
-class JointLimits:
-    """Bounds of all coordinates as arrays of shape (n,); unknown bounds are infinite.
-
-    Attributes:
-        lower, upper: [rad | m].
-        velocity, acceleration, jerk, effort: magnitudes.
-    """
-
-    lower: Floats
-    upper: Floats
-    velocity: Floats
-    acceleration: Floats
-    jerk: Floats
-    effort: Floats
-
-    def admitted(self, q: Floats) -> Floats:
-        """(*batch, n) measured coordinates, those beyond a limit by at most MEASURED on it, all others as they are."""
-        return admitted(q, self.lower, self.upper)
-
-    def within(self, q: Floats) -> NDArray[np.bool_]:
-        """(*batch, n) which measured coordinates count as within their limits: beyond them by at most MEASURED."""
-        return np.asarray((q >= self.lower - MEASURED) & (q <= self.upper + MEASURED), dtype=np.bool_)
-
-
-def admitted(q: Floats, lower: Floats, upper: Floats) -> Floats:
-    """(*batch, n) measured coordinates, those beyond a bound by at most MEASURED on it, all others as they are."""
-    on = np.clip(q, lower, upper)
-    return np.where(np.abs(on - q) <= MEASURED, on, q)
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,6 +164,27 @@ class Mechanism:
             raise ModelError("model.unknown_tip", link=tip, known=", ".join(self.link_names))
         return replace(self, tip=tip, T_lt=frozen(np.eye(4) if T_lt is None else checked_pose("T_lt", T_lt)))
 
+    def with_frame(self, name: str, pose: ArrayLike | None = None, link: str | None = None) -> Mechanism:
+        """The same mechanism with a named frame: a link without mass and shape, fixed where it is given.
+
+        Args:
+            name: of the new frame, which every `frame=` and `tip=` takes from then on.
+            pose: (4, 4) of the frame in that of the link, or its origin (3,) [m] alone; the link's own frame if None.
+            link: that carries it; the present tip frame if None, and `pose` is in that.
+
+        Raises:
+            InputError: wrong shapes, NaN or infinities.
+            ModelError: an unknown link, a name that a link has already, a matrix that is no pose.
+        """
+        carrier, T_lm = (self.tip, self.T_lt) if link is None else (self.link(link).name, np.eye(4))
+        taken = {joint.name for joint in (*self.joints, *self.loops)}
+        holder = next(free for k in count() if (free := f"{name}_joint{'_' * k}") not in taken)
+        joint = Joint(holder, JointKind.FIXED, carrier, name, frozen(T_lm @ tool_pose("pose", pose)))
+        grown = Mechanism.assemble(
+            self.name, (*self.links, Link(name)), (*self.joints, joint), loops=self.loops, tip=self.tip
+        )
+        return replace(self, links=grown.links, joints=grown.joints)
+
     def with_tool(
         self,
         tool: ArrayLike | None = None,
@@ -302,6 +289,16 @@ class Mechanism:
         return tuple(link.name for link in self.links)
 
     @cached_property
+    def frame_names(self) -> tuple[str, ...]:
+        """Names of the links that are frames alone, without mass and shape: fixed to a link, carrying nothing else."""
+        solid = {link.name for link in self.links if not link.is_bare}
+        solid |= {end for loop in self.loops for end in (loop.parent, loop.child)}
+        for joint in reversed(self.joints):
+            if joint.moves or joint.child in solid:
+                solid |= {joint.parent, joint.child}
+        return tuple(joint.child for joint in self.joints if joint.child not in solid)
+
+    @cached_property
     def parents(self) -> tuple[int, ...]:
         """Index into `links` of the parent of each joint: `links[parents[k]]` carries `joints[k]`."""
         index = {link.name: i for i, link in enumerate(self.links)}
@@ -345,8 +342,7 @@ def _without_loop_ends(
     """The joints but for those of bare frames, without mass and shape, in which a loop ends: no tip of an arm."""
     carrying = {joint.parent for joint in joints}
     ends = {end for loop in loops for end in (loop.parent, loop.child)} - carrying
-    bare = {end for end in ends if links[end].inertial is None and not (links[end].visuals or links[end].collisions)}
-    return tuple(joint for joint in joints if joint.moves or joint.child not in bare)
+    return tuple(joint for joint in joints if joint.moves or joint.child not in ends or not links[joint.child].is_bare)
 
 
 def _without_marks(joints: tuple[Joint, ...], marks: Collection[str]) -> tuple[Joint, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -17,18 +17,29 @@ TIP_NAMES = ("tip", "tcp")
 """Names of a tip link; the second is one that every choice of a tip prefers."""
 
 
-def with_tip_link(mechanism: Mechanism) -> Mechanism:
+Marks = Callable[[Mechanism], Collection[str]]
+"""The links that a format writes as named frames, which are tips only by a name of convention."""
+
+
+def no_marks(_mechanism: Mechanism) -> Collection[str]:
+    """Of a format that knows links alone."""
+    return ()
+
+
+def with_tip_link(mechanism: Mechanism, marks: Marks = no_marks) -> Mechanism:
     """The mechanism with its tip frame as the frame of a link, one that readers choose as the tip if that can be.
 
     Args:
         mechanism: any; itself if its tip is the frame of the link that readers choose.
+        marks: of the format.
     """
     is_frame_of_link = np.array_equal(mechanism.T_lt, np.eye(4))
-    if is_frame_of_link and chosen_tip(mechanism) == mechanism.tip:
+    if is_frame_of_link and chosen_tip(mechanism, marks) == mechanism.tip:
         return mechanism
-    candidates = [_with_frame(mechanism, name) for name in TIP_NAMES]
+    free = [_free(mechanism, name) for name in TIP_NAMES]
+    candidates = [mechanism.with_frame(name).with_tip(name) for name in free]
     for candidate in candidates:
-        if chosen_tip(candidate) == candidate.tip:
+        if chosen_tip(candidate, marks) == candidate.tip:
             return candidate
     return mechanism if is_frame_of_link else candidates[0]
 
@@ -43,31 +54,17 @@ def with_space_link(mechanism: Mechanism) -> Mechanism:
     return replace(mechanism, links=links, joints=joints, T_sb=frozen(np.eye(4)))
 
 
-def tip_loss(mechanism: Mechanism) -> Iterator[Loss]:
+def tip_loss(mechanism: Mechanism, marks: Marks = no_marks) -> Iterator[Loss]:
     """The remark that readers choose another tip than this one."""
-    chosen = chosen_tip(mechanism)
+    chosen = chosen_tip(mechanism, marks)
     if chosen != mechanism.tip:
         yield Loss("writing.tip", Weight.WARNED, "tip", {"tip": mechanism.tip, "chosen": chosen})
 
 
-def chosen_tip(mechanism: Mechanism) -> str:
+def chosen_tip(mechanism: Mechanism, marks: Marks = no_marks) -> str:
     """The link that a reader of a file takes for the tip."""
-    return Mechanism.assemble(mechanism.name, mechanism.links, mechanism.joints, loops=mechanism.loops).tip
-
-
-def _with_frame(mechanism: Mechanism, name: str) -> Mechanism:
-    name = _free(mechanism, name)
-    joint = Joint(f"{name}_joint", JointKind.FIXED, mechanism.tip, name, mechanism.T_lt)
-    return Mechanism.assemble(
-        mechanism.name,
-        (*mechanism.links, Link(name)),
-        (*mechanism.joints, joint),
-        loops=mechanism.loops,
-        tip=name,
-        T_sb=mechanism.T_sb,
-        gravity=mechanism.gravity,
-        provenance=mechanism.provenance,
-    )
+    links, joints, loops = mechanism.links, mechanism.joints, mechanism.loops
+    return Mechanism.assemble(mechanism.name, links, joints, loops=loops, marks=marks(mechanism)).tip
 
 
 def _free(mechanism: Mechanism, name: str) -> str:

@@ -43,6 +43,7 @@ class Reading:
         diagnostics: so far.
         included: names and documents of included files, whose elements carry their number from 1.
         arguments: given with the file, for xacro.
+        model: given with the file: name of the one that is meant of several.
         in_shape: while a shape or its appearance is read: what is wrong there stops no mechanics and is a warning.
         dropped: number of errors that were made warnings so far.
     """
@@ -51,6 +52,7 @@ class Reading:
     diagnostics: list[Diagnostic] = field(default_factory=list[Diagnostic])
     included: list[tuple[str, Document]] = field(default_factory=list[tuple[str, Document]])
     arguments: Mapping[str, str] = field(default_factory=dict[str, str])
+    model: str | None = None
     in_shape: bool = False
     dropped: int = 0
     _errors: int = 0

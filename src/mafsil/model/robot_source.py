@@ -27,7 +27,7 @@ LOGS = frozenset({".csv", ".npz", ".mcap", ".parquet"})
 
 
 def read_source(
-    source: str | PathLike[str], arguments: dict[str, str], dimensions: Mapping[str, ArrayLike]
+    source: str | PathLike[str], arguments: dict[str, str], dimensions: Mapping[str, ArrayLike], model: str | None
 ) -> tuple[Mechanism, bool]:
     """The description as the library or the file gives it, and whether a file did.
 
@@ -35,6 +35,7 @@ def read_source(
         source: a name of the library, or a path.
         arguments: of a xacro file.
         dimensions: of an arm of the library.
+        model: the one that is meant of several in a file.
 
     Raises:
         InputError: neither a name nor a path, arguments for something other than a file.
@@ -49,26 +50,26 @@ def read_source(
         known = library.spelled(name)
         installed = _installed_description(name) if known is None else None
         if installed is not None:
-            return _read(*installed, arguments), True
+            return _read(*installed, arguments, model), True
         if known is None:
             close = library.close_names(name)
             key = "robot.no_file_close" if close else "robot.no_file"
             raise FileError(key, source=shown(name), close=", ".join(close), known=", ".join(library.robots()))
-        _require_xacro(arguments, name)
+        _require_choices(arguments, model, name)
         return library.load(known, **dimensions), False
     if dimensions:
         raise InputError("robot.no_dimensions", source=shown(str(source)), names=", ".join(dimensions))
     if path.suffix.lower() == ".toml":
-        _require_xacro(arguments, str(path))
+        _require_choices(arguments, model, str(path))
         return table.read(path), True
     if path.suffix.lower() in LOGS:
         raise FileError("robot.log", source=shown(str(source)))
-    mechanism, beside = _read(path, (), arguments), loop_file_of(path)
+    mechanism, beside = _read(path, (), arguments, model), loop_file_of(path)
     return (mechanism if beside is None else with_loops(mechanism, beside)), True
 
 
-def _read(path: Path, packages: Iterable[Path], arguments: dict[str, str]) -> Mechanism:
-    reader = reader_of(path, packages, arguments)
+def _read(path: Path, packages: Iterable[Path], arguments: dict[str, str], model: str | None) -> Mechanism:
+    reader = reader_of(path, packages, arguments, model)
     if reader is None:
         raise FileError("robot.kind", source=shown(str(path)), suffix=path.suffix)
     return reader.read(path, repair=False, silent=True)
@@ -109,8 +110,10 @@ def warn_of_file(mechanism: Mechanism, choice: TipChoice | None) -> None:
     warn_of(mechanism, choice, silent=(LOOP_CLOSED.code,))
 
 
-def _require_xacro(arguments: dict[str, str], source: str) -> None:
-    """Arguments belong to xacro files."""
+def _require_choices(arguments: dict[str, str], model: str | None, source: str) -> None:
+    """Arguments belong to xacro files, models to SDFormat."""
+    if model is not None:
+        raise InputError("robot.no_models", source=shown(source), model=shown(model))
     if arguments:
         raise InputError("robot.no_xacro", source=shown(source), names=", ".join(arguments))
 

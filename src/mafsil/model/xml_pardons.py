@@ -15,6 +15,7 @@ from mafsil.model.diagnostics import Diagnostic, Edit, Fault, Repair
 from mafsil.model.faults import (
     COMMENT_HYPHENS,
     DECLARATION_PARDONED,
+    DOCUMENT_TYPE,
     JUNK_AFTER_END,
     NO_BLANK,
     STRAY_CHARACTER,
@@ -44,6 +45,8 @@ _DECLARATION = re.compile(
     rb"""<\?xml_+version_*=_*(?:"1\.[0-9]+"|'1\.[0-9]+')(?:_+encoding_*=_*(?:"[\w.-]+"|'[\w.-]+'))?"""
     rb"""(?:_+standalone_*=_*(?:"(?:yes|no)"|'(?:yes|no)'))?_*\?>""".replace(b"_", _BLANK)
 )
+_DOCUMENT_TYPE = re.compile(rb"""<!DOCTYPE(?:[^\[\]<>"']|"[^"<>]*"|'[^'<>]*')*>""")
+"""Without declarations of its own, so that nothing is meant by it that the document says nowhere."""
 _REPLACED = {ord("<"): "&lt;", ord("]"): "]]&gt;", ord("&"): "&amp;"}
 
 
@@ -125,7 +128,10 @@ class _Scan:
         elif data.startswith(b"<![CDATA[", at):
             self._pass(b"]]>")
         elif data.startswith(b"<!DOCTYPE", at):
-            self.at = len(data)
+            found = _DOCUMENT_TYPE.match(data, at)
+            self.at = len(data) if found is None else found.end()
+            if found is not None:
+                yield Find(DOCUMENT_TYPE, Edit(at, self.at, ""))
         elif data.startswith(b"<!", at):
             if self._pass(b">"):
                 yield Find(STRAY_MARKUP, Edit(at, self.at, ""))

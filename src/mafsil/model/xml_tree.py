@@ -1,4 +1,4 @@
-"""XML as a small tree with positions, read by expat under limits; any document type declaration is refused."""
+"""XML as a small tree with positions, read by expat under limits; document types that declare something are refused."""
 
 from __future__ import annotations
 
@@ -191,8 +191,9 @@ class _Builder:
         line, column = self.parser.CurrentLineNumber, self.parser.CurrentColumnNumber + 1
         return Refusal(Diagnostic(fault, line, column, details))
 
-    def doctype(self, *_: object) -> None:
-        raise self.refuse(DOCTYPE)
+    def doctype(self, _name: str, _system: str | None, _public: str | None, declares: bool) -> None:
+        refusal = self.refuse(DOCTYPE)
+        raise refusal if declares else _Malformed(refusal.diagnostic, self.parser.CurrentByteIndex)
 
     def start(self, tag: str, attributes: dict[str, str]) -> None:
         self.elements += 1
@@ -233,7 +234,7 @@ def parse(data: bytes, limits: ReadLimits = DEFAULT_LIMITS) -> Document:
         limits: enforced while streaming.
 
     Raises:
-        Refusal: not well formed, a document type declaration, a limit passed.
+        Refusal: not well formed, a document type with declarations, a limit passed.
     """
     try:
         return Document(data, _root(data, limits))
@@ -249,7 +250,7 @@ def _root(data: bytes, limits: ReadLimits) -> Element:
     try:
         builder.parser.Parse(data, True)  # in one piece: expat rescans an unfinished token with every piece
     except Refusal as refusal:
-        if refusal.diagnostic.fault is not DOCTYPE:
+        if refusal.diagnostic.fault is not DOCTYPE or isinstance(refusal, _Malformed):
             raise
         raise Refusal(replace(refusal.diagnostic, repair=_without_doctype(data))) from None
     except expat.ExpatError as error:

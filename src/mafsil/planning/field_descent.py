@@ -10,7 +10,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.messages import say
-from mafsil.model.mechanism import admitted
+from mafsil.model.limits import admitted
 from mafsil.planning.outcome import Plan, PlanningStatus
 
 STILL = 1e-10

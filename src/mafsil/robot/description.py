@@ -41,7 +41,11 @@ class Description:
         self.mechanism = mechanism
 
     def __repr__(self) -> str:
-        return f"<Robot {self.name!r}: {self.n} joints, {len(self.mechanism.links)} links, tip {self.mechanism.tip!r}>"
+        frames = len(self.mechanism.frame_names)
+        links = f"{len(self.mechanism.links) - frames} links" + (
+            f", {frames} named frame{'s'[: frames > 1]}" if frames else ""
+        )
+        return f"<Robot {self.name!r}: {self.n} joints, {links}, tip {self.mechanism.tip!r}>"
 
     def __str__(self) -> str:
         return overview(self.mechanism)
@@ -150,6 +154,16 @@ class Description:
             T_lt: (4, 4) pose of the tip frame in that link; the link's own frame if None.
         """
         return type(self)(self.mechanism.with_tip(tip, T_lt))
+
+    def with_frame(self, name: str, pose: ArrayLike | None = None, link: str | None = None) -> Self:
+        """The robot with a named frame, which every `frame=` and `tip=` takes; masses and motion stay.
+
+        Args:
+            name: of the new frame.
+            pose: (4, 4) of the frame in that of the link, or its origin (3,) [m] alone; the link's own frame if None.
+            link: that carries it; the present tip frame if None.
+        """
+        return type(self)(self.mechanism.with_frame(name, pose, link))
 
     def with_tool(
         self,

@@ -22,6 +22,7 @@ def load(
     *,
     tip: str | None = None,
     xacro_args: Mapping[str, object] | None = None,
+    model: str | None = None,
     **dimensions: ArrayLike,
 ) -> Robot:
     """A robot from the library or a file.
@@ -32,6 +33,7 @@ def load(
             `robot_descriptions` is installed, a name of its robots (`panda_description`).
         tip: name of the link that carries the tip frame, if another than the description's default.
         xacro_args: arguments of a xacro file, by name, such as `{"prefix": "left_"}`.
+        model: name of the one that is meant of an SDFormat world with several robots.
         **dimensions: of an arm of the library that takes some, such as `lengths=(0.4, 0.3)` of `planar2r`.
 
     Warns:
@@ -42,7 +44,7 @@ def load(
         FileError: no such file or name, or a malformed file; the sentence says where and what to do.
         ModelError: the file describes something that is no robot.
     """
-    return Robot(load_mechanism(source, tip=tip, xacro_args=xacro_args, **dimensions))
+    return Robot(load_mechanism(source, tip=tip, xacro_args=xacro_args, model=model, **dimensions))
 
 
 def as_robot(robot: RobotLike) -> Robot:

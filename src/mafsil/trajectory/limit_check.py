@@ -12,7 +12,7 @@ import numpy as np
 from mafsil.answer import Answer
 from mafsil.arrays import Floats, not_negative
 from mafsil.messages import say
-from mafsil.model.mechanism import MEASURED
+from mafsil.model.limits import MEASURED
 from mafsil.trajectory.jumps import jumps
 from mafsil.trajectory.motion import Trajectory, derivative
 from mafsil.trajectory.motion_limits import Limits, MotionLimits, motion_limits

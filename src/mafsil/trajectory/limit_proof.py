@@ -11,7 +11,7 @@ import numpy as np
 
 from mafsil.answer import Answer
 from mafsil.arrays import Floats, not_negative, require_kind, whole
-from mafsil.model.mechanism import MEASURED
+from mafsil.model.limits import MEASURED
 from mafsil.trajectory.bspline import BSpline
 from mafsil.trajectory.limit_check import Violation, jumps_over, worst_of_each
 from mafsil.trajectory.motion_limits import Limits, MotionLimits, motion_limits

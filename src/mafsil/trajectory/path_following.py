@@ -10,7 +10,7 @@ import numpy as np
 
 from mafsil.arrays import LARGEST, Floats, JointVector, not_negative, positive
 from mafsil.errors import InputError
-from mafsil.model.mechanism import MEASURED
+from mafsil.model.limits import MEASURED
 from mafsil.robot import Robot, of_robot
 from mafsil.solvers import Outcome, levenberg_marquardt
 from mafsil.trajectory.path_task import STRICTER, PathTask, path_equations, path_error, path_rates, require_task

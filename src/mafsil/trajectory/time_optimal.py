@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, frozen, positive, real_array, require_finite, require_kind, whole
 from mafsil.errors import InputError
+from mafsil.model.limits import MEASURED
 from mafsil.model.loading import require_no_loops
-from mafsil.model.mechanism import MEASURED
 from mafsil.robot import Robot
 from mafsil.trajectory.limit_check import extremes
 from mafsil.trajectory.motion_limits import Limits, MotionLimits, motion_limits

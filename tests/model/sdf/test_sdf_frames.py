@@ -9,6 +9,7 @@ import mafsil as mf
 from mafsil.errors import FileError
 from mafsil.model import JointKind, sdf
 from mafsil.model.placement import pose_from_xyz_rpy
+from tests.model.drake_reader import plant_of
 from tests.model.sdf.test_sdf import joint, link, model
 
 MOUNT = '<frame name="mount" attached_to="a"><pose>0 0 0.4 0 0 0.5</pose></frame>'
@@ -146,3 +147,30 @@ def test_motors_that_are_none(element: str) -> None:
     mechanism = sdf.read(model(link("a") + link("b") + joint("j", "a", "b", inside=element + ABOUT_Y)))
     assert mechanism.joints[0].actuator is None
     assert any("drake:" in remark.sentence("en") for remark in mechanism.provenance.remarks)
+
+
+HAND = """<model name="M1"><pose>0 0 1 0.1 0 0</pose>{b}
+<frame name="F" attached_to="b"><pose>0.1 0 0 0 0 0.4</pose></frame></model>
+<model name="M2" placement_frame="{placed}"><pose relative_to="M1::F">0 1 0 0.2 0 0</pose>{c}
+<frame name="G" attached_to="c"><pose>0 0.3 0 0 0.5 0</pose></frame>
+<model name="M3" placement_frame="H"><pose>0.1 0 0 0 0 0</pose>{e}
+<frame name="H"><pose>0 0 0.2 0 1 0</pose></frame></model></model>
+<frame name="top" attached_to="M2"><pose>0 0 1 0 0 0</pose></frame>"""
+
+
+@pytest.mark.parametrize("placed", ["G", "c", "M3::H"])
+def test_nested_models_are_placed_by_their_frames_as_in_drake(placed: str) -> None:
+    inside = HAND.format(placed=placed, **{name: link(name) for name in "bce"})
+    text = model(
+        link("a") + inside + link("d", '<pose relative_to="M2">1 1 1 0 0 0</pose>')
+        + joint("w", "world", "a", "fixed", "") + joint("j", "a", "M1::F", inside=ABOUT_Y)
+        + joint("k", "M1::F", "M2::G", inside='<axis><xyz expressed_in="M1">0 0.6 0.8</xyz></axis>')
+        + joint("l", "__model__", "d", "fixed", "") + joint("m", "M2::c", "M2::M3::H", "fixed", "")
+    )  # fmt: skip
+    robot, q = mf.Robot(sdf.read(text)), np.array([0.3, -0.5])
+    plant = plant_of(text)
+    context = plant.CreateDefaultContext()
+    plant.SetPositions(context, q)
+    for frame in ("M1::b", "M2::c", "M2::M3::e", "d", "M1::F", "M2::G", "M2::M3::H", "top"):
+        theirs = plant.GetFrameByName(frame.split("::")[-1]).CalcPoseInWorld(context).GetAsMatrix4()
+        np.testing.assert_allclose(robot.forward_kinematics(q, frame=frame), theirs, atol=1e-14, err_msg=frame)

@@ -7,7 +7,7 @@ which refines what the decision leaves open.
 from __future__ import annotations
 
 from mafsil.mechanics.arm_pattern import ArmPattern, Family
-from mafsil.model.mechanism import MEASURED
+from mafsil.model.limits import MEASURED
 
 ORTHOGONALITY = 1e-6
 """Largest |R'R - I| that is taken for rounding of a printed matrix and repaired."""

@@ -166,7 +166,8 @@ def _reader(source: str | PathLike[str], packages: Iterable[str | Path]) -> File
     path = Path(source)
     if path.suffix.lower() == ".toml" or not (path.suffix or path.is_file()):
         return None
-    return reader_of(path, packages, source.texts if isinstance(source, RobotFile) else None)
+    requested = source if isinstance(source, RobotFile) else RobotFile(str(source), {})
+    return reader_of(path, packages, requested.texts, requested.model)
 
 
 def _described(source: str | PathLike[str]) -> Mechanism:

@@ -8,13 +8,13 @@ from functools import lru_cache
 import numpy as np
 
 from mafsil.arrays import Floats, Vector3
-from mafsil.errors import FileError, ModelError
+from mafsil.errors import FileError
+from mafsil.model.filled_shape import filled
 from mafsil.model.link import Link
-from mafsil.model.mass_properties import surface as solid_of
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.mesh import Surface, read
 from mafsil.model.mesh.primitives import triangles
-from mafsil.model.shape import OUTLINE, Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere
+from mafsil.model.shape import OUTLINE, Geometry, Mesh, Shape
 
 DIRECTIONS = 300
 """Planes that bound the hull."""
@@ -162,13 +162,9 @@ def _mesh_hull(mesh: Mesh, changed: tuple[int, int]) -> Floats | None:
 
 @lru_cache(maxsize=256)
 def _mesh_volume(mesh: Mesh, changed: tuple[int, int]) -> float | None:
-    """Of the solid inside; None where the surface is open."""
+    """Of the file as it was when it was changed last."""
     del changed
-    surface = _read(mesh)
-    try:
-        return None if surface is None else solid_of(surface.vertices, surface.faces, density=1.0).mass
-    except ModelError:
-        return None
+    return _filled_volume(mesh)
 
 
 def _read(mesh: Mesh) -> Surface | None:
@@ -179,18 +175,16 @@ def _read(mesh: Mesh) -> Surface | None:
 
 
 def _volume(geometry: Geometry) -> float | None:
-    match geometry:
-        case Box(size=size):
-            return float(np.prod(size))
-        case Sphere(radius=radius):
-            return 4 / 3 * np.pi * radius**3
-        case Cylinder(radius=radius, length=length):
-            return np.pi * radius**2 * length
-        case Capsule(radius=radius, length=length):
-            return np.pi * radius**2 * (length + 4 / 3 * radius)
-        case Mesh():
-            changed = _changed(geometry)
-            return None if changed is None else _mesh_volume(geometry, changed)
+    """Of the solid inside; None where it is open or cannot be read."""
+    if not isinstance(geometry, Mesh):
+        return _filled_volume(geometry)
+    changed = _changed(geometry)
+    return None if changed is None else _mesh_volume(geometry, changed)
+
+
+def _filled_volume(geometry: Geometry) -> float | None:
+    body = filled(geometry)
+    return None if body is None else body.mass
 
 
 def _even_directions(count: int) -> Floats:

@@ -22,7 +22,7 @@ from mafsil.model.faults import (
 )
 from mafsil.model.joint import Joint, JointKind
 from mafsil.model.link import Inertial, Link
-from mafsil.model.mjcf.geom import Geom, read_geom
+from mafsil.model.mjcf.geom import Geom, along_line, read_geom
 from mafsil.model.mjcf.inertial import Matters, inertial_of
 from mafsil.model.mjcf.joint import Hinge, read_joint
 from mafsil.model.mjcf.orientation import read_pose
@@ -46,7 +46,9 @@ class Tree:
         lines: where each body stands.
         numbers: up to which each made name is used.
         poses: of each body in the world when all coordinates have their reference values.
-        sites: of each named site its body and its element.
+        sites: of each named site its body and its pose (4, 4) there.
+        frames: of each named frame the same.
+        holding: names of the sites at which loops are held.
         closing: names of the joints that close loops, and of those that carry their ends.
         declared: names that the files give, which no made name takes.
         floating: bodies in the world that a free joint leaves loose, with what was reported about each and what hangs
@@ -63,7 +65,9 @@ class Tree:
     lines: dict[str, int] = field(default_factory=dict[str, int])
     numbers: dict[str, int] = field(default_factory=dict[str, int])
     poses: dict[str, PoseMatrix] = field(default_factory=dict[str, PoseMatrix])
-    sites: dict[str, tuple[str, Part]] = field(default_factory=dict[str, tuple[str, Part]])
+    sites: dict[str, tuple[str, PoseMatrix]] = field(default_factory=dict[str, tuple[str, PoseMatrix]])
+    frames: dict[str, tuple[str, PoseMatrix]] = field(default_factory=dict[str, tuple[str, PoseMatrix]])
+    holding: set[str] = field(default_factory=set[str])
     closing: set[str] = field(default_factory=set[str])
     declared: set[str] = field(default_factory=set[str])
     floating: dict[str, tuple[Element, list[Diagnostic]]] = field(
@@ -127,7 +131,7 @@ class TreeReader:
                 self.reading.report(UNKNOWN_PART, part.element, None, None, **details)
         self.tree.links.append(_link(WORLD, None, self._geoms(parts)))
         self.tree.poses[WORLD] = identity
-        self._note_sites(parts, WORLD)
+        self._note_frames(parts, WORLD)
         self._read_children(parts, Place(WORLD, identity, moves=False))
         return self.tree
 
@@ -159,7 +163,7 @@ class TreeReader:
             name = scope.named(self.reading.name(element))
         if self._is_taken(element, name):
             return ""
-        if len(tree.links) >= self.limits.links:
+        if len(tree.links) + len(tree.sites) + len(tree.frames) >= self.limits.links:
             raise Refusal(Diagnostic(TOO_MANY_LINKS, element.line, element.column, {"limit": self.limits.links}))
         if element.get("mocap") == "true":
             tree.guided.add(name)
@@ -175,15 +179,18 @@ class TreeReader:
         inertial = inertial_of(self.reading, element, name, matters, scope.library.settings)
         _add_chain(tree, place.parent, T_own, name, hinges)
         tree.links.append(_link(name, inertial, geoms))
-        self._note_sites(inside, name)
+        self._note_frames(inside, name)
         self._read_children(inside, Place(name, tree.poses[name], moves))
         return name
 
-    def _note_sites(self, parts: list[Part], body: str) -> None:
-        """Named sites, which loops may refer to."""
+    def _note_frames(self, parts: list[Part], body: str) -> None:
+        """Named sites, which loops may refer to, and named frames, of which the first of a name counts."""
         for part in parts:
-            if part.element.tag == "site" and part.element.get("name"):
-                self.tree.sites.setdefault(part.scope.named(part.element.get("name")), (body, part))
+            tag, name = part.element.tag, part.element.get("name")
+            if tag == "site" and name:
+                self.tree.sites.setdefault(part.scope.named(name), (body, _site_pose(self.reading, part)))
+            elif tag == "frame":
+                self.tree.frames.setdefault(part.scope.named(name), (body, part.T))
 
     def _only_inertial(self, parts: list[Part]) -> Part | None:
         """The `inertial` of a body; a second one is reported."""
@@ -262,6 +269,15 @@ class TreeReader:
         return found
 
 
+def _site_pose(reading: Reading, part: Part) -> PoseMatrix:
+    """The pose (4, 4) of a site in its body; where two points are given, its z axis joins them."""
+    settings = part.scope.library.settings
+    element = settings.styled(reading, part.element, part.childclass)
+    ends = reading.vector(element, "fromto", 6) if "fromto" in element.attributes else None
+    T = read_pose(reading, element, settings) if ends is None else along_line(np.array(ends))
+    return frozen(part.T @ T)
+
+
 def _three_hinges(reading: Reading, joint: Element) -> Repair:
     """The repair that replaces a ball joint; the file must say its name if others refer to it."""
     name = joint.get("name") or "ball"
@@ -292,6 +308,24 @@ def _add_chain(tree: Tree, parent: str, T: PoseMatrix, body: str, hinges: list[H
     if not hinges or np.any(hinges[-1].position):
         name = tree.free(f"{body}/fixed", tree.elements)
         tree.joints.append(Joint(name, JointKind.FIXED, parent, body, frozen(before)))
+
+
+def hung_frames(tree: Tree) -> list[Joint]:
+    """Sites and named frames as links without mass, which are added to the tree, and the joints that fix them.
+
+    Sites that only hold loops are none. One that is called like a body gets what it is behind its name.
+    """
+    taken = {*tree.elements, *tree.closing}
+    each = [("site", name, place) for name, place in tree.sites.items() if name not in tree.holding]
+    each += [("frame", name, place) for name, place in tree.frames.items()]
+    joints: list[Joint] = []
+    for kind, name, (body, T) in each:
+        if body not in tree.left_out:
+            link = name if name not in tree.poses else tree.free(f"{name}/{kind}", tree.poses)
+            tree.poses[link] = frozen(tree.poses[body] @ T)
+            tree.links.append(Link(link))
+            joints.append(Joint(tree.free(f"{link}/attached", taken), JointKind.FIXED, body, link, T))
+    return joints
 
 
 def _link(name: str, inertial: Inertial | None, geoms: list[Geom]) -> Link:

@@ -11,7 +11,6 @@ from mafsil.arrays import Floats, PoseMatrix, frozen
 from mafsil.model.faults import LOOP_CLOSED, LOOP_OPEN, MISSING_ATTRIBUTE
 from mafsil.model.joint import Joint, JointKind
 from mafsil.model.link import Link
-from mafsil.model.mjcf.orientation import read_pose
 from mafsil.model.mjcf.references import References
 from mafsil.model.mjcf.scope import Scope
 from mafsil.model.placement import inverse, rotation_from_quaternion
@@ -106,27 +105,18 @@ def _bodies(references: References, element: Element, scope: Scope) -> Iterator[
 
 
 def _sites(references: References, element: Element, scope: Scope) -> Iterator[tuple[End, End]]:
-    """Sites have poses of their own; one drawn along a line is not read."""
-    reading, sites = references.reading, references.tree.sites
+    """Sites have poses of their own."""
+    sites, left_out = references.tree.sites, references.tree.left_out
     names = [element.get(key) for key in ("site1", "site2")]
     for key, name in zip(("site1", "site2"), names, strict=True):
         if not name:
-            reading.report(MISSING_ATTRIBUTE, element, element=element.tag, attribute=key)
+            references.reading.report(MISSING_ATTRIBUTE, element, element=element.tag, attribute=key)
             return
     for pair in references.sites(element, names, scope):
-        ends: list[End] = []
-        if any(sites[name][0] in references.tree.left_out for name in pair):
-            continue
-        for name in pair:
-            body, part = sites[name]
-            settings = part.scope.library.settings
-            site = settings.styled(reading, part.element, part.childclass)
-            if "fromto" not in site.attributes:
-                ends.append(End(body, frozen(part.T @ read_pose(reading, site, settings))))
-        if len(ends) == 2:
-            yield ends[0], ends[1]
-        else:
-            reading.report(LOOP_OPEN, element, None, None, element=element.tag, first=pair[0], second=pair[1])
+        references.tree.holding.update(pair)
+        first, second = (sites[name] for name in pair)
+        if not {first[0], second[0]} & left_out:
+            yield End(*first), End(*second)
 
 
 def _without_rotation(T: PoseMatrix) -> Floats:

@@ -213,17 +213,21 @@ def _read_size(
     return size, T
 
 
-def _between(kind: str, size: tuple[float, ...], ends: Floats) -> tuple[tuple[float, ...], PoseMatrix]:
-    """Size and pose of a geometry whose z axis joins two points."""
+def along_line(ends: Floats) -> Floats:
+    """The pose (4, 4) halfway between two points (6,), the z axis from the second to the first."""
     start, end = ends[:3], ends[3:]
-    span = float(np.linalg.norm(start - end))
-    T = np.eye(4)
+    T, span = np.eye(4), float(np.linalg.norm(start - end))
     T[:3, 3] = (start + end) / 2
     if span > 0.0:
         T[:3, :3] = frame_along((start - end) / span)
-    if kind in ("ellipsoid", "box"):
-        return (size[0], size[0], span / 2), frozen(T)
-    return (size[0], span / 2), frozen(T)
+    return T
+
+
+def _between(kind: str, size: tuple[float, ...], ends: Floats) -> tuple[tuple[float, ...], PoseMatrix]:
+    """Size and pose of a geometry whose z axis joins two points."""
+    half = float(np.linalg.norm(ends[:3] - ends[3:])) / 2
+    sizes = (size[0], size[0], half) if kind in ("ellipsoid", "box") else (size[0], half)
+    return sizes, frozen(along_line(ends))
 
 
 def _read_matter(

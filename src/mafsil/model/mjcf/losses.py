@@ -16,6 +16,7 @@ from mafsil.model.mjcf.matter import idle_joints, weighs
 from mafsil.model.outer_frames import tip_loss
 from mafsil.model.reading import is_writable
 from mafsil.model.shape import Mesh
+from mafsil.model.tip import is_named_as_tip
 from mafsil.model.tolerances import PRINTED
 
 CHOICES = ("friction", "inertia", "limits", "mass", "mesh", "passive", "tip")
@@ -39,12 +40,17 @@ def losses_of(mechanism: Mechanism, shifted: tuple[str, ...], lacking: Mapping[s
         names = names_of(mechanism.joint_names)
         yield Loss("writing.passive", Weight.CHOSEN, "passive", {"format": "MJCF", "names": names})
     yield from _of_limits(mechanism)
-    yield from tip_loss(mechanism)
+    yield from tip_loss(mechanism, sites_of)
     yield from _of_bodies(mechanism)
     if shifted:
         yield Loss("writing.shifted", Weight.NOTED, "", {"names": names_of(shifted)})
     if fine := [name for name, lack in lacking.items() if lack <= PRINTED]:
         yield Loss("writing.rounded", Weight.NOTED, "", {"names": names_of(fine), "share": PRINTED})
+
+
+def sites_of(mechanism: Mechanism) -> tuple[str, ...]:
+    """Links that are written as sites: frames alone, but for a tip that readers would not choose among sites."""
+    return tuple(name for name in mechanism.frame_names if name != mechanism.tip or is_named_as_tip(name))
 
 
 def stands_in_world(mechanism: Mechanism) -> bool:

@@ -13,7 +13,7 @@ from mafsil.model.file_reader import Format
 from mafsil.model.link import Link
 from mafsil.model.mechanism import Mechanism
 from mafsil.model.mimics import resolve_mimics
-from mafsil.model.mjcf.body import TreeReader
+from mafsil.model.mjcf.body import TreeReader, hung_frames
 from mafsil.model.mjcf.coupling import read_couplings
 from mafsil.model.mjcf.driving import Driving
 from mafsil.model.mjcf.geom import Library
@@ -51,8 +51,9 @@ def _build(reading: Reading, assets: Assets, _source: str, limits: ReadLimits) -
         return None
     name = root.get("model").strip() or "mujoco"
     settings = model.library.settings
-    links = _scaled(tree.links, settings.total_mass)
-    return Mechanism.assemble(name, links, joints, loops=loops, gravity=settings.gravity)
+    frames = hung_frames(tree)
+    links, marks = _scaled(tree.links, settings.total_mass), {joint.child for joint in frames}
+    return Mechanism.assemble(name, links, (*joints, *frames), loops=loops, gravity=settings.gravity, marks=marks)
 
 
 def _model(reading: Reading, root: Element, inclusion: Inclusion) -> Model:

@@ -104,7 +104,7 @@ class Unfolding:
         """The parts of a body (or of a frame in it, of pose T).
 
         1. Count: copies of copies are few lines in a file.
-        2. A frame gives its content, moved by its pose.
+        2. A frame gives its content, moved by its pose, and itself if it has a name.
         3. Copies and attached models give theirs, under other names.
         4. Anything else is a part.
         """
@@ -117,6 +117,8 @@ class Unfolding:
             # 2.
             if child.tag == "frame":
                 inner = frozen(T @ read_pose(self.reading, child, scope.library.settings))
+                if child.get("name"):
+                    yield Part(child, inner, childclass, scope)
                 yield from self.parts(child, inner, child.get("childclass") or childclass, scope)
             # 3.
             elif child.tag == "replicate":

@@ -15,7 +15,7 @@ from mafsil.model.link import Link
 from mafsil.model.loading import of_any_mechanism
 from mafsil.model.losses import Document, delivered, settled, xml_comment
 from mafsil.model.mechanism import Mechanism
-from mafsil.model.mjcf.losses import CHOICES, light_links, losses_of, stands_in_world
+from mafsil.model.mjcf.losses import CHOICES, light_links, losses_of, sites_of, stands_in_world
 from mafsil.model.mjcf.matter import BOUNDS, inertial_element, numbers, orientation
 from mafsil.model.numbers import written
 from mafsil.model.outer_frames import with_tip_link
@@ -32,11 +32,12 @@ _KINDS = {JointKind.REVOLUTE: "hinge", JointKind.PRISMATIC: "slide"}
 def write(mechanism: Mechanism, path: str | PathLike[str] | None = None, *, without: Collection[str] = ()) -> str:
     """The mechanism as the text of an MJCF file; reading it back gives the same mechanics.
 
-    Loops are constraints between sites, so that they do not depend on where the file draws the bodies: a ball joint is
-    a `connect`, a fixed one a `weld`, a hinge two points of its axis. A base of another name hangs on the world, a tip
-    frame is a body. Bodies that move get as much mass and inertia as MuJoCo demands by `boundmass` and
-    `boundinertia`, which `mafsil.load` reads as none. An inertia that no body has is shifted along joint axes, which
-    changes no motion. What the file cannot hold, or says in another way, stands in a comment at its head.
+    Loops are constraints between sites, so that they do not depend on where the file draws the bodies: a ball joint
+    is a `connect`, a fixed one a `weld`, a hinge two points of its axis. A base of another name hangs on the world.
+    Links that are frames alone are sites, a tip that readers would not choose then a body. Bodies that move get as
+    much mass and inertia as MuJoCo demands by `boundmass` and `boundinertia`, which `mafsil.load` reads as none. An
+    inertia that no body has is shifted along joint axes, which changes no motion. What the file cannot hold, or
+    says in another way, stands in a comment at its head.
 
     Args:
         mechanism: with or without loops.
@@ -61,7 +62,7 @@ def write(mechanism: Mechanism, path: str | PathLike[str] | None = None, *, with
 
 def document(mechanism: Mechanism, without: Collection[str] = ()) -> Document:
     """The text, and what it does not hold; arguments and errors as of `write`, nothing written and no warning."""
-    framed, shifted, lacking = possible_inertias(with_tip_link(mechanism))
+    framed, shifted, lacking = possible_inertias(with_tip_link(mechanism, sites_of))
     losses = settled(losses_of(framed, shifted, lacking), CHOICES, without)
     bounds = BOUNDS if light_links(framed) else ""
     lines = [
@@ -84,13 +85,15 @@ def document(mechanism: Mechanism, without: Collection[str] = ()) -> Document:
 
 def _bodies(mechanism: Mechanism) -> Iterator[str]:
     """The tree, depth first: bodies are closed when the next joint starts further up."""
-    sites, named = _sites(mechanism), set[str]()
+    sites, named, frames = _sites(mechanism), set[str](), sites_of(mechanism)
     base, open_ = mechanism.links[0], [mechanism.links[0].name]
     in_world = stands_in_world(mechanism)
     if not in_world:
         yield f'    <body name="{escaped(base.name)}"{_pose(mechanism.T_sb)}>'
     yield from _content(base, None, sites, named)
     for joint, link in zip(mechanism.joints, mechanism.links[1:], strict=True):
+        if joint.child in frames:
+            continue
         while open_[-1] != joint.parent:
             open_.pop()
             yield "    </body>"
@@ -162,12 +165,22 @@ def _size(geometry: Geometry) -> tuple[str, list[float]]:
 
 
 def _sites(mechanism: Mechanism) -> dict[str, list[str]]:
-    """The sites of all loops by link."""
+    """The sites by body: ends of loops, and frames, each on the body that carries it, perhaps over other frames."""
     found: dict[str, list[str]] = {}
+
+    def add(link: str, name: str, T: Floats) -> None:
+        found.setdefault(link, []).append(f'      <site name="{escaped(name)}"{_pose(T)}/>')
+
     for loop in mechanism.loops:
         for name, T_pj, T_cj in _points(loop):
-            for link, end, T in ((loop.parent, "parent", T_pj), (loop.child, "child", T_cj)):
-                found.setdefault(link, []).append(f'      <site name="{escaped(name)}/{end}"{_pose(T)}/>')
+            add(loop.parent, f"{name}/parent", T_pj)
+            add(loop.child, f"{name}/child", T_cj)
+    frames, carried = sites_of(mechanism), dict[str, tuple[str, Floats]]()
+    for joint in mechanism.joints:
+        if joint.child in frames:
+            body, T = carried.get(joint.parent, (joint.parent, np.eye(4)))
+            carried[joint.child] = (body, T @ joint.T_pj)
+            add(body, joint.child, carried[joint.child][1])
     return found
 
 

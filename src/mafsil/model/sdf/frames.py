@@ -66,6 +66,12 @@ class Frames:
             self._known[step] = frozen(T)
         return self._known[name]
 
+    def placed(self, reading: Reading, name: str, element: Element) -> PoseMatrix:
+        """The pose (4, 4) of the frame by which a model is placed, in the model, whose own place is not known yet."""
+        T = self.pose(reading, name, element)
+        self._known.clear()
+        return T
+
     def joint(self, name: str) -> str:
         """The name of a joint's frame."""
         return self.of_joints.get(name, name)

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import TypeAlias
+
 import numpy as np
 
 from mafsil.arrays import frozen
 from mafsil.model.asset_path import Assets
 from mafsil.model.faults import BAD_SIZE, MISSING_ELEMENT, SDF_AUTO, SDF_DEFAULT_MASS, UNKNOWN_GEOMETRY
+from mafsil.model.filled_shape import filled
 from mafsil.model.inertia_check import STAND_IN, inertia_fault, mass_fault
 from mafsil.model.link import Inertial, Link
-from mafsil.model.placement import turned_tensor
+from mafsil.model.mass_properties import united
+from mafsil.model.placement import moved_inertial, turned_tensor
 from mafsil.model.reading import Reading
 from mafsil.model.sdf.frames import Frames
 from mafsil.model.sdf.scope import Part
@@ -19,28 +24,30 @@ from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sp
 from mafsil.model.urdf.shape import looking_at_a_shape
 from mafsil.model.xml_tree import Element
 
+WATER = 1000.0
+"""What fills shapes of no other density [kg/m^3]."""
+Placed: TypeAlias = tuple[Element, Shape]
 OWN_COLOUR = "mafsil:rgba"
 """Attribute of what collides: its colour."""
 
 
 def read_link(reading: Reading, part: Part, frames: Frames, assets: Assets) -> Link:
     """A link with its own frame."""
-    inertial = _inertial(reading, part, frames)
     with looking_at_a_shape(reading):
         visuals = _shapes(reading, part, "visual", frames, assets)
         collisions = _shapes(reading, part, "collision", frames, assets)
-    return Link(part.name, inertial, visuals, collisions)
+    inertial = _inertial(reading, part, frames, collisions)
+    return Link(part.name, inertial, tuple(shape for _, shape in visuals), tuple(shape for _, shape in collisions))
 
 
-def _inertial(reading: Reading, part: Part, frames: Frames) -> Inertial | None:
+def _inertial(reading: Reading, part: Part, frames: Frames, collisions: list[Placed]) -> Inertial | None:
     """Mass properties; what is missing has the default of SDFormat: 1 kg, 1 kg m^2."""
     element = reading.one(part.element, "inertial")
     if element is None:
         reading.report(SDF_DEFAULT_MASS, part.element, None, None, link=part.name)
         return Inertial(1.0, frozen(np.zeros(3)), frozen(np.eye(3)))
-    if element.get("auto") == "true":
-        reading.report(SDF_AUTO, element, None, None, link=part.name)
-        return None
+    if element.get("auto").strip().lower() in ("true", "1"):
+        return _computed(reading, part, element, collisions)
     mass = number(reading, element, "mass", 1.0)
     tensor = reading.one(element, "inertia")
     if tensor is None or element.first("mass") is None:
@@ -65,8 +72,32 @@ def _inertial(reading: Reading, part: Part, frames: Frames) -> Inertial | None:
     return Inertial(mass, frozen(T[:3, 3]), turned_tensor(moments, T[:3, :3]))
 
 
-def _shapes(reading: Reading, part: Part, tag: str, frames: Frames, assets: Assets) -> tuple[Shape, ...]:
-    found: list[Shape] = []
+def _computed(reading: Reading, part: Part, inertial: Element, collisions: list[Placed]) -> Inertial | None:
+    """What fills the shapes that collide evenly, of their own density, the link's or that of water.
+
+    A mass that is given scales all of it. Where a shape is not known, the link has none.
+    """
+    usual, read = number(reading, inertial, "density", WATER), {id(element): shape for element, shape in collisions}
+    bodies: list[Inertial] = []
+    for element in part.element.all("collision") or [part.element]:
+        shape, density = read.get(id(element)), number(reading, element, "density", usual)
+        body = None if shape is None or density <= 0.0 else filled(shape.geometry, density)
+        if shape is None or body is None:
+            reading.report(SDF_AUTO, element, None, None, link=part.name)
+            return None
+        bodies.append(moved_inertial(body, shape.T_lg))
+    whole = united(*bodies)
+    if whole is None or inertial.first("mass") is None:
+        return whole
+    mass = number(reading, inertial, "mass", whole.mass)
+    if fault := mass_fault(mass, whole.inertia):
+        reading.report(fault, inertial, None, None, link=part.name, mass=mass)
+        return None
+    return replace(whole, mass=mass, inertia=frozen(whole.inertia * (mass / whole.mass)))
+
+
+def _shapes(reading: Reading, part: Part, tag: str, frames: Frames, assets: Assets) -> list[Placed]:
+    found: list[Placed] = []
     for element in part.element.all(tag):
         before = reading.dropped
         holder = element.first("pose")
@@ -76,8 +107,8 @@ def _shapes(reading: Reading, part: Part, tag: str, frames: Frames, assets: Asse
         geometry = _geometry(reading, element, assets)
         if geometry is not None and reading.dropped == before:
             name = element.get(OWN_NAME, element.get("name"))
-            found.append(Shape(geometry, frozen(T), name, _colour(reading, element)))
-    return tuple(found)
+            found.append((element, Shape(geometry, frozen(T), name, _colour(reading, element))))
+    return found
 
 
 def _geometry(reading: Reading, shape: Element, assets: Assets) -> Geometry | None:

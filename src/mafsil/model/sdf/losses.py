@@ -53,9 +53,7 @@ def losses_of(
 
 def is_frame(mechanism: Mechanism, joint: Joint) -> bool:
     """Whether the child is a frame of SDFormat: without mass and shape, behind a fixed joint on a link."""
-    link = mechanism.link(joint.child)
-    bare = link.inertial is None and not link.visuals and not link.collisions
-    return bare and not joint.moves and joint.parent != WORLD
+    return mechanism.link(joint.child).is_bare and not joint.moves and joint.parent != WORLD
 
 
 def _refused(mechanism: Mechanism) -> Iterator[Loss]:

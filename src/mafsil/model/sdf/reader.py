@@ -15,6 +15,7 @@ from mafsil.model.faults import (
     SDF_FLOATING,
     SDF_LOOSE,
     SDF_MODELS,
+    SDF_NO_MODEL,
     WRONG_ROOT,
 )
 from mafsil.model.file_reader import Format
@@ -87,7 +88,7 @@ def _own_names(parts: Iterable[Part]) -> dict[str, str]:
 
 
 def _robot(reading: Reading, root: Element, inclusion: Inclusion) -> tuple[Element | None, tuple[float, float, float]]:
-    """The model to read, and gravity: the only one, or the only one with joints that move."""
+    """The model to read, and gravity: the one that was asked for, the only one, the only one with joints that move."""
     world = root.first("world")
     holder = root if world is None else world
     gravity = STANDARD_GRAVITY
@@ -99,13 +100,19 @@ def _robot(reading: Reading, root: Element, inclusion: Inclusion) -> tuple[Eleme
         if (found := inclusion.model(include, must=world is None)) is not None:
             models.append(found)
     moving = [model for model in models if any(_moves(joint) for joint in _joints(model))]
+    if reading.model is not None:
+        moving = [model for model in models if model.get("name") == reading.model]
+        if not moving:
+            known = ", ".join(model.get("name") for model in models) or "-"
+            reading.report(SDF_NO_MODEL, root, None, None, name=reading.model, names=known)
+            return None, gravity
     chosen = moving or models
     if len(chosen) != 1:
         names = ", ".join(model.get("name") for model in chosen) or "-"
         reading.report(SDF_MODELS, root, None, None, count=len(chosen), names=names)
         return None, gravity
     for other in models:
-        if other is not chosen[0]:
+        if other is not chosen[0] and reading.model is None:
             reading.report(SDF_LOOSE, other, None, None, name=other.get("name"))
     return chosen[0], gravity
 

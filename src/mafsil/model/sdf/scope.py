@@ -81,7 +81,7 @@ def gathered(reading: Reading, model: Element, inclusion: Inclusion) -> Parts:
     placement = model.get("placement_frame")
     T = pose(reading, model.first("pose"))
     if placement:
-        T = T @ inverse(parts.frames.pose(reading, placement, model))
+        T = T @ inverse(parts.frames.placed(reading, placement, model))
     parts.frames.T_ws = frozen(T)
     return parts
 
@@ -111,12 +111,16 @@ def _gather(reading: Reading, model: Element, prefix: str, outer: str, parts: Pa
         if element.tag == "model":
             inner = prefix if element.get("merge") == "true" else f"{prefix}{name}::"
             inner_frame = inner + MODEL if inner != prefix else f"{prefix}{name}::{MODEL}"
-            parts.frames.given[inner_frame] = given
+            placement = element.get("placement_frame")
+            parts.frames.given[inner_frame] = Given("", frozen(np.eye(4)), element) if placement else given
             if inner != prefix:
                 parts.frames.given[prefix + name] = Given(inner_frame, frozen(np.eye(4)), element)
                 _gather(reading, element, inner, frame, parts, inclusion)
             else:
                 _merge(reading, element, inner, inner_frame, parts, inclusion)
+            if placement:
+                T_mp = parts.frames.placed(reading, inner + placement, element)
+                parts.frames.given[inner_frame] = Given(given.relative_to, given.T @ inverse(T_mp), element)
         else:
             if element.tag == "joint" and part.name in others:
                 parts.frames.of_joints[part.name] = f"{part.name}_joint"

@@ -73,17 +73,17 @@ ROWS: Mapping[str, Row] = MappingProxyType(
         ),
         "inertial": Row(
             "auto",
-            children="mass pose inertia",
-            whole={Treatment.MEDIUM: "fluid_added_mass", Treatment.DATA: "density auto_inertia_params frame@-1.6"},
+            children="mass pose inertia density",
+            whole={Treatment.MEDIUM: "fluid_added_mass", Treatment.DATA: "auto_inertia_params frame@-1.6"},
         ),
         "inertia": Row(children="ixx ixy ixz iyy iyz izz"),
         "collision": Row(
             "name",
-            children="pose geometry",
+            children="pose geometry density",
             whole={
                 Treatment.SENSING: "laser_retro",
                 Treatment.CONTACT: "max_contacts surface",
-                Treatment.DATA: "density auto_inertia_params frame@-1.6",
+                Treatment.DATA: "auto_inertia_params frame@-1.6",
             },
         ),
         "visual": Row(

@@ -47,7 +47,7 @@ class WrittenNames:
 def stands_in_world(mechanism: Mechanism) -> bool:
     """Whether the base is the world itself, which carries what may hang on it."""
     base = mechanism.links[0]
-    bare = base.inertial is None and not base.visuals and not base.collisions and mechanism.tip != base.name
+    bare = base.is_bare and mechanism.tip != base.name
     return bare and base.name == WORLD and np.array_equal(mechanism.T_sb, np.eye(4))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from math import inf, isfinite
 
 from mafsil.model.joint import Joint, JointKind
@@ -12,20 +12,23 @@ from mafsil.model.mechanism import STANDARD_GRAVITY, Mechanism
 from mafsil.model.outer_frames import tip_loss
 from mafsil.model.reading import LONGEST_NAME, is_writable
 from mafsil.model.shape import Mesh
+from mafsil.model.urdf.vocabulary import FIRST, WIDER_LIMITS
+from mafsil.model.vocabulary import Version
 
 CHOICES = ("gravity", "actuator", "friction", "limits", "passive", "tip")
 """Words of `without`."""
 
 
-def losses_of(mechanism: Mechanism) -> Iterator[Loss]:
+def losses_of(mechanism: Mechanism, version: Version) -> Iterator[Loss]:
     """Everything, the grave first.
 
     Args:
         mechanism: whose tip frame and base pose are those of links.
+        version: of URDF that is written.
     """
     yield from _refused(mechanism)
     yield from _changing_the_motion(mechanism)
-    yield from _of_limits(mechanism)
+    yield from _of_limits(mechanism, version)
     if geared := joints_that(
         mechanism, lambda joint: joint.actuator is not None and bool(joint.actuator.reflected_inertia)
     ):
@@ -33,6 +36,12 @@ def losses_of(mechanism: Mechanism) -> Iterator[Loss]:
     yield from tip_loss(mechanism)
     if mechanism.n and not any(link.inertial is not None and link.inertial.mass for link in mechanism.links):
         yield Loss("writing.no_masses", Weight.NOTED, "", {"robot": mechanism.name})
+
+
+def version_for(mechanism: Mechanism, without: Collection[str]) -> Version:
+    """The version that is written: the first, which every reader takes, unless only a later one has limits of jerk."""
+    jerky = any(joint.moves and joint.limits.jerk < inf for joint in mechanism.joints)
+    return WIDER_LIMITS if jerky and "limits" not in without else FIRST
 
 
 def is_endless(joint: Joint) -> bool:
@@ -65,12 +74,17 @@ def _changing_the_motion(mechanism: Mechanism) -> Iterator[Loss]:
         yield Loss("writing.passive", Weight.CHOSEN, "passive", {"format": "URDF", "names": names})
 
 
-def _of_limits(mechanism: Mechanism) -> Iterator[Loss]:
+def _of_limits(mechanism: Mechanism, version: Version) -> Iterator[Loss]:
     """Limits that are lost, and stand-ins for those that are not known."""
+    first = version < WIDER_LIMITS
     rows: tuple[tuple[str, Weight, Callable[[Joint], bool]], ...] = (
-        ("jerk", Weight.WARNED, lambda joint: joint.limits.jerk < inf),
+        ("jerk" if first else "newer_urdf", Weight.WARNED, lambda joint: joint.limits.jerk < inf),
         ("zero", Weight.WARNED, lambda joint: _is_zero(joint.limits)),
-        ("acceleration_by_drake", Weight.NOTED, lambda joint: joint.limits.acceleration < inf),
+        (
+            "acceleration_by_drake",
+            Weight.NOTED,
+            lambda joint: joint.limits.acceleration < inf and version < WIDER_LIMITS,
+        ),
         ("continuous", Weight.NOTED, lambda joint: is_endless(joint) and not joint.wraps),
         ("stand_in", Weight.NOTED, _needs_stand_in),
     )
@@ -87,7 +101,7 @@ def _is_zero(limits: Limits) -> bool:
 def has_limit(joint: Joint) -> bool:
     """Whether URDF wants, or can say, a `limit` of the joint."""
     limits = joint.limits
-    return not is_endless(joint) or min(limits.velocity, limits.effort, limits.acceleration) < inf
+    return not is_endless(joint) or min(limits.velocity, limits.effort, limits.acceleration, limits.jerk) < inf
 
 
 def _needs_stand_in(joint: Joint) -> bool:

@@ -19,7 +19,9 @@ from mafsil.model.rpy import rpy_from_rotation
 from mafsil.model.shape import Box, Capsule, Cylinder, Geometry, Mesh, Shape, Sphere
 from mafsil.model.urdf.capsule import without_capsules
 from mafsil.model.urdf.limit import ACCELERATION
-from mafsil.model.urdf.losses import CHOICES, has_limit, is_endless, losses_of
+from mafsil.model.urdf.losses import CHOICES, has_limit, is_endless, losses_of, version_for
+from mafsil.model.urdf.vocabulary import FIRST, WIDER_LIMITS
+from mafsil.model.vocabulary import Version
 from mafsil.model.xml_tree import escaped
 
 LOSSES = CHOICES
@@ -31,18 +33,19 @@ def write(mechanism: Mechanism, path: str | PathLike[str] | None = None, *, with
     """The mechanism as the text of a URDF file; reading it back gives the same mechanics.
 
     A tip frame or a base pose other than the identity becomes a massless link behind a fixed joint, a capsule three
-    shapes, which `mafsil.load` reads as one. A joint without
-    a known range is `continuous`, or has 1e16 for its bounds, as it has for an unknown effort or velocity: urdfdom
-    demands a number, and `mafsil.load` reads it as none. What the file cannot hold, or says in another way, stands in
-    a comment at its head.
+    shapes, which `mafsil.load` reads as one. A joint without a known range is `continuous`, or has 1e16 for its
+    bounds, as it has for an unknown effort or velocity: urdfdom demands a number, and `mafsil.load` reads it as
+    none. Limits of jerk need URDF 1.2, which readers before urdfdom 6 refuse; files without any are 1.0, with
+    limits of acceleration in Drake's words. What the file cannot hold, or says in another way, stands in a comment
+    at its head.
 
     Args:
         mechanism: an open chain or tree.
         path: of a file to write the text to as well.
         without: what may be left out though what is read back will move otherwise: `gravity` (not the standard one),
             `friction` (different for both senses, an offset; the mean is written), `passive` (joints that are not
-            actuated); and what needs no warning: `limits` (of jerk, of zero), `actuator` (rotor inertia, which stands
-            in Drake's elements), `tip` (one that readers do not choose).
+            actuated); and what needs no warning: `limits` (of jerk, then in URDF 1.0; of zero), `actuator` (rotor
+            inertia, which stands in Drake's elements), `tip` (one that readers do not choose).
 
     Warns:
         ModelWarning: limits of jerk or of zero, a rotor's inertia or the choice of the tip do not reach all readers.
@@ -59,13 +62,15 @@ def write(mechanism: Mechanism, path: str | PathLike[str] | None = None, *, with
 def document(mechanism: Mechanism, without: Collection[str] = ()) -> Document:
     """The text, and what it does not hold; arguments and errors as of `write`, nothing written and no warning."""
     framed = with_space_link(with_tip_link(mechanism))
-    losses = settled(losses_of(framed), CHOICES, without)
+    version = version_for(framed, without)
+    losses = settled(losses_of(framed, version), CHOICES, without)
     blocks = [*xml_comment(losses)]
     blocks += [_link(link) for link in framed.links]
-    blocks += [_joint(joint) for joint in framed.joints]
+    blocks += [_joint(joint, version) for joint in framed.joints]
     body = "\n".join([*blocks, "</robot>\n"])
     drake = DRAKE if "drake:" in body else ""
-    head = f'<?xml version="1.0" encoding="UTF-8"?>\n<robot{drake} name="{escaped(framed.name)}">'
+    newer = f' version="{version[0]}.{version[1]}"' if version > FIRST else ""
+    head = f'<?xml version="1.0" encoding="UTF-8"?>\n<robot{drake} name="{escaped(framed.name)}"{newer}>'
     return Document(f"{head}\n{body}", losses)
 
 
@@ -113,7 +118,7 @@ def _material(colour: tuple[float, ...]) -> str:
     return f'      <material name="{rgba}"><color rgba="{rgba}"/></material>\n'
 
 
-def _joint(joint: Joint) -> str:
+def _joint(joint: Joint, version: Version) -> str:
     kind = "continuous" if is_endless(joint) else joint.kind.value
     lines = [
         f'  <joint name="{escaped(joint.name)}" type="{kind}">',
@@ -122,7 +127,7 @@ def _joint(joint: Joint) -> str:
     ]
     if joint.moves:
         lines.append(f'    <axis xyz="{_numbers(joint.axis)}"/>')
-        lines += [f"    {_limit(joint)}"] if has_limit(joint) else []
+        lines += [f"    {_limit(joint, version)}"] if has_limit(joint) else []
         lines += _extras(joint)
     return "\n".join([*lines, "  </joint>", *_transmission(joint)])
 
@@ -152,16 +157,19 @@ def _transmission(joint: Joint) -> Iterator[str]:
     yield "    </actuator>\n  </transmission>"
 
 
-def _limit(joint: Joint) -> str:
+def _limit(joint: Joint, version: Version) -> str:
     """The bounds; those that are not known, but that urdfdom demands, by a number that reads back as none."""
     limits, known = joint.limits, dict[str, float]()
     if not is_endless(joint):
         known = {"lower": limits.lower, "upper": limits.upper}
     known |= {"effort": limits.effort, "velocity": limits.velocity}
     if isfinite(limits.acceleration):
-        known[ACCELERATION] = limits.acceleration
-    words = (f'{key}="{written(min(max(value, -UNBOUNDED), UNBOUNDED))}"' for key, value in known.items())
-    return f"<limit {' '.join(words)}/>"
+        words = ("acceleration", "deceleration") if version >= WIDER_LIMITS else (ACCELERATION,)
+        known |= dict.fromkeys(words, limits.acceleration)
+    if isfinite(limits.jerk) and version >= WIDER_LIMITS:
+        known["jerk"] = limits.jerk
+    numbers = (f'{key}="{written(min(max(value, -UNBOUNDED), UNBOUNDED))}"' for key, value in known.items())
+    return f"<limit {' '.join(numbers)}/>"
 
 
 def _origin(T: PoseMatrix) -> str:
