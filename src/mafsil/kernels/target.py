@@ -107,7 +107,7 @@ def compile(ir: str, target: Target, effort: int = 2) -> bytes:
     Args:
         ir: the module.
         target: the processor.
-        effort: of LLVM, up to 3: scheduling again after register allocation gains batches 1 %, one row nothing.
+        effort: of LLVM, up to 3: scheduling again after register allocation gains batches 1 %, single calls nothing.
 
     Raises:
         KernelError: LLVM refuses the module.
