@@ -2,7 +2,8 @@
 
 Each question is the smallest of its kind (those of `mafsil doctor --build`) and is asked twice, each time by a new
 process: of an empty store, and of the store that the first one left. The first column of each is the question alone,
-the second the whole process, start and imports included; the last the memory of the process that compiles.
+the second the whole process, start and imports included; the last the memory of the process that compiles. Python's own
+bytecode is there before, as an installation leaves it.
 
 python benchmarks/first_use.py [--questions plan closure ...] [--repeats 3] [--json FILE]
 """
@@ -10,6 +11,7 @@ python benchmarks/first_use.py [--questions plan closure ...] [--repeats 3] [--j
 from __future__ import annotations
 
 import argparse
+import compileall
 import json
 import os
 import shutil
@@ -64,6 +66,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options.add_argument("--repeats", type=int, default=3)
     options.add_argument("--json", type=Path)
     chosen, found = options.parse_args(arguments), Comparisons()
+    compileall.compile_dir(ROOT / "src", quiet=1)
     print(f"{'processor seconds':24} {'empty':>7} {'whole':>7} {'full':>7} {'whole':>7} {'MB':>6}   goals")
     for name in chosen.questions:
         empty, full, memory = asked(name, chosen.repeats)
@@ -95,7 +98,7 @@ def asked(name: str, repeats: int) -> tuple[tuple[float, float], tuple[float, fl
 
 def seconds(code: str, store: str) -> tuple[float, float, float]:
     """What one process printed of itself."""
-    settings = {**os.environ, "MAFSIL_CACHE": store}
+    settings = {**os.environ, "MAFSIL_CACHE": store, "PYTHONDONTWRITEBYTECODE": ""}
     done = subprocess.run([sys.executable, "-c", code], env=settings, capture_output=True, text=True, check=True)
     alone, whole, memory = map(float, done.stdout.split()[-3:])
     return alone, whole, memory

@@ -153,3 +153,15 @@ def two_kinds(x):
     if x > 0:
         y = np.empty(2)
     return y
+
+
+def doubled(a, out):
+    """Counted by an array."""
+    for k in range(len(a)):
+        out[k] = 2.0 * a[k]
+
+
+def doubled_in_groups(a, out):
+    """Counted by a constant."""
+    for k in range(64):
+        out[k] = 2.0 * a[k]

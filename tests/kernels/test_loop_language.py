@@ -12,8 +12,10 @@ import pytest
 
 from mafsil.errors import KernelError
 from mafsil.kernels import runtime
-from mafsil.kernels.loops import hold
+from mafsil.kernels.loops import compiled, hold, reordered
+from mafsil.kernels.loops.kinds import kind_of
 from mafsil.kernels.loops.loop import Loop
+from mafsil.kernels.loops.specialisation import specialised
 from tests.kernels import language_loops as language
 
 
@@ -190,3 +192,23 @@ def test_loops_run_as_python_where_objects_lie_elsewhere(monkeypatch):
     point = hold(language.Point(1.5, np.zeros(3), 4))
     Loop(language.held.definition)(point, 1)
     assert point.value.row.any()
+
+
+@pytest.mark.parametrize(
+    ("loop", "wide"),
+    [
+        (compiled(language.doubled), False),
+        (compiled(language.doubled_in_groups), True),
+        (reordered(language.doubled), True),
+    ],
+)
+def test_vectors_are_filled_where_turns_are_a_constant_or_sums_may_be_reordered(loop, wide):
+    row = kind_of(np.zeros(64))
+    lines = specialised(loop, (row, row)).module()[0].splitlines()
+    marks = [line.split("!llvm.loop ")[1] for line in lines if "!llvm.loop " in line]
+    scalar = next(line.split(" = ")[0] for line in lines if '"llvm.loop.vectorize.enable", i1 false' in line)
+    refused = [mark for mark in marks if any(line.startswith(f"{mark} = ") and scalar in line for line in lines)]
+    assert bool(refused) is not wide
+    a, out = np.arange(64.0), np.empty(64)
+    loop(a, out)
+    assert (out == 2.0 * a).all()

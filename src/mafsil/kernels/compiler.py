@@ -8,10 +8,12 @@
 from __future__ import annotations
 
 import atexit
+import gc
 import os
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -110,11 +112,24 @@ def _traced_once(order: Order) -> TapeEntry:
 def _traced(order: Order) -> TapeEntry:
     """The expression built, read and reduced."""
     started = time.perf_counter()
-    program = translation.traced(order.build())
+    with _no_collection():
+        program = translation.traced(order.build())
     seconds = time.perf_counter() - started
     entry = TapeEntry(program.hash, program.counts(), seconds, cache.packed(program.text()))
     order.store.put_tape(order.key, entry)
     return entry
+
+
+@contextmanager
+def _no_collection() -> Generator[None, None, None]:
+    """Python looks for no circles of garbage: in the ten thousands of small objects of an expression there are none."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
 
 
 def _put(order: Order, whole: Image, name: str) -> None:
@@ -164,7 +179,7 @@ def _compiled(order: Order, whole: Image, name: str, key: str) -> Part:
     ir = translation.translate(name, _tape_text(order, whole) if name != CALL else None, order.signature, machine)
     lowered = time.perf_counter()
     with _llvm:
-        code = target.compile(ir, machine)
+        code = target.compile(ir, machine, 1 if name in (SINGLE, CALL) else 2)
     record = Provenance(
         name=order.signature.name,
         key=key,

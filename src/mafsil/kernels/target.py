@@ -101,8 +101,13 @@ def described(triple: str, cpu: str, features: str) -> Target:
     return Target(triple, cpu, features, _lanes(x86, flags), fma, rounding)
 
 
-def compile(ir: str, target: Target) -> bytes:
-    """Object code of an IR module.
+def compile(ir: str, target: Target, effort: int = 2) -> bytes:
+    """Object code of an IR module whose operations are in their order already.
+
+    Args:
+        ir: the module.
+        target: the processor.
+        effort: of LLVM, up to 3: scheduling again after register allocation gains batches 1 %, single calls nothing.
 
     Raises:
         KernelError: LLVM refuses the module.
@@ -111,7 +116,7 @@ def compile(ir: str, target: Target) -> bytes:
     try:
         module = llvm.parse_assembly(ir)
         module.verify()
-        return bytes(_machine(target, _effort(ir)).emit_object(module))
+        return bytes(_machine(target, min(effort, _effort(ir))).emit_object(module))
     except RuntimeError as error:
         raise KernelError("kernels.refused", reason=str(error)) from None
 
@@ -230,7 +235,7 @@ def _host() -> Target:
 
 
 def _effort(ir: str) -> int:
-    """LLVM's optimisation level: scheduling again after register allocation does not pay for long code."""
+    """LLVM's optimisation level at most: scheduling again does not pay for long code."""
     return 2 if len(ir) < 500_000 else 1
 
 

@@ -90,8 +90,9 @@ def real_text(x: float) -> str:
     return f"0x{struct.unpack('<Q', struct.pack('<d', x))[0]:016X}"
 
 
-_SHORT_LOOP = 60
-"""Number of the metadata of loops that are not copied for several turns at once."""
+_COUNTED_LOOP, _SHORT_LOOP = 60, 63
+"""Numbers of the metadata of loops that are not copied for several turns at once: those whose number of turns is known
+may fill vectors, the others stay as they are."""
 
 
 class Block:
@@ -149,16 +150,20 @@ class Block:
             self.targets.add(name)
         self.end(f"br label %{name}")
 
-    def again(self, name: str) -> None:
+    def again(self, name: str, *, counted: bool = False) -> None:
         """Go back to where a loop begins.
 
         Most loops count joints or axes: copies of their bodies for eight turns at once cost half of LLVM's time and are
         never reached. Loops whose sums may be reordered are along rows, and get them.
+
+        Args:
+            name: label of the beginning.
+            counted: whether the number of turns is a constant.
         """
         if self.ended or self.fast:
             return self.jump(name)
         self.targets.add(name)
-        return self.end(f"br label %{name}, !llvm.loop !{_SHORT_LOOP}")
+        return self.end(f"br label %{name}, !llvm.loop !{_COUNTED_LOOP if counted else _SHORT_LOOP}")
 
     def branch(self, condition: str, yes: str, no: str) -> None:
         """End the block by going on at one of two places."""
@@ -331,10 +336,11 @@ class Block:
 
 
 METADATA = (
-    '\n!0 = !{!"loops"}\n!9 = !{}\n'
-    f"!{_SHORT_LOOP} = distinct !{{!{_SHORT_LOOP}, !{_SHORT_LOOP + 1}, !{_SHORT_LOOP + 2}}}\n"
-    f'!{_SHORT_LOOP + 1} = !{{!"llvm.loop.unroll.runtime.disable"}}\n'
-    f'!{_SHORT_LOOP + 2} = !{{!"llvm.loop.interleave.count", i32 1}}\n'
+    '\n!0 = !{!"loops"}\n!9 = !{}\n!61 = !{!"llvm.loop.unroll.runtime.disable"}\n'
+    f"!{_COUNTED_LOOP} = distinct !{{!{_COUNTED_LOOP}, !61, !62}}\n"
+    '!62 = !{!"llvm.loop.interleave.count", i32 1}\n'
+    f"!{_SHORT_LOOP} = distinct !{{!{_SHORT_LOOP}, !61, !64}}\n"
+    '!64 = !{!"llvm.loop.vectorize.enable", i1 false}\n'
 ) + "".join(
     f'!{number} = !{{!{number + 20}, !{number + 20}, i64 0}}\n!{number + 20} = !{{!"{name}", !0}}\n'
     for name, number in TAGS.items()

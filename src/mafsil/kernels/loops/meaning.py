@@ -145,18 +145,24 @@ def source_of(definition: Definition) -> ast.FunctionDef:
     return node
 
 
+_SUITES = ("body", "orelse", "handlers", "finalbody")
+"""Where statements hold statements."""
+
+
 @cache
 def _parsed(path: str, _changed: int) -> tuple[dict[tuple[str, int], ast.FunctionDef], dict[tuple[str, int], CodeType]]:
     """Functions of a file by name and first line: their syntax, and what Python makes of them."""
     text = Path(path).read_text("utf-8")
     tree = ast.parse(text, path)
     nodes: dict[tuple[str, int], ast.FunctionDef] = {}
-    for node in ast.walk(tree):
+    statements: list[ast.AST] = [tree]
+    for node in statements:
         if isinstance(node, ast.FunctionDef):
             first = node.decorator_list[0].lineno if node.decorator_list else node.lineno
             nodes[node.name, first] = node
+        statements += [each for name in _SUITES for each in getattr(node, name, ())]
     codes: dict[tuple[str, int], CodeType] = {}
-    waiting = [compile(text, path, "exec", dont_inherit=True)]
+    waiting = [compile(tree, path, "exec", dont_inherit=True)]
     while waiting:
         code = waiting.pop()
         codes[code.co_qualname, code.co_firstlineno] = code

@@ -40,6 +40,8 @@ else:
 LOOP = StoreKind(b"mafsilL\0", ".loop")
 SHORT = 220
 """Lines of IR up to which a function becomes part of its callers' modules."""
+EFFORT = 1
+"""Of LLVM, up to 3: more takes half as long again, and the code is as fast within 3 %."""
 _HEAD = struct.Struct("<Q")
 Kept: TypeAlias = tuple[list[Any], bytes]
 """What is known of code, in words of JSON, and the code."""
@@ -176,7 +178,7 @@ class Specialisation:
     def _compiled(self) -> Kept:
         ir, external = self.module()
         with _llvm:
-            code = target.optimised(ir, target.host(), 3)
+            code = target.optimised(ir, target.host(), EFFORT)
         own = self.interface
         calls = [[each.definition.name, [kind.name for kind in each.kinds]] for each in external]
         return [own.result.name, own.fails, own.shares_region, own.weight, own.prototype, calls], code

@@ -447,7 +447,7 @@ class Function(Expressions):
         self.looped(node.body, ahead, after)
         self.block.label(ahead)
         self.block.keep(numbers.arithmetic(self.block, "+", self.block.kept(INTEGER, cells), step) or now, cells)
-        self.block.again(test)
+        self.block.again(test, counted=first.constant is not None and last.constant is not None)
         self.meet(after)
 
     def item_at(self, items: Value, index: Value, node: ast.For) -> Value:
