@@ -103,7 +103,7 @@ CALLS = (
     "mobility.configuration_curves(linkage=FOUR, starts=2, step=0.1, steps=20)",
     "mobility.configuration_surfaces(linkage=FIVE, starts=1, step=0.3, points=10)",
     "mobility.explicit_body(implicit=[0, 0, 1, 0], d_AB=1.0)",
-    "mobility.fibre(lengths=[1.0, 2.0, 3.0], distance=1.0)",
+    "mobility.self_motion_manifold(lengths=[1.0, 2.0, 3.0], distance=1.0)",
     "mobility.generic_mobility(linkage=FOUR, step=0.05, samples=2)",
     "grasp.eliminate(A=[[1.0, 2], [3, 4]])",
     "mobility.implicit_body(explicit=[0, 0, 1], d_AB=1.0)",

@@ -47,7 +47,7 @@ WRITTEN = (
     "collision.ConvexHull(points=HULL, rounding=0.1)",
     "collision.Cylinder(radius=0.1, length=1.0)",
     "collision.HeightMap(heights=np.zeros((2, 2)), size=(1.0, 2.0), base=-1.0)",
-    "collision.Mounted('a', R2, T_sb=np.eye(4), radius=0.02)",
+    "collision.ArmMount('a', R2, T_sb=np.eye(4), radius=0.02)",
     "collision.Obstacle(collision.Sphere(0.1), T_so=np.eye(4))",
     "collision.PointCloud(points=np.zeros((1, 3)), radius=0.1)",
     "collision.Sphere(radius=0.1)",
@@ -109,7 +109,7 @@ WRITTEN = (
     "trajectory.KeepsClear(point=[0.0, 0, 0], distance=0.1, begin=0.0, end=1.0)",
     "trajectory.PassThrough(point=[0.0, 0, 0], distance=0.1, begin=0.0, end=1.0)",
     "trajectory.PiecewisePolynomial(knots=np.array([0.0, 1.0]), coefficients=np.zeros((1, 4, 2)))",
-    "trajectory.Takes(least=0.0, most=1.0)",
+    "trajectory.MaxDuration(least=0.0, most=1.0)",
     "trajectory.TrajectoryGenerator(trajectory=STILL, rate=10.0)",
     "trajectory.MotionLimits.of(n=1, position=2.0, velocity=1.0, acceleration=1.0, jerk=1.0, effort=1.0)",
     "trajectory.PiecewisePolynomial.from_pieces(durations=[1.0], coefficients=np.zeros((1, 4, 2)))",
@@ -121,7 +121,7 @@ WRITTEN = (
     "parallel.StewartPlatform.on_circles(base=1.0, platform=0.6, base_angles=[0.0, 1, 2, 3, 4, 5], "
     "platform_angles=[0.3, 1.3, 2.3, 3.3, 4.3, 5.3])",
     "one_joint.SpeedFriction.of(static=1.0, kinetic=0.5, viscous=0.1, stribeck_speed=0.1, exponent=2.0)",
-    "one_joint.Play.of(gap=0.1, stiffness=1.0)",
+    "one_joint.Backlash.of(gap=0.1, stiffness=1.0)",
     "one_joint.Gear.of(ratio=10.0, motor_inertia=0.1, efficiency=0.9, motor_friction=0.1)",
     "one_joint.FrictionConditions.of(friction=one_joint.SpeedFriction.of(1.0), load_share=0.1, rest_time=0.1, "
     "thinning=0.1, reference=20.0, stiffness=1.0)",
@@ -178,7 +178,7 @@ MADE = {
 UNBOUNDED = {
     "mf.Limits": ("lower", "upper", "velocity", "acceleration", "jerk", "effort"),
     "trajectory.MotionLimits.of": ("position", "velocity", "acceleration", "jerk", "effort"),
-    "mf.Contact": ("finger_curvature",), "trajectory.Takes": ("most",), "trajectory.PassThrough": ("end",),
+    "mf.Contact": ("finger_curvature",), "trajectory.MaxDuration": ("most",), "trajectory.PassThrough": ("end",),
     "trajectory.KeepsClear": ("end",), "one_joint.LoopConditions": ("torque_limit",),
     "one_joint.FrictionConditions.of": ("stiffness",), "parallel.CableRobot": ("highest",),
 }  # fmt: skip
