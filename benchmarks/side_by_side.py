@@ -146,7 +146,7 @@ def differences() -> dict[str, float]:
     if find_spec("scipy"):
         integrate: Any = import_module("scipy.integrate")
         load = robot.gravity_torque(q)
-        ours = mf.forward_dynamics_trajectory(robot, q, qd, tau=load, duration=0.2, friction=False)
+        ours = mf.simulation.forward_dynamics_trajectory(robot, q, qd, tau=load, duration=0.2, friction=False)
 
         def rate(_t: float, x: Any) -> Any:
             return np.concatenate([x[6:], robot.forward_dynamics(x[:6], x[6:], load)])

@@ -25,7 +25,7 @@ C = robot.coriolis_matrix(q, qd)
 assert np.allclose(C @ qd, c)
 
 # A free fall without friction: kinetic and potential energy change into each other, their sum does not.
-fall = mf.forward_dynamics_trajectory(robot, q, duration=1.0, friction=False)
+fall = mf.simulation.forward_dynamics_trajectory(robot, q, duration=1.0, friction=False)
 print(fall.explain())
 print("relative change of the energy:", f"{fall.energy_drift:.1e}")
 

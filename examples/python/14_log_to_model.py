@@ -15,16 +15,18 @@ import mafsil as mf
 described = mf.load("planar2r")
 
 # A motion that shows every parameter, inside all limits.
-motion = mf.excitation_trajectory(described, period=8.0, repetitions=2, improvements=20)
+motion = mf.identification.excitation_trajectory(described, period=8.0, repetitions=2, improvements=20)
 t = np.arange(0.0, motion.duration, 0.002)
 q, qd, qdd = motion.at(t)
 
 # The true arm: friction that the description does not know, and links a fifth heavier.
-joints = tuple(replace(j, friction=mf.Friction(0.4, 0.8)) if j.moves else j for j in described.mechanism.joints)
+joints = tuple(replace(j, friction=mf.model.Friction(0.4, 0.8)) if j.moves else j for j in described.mechanism.joints)
 links = tuple(
     link
     if link.inertial is None
-    else replace(link, inertial=mf.Inertial(1.2 * link.inertial.mass, link.inertial.com, 1.2 * link.inertial.inertia))
+    else replace(
+        link, inertial=mf.model.Inertial(1.2 * link.inertial.mass, link.inertial.com, 1.2 * link.inertial.inertia)
+    )
     for link in described.mechanism.links
 )
 truth = mf.Robot(replace(described.mechanism, joints=joints, links=links))

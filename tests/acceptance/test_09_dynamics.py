@@ -222,13 +222,13 @@ def test_one_joint_with_friction_by_explicit_euler():
 
     start, rate, tau = [numbers["theta0"]], [numbers["dtheta0"]], [numbers["tau"]]
     end, h = numbers["N"] * numbers["h"], numbers["h"]
-    euler = mf.forward_dynamics_trajectory(robot, start, rate, tau, duration=end, method="euler", step=h)
+    euler = mf.simulation.forward_dynamics_trajectory(robot, start, rate, tau, duration=end, method="euler", step=h)
     close(euler.q[-1, 0], expect["theta_end"])
     close(euler.qd[-1, 0], expect["dtheta_end"])
     assert len(euler.t) == numbers["N"] + 1
-    fine = mf.forward_dynamics_trajectory(robot, start, rate, tau, duration=end, tolerance=1e-12)
+    fine = mf.simulation.forward_dynamics_trajectory(robot, start, rate, tau, duration=end, tolerance=1e-12)
     close([fine.q[-1, 0], fine.qd[-1, 0]], [expect["reference_theta"], expect["reference_dtheta"]])
-    without = mf.forward_dynamics_trajectory(robot, start, rate, tau, duration=end, friction=False)
+    without = mf.simulation.forward_dynamics_trajectory(robot, start, rate, tau, duration=end, friction=False)
     assert abs(without.q[-1, 0] - expect["reference_theta"]) > 0.01
 
 
@@ -240,7 +240,7 @@ def test_planar_2r_in_free_fall():
     given = {"q": numbers["theta0"], "qd": numbers["dtheta0"], "tau": numbers["tau"], "duration": numbers["t_end"]}
 
     def by_euler(h):
-        return mf.forward_dynamics_trajectory(planar, **given, method="euler", step=h)
+        return mf.simulation.forward_dynamics_trajectory(planar, **given, method="euler", step=h)
 
     def end(motion):
         return np.concatenate([motion.q[-1], motion.qd[-1]])
@@ -250,7 +250,7 @@ def test_planar_2r_in_free_fall():
     close(end(fine), expect["euler_h_0_005"])
     close(coarse.energy[0], expect["energy0"])
     close(coarse.energy[-1], expect["energy_euler_h_0_01"])
-    exact = mf.forward_dynamics_trajectory(planar, **given, tolerance=1e-12)
+    exact = mf.simulation.forward_dynamics_trajectory(planar, **given, tolerance=1e-12)
     close(end(exact), expect["reference_state"])
     errors = [np.linalg.norm(end(m) - end(exact)) for m in (coarse, fine, by_euler(0.00125), by_euler(0.000625))]
     assert abs(errors[0] / errors[1] - expect["error_ratio_about"]) < 0.25
@@ -268,7 +268,7 @@ def test_a_robot_as_a_system_of_efforts_and_motion():
         return planar.mass_matrix(q) @ a + planar.velocity_torque(q, qd) + planar.gravity_torque(q)
 
     start = np.array([0.1, 0.3])
-    motion = mf.forward_dynamics_trajectory(planar, start, tau=tau, duration=1.0, tolerance=1e-11)
+    motion = mf.simulation.forward_dynamics_trajectory(planar, start, tau=tau, duration=1.0, tolerance=1e-11)
     t = np.array([0.2, 0.7, 1.0])
     error = (1 + omega * t) * np.exp(-omega * t)
     close(motion.at(t)[0], wanted + error[:, None] * (start - wanted), atol=1e-8)
@@ -293,9 +293,9 @@ def test_task_space_terms_of_a_pose():
 @pytest.mark.capability("09-30", "09-31")
 def test_free_body_about_its_intermediate_axis():
     numbers, expect = CASES["9-16"]["input"], CASES["9-16"]["expect"]
-    body = mf.RigidBody(Inertial(1.0, np.zeros(3), np.diag(numbers["I_diag"]).astype(float)))
+    body = mf.simulation.RigidBody(Inertial(1.0, np.zeros(3), np.diag(numbers["I_diag"]).astype(float)))
     start = np.concatenate([numbers["omega0"], np.zeros(3)])
-    moved = mf.free_body_motion(body, np.eye(4), start, duration=numbers["t_end"], tolerance=1e-13)
+    moved = mf.simulation.free_body_motion(body, np.eye(4), start, duration=numbers["t_end"], tolerance=1e-13)
     V = moved.V[-1]
     close(V[:3], expect["omega_end"])
     close(body.kinetic_energy(V), expect["K"])
@@ -344,7 +344,7 @@ def test_spatial_matrix_is_that_of_a_rigid_body():
     body = Inertial(2.0, np.array([0.1, -0.2, 0.3]), np.diag([0.1, 0.2, 0.25]))
     c = body.com
     about_origin = body.inertia + body.mass * (c @ c * np.eye(3) - np.outer(c, c))
-    close(spatial_matrix(body.mass, body.mass * c, about_origin), mf.RigidBody(body).spatial_inertia)
+    close(spatial_matrix(body.mass, body.mass * c, about_origin), mf.simulation.RigidBody(body).spatial_inertia)
 
 
 def test_every_key_of_every_case_is_read(request):

@@ -38,7 +38,7 @@ def six_joint_arm() -> mf.Robot:
     return mf.Robot.from_screws(
         given["S"],
         home,
-        inertials=[mf.Inertial(m, np.zeros(3), I) for m, I in zip(given["masses"], given["I"], strict=True)],
+        inertials=[mf.model.Inertial(m, np.zeros(3), I) for m, I in zip(given["masses"], given["I"], strict=True)],
         inertial_frames=frames,
         gravity=DEFINITIONS["9-09"]["g_vec"],
     )
@@ -50,10 +50,10 @@ def state() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     return tuple(np.array(given[name], float) for name in ("theta", "dtheta", "ddtheta", "Ftip"))
 
 
-def body() -> mf.RigidBody:
+def body() -> mf.simulation.RigidBody:
     given = DEFINITIONS["9-04"]
     assert given["com"] == [0.0, -0.01, 0.07]  # where the body's own frame has it; the cases' {b} lies at the COM
-    return mf.RigidBody(mf.Inertial(given["mass"], np.zeros(3), np.array(given["I_com"])))
+    return mf.simulation.RigidBody(mf.model.Inertial(given["mass"], np.zeros(3), np.array(given["I_com"])))
 
 
 @pytest.mark.capability("09-30", "09-32", "09-33", "09-37")

@@ -25,7 +25,9 @@ def test_the_motion_is_the_library_s(capsys: pytest.CaptureFixture[str], tmp_pat
     path, tau = tmp_path / "fall.csv", ["1", "2", "3", "0", "0", "0"]
     code, out, _ = run(capsys, "--tau", *tau, "--duration", "0.5", "--out", str(path), "--json")
     found = json.loads(out)
-    moved = mf.forward_dynamics_trajectory(mf.load("puma560"), found_start(), tau=np.array(tau, float), duration=0.5)
+    moved = mf.simulation.forward_dynamics_trajectory(
+        mf.load("puma560"), found_start(), tau=np.array(tau, float), duration=0.5
+    )
     assert code == 0
     np.testing.assert_array_equal(found["q"], moved.q[-1])
     np.testing.assert_array_equal(found["qd"], moved.qd[-1])

@@ -150,7 +150,7 @@ def _meets(coal, bodies, pairs, poses):
 def test_an_exported_arm_fills_the_same_space(tmp_path):
     """Readers of URDF know cylinders and balls, not capsules: a tube is written as both."""
     file = tmp_path / "ur5.urdf"
-    file.write_text(mf.urdf.write(mf.load("ur5"), without=["limits"]))
+    file.write_text(mf.model.urdf.write(mf.load("ur5"), without=["limits"]))
     assert "<capsule" not in file.read_text()
     q = Checker("ur5").random_configurations(300)
     assert (Checker(file, [BOX]).in_collision(q) == Checker("ur5", [BOX]).in_collision(q)).all()

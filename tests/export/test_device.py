@@ -130,13 +130,15 @@ def test_sources_of_broadcast_rows() -> None:
 def test_robot_takes_arrays_on_the_device(library: FakeLibrary) -> None:
     library.learn(ROBOT.kernel("mass_matrix"))
     q = rng.uniform(-3, 3, (5, 7))
-    found = ROBOT.mass_matrix(mf.device_array(q))
-    assert isinstance(found, mf.DeviceArray)
+    found = ROBOT.mass_matrix(mf.kernels.device_array(q))
+    assert isinstance(found, mf.kernels.DeviceArray)
     assert found.__cuda_array_interface__["shape"] == (5, 7, 7)
     assert found.__cuda_array_interface__["typestr"] == "<f8"
     assert np.array_equal(found.numpy(), ROBOT.mass_matrix(q))
-    assert np.array_equal(ROBOT.mass_matrix(q=Foreign(mf.device_array(q))).numpy(), ROBOT.mass_matrix(q))
-    assert np.array_equal(ROBOT.kernel("mass_matrix").on_device(mf.device_array(q)).numpy(), ROBOT.mass_matrix(q))
+    assert np.array_equal(ROBOT.mass_matrix(q=Foreign(mf.kernels.device_array(q))).numpy(), ROBOT.mass_matrix(q))
+    assert np.array_equal(
+        ROBOT.kernel("mass_matrix").on_device(mf.kernels.device_array(q)).numpy(), ROBOT.mass_matrix(q)
+    )
 
 
 def test_frames_and_optional_inputs(library: FakeLibrary) -> None:
@@ -295,7 +297,7 @@ def test_on_a_real_device() -> None:
         pytest.skip(str(reason))
     assert found.count
     q, qd, qdd = rng.uniform(-3, 3, (3, 100_003, 7))
-    on = [mf.device_array(x) for x in (q, qd, qdd)]
+    on = [mf.kernels.device_array(x) for x in (q, qd, qdd)]
     assert np.array_equal(ROBOT.inverse_dynamics(*on).numpy(), ROBOT.inverse_dynamics(q, qd, qdd))
     J = ROBOT.jacobian_body(on[0])
     assert np.array_equal(J.numpy(), ROBOT.jacobian_body(q))

@@ -39,7 +39,7 @@ def words(figure):
 @pytest.mark.capability("05-23")
 @pytest.mark.parametrize("name", ["puma560", "scara_rrrp", "elbow6r"])
 def test_a_classic_table_is_drawn_in_its_own_letters(name):
-    mechanism = mf.library.load(name)
+    mechanism = mf.model.library.load(name)
     table = classic_from_modified(best_table(mechanism))
     q = np.full(len(table.rows), 0.3)
     figure = draw_dh_frames(mechanism, table, q)

@@ -119,7 +119,7 @@ REFUSED: dict[str, tuple[Call, tuple[str, ...]]] = {
     "normal of length zero": (plain(lambda: mf.Contact((0, 0), (0, 0))), ("normal is zero", "give the direction")),
     "plane normal in space": (plain(lambda: mf.Contact((0, 0, 0), (0, 1))), ("normal", "(2,)", "give 3 numbers")),
     "no contacts": (plain(lambda: mf.Grasp([])), ("contacts", "at least one")),
-    "no part": (plain(lambda: mf.plan_grasps("part.stl")), ("part.stl", "check the path")),
+    "no part": (plain(lambda: mf.grasp.plan_grasps("part.stl")), ("part.stl", "check the path")),
     "log before robot": (plain(lambda: mf.identify("log.csv", "panda")), ("log.csv", "log", "identify(robot, log)")),
     "language by its name": (plain(lambda: mf.language("arabic")), ("'arabic'", "en, ar")),
 }

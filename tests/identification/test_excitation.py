@@ -13,8 +13,8 @@ from tests.identification.simulated import different, effort, torque_errors
 @pytest.mark.parametrize("name", ["puma560", "ur5e", "scara_rrrp"])
 def test_limits_are_kept_and_the_condition_is_good(name):
     robot = mf.load(name)
-    motion = mf.excitation_trajectory(robot, period=8.0, improvements=120)
-    first_draw = mf.excitation_trajectory(robot, period=8.0, candidates=1, improvements=0)
+    motion = mf.identification.excitation_trajectory(robot, period=8.0, improvements=120)
+    first_draw = mf.identification.excitation_trajectory(robot, period=8.0, candidates=1, improvements=0)
     assert motion.condition_number < 30
     assert motion.condition_number < first_draw.condition_number
     q, qd, qdd = motion.at(np.linspace(0, motion.duration, 4000))
@@ -27,7 +27,7 @@ def test_limits_are_kept_and_the_condition_is_good(name):
 
 
 def test_it_is_a_trajectory_that_rests_at_its_ends():
-    motion = mf.excitation_trajectory(mf.load("planar2r"), candidates=5, improvements=10)
+    motion = mf.identification.excitation_trajectory(mf.load("planar2r"), candidates=5, improvements=10)
     assert isinstance(motion, Trajectory)
     for t in (0.0, motion.period, motion.duration):
         assert np.abs(motion.at(t).v).max() < 1e-12
@@ -45,7 +45,9 @@ def test_it_is_a_trajectory_that_rests_at_its_ends():
 
 def test_the_seed_decides():
     robot = mf.load("planar2r")
-    a, b, c = (mf.excitation_trajectory(robot, candidates=4, improvements=5, seed=seed) for seed in (3, 3, 4))
+    a, b, c = (
+        mf.identification.excitation_trajectory(robot, candidates=4, improvements=5, seed=seed) for seed in (3, 3, 4)
+    )
     assert np.array_equal(a.sine, b.sine)
     assert a.condition_number == b.condition_number
     assert not np.array_equal(a.sine, c.sine)
@@ -54,7 +56,7 @@ def test_the_seed_decides():
 def test_a_given_start_is_kept_and_candidates_can_be_refused():
     robot = mf.load("puma560")
     start = [0.3, 0.5, -0.5, 0.2, 0.4, 0.0]
-    motion = mf.excitation_trajectory(
+    motion = mf.identification.excitation_trajectory(
         robot, centre=start, candidates=10, improvements=10, accept=lambda q: q[:, 0].min() > -2
     )
     assert np.array_equal(motion.centre, start)
@@ -63,12 +65,12 @@ def test_a_given_start_is_kept_and_candidates_can_be_refused():
     assert (q <= robot.limits.upper).all()
     assert q[:, 0].min() > -2.1
     with pytest.raises(InputError, match="none of 4 candidates"):
-        mf.excitation_trajectory(robot, candidates=2, improvements=2, accept=lambda q: False)
+        mf.identification.excitation_trajectory(robot, candidates=2, improvements=2, accept=lambda q: False)
 
 
 def test_an_exciting_log_makes_a_good_model(tmp_path):
     described, truth = different("ur5e", 0)
-    motion = mf.excitation_trajectory(described, improvements=80)
+    motion = mf.identification.excitation_trajectory(described, improvements=80)
     t = np.arange(0, motion.duration, 2e-3)
     q, qd, qdd = motion.at(t)
     tau = effort(truth, q, qd, qdd)
@@ -98,4 +100,4 @@ def test_an_exciting_log_makes_a_good_model(tmp_path):
 )
 def test_numbers_out_of_range(name, value):
     with pytest.raises(InputError, match=name):
-        mf.excitation_trajectory(mf.load("puma560"), **{name: value})
+        mf.identification.excitation_trajectory(mf.load("puma560"), **{name: value})

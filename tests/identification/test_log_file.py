@@ -85,7 +85,7 @@ def test_files_that_are_none(tmp_path):
 def test_recordings_of_simulations_are_logs(tmp_path):
     """The names of columns that recordings are saved with."""
     rng = np.random.default_rng(0)
-    log = mf.MotionLog(
+    log = mf.identification.MotionLog(
         t=np.arange(5) * 0.1, q=rng.normal(size=(5, 2)), tau=rng.normal(size=(5, 2)), qd=np.zeros((5, 2))
     )
     write_csv(log, ROBOT, tmp_path / "log.csv")

@@ -53,10 +53,12 @@ def test_rows_that_are_no_pose_or_out_of_reach_keep_their_places(arm):
 
 
 def test_limits_count_in_proven_lists(arm):
-    limits = [mf.Limits(-1.0, 1.0)] * 6
+    limits = [mf.model.Limits(-1.0, 1.0)] * 6
     moving = iter(limits)
     joints = [
-        mf.Joint(j.name, j.kind, j.parent, j.child, T_pj=j.T_pj, axis=j.axis, limits=next(moving)) if j.moves else j
+        mf.model.Joint(j.name, j.kind, j.parent, j.child, T_pj=j.T_pj, axis=j.axis, limits=next(moving))
+        if j.moves
+        else j
         for j in arm.mechanism.joints
     ]
     from dataclasses import replace

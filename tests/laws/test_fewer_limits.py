@@ -27,7 +27,7 @@ NUMBERS = 1e-4
 
 def with_viscous(name: str, viscous: float) -> mf.Robot:
     mechanism = mf.load(name).mechanism
-    friction = mf.Friction(viscous=viscous)
+    friction = mf.model.Friction(viscous=viscous)
     return mf.Robot(
         replace(
             mechanism,

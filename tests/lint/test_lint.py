@@ -173,13 +173,13 @@ def test_repairs_take_the_mistake_away(tmp_path, code: str) -> None:
 
 def test_degrees_become_radians_and_kilograms_stay_kilograms(tmp_path) -> None:
     text, _ = repair(write(tmp_path, **MISTAKES["P0902"]), only=["P0901", "P0902"])
-    joint = mf.urdf.read(text).joints[0]
+    joint = mf.model.urdf.read(text).joints[0]
     assert joint.limits.upper == pytest.approx(170 * pi / 180, abs=1e-12)
     assert joint.limits.velocity == pytest.approx(120 * pi / 180, abs=1e-12)
     text, _ = repair(write(tmp_path, **MISTAKES["P0815"]), only=["P0815"])
-    np.testing.assert_allclose(mf.urdf.read(text).links[1].inertial.inertia, box_inertia(), rtol=1e-12)
+    np.testing.assert_allclose(mf.model.urdf.read(text).links[1].inertial.inertia, box_inertia(), rtol=1e-12)
     text, _ = repair(write(tmp_path, **MISTAKES["P0811"]), only=["P0811"])
-    np.testing.assert_allclose(mf.urdf.read(text).links[1].inertial.com, [0.2, 0, 0])
+    np.testing.assert_allclose(mf.model.urdf.read(text).links[1].inertial.com, [0.2, 0, 0])
     assert repair(write(tmp_path))[1] == ()
 
 
@@ -192,7 +192,7 @@ def test_an_impossible_inertia_about_the_frame_is_shifted(tmp_path) -> None:
     path.write_text(text.replace("<inertial><origin", '<inertial><origin rpy="0 0 0"'), encoding="utf-8")
     corrected, changes = repair(path, only=["P0812"])
     assert {change.diagnostic.code for change in changes} >= {"P0812"}
-    np.testing.assert_allclose(mf.urdf.read(corrected).links[1].inertial.inertia, box_inertia(), atol=1e-12)
+    np.testing.assert_allclose(mf.model.urdf.read(corrected).links[1].inertial.inertia, box_inertia(), atol=1e-12)
     near = lint(write(tmp_path, inertia=moments(shifted())))
     assert all(item.repair is None for item in near if item.code == "P0812")
 

@@ -55,7 +55,7 @@ def test_errors_are_what_urdfdom_refuses(tmp_path: Path, kind: str, limit: str) 
     before = mf.load(path).limits
     text, _ = mf.repair(path, only=codes)
     assert taken_by_urdfdom(text)
-    again = mf.urdf.read(text)
+    again = mf.model.urdf.read(text)
     for name in ("lower", "upper", "velocity", "effort"):
         assert getattr(again.limits, name).tolist() == getattr(before, name).tolist()
 

@@ -124,11 +124,13 @@ def test_signatures_say_what_a_routine_takes(row: Quantity) -> None:
 
 def test_robots_that_may_be_singular_or_cannot_move_show_the_same_signatures() -> None:
     axes = np.eye(3)[1:]
-    joints = [mf.Joint(f"j{k}", mf.JointKind.REVOLUTE, f"l{k}", f"l{k + 1}", axis=axes[k]) for k in range(2)]
-    body = mf.Inertial(1.0, np.array([0.1, 0, 0.2]), np.eye(3) * 0.01)
-    links = [mf.Link("l0"), mf.Link("l1"), mf.Link("l2", body)]
+    joints = [
+        mf.model.Joint(f"j{k}", mf.model.JointKind.REVOLUTE, f"l{k}", f"l{k + 1}", axis=axes[k]) for k in range(2)
+    ]
+    body = mf.model.Inertial(1.0, np.array([0.1, 0, 0.2]), np.eye(3) * 0.01)
+    links = [mf.model.Link("l0"), mf.model.Link("l1"), mf.model.Link("l2", body)]
     robot = Robot(mf.Mechanism.assemble("massless middle", links, joints))
-    still = Robot(mf.Mechanism.assemble("still", [mf.Link("a")], []))
+    still = Robot(mf.Mechanism.assemble("still", [mf.model.Link("a")], []))
     for routine, name in ((robot.forward_dynamics, "forward_dynamics"), (still.link_poses, "link_poses")):
         assert str(inspect.signature(routine)) == CATALOGUE[name].parameters
 

@@ -96,8 +96,8 @@ def test_a_force_that_is_constant_in_space_turns_in_the_tip_frame():
     def exerted(t, q, qd):
         return np.concatenate([np.zeros(3), robot.forward_kinematics(q)[:3, :3].T @ f])
 
-    moved = mf.forward_dynamics_trajectory(robot, q, tip_wrench=exerted, duration=0.5, tolerance=1e-11)
-    by_joints = mf.forward_dynamics_trajectory(
+    moved = mf.simulation.forward_dynamics_trajectory(robot, q, tip_wrench=exerted, duration=0.5, tolerance=1e-11)
+    by_joints = mf.simulation.forward_dynamics_trajectory(
         robot,
         q,
         tau=lambda t, q, qd: -robot.jacobian_body(q).T @ exerted(t, q, qd),
@@ -105,7 +105,7 @@ def test_a_force_that_is_constant_in_space_turns_in_the_tip_frame():
         tolerance=1e-11,
     )
     np.testing.assert_allclose(moved.q[-1], by_joints.q[-1], atol=1e-8)
-    still = mf.forward_dynamics_trajectory(robot, q, tip_wrench=exerted(0, q, q), duration=0.5)
+    still = mf.simulation.forward_dynamics_trajectory(robot, q, tip_wrench=exerted(0, q, q), duration=0.5)
     assert np.abs(still.q[-1] - moved.q[-1]).max() > 1e-3
 
 
@@ -127,7 +127,7 @@ def test_articulated_bodies_equal_the_linear_solve_and_flag_massless_motions():
     load = tau - robot.velocity_torque(q, qd) - robot.gravity_torque(q)
     solved = np.linalg.solve(robot.mass_matrix(q), load[..., None])[..., 0]
     np.testing.assert_allclose(robot.forward_dynamics(q, qd, tau), solved, rtol=1e-9, atol=1e-9)
-    massless = mf.Robot(mf.library.planar.planar2r_point_masses((1.0, 1.0), (1.0, 0.0)))
+    massless = mf.Robot(mf.model.library.planar.planar2r_point_masses((1.0, 1.0), (1.0, 0.0)))
     with pytest.raises(ModelError, match="not determined"):
         massless.forward_dynamics([0.3, 0.4], [0, 0], [1, 1])
 

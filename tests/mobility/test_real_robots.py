@@ -41,10 +41,12 @@ def test_twists_of_the_tip_are_those_of_the_jacobian():
 
 def gripper(ratio):
     joints = [
-        mf.Joint("a", mf.JointKind.PRISMATIC, "hand", "left"),
-        mf.Joint("b", mf.JointKind.PRISMATIC, "hand", "right", mimic=Mimic("a", ratio)),
+        mf.model.Joint("a", mf.model.JointKind.PRISMATIC, "hand", "left"),
+        mf.model.Joint("b", mf.model.JointKind.PRISMATIC, "hand", "right", mimic=Mimic("a", ratio)),
     ]
-    return mf.Mechanism.assemble("gripper", [mf.Link(name) for name in ("hand", "left", "right")], joints, tip="right")
+    return mf.Mechanism.assemble(
+        "gripper", [mf.model.Link(name) for name in ("hand", "left", "right")], joints, tip="right"
+    )
 
 
 def test_joints_that_follow_others_are_coupled():

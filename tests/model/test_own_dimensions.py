@@ -12,7 +12,7 @@ import mafsil as mf
 from mafsil.errors import InputError, ModelWarning
 from mafsil.model import library
 
-IMPOSSIBLE = mf.Inertial(1.0, np.zeros(3), np.diag([1.0, 1.0, 5.0]))
+IMPOSSIBLE = mf.model.Inertial(1.0, np.zeros(3), np.diag([1.0, 1.0, 5.0]))
 TABLE = """name = "mine"
 convention = "classic"
 [[joint]]
@@ -68,7 +68,7 @@ def test_moments_that_no_body_has_are_said_with_their_link(tmp_path: Path) -> No
 def test_rods_points_and_the_library_give_no_warning() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        rod = mf.Inertial(1.0, [0.1, 0, 0], np.diag([0.0, 0.02, 0.02]))
-        mf.Robot.from_dh([[0.3, 0, 0, 0]] * 3, "classic", inertials=[rod, mf.Inertial(1.0), None])
+        rod = mf.model.Inertial(1.0, [0.1, 0, 0], np.diag([0.0, 0.02, 0.02]))
+        mf.Robot.from_dh([[0.3, 0, 0, 0]] * 3, "classic", inertials=[rod, mf.model.Inertial(1.0), None])
         for name in library.robots():
             mf.load(name)

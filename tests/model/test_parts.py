@@ -8,11 +8,11 @@ import pytest
 import mafsil as mf
 from mafsil.errors import MafsilError
 
-LINKS = (mf.Link("a"), mf.Link("b"))
+LINKS = (mf.model.Link("a"), mf.model.Link("b"))
 
 
-def joint(**changes: object) -> mf.Joint:
-    return mf.Joint(**{"name": "j", "kind": mf.JointKind.REVOLUTE, "parent": "a", "child": "b", **changes})
+def joint(**changes: object) -> mf.model.Joint:
+    return mf.model.Joint(**{"name": "j", "kind": mf.model.JointKind.REVOLUTE, "parent": "a", "child": "b", **changes})
 
 
 def reflected() -> np.ndarray:
@@ -29,18 +29,18 @@ def reflected() -> np.ndarray:
         (lambda: joint(T_pj=2 * np.eye(4)), "geometry.last_row"),
         (lambda: joint(T_pj=reflected()), "geometry.improper"),
         (lambda: joint(T_pj=np.eye(3)), "input.shape"),
-        (lambda: joint(kind=mf.JointKind.HELICAL, pitch=np.inf), "model.finite"),
-        (lambda: mf.Inertial(-1.0), "model.magnitude"),
-        (lambda: mf.Inertial(np.nan), "model.magnitude"),
-        (lambda: mf.Inertial(1.0, [0, 0]), "input.shape"),
-        (lambda: mf.Inertial(1.0, [0, 0, np.inf]), "input.finite"),
-        (lambda: mf.Inertial(1.0, [0, 0, 0], [[1, 1, 0], [0, 1, 0], [0, 0, 1]]), "model.asymmetric"),
-        (lambda: mf.Limits(lower=1.0, upper=-1.0), "model.limits_swapped"),
-        (lambda: mf.Limits(velocity=-1.0), "model.limit"),
-        (lambda: mf.Limits(upper=np.nan), "model.limit"),
-        (lambda: mf.Actuator(armature=-1.0), "model.magnitude"),
-        (lambda: mf.Actuator(gear_ratio=np.nan), "model.finite"),
-        (lambda: mf.Friction(viscous=-0.1), "model.magnitude"),
+        (lambda: joint(kind=mf.model.JointKind.HELICAL, pitch=np.inf), "model.finite"),
+        (lambda: mf.model.Inertial(-1.0), "model.magnitude"),
+        (lambda: mf.model.Inertial(np.nan), "model.magnitude"),
+        (lambda: mf.model.Inertial(1.0, [0, 0]), "input.shape"),
+        (lambda: mf.model.Inertial(1.0, [0, 0, np.inf]), "input.finite"),
+        (lambda: mf.model.Inertial(1.0, [0, 0, 0], [[1, 1, 0], [0, 1, 0], [0, 0, 1]]), "model.asymmetric"),
+        (lambda: mf.model.Limits(lower=1.0, upper=-1.0), "model.limits_swapped"),
+        (lambda: mf.model.Limits(velocity=-1.0), "model.limit"),
+        (lambda: mf.model.Limits(upper=np.nan), "model.limit"),
+        (lambda: mf.model.Actuator(armature=-1.0), "model.magnitude"),
+        (lambda: mf.model.Actuator(gear_ratio=np.nan), "model.finite"),
+        (lambda: mf.model.Friction(viscous=-0.1), "model.magnitude"),
         (lambda: mf.Mechanism.assemble("x", LINKS, [joint()], gravity=[0, 0]), "input.shape"),
         (lambda: mf.Mechanism.assemble("x", LINKS, [joint()], T_sb=reflected()), "geometry.improper"),
         (lambda: mf.Mechanism.assemble("x", LINKS, [joint()]).with_tip("b", np.eye(3)), "input.shape"),

@@ -26,7 +26,7 @@ def test_tool_is_mounted_on_the_tip_frame_and_its_mass_is_carried(name):
     tooled = bare.with_tool(T_TOOL, mass=MASS, com=COM, inertia=INERTIA)
     q, qd, qdd = motion(bare)
     assert np.allclose(tooled.forward_kinematics(q), bare.forward_kinematics(q) @ T_TOOL, atol=1e-12)
-    by_regressor = bare.payload_regressor(q, qd, qdd) @ parameters_of(mf.Inertial(MASS, COM, INERTIA))
+    by_regressor = bare.payload_regressor(q, qd, qdd) @ parameters_of(mf.model.Inertial(MASS, COM, INERTIA))
     assert np.allclose(tooled.inverse_dynamics(q, qd, qdd), bare.inverse_dynamics(q, qd, qdd) + by_regressor, atol=1e-9)
 
 

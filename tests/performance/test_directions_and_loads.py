@@ -215,7 +215,7 @@ def test_one_arm_described_otherwise(name):
 
 @pytest.mark.capability("05-36")
 def test_the_table_of_screws_prints_omega_and_v():
-    found = screws(mf.library.load("rrprrr"))
+    found = screws(mf.model.library.load("rrprrr"))
     for form, axes in (("space", found.S_s), ("body", found.S_b)):
         lines = screw_table(found, form).splitlines()[1:7]
         for line, S in zip(lines, axes, strict=True):

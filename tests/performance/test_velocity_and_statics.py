@@ -141,7 +141,7 @@ def test_jacobian_by_inspection(name):
     q = states(robot, 4)
     poses = robot.link_poses(q)[:, 1 : robot.n + 1]
     axes = np.stack([poses[:, k, :3, :3] @ j.axis for k, j in enumerate(robot.mechanism.joints[: robot.n])], axis=1)
-    kinds = ["P" if j.kind is mf.JointKind.PRISMATIC else "R" for j in robot.mechanism.coordinates]
+    kinds = ["P" if j.kind is mf.model.JointKind.PRISMATIC else "R" for j in robot.mechanism.coordinates]
     J = jacobian_by_inspection(3.0 * axes, poses[..., :3, 3], kinds)
     np.testing.assert_allclose(J, robot.jacobian_space(q), atol=1e-13)
 

@@ -14,10 +14,10 @@ from mafsil.planning import (
     ArmPlan,
     PlanningStatus,
     coordinate_arms,
-    in_turn,
     plan_around_moving,
     plan_coupled,
     plan_prioritized,
+    prioritized,
 )
 from mafsil.trajectory import MotionLimits
 from tests.collision.arms import arm
@@ -238,7 +238,7 @@ def test_searches_that_find_nothing_count_against_the_time(cell, monkeypatch):
         asked.append(seconds)
         return ArmPlan(PlanningStatus.NOT_FOUND, start[None], "rrt_connect", 1, 0, 1, seconds)
 
-    monkeypatch.setattr(in_turn, "plan", nothing)
+    monkeypatch.setattr(prioritized, "plan", nothing)
     found = plan_prioritized(cell, {"left": SWEEP[0], "right": SWEEP[0]}, {"left": SWEEP[1]}, LIMITS, seconds=5.0)
     assert found.status is PlanningStatus.NOT_FOUND
     assert asked == [2.0, 2.0, 2.0, 1.0]

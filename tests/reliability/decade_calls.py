@@ -65,15 +65,16 @@ CALLS = (
     "derivation.check_jacobian(J=[['0', '0']] * 6, mechanism=R2, q=Q2, values={'L1': 1.0}, tolerance=1e-6)",
     "derivation.check_screws(S=SCREWS, mechanism=R2, tolerance=1e-6)",
     # identification
-    "mf.estimate_payload(robot=R2, log=LOG, bandwidth=5.0)",
-    "mf.excitation_trajectory(robot=R2, period=10.0, harmonics=2, candidates=1, improvements=0, speed=1.0)",
+    "mf.identification.estimate_payload(robot=R2, log=LOG, bandwidth=5.0)",
+    "mf.identification.excitation_trajectory(robot=R2, period=10.0, harmonics=2, candidates=1, improvements=0, "
+    "speed=1.0)",
     # motion over time
-    "mf.forward_dynamics_trajectory(robot=R2, q=Q2, duration=0.1, step=0.05, tolerance=1e-6, most_steps=200, "
-    "seconds=1.0)",
-    "mf.forward_dynamics_trajectory(robot=R2, q=Q2, duration=0.1, step=0.01, method='rk4', most_steps=200)",
-    "mf.free_body_motion(body=BODY, T=NEAR, V=[0, 1, 0, 0, 0, 0], duration=0.1, tolerance=1e-6, most_steps=200, "
-    "seconds=1.0)",
-    "mf.inverse_dynamics_trajectory(robot=R2, motion=lambda t: [0.1 * t, 0.2], t=[0, 1, 2])",
+    "mf.simulation.forward_dynamics_trajectory(robot=R2, q=Q2, duration=0.1, step=0.05, tolerance=1e-6, "
+    "most_steps=200, seconds=1.0)",
+    "mf.simulation.forward_dynamics_trajectory(robot=R2, q=Q2, duration=0.1, step=0.01, method='rk4', most_steps=200)",
+    "mf.simulation.free_body_motion(body=BODY, T=NEAR, V=[0, 1, 0, 0, 0, 0], duration=0.1, tolerance=1e-6, "
+    "most_steps=200, seconds=1.0)",
+    "mf.simulation.inverse_dynamics_trajectory(robot=R2, motion=lambda t: [0.1 * t, 0.2], t=[0, 1, 2])",
     # grasp
     "grasp.compare(grasps=[PINCH], length=1.0)",
     "grasp.contact_state(force=[0, 0, 1], mu=0.5)",
@@ -259,13 +260,13 @@ CALLS = (
     "trajectory.trapezoid(start=[0.0], goal=[1.0], acceleration=2.0, duration=3.0)",
     "trajectory.via_rates(robot=R6, q=Q6, linear=[1, 0, 0], most_condition=1000.0)",
     # values that describe
-    "mf.Actuator(rotor_inertia=0.1, gear_ratio=10.0, armature=0.0)",
+    "mf.model.Actuator(rotor_inertia=0.1, gear_ratio=10.0, armature=0.0)",
     "mf.Contact(point=(0, 0), normal=(1, 0), mu=0.5, curvature=1.0, finger_curvature=2.0)",
     "mf.Contact(point=(0, 0, 0), normal=(1, 0, 0), mu=0.5, gamma=0.1)",
-    "mf.Friction(viscous=0.1, coulomb=0.2, coulomb_negative=0.3, offset=0.0)",
-    "mf.Inertial(mass=1.0)",
-    "mf.Joint(name='j', kind=mf.model.JointKind.HELICAL, parent='a', child='b', pitch=0.1)",
-    "mf.Limits(lower=-1.0, upper=1.0, velocity=1.0, acceleration=1.0, jerk=1.0, effort=1.0)",
+    "mf.model.Friction(viscous=0.1, coulomb=0.2, coulomb_negative=0.3, offset=0.0)",
+    "mf.model.Inertial(mass=1.0)",
+    "mf.model.Joint(name='j', kind=mf.model.JointKind.HELICAL, parent='a', child='b', pitch=0.1)",
+    "mf.model.Limits(lower=-1.0, upper=1.0, velocity=1.0, acceleration=1.0, jerk=1.0, effort=1.0)",
     "mf.control.Impedance.of(m=1, inertia=1.0, damping=2.0, stiffness=3.0)",
     "control.Gains.of(1, kp=1.0, kd=2.0)",
     "control.Wall(point=np.zeros(3), normal=np.array([0, 0, 1]), stiffness=10.0, damping=1.0, friction=0.1, "
@@ -297,8 +298,9 @@ PACKAGES = ("derivation", "grasp", "ik", "performance")
 """Parts of mafsil that only the texts name."""
 
 SLOW = (
-    "control.compare_pose_errors", "control.tune_gains", "derivation.check_jacobian", "mf.estimate_payload",
-    "mf.excitation_trajectory", "grasp.plan_grasps", "mobility.assembly_modes", "mobility.configuration_curves",
+    "control.compare_pose_errors", "control.tune_gains", "derivation.check_jacobian",
+    "mf.identification.estimate_payload", "mf.identification.excitation_trajectory", "grasp.plan_grasps",
+    "mobility.assembly_modes", "mobility.configuration_curves",
     "mobility.configuration_surfaces", "mobility.generic_mobility", "mobility.trace", "mobility.trace_surface",
     "parallel.closed_inverse_kinematics", "performance.isotropic_configurations", "performance.pinned_arm",
     "mf.optimal_base_placement",
@@ -308,7 +310,8 @@ SLOW = (
     "control.follow_with_loops",
     "ik.puma_shape", "ik.inverse_kinematics", "control.export_law", "mf.plan", "grasp.compare", "grasp.robustness",
     "mobility.library.stewart_gough", "mobility.library.three_upu", "mobility.library.three_cranks",
-    "mobility.library.delta", "ik.track", "parallel.simulate_closed", "one_joint.sweep_rate", "mf.free_body_motion",
+    "mobility.library.delta", "ik.track", "parallel.simulate_closed", "one_joint.sweep_rate",
+    "mf.simulation.free_body_motion",
     "ik.solve_ik", "trajectory.joint_motion", "mobility.library.spherical_four_bar", "mobility.library.three_prs",
     "mobility.library.three_rps", "mobility.library.eclipse", "performance.workspace_map",
     "simulation.simulate_elastic",
@@ -353,7 +356,7 @@ EXCLUDED = {
     "mafsil.ik.integrate_rates.twist": "a function",
     "mafsil.ik.twist_of_motion.X": "a function",
     "mafsil.planning.bench_planners.progress": "a function",
-    "mafsil.inverse_dynamics_trajectory.motion": "a function",
+    "mafsil.simulation.inverse_dynamics_trajectory.motion": "a function",
     "mafsil.identify.held_out": "three seconds a call",
     "mafsil.identify.bandwidth": "three seconds a call; the same rule as in estimate_payload",
     "mafsil.identify.prior_spread": "three seconds a call",
@@ -420,8 +423,8 @@ def _arms(_: dict[str, Any]) -> dict[str, Any]:
         "TIP6": r6.forward_kinematics(q6 + 0.05),
         "PANDA": mf.load("panda"), "TIP7": mf.load("panda").forward_kinematics([0.1, 0.2, 0.3, -1.5, 0.4, 1.6, 0.4]),
         "DH": dh_from_mechanism(r2.mechanism).rows, "SCREWS": screws(r2.mechanism).S_s,
-        "LOG": mf.MotionLog(t=t, q=q, tau=r2.inverse_dynamics(q, qd, qdd)),
-        "BODY": RigidBody(mf.Inertial(mass=1.0, inertia=np.diag([1.0, 2.0, 2.5]))),
+        "LOG": mf.identification.MotionLog(t=t, q=q, tau=r2.inverse_dynamics(q, qd, qdd)),
+        "BODY": RigidBody(mf.model.Inertial(mass=1.0, inertia=np.diag([1.0, 2.0, 2.5]))),
     }  # fmt: skip
 
 

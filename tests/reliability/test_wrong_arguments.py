@@ -113,7 +113,7 @@ FIRST_HOUR = {
     ),
     "Scenario(robot=..., trajectory=..., law=...)": lambda: mf.Scenario(PLANAR2R, NO_MOTION, None),
     "Checker: argument margin is not known or given twice; did you mean: clearance?": lambda: mf.collision.Checker(
-        UR5E, clearance=0.02
+        UR5E, margin=0.02
     ),
     "Box((1, 2, 3))": lambda: mf.collision.Box(1, 2, 3),
     "did you mean: base, platform?": lambda: mf.parallel.DeltaRobot(rb=0.3, re=0.1),

@@ -24,19 +24,19 @@ ARRAY = re.compile(r"Bound|Floats|Vector|Matrix|ArrayLike|Points|Quaternion|tupl
 NO_NUMBERS = re.compile(r"^(Callable|Sequence)")
 
 WRITTEN = (
-    "mf.Actuator(rotor_inertia=0.1, gear_ratio=10.0, armature=0.1)",
+    "mf.model.Actuator(rotor_inertia=0.1, gear_ratio=10.0, armature=0.1)",
     "mf.Contact(point=(0.0, 0.0), normal=(1.0, 0.0), mu=0.5, curvature=1.0, finger_curvature=2.0)",
     "mf.Contact(point=(0, 0, 0), normal=(1, 0, 0), mu=0.5, gamma=0.1)",
     "mf.DHRow(a=1.0, alpha=0.1, d=0.2, theta=0.3, offset=0.4)",
-    "mf.Friction(viscous=0.1, coulomb=0.2, coulomb_negative=0.3, offset=0.1)",
-    "mf.Inertial(mass=1.0, com=[0, 0, 0], inertia=np.eye(3))",
-    "mf.Joint(name='j', kind=mf.model.JointKind.HELICAL, parent='a', child='b', T_pj=np.eye(4), axis=[0, 0, 1], "
+    "mf.model.Friction(viscous=0.1, coulomb=0.2, coulomb_negative=0.3, offset=0.1)",
+    "mf.model.Inertial(mass=1.0, com=[0, 0, 0], inertia=np.eye(3))",
+    "mf.model.Joint(name='j', kind=mf.model.JointKind.HELICAL, parent='a', child='b', T_pj=np.eye(4), axis=[0, 0, 1], "
     "pitch=0.1)",
-    "mf.Limits(lower=-1.0, upper=1.0, velocity=1.0, acceleration=1.0, jerk=1.0, effort=1.0)",
-    "mf.MotionLog(t=LOG.t, q=LOG.q, tau=LOG.tau, qd=LOG.q, qdd=LOG.q)",
+    "mf.model.Limits(lower=-1.0, upper=1.0, velocity=1.0, acceleration=1.0, jerk=1.0, effort=1.0)",
+    "mf.identification.MotionLog(t=LOG.t, q=LOG.q, tau=LOG.tau, qd=LOG.q, qdd=LOG.q)",
     "mf.Pose(array=NEAR)",
     "mf.Rotation(array=np.eye(3))",
-    "mf.Sampled(values=[[0.0, 0.0], [1.0, 1.0]], step=0.1)",
+    "mf.simulation.Sampled(values=[[0.0, 0.0], [1.0, 1.0]], step=0.1)",
     "mf.Scenario(robot=R2, trajectory=STILL, law=PID, q=Q2, qd=Q2, duration=0.1, step=0.01, period=0.02)",
     "mf.ScrewAxis(array=np.array([0, 0, 1.0, 0, 0, 0]))",
     "mf.Twist(array=np.ones(6))",
@@ -176,7 +176,7 @@ MADE = {
 """Classes of which only functions of ours make values, of numbers that were checked or computed, by package."""
 
 UNBOUNDED = {
-    "mf.Limits": ("lower", "upper", "velocity", "acceleration", "jerk", "effort"),
+    "mf.model.Limits": ("lower", "upper", "velocity", "acceleration", "jerk", "effort"),
     "trajectory.MotionLimits.of": ("position", "velocity", "acceleration", "jerk", "effort"),
     "mf.Contact": ("finger_curvature",), "trajectory.MaxDuration": ("most",), "trajectory.PassThrough": ("end",),
     "trajectory.KeepsClear": ("end",), "one_joint.LoopConditions": ("torque_limit",),
@@ -193,7 +193,7 @@ BATCHED = (
     "mf.ScrewAxis",
     "geometry.",
     "trajectory.",
-    "mf.Sampled",
+    "mf.simulation.Sampled",
 )
 """Where leading dimensions are a batch, so that many shapes are good."""
 PASSING = ("mf.Pose", "mf.Rotation", "mf.ScrewAxis", "mf.Twist", "mf.Wrench", "geometry.Point", "geometry.Vector")

@@ -98,10 +98,14 @@ def test_warnings_travel_to_other_processes():
 
 def test_a_printed_robot_fits_a_screen_and_a_notebook_shows_the_same() -> None:
     names = [f"joint_with_a_very_long_name_indeed_{k}" for k in range(60)]
-    links = [mf.Link(f"link{k}") for k in range(61)]
+    links = [mf.model.Link(f"link{k}") for k in range(61)]
     joints = [
-        mf.Joint(
-            name, mf.JointKind.REVOLUTE, f"link{k}", f"link{k + 1}", limits=mf.Limits(-123.4567, 123.4567, 10, 1e4)
+        mf.model.Joint(
+            name,
+            mf.model.JointKind.REVOLUTE,
+            f"link{k}",
+            f"link{k + 1}",
+            limits=mf.model.Limits(-123.4567, 123.4567, 10, 1e4),
         )
         for k, name in enumerate(names)
     ]

@@ -73,7 +73,7 @@ def test_an_inverse_motion_says_whether_its_efforts_are_numbers(arm: mf.Robot) -
 
 
 def test_a_free_body_prints_its_components() -> None:
-    body = RigidBody(mf.Inertial(1.0, [0.0, 0.0, 0.0], np.diag([0.1, 0.2, 0.3])))
+    body = RigidBody(mf.model.Inertial(1.0, [0.0, 0.0, 0.0], np.diag([0.1, 0.2, 0.3])))
     motion = free_body_motion(body, np.eye(4), [0.0, 1.0, 0.1, 0.0, 0.0, 0.0], duration=0.2)
     assert motion
     assert fits_a_screen(str(motion))

@@ -28,9 +28,11 @@ def planar():
 def pendulum() -> mf.Robot:
     """A point mass of 2 kg on a rod of 0.7 m that turns about y; it hangs down at zero."""
     mass, length = 2.0, 0.7
-    bob = mf.Inertial(mass, np.array([0.0, 0.0, -length]), np.zeros((3, 3)))
-    hinge = mf.Joint("hinge", mf.JointKind.REVOLUTE, parent="base", child="rod", axis=np.array([0.0, 1.0, 0.0]))
-    links = (mf.Link("base"), mf.Link("rod", inertial=bob))
+    bob = mf.model.Inertial(mass, np.array([0.0, 0.0, -length]), np.zeros((3, 3)))
+    hinge = mf.model.Joint(
+        "hinge", mf.model.JointKind.REVOLUTE, parent="base", child="rod", axis=np.array([0.0, 1.0, 0.0])
+    )
+    links = (mf.model.Link("base"), mf.model.Link("rod", inertial=bob))
     return mf.Robot(mf.Mechanism.assemble("pendulum", links, (hinge,), tip="rod"))
 
 
@@ -45,7 +47,9 @@ def test_a_pendulum_swings_by_elliptic_functions(options):
     t = np.linspace(0.0, 3.0, 301)
     sn, cn, dn, _ = ellipj(ellipk(k**2) - w * t, k**2)
     q, qd = 2.0 * np.arcsin(k * sn), -2.0 * w * k * cn * dn / np.sqrt(1.0 - (k * sn) ** 2)
-    moved = mf.forward_dynamics_trajectory(pendulum(), [amplitude], duration=3.0, **{"tolerance": 1e-12, **options})
+    moved = mf.simulation.forward_dynamics_trajectory(
+        pendulum(), [amplitude], duration=3.0, **{"tolerance": 1e-12, **options}
+    )
     found = moved.at(t)
     np.testing.assert_allclose(found.u[:, 0], q, atol=1e-9)
     np.testing.assert_allclose(found.v[:, 0], qd, atol=1e-8)
@@ -64,8 +68,10 @@ def test_a_free_body_turns_by_elliptic_functions():
     assert L2 > twice_E * I2
     rate = np.sqrt((I3 - I2) * (L2 - twice_E * I1) / (I1 * I2 * I3))
     m = (I2 - I1) * (twice_E * I3 - L2) / ((I3 - I2) * (L2 - twice_E * I1))
-    body = mf.RigidBody(mf.Inertial(1.5, np.zeros(3), np.diag([I1, I2, I3])))
-    moved = mf.free_body_motion(body, np.eye(4), [w1, 0.0, w3, 0.0, 0.0, 0.0], duration=20.0, tolerance=1e-13)
+    body = mf.simulation.RigidBody(mf.model.Inertial(1.5, np.zeros(3), np.diag([I1, I2, I3])))
+    moved = mf.simulation.free_body_motion(
+        body, np.eye(4), [w1, 0.0, w3, 0.0, 0.0, 0.0], duration=20.0, tolerance=1e-13
+    )
     sn, cn, dn, _ = ellipj(rate * moved.t, m)
     size1 = np.sqrt((twice_E * I3 - L2) / (I1 * (I3 - I1)))
     size2 = np.sqrt((twice_E * I3 - L2) / (I2 * (I3 - I2)))
@@ -85,7 +91,7 @@ def test_the_arm_moves_as_scipy_s_dop853_says(arm, method):
     start = np.concatenate([START, np.zeros(6)])
     exact = solve_ivp(rates, (0.0, 1.0), start, "DOP853", rtol=1e-12, atol=1e-13, dense_output=True)
     tolerance = 1e-7 if method == "bs23" else 1e-11
-    moved = mf.forward_dynamics_trajectory(
+    moved = mf.simulation.forward_dynamics_trajectory(
         arm, START, tau=tau, duration=1.0, friction=False, method=method, tolerance=tolerance
     )
     t = np.random.default_rng(0).uniform(0.0, 1.0, 50)
@@ -104,7 +110,9 @@ def test_stiff_friction_agrees_with_an_implicit_method(arm):
     start = np.concatenate([START, np.zeros(6)])
     exact = solve_ivp(rates, (0.0, 0.3), start, "Radau", rtol=1e-9, atol=1e-11)
     for method in ("dop853", "dp45"):
-        moved = mf.forward_dynamics_trajectory(arm, START, duration=0.3, friction=True, method=method, tolerance=1e-9)
+        moved = mf.simulation.forward_dynamics_trajectory(
+            arm, START, duration=0.3, friction=True, method=method, tolerance=1e-9
+        )
         assert moved.succeeded
         np.testing.assert_allclose(np.concatenate([moved.q[-1], moved.qd[-1]]), exact.y[:, -1], atol=1e-6)
 
@@ -122,8 +130,8 @@ def test_events_are_scipy_s(planar, direction):
         return np.concatenate([y[2:], planar.forward_dynamics(y[:2], y[2:], np.zeros(2))])
 
     exact = solve_ivp(rates, (0.0, 4.0), start, "DOP853", rtol=1e-12, atol=1e-13, events=elbow)
-    moved = mf.forward_dynamics_trajectory(
-        planar, start[:2], duration=4.0, tolerance=1e-12, events=[mf.Event(elbow, direction)]
+    moved = mf.simulation.forward_dynamics_trajectory(
+        planar, start[:2], duration=4.0, tolerance=1e-12, events=[mf.simulation.Event(elbow, direction)]
     )
     assert len(exact.t_events[0]) >= 2
     np.testing.assert_allclose([c.t for c in moved.events], exact.t_events[0], atol=1e-8)
@@ -134,10 +142,12 @@ def test_held_samples_are_asked_from_their_own_side(planar):
     """Efforts that jump: the motion is that of constant pieces, and a jump costs a step or two."""
     tau = 5.0 * np.random.default_rng(0).normal(size=(11, 2))
     q, qd = np.array([0.1, 0.2]), np.zeros(2)
-    whole = mf.forward_dynamics_trajectory(planar, q, tau=mf.Sampled(tau, 0.1), duration=1.1, tolerance=1e-11)
+    whole = mf.simulation.forward_dynamics_trajectory(
+        planar, q, tau=mf.simulation.Sampled(tau, 0.1), duration=1.1, tolerance=1e-11
+    )
     steps = 0
     for row in tau:
-        piece = mf.forward_dynamics_trajectory(planar, q, qd, row, duration=0.1, tolerance=1e-12)
+        piece = mf.simulation.forward_dynamics_trajectory(planar, q, qd, row, duration=0.1, tolerance=1e-12)
         q, qd, steps = piece.q[-1], piece.qd[-1], steps + piece.outcome.iterations
     np.testing.assert_allclose(whole.q[-1], q, atol=1e-9)
     np.testing.assert_allclose(whole.qd[-1], qd, atol=1e-8)
@@ -148,30 +158,30 @@ def test_held_samples_are_asked_from_their_own_side(planar):
 def test_one_state_and_many_efforts_are_many_motions(planar, method):
     tau, wrench = np.array([[0.0, 0.0], [1.0, -1.0], [3.0, 0.5]]), np.array([0.0, 0.0, 0.1, 1.0, 2.0, 0.0])
     options = {"duration": 0.2, "tip_wrench": wrench, "method": method, "tolerance": 1e-11}
-    many = mf.forward_dynamics_trajectory(planar, [0.3, 0.4], tau=tau, **options)
+    many = mf.simulation.forward_dynamics_trajectory(planar, [0.3, 0.4], tau=tau, **options)
     assert many.q.shape[1:] == many.tau.shape[1:] == (3, 2)
     for i in range(3):
-        alone = mf.forward_dynamics_trajectory(planar, [0.3, 0.4], tau=tau[i], **options)
+        alone = mf.simulation.forward_dynamics_trajectory(planar, [0.3, 0.4], tau=tau[i], **options)
         np.testing.assert_allclose(many.q[-1, i], alone.q[-1], atol=1e-9)
 
 
 @pytest.mark.capability("09-65")
 @pytest.mark.parametrize("method", ["euler", "rk4", "variational4"])
 def test_the_last_fixed_step_is_shortened(planar, method):
-    moved = mf.forward_dynamics_trajectory(planar, [0.3, 0.4], duration=0.1234, method=method, step=1e-3)
+    moved = mf.simulation.forward_dynamics_trajectory(planar, [0.3, 0.4], duration=0.1234, method=method, step=1e-3)
     assert moved.duration == pytest.approx(0.1234, abs=1e-15)
     assert len(moved.t) == 125
-    exact = mf.forward_dynamics_trajectory(planar, [0.3, 0.4], duration=0.1234, tolerance=1e-12)
+    exact = mf.simulation.forward_dynamics_trajectory(planar, [0.3, 0.4], duration=0.1234, tolerance=1e-12)
     bound = 3e-2 if method == "euler" else 1e-8
     np.testing.assert_allclose(moved.at(0.1234).u, exact.q[-1], atol=bound)
     np.testing.assert_allclose(moved.at(0.1231).v, exact.at(0.1231).v, atol=bound)
-    short = mf.forward_dynamics_trajectory(planar, [0.3, 0.4], duration=1e-4, method=method, step=1e-3)
+    short = mf.simulation.forward_dynamics_trajectory(planar, [0.3, 0.4], duration=1e-4, method=method, step=1e-3)
     assert short.t.tolist() == [0.0, 1e-4]
 
 
 @pytest.mark.parametrize("method", METHOD_NAMES)
 def test_every_method_stops_when_its_time_is_over(planar, method):
-    moved = mf.forward_dynamics_trajectory(
+    moved = mf.simulation.forward_dynamics_trajectory(
         planar, [0.3, 0.4], duration=1e4, method=method, step=1e-2, seconds=0.02, tolerance=1e-12
     )
     assert moved.outcome.status is IntegrationStatus.TIME_SPENT
@@ -181,16 +191,16 @@ def test_every_method_stops_when_its_time_is_over(planar, method):
 
 
 def test_a_spinning_body_ends_with_its_budget():
-    body = mf.RigidBody(mf.Inertial(2.0, np.zeros(3), np.diag([0.1, 0.25, 0.2])))
+    body = mf.simulation.RigidBody(mf.model.Inertial(2.0, np.zeros(3), np.diag([0.1, 0.25, 0.2])))
     fast = [1e6, 0.0, 1e5, 0.0, 0.0, 0.0]
-    steps = mf.free_body_motion(body, np.eye(4), fast, duration=10.0, most_steps=200)
+    steps = mf.simulation.free_body_motion(body, np.eye(4), fast, duration=10.0, most_steps=200)
     assert steps.outcome.status is IntegrationStatus.BUDGET_SPENT
     assert steps.outcome.iterations <= 201
-    seconds = mf.free_body_motion(body, np.eye(4), fast, duration=10.0, seconds=0.02)
+    seconds = mf.simulation.free_body_motion(body, np.eye(4), fast, duration=10.0, seconds=0.02)
     assert seconds.outcome.status is IntegrationStatus.TIME_SPENT
     assert "10 s" in seconds.explain("en")
     with pytest.raises(InputError, match="V: 1e"):
-        mf.free_body_motion(body, np.eye(4), np.full(6, 1e200), duration=0.1)
+        mf.simulation.free_body_motion(body, np.eye(4), np.full(6, 1e200), duration=0.1)
 
 
 HOSTILE = {
@@ -203,11 +213,17 @@ HOSTILE = {
     "time no number": ({"seconds": np.nan}, "seconds"),
     "events no list": ({"events": 3}, "events"),
     "events of another kind": ({"events": [3]}, "events"),
-    "an event alone": ({"events": mf.Event(lambda t, y: y[0])}, "events"),
-    "event is NaN": ({"events": [mf.Event(lambda t, y: np.nan, name="floor")]}, "floor"),
-    "event is text": ({"events": [mf.Event(lambda t, y: "a", name="floor")]}, "floor"),
-    "reset to NaN": ({"events": [mf.Event(lambda t, y: y[0] - 0.29, reset=lambda t, y: np.nan * y)]}, "event.reset"),
-    "reset to less": ({"events": [mf.Event(lambda t, y: y[0] - 0.29, reset=lambda t, y: y[:1])]}, "event.reset"),
+    "an event alone": ({"events": mf.simulation.Event(lambda t, y: y[0])}, "events"),
+    "event is NaN": ({"events": [mf.simulation.Event(lambda t, y: np.nan, name="floor")]}, "floor"),
+    "event is text": ({"events": [mf.simulation.Event(lambda t, y: "a", name="floor")]}, "floor"),
+    "reset to NaN": (
+        {"events": [mf.simulation.Event(lambda t, y: y[0] - 0.29, reset=lambda t, y: np.nan * y)]},
+        "event.reset",
+    ),
+    "reset to less": (
+        {"events": [mf.simulation.Event(lambda t, y: y[0] - 0.29, reset=lambda t, y: y[:1])]},
+        "event.reset",
+    ),
     "efforts of too many arguments": ({"tau": lambda t, q, qd, z: q}, "tau: expected a function"),
     "efforts of none": ({"tau": lambda: [0.0, 0.0]}, "tau: expected a function"),
     "another batch": ({"q": np.zeros((3, 2)), "tau": np.zeros((4, 2))}, "tau"),
@@ -220,14 +236,14 @@ HOSTILE = {
 def test_hostile_input_is_refused_by_name(planar, case):
     options, words = HOSTILE[case]
     with pytest.raises(InputError, match=words) as caught:
-        mf.forward_dynamics_trajectory(planar, **({"q": [0.3, 0.4], "duration": 0.2} | options))
+        mf.simulation.forward_dynamics_trajectory(planar, **({"q": [0.3, 0.4], "duration": 0.2} | options))
     assert caught.value.message("ar") != caught.value.message("en")
 
 
 @pytest.mark.parametrize("method", ["dop853", "rk4", "variational"])
 def test_efforts_that_turn_to_nan_end_the_motion_there(planar, method):
     for since in (-1.0, 0.1):
-        moved = mf.forward_dynamics_trajectory(
+        moved = mf.simulation.forward_dynamics_trajectory(
             planar, [0.3, 0.4], tau=lambda t, s=since: np.full(2, np.nan if t > s else 0.0), duration=0.2, method=method
         )
         assert moved.outcome.status is IntegrationStatus.BLOWN_UP
@@ -236,18 +252,30 @@ def test_efforts_that_turn_to_nan_end_the_motion_there(planar, method):
 
 
 def test_wrong_events_bodies_and_motions_are_named(planar):
-    body = mf.RigidBody(mf.Inertial(2.0, np.zeros(3), np.diag([0.1, 0.25, 0.2])))
+    body = mf.simulation.RigidBody(mf.model.Inertial(2.0, np.zeros(3), np.diag([0.1, 0.25, 0.2])))
     t = np.linspace(0.0, 1.0, 5)
     for make, words in (
-        (lambda: mf.Event(lambda t: t), "function"),
-        (lambda: mf.Event(lambda t, y: y, reset=3), "reset"),
-        (lambda: mf.free_body_motion(body, np.eye(4), np.zeros(6), lambda t: t, duration=1.0), "F"),
-        (lambda: mf.free_body_motion(body, np.eye(4), np.zeros(6), duration=1.0, tolerance=1e-40), "tolerance"),
-        (lambda: mf.free_body_motion(body, np.eye(4), np.zeros(6), duration=1.0, most_steps=0), "most_steps"),
-        (lambda: mf.inverse_dynamics_trajectory(planar, lambda: t, t), "motion"),
-        (lambda: mf.inverse_dynamics_trajectory(planar, lambda s: np.zeros((1 + int(s > 0.5), 2)), t), "motion"),
-        (lambda: mf.inverse_dynamics_trajectory(planar, lambda s: [0.0, s], []), "samples"),
-        (lambda: mf.inverse_dynamics_trajectory(planar, lambda s: [0.0, s], t, tip_wrench=[np.nan] * 6), "tip_wrench"),
+        (lambda: mf.simulation.Event(lambda t: t), "function"),
+        (lambda: mf.simulation.Event(lambda t, y: y, reset=3), "reset"),
+        (lambda: mf.simulation.free_body_motion(body, np.eye(4), np.zeros(6), lambda t: t, duration=1.0), "F"),
+        (
+            lambda: mf.simulation.free_body_motion(body, np.eye(4), np.zeros(6), duration=1.0, tolerance=1e-40),
+            "tolerance",
+        ),
+        (
+            lambda: mf.simulation.free_body_motion(body, np.eye(4), np.zeros(6), duration=1.0, most_steps=0),
+            "most_steps",
+        ),
+        (lambda: mf.simulation.inverse_dynamics_trajectory(planar, lambda: t, t), "motion"),
+        (
+            lambda: mf.simulation.inverse_dynamics_trajectory(planar, lambda s: np.zeros((1 + int(s > 0.5), 2)), t),
+            "motion",
+        ),
+        (lambda: mf.simulation.inverse_dynamics_trajectory(planar, lambda s: [0.0, s], []), "samples"),
+        (
+            lambda: mf.simulation.inverse_dynamics_trajectory(planar, lambda s: [0.0, s], t, tip_wrench=[np.nan] * 6),
+            "tip_wrench",
+        ),
     ):
         with pytest.raises(InputError, match=words):
             make()

@@ -29,7 +29,7 @@ def planar():
 
 def end_of(robot, **options):
     settings = {"duration": 0.25, "q": [-1.2, 0.3], "qd": [0.5, -0.2]} | options
-    moved = mf.forward_dynamics_trajectory(robot, **settings)
+    moved = mf.simulation.forward_dynamics_trajectory(robot, **settings)
     assert moved.succeeded
     return np.concatenate([moved.q[-1], moved.qd[-1]])
 
@@ -70,11 +70,11 @@ def test_euler_with_sampled_efforts_is_the_textbook_s_recursion(arm):
     """theta_k+1 = theta_k + h thetadot_k, thetadot_k+1 = thetadot_k + h GetJointAccel(theta_k, ...)."""
     rng, h, steps = np.random.default_rng(2), 1e-3, 50
     tau, wrench = 5.0 * rng.normal(size=(steps + 1, 6)), 2.0 * rng.normal(size=(steps + 1, 6))
-    moved = mf.forward_dynamics_trajectory(
+    moved = mf.simulation.forward_dynamics_trajectory(
         arm,
         HOME,
-        tau=mf.Sampled(tau, h),
-        tip_wrench=mf.Sampled(wrench, h),
+        tau=mf.simulation.Sampled(tau, h),
+        tip_wrench=mf.simulation.Sampled(wrench, h),
         duration=h * steps,
         friction=False,
         method="euler",
@@ -95,13 +95,13 @@ def test_euler_with_sampled_efforts_is_the_textbook_s_recursion(arm):
 def test_inverse_and_forward_dynamics_undo_each_other(arm):
     trajectory = mf.trajectory.quintic(HOME, HOME + 0.4, 0.6)
     wrench = [0.1, -0.2, 0.3, 4.0, 5.0, -6.0]
-    wanted = mf.inverse_dynamics_trajectory(arm, trajectory, np.linspace(0.0, 0.6, 101), tip_wrench=wrench)
+    wanted = mf.simulation.inverse_dynamics_trajectory(arm, trajectory, np.linspace(0.0, 0.6, 101), tip_wrench=wrench)
 
     def tau(t):
-        return mf.inverse_dynamics_trajectory(arm, trajectory, [t], tip_wrench=wrench).tau[0]
+        return mf.simulation.inverse_dynamics_trajectory(arm, trajectory, [t], tip_wrench=wrench).tau[0]
 
     for momenta in (False, True):
-        moved = mf.forward_dynamics_trajectory(
+        moved = mf.simulation.forward_dynamics_trajectory(
             arm, wanted.q[0], wanted.qd[0], tau, tip_wrench=wrench, duration=0.6, tolerance=1e-11, momenta=momenta
         )
         found = moved.at(wanted.t)
@@ -113,15 +113,15 @@ def test_inverse_and_forward_dynamics_undo_each_other(arm):
 @pytest.mark.capability("09-6")
 def test_efforts_of_sampled_motions_by_differentiation(arm):
     trajectory, t = mf.trajectory.quintic(HOME, HOME + 0.4, 1.0), np.linspace(0.0, 1.0, 201)
-    exact = mf.inverse_dynamics_trajectory(arm, trajectory, t, friction=False)
+    exact = mf.simulation.inverse_dynamics_trajectory(arm, trajectory, t, friction=False)
     for given in ({}, {"qd": exact.qd}, {"qd": exact.qd, "qdd": exact.qdd}):
         np.testing.assert_allclose(
-            mf.inverse_dynamics_trajectory(arm, exact.q, t, friction=False, **given).tau,
+            mf.simulation.inverse_dynamics_trajectory(arm, exact.q, t, friction=False, **given).tau,
             exact.tau,
             rtol=1e-6,
             atol=1e-6,
         )
-    of_function = mf.inverse_dynamics_trajectory(arm, lambda s: trajectory.at(s).u, t, friction=False)
+    of_function = mf.simulation.inverse_dynamics_trajectory(arm, lambda s: trajectory.at(s).u, t, friction=False)
     np.testing.assert_allclose(of_function.tau, exact.tau, rtol=1e-6, atol=1e-6)
     # Power is the change of energy: nothing is lost without friction.
     energy = arm.kinetic_energy(exact.q, exact.qd) + arm.potential_energy(exact.q)
@@ -151,7 +151,7 @@ def test_momentum_about_a_free_axis_is_kept(arm):
         ({"method": "variational", "step": 2e-3}, 1e-13),
         ({"method": "variational4", "step": 4e-3}, 1e-13),
     ):
-        moved = mf.forward_dynamics_trajectory(free, HOME, rates, duration=2.0, friction=False, **options)
+        moved = mf.simulation.forward_dynamics_trajectory(free, HOME, rates, duration=2.0, friction=False, **options)
         p = np.einsum("kij,kj->ki", free.mass_matrix(moved.q), moved.qd)
         assert np.abs(p[:, 0] - p[0, 0]).max() < max(limit, 1e-14) * 100 * np.abs(p).max()
         raw = moved.outcome.value.y[:, 6]
@@ -161,9 +161,11 @@ def test_momentum_about_a_free_axis_is_kept(arm):
 @pytest.mark.parametrize("method", ["dop853", "rk4", "variational"])
 def test_batches_equal_single_motions(arm, method):
     starts = HOME + 0.1 * np.random.default_rng(1).normal(size=(3, 6))
-    whole = mf.forward_dynamics_trajectory(arm, starts, duration=0.2, friction=False, method=method, tolerance=1e-12)
+    whole = mf.simulation.forward_dynamics_trajectory(
+        arm, starts, duration=0.2, friction=False, method=method, tolerance=1e-12
+    )
     for row in range(3):
-        alone = mf.forward_dynamics_trajectory(
+        alone = mf.simulation.forward_dynamics_trajectory(
             arm, starts[row], duration=0.2, friction=False, method=method, tolerance=1e-12
         )
         np.testing.assert_allclose(whole.at(0.2).u[row], alone.at(0.2).u, atol=1e-9)
@@ -176,7 +178,7 @@ def test_the_arm_hits_the_floor_where_the_event_says(planar, options):
         q = y[:2]
         return np.sin(q[0]) + np.sin(q[0] + q[1]) + 0.5
 
-    moved = mf.forward_dynamics_trajectory(
+    moved = mf.simulation.forward_dynamics_trajectory(
         planar, [0.5, 0.2], duration=2.0, events=[Event(height, -1, terminal=True, name="floor")], **options
     )
     assert moved.outcome.status.name == "EVENT"
@@ -191,7 +193,7 @@ def test_a_reset_is_an_impact_in_rates_and_in_momenta(planar):
 
     stop = Event(lambda t, y: y[0] + 0.5, -1, reset=reversed_rates)
     ends = [
-        mf.forward_dynamics_trajectory(
+        mf.simulation.forward_dynamics_trajectory(
             planar, [0.0, 0.3], duration=0.6, events=[stop], tolerance=1e-12, momenta=momenta
         )
         for momenta in (False, True)
@@ -199,7 +201,7 @@ def test_a_reset_is_an_impact_in_rates_and_in_momenta(planar):
     assert len(ends[0].events) == len(ends[1].events) >= 1
     np.testing.assert_allclose(ends[0].q[-1], ends[1].q[-1], atol=1e-7)
     with pytest.raises(InputError, match="adaptive"):
-        mf.forward_dynamics_trajectory(planar, [0.0, 0.3], duration=0.1, events=[stop], method="rk4")
+        mf.simulation.forward_dynamics_trajectory(planar, [0.0, 0.3], duration=0.1, events=[stop], method="rk4")
 
 
 @pytest.mark.parametrize("method", ["dop853", "rk4", "variational"])
@@ -209,7 +211,7 @@ def test_a_blow_up_ends_at_the_last_good_state(planar, method, batch):
         return 1e3 * qd * np.abs(qd)
 
     with np.errstate(all="ignore"):
-        moved = mf.forward_dynamics_trajectory(
+        moved = mf.simulation.forward_dynamics_trajectory(
             planar, np.full((*batch, 2), 0.3), np.ones((*batch, 2)), feedback, duration=5.0, method=method, seconds=20.0
         )
     assert not moved.succeeded
@@ -222,7 +224,7 @@ def test_a_blow_up_ends_at_the_last_good_state(planar, method, batch):
 def test_friction_takes_energy_and_comes_from_the_description(arm):
     assert Plant(arm).has_friction
     lossy, free = (
-        mf.forward_dynamics_trajectory(
+        mf.simulation.forward_dynamics_trajectory(
             arm, HOME, duration=0.05, friction=friction, method="dp45", tolerance=1e-8, most_steps=200_000
         )
         for friction in (True, False)
@@ -238,8 +240,8 @@ def test_friction_acts_unless_left_out():
     hinge = mf.Robot.from_screws(
         [[0, 0, 1, 0, 0, 0]],
         np.eye(4),
-        inertials=[mf.Inertial(1.0, np.array([0.3, 0.0, 0.0]), np.diag([0.01] * 3))],
-        frictions=[mf.Friction(viscous=0.3)],
+        inertials=[mf.model.Inertial(1.0, np.array([0.3, 0.0, 0.0]), np.diag([0.01] * 3))],
+        frictions=[mf.model.Friction(viscous=0.3)],
         gravity=[0, -9.81, 0],
     )
     inertia, t = 0.01 + 0.09, np.linspace(0.0, 1.0, 5)
@@ -247,16 +249,18 @@ def test_friction_acts_unless_left_out():
         lambda _, y: [y[1], (-0.3 * 9.81 * np.cos(y[0]) - 0.3 * y[1]) / inertia],
         (0, 1), [0.0, 0.0], t_eval=t, rtol=1e-11, atol=1e-12,
     )  # fmt: skip
-    moved = mf.forward_dynamics_trajectory(hinge, [0.0], duration=1.0, tolerance=1e-11)
+    moved = mf.simulation.forward_dynamics_trajectory(hinge, [0.0], duration=1.0, tolerance=1e-11)
     np.testing.assert_allclose(moved.at(t).u[:, 0], exact.y[0], atol=1e-8)
-    needed = mf.inverse_dynamics_trajectory(hinge, np.linspace(0, 1, 7)[:, None], np.linspace(0, 1, 7))
-    free = mf.inverse_dynamics_trajectory(hinge, np.linspace(0, 1, 7)[:, None], np.linspace(0, 1, 7), friction=False)
+    needed = mf.simulation.inverse_dynamics_trajectory(hinge, np.linspace(0, 1, 7)[:, None], np.linspace(0, 1, 7))
+    free = mf.simulation.inverse_dynamics_trajectory(
+        hinge, np.linspace(0, 1, 7)[:, None], np.linspace(0, 1, 7), friction=False
+    )
     np.testing.assert_allclose(needed.tau - free.tau, 0.3, atol=1e-10)
 
 
 def test_variational_methods_refuse_coulomb_friction(arm):
     with pytest.raises(InputError, match="joint1 has Coulomb friction"):
-        mf.forward_dynamics_trajectory(arm, HOME, duration=0.1, method="variational")
+        mf.simulation.forward_dynamics_trajectory(arm, HOME, duration=0.1, method="variational")
 
 
 def test_loads_agree_between_rates_and_momenta(arm):
@@ -280,7 +284,7 @@ def test_loads_agree_between_rates_and_momenta(arm):
         ({"tau": [1.0, 2.0, 3.0]}, "tau"),
         ({"tau": lambda t: [1.0]}, "tau"),
         ({"tip_wrench": [1.0]}, "tip_wrench"),
-        ({"tau": mf.Sampled(np.zeros((3, 5)), 0.1)}, "tau"),
+        ({"tau": mf.simulation.Sampled(np.zeros((3, 5)), 0.1)}, "tau"),
         ({"method": "rk4", "momenta": True}, "momenta"),
         ({"method": "rk4", "most_steps": 10}, "most_steps"),
         ({"qd": [np.nan, 0.0]}, "qd"),
@@ -288,19 +292,19 @@ def test_loads_agree_between_rates_and_momenta(arm):
 )
 def test_wrong_arguments_are_named(planar, options, word):
     with pytest.raises(InputError, match=word) as caught:
-        mf.forward_dynamics_trajectory(planar, **({"q": [0.1, 0.2], "duration": 1.0} | options))
+        mf.simulation.forward_dynamics_trajectory(planar, **({"q": [0.1, 0.2], "duration": 1.0} | options))
     assert caught.value.message("ar") != caught.value.message("en")
 
 
 @pytest.mark.parametrize(
     "make",
     [
-        lambda r: mf.Sampled([1.0, 2.0], 0.1),
-        lambda r: mf.Sampled([[1.0]], -1.0),
-        lambda r: mf.inverse_dynamics_trajectory(r, [[0.0, 0.0]] * 3, [0.0, 0.0, 1.0]),
-        lambda r: mf.inverse_dynamics_trajectory(r, [[0.0, 0.0]] * 2, [0.0, 1.0]),
-        lambda r: mf.inverse_dynamics_trajectory(r, [[0.0, 0.0]] * 2, [0.0, 1.0, 2.0]),
-        lambda r: mf.inverse_dynamics_trajectory(r, [[0.0, 0.0]] * 3, [0.0, 1.0, 2.0], qd=[[0.0, 0.0]] * 2),
+        lambda r: mf.simulation.Sampled([1.0, 2.0], 0.1),
+        lambda r: mf.simulation.Sampled([[1.0]], -1.0),
+        lambda r: mf.simulation.inverse_dynamics_trajectory(r, [[0.0, 0.0]] * 3, [0.0, 0.0, 1.0]),
+        lambda r: mf.simulation.inverse_dynamics_trajectory(r, [[0.0, 0.0]] * 2, [0.0, 1.0]),
+        lambda r: mf.simulation.inverse_dynamics_trajectory(r, [[0.0, 0.0]] * 2, [0.0, 1.0, 2.0]),
+        lambda r: mf.simulation.inverse_dynamics_trajectory(r, [[0.0, 0.0]] * 3, [0.0, 1.0, 2.0], qd=[[0.0, 0.0]] * 2),
     ],
 )
 def test_wrong_samples_are_named(planar, make):
@@ -310,7 +314,10 @@ def test_wrong_samples_are_named(planar, make):
 
 
 def test_samples_are_held_or_joined():
-    held, joined = mf.Sampled([[0.0], [2.0], [4.0]], 0.5), mf.Sampled([[0.0], [2.0], [4.0]], 0.5, joined=True)
+    held, joined = (
+        mf.simulation.Sampled([[0.0], [2.0], [4.0]], 0.5),
+        mf.simulation.Sampled([[0.0], [2.0], [4.0]], 0.5, joined=True),
+    )
     assert [held.at(t)[0] for t in (-1, 0, 0.49, 0.5, 0.99, 1.0, 9.0)] == [0, 0, 0, 2, 2, 4, 4]
     assert [joined.at(t)[0] for t in (-1, 0.25, 0.5, 0.75, 9.0)] == [0, 1, 2, 3, 4]
     np.testing.assert_allclose(held.breaks, [0.5, 1.0])

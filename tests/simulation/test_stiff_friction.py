@@ -22,11 +22,16 @@ LIGHT = ("xarm_description/urdf/xarm7.urdf", "z1_description/urdf/z1.urdf")
 
 def light_pendulum(coulomb=1.0, viscous=0.0):
     """A bob of 10 g m^2 with friction: 1e5 times its inertia over a millisecond."""
-    link = mf.Link("bob", mf.Inertial(0.1, np.array([0.3, 0.0, 0.0]), 1e-3 * np.eye(3)))
-    joint = mf.Joint(
-        "pivot", mf.JointKind.REVOLUTE, "ground", "bob", axis=(0, 1, 0), friction=mf.Friction(viscous, coulomb)
+    link = mf.model.Link("bob", mf.model.Inertial(0.1, np.array([0.3, 0.0, 0.0]), 1e-3 * np.eye(3)))
+    joint = mf.model.Joint(
+        "pivot",
+        mf.model.JointKind.REVOLUTE,
+        "ground",
+        "bob",
+        axis=(0, 1, 0),
+        friction=mf.model.Friction(viscous, coulomb),
     )
-    return mf.Robot(mf.Mechanism.assemble("pendulum", [mf.Link("ground"), link], [joint], tip="bob"))
+    return mf.Robot(mf.Mechanism.assemble("pendulum", [mf.model.Link("ground"), link], [joint], tip="bob"))
 
 
 class Held:

@@ -235,7 +235,7 @@ def coupled_hand() -> Robot:
 
 def test_followers_take_part_in_friction() -> None:
     """Two fingers of 0.3 N s/m each are 0.6 N s/m at the leader, by virtual work."""
-    robot = Robot(mf.urdf.read(FINGERS))
+    robot = Robot(mf.model.urdf.read(FINGERS))
     assert robot.n == 1
     assert robot.friction_torque([1.0])[0] == pytest.approx(0.7)
     report = verify(robot)

@@ -1,3 +1,4 @@
+from mafsil.geometry.frames import FrameGraph as FrameGraph
 from mafsil.geometry.values import Point as Point
 from mafsil.geometry.values import Pose as Pose
 from mafsil.geometry.values import Rotation as Rotation

@@ -1,4 +1,6 @@
 from mafsil.kernels.batch import Evaluator as Evaluator
+from mafsil.kernels.device import DeviceArray as DeviceArray
+from mafsil.kernels.device import device_array as device_array
 from mafsil.kernels.identity import fingerprint as fingerprint
 from mafsil.kernels.kernel import Kernel as Kernel
 from mafsil.kernels.kernel import compile as compile

@@ -1,3 +1,5 @@
+from mafsil.model import library as library
+from mafsil.model import urdf as urdf
 from mafsil.model.actuator import Actuator as Actuator
 from mafsil.model.actuator import Friction as Friction
 from mafsil.model.denavit_hartenberg import Convention as Convention

@@ -1,3 +1,4 @@
+from mafsil.mechanics.rigid_body import RigidBody as RigidBody
 from mafsil.simulation.clock import Deadlines as Deadlines
 from mafsil.simulation.clock import DeadlineStatus as DeadlineStatus
 from mafsil.simulation.closed_plant import ClosedPlant as ClosedPlant
@@ -39,3 +40,4 @@ from mafsil.simulation.variation import Normal as Normal
 from mafsil.simulation.variation import Uniform as Uniform
 from mafsil.simulation.variation import Variants as Variants
 from mafsil.simulation.variation import Variation as Variation
+from mafsil.solvers import Event as Event

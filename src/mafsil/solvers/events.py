@@ -78,7 +78,7 @@ def require_events(events: object) -> None:
     if not isinstance(events, Sequence) or not all(
         isinstance(event, Event) for event in cast("Sequence[object]", events)
     ):
-        raise InputError("input.kind", name="events", expected="list of mafsil.Event", got=kind)
+        raise InputError("input.kind", name="events", expected="list of mafsil.simulation.Event", got=kind)
 
 
 @dataclass(frozen=True, slots=True)
