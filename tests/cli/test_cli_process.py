@@ -116,8 +116,9 @@ def test_ctrl_c_is_one_line(tmp_path: Path) -> None:
         assert child.stderr.readline().strip()  # the first stage
         child.send_signal(signal.SIGINT)
         rest = child.stderr.read()
-        if child.wait(20) != 0:
+        if child.wait(20) not in (0, -signal.SIGINT):
             break
+        # Python hands interrupts back to the system at the very end of its exit.
         assert (out / "results.json").exists(), "a run that ends well leaves its results"
     assert child.returncode == 130
     assert rest.splitlines()[-1] == "mafsil: stopped by the user"

@@ -163,7 +163,7 @@ def test_poses_that_are_none_are_refused_in_batches_too():
     """A matrix that stretches gave a distance of stretched bodies."""
     T = random_poses(3, 1.0, 0)
     T[1, :3, :3] *= 2.0
-    with pytest.raises(mf.MafsilError, match=r"T_sa\[1\] is no pose"):
+    with pytest.raises(mf.MafsilError, match=r"T_sa\[1\]: the axes of its rotation have the length 2"):
         collision.distance(Sphere(0.1), Sphere(0.1), T)
 
 

@@ -9,6 +9,8 @@ import sys
 import warnings
 from contextlib import AbstractContextManager, nullcontext
 from math import isfinite
+from shutil import get_terminal_size
+from textwrap import wrap
 from typing import Any, cast
 
 from mafsil import __version__
@@ -125,7 +127,7 @@ def _choose_language(words: list[str]) -> None:
 
 
 def _print(answer: Answer, *, as_json: bool) -> None:
-    lines = [line if isinstance(line, Laid) else in_line(visible(line)) for line in answer.lines]
+    lines = [piece for line in answer.lines for piece in ([line] if isinstance(line, Laid) else _fitted(visible(line)))]
     if as_json:
         lines = [json.dumps(_plain(answer.data), ensure_ascii=False, indent=2, allow_nan=False)]
     if lines:
@@ -134,6 +136,17 @@ def _print(answer: Answer, *, as_json: bool) -> None:
     said = not as_json and answer.refusal in answer.lines and sys.stdout.isatty() and sys.stderr.isatty()
     if answer.refusal is not None and not said:
         _complain(answer.refusal)
+
+
+def _fitted(line: str) -> list[str]:
+    """A line as it is printed: wrapped between words where somebody watches a terminal that is narrower."""
+    columns = get_terminal_size().columns
+    if not sys.stdout.isatty() or len(line) <= columns:
+        return [in_line(line)]
+    indent = " " * (len(line) - len(line.lstrip()))
+    width = max(columns - len(indent) - 2, 20)
+    pieces = wrap(line.strip(), width, break_long_words=False, break_on_hyphens=False)
+    return [in_line(indent + ("  " if k else "") + piece) for k, piece in enumerate(pieces)]
 
 
 def _print_error(error: MafsilError) -> None:

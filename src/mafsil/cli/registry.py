@@ -407,6 +407,11 @@ OPERATIONS: tuple[Operation, ...] = (
             Parameter("failed", "flag"),
         ),
     ),
+    Operation(
+        "completion",
+        "mafsil.cli.completion:completion",
+        (Parameter("shell", "text", positional=True, required=True, choices=("bash", "zsh", "fish")),),
+    ),
     Operation("doctor", "mafsil.cli.doctor:doctor", (Parameter("export_check", "flag"), Parameter("build", "flag"))),
 )
 

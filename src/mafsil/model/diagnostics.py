@@ -248,6 +248,7 @@ def require_mechanism(report: Report) -> Mechanism:
 
 
 def shown(text: str) -> str:
-    """Foreign text made safe for a sentence: control and direction characters escaped, length limited."""
-    cut = text if len(text) <= SHOWN_LENGTH else text[: SHOWN_LENGTH - 1] + "…"
+    """Foreign text made safe for a sentence: control characters escaped, the middle cut out if it is long."""
+    head, tail = SHOWN_LENGTH // 3, SHOWN_LENGTH - SHOWN_LENGTH // 3 - 1
+    cut = text if len(text) <= SHOWN_LENGTH else f"{text[:head]}…{text[-tail:]}"
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in cut)

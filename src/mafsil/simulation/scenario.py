@@ -204,7 +204,9 @@ class Scenario:
         return q.copy(), qd.copy()
 
     def _require_own_law(self) -> None:
-        """Refuse a law of a robot, or of gains, with another number of joints."""
+        """Refuse a law of a robot, or of gains, with another number of joints; laws of closed chains have motors."""
+        if self.robot.mechanism.loops:
+            return
         law: Any = self.law
         gains = np.shape(law.gains.kp) if hasattr(law, "gains") else ()
         n = law.robot.n if hasattr(law, "robot") else gains[-1] if gains else self.robot.n
