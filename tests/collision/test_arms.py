@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mafsil.collision import ArmMount, Box, Checker, MultiArmCell, Obstacle, PathStatus, Scene, Sphere
-from mafsil.errors import InputError
+from mafsil.errors import InputError, ModelError
 from mafsil.model.placement import rotation_z
 from tests.collision.arms import arm, scene
 from tests.collision.peer import CoalChecker
@@ -193,7 +193,7 @@ def test_what_is_refused(pair, robot):
         pair.alone("middle")
     with pytest.raises(InputError, match="right"):
         pair.joined({"left": np.zeros(6), "right": [np.nan] * 6})
-    with pytest.raises(InputError, match="T_sb: not a pose"):
+    with pytest.raises(ModelError, match="T_sb: not a pose"):
         MultiArmCell([ArmMount("a", robot, np.ones((4, 4)))])
 
 
