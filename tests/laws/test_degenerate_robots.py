@@ -54,6 +54,33 @@ def test_joints_that_move_no_inertia_are_named(robot: Robot, named: list[str]) -
     assert np.isfinite(robot.inverse_dynamics(zero, zero, zero)).all()
 
 
+def fingers(leader: Inertial | None, follower: Inertial | None) -> Robot:
+    """Two fingers on a palm, the second one driven by the first."""
+    x = np.array([1.0, 0.0, 0.0])
+    links = [Link("palm"), Link("left", leader), Link("right", follower)]
+    joints = [
+        Joint("right", SLIDE, "palm", "right", axis=-x, mimic=Mimic("left")),
+        Joint("left", SLIDE, "palm", "left", axis=x),
+    ]
+    return Robot(Mechanism.assemble("gripper", links, joints))
+
+
+@pytest.mark.parametrize("masses", [(POINT, None), (None, POINT), (POINT, BRICK)])
+def test_one_finger_with_mass_determines_the_acceleration_of_both(masses: tuple[Inertial | None, Inertial | None]):
+    mass = sum(body.mass for body in masses if body is not None)
+    found = fingers(*masses).forward_dynamics([0.0], [0.0], [3.0])
+    np.testing.assert_allclose(found, [3.0 / mass])
+
+
+def test_the_coordinate_of_fingers_without_mass_is_named() -> None:
+    hand = fingers(None, None).mechanism
+    turning = Joint("turning", TURN, "base", "palm")
+    links = [Link("base"), Link("palm", BRICK), *hand.links[1:]]
+    robot = Robot(Mechanism.assemble("hand", links, [turning, *hand.joints]))
+    with pytest.raises(ModelError, match="joint 'left'"):
+        robot.forward_dynamics([0.0, 0.0], [0.0, 0.0], [0.0, 1.0])
+
+
 def elbow_without_mass() -> Robot:
     """The planar arm with a point mass at its end only: stretched out or folded, one motion moves nothing."""
     arm = library.load("planar2r_point_masses")
