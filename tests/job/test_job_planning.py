@@ -78,7 +78,7 @@ def complaint(text: str) -> JobError:
         (
             'pause = 1\n[controller]\nkind = "pd_gravity"\nkp = [1, 2]',
             "job.list_count",
-            ["x.toml:8", "controller.stiffness"],
+            ["x.toml:8", "controller.kp"],
         ),
     ],
 )

@@ -120,6 +120,7 @@ class BodyTree:
         gravity: (3,) in {0}.
         links: every link apart, in the order of `frames`: what lumping made one can be told apart again.
         tip_link: name of the link that the tip frame is on.
+        coordinates: (n) names of the joints that own a coordinate; others follow them.
     """
 
     n: int
@@ -131,6 +132,7 @@ class BodyTree:
     gravity: Floats
     links: tuple[LinkBody, ...] = ()
     tip_link: str = ""
+    coordinates: tuple[str, ...] = ()
 
     @property
     def moving(self) -> tuple[tuple[int, Body], ...]:
@@ -183,6 +185,7 @@ def lumped(mechanism: Mechanism) -> BodyTree:
         gravity=R_s0.T @ mechanism.gravity,
         links=_link_bodies(mechanism),
         tip_link=mechanism.tip,
+        coordinates=tuple(index),
     )
 
 

@@ -66,18 +66,9 @@ def _require_inertia(tree: BodyTree) -> None:
         if i in loaded or body.armature or body.inertia.mass or body.inertia.h.any() or body.inertia.I.any():
             loaded.update((i, body.parent))
     moved = {body.coordinate for i, body in tree.moving if i in loaded}
-    for coordinate, joint in _leaders(tree).items():
+    for coordinate, joint in enumerate(tree.coordinates):
         if coordinate not in moved:
             raise ModelError("mechanics.no_inertia", joint=joint)
-
-
-def _leaders(tree: BodyTree) -> dict[int, str]:
-    """The joint of each coordinate; what follows it is not meant."""
-    joints: dict[int, str] = {}
-    for _, body in tree.moving:
-        if body.multiplier == 1.0 and body.offset == 0.0:
-            joints.setdefault(body.coordinate, body.joint)
-    return joints
 
 
 def _require_definite(tree: BodyTree, M: Expression) -> None:
@@ -86,7 +77,7 @@ def _require_definite(tree: BodyTree, M: Expression) -> None:
     anywhere = 0.3 + 0.7 * np.arange(coordinates.shape[0])
     values = ex.Function("M", [coordinates], [M])(anywhere).full()
     size = np.sqrt(np.maximum(np.diag(values), 0.0))
-    joints = _leaders(tree)
+    joints = tree.coordinates
     if not size.all():
         raise ModelError("mechanics.no_inertia", joint=joints[int(np.argmin(size))])
     scaled = values / np.outer(size, size)
