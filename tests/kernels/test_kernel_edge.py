@@ -136,7 +136,7 @@ WRONG = {
     "text": (lambda q, s: (("abc", s), {}), "q: expected real numbers, got str"),
     "complex": (lambda q, s: ((q + 0j, s), {}), "q: expected real numbers"),
     "object": (lambda q, s: (([None] * 3, s), {}), "q: expected real numbers"),
-    "ragged": (lambda q, s: (([[1, 2], [3]], s), {}), "q: expected real numbers"),
+    "ragged": (lambda q, s: (([[1, 2], [3]], s), {}), "q: its rows have different lengths"),
     "masked": (lambda q, s: ((np.ma.array(q), s), {}), "q: expected real numbers, got masked"),
     "boolean": (lambda q, s: ((np.ones(3, bool), s), {}), "q: expected real numbers"),
     "none": (lambda q, s: ((None, s), {}), "q: expected real numbers"),
