@@ -159,7 +159,7 @@ def test_what_is_refused(ur5):
     ):
         with pytest.raises(InputError, match=words):
             mf.optimal_base_placement(ur5, **{"targets": TARGETS, "scene": TABLE, **wrong})
-    with pytest.raises(MafsilError, match=r"targets\[0\] is no pose"):
+    with pytest.raises(MafsilError, match=r"targets\[0\]: not a pose"):
         mf.optimal_base_placement(ur5, 2.0 * np.asarray(TARGETS), scene=TABLE)
 
 

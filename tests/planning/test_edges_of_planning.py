@@ -100,7 +100,7 @@ def test_numbers_that_are_none_and_ends_that_cannot_be_are_named(arm):
     assert far.explain("ar") != far.explain("en")
     for wrong, words in (
         ({"goal": "home"}, "goal: expected real numbers"),
-        ({"goal": 2.0 * np.eye(4)}, "goal is no pose"),
+        ({"goal": 2.0 * np.eye(4)}, "goal: not a pose"),
         ({"planner": ["prm"]}, "rrt_connect"),
         ({"radius": 0.1}, "a Checker has its capsules already"),
         ({"clearance": -1.0}, "clearance"),
