@@ -6,7 +6,7 @@ s_i'' = |(1 - u u') (w x r + v)|^2 / s_i + u . (w x (w x r)) along a screw motio
 
 1. Steps along the eigenvectors of the Hessian, against the slope over the size of the eigenvalue.
 2. A step that does not lead down is taken back, and the next ones are shorter.
-3. Of all starts the least. That there is nothing nearer is not proven.
+3. Of all starts the least, and two steps more that make its slope smaller. That there is nothing nearer is not proven.
 
 Reference: Nocedal and Wright, Numerical Optimization, 2006, sec. 3.4 and 4.1.
 """
@@ -29,6 +29,8 @@ SETTLED = 1e-14
 """Steps [rad, sizes] after which nothing changes any more."""
 FLAT = 1e-9
 """Eigenvalues below this share of the largest count as this much: directions in which nothing changes."""
+POLISHING = 2
+"""Newton steps on the slope at the end."""
 SHORTEST = 1e-9
 """Of a leg whose direction turns, over the size."""
 BLOCK = 64
@@ -140,26 +142,23 @@ def _nearest(
     R, p = _descended(near, ends, wanted, R, p, planar)
     missed = _lengths(near, ends, R, p)[0] - wanted
     best = (missed**2).sum(axis=1).reshape(-1, starts).argmin(axis=1) + starts * np.arange(len(s))
-    R, place = rotation.project(R[best]), p[best] * size[:, None] + middle[:, 0]
+    near, ends, wanted = near[best], ends[best], wanted[best]
+    R, p = _polished(near, ends, wanted, R[best], p[best], planar)
+    missed = _lengths(near, ends, R, p)[0] - wanted
+    R, place = rotation.project(R), p * size[:, None] + middle[:, 0]
     place -= np.einsum("kij,kj->ki", R, centre[:, 0])
-    return pose.from_rotation_translation(R, place), missed[best] * size[:, None]
+    return pose.from_rotation_translation(R, place), missed * size[:, None]
 
 
 def _descended(a: Floats, b: Floats, s: Floats, R: Floats, p: Floats, planar: bool) -> tuple[Floats, Floats]:
     """Rotations and places (k, 3, 3), (k, 3) at minima of f, all rows together."""
-    columns = [2, 3, 4] if planar else [0, 1, 2, 3, 4, 5]
     R, p = R.copy(), p.copy()
     live, bound = np.arange(len(s)), np.full(len(s), LONGEST)
     for _ in range(STEPS):
         here = (a[live], b[live], s[live], R[live], p[live])
         value, g, H = _slopes(*here)
-        g, H = g[:, columns], H[:, columns][:, :, columns]
         # 1.
-        eigenvalues, U = np.linalg.eigh(H)
-        stiff = np.abs(eigenvalues)
-        stiff = np.maximum(stiff, FLAT * np.maximum(stiff.max(axis=1, keepdims=True), FLAT))
-        step = np.zeros((len(live), 6))
-        step[:, columns] = -np.einsum("kij,kj->ki", U, np.einsum("kji,kj->ki", U, g) / stiff)
+        step = _step(g, H, planar)
         length = np.linalg.norm(step, axis=1)
         step *= np.minimum(1.0, bound[live] / np.maximum(length, SETTLED))[:, None]
         # 2.
@@ -172,6 +171,29 @@ def _descended(a: Floats, b: Floats, s: Floats, R: Floats, p: Floats, planar: bo
         live = live[taken > SETTLED]
         if not len(live):
             break
+    return R, p
+
+
+def _step(g: Floats, H: Floats, planar: bool) -> Floats:
+    """(k, 6) along the eigenvectors of the Hessian, against the slope over the size of the eigenvalue."""
+    columns = [2, 3, 4] if planar else [0, 1, 2, 3, 4, 5]
+    eigenvalues, U = np.linalg.eigh(H[:, columns][:, :, columns])
+    stiff = np.abs(eigenvalues)
+    stiff = np.maximum(stiff, FLAT * np.maximum(stiff.max(axis=1, keepdims=True), FLAT))
+    step = np.zeros((len(g), 6))
+    step[:, columns] = -np.einsum("kij,kj->ki", U, np.einsum("kji,kj->ki", U, g[:, columns]) / stiff)
+    return step
+
+
+def _polished(a: Floats, b: Floats, s: Floats, R: Floats, p: Floats, planar: bool) -> tuple[Floats, Floats]:
+    """Minima with a smaller slope: f itself is flat within the root of the rounding, its slope is not."""
+    for _ in range(POLISHING):
+        _, g, H = _slopes(a, b, s, R, p)
+        step = _step(g, H, planar)
+        after_R, after_p = rotation.exp(step[:, :3]) @ R, p + step[:, 3:]
+        after = _slopes(a, b, s, after_R, after_p)[1]
+        less = np.linalg.norm(after, axis=1) < np.linalg.norm(g, axis=1)
+        R, p = np.where(less[:, None, None], after_R, R), np.where(less[:, None], after_p, p)
     return R, p
 
 
