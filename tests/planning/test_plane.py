@@ -361,7 +361,7 @@ def test_searches_in_any_dimension(n, planner):
     problem = Problem(-np.ones(n), np.ones(n), wall_with_gap, resolution=0.02)
     start, goal = np.full(n, -0.5), np.full(n, 0.5)
     start[1:] = goal[1:] = -0.5
-    budget = {"seed": 2, "seconds": 60.0, "nodes": 800 if planner == "rrt_star" else 50_000}
+    budget = {"seed": 2, "seconds": 60.0, "max_nodes": 800 if planner == "rrt_star" else 50_000}
     found = find_path(problem, start, goal, planner=planner, **budget)
     assert found, found.explain("en")
     np.testing.assert_array_equal(found.path[[0, -1]], [start, goal])

@@ -33,6 +33,7 @@ WRITTEN = (
     "mf.model.Joint(name='j', kind=mf.model.JointKind.HELICAL, parent='a', child='b', T_pj=np.eye(4), axis=[0, 0, 1], "
     "pitch=0.1)",
     "mf.model.Limits(lower=-1.0, upper=1.0, velocity=1.0, acceleration=1.0, jerk=1.0, effort=1.0)",
+    "mf.model.Mimic(leader='a', multiplier=2.0, offset=0.1)",
     "mf.identification.MotionLog(t=LOG.t, q=LOG.q, tau=LOG.tau, qd=LOG.q, qdd=LOG.q)",
     "mf.Pose(array=NEAR)",
     "mf.Rotation(array=np.eye(3))",
@@ -151,6 +152,8 @@ MADE = {
         "TipMotionEstimate PoseErrorResponse"
     ),
     "mafsil.grasp": "Body FreeMotions GraspFile PlannedGrasp",
+    "mafsil.identification": "ExcitationTrajectory",
+    "mafsil.model": "JointLimits Mesh Shape",
     "mafsil.ik": (
         "Branches Condition GeneralSolutions LimitExcess NearSingularity PumaShape SelfMotionFamily "
         "SolutionFamily Switch"

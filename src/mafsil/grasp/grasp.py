@@ -11,7 +11,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, as_batch
+from mafsil.arrays import Floats, as_batch, positive
 from mafsil.errors import InputError, MafsilError
 from mafsil.grasp import loops
 from mafsil.grasp.clearance import ClearanceMotion, RestPosition, motion_within_clearance, rest_position
@@ -276,11 +276,9 @@ class Grasp:
             length: [m].
             about: (d,) point [m]; the origin if None.
         """
-        if not (np.isfinite(length) and length > 0):
-            raise InputError("grasp.length", value=length)
         origin = np.zeros(self.dimension) if about is None else as_batch("about", about, (self.dimension,), finite=True)
         M = np.empty((self.rows, self.rows))
-        loops.contact_loops.about(origin, float(length), M)
+        loops.contact_loops.about(origin, positive("length", length), M)
         return M
 
     def _exact_columns(self) -> list[list[Any]] | None:
