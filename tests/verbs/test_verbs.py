@@ -86,6 +86,16 @@ def test_redundant_arms_stay_near_the_start():
     assert panda.ik(panda.fk(q[0]))
 
 
+def test_joints_that_a_pose_leaves_free_stay_at_the_start():
+    """The position of the tip of this arm does not depend on its last joint, which ends on the axis."""
+    arm = mf.load("spatial3r")
+    q = np.random.default_rng(3).uniform(-2.0, 2.0, (5, 3))
+    T, q0 = arm.fk(q), q + np.array([0.02, -0.03, 0.04])
+    alone = [arm.ik(pose, start, task="position").q for pose, start in zip(T, q0, strict=True)]
+    for found in (np.array(alone), arm.ik(T, q0, task="position").q):
+        assert (np.linalg.norm(found - q0, axis=1) <= np.linalg.norm(q - q0, axis=1) + 1e-9).all()
+
+
 def test_ik_says_why_not_and_takes_tasks_and_frames(six):
     q = inside(six, np.random.default_rng(9), 1)[0]
     T = six.fk(q)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -53,9 +55,15 @@ def nearest_solution(
 
 
 def _nearest_of_all(arm: Robot, T_sd: ArrayLike, q0: JointVector, frame: str | None, task: Task) -> JointVector:
-    """(*batch, n) the nearest of all solutions, `q0` where there is none."""
+    """(*batch, n) the nearest of all solutions, with joints that a pose leaves free at `q0`; `q0` where there is none."""
     answer = inverse_kinematics(arm, T_sd, frame=frame, task=task)
     if isinstance(answer, SolutionSet):
+        if answer.free.any():
+            answer = cast("SolutionSet", inverse_kinematics(arm, T_sd, frame=frame, task=task, q0=q0))
         return answer.nearest(q0) if len(answer) else q0
     nearest = answer.nearest(q0)
-    return np.where(np.isnan(nearest), q0, nearest)
+    nearest = np.where(np.isnan(nearest), q0, nearest)
+    poses, starts = np.asarray(T_sd, dtype=np.float64), np.broadcast_to(q0, nearest.shape)
+    for row in map(tuple, np.argwhere((answer.free != 0).any(axis=-1)).tolist()):
+        nearest[row] = _nearest_of_all(arm, poses[row], starts[row], frame, task)
+    return nearest
