@@ -53,7 +53,6 @@ def test_degrees_are_of_angles_alone():
         scara.radians([1.0, 2.0])
 
 
-@pytest.mark.capability("06-01")
 def test_ik_is_the_nearest_of_all_solutions_and_windings(six):
     rng = np.random.default_rng(5)
     for q, q0 in zip(inside(six, rng, 12), inside(six, rng, 12), strict=True):

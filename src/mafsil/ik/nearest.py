@@ -55,7 +55,7 @@ def nearest_solution(
 
 
 def _nearest_of_all(arm: Robot, T_sd: ArrayLike, q0: JointVector, frame: str | None, task: Task) -> JointVector:
-    """(*batch, n) the nearest of all solutions, with joints that a pose leaves free at `q0`; `q0` where there is none."""
+    """(*batch, n) the nearest of all solutions, free joints at `q0`; `q0` itself where there is none."""
     answer = inverse_kinematics(arm, T_sd, frame=frame, task=task)
     if isinstance(answer, SolutionSet):
         if answer.free.any():
