@@ -44,6 +44,19 @@ ATTRIBUTES: dict[str, str] = {
     "place": "mf.optimal_base_placement(robot, targets)",
     "mend": "mf.repair(path)",
     "doctor": "mf.trajectory.suggest_fixes(points, durations, robot)",
+    "mend_path": "mf.trajectory.suggest_path_fixes",
+    "degeneracy": "robot.mass_matrix_singularity(q)",
+    "gain_card": "mf.control.tune_gains",
+    "tip_ways": "mf.control.compare_pose_errors",
+    "felt_constraint": "mf.control.estimate_contact_constraint",
+    "suitable_family": "mf.control.recommend_controller",
+    "fast_damping": "mf.control.singular_perturbation_control",
+    "plan_in_turn": "mf.planning.plan_prioritized",
+    "plan_past": "mf.planning.plan_around_moving",
+    "plan_together": "mf.planning.plan_coupled",
+    "meet_wall": "mf.one_joint.simulate_wall_contact",
+    "rest_under_gravity": "mf.one_joint.steady_state_error",
+    "locked_subsets": "mf.mobility.mobility_with_locked_joints",
 }
 """By the name in small letters."""
 
@@ -89,3 +102,18 @@ NAMES: dict[str, str] = {
     "crank_slider": "slider_crank",
 }
 """Of robots and mechanisms in the libraries."""
+
+JOB_KEYS: dict[str, str] = {
+    "stiffness": "kp",
+    "rate_gain": "kd",
+    "keep": "constraints",
+    "own_clearance": "self_clearance",
+    "rest": "known_free",
+    "speed_share": "speed_scale",
+    "acceleration_share": "acceleration_scale",
+    "mass_share": "mass_uncertainty",
+    "turn_stiffness": "rotational_stiffness",
+    "turn_damping": "rotational_damping",
+    "tip_turn_rate": "tip_angular_speed",
+}
+"""Of job files, where the one is not known and the other is."""

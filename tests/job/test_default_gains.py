@@ -98,3 +98,9 @@ def test_gains_of_another_law_are_refused(old: str, name: str) -> None:
     assert caught.value.key == "job.no_gain"
     assert name in caught.value.message("en")
     assert caught.value.details["line"]
+
+
+@pytest.mark.parametrize(("former", "name"), [("stiffness = 10", "kp"), ("rate_gain = 10", "kd")])
+def test_former_names_of_gains_lead_to_the_present_ones(former: str, name: str) -> None:
+    with pytest.raises(JobError, match=f"did you mean: {name}"):
+        parse(job("planar2r", former), "x.toml")

@@ -20,6 +20,7 @@ from mafsil.job.lines import Path
 from mafsil.job.part import keys_of
 from mafsil.messages import say
 from mafsil.messages.visible import visible
+from mafsil.other_words import JOB_KEYS
 
 LARGEST_NUMBER = 1e9
 """Of any quantity of a job: larger than that is a slip of the unit or the exponent."""
@@ -54,7 +55,8 @@ def refuse_unknown(data: Any, kind: type[Part], path: Path, error: Complaint) ->
     for name, value in data.items():
         here = (*path, name)
         if name not in known:
-            close = get_close_matches(str(name), known, n=_MOST_CLOSE, cutoff=0.55)
+            former = JOB_KEYS.get(str(name))
+            close = [former] if former in known else get_close_matches(str(name), known, n=_MOST_CLOSE, cutoff=0.55)
             key = "job.unknown_key_close" if close else "job.unknown_key"
             raise error(key, here, close=", ".join(close), known=", ".join(known))
         for inner, place, part in tables_in(value, field_type(kind, known[name]), here):
