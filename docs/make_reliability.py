@@ -50,7 +50,7 @@ ROWS = (
     ),
     Row(
         "V1",
-        "Slips of the pen: every sum, product, sine and cosine of every routine exchanged in turn; `mafsil.verify` "
+        "Mutation testing: every sum, product, sine and cosine of every routine exchanged in turn; `mafsil.verify` "
         "finds each that changes a number.",
         "mutants",
         100_000,
