@@ -163,7 +163,7 @@ def test_wrong_constraints_are_named(panda):
         (planning.Upright(4.0), "angle"), (planning.Upright(0.1, axis=[0, 0, 0]), "axis"),
         (planning.OnLine([0, 0, 0]), "direction"),
         (planning.FixedOrientation(np.ones((3, 3))), "rotation"),
-        ("upright", "keep"),
+        ("upright", "constraints"),
     ):  # fmt: skip
         with pytest.raises(InputError, match=match):
             mf.plan(panda, None, START, GOAL, constraints=keep)
