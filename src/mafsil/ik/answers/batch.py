@@ -25,9 +25,9 @@ from mafsil.messages import say
 from mafsil.messages.tables import in_notebook, on_screen
 
 if TYPE_CHECKING:
-    import mafsil.ik.nearest_loops as nearest_loops
+    import mafsil.ik.winding_loops as winding_loops
 else:
-    nearest_loops = lazily("mafsil.ik.nearest_loops")
+    winding_loops = lazily("mafsil.ik.winding_loops")
 
 _MEMBERS = np.array(STATUSES, dtype=np.object_)
 
@@ -243,7 +243,7 @@ class SolutionBatch(Answer):
         given = as_batch("q", q, self.q.shape[-1:], finite=True)
         own = part.own(self.q)
         start = np.broadcast_to(part.own(given), (*own.shape[:-2], own.shape[-1]))
-        nearest = nearest_loops.nearest_rows(
+        nearest = winding_loops.nearest_rows(
             own.reshape(-1, rows, own.shape[-1]),
             self.valid.reshape(-1, rows),
             np.ascontiguousarray(start).reshape(-1, own.shape[-1]),

@@ -29,9 +29,9 @@ from mafsil.messages import say
 from mafsil.messages.tables import in_notebook, on_screen
 
 if TYPE_CHECKING:
-    import mafsil.ik.nearest_loops as nearest_loops
+    import mafsil.ik.winding_loops as winding_loops
 else:
-    nearest_loops = lazily("mafsil.ik.nearest_loops")
+    winding_loops = lazily("mafsil.ik.winding_loops")
 
 ROUNDED_LIMIT = 1e-12
 """By how much a joint may seem beyond its limit by rounding, which is not said [rad | m]."""
@@ -364,7 +364,7 @@ class SolutionSet(Answer):
         if not len(self.own):
             raise IndexError
         start, valid = setting.part.own(given)[None], np.ones((1, len(self.own)), dtype=np.bool_)
-        nearest = nearest_loops.nearest_rows(
+        nearest = winding_loops.nearest_rows(
             self.own[None], valid, start, setting.lower, setting.upper, setting.revolute
         )
         return setting.part.lifted(nearest[0], given)

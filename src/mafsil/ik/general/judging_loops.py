@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from math import asin, ceil, pi, sqrt
+from math import asin, pi, sqrt
 
 from mafsil.arrays import Booleans, Floats, Integers
-from mafsil.ik.tolerances import ON_LIMIT, WHOLE_TURN
+from mafsil.ik.tolerances import ON_LIMIT
+from mafsil.ik.winding_loops import wound_angle
 from mafsil.kernels.loops.loop import compiled
-
-TURN = 2 * pi
 
 
 @compiled
@@ -62,14 +61,7 @@ def judged(
         for k in range(q.shape[1]):
             x, low, high = q[i, k], lower[k], upper[k]
             if revolute[k]:
-                x -= TURN * round((x - q0[k]) / TURN)
-                turns = 0.0
-                if x < low:
-                    turns = ceil((low - x) / TURN - WHOLE_TURN)
-                elif x > high:
-                    turns = -ceil((x - high) / TURN - WHOLE_TURN)
-                if low - ON_LIMIT <= x + TURN * turns <= high + ON_LIMIT:
-                    x += TURN * turns
+                x = wound_angle(x, q0[k], low, high)
                 q[i, k] = x
             inside = inside and low - ON_LIMIT <= x <= high + ON_LIMIT
         within[i] = inside

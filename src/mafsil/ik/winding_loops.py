@@ -1,4 +1,4 @@
-"""The nearest of several solutions, compiled: whole turns and limits included."""
+"""Whole turns of revolute joints, compiled: angles near a value and within limits, the nearest of several solutions."""
 
 from __future__ import annotations
 
@@ -8,25 +8,43 @@ import numpy as np
 
 from mafsil.arrays import Booleans, Floats
 from mafsil.ik.tolerances import ON_LIMIT, WHOLE_TURN
-from mafsil.kernels.loops.loop import compiled
+from mafsil.kernels.loops.loop import compiled, inlined
 
 TURN = 2 * pi
 BEYOND = 1e6
 """What a solution beyond the limits costs more than one within [rad | m]."""
 
 
+@inlined
+def wound_angle(x: float, near: float, low: float, high: float) -> float:
+    """The angle by whole turns as near as possible, then by the fewest turns into its limits; else the nearest.
+
+    Args:
+        x: the angle [rad].
+        near: what it is brought near to [rad].
+        low, high: limits [rad].
+    """
+    x -= TURN * round((x - near) / TURN)
+    turns = 0.0
+    if x < low:
+        turns = ceil((low - x) / TURN - WHOLE_TURN)
+    elif x > high:
+        turns = -ceil((x - high) / TURN - WHOLE_TURN)
+    shifted = x + TURN * turns
+    return shifted if low - ON_LIMIT <= shifted <= high + ON_LIMIT else x
+
+
 @compiled
 def nearest_rows(q: Floats, valid: Booleans, start: Floats, lower: Floats, upper: Floats, revolute: Booleans) -> Floats:
     """(m, n) for each pose the solution with the least distance to a start, within the limits if any is; NaN if none.
 
-    1. Each angle moves by whole turns as near to the start as possible, then by the fewest turns into its limits;
-       where none leads into them, it stays.
+    1. Each angle is wound near the start and into its limits.
     2. The nearest row is kept; rows beyond a limit come after all others.
 
     Args:
         q: (m, k, n) solutions.
         valid: (m, k) which rows are solutions.
-        start: (m, n) configurations, or (1, n) one for all.
+        start: (m, n) configurations.
         lower, upper: (n,) limits.
         revolute: (n,) which coordinates are angles.
     """
@@ -34,7 +52,6 @@ def nearest_rows(q: Floats, valid: Booleans, start: Floats, lower: Floats, upper
     nearest = np.full((poses, n), nan)
     wound = np.empty(n)
     for i in range(poses):
-        near = start[i if len(start) > 1 else 0]
         least = inf
         for k in range(rows):
             if not valid[i, k]:
@@ -44,17 +61,10 @@ def nearest_rows(q: Floats, valid: Booleans, start: Floats, lower: Floats, upper
             for j in range(n):
                 x = q[i, k, j]
                 if revolute[j]:
-                    x -= TURN * round((x - near[j]) / TURN)
-                    shifted = x
-                    if x < lower[j]:
-                        shifted = x + TURN * ceil((lower[j] - x) / TURN - WHOLE_TURN)
-                    elif x > upper[j]:
-                        shifted = x - TURN * ceil((x - upper[j]) / TURN - WHOLE_TURN)
-                    if lower[j] - ON_LIMIT <= shifted <= upper[j] + ON_LIMIT:
-                        x = shifted
+                    x = wound_angle(x, start[i, j], lower[j], upper[j])
                 if not lower[j] - ON_LIMIT <= x <= upper[j] + ON_LIMIT:
                     cost = BEYOND
-                square += (x - near[j]) ** 2
+                square += (x - start[i, j]) ** 2
                 wound[j] = x
             # 2.
             cost += sqrt(square)
