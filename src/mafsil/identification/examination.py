@@ -20,7 +20,6 @@ from mafsil.arrays import Booleans, Floats
 from mafsil.identification.remark import Remark
 from mafsil.identification.smoothing import SmoothMotion
 from mafsil.mechanics.friction import SMOOTHING
-from mafsil.model import JointKind
 from mafsil.robot import Robot
 from mafsil.robot.masses import has_inertia
 
@@ -165,7 +164,7 @@ def _changes(robot: Robot, rows: _Rows) -> Iterator[tuple[Remark, _Rows]]:
         factors = np.where(np.isin(np.arange(n), turned), -1.0, 1.0)
         which = ", ".join(names[k] for k in turned)
         yield Remark("identification.reversed_joint", {"joint": which}), rows.moved(factors)
-    revolves = np.array([joint.kind is not JointKind.PRISMATIC for joint in robot.mechanism.coordinates])
+    revolves = robot.mechanism.angular
     yield Remark("identification.in_degrees"), rows.moved(np.where(revolves, np.pi / 180.0, 1.0))
     for unit, seconds in SECONDS.items():
         yield Remark("identification.time_unit", {"unit": unit}), rows.slowed(seconds)

@@ -8,7 +8,6 @@ import numpy as np
 
 from mafsil.csv_table import CsvTable, read_csv_table
 from mafsil.identification.log import MotionLog
-from mafsil.model import JointKind
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot
 
@@ -39,7 +38,7 @@ def read_log(path: str | PathLike[str], robot: RobotLike, *, degrees: bool = Fal
     values = recorded.numbers(needed)
     arrays = {name: values[:, [where[k] for k in group]] for name, group in places.items()}
     if degrees:
-        revolute = np.array([joint.kind is not JointKind.PRISMATIC for joint in arm.mechanism.coordinates])
+        revolute = arm.mechanism.angular
         for name in ("q", "qd", "qdd"):
             if name in arrays:
                 arrays[name] = np.where(revolute, np.radians(arrays[name]), arrays[name])

@@ -23,7 +23,7 @@ from mafsil.job.remark import Refused
 from mafsil.job.tip_motion import SHORTEST, TipMotion, motion_along
 from mafsil.job.tolerance import Tolerances
 from mafsil.messages.visible import visible
-from mafsil.model import JointKind, JointLimits
+from mafsil.model import JointLimits
 from mafsil.parallel import ClosedChain, closed_inverse_kinematics
 from mafsil.robot import Robot
 from mafsil.trajectory import JointPath, PiecewisePolynomial, Trajectory, check, rest
@@ -86,7 +86,7 @@ class ClosedMoves:
 
     def __init__(self, robot: Robot) -> None:
         self.robot, self.chain = robot, ClosedChain(robot)
-        self.turns = np.array([joint.kind is not JointKind.PRISMATIC for joint in robot.mechanism.coordinates])
+        self.turns = robot.mechanism.angular
 
     def closed(self, values: JointVector, near: JointVector, where: object) -> JointVector:
         """(n,) the closed configuration in which the driven joints are as given.

@@ -18,7 +18,6 @@ from mafsil.job.lines import Path, Places, dotted
 from mafsil.job.remark import Remark
 from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
-from mafsil.model import JointKind
 from mafsil.robot import Robot
 
 TURN = 2 * pi + 1e-3
@@ -36,7 +35,7 @@ def coordinates(job: Job, robot: Robot, values: tuple[float, ...]) -> JointVecto
 
 def revolute(robot: Robot) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
     """(n,) which coordinates are angles."""
-    return np.array([joint.kind is not JointKind.PRISMATIC for joint in robot.mechanism.coordinates])
+    return robot.mechanism.angular
 
 
 def require_fit(job: Job, robot: Robot, places: Places) -> None:

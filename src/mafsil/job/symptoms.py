@@ -207,5 +207,5 @@ def _broken(run: Run) -> Iterator[Symptom]:
 
 def _way(run: Run) -> Floats:
     """(n,) [rad | m]."""
-    revolute = np.array([joint.kind is not JointKind.PRISMATIC for joint in run.robot.mechanism.coordinates])
+    revolute = run.robot.mechanism.angular
     return np.where(revolute, *GIVES_WAY)

@@ -11,7 +11,6 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.job.description import Job
 from mafsil.job.language.units import angle_unit, length_unit
-from mafsil.model import JointKind
 from mafsil.robot import Robot
 
 POSITION, ORIENTATION = 1e-3, radians(0.5)
@@ -42,7 +41,7 @@ def tolerances(job: Job, robot: Robot, move: int | None = None) -> Tolerances:
     )
     metres = POSITION if position is None else float(position)
     angle = ORIENTATION if orientation is None else degree * float(orientation)
-    revolute = np.array([joint.kind is not JointKind.PRISMATIC for joint in robot.mechanism.coordinates])
+    revolute = robot.mechanism.angular
     if isinstance(joints, tuple):
         return Tolerances(
             metres, angle, np.array(cast("tuple[float, ...]", joints)) * np.where(revolute, degree, length_unit(job))

@@ -9,7 +9,7 @@ from itertools import count
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import PoseMatrix, Vector3, frozen
 from mafsil.errors import ModelError
@@ -287,6 +287,13 @@ class Mechanism:
     def link_names(self) -> tuple[str, ...]:
         """Names of the links, the base first."""
         return tuple(link.name for link in self.links)
+
+    @cached_property
+    def angular(self) -> NDArray[np.bool_]:
+        """(n,) which coordinates are angles: those of all joints but the prismatic ones."""
+        kinds = np.array([joint.kind is not JointKind.PRISMATIC for joint in self.coordinates], dtype=np.bool_)
+        kinds.setflags(write=False)
+        return kinds
 
     @cached_property
     def frame_names(self) -> tuple[str, ...]:

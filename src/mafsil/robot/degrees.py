@@ -11,7 +11,6 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.errors import InputWarning, warn
 from mafsil.model import Mechanism
-from mafsil.model.joint import JointKind
 
 TURN = 2.0 * pi
 _ROWS = (list, tuple)
@@ -31,7 +30,7 @@ class DegreesHint:
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
-        self._revolute = [joint.kind is not JointKind.PRISMATIC for joint in mechanism.coordinates]
+        self._revolute = mechanism.angular.tolist()
         self._lower = (mechanism.limits.lower - TURN).tolist()
         self._upper = (mechanism.limits.upper + TURN).tolist()
         self._names = mechanism.joint_names

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import JointVector, PoseMatrix, as_batch
 from mafsil.errors import InputError, UnknownNameError
 from mafsil.lazy_module import lazily
-from mafsil.model import JointKind, JointLimits, Mechanism
+from mafsil.model import JointLimits, Mechanism
 from mafsil.model.denavit_hartenberg import Convention, DHRowLike, mechanism_from_dh
 from mafsil.model.exponentials import mechanism_from_screws
 from mafsil.model.serial import ArmParts
@@ -132,7 +132,7 @@ class Description:
         Args:
             q: (*batch, n) joint coordinates [deg | m].
         """
-        return as_batch("q", q, (self.n,)) * np.where(self._angles, pi / 180.0, 1.0)
+        return as_batch("q", q, (self.n,)) * np.where(self.mechanism.angular, pi / 180.0, 1.0)
 
     def degrees(self, q: ArrayLike) -> JointVector:
         """(*batch, n) coordinates with angles in degrees, as people read them; lengths stay.
@@ -140,11 +140,7 @@ class Description:
         Args:
             q: (*batch, n) joint coordinates [rad | m].
         """
-        return as_batch("q", q, (self.n,)) * np.where(self._angles, 180.0 / pi, 1.0)
-
-    @property
-    def _angles(self) -> list[bool]:
-        return [joint.kind is not JointKind.PRISMATIC for joint in self.mechanism.coordinates]
+        return as_batch("q", q, (self.n,)) * np.where(self.mechanism.angular, 180.0 / pi, 1.0)
 
     def with_tip(self, tip: str, T_lt: ArrayLike | None = None) -> Self:
         """The robot with another tip frame.
