@@ -28,13 +28,16 @@ _AXES = ("#d33f3a", "#2f9e57", "#2f6fd0")
 
 
 @of_any_mechanism
-def plot_mechanism(mechanism: Mechanism, path: str | PathLike[str], q: ArrayLike | None = None) -> None:
+def plot_mechanism(mechanism: Mechanism, path: str | PathLike[str], q: ArrayLike | None = None) -> Any:
     """Draw a robot into a file.
 
     Args:
         mechanism: what to draw.
         path: .png, .svg or .pdf.
         q: (n,) configuration [rad | m]; a relaxed one within the limits if None.
+
+    Returns:
+        The matplotlib Figure that was written.
     """
     path = picture_file(path)
     import matplotlib
@@ -42,6 +45,7 @@ def plot_mechanism(mechanism: Mechanism, path: str | PathLike[str], q: ArrayLike
     with matplotlib.rc_context({"svg.hashsalt": "mafsil", "font.size": 8, "text.color": _INK}):
         figure = draw_mechanism(mechanism, q)
         figure.savefig(path, dpi=200, bbox_inches="tight", pad_inches=0.05, metadata=_metadata(path))
+        return figure
 
 
 def draw_mechanism(mechanism: Mechanism, q: ArrayLike | None = None) -> Any:

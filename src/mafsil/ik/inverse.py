@@ -14,7 +14,7 @@ from mafsil.ik.analysis import Task
 from mafsil.ik.answers.clear_set import clear_set
 from mafsil.ik.answers.one_pose import POSE, judged_pose, one_pose
 from mafsil.ik.answers.question import Question
-from mafsil.ik.answers.setting import MASKS, Quick, setting
+from mafsil.ik.answers.setting import MASKS, Quick, require_task, setting
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.redundant.parametric_form import has_redundant_joints
 from mafsil.lazy_module import lazily
@@ -108,8 +108,7 @@ def _answered(
     tolerance: float,
 ) -> SolutionSet | SolutionBatch:
     """The answer to whatever is arm for, all arguments checked."""
-    if type(task) is not str or task not in MASKS:
-        raise InputError("input.choice", name="task", value=task, known=", ".join(MASKS))
+    require_task(task)
     tolerance = positive("tolerance", tolerance)
     requested = as_batch("T_sd", T_sd, POSE)
     arm = setting(robot, frame, task)

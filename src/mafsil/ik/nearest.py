@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import JointVector, as_batch
-from mafsil.errors import InputError
 from mafsil.ik.analysis import Task
-from mafsil.ik.answers.setting import MASKS, setting
+from mafsil.ik.answers.setting import require_task, setting
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.inverse import inverse_kinematics
 from mafsil.ik.numerical import solve_ik
@@ -45,8 +44,7 @@ def nearest_solution(
         ModelError: an unknown frame, a robot with loops.
     """
     arm = as_robot(robot)
-    if task not in MASKS:
-        raise InputError("input.choice", name="task", value=task, known=", ".join(MASKS))
+    require_task(task)
     known = setting(arm, frame, task)
     if known.arm.locked:
         return solve_ik(arm, T_sd, q0, frame=frame, task=task, q_preferred=q0)

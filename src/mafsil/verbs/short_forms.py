@@ -243,6 +243,6 @@ def plot(
         InputError: a wrong shape, NaN or infinity, Matplotlib is not installed.
     """
     at = self.radians(q) if degrees and q is not None else q
-    if path is not None:
-        mechanism_figures.plot_mechanism(self, path, at)
-    return mechanism_figures.draw_mechanism(self.mechanism, at)
+    if path is None:
+        return mechanism_figures.draw_mechanism(self.mechanism, at)
+    return mechanism_figures.plot_mechanism(self, path, at)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector
+from mafsil.errors import InputError
 from mafsil.ik.analysis import Analysis, Task, analysis
 from mafsil.ik.answers.branch import BranchNames
 from mafsil.ik.answers.candidate_table import CandidateTable
@@ -221,6 +222,16 @@ def turns_of(q: JointVector) -> Floats:
 def bits(code: int, n: int) -> tuple[int, ...]:
     """The coordinates i for which 2^i is part of a sum."""
     return tuple(i for i in range(n) if code >> i & 1)
+
+
+def require_task(task: object) -> None:
+    """Refuse what is no task.
+
+    Raises:
+        InputError: the sentence lists the tasks.
+    """
+    if type(task) is not str or task not in MASKS:
+        raise InputError("input.choice", name="task", value=task, known=", ".join(MASKS))
 
 
 @lru_cache(maxsize=128)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection
 from difflib import get_close_matches
 from inspect import signature
 from types import MappingProxyType
@@ -67,13 +67,15 @@ def spelled(name: str) -> str | None:
     return DEFAULT if name == "default" else same_letters(name, ROBOTS)
 
 
-def same_letters(name: str, known: Iterable[str]) -> str | None:
+def same_letters(name: str, known: Collection[str]) -> str | None:
     """The one of some names that has the same letters and digits; None if none has.
 
     Args:
         name: as typed.
         known: names.
     """
+    if name in known:
+        return name
     letters = _letters(name[:_LONGEST])
     return next((one for one in known if _letters(one) == letters), None)
 
