@@ -24,7 +24,8 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 import mafsil as mf  # noqa: E402
-from mafsil.control import closed_gravity_compensation, driven_trajectory  # noqa: E402
+from mafsil.control import closed_gravity_compensation  # noqa: E402
+from mafsil.control.laws import driven_trajectory  # noqa: E402
 from mafsil.model import mjcf  # noqa: E402
 from mafsil.parallel import ClosedChain  # noqa: E402
 from mafsil.simulation import Scenario, simulate  # noqa: E402

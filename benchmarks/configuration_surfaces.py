@@ -47,7 +47,7 @@ def topology(count: int) -> tuple[int, int, int]:
     right = stuck = 0
     for lengths in pentagons(count, 0, away=0.0):
         found = mo.configuration_surfaces(polygon(lengths), starts=16)
-        if any(one.status is mo.SurfaceStatus.STUCK for one in found):
+        if any(one.status is mo.surface.SurfaceStatus.STUCK for one in found):
             stuck += 1
         else:
             euler = [one.euler_characteristic for one in found]

@@ -85,7 +85,7 @@ def _compare(kind: str, count: int, found: Comparisons) -> None:
     )
 
 
-def _planned(s: Floats, limits: mf.trajectory.MotionLimits) -> mf.trajectory.JerkLimitedMotion:
+def _planned(s: Floats, limits: mf.trajectory.MotionLimits) -> mf.trajectory.jerk.JerkLimitedMotion:
     motion = mf.trajectory.jerk_limited(
         s[:, 0],
         s[:, 3],
@@ -95,7 +95,7 @@ def _planned(s: Floats, limits: mf.trajectory.MotionLimits) -> mf.trajectory.Jer
         goal_velocity=s[:, 4],
         goal_acceleration=s[:, 5],
     )
-    assert isinstance(motion, mf.trajectory.JerkLimitedMotion)
+    assert isinstance(motion, mf.trajectory.jerk.JerkLimitedMotion)
     return motion
 
 

@@ -35,7 +35,8 @@ import mafsil as mf  # noqa: E402
 from benchmarks.collision import obstacle  # noqa: E402
 from mafsil.arrays import Floats  # noqa: E402
 from mafsil.collision import Checker, Scene  # noqa: E402
-from mafsil.planning import ArmPlan, PlanningStatus  # noqa: E402
+from mafsil.planning import ArmPlan  # noqa: E402
+from mafsil.planning.outcome import PlanningStatus  # noqa: E402
 
 REPEATS = 5
 """Searches for each problem beside a peer, each with another seed."""

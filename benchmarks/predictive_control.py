@@ -24,7 +24,8 @@ import numpy as np  # noqa: E402
 
 from benchmarks.stopwatch import machine, race  # noqa: E402
 from mafsil.arrays import Floats  # noqa: E402
-from mafsil.control import ModelPredictive, model_predictive  # noqa: E402
+from mafsil.control import model_predictive  # noqa: E402
+from mafsil.control.laws import ModelPredictive  # noqa: E402
 from mafsil.robot import Robot, load  # noqa: E402
 from mafsil.simulation import Deadlines, Plant, Scenario, simulate  # noqa: E402
 from mafsil.trajectory import Motion, quintic  # noqa: E402

@@ -25,7 +25,8 @@ from mafsil.arrays import Floats, JointVector  # noqa: E402
 from mafsil.control import Law, Wall  # noqa: E402
 from mafsil.robot import load  # noqa: E402
 from mafsil.simulation import Plant, Recording, RigidPlant, RigidSurface, Scenario, simulate  # noqa: E402
-from mafsil.trajectory import Motion, rest  # noqa: E402
+from mafsil.trajectory import Motion  # noqa: E402
+from mafsil.trajectory.profiles import rest  # noqa: E402
 
 START, NORMAL, PUSH = np.array([0.4, 0.9]), np.array([0.6, -0.8, 0.0]), 30.0
 STEP = 1e-3

@@ -29,7 +29,8 @@ from mafsil.arrays import Floats  # noqa: E402
 from mafsil.control import computed_torque  # noqa: E402
 from mafsil.robot import Robot, load  # noqa: E402
 from mafsil.simulation import Plant, Scenario, simulate  # noqa: E402
-from mafsil.trajectory import Motion, PiecewisePolynomial, quintic  # noqa: E402
+from mafsil.trajectory import Motion, quintic  # noqa: E402
+from mafsil.trajectory.splines import PiecewisePolynomial  # noqa: E402
 from tests.oracles.mujoco_model import model_of  # noqa: E402
 
 STEP, FREQUENCY = 1e-3, 20.0

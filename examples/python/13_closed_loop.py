@@ -10,7 +10,7 @@ import mafsil as mf
 robot = mf.load("puma560")
 start, goal = np.zeros(robot.n), np.array([0.5, -0.3, 0.4, 0.2, 0.3, -0.2])
 motion = mf.trajectory.sequence(
-    mf.trajectory.quintic(start, goal, duration=1.0), mf.trajectory.rest(goal, duration=0.5)
+    mf.trajectory.quintic(start, goal, duration=1.0), mf.trajectory.profiles.rest(goal, duration=0.5)
 )
 law = mf.control.computed_torque(robot, natural_frequency=20.0, damping_ratio=1.0)
 

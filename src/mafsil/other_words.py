@@ -48,7 +48,7 @@ ATTRIBUTES: dict[str, str] = {
     "degeneracy": "robot.mass_matrix_singularity(q)",
     "gain_card": "mf.control.tune_gains",
     "tip_ways": "mf.control.compare_pose_errors",
-    "felt_constraint": "mf.control.estimate_contact_constraint",
+    "felt_constraint": "mf.control.contact.estimate_contact_constraint",
     "suitable_family": "mf.control.recommend_controller",
     "fast_damping": "mf.control.singular_perturbation_control",
     "plan_in_turn": "mf.planning.plan_prioritized",

@@ -9,6 +9,7 @@ import pytest
 import mafsil as mf
 from mafsil import mobility as mo
 from mafsil.mobility import library
+from mafsil.mobility.actuation import ActuationStatus
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -32,7 +33,7 @@ def test_actuated_joints_determine_the_passive_ones():
     arm = mf.mobility("ur5e", [0.1, -1.0, 1.2, 0.3, 0.8, 0.2])
     assert arm.actuation.actuators == arm.mobility == 6
     closed = library.five_bar()
-    assert mo.actuation(closed).status is mo.ActuationStatus.FULL
+    assert mo.actuation(closed).status is ActuationStatus.FULL
     driven = {"O": 0.1, "D": -0.2}
     start = np.zeros(closed.coordinates)
     for name, value in driven.items():

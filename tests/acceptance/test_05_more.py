@@ -11,17 +11,17 @@ from mafsil.model.library import planar, textbook
 from mafsil.model.screw_axes import screws
 from mafsil.model.screw_table import representations
 from mafsil.performance import (
-    LinkLoad,
     holding_torque,
     joint_reactions,
     largest_speed,
-    least_joint_rate,
-    rank_of_screws,
     scaled_jacobian,
     singularity,
     velocity_ellipsoid,
     virtual_work,
 )
+from mafsil.performance.dexterity import least_joint_rate
+from mafsil.performance.singularities import rank_of_screws
+from mafsil.performance.statics import LinkLoad
 from tests.acceptance.reading import cases, unread_after
 
 CASES = cases("05-more.json")

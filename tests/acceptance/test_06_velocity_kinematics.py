@@ -13,9 +13,7 @@ from mafsil.model.frame_changes import reframed
 from mafsil.model.library import planar, textbook
 from mafsil.performance import (
     determinant_factors,
-    ellipsoid_of,
     joint_torque,
-    pinned_arm,
     planar_ellipse,
     rank,
     self_motion,
@@ -24,6 +22,8 @@ from mafsil.performance import (
     tip_wrench,
     velocity_ellipsoid,
 )
+from mafsil.performance.dexterity import ellipsoid_of
+from mafsil.performance.statics import pinned_arm
 from mafsil.robot import Robot
 from tests.acceptance.reading import cases, unread_after
 

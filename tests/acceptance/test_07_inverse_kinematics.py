@@ -6,21 +6,17 @@ import pytest
 import mafsil as mf
 from mafsil.geometry import pose
 from mafsil.ik import (
-    PlaceClass,
-    RootStatus,
     arm_structure,
     continued_branches,
-    distances,
     find_root,
     integrate_rates,
     inverse_kinematics,
     joint_rates,
     newton_ik,
     planar_reach,
-    strokes,
-    two_axes,
-    wrist_angles,
 )
+from mafsil.ik.root_finding import RootStatus
+from mafsil.ik.structure import PlaceClass, distances, strokes, two_axes, wrist_angles
 from tests.acceptance.reading import cases
 
 CASES = cases("07-inverse-kinematics.json")

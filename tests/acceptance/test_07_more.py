@@ -7,7 +7,9 @@ import pytest
 
 import mafsil as mf
 from mafsil.geometry import pose, rotation
-from mafsil.ik import IKStatus, inverse_kinematics, puma_shape, strokes, twist_of_motion, twists_between
+from mafsil.ik import inverse_kinematics, twist_of_motion, twists_between
+from mafsil.ik.status import IKStatus
+from mafsil.ik.structure import puma_shape, strokes
 from mafsil.performance import rank
 from tests.acceptance.reading import cases, unread_after
 from tests.acceptance.test_07_inverse_kinematics import assert_same_set, at, puma_position_arm

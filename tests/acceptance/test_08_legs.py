@@ -6,6 +6,7 @@ import pytest
 from mafsil import mobility as mo
 from mafsil import parallel as pa
 from mafsil.geometry import pose, rotation, screw
+from mafsil.mobility.structure import StructureStatus
 from tests.acceptance import test_08_closed_chains, test_08_planar, test_08_planar_chains
 from tests.acceptance.reading import unread_after
 from tests.acceptance.test_08_closed_chains import CASES, near, pose_of, stewart
@@ -37,7 +38,7 @@ def test_counted_mobility():
         assert mo.count(case["N"], freedoms, case["space"]).mobility == case["dof"]
     assert pa.three_rps(1.0, 0.5, 1.2).counted_mobility == 3
     found = mo.structure(mo.library.six_ups())
-    assert (found.status, found.loops) == (mo.StructureStatus.MANY_LOOPS, 5)
+    assert (found.status, found.loops) == (StructureStatus.MANY_LOOPS, 5)
 
 
 @pytest.mark.capability("08-2", "08-31", "08-41", "08-42", "08-43", "08-44")

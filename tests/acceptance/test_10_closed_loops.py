@@ -15,7 +15,8 @@ from mafsil.model import Friction, Inertial, Joint, JointKind, Link, Mechanism
 from mafsil.model.library.planar import planar2r, planar2r_point_masses
 from mafsil.simulation import Plant
 from mafsil.solvers import damped_step
-from mafsil.trajectory import Motion, rest
+from mafsil.trajectory import Motion
+from mafsil.trajectory.profiles import rest
 
 CASES = {
     case["id"].split(" ")[0]: case for case in json.loads(Path(__file__).with_name("10-closed-loops.json").read_text())

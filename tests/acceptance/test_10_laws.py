@@ -14,28 +14,31 @@ from mafsil.control import (
     TaskCoordinates,
     TaskTarget,
     admittance_control,
-    admittance_radius,
     computed_torque,
-    constrained_dynamics,
     constraint_table,
-    effective_admittance,
     energy_certificate,
-    force_error,
-    free_speed,
     gravity_compensation,
     hybrid_control,
     impedance_by_force,
     impedance_control,
-    least_virtual_mass,
-    sampled_force_radius,
     selection,
     task_computed_torque,
     task_dynamics,
 )
+from mafsil.control.contact import (
+    admittance_radius,
+    constrained_dynamics,
+    effective_admittance,
+    force_error,
+    free_speed,
+    least_virtual_mass,
+    sampled_force_radius,
+)
 from mafsil.model import Friction
 from mafsil.model.library.planar import planar2r_point_masses
 from mafsil.simulation import Plant
-from mafsil.trajectory import Motion, rest
+from mafsil.trajectory import Motion
+from mafsil.trajectory.profiles import rest
 from tests.acceptance.reading import cases, unread_after
 from tests.acceptance.test_10_closed_loops import continuous
 

@@ -177,7 +177,7 @@ def test_stick_slip():
     assert not given["Kd"]
     assert not given["Ki"]
     assert not given["g"]
-    cycle = one_joint.stick_slip(given["M"], given["Kp"], given["b_static"], given["b_kinetic"], 0.1)
+    cycle = one_joint.drives.stick_slip(given["M"], given["Kp"], given["b_static"], given["b_kinetic"], 0.1)
     for key, name in (
         ("error_at_breakaway", "error_at_breakaway"), ("slip_time", "slip_time"), ("slip_distance", "slip_distance"),
         ("error_at_restick", "error_at_restick"), ("stick_time", "stick_time"), ("period", "period"),
@@ -221,14 +221,14 @@ def test_impedance_meets_a_wall():
         ("rest_x", "rest_position"), ("rest_force", "rest_force"),
     ):  # fmt: skip
         agree(getattr(contact, name), expected[key], tol)
-    assert (contact.status is one_joint.WallStatus.LOST) == expected["first_contact_is_lost"]
+    assert (contact.status is one_joint.wall_contact.WallStatus.LOST) == expected["first_contact_is_lost"]
 
 
 @pytest.mark.capability("10-43", "10-45", "10-46", "10-47")
 def test_gears():
     given, expected, tol = parts("gear_reflected_inertia_matching")
     link, rotor = given["I_link"], given["I_motor"]
-    matching = float(one_joint.matching_ratio(link, rotor))
+    matching = float(one_joint.drives.matching_ratio(link, rotor))
     ratios = [matching if isinstance(G, str) else G for G in given["G"]]
     gear = one_joint.Gear.of(ratios, rotor, given["efficiency"])
     rows = {key: [row[key] for row in expected["rows"]] for key in expected["rows"][0]}

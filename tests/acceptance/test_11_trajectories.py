@@ -10,15 +10,11 @@ import pytest
 import mafsil as mf
 from mafsil.geometry import rotation
 from mafsil.model import Limits
-from mafsil.planning import PlanningStatus, PotentialField, disc
+from mafsil.planning import PotentialField, disc
+from mafsil.planning.outcome import PlanningStatus
 from mafsil.trajectory import (
-    BlendStatus,
-    CartesianPath,
-    PlanStatus,
     cubic,
     cubic_through,
-    first_leg,
-    last_leg,
     line_path,
     linear_blends,
     quintic,
@@ -27,6 +23,9 @@ from mafsil.trajectory import (
     trapezoid,
     via_rates,
 )
+from mafsil.trajectory.paths import CartesianPath
+from mafsil.trajectory.splines import first_leg, last_leg
+from mafsil.trajectory.status import BlendStatus, PlanStatus
 from tests.acceptance.reading import cases, unread_after
 
 CASES = cases("11-trajectories.json", "11-more.json")

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mafsil.collision import ArmMount, Box, Checker, MultiArmCell, Obstacle, PathStatus, Scene, Sphere
+from mafsil.collision import ArmMount, Box, Checker, MultiArmCell, Obstacle, Scene, Sphere
+from mafsil.collision.path_check import PathStatus
 from mafsil.errors import InputError, ModelError
 from mafsil.model.placement import rotation_z
 from tests.collision.arms import arm, scene

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.control import follow_with_loops
+from mafsil.control.laws import follow_with_loops
 from mafsil.geometry import pose
 from mafsil.parallel import ClosedChain
-from mafsil.trajectory.cartesian_path import CartesianPath
 from mafsil.trajectory.paths import arc_path, joined_path
+from mafsil.trajectory.paths.cartesian_path import CartesianPath
 from mafsil.trajectory.status import PlanStatus
 
 

@@ -9,20 +9,21 @@ import pytest
 
 import mafsil as mf
 from mafsil.control import (
-    ElasticState,
-    SetPointStatus,
     computed_torque,
     elastic_arm,
     elastic_linearization,
     motor_feedback,
-    set_point_condition,
     singular_perturbation_control,
 )
+from mafsil.control.joints import ElasticState, set_point_condition
+from mafsil.control.joints.elastic_laws import SetPointStatus
 from mafsil.errors import InputError
 from mafsil.model import Actuator
 from mafsil.one_joint import ElasticJoint
-from mafsil.simulation import SimulationStatus, simulate_elastic
-from mafsil.trajectory import quintic, rest
+from mafsil.simulation import simulate_elastic
+from mafsil.simulation.recording import SimulationStatus
+from mafsil.trajectory import quintic
+from mafsil.trajectory.profiles import rest
 
 
 @pytest.fixture(scope="module")

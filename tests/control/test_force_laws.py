@@ -8,19 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import mafsil as mf
-from mafsil.control import (
+from mafsil.control import SpringDamper, TaskTarget, Wall, combined, force_control, hybrid_control, task_dynamics
+from mafsil.control.contact import (
     ContactMode,
-    SpringDamper,
-    TaskTarget,
-    Wall,
     applied_wrench,
-    combined,
     constrained_dynamics,
     contact_mode,
-    force_control,
-    hybrid_control,
     in_joints,
-    task_dynamics,
     tip_wrench_of,
 )
 from mafsil.errors import InputError

@@ -12,7 +12,6 @@ from mafsil.control import (
     SpringDamper,
     TaskCoordinates,
     TaskTarget,
-    TipForceSensor,
     block_diagram,
     computed_torque,
     current_loop,
@@ -20,17 +19,17 @@ from mafsil.control import (
     elastic_arm,
     energy_certificate,
     force_control,
-    force_error,
     gravity_compensation,
     hybrid_control,
-    min_max,
     motor_feedback,
-    set_point_condition,
     sliding_mode,
     task_computed_torque,
     task_dynamics,
 )
-from mafsil.control.sliding_mode import christoffel_regressor
+from mafsil.control.analysis import min_max
+from mafsil.control.contact import TipForceSensor, force_error
+from mafsil.control.joints import set_point_condition
+from mafsil.control.laws.sliding_mode import christoffel_regressor
 from mafsil.errors import InputError
 from mafsil.model import Inertial, Joint, JointKind, Link, Mechanism
 from mafsil.trajectory import Motion

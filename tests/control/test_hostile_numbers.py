@@ -7,33 +7,35 @@ import pytest
 
 import mafsil as mf
 from mafsil import control, one_joint, simulation
-from mafsil.control import Gains, Impedance, MotionEstimator
+from mafsil.control import Gains, Impedance
+from mafsil.control.joints import MotionEstimator
 from mafsil.errors import InputError
-from mafsil.one_joint import FrictionConditions, Gear, JointArm, TrackingError, ViscousJoint
+from mafsil.one_joint import Gear, JointArm, TrackingError, ViscousJoint
+from mafsil.one_joint.drives import FrictionConditions
 from mafsil.simulation.motion import differentiate
 
 ARM = mf.load("planar2r")
 TWO = JointArm.of([0.5, 0.6], 1.0, 0.1)
 EYE = np.eye(4)
 NAMED = {
-    "kp": lambda: control.force_error(np.ones((3, 2, 2)), 1.0, [1.0, 2.0], 0.0),
-    "bias": lambda: control.applied_wrench(np.zeros(6), np.eye(6), np.zeros(6), "none"),
-    "damping": lambda: control.least_virtual_mass("much", 1.0, 0.01),
-    "stiffness": lambda: control.guiding_line([0, 0, 0], [1, 0, 0], [1.0, 2.0]),
-    "too small or too large": lambda: control.admittance_radius(1.0, 1.0, 1.0, 1e308),
-    "period": lambda: control.effective_admittance(1.0, 1.0, 1.0, kp=1.0, kd=1.0, period=None),
+    "kp": lambda: control.contact.force_error(np.ones((3, 2, 2)), 1.0, [1.0, 2.0], 0.0),
+    "bias": lambda: control.contact.applied_wrench(np.zeros(6), np.eye(6), np.zeros(6), "none"),
+    "damping": lambda: control.contact.least_virtual_mass("much", 1.0, 0.01),
+    "stiffness": lambda: control.contact.guiding_line([0, 0, 0], [1, 0, 0], [1.0, 2.0]),
+    "too small or too large": lambda: control.contact.admittance_radius(1.0, 1.0, 1.0, 1e308),
+    "period": lambda: control.contact.effective_admittance(1.0, 1.0, 1.0, kp=1.0, kd=1.0, period=None),
     "n": lambda: Gains.of(None, 1.0, 1.0),
     "m": lambda: Impedance.of("two", inertia=1.0),
     "X": lambda: Impedance.of(2, inertia=1.0).acceleration([1.0], [0.0, 0.0], [0.0, 0.0]),
-    "T_sd": lambda: control.hold(np.full((4, 4), np.nan)),
-    "A": lambda: control.flat([[np.nan] * 6]),
-    "axes": lambda: control.target_in_axes(EYE, np.zeros(6), np.zeros(6), "cylinder"),
+    "T_sd": lambda: control.hold_pose(np.full((4, 4), np.nan)),
+    "A": lambda: control.contact.flat([[np.nan] * 6]),
+    "axes": lambda: control.laws.target_in_axes(EYE, np.zeros(6), np.zeros(6), "cylinder"),
     "natural_frequency": lambda: control.compare_pose_errors(EYE, EYE, natural_frequency=0.0),
     "start": lambda: control.compare_pose_errors(np.zeros((0, 4, 4)), EYE),
-    "trajectory": lambda: control.joint_or_task_space(ARM, "straight"),
+    "trajectory": lambda: control.analysis.joint_or_task_space(ARM, "straight"),
     "law": lambda: control.block_diagram(3),
-    "inertia": lambda: control.constrained_dynamics(np.zeros((2, 2)), np.zeros(2), [1.0, 0.0], np.zeros(2)),
-    "environment": lambda: control.tip_wrench_of(ARM, "wall", np.zeros(2), np.zeros(2)),
+    "inertia": lambda: control.contact.constrained_dynamics(np.zeros((2, 2)), np.zeros(2), [1.0, 0.0], np.zeros(2)),
+    "environment": lambda: control.contact.tip_wrench_of(ARM, "wall", np.zeros(2), np.zeros(2)),
     "filter_time": lambda: control.encoder_loop(control.pid(2, 1.0), 0.01, filter_time="slow"),
     "q": lambda: MotionEstimator(50.0, 0.01, np.zeros(2)).update([np.nan, 0.0]),
     "effort": lambda: control.saturated("all", np.ones(2)),

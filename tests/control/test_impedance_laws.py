@@ -11,15 +11,14 @@ from mafsil.control import (
     Wall,
     admittance_control,
     combined,
-    hold,
+    hold_pose,
     impedance_control,
     linearize,
     null_space_feedback,
-    sampled_wall_radius,
-    stiffest_wall,
     task_computed_torque,
     task_dynamics,
 )
+from mafsil.control.contact import sampled_wall_radius, stiffest_wall
 from mafsil.errors import InputError
 from mafsil.simulation import Plant
 from mafsil.trajectory import Motion
@@ -35,9 +34,9 @@ def test_a_tip_that_is_pushed_moves_as_its_virtual_mass(kind):
     plant = Plant(PANDA, friction=False, environment=_Push(push))
     start = PANDA.forward_kinematics(Q7)
     if kind == "impedance":
-        law = impedance_control(PANDA, wanted, hold(start), coordinates=POSITION, sensor=lambda q, qd: push)
+        law = impedance_control(PANDA, wanted, hold_pose(start), coordinates=POSITION, sensor=lambda q, qd: push)
     else:
-        law = admittance_control(PANDA, wanted, hold(start), lambda q, qd: push, coordinates=POSITION)
+        law = admittance_control(PANDA, wanted, hold_pose(start), lambda q, qd: push, coordinates=POSITION)
     still = combined(law, _NullDamping(PANDA))
     found = run(PANDA, still, Q7, 1.0, plant=plant, step=5e-4)
     moved = PANDA.forward_kinematics(found.q)[:, :3, 3] - start[:3, 3]
@@ -78,7 +77,7 @@ def test_stiffness_alone_is_a_spring():
     wanted = Impedance.of(6, stiffness=[20.0, 20.0, 20.0, 400.0, 400.0, 400.0])
     away = T.copy()
     away[0, 3] -= 0.01
-    law = impedance_control(UR5E, wanted, hold(away))
+    law = impedance_control(UR5E, wanted, hold_pose(away))
     tau = law(0.0, Q, np.zeros(6), None) - UR5E.gravity_torque(Q)
     F = np.linalg.solve(task_dynamics(UR5E, Q).J.T, tau)
     np.testing.assert_allclose(F, [0, 0, 0, -4.0, 0, 0], atol=1e-9)
@@ -110,9 +109,9 @@ def test_a_redundant_arm_bears_its_gravity_beside_the_task_too(law):
         T = arm.forward_kinematics(q)
         if law == "impedance":
             soft = Impedance.of(6, damping=[20, 20, 20, 200, 200, 200], stiffness=[40, 40, 40, 900, 900, 900])
-            chosen = combined(impedance_control(arm, soft, hold(T)), null_space_feedback(arm, natural_frequency=w))
+            chosen = combined(impedance_control(arm, soft, hold_pose(T)), null_space_feedback(arm, natural_frequency=w))
         else:
-            chosen = task_computed_torque(arm, hold(T), natural_frequency=30.0, rest_frequency=w)
+            chosen = task_computed_torque(arm, hold_pose(T), natural_frequency=30.0, rest_frequency=w)
         loop = linearize(arm, q).closed(chosen, Motion(q, np.zeros(7), np.zeros(7)))
         friction = np.array([0.0 if j.friction is None else j.friction.viscous for j in arm.mechanism.coordinates])
         assert not friction.any()

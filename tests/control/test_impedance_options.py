@@ -13,16 +13,16 @@ from mafsil.control import (
     Impedance,
     TaskCoordinates,
     TaskTarget,
-    TipForceSensor,
     admittance_control,
-    hold,
+    hold_pose,
     impedance_by_force,
     impedance_control,
     task_dynamics,
 )
+from mafsil.control.contact import TipForceSensor
 from mafsil.model import Friction
 from mafsil.simulation import Plant, RigidPlant, RigidSurface, Scenario, simulate
-from mafsil.trajectory import rest
+from mafsil.trajectory.profiles import rest
 
 ARM, Q = mf.load("planar2r"), np.array([0.4, 1.1])
 XY = TaskCoordinates(rows=(3, 4))
@@ -112,12 +112,12 @@ def test_a_virtual_mass_of_its_own_hides_the_friction_of_the_joints():
     m, b, k = 4.0, 30.0, 40.0
     wanted = Impedance.of(2, inertia=m, damping=b, stiffness=k)
     options = {"coordinates": XY, "gains": Gains.from_natural_frequency(2, 60.0)}
-    t, tip = run(admittance_control(ARM, wanted, hold(T), pushed, **options), rough, 1e-3)
+    t, tip = run(admittance_control(ARM, wanted, hold_pose(T), pushed, **options), rough, 1e-3)
     # m x'' + b x' + k x = F from rest, overdamped.
     r = np.roots([m, b, k]).real
     x = PUSH / k * (1 - (r[1] * np.exp(r[0] * t) - r[0] * np.exp(r[1] * t)) / (r[1] - r[0]))[:, None]
     off = np.abs(tip - tip[0] - x).max()
-    book = admittance_control(ARM, wanted, hold(T), pushed, coordinates=XY, own_state=False)
+    book = admittance_control(ARM, wanted, hold_pose(T), pushed, coordinates=XY, own_state=False)
     _, felt = run(book, rough, 1e-3)
     assert off < 0.15 * np.abs(felt - felt[0] - x).max() < 0.15 * np.abs(x).max()
 
@@ -160,7 +160,7 @@ def in_a_corner(kp, ki, duration=0.2):
     sensor, goal = TipForceSensor(ARM, None, XY), T.copy()
     goal[:2, 3] += [0.02, 0.01]
     law = impedance_by_force(
-        ARM, Impedance.of(2, damping=20.0, stiffness=[500.0, 800.0]), hold(goal), lambda q, qd: -sensor(q, qd),
+        ARM, Impedance.of(2, damping=20.0, stiffness=[500.0, 800.0]), hold_pose(goal), lambda q, qd: -sensor(q, qd),
         coordinates=XY, kp=kp, ki=ki,
     )  # fmt: skip
     plant = RigidPlant(ARM, friction=False, surface=walls).with_payload(0.3)
@@ -204,9 +204,9 @@ def test_an_impedance_by_force_without_feedback_is_the_simple_one_and_batches():
 @pytest.mark.parametrize(
     "law",
     [
-        lambda sensor, wanted: impedance_control(ARM, wanted, hold(T), coordinates=XY, sensor=sensor),
-        lambda sensor, wanted: admittance_control(ARM, wanted, hold(T), sensor, coordinates=XY, own_state=False),
-        lambda sensor, wanted: impedance_by_force(ARM, wanted, hold(T), sensor, coordinates=XY),
+        lambda sensor, wanted: impedance_control(ARM, wanted, hold_pose(T), coordinates=XY, sensor=sensor),
+        lambda sensor, wanted: admittance_control(ARM, wanted, hold_pose(T), sensor, coordinates=XY, own_state=False),
+        lambda sensor, wanted: impedance_by_force(ARM, wanted, hold_pose(T), sensor, coordinates=XY),
     ],
 )
 def test_a_sensor_of_the_tip_brings_its_own_sign(law):

@@ -19,7 +19,7 @@ from mafsil.control import (
     pid,
     saturated,
 )
-from mafsil.control.law_export import law_kernel
+from mafsil.control.laws.law_export import law_kernel
 from mafsil.errors import InputError
 from mafsil.kernels.export.c.trial import compiler, trial
 from mafsil.mechanics.loop_terms import Term

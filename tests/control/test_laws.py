@@ -17,18 +17,19 @@ from mafsil.control import (
     computed_torque,
     encoder_loop,
     energy_certificate,
-    explained,
     feedforward,
     gravity_compensation,
-    hold,
-    hybrid_certificate,
+    hold_pose,
     pid,
     saturated,
-    set_point_condition,
     sliding_certificate,
 )
+from mafsil.control.analysis import explained
+from mafsil.control.contact import hybrid_certificate
+from mafsil.control.joints import set_point_condition
 from mafsil.errors import InputError
-from mafsil.trajectory import Motion, rest
+from mafsil.trajectory import Motion
+from mafsil.trajectory.profiles import rest
 
 SOFT = Impedance.of(6, inertia=1.0, stiffness=1.0)
 
@@ -145,8 +146,14 @@ def test_wrong_input_is_named(panda, call, words):
         (lambda: mf.control.matrix_pid([[1.0]], 1.0), "n: expected a whole number"),
         (lambda: mf.control.impedance_control("ur5e", SOFT, np.eye(4)), "reference: expected a function of time"),
         (lambda: mf.control.task_computed_torque("ur5e", "there"), "reference: expected a function of time"),
-        (lambda: mf.control.admittance_control("ur5e", SOFT, hold(np.eye(4)), None), "sensor: expected a function"),
-        (lambda: mf.control.impedance_by_force("ur5e", SOFT, hold(np.eye(4)), None), "sensor: expected a function"),
+        (
+            lambda: mf.control.admittance_control("ur5e", SOFT, hold_pose(np.eye(4)), None),
+            "sensor: expected a function",
+        ),
+        (
+            lambda: mf.control.impedance_by_force("ur5e", SOFT, hold_pose(np.eye(4)), None),
+            "sensor: expected a function",
+        ),
     ],
 )
 def test_what_makes_no_law_is_said_where_it_is_made(made, words):
@@ -260,15 +267,15 @@ def test_certificates_of_other_laws_are_refused(certificate):
     [
         lambda: mf.control.delayed(pid(2, 1.0), None),
         lambda: mf.control.selection(3, 3, 3),
-        lambda: mf.control.constrained_dynamics(3.0, [0.0], [[1.0]], [0.0]),
-        lambda: mf.control.contact_mode([1.0, 2.0], 1.0, 0.3),
+        lambda: mf.control.contact.constrained_dynamics(3.0, [0.0], [[1.0]], [0.0]),
+        lambda: mf.control.contact.contact_mode([1.0, 2.0], 1.0, 0.3),
         lambda: mf.control.constraint_table((True,), ("hard",), ("x",)),
         lambda: mf.control.recommend_controller(None, None),
-        lambda: mf.control.impedance_class(None, SOFT),
+        lambda: mf.control.analysis.impedance_class(None, SOFT),
         lambda: mf.control.motor_feedback(mf.load("planar2r"), 1.0, 1.0),
         lambda: mf.control.citation(["hogan1985"]),
-        lambda: mf.control.in_joints([[1.0, 0.0]], np.eye(3)),
-        lambda: mf.control.free_speed([1.0, 2.0], 0.5, 1.0, 2.0, 1.0, 0.1),
+        lambda: mf.control.contact.in_joints([[1.0, 0.0]], np.eye(3)),
+        lambda: mf.control.contact.free_speed([1.0, 2.0], 0.5, 1.0, 2.0, 1.0, 0.1),
         lambda: one_joint.joint_margins(mf.load("planar2r"), one_joint.JointLaw.pid(1.0)),
         lambda: one_joint.sampled_stability(one_joint.JointArm.of(1.0), pid(1, 1.0), 0.01),
         lambda: one_joint.sweep_rate(one_joint.JointArm.of(1.0), pid(1, 1.0), 1.0, 1.0, [0.1]),

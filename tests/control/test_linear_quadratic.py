@@ -9,7 +9,8 @@ import mafsil as mf
 from mafsil.control import linear_quadratic
 from mafsil.errors import InputError
 from mafsil.simulation import Plant, Scenario
-from mafsil.trajectory import quintic, rest
+from mafsil.trajectory import quintic
+from mafsil.trajectory.profiles import rest
 
 
 @pytest.mark.capability("10-2")

@@ -7,11 +7,13 @@ import pytest
 from scipy.linalg import expm
 
 import mafsil as mf
-from mafsil.control import GainLimit, computed_torque, delayed, gravity_compensation, linearize, tune_gains
-from mafsil.control.linearization import exponential
+from mafsil.control import computed_torque, delayed, gravity_compensation, linearize, tune_gains
+from mafsil.control.analysis import GainLimit
+from mafsil.control.analysis.linearization import exponential
 from mafsil.errors import InputError
 from mafsil.simulation import Plant, Scenario
-from mafsil.trajectory import Motion, rest
+from mafsil.trajectory import Motion
+from mafsil.trajectory.profiles import rest
 
 
 @pytest.fixture(scope="module")

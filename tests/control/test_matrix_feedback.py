@@ -9,16 +9,17 @@ import mafsil as mf
 from mafsil.control import (
     computed_torque,
     energy_certificate,
-    explained,
     gravity_compensation,
     matrix_computed_torque,
     matrix_gravity_compensation,
     matrix_pid,
 )
+from mafsil.control.analysis import explained
 from mafsil.errors import InputError
 from mafsil.model.library.planar import planar2r_point_masses
 from mafsil.simulation import Plant, Scenario, simulate
-from mafsil.trajectory import Motion, rest
+from mafsil.trajectory import Motion
+from mafsil.trajectory.profiles import rest
 
 ARM = mf.Robot(planar2r_point_masses((1.0, 0.8), (2.0, 1.0)))
 KP, KD, KI = np.array([[60.0, 20.0], [20.0, 30.0]]), np.array([[12.0, -3.0], [-3.0, 8.0]]), np.diag([4.0, 2.0])

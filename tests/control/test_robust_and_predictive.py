@@ -13,7 +13,8 @@ from scipy.optimize import minimize
 
 import mafsil as mf
 from mafsil.arrays import frozen
-from mafsil.control import min_max, model_predictive
+from mafsil.control import model_predictive
+from mafsil.control.analysis import min_max
 from mafsil.errors import InputError
 from mafsil.simulation import Plant, Scenario
 from mafsil.solvers import horizon_loops
@@ -56,7 +57,7 @@ def test_min_max_ends_below_its_bound(seed):
 @settings(max_examples=25)
 @given(st.integers(0, 2**32 - 1))
 def test_no_parameters_in_the_ball_raise_the_energy_by_more_than_stated(seed):
-    from mafsil.control.sliding_mode import christoffel_regressor
+    from mafsil.control.laws.sliding_mode import christoffel_regressor
 
     rng = np.random.default_rng(seed)
     robot = mf.load("planar3r")

@@ -10,29 +10,26 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import mafsil as mf
-from mafsil.control import (
+from mafsil.control import Gains, TaskCoordinates, Wall, gravity_compensation, hybrid_control
+from mafsil.control.contact import (
     AtPoints,
     Door,
-    Gains,
     Hole,
     RoundSurface,
-    TaskCoordinates,
     TipDamping,
     TipForceSensor,
-    TipMotion,
     VirtualEnvironment,
-    Wall,
-    gravity_compensation,
     guiding_line,
     guiding_plane,
-    hybrid_control,
     stiffest_wall,
     virtual_environment,
 )
+from mafsil.control.laws import TipMotion
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
 from mafsil.simulation import Plant, Scenario, simulate
-from mafsil.trajectory import rest, screw_path, time_law
+from mafsil.trajectory import screw_path, time_law
+from mafsil.trajectory.profiles import rest
 
 HANDLE = pose.exp(np.array([0.3, -0.2, 0.4, 0.5, 0.3, 0.2]))
 SHAPES = {

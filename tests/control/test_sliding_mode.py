@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import mafsil as mf
-from mafsil.control import SlidingStatus, sliding_certificate, sliding_mode
+from mafsil.control import sliding_certificate, sliding_mode
+from mafsil.control.laws.sliding_mode import SlidingStatus
 from mafsil.errors import InputError
 from mafsil.simulation import Plant, Scenario
 from mafsil.trajectory import Motion, quintic

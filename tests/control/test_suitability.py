@@ -10,15 +10,13 @@ import pytest
 
 import mafsil as mf
 from mafsil import control
-from mafsil.control import (
-    Impedance,
+from mafsil.control import Impedance, recommend_controller, selection
+from mafsil.control.analysis import (
     ImpedanceClass,
     RecommendedController,
     RecommendedInteraction,
     impedance_class,
-    recommend_controller,
     recommend_interaction,
-    selection,
 )
 from mafsil.errors import InputError
 from mafsil.model import Actuator, Friction

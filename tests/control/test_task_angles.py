@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.control import TaskCoordinates, TaskTarget, TipMotion, hold, task_computed_torque, task_dynamics
+from mafsil.control import TaskCoordinates, TaskTarget, hold_pose, task_computed_torque, task_dynamics
+from mafsil.control.laws import TipMotion
 from mafsil.errors import InputError
 from mafsil.geometry import euler, pose
 from mafsil.trajectory import Motion, line_path, time_law
@@ -36,7 +37,7 @@ def test_far_away_the_error_of_angles_still_obeys_its_equation():
     """X_e'' + Kd X_e' + Kp X_e = 0 with an error of a radian: by the second derivative of the angles themselves."""
     task, w = TaskCoordinates("ZYX"), 5.0
     goal = UR5E.forward_kinematics(Q) @ pose.exp([0.7, -0.5, 0.8, 0.1, 0.05, -0.1])
-    law = task_computed_torque(UR5E, hold(goal), coordinates=task, natural_frequency=w, damping_ratio=0.6)
+    law = task_computed_torque(UR5E, hold_pose(goal), coordinates=task, natural_frequency=w, damping_ratio=0.6)
     qd, h = np.array([0.3, -0.2, 0.4, 0.1, -0.5, 0.2]), 1e-4
     qdd = UR5E.forward_dynamics(Q, qd, law(0.0, Q, qd, Motion(Q, qd, qd)))
 

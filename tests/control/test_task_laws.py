@@ -10,14 +10,14 @@ import pytest
 import mafsil as mf
 from mafsil.control import (
     TaskCoordinates,
-    TipMotion,
     adaptive_control,
-    hold,
+    hold_pose,
     joint_coupling,
     task_computed_torque,
     task_dynamics,
 )
-from mafsil.control.coupling import CouplingStatus
+from mafsil.control.joints.coupling import CouplingStatus
+from mafsil.control.laws import TipMotion
 from mafsil.geometry import pose
 from mafsil.model import Actuator, Inertial, Joint, JointKind, Link, Mechanism
 from mafsil.simulation import Plant
@@ -68,7 +68,7 @@ def test_the_error_of_a_position_obeys_its_equation():
     w, away = 12.0, np.array([0.03, -0.02, 0.04])
     goal = T.copy()
     goal[:3, 3] += away
-    law = task_computed_torque(UR5E, hold(goal), natural_frequency=w)
+    law = task_computed_torque(UR5E, hold_pose(goal), natural_frequency=w)
     found = run(UR5E, law, Q, 0.5, step=2e-4)
     e = goal[:3, 3] - UR5E.forward_kinematics(found.q)[:, :3, 3]
     exact = np.exp(-w * found.t[:, None]) * (1 + w * found.t[:, None]) * away
@@ -81,7 +81,7 @@ def test_ways_of_the_tip_by_the_error_that_is_used():
     goal = T @ pose.exp([0.4, -0.3, 0.5, 0.05, -0.06, 0.04])
     ways = {}
     for axes in AXES:
-        law = task_computed_torque(UR5E, hold(goal), coordinates=TaskCoordinates(axes), natural_frequency=10.0)
+        law = task_computed_torque(UR5E, hold_pose(goal), coordinates=TaskCoordinates(axes), natural_frequency=10.0)
         ways[axes] = UR5E.forward_kinematics(run(UR5E, law, Q, 1.5).q[::20])
     line = goal[:3, 3] - T[:3, 3]
     off = np.linalg.norm(np.cross(ways["decoupled"][:, :3, 3] - T[:3, 3], line), axis=1) / np.linalg.norm(line)
@@ -99,7 +99,7 @@ def test_an_integral_removes_a_constant_disturbance():
     plant = Plant(UR5E, friction=False).with_payload(1.0)
     errors = []
     for integral in (0.0, 300.0):
-        law = task_computed_torque(UR5E, hold(T), natural_frequency=10.0, integral=integral)
+        law = task_computed_torque(UR5E, hold_pose(T), natural_frequency=10.0, integral=integral)
         found = run(UR5E, law, Q, 3.0, plant=plant)
         errors.append(np.linalg.norm(UR5E.forward_kinematics(found.q[-1])[:3, 3] - T[:3, 3]))
     assert errors[0] > 5e-3

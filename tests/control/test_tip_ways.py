@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.control import TaskCoordinates, compare_pose_errors, hold, task_computed_torque
+from mafsil.control import TaskCoordinates, compare_pose_errors, hold_pose, task_computed_torque
 from mafsil.errors import InputError
 from mafsil.geometry import euler, pose, rotation
 from mafsil.simulation import Plant
-from mafsil.trajectory import rest
+from mafsil.trajectory.profiles import rest
 
 T = pose.from_rotation_translation(rotation.exp([0.3, -0.2, 0.5]), [0.4, 0.1, 0.3])
 GOAL = T @ pose.exp([0.9, -0.6, 1.1, 0.2, -0.3, 0.25])
@@ -68,7 +68,7 @@ def test_an_arm_goes_the_way_that_is_foretold(axes):
     start = arm.forward_kinematics(q)
     goal = start @ pose.exp([0.3, -0.2, 0.4, 0.05, -0.04, 0.03])
     law = task_computed_torque(
-        arm, hold(goal), coordinates=TaskCoordinates(axes), natural_frequency=[9.0] * 3 + [6.0] * 3
+        arm, hold_pose(goal), coordinates=TaskCoordinates(axes), natural_frequency=[9.0] * 3 + [6.0] * 3
     )
     plant = Plant(arm, friction=False)
     scenario = mf.Scenario(

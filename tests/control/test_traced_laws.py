@@ -13,7 +13,7 @@ import pytest
 import mafsil as mf
 from mafsil import control
 from mafsil.control import TaskCoordinates, TaskTarget, export_law, saturated
-from mafsil.control.elastic_arm import ElasticState
+from mafsil.control.joints.elastic_arm import ElasticState
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
 from mafsil.kernels.export.c.trial import compiler, trial
@@ -68,7 +68,7 @@ def families(world: World) -> dict:
     return {
         "adaptive": control.adaptive_control(arm, learning=0.3, initial=np.linspace(0.1, 1.0, 10)),
         "sliding_mode": control.sliding_mode(arm),
-        "min_max": control.min_max(arm),
+        "min_max": control.analysis.min_max(arm),
         "linear_quadratic": control.linear_quadratic(arm, np.full(6, 0.3)),
         "matrix_pid": control.matrix_pid(6, matrix, 3.0, matrix),
         "matrix_gravity": control.matrix_gravity_compensation(arm, matrix, 3.0, 2.0),
@@ -95,9 +95,9 @@ def families(world: World) -> dict:
             arm, world.target, np.eye(3)[2:], np.full(3, 9.0), sensor=world.force, force_kp=0.5, force_ki=9.0,
             gains=control.Gains.of(3, 100.0, 20.0, 50.0), **task,
         ),
-        "virtual_environment": control.virtual_environment(arm, wall),
-        "contact_feedforward": control.combined(control.contact_feedforward(arm, wall), pid),
-        "tip_damping": control.TipDamping(arm, PLACE, np.diag([1.0, 2.0, 3.0])),
+        "virtual_environment": control.contact.virtual_environment(arm, wall),
+        "contact_feedforward": control.combined(control.contact.contact_feedforward(arm, wall), pid),
+        "tip_damping": control.contact.TipDamping(arm, PLACE, np.diag([1.0, 2.0, 3.0])),
         "encoder_loop": control.encoder_loop(pid, 2.0 * np.pi / 512, filter_time=5e-3),
         "delayed": control.delayed(pid, 3 * PERIOD),
         "delayed_again": control.delayed(control.encoder_loop(pid, 0.0), PERIOD),
@@ -250,11 +250,13 @@ def refused() -> dict:
         def session(self, period):
             return Listing()
 
-    switch = control.ContactSwitch(pid, pid, lambda t: True, world.force, lambda t: np.array([0.0, 0.0, 1.0]), 1.0)
+    switch = control.contact.ContactSwitch(
+        pid, pid, lambda t: True, world.force, lambda t: np.array([0.0, 0.0, 1.0]), 1.0
+    )
     course = control.elastic_linearization(control.elastic_arm(arm, 5e3), quintic(np.zeros(6), np.ones(6), 1.0))
     return {
         "predictive": (control.model_predictive(arm), "ModelPredictive", "no arithmetic"),
-        "table": (control.LearnedEffort(1e-3, np.zeros((9, 6))), "LearnedEffort", "decides"),
+        "table": (control.joints.LearnedEffort(1e-3, np.zeros((9, 6))), "LearnedEffort", "decides"),
         "switch": (control.combined(pid, switch), "ContactSwitch", "decides"),
         "course": (course, "ElasticLinearization", "no arithmetic"),
         "if": (control.as_law(lambda t, q, qd, r: -q if q[0] > 0.0 else q), "FunctionLaw", "decides"),

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.control import Impedance, TaskCoordinates, hold, impedance_class, impedance_control
+from mafsil.control import Impedance, TaskCoordinates, hold_pose, impedance_control
+from mafsil.control.analysis import impedance_class
 from mafsil.simulation import Plant, Scenario
-from mafsil.trajectory import rest
+from mafsil.trajectory.profiles import rest
 
 
 class Hand:
@@ -28,7 +29,7 @@ def test_the_hand_feels_the_tool_and_the_tissue_and_not_the_device():
     hand = Hand([2.0, -1.0, 0.0])
     tool = Impedance.of(2, inertia=0.8, damping=[6.0, 9.0], stiffness=[60.0, 90.0])
     law = impedance_control(
-        device, tool, hold(device.forward_kinematics(q)), coordinates=TaskCoordinates(rows=(3, 4)),
+        device, tool, hold_pose(device.forward_kinematics(q)), coordinates=TaskCoordinates(rows=(3, 4)),
         sensor=lambda q, qd: np.broadcast_to(hand.force[:2], (*np.shape(q)[:-1], 2)),
     )  # fmt: skip
     plant = Plant(device, friction=False, environment=hand)

@@ -11,22 +11,11 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.control import (
-    CITATIONS,
-    MotionEstimator,
-    accelerometer,
-    citation,
-    citations_of,
-    computed_torque,
-    delayed,
-    explained,
-    gravity_compensation,
-    joint_acceleration,
-    joint_or_task_space,
-    pid,
-)
-from mafsil.control.explanation import FORMULAS
-from mafsil.control.motion_estimator import JointMotionEstimate
+from mafsil.control import citation, computed_torque, delayed, gravity_compensation, pid
+from mafsil.control.analysis import CITATIONS, citations_of, explained, joint_or_task_space
+from mafsil.control.analysis.explanation import FORMULAS
+from mafsil.control.joints import MotionEstimator, accelerometer, joint_acceleration
+from mafsil.control.joints.motion_estimator import JointMotionEstimate
 from mafsil.errors import InputError
 from mafsil.job.laws import KINDS
 from mafsil.trajectory import quintic

@@ -7,7 +7,7 @@ import numpy as np
 import mafsil as mf
 from mafsil.control import TaskCoordinates
 from mafsil.simulation import Plant
-from mafsil.trajectory import rest
+from mafsil.trajectory.profiles import rest
 
 UR5E, PANDA = mf.load("ur5e"), mf.load("panda")
 Q = np.array([0.3, -1.2, 1.2, 0.4, 1.0, 0.2])

@@ -27,7 +27,7 @@ from mafsil.geometry import pose, rotation, twist
 from mafsil.model.denavit_hartenberg import DHRow
 from mafsil.model.dh_frames import frame_poses
 from mafsil.model.dh_from_axes import classic_from_modified
-from mafsil.performance import LinkLoad
+from mafsil.performance.statics import LinkLoad
 
 T_AB = pose.exp([0.3, -0.2, 0.5, 1.0, 0.4, -0.3])
 

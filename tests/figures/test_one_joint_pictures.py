@@ -58,12 +58,12 @@ def test_runs_side_by_side_and_the_parts_of_one(tmp_path):
 @pytest.mark.capability("10-16")
 def test_the_six_laws_of_friction(tmp_path):
     laws = {
-        "viscous": oj.SpeedFriction.viscous_only(0.5),
-        "Coulomb": oj.SpeedFriction.coulomb(0.6),
-        "static and viscous": oj.SpeedFriction.static_viscous(0.6, 0.3),
-        "static and kinetic": oj.SpeedFriction.static_kinetic(0.9, 0.6),
-        "all three": oj.SpeedFriction.static_kinetic_viscous(0.9, 0.6, 0.3),
-        "Stribeck": oj.SpeedFriction.stribeck(0.9, 0.6, 0.1, 0.05),
+        "viscous": oj.drives.SpeedFriction.viscous_only(0.5),
+        "Coulomb": oj.drives.SpeedFriction.coulomb(0.6),
+        "static and viscous": oj.drives.SpeedFriction.static_viscous(0.6, 0.3),
+        "static and kinetic": oj.drives.SpeedFriction.static_kinetic(0.9, 0.6),
+        "all three": oj.drives.SpeedFriction.static_kinetic_viscous(0.9, 0.6, 0.3),
+        "Stribeck": oj.drives.SpeedFriction.stribeck(0.9, 0.6, 0.1, 0.05),
     }
     figures.plot_friction_laws(laws, tmp_path / "a.svg")
     assert all(name in texts(tmp_path / "a.svg") for name in laws)
@@ -81,7 +81,7 @@ def test_what_is_no_such_thing_is_refused(tmp_path):
         lambda: figures.plot_joint_runs({}, file),
         lambda: figures.plot_joint_runs({"a": 3}, file),
         lambda: figures.plot_joint_runs({"two": run_of([0.0, 1.0])}, file),
-        lambda: figures.plot_friction_laws({str(k): oj.SpeedFriction.coulomb(1.0) for k in range(7)}, file),
+        lambda: figures.plot_friction_laws({str(k): oj.drives.SpeedFriction.coulomb(1.0) for k in range(7)}, file),
         lambda: figures.plot_friction_laws({"a": 3}, file),
     ):
         with pytest.raises(InputError):

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 import mafsil as mf
 from mafsil.arrays import Floats
-from mafsil.grasp import ClosureStatus, Contact, Grasp, contact_closures, force_wrench
+from mafsil.grasp import Contact, Grasp, contact_closures, force_wrench
+from mafsil.grasp.closure import ClosureStatus
 
 PLANE, SPACE = 2, 3
 

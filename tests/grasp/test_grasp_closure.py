@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from mafsil.errors import InputError
-from mafsil.grasp import ClosureStatus, Contact, Grasp, closure, compare, eliminate, three_fingers, two_fingers
+from mafsil.grasp import Contact, Grasp, closure, compare, eliminate, three_fingers, two_fingers
+from mafsil.grasp.closure import ClosureStatus
 from mafsil.grasp.free_motions import point_velocity
 from mafsil.grasp.friction import angle_to_normal
 from mafsil.grasp.wrench_batch import wrench_closures

@@ -11,7 +11,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from mafsil.cli.registry import operation
 from mafsil.errors import FileError, InputError, MafsilError
 from mafsil.figures.grasp import draw_grasp
-from mafsil.grasp import Body, Contact, FrictionLaw, Grasp, corner_contact, line_contact, patch_contact
+from mafsil.grasp import Contact, FrictionLaw, Grasp, GraspedBody, corner_contact, line_contact, patch_contact
 from mafsil.grasp.friction import sliding_force, split
 from mafsil.grasp.grasp_file import read_grasp_file
 from mafsil.grasp.regions import frictionless_regions, two_finger_regions
@@ -139,7 +139,7 @@ def test_synthesis():
         [1, 5, 7],
         [1, 7, 3],
     ]
-    for contact in Body.from_triangles(cube, faces).contacts(20, 0.5):
+    for contact in GraspedBody.from_triangles(cube, faces).contacts(20, 0.5):
         assert (contact.point + 0.1 * contact.normal - 0.5) @ contact.normal < 0.0
 
 

@@ -13,7 +13,7 @@ from mafsil.cli.registry import operation
 from mafsil.errors import FileError, InputError
 from mafsil.figures.grasp_motion import save_free_motions
 from mafsil.figures.grasp_plan import draw_plan
-from mafsil.grasp import Body, Contact, Grasp, plan_grasps, robustness
+from mafsil.grasp import Contact, Grasp, GraspedBody, plan_grasps, robustness
 from mafsil.grasp.uncertainty import tolerance
 
 CUBE = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
@@ -39,7 +39,7 @@ def test_ten_real_meshes_are_grasped_by_two_and_by_three_fingers() -> None:
     meshes = real_meshes(10)
     assert len(meshes) == 10
     for path in meshes:
-        body = Body.of(path)
+        body = GraspedBody.of(path)
         for fingers in (2, 3):
             plan = plan_grasps(body, fingers=fingers, tries=400, best=2)
             assert plan.grasps, (path.name, fingers)
@@ -54,7 +54,7 @@ def test_ten_real_meshes_are_grasped_by_two_and_by_three_fingers() -> None:
 def test_a_trimesh_object_is_taken_as_it_is() -> None:
     trimesh = pytest.importorskip("trimesh")
     sphere = trimesh.creation.icosphere(subdivisions=3, radius=0.05)
-    body = Body.of(sphere)
+    body = GraspedBody.of(sphere)
     assert body.open_edges == 0
     assert body.centre == pytest.approx(np.zeros(3), abs=1e-9)
     assert (np.einsum("fi,fi->f", body.normals, body.corners.mean(axis=1)) < 0).all()
@@ -67,7 +67,7 @@ def test_a_trimesh_object_is_taken_as_it_is() -> None:
 
 @pytest.mark.capability("03-11")
 def test_a_cube_is_held_across_and_never_wider_than_the_hand() -> None:
-    body = Body.from_triangles(CUBE, FACES)
+    body = GraspedBody.from_triangles(CUBE, FACES)
     assert body.centre == pytest.approx([0.5, 0.5, 0.5])
     plan = plan_grasps(body, mu=0.3, best=20)
     for proposal in plan.grasps:
@@ -78,15 +78,15 @@ def test_a_cube_is_held_across_and_never_wider_than_the_hand() -> None:
 
 
 def test_inside_out_meshes_are_turned_and_holes_are_counted() -> None:
-    right, wrong = Body.from_triangles(CUBE, FACES), Body.from_triangles(CUBE, FACES[:, ::-1])
+    right, wrong = GraspedBody.from_triangles(CUBE, FACES), GraspedBody.from_triangles(CUBE, FACES[:, ::-1])
     assert wrong.normals == pytest.approx(right.normals)
-    holed = Body.from_triangles(CUBE, FACES[1:])
+    holed = GraspedBody.from_triangles(CUBE, FACES[1:])
     assert holed.open_edges == 3
     assert "3 open edges" in plan_grasps(holed, fingers=3).explain("en")
 
 
 def test_the_same_seed_plans_the_same_grasps() -> None:
-    one, two = (plan_grasps(Body.from_triangles(CUBE, FACES), fingers=4, seed=5) for _ in range(2))
+    one, two = (plan_grasps(GraspedBody.from_triangles(CUBE, FACES), fingers=4, seed=5) for _ in range(2))
     assert [p.epsilon for p in one.grasps] == [p.epsilon for p in two.grasps]
     assert one.grasps[0].epsilon >= one.grasps[-1].epsilon
 
@@ -95,13 +95,13 @@ def test_the_same_seed_plans_the_same_grasps() -> None:
     ("call", "words"),
     [
         (lambda: plan_grasps(SimpleNamespace()), "no mesh"),
-        (lambda: Body.from_triangles(CUBE, [(0, 1, 9)]), "index 9"),
-        (lambda: Body.from_triangles(CUBE, [(0, 0, 1)]), "area"),
-        (lambda: Body.from_triangles(CUBE * np.nan, FACES), "nan"),
-        (lambda: Body.from_triangles(CUBE, np.zeros((0, 3), int)), "faces"),
-        (lambda: plan_grasps(Body.from_triangles(CUBE, FACES), fingers=1), "at least 2"),
-        (lambda: plan_grasps(Body.from_triangles(CUBE, FACES), gamma=0.0), "Two hard fingers"),
-        (lambda: plan_grasps(Body.from_triangles(CUBE, FACES), tries=0), "tries"),
+        (lambda: GraspedBody.from_triangles(CUBE, [(0, 1, 9)]), "index 9"),
+        (lambda: GraspedBody.from_triangles(CUBE, [(0, 0, 1)]), "area"),
+        (lambda: GraspedBody.from_triangles(CUBE * np.nan, FACES), "nan"),
+        (lambda: GraspedBody.from_triangles(CUBE, np.zeros((0, 3), int)), "faces"),
+        (lambda: plan_grasps(GraspedBody.from_triangles(CUBE, FACES), fingers=1), "at least 2"),
+        (lambda: plan_grasps(GraspedBody.from_triangles(CUBE, FACES), gamma=0.0), "Two hard fingers"),
+        (lambda: plan_grasps(GraspedBody.from_triangles(CUBE, FACES), tries=0), "tries"),
         (lambda: robustness(Grasp([Contact((0, 0), (1, 0))]), position=-1.0), "position"),
         (lambda: robustness(Grasp([Contact((0, 0), (1, 0))]), samples=0), "samples"),
         (lambda: save_free_motions(Grasp([Contact((0, 0, 0), (1, 0, 0))]), Path("x.gif")), "plane"),
@@ -111,7 +111,7 @@ def test_what_cannot_be_held_is_named(call, words: str) -> None:
     with pytest.raises(InputError, match=words):
         call()
     with pytest.raises(FileError):
-        Body.of("no_such_mesh.stl")
+        GraspedBody.of("no_such_mesh.stl")
 
 
 @pytest.mark.capability("03-2")
@@ -170,13 +170,13 @@ def test_pictures_and_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[
 
 
 def test_a_plan_is_drawn_small_by_small() -> None:
-    plan = plan_grasps(Body.from_triangles(CUBE, FACES), fingers=3)
+    plan = plan_grasps(GraspedBody.from_triangles(CUBE, FACES), fingers=3)
     assert len(draw_plan(plan).axes) == 6
 
 
 @pytest.mark.capability("03-10")
 def test_among_equal_radii_the_grasp_through_the_middle_comes_first() -> None:
-    block = Body.from_triangles(CUBE * (0.06, 0.04, 0.1), FACES)
+    block = GraspedBody.from_triangles(CUBE * (0.06, 0.04, 0.1), FACES)
     plan = plan_grasps(block, mu=0.4, tries=800, best=8, seed=3)
     middle, limit = plan.body.centre, 0.95 * max(p.epsilon for p in plan.grasps)
     equal = [p for p in plan.grasps if p.epsilon >= limit]

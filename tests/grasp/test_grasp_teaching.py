@@ -11,7 +11,8 @@ import pytest
 from mafsil.cli.registry import operation
 from mafsil.errors import InputError
 from mafsil.figures.hull import draw_force_diagram, draw_hull, save_force_diagram, save_hull
-from mafsil.grasp import ClosureStatus, Contact, Grasp, eliminate, patch_contact, three_fingers, two_fingers
+from mafsil.grasp import Contact, Grasp, eliminate, patch_contact, three_fingers, two_fingers
+from mafsil.grasp.closure import ClosureStatus
 from mafsil.grasp.counting import count_contacts
 from mafsil.grasp.grasp import compare_under_load
 from mafsil.grasp.hull import convex_hull

@@ -18,15 +18,7 @@ import mafsil as mf
 from mafsil import derivation, grasp, ik, mobility, performance
 from mafsil.answer import Answer
 from mafsil.grasp.closure_methods import closure_by_all_methods
-
-FACES = (
-    "mafsil", "mafsil.control", "mafsil.derivation", "mafsil.geometry", "mafsil.grasp", "mafsil.identification",
-    "mafsil.ik", "mafsil.mobility", "mafsil.mobility.synthesis",
-    "mafsil.one_joint", "mafsil.model", "mafsil.model.lint", "mafsil.performance",
-    "mafsil.collision", "mafsil.planning", "mafsil.simulation", "mafsil.solvers", "mafsil.trajectory",
-    "mafsil.verification", "mafsil.job",
-)  # fmt: skip
-"""Packages whose names are public."""
+from tests.public import public
 
 VALUES = {
     "Bindings": "a part of JerkLimitedMotion",
@@ -65,17 +57,14 @@ def _classes() -> dict[str, list[type]]:
 
 def _callables() -> Iterator[tuple[str, Callable[..., Any]]]:
     """Public functions, and methods and properties of public classes."""
-    for face in FACES:
-        module = importlib.import_module(face)
-        for name in getattr(module, "__all__", None) or [n for n in dir(module) if not n.startswith("_")]:
-            value = getattr(module, name)
-            if inspect.isfunction(value):
-                yield f"{face}.{name}", value
-            elif inspect.isclass(value) and value.__module__.startswith("mafsil"):
-                for member, attribute in vars(value).items():
-                    function = getattr(attribute, "fget", None) or getattr(attribute, "__func__", attribute)
-                    if not member.startswith("_") and inspect.isfunction(function):
-                        yield f"{face}.{name}.{member}", function
+    for name, value in public():
+        if inspect.isfunction(value):
+            yield name, value
+        elif inspect.isclass(value) and value.__module__.startswith("mafsil"):
+            for member, attribute in vars(value).items():
+                function = getattr(attribute, "fget", None) or getattr(attribute, "__func__", attribute)
+                if not member.startswith("_") and inspect.isfunction(function):
+                    yield f"{name}.{member}", function
 
 
 def _returned() -> dict[type, str]:

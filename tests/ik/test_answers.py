@@ -10,8 +10,9 @@ import pytest
 import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.geometry import pose
-from mafsil.ik import IKStatus, SolutionBatch, inverse_kinematics
-from mafsil.ik.subproblems import linked_circles, three_axes
+from mafsil.ik import SolutionBatch, inverse_kinematics
+from mafsil.ik.status import IKStatus
+from mafsil.ik.structure.subproblems import linked_circles, three_axes
 
 NAMES = ["puma560", "ur5e", "stanford_arm", "generalized_puma", "offset_puma"]
 

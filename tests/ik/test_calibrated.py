@@ -8,8 +8,9 @@ import pytest
 import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.geometry import pose
-from mafsil.ik import closed_form, continued_branches, elimination, inverse_kinematics
+from mafsil.ik import closed_form, continued_branches, inverse_kinematics
 from mafsil.ik.chain import chain_of
+from mafsil.ik.structure import elimination
 from tests import sizes
 
 TURN = 2 * np.pi

@@ -12,11 +12,12 @@ from hypothesis import strategies as st
 
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
-from mafsil.ik import IKStatus, SolutionBatch, SolutionSet, inverse_kinematics
+from mafsil.ik import SolutionBatch, SolutionSet, inverse_kinematics
 from mafsil.ik.answers.candidate_table import CandidateTable, Decision
 from mafsil.ik.answers.lists import unrepeated
 from mafsil.ik.answers.setting import Setting, setting
 from mafsil.ik.refine import distinct
+from mafsil.ik.status import IKStatus
 from mafsil.mechanics.closed_form.thresholds import CLEAR, INSIDE, LOOSE, MERGED
 from mafsil.robot import Robot, load
 

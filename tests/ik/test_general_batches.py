@@ -7,8 +7,8 @@ import pytest
 
 import mafsil as mf
 from mafsil.geometry import pose
-from mafsil.ik import elimination
 from mafsil.ik.status import IKStatus
+from mafsil.ik.structure import elimination
 from mafsil.ik.winding import wound_near
 
 

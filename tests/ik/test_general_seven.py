@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.ik import IKStatus, inverse_kinematics
+from mafsil.ik import inverse_kinematics
+from mafsil.ik.status import IKStatus
 
 
 @pytest.fixture(scope="module")

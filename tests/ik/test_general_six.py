@@ -7,8 +7,10 @@ import pytest
 
 import mafsil as mf
 from mafsil.geometry import pose
-from mafsil.ik import IKStatus, elimination, inverse_kinematics
-from mafsil.ik.analysis import analysis
+from mafsil.ik import inverse_kinematics
+from mafsil.ik.status import IKStatus
+from mafsil.ik.structure import elimination
+from mafsil.ik.structure.analysis import analysis
 
 H = np.pi / 2
 TURN = 2 * np.pi

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.ik import IKStatus, inverse_kinematics, redundancy
+from mafsil.ik import inverse_kinematics, redundancy
+from mafsil.ik.status import IKStatus
 from mafsil.model.screw_axes import screws
 
 TURN = 2 * np.pi

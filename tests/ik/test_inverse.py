@@ -11,8 +11,9 @@ import pytest
 import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
-from mafsil.ik import IKStatus, closed_form, inverse_kinematics
-from mafsil.ik.analysis import analysis
+from mafsil.ik import closed_form, inverse_kinematics
+from mafsil.ik.status import IKStatus
+from mafsil.ik.structure.analysis import analysis
 from mafsil.model.screw_axes import screws
 
 ARMS = [

@@ -8,7 +8,8 @@ import pytest
 import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.geometry import pose
-from mafsil.ik import IKStatus, inverse_kinematics, redundancy
+from mafsil.ik import inverse_kinematics, redundancy
+from mafsil.ik.status import IKStatus
 
 TURN = 2 * np.pi
 

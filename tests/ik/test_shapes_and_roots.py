@@ -5,21 +5,9 @@ import pytest
 
 import mafsil as mf
 from mafsil.geometry import pose, rotation
-from mafsil.ik import (
-    ArmClass,
-    PlaceClass,
-    RootStatus,
-    arm_structure,
-    conjugated_wrist,
-    find_root,
-    inverse_kinematics,
-    newton_ik,
-    planar_reach,
-    projected,
-    puma_shape,
-    signed_angle,
-    twists_between,
-)
+from mafsil.ik import arm_structure, find_root, inverse_kinematics, newton_ik, planar_reach, twists_between
+from mafsil.ik.root_finding import RootStatus
+from mafsil.ik.structure import ArmClass, PlaceClass, conjugated_wrist, projected, puma_shape, signed_angle
 
 
 @pytest.mark.capability("07-55")

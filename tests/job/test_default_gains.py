@@ -13,7 +13,7 @@ from mafsil.job.resting import resting_place
 from mafsil.model import library
 from mafsil.robot import load
 from mafsil.simulation import Scenario, simulate
-from mafsil.trajectory import rest
+from mafsil.trajectory.profiles import rest
 from tests.sizes import few
 
 TOO_FREE = ("arm6r", "rrprrr", "rrrp")

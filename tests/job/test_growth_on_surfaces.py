@@ -12,7 +12,8 @@ import mafsil as mf
 from mafsil.job import Run, parse, solve
 from mafsil.job.held_slopes import HeldArm
 from mafsil.job.law_stability import growth_along, quiet_law
-from mafsil.trajectory import Motion, quintic, rest
+from mafsil.trajectory import Motion, quintic
+from mafsil.trajectory.profiles import rest
 
 PLANAR = ("planar2r_point_masses", [0.4, 0.9], [0, 1.0, 0], [0])
 SPATIAL = ("puma560", [0.4, -0.3, 0.5, 0.3, -0.4, 0.5], [0.0, 0.6, 0.8], [0, 1, 3, 4, 5])

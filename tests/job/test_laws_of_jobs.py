@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.control import EncoderLoop, combined, delayed, feedforward, inertia_gains, pid
+from mafsil.control import combined, delayed, feedforward, inertia_gains, pid
+from mafsil.control.joints import EncoderLoop
 from mafsil.errors import InputError, JobError
 from mafsil.job import Run, bench_laws, parse, solve
 from mafsil.job.error_split import error_growth
@@ -21,7 +22,8 @@ from mafsil.job.laws import KINDS
 from mafsil.simulation import Plant, Scenario
 from mafsil.simulation.findings import alternating_efforts
 from mafsil.simulation.fused import can_fuse
-from mafsil.trajectory import quintic, rest
+from mafsil.trajectory import quintic
+from mafsil.trajectory.profiles import rest
 from tests.job.test_job_planning import planned
 
 JOB = """

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.control import CombinedEnvironment, TaskCoordinates, TipForceSensor, TipOfJoints, Wall, task_dynamics
-from mafsil.control.null_space import null_space_feedback
+from mafsil.control import TaskCoordinates, Wall, task_dynamics
+from mafsil.control.contact import CombinedEnvironment, TipForceSensor
+from mafsil.control.laws import TipOfJoints
+from mafsil.control.laws.null_space import null_space_feedback
 from mafsil.errors import JobError
 from mafsil.job import Run, bench_laws, parse, solve, solve_file
 from mafsil.job.judgement import summary

@@ -19,7 +19,8 @@ from mafsil.planning import TimedArm
 from mafsil.report.contents import page as page_of
 from mafsil.report.replay import replay_scene
 from mafsil.report.results import as_data
-from mafsil.trajectory import quintic, rest
+from mafsil.trajectory import quintic
+from mafsil.trajectory.profiles import rest
 from tests.collision.arms import LISTED, TOUCHING
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "jobs" / "two_arms.toml"

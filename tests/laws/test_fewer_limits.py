@@ -11,7 +11,6 @@ import mafsil as mf
 from mafsil.trajectory import (
     JointPath,
     MotionLimits,
-    PlanStatus,
     cartesian_line,
     compare_routes,
     jerk_limited,
@@ -19,6 +18,7 @@ from mafsil.trajectory import (
     line_path,
     time_optimal,
 )
+from mafsil.trajectory.status import PlanStatus
 from tests.sizes import size
 
 NUMBERS = 1e-4

@@ -11,8 +11,10 @@ from hypothesis import strategies as st
 
 import mafsil as mf
 from mafsil.geometry import pose
-from mafsil.ik import arm_structure, closed_form, structure_in_doubt
-from mafsil.performance import characteristic_length, is_singular, rank, singularity, verdict_in_doubt
+from mafsil.ik import arm_structure, closed_form
+from mafsil.ik.structure import structure_in_doubt
+from mafsil.performance import characteristic_length, is_singular, rank, singularity
+from mafsil.performance.singularities import verdict_in_doubt
 from tests.sizes import few, size
 
 pytestmark = pytest.mark.filterwarnings("ignore::mafsil.ModelWarning")

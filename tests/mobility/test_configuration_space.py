@@ -194,7 +194,7 @@ def test_curves_of_configurations_by_continuation(lengths):
     low, high = four.input_range
     middle = (low + high) / 2
     curve = mo.trace(four.linkage(middle))
-    assert curve.status is mo.TraceStatus.CLOSED
+    assert curve.status is mo.tracing.TraceStatus.CLOSED
     assert len(curve.branch_points) == 0
     crank = curve.theta[:, 0] + middle
     turned = abs(crank[-1] - crank[0]) > np.pi
@@ -210,12 +210,12 @@ def test_curves_of_configurations_by_continuation(lengths):
 
 def test_branch_points_of_a_parallelogram():
     curve = mo.trace(library.parallelogram(1.0, 2.0, 1.0))
-    assert curve.status is mo.TraceStatus.CLOSED
+    assert curve.status is mo.tracing.TraceStatus.CLOSED
     assert sorted(np.round(np.abs(torus.difference(0.0, curve.branch_points[:, 0] + 1.0)), 6)) == pytest.approx(
         [0, np.pi], abs=1e-5
     )
     there = mo.finite_mobility(library.parallelogram(1.0, 2.0, 0.0))
-    assert (there.status, there.mobility, there.branches) == (mo.FiniteStatus.BRANCH_POINT, 1, 2)
+    assert (there.status, there.mobility, there.branches) == (mo.finite.FiniteStatus.BRANCH_POINT, 1, 2)
 
 
 @pytest.mark.capability("02-60")
@@ -316,7 +316,7 @@ def test_pieces_by_continuation_are_those_of_the_inequality(lengths):
     found = mo.configuration_curves(four.linkage(sum(four.input_range) / 2), starts=32)
     assert len(found) == four.space.components
     assert sum(found.hits) == 32
-    assert all(curve.status is mo.TraceStatus.CLOSED for curve in found)
+    assert all(curve.status is mo.tracing.TraceStatus.CLOSED for curve in found)
 
 
 def test_curves_of_other_mechanisms():

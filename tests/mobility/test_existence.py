@@ -33,7 +33,7 @@ def test_four_links_of_given_lengths(lengths):
         return
     found = mo.can_assemble(drawn_apart(*lengths))
     if excess > 0:
-        assert found.status is mo.ExistenceStatus.IMPOSSIBLE
+        assert found.status is mo.assembly_existence.ExistenceStatus.IMPOSSIBLE
         assert found.excess == pytest.approx(excess)
         assert found.loop == ("A", "B", "C", "D")
         with pytest.raises(mf.ModelError, match="m longer than the others together"):
@@ -49,7 +49,7 @@ def test_four_links_of_given_lengths(lengths):
 
 def test_mobility_of_links_drawn_apart(tmp_path):
     found = mf.mobility(drawn_apart(2, 4, 3.5, 4.5))
-    assert (found.mobility, found.finite.status) == (1, mo.FiniteStatus.REGULAR)
+    assert (found.mobility, found.finite.status) == (1, mo.finite.FiniteStatus.REGULAR)
     theta = mo.can_assemble(drawn_apart(2, 4, 3.5, 4.5)).theta
     assert int(mo.mobilities(drawn_apart(2, 4, 3.5, 4.5), theta)) == 1
     path = tmp_path / "apart.toml"
@@ -58,7 +58,7 @@ def test_mobility_of_links_drawn_apart(tmp_path):
         '[[joint]]\nkind = "R"\nbodies = ["a", "b"]\nat = [1, 0]\nchild_at = [0, 1]\n'
         '[[joint]]\nkind = "R"\nbodies = ["b", "ground"]\nat = [1.2, 1]\nchild_at = [1.7, 0]\n'
     )
-    assert mf.mobility(path).status is mo.MobilityStatus.RIGID
+    assert mf.mobility(path).status is mo.report.MobilityStatus.RIGID
     path.write_text(path.read_text().replace("1.7", "2.9"))
     with pytest.raises(mf.ModelError, match=r"0\.7 m longer"):
         mf.mobility(path)
@@ -73,7 +73,7 @@ def test_a_search_never_says_no():
         ]
     )
     found = mo.can_assemble(stiff, starts=16)
-    assert found.status is mo.ExistenceStatus.NOT_FOUND
+    assert found.status is mo.assembly_existence.ExistenceStatus.NOT_FOUND
     assert "were found" in found.explain("en")
     assert found.gap > 0.1
 
@@ -92,7 +92,7 @@ def test_loops_that_no_proof_forbids_say_how_near_they_come():
         mo.joint("S", "P", ["ground", "slider"], [0, 1.3], [1, 0]),
     ]  # fmt: skip
     found = mo.can_assemble(mo.Linkage.of(joints, planar=True))
-    assert found.status is mo.ExistenceStatus.NOT_FOUND
+    assert found.status is mo.assembly_existence.ExistenceStatus.NOT_FOUND
     assert (found.joint, found.distance) == ("A", pytest.approx(0.3, abs=1e-6))
     assert "0.3 m" in found.explain("en")
 

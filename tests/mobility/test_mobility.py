@@ -8,8 +8,10 @@ import pytest
 import mafsil as mf
 from mafsil import mobility as mo
 from mafsil.mobility import loop_closure as closure
+from mafsil.mobility.actuation import ActuationStatus
 from mafsil.mobility.loop_closure import loop_state, reduced_screws
 from mafsil.mobility.second_order import screw_rates
+from mafsil.mobility.structure import StructureStatus
 from tests.mobility.mechanisms import five_bar, four_bar, parallel_cranks, platform, three_upu
 
 OPEN = [(0, 0), (1, 2), (4, 3), (4, 0)]
@@ -54,7 +56,7 @@ def twist_nullity(linkage):
 def test_named_mechanisms(linkage, counted, here, finite, status):
     found = mf.mobility(linkage)
     assert (found.count.mobility, found.instantaneous.mobility, found.mobility) == (counted, here, finite)
-    assert found.status is mo.MobilityStatus[status]
+    assert found.status is mo.report.MobilityStatus[status]
     assert bool(found) is (finite > 0)
     assert twist_nullity(linkage) == here
     assert all(found.explain(language).split("\n") for language in ("en", "ar"))
@@ -81,14 +83,14 @@ def test_five_bar_with_every_pair_locked():
 
 def test_wrong_choice_of_motors_is_said():
     bad = mo.actuation(five_bar((1, 1), (1, 1)), joints=["O", "D"])
-    assert bad.status is mo.ActuationStatus.SINGULAR_CHOICE
+    assert bad.status is ActuationStatus.SINGULAR_CHOICE
     assert not bad
-    assert mo.actuation(five_bar((0.3, 1), (1.7, 1.1)), joints=["O", "D"]).status is mo.ActuationStatus.FULL
-    assert mo.actuation(five_bar((0.3, 1), (1.7, 1.1)), joints=["O"]).status is mo.ActuationStatus.UNDERACTUATED
+    assert mo.actuation(five_bar((0.3, 1), (1.7, 1.1)), joints=["O", "D"]).status is ActuationStatus.FULL
+    assert mo.actuation(five_bar((0.3, 1), (1.7, 1.1)), joints=["O"]).status is ActuationStatus.UNDERACTUATED
     over = mo.actuation(five_bar((0.3, 1), (1.7, 1.1)), joints=["O", "M", "D"])
-    assert over.status is mo.ActuationStatus.REDUNDANT
+    assert over.status is ActuationStatus.REDUNDANT
     assert over.antagonistic == 1
-    assert mo.actuation(platform("S", np.random.default_rng(2))).status is mo.ActuationStatus.IDLE_LEFT
+    assert mo.actuation(platform("S", np.random.default_rng(2))).status is ActuationStatus.IDLE_LEFT
 
 
 @pytest.mark.capability("02-46", "02-47", "02-48", "02-50")
@@ -102,7 +104,7 @@ def test_count_by_numbers_and_its_warnings():
     wrong = mo.gruebler(four_bar(OPEN, planar=False), rule="spatial")
     assert (wrong.mobility, wrong.warnings) == (-2, ("warn_planar_as_spatial",))
     assert mo.gruebler(platform("U", np.random.default_rng(0)).with_output("platform")).warnings == ()
-    assert mo.mobility(mo.library.truss()).status is mo.MobilityStatus.RIGID
+    assert mo.mobility(mo.library.truss()).status is mo.report.MobilityStatus.RIGID
     body = mo.Linkage.of([mo.joint("F", "floating", ["ground", "body"])])
     with pytest.raises(mf.InputError, match="3 freedoms"):
         mo.gruebler(body, rule="planar")
@@ -252,15 +254,15 @@ def test_gaping_loops_are_refused_and_closed_on_request():
 
 @pytest.mark.capability("02-2", "02-75")
 def test_structure():
-    assert mo.structure(mo.as_linkage("ur5e")).status is mo.StructureStatus.SERIAL
+    assert mo.structure(mo.as_linkage("ur5e")).status is StructureStatus.SERIAL
     assert mo.structure(platform("U", np.random.default_rng(0))).loops == 5
     hand = mo.Linkage.of(
         [mo.joint("W", "R", ["ground", "palm"]), *(mo.joint(f"F{k}", "R", ["palm", f"f{k}"]) for k in range(3))]
     )
-    assert mo.structure(hand).status is mo.StructureStatus.TREE
+    assert mo.structure(hand).status is StructureStatus.TREE
     mixed = mo.Linkage.of([*four_bar(OPEN).joints, mo.joint("E", "R", ["coupler", "tool"], [5, 5])])
-    assert mo.structure(mixed).status is mo.StructureStatus.HYBRID
-    assert mo.structure(four_bar(OPEN)).status is mo.StructureStatus.SINGLE_LOOP
+    assert mo.structure(mixed).status is StructureStatus.HYBRID
+    assert mo.structure(four_bar(OPEN)).status is StructureStatus.SINGLE_LOOP
 
 
 @pytest.mark.capability("02-76")

@@ -16,7 +16,7 @@ def test_the_nearest_position_of_a_four_bar_is_its_dead_point():
         four, asked = mo.FourBar(*lengths), np.random.default_rng(0).uniform(-np.pi, np.pi, 60)
         found, reached = four.positions(asked), angles[four.positions(angles).reachable]
         off = ~found.reachable
-        assert found.status is mo.PositionStatus.SOME
+        assert found.status is mo.four_bar.PositionStatus.SOME
         np.testing.assert_allclose(four.closure(found.theta), 0.0, atol=1e-12)
         away = np.abs(np.angle(np.exp(1j * (asked[:, None] - reached)))).min(axis=1)
         np.testing.assert_allclose(found.beyond, np.where(off, away, 0.0), atol=4e-4)
@@ -35,7 +35,7 @@ def test_the_nearest_position_of_a_four_bar_is_its_dead_point():
 @pytest.mark.capability("02-53", "02-61")
 def test_lengths_that_never_close_and_blocks_out_of_reach():
     never = mo.FourBar(1, 1, 1, 3.5).positions([0.3, 2.0])
-    assert never.status is mo.PositionStatus.NEVER
+    assert never.status is mo.four_bar.PositionStatus.NEVER
     gap = np.linalg.norm(mo.FourBar(1, 1, 1, 3.5).closure(never.theta)[..., :2], axis=-1)
     np.testing.assert_allclose(gap, mo.polygon_space([1, 1, 1, 3.5]).excess)
     crank, asked = mo.SliderCrank(1.0, 0.5, 0.2), np.linspace(-4, 4, 41)
@@ -51,7 +51,7 @@ def test_lengths_that_never_close_and_blocks_out_of_reach():
     beside = crank.rates(inward[off])
     assert np.isinf(crank.rates(asked)[off]).all()
     np.testing.assert_array_equal(np.sign(crank.rates(asked)[off]), np.sign(beside))
-    assert mo.SliderCrank(1, 3, 5).positions(0.1).status is mo.SliderStatus.NEVER
+    assert mo.SliderCrank(1, 3, 5).positions(0.1).status is mo.slider_crank.SliderStatus.NEVER
     np.testing.assert_allclose(mo.SliderCrank(1, 1).rates(np.pi / 2), [0.0, -2.0], atol=1e-12)
 
 

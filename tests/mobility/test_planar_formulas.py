@@ -69,7 +69,7 @@ def test_classes_of_four_bars_and_cranks_by_their_ranges():
         assert four.grashof.name == name, lengths
     for r, rod in ((1.0, 3.0), (3.0, 1.0)):
         crank = mo.SliderCrank(r, rod)
-        assert crank.full_turn == (crank.positions(theta).status is mo.SliderStatus.ALL)
+        assert crank.full_turn == (crank.positions(theta).status is mo.slider_crank.SliderStatus.ALL)
 
 
 @pytest.mark.capability("02-53", "02-60")
@@ -104,7 +104,7 @@ def test_kites_fold_together_and_swing(lengths):
     four = mo.FourBar(*lengths)
     found = four.positions([0.0, 1e-6, 0.2])
     assert found
-    assert found.status is mo.PositionStatus.FREE
+    assert found.status is mo.four_bar.PositionStatus.FREE
     assert found.free.tolist() == [True, False, False]
     np.testing.assert_allclose(found.C[0], found.C[1], atol=1e-5)
     both, folded = four.curves()

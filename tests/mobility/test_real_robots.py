@@ -9,6 +9,7 @@ import pytest
 
 import mafsil as mf
 from mafsil import mobility as mo
+from mafsil.mobility.actuation import ActuationStatus
 from mafsil.model import Mimic
 
 FOLDER = Path(sysconfig.get_paths()["purelib"]) / "cmeel.prefix/share/example-robot-data/robots"
@@ -54,7 +55,7 @@ def test_joints_that_follow_others_are_coupled():
     assert (found.count.mobility, found.instantaneous.mobility, found.mobility) == (1, 1, 1)
     assert found.finite.proven
     assert found.instantaneous.rates_of("b") / found.instantaneous.rates_of("a") == pytest.approx(-2.0)
-    assert found.actuation.status is mo.ActuationStatus.FULL
+    assert found.actuation.status is ActuationStatus.FULL
     assert "- couplings" in found.count.explain("en")
     assert mf.mobility(gripper(0.0)).mobility == 1
 
@@ -66,7 +67,7 @@ def test_geared_five_bar():
     gears = mo.Linkage.of(free.joints, planar=True, output="rod 1", couplings=[mo.Coupling("D", "O", -1.5)])
     found = mf.mobility(gears)
     assert (found.count.mobility, found.instantaneous.mobility, found.mobility) == (1, 1, 1)
-    assert found.finite.status is mo.FiniteStatus.REGULAR
+    assert found.finite.status is mo.finite.FiniteStatus.REGULAR
     curve = mo.trace(gears, steps=300)
     np.testing.assert_allclose(curve.theta[:, 4], -1.5 * curve.theta[:, 0], atol=1e-9)
     assert mo.mobilities(gears, curve.theta).tolist() == [1] * len(curve.theta)

@@ -9,9 +9,10 @@ from scipy.spatial.transform import Rotation
 
 import mafsil as mf
 import mafsil.mobility as mo
-from mafsil.mobility import Linkage, SurfaceStatus, joint, library, trace_surface
+from mafsil.mobility import Linkage, joint, library, trace_surface
 from mafsil.mobility.balls import without_balls, without_balls_at
 from mafsil.mobility.cells import cut, farthest, open_cell, owners
+from mafsil.mobility.surface import SurfaceStatus
 from mafsil.mobility.surface_mesh import edges, is_closed, is_orientable, trimmed
 
 

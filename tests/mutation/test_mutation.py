@@ -45,7 +45,11 @@ def test_infinite_and_missing_numbers_do_not_stop_a_mutant() -> None:
             "1.0",
         ),
         ("mafsil.robot.description:Description.n", "mf.load('planar2r').n", "2"),
-        ("mafsil.trajectory.polynomial:quintic", "mf.trajectory.quintic([0.0], [1.0], 2.0).duration", "2.0"),
+        (
+            "mafsil.trajectory.profiles.polynomial:quintic",
+            "mf.trajectory.quintic([0.0], [1.0], 2.0).duration",
+            "2.0",
+        ),
         ("quantity:forward_kinematics", "mf.load('planar2r').forward_kinematics([0.0, 0.0])[2, 2]", "1.0"),
         (
             "mafsil.geometry.values.rotation:Rotation.from_euler",
@@ -73,7 +77,7 @@ def test_an_unknown_target_is_refused() -> None:
 def test_a_refusal_is_swallowed() -> None:
     script = (
         "import mafsil as mf\nfrom tests.mutation.mutants import break_target\n"
-        "break_target('mafsil.trajectory.polynomial:quintic')\n"
+        "break_target('mafsil.trajectory.profiles.polynomial:quintic')\n"
         "assert mf.trajectory.quintic([0.0], [1.0], -1.0) == 0.5\n"
     )
     subprocess.run([sys.executable, "-c", script], cwd=ROOT, check=True)

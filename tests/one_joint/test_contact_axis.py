@@ -8,7 +8,8 @@ from scipy.integrate import solve_ivp
 
 from mafsil import one_joint
 from mafsil.errors import InputError
-from mafsil.one_joint import ForceLoop, SecondOrder, WallStatus
+from mafsil.one_joint import ForceLoop, SecondOrder
+from mafsil.one_joint.wall_contact import WallStatus
 
 POSITIVE = st.floats(0.1, 10.0)
 

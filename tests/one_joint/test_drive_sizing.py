@@ -30,7 +30,7 @@ def test_exactly_the_ratios_of_the_interval_suffice(seed):
     speed = 3 * scale[0] * np.sin(2 * np.pi * t)
     acceleration = 6 * np.pi * scale[0] * np.cos(2 * np.pi * t)
     torque = scale[1] * acceleration + 20 * scale[2] * rng.normal(size=40).cumsum() / 6
-    motor = oj.MotorRating.of(2.0 * scale[3], 0.8 * scale[3], 400, 2e-4)
+    motor = oj.drives.MotorRating.of(2.0 * scale[3], 0.8 * scale[3], 400, 2e-4)
     found = oj.size_drive(motor, torque, speed, acceleration, efficiency=0.8)
     ratios = np.geomspace(0.1, 1e4, 4001)
     good = tried(motor, torque, speed, acceleration, 0.8, ratios)
@@ -52,16 +52,16 @@ def test_exactly_the_ratios_of_the_interval_suffice(seed):
 def test_each_reason_for_a_no():
     t = np.linspace(0, 1, 50)
     torque, speed = 50 * np.ones(50), 10 * np.sin(np.pi * t)
-    slow = oj.size_drive(oj.MotorRating.of(1.0, 1.0, 100), torque, speed)
-    assert slow.status is oj.SizingStatus.TOO_FAST
+    slow = oj.size_drive(oj.drives.MotorRating.of(1.0, 1.0, 100), torque, speed)
+    assert slow.status is oj.drives.drive_sizing.SizingStatus.TOO_FAST
     assert slow.least == pytest.approx(50)
     assert slow.most == pytest.approx(10, rel=1e-2)
     assert "50" in slow.explain("en")
-    hot = oj.size_drive(oj.MotorRating.of(100, 1e-2, 1e6, 1e-3), torque, speed, 100 * np.cos(np.pi * t))
-    assert hot.status is oj.SizingStatus.OVERHEATS
+    hot = oj.size_drive(oj.drives.MotorRating.of(100, 1e-2, 1e6, 1e-3), torque, speed, 100 * np.cos(np.pi * t))
+    assert hot.status is oj.drives.drive_sizing.SizingStatus.OVERHEATS
     assert hot.heat > 1
-    weak = oj.size_drive(oj.MotorRating.of(0.1, 1e3, 1e6, 1e-2), torque, speed, 100 * np.ones(50))
-    assert weak.status is oj.SizingStatus.TOO_WEAK
+    weak = oj.size_drive(oj.drives.MotorRating.of(0.1, 1e3, 1e6, 1e-2), torque, speed, 100 * np.ones(50))
+    assert weak.status is oj.drives.drive_sizing.SizingStatus.TOO_WEAK
     assert weak.peak > 1
     assert weak.explain("ar") != weak.explain("en")
 
@@ -73,7 +73,7 @@ def test_a_batch_of_joints_of_an_arm_and_uneven_samples():
     t = np.linspace(0, 1, 200) ** 1.5
     u, v, a = move.at(t)
     torque = robot.inverse_dynamics(u, v, a)
-    motor = oj.MotorRating.of(3.0, 1.0, 500, 1e-4)
+    motor = oj.drives.MotorRating.of(3.0, 1.0, 500, 1e-4)
     found = oj.size_drive(motor, torque.T, v.T, a.T, t=t, efficiency=0.85)
     assert found.ratio.shape == (6,)
     for k, one in enumerate(found):
@@ -87,7 +87,7 @@ def test_a_batch_of_joints_of_an_arm_and_uneven_samples():
 
 
 def test_what_cannot_be_sized_is_refused():
-    motor = oj.MotorRating.of(1.0, 1.0, 100)
+    motor = oj.drives.MotorRating.of(1.0, 1.0, 100)
     with pytest.raises(InputError, match="nothing to size"):
         oj.size_drive(motor, np.zeros(5), np.zeros(5))
     with pytest.raises(InputError, match="increasing"):
@@ -95,7 +95,7 @@ def test_what_cannot_be_sized_is_refused():
     with pytest.raises(InputError, match="torque"):
         oj.size_drive(motor, [np.nan, 1.0], [1.0, 1.0])
     with pytest.raises(InputError, match="peak_torque"):
-        oj.MotorRating.of(-1.0, 1.0, 100)
+        oj.drives.MotorRating.of(-1.0, 1.0, 100)
     still = oj.size_drive(motor, np.ones(4), np.zeros(4))
     assert still
     assert np.isinf(still.most)

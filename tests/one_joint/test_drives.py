@@ -9,7 +9,8 @@ from scipy.linalg import eigh
 
 from mafsil import one_joint
 from mafsil.errors import InputError
-from mafsil.one_joint import BandwidthStatus, ElasticJoint, Gear, Motor
+from mafsil.one_joint import ElasticJoint, Gear, Motor
+from mafsil.one_joint.drives.elastic_joint import BandwidthStatus
 
 POSITIVE = st.floats(0.1, 10.0)
 
@@ -40,7 +41,7 @@ def test_two_bodies_with_a_reaction_torque(G, link, rotor, torque):
 @pytest.mark.capability("10-46")
 @given(POSITIVE, st.floats(1e-5, 1e-2))
 def test_matching_is_the_best_ratio(link, rotor):
-    best = float(one_joint.matching_ratio(link, rotor))
+    best = float(one_joint.drives.matching_ratio(link, rotor))
     a = Gear.of([0.9 * best, best, 1.1 * best], rotor).link_acceleration(link, 1.0)
     assert a[1] > max(a[0], a[2])
     assert float(Gear.of(best, rotor).motor_share(link)) == pytest.approx(0.5)
@@ -49,7 +50,7 @@ def test_matching_is_the_best_ratio(link, rotor):
 @pytest.mark.capability("10-43", "10-44")
 def test_stages_and_direct_drive():
     np.testing.assert_allclose(
-        one_joint.staged_efficiency([1.0, 10.0, 11.0, 100.0, 101.0]), 0.9 ** np.array([0, 1, 2, 2, 3])
+        one_joint.drives.staged_efficiency([1.0, 10.0, 11.0, 100.0, 101.0]), 0.9 ** np.array([0, 1, 2, 2, 3])
     )
     np.testing.assert_allclose(Gear.of([1.0, 50.0], 1e-4, 1.0, 2e-4).reflected_friction, [2e-4, 0.5])
 
@@ -216,7 +217,7 @@ def test_a_joint_ruled_by_friction_is_of_first_order():
         lambda: ElasticJoint.of(1.0, 1.0, -5.0),
         lambda: ElasticJoint.of(1.0, 1.0, 5.0).pd_loop(1.0, 1.0, "gear"),
         lambda: one_joint.drive("motor", 1.0, 1.0),
-        lambda: one_joint.staged_efficiency(10.0, 1.0),
+        lambda: one_joint.drives.staged_efficiency(10.0, 1.0),
     ],
 )
 def test_wrong_input(wrong):

@@ -7,7 +7,9 @@ from hypothesis import strategies as st
 
 from mafsil import one_joint
 from mafsil.errors import InputError
-from mafsil.one_joint import HoldingStatus, JointArm, JointLaw, LoopConditions, SpeedFriction
+from mafsil.one_joint import JointArm, JointLaw, LoopConditions
+from mafsil.one_joint.drives import SpeedFriction
+from mafsil.one_joint.drives.dry_friction import HoldingStatus
 
 LAWS = {
     "viscous": SpeedFriction.viscous_only(0.3),
@@ -86,7 +88,7 @@ def test_coulomb_slide_in_closed_form():
 @pytest.mark.capability("10-105")
 def test_stick_slip_of_the_loop_is_the_closed_form():
     friction = SpeedFriction.static_kinetic(0.9, 0.6)
-    cycle = one_joint.stick_slip(0.5, 20.0, 0.9, 0.6, 0.1)
+    cycle = one_joint.drives.stick_slip(0.5, 20.0, 0.9, 0.6, 0.1)
     run = one_joint.run_sampled(
         JointArm.of(0.5, friction=friction),
         JointLaw.pid(20.0),
@@ -99,7 +101,7 @@ def test_stick_slip_of_the_loop_is_the_closed_form():
     assert started[0] == pytest.approx(float(cycle.first_motion), abs=4e-4)
     np.testing.assert_allclose(np.diff(started), cycle.period, atol=1e-3)
     assert run.speed.max() == pytest.approx(float(cycle.peak_speed), rel=1e-3)
-    assert not one_joint.stick_slip(0.5, 20.0, 0.6, 0.6, 0.1)
+    assert not one_joint.drives.stick_slip(0.5, 20.0, 0.6, 0.6, 0.1)
 
 
 @pytest.mark.capability("10-105", "10-19")
@@ -117,7 +119,7 @@ def test_dither_is_the_mean_of_coulomb_friction():
     phase = (np.arange(200001) + 0.5) / 200001 * 2 * np.pi
     for w in (-1.5, -0.3, 0.0, 0.7):
         mean = 0.4 * np.sign(w + np.sin(phase)).mean()
-        assert float(one_joint.dithered_friction(0.4, w, 1.0)) == pytest.approx(mean, abs=1e-5)
+        assert float(one_joint.drives.dithered_friction(0.4, w, 1.0)) == pytest.approx(mean, abs=1e-5)
 
 
 @pytest.mark.capability("10-105", "10-19")
@@ -186,7 +188,7 @@ def test_friction_in_the_model_removes_the_error_of_feedforward():
 def test_dither_of_any_amplitude_and_beyond_its_speed():
     phase = (np.arange(200001) + 0.5) / 200001 * 2 * np.pi
     mean = [0.4 * np.sign(w + 2.5 * np.sin(phase)).mean() for w in (-3.0, 1.0, 2.0)]
-    np.testing.assert_allclose(one_joint.dithered_friction(0.4, [-3.0, 1.0, 2.0], 2.5), mean, atol=1e-5)
+    np.testing.assert_allclose(one_joint.drives.dithered_friction(0.4, [-3.0, 1.0, 2.0], 2.5), mean, atol=1e-5)
 
 
 @pytest.mark.capability("10-12", "10-17")
@@ -207,7 +209,7 @@ def test_stiction_and_the_weight_of_the_link():
         lambda: SpeedFriction.of(-0.5),
         lambda: SpeedFriction.stribeck(0.9, 0.6, 0.1, 0.0),
         lambda: LAWS["coulomb"].holds(np.nan),
-        lambda: one_joint.stick_slip(0.5, 20.0, 0.5, 0.6, 0.1),
+        lambda: one_joint.drives.stick_slip(0.5, 20.0, 0.5, 0.6, 0.1),
         lambda: one_joint.run(JointArm.of(0.5, friction=LAWS["coulomb"]), JointLaw.pid(1.0), 0.0, 1.0),
     ],
 )

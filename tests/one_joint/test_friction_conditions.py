@@ -8,8 +8,8 @@ import pytest
 from mafsil import one_joint as oj
 from mafsil.errors import InputError
 
-LAW = oj.SpeedFriction.stribeck(static=0.9, kinetic=0.6, viscous=0.1, speed=0.05)
-CONDITIONS = oj.FrictionConditions.of(LAW, load_share=0.02, rest_time=2.0, thinning=0.03, stiffness=500.0)
+LAW = oj.drives.SpeedFriction.stribeck(static=0.9, kinetic=0.6, viscous=0.1, speed=0.05)
+CONDITIONS = oj.drives.FrictionConditions.of(LAW, load_share=0.02, rest_time=2.0, thinning=0.03, stiffness=500.0)
 
 
 @pytest.mark.capability("10-18")
@@ -42,7 +42,7 @@ def test_before_it_slides_friction_is_a_spring():
     assert CONDITIONS.presliding([-1e-8, 0.0, 1e-8]) == pytest.approx([-5e-6, 0.0, 5e-6], rel=1e-4)
     assert CONDITIONS.presliding(CONDITIONS.breakaway()) == pytest.approx(b * (1 - np.exp(-4.0)))
     assert CONDITIONS.presliding(1.0, load=10.0) == pytest.approx(0.8)
-    rigid = oj.FrictionConditions.of(LAW)
+    rigid = oj.drives.FrictionConditions.of(LAW)
     assert rigid.presliding([-1e-9, 0.0, 1e-9]) == pytest.approx([-0.6, 0.0, 0.6])
 
 
@@ -56,7 +56,7 @@ def test_a_load_lengthens_the_way_before_sliding():
 def test_nonsense_is_refused():
     for wrong in ({"load_share": -1.0}, {"stiffness": 0.0}, {"stiffness": np.nan}, {"rest_time": np.nan}):
         with pytest.raises(InputError):
-            oj.FrictionConditions.of(LAW, **wrong)
+            oj.drives.FrictionConditions.of(LAW, **wrong)
     for wrong in ({"rest": -1.0}, {"load": np.inf}, {"temperature": np.nan}):
         with pytest.raises(InputError):
             CONDITIONS.at(**wrong)

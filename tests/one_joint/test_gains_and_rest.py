@@ -10,7 +10,9 @@ from scipy.optimize import fsolve
 import mafsil as mf
 from mafsil import one_joint
 from mafsil.errors import InputError
-from mafsil.one_joint import DesignStatus, ErrorDynamics, RestStatus, SecondOrder, routh_hurwitz
+from mafsil.one_joint import ErrorDynamics, SecondOrder, routh_hurwitz
+from mafsil.one_joint.gain_design import DesignStatus
+from mafsil.one_joint.steady_error import RestStatus
 
 POSITIVE = st.floats(0.05, 20.0)
 
@@ -76,7 +78,7 @@ def test_rest_of_an_arm():
     panda = mf.load("panda")
     kp, goal = np.full(7, 400.0), np.array([0.1, 0.4, -0.3, -1.5, 0.2, 1.4, 0.3])
     rest = one_joint.rest_of_joints(kp, panda.gravity_torque, goal)
-    assert rest.status is one_joint.RestStatus.FOUND, "whether there are others was not looked at"
+    assert rest.status is one_joint.steady_error.RestStatus.FOUND, "whether there are others was not looked at"
     np.testing.assert_allclose(kp * rest.error, panda.gravity_torque(goal - rest.error), atol=1e-9)
 
 

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 from mafsil import one_joint
 from mafsil.errors import InputError
-from mafsil.one_joint import JointArm, JointLaw, LocusStatus, LoopConditions
+from mafsil.one_joint import JointArm, JointLaw, LoopConditions
+from mafsil.one_joint.root_locus import LocusStatus
 
 ARM = JointArm.of(0.5, friction=0.1)
 NOMINAL = JointLaw.pid(2.205, 1.0, 2.0)

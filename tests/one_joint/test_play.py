@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from mafsil.errors import InputError
-from mafsil.one_joint import Backlash, SpeedFriction
+from mafsil.one_joint import Backlash
+from mafsil.one_joint.drives import SpeedFriction
 
 
 @pytest.mark.capability("02-10", "10-11")

@@ -10,14 +10,14 @@ import pytest
 from mafsil import one_joint as oj
 from mafsil.errors import InputError
 
-KINDS = {kind.name: kind for kind in oj.SENSORS}
+KINDS = {kind.name: kind for kind in oj.drives.SENSORS}
 
 
 @pytest.mark.capability("10-6", "02-8", "02-9")
 def test_every_sensor_of_the_book_reads():
     own = {"position", "velocity", "torque", "force", "acceleration"}
-    assert {kind.measures for kind in oj.SENSORS} == own | {"place", "distance", "pressure"}
-    for kind in oj.SENSORS:
+    assert {kind.measures for kind in oj.drives.SENSORS} == own | {"place", "distance", "pressure"}
+    for kind in oj.drives.SENSORS:
         seen = kind.read(np.full((20, 2000), 0.7), 1e-3)
         assert seen.mean() == pytest.approx(0.7 + kind.bias, abs=3 * kind.noise / np.sqrt(seen.size) + kind.quantum / 2)
         assert seen.std() == pytest.approx(kind.noise, rel=0.05, abs=kind.quantum / 2)

@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mafsil.errors import InputError
-from mafsil.one_joint import ErrorDynamics, StabilityStatus, roots, routh_hurwitz
+from mafsil.one_joint import ErrorDynamics, roots, routh_hurwitz
+from mafsil.one_joint.routh import StabilityStatus
 
 
 @pytest.mark.capability("10-23")

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from mafsil import one_joint as oj
 from mafsil.errors import InputError
 
-JOINT = oj.VariableStiffness.of(spring=2e5, radius=0.03, motor_radius=0.02, longest=0.02)
+JOINT = oj.drives.VariableStiffness.of(spring=2e5, radius=0.03, motor_radius=0.02, longest=0.02)
 
 
 @pytest.mark.capability("10-90")
@@ -53,13 +53,13 @@ def test_bounds_are_named_and_sharp():
 @pytest.mark.capability("10-90")
 def test_a_spring_of_software_is_one_at_low_frequencies_only():
     w = np.array([0.01, 200.0, 2e4])
-    k = oj.software_stiffness(100.0, 200.0, w)
+    k = oj.drives.software_stiffness(100.0, 200.0, w)
     assert k[0].real == pytest.approx(100.0, rel=1e-6)
     assert k[1].real == pytest.approx(50.0)
     assert k[2].real < 0.02
     # One period of a displacement sin(wt): the work that the spring does on the outside is not negative.
     t = np.linspace(0, 2 * np.pi / 50.0, 20001)
-    one = oj.software_stiffness(100.0, 200.0, 50.0, delay=1e-3)
+    one = oj.drives.software_stiffness(100.0, 200.0, 50.0, delay=1e-3)
     force = -(one * np.exp(1j * 50.0 * t)).imag
     speed = 50.0 * np.cos(50.0 * t)
     work = np.trapezoid(force * speed, t)
@@ -86,10 +86,10 @@ def rest_torque(loop, wanted, seconds, h=2e-5):
 
 @pytest.mark.capability("10-62")
 def test_friction_takes_of_the_current_and_the_gauge_gives_back():
-    alone = oj.TorqueLoop.of(0.5, 2e4, 150.0, 3.0)
-    stiffer = oj.TorqueLoop.of(0.5, 2e4, 150.0, 3.0, kp=4.0)
-    whole = oj.TorqueLoop.of(0.5, 2e4, 150.0, 3.0, kp=4.0, ki=100.0)
-    direct = oj.TorqueLoop.of(0.05, 1e5, 50.0, 0.0)
+    alone = oj.drives.TorqueLoop.of(0.5, 2e4, 150.0, 3.0)
+    stiffer = oj.drives.TorqueLoop.of(0.5, 2e4, 150.0, 3.0, kp=4.0)
+    whole = oj.drives.TorqueLoop.of(0.5, 2e4, 150.0, 3.0, kp=4.0, ki=100.0)
+    direct = oj.drives.TorqueLoop.of(0.05, 1e5, 50.0, 0.0)
     lacking = [20.0 - rest_torque(loop, 20.0, 0.4) for loop in (alone, stiffer, whole)]
     assert abs(lacking[0]) <= float(alone.steady_error) + 1e-6
     assert abs(lacking[0]) > 0.5
@@ -103,10 +103,10 @@ def test_friction_takes_of_the_current_and_the_gauge_gives_back():
 @pytest.mark.capability("10-62")
 @given(st.floats(0.1, 5.0), st.floats(10, 1e5), st.floats(0.1, 500), st.floats(0, 20), st.floats(0.01, 3.0))
 def test_stability_is_that_of_the_roots(B, k, b, kp, share):
-    limit = float(oj.TorqueLoop.of(B, k, b, kp=kp).largest_ki)
+    limit = float(oj.drives.TorqueLoop.of(B, k, b, kp=kp).largest_ki)
     if abs(share - 1.0) < 1e-3:
         return
-    loop = oj.TorqueLoop.of(B, k, b, kp=kp, ki=share * limit)
+    loop = oj.drives.TorqueLoop.of(B, k, b, kp=kp, ki=share * limit)
     assert bool(loop.stable) == bool((loop.dynamics.roots.real < 0).all())
     assert loop.response(1e-6) == pytest.approx(1.0, abs=1e-4)
     assert abs(loop.response(1e9)) < 1e-3
@@ -118,11 +118,11 @@ def test_response_of_the_torque_loop_by_complex_amplitudes():
     w = np.array([2.0, 90.0, 700.0])
     s, (B, k, b, P, ki) = 1j * w, (0.5, 2e4, 150.0, 4.0, 100.0)
     p = (1 + P + ki / s) / (B * s**2 + b * s + k * (1 + P + ki / s))
-    np.testing.assert_allclose(oj.TorqueLoop.of(B, k, b, kp=P, ki=ki).response(w), k * p, rtol=1e-12)
+    np.testing.assert_allclose(oj.drives.TorqueLoop.of(B, k, b, kp=P, ki=ki).response(w), k * p, rtol=1e-12)
 
 
 @pytest.mark.capability("10-90")
 def test_a_late_spring_of_software_by_its_lag_and_delay():
-    one = complex(oj.software_stiffness(100.0, 200.0, 50.0, delay=4e-3))
+    one = complex(oj.drives.software_stiffness(100.0, 200.0, 50.0, delay=4e-3))
     assert abs(one) == pytest.approx(100.0 / np.hypot(1.0, 0.25))
     assert np.angle(one) == pytest.approx(-50.0 * 4e-3 - np.arctan(0.25))

@@ -11,6 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from mafsil import parallel
 from mafsil.errors import InputError
+from mafsil.parallel.cable_tensions import CableStatus
+from mafsil.parallel.cable_workspace import ClosureStatus
 
 CORNERS = np.array([[x, y, z] for x in (-2, 2) for y in (-1.5, 1.5) for z in (0, 3)], dtype=float)
 EYES = np.array([[0.3 * np.sign(x), 0, -0.2] if z else [0, 0.3 * np.sign(y), 0.2] for x, y, z in CORNERS])
@@ -58,7 +60,7 @@ def test_the_proof_of_a_no_holds_for_all_tensions():
     robot, T = crane(), poses(rng, 1)[0]
     load = robot.weight(T, mass=400.0)
     no = parallel.cable_tensions(robot, T, load)
-    assert no.status is parallel.CableStatus.BEYOND
+    assert no.status is CableStatus.BEYOND
     tried = robot.about_platform(T, robot.wrench(T, rng.uniform(10, 800, (5000, 8)))[..., None])[..., 0]
     assert (tried @ no.direction).max() <= no.offered < no.needed
     assert f"{no.needed:.6g}" in no.explain("en")
@@ -114,7 +116,7 @@ def test_a_planar_robot_is_the_spatial_one_in_its_plane():
     held = parallel.cable_tensions(flat, x, load)
     assert held
     np.testing.assert_allclose(flat.wrench(x, held.tensions), -load, atol=1e-9)
-    assert parallel.cable_tensions(space, T, space.weight(T, 5.0)).status is parallel.CableStatus.SINGULAR
+    assert parallel.cable_tensions(space, T, space.weight(T, 5.0)).status is CableStatus.SINGULAR
 
 
 def test_a_point_in_three_cables_from_above_hangs_but_is_not_enclosed():
@@ -127,7 +129,7 @@ def test_a_point_in_three_cables_from_above_hangs_but_is_not_enclosed():
     assert held
     np.testing.assert_allclose(held.tensions, np.linalg.solve(robot.structure_matrix(T)[3:], -weight[3:]), atol=1e-9)
     closure = parallel.cable_closure(robot, T)
-    assert closure.status is parallel.ClosureStatus.OPEN
+    assert closure.status is ClosureStatus.OPEN
     pulls = robot.structure_matrix(T)[3:].T @ closure.direction
     assert (pulls <= 1e-9).all(), "no cable pulls along it"
     assert parallel.cable_closure(parallel.CableRobot(
@@ -184,7 +186,7 @@ def test_what_is_no_robot_is_refused():
     with pytest.raises(InputError, match="load"):
         parallel.cable_tensions(crane(), np.eye(4), [np.nan] * 6)
     few = parallel.CableRobot(CORNERS[:3], EYES[:3], 1.0, 50.0)
-    assert parallel.cable_tensions(few, np.eye(4), np.zeros(6)).status is parallel.CableStatus.SINGULAR
+    assert parallel.cable_tensions(few, np.eye(4), np.zeros(6)).status is CableStatus.SINGULAR
 
 
 def test_the_nearest_tensions_where_none_hold_the_load():

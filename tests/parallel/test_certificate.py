@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from mafsil.geometry import pose, rotation
-from mafsil.parallel import CertificateStatus, SingularKind, StewartPlatform
-from mafsil.parallel.certificate import certificate_of
+from mafsil.parallel import SingularKind, StewartPlatform
+from mafsil.parallel.certificate import CertificateStatus, certificate_of
 from tests.parallel.test_assembly_modes import planted
 
 

@@ -5,6 +5,7 @@ import pytest
 
 from mafsil import parallel as pa
 from mafsil.geometry import pose
+from mafsil.parallel.leg_branches import LegSearchStatus
 
 
 @pytest.mark.capability("08-29", "08-31", "08-35")
@@ -54,7 +55,7 @@ def test_nothing_is_found_where_nothing_is():
     legs = pa.three_rps(1.0, 0.5, 1.0)
     found = pa.leg_assembly_modes(legs, [9.0, -1.0, 0.0], 40)
     assert not found
-    assert found.status is pa.LegSearchStatus.NOT_FOUND
+    assert found.status is LegSearchStatus.NOT_FOUND
     assert "proves nothing" in found.explain("en")
     away = pose.exp([0, 0, 0.3, 0, 0, 0]) @ pose.from_translation([0, 0, 1.0])
     assert not pa.leg_branches(legs, away, 20)

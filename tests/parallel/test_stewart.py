@@ -5,7 +5,8 @@ import pytest
 
 from mafsil.errors import InputError
 from mafsil.geometry import pose
-from mafsil.parallel import ForwardStatus, PlanarThreeRPR, StewartPlatform
+from mafsil.parallel import PlanarThreeRPR, StewartPlatform
+from mafsil.parallel.forward_pose import ForwardStatus
 
 
 def random_platform(rng):

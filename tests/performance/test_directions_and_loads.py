@@ -13,27 +13,23 @@ from mafsil.model.library import textbook
 from mafsil.model.screw_axes import screws
 from mafsil.model.screw_table import screw_table
 from mafsil.performance import (
-    LinkLoad,
     force_ellipsoid,
-    generalized_force,
     holding_torque,
     jacobian_by_inspection,
     joint_torque,
     largest_speed,
-    least_joint_rate,
     manipulability,
-    pinned_arm,
-    rank_of_screws,
-    symbolic_jacobian_by_inspection,
     task_coordinates,
     task_jacobian,
     tool_jacobian,
-    torque_along,
     velocity_ellipsoid,
     virtual_work,
     work,
 )
-from mafsil.performance.statics import work_along
+from mafsil.performance.dexterity import least_joint_rate, torque_along
+from mafsil.performance.singularities import rank_of_screws
+from mafsil.performance.statics import LinkLoad, generalized_force, pinned_arm, work_along
+from mafsil.performance.velocity import symbolic_jacobian_by_inspection
 
 Q = np.array([0.3, -0.4, 0.25, 0.7, -0.5, 0.6])
 

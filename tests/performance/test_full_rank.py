@@ -17,10 +17,10 @@ from mafsil.performance import (
     rank,
     singular_values,
     singularity,
-    total_wrench,
     workspace_map,
 )
 from mafsil.performance.singularities.screw_systems import canonical_system
+from mafsil.performance.statics import total_wrench
 
 Z = [0.0, 0.0, 1.0]
 

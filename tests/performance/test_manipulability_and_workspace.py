@@ -12,7 +12,6 @@ from mafsil.model.library import planar
 from mafsil.performance import (
     characteristic_length,
     dexterous_annuli,
-    ellipsoid_of,
     force_ellipsoid,
     isotropic_configurations,
     jacobian_hessian,
@@ -24,6 +23,7 @@ from mafsil.performance import (
     velocity_ellipsoid,
     workspace_map,
 )
+from mafsil.performance.dexterity import ellipsoid_of
 
 MEASURES = ("yoshikawa", "inverse_condition", "smallest", "isotropy")
 

@@ -9,9 +9,7 @@ import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.geometry import euler, pose, quaternion, rotation, twist, wrench
 from mafsil.performance import (
-    StaticsStatus,
     analytic_jacobian,
-    body_from_space,
     force_polytope,
     in_equilibrium,
     jacobian_by_inspection,
@@ -23,18 +21,20 @@ from mafsil.performance import (
     point_velocity,
     scaled_jacobian,
     self_motion,
-    space_from_body,
-    structure_wrenches,
-    sum_of_moments,
     task_jacobian,
-    task_rows,
     tip_wrench,
     tool_jacobian,
-    total_wrench,
-    unbalanced_links,
     velocity_polytope,
     work,
 )
+from mafsil.performance.statics import (
+    StaticsStatus,
+    structure_wrenches,
+    sum_of_moments,
+    total_wrench,
+    unbalanced_links,
+)
+from mafsil.performance.velocity import body_from_space, space_from_body, task_rows
 
 H = 1e-6
 ROBOTS = ("puma560", "panda", "stanford_arm", "cobra600", "planar3r")

@@ -8,7 +8,8 @@ import pytest
 import mafsil as mf
 from mafsil.collision import Box, Checker, Obstacle, Scene
 from mafsil.errors import InputError
-from mafsil.planning import PlanningStatus, plan_approach
+from mafsil.planning import plan_approach
+from mafsil.planning.outcome import PlanningStatus
 
 START = np.array([-1.0, -1.4, 1.4, -1.6, -1.5, 0.0])
 GOAL = np.array([0.6, -1.3, 1.7, -1.9, -1.5, 0.0])

@@ -14,7 +14,7 @@ import mafsil as mf
 from mafsil.collision import Box, Checker, Cylinder, Obstacle, Scene, Sphere
 from mafsil.errors import InputError
 from mafsil.geometry.rotation import from_quaternion
-from mafsil.planning import PlanningStatus
+from mafsil.planning.outcome import PlanningStatus
 from mafsil.trajectory import JointPath, MotionLimits, time_optimal
 from tests.collision.arms import arm, scene
 from tests.collision.peer import CoalChecker

@@ -14,7 +14,7 @@ import mafsil as mf
 from mafsil import planning
 from mafsil.collision import Box, Checker, Obstacle, TriangleMesh
 from mafsil.errors import InputError
-from mafsil.planning import PlanningStatus
+from mafsil.planning.outcome import PlanningStatus
 
 START = np.radians([45.0, 20, 0, -110, 0, 130, 45])
 GOAL = np.radians([-45.0, 20, 0, -110, 0, 130, 45])

@@ -10,8 +10,9 @@ from mafsil.collision import ArmMount, Box, Checker, MovableArm, MultiArmCell, O
 from mafsil.errors import InputError, MafsilError
 from mafsil.figures import plot_placement
 from mafsil.geometry import rotation
-from mafsil.planning import Miss, PlacementStatus, base_placement
+from mafsil.planning import Miss, base_placement
 from mafsil.planning.base_placement import base_poses
+from mafsil.planning.placement_answer import PlacementStatus
 from tests.collision.arms import arm, scene
 from tests.sizes import size
 

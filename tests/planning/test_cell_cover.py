@@ -13,7 +13,8 @@ from mafsil.collision import Box, Checker, Cylinder, Obstacle, Plane, Sphere
 from mafsil.errors import InputError
 from mafsil.figures import plot_configuration_space
 from mafsil.model import Limits
-from mafsil.planning import PlanningStatus, configuration_space
+from mafsil.planning import configuration_space
+from mafsil.planning.outcome import PlanningStatus
 
 CELLS = 60
 

@@ -14,7 +14,7 @@ from mafsil.collision import ArmMount, Checker, MultiArmCell, Obstacle, Sphere
 from mafsil.errors import InputError
 from mafsil.model import Joint, JointKind
 from mafsil.parallel import ClosedChain
-from mafsil.planning import PlanningStatus
+from mafsil.planning.outcome import PlanningStatus
 from mafsil.trajectory import MotionLimits
 
 ROBOTS = Path(__file__).resolve().parents[2] / "examples" / "robots"

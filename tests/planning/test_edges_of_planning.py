@@ -15,8 +15,9 @@ from mafsil.collision import Box, Checker, Obstacle, Sphere, TriangleMesh
 from mafsil.job import parse, solve
 from mafsil.job.judgement import summary
 from mafsil.job.solve import prepare
-from mafsil.planning import PlanningStatus, Problem, arm_planners, find_path, roadmap_loops, search
+from mafsil.planning import Problem, arm_planners, find_path, roadmap_loops, search
 from mafsil.planning.interruption import is_interruption
+from mafsil.planning.outcome import PlanningStatus
 from mafsil.planning.problem import length_of
 from mafsil.report.results import as_data
 

@@ -12,7 +12,8 @@ import mafsil as mf
 from mafsil import planning
 from mafsil.collision import Box, Checker, Obstacle, Scene
 from mafsil.errors import FileError, InputError
-from mafsil.planning import GoalRegion, PlanningStatus, joint_group
+from mafsil.planning import GoalRegion, joint_group
+from mafsil.planning.outcome import PlanningStatus
 
 URDF = """<robot name="two"><link name="base"/>
 {links}

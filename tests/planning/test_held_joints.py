@@ -148,7 +148,7 @@ def test_bounds_of_the_compiled_search_are_those_of_the_others(checker):
 def test_a_search_that_finds_nothing_says_what_it_held(checker):
     a, b = (configuration(checker, left0=x, right0=-0.8) for x in (-0.3, 0.9))
     found = mf.plan(checker, None, a, b, active_joints=[], max_nodes=50)
-    assert found.status is mf.planning.PlanningStatus.NOT_FOUND
+    assert found.status is mf.planning.outcome.PlanningStatus.NOT_FOUND
     assert "left1" in found.reason
     assert "left0" not in found.reason
     assert "active_joints=" in found.explain("ar")

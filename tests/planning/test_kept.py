@@ -13,8 +13,9 @@ import mafsil as mf
 from mafsil import planning
 from mafsil.collision import Box, Checker, Obstacle
 from mafsil.errors import InputError, ModelError
-from mafsil.planning import PlanningStatus, kept_loops, path_constraints
+from mafsil.planning import kept_loops, path_constraints
 from mafsil.planning.kept_planning import Kept
+from mafsil.planning.outcome import PlanningStatus
 from mafsil.trajectory import MotionLimits
 
 START = np.radians([45.0, 20, 0, -110, 0, 130, 45])

@@ -8,7 +8,7 @@ import pytest
 import mafsil as mf
 from mafsil.collision import Checker
 from mafsil.model.limits import MEASURED, admitted
-from mafsil.planning import PlanningStatus
+from mafsil.planning.outcome import PlanningStatus
 from mafsil.trajectory import MotionLimits, check, cubic, prove
 
 

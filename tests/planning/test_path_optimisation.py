@@ -12,7 +12,8 @@ import mafsil as mf
 from mafsil import planning
 from mafsil.collision import Box, Checker, Obstacle
 from mafsil.errors import InputError
-from mafsil.planning import PlanningStatus, path_optimisation
+from mafsil.planning import path_optimisation
+from mafsil.planning.outcome import PlanningStatus
 from tests.budget import within
 from tests.collision.peer import CoalChecker
 

@@ -12,8 +12,6 @@ from scipy.spatial import ConvexHull
 
 from mafsil.errors import InputError
 from mafsil.planning import (
-    CoordinationStatus,
-    PlanningStatus,
     PolygonWorld,
     PotentialField,
     Problem,
@@ -29,6 +27,8 @@ from mafsil.planning import (
     quadtree,
     visibility_path,
 )
+from mafsil.planning.coordination import CoordinationStatus
+from mafsil.planning.outcome import PlanningStatus
 from tests.sizes import size
 
 SQUARE = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]

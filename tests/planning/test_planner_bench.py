@@ -12,7 +12,8 @@ import mafsil as mf
 from mafsil import figures, planning
 from mafsil.collision import Box, Checker, Obstacle, Scene
 from mafsil.errors import InputError
-from mafsil.planning import PLANNERS, PlanningStatus, Problem, Query, bench_planners, watch
+from mafsil.planning import PLANNERS, Problem, Query, bench_planners, watch
+from mafsil.planning.outcome import PlanningStatus
 
 
 def disc(q):

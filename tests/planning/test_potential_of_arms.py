@@ -9,7 +9,8 @@ from mafsil.collision import Box, Checker, Cylinder, Obstacle
 from mafsil.collision.each_distance import each_distance
 from mafsil.errors import InputError
 from mafsil.figures import plot_potential
-from mafsil.planning import PlanningStatus, PotentialField, disc
+from mafsil.planning import PotentialField, disc
+from mafsil.planning.outcome import PlanningStatus
 
 PIN = [Obstacle(Cylinder(0.1, 1.0), (1.2, 1.2, 0.0), "pin")]
 

@@ -9,8 +9,9 @@ import mafsil as mf
 from mafsil.collision import ArmMount, Box, Checker, MultiArmCell, Obstacle
 from mafsil.kernels.loops.loop import compiled
 from mafsil.model import DHRow
-from mafsil.planning import PlanningStatus, arm_search, retreat_loops
+from mafsil.planning import arm_search, retreat_loops
 from mafsil.planning.limbs import limbs_of
+from mafsil.planning.outcome import PlanningStatus
 
 SMALL = 1e-5
 HOME = np.radians([0.0, -20, 0, -130, 0, 110, 45])

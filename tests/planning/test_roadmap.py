@@ -11,7 +11,8 @@ import mafsil as mf
 from mafsil import planning
 from mafsil.collision import Box, Checker, Obstacle
 from mafsil.errors import InputError
-from mafsil.planning import PlanningStatus, roadmap_loops
+from mafsil.planning import roadmap_loops
+from mafsil.planning.outcome import PlanningStatus
 
 START = np.radians([45.0, 20, 0, -110, 0, 130, 45])
 GOAL = np.radians([-45.0, 20, 0, -110, 0, 130, 45])

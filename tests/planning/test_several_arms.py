@@ -10,15 +10,8 @@ import pytest
 from mafsil.collision import ArmMount, Box, MultiArmCell, Obstacle, Scene
 from mafsil.errors import InputError
 from mafsil.model.placement import rotation_z
-from mafsil.planning import (
-    ArmPlan,
-    PlanningStatus,
-    coordinate_arms,
-    plan_around_moving,
-    plan_coupled,
-    plan_prioritized,
-    prioritized,
-)
+from mafsil.planning import ArmPlan, coordinate_arms, plan_around_moving, plan_coupled, plan_prioritized, prioritized
+from mafsil.planning.outcome import PlanningStatus
 from mafsil.trajectory import MotionLimits
 from tests.collision.arms import arm
 from tests.collision.peer import CoalChecker

@@ -29,33 +29,33 @@ from tests.parallel.closed_chains import four_bar
 
 CALLS = (
     # control
-    "control.admittance_radius(inertia=1.0, damping=1.0, stiffness=1.0, period=0.001)",
-    "control.admittance_radius(inertia=1.0, damping=1.0, stiffness=1.0, period=0.001, explicit=True)",
+    "control.contact.admittance_radius(inertia=1.0, damping=1.0, stiffness=1.0, period=0.001)",
+    "control.contact.admittance_radius(inertia=1.0, damping=1.0, stiffness=1.0, period=0.001, explicit=True)",
     "control.constraint_table(constrained=(True, False), wanted=(0.0, 0.1), names=('x', 'y'))",
-    "control.contact_mode(normal_force=1.0, tangential_force=[1, 2], friction=0.5)",
+    "control.contact.contact_mode(normal_force=1.0, tangential_force=[1, 2], friction=0.5)",
     "control.current_loop(law=PID, bandwidth=50.0)",
     "control.delayed(law=PID, delay=0.01)",
-    "control.effective_admittance(inertia=1.0, damping=1.0, stiffness=1.0, kp=10.0, kd=5.0, period=0.001)",
+    "control.contact.effective_admittance(inertia=1.0, damping=1.0, stiffness=1.0, kp=10.0, kd=5.0, period=0.001)",
     "control.elastic_linearization(arm=ELASTIC, trajectory=STILL, rate=20.0)",
     "control.encoder_loop(law=PID, resolution=0.01, filter_time=0.1)",
     "control.export_law(robot=R2, law=PID, period=0.001)",
-    "control.follow_with_loops(chain=BARS, path=CRANK, q_start=BAR_Q, task='position', tolerance=1e-6, slack=0.0)",
-    "control.free_speed(wrench=1.0, kp=2.0, ki=3.0, damping=1.0, mass=1.0, t=[0, 1])",
+    "control.laws.follow_with_loops(chain=BARS, path=CRANK, q_start=BAR_Q, task='position', tolerance=1e-6, slack=0.0)",
+    "control.contact.free_speed(wrench=1.0, kp=2.0, ki=3.0, damping=1.0, mass=1.0, t=[0, 1])",
     "control.tune_gains(robot=R2, period=0.001, delay=0.001, damping_ratio=0.7, poses=3)",
-    "control.guiding_line(point=[0, 0, 0], direction=[1, 0, 0], stiffness=10.0, damping=1.0)",
-    "control.guiding_plane(point=[0, 0, 0], normal=[1, 0, 0], stiffness=10.0, damping=1.0)",
-    "control.hybrid_certificate(law=HYBRID, t=T3, q=Q23, qd=0 * Q23, wrench=W3, allowed=0.05)",
+    "control.contact.guiding_line(point=[0, 0, 0], direction=[1, 0, 0], stiffness=10.0, damping=1.0)",
+    "control.contact.guiding_plane(point=[0, 0, 0], normal=[1, 0, 0], stiffness=10.0, damping=1.0)",
+    "control.contact.hybrid_certificate(law=HYBRID, t=T3, q=Q23, qd=0 * Q23, wrench=W3, allowed=0.05)",
     "control.impedance_by_force(robot=R2, impedance=SOFT, reference=HOLD, sensor=felt, coordinates=XY, clamp=5.0)",
-    "control.impedance_class(impedance=SOFT, environment=STIFF, frequency=1.0)",
+    "control.analysis.impedance_class(impedance=SOFT, environment=STIFF, frequency=1.0)",
     "control.inertia_gains(robot=R2, q=Q2, period=0.001, natural_frequency=55.0, damping_ratio=0.7)",
     "control.joint_coupling(robot=R2, samples=10, coupling=0.1, spread=0.1, gravity_share=0.1)",
-    "control.least_virtual_mass(damping=1.0, stiffness=1.0, period=0.01)",
-    "control.min_max(robot=R2, share=0.2, rate=10.0, damping=10.0, width=1.0)",
+    "control.contact.least_virtual_mass(damping=1.0, stiffness=1.0, period=0.01)",
+    "control.analysis.min_max(robot=R2, share=0.2, rate=10.0, damping=10.0, width=1.0)",
     "control.model_predictive(robot=R2, horizon=2, interval=0.02, position=1e4, rate=10.0, acceleration=0.01)",
-    "control.sampled_wall_radius(mass=1.0, damping=1.0, stiffness=1.0, period=0.01)",
-    "control.sliding_friction(normal_force=1.0, velocity=[1, 0], friction=0.5)",
+    "control.contact.sampled_wall_radius(mass=1.0, damping=1.0, stiffness=1.0, period=0.01)",
+    "control.contact.sliding_friction(normal_force=1.0, velocity=[1, 0], friction=0.5)",
     "control.sliding_mode(robot=R2, share=0.2, rate=10.0, damping=10.0, margin=1.0, width=0.02)",
-    "control.stiffest_wall(damping=1.0, period=0.01)",
+    "control.contact.stiffest_wall(damping=1.0, period=0.01)",
     "control.task_computed_torque(robot=R2, reference=HOLD, natural_frequency=20.0, damping_ratio=1.0, "
     "integral=0.0, rest_frequency=2.0)",
     "control.compare_pose_errors(start=NEAR, goal=FAR, axes=('body',), natural_frequency=10.0, damping_ratio=1.0, "
@@ -94,9 +94,9 @@ CALLS = (
     "ik.inverse_kinematics(robot='panda', T_sd=TIP7, free=0.4, tolerance=1e-9)",
     "ik.newton_ik(robot=R3, T_sd=TIP3, q0=Q3, rotation_tolerance=1e-10, position_tolerance=1e-10, max_steps=5, "
     "damping=0.1)",
-    "ik.puma_shape(robot='puma560', tolerance=2e-5)",
+    "ik.structure.puma_shape(robot='puma560', tolerance=2e-5)",
     "ik.solve_ik(robot=R3, T_sd=TIP3, q0=Q3, tolerance=1e-10, rotation_tolerance=1e-8, restarts=3, seconds=1.0)",
-    "ik.strokes(r=[1.0, 0.5, 0], v=[1, 0, 0], c=2.0)",
+    "ik.structure.strokes(r=[1.0, 0.5, 0], v=[1, 0, 0], c=2.0)",
     "ik.track(robot=R3, T_path=TIPS3, q0=Q3, tolerance=1e-9, largest_step=0.1)",
     "ik.twist_of_motion(X=turning, t=0.5, step=0.001)",
     # mobility
@@ -167,22 +167,22 @@ CALLS = (
     "performance.velocity_ellipsoid(robot=R3, q=Q3, part='planar', length=0.5)",
     "performance.isotropic_configurations(robot=R2, task='planar_position', length=0.5, starts=2, iterations=5)",
     "performance.largest_speed(robot=R3, q=Q3, direction=[1, 0], part='planar', length=0.5)",
-    "performance.least_joint_rate(robot=R3, q=Q3, direction=[1, 0], part='planar', length=0.5)",
+    "performance.dexterity.least_joint_rate(robot=R3, q=Q3, direction=[1, 0], part='planar', length=0.5)",
     "performance.manipulability(robot=R3, q=Q3, task='planar', length=0.5)",
     "performance.manipulability_gradient(robot=R3, q=Q3, task='planar', length=0.5)",
     "performance.in_equilibrium(wrenches=[[1, 0, 0, 0, 0, 1], [-1, 0, 0, 0, 0, -1]], length=1.0, tolerance=1e-9)",
     "performance.is_singular(robot=R3, q=Q3, task='planar', length=0.5, tolerance=1e-6)",
-    "performance.pinned_arm(robot=R3, q=Q3, steps=3, step=0.02)",
+    "performance.statics.pinned_arm(robot=R3, q=Q3, steps=3, step=0.02)",
     "performance.rank(robot=R3, q=Q3, task='planar', length=0.5, tolerance=1e-6)",
-    "performance.rank_of_screws(S=SCREWS, length=1.0, tolerance=1e-6)",
+    "performance.singularities.rank_of_screws(S=SCREWS, length=1.0, tolerance=1e-6)",
     "performance.scaled_jacobian(robot=R3, q=Q3, task='planar', length=0.5)",
     "performance.self_motion(robot=R3, q=Q3, task='planar_position', tolerance=1e-6)",
     "performance.singular_values(robot=R3, q=Q3, task='planar', length=0.5)",
     "performance.singularity(robot=R3, q=Q3, task='planar', length=0.5, tolerance=1e-6)",
-    "performance.twist_screw(V=[0, 0, 1, 1, 0, 2], length=1.0)",
-    "performance.wrench_screw(F=[0, 0, 1, 1, 0, 2], length=1.0)",
-    "performance.verdict_in_doubt(robot=R3, q=Q3, task='planar', length=0.5, tolerance=1e-6)",
-    "performance.structure_wrenches(robot=R3, q=Q3, tolerance=1e-6)",
+    "performance.singularities.twist_screw(V=[0, 0, 1, 1, 0, 2], length=1.0)",
+    "performance.singularities.wrench_screw(F=[0, 0, 1, 1, 0, 2], length=1.0)",
+    "performance.singularities.verdict_in_doubt(robot=R3, q=Q3, task='planar', length=0.5, tolerance=1e-6)",
+    "performance.statics.structure_wrenches(robot=R3, q=Q3, tolerance=1e-6)",
     "performance.tip_wrench(robot=R3, q=Q3, tau=[0.1, 0.2, 0.3], task='planar', tolerance=1e-6)",
     "performance.virtual_work(robot=R3, q=Q3, tau=[0, 0, 0], tolerance=1e-9)",
     "performance.workspace_map(robot=R3, samples=50, view='xy', cell=0.2)",
@@ -249,7 +249,7 @@ CALLS = (
     "trajectory.quintic(start=[0.0], goal=[1.0], duration=2.0, start_velocity=0.1, goal_velocity=0.2, "
     "start_acceleration=0.1, goal_acceleration=0.2)",
     "trajectory.reachability(robot=R6, path=PATH6, samples=5, resolution=1e-9)",
-    "trajectory.rest(position=[1.0], duration=2.0)",
+    "trajectory.profiles.rest(position=[1.0], duration=2.0)",
     "trajectory.septic(start=[0.0], goal=[1.0], duration=2.0, start_derivatives=(0.1, 0.2, 0.3))",
     "trajectory.sequence(*PARTS, rests=(0.1, 0.2), tolerance=1e-6)",
     "trajectory.time_optimal(path=JOINTS, limits=SWIFT, robot=R2, tip_speed=1.0, tip_acceleration=2.0, "
@@ -302,13 +302,14 @@ SLOW = (
     "mf.identification.estimate_payload", "mf.identification.excitation_trajectory", "grasp.plan_grasps",
     "mobility.assembly_modes", "mobility.configuration_curves",
     "mobility.configuration_surfaces", "mobility.generic_mobility", "mobility.trace", "mobility.trace_surface",
-    "parallel.closed_inverse_kinematics", "performance.isotropic_configurations", "performance.pinned_arm",
+    "parallel.closed_inverse_kinematics", "performance.isotropic_configurations", "performance.statics.pinned_arm",
     "mf.optimal_base_placement",
     "planning.plan_approach", "planning.plan_prioritized", "planning.plan_around_moving", "trajectory.cartesian_line",
     "trajectory.compare_routes", "trajectory.diagnose_path", "trajectory.follow", "trajectory.joined_path",
     "trajectory.time_optimal", "simulation.monte_carlo", "simulation.learn", "trajectory.export",
-    "control.follow_with_loops",
-    "ik.puma_shape", "ik.inverse_kinematics", "control.export_law", "mf.plan", "grasp.compare", "grasp.robustness",
+    "control.laws.follow_with_loops",
+    "ik.structure.puma_shape", "ik.inverse_kinematics", "control.export_law", "mf.plan",
+    "grasp.compare", "grasp.robustness",
     "mobility.library.stewart_gough", "mobility.library.three_upu", "mobility.library.three_cranks",
     "mobility.library.delta", "ik.track", "parallel.simulate_closed", "one_joint.sweep_rate",
     "mf.simulation.free_body_motion",
@@ -326,8 +327,8 @@ ABSENT = {
     "performance.force_ellipsoid": ("characteristic",),
     "performance.velocity_ellipsoid": ("characteristic",),
     "mf.optimal_base_placement": ("q",),
-    "performance.wrench_screw": ("point", "pitch"),
-    "performance.twist_screw": ("point", "pitch"),
+    "performance.singularities.wrench_screw": ("point", "pitch"),
+    "performance.singularities.twist_screw": ("point", "pitch"),
     "planning.bench_planners": ("clearance",),
     "trajectory.joint_motion": ("stopped_at", "drift"),
     "trajectory.time_optimal": ("position", "speed", "turn_rate"),
@@ -356,6 +357,7 @@ EXCLUDED = {
     "mafsil.ik.integrate_rates.twist": "a function",
     "mafsil.ik.twist_of_motion.X": "a function",
     "mafsil.planning.bench_planners.progress": "a function",
+    "mafsil.job.bench_laws.progress": "a function",
     "mafsil.simulation.inverse_dynamics_trajectory.motion": "a function",
     "mafsil.identify.held_out": "three seconds a call",
     "mafsil.identify.bandwidth": "three seconds a call; the same rule as in estimate_payload",
@@ -429,7 +431,7 @@ def _arms(_: dict[str, Any]) -> dict[str, Any]:
 
 
 def _laws(names: dict[str, Any]) -> dict[str, Any]:
-    r2, hold, xy = names["R2"], control.hold(np.eye(4)), control.TaskCoordinates(rows=(3, 4))
+    r2, hold, xy = names["R2"], control.hold_pose(np.eye(4)), control.TaskCoordinates(rows=(3, 4))
     force = control.hybrid_control(
         r2, hold, [[0.0, 1.0]], [0.0, 1.0], coordinates=xy, gains=control.Gains.of(2, 50.0, 9.0, 20.0), sensor=felt,
         force_kp=0.4, force_ki=5.0,
@@ -467,7 +469,7 @@ def _mechanisms(names: dict[str, Any]) -> dict[str, Any]:
 
 def _motions(names: dict[str, Any]) -> dict[str, Any]:
     r2, q2 = names["R2"], names["Q2"]
-    still, limits = trajectory.rest(q2, 0.1), trajectory.MotionLimits.of
+    still, limits = trajectory.profiles.rest(q2, 0.1), trajectory.MotionLimits.of
     legs = [trajectory.line_path(np.eye(4), turning(0.3)), trajectory.line_path(turning(0.3), turning(0.5))]
     return {
         "STILL": still, "LIMITS": lambda **given: limits(2, **given), "LEGS": legs,

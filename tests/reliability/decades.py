@@ -27,6 +27,7 @@ import numpy as np
 
 import mafsil as mf
 from mafsil.errors import KernelError, MafsilError, MafsilWarning
+from tests.public import public
 from tests.reliability.decade_calls import ABSENT, CALLS, LONG, SLOW, space
 
 TENS = (-300, -200, -100, -50, -30, -19, -15, -12, -9, -6, -3, 0, 3, 6, 9, 12, 15, 19, 30, 50, 100, 200, 300)
@@ -257,23 +258,15 @@ def undriven() -> list[str]:
     return sorted(name for function, name, each in listed if (function, each) not in driven)
 
 
+UNDRIVEN_ROOMS = ("figures", "solvers", "verbs")
+"""Pictures; numerical mathematics below the robots; methods of `Robot` that pass on to functions that are driven."""
+
+
 def functions() -> list[tuple[Callable[..., Any], str]]:
     """Every public function with a real argument, once, with its shortest name."""
-    found: dict[int, tuple[Callable[..., Any], str]] = {}
-    waiting, seen = [mf], set[str]()
-    while waiting:
-        module = waiting.pop()
-        seen.add(module.__name__)
-        for name in module.__all__:
-            each = getattr(module, name)
-            if isinstance(each, ModuleType):
-                if each.__name__.startswith("mafsil") and each.__name__ not in seen and hasattr(each, "__all__"):
-                    waiting.append(each)
-            elif callable(each) and not inspect.isclass(each) and _real(each):
-                known = found.get(id(each))
-                long = f"{module.__name__}.{name}"
-                found[id(each)] = (each, long if known is None else min(known[1], long, key=len))
-    return list(found.values())
+    rooms = tuple(f"mafsil.{room}." for room in UNDRIVEN_ROOMS)
+    every = ((name, each) for name, each in public() if callable(each) and not inspect.isclass(each))
+    return [(each, name) for name, each in every if not name.startswith(rooms) and _real(each)]
 
 
 def _real(function: Callable[..., Any]) -> list[str]:

@@ -20,8 +20,8 @@ import numpy as np
 
 from mafsil.ik import closed_form, inverse_kinematics
 from mafsil.ik.chain import Chain, chain_of
-from mafsil.ik.closed_form import structure_kernel
-from mafsil.ik.recognise import recognise
+from mafsil.ik.structure.closed_form import structure_kernel
+from mafsil.ik.structure.recognise import recognise
 from mafsil.ik.tolerances import DEFECT, SNAP
 from mafsil.model.library import robots
 from mafsil.robot import Robot, load

@@ -10,7 +10,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from mafsil.ik import elimination, inverse_kinematics
+from mafsil.ik import inverse_kinematics
+from mafsil.ik.structure import elimination
 from mafsil.robot import Robot
 
 REGULAR = 0.01

@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.trajectory import JerkLimitedBatch, JerkLimitedMotion, MotionLimits, jerk_limited
+from mafsil.trajectory import MotionLimits, jerk_limited
+from mafsil.trajectory.jerk import JerkLimitedBatch, JerkLimitedMotion
 from tests.reliability import figures
 
 KINDS = ("rest", "arbitrary", "outside", "asymmetric")

@@ -10,7 +10,8 @@ import sys
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.trajectory import MotionLimits, ViaMotion, jerk_limited_through
+from mafsil.trajectory import MotionLimits, jerk_limited_through
+from mafsil.trajectory.jerk import ViaMotion
 from tests.reliability import figures
 from tests.reliability.jerk_limited import LIMIT, violations
 

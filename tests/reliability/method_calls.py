@@ -214,7 +214,7 @@ def space(folder: str) -> dict[str, Any]:
         "WRENCH": mf.Wrench(np.ones(6)), "AXIS": mf.ScrewAxis.of([0, 0, 1], [1, 0, 0]),
         "SPOT": geometry.Point(np.ones(3)), "LETTERED": mf.Pose(np.eye(4), ("a", "b")),
         "WALL": control.Wall(np.zeros(3), np.array([0.0, 0.0, 1.0]), 10.0),
-        "ANSWERS": ik.inverse_kinematics(names["R6"], names["TIP6"]), "REACH": ik.PlanarReach(
+        "ANSWERS": ik.inverse_kinematics(names["R6"], names["TIP6"]), "REACH": ik.structure.PlanarReach(
             np.zeros(3), np.array([0.0, 0.0, 1.0]), np.ones(2)),
         "FOURS": mobility.FourBar(2.0, 4.0, 3.5, 4.5), "ROLLING": mobility.Car(1.0).constraints,
         "STEWART": parallel.StewartPlatform.on_circles(1.0, 0.6, [0, 1, 2, 3, 4, 5.5], [0.3, 0.8, 2.5, 2.9, 4.1, 5]),

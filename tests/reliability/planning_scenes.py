@@ -18,7 +18,8 @@ import numpy as np
 
 import mafsil as mf
 from mafsil.collision import Checker
-from mafsil.planning import ArmPlan, PlanningStatus
+from mafsil.planning import ArmPlan
+from mafsil.planning.outcome import PlanningStatus
 from tests.collision.arms import arm, scene
 from tests.reliability import figures
 

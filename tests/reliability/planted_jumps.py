@@ -13,7 +13,7 @@ import numpy as np
 
 import mafsil.trajectory as tr
 from mafsil.trajectory.motion import Motion, Trajectory, derivative
-from mafsil.trajectory.piecewise import PiecewisePolynomial
+from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
 
 MEASURED = -2
 """Instead of an order that is not known by construction."""
@@ -102,7 +102,7 @@ def motion(rng: np.random.Generator) -> tuple[Trajectory, int]:
 
 @cache
 def _laws() -> tuple[tr.Profile, ...]:
-    return tr.profiles().rows
+    return tr.profiles.profiles().rows
 
 
 def peaks(trajectory: Trajectory, order: int) -> np.ndarray:
@@ -126,7 +126,7 @@ def accused(rng: np.random.Generator) -> str:
         order = tr.continuity(trajectory, ends=False).order
     limits = limits_of(trajectory, min(order + 1, 3))
     verdict = tr.check(trajectory, limits, ends=not measured)
-    exact = isinstance(trajectory, PiecewisePolynomial | tr.BSpline)
+    exact = isinstance(trajectory, PiecewisePolynomial | tr.splines.BSpline)
     proof = tr.prove(trajectory, limits, ends=not measured) if exact else True
     return "" if verdict and proof else f"{type(trajectory).__name__} {order}: {verdict} {proof}"
 

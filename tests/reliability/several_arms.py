@@ -21,7 +21,8 @@ import numpy as np
 import mafsil as mf
 from mafsil.collision import ArmMount, MultiArmCell
 from mafsil.model.placement import rotation_z
-from mafsil.planning import PlanningStatus, coordinate_arms, plan_coupled, plan_prioritized
+from mafsil.planning import coordinate_arms, plan_coupled, plan_prioritized
+from mafsil.planning.outcome import PlanningStatus
 from mafsil.trajectory import MotionLimits
 from tests.collision.arms import scene, urdf
 from tests.reliability import figures

@@ -6,9 +6,7 @@
 from __future__ import annotations
 
 import argparse
-import importlib
 import inspect
-import pkgutil
 import re
 import typing
 from pathlib import Path
@@ -16,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import mafsil as mf
+from tests.public import public
 from tests.reliability.good import arms, mechanisms, searches
 from tests.sizes import size
 
@@ -33,6 +31,7 @@ ELSEWHERE = {
     "tests/identification": "Payload",
     "tests/ik": "Continuation PlanarReach ArmStructure",
     "tests/job": "LawBench",
+    "tests/lint": "Report",
     "tests/mobility": "Actuation ConfigurationCurves Existence GrueblerCount InstantaneousMobility PolygonSpace "
     "Redundancy Mobility PointCount Structure Surface ConfigurationSurfaces",
     "tests/one_joint": "Braking TransmissionAnswer DriveSizing StickSlip JointRun Margins DriveAnswer "
@@ -53,19 +52,16 @@ NO_CLAIM = {"Expression", "Refusal"}
 def answers() -> dict[str, set[str]]:
     """Classes with a truth that public functions return, and the names of the functions."""
     found: dict[str, set[str]] = {}
-    for room in pkgutil.iter_modules(mf.__path__):
-        package = importlib.import_module(f"mafsil.{room.name}") if room.ispkg else None
-        for name in dir(package) if package else ():
-            function = getattr(package, name)
-            if not inspect.isfunction(function):
-                continue
-            try:
-                returned = typing.get_type_hints(function).get("return")
-            except NameError:
-                continue
-            for kind in (returned, *typing.get_args(returned)):
-                if inspect.isclass(kind) and kind.__module__.startswith("mafsil") and "__bool__" in dir(kind):
-                    found.setdefault(kind.__name__, set()).add(name)
+    for long, function in public():
+        if not inspect.isfunction(function):
+            continue
+        try:
+            returned = typing.get_type_hints(function).get("return")
+        except NameError:
+            continue
+        for kind in (returned, *typing.get_args(returned)):
+            if inspect.isclass(kind) and kind.__module__.startswith("mafsil") and "__bool__" in dir(kind):
+                found.setdefault(kind.__name__, set()).add(long.rpartition(".")[2])
     return found
 
 

@@ -24,9 +24,9 @@ def test_a_broken_limit_is_found() -> None:
         7, velocity=tuple(0.999 * limits.velocity), acceleration=tuple(limits.acceleration)
     )
     loose = mf.trajectory.time_optimal(path, limits, intervals=100)
-    broken = mf.trajectory.TimeOptimal(loose.status, path, tight, loose.timing)
+    broken = mf.trajectory.timing.TimeOptimal(loose.status, path, tight, loose.timing)
     slow = mf.trajectory.MotionLimits.of(
         7, velocity=tuple(limits.velocity), acceleration=tuple(0.999 * limits.acceleration)
     )
-    hard = mf.trajectory.TimeOptimal(loose.status, path, slow, loose.timing)
+    hard = mf.trajectory.timing.TimeOptimal(loose.status, path, slow, loose.timing)
     assert any(time_optimal_paths.judged(answer, path, None)["bad_excess"] for answer in (broken, hard))

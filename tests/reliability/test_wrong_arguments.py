@@ -86,7 +86,7 @@ UR5E, PLANAR2R = mf.load("ur5e"), mf.load("planar2r")
 Q = np.array([0.1, -1.0, 1.0, 0.2, 0.3, 0.4])
 T = UR5E.forward_kinematics(Q)
 FAR = np.block([[T[:3, :3], 1000.0 * T[:3, 3:]], [np.zeros(3), 1.0]])
-DEGREES, NO_MOTION = [10, -60, 60, 10, 20, 30], trajectory.rest([0.0, 0.0], 1.0)
+DEGREES, NO_MOTION = [10, -60, 60, 10, 20, 30], trajectory.profiles.rest([0.0, 0.0], 1.0)
 FIRST_HOUR = {
     "write robot.fk(q)": lambda: UR5E.fkine(Q),
     'expressed_in="aligned")': lambda: UR5E.jacob0(Q),
@@ -109,7 +109,7 @@ FIRST_HOUR = {
     "did you mean: iiwa7": lambda: mf.load("kuka"),
     "MotionLimits.of makes one of what matters: it takes n": lambda: MotionLimits(velocity=1),
     "impedance: expected Impedance, got int 100; make one by Impedance.of": lambda: control.impedance_control(
-        PLANAR2R, 100, control.hold(np.eye(4))
+        PLANAR2R, 100, control.hold_pose(np.eye(4))
     ),
     "Scenario(robot=..., trajectory=..., law=...)": lambda: mf.Scenario(PLANAR2R, NO_MOTION, None),
     "Checker: argument margin is not known or given twice; did you mean: clearance?": lambda: mf.collision.Checker(
@@ -152,7 +152,9 @@ REMARKS = {
     "rpy: 90 rad": lambda robot: mf.Rotation.from_rpy([0, 0, 90]),
     "tool: 150 m is longer than any": lambda robot: robot.with_tool([0, 0, 150]),
     "the start lies beyond the joint limits: shoulder_pan_joint at 8": lambda robot: mf.simulate(
-        mf.Scenario(robot=robot, trajectory=trajectory.rest([8.0, 0, 0, 0, 0, 0.5], 0.01), law=control.pid(6, 1, 0, 1))
+        mf.Scenario(
+            robot=robot, trajectory=trajectory.profiles.rest([8.0, 0, 0, 0, 0, 0.5], 0.01), law=control.pid(6, 1, 0, 1)
+        )
     ),
 }
 

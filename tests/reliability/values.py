@@ -9,14 +9,13 @@ import re
 from collections.abc import Iterator
 from enum import Enum
 from functools import partial
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 
-import mafsil as mf
 from mafsil.answer import Answer
 from mafsil.errors import MafsilError
+from tests.public import public
 from tests.reliability.decade_calls import space
 
 NUMBERS = re.compile(r"\bfloat\b|\bBound\b|Floats|Vector|Matrix|ArrayLike|Points|RotationMatrix|Quaternion")
@@ -53,15 +52,15 @@ WRITTEN = (
     "collision.PointCloud(points=np.zeros((1, 3)), radius=0.1)",
     "collision.Sphere(radius=0.1)",
     "collision.TriangleMesh(vertices=HULL, faces=FACES)",
-    "control.AtPoints(environment=WALL, points=np.eye(3))",
-    "control.Door(hinge=np.zeros(3), axis=np.array([0, 0, 1]), handle=HANDLE, stiffness=1.0, damping=1.0, "
+    "control.contact.AtPoints(environment=WALL, points=np.eye(3))",
+    "control.contact.Door(hinge=np.zeros(3), axis=np.array([0, 0, 1]), handle=HANDLE, stiffness=1.0, damping=1.0, "
     "rotational_stiffness=1.0, rotational_damping=1.0, friction=0.1)",
     "control.Gains(kp=np.ones(2), kd=np.ones(2), ki=np.ones(2))",
-    "control.Hole(mouth=np.zeros(3), axis=np.array([0, 0, 1]), clearance=0.001, depth=0.1, chamfer=0.01, "
+    "control.contact.Hole(mouth=np.zeros(3), axis=np.array([0, 0, 1]), clearance=0.001, depth=0.1, chamfer=0.01, "
     "stiffness=1.0, damping=1.0, friction=0.1)",
     "control.Impedance(inertia=np.eye(2), damping=np.eye(2), stiffness=np.eye(2))",
-    "control.MatrixGains(kp=np.eye(2), kd=np.eye(2), ki=np.eye(2))",
-    "control.RoundSurface(centre=np.zeros(3), radius=1.0, stiffness=1.0, damping=1.0, friction=0.1, "
+    "control.laws.MatrixGains(kp=np.eye(2), kd=np.eye(2), ki=np.eye(2))",
+    "control.contact.RoundSurface(centre=np.zeros(3), radius=1.0, stiffness=1.0, damping=1.0, friction=0.1, "
     "axis=np.array([0, 0, 1]), slow=0.1)",
     "control.SpringDamper(place=np.zeros(3), stiffness=1.0, damping=1.0)",
     "control.Wall(point=np.zeros(3), normal=np.array([0, 0, 1]), stiffness=10.0, damping=1.0, friction=0.1, slow=0.1)",
@@ -91,7 +90,7 @@ WRITTEN = (
     "least_measure=0.1)",
     "parallel.StewartPlatform(base=STEWART.base, platform=STEWART.platform)",
     "parallel.ThreeRPS(base=1.0, platform=0.6)",
-    "performance.LinkLoad(link='link1', force=[1.0, 0, 0], moment=[0.0, 0, 0], point=[0.0, 0, 0])",
+    "performance.statics.LinkLoad(link='link1', force=[1.0, 0, 0], moment=[0.0, 0, 0], point=[0.0, 0, 0])",
     "planning.FixedOrientation(R=np.eye(3), tolerance=0.1)",
     "planning.GoalRegion(T=np.eye(4), box=0.1, angle=0.1, axis=[0.0, 0, 1])",
     "planning.InPlane(normal=[0.0, 0, 1], point=[0.0, 0, 0], tolerance=0.1, at=[0.0, 0, 0])",
@@ -105,35 +104,35 @@ WRITTEN = (
     "simulation.SensorNoise(position=0.1, velocity=0.1)",
     "simulation.Uniform(low=0.0, high=1.0)",
     "simulation.WrenchPulse(start=0.0, duration=0.1, push=[0.0, 0, 0, 0, 0, 1])",
-    "trajectory.BSpline(knots=np.array([0.0, 0, 1, 1]), control=np.array([[0.0], [1.0]]), degree=1)",
-    "trajectory.CartesianPath(T_start=NEAR, T_goal=FAR)",
+    "trajectory.splines.BSpline(knots=np.array([0.0, 0, 1, 1]), control=np.array([[0.0], [1.0]]), degree=1)",
+    "trajectory.paths.CartesianPath(T_start=NEAR, T_goal=FAR)",
     "trajectory.KeepsClear(point=[0.0, 0, 0], distance=0.1, begin=0.0, end=1.0)",
     "trajectory.PassThrough(point=[0.0, 0, 0], distance=0.1, begin=0.0, end=1.0)",
-    "trajectory.PiecewisePolynomial(knots=np.array([0.0, 1.0]), coefficients=np.zeros((1, 4, 2)))",
+    "trajectory.splines.PiecewisePolynomial(knots=np.array([0.0, 1.0]), coefficients=np.zeros((1, 4, 2)))",
     "trajectory.MaxDuration(least=0.0, most=1.0)",
     "trajectory.TrajectoryGenerator(trajectory=STILL, rate=10.0)",
     "trajectory.MotionLimits.of(n=1, position=2.0, velocity=1.0, acceleration=1.0, jerk=1.0, effort=1.0)",
-    "trajectory.PiecewisePolynomial.from_pieces(durations=[1.0], coefficients=np.zeros((1, 4, 2)))",
+    "trajectory.splines.PiecewisePolynomial.from_pieces(durations=[1.0], coefficients=np.zeros((1, 4, 2)))",
     "control.Gains.of(n=2, kp=1.0, kd=1.0, ki=1.0)",
     "control.Gains.from_natural_frequency(n=2, natural_frequency=1.0, damping_ratio=1.0, integral=0.1)",
-    "control.MatrixGains.of(n=2, kp=1.0, kd=1.0, ki=1.0)",
+    "control.laws.MatrixGains.of(n=2, kp=1.0, kd=1.0, ki=1.0)",
     "control.Impedance.of(m=2, inertia=1.0, damping=1.0, stiffness=1.0)",
     "planning.PolygonWorld.of(lower=[-1.0, -1], upper=[1.0, 1], polygons=[[[0.0, 0], [0.5, 0], [0, 0.5]]])",
     "parallel.StewartPlatform.on_circles(base=1.0, platform=0.6, base_angles=[0.0, 1, 2, 3, 4, 5], "
     "platform_angles=[0.3, 1.3, 2.3, 3.3, 4.3, 5.3])",
-    "one_joint.SpeedFriction.of(static=1.0, kinetic=0.5, viscous=0.1, stribeck_speed=0.1, exponent=2.0)",
+    "one_joint.drives.SpeedFriction.of(static=1.0, kinetic=0.5, viscous=0.1, stribeck_speed=0.1, exponent=2.0)",
     "one_joint.Backlash.of(gap=0.1, stiffness=1.0)",
     "one_joint.Gear.of(ratio=10.0, motor_inertia=0.1, efficiency=0.9, motor_friction=0.1)",
-    "one_joint.FrictionConditions.of(friction=one_joint.SpeedFriction.of(1.0), load_share=0.1, rest_time=0.1, "
-    "thinning=0.1, reference=20.0, stiffness=1.0)",
+    "one_joint.drives.FrictionConditions.of(friction=one_joint.drives.SpeedFriction.of(1.0), load_share=0.1, "
+    "rest_time=0.1, thinning=0.1, reference=20.0, stiffness=1.0)",
     "one_joint.ForceLoop.of(kfp=1.0, kfi=1.0, damping=1.0)",
-    "one_joint.TorqueLoop.of(motor_inertia=1.0, stiffness=1.0, viscous=0.1, dry=0.1, kp=1.0, ki=1.0)",
-    "one_joint.VariableStiffness.of(spring=1.0, radius=0.1, motor_radius=0.1, longest=0.5)",
+    "one_joint.drives.TorqueLoop.of(motor_inertia=1.0, stiffness=1.0, viscous=0.1, dry=0.1, kp=1.0, ki=1.0)",
+    "one_joint.drives.VariableStiffness.of(spring=1.0, radius=0.1, motor_radius=0.1, longest=0.5)",
     "one_joint.SecondOrder.of(natural_frequency=1.0, damping_ratio=0.5)",
     "one_joint.ErrorDynamics.from_row(coefficients=[1.0, 2.0, 1.0])",
     "one_joint.JointLaw.pid(kp=1.0, ki=1.0, kd=1.0)",
     "one_joint.Motor.of(constant=0.1, resistance=1.0, inductance=0.001, voltage=24.0)",
-    "one_joint.MotorRating.of(peak_torque=2.0, continuous_torque=1.0, speed=10.0, inertia=0.1)",
+    "one_joint.drives.MotorRating.of(peak_torque=2.0, continuous_torque=1.0, speed=10.0, inertia=0.1)",
     "one_joint.ElasticJoint.of(link_inertia=1.0, motor_inertia=0.1, stiffness=1.0, damping=0.1, link_friction=0.1, "
     "motor_friction=0.1)",
     "one_joint.TrackingError.of(inertia=1.0, friction=0.1, kp=1.0, ki=0.1, kd=0.1)",
@@ -141,49 +140,31 @@ WRITTEN = (
     "one_joint.JointArm.of(inertia=1.0, mass=0.1, radius=0.1, friction=0.1, gravity=9.81)",
 )
 """One valid value of every public class that users write themselves; what stands under a name is driven."""
-MADE = {
-    "mafsil": "Mechanism",
-    "mafsil.collision": "Contact",
-    "mafsil.control": (
-        "AdaptiveControl AdmittanceControl ConstrainedDynamics ContactSwitch CurrentLoop Delayed "
-        "DrivenTrajectory ElasticArm ElasticLinearization EncoderLoop SingularPerturbationControl ForceControl "
-        "HybridControl ImpedanceByForce JointFeedback JointMotionEstimate LearnedEffort LinearArm LinearQuadratic "
-        "MatrixFeedback MinMax ModelPredictive ReducedDynamics SlidingMode TaskDynamics TipDamping "
-        "TipMotionEstimate PoseErrorResponse"
-    ),
-    "mafsil.grasp": "Body FreeMotions GraspFile PlannedGrasp",
-    "mafsil.identification": "ExcitationTrajectory",
-    "mafsil.model": "JointLimits Mesh Shape",
-    "mafsil.ik": (
-        "Branches Condition GeneralSolutions LimitExcess NearSingularity PumaShape SelfMotionFamily "
-        "SolutionFamily Switch"
-    ),
-    "mafsil.mobility": "BodyPoints JointCoordinates Linkage LinkageJoint MotionGroup Pfaffian SecondBody SphereBand",
-    "mafsil.mobility.synthesis": "BurmesterCurves Dyad ManyDyads StructuralError",
-    "mafsil.one_joint": "ActuatorKind CurrentLoop SensorKind TransmissionKind",
-    "mafsil.parallel": "FourBarPoint NearestLengths",
-    "mafsil.performance": (
-        "Annulus DeterminantFactors Ellipsoid FreeBodyDiagram JointReactions LoadCapacity LocusComponent "
-        "PinnedArm PlanarEllipse Polytope SingularityCause"
-    ),
-    "mafsil.planning": (
-        "Budget CellDecomposition JointGroup NavigationFunction PlanarArm PlannerResult PotentialField "
-        "Quadtree SearchLog TimedArm Waiting"
-    ),
-    "mafsil.simulation": "Variants",
-    "mafsil.trajectory": (
-        "BlendedLines BranchChange CornerBlend Detour FastStretch InfeasibleLeg JoinedPath Jump MotionRequest "
-        "PathMotion PathPoint PathRemedy ProfileRun Remedy Sequence ShapedMotion UnreachableStretch Violation"
-    ),
-}
-"""Classes of which only functions of ours make values, of numbers that were checked or computed, by package."""
+MADE = (
+    "ActuatorKind AdaptiveControl AdmittanceControl Annulus Binding BlendedLines Body BodyPoints BranchChange "
+    "Branches Budget BurmesterCurves CellDecomposition Change Check Condition ConstrainedDynamics Contact "
+    "ContactSwitch CornerBlend Crossing CurrentLoop Delayed DeterminantFactors Detour DrivenTrajectory Dyad "
+    "ElasticArm ElasticLinearization Ellipsoid EmbeddedPair EncoderLoop ExcitationTrajectory FastStretch "
+    "ForceControl FourBarPoint FreeBodyDiagram FreeMotions GeneralSolutions GraspFile HybridControl "
+    "ImpedanceByForce InfeasibleLeg JoinedPath JointCoordinates JointFeedback JointGroup JointLimits "
+    "JointMotionEstimate JointReactions Jump LawResult LearnedEffort LimitExcess LinearArm LinearQuadratic "
+    "Linkage LinkageJoint LoadCapacity LocusComponent ManyDyads MatrixFeedback Mechanism Mesh MinMax "
+    "ModelPredictive MotionGroup MotionRequest NavigationFunction NearSingularity NearestLengths PathMotion "
+    "PathPoint PathRemedy Pfaffian PinnedArm PlanarArm PlanarEllipse PlannedGrasp PlannerResult Polytope "
+    "PoseErrorResponse PotentialField ProfileRun Provenance PumaShape Quadtree ReducedDynamics Remedy "
+    "SearchLog SecondBody SelfMotionFamily SensorKind Sequence Shape ShapedMotion SingularPerturbationControl "
+    "SingularityCause SlidingMode Solid Solution SolutionFamily SphereBand StructuralError Surface Switch "
+    "TaskDynamics TimedArm TipDamping TipMotionEstimate Tolerance TransmissionKind UnreachableStretch Variants "
+    "Violation Waiting "
+)
+"""Classes of which only functions of ours make values, of numbers that were checked or computed."""
 
 UNBOUNDED = {
     "mf.model.Limits": ("lower", "upper", "velocity", "acceleration", "jerk", "effort"),
     "trajectory.MotionLimits.of": ("position", "velocity", "acceleration", "jerk", "effort"),
     "mf.Contact": ("finger_curvature",), "trajectory.MaxDuration": ("most",), "trajectory.PassThrough": ("end",),
     "trajectory.KeepsClear": ("end",), "one_joint.LoopConditions": ("torque_limit",),
-    "one_joint.FrictionConditions.of": ("stiffness",), "parallel.CableRobot": ("highest",),
+    "one_joint.drives.FrictionConditions.of": ("stiffness",), "parallel.CableRobot": ("highest",),
 }  # fmt: skip
 """Fields that are documented to be infinite where there is no bound."""
 
@@ -205,19 +186,11 @@ PASSING = ("mf.Pose", "mf.Rotation", "mf.ScrewAxis", "mf.Twist", "mf.Wrench", "g
 
 def public_classes() -> dict[type, str]:
     """Public data classes with fields of real numbers that are no answers, each with its shortest name."""
-    found: dict[type, str] = {}
-    waiting, seen = [mf], set[str]()
-    while waiting:
-        module = waiting.pop()
-        seen.add(module.__name__)
-        for name in module.__all__:
-            each = getattr(module, name)
-            if isinstance(each, ModuleType):
-                if each.__name__.startswith("mafsil") and each.__name__ not in seen and hasattr(each, "__all__"):
-                    waiting.append(each)
-            elif inspect.isclass(each) and not issubclass(each, Enum | Answer) and numbers_of(each):
-                found[each] = min(found.get(each, "x" * 99), f"{module.__name__}.{name}", key=len)
-    return found
+    return {
+        each: name
+        for name, each in public()
+        if inspect.isclass(each) and not issubclass(each, Enum | Answer) and numbers_of(each)
+    }
 
 
 def numbers_of(kind: type) -> list[tuple[str, str]]:

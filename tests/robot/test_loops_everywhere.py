@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import inspect
 import pickle
-import pkgutil
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
-from importlib import import_module
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -23,10 +20,9 @@ from mafsil.mechanics.catalogue import CATALOGUE
 from mafsil.model.dh_from_axes import dh_from_mechanism
 from mafsil.parallel import ClosedChain
 from mafsil.robot.closed_states import STATES
+from tests.public import faces
 
 ROBOTS = Path(__file__).parents[2] / "examples" / "robots"
-NO_PYTHON = ("mafsil.cli", "mafsil.messages", "mafsil.kernels")
-"""Packages whose faces take no robots: the command line has its own tests."""
 ROBOT_TYPE = re.compile(r"\b(RobotLike|Robot|Mechanism|Described)\b")
 REFUSALS = ("robot.loops", "robot.loops_routine", "simulation.rigid_loops", "table.unwritable", "writing.refused")
 
@@ -41,7 +37,7 @@ CLOSED = {
     "mafsil.studio.Studio": "the page's arm: tests/page/test_pages_of_loops.py",
     "mafsil.collision.Checker": "shapes at given coordinates; planning closes them: tests/planning/test_closed_arms.py",
     "mafsil.collision.ArmMount": "a record that a Checker takes",
-    "mafsil.control.tip_wrench_of": "a state's: test_the_wrench_of_an_environment_is_that_of_a_closed_state below",
+    "mafsil.control.contact.tip_wrench_of": "a state's: test_the_wrench_of_an_environment_is_that_of_a_closed_state",
     "mafsil.figures.plot_mechanism": "drawn closed: test_pictures_are_of_closed_loops below",
     "mafsil.figures.plot_response": "draws recorded coordinates: tests/simulation/test_closed_loops.py records them",
     "mafsil.report.write_picture": "drawn closed: test_pictures_are_of_closed_loops below",
@@ -78,20 +74,13 @@ DESCRIPTION = {
 pytestmark = pytest.mark.filterwarnings("ignore::mafsil.errors.ModelWarning")
 
 
-def faces() -> Iterator[ModuleType]:
-    yield mf
-    for found in pkgutil.walk_packages(mf.__path__, "mafsil."):
-        if found.ispkg and not found.name.startswith(NO_PYTHON):
-            yield import_module(found.name)
-
-
 def takers() -> dict[str, tuple[Callable[..., Any], list[str]]]:
     """Every public callable that takes a robot by its annotation, and the names of those arguments."""
     found: dict[int, tuple[str, Callable[..., Any], list[str]]] = {}
     for face in faces():
-        for name in dir(face):
+        for name in face.__all__:
             each = getattr(face, name)
-            if name.startswith("_") or inspect.ismodule(each) or not callable(each):
+            if inspect.ismodule(each) or not callable(each):
                 continue
             try:
                 parameters = inspect.signature(each).parameters.values()
@@ -227,7 +216,7 @@ def test_every_other_name_of_a_robot_refuses_or_describes(palletiser: mf.Robot) 
         "task_space": (np.zeros(4), np.zeros(4)), "together": ("forward_kinematics", "jacobian_body"),
         "torque_terms": (np.zeros(4), np.zeros(4), np.zeros(4)), "derive": (), "ik": (np.eye(4),), "workspace": (100,),
         "ik_all": (np.eye(4),), "jacobian": (np.zeros(4),), "singularity": (np.zeros(4),),
-        "simulate": (mf.trajectory.rest(np.zeros(4), 0.1),),
+        "simulate": (mf.trajectory.profiles.rest(np.zeros(4), 0.1),),
     }  # fmt: skip
     names = {name for name in dir(palletiser) if not name.startswith("_")} - set(CATALOGUE)
     assert names == set(calls) | DESCRIPTION | CLOSED_VERBS
@@ -268,8 +257,8 @@ def test_laws_made_without_their_functions_refuse_too(fused: bool, palletiser: m
     q, gains = chain.closed(np.zeros(4)).q, mf.control.Gains.of(4, 100.0, 20.0)
     given = mf.Scenario(robot=palletiser, trajectory=mf.trajectory.quintic(q, q, 0.01), law=mf.control.pid(4, 0.0))
     for law in (
-        mf.control.ComputedTorque(palletiser, gains), mf.control.JointFeedback(gains, palletiser),
-        mf.control.Feedforward(palletiser),
+        mf.control.laws.ComputedTorque(palletiser, gains), mf.control.laws.JointFeedback(gains, palletiser),
+        mf.control.laws.Feedforward(palletiser),
     ):  # fmt: skip
         if not fused:  # a law in Python that fails ends the run
             run = mf.simulate(replace(given, law=law), fused=False)
@@ -301,9 +290,9 @@ def test_the_wrench_of_an_environment_is_that_of_a_closed_state(palletiser: mf.R
     floor = mf.control.Wall(np.array([0, 0, 2.0]), np.array([0, 0, 1.0]), stiffness=100.0, damping=5.0)
     V = chain.jacobian_body(q) @ qd[chain.actuated]
     expected = floor.wrench(palletiser.forward_kinematics(q), V)
-    np.testing.assert_allclose(mf.control.tip_wrench_of(palletiser, floor, q, qd), expected, atol=1e-12)
+    np.testing.assert_allclose(mf.control.contact.tip_wrench_of(palletiser, floor, q, qd), expected, atol=1e-12)
     with pytest.raises(InputError, match=r"^qd: palletiser has closed loops"):
-        mf.control.tip_wrench_of(palletiser, floor, q, qd + np.array([0, 0.1, 0, 0]))
+        mf.control.contact.tip_wrench_of(palletiser, floor, q, qd + np.array([0, 0.1, 0, 0]))
 
 
 @pytest.mark.parametrize("file", ["palletiser.xml", "stewart.xml"])
@@ -343,8 +332,8 @@ def test_dexterity_of_a_closed_chain(palletiser: mf.Robot) -> None:
     np.testing.assert_allclose(mf.performance.manipulability_of(J), np.abs(np.linalg.det(J)), rtol=1e-9)
     s = np.linalg.svd(J, compute_uv=False)
     np.testing.assert_allclose(mf.performance.manipulability_of(J[0], "inverse_condition"), s[0, 1] / s[0, 0])
-    np.testing.assert_allclose(mf.performance.ellipsoid_of(J).lengths, s)
-    of_tree = mf.performance.ellipsoid_of(palletiser.without_loops().jacobian_space(q)[:, [3, 5]])
+    np.testing.assert_allclose(mf.performance.dexterity.ellipsoid_of(J).lengths, s)
+    of_tree = mf.performance.dexterity.ellipsoid_of(palletiser.without_loops().jacobian_space(q)[:, [3, 5]])
     assert np.abs(of_tree.lengths - s).max() > 1e-3
     with pytest.raises(InputError, match="measure"):
         mf.performance.manipulability_of(J, "roundness")

@@ -7,7 +7,7 @@ import numpy as np
 import mafsil as mf
 from mafsil.model import Inertial, Joint, JointKind, Link, Mechanism
 from mafsil.simulation import RigidPlant, simulate
-from mafsil.trajectory import rest
+from mafsil.trajectory.profiles import rest
 
 G, MASS = 9.81, 2.0
 ORIGIN = np.zeros(3)

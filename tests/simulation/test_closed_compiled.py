@@ -9,19 +9,16 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.control import (
-    closed_computed_torque,
-    closed_gravity_compensation,
-    computed_torque,
-    driven_trajectory,
-    pid,
-)
+from mafsil.control import closed_computed_torque, closed_gravity_compensation, computed_torque, pid
+from mafsil.control.laws import driven_trajectory
 from mafsil.model import Friction, JointKind
 from mafsil.parallel import ClosedChain
-from mafsil.simulation import ClosedPlant, Scenario, SensorNoise, SimulationStatus, WrenchPulse, simulate
+from mafsil.simulation import ClosedPlant, Scenario, SensorNoise, WrenchPulse, simulate
 from mafsil.simulation.closed_plant import ClosedStepper
 from mafsil.simulation.fused_run import FusedRun
-from mafsil.trajectory import quintic, rest
+from mafsil.simulation.recording import SimulationStatus
+from mafsil.trajectory import quintic
+from mafsil.trajectory.profiles import rest
 from tests.parallel.closed_chains import four_bar, random_chain
 
 FIELDS = ("q", "qd", "qdd", "tau", "tau_commanded", "tip_position_error", "tip_rotation_error")

@@ -8,12 +8,15 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.control import closed_computed_torque, closed_gravity_compensation, computed_torque, driven_trajectory
+from mafsil.control import closed_computed_torque, closed_gravity_compensation, computed_torque
+from mafsil.control.laws import driven_trajectory
 from mafsil.errors import InputError
 from mafsil.model import Friction, JointKind
 from mafsil.parallel import ClosedChain, simulate_closed
-from mafsil.simulation import ClosedPlant, Scenario, SimulationStatus, WrenchPulse, simulate
-from mafsil.trajectory import Motion, quintic, rest
+from mafsil.simulation import ClosedPlant, Scenario, WrenchPulse, simulate
+from mafsil.simulation.recording import SimulationStatus
+from mafsil.trajectory import Motion, quintic
+from mafsil.trajectory.profiles import rest
 from tests.parallel.closed_chains import four_bar, random_chain
 
 mujoco = pytest.importorskip("mujoco")

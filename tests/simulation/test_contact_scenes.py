@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.control import AtPoints, Impedance, impedance_control
+from mafsil.control import Impedance, impedance_control
+from mafsil.control.contact import AtPoints
 from mafsil.errors import InputError
 from mafsil.simulation import Plant, chalk_on_board, eraser_on_board, open_a_door, peg_in_hole, simulate
 

@@ -13,20 +13,14 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.control import (
-    SpringDamper,
-    TaskCoordinates,
-    TipOfJoints,
-    Wall,
-    computed_torque,
-    delayed,
-    pid,
-    task_computed_torque,
-    virtual_environment,
-)
+from mafsil.control import SpringDamper, TaskCoordinates, Wall, computed_torque, delayed, pid, task_computed_torque
+from mafsil.control.contact import virtual_environment
+from mafsil.control.laws import TipOfJoints
 from mafsil.errors import InputError
-from mafsil.simulation import Plant, Recording, Scenario, SimulationStatus, simulate
-from mafsil.trajectory import quintic, rest
+from mafsil.simulation import Plant, Recording, Scenario, simulate
+from mafsil.simulation.recording import SimulationStatus
+from mafsil.trajectory import quintic
+from mafsil.trajectory.profiles import rest
 
 ARM = mf.load("planar2r")
 PATH = quintic([0.2, 0.9], [0.6, 0.5], 0.3)

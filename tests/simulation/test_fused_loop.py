@@ -12,8 +12,9 @@ from mafsil.control import combined, computed_torque, feedforward, gravity_compe
 from mafsil.errors import InputError
 from mafsil.kernels.march import march
 from mafsil.model import Friction
-from mafsil.simulation import Plant, SensorNoise, SimulationStatus, WrenchPulse
+from mafsil.simulation import Plant, SensorNoise, WrenchPulse
 from mafsil.simulation.fused import can_fuse
+from mafsil.simulation.recording import SimulationStatus
 from mafsil.trajectory import quintic
 
 Q = np.array([0.2, -0.4, 0.6, 0.3, -0.5, 0.1])

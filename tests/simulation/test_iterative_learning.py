@@ -8,8 +8,8 @@ import pytest
 import mafsil as mf
 from mafsil.control import Gains, combined, computed_torque
 from mafsil.errors import InputError
-from mafsil.simulation import LearningStatus, Plant, Scenario, learn, learning_factor
-from mafsil.simulation.iterative_learning import low_passed
+from mafsil.simulation import Plant, Scenario, learn, learning_factor
+from mafsil.simulation.iterative_learning import LearningStatus, low_passed
 from mafsil.trajectory import quintic
 
 

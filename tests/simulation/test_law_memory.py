@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.control import LawMemory, combined, current_loop, delayed, hold
-from mafsil.control.matrix_feedback import matrix_pid
+from mafsil.control import combined, current_loop, delayed, hold_pose
+from mafsil.control.laws import LawMemory
+from mafsil.control.laws.matrix_feedback import matrix_pid
 from mafsil.errors import InputError
 from mafsil.simulation import Plant
-from mafsil.trajectory import quintic, rest, sequence
+from mafsil.trajectory import quintic, sequence
+from mafsil.trajectory.profiles import rest
 
 ARM = mf.load("planar2r_point_masses")
 A, B = np.array([0.3, 0.8]), np.array([0.5, 0.6])
@@ -20,14 +22,14 @@ IN_PLANE = mf.control.TaskCoordinates(rows=(3, 4))
 
 
 def task_law():
-    still = hold(ARM.forward_kinematics(B))
+    still = hold_pose(ARM.forward_kinematics(B))
     return mf.control.task_computed_torque(ARM, still, coordinates=IN_PLANE, integral=900.0)
 
 
 def admittance():
     # Of no outer force: the virtual mass swings about a place beside the tip.
     wanted = mf.control.Impedance.of(2, inertia=1.0, damping=2.0, stiffness=50.0)
-    still = hold(ARM.forward_kinematics(B))
+    still = hold_pose(ARM.forward_kinematics(B))
     return mf.control.admittance_control(ARM, wanted, still, lambda q, qd: np.zeros(2), coordinates=IN_PLANE)
 
 

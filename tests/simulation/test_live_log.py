@@ -27,14 +27,15 @@ from mafsil.simulation import (
     Recording,
     Scenario,
     SensorNoise,
-    SimulationStatus,
     WrenchPulse,
     live_log,
     log_reading,
     simulate,
 )
+from mafsil.simulation.recording import SimulationStatus
 from mafsil.simulation.tick_bytes import TickBytes
-from mafsil.trajectory import quintic, rest
+from mafsil.trajectory import quintic
+from mafsil.trajectory.profiles import rest
 from tests.parallel.closed_chains import four_bar
 
 ARM = mf.load("planar2r")

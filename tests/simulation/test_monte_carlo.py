@@ -16,24 +16,22 @@ from hypothesis import strategies as st
 import mafsil as mf
 from mafsil import figures
 from mafsil.control import (
-    ComputedTorque,
     Gains,
     Wall,
     closed_computed_torque,
     closed_gravity_compensation,
     combined,
     computed_torque,
-    driven_trajectory,
     feedforward,
     gravity_compensation,
 )
+from mafsil.control.laws import ComputedTorque, driven_trajectory
 from mafsil.errors import InputError
 from mafsil.mechanics.inertial_parameters import inertial_of, moved_parameters, parameters_of
 from mafsil.model import Friction, Inertial
 from mafsil.parallel import ClosedChain
 from mafsil.simulation import (
     ClosedPlant,
-    MonteCarloStatus,
     Normal,
     Plant,
     Scenario,
@@ -45,9 +43,10 @@ from mafsil.simulation import (
 )
 from mafsil.simulation.chunk_runs import chunk_size
 from mafsil.simulation.closed_plant import plant_of as plant_as_it_is
-from mafsil.simulation.many_runs import wilson
+from mafsil.simulation.many_runs import MonteCarloStatus, wilson
 from mafsil.simulation.variation import drawn, drawn_name
-from mafsil.trajectory import quintic, rest
+from mafsil.trajectory import quintic
+from mafsil.trajectory.profiles import rest
 from tests.parallel.closed_chains import four_bar
 
 ALL = Variation(payload=(0.0, 2.0), payload_offset=(-0.05, 0.05), inertia=(0.9, 1.1), friction=(0.5, 2.0),
@@ -355,7 +354,7 @@ def test_laws_remember_from_motion_to_motion(compiled, monkeypatch):
         replace(each, law=gravity_compensation(each.robot, 200.0, 20.0, 900.0, friction=False)) for each in several()
     ]
     found = monte_carlo(parts, Variation(gains=(1.0, 1.0)), 1, marks=[0.15])
-    memory, q, qd = mf.control.LawMemory(), parts[0].q, parts[0].qd
+    memory, q, qd = mf.control.laws.LawMemory(), parts[0].q, parts[0].qd
     for part in parts:
         tape = mf.simulate(replace(part, q=q, qd=qd), memory=memory)
         q, qd = tape.q[-1], tape.qd[-1]
@@ -367,7 +366,7 @@ def test_commands_that_are_late_act_in_the_next_motion():
     """As those of the delayed law do: here of a law that pulls where a motion ends, far from the reference."""
     parts = [replace(each, law=gravity_compensation(each.robot, 60.0, 6.0)) for each in several()]
     found = monte_carlo(parts, Variation(delay=(0.006, 0.006)), 1, marks=[0.15])
-    memory, q, qd = mf.control.LawMemory(), parts[0].q, parts[0].qd
+    memory, q, qd = mf.control.laws.LawMemory(), parts[0].q, parts[0].qd
     for part in parts:
         tape = mf.simulate(replace(part, law=mf.control.delayed(part.law, 0.006), q=q, qd=qd), memory=memory)
         q, qd = tape.q[-1], tape.qd[-1]

@@ -10,7 +10,8 @@ from scipy.special import ellipj, ellipk
 import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.simulation.motion.forward import METHOD_NAMES
-from mafsil.solvers import PAIRS, IntegrationStatus, Tolerance, integrate_adaptively, pair
+from mafsil.solvers import PAIRS, Tolerance, integrate_adaptively, pair
+from mafsil.solvers.solution import IntegrationStatus
 
 START = np.array([0.2, -0.4, 0.6, 0.3, -0.5, 0.1])
 

@@ -14,7 +14,8 @@ from mafsil.errors import InputError
 from mafsil.job import Run, parse, solve
 from mafsil.simulation import MuJoCoPlant, Plant, Scenario, WrenchPulse, simulate
 from mafsil.simulation import mujoco_plant as module
-from mafsil.trajectory import quintic, rest
+from mafsil.trajectory import quintic
+from mafsil.trajectory.profiles import rest
 
 ALIKE = 1e-10
 """Difference of joint positions after a second of free motion [rad], of which the arms cover up to ten."""

@@ -9,7 +9,7 @@ from scipy.optimize import nnls
 import mafsil as mf
 from mafsil.simulation import RigidPlant, RigidSurface, simulate
 from mafsil.simulation.point_contact import PointContact
-from mafsil.trajectory import rest
+from mafsil.trajectory.profiles import rest
 from tests.simulation.rigid_scenes import ARM, BLOCK, MASS, ORIGIN, Force, G, moved
 
 

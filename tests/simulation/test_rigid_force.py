@@ -10,21 +10,20 @@ import pytest
 import mafsil as mf
 from mafsil.control import (
     Gains,
-    HybridStatus,
     Impedance,
     TaskCoordinates,
-    TipForceSensor,
-    TipMotion,
     admittance_control,
-    hold,
-    hybrid_certificate,
+    hold_pose,
     hybrid_control,
-    sampled_force_radius,
     task_dynamics,
 )
+from mafsil.control.contact import TipForceSensor, hybrid_certificate, sampled_force_radius
+from mafsil.control.contact.hybrid_certificate import HybridStatus
+from mafsil.control.laws import TipMotion
 from mafsil.errors import InputError
 from mafsil.simulation import RigidPlant, RigidSurface, simulate
-from mafsil.trajectory import line_path, rest, time_law
+from mafsil.trajectory import line_path, time_law
+from mafsil.trajectory.profiles import rest
 from tests.simulation.rigid_scenes import BLOCK, MASS, G
 
 PUMA, AT = mf.load("puma560"), np.array([0.2, 0.6, -0.9, 0.1, 0.7, 0.3])
@@ -126,7 +125,8 @@ def test_the_error_of_the_force_obeys_the_equation_of_the_sampled_loop(kp, ki):
     plant = RigidPlant(BLOCK, surface=RigidSurface.plane(np.zeros(3), [0, 0, 1])).with_scaled_inertia(1.25)
     task, h, wanted = TaskCoordinates(rows=(3, 4, 5)), 2e-3, 30.0
     law = hybrid_control(
-        BLOCK, hold(np.eye(4)), [[0.0, 0.0, -1.0]], [0.0, 0.0, -wanted], coordinates=task, force_kp=kp, force_ki=ki,
+        BLOCK, hold_pose(np.eye(4)), [[0.0, 0.0, -1.0]], [0.0, 0.0, -wanted], coordinates=task,
+        force_kp=kp, force_ki=ki,
         sensor=TipForceSensor(plant.robot, None, task),
     )  # fmt: skip
     run = simulate(
@@ -155,7 +155,7 @@ def test_admittance_on_a_rigid_surface_renders_its_spring(ratio):
     soft = Impedance.of(6, inertia=D, damping=40.0 * D, stiffness=400.0 * D)
     target = START.copy()
     target[:3, 3] -= 0.005 * OUT
-    law = admittance_control(PUMA, soft, hold(target), sensor, coordinates=task)
+    law = admittance_control(PUMA, soft, hold_pose(target), sensor, coordinates=task)
     run = simulate(mf.Scenario(robot=PUMA, trajectory=rest(AT, 0.02), law=law, plant=plant, saturate=False))
     n = np.concatenate([np.zeros(3), OUT])
     felt = (n / D) @ n / (n @ np.linalg.solve(inertia, n))
@@ -200,7 +200,7 @@ def test_a_certificate_of_a_block_has_the_disturbance_as_its_rest():
 
     def law_of(ki):
         return hybrid_control(
-            BLOCK, hold(np.eye(4)), [[0.0, 0.0, -1.0]], [0.0, 0.0, -30.0], coordinates=task, force_kp=0.5,
+            BLOCK, hold_pose(np.eye(4)), [[0.0, 0.0, -1.0]], [0.0, 0.0, -30.0], coordinates=task, force_kp=0.5,
             force_ki=ki, sensor=TipForceSensor(plant.robot, None, task),
         )  # fmt: skip
 
@@ -219,4 +219,4 @@ def test_a_certificate_of_a_block_has_the_disturbance_as_its_rest():
     with pytest.raises(InputError, match="evenly"):
         hybrid_certificate(law, run.t**2, run.q, run.qd)
     with pytest.raises(InputError, match="HybridControl"):
-        hybrid_certificate(hold(np.eye(4)), run.t, run.q, run.qd)
+        hybrid_certificate(hold_pose(np.eye(4)), run.t, run.q, run.qd)

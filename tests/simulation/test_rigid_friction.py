@@ -9,10 +9,11 @@ from scipy.integrate import solve_ivp
 import mafsil as mf
 from mafsil.control import Wall
 from mafsil.errors import InputError
-from mafsil.simulation import Plant, RigidPlant, RigidSurface, SimulationStatus
+from mafsil.simulation import Plant, RigidPlant, RigidSurface
 from mafsil.simulation.frictional_impact import after_impact
 from mafsil.simulation.point_contact import PointContact, cone_margin
-from mafsil.trajectory import rest
+from mafsil.simulation.recording import SimulationStatus
+from mafsil.trajectory.profiles import rest
 from tests.simulation.rigid_scenes import ARM, BLOCK, MASS, Force, G, moved
 
 FLOOR = np.zeros(3), np.array([0.0, 0.0, 1.0])

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 import mafsil as mf
-from mafsil.control import Wall, constrained_dynamics
+from mafsil.control import Wall
+from mafsil.control.contact import constrained_dynamics
 from mafsil.errors import InputError
 from mafsil.model import Inertial, Joint, JointKind, Link, Mechanism
 from mafsil.simulation import Plant, Recording, RigidPlant, RigidSurface
 from mafsil.simulation.recording import joined
-from mafsil.trajectory import rest
+from mafsil.trajectory.profiles import rest
 from tests.simulation.rigid_scenes import Force, G
 
 

@@ -11,25 +11,24 @@ import pytest
 import mafsil as mf
 from mafsil.arrays import frozen
 from mafsil.control import (
-    ComputedTorque,
     Gains,
     Impedance,
-    TipMotion,
     adaptive_control,
     combined,
     computed_torque,
     delayed,
     feedforward,
     force_control,
-    hold,
+    hold_pose,
     impedance_control,
     linear_quadratic,
-    min_max,
     model_predictive,
     pid,
     sliding_mode,
     task_computed_torque,
-)  # fmt: skip
+)
+from mafsil.control.analysis import min_max  # fmt: skip
+from mafsil.control.laws import ComputedTorque, TipMotion
 from mafsil.errors import InputError
 from mafsil.job import Run, parse, solve
 from mafsil.simulation import Scenario, Variation, monte_carlo, simulate
@@ -45,7 +44,7 @@ SOFT = Impedance.of(6, damping=[2, 2, 2, 60, 60, 60], stiffness=[20, 20, 20, 400
 LAWS = {
     "computed_torque": computed_torque(ARM), "sliding_mode": sliding_mode(ARM, width=0.1), "min_max": min_max(ARM),
     "adaptive": adaptive_control(ARM), "model_predictive": model_predictive(ARM, horizon=4),
-    "linear_quadratic": linear_quadratic(ARM, START), "impedance": impedance_control(ARM, SOFT, hold(T)),
+    "linear_quadratic": linear_quadratic(ARM, START), "impedance": impedance_control(ARM, SOFT, hold_pose(T)),
     "task_computed_torque": task_computed_torque(ARM, TIP),
     "feedforward": combined(feedforward(ARM), pid(6, 200.0, 20.0, 50.0)),
     "delayed": delayed(impedance_control(ARM, SOFT, TIP), 0.002),

@@ -10,8 +10,10 @@ import pytest
 import mafsil as mf
 from mafsil.control import computed_torque, gravity_compensation, pid
 from mafsil.errors import InputError
-from mafsil.simulation import Plant, SensorNoise, SimulationStatus, WrenchPulse
-from mafsil.trajectory import Motion, quintic, rest
+from mafsil.simulation import Plant, SensorNoise, WrenchPulse
+from mafsil.simulation.recording import SimulationStatus
+from mafsil.trajectory import Motion, quintic
+from mafsil.trajectory.profiles import rest
 
 Q = np.array([0.0, -0.5, 0.0, -2.0, 0.0, 1.6, 0.7])
 

@@ -12,9 +12,11 @@ import pytest
 import mafsil as mf
 from mafsil.control import computed_torque
 from mafsil.errors import InputError
-from mafsil.simulation import Plant, SimulationStatus, suitable_integrator
+from mafsil.simulation import Plant, suitable_integrator
+from mafsil.simulation.recording import SimulationStatus
 from mafsil.simulation.stepping import by_secants, damped_acceleration
-from mafsil.trajectory import quintic, rest
+from mafsil.trajectory import quintic
+from mafsil.trajectory.profiles import rest
 
 FOLDER = Path(sysconfig.get_paths()["purelib"]) / "cmeel.prefix" / "share" / "example-robot-data" / "robots"
 LIGHT = ("xarm_description/urdf/xarm7.urdf", "z1_description/urdf/z1.urdf")

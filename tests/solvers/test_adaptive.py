@@ -12,7 +12,6 @@ from mafsil.solvers import (
     PAIRS,
     Budget,
     Event,
-    IntegrationStatus,
     Tableau,
     Tolerance,
     first_order,
@@ -21,6 +20,7 @@ from mafsil.solvers import (
     pair,
 )
 from mafsil.solvers.rooted_trees import density, nodes, trees, violation
+from mafsil.solvers.solution import IntegrationStatus
 
 
 def oscillator(t, y):

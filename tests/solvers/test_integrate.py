@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from mafsil.errors import InputError
-from mafsil.solvers import METHODS, SolverStatus, Splitting, Tableau, first_order, integrate, method, second_order
+from mafsil.solvers import METHODS, Splitting, Tableau, first_order, integrate, method, second_order
+from mafsil.solvers.outcome import SolverStatus
 
 TABLEAUS = [m for m in METHODS.values() if isinstance(m, Tableau)]
 

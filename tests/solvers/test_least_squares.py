@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mafsil.solvers import SolverStatus, damped_step, levenberg_marquardt
+from mafsil.solvers import damped_step, levenberg_marquardt
+from mafsil.solvers.outcome import SolverStatus
 
 
 @pytest.mark.parametrize("shape", [(6, 7), (6, 6), (6, 2), (3, 1), (1, 3)])

@@ -10,20 +10,12 @@ import pytest
 import mafsil as mf
 from mafsil import Robot
 from mafsil.errors import InputError
-from mafsil.ik import TrackStatus, track
+from mafsil.ik import track
+from mafsil.ik.tracking import TrackStatus
 from mafsil.model import Limits
 from mafsil.model.library.planar import planar2r
-from mafsil.trajectory import (
-    BranchChange,
-    FastStretch,
-    PathReachStatus,
-    PathStatus,
-    UnreachableStretch,
-    diagnose_path,
-    joined_path,
-    line_path,
-    reachability,
-)
+from mafsil.trajectory import diagnose_path, joined_path, line_path, reachability
+from mafsil.trajectory.difficulties import BranchChange, FastStretch, PathReachStatus, PathStatus, UnreachableStretch
 from tests.sizes import size
 
 UR5E_START = np.array([0.3, -1.2, 1.2, 0.4, 1.0, 0.2])

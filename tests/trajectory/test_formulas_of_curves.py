@@ -11,10 +11,8 @@ from mafsil.trajectory import (
     MaxDerivativeJump,
     MaxDuration,
     PathMotion,
-    PlanStatus,
     TrajectoryGenerator,
     cubic_through,
-    generator,
     linear_blends,
     quintic,
     require,
@@ -22,6 +20,8 @@ from mafsil.trajectory import (
     trapezoid,
     via_rates,
 )
+from mafsil.trajectory.status import PlanStatus
+from mafsil.trajectory.timing import generator
 
 
 @pytest.mark.capability("11-22")

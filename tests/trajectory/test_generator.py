@@ -10,8 +10,6 @@ import pytest
 import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.trajectory import (
-    LAWS,
-    CartesianPath,
     TrajectoryGenerator,
     bspline_through,
     compare_routes,
@@ -19,7 +17,9 @@ from mafsil.trajectory import (
     linear_blends,
     quintic,
 )
-from mafsil.trajectory.routes import TipMotion
+from mafsil.trajectory.paths import CartesianPath
+from mafsil.trajectory.paths.routes import TipMotion
+from mafsil.trajectory.profiles import LAWS
 from mafsil.trajectory.status import TickStatus
 
 POINTS, H = np.random.default_rng(2).normal(size=(5, 3)), [1.0, 0.5, 0.7, 1.1]

@@ -10,14 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mafsil.errors import InputError
-from mafsil.trajectory import (
-    JerkLimitedBatch,
-    JerkLimitedMotion,
-    JerkStatus,
-    MotionLimits,
-    Trajectory,
-    jerk_limited,
-)
+from mafsil.trajectory import MotionLimits, Trajectory, jerk_limited
+from mafsil.trajectory.jerk import JerkLimitedBatch, JerkLimitedMotion, JerkStatus
 from tests.reliability.jerk_limited import compared, random_problems, violation
 
 unit = st.floats(-1.0, 1.0)

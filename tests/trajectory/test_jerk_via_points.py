@@ -7,7 +7,8 @@ import pytest
 from scipy.optimize import differential_evolution
 
 from mafsil.errors import InputError
-from mafsil.trajectory import JerkStatus, MotionLimits, Trajectory, ViaMotion, jerk_limited, jerk_limited_through
+from mafsil.trajectory import MotionLimits, Trajectory, jerk_limited, jerk_limited_through
+from mafsil.trajectory.jerk import JerkStatus, ViaMotion
 from tests.reliability.jerk_via_points import excess_through, random_vias
 
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from mafsil.trajectory import (
-    LimitStatus,
     MotionLimits,
     PathMotion,
     check,
@@ -18,8 +17,8 @@ from mafsil.trajectory import (
     straight_lines,
     trapezoid,
 )
-from mafsil.trajectory.piecewise import PiecewisePolynomial
-from mafsil.trajectory.status import ProofStatus
+from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
+from mafsil.trajectory.status import LimitStatus, ProofStatus
 from tests.reliability import planted_jumps
 from tests.sizes import size
 

@@ -9,8 +9,9 @@ import pytest
 
 import mafsil as mf
 from mafsil.errors import InputError
-from mafsil.trajectory import PolynomialLaw, cartesian_line, quintic
-from mafsil.trajectory.laws import LAWS, QUINTIC, LawName, time_law
+from mafsil.trajectory import cartesian_line, quintic
+from mafsil.trajectory.profiles import PolynomialLaw
+from mafsil.trajectory.profiles.laws import LAWS, QUINTIC, LawName, time_law
 
 SEPTIC = PolynomialLaw((0, 0, 0, 0, 35, -84, 70, -20))
 """Rest, no acceleration and no jerk at both ends."""

@@ -7,7 +7,8 @@ import pytest
 
 from mafsil.errors import InputError
 from mafsil.model import JointLimits
-from mafsil.trajectory import Motion, check, cubic, quintic, rest, sequence, trapezoid
+from mafsil.trajectory import Motion, check, cubic, quintic, sequence, trapezoid
+from mafsil.trajectory.profiles import rest
 
 
 def bounds(n, **given):

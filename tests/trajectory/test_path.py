@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from mafsil.errors import InputError
-from mafsil.trajectory import JointPath, PiecewisePolynomial, quintic, sequence, trapezoid
+from mafsil.trajectory import JointPath, quintic, sequence, trapezoid
+from mafsil.trajectory.splines import PiecewisePolynomial
 
 
 def points(seed: int = 0, k: int = 6, n: int = 3) -> np.ndarray:

@@ -6,10 +6,12 @@ import pytest
 import mafsil as mf
 from mafsil.geometry import pose, rotation
 from mafsil.model import JointLimits
-from mafsil.trajectory import CartesianPath, PathMotion, PiecewisePolynomial, follow, quintic, trapezoid
-from mafsil.trajectory.path_task import path_equations, path_error, path_rates
-from mafsil.trajectory.path_timing import dilated, slowest
-from mafsil.trajectory.polynomial import quintic_coefficients
+from mafsil.trajectory import PathMotion, follow, quintic, trapezoid
+from mafsil.trajectory.paths import CartesianPath
+from mafsil.trajectory.paths.path_task import path_equations, path_error, path_rates
+from mafsil.trajectory.profiles.polynomial import quintic_coefficients
+from mafsil.trajectory.splines import PiecewisePolynomial
+from mafsil.trajectory.timing.path_timing import dilated, slowest
 
 TICK = 1e-3
 

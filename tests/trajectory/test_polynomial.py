@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
 from mafsil.errors import InputError
-from mafsil.trajectory import Trajectory, cubic, cubic_through, quintic, rest
+from mafsil.trajectory import Trajectory, cubic, cubic_through, quintic
+from mafsil.trajectory.profiles import rest
 
 values = st.floats(-10.0, 10.0)
 vectors = st.lists(values, min_size=3, max_size=3).map(np.array)

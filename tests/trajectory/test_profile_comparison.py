@@ -12,7 +12,8 @@ import mafsil as mf
 from mafsil.cli.main import main
 from mafsil.errors import InputError
 from mafsil.figures import plot_profiles
-from mafsil.trajectory import LAWS, MotionLimits, check, compare_profiles
+from mafsil.trajectory import MotionLimits, check, compare_profiles
+from mafsil.trajectory.profiles import LAWS
 
 LIMITS = MotionLimits.of(2, velocity=[1.0, 2.0], acceleration=(-2.0, 3.0), jerk=20.0)
 POINTS = [[0.0, 0.0], [1.5, -0.4], [0.2, 0.6]]

@@ -10,23 +10,21 @@ from hypothesis import strategies as st
 from mafsil.errors import InputError
 from mafsil.model import JointLimits
 from mafsil.trajectory import (
-    LAWS,
-    PlanStatus,
-    SideBySide,
     Trajectory,
     check,
     continuity,
     cubic_through,
     double_s,
     linear_blends,
-    profiles,
     quintic,
     straight_lines,
     synchronised,
     time_law,
 )
-from mafsil.trajectory.laws import rest_law
-from mafsil.trajectory.shaped_law import ExponentialApproach
+from mafsil.trajectory.profiles import LAWS, SideBySide, profiles
+from mafsil.trajectory.profiles.laws import rest_law
+from mafsil.trajectory.profiles.shaped_law import ExponentialApproach
+from mafsil.trajectory.status import PlanStatus
 
 ORDERS = {
     "cubic": 1,

@@ -12,8 +12,6 @@ from mafsil.trajectory import (
     MaxDerivativeJump,
     MaxDuration,
     PassThrough,
-    PathPoints,
-    PointKind,
     Trajectory,
     cubic_through,
     joint_path,
@@ -22,6 +20,7 @@ from mafsil.trajectory import (
     require,
     tip_path,
 )
+from mafsil.trajectory.paths import PathPoints, PointKind
 
 
 @pytest.mark.capability("11-4")

@@ -9,18 +9,11 @@ from hypothesis import strategies as st
 
 import mafsil as mf
 from mafsil.errors import InputError
-from mafsil.trajectory import (
-    JointPath,
-    MotionLimits,
-    PiecewisePolynomial,
-    TimeOptimal,
-    TimingStatus,
-    quintic,
-    rest,
-    sequence,
-    time_optimal,
-    trapezoid,
-)
+from mafsil.trajectory import JointPath, MotionLimits, quintic, sequence, time_optimal, trapezoid
+from mafsil.trajectory.profiles import rest
+from mafsil.trajectory.splines import PiecewisePolynomial
+from mafsil.trajectory.timing import TimeOptimal
+from mafsil.trajectory.timing.timing_status import TimingStatus
 
 ALLOWED = 1e-6
 

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.trajectory import JointPath, MotionLimits, check, jerk_limited, time_optimal
-from mafsil.trajectory.piecewise import PiecewisePolynomial
-from mafsil.trajectory.timing_status import TimingStatus
+from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
+from mafsil.trajectory.timing.timing_status import TimingStatus
 from tests.sizes import size
 
 

@@ -14,8 +14,9 @@ from scipy.spatial.transform import Rotation, RotationSpline, Slerp
 
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
-from mafsil.trajectory import TipPath, arc_path, circle_path, joined_path, line_path, screw_path, spline_path
-from mafsil.trajectory.cartesian_path import CartesianPath
+from mafsil.trajectory import arc_path, circle_path, joined_path, line_path, screw_path, spline_path
+from mafsil.trajectory.paths import TipPath
+from mafsil.trajectory.paths.cartesian_path import CartesianPath
 from mafsil.trajectory.paths.joined import CornerBlend, JoinedPath
 
 LAWS = ("relative", "relative_long", "rotation_vector", "euler", "cosines", "fixed", "tangent", "squad", "spline")

@@ -93,7 +93,7 @@ def families() -> dict[str, Questions]:
 
     def model_predictive() -> object:
         ahead = mf.control.model_predictive(mf.load("planar2r"), effort_limit=[1.0, 1.0])
-        still = mf.trajectory.rest(goal, 1.0).at(0.0)
+        still = mf.trajectory.profiles.rest(goal, 1.0).at(0.0)
         return ahead(0.0, goal, goal, still), ahead.plan(goal, goal, still)
 
     def monte_carlo() -> object:

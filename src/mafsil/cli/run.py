@@ -28,7 +28,7 @@ from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
 from mafsil.report.contents import verdict
 from mafsil.report.results import as_data, others_data, require_replaceable, signals_data, write_results
-from mafsil.simulation import SimulationStatus
+from mafsil.simulation.recording import SimulationStatus
 
 MARKS = {"good": "-", "warning": "!", "failure": "!!"}
 """What stands before a finding of each level."""

@@ -15,7 +15,8 @@ from mafsil.cli.table import number, table
 from mafsil.errors import InputError
 from mafsil.geometry import wrench as wrenches
 from mafsil.messages import say
-from mafsil.performance import TipWrench, joint_reactions, joint_torque, tip_wrench
+from mafsil.performance import joint_reactions, joint_torque, tip_wrench
+from mafsil.performance.statics import TipWrench
 from mafsil.performance.statics.reactions import JointReactions
 from mafsil.robot import Robot, load
 

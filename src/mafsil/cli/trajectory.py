@@ -16,18 +16,11 @@ from mafsil.csv_table import read_csv_table
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.robot import Robot, load
-from mafsil.trajectory import (
-    MotionLimits,
-    PiecewisePolynomial,
-    TrajectoryFile,
-    check,
-    compare_profiles,
-    export,
-    read,
-    suggest_fixes,
-)
+from mafsil.trajectory import MotionLimits, check, compare_profiles, export, read, suggest_fixes
+from mafsil.trajectory.files import TrajectoryFile
 from mafsil.trajectory.files.csv_file import is_recording, joint_names
 from mafsil.trajectory.overview import overview
+from mafsil.trajectory.splines import PiecewisePolynomial
 
 USUAL_RATE = 125.0
 """Points per second, where none is asked for [Hz]."""

@@ -13,7 +13,8 @@ from mafsil.cli.numerals import number as typed
 from mafsil.cli.picture import PLAIN, drawn, require_kind
 from mafsil.cli.table import brief, table
 from mafsil.messages import say
-from mafsil.performance import WorkspaceMap, workspace_map
+from mafsil.performance import workspace_map
+from mafsil.performance.workspace import WorkspaceMap
 from mafsil.performance.workspace.maps import View
 from mafsil.robot import Robot, load
 

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.arrays import Floats, Truth, as_batch, single
 from mafsil.collision.arm_in_scene import ArmInScene, not_negative
 from mafsil.collision.path_check import PathCheck, PathStatus, path_points
-from mafsil.collision.status import Check, CheckStatus, Clearance, Contact
+from mafsil.collision.status import CheckStatus, Clearance, CollisionCheck, ContactPair
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
 from mafsil.messages import clauses, say
@@ -113,7 +113,7 @@ class Checker(ArmInScene):
             None if self.keeps_one_clearance else self.free(rows).reshape(batch),
         )  # fmt: skip
 
-    def check(self, q: ArrayLike) -> Check:
+    def check(self, q: ArrayLike) -> CollisionCheck:
         """What the arm meets at one configuration: every pair, by how much and where; else the nearest pair.
 
         Args:
@@ -132,11 +132,11 @@ class Checker(ArmInScene):
         if count:
             order = np.argsort(out[:count, 0])
             contacts = tuple(self._contact(out[k], who[k]) for k in order)
-            return Check(CheckStatus.COLLIDING, rows[0], self.clearance, contacts)
+            return CollisionCheck(CheckStatus.COLLIDING, rows[0], self.clearance, contacts)
         nearest = self.distance(rows[0])
         if np.isinf(nearest.distance):
-            return Check(CheckStatus.ALONE, rows[0], self.clearance, (), self.unchecked)
-        return Check(CheckStatus.FREE, rows[0], self.clearance, tuple(nearest), self.unchecked)
+            return CollisionCheck(CheckStatus.ALONE, rows[0], self.clearance, (), self.unchecked)
+        return CollisionCheck(CheckStatus.FREE, rows[0], self.clearance, tuple(nearest), self.unchecked)
 
     def free_segment(self, a: ArrayLike, b: ArrayLike, *, extra: float = 0.0) -> Any:
         """Whether the straight motion of the joints from a to b is proved to keep more than the clearance.
@@ -278,6 +278,6 @@ class Checker(ArmInScene):
         names = np.where(found, bodies[who[:, 0]], ""), np.where(found, second[who[:, 1]], "")
         return names
 
-    def _contact(self, row: Floats, who: NDArray[np.int64]) -> Contact:
+    def _contact(self, row: Floats, who: NDArray[np.int64]) -> ContactPair:
         first, second = self._names(row[None], who[None])
-        return Contact(str(first[0]), str(second[0]), float(row[0]), row[1:4], row[4:7], row[7:10])
+        return ContactPair(str(first[0]), str(second[0]), float(row[0]), row[1:4], row[4:7], row[7:10])

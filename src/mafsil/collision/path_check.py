@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, as_batch
-from mafsil.collision.status import Contact, named
+from mafsil.collision.status import ContactPair, named
 from mafsil.errors import InputError
 from mafsil.messages import say
 
@@ -41,7 +41,7 @@ class PathCheck(SingleAnswer):
     points: Floats
     at: float
     q: Floats
-    contacts: tuple[Contact, ...]
+    contacts: tuple[ContactPair, ...]
     states: int
     unchecked: tuple[str, ...] = ()
 

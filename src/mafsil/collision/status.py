@@ -31,7 +31,7 @@ Arms are mounted, measured and driven within about a millimetre; a smaller gap i
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Contact:
+class ContactPair:
     """A body of the arm and what it meets, or comes nearest to.
 
     Attributes:
@@ -72,7 +72,7 @@ class Contact:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Check(SingleAnswer):
+class CollisionCheck(SingleAnswer):
     """What an arm meets at a configuration; true if it is free.
 
     Attributes:
@@ -86,7 +86,7 @@ class Check(SingleAnswer):
     status: CheckStatus
     q: Floats
     clearance: float
-    contacts: tuple[Contact, ...]
+    contacts: tuple[ContactPair, ...]
     unchecked: tuple[str, ...] = ()
 
     def explain(self, language: str | None = None) -> str:
@@ -151,11 +151,11 @@ class Clearance(Answer):
     def __len__(self) -> int:
         return self.distance.size
 
-    def __iter__(self) -> Iterator[Contact]:
+    def __iter__(self) -> Iterator[ContactPair]:
         rows = (x.reshape(-1, 3) for x in (self.point_first, self.point_second, self.normal))
         names = (np.reshape(self.first, -1), np.reshape(self.second, -1))
         for first, second, distance, a, b, n in zip(*names, self.distance.reshape(-1), *rows, strict=True):
-            yield Contact(str(first), str(second), float(distance), a, b, n)
+            yield ContactPair(str(first), str(second), float(distance), a, b, n)
 
     def __repr__(self) -> str:
         return on_screen(self.explain())

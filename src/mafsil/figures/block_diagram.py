@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mafsil.arrays import Floats, require_kind
-from mafsil.control import BlockDiagram
+from mafsil.control.analysis import BlockDiagram
 from mafsil.figures.motion_over_time import COLOURS
 from mafsil.figures.performance_sheet import flat_axes, legend, save, sheet
 from mafsil.figures.picture_file import picture_file

@@ -9,7 +9,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.figures.picture_file import picture_file
-from mafsil.grasp import Body, Closure, Contact, Grasp
+from mafsil.grasp import Closure, Contact, Grasp, GraspedBody
 from mafsil.grasp.displacement import free_twists, moved
 from mafsil.grasp.quality import hull_facets
 from mafsil.messages import say
@@ -28,7 +28,7 @@ def save_grasp(
     *,
     closure: Closure | None = None,
     outline: Floats | None = None,
-    body: Body | None = None,
+    body: GraspedBody | None = None,
 ) -> None:
     """Draw a grasp into a file.
 
@@ -49,7 +49,7 @@ def save_grasp(
         figure.savefig(path, dpi=150, bbox_inches="tight", pad_inches=0.08, metadata=undated)
 
 
-def draw_grasp(grasp: Grasp, closure: Closure, outline: Floats | None = None, body: Body | None = None) -> Any:
+def draw_grasp(grasp: Grasp, closure: Closure, outline: Floats | None = None, body: GraspedBody | None = None) -> Any:
     """A matplotlib figure: the contacts with their cones; in the plane also the hull of the wrenches.
 
     Args:
@@ -180,7 +180,7 @@ def _hull(axes: Any, A: Floats, closure: Closure) -> None:
     axes.set_zlabel("m")
 
 
-def draw_body(axes: Any, body: Body) -> None:
+def draw_body(axes: Any, body: GraspedBody) -> None:
     """Triangles, translucent and shaded; the largest of them if there are many thousands.
 
     Args:

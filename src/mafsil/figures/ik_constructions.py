@@ -14,7 +14,7 @@ from mafsil.figures import space
 from mafsil.figures.performance_sheet import FORCE, INK, SHELL, SOFT, VELOCITY, flat_axes, save, sheet
 from mafsil.figures.picture_file import picture_file
 from mafsil.geometry import rotation
-from mafsil.ik.subproblems import Angles, distances, projected, two_axes
+from mafsil.ik.structure.subproblems import Angles, distances, projected, two_axes
 from mafsil.messages import say
 from mafsil.messages.visible import visible
 from mafsil.model.placement import frame_along

@@ -18,8 +18,10 @@ from mafsil.figures.picture_file import picture_file
 from mafsil.messages import say
 from mafsil.messages.isolates import in_cell
 from mafsil.messages.tables import number
-from mafsil.one_joint import ErrorDynamics, JointRun, MeasureStatus, RootLocus, SpeedFriction, measure_response
+from mafsil.one_joint import ErrorDynamics, JointRun, RootLocus, measure_response
+from mafsil.one_joint.drives import SpeedFriction
 from mafsil.one_joint.polynomial import Complexes
+from mafsil.one_joint.response_measures import MeasureStatus
 
 PLACES = 600
 """Of a curve."""

@@ -13,7 +13,7 @@ from mafsil.figures.motion_over_time import COLOURS
 from mafsil.figures.performance_sheet import SINGULAR, flat_axes, save, sheet
 from mafsil.figures.picture_file import picture_file
 from mafsil.messages import say
-from mafsil.trajectory import PathDiagnosis
+from mafsil.trajectory.difficulties import PathDiagnosis
 
 NARROWEST = 0.004
 """Share of the path that a stretch is drawn wide at least."""

@@ -12,7 +12,7 @@ from mafsil.figures.motion_over_time import COLOURS
 from mafsil.figures.performance_sheet import SINGULAR, flat_axes, save, sheet
 from mafsil.figures.picture_file import picture_file
 from mafsil.messages import say
-from mafsil.trajectory import TimeOptimal
+from mafsil.trajectory.timing import TimeOptimal
 
 PLACES = 2000
 """Of the curve."""

@@ -12,8 +12,8 @@ from mafsil.figures.motion_over_time import COLOURS, ROWS, sample_times
 from mafsil.figures.performance_sheet import SINGULAR, flat_axes, save, sheet
 from mafsil.figures.picture_file import picture_file
 from mafsil.messages import say
-from mafsil.trajectory import ProfileComparison
 from mafsil.trajectory.motion import derivative
+from mafsil.trajectory.profiles import ProfileComparison
 
 STYLES = ("-", "--", ":")
 """Of lines, when there are more profiles than colours."""

@@ -13,7 +13,8 @@ from mafsil.arrays import Floats
 from mafsil.figures.performance_sheet import INK, SOFT, flat_axes, label, save, sheet
 from mafsil.figures.picture_file import picture_file
 from mafsil.messages import direction
-from mafsil.performance import DeterminantFactors, determinant_factors, workspace_map
+from mafsil.performance import determinant_factors, workspace_map
+from mafsil.performance.singularities import DeterminantFactors
 from mafsil.performance.velocity.scaling import prismatic_joints, ranges, require_one
 from mafsil.robot import Robot, of_robot
 

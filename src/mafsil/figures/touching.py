@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix, positive, real_array, require_finite, require_kind
 from mafsil.control import Impedance, TaskConstraint
-from mafsil.control.linearization import exponential
+from mafsil.control.analysis.linearization import exponential
 from mafsil.errors import InputError
 from mafsil.figures import space
 from mafsil.figures.motion_over_time import COLOURS

@@ -14,7 +14,8 @@ from mafsil.figures import space
 from mafsil.geometry import screw
 from mafsil.messages import say
 from mafsil.model.dh_link import link_fit
-from mafsil.performance import LinkLoad, joint_reactions, tool_jacobian
+from mafsil.performance import joint_reactions, tool_jacobian
+from mafsil.performance.statics import LinkLoad
 from mafsil.performance.velocity.scaling import require_one
 from mafsil.robot import Robot, of_robot
 

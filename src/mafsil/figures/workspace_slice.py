@@ -10,7 +10,7 @@ import numpy as np
 from mafsil.errors import InputError
 from mafsil.figures.performance_sheet import INK, SINGULAR, flat_axes, label, save, sheet
 from mafsil.figures.picture_file import picture_file
-from mafsil.performance import WorkspaceMap
+from mafsil.performance.workspace import WorkspaceMap
 
 _NAMES = {"xy": ("x [m]", "y [m]"), "xz": ("x [m]", "z [m]"), "yz": ("y [m]", "z [m]")}
 

@@ -19,7 +19,7 @@ from mafsil.model.mesh.surface import cleaned
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class GraspedBody:
     """A closed surface of triangles.
 
     Attributes:
@@ -39,7 +39,7 @@ class Body:
     open_edges: int
 
     @staticmethod
-    def of(given: Any) -> Body:
+    def of(given: Any) -> GraspedBody:
         """A body from a mesh file, or from anything with `vertices` and `faces` (a trimesh object, a `Surface`).
 
         Args:
@@ -49,15 +49,15 @@ class Body:
             FileError: the file cannot be read.
             InputError: no triangles with an area.
         """
-        if isinstance(given, Body):
+        if isinstance(given, GraspedBody):
             return given
         surface = read(given) if isinstance(given, str | Path) else given
         if not (hasattr(surface, "vertices") and hasattr(surface, "faces")):
             raise InputError("grasp.no_mesh", got=type(given).__name__)
-        return Body.from_triangles(surface.vertices, surface.faces)
+        return GraspedBody.from_triangles(surface.vertices, surface.faces)
 
     @staticmethod
-    def from_triangles(vertices: ArrayLike, faces: ArrayLike) -> Body:
+    def from_triangles(vertices: ArrayLike, faces: ArrayLike) -> GraspedBody:
         """A body from corners and triangles; turned inside out if its volume is negative.
 
         Args:
@@ -152,7 +152,7 @@ class Body:
                 raise InputError("grasp.off_surface", index=index, distance=off)
 
 
-def _body(points: Floats, faces: NDArray[np.int64]) -> Body:
+def _body(points: Floats, faces: NDArray[np.int64]) -> GraspedBody:
     corners = points[faces]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     origin = 0.5 * (points.min(axis=0) + points.max(axis=0))
@@ -166,7 +166,7 @@ def _body(points: Floats, faces: NDArray[np.int64]) -> Body:
         centre = np.average(corners.mean(axis=1), axis=0, weights=length)
     else:
         centre = np.average(0.75 * corners.mean(axis=1) + 0.25 * origin, axis=0, weights=volumes)
-    return Body(
+    return GraspedBody(
         frozen(np.ascontiguousarray(corners)), frozen(-cross / length[:, None]), frozen(0.5 * length), frozen(centre),
         size, opened,
     )  # fmt: skip

@@ -15,7 +15,7 @@ import numpy as np
 
 from mafsil.arrays import Floats, as_batch, real_array
 from mafsil.errors import FileError, InputError
-from mafsil.grasp.body import Body
+from mafsil.grasp.body import GraspedBody
 from mafsil.grasp.contact import Contact, require_one_dimension, single
 from mafsil.grasp.tolerances import ON_OUTLINE, ROUNDOFF
 from mafsil.messages import say
@@ -41,7 +41,7 @@ class Description:
     name: str
     load: Floats | None
     outline: Floats | None
-    body: Body | None = None
+    body: GraspedBody | None = None
 
 
 def described(data: Any, source: str, folder: Path | None = None) -> Description:
@@ -113,10 +113,10 @@ def _turn(a: Floats, b: Floats) -> Floats:
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
-def _solid(contacts: list[Contact], path: Path) -> Body:
+def _solid(contacts: list[Contact], path: Path) -> GraspedBody:
     if contacts[0].dimension != 3:
         raise InputError("grasp.needs_space", what="mesh")
-    body = Body.of(path)
+    body = GraspedBody.of(path)
     body.require_on(contacts)
     return body
 

@@ -25,7 +25,7 @@ from mafsil.grasp.forces import ContactForces, resist
 from mafsil.grasp.free_motions import ContactMotion, FreeMotions, contact_motion, free_motions
 from mafsil.grasp.friction import friction_remarks
 from mafsil.grasp.quality import GraspQuality, hull_volume, quality_of_discs, quality_of_wrenches
-from mafsil.grasp.second_order import ImmobilityStatus, SecondOrder, second_order
+from mafsil.grasp.second_order import ImmobilityStatus, SecondOrderClosure, second_order
 from mafsil.messages import say
 from mafsil.solvers.rational import exact
 
@@ -192,7 +192,7 @@ class Grasp:
         """Normals alone."""
         return Grasp([c.with_friction(0.0) for c in self.contacts], self.name)
 
-    def second_order(self) -> SecondOrder:
+    def second_order(self) -> SecondOrderClosure:
         """Is the body held by the curvature at its contacts where first order leaves it free? Friction ignored."""
         return second_order(self)
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from mafsil.arrays import Floats
 from mafsil.errors import FileError
-from mafsil.grasp.body import Body
+from mafsil.grasp.body import GraspedBody
 from mafsil.grasp.description import described
 from mafsil.grasp.grasp import Grasp
 from mafsil.regular_file import reason, whole_text
@@ -32,7 +32,7 @@ class GraspFile:
     grasp: Grasp
     load: Floats | None
     outline: Floats | None
-    body: Body | None = None
+    body: GraspedBody | None = None
 
 
 def read_grasp_file(path: Path) -> GraspFile:

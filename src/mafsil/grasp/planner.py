@@ -19,7 +19,7 @@ import numpy as np
 from mafsil.answer import Answer, Status
 from mafsil.arrays import whole
 from mafsil.errors import InputError
-from mafsil.grasp.body import Body
+from mafsil.grasp.body import GraspedBody
 from mafsil.grasp.contact import Contact
 from mafsil.grasp.grasp import Grasp
 from mafsil.grasp.quality import quality_of_wrenches
@@ -76,7 +76,7 @@ class GraspPlan(Answer):
     grasps: tuple[PlannedGrasp, ...]
     tried: int
     closing: int
-    body: Body
+    body: GraspedBody
     status: PlanStatus
 
     def __bool__(self) -> bool:
@@ -140,7 +140,7 @@ def plan_grasps(
         FileError: the mesh cannot be read.
         InputError: fewer than 2 fingers, numbers out of range, two fingers without torsional friction.
     """
-    solid = Body.of(body)
+    solid = GraspedBody.of(body)
     soft = (0.01 * solid.size if fingers == 2 else 0.0) if gamma is None else gamma
     _require(fingers, mu, soft, opening, tries, best)
     rng = np.random.default_rng(seed)
@@ -180,7 +180,7 @@ def _require(fingers: int, mu: float, gamma: float, opening: float, tries: int, 
 
 
 def _pairs(
-    body: Body, mu: float, gamma: float, opening: float, tries: int, rng: np.random.Generator
+    body: GraspedBody, mu: float, gamma: float, opening: float, tries: int, rng: np.random.Generator
 ) -> list[list[Contact]]:
     """Ends of lines through the body that lie inside both friction cones."""
     points, face = body.sample(tries, rng)
@@ -203,7 +203,7 @@ def _pairs(
 
 
 def _sets(
-    body: Body, fingers: int, mu: float, gamma: float, tries: int, rng: np.random.Generator
+    body: GraspedBody, fingers: int, mu: float, gamma: float, tries: int, rng: np.random.Generator
 ) -> list[list[Contact]]:
     """Random sets of contacts that close."""
     candidates = max(4 * fingers, int(np.sqrt(tries) * fingers))
@@ -215,12 +215,12 @@ def _sets(
     return [[contacts[i] for i in chosen[k]] for k in np.flatnonzero(wrench_closures(W).force_closure)]
 
 
-def _rough_quality(contacts: list[Contact], body: Body, length: float) -> float:
+def _rough_quality(contacts: list[Contact], body: GraspedBody, length: float) -> float:
     grasp = Grasp(contacts)
     return quality_of_wrenches(grasp.measure(length, body.centre) @ grasp.matrix(EDGES)).epsilon
 
 
-def _planned(contacts: list[Contact], body: Body) -> PlannedGrasp:
+def _planned(contacts: list[Contact], body: GraspedBody) -> PlannedGrasp:
     grasp = Grasp(contacts)
     epsilon = grasp.quality(body.size, about=body.centre).epsilon
     if len(contacts) > 2:

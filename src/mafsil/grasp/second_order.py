@@ -52,7 +52,7 @@ class ImmobilityStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SecondOrder(SingleAnswer):
+class SecondOrderClosure(SingleAnswer):
     """Immobility to first or second order and its proof; true if the body is proven to be immobile.
 
     Attributes:
@@ -103,7 +103,7 @@ class HasContacts(Protocol):
         ...
 
 
-def second_order(grasp: HasContacts) -> SecondOrder:
+def second_order(grasp: HasContacts) -> SecondOrderClosure:
     """Is a body immobile without friction, if not to first order then by curvature? In the plane and in space.
 
     1. First order: form closure.
@@ -126,8 +126,8 @@ def second_order(grasp: HasContacts) -> SecondOrder:
     contacts = grasp.contacts
     n, m = len(contacts), 3 * (contacts[0].dimension - 1)
 
-    def unloaded(status: ImmobilityStatus) -> SecondOrder:
-        return SecondOrder(status, np.zeros(n), np.zeros((0, m)), np.zeros((0, 0)), np.zeros((n, n)))
+    def unloaded(status: ImmobilityStatus) -> SecondOrderClosure:
+        return SecondOrderClosure(status, np.zeros(n), np.zeros((0, m)), np.zeros((0, 0)), np.zeros((n, n)))
 
     if grasp.form_closure():  # 1
         return unloaded(ImmobilityStatus.FIRST_ORDER)
@@ -151,9 +151,9 @@ def second_order(grasp: HasContacts) -> SecondOrder:
     if weights is not None:
         rest = np.flatnonzero(~loads.loaded)
         products[np.ix_(rest, rest)] = share * scale * weights / np.outer(loads.sizes[rest], loads.sizes[rest])
-        return SecondOrder(ImmobilityStatus.SECOND_ORDER, pushes, basis, form, products)
+        return SecondOrderClosure(ImmobilityStatus.SECOND_ORDER, pushes, basis, form, products)
     motion = _motion_left(loads, forms / scale) if scale > 0 else None  # 5
-    return SecondOrder(ImmobilityStatus.NOT_SHOWN, pushes, basis, form, products, motion)
+    return SecondOrderClosure(ImmobilityStatus.NOT_SHOWN, pushes, basis, form, products, motion)
 
 
 @dataclass(frozen=True, eq=False)

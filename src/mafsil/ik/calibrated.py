@@ -17,13 +17,13 @@ from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.errors import InputError
 from mafsil.geometry import pose
-from mafsil.ik.analysis import analysis
 from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.answers.setting import setting
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.inverse import inverse_kinematics
 from mafsil.ik.refine import distinct, refined
 from mafsil.ik.status import IKStatus
+from mafsil.ik.structure.analysis import analysis
 from mafsil.ik.tolerances import IDEAL_QUARTIC_REACHED, IDEAL_REACHED, NEARLY_REACHED, SHORTEST
 from mafsil.messages import say
 from mafsil.messages.tables import on_screen

@@ -10,13 +10,12 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import LARGEST, SMALLEST, as_batch, positive, single
 from mafsil.errors import InputError
-from mafsil.ik.analysis import Task
-from mafsil.ik.answers.clear_set import clear_set
-from mafsil.ik.answers.one_pose import POSE, judged_pose, one_pose
+from mafsil.ik.answers.one_pose import POSE, clear_set, judged_pose, one_pose
 from mafsil.ik.answers.question import Question
 from mafsil.ik.answers.setting import MASKS, Quick, require_task, setting
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.redundant.parametric_form import has_redundant_joints
+from mafsil.ik.structure.analysis import Task
 from mafsil.lazy_module import lazily
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot

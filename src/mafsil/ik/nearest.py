@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import JointVector, as_batch
-from mafsil.ik.analysis import Task
 from mafsil.ik.answers.setting import require_task, setting
 from mafsil.ik.answers.solution_set import SolutionSet
 from mafsil.ik.inverse import inverse_kinematics
 from mafsil.ik.numerical import solve_ik
 from mafsil.ik.result import IKResult
+from mafsil.ik.structure.analysis import Task
 from mafsil.model.loading import RobotLike
 from mafsil.robot import Robot, as_robot
 

@@ -9,4 +9,3 @@ from mafsil.job.run import Run as Run
 from mafsil.job.schema import schema as schema
 from mafsil.job.solve import solve as solve
 from mafsil.job.solve import solve_file as solve_file
-from mafsil.job.status import JobStatus as JobStatus

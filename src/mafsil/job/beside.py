@@ -26,7 +26,7 @@ from mafsil.job.standstill import Standing, Standstill
 from mafsil.messages.quantities import quantity
 from mafsil.planning import TimedArm, plan_around_moving
 from mafsil.planning.waiting_places import standing
-from mafsil.trajectory import rest
+from mafsil.trajectory.profiles import rest
 
 
 @dataclass(eq=False, slots=True)

@@ -21,8 +21,8 @@ from mafsil.job.removals import Removal, removals, up_to
 from mafsil.job.run import Run
 from mafsil.job.symptoms import Symptom, symptoms
 from mafsil.messages import say
-from mafsil.simulation import SimulationStatus
 from mafsil.simulation.fused import can_fuse
+from mafsil.simulation.recording import SimulationStatus
 
 MAIN_PART = 0.5
 """Share of what went wrong that may be left without a cause, at most."""

@@ -7,14 +7,9 @@ from dataclasses import fields, replace
 import numpy as np
 
 from mafsil.arrays import Floats, Integers, JointVector, PoseMatrix
-from mafsil.control import (
-    Law,
-    closed_computed_torque,
-    closed_gravity_compensation,
-    driven_trajectory,
-    follow_with_loops,
-)
-from mafsil.control.inertia_gains import DAMPING_RATIO, NATURAL_FREQUENCY
+from mafsil.control import Law, closed_computed_torque, closed_gravity_compensation
+from mafsil.control.joints.inertia_gains import DAMPING_RATIO, NATURAL_FREQUENCY
+from mafsil.control.laws import driven_trajectory, follow_with_loops
 from mafsil.errors import InputError
 from mafsil.job.description import Bounds, Job, Move, Task
 from mafsil.job.joint_motion import joint_motion, motion_on_path
@@ -26,9 +21,11 @@ from mafsil.messages.visible import visible
 from mafsil.model import JointLimits
 from mafsil.parallel import ClosedChain, closed_inverse_kinematics
 from mafsil.robot import Robot
-from mafsil.trajectory import JointPath, PiecewisePolynomial, Trajectory, check, rest
+from mafsil.trajectory import JointPath, Trajectory, check
 from mafsil.trajectory.path_motion import PathMotion
 from mafsil.trajectory.paths import TipPath
+from mafsil.trajectory.profiles import rest
+from mafsil.trajectory.splines import PiecewisePolynomial
 
 LAWS = ("computed_torque", "pd_gravity")
 """The laws that know loops."""

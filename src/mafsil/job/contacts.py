@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mafsil.arrays import Floats, PoseMatrix, Vector3
-from mafsil.control import AtPoints, Door, Hole, RoundSurface, guiding_line, guiding_plane
-from mafsil.control.environment import CombinedEnvironment, Environment, Wall
+from mafsil.control.contact import AtPoints, Door, Hole, RoundSurface, guiding_line, guiding_plane
+from mafsil.control.contact.environment import CombinedEnvironment, Environment, Wall
 from mafsil.job import contact_tables as tables
 from mafsil.job.description import Job
 from mafsil.simulation import RigidSurface

@@ -34,7 +34,7 @@ from mafsil.job.surrounding_tables import Obstacle as Obstacle
 from mafsil.job.surrounding_tables import PlannerName as PlannerName
 from mafsil.job.surrounding_tables import SceneFile as SceneFile
 from mafsil.job.variation_table import VariationTable
-from mafsil.trajectory.laws import LawName
+from mafsil.trajectory.profiles.laws import LawName
 
 Profile: TypeAlias = LawName | Literal["time_optimal", "jerk_limited"]
 """How a move spends its time: a law, or the shortest time along its path, or with limited jerk."""

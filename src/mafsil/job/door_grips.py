@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mafsil.control import Door
+from mafsil.control.contact import Door
 from mafsil.job.contact_tables import Door as DoorTable
 from mafsil.job.description import Job
 from mafsil.job.plan import Plan

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.control import ComputedTorque, JointFeedback
+from mafsil.control.laws import ComputedTorque, JointFeedback
 from mafsil.job.arrival import INSTANT, Arrival
 from mafsil.job.run import Run
 from mafsil.job.stretch import Driven

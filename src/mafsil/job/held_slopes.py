@@ -6,7 +6,7 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.control import Law
-from mafsil.control.tip_sensor import measured_by
+from mafsil.control.contact.tip_sensor import measured_by
 from mafsil.job.stretch import Driven
 from mafsil.simulation import RigidPlant
 from mafsil.simulation.surface_forces import Mode, SurfaceForces

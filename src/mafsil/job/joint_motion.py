@@ -15,9 +15,12 @@ from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
 from mafsil.model import JointKind, JointLimits
 from mafsil.robot import Robot
-from mafsil.trajectory import JointPath, PiecewisePolynomial, Trajectory, Violation, check, cubic_through, rest
-from mafsil.trajectory.laws import QUINTIC, rest_law
+from mafsil.trajectory import JointPath, Trajectory, check, cubic_through
+from mafsil.trajectory.checks import Violation
 from mafsil.trajectory.motion import Stretchable
+from mafsil.trajectory.profiles import rest
+from mafsil.trajectory.profiles.laws import QUINTIC, rest_law
+from mafsil.trajectory.splines import PiecewisePolynomial
 
 PEAK_MARGIN = 1e-9
 """Share of time on top of the shortest: a peak equals its limit only up to rounding."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.arrays import JointVector
-from mafsil.collision import Contact
+from mafsil.collision import ContactPair
 from mafsil.job.constraints import constraints_of
 from mafsil.job.description import QUICKEST, Bounds
 from mafsil.job.fitting import coordinates
@@ -67,7 +67,7 @@ class JointMoves:
         return not move.via and move.profile in (None, *QUICKEST) and self.walk.avoids(index)
 
     def way_round(
-        self, index: int, goal: JointVector, met: Contact | None = None, others: tuple[JointVector, ...] = ()
+        self, index: int, goal: JointVector, met: ContactPair | None = None, others: tuple[JointVector, ...] = ()
     ) -> WayRound | None:
         """A way round obstacles; None where the move does not ask for one, or where the straight way is free.
 

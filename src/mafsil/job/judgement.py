@@ -9,7 +9,7 @@ from typing import TypeAlias
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.control import JointFeedback
+from mafsil.control.laws import JointFeedback
 from mafsil.job.arrival import INSTANT, Arrival, arrivals, goal_of
 from mafsil.job.called import Where
 from mafsil.job.causes import Cause

@@ -11,7 +11,7 @@ import numpy as np
 
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats
-from mafsil.control.inertia_gains import NATURAL_FREQUENCY
+from mafsil.control.joints.inertia_gains import NATURAL_FREQUENCY
 from mafsil.errors import JobError
 from mafsil.job.causes import Cause, causes_of
 from mafsil.job.description import Controller, Job
@@ -25,7 +25,7 @@ from mafsil.job.run import Run
 from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table
 from mafsil.robot import Robot
-from mafsil.simulation import SimulationStatus
+from mafsil.simulation.recording import SimulationStatus
 
 HEAVIER = 0.2
 """Share by which all masses are larger than the law knows, under `heavier`."""

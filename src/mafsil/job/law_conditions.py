@@ -10,25 +10,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.control import (
-    AdaptiveControl,
+from mafsil.control import Gains, Law, sliding_certificate, task_dynamics
+from mafsil.control.analysis import MinMax
+from mafsil.control.contact import (
     AdmittanceControl,
+    ContactSwitch,
+    HybridControl,
+    ImpedanceControl,
+    admittance_radius,
+)
+from mafsil.control.laws import (
+    AdaptiveControl,
     Around,
     Combined,
     ComputedTorque,
-    ContactSwitch,
-    Gains,
-    HybridControl,
-    ImpedanceControl,
     JointFeedback,
-    Law,
     LinearQuadratic,
-    MinMax,
     SlidingMode,
     TaskComputedTorque,
-    admittance_radius,
-    sliding_certificate,
-    task_dynamics,
 )
 from mafsil.job.contacts import Face, shape_of
 from mafsil.job.law_stability import PLACES, growth_along

@@ -8,8 +8,10 @@ import numpy as np
 from msgspec.structs import replace
 
 from mafsil.arrays import Floats
-from mafsil.control import Combined, ContactSwitch, Law
-from mafsil.control.linearization import exponential
+from mafsil.control import Law
+from mafsil.control.analysis.linearization import exponential
+from mafsil.control.contact import ContactSwitch
+from mafsil.control.laws import Combined
 from mafsil.errors import MafsilError
 from mafsil.job.contacts import Face, rigid_surfaces_of
 from mafsil.job.description import Job, Noise

@@ -11,8 +11,6 @@ from mafsil.arrays import Floats
 from mafsil.control import (
     Gains,
     Law,
-    LinearQuadratic,
-    SlidingMode,
     adaptive_control,
     combined,
     computed_torque,
@@ -23,11 +21,12 @@ from mafsil.control import (
     gravity_compensation,
     inertia_gains,
     linear_quadratic,
-    min_max,
     model_predictive,
     pid,
     sliding_mode,
 )
+from mafsil.control.analysis import min_max
+from mafsil.control.laws import LinearQuadratic, SlidingMode
 from mafsil.job.closed_moves import closed_law
 from mafsil.job.description import TIP_LAWS, Job
 from mafsil.job.tip_laws import tip_law

@@ -23,7 +23,7 @@ from mafsil.job.signal_moves import SignalMoves
 from mafsil.job.tip_moves import TipMoves
 from mafsil.job.walk import Walk
 from mafsil.messages.visible import visible
-from mafsil.trajectory import rest
+from mafsil.trajectory.profiles import rest
 
 
 def plan(

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
-from mafsil.collision import ArmMount, Checker, Contact, MultiArmCell, Scene
+from mafsil.collision import ArmMount, Checker, ContactPair, MultiArmCell, Scene
 from mafsil.collision import Obstacle as Body
 from mafsil.errors import MafsilError
 from mafsil.job.description import Bounds, Collision, Job, Pose
@@ -248,7 +248,7 @@ class Neighbourhood:
         """The robots with more bodies in the scene."""
         return self.cell.with_scene(Scene([*self.cell.scene, *bodies])) if bodies else self.cell
 
-    def near_part(self, name: str, motion: TimedArm, stay: Stay) -> tuple[float, Contact] | None:
+    def near_part(self, name: str, motion: TimedArm, stay: Stay) -> tuple[float, ContactPair] | None:
         """From when on another robot's motion is not proved to keep the clearance from a part that stands there.
 
         Args:
@@ -268,14 +268,14 @@ class Neighbourhood:
         time = first_unproved(checker, motion.at, breaks, accelerations)
         return None if time is None else (time, next(iter(checker.distance(motion.at(time)))))
 
-    def contact(self, motions: Mapping[str, TimedArm], time: float) -> Contact:
+    def contact(self, motions: Mapping[str, TimedArm], time: float) -> ContactPair:
         """The two bodies that are nearest at a moment [s]."""
         q = self.cell.joined({name: motion.at(time) for name, motion in motions.items()})
         return next(iter(self.cell.distance(q)))
 
     def clearances(
         self, q: JointVector, t: Floats, motions: Mapping[str, TimedArm], stays: Sequence[Stay]
-    ) -> Iterator[Contact]:
+    ) -> Iterator[ContactPair]:
         """What other robots come nearest to when the robot of the job is at (k, n) at times (k,) [s].
 
         Args:

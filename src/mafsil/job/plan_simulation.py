@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mafsil.control import LawMemory
+from mafsil.control.laws import LawMemory
 from mafsil.errors import JobError
 from mafsil.job.arrival import arrival
 from mafsil.job.contacts import environment_of, rigid_surfaces_of

@@ -11,18 +11,11 @@ from mafsil.job.description import Bounds, Move
 from mafsil.job.remark import Refused
 from mafsil.model import JointLimits
 from mafsil.robot import Robot
-from mafsil.trajectory import (
-    JerkLimitedMotion,
-    JointPath,
-    MotionLimits,
-    PathMotion,
-    PiecewisePolynomial,
-    TimeOptimal,
-    jerk_limited,
-    jerk_limited_through,
-    time_optimal,
-)
-from mafsil.trajectory.cartesian_path import CartesianPath
+from mafsil.trajectory import JointPath, MotionLimits, PathMotion, jerk_limited, jerk_limited_through, time_optimal
+from mafsil.trajectory.jerk import JerkLimitedMotion
+from mafsil.trajectory.paths.cartesian_path import CartesianPath
+from mafsil.trajectory.splines import PiecewisePolynomial
+from mafsil.trajectory.timing import TimeOptimal
 
 TIP = ("tip_distance", "tip_turn")
 """Coordinates added to those of the joints on a straight line: how far the tip has come, and how far it has turned."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, Protocol, TypeAlias, runtime_checkable
 
 from mafsil.answer import Answer
-from mafsil.collision import Contact
+from mafsil.collision import ContactPair
 from mafsil.job.status import JobStatus
 from mafsil.messages import say
 from mafsil.messages.quantities import quantity
@@ -91,7 +91,7 @@ class Refusal(Answer):
 class Meeting:
     """Two bodies that meet, or come nearer than the clearance that is kept [m], for sentences in any language."""
 
-    contact: Contact
+    contact: ContactPair
     kept: float = 0.0
 
     def explain(self, *, language: str | None = None) -> str:
@@ -102,7 +102,7 @@ class Meeting:
         return say("job.nearer_than", language=language, contact=sentence, kept=quantity(self.kept, "m"))
 
 
-def said_of(contact: Contact, kept: float = 0.0) -> Meeting:
+def said_of(contact: ContactPair, kept: float = 0.0) -> Meeting:
     """A contact as a detail of a sentence, with the clearance that was asked for [m]."""
     return Meeting(contact, kept)
 

@@ -10,7 +10,7 @@ from mafsil.job.signals import Fork
 from mafsil.job.standstill import Standstill
 from mafsil.job.walk import Walk
 from mafsil.messages.quantities import quantity
-from mafsil.trajectory import rest
+from mafsil.trajectory.profiles import rest
 
 
 class SignalMoves:

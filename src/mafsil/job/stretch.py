@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import groupby
 
-from mafsil.control import Door
+from mafsil.control.contact import Door
 from mafsil.job.description import Grasp
 from mafsil.job.door_grips import Grip
 from mafsil.job.equipment import Load

@@ -15,7 +15,7 @@ from mafsil.collision import (
     Capsule,
     Checker,
     Cone,
-    Contact,
+    ContactPair,
     ConvexHull,
     Cylinder,
     Plane,
@@ -76,7 +76,7 @@ class Hit:
     """
 
     time: float
-    contact: Contact
+    contact: ContactPair
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -89,7 +89,7 @@ class WayRound:
     """
 
     plan: ArmPlan
-    contact: Contact | None
+    contact: ContactPair | None
 
     @property
     def keeps(self) -> Measured | None:
@@ -208,7 +208,7 @@ class Surroundings:
 
     def way_round(
         self, q: JointVector, goal: JointVector, load: Load, clearance: float, planner: str | None = None,
-        met: Contact | None = None, parts: tuple[PlacedPart, ...] = (), constraints: tuple[Constraint, ...] = (),
+        met: ContactPair | None = None, parts: tuple[PlacedPart, ...] = (), constraints: tuple[Constraint, ...] = (),
     ) -> WayRound | None:  # fmt: skip
         """A way between two configurations, or why there is none; None where the straight one is free.
 
@@ -272,7 +272,7 @@ class Surroundings:
             self._others = others.around, motions, others.parts.stays
         return tuple(found)
 
-    def clearances_beside(self, q: Floats, t: Floats) -> Iterator[Contact]:
+    def clearances_beside(self, q: Floats, t: Floats) -> Iterator[ContactPair]:
         """What moving robots come nearest to, the robot at (k, n) at times (k,) [s]; nothing where none moves."""
         if self._others is not None:
             around, motions, stays = self._others

@@ -8,14 +8,10 @@ import numpy as np
 
 from mafsil.arrays import Floats, PoseMatrix
 from mafsil.control import (
-    ContactSwitch,
     Gains,
     Impedance,
     Law,
     TaskCoordinates,
-    TipDamping,
-    TipForceSensor,
-    TipOfJoints,
     admittance_control,
     combined,
     hybrid_control,
@@ -24,7 +20,9 @@ from mafsil.control import (
     task_computed_torque,
     task_dynamics,
 )
-from mafsil.control.environment import CombinedEnvironment
+from mafsil.control.contact import ContactSwitch, TipDamping, TipForceSensor
+from mafsil.control.contact.environment import CombinedEnvironment
+from mafsil.control.laws import TipOfJoints
 from mafsil.job.contacts import Face, shape_of
 from mafsil.job.description import Job
 from mafsil.robot import Robot

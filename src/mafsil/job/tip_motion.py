@@ -12,14 +12,16 @@ from mafsil.job.quickest import UNKNOWN, Deciding, along_curve, along_line
 from mafsil.job.remark import Refused
 from mafsil.model import JointLimits
 from mafsil.robot import Robot
-from mafsil.trajectory import PiecewisePolynomial, Trajectory, rest
-from mafsil.trajectory.cartesian_path import CartesianPath
-from mafsil.trajectory.laws import rest_law
+from mafsil.trajectory import Trajectory
 from mafsil.trajectory.motion import Stretchable
-from mafsil.trajectory.path_following import follow
 from mafsil.trajectory.path_motion import PathMotion
-from mafsil.trajectory.path_timing import Slowest, dilated, slowest
 from mafsil.trajectory.paths import JoinedPath, TipPath
+from mafsil.trajectory.paths.cartesian_path import CartesianPath
+from mafsil.trajectory.profiles import rest
+from mafsil.trajectory.profiles.laws import rest_law
+from mafsil.trajectory.splines import PiecewisePolynomial
+from mafsil.trajectory.timing.path_following import follow
+from mafsil.trajectory.timing.path_timing import Slowest, dilated, slowest
 from mafsil.trajectory.tolerances import ROUNDING
 
 SHORTEST = 1e-3

@@ -12,8 +12,8 @@ from mafsil.geometry import rotation
 from mafsil.job.description import Move, Pose
 from mafsil.job.poses import pose_matrix
 from mafsil.job.remark import Refused
-from mafsil.trajectory.cartesian_path import CartesianPath
 from mafsil.trajectory.paths import TipPath, arc_path, joined_path, spline_path
+from mafsil.trajectory.paths.cartesian_path import CartesianPath
 from mafsil.trajectory.tolerances import GIVEN
 
 

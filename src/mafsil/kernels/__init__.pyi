@@ -7,4 +7,4 @@ from mafsil.kernels.kernel import compile as compile
 from mafsil.kernels.kernel import warm as warm
 from mafsil.kernels.layout import Port as Port
 from mafsil.kernels.layout import Signature as Signature
-from mafsil.kernels.provenance import Provenance as Provenance
+from mafsil.kernels.provenance import KernelRecord as KernelRecord

@@ -26,7 +26,7 @@ from mafsil.kernels.cache import Entry, Store, TapeEntry
 from mafsil.kernels.call import CALL
 from mafsil.kernels.image import Image, Part
 from mafsil.kernels.layout import BATCH, LANES, SINGLE, Signature
-from mafsil.kernels.provenance import Provenance
+from mafsil.kernels.provenance import KernelRecord
 from mafsil.kernels.target import Target
 from mafsil.lazy_module import lazily
 
@@ -83,7 +83,7 @@ def obtain(order: Order) -> Image:
         found = _images.get(known)
         if found is None:
             entry = order.store.get_tape(order.key) or _traced_once(order)
-            origin = Provenance(
+            origin = KernelRecord(
                 name=order.signature.name,
                 key=order.key,
                 expression=entry.hash,
@@ -180,7 +180,7 @@ def _compiled(order: Order, whole: Image, name: str, key: str) -> Part:
     lowered = time.perf_counter()
     with _llvm:
         code = target.compile(ir, machine, 1 if name in (SINGLE, CALL) else 2)
-    record = Provenance(
+    record = KernelRecord(
         name=order.signature.name,
         key=key,
         target=f"{machine.triple} {machine.cpu}",

@@ -23,7 +23,7 @@ from mafsil.kernels.layout import (
     Signature,
     contiguous_steps,
 )
-from mafsil.kernels.provenance import Provenance, from_json
+from mafsil.kernels.provenance import KernelRecord, from_json
 from mafsil.kernels.small_batch import FEW, MOST, TO_LOOP, TO_SINGLE, most_rows
 from mafsil.kernels.target import Code
 
@@ -69,7 +69,7 @@ class Image:
     """
 
     def __init__(
-        self, make: Callable[[Image, str], None], entry: TapeEntry, origin: Provenance, signature: Signature
+        self, make: Callable[[Image, str], None], entry: TapeEntry, origin: KernelRecord, signature: Signature
     ) -> None:
         self._make = make
         self._signature = signature
@@ -122,7 +122,7 @@ class Image:
         return self.part(CALL).addresses[FEW]
 
     @property
-    def provenance(self) -> Provenance:
+    def provenance(self) -> KernelRecord:
         """Where the code comes from that is in memory; if there is none yet, that of batches is made."""
         if not self.parts.keys() - {CALL}:
             self.part(BATCH)

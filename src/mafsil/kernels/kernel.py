@@ -15,7 +15,7 @@ from mafsil.kernels.compiler import Order, obtain
 from mafsil.kernels.image import FROM_PYTHON, Image
 from mafsil.kernels.layout import BATCH, LANES, SINGLE, Signature
 from mafsil.kernels.lazy import lazy
-from mafsil.kernels.provenance import Provenance
+from mafsil.kernels.provenance import KernelRecord
 from mafsil.kernels.streaming import STREAMED
 from mafsil.kernels.target import Target
 from mafsil.lazy_module import lazily
@@ -151,7 +151,7 @@ class Kernel:
         return Addresses(self.image)
 
     @property
-    def provenance(self) -> Provenance:
+    def provenance(self) -> KernelRecord:
         """Where the code comes from."""
         return self.image.provenance
 

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, field, replace
 
 
 @dataclass(frozen=True)
-class Provenance:
+class KernelRecord:
     """The record that travels with compiled code, also through the cache.
 
     Attributes:
@@ -56,6 +56,6 @@ class Provenance:
         )
 
 
-def from_json(text: bytes, *, cached: bool) -> Provenance:
-    """The record written by `Provenance.as_json`."""
-    return replace(Provenance(**json.loads(text)), cached=cached)
+def from_json(text: bytes, *, cached: bool) -> KernelRecord:
+    """The record written by `KernelRecord.as_json`."""
+    return replace(KernelRecord(**json.loads(text)), cached=cached)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats
 from mafsil.one_joint.arguments import above_zero, finite, magnitude, together
-from mafsil.one_joint.dry_friction import SpeedFriction
+from mafsil.one_joint.drives.dry_friction import SpeedFriction
 
 
 @dataclass(frozen=True, eq=False, slots=True)

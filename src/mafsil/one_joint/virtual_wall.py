@@ -22,7 +22,7 @@ def stiffest_stable_wall(
 
     The wall is a sampled spring and differenced damper; by halving on the spectral radius of the exact step, to
     rounding of its eigenvalues; a spring alone without delay by its closed form. A hand that holds the device may still
-    make it unstable: the passive limit is `mafsil.control.stiffest_wall`.
+    make it unstable: the passive limit is `mafsil.control.contact.stiffest_wall`.
 
     Args:
         mass: of the device (*batch) [kg].

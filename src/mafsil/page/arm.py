@@ -13,12 +13,12 @@ import mafsil.expression as ex
 from mafsil import kernels
 from mafsil.arrays import Floats, JointVector
 from mafsil.errors import ModelError
-from mafsil.ik.analysis import analysis, closed_form
 from mafsil.ik.answers.branch import BranchNames
-from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.moving_part import moving_part
 from mafsil.ik.numerical.problem import PoseProblem
 from mafsil.ik.numerical.task import pose_task
+from mafsil.ik.structure.analysis import analysis, closed_form
+from mafsil.ik.structure.closed_form import ClosedForm
 from mafsil.ik.tolerances import DEFECT
 from mafsil.job.resting import REGULAR, resting_place, starting_place
 from mafsil.kernels import Port, Signature

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from mafsil.control.law_export import PORTS, law_kernel
+from mafsil.control.laws.law_export import PORTS, law_kernel
 from mafsil.errors import InputError
 from mafsil.kernels.export import Export, Legend, bundle
 from mafsil.kernels.export import export as export_kernel

@@ -13,7 +13,6 @@ from mafsil.planning.configuration_space import PlanarArm as PlanarArm
 from mafsil.planning.configuration_space import configuration_space as configuration_space
 from mafsil.planning.configuration_space import planar_arm as planar_arm
 from mafsil.planning.coordination import Coordination as Coordination
-from mafsil.planning.coordination import CoordinationStatus as CoordinationStatus
 from mafsil.planning.coordination import avoid_moving as avoid_moving
 from mafsil.planning.coordination import coordinate as coordinate
 from mafsil.planning.coordination_diagram import CoordinatedPlan as CoordinatedPlan
@@ -27,7 +26,6 @@ from mafsil.planning.groups import joint_group as joint_group
 from mafsil.planning.navigation import NavigationFunction as NavigationFunction
 from mafsil.planning.navigation import navigation_function as navigation_function
 from mafsil.planning.outcome import Plan as Plan
-from mafsil.planning.outcome import PlanningStatus as PlanningStatus
 from mafsil.planning.path_constraints import FixedOrientation as FixedOrientation
 from mafsil.planning.path_constraints import InPlane as InPlane
 from mafsil.planning.path_constraints import LoopClosed as LoopClosed
@@ -36,7 +34,6 @@ from mafsil.planning.path_constraints import Upright as Upright
 from mafsil.planning.pipeline import find_path as find_path
 from mafsil.planning.placement_answer import BasePlacement as BasePlacement
 from mafsil.planning.placement_answer import Miss as Miss
-from mafsil.planning.placement_answer import PlacementStatus as PlacementStatus
 from mafsil.planning.planner_bench import PlannerBench as PlannerBench
 from mafsil.planning.planner_bench import PlannerResult as PlannerResult
 from mafsil.planning.planner_bench import Query as Query
@@ -52,8 +49,8 @@ from mafsil.planning.quadtree import Quadtree as Quadtree
 from mafsil.planning.quadtree import quadtree as quadtree
 from mafsil.planning.roadmap import ArmRoadmap as ArmRoadmap
 from mafsil.planning.search import PLANNERS as PLANNERS
-from mafsil.planning.search import Budget as Budget
 from mafsil.planning.search import Planner as Planner
+from mafsil.planning.search import SearchBudget as SearchBudget
 from mafsil.planning.search_log import SearchLog as SearchLog
 from mafsil.planning.search_log import watch as watch
 from mafsil.planning.shortening import shortened as shortened

@@ -28,8 +28,9 @@ else:
     path_optimisation = lazily("mafsil.planning.path_optimisation")
 
 if TYPE_CHECKING:
-    from mafsil.collision import Check, Checker, Clearance, Contact
-    from mafsil.trajectory import JointPath, MotionLimits, TimeOptimal
+    from mafsil.collision import Checker, Clearance, CollisionCheck, ContactPair
+    from mafsil.trajectory import JointPath, MotionLimits
+    from mafsil.trajectory.timing import TimeOptimal
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -47,7 +48,7 @@ class ArmPlan(Plan):
     """
 
     checker: Checker | None = None
-    ends: tuple[Check, ...] = ()
+    ends: tuple[CollisionCheck, ...] = ()
     proofs: int = 0
     goal: int = -1
     kept: Kept | None = None
@@ -195,7 +196,7 @@ class ArmPlan(Plan):
         smallest = quantity(SMALLEST_GAP, "m")
         return [say("planning.narrow", language=language, nearest=nearest, smallest=smallest)]
 
-    def _own_pair(self) -> Contact | None:
+    def _own_pair(self) -> ContactPair | None:
         """Two bodies of the robot itself that meet at an end, where nothing else meets there."""
         contacts = [contact for check in self.ends for contact in check.contacts]
         own = set[str]() if self.checker is None else {body.name for body in self.checker.bodies}

@@ -16,7 +16,7 @@ from mafsil.planning.arm_search import Searched, search, summed
 from mafsil.planning.cell_cover import MOST_MOVING
 from mafsil.planning.interruption import best_kept
 from mafsil.planning.problem import Problem, length_of
-from mafsil.planning.search import PLANNERS, Budget
+from mafsil.planning.search import PLANNERS, SearchBudget
 from mafsil.planning.shortening import shortened
 
 if TYPE_CHECKING:
@@ -142,7 +142,7 @@ def any_planner(asked: ArmQuestion) -> Searched:
     """A planner of `PLANNERS`; each segment is proved."""
     problem = Problem(*asked.bounds, asked.checker.free, asked.checker.free_segment)
     rng = np.random.default_rng(asked.seed)
-    budget = Budget(rng, perf_counter() + asked.seconds, asked.nodes)
+    budget = SearchBudget(rng, perf_counter() + asked.seconds, asked.nodes)
     path, made = PLANNERS[asked.planner](problem, asked.start, asked.goals, budget)
     if path is not None and asked.shorten:
         path = shortened(problem, path, rng, asked.shorten)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer
 from mafsil.arrays import Floats, JointVector
-from mafsil.collision import Check, Clearance, MultiArmCell
+from mafsil.collision import Clearance, CollisionCheck, MultiArmCell
 from mafsil.messages import say
 from mafsil.planning.outcome import PlanningStatus
 from mafsil.planning.reasons import said
@@ -90,7 +90,7 @@ class ArmsMotion(SingleAnswer):
     motions: Mapping[str, TimedArm] = field(default_factory=dict[str, TimedArm])
     seconds: float = 0.0
     reason: str = ""
-    ends: tuple[Check, ...] = ()
+    ends: tuple[CollisionCheck, ...] = ()
 
     @property
     def duration(self) -> float:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, JointVector, as_batch, whole
-from mafsil.collision import Contact, MultiArmCell
+from mafsil.collision import ContactPair, MultiArmCell
 from mafsil.errors import InputError
 from mafsil.lazy_module import lazily
 from mafsil.messages import say
@@ -41,7 +41,7 @@ class Waiting:
 
     arm: str
     share: float
-    contact: Contact | None
+    contact: ContactPair | None
 
     def sentence(self, language: str | None = None) -> str:
         """Where it waits, and for what."""

@@ -13,7 +13,7 @@ from mafsil.errors import InputError
 from mafsil.planning.interruption import tells_of_interruption
 from mafsil.planning.outcome import Plan, PlanningStatus
 from mafsil.planning.problem import Problem
-from mafsil.planning.search import PLANNERS, Budget
+from mafsil.planning.search import PLANNERS, SearchBudget
 from mafsil.planning.shortening import shortened
 
 
@@ -70,7 +70,7 @@ def find_path(
         return _ended(problem, PlanningStatus.FOUND, q[None], planner, 1, begun)
     # 2.
     rng = np.random.default_rng(whole("seed", seed))
-    budget = Budget(rng, begun + positive("seconds", seconds), whole("max_nodes", max_nodes, least=1))
+    budget = SearchBudget(rng, begun + positive("seconds", seconds), whole("max_nodes", max_nodes, least=1))
     path, made = PLANNERS[planner](problem, q, open_goals, budget)
     if path is None:
         return _ended(problem, PlanningStatus.NOT_FOUND, q[None], planner, made, begun)

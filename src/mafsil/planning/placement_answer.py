@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, JointVector, PoseMatrix
-from mafsil.collision import Contact
+from mafsil.collision import ContactPair
 from mafsil.ik.problem import reach_bound
 from mafsil.messages import say
 
@@ -67,7 +67,7 @@ class BasePlacement(SingleAnswer):
     quality: Floats
     q: JointVector
     grid: int
-    contacts: Mapping[int, Contact | None] = field(default_factory=dict[int, Contact | None])
+    contacts: Mapping[int, ContactPair | None] = field(default_factory=dict[int, ContactPair | None])
     interrupted: bool = False
 
     @property
@@ -116,7 +116,7 @@ class BasePlacement(SingleAnswer):
         names = ("bases", "misses", "quality", "q")
         return replace(self, **{each: np.concatenate([getattr(self, each), getattr(other, each)]) for each in names})
 
-    def judged(self, contacts: Mapping[int, Contact | None]) -> BasePlacement:
+    def judged(self, contacts: Mapping[int, ContactPair | None]) -> BasePlacement:
         """With the status that the bases say, and what the arm meets where the best base misses targets."""
         found = bool(self.reached[self.best].all())
         status = PlacementStatus.FOUND if found else PlacementStatus.NOT_FOUND

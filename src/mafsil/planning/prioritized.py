@@ -22,8 +22,9 @@ from mafsil.planning.outcome import PlanningStatus
 from mafsil.planning.reasons import Reason
 from mafsil.planning.rounding import rounded
 from mafsil.planning.waiting_places import RESTS, route_along, standing, timed_way
-from mafsil.trajectory import JointPath, MotionLimits, PiecewisePolynomial
+from mafsil.trajectory import JointPath, MotionLimits
 from mafsil.trajectory.motion_limits import Limits, motion_limits
+from mafsil.trajectory.splines import PiecewisePolynomial
 
 MOST_ORDERS = 6
 ASIDE = 8

@@ -8,7 +8,8 @@ import numpy as np
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.planning.kept_planning import Kept
-from mafsil.trajectory import JointPath, PiecewisePolynomial
+from mafsil.trajectory import JointPath
+from mafsil.trajectory.splines import PiecewisePolynomial
 
 if TYPE_CHECKING:
     from mafsil.collision import Checker

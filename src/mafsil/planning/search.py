@@ -31,7 +31,7 @@ ROADMAP = 200
 
 
 @dataclass(frozen=True, slots=True)
-class Budget:
+class SearchBudget:
     """What a search may use; equal seeds give equal searches where the time does not end them.
 
     Attributes:
@@ -49,12 +49,12 @@ class Budget:
         return nodes < self.nodes and perf_counter() < self.deadline
 
 
-Planner: TypeAlias = Callable[[Problem, JointVector, JointVector, Budget], tuple[JointVector | None, int]]
+Planner: TypeAlias = Callable[[Problem, JointVector, JointVector, SearchBudget], tuple[JointVector | None, int]]
 """(problem, start (n,), goals (k, n), budget) -> path (m, n) or None, and how many nodes there are."""
 
 
 def rrt_connect(
-    problem: Problem, start: JointVector, goals: JointVector, budget: Budget
+    problem: Problem, start: JointVector, goals: JointVector, budget: SearchBudget
 ) -> tuple[JointVector | None, int]:
     """Two trees, one from the start and one from the goals, that grow towards each other.
 
@@ -110,7 +110,9 @@ def _grown(problem: Problem, tree: Tree, target: JointVector, step: float, origi
     return tree.add(new, node)
 
 
-def prm(problem: Problem, start: JointVector, goals: JointVector, budget: Budget) -> tuple[JointVector | None, int]:
+def prm(
+    problem: Problem, start: JointVector, goals: JointVector, budget: SearchBudget
+) -> tuple[JointVector | None, int]:
     """A roadmap of random configurations, whose edges are looked at only when a shortest path wants them.
 
     1. Free configurations are added, each joined to its nearest ones.
@@ -195,7 +197,7 @@ def shortest_way(
 
 
 def rrt_star(
-    problem: Problem, start: JointVector, goals: JointVector, budget: Budget
+    problem: Problem, start: JointVector, goals: JointVector, budget: SearchBudget
 ) -> tuple[JointVector | None, int]:
     """A tree that is rewired as it grows, so its paths become ever shorter; the whole budget is used.
 

@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.planning.arms_motion import TimedArm
-from mafsil.trajectory import JointPath, MotionLimits, TimeOptimal, Trajectory, rest, time_optimal
+from mafsil.trajectory import JointPath, MotionLimits, Trajectory, time_optimal
+from mafsil.trajectory.profiles import rest
+from mafsil.trajectory.timing import TimeOptimal
 
 RESTS = 8
 """Places at which an arm may wait, besides start and end, at most."""

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.control import explained
+from mafsil.control.analysis import explained
 from mafsil.job import judgement
 from mafsil.job.arrival import INSTANT, Arrival
 from mafsil.job.cell_signals import assignments, conditions

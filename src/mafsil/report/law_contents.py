@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.control import explained
+from mafsil.control.analysis import explained
 from mafsil.job import Job
 from mafsil.job.law_bench import CONDITIONS, LawBench, LawResult, LawStatus
 from mafsil.messages import say

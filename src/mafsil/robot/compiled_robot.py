@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, cast
 
 from numpy.typing import ArrayLike
 
@@ -23,7 +23,6 @@ from mafsil.robot.description import Description
 from mafsil.robot.masses import Answered, may_be_singular, require_masses
 from mafsil.robot.motionless import Motionless
 from mafsil.robot.routines import Routines
-from mafsil.robot.together import Together
 
 if TYPE_CHECKING:
     import mafsil.robot.closed_states as closed_states
@@ -248,3 +247,13 @@ def _routine_kernel(robot: CompiledRobot, name: str) -> kernels.Kernel:
     """The tip frame's kernel, falling back to all that the robot knows; it pickles with the robot's description."""
     fallback = partial(robot._general, quantity(name))  # pyright: ignore[reportPrivateUsage]
     return compiling.compiled(robot.mechanism, name, fallback=fallback, recipe=(_routine_kernel, (robot, name)))
+
+
+class Together(Protocol):
+    """Several quantities of one state: inputs in the order of `kernel.signature`, one result for each quantity."""
+
+    def __call__(
+        self, *inputs: ArrayLike, out: tuple[Floats, ...] | None = None, threads: int | None = None
+    ) -> tuple[Floats, ...]:
+        """Their values."""
+        ...

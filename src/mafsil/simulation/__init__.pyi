@@ -1,6 +1,5 @@
 from mafsil.mechanics.rigid_body import RigidBody as RigidBody
 from mafsil.simulation.clock import Deadlines as Deadlines
-from mafsil.simulation.clock import DeadlineStatus as DeadlineStatus
 from mafsil.simulation.closed_plant import ClosedPlant as ClosedPlant
 from mafsil.simulation.cluster import cluster_of as cluster_of
 from mafsil.simulation.contact_scenes import chalk_on_board as chalk_on_board
@@ -12,13 +11,11 @@ from mafsil.simulation.disturbance import WrenchPulse as WrenchPulse
 from mafsil.simulation.elastic_run import ElasticRun as ElasticRun
 from mafsil.simulation.elastic_run import simulate_elastic as simulate_elastic
 from mafsil.simulation.iterative_learning import LearningRun as LearningRun
-from mafsil.simulation.iterative_learning import LearningStatus as LearningStatus
 from mafsil.simulation.iterative_learning import learn as learn
 from mafsil.simulation.iterative_learning import learning_factor as learning_factor
 from mafsil.simulation.live_log import LiveLog as LiveLog
 from mafsil.simulation.loop import simulate as simulate
 from mafsil.simulation.many_runs import MonteCarlo as MonteCarlo
-from mafsil.simulation.many_runs import MonteCarloStatus as MonteCarloStatus
 from mafsil.simulation.many_runs import monte_carlo as monte_carlo
 from mafsil.simulation.motion import ForwardMotion as ForwardMotion
 from mafsil.simulation.motion import FreeBodyMotion as FreeBodyMotion
@@ -30,7 +27,6 @@ from mafsil.simulation.motion import inverse_dynamics_trajectory as inverse_dyna
 from mafsil.simulation.mujoco_plant import MuJoCoPlant as MuJoCoPlant
 from mafsil.simulation.plant import Plant as Plant
 from mafsil.simulation.recording import Recording as Recording
-from mafsil.simulation.recording import SimulationStatus as SimulationStatus
 from mafsil.simulation.rigid_plant import RigidPlant as RigidPlant
 from mafsil.simulation.rigid_surface import RigidSurface as RigidSurface
 from mafsil.simulation.scenario import Scenario as Scenario

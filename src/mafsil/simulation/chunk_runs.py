@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.control import LawMemory
+from mafsil.control.laws import LawMemory
 from mafsil.lazy_module import lazily
 from mafsil.simulation.fused import can_fuse
 from mafsil.simulation.recording import Recording

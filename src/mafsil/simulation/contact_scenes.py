@@ -11,28 +11,25 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix, Vector3, as_batch, number, positive
 from mafsil.control import (
-    AtPoints,
-    Door,
     Gains,
-    Hole,
     Impedance,
     Law,
     TaskCoordinates,
     TaskTarget,
-    TipDamping,
-    TipForceSensor,
-    TipMotion,
     Wall,
     combined,
     hybrid_control,
     impedance_control,
     task_dynamics,
 )
-from mafsil.control.environment import Environment
+from mafsil.control.contact import AtPoints, Door, Hole, TipDamping, TipForceSensor
+from mafsil.control.contact.environment import Environment
+from mafsil.control.laws import TipMotion
 from mafsil.robot import Robot, of_robot
 from mafsil.simulation.plant import Plant
 from mafsil.simulation.scenario import Scenario
-from mafsil.trajectory import line_path, rest, time_law
+from mafsil.trajectory import line_path, time_law
+from mafsil.trajectory.profiles import rest
 
 BOARD_STIFFNESS, BOARD_DAMPING = 2e4, 100.0
 """Of boards that are touched [N/m, N s/m]."""

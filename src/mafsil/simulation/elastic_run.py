@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer
 from mafsil.arrays import Floats, JointVector, as_batch, positive, real_array, require_function, spread
-from mafsil.control import ElasticArm, ElasticLaw, ElasticState, FunctionLaw
+from mafsil.control.joints import ElasticArm, ElasticLaw, ElasticState
+from mafsil.control.laws import FunctionLaw
 from mafsil.errors import InputError
 from mafsil.simulation.faults import Stopped, decided, law_name
 from mafsil.simulation.recording import SimulationStatus

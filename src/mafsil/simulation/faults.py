@@ -36,9 +36,9 @@ class Stopped(InputError):
 
 def law_name(law: object) -> str:
     """What a law is called: its class or function; of one around another one, that of the inner law."""
-    if isinstance(law, control.Around):
+    if isinstance(law, control.laws.Around):
         return law_name(law.law)
-    named = law.function if isinstance(law, control.FunctionLaw) else law
+    named = law.function if isinstance(law, control.laws.FunctionLaw) else law
     return str(getattr(named, "__name__", type(named).__name__))
 
 
@@ -112,11 +112,11 @@ def task_of(law: object) -> TaskCoordinates | None:
     if isinstance(found, control.TaskCoordinates):
         return found
     inside: tuple[object, ...] = ()
-    if isinstance(law, control.Combined):
+    if isinstance(law, control.laws.Combined):
         inside = law.laws
-    elif isinstance(law, control.Around):
+    elif isinstance(law, control.laws.Around):
         inside = (law.law,)
-    elif isinstance(law, control.ContactSwitch):
+    elif isinstance(law, control.contact.ContactSwitch):
         inside = (law.free,)
     return next((task for part in inside if (task := task_of(part)) is not None), None)
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from mafsil import kernels
 from mafsil.arrays import Floats
-from mafsil.control.closed_law_terms import closed_law_terms
-from mafsil.control.feedback import Integral
-from mafsil.control.law_terms import LawTerms, law_terms
+from mafsil.control.laws.closed_chain_laws import closed_law_terms
+from mafsil.control.laws.feedback import Integral
+from mafsil.control.laws.law_terms import LawTerms, law_terms
 from mafsil.kernels import Port, Signature
 from mafsil.kernels.march import march
 from mafsil.lazy_module import lazily

@@ -18,7 +18,8 @@ from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, positive, real_array, require_kind, whole
-from mafsil.control import Gains, LearnedEffort, combined
+from mafsil.control import Gains, combined
+from mafsil.control.joints import LearnedEffort
 from mafsil.errors import InputError
 from mafsil.messages.tables import number, on_screen, table
 from mafsil.simulation.loop import simulate

@@ -30,7 +30,7 @@ else:
     rigid_run = lazily("mafsil.simulation.rigid_run")
 
 if TYPE_CHECKING:
-    from mafsil.control import LawMemory
+    from mafsil.control.laws import LawMemory
 
 
 def simulate(

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, positive, real_array, require_finite, require_function, require_kind, single, whole
-from mafsil.control import LawMemory
+from mafsil.control.laws import LawMemory
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table

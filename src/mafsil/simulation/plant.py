@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, JointVector, Vector6, as_batch, real_array
-from mafsil.control.environment import Environment, tip_wrench_of
+from mafsil.control.contact.environment import Environment, tip_wrench_of
 from mafsil.errors import InputError
 from mafsil.kernels.lazy import lazy
 from mafsil.mechanics.friction import FrictionLaw, friction_law, has_friction

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector, Vector6
-from mafsil.control import tip_wrench_of
-from mafsil.control.tip_sensor import measured_by
+from mafsil.control.contact import tip_wrench_of
+from mafsil.control.contact.tip_sensor import measured_by
 from mafsil.simulation.recording import SimulationStatus
 from mafsil.simulation.rigid_plant import RigidPlant
 from mafsil.simulation.rigid_stepper import RigidStepper

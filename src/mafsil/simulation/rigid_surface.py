@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, Vector3, as_batch, not_negative, positive, single
-from mafsil.control.shaped_environment import round_normal, round_normal_rate
+from mafsil.control.contact.shaped_environment import round_normal, round_normal_rate
 from mafsil.errors import InputError
 from mafsil.fields import between, checked
 

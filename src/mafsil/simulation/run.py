@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
-from mafsil.control import LawMemory, saturated, tip_wrench_of
+from mafsil.control import saturated
+from mafsil.control.contact import tip_wrench_of
+from mafsil.control.laws import LawMemory
 from mafsil.errors import InputError
 from mafsil.geometry import rotation
 from mafsil.kernels.lazy import lazy

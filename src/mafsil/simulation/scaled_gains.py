@@ -10,32 +10,32 @@ from typing import Any, cast
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector, PoseMatrix
-from mafsil.control import (
-    AdaptiveControl,
+from mafsil.control import Gains, Impedance, Law
+from mafsil.control.analysis import MinMax
+from mafsil.control.contact import (
     AdmittanceControl,
+    ContactSwitch,
+    ForceControl,
+    HybridControl,
+    ImpedanceByForce,
+    ImpedanceControl,
+    TipDamping,
+)
+from mafsil.control.laws import (
+    AdaptiveControl,
     Around,
     ClosedComputedTorque,
     ClosedGravityCompensation,
     Combined,
     ComputedTorque,
-    ContactSwitch,
-    ForceControl,
-    Gains,
-    HybridControl,
-    Impedance,
-    ImpedanceByForce,
-    ImpedanceControl,
     JointFeedback,
-    Law,
     LinearQuadratic,
-    MinMax,
     ModelPredictive,
     NullSpaceFeedback,
     SlidingMode,
     TaskComputedTorque,
-    TipDamping,
 )
-from mafsil.control.law_memory import take_over
+from mafsil.control.laws.law_memory import take_over
 from mafsil.errors import InputError
 from mafsil.trajectory import Motion
 

@@ -9,11 +9,9 @@ from mafsil.solvers.integrate import second_order as second_order
 from mafsil.solvers.least_squares import damped_step as damped_step
 from mafsil.solvers.least_squares import levenberg_marquardt as levenberg_marquardt
 from mafsil.solvers.outcome import Outcome as Outcome
-from mafsil.solvers.outcome import SolverStatus as SolverStatus
 from mafsil.solvers.pairs import PAIRS as PAIRS
 from mafsil.solvers.pairs import pair as pair
 from mafsil.solvers.solution import Crossing as Crossing
-from mafsil.solvers.solution import IntegrationStatus as IntegrationStatus
 from mafsil.solvers.solution import Solution as Solution
 from mafsil.solvers.tableaus import METHODS as METHODS
 from mafsil.solvers.tableaus import Method as Method

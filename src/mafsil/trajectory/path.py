@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.arrays import Floats, frozen, real_array, require_finite, require_kind
 from mafsil.errors import InputError
 from mafsil.trajectory.motion import Trajectory, times
-from mafsil.trajectory.piecewise import PiecewisePolynomial, way_length
-from mafsil.trajectory.polynomial import cubic_coefficients, quintic_coefficients
+from mafsil.trajectory.profiles.polynomial import cubic_coefficients, quintic_coefficients
+from mafsil.trajectory.splines.piecewise import PiecewisePolynomial, way_length
 from mafsil.trajectory.tolerances import CORNER, REPEATED
 
 PathKind = Literal["spline", "lines"]

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from mafsil.control import Law
     from mafsil.derivation import Derivation
     from mafsil.ik import IKResult, SolutionBatch, SolutionSet
-    from mafsil.ik.analysis import Task
-    from mafsil.performance import WorkspaceMap
+    from mafsil.ik.structure.analysis import Task
+    from mafsil.performance.workspace import WorkspaceMap
     from mafsil.robot import Robot
     from mafsil.simulation import Recording
     from mafsil.trajectory import Trajectory

@@ -13,7 +13,7 @@ from mafsil.errors import FileError
 from mafsil.model import JointKind, mjcf
 from mafsil.parallel import ClosedChain
 from mafsil.simulation import Scenario, simulate
-from mafsil.trajectory import rest
+from mafsil.trajectory.profiles import rest
 from tests.model.mjcf.test_mjcf_loops import MuJoCoChain, across, read
 
 mujoco = pytest.importorskip("mujoco")

@@ -14,7 +14,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 import mafsil as mf
 from mafsil.csv_table import csv_text
 from mafsil.errors import FileError, InputError
-from mafsil.trajectory import ExportStatus, MotionLimits, export, quintic, read
+from mafsil.trajectory import MotionLimits, export, quintic, read
+from mafsil.trajectory.files import ExportStatus
 
 UR5E = mf.load("ur5e")
 START, GOAL = np.zeros(6), np.array([0.4, -0.6, 0.5, 0.2, -0.3, 0.7])

@@ -19,11 +19,11 @@ from mafsil.mechanics.arm_pattern import ArmPattern, FailedStep, Family
 from mafsil.messages import say
 
 if TYPE_CHECKING:
-    import mafsil.ik.sides as sides
+    import mafsil.ik.structure.sides as sides
     from mafsil.kernels import Kernel
     from mafsil.mechanics.arm_sides import ArmSides, Words
 else:
-    sides = lazily("mafsil.ik.sides")
+    sides = lazily("mafsil.ik.structure.sides")
 
 MERGED = "merged"
 """Where two branches are one."""

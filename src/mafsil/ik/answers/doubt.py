@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from mafsil.algebra.tolerance import DESCRIBED, SMALLEST_DIVISOR
 from mafsil.arrays import JointVector, PoseMatrix
-from mafsil.ik.analysis import structure_in_doubt
 from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.answers.setting import CLEAR, Setting, turns_of
+from mafsil.ik.structure.analysis import structure_in_doubt
 
 MERGING = float(np.sqrt(DESCRIBED))
 """Singular values, relative to the largest, of solutions that rounding may merge: a double root costs the root."""

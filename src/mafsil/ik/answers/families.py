@@ -18,8 +18,8 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.family import SolutionFamily
 from mafsil.ik.answers.setting import Setting, bits
 from mafsil.ik.answers.tangents import tangents
-from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.refine import refined
+from mafsil.ik.structure.closed_form import ClosedForm
 from mafsil.ik.tolerances import FAR_ALONG, REACHED, SAME_AT_DOUBLE_ROOT, SELF_MOTION
 from mafsil.ik.winding import wound_near
 from mafsil.kernels.lazy import lazy

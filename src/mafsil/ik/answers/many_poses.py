@@ -17,19 +17,18 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.ik.answers.almost_ideal import one_by_one
 from mafsil.ik.answers.batch import Columns, SolutionBatch
 from mafsil.ik.answers.candidate_table import CandidateTable, Decision
-from mafsil.ik.answers.continua import moving_joints
-from mafsil.ik.answers.lists import Lists, exact_lists, refined_lists
+from mafsil.ik.answers.lists import Lists, exact_lists, moving_joints, refined_lists
 from mafsil.ik.answers.question import Question
 from mafsil.ik.answers.redundant_batch import redundant_batch
 from mafsil.ik.answers.refusal import beyond_reach, failed_step_of, out_of_plane, reached_places
 from mafsil.ik.answers.search_batch import search_batch, searched
 from mafsil.ik.answers.setting import Setting, turns_of
 from mafsil.ik.answers.solution_set import SolutionSet
-from mafsil.ik.closed_form import ClosedForm
 from mafsil.ik.problem import clean_poses
 from mafsil.ik.redundant.eliminated_batch import counted_by_elimination, eliminated_batch
 from mafsil.ik.redundant.parametric_form import has_redundant_joints
 from mafsil.ik.status import CODES, IKStatus
+from mafsil.ik.structure.closed_form import ClosedForm
 from mafsil.kernels import Kernel
 from mafsil.mechanics.arm_pattern import FailedStep
 from mafsil.mechanics.closed_form.thresholds import APART, ON_LIMIT

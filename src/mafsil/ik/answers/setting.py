@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.errors import InputError
-from mafsil.ik.analysis import Analysis, Task, analysis
 from mafsil.ik.answers.branch import BranchNames
 from mafsil.ik.answers.candidate_table import CandidateTable
 from mafsil.ik.moving_part import MovingPart, middle_of, moving_part
 from mafsil.ik.numerical.task import pose_task
 from mafsil.ik.problem import reach_bound
+from mafsil.ik.structure.analysis import Analysis, Task, analysis
 from mafsil.ik.tolerances import NEARLY_REACHED
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import JointVector, PoseMatrix
 from mafsil.ik.answers.setting import Setting, bits
-from mafsil.ik.closed_form import Branches, ClosedForm
+from mafsil.ik.structure.closed_form import Branches, ClosedForm
 from mafsil.ik.winding import wound_near
 from mafsil.lazy_module import lazily
 

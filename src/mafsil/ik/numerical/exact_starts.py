@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.arrays import Floats, JointVector
-from mafsil.ik.analysis import analysis
 from mafsil.ik.numerical.problem import PoseProblem
 from mafsil.ik.numerical.task import PoseTask
+from mafsil.ik.structure.analysis import analysis
 from mafsil.ik.tolerances import NEARLY_REACHED
 
 TURN = 2.0 * np.pi

@@ -1,10 +1,8 @@
 from mafsil.mobility.synthesis.answers import Ranking as Ranking
 from mafsil.mobility.synthesis.answers import Synthesis as Synthesis
-from mafsil.mobility.synthesis.answers import SynthesisStatus as SynthesisStatus
 from mafsil.mobility.synthesis.burmester import BurmesterCurves as BurmesterCurves
 from mafsil.mobility.synthesis.burmester import burmester_curves as burmester_curves
 from mafsil.mobility.synthesis.candidate import Candidate as Candidate
-from mafsil.mobility.synthesis.candidate import CandidateStatus as CandidateStatus
 from mafsil.mobility.synthesis.dyads import Dyad as Dyad
 from mafsil.mobility.synthesis.dyads import DyadKind as DyadKind
 from mafsil.mobility.synthesis.function import synthesise_function as synthesise_function

@@ -1,6 +1,6 @@
 from mafsil.performance.singularities.axis_cases import SingularityCause as SingularityCause
+from mafsil.performance.singularities.determinant import DeterminantFactor as DeterminantFactor
 from mafsil.performance.singularities.determinant import DeterminantFactors as DeterminantFactors
-from mafsil.performance.singularities.determinant import Factor as Factor
 from mafsil.performance.singularities.determinant import determinant_factors as determinant_factors
 from mafsil.performance.singularities.determinant import natural_task as natural_task
 from mafsil.performance.singularities.locus import LocusComponent as LocusComponent

@@ -75,7 +75,7 @@ def lines(robot: Robot, q: Floats) -> Lines:
 
 
 @dataclass(frozen=True, eq=False)
-class Factor:
+class DeterminantFactor:
     """One factor of a determinant.
 
     Attributes:
@@ -128,7 +128,7 @@ class DeterminantFactors:
     robot: Robot
     task: str
     sign: float
-    factors: tuple[Factor, ...]
+    factors: tuple[DeterminantFactor, ...]
     error: float
 
     def evaluate(self, q: ArrayLike) -> Floats:
@@ -247,7 +247,7 @@ def _lengths_in(task: str) -> int:
     return sum(row >= 3 for row in task_rows(task))
 
 
-def _candidates(robot: Robot, task: str, at: Lines) -> list[list[Factor]]:
+def _candidates(robot: Robot, task: str, at: Lines) -> list[list[DeterminantFactor]]:
     make = _Factory(robot, at)
     everyone = tuple(range(robot.n))
     match task:
@@ -264,7 +264,7 @@ def _candidates(robot: Robot, task: str, at: Lines) -> list[list[Factor]]:
             return [[make.triangle(revolute)]] if len(revolute) == 3 else []
 
 
-def _whole(robot: Robot, task: str) -> list[Factor]:
+def _whole(robot: Robot, task: str) -> list[DeterminantFactor]:
     """The determinant itself, from the lines."""
 
     def value(x: Lines) -> Floats:
@@ -272,17 +272,17 @@ def _whole(robot: Robot, task: str) -> list[Factor]:
         w = np.stack([0.0 * x.w[..., i, :] if x.prismatic[i] else x.w[..., i, :] for i in range(robot.n)], axis=-1)
         return np.linalg.det(np.concatenate([w, v], axis=-2)[..., list(task_rows(task)), :])
 
-    return [Factor("whole", tuple(range(robot.n)), "det J", value, robot.joint_names)]
+    return [DeterminantFactor("whole", tuple(range(robot.n)), "det J", value, robot.joint_names)]
 
 
-def _written(robot: Robot, factor: Factor) -> Factor:
+def _written(robot: Robot, factor: DeterminantFactor) -> DeterminantFactor:
     form = fitted(
         lambda q: np.asarray(factor.value(lines(robot, q))),
         robot.n,
         prismatic_joints(robot).tolist(),
         characteristic_length(robot),
     )
-    return Factor(factor.kind, factor.joints, factor.formula, factor.value, factor.names, form)
+    return DeterminantFactor(factor.kind, factor.joints, factor.formula, factor.value, factor.names, form)
 
 
 def _parallel(at: Lines, i: int, j: int) -> bool:
@@ -305,9 +305,9 @@ class _Factory:
     def __init__(self, robot: Robot, at: Lines) -> None:
         self.names, self.at = robot.joint_names, at
 
-    def of_pose(self, joints: tuple[int, ...]) -> list[list[Factor]]:
+    def of_pose(self, joints: tuple[int, ...]) -> list[list[DeterminantFactor]]:
         """All splittings by a spherical or planar group of three, those with most factors first."""
-        found: list[list[Factor]] = []
+        found: list[list[DeterminantFactor]] = []
         for three in combinations(joints, 3):
             rest = tuple(i for i in joints if i not in three)
             if _concurrent(self.at, three):
@@ -319,7 +319,7 @@ class _Factory:
                 found.append([self.triangle(three), *self.of_quotient(rest, three[0])])
         return sorted(found, key=len, reverse=True)
 
-    def of_velocities(self, joints: tuple[int, ...], point: Point, letter: str) -> list[Factor]:
+    def of_velocities(self, joints: tuple[int, ...], point: Point, letter: str) -> list[DeterminantFactor]:
         """Det of three velocities of a point."""
         pairs = [(a, b) for a, b in combinations(joints, 2) if not (self.at.prismatic[a] or self.at.prismatic[b])]
         for a, b in pairs:
@@ -334,7 +334,7 @@ class _Factory:
                 return self._of_meeting(a, b, c, point, letter)
         return [self.velocities(joints, point, letter)]
 
-    def _of_meeting(self, a: int, b: int, c: int, point: Point, letter: str) -> list[Factor]:
+    def _of_meeting(self, a: int, b: int, c: int, point: Point, letter: str) -> list[DeterminantFactor]:
         """(za x r) x (zb x r) = r [za zb r], r from the meeting point o of the axes a, b."""
 
         def arm(x: Lines) -> Floats:
@@ -345,18 +345,18 @@ class _Factory:
 
         formula = f"(z{a + 1} x z{b + 1}) . ({letter} - o)"
         return [
-            Factor("meeting_plane", (a, b), formula, plane, self._names(a, b)),
+            DeterminantFactor("meeting_plane", (a, b), formula, plane, self._names(a, b)),
             self.speed("boom", c, point, arm, f"({letter} - o) . {self.moved(c, letter)}"),
         ]
 
-    def of_quotient(self, joints: tuple[int, ...], parallel: int) -> list[Factor]:
+    def of_quotient(self, joints: tuple[int, ...], parallel: int) -> list[DeterminantFactor]:
         """What three joints do besides moving in the plane normal to z: turn about two axes in it, move along z."""
         z: Point = lambda x: x.w[..., parallel, :]  # noqa: E731
         for a, b in combinations(joints, 2):
             if _concurrent(self.at, (a, b)):
                 (c,) = (i for i in joints if i not in (a, b))
                 point: Point = lambda x, a=a, b=b: x.meeting((a, b))  # noqa: E731
-                turned = Factor(
+                turned = DeterminantFactor(
                     "turned",
                     (a, b),
                     f"(z{a + 1} x z{b + 1}) . z{parallel + 1}",
@@ -370,15 +370,17 @@ class _Factory:
         """The velocity of a point by joint i, in letters."""
         return f"z{i + 1}" if self.at.prismatic[i] else f"(z{i + 1} x ({letter} - p{i + 1}))"
 
-    def speed(self, kind: str, c: int, point: Point, along: Point, formula: str) -> Factor:
+    def speed(self, kind: str, c: int, point: Point, along: Point, formula: str) -> DeterminantFactor:
         """How fast joint c moves a point along a direction."""
 
         def value(x: Lines) -> Floats:
             return (along(x) * x.velocity(c, point(x))).sum(axis=-1)
 
-        return Factor(f"{kind}_prismatic" if self.at.prismatic[c] else kind, (c,), formula, value, self._names(c))
+        return DeterminantFactor(
+            f"{kind}_prismatic" if self.at.prismatic[c] else kind, (c,), formula, value, self._names(c)
+        )
 
-    def elbow(self, pair: tuple[int, ...], point: Point, letter: str) -> Factor:
+    def elbow(self, pair: tuple[int, ...], point: Point, letter: str) -> DeterminantFactor:
         """Twice the area of the triangle of two parallel axes and a point."""
         a, b = pair
 
@@ -387,9 +389,9 @@ class _Factory:
             return _triple(x.w[..., a, :], c - x.p[..., a, :], c - x.p[..., b, :])
 
         formula = f"z{a + 1} . (({letter} - p{a + 1}) x ({letter} - p{b + 1}))"
-        return Factor("elbow", (a, b), formula, value, self._names(a, b))
+        return DeterminantFactor("elbow", (a, b), formula, value, self._names(a, b))
 
-    def triangle(self, three: tuple[int, ...]) -> Factor:
+    def triangle(self, three: tuple[int, ...]) -> DeterminantFactor:
         """Twice the area of the triangle of three parallel axes."""
         a, b, c = three
 
@@ -397,18 +399,18 @@ class _Factory:
             return _triple(x.w[..., a, :], x.p[..., b, :] - x.p[..., a, :], x.p[..., c, :] - x.p[..., a, :])
 
         formula = f"z{a + 1} . ((p{b + 1} - p{a + 1}) x (p{c + 1} - p{a + 1}))"
-        return Factor("triangle", three, formula, value, self._names(*three))
+        return DeterminantFactor("triangle", three, formula, value, self._names(*three))
 
-    def directions(self, three: tuple[int, ...]) -> Factor:
+    def directions(self, three: tuple[int, ...]) -> DeterminantFactor:
         """Triple product of the directions of three axes through one point."""
         a, b, c = three
 
         def value(x: Lines) -> Floats:
             return _triple(x.w[..., a, :], x.w[..., b, :], x.w[..., c, :])
 
-        return Factor("directions", three, f"(z{a + 1} x z{b + 1}) . z{c + 1}", value, self._names(*three))
+        return DeterminantFactor("directions", three, f"(z{a + 1} x z{b + 1}) . z{c + 1}", value, self._names(*three))
 
-    def velocities(self, three: tuple[int, ...], point: Point, letter: str) -> Factor:
+    def velocities(self, three: tuple[int, ...], point: Point, letter: str) -> DeterminantFactor:
         """Triple product of the velocities that three joints give to a point."""
 
         def value(x: Lines) -> Floats:
@@ -416,7 +418,7 @@ class _Factory:
             return _triple(*(x.velocity(i, c) for i in three))
 
         a, b, c = (self.moved(i, letter) for i in three)
-        return Factor("velocities", three, f"({a} x {b}) . {c}", value, self._names(*three))
+        return DeterminantFactor("velocities", three, f"({a} x {b}) . {c}", value, self._names(*three))
 
     def _names(self, *joints: int) -> tuple[str, ...]:
         return tuple(self.names[i] for i in joints)

@@ -12,7 +12,12 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats
 from mafsil.messages import say
 from mafsil.messages.tables import on_screen
-from mafsil.performance.singularities.determinant import LONGEST, DeterminantFactors, Factor, determinant_factors
+from mafsil.performance.singularities.determinant import (
+    LONGEST,
+    DeterminantFactor,
+    DeterminantFactors,
+    determinant_factors,
+)
 from mafsil.performance.singularities.singular_configuration import Singularity, is_singular, singularity
 from mafsil.performance.tolerances import WITHIN
 from mafsil.performance.velocity.scaling import TOLERANCE, random_configurations, ranges
@@ -36,7 +41,7 @@ class LocusComponent:
     """
 
     robot: Robot
-    factor: Factor
+    factor: DeterminantFactor
     joints: tuple[int, ...]
     condition: str
     samples: Floats
@@ -166,7 +171,7 @@ def singularity_locus(
     return SingularityLocus(determinant, tuple(components))
 
 
-def _component(robot: Robot, task: str, factor: Factor, count: int, seed: int) -> LocusComponent:
+def _component(robot: Robot, task: str, factor: DeterminantFactor, count: int, seed: int) -> LocusComponent:
     form = factor.form
     joints = tuple(range(robot.n)) if form is None else form.joints
     q = sampled(robot, factor, count, seed)
@@ -185,7 +190,7 @@ def _component(robot: Robot, task: str, factor: Factor, count: int, seed: int) -
     )
 
 
-def sampled(robot: Robot, factor: Factor, count: int, seed: int = 1) -> Floats:
+def sampled(robot: Robot, factor: DeterminantFactor, count: int, seed: int = 1) -> Floats:
     """Random configurations at which a factor vanishes: all coordinates drawn but one, which is solved for.
 
     Args:
@@ -212,7 +217,7 @@ def sampled(robot: Robot, factor: Factor, count: int, seed: int = 1) -> Floats:
     return np.array(found).reshape(-1, robot.n)
 
 
-def _condition(robot: Robot, factor: Factor) -> str:
+def _condition(robot: Robot, factor: DeterminantFactor) -> str:
     form = factor.form
     if form is None:
         return f"{factor.formula} = 0"

@@ -15,7 +15,6 @@ from mafsil.performance.statics.reactions import JointReactions as JointReaction
 from mafsil.performance.statics.reactions import joint_reactions as joint_reactions
 from mafsil.performance.statics.reactions import unbalanced_links as unbalanced_links
 from mafsil.performance.statics.tip_wrenches import PinnedArm as PinnedArm
-from mafsil.performance.statics.tip_wrenches import StaticsStatus as StaticsStatus
 from mafsil.performance.statics.tip_wrenches import TipWrench as TipWrench
 from mafsil.performance.statics.tip_wrenches import in_equilibrium as in_equilibrium
 from mafsil.performance.statics.tip_wrenches import joint_torque as joint_torque

@@ -24,10 +24,10 @@ from mafsil.trajectory.difficulties.ladder import INSIDE, Chain, Ladder, best_ch
 from mafsil.trajectory.difficulties.places import place_of
 from mafsil.trajectory.difficulties.rates import redundant
 from mafsil.trajectory.difficulties.reachability import PathReach, PathReachStatus, reachability
-from mafsil.trajectory.path_following import follow
-from mafsil.trajectory.path_task import PathTask, path_error
 from mafsil.trajectory.paths import TipPath
-from mafsil.trajectory.piecewise import PiecewisePolynomial
+from mafsil.trajectory.paths.path_task import PathTask, path_error
+from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
+from mafsil.trajectory.timing.path_following import follow
 
 SAMPLES = 201
 

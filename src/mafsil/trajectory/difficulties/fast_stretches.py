@@ -14,8 +14,8 @@ from mafsil.robot import Robot
 from mafsil.trajectory.difficulties.difficulty import FastStretch
 from mafsil.trajectory.difficulties.places import place_of
 from mafsil.trajectory.difficulties.rates import at_limited_rates, conditioning, distance_from_path, singular_causes
-from mafsil.trajectory.path_task import PathTask
 from mafsil.trajectory.paths import TipPath
+from mafsil.trajectory.paths.path_task import PathTask
 
 CAUSED_BY_SINGULARITY = 0.02
 """Conditioning below which high rates are put down to the singularity nearby."""

@@ -12,8 +12,8 @@ from mafsil.arrays import Floats, JointVector
 from mafsil.ik import SolutionBatch, inverse_kinematics
 from mafsil.model import JointKind
 from mafsil.robot import Robot
-from mafsil.trajectory.path_task import PathTask, path_equations
 from mafsil.trajectory.paths import TipPath
+from mafsil.trajectory.paths.path_task import PathTask, path_equations
 
 TURN = 2 * np.pi
 

@@ -9,8 +9,8 @@ from mafsil.performance import generic_rank, singular_values
 from mafsil.performance.singularities.axis_cases import SingularityCause
 from mafsil.performance.singularities.singular_configuration import default_task, singularity
 from mafsil.robot import Robot
-from mafsil.trajectory.path_task import PathTask
 from mafsil.trajectory.paths import TipPath
+from mafsil.trajectory.paths.path_task import PathTask
 
 STEPS = 2000
 """Steps in time of an arm whose rates stay within their limits."""

@@ -18,8 +18,8 @@ from mafsil.ik import SolutionBatch, inverse_kinematics
 from mafsil.ik.status import STATUSES, IKStatus
 from mafsil.ik.tolerances import INSIDE
 from mafsil.robot import Robot, of_robot
-from mafsil.trajectory.path_task import PathTask
 from mafsil.trajectory.paths import TipPath
+from mafsil.trajectory.paths.path_task import PathTask
 
 EXACT = 1e-12
 """Largest residual of a solution: an interval ends where the pose can be met, not where it nearly can."""

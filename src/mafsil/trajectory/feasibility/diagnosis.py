@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike
 from mafsil.answer import Answer, Status
 from mafsil.errors import InputError
 from mafsil.messages import say
+from mafsil.trajectory.checks.limit_check import Violation, check
 from mafsil.trajectory.feasibility.remedies import Remedy, RemedyKind, remedies
 from mafsil.trajectory.feasibility.request import Curve, MotionRequest, motion_request
-from mafsil.trajectory.limit_check import Violation, check
 from mafsil.trajectory.motion_limits import Limits
-from mafsil.trajectory.piecewise import PiecewisePolynomial
+from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
 
 
 class RequestStatus(Status):

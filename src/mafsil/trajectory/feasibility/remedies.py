@@ -10,8 +10,8 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.messages import say
+from mafsil.trajectory.checks.limit_check import check, extremes
 from mafsil.trajectory.feasibility.request import MotionRequest
-from mafsil.trajectory.limit_check import check, extremes
 
 MOST = 1e3
 """A leg that needs to be this many times as long is not found a remedy."""

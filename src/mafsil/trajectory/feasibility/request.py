@@ -13,11 +13,11 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, frozen, real_array, require_finite
 from mafsil.errors import InputError
 from mafsil.robot import Robot
-from mafsil.trajectory.cubic_spline import cubic_through
-from mafsil.trajectory.laws import QUINTIC
 from mafsil.trajectory.motion_limits import Limits, MotionLimits, motion_limits
-from mafsil.trajectory.piecewise import PiecewisePolynomial
-from mafsil.trajectory.polynomial import cubic_coefficients
+from mafsil.trajectory.profiles.laws import QUINTIC
+from mafsil.trajectory.profiles.polynomial import cubic_coefficients
+from mafsil.trajectory.splines.cubic_spline import cubic_through
+from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
 
 Curve: TypeAlias = Literal["spline", "stops"]
 

@@ -11,10 +11,10 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.csv_table import CsvTable, csv_text, joint_columns, read_csv_table
 from mafsil.errors import FileError
-from mafsil.trajectory.cubic_spline import cubic_through
 from mafsil.trajectory.files.sampling import Samples
-from mafsil.trajectory.piecewise import PiecewisePolynomial
-from mafsil.trajectory.polynomial import cubic_coefficients, quintic_coefficients
+from mafsil.trajectory.profiles.polynomial import cubic_coefficients, quintic_coefficients
+from mafsil.trajectory.splines.cubic_spline import cubic_through
+from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
 
 SIGNALS = ("q", "qd", "qdd")
 

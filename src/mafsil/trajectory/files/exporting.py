@@ -11,9 +11,9 @@ from typing import Any, Literal, TypeAlias
 from mafsil.answer import SingleAnswer, Status
 from mafsil.errors import InputError
 from mafsil.robot import Robot
+from mafsil.trajectory.checks.limit_check import LimitCheck, check
 from mafsil.trajectory.files import csv_file, ros2, urscript
 from mafsil.trajectory.files.sampling import Samples, sampled
-from mafsil.trajectory.limit_check import LimitCheck, check
 from mafsil.trajectory.motion import Trajectory
 from mafsil.trajectory.motion_limits import Limits
 from mafsil.whole_file import write_whole

@@ -18,7 +18,7 @@ COLUMNS = ("coordinate", "begin", "end", "quantity", "limit")
 
 
 @dataclass(frozen=True, slots=True)
-class Binding:
+class BindingLimit:
     """One limit that binds for a while.
 
     Attributes:
@@ -43,15 +43,15 @@ class Bindings:
         rows: one for each interval.
     """
 
-    rows: tuple[Binding, ...]
+    rows: tuple[BindingLimit, ...]
 
-    def __iter__(self) -> Iterator[Binding]:
+    def __iter__(self) -> Iterator[BindingLimit]:
         return iter(self.rows)
 
     def __len__(self) -> int:
         return len(self.rows)
 
-    def at(self, t: float) -> tuple[Binding, ...]:
+    def at(self, t: float) -> tuple[BindingLimit, ...]:
         """Those that bind at the time t [s]."""
         return tuple(row for row in self.rows if row.begin <= t <= row.end)
 
@@ -74,7 +74,7 @@ class Bindings:
     def _repr_html_(self) -> str:
         return in_notebook(self.explain())
 
-    def _word(self, row: Binding, language: str | None) -> str:
+    def _word(self, row: BindingLimit, language: str | None) -> str:
         return say(f"trajectory.{row.quantity}", language=language)
 
 
@@ -87,7 +87,7 @@ def bindings_of(begins: list[Floats], v: list[Floats], a: list[Floats], j: list[
         j: for each coordinate (pieces,) jerks.
         limits: (n, 6).
     """
-    rows: list[Binding] = []
+    rows: list[BindingLimit] = []
     for i, bounds in enumerate(limits):
         for k, jerk in enumerate(j[i]):
             begin, end = float(begins[i][k]), float(begins[i][k + 1])
@@ -97,7 +97,7 @@ def bindings_of(begins: list[Floats], v: list[Floats], a: list[Floats], j: list[
             for quantity, value, pair in zip(QUANTITIES, values, (bounds[4:], bounds[2:4], bounds[:2]), strict=True):
                 hit = _touched(np.asarray(value), pair)
                 if hit is not None:
-                    rows.append(Binding(i, begin, end, quantity, hit))
+                    rows.append(BindingLimit(i, begin, end, quantity, hit))
     return Bindings(tuple(_joined(rows)))
 
 
@@ -109,9 +109,9 @@ def _touched(value: Floats, pair: Floats) -> float | None:
     return None
 
 
-def _joined(rows: list[Binding]) -> Iterator[Binding]:
+def _joined(rows: list[BindingLimit]) -> Iterator[BindingLimit]:
     """Intervals of the same limit that follow each other as one."""
-    last: Binding | None = None
+    last: BindingLimit | None = None
     for row in rows:
         same = last is not None and (row.coordinate, row.quantity, row.limit) == (
             last.coordinate,
@@ -119,7 +119,7 @@ def _joined(rows: list[Binding]) -> Iterator[Binding]:
             last.limit,
         )
         if last is not None and same and row.begin <= last.end:
-            last = Binding(last.coordinate, last.begin, row.end, last.quantity, last.limit)
+            last = BindingLimit(last.coordinate, last.begin, row.end, last.quantity, last.limit)
             continue
         if last is not None:
             yield last

@@ -20,7 +20,7 @@ from mafsil.trajectory.jerk.refusals import sentence
 from mafsil.trajectory.jerk.status import STATUSES, JerkStatus
 from mafsil.trajectory.motion import Motion, moving_at, times
 from mafsil.trajectory.overview import overview
-from mafsil.trajectory.piecewise import PiecewisePolynomial
+from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
 
 if TYPE_CHECKING:
     import mafsil.trajectory.jerk.plan_loops as plan_loops

@@ -5,7 +5,16 @@ from mafsil.trajectory.paths.build import joined_path as joined_path
 from mafsil.trajectory.paths.build import line_path as line_path
 from mafsil.trajectory.paths.build import screw_path as screw_path
 from mafsil.trajectory.paths.build import spline_path as spline_path
+from mafsil.trajectory.paths.cartesian_line import cartesian_line as cartesian_line
+from mafsil.trajectory.paths.cartesian_path import CartesianPath as CartesianPath
 from mafsil.trajectory.paths.joined import CornerBlend as CornerBlend
 from mafsil.trajectory.paths.joined import JoinedPath as JoinedPath
+from mafsil.trajectory.paths.path_points import PathPoint as PathPoint
+from mafsil.trajectory.paths.path_points import PathPoints as PathPoints
+from mafsil.trajectory.paths.path_points import PointKind as PointKind
+from mafsil.trajectory.paths.path_points import joint_path as joint_path
+from mafsil.trajectory.paths.path_points import tip_path as tip_path
 from mafsil.trajectory.paths.pose_path import PosePath as PosePath
 from mafsil.trajectory.paths.pose_path import TipPath as TipPath
+from mafsil.trajectory.paths.routes import RouteComparison as RouteComparison
+from mafsil.trajectory.paths.routes import compare_routes as compare_routes

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, PoseMatrix, RotationMatrix, as_batch, positive, require_kind, single
 from mafsil.errors import InputError, InputWarning, warn
 from mafsil.geometry import pose
-from mafsil.trajectory.cartesian_path import CartesianPath
+from mafsil.trajectory.paths.cartesian_path import CartesianPath
 from mafsil.trajectory.paths.joined import JoinedPath, joined
 from mafsil.trajectory.paths.orientations import (
     AlongTangent,

@@ -16,7 +16,7 @@ from mafsil.errors import InputError
 from mafsil.geometry import euler, rotation
 from mafsil.trajectory.paths.positions import PositionCurve
 from mafsil.trajectory.paths.rotation_motion import RotationMotion, exponential, of_matrices, product, turned
-from mafsil.trajectory.piecewise import PiecewisePolynomial
+from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
 from mafsil.trajectory.tolerances import GIVEN, ROUNDING
 
 LEAST_DETERMINANT = 1e-6

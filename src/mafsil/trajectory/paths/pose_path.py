@@ -14,7 +14,7 @@ from mafsil.arrays import Floats, PoseMatrix, Vector6, crossed
 from mafsil.trajectory.paths.orientations import OrientationLaw
 from mafsil.trajectory.paths.positions import PositionCurve
 from mafsil.trajectory.paths.rotation_motion import turned
-from mafsil.trajectory.piecewise import NODES, WEIGHTS
+from mafsil.trajectory.splines.piecewise import NODES, WEIGHTS
 from mafsil.trajectory.tolerances import FEW_ROUNDINGS, GIVEN
 
 

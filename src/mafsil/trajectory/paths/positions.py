@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, Vector3, real_array, require_finite, single
 from mafsil.errors import InputError
-from mafsil.trajectory.cubic_spline import cubic_through
-from mafsil.trajectory.piecewise import PiecewisePolynomial, way_length
+from mafsil.trajectory.splines.cubic_spline import cubic_through
+from mafsil.trajectory.splines.piecewise import PiecewisePolynomial, way_length
 from mafsil.trajectory.tolerances import GIVEN, ROUNDING
 
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, RotationMatrix, Vector3
 from mafsil.geometry import rotation
 from mafsil.trajectory.paths.rotation_motion import RotationMotion, exponential, inverse, logarithm, product, turned
-from mafsil.trajectory.piecewise import PiecewisePolynomial
-from mafsil.trajectory.polynomial import cubic_coefficients
+from mafsil.trajectory.profiles.polynomial import cubic_coefficients
+from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
 
 MOST_ROUNDS, CONVERGED = 100, 1e-14
 

@@ -1,0 +1,171 @@
+"""Arms as linear systems about a state or along a run: A, B, C, D with exact derivatives of the dynamics.
+
+d/dt (dq, dqd) = A (dq, dqd) + B dtau,   A = [[0, I], [D_q, D_qd]],  B = [[0], [M^-1]],  C = I,  D = 0.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, JointVector, as_batch, positive, real_array, require_finite, require_kind
+from mafsil.control.laws.law import Law, as_law
+from mafsil.errors import InputError
+from mafsil.robot import Robot, of_robot
+from mafsil.trajectory import Motion
+
+DIFFERENCE = 1e-5
+"""Of the state, by which the derivative of a law is found: exact for laws that are linear in it."""
+SQUARINGS, TERMS = 0.5, 18
+"""Norm up to which a matrix exponential is summed, and terms of the series: rounding is all that is left."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LinearArm:
+    """An arm near states: states are (q, qd) less those of the point, inputs efforts, outputs the states.
+
+    Iterable over the states of a batch, such as those of a run: `[each.to_control() for each in linear]`.
+
+    Attributes:
+        A: (*batch, 2 n, 2 n).
+        B: (*batch, 2 n, n).
+        q, qd, tau: (*batch, n) the point; accelerations there need not be zero.
+    """
+
+    A: Floats = field(repr=False)
+    B: Floats = field(repr=False)
+    q: JointVector
+    qd: JointVector
+    tau: JointVector
+
+    def __len__(self) -> int:
+        return self.A.shape[0] if self.A.ndim > 2 else 1
+
+    def __iter__(self) -> Iterator[LinearArm]:
+        return iter((self,)) if self.A.ndim == 2 else (self[k] for k in range(len(self)))
+
+    def __getitem__(self, which: int | slice) -> LinearArm:
+        if self.A.ndim == 2:
+            raise InputError("control.one_linear_arm")
+        return LinearArm(self.A[which], self.B[which], self.q[which], self.qd[which], self.tau[which])
+
+    @property
+    def C(self) -> Floats:
+        """(2 n, 2 n) the states are the outputs."""
+        return np.eye(self.A.shape[-1])
+
+    @property
+    def D(self) -> Floats:
+        """(2 n, n) zero: efforts do not act at once."""
+        return np.zeros(self.B.shape[-2:])
+
+    @property
+    def poles(self) -> Any:
+        """(*batch, 2 n) complex eigenvalues of A [1/s]."""
+        return np.linalg.eigvals(self.A)
+
+    def discrete(self, period: float) -> tuple[Floats, Floats]:
+        """A (*batch, 2 n, 2 n) and B (*batch, 2 n, n) from sample to sample, efforts constant between, exactly.
+
+        Args:
+            period: between samples [s].
+        """
+        h, (size, inputs) = positive("period", period), self.B.shape[-2:]
+        whole = np.zeros((*self.A.shape[:-2], size + inputs, size + inputs))
+        whole[..., :size, :size], whole[..., :size, size:] = h * self.A, h * self.B
+        found = exponential(whole)
+        return found[..., :size, :size], found[..., :size, size:]
+
+    def closed(self, law: Law, reference: Motion, t: float = 0.0) -> LinearArm:
+        """The loop with a law: efforts are what is added to those of the law.
+
+        Args:
+            law: without memory; its derivatives by the state are taken at the point.
+            reference: that it follows, (n,) each.
+            t: time [s].
+        """
+        n, law = self.B.shape[-1], as_law(law)
+        require_kind("reference", reference, "Motion", "u", "v", "a")
+        columns = [
+            (law(t, self.q + x[:n], self.qd + x[n:], reference) - law(t, self.q - x[:n], self.qd - x[n:], reference))
+            / (2.0 * DIFFERENCE)
+            for x in DIFFERENCE * np.eye(2 * n)
+        ]
+        feedback = np.stack(columns, axis=-1)
+        return LinearArm(self.A + self.B @ feedback, self.B, self.q, self.qd, self.tau)
+
+    def to_control(self, period: float | None = None) -> Any:
+        """A `StateSpace` of the package python-control.
+
+        Args:
+            period: of a system from sample to sample, efforts constant between; in continuous time if None [s].
+
+        Raises:
+            InputError: a batch, or the package is not installed.
+        """
+        if self.A.ndim != 2:
+            raise InputError("control.many_linear_arms", count=len(self))
+        try:
+            package = importlib.import_module("control")
+        except ImportError:
+            raise InputError("control.no_package") from None
+        if period is None:
+            return package.ss(self.A, self.B, self.C, self.D)
+        return package.ss(*self.discrete(period), self.C, self.D, period)
+
+
+@of_robot
+def linearize(robot: Robot, q: ArrayLike, qd: ArrayLike | None = None, tau: ArrayLike | None = None) -> LinearArm:
+    """An arm as a linear system near states, such as those of a run, by exact derivatives.
+
+    Args:
+        robot: the arm; its dry friction is left out, viscous friction counts.
+        q: (*batch, n) coordinates [rad | m].
+        qd: (*batch, n) rates; at rest if None.
+        tau: (*batch, n) efforts; those that keep the rates constant if None [N m | N].
+
+    Raises:
+        InputError: wrong shapes, NaN.
+        ModelError: the robot has no masses.
+    """
+    n = robot.n
+    here = as_batch("q", q, (n,), finite=True)
+    rate = np.zeros_like(here) if qd is None else as_batch("qd", qd, (n,), finite=True)
+    here, rate = np.broadcast_arrays(here, rate)
+    effort = robot.inverse_dynamics(here, rate, np.zeros_like(here)) if tau is None else as_batch("tau", tau, (n,))
+    here, rate, effort = (np.array(each) for each in np.broadcast_arrays(here, rate, effort))
+    slopes = robot.forward_dynamics_derivatives(here, rate, effort)
+    by_q, by_rate, by_effort = (np.asarray(slopes[..., k, :, :]) for k in range(3))
+    shape = here.shape[:-1]
+    A, B = np.zeros((*shape, 2 * n, 2 * n)), np.zeros((*shape, 2 * n, n))
+    A[..., :n, n:] = np.eye(n)
+    viscous = np.array([0.0 if j.friction is None else j.friction.viscous for j in robot.mechanism.coordinates])
+    A[..., n:, :n], A[..., n:, n:] = by_q, by_rate - by_effort * viscous
+    B[..., n:, :] = by_effort
+    return LinearArm(A, B, here, rate, effort)
+
+
+def exponential(A: ArrayLike) -> Floats:
+    """(*batch, m, m) e^A by scaling, a series of Taylor, and squaring.
+
+    Args:
+        A: (*batch, m, m).
+
+    Reference: Golub and Van Loan, Matrix Computations, sec. 9.3.
+    """
+    matrix = require_finite("A", real_array("A", A)).copy()
+    largest = float(np.abs(matrix).sum(axis=-1).max(initial=0.0))
+    squarings = max(int(np.ceil(np.log2(largest / SQUARINGS))), 0) if largest > SQUARINGS else 0
+    matrix /= 2.0**squarings
+    total = term = np.broadcast_to(np.eye(matrix.shape[-1]), matrix.shape)
+    for k in range(1, TERMS):
+        term = term @ matrix / k
+        total = total + term
+    for _ in range(squarings):
+        total = total @ total
+    return total

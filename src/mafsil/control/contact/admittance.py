@@ -1,0 +1,238 @@
+"""Admittance: force is sensed, motion commanded; the tip moves as a mass, a damper and a spring under what is felt."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from mafsil.arrays import (
+    Floats,
+    JointVector,
+    PoseMatrix,
+    not_negative,
+    number,
+    positive,
+    require_finite,
+    require_function,
+)
+from mafsil.control.contact.impedance import Impedance, require_size
+from mafsil.control.contact.tip_sensor import TaskForceSensor, from_outside
+from mafsil.control.laws.gains import Gains
+from mafsil.control.laws.law import Law
+from mafsil.control.laws.task_coordinates import TaskCoordinates, TaskTarget
+from mafsil.control.laws.task_dynamics import task_dynamics
+from mafsil.control.laws.tip_motion import TipReference
+from mafsil.robot import Robot, of_robot
+from mafsil.trajectory import Motion
+
+TRACKING = 20.0
+"""With which an arm is held on its virtual mass where nobody says it [rad/s]."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class AdmittanceControl:
+    """Force is sensed, motion commanded: dV/dt = D^-1 (F_ext - B V_x - K X_x), tracked by computed torque.
+
+    With a state of its own the virtual mass moves by itself, velocity first, then position, and the arm is held on it:
+    what the model does not know, friction above all, is not felt. Without one each period starts from the arm: the mass
+    would be at V + dt dV/dt and X + dt V one period ahead, and gains pull the arm there. What the sensor reads is
+    compensated, or it would push the arm itself.
+
+    Attributes:
+        robot: the model.
+        coordinates: of the task.
+        impedance: that the tip should have.
+        gains: (m,) of the tracking, in units of acceleration.
+        reference: from which its spring is measured.
+        sensor: (q, qd) -> (m,) force from outside on the tip.
+        own_state: whether a session lets the virtual mass move by itself.
+        shift_acceleration: whether the mass too is measured from the reference, D (dV/dt - A_d).
+        period: of the control [s]; set by the session.
+    """
+
+    robot: Robot
+    coordinates: TaskCoordinates
+    impedance: Impedance
+    gains: Gains
+    reference: TipReference
+    sensor: TaskForceSensor
+    own_state: bool = True
+    shift_acceleration: bool = False
+    period: float = 0.0
+
+    def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
+        """Joint efforts (*batch, n) from the state of the arm alone [N m | N]."""
+        now = task_dynamics(self.robot, q, qd, self.coordinates)
+        outside = self.sensor(q, qd)
+        wanted = self.wanted(t, self.coordinates.pose(self.robot, q), now.V, outside)
+        return now.effort(now.force(self.commanded(now.V, wanted)) - outside)
+
+    def wanted(self, t: float, T: PoseMatrix, V: Floats, outside: Floats) -> Floats:
+        """(*batch, m) dV/dt of the virtual mass.
+
+        Args:
+            t: time [s].
+            T, V: (*batch, 4, 4) and (*batch, m) its pose and velocity.
+            outside: (*batch, m) force on it.
+        """
+        X_e, V_e, ahead = self.coordinates.error(T, self.reference(t), V)
+        own = self.impedance.acceleration(-X_e, -V_e, outside)
+        return own + ahead if self.shift_acceleration else own
+
+    def commanded(self, V: Floats, wanted: Floats) -> Floats:
+        """(*batch, m) acceleration that computed torque is given: dV/dt + Kp dt V + Kd dt dV/dt.
+
+        Args:
+            V: (*batch, m) velocity of the tip.
+            wanted: (*batch, m) dV/dt of the virtual mass.
+        """
+        return wanted + self.gains.kp * self.period * V + self.gains.kd * self.period * wanted
+
+    def session(self, period: float) -> Law:
+        """The law at a control period, with a virtual mass that starts where the tip is."""
+        law = replace(self, period=period)
+        return _VirtualMass(law) if self.own_state else law
+
+
+class _VirtualMass:
+    """One run of an admittance law whose mass has a state of its own."""
+
+    def __init__(self, law: AdmittanceControl) -> None:
+        self._law = law
+        self._state: tuple[PoseMatrix, Floats] | None = None
+        self._earlier: tuple[PoseMatrix, Floats] | None = None
+
+    def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
+        """Joint efforts (*batch, n) [N m | N]; then the mass moves on by a period."""
+        law, task = self._law, self._law.coordinates
+        now, tip = task_dynamics(law.robot, q, qd, task), task.pose(law.robot, q)
+        T, V = self._state or (tip, now.V)
+        # 1. What the force makes the mass do, and the arm on it.
+        outside = law.sensor(q, qd)
+        wanted = law.wanted(t, T, V, outside)
+        X_e, V_e, ahead = task.error(tip, TaskTarget(T, task.all_six(V), task.all_six(wanted)), now.V)
+        effort = now.effort(now.force(ahead + law.gains.kp * X_e + law.gains.kd * V_e) - outside)
+        # 2. Velocity first, then position with the new velocity.
+        V = V + law.period * wanted
+        self._earlier, self._state = self._state, (task.moved(T, law.period * V), V)
+        return effort
+
+    def go_on(self, before: _VirtualMass) -> None:
+        # The state at which two runs meet is seen by both.
+        self._state = before._earlier
+
+    def session(self, period: float) -> Law:
+        """A fresh run."""
+        return self._law.session(period)
+
+
+@of_robot
+def admittance_control(
+    robot: Robot,
+    impedance: Impedance,
+    reference: TipReference,
+    sensor: TaskForceSensor,
+    *,
+    coordinates: TaskCoordinates | None = None,
+    gains: Gains | None = None,
+    own_state: bool = True,
+    shift_acceleration: bool = False,
+) -> AdmittanceControl:
+    """The tip moves as a mass, damper and spring would under the force that is sensed.
+
+    Suited to geared, stiff arms; renders high impedances well.
+
+    Args:
+        robot: the model.
+        impedance: (m) that is wanted, with a mass in every direction.
+        reference: of the tip.
+        sensor: a `TipForceSensor`, or a function (q, qd) -> (m,) of the force from outside on the tip.
+        coordinates: of the task; all six, decoupled, if None.
+        gains: (m,) of the tracking. If None: critically damped at 20 rad/s with a state of its own; none without one,
+            for the state itself is the start of each step.
+        own_state: the virtual mass moves by itself, and the arm is held on it; if False each period starts from the
+            arm, as in the books, and gains change what is felt (`effective_admittance`).
+        shift_acceleration: D (dV/dt - A_d) instead of D dV/dt, which follows a moving reference exactly.
+
+    Raises:
+        InputError: an impedance of another size or without mass.
+
+    Reference: Lynch and Park, Modern Robotics, eq. (11.67).
+    """
+    require_function("reference", reference, "function of time", 1)
+    require_function("sensor", sensor, "function (q, qd)", 2)
+    sensor = from_outside(sensor)
+    task = coordinates or TaskCoordinates()
+    require_size(impedance, task)
+    m = len(task.rows)
+    impedance.acceleration(np.zeros(m), np.zeros(m), np.zeros(m))
+    tracking = gains or (Gains.from_natural_frequency(m, TRACKING) if own_state else Gains.of(m, 0.0, 0.0))
+    return AdmittanceControl(robot, task, impedance, tracking, reference, sensor, own_state, shift_acceleration)
+
+
+class EffectiveImpedance(NamedTuple):
+    """What an admittance step of a period feels like when its tracking has gains."""
+
+    inertia: float
+    damping: float
+    stiffness: float
+
+
+def effective_admittance(
+    inertia: float, damping: float, stiffness: float, *, kp: float, kd: float, period: float
+) -> EffectiveImpedance:
+    """The impedance along one direction that tracking a period ahead makes of a wanted one.
+
+    The command (1 + kd dt) dV/dt + kp dt V is an impedance of D/(1 + kd dt), B/(1 + kd dt) ... in which kp dt D adds to
+    what drives: D_e = D/(1 + kd dt),  B_e = B - kp dt D_e,  K_e = K.
+
+    Args:
+        inertia, damping, stiffness: D, B, K that are wanted.
+        kp, kd: gains of the tracking [1/s^2, 1/s].
+        period: dt [s].
+
+    Raises:
+        InputError: not numbers, or not finite.
+    """
+    D, B, K = _numbers(inertia=inertia, damping=damping, stiffness=stiffness)
+    p, d = not_negative("kp", kp), not_negative("kd", kd)
+    dt = positive("period", period)
+    D = D / (1.0 + d * dt)
+    return EffectiveImpedance(D, B - p * dt * D, K)
+
+
+def _numbers(**values: float) -> tuple[float, ...]:
+    return tuple(number(name, value) for name, value in values.items())
+
+
+def least_virtual_mass(damping: float, stiffness: float, period: float) -> float:
+    """The smallest mass that an admittance step can render: D > B dt/2 + K dt^2/4.
+
+    Of the semi-implicit step (velocity first, then position with the new velocity); K is all that is against the tip,
+    its own spring and the environment's.
+
+    Args:
+        damping, stiffness: B, and K with the environment's [N s/m, N/m].
+        period: dt [s].
+    """
+    dt, (B, K) = positive("period", period), _numbers(damping=damping, stiffness=stiffness)
+    return B * dt / 2.0 + K * dt * dt / 4.0
+
+
+def admittance_radius(
+    inertia: float, damping: float, stiffness: float, period: float, *, explicit: bool = False
+) -> float:
+    """Spectral radius of the admittance step of a virtual mass; below one it is stable.
+
+    Args:
+        inertia, damping, stiffness: D, B, K with the environment's.
+        period: dt [s].
+        explicit: position by the old velocity (which needs B > K dt) instead of the new one.
+    """
+    D, dt = positive("inertia", inertia), positive("period", period)
+    B, K = _numbers(damping=damping, stiffness=stiffness)
+    a, b = dt * K / D, 1.0 - dt * B / D
+    step = np.array([[1.0, dt], [-a, b]]) if explicit else np.array([[1.0 - dt * a, dt * b], [-a, b]])
+    return float(np.abs(np.linalg.eigvals(require_finite("step", step))).max())

@@ -1,0 +1,194 @@
+"""Laws of closed chains: efforts of the driven joints alone, by the dynamics with the forces of the loops.
+
+Reference: Nakamura and Ghodoussi, Dynamics computation of closed-link robot mechanisms with nonredundant and redundant
+actuators, IEEE Trans. Rob. Autom. 5, 1989.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, JointVector, require_kind
+from mafsil.control.laws.closed_law_kernel import Run, law_kernel
+from mafsil.control.laws.gains import Gains
+from mafsil.control.laws.law import Combined, Law
+from mafsil.control.laws.law_terms import LawTerms, all_together, law_terms
+from mafsil.mechanics.loop_terms import Term
+from mafsil.parallel import ClosedChain
+from mafsil.parallel.closed_compiled import trusted
+from mafsil.trajectory import Motion
+
+
+class _Compiled:
+    """A law as one kernel, made at its first call; it travels to other processes without it."""
+
+    __slots__ = ("gains", "looked", "run")
+
+    def __init__(self) -> None:
+        self.looked, self.gains = False, np.zeros(0)
+        self.run: Run | None = None
+
+    def efforts(
+        self, law: ClosedComputedTorque | ClosedGravityCompensation, q: JointVector, qd: JointVector, reference: Motion
+    ) -> JointVector | None:
+        """Efforts (*batch, n) that hold, or None: the careful way remains.
+
+        Args:
+            law: whose kernel it is.
+            q, qd, reference: as for a law.
+        """
+        if not self.looked:
+            found = law.as_terms(q)
+            if found is not None:
+                self.run = law_kernel(law.chain.robot.mechanism, found.terms).call
+                self.gains = np.stack([np.stack([g.kp, g.kd, g.ki], axis=-2) for g in found.gains], axis=-3)
+            self.looked = True
+        if self.run is None:
+            return None
+        effort, doubt = self.run(q, qd, reference.u, reference.v, reference.a, self.gains)
+        return effort if trusted(doubt) else None
+
+    def __reduce__(self) -> tuple[type[_Compiled], tuple[()]]:
+        return _Compiled, ()
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ClosedComputedTorque:
+    """Efforts of the driven joints that give them the acceleration a + Kd (v - qd) + Kp (u - q) with closed loops.
+
+    Attributes:
+        chain: the model; it may differ from the plant.
+        gains: of the driven joints, in units of acceleration.
+    """
+
+    chain: ClosedChain
+    gains: Gains
+    _kept: _Compiled = field(default_factory=_Compiled, init=False, repr=False)
+
+    def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
+        """Efforts (*batch, n), zero for joints that are not driven [N m | N]."""
+        effort = self._kept.efforts(self, q, qd, reference)
+        if effort is not None:
+            return effort
+        driven = reference.a[..., self.chain.actuated] + _feedback(self.chain, self.gains, q, qd, reference)
+        acceleration = self.chain.accelerations(q, qd, driven)
+        return _of_all(self.chain, self.chain.inverse_dynamics(q, qd, acceleration).tau)
+
+    def session(self, period: float) -> Law:
+        """The law itself: it needs no memory."""
+        return self
+
+    def as_terms(self, q: ArrayLike) -> LawTerms | None:
+        """The law as data, or None if its efforts cannot be compiled.
+
+        Args:
+            q: (*batch, n) configurations that close the loops.
+        """
+        return _as_terms(self.chain, self.gains, (), "closed_computed_torque", q)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ClosedGravityCompensation:
+    """Springs and dampers at the driven joints, and the efforts that hold the mechanism up where it is.
+
+    Attributes:
+        chain: the model.
+        gains: of the driven joints, in units of effort.
+    """
+
+    chain: ClosedChain
+    gains: Gains
+    _kept: _Compiled = field(default_factory=_Compiled, init=False, repr=False)
+
+    def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
+        """Efforts (*batch, n), zero for joints that are not driven [N m | N]."""
+        effort = self._kept.efforts(self, q, qd, reference)
+        if effort is not None:
+            return effort
+        still = np.zeros(q.shape)
+        holding = self.chain.inverse_dynamics(q, still, still).tau
+        return _of_all(self.chain, holding + _feedback(self.chain, self.gains, q, qd, reference))
+
+    def session(self, period: float) -> Law:
+        """The law itself: it needs no memory."""
+        return self
+
+    def as_terms(self, q: ArrayLike) -> LawTerms | None:
+        """The law as data, or None if its efforts cannot be compiled.
+
+        Args:
+            q: (*batch, n) configurations that close the loops.
+        """
+        return _as_terms(self.chain, self.gains, (Term("feedback"),), "closed_gravity", q)
+
+
+def closed_computed_torque(
+    chain: ClosedChain, *, natural_frequency: ArrayLike = 20.0, damping_ratio: ArrayLike = 1.0
+) -> ClosedComputedTorque:
+    """Computed torque of a closed chain; the errors of the driven joints obey e'' + 2 zeta w e' + w^2 e = 0.
+
+    Args:
+        chain: the model.
+        natural_frequency: w, a number or one per driven joint [rad/s].
+        damping_ratio: zeta, a number or one per driven joint; 1 is critical damping.
+
+    Raises:
+        InputError: a wrong shape, a negative number.
+    """
+    require_kind("chain", chain, "ClosedChain", "inverse_dynamics", "actuated")
+    gains = Gains.from_natural_frequency(len(chain.actuated), natural_frequency, damping_ratio, 0.0)
+    return ClosedComputedTorque(chain, gains)
+
+
+def closed_gravity_compensation(chain: ClosedChain, kp: ArrayLike, kd: ArrayLike) -> ClosedGravityCompensation:
+    """Springs and dampers at the driven joints of a closed chain, and what holds it up.
+
+    Args:
+        chain: the model.
+        kp: stiffness, a number or one per driven joint [N m/rad | N/m].
+        kd: damping, likewise [N m s/rad | N s/m].
+
+    Raises:
+        InputError: a wrong shape, a negative number.
+    """
+    require_kind("chain", chain, "ClosedChain", "inverse_dynamics", "actuated")
+    return ClosedGravityCompensation(chain, Gains.of(len(chain.actuated), kp, kd))
+
+
+def _feedback(chain: ClosedChain, gains: Gains, q: JointVector, qd: JointVector, reference: Motion) -> Floats:
+    """(*batch, a) Kp (u - q) + Kd (v - qd) of the driven joints."""
+    a = chain.actuated
+    return gains.kp * (reference.u - q).take(a, axis=-1) + gains.kd * (reference.v - qd).take(a, axis=-1)
+
+
+def _of_all(chain: ClosedChain, driven: Floats) -> JointVector:
+    """(*batch, n) efforts of all joints."""
+    effort = np.zeros((*driven.shape[:-1], chain.n))
+    effort[..., chain.actuated] = driven
+    return effort
+
+
+def _as_terms(chain: ClosedChain, gains: Gains, before: tuple[Term, ...], kind: str, q: ArrayLike) -> LawTerms | None:
+    """One term of the chain behind others, with the gains of all joints: zero where none drives."""
+    holding = chain.holding(q)
+    if holding is None or not holding.deciding:
+        return None
+    whole = Gains(*(_of_all(chain, part) for part in (gains.kp, gains.kd, gains.ki)))
+    return LawTerms((*before, Term(kind, chain.robot.mechanism, holding)), (whole,))
+
+
+def closed_law_terms(law: Law, q: ArrayLike) -> LawTerms | None:
+    """A law as data; None if it is Python that only Python can run, or if its efforts cannot be compiled.
+
+    Args:
+        law: of a closed chain, or any other.
+        q: (*batch, n) configurations that close the loops.
+    """
+    if isinstance(law, Combined):
+        return all_together([closed_law_terms(part, q) for part in law.laws])
+    if not isinstance(law, ClosedComputedTorque | ClosedGravityCompensation):
+        return law_terms(law)
+    return law.as_terms(q)

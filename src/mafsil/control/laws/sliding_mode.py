@@ -1,0 +1,230 @@
+"""Sliding mode after Slotine and Li: performance that is guaranteed while the masses are known within a share.
+
+With s = (v - qd) + L (u - q) and the rate qd_r = v + L (u - q), the law is
+
+    tau = M qdd_r + C qd_r + g + Kd s + K sat(s / width),    K_i = share sum_k |Y_ik p_k| + margin.
+
+Y p are the model's efforts for (qd_r, qdd_r); whatever parameters within the share of p the arm has, its own efforts
+differ by less than K - margin. So V = s' M s/2 falls at least by s' Kd s + margin |s| outside the boundary layer, and
+inside |u - q| <= width / L in the end.
+
+Reference: Slotine and Li, Applied Nonlinear Control, 1991, sec. 9.1 and ch. 7.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.answer import SingleAnswer, Status
+from mafsil.arrays import Floats, JointVector, as_batch, real_array, require_kind
+from mafsil.control.laws.gains import Gains
+from mafsil.control.laws.law import Law
+from mafsil.errors import InputError
+from mafsil.messages import say
+from mafsil.robot import Robot, as_robot, of_robot
+from mafsil.trajectory import Motion, Trajectory
+
+SETTLING = 8.0
+"""Time constants of the surface after which an error has died."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SlidingMode:
+    """A law that keeps |u - q| below width / L in the end, whatever the masses are within a share of the model's.
+
+    Attributes:
+        robot: the model.
+        rates: (n,) L [1/s].
+        damping: (n,) Kd [N m s/rad | N s/m].
+        share: of every inertial parameter by which it may be wrong.
+        margin: (n,) effort beyond what the share needs, for friction and disturbances [N m | N].
+        width: (n,) of the boundary layer of s [rad/s | m/s]; a narrow one chatters.
+    """
+
+    robot: Robot
+    rates: Floats
+    damping: Floats
+    share: float
+    margin: Floats
+    width: Floats
+
+    @property
+    def error_bound(self) -> Floats:
+        """(n,) largest error in the end, width / L [rad | m]."""
+        return self.width / self.rates
+
+    def __call__(self, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
+        """Joint efforts (*batch, n) [N m | N]."""
+        known, bound, s = self.parts(q, qd, reference)
+        return known + self.damping * s + bound * np.clip(s / self.width, -1.0, 1.0)
+
+    def parts(self, q: JointVector, qd: JointVector, reference: Motion) -> tuple[Floats, Floats, Floats]:
+        """Efforts of the model, the bound K and the distance s from the surface, (*batch, n) each.
+
+        The Coriolis terms are those of Christoffel's symbols, symmetric in both rates: C(q, x) y is half of what
+        c(x + y) has beyond c(x) and c(y).
+
+        Args:
+            q, qd: (*batch, n) state.
+            reference: desired motion.
+        """
+        e = reference.u - q
+        rate = reference.v + self.rates * e
+        growth = reference.a + self.rates * (reference.v - qd)
+        Y = christoffel_regressor(self.robot, q, qd, rate, growth)
+        p = self.robot.inertial_parameters.reshape(-1)
+        return (
+            Y @ p + rotor_inertias(self.robot) * growth,
+            self.share * (np.abs(Y) @ np.abs(p)) + self.margin,
+            rate - qd,
+        )
+
+    def session(self, period: float) -> Law:
+        """The law itself: it has no memory."""
+        return self
+
+
+def rotor_inertias(robot: Robot) -> Floats:
+    """(n,) inertias of the rotors, as the joints feel them [kg m^2 | kg]."""
+    joints = robot.mechanism.coordinates
+    return np.array([0.0 if j.actuator is None else j.actuator.reflected_inertia for j in joints])
+
+
+def christoffel_regressor(robot: Robot, q: JointVector, qd: JointVector, rate: Floats, growth: Floats) -> Floats:
+    """(*batch, n, 10 L) Y with Y p = M growth + C(q, qd) rate + g for the inertial parameters p of all links.
+
+    Args:
+        robot: the model.
+        q, qd: (*batch, n) state.
+        rate, growth: (*batch, n) a rate and an acceleration other than those of the state.
+    """
+    still = np.zeros_like(rate)
+    at_rest = robot.regressor(q, still, still)
+    both, own, other = (robot.regressor(q, x, still) - at_rest for x in (qd + rate, qd + still, rate))
+    found = robot.regressor(q, still, growth) + 0.5 * (both - own - other)
+    return found.reshape(*found.shape[:-2], -1)
+
+
+@of_robot
+def sliding_mode(
+    robot: Robot,
+    *,
+    share: float = 0.2,
+    rate: ArrayLike = 10.0,
+    damping: ArrayLike = 10.0,
+    margin: ArrayLike = 1.0,
+    width: ArrayLike = 0.02,
+) -> SlidingMode:
+    """A law for an arm whose masses are known within a share.
+
+    Args:
+        robot: the model.
+        share: of every mass, first moment and inertia by which it may be wrong, such as 0.2.
+        rate: L, a number or (n,): how fast an error dies on the surface [1/s].
+        damping: Kd, a number or (n,) [N m s/rad | N s/m].
+        margin: effort for what the share does not cover, a number or (n,) [N m | N].
+        width: of the boundary layer, a number or (n,) [rad/s | m/s].
+
+    Raises:
+        InputError: a wrong shape, a negative number, no width.
+        ModelError: the robot has no masses.
+    """
+    part = float(real_array("share", share))
+    if not 0.0 <= part < np.inf:
+        raise InputError("input.range", name="share", value=part, low=0.0, high=np.inf)
+    gains = Gains.of(robot.n, rate, damping)
+    others = Gains.of(robot.n, margin, width)
+    for name, values in (("rate", gains.kp), ("width", others.kd)):
+        if not (values > 0.0).all():
+            raise InputError("input.positive", name=name, value=float(values.min()))
+    return SlidingMode(robot, gains.kp, gains.kd, part, others.kp, others.kd)
+
+
+class SlidingStatus(Status):
+    """Whether the guarantee of a sliding mode held along a motion."""
+
+    GUARANTEED = ("control.sliding_guaranteed", True)
+    BROKEN = ("control.sliding_broken", False)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SlidingCertificate(SingleAnswer):
+    """Whether the bound K covered the true difference of model and arm at every moment of a motion.
+
+    Attributes:
+        status: GUARANTEED or BROKEN.
+        t: (k,) times [s].
+        needed: (k, n) efforts by which the arm differs from the model on the surface [N m | N].
+        bound: (k, n) K [N m | N].
+        distance: (k, n) s [rad/s | m/s].
+        error: (n,) largest error from eight time constants after the surface was reached on; NaN if the motion ends
+            before [rad | m].
+        error_bound: (n,) width / L [rad | m].
+        reached: when all joints came into the boundary layer to stay [s]; infinite if they did not.
+    """
+
+    status: SlidingStatus
+    t: Floats
+    needed: Floats
+    bound: Floats
+    distance: Floats
+    error: Floats
+    error_bound: Floats
+    reached: float
+
+    def explain(self, language: str | None = None) -> str:
+        """The largest share of the bound that was needed, where and when."""
+        share = np.abs(self.needed) / np.maximum(self.bound, np.finfo(np.float64).tiny)
+        k, joint = (int(each) for each in np.unravel_index(int(share.argmax()), share.shape))
+        said = self.status.sentence(language, share=float(share[k, joint]), joint=joint + 1, time=float(self.t[k]))
+        if self.status is SlidingStatus.BROKEN:
+            return said
+        worst = int((self.error / self.error_bound).argmax())
+        end = "error" if np.isfinite(self.error[worst]) else "late" if np.isfinite(self.reached) else "not_reached"
+        details = {"error": float(self.error[worst]), "limit": float(self.error_bound[worst]), "worst": worst + 1}
+        return said + say(f"control.sliding_{end}", language=language, reached=self.reached, **details)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "status": self.status.name, "t": self.t, "needed": self.needed, "bound": self.bound,
+            "distance": self.distance, "error": self.error, "error_bound": self.error_bound, "reached": self.reached,
+        }  # fmt: skip
+
+
+def sliding_certificate(
+    law: SlidingMode, arm: Robot, trajectory: Trajectory, t: ArrayLike, q: ArrayLike, qd: ArrayLike
+) -> SlidingCertificate:
+    """The guarantee of a sliding mode held against the true arm, along a motion such as that of a recording.
+
+    Args:
+        law: whose bound is looked at.
+        arm: the true one.
+        trajectory: the reference.
+        t: (k,) times [s].
+        q, qd: (k, n) motion.
+
+    Raises:
+        InputError: another law, wrong shapes.
+    """
+    arm = as_robot(arm)
+    require_kind("law", law, "SlidingMode", "parts", "error_bound")
+    n = law.robot.n
+    times = as_batch("t", t, (), finite=True)
+    x, v = as_batch("q", q, (n,), finite=True), as_batch("qd", qd, (n,), finite=True)
+    wanted = trajectory.at(times)
+    known, bound, s = law.parts(x, v, wanted)
+    needed = replace(law, robot=arm).parts(x, v, wanted)[0] - known
+    outside = np.flatnonzero((np.abs(s) > law.width).any(axis=1))
+    first = 0 if not len(outside) else int(outside[-1]) + 1
+    reached = float(times[first]) if first < len(times) else np.inf
+    # On the surface errors die as exp(-L t): the bound holds some time constants after it was reached.
+    settled = times > reached + SETTLING / law.rates.min()
+    error = np.abs(wanted.u - x)[settled].max(axis=0) if settled.any() else np.full(n, np.nan)
+    broken = (np.abs(needed) > bound).any()
+    status = SlidingStatus.BROKEN if broken else SlidingStatus.GUARANTEED
+    return SlidingCertificate(status, times, needed, bound, s, error, law.error_bound, reached)

@@ -1,0 +1,176 @@
+"""In which coordinates a task is said: velocities of the tip, all six or some, in the axes of {s} or of the tip."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple, TypeAlias, TypedDict
+
+import numpy as np
+
+from mafsil.algebra.euler_sequence import SEQUENCES
+from mafsil.arrays import Floats, JointVector, PoseMatrix, Vector6, real_array
+from mafsil.control.laws.task_angles import angle_error, axes_rate, rates_of_angles
+from mafsil.errors import InputError
+from mafsil.geometry import euler, pose, rotation
+from mafsil.robot import Robot
+
+TaskAxes: TypeAlias = str
+"""`decoupled`, `body`, `space`, or one of the 24 Euler sequences such as `ZYX`."""
+TWISTS = ("decoupled", "body", "space")
+
+
+class _Where(TypedDict, total=False):
+    frame: str
+
+
+class TaskTarget(NamedTuple):
+    """What a tip should do at one time.
+
+    Attributes:
+        pose: (4, 4) T_sd.
+        velocity, acceleration: (6,) in the coordinates of the task, all six.
+    """
+
+    pose: PoseMatrix
+    velocity: Vector6
+    acceleration: Vector6
+
+
+@dataclass(frozen=True, slots=True)
+class TaskCoordinates:
+    """Velocities of a frame as (m,) numbers V = J qd.
+
+    Attributes:
+        axes: `decoupled`: angular velocity and velocity of the origin, both in {s}; `body`: the body twist; `space`:
+            the spatial twist; a sequence such as `ZYX` (body axes) or `xyz` (fixed axes): rates of its three angles
+            and velocity of the origin in {s}, minimal coordinates whose error is their plain difference.
+        rows: which of the six numbers count: (3, 4, 5) of `decoupled` is the position of the tip.
+        frame: name of the link whose frame is meant; the tip frame if None.
+    """
+
+    axes: TaskAxes = "decoupled"
+    rows: tuple[int, ...] = (0, 1, 2, 3, 4, 5)
+    frame: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.axes not in (*TWISTS, *SEQUENCES):
+            raise InputError("input.choice", name="axes", value=self.axes, known=", ".join((*TWISTS, *SEQUENCES)))
+        if not len(self.rows) or len(set(self.rows)) < len(self.rows) or not set(self.rows) <= set(range(6)):
+            raise InputError("input.choice", name="rows", value=self.rows, known="0, 1, 2, 3, 4, 5")
+
+    @property
+    def _where(self) -> _Where:
+        """The frame as a keyword; none for that of the tip, whose calls are the fast ones."""
+        return {} if self.frame is None else {"frame": self.frame}
+
+    def pose(self, robot: Robot, q: JointVector) -> PoseMatrix:
+        """(*batch, 4, 4) of the frame in {s}."""
+        return robot.forward_kinematics(q, **self._where)
+
+    def jacobian(self, robot: Robot, q: JointVector) -> Floats:
+        """(*batch, m, n) J."""
+        if self.axes == "space":
+            return robot.jacobian_space(q, **self._where)[..., self.rows, :]
+        J, T = robot.jacobian_body(q, **self._where), None
+        if self.axes != "body":
+            T = self.pose(robot, q)
+            J = _turned(T, J)
+        if T is not None and self.axes in SEQUENCES:
+            J = _upper(rates_of_angles(self._angles(T), self.axes), J)
+        return J[..., self.rows, :]
+
+    def jacobian_rate(self, robot: Robot, q: JointVector, qd: JointVector) -> Floats:
+        """(*batch, m, n) dJ/dt; of `decoupled` R (dJ_b/dt + [w_b] J_b)."""
+        if self.axes == "space":
+            return robot.jacobian_space_rate(q, qd, **self._where)[..., self.rows, :]
+        rate = robot.jacobian_body_rate(q, qd, **self._where)
+        if self.axes != "body":
+            J, T = robot.jacobian_body(q, **self._where), self.pose(robot, q)
+            W = rotation.hat((J[..., :3, :] @ qd[..., None])[..., 0])
+            rate = _turned(T, rate + np.concatenate([W @ J[..., :3, :], W @ J[..., 3:, :]], axis=-2))
+            if self.axes in SEQUENCES:
+                angles = self._angles(T)
+                back = rates_of_angles(angles, self.axes)
+                own = back @ _turned(T, J)[..., :3, :]
+                E_rate = axes_rate(angles, (own @ qd[..., None])[..., 0], self.axes)
+                rate = _upper(back, rate - np.concatenate([E_rate @ own, 0.0 * own], axis=-2))
+        return rate[..., self.rows, :]
+
+    def _angles(self, T: PoseMatrix) -> Floats:
+        return euler.to_euler(T[..., :3, :3], self.axes)
+
+    def all_six(self, x: Floats) -> Floats:
+        """(*batch, 6) of the numbers that count (*batch, m); zero for the others."""
+        full = np.zeros_like(x, shape=(*x.shape[:-1], 6))
+        full[..., list(self.rows)] = x
+        return full
+
+    def moved(self, T: PoseMatrix, step: Floats) -> PoseMatrix:
+        """(*batch, 4, 4) a pose after a step V dt of constant velocity.
+
+        Args:
+            T: (*batch, 4, 4).
+            step: (*batch, m) in these coordinates.
+        """
+        whole = self.all_six(step)
+        if self.axes == "space":
+            return pose.exp(whole) @ T
+        if self.axes == "body":
+            return T @ pose.exp(whole)
+        if self.axes in SEQUENCES:
+            turned = euler.from_euler(self._angles(T) + whole[..., :3], self.axes)
+        else:
+            turned = rotation.exp(whole[..., :3]) @ T[..., :3, :3]
+        return pose.from_rotation_translation(turned, T[..., :3, 3] + whole[..., 3:])
+
+    def error(self, T: PoseMatrix, target: TaskTarget, V: Floats) -> tuple[Floats, Floats, Floats]:
+        """Configuration error, velocity error and the acceleration to feed forward, (*batch, m) each.
+
+        decoupled: X_e = (log(R_d R'), p_d - p),  V_e = V_d - V;
+        space:     X_e = log(T_d T^-1),           V_e = V_d - V;
+        body:      X_e = log(T^-1 T_d),           V_e = Ad V_d - V,  A = Ad A_d + ad(Ad V_d) V,  Ad = Ad(T^-1 T_d);
+        angles:    X_e = (phi_d - phi, p_d - p),  V_e = V_d - V, and dX_e/dt = V_e exactly.
+
+        Each of the others is the rate of the other to first order in X_e; at half a turn the logarithm has two values.
+
+        Args:
+            T: (*batch, 4, 4) pose of the frame.
+            target: what it should do.
+            V: (*batch, m) its velocity in these coordinates.
+
+        Reference: Lynch and Park, Modern Robotics, sec. 11.4.3.
+        """
+        rows, T, V = list(self.rows), real_array("T", T), real_array("V", V)
+        T_d, ahead, A = (real_array("target", part) for part in target)
+        if self.axes == "decoupled":
+            apart = rotation.log(T_d[..., :3, :3] @ np.swapaxes(T[..., :3, :3], -1, -2))
+            X = np.concatenate([apart, T_d[..., :3, 3] - T[..., :3, 3]], axis=-1)
+        elif self.axes in SEQUENCES:
+            apart = angle_error(self._angles(T_d), self._angles(T))
+            X = np.concatenate([apart, T_d[..., :3, 3] - T[..., :3, 3]], axis=-1)
+        elif self.axes == "space":
+            X = pose.log(T_d @ pose.inverse(T))
+        else:
+            between = pose.inverse(T) @ T_d
+            Ad = pose.adjoint(between)
+            X, ahead, A = pose.log(between), (Ad @ ahead[..., None])[..., 0], (Ad @ A[..., None])[..., 0]
+            if len(rows) == 6:
+                A = A + _bracket(ahead, V)
+        return X[..., rows], ahead[..., rows] - V, A[..., rows]
+
+
+def _turned(T: PoseMatrix, J: Floats) -> Floats:
+    """Both halves of a Jacobian in the axes of {s}."""
+    R = T[..., :3, :3]
+    return np.concatenate([R @ J[..., :3, :], R @ J[..., 3:, :]], axis=-2)
+
+
+def _upper(A: Floats, J: Floats) -> Floats:
+    """A times the upper three rows; the others as they are."""
+    return np.concatenate([A @ J[..., :3, :], J[..., 3:, :]], axis=-2)
+
+
+def _bracket(V: Vector6, W: Vector6) -> Vector6:
+    """ad_V W."""
+    turn = np.cross(V[..., :3], W[..., :3])
+    return np.concatenate([turn, np.cross(V[..., :3], W[..., 3:]) + np.cross(V[..., 3:], W[..., :3])], axis=-1)

@@ -1,0 +1,141 @@
+"""Double-S velocity, seven parts of constant jerk: from rest to rest within velocity, acceleration and jerk."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, calculable, positive, real_array, require_finite
+from mafsil.errors import InputError
+from mafsil.solvers import Outcome
+from mafsil.trajectory.profiles.side_by_side import on_common_knots
+from mafsil.trajectory.profiles.trapezoid import Synchronisation
+from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
+from mafsil.trajectory.status import PlanStatus
+from mafsil.trajectory.tolerances import ROUNDING
+
+SIGNS = np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])
+"""Of the jerk in the seven parts."""
+
+
+def double_s(
+    start: ArrayLike,
+    goal: ArrayLike,
+    *,
+    velocity: ArrayLike = np.inf,
+    acceleration: ArrayLike = np.inf,
+    jerk: ArrayLike,
+    duration: float | None = None,
+    synchronise: Synchronisation = "time",
+) -> Outcome[PiecewisePolynomial]:
+    """From rest to rest with limited jerk: seven parts, mirrored in the middle; fewer where a limit is not reached.
+
+    T_j = A/J,       T_a = T_j + V/A                           if V J >= A^2
+    T_j = sqrt(V/J), T_a = 2 T_j                               else
+    T   = |D|/V + T_a                                          if |D| >= V T_a, so that V is reached; else
+    T_j = A/J,       T_a = T_j/2 + sqrt(T_j^2/4 + |D|/A)       if |D| >= 2 A^3/J^2
+    T_j = cbrt(|D|/(2 J)), T_a = 2 T_j                         else;  T = 2 T_a
+
+    Args:
+        start, goal: (n,) positions [rad | m]; a number is one coordinate.
+        velocity, acceleration: (n,) or one number, largest magnitudes V, A; may be infinite.
+        jerk: (n,) or one number, largest magnitude J [rad/s^3 | m/s^3].
+        duration: T [s]; the shortest possible if None. A longer one slows the shortest motion as a whole.
+        synchronise: `time`: every coordinate has its own shortest motion, slowed to the slowest; `phase`: all share one
+            law, so that the motion is a straight line.
+
+    Returns:
+        The trajectory. If `duration` is too short the status is TOO_SHORT, its details name the coordinate and the
+        shortest duration, and the value is the trajectory of that duration.
+
+    Raises:
+        InputError: a wrong shape, a number that is not finite, a limit that is not positive, an infinite jerk.
+
+    Reference: Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines and Robots, sec. 3.4.2.
+    """
+    u0, uf, V, A, J = _arguments(start, goal, velocity, acceleration, jerk)
+    if synchronise not in ("time", "phase"):
+        raise InputError("input.choice", name="synchronise", value=synchronise, known="time, phase")
+    way = np.abs(uf - u0)
+    if synchronise == "phase" and (way > 0.0).any():
+        with np.errstate(over="ignore"):
+            shared = [float((x[way > 0.0] / way[way > 0.0]).min()) for x in (V, A, J)]
+        parts = [_parts(float(D > 0.0), *shared) for D in way]
+    else:
+        parts = [_parts(*map(float, row)) for row in zip(way, V, A, J, strict=True)]
+    lengths = [float(part.sum()) for part in parts]
+    slowest = int(np.argmax(lengths))
+    shortest = lengths[slowest]
+    requested = shortest if duration is None else positive("duration", duration)
+    details: dict[str, object] = {"joint": slowest, "duration": requested, "shortest": shortest}
+    # The shortest duration, printed and given back, must not be refused for its last digit.
+    fits = requested >= shortest * (1.0 - ROUNDING)
+    total = requested if fits else shortest
+    columns = [_column(*row, total) for row in zip(u0, uf, parts, strict=True)]
+    status = PlanStatus.PLANNED if fits else PlanStatus.TOO_SHORT
+    return Outcome(on_common_knots(columns), status, max(shortest - requested, 0.0), details=details)
+
+
+def _parts(D: float, V: float, A: float, J: float) -> Floats:
+    """(7,) durations of the shortest motion over D >= 0."""
+    if D == 0.0:
+        return np.zeros(7)
+    reached = V * J >= A * A
+    t_j = A / J if reached else np.sqrt(V / J)
+    t_a = t_j + V / A if reached else 2.0 * t_j
+    cruise = 0.0
+    if np.isfinite(t_a) and D >= V * t_a:
+        cruise = D / V - t_a
+    elif D * (J / A) * (J / A) >= 2.0 * A:
+        t_j = A / J
+        t_a = t_j / 2.0 + np.sqrt(t_j * t_j / 4.0 + D / A)
+    else:
+        t_j = np.cbrt(D / (2.0 * J))
+        t_a = 2.0 * t_j
+    constant = max(t_a - 2.0 * t_j, 0.0)
+    return np.array([t_j, constant, t_j, cruise, t_j, constant, t_j])
+
+
+def _column(u0: float, uf: float, parts: Floats, total: float) -> PiecewisePolynomial:
+    """One coordinate, its shortest motion slowed to `total`; the jerk is what makes it arrive."""
+    if not parts.any():
+        return PiecewisePolynomial.from_pieces([total], np.full((1, 1, 1), u0))
+    lengths = parts * (total / parts.sum())
+    t_j, constant, cruise = lengths[0], lengths[1], lengths[3]
+    t_a = 2.0 * t_j + constant
+    jerk = (uf - u0) / (t_j * (t_j + constant) * (t_a + cruise))
+    kept = lengths > 0.0
+    pieces: list[list[float]] = []
+    state = np.array([u0, 0.0, 0.0])
+    for length, sign in zip(lengths[kept], SIGNS[kept], strict=True):
+        u, v, a = state
+        j = sign * jerk
+        pieces.append([u, v, a / 2, j / 6])
+        state = np.array(
+            [u + length * (v + length * (a / 2 + length * j / 6)), v + length * (a + length * j / 2), a + length * j]
+        )
+    return PiecewisePolynomial.from_pieces(lengths[kept], np.array(pieces)[..., None])
+
+
+def _arguments(
+    start: ArrayLike, goal: ArrayLike, velocity: ArrayLike, acceleration: ArrayLike, jerk: ArrayLike
+) -> list[Floats]:
+    """Positions and limits, all (n,)."""
+    u0 = require_finite("start", np.atleast_1d(real_array("start", start)))
+    uf = require_finite("goal", real_array("goal", goal))
+    limits = {
+        "velocity": real_array("velocity", velocity),
+        "acceleration": real_array("acceleration", acceleration),
+        "jerk": require_finite("jerk", real_array("jerk", jerk)),
+    }
+    if u0.ndim != 1 or not len(u0):
+        raise InputError("input.shape", name="start", expected="(n,)", got=u0.shape, hint="")
+    for name, array in {"goal": uf, **limits}.items():
+        if array.shape not in ((), u0.shape):
+            raise InputError("input.shape", name=name, expected=u0.shape, got=array.shape, hint="")
+    for name, array in limits.items():
+        wrong = ~(array > 0.0)
+        if wrong.any():
+            raise InputError("input.positive", name=name, value=np.atleast_1d(array)[np.atleast_1d(wrong)][0])
+        calculable(name, array)
+    return [np.broadcast_to(array, u0.shape) for array in (u0, uf, *limits.values())]

@@ -1,0 +1,165 @@
+"""Piecewise polynomials on a common time axis: what cubics, quintics, trapezoids and rests are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from mafsil.arrays import Floats, frozen, real_array
+from mafsil.errors import InputError
+from mafsil.fields import checked, numbers
+from mafsil.trajectory.motion import Motion, moving_at, times
+from mafsil.trajectory.overview import Printed
+from mafsil.trajectory.profiles.polynomial_roots import roots_inside
+
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
+PANELS = 8
+"""Panels of quadrature in every smooth stretch."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PiecewisePolynomial(Printed):
+    """u(t) = sum_k coefficients[i, k] (t - knots[i])^k for knots[i] <= t < knots[i + 1].
+
+    Attributes:
+        knots: (pieces + 1,) increasing times, the first is zero [s].
+        coefficients: (pieces, degree + 1, *batch, n) in ascending powers of the time since the piece's start.
+    """
+
+    knots: Floats
+    coefficients: Floats
+    __post_init__ = checked(knots=numbers(1), coefficients=numbers())
+
+    @classmethod
+    def from_pieces(cls, durations: ArrayLike, coefficients: ArrayLike) -> PiecewisePolynomial:
+        """Pieces one after the other.
+
+        Args:
+            durations: (pieces,) length of each [s].
+            coefficients: (pieces, degree + 1, *batch, n).
+
+        Raises:
+            InputError: a number that is not finite: times too short, or distances too large, for floating point.
+        """
+        lengths, each = real_array("durations", durations), real_array("coefficients", coefficients)
+        knots = np.concatenate([[0.0], np.cumsum(lengths)])
+        if not (np.isfinite(knots).all() and np.isfinite(each).all()):
+            raise InputError("trajectory.overflow", duration=float(knots[-1]))
+        return cls(frozen(knots), frozen(each))
+
+    @property
+    def duration(self) -> float:
+        """Length in time [s]."""
+        return float(self.knots[-1])
+
+    @property
+    def n(self) -> int:
+        """Number of coordinates."""
+        return self.coefficients.shape[-1]
+
+    @property
+    def degree(self) -> int:
+        """Degree of the pieces."""
+        return self.coefficients.shape[1] - 1
+
+    def breaks(self) -> Floats:
+        """(pieces + 1,) the knots [s]."""
+        return self.knots
+
+    def at(self, t: ArrayLike) -> Motion:
+        """Position, velocity and acceleration at the times `t` (*times) [s]; at rest outside 0 .. duration."""
+        moment = times(t)
+        piece, local = self._locate(moment)
+        moving = moving_at(moment, self.duration, self.coefficients.ndim - 2)
+        rows = self.coefficients[piece]
+        u, v, a = (self._horner(rows, local, order) for order in range(3))
+        return Motion(u, v * moving, a * moving)
+
+    def jerk(self, t: ArrayLike) -> Floats:
+        """(*times, *batch, n) third derivative at the times `t` [rad/s^3 | m/s^3]; zero outside 0 .. duration."""
+        moment = times(t)
+        piece, local = self._locate(moment)
+        return self._derivative(piece, local, 3) * moving_at(moment, self.duration, self.coefficients.ndim - 2)
+
+    def derivative(self, t: ArrayLike, order: int, *, within: ArrayLike | None = None) -> Floats:
+        """(*times, *batch, n) a derivative of any order, outside 0 .. duration that of its ends.
+
+        Args:
+            t: (*times) [s].
+            order: 0 for the position.
+            within: (*times) of the pieces that are evaluated, even beyond their ends; `t` if None [s].
+        """
+        moment = times(t)
+        piece, local = self._locate(moment)
+        if within is not None:
+            piece = self._locate(times(within))[0]
+            local = moment - self.knots[piece]
+        return self._derivative(piece, local, order)
+
+    def stretched(self, factor: float) -> PiecewisePolynomial:
+        """The same path, `factor` times as slow."""
+        powers = factor ** -np.arange(self.degree + 1.0)
+        scaled = self.coefficients * powers.reshape((-1,) + (1,) * (self.coefficients.ndim - 2))
+        return PiecewisePolynomial(frozen(self.knots * factor), frozen(scaled))
+
+    def stationary_times(self, order: int) -> Floats:
+        """(k,) times between knots at which a coordinate's derivative of the given order is stationary [s]."""
+        lengths: Floats = np.diff(self.knots)
+        rows = self.coefficients.reshape(len(lengths), self.degree + 1, -1)[:, order + 1 :]
+        # Over a share of the piece's length coefficients are of the size of what they add to the value.
+        shares = np.power(lengths[:, None], np.arange(rows.shape[1], dtype=np.float64))
+        slopes = rows * (_factors(self.degree, order + 1) * shares)[..., None]
+        piece, share = roots_inside(np.moveaxis(slopes, 1, -1))
+        return np.unique(self.knots[piece] + share * lengths[piece])
+
+    def _locate(self, t: Floats) -> tuple[NDArray[np.intp], Floats]:
+        """Index of the piece (*times), and time since its start."""
+        clamped = np.clip(t, 0.0, self.duration)
+        piece = np.clip(np.searchsorted(self.knots, clamped, side="right") - 1, 0, len(self.knots) - 2)
+        return piece, clamped - self.knots[piece]
+
+    def _derivative(self, piece: NDArray[np.intp], local: Floats, order: int) -> Floats:
+        return self._horner(self.coefficients[piece], local, order)
+
+    def _horner(self, rows: Floats, local: Floats, order: int) -> Floats:
+        """Horner's rule on the derivative of the given order.
+
+        Args:
+            rows: (*times, degree + 1, *batch, n) coefficients of the pieces at the times.
+            local: (*times) since the pieces began [s].
+            order: of the derivative.
+        """
+        axis = local.ndim
+        local = local.reshape(local.shape + (1,) * (rows.ndim - axis - 1))
+        value = np.zeros(rows.shape[:axis] + rows.shape[axis + 1 :])
+        factors: list[float] = _factors(self.degree, order).tolist()
+        for power, factor in reversed(list(enumerate(factors, start=order))):
+            value = value * local + factor * rows.take(power, axis=axis)
+        return value
+
+
+@lru_cache(maxsize=256)
+def _factors(degree: int, order: int) -> Floats:
+    """The factors k! / (k - order)! for k = order .. degree."""
+    k = np.arange(order, degree + 1, dtype=np.float64)
+    factors = np.ones_like(k)
+    for i in range(order):
+        factors *= k - i
+    return frozen(factors)
+
+
+def way_length(slope: Callable[[Floats], Floats], breaks: Floats) -> float:
+    """Length of a way between its first and last break: the integral of |du/ds|, by Gauss and Legendre.
+
+    Args:
+        slope: of places (k, l), to (k, l, n).
+        breaks: (m,) places between which the way is smooth.
+    """
+    half = np.repeat(np.diff(breaks) / (2 * PANELS), PANELS)
+    middle = (breaks[:-1, None] + (2 * np.arange(PANELS) + 1) * half.reshape(-1, PANELS)).ravel()
+    speed = np.linalg.norm(slope(middle[:, None] + half[:, None] * NODES), axis=-1)
+    return float(half @ (speed @ WEIGHTS))

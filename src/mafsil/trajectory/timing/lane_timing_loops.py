@@ -1,0 +1,456 @@
+"""Eight paths timed side by side, compiled: rows of every interval, both passes, and the proof of what came out.
+
+1. Limits, lengths and end velocities into lanes; lanes without a path of their own do the last path again.
+2. Forth: per interval the caps of velocity, valid everywhere inside; a corner is a stop.
+3. Back: the rows of acceleration as lines, and the sets from which the end can be reached.
+4. Forth: always the largest velocity that lines and sets allow.
+5. The duration, and the largest excess of a Bernstein coefficient over its limit: a bound of every excess.
+
+Paths of fewer intervals than the longest of the eight are at rest in their lanes beyond their end.
+"""
+
+# pyright: reportMissingParameterType=false, reportUnknownVariableType=false, reportUnknownParameterType=false
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil.arrays import Floats
+from mafsil.kernels.loops.lanes import (
+    any_lane,
+    buffer,
+    get,
+    in_lanes,
+    lanes,
+    magnitude,
+    part,
+    put,
+    seen,
+    square_root,
+    where,
+)
+from mafsil.kernels.loops.loop import compiled
+from mafsil.trajectory.timing.path_rows_loops import (
+    FREE,
+    beyond,
+    chosen_of,
+    larger,
+    largest_square,
+    lesser,
+    line_of,
+    part_weights,
+    row_of,
+    slope_controls,
+    used_at_ends,
+    velocity_caps,
+    velocity_shares,
+)
+from mafsil.trajectory.timing.reachability_loops import bounds_at, least_at_start, most_at_start
+from mafsil.trajectory.tolerances import CORNER, ROUNDING
+
+LANES = 8
+"""Paths that are timed side by side."""
+CAP, LOW, HIGH, X, LENGTH, LOSS = range(6)
+"""Lanes of a place: squares of the path velocity; length and loss of the interval that begins there."""
+PLACE = 6
+"""Lanes of a place."""
+STANDING = 1e150
+"""Slowness of a joint whose velocity limit is zero."""
+LINE = 3
+"""Lanes of a row: slope, above and below, each beside those of the interval's other rows."""
+
+
+class Grids(NamedTuple):
+    """Paths of one degree and their grids, one after the other.
+
+    Attributes:
+        coefficients: (pieces, degree + 1, n) of all paths.
+        knots: (pieces + paths,) of all paths; firsts: (paths + 1,) where each path's pieces begin.
+        s: (places,) grids; piece: (places,) of the path under the interval that begins at each place.
+        begins: (paths + 1,) where each grid begins.
+    """
+
+    coefficients: Floats
+    knots: Floats
+    firsts: NDArray[np.int64]
+    s: Floats
+    piece: NDArray[np.int64]
+    begins: NDArray[np.int64]
+
+
+class Asked(NamedTuple):
+    """Limits.
+
+    Attributes:
+        velocity, acceleration: (paths, 2, n).
+        start, end: (paths,) squares of the path velocity; negative where any will do.
+        caps: (places,) the largest squares, from elsewhere.
+        rows: (2, places - 1, k) alpha and beta of further rows, and bounds: (2, places - 1, k); of one path alone.
+    """
+
+    velocity: Floats
+    acceleration: Floats
+    start: Floats
+    end: Floats
+    caps: Floats
+    rows: Floats
+    bounds: Floats
+
+
+class Found(NamedTuple):
+    """What the passes find for all paths, written in place.
+
+    Attributes:
+        caps, low, high, x, loss: (places,) as in `timing_problem.Timings`.
+        durations, stopped, excess: (paths,); the duration is infinite where the path velocity is zero on a whole
+            interval.
+    """
+
+    caps: Floats
+    low: Floats
+    high: Floats
+    x: Floats
+    loss: Floats
+    durations: Floats
+    stopped: NDArray[np.int64]
+    excess: Floats
+
+
+class Eight(NamedTuple):
+    """Eight paths in lanes.
+
+    Attributes:
+        first: of them; here: (8,) where each grid begins; last: (8,) how many intervals each has.
+        most: intervals of the longest; m, n: degree of du/ds and coordinates; rows: of an interval.
+        lengths, start, end: one lane each, numbers of intervals and end velocities squared.
+        slowness: 2 n lanes, one over the magnitudes of the velocity limits.
+        bounds: 2 n lanes, limits of acceleration; smallness: n lanes, one over the larger of both.
+        places: PLACE lanes a place; D: (m + 1) n lanes an interval; shares: m + 1 lanes an interval; lines: LINE rows
+            lanes an interval.
+    """
+
+    first: int
+    here: NDArray[np.int64]
+    last: NDArray[np.int64]
+    most: int
+    m: int
+    n: int
+    rows: int
+    lengths: Any
+    start: Any
+    end: Any
+    slowness: Any
+    bounds: Any
+    smallness: Any
+    places: Any
+    D: Any
+    shares: Any
+    lines: Any
+
+
+@compiled
+def taken(row, slopes, lane):
+    """The derivative of a polynomial into a lane.
+
+    Args:
+        row: (degree + 1, n) in ascending powers.
+        slopes: degree n lanes.
+        lane: which.
+    """
+    degree, n = len(row) - 1, row.shape[1]
+    for k in range(degree):
+        for j in range(n):
+            put(slopes, k * n + j, lane, row[k + 1, j] * (k + 1.0))
+
+
+@compiled
+def turned(ending, before, beginning, h, n):
+    """The lanes in which the direction of the path jumps where one interval ends and the next begins.
+
+    Args:
+        ending: n lanes, change of the coordinates at the end of the interval, over its parameter 0 .. 1.
+        before: length of that interval.
+        beginning, h: of the next interval, at its beginning.
+        n: coordinates.
+    """
+    size, jump = lanes(0.0), lanes(0.0)
+    for j in range(n):
+        last, first = ending[j] / before, beginning[j] / h
+        size = larger(larger(magnitude(first), magnitude(last)), size)
+        jump = larger(magnitude(first - last), jump)
+    return jump > size * CORNER
+
+
+@compiled
+def eight_of(grids, asked, first, memory):
+    """Step 1: what stands in lanes.
+
+    Args:
+        grids, asked: of all paths.
+        first: of the eight.
+        memory: four arrays of `in_lanes`, for places, D, shares and lines.
+    """
+    count, n = len(asked.start), grids.coefficients.shape[2]
+    here, last, ends = np.empty(LANES, np.int64), np.empty(LANES, np.int64), buffer(3)
+    limits = in_lanes(5 * n)
+    slowness, bounds, smallness, most = seen(limits), part(seen(limits), 2 * n), part(seen(limits), 4 * n), 0
+    for lane in range(LANES):
+        b = min(first + lane, count - 1)
+        here[lane], last[lane] = grids.begins[b], grids.begins[b + 1] - grids.begins[b] - 1
+        most = max(most, last[lane])
+        put(ends, 0, lane, float(last[lane]))
+        put(ends, 1, lane, asked.start[b])
+        put(ends, 2, lane, asked.end[b])
+        for k in range(2):
+            for j in range(n):
+                speed = abs(asked.velocity[b, k, j])
+                put(slowness, k * n + j, lane, 1.0 / speed if speed > 0.0 else STANDING)
+                put(bounds, k * n + j, lane, asked.acceleration[b, k, j])
+    for j in range(n):
+        size = larger(bounds[n + j], -bounds[j])
+        smallness[j] = where(size > 0.0, 1.0 / where(size > 0.0, size, 1.0), FREE)
+    places = seen(memory[0])
+    for i in range(most + 1):
+        for lane in range(LANES):
+            put(places, PLACE * i + CAP, lane, asked.caps[here[lane] + min(i, last[lane])])
+    m, lengths, start, end = grids.coefficients.shape[1] - 2, ends[0], ends[1], ends[2]
+    rows = (m + 1) * n + asked.rows.shape[2]
+    D, shares, lines = seen(memory[1]), seen(memory[2]), seen(memory[3])
+    return limits, Eight(
+        first, here, last, most, m, n, rows, lengths, start, end, slowness, bounds, smallness, places, D, shares, lines
+    )
+
+
+@compiled
+def capped(grids, eight, choose):
+    """Step 2: controls, shares and lengths of every interval, and the caps of velocity at its ends.
+
+    1. The intervals of the eight paths into lanes; the polynomial only where a path comes to its next piece.
+    2. The slopes' Bernstein coefficients there, and by them the caps at both ends.
+    3. At a corner the cap is zero; in lanes beyond their end nothing changes.
+
+    Args:
+        grids: of all paths.
+        eight: of `eight_of`.
+        choose: of `chosen_of`.
+    """
+    m, n, own, paths = eight.m, eight.n, (eight.m + 1) * eight.n, len(grids.begins) - 1
+    before, edge, memory = np.full(LANES, -1), buffer(3), in_lanes(own + n + (m + 1) * (m + 1))
+    slopes, factors, weights = seen(memory), part(seen(memory), own), part(seen(memory), own + n)
+    for i in range(eight.most):
+        # 1.
+        place, controls, changed = part(eight.places, PLACE * i), part(eight.D, i * own), False
+        for lane in range(LANES):
+            b, at = min(eight.first + lane, paths - 1), eight.here[lane] + min(i, eight.last[lane] - 1)
+            k = grids.piece[at]
+            put(edge, 0, lane, grids.s[at + 1] - grids.s[at])
+            put(edge, 1, lane, grids.s[at] - grids.knots[grids.firsts[b] + b + k])
+            put(edge, 2, lane, 0.0)
+            if k != before[lane]:
+                taken(grids.coefficients[grids.firsts[b] + k], slopes, lane)
+                put(edge, 2, lane, 1.0)
+                changed, before[lane] = True, k
+        # 2.
+        h = edge[0]
+        place[LENGTH] = h
+        part_weights(edge[1], h, choose, m, weights)
+        slope_controls(slopes, m, n, weights, controls)
+        shares = part(eight.shares, i * (m + 1))
+        velocity_shares(controls, m, n, eight.slowness, factors, shares)
+        begin, finish = velocity_caps(shares, m, h, choose)
+        # 3.
+        if changed and i:
+            ending = part(eight.D, (i - 1) * own + m * n)
+            corner = turned(ending, part(place, -PLACE)[LENGTH], controls, h, n) & (edge[2] > 0.0)
+            begin = where(corner, 0.0, begin)
+        inside, then = eight.lengths > float(i), part(place, PLACE)
+        place[CAP] = where(inside, lesser(begin, place[CAP]), place[CAP])
+        then[CAP] = where(inside, lesser(finish, then[CAP]), then[CAP])
+    return memory
+
+
+@compiled
+def lines_of(eight, asked, i):
+    """The rows of one interval as lines, and the largest x they allow that do not speak about y.
+
+    Args:
+        eight, asked: as in `capped` and `eight_of`.
+        i: the interval.
+
+    Returns:
+        Slopes, upper and lower bounds; the largest x; the largest magnitude of alpha.
+    """
+    m, n, place = eight.m, eight.n, part(eight.places, PLACE * i)
+    controls, square, y_cap = part(eight.D, i * (m + 1) * n), place[LENGTH] * place[LENGTH], place[PLACE + CAP]
+    slope = part(eight.lines, LINE * eight.rows * i)
+    above, below = part(slope, eight.rows), part(slope, 2 * eight.rows)
+    most, motion, at = lanes(FREE), lanes(0.0), 0
+    for k in range(m + 1):
+        for j in range(n):
+            alpha, beta = row_of(controls, m, n, k, j)
+            low, high = eight.bounds[j] * square, eight.bounds[n + j] * square
+            slope[at], above[at], below[at], bound = line_of(alpha, beta, low, high, y_cap)
+            most, motion, at = lesser(bound, most), larger(magnitude(alpha), motion), at + 1
+    for k in range(asked.rows.shape[2]):
+        alpha, beta = lanes(asked.rows[0, i, k]), lanes(asked.rows[1, i, k])
+        low, high = lanes(asked.bounds[0, i, k]), lanes(asked.bounds[1, i, k])
+        slope[at], above[at], below[at], bound = line_of(alpha, beta, low, high, y_cap)
+        most, motion, at = lesser(bound, most), larger(magnitude(alpha), motion), at + 1
+    return slope, above, below, most, motion
+
+
+@compiled
+def passed_back(eight, asked):
+    """Step 3: the sets from which the end can be reached.
+
+    Args:
+        eight, asked: as in `lines_of`.
+
+    Returns:
+        Of each lane the place that stops the pass, or -1; whether there is any motion.
+    """
+    resting, rows, edge = True, eight.rows, buffer(1)
+    for k in range(asked.rows.shape[2]):
+        for i in range(asked.rows.shape[1]):
+            resting &= asked.bounds[0, i, k] <= 0.0 <= asked.bounds[1, i, k]
+    for lane in range(LANES):
+        put(edge, 0, lane, get(eight.places, PLACE * eight.last[lane] + CAP, lane))
+    low, high = larger(eight.end, lanes(0.0)), where(eight.end >= 0.0, eight.end, edge[0])
+    blocked, motion = where(high > edge[0] * (1.0 + ROUNDING), eight.lengths, -1.0), lanes(0.0)
+    last = part(eight.places, PLACE * eight.most)
+    last[LOW], last[HIGH] = low, high
+    for i in range(eight.most - 1, -1, -1):
+        inside, place = eight.lengths > float(i), part(eight.places, PLACE * i)
+        going = inside & (blocked < 0.0)
+        slope, above, below, most, size = lines_of(eight, asked, i)
+        motion = larger(where(inside, size, 0.0), motion)
+        place[CAP] = where(inside, lesser(most, place[CAP]), place[CAP])
+        found = most_at_start(slope, above, below, rows, low, high, place[CAP])
+        stops, least = going & (found < 0.0), lanes(0.0)
+        if not resting or any_lane(going & (low > 0.0)):
+            least = least_at_start(slope, above, below, rows, low, high, found)
+            if resting:
+                least = where(low > 0.0, least, 0.0)
+        blocked = where(stops, float(i), blocked)
+        low, high = where(going, least, low), where(going, found, high)
+        place[LOW], place[HIGH] = low, where(inside & ~going, 0.0, high)
+    return blocked, motion
+
+
+@compiled
+def passed_forth(eight, blocked):
+    """Step 4: the squares of the path velocity.
+
+    Args:
+        eight: after `passed_back`.
+        blocked: what that returned.
+
+    Returns:
+        Of each lane the place that stops a pass, or -1.
+    """
+    first, rows = part(eight.places, 0), eight.rows
+    x = where(eight.start >= 0.0, eight.start, first[HIGH])
+    starts = (x >= first[LOW] * (1.0 - ROUNDING)) & (x <= first[HIGH] * (1.0 + ROUNDING))
+    blocked = where((blocked < 0.0) & ~starts, 0.0, blocked)
+    first[X] = x
+    for i in range(eight.most):
+        then, slope = part(eight.places, PLACE * (i + 1)), part(eight.lines, LINE * rows * i)
+        low, high = then[LOW], then[HIGH]
+        upper, lower = bounds_at(slope, part(slope, rows), part(slope, 2 * rows), rows, low, high, x)
+        x = where(upper < lower, larger(larger(upper, lesser(lower, high)), lanes(0.0)), upper)
+        then[X] = x
+    return blocked
+
+
+@compiled
+def measured(eight, asked, choose, finer):
+    """Step 5: durations and excesses; of every interval its loss, if a finer grid is to come.
+
+    Args:
+        eight, asked: after both passes.
+        choose: of `chosen_of`.
+        finer: whether losses are asked for.
+    """
+    m, n, own = eight.m, eight.n, (eight.m + 1) * eight.n
+    total, worst = lanes(0.0), lanes(0.0)
+    for i in range(eight.most):
+        inside, place = eight.lengths > float(i), part(eight.places, PLACE * i)
+        controls, shares = part(eight.D, i * own), part(eight.shares, i * (m + 1))
+        h, x, y = place[LENGTH], place[X], place[PLACE + X]
+        square, excess = h * h, lanes(0.0)
+        passing = 2.0 * h / (square_root(x) + square_root(y))
+        total = where(inside, total + passing, total)
+        for k in range(m + 1):
+            for j in range(n):
+                alpha, beta = row_of(controls, m, n, k, j)
+                low, high = eight.bounds[j] * square, eight.bounds[n + j] * square
+                excess = larger(beyond(alpha * x + beta * y, low, high) * eight.smallness[j], excess)
+        excess = excess / square
+        for k in range(asked.rows.shape[2]):
+            low, high = asked.bounds[0, i, k], asked.bounds[1, i, k]
+            over = beyond(asked.rows[0, i, k] * x + asked.rows[1, i, k] * y, lanes(low), lanes(high))
+            excess = larger(over / max(high, -low, 1.0 / FREE), excess)
+        reached = largest_square(shares, m, x / square, y / square, choose)
+        excess = where(reached > 1.0, larger(square_root(reached) - 1.0, excess), excess)
+        worst = where(inside, larger(excess, worst), worst)
+        if finer:
+            begin, finish = used_at_ends(controls, m, n, eight.bounds, h, x, y, shares)
+            used = 0.5 * (lesser(begin, lanes(1.0)) + lesser(finish, lanes(1.0)))
+            place[LOSS] = passing * larger(1.0 - used, lanes(0.0))
+    return total, worst
+
+
+@compiled
+def eight_timed(grids, asked, first, finer, memory, found):
+    """All steps for eight paths, in place.
+
+    Args:
+        grids, asked: of all paths.
+        first: of the eight.
+        finer: whether losses are asked for.
+        memory: of `eight_of`.
+        found: of all paths.
+    """
+    caps, low, high, x, loss, durations, stopped, excess = found
+    choose = chosen_of(grids.coefficients.shape[1] - 2)
+    limits, eight = eight_of(grids, asked, first, memory)
+    slopes = capped(grids, eight, choose)
+    blocked, motion = passed_back(eight, asked)
+    blocked = passed_forth(eight, blocked)
+    total, worst = measured(eight, asked, choose, finer)
+    summary = buffer(4)
+    summary[0], summary[1], summary[2], summary[3] = blocked, motion, total, worst
+    for lane in range(min(LANES, len(durations) - first)):
+        b, here, count = first + lane, eight.here[lane], eight.last[lane] + 1
+        stop, moves = int(get(summary, 0, lane)), get(summary, 1, lane) > 0.0
+        timed = moves and stop < 0
+        stopped[b] = stop if moves else -1
+        durations[b] = get(summary, 2, lane) if timed else (np.inf if moves else 0.0)
+        excess[b] = get(summary, 3, lane) if timed else (np.inf if moves else 0.0)
+        for i in range(count):
+            caps[here + i] = get(eight.places, PLACE * i + CAP, lane)
+            low[here + i] = get(eight.places, PLACE * i + LOW, lane) if moves else 0.0
+            high[here + i] = get(eight.places, PLACE * i + HIGH, lane) if moves else 0.0
+            x[here + i] = get(eight.places, PLACE * i + X, lane) if timed else 0.0
+            loss[here + i] = get(eight.places, PLACE * i + LOSS, lane) if timed and finer and i < count - 1 else 0.0
+    return limits, slopes
+
+
+@compiled
+def lanes_timed(grids: Grids, asked: Asked, first: int, last: int, finer: bool, found: Found) -> None:
+    """The paths from `first` up to `last`, eight at a time, in place; arguments as in `eight_timed`."""
+    m, n = grids.coefficients.shape[1] - 2, grids.coefficients.shape[2]
+    own, rows, most = (m + 1) * n, (m + 1) * n + asked.rows.shape[2], 1
+    for b in range(first, last):
+        most = max(most, grids.begins[b + 1] - grids.begins[b])
+    memory = (
+        in_lanes(PLACE * (most + 1)),
+        in_lanes(most * own),
+        in_lanes(most * (m + 1)),
+        in_lanes(LINE * most * rows),
+    )
+    for b in range(first, last, LANES):
+        eight_timed(grids, asked, b, finer, memory, found)

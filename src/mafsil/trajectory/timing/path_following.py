@@ -1,0 +1,253 @@
+"""From a path of the tip to a path of the joints on one branch; what stops it is named with its place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from mafsil.arrays import LARGEST, Floats, JointVector, not_negative, positive
+from mafsil.errors import InputError
+from mafsil.model.limits import MEASURED
+from mafsil.robot import Robot, of_robot
+from mafsil.solvers import Outcome, levenberg_marquardt
+from mafsil.trajectory.paths import TipPath
+from mafsil.trajectory.paths.path_task import STRICTER, PathTask, path_equations, path_error, path_rates, require_task
+from mafsil.trajectory.profiles.polynomial import quintic_coefficients
+from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
+from mafsil.trajectory.status import PlanStatus
+from mafsil.trajectory.tolerances import NEARBY, ON_PATH, ROUNDING, SINGULAR_VALUE
+
+FEWEST_PIECES, MOST_PIECES = 16, 1024
+
+PLACING_PIECES = 256
+"""Knots that place the end of a path that cannot be followed to its end."""
+
+Followed = Outcome[PiecewisePolynomial | None]
+
+
+class _Knot(NamedTuple):
+    """An end of a piece: coordinates, q', q'', and the smallest singular value of the Jacobian of what counts."""
+
+    q: JointVector
+    rate: Floats
+    slope: Floats
+    margin: float
+
+
+@of_robot
+def follow(
+    robot: Robot,
+    path: TipPath,
+    q_start: JointVector,
+    *,
+    frame: str | None = None,
+    tolerance: float = 1e-6,
+    task: PathTask = "pose",
+    slack: float = 0.0,
+) -> Followed:
+    """The joint path over s in 0 .. 1 that moves a frame along `path`, starting at `q_start`.
+
+    q' = J# V, the solution of least norm, integrated along the path and corrected onto it at every knot; quintics
+    between the knots. Breaks of the path are knots, others are doubled until the frame keeps to the path between them.
+
+    Args:
+        robot: whose tip or `frame` moves.
+        path: of the frame: a line, an arc, a screw motion, a spline, or several joined; its start is the frame's pose
+            at q_start. At corners the rates jump.
+        q_start: (n,) [rad | m].
+        frame: name of a link; the tip if None.
+        tolerance: largest deviation from the path [m, rad].
+        task: what of the path the frame keeps to; the rest is left to the arm, and kept to only if the arm's own way
+            fails: so a path that can be followed with more can be followed with less.
+        slack: of arms that cannot keep to the path, its largest distance from what they can reach [m, rad]: they follow
+            in the sense of least squares.
+
+    Returns:
+        The joint path, its residual the largest deviation (DEVIATES if that exceeds the tolerance), in its details the
+        task that it keeps to; or None with NOT_FOUND, ORIENTATION_NOT_FOUND, SINGULAR or JOINT_LIMIT and the place s
+        where the path ends.
+    """
+    tolerance, slack = positive("tolerance", tolerance), not_negative("slack", slack)
+    if tolerance < ROUNDING:
+        raise InputError("input.range", name="tolerance", value=tolerance, low=ROUNDING, high=LARGEST)
+    require_task(task)
+    first = _followed(_Tracker(robot, path, frame, task, slack), q_start, tolerance)
+    if first.succeeded:
+        return first
+    others = (_followed(_Tracker(robot, path, frame, more, slack), q_start, tolerance) for more in STRICTER[task])
+    return next((found for found in others if found.succeeded), first)
+
+
+def _followed(tracker: _Tracker, q_start: JointVector, tolerance: float) -> Followed:
+    """With as many pieces as it takes."""
+    pieces, slack, kept = FEWEST_PIECES, tracker.slack, {"task": tracker.task}
+    while True:
+        outcome = tracker.march(q_start, pieces)
+        if outcome.value is None:
+            if pieces >= PLACING_PIECES:
+                return outcome
+            pieces = PLACING_PIECES
+            continue
+        deviation = tracker.deviation(outcome.value)
+        if deviation <= tolerance + slack:
+            return Outcome(outcome.value, PlanStatus.FOLLOWED, deviation, pieces, details=kept)
+        if pieces >= MOST_PIECES:
+            return Outcome(
+                outcome.value, PlanStatus.DEVIATES, deviation, pieces, details={"tolerance": tolerance + slack}
+            )
+        pieces *= 2
+
+
+@dataclass(frozen=True, eq=False)
+class _Tracker:
+    """One robot, one path."""
+
+    robot: Robot
+    path: TipPath
+    frame: str | None
+    task: PathTask
+    slack: float
+
+    def march(self, q_start: JointVector, pieces: int) -> Followed:
+        """Knot by knot from the start."""
+        q = np.array(q_start, dtype=np.float64)
+        ends: list[tuple[_Knot, _Knot]] = []
+        places = self._places(pieces)
+        inner = set(self.path.breaks[1:-1].tolist())
+        for begin, end in pairwise(places):
+            # At a break the path has two twists: that of the piece counts.
+            first = float(np.nextafter(begin, 1.0)) if begin in inner else begin
+            last = float(np.nextafter(end, 0.0)) if end in inner else end
+            before = ends[-1][1] if ends and first == begin else self._knot(first, q)
+            if before.margin < SINGULAR_VALUE:
+                return _ended(PlanStatus.SINGULAR, begin, margin=before.margin)
+            q = self._corrected(self._predicted(first, before, last - first), end)
+            if np.isnan(q).any():
+                return self._why_not(before, begin, end)
+            outside = self._outside(q)
+            if outside is not None:
+                joint, limit = outside
+                name, value = self.robot.joint_names[joint], float(q[joint])
+                return _ended(PlanStatus.JOINT_LIMIT, end, joint=name, value=value, limit=limit)
+            ends.append((before, self._knot(last, q)))
+        steps = np.diff(places).tolist()
+        coefficients = [
+            quintic_coefficients(a.q, b.q, a.rate, b.rate, a.slope, b.slope, h)
+            for h, (a, b) in zip(steps, ends, strict=True)
+        ]
+        return Outcome(PiecewisePolynomial.from_pieces(steps, coefficients), PlanStatus.FOLLOWED)
+
+    def _places(self, pieces: int) -> list[float]:
+        """Knots: evenly spaced places, and the breaks of the path, where its twist may jump."""
+        even = np.linspace(0.0, 1.0, pieces + 1)
+        breaks = self.path.breaks[1:-1]
+        # Where a break is, no even place is needed beside it.
+        apart = np.abs(even[:, None] - breaks).min(axis=1, initial=np.inf) > 1.0 / (8 * pieces)
+        apart[[0, -1]] = True
+        return np.union1d(even[apart], breaks).tolist()
+
+    def deviation(self, joints: PiecewisePolynomial) -> float:
+        """Largest pose error in the middle of the pieces, where it is greatest."""
+        middles = (joints.knots[1:] + joints.knots[:-1]) / 2
+        return float(np.abs(self._error(joints.at(middles).u, self.path.poses(middles))).max())
+
+    def _predicted(self, s: float, knot: _Knot, h: float) -> JointVector:
+        """One classical Runge-Kutta step of q' = J# V."""
+        q, k1 = knot.q, knot.rate
+        k2 = self._rate(s + h / 2, q + h / 2 * k1)
+        k3 = self._rate(s + h / 2, q + h / 2 * k2)
+        k4 = self._rate(s + h, q + h * k3)
+        return q + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+
+    def _corrected(self, q: JointVector, s: float) -> JointVector:
+        """Newton's method onto the path; NaN if it does not get there within a small distance."""
+        target, start = self.path.poses(s), q
+        for _ in range(8):
+            error = self._error(q, target)
+            size = np.abs(error).max()
+            if size <= ON_PATH:
+                return q
+            step = _least_norm(self._equations(s, q)[0], error)
+            if size <= self.slack and np.abs(step).max() <= ON_PATH:
+                return q
+            q = q + step
+            if not np.abs(q - start).max() < 0.1:
+                break
+        return np.full_like(q, np.nan)
+
+    def _rate(self, s: float, q: JointVector) -> Floats:
+        return _least_norm(*self._equations(s, q))
+
+    def _knot(self, s: float, q: JointVector) -> _Knot:
+        """With q' = A# b and q'' = A# (b' - A' q') + (I - A# A) A'^T y, A^T y = q', the derivative of A# b."""
+        J, T = self._jacobian(q), np.eye(4) if self.task == "pose" else self._pose(q)
+        A, b = path_equations(T, J, self.path, s, self.task)
+        shortest, _, _, singular_values = np.linalg.lstsq(A, b)
+        rate: Floats = shortest.astype(np.float64, copy=False)
+        A_rate, b_slope = path_rates(T, J, self._jacobian_rate(q, rate), rate, self.path, s, self.task)[2:]
+        free = A_rate.T @ _least_norm(A.T, rate)
+        return _Knot(
+            q,
+            rate,
+            free + _least_norm(A, b_slope - A_rate @ rate - A @ free),
+            float(singular_values.min(initial=np.inf)),
+        )
+
+    def _equations(self, s: float, q: JointVector) -> tuple[Floats, Floats]:
+        """A q' = b along the path."""
+        T = np.eye(4) if self.task == "pose" else self._pose(q)
+        return path_equations(T, self._jacobian(q), self.path, s, self.task)
+
+    def _error(self, q: JointVector, target: Floats) -> Floats:
+        return path_error(self._pose(q), target, self.task)
+
+    def _outside(self, q: JointVector) -> tuple[int, float] | None:
+        """The joint that is farthest beyond its limit, and the limit."""
+        limits = self.robot.limits
+        excess = np.maximum(limits.lower - q, q - limits.upper)
+        joint = int(excess.argmax())
+        if excess[joint] <= MEASURED:
+            return None
+        return joint, float(limits.lower[joint] if q[joint] < limits.lower[joint] else limits.upper[joint])
+
+    def _why_not(self, before: _Knot, begin: float, end: float) -> Followed:
+        """Whether a search nearby reaches the next knot, past a singularity; else whether it reaches its position."""
+        target, q = self.path.poses(end), before.q
+        nearby = levenberg_marquardt(
+            lambda x: (-self._error(x, target), self._equations(end, x)[0]), q, tolerance=NEARBY, iterations=200
+        )
+        if nearby.succeeded:
+            return _ended(PlanStatus.SINGULAR, begin, margin=before.margin)
+        status, steps = PlanStatus.NOT_FOUND, nearby.iterations
+        if self.task != "position":
+            there = replace(self, task="position")
+            alone = levenberg_marquardt(
+                lambda x: (-there._error(x, target), there._equations(end, x)[0]), q, tolerance=NEARBY, iterations=200
+            )
+            status = PlanStatus.ORIENTATION_NOT_FOUND if alone.succeeded else status
+        return _ended(status, begin, nearby.residual, steps=steps)
+
+    def _pose(self, q: JointVector) -> Floats:
+        if self.frame is None:
+            return self.robot.forward_kinematics(q)
+        return self.robot.forward_kinematics(q, frame=self.frame)
+
+    def _jacobian(self, q: JointVector) -> Floats:
+        return self.robot.jacobian_body(q) if self.frame is None else self.robot.jacobian_body(q, frame=self.frame)
+
+    def _jacobian_rate(self, q: JointVector, rate: Floats) -> Floats:
+        if self.frame is None:
+            return self.robot.jacobian_body_rate(q, rate)
+        return self.robot.jacobian_body_rate(q, rate, frame=self.frame)
+
+
+def _least_norm(A: Floats, b: Floats) -> Floats:
+    """The shortest x that minimises |A x - b|."""
+    return np.linalg.lstsq(A, b)[0].astype(np.float64, copy=False)
+
+
+def _ended(status: PlanStatus, place: float, residual: float = 0.0, **details: object) -> Followed:
+    return Outcome(None, status, residual, details={"place": place, **details})

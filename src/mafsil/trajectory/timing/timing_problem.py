@@ -1,0 +1,234 @@
+"""Paths with their limits, flattened for the compiled passes: what is asked of a time-optimal timing, and what came."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mafsil import threads
+from mafsil.arrays import Floats
+from mafsil.lazy_module import lazily
+from mafsil.trajectory.motion_limits import MotionLimits
+from mafsil.trajectory.path import JointPath
+
+if TYPE_CHECKING:
+    import mafsil.trajectory.timing.lane_timing_loops as lane_timing_loops
+    import mafsil.trajectory.timing.path_grid_loops as path_grid_loops
+else:
+    lane_timing_loops = lazily("mafsil.trajectory.timing.lane_timing_loops")
+    path_grid_loops = lazily("mafsil.trajectory.timing.path_grid_loops")
+
+FREE = 1e300
+"""Squared path velocity where nothing limits it."""
+ROUNDS = (100, 250, 600)
+"""Intervals of the grids one after the other, each finer where the one before loses time."""
+PART = 32
+"""Paths that one thread times at a time, a multiple of the lanes."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class TimingProblem:
+    """Paths of equally many coordinates, the limits of each, and the path velocities at their ends.
+
+    Attributes:
+        paths: one or many.
+        velocity, acceleration: (paths, 2, n) lower and upper limits of each path.
+        start, end: (paths,) path velocities.
+        intervals: of each grid; None for grids that become finer where time is lost.
+    """
+
+    paths: Sequence[JointPath]
+    velocity: Floats
+    acceleration: Floats
+    start: Floats
+    end: Floats
+    intervals: int | None
+
+    def of(self, b: int) -> TimingProblem:
+        """The problem of one of the paths."""
+        one = slice(b, b + 1)
+        velocity, acceleration = self.velocity[one], self.acceleration[one]
+        return TimingProblem(self.paths[one], velocity, acceleration, self.start[one], self.end[one], self.intervals)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Timing:
+    """What the passes found for one path.
+
+    Attributes:
+        s: (places,) grid of the path parameter.
+        piece: (places - 1,) the path's piece under each interval.
+        caps: (places,) the largest squares of the path velocity that velocities allow.
+        low, high: (places,) the squares from which the end can be reached.
+        x: (places,) the squares of the time-optimal path velocity.
+        duration: [s].
+        stopped: -1, or the number of the place that stops the passes.
+        excess: the largest excess over a limit, as share of it.
+    """
+
+    s: Floats
+    piece: NDArray[np.int64]
+    caps: Floats
+    low: Floats
+    high: Floats
+    x: Floats
+    duration: float
+    stopped: int
+    excess: float
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FlatPaths:
+    """The polynomials of many paths in one array.
+
+    Attributes:
+        coefficients: (pieces, degree + 1, n) of all paths, of one degree.
+        knots: (pieces + paths,) of all paths.
+        firsts: (paths + 1,) where each path's pieces begin.
+    """
+
+    coefficients: Floats
+    knots: Floats
+    firsts: NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Grid:
+    """Grids of many paths, one after the other.
+
+    Attributes:
+        s: (places,) path parameters.
+        piece: (places,) of the path under the interval that begins at each place.
+        begins: (paths + 1,) where each grid begins.
+    """
+
+    s: Floats
+    piece: NDArray[np.int64]
+    begins: NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FurtherRows:
+    """What is asked of one path besides limits of velocity and acceleration.
+
+    Attributes:
+        caps: (places,) the largest squares of the path velocity.
+        rows: (2, intervals, k) alpha and beta of rows  low <= alpha x_i + beta x_{i+1} <= high.
+        bounds: (2, intervals, k) low and high.
+    """
+
+    caps: Floats
+    rows: Floats
+    bounds: Floats
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Timings:
+    """What the passes found for many paths, in flat arrays; indexed by the path."""
+
+    begins: NDArray[np.int64]
+    s: Floats
+    piece: NDArray[np.int64]
+    caps: Floats
+    low: Floats
+    high: Floats
+    x: Floats
+    loss: Floats
+    durations: Floats
+    stopped: NDArray[np.int64]
+    excess: Floats
+
+    def __getitem__(self, b: int) -> Timing:
+        u, v = int(self.begins[b]), int(self.begins[b + 1])
+        return Timing(
+            self.s[u:v],
+            self.piece[u : v - 1],
+            self.caps[u:v],
+            self.low[u:v],
+            self.high[u:v],
+            self.x[u:v],
+            float(self.durations[b]),
+            int(self.stopped[b]),
+            float(self.excess[b]),
+        )
+
+
+def flattened(paths: Sequence[JointPath]) -> FlatPaths:
+    """The polynomials of paths one after the other."""
+    if len(paths) == 1 and paths[0].curve.degree >= 1:
+        curve = paths[0].curve
+        # Copies, for loops are compiled anew for arrays that may not be written.
+        return FlatPaths(curve.coefficients.copy(), curve.knots.copy(), np.array([0, len(curve.coefficients)]))
+    rows = [path.curve.coefficients for path in paths]
+    counts = np.array([len(row) for row in rows])
+    firsts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+    knots = np.concatenate([path.curve.knots for path in paths])
+    n, degree = paths[0].n, max(2, *(row.shape[1] for row in rows)) - 1
+    flat = np.zeros((firsts[-1], degree + 1, n))
+    if all(row.shape[1] == degree + 1 for row in rows):
+        np.concatenate(rows, out=flat)
+    else:
+        for first, row in zip(firsts, rows, strict=False):
+            flat[first : first + len(row), : row.shape[1]] = row
+    return FlatPaths(flat, knots, firsts)
+
+
+def solved(problem: TimingProblem) -> Timings:
+    """Both passes over all paths, on even grids; or on coarse ones, divided where time is lost, as ROUNDS says."""
+    flat, limits = flattened(problem.paths), (problem.velocity, problem.acceleration)
+    ends = path_grid_loops.end_squares(flat.coefficients, flat.knots, flat.firsts, problem.start, problem.end)
+    rounds = ROUNDS if problem.intervals is None else (problem.intervals,)
+    begins = np.empty(len(problem.paths) + 1, np.int64)
+    s, piece = path_grid_loops.all_divided(flat.knots, flat.firsts, rounds[0], begins)
+    found = timed(flat, Grid(s, piece, begins), limits, ends, finer=len(rounds) > 1)
+    for round_, goal in enumerate(rounds[1:], 2):
+        begins = np.empty_like(begins)
+        loss = np.where(np.isfinite(found.loss), found.loss, 0.0)
+        s, piece = path_grid_loops.all_subdivided(found.s, found.piece, found.begins, loss, goal, begins)
+        found = timed(flat, Grid(s, piece, begins), limits, ends, finer=round_ < len(rounds))
+    return found
+
+
+def limits_of_each(limits: MotionLimits, count: int) -> tuple[Floats, Floats]:
+    """(count, 2, n) limits of velocity and of acceleration."""
+    if count == 1:
+        return limits.velocity[None].copy(), limits.acceleration[None].copy()
+    return np.tile(limits.velocity, (count, 1, 1)), np.tile(limits.acceleration, (count, 1, 1))
+
+
+def timed(
+    flat: FlatPaths,
+    grid: Grid,
+    limits: tuple[Floats, Floats],
+    ends: tuple[Floats, Floats],
+    further: FurtherRows | None = None,
+    *,
+    finer: bool = False,
+) -> Timings:
+    """Both passes on given grids, eight paths at a time; the work is divided among threads.
+
+    Args:
+        flat: the paths.
+        grid: of all of them.
+        limits: of velocity and of acceleration, (paths, 2, n).
+        ends: squares of the path velocity at start and end, (paths,), negative where any will do.
+        further: more rows, of one path alone.
+        finer: whether a finer grid is to come, for which losses are needed.
+    """
+    paths, places = len(ends[0]), len(grid.s)
+    given = further or FurtherRows(np.full(places, FREE), np.empty((2, places, 0)), np.empty((2, places, 0)))
+    caps, (low, high, x, loss) = given.caps.copy(), np.zeros((4, places))
+    durations, stopped, excess = np.empty(paths), np.empty(paths, np.int64), np.empty(paths)
+    grids = lane_timing_loops.Grids(flat.coefficients, flat.knots, flat.firsts, grid.s, grid.piece, grid.begins)
+    asked = lane_timing_loops.Asked(*limits, *ends, given.caps, given.rows, given.bounds)
+    found = lane_timing_loops.Found(caps, low, high, x, loss, durations, stopped, excess)
+
+    def part(k: int) -> None:
+        lane_timing_loops.lanes_timed(grids, asked, k * PART, min((k + 1) * PART, paths), finer, found)
+
+    threads.run(part, -(-paths // PART), threads.available())
+    return Timings(grid.begins, grid.s, grid.piece, *found)
