@@ -72,8 +72,11 @@ class UnknownNameError(MafsilError, AttributeError):
     def __init__(self, owner: str, name: str, known: Iterable[str]) -> None:
         """Args: what has no such attribute, the attribute, and the names that there are, `mf.x` those elsewhere."""
         public = [(_plain(each.rpartition(".")[2]), each) for each in known if not each.startswith("_")]
-        plain, other = _plain(name), other_words.ATTRIBUTES.get(name.casefold())
+        plain, other = _plain(name), other_words.attribute(name)
         close = [each for key, each in public if key == plain]
+        close.sort(key=lambda each: each.rpartition(".")[2] != name)
+        within = owner.replace("mafsil", "mf", 1) + "."
+        other = None if any(each.startswith(within) and each.endswith(f".{name}") for each in close) else other
         close = close or [each for key, each in public if plain and key.startswith(plain)]
         near = get_close_matches(plain, {key for key, _ in public}, n=3) if not close else []
         close += [each for key in near for word, each in public if word == key]

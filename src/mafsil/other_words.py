@@ -60,6 +60,18 @@ ATTRIBUTES: dict[str, str] = {
 }
 """By the name in small letters."""
 
+STATUS = 'answer.status.name, such as "FOUND"; whether an answer is good: if answer'
+
+
+def attribute(name: str) -> str | None:
+    """What to write instead of a name that there is not, if its word is known elsewhere.
+
+    Args:
+        name: as typed.
+    """
+    return STATUS if name.endswith("Status") else ATTRIBUTES.get(name.casefold())
+
+
 ARGUMENTS: dict[str, str] = {
     "margin": "clearance",
     "keep": "constraints",

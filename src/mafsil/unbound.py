@@ -152,9 +152,10 @@ def unknown_name(package: ModuleType, name: str) -> AttributeError:
     """
     if name.startswith("_"):
         return AttributeError(f"module {package.__name__!r} has no attribute {name!r}", name=name, obj=package)
-    known = list(dir(package))
-    for stub in sorted(Path(__file__).parent.glob("*/__init__.pyi")):
-        if f"mafsil.{stub.parent.name}" != package.__name__:
-            other = import_module(f"mafsil.{stub.parent.name}")
-            known += [f"mf.{stub.parent.name}.{each}" for each in dir(other) if not each.startswith("_")]
+    known, top = list(dir(package)), Path(__file__).parent
+    others = [".".join(stub.parent.relative_to(top).parts) for stub in top.glob("*/**/__init__.pyi")]
+    for other in sorted(others, key=lambda each: (not f"mafsil.{each}".startswith(f"{package.__name__}."), each)):
+        if f"mafsil.{other}" != package.__name__:
+            names = dir(import_module(f"mafsil.{other}"))
+            known += [f"mf.{other}.{each}" for each in names if not each.startswith("_")]
     return UnknownNameError(package.__name__, name, known)

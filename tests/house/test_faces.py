@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from mafsil.answer import Status
 from mafsil.lazy_module import public_names
 
 ROOT = Path(__file__).parents[2]
@@ -120,3 +121,32 @@ print(sum(m.split(".")[0] == "mafsil" for m in sys.modules), *(m for m in {HEAVY
     count, *heavy = line.split()
     assert not heavy
     assert int(count) <= MOST_OF_PAGES.get(name, MOST)
+
+
+WIDE = {"mafsil": 50, "mafsil.mobility": 111, "mafsil.parallel": 79}
+"""Names of a face where they are not at most 60: the top, which has fewer, and what is still to be parted by topic."""
+
+
+@pytest.mark.parametrize("name", FACES)
+def test_a_face_fits_a_screen_and_holds_no_statuses(name: str) -> None:
+    package = import_module(name)
+    assert len(package.__all__) <= WIDE.get(name, 60)
+    classes = [each for each in (getattr(package, public) for public in package.__all__) if isinstance(each, type)]
+    assert not [each for each in classes if issubclass(each, Status) and each.__name__.endswith("Status")]
+
+
+def test_a_name_of_a_topic_is_found_from_its_package() -> None:
+    """`mf.control.Feedforward` stands in `mf.control.laws`, and the error says so."""
+    asked = 0
+    for topic in (name for name in FACES if name.count(".") == 2):
+        package = import_module(topic.rpartition(".")[0])
+        for public in set(import_module(topic).__all__) - set(package.__all__):
+            if find_spec(f"{package.__name__}.{public}"):
+                continue  # A module of the package has that name.
+            with pytest.raises(AttributeError) as error:
+                getattr(package, public)
+            assert f"mf.{topic.removeprefix('mafsil.')}.{public}" in str(error.value)
+            asked += 1
+    assert asked > 100
+    with pytest.raises(AttributeError, match=r"answer\.status\.name"):
+        _ = import_module("mafsil.planning").PlanningStatus
