@@ -15,6 +15,7 @@ from pathlib import Path
 from posixpath import dirname, normpath
 from typing import Any
 
+from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.domains.python import ObjectEntry, PythonDomain
 from sphinx.environment import BuildEnvironment
@@ -95,6 +96,14 @@ def _group(caption: str, pages: list[str]) -> str:
     return "\n".join(["```{toctree}", f":caption: {caption}", ":hidden:", "", *dict.fromkeys(pages + more), "```", ""])
 
 
+def fill_corners(app: Sphinx, doctree: nodes.document) -> None:
+    """The empty corner of a table of two entries gets a word for those who listen to it."""
+    for head in doctree.findall(nodes.thead):
+        for entry in head.findall(nodes.entry):
+            if not entry.astext().strip():
+                entry += nodes.raw("", '<span class="visually-hidden">Row</span>', format="html")
+
+
 def turn_arabic_pages(app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: object) -> None:
     """Pages whose name ends in .ar are Arabic, from right to left."""
     context["language"] = 'ar" dir="rtl' if page.endswith(".ar") else "en"  # the theme writes lang="...", and no dir
@@ -128,5 +137,6 @@ def setup(app: Sphinx) -> None:
     inspect.TypeAliasNamespace = keep_as_written  # type: ignore[assignment, misc]
     app.connect("source-read", link_to_repository)
     app.connect("source-read", open_home)
+    app.connect("doctree-read", fill_corners)
     app.connect("html-page-context", turn_arabic_pages)
     app.connect("env-check-consistency", look_up_once)

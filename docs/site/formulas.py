@@ -141,10 +141,11 @@ def _prose(text: str) -> str:
     done, end = [], 0
     for run in RUN.finditer(text):
         body = run[0].rstrip(" ,-(")
+        start = run.start() + len(body) - len(body := body.lstrip())
         formula = latex(body) if is_relation(body) else ""
         if formula and mathml(formula):
-            done += [_escaped(text[end : run.start()]), rf"\ :math:`{formula}`\ "]
-            end = run.start() + len(body)
+            done += [_escaped(text[end:start]), rf"\ :math:`{formula}`\ "]
+            end = start + len(body)
     return "".join([*done, _escaped(text[end:])])
 
 

@@ -1,4 +1,4 @@
-"""Live pages of the site, for every robot of the library and every example job: what `mafsil show` and `mafsil run` write.
+"""Live pages of the site: `mafsil show` of every robot of the library, `mafsil run` of every example job.
 
 They are made after the other pages, each once: one that stands in the folder is kept.
 """
