@@ -1,7 +1,8 @@
 """The site: `python -m sphinx -W -c docs/site docs build/site`. A reader's browser fetches nothing from elsewhere.
 
-The pages of docs/ are taken as they are; the reference is made from the docstrings (reference.py), with their formulas
-typeset (formulas.py).
+The pages of docs/ are taken as they are; the reference is made from the docstrings (reference.py), formulas are typeset
+(formulas.py), the live pages and the notebooks are made by the package itself (live_pages.py, notebooks.py).
+`MAFSIL_SITE_QUICK=1`, as the tests set it, leaves out the pages of source code and most live pages and notebooks.
 """
 
 from __future__ import annotations
@@ -12,14 +13,20 @@ import sys
 from functools import cache
 from pathlib import Path
 from posixpath import dirname, normpath
+from typing import Any
 
+from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.domains.python import ObjectEntry, PythonDomain
 from sphinx.environment import BuildEnvironment
+from sphinx.util import inspect
 
-sys.path[:0] = [str(Path(__file__).parent)]
+HERE = Path(__file__).parent
+sys.path[:0] = [str(HERE)]
 REPOSITORY = "https://github.com/mafsil/mafsil"
 OUTSIDE = re.compile(r"\]\((\.\./[^)#]+)")
+GROUPS = re.compile(r"^## ([^\n]+)$(.*?)(?=^## |\Z)", re.M | re.S)
+LINKED = re.compile(r"\]\(([\w.-]+)\.md")
 
 project = "mafsil"
 copyright = "mafsil contributors"
@@ -27,10 +34,14 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
+    "sphinx_copybutton",
+    "sphinx_design",
     "formulas",
+    "live_pages",
+    "notebooks",
     "reference",
 ]
-if not os.environ.get("MAFSIL_SITE_WITHOUT_CODE"):  # Its pages of code take longer than all others.
+if not os.environ.get("MAFSIL_SITE_QUICK"):  # Its pages of code take longer than all others.
     extensions.append("sphinx.ext.viewcode")
 exclude_patterns = ["site"]
 master_doc = "index"
@@ -40,26 +51,25 @@ highlight_language = "python"
 html_theme = "furo"
 html_title = "mafsil"
 html_math_renderer = "mathml"
-templates_path: list[str] = []
+html_static_path = ["static"]
+html_css_files = ["site.css"]
+html_js_files = ["site.js"]
+html_theme_options = {"top_of_page_buttons": []}
+templates_path = ["templates"]
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
 autodoc_preserve_defaults = True
+maximum_signature_line_length = 88
 napoleon_google_docstring = True
 napoleon_use_ivar = True
 napoleon_attr_annotations = False
-myst_enable_extensions = ["dollarmath"]
+myst_enable_extensions = ["dollarmath", "colon_fence"]
+myst_fence_as_directive = ["math"]
 myst_heading_anchors = 3
+copybutton_exclude = ".linenos, .gp, .go"
 suppress_warnings = ["myst.header", "ref.python"]  # attributes of many classes share a name
-CONTENTS = """
-```{toctree}
-:hidden:
-
-%s
-reference/index
-```
-"""
 
 
 def link_to_repository(app: Sphinx, document: str, source: list[str]) -> None:
@@ -72,12 +82,36 @@ def link_to_repository(app: Sphinx, document: str, source: list[str]) -> None:
     source[0] = OUTSIDE.sub(address, source[0])
 
 
-def list_pages(app: Sphinx, document: str, source: list[str]) -> None:
-    """The site's menu has the pages in the order of the first page's table, then the rest."""
+def open_home(app: Sphinx, document: str, source: list[str]) -> None:
+    """The first page opens with a live arm and cards; the menu has the groups of its headings, in their order."""
     if document == "index":
-        linked = list(dict.fromkeys(re.findall(r"\]\(([\w.-]+)\.md", source[0])))
-        rest = sorted({path.stem for path in Path(app.srcdir).glob("*.md")} - {*linked, "index"})
-        source[0] += CONTENTS % "\n".join(linked + rest)
+        title, introduction, tables = source[0].split("\n\n", 2)
+        cards = (HERE / "home.md").read_text("utf-8")
+        menu = "\n".join(_group(caption, LINKED.findall(table)) for caption, table in GROUPS.findall(source[0]))
+        source[0] = "\n\n".join([title, introduction, cards, tables, menu])
+
+
+def _group(caption: str, pages: list[str]) -> str:
+    more = ["reference/index"] if caption == "Reference" else []
+    return "\n".join(["```{toctree}", f":caption: {caption}", ":hidden:", "", *dict.fromkeys(pages + more), "```", ""])
+
+
+def fill_corners(app: Sphinx, doctree: nodes.document) -> None:
+    """The empty corner of a table of two entries gets a word for those who listen to it."""
+    for head in doctree.findall(nodes.thead):
+        for entry in head.findall(nodes.entry):
+            if not entry.astext().strip():
+                entry += nodes.raw("", '<span class="visually-hidden">Row</span>', format="html")
+
+
+def turn_arabic_pages(app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: object) -> None:
+    """Pages whose name ends in .ar are Arabic, from right to left."""
+    context["language"] = 'ar" dir="rtl' if page.endswith(".ar") else "en"  # the theme writes lang="...", and no dir
+
+
+def keep_as_written(aliases: object) -> None:
+    """Annotations are not evaluated: `ArrayLike` would become a union of twelve types in every signature."""
+    raise NameError("autodoc takes an annotation that it cannot evaluate as the source writes it")
 
 
 def look_up_once(app: Sphinx, env: BuildEnvironment) -> None:
@@ -100,6 +134,9 @@ def look_up_once(app: Sphinx, env: BuildEnvironment) -> None:
 def setup(app: Sphinx) -> None:
     """Connects the pieces."""
     os.environ.setdefault("MAFSIL_LANGUAGE", "en")
+    inspect.TypeAliasNamespace = keep_as_written  # type: ignore[assignment, misc]
     app.connect("source-read", link_to_repository)
-    app.connect("source-read", list_pages)
+    app.connect("source-read", open_home)
+    app.connect("doctree-read", fill_corners)
+    app.connect("html-page-context", turn_arabic_pages)
     app.connect("env-check-consistency", look_up_once)

@@ -7,6 +7,8 @@ Docstrings are read in terminals too, so they carry plain formulas in the notati
 2. A run is a formula when it is a relation: something, then =, < or >, then something, with brackets that close.
 3. Its tokens become LaTeX one by one, and latex2mathml makes MathML of it: no script runs in the reader's browser.
 4. What is left is prose: signs that reStructuredText would take for markup are escaped, `names` are literals.
+
+The pages of docs/ set their formulas between `$` signs; code in them that is a relation by rule 2 is typeset as well.
 """
 
 from __future__ import annotations
@@ -80,6 +82,7 @@ def setup(app: Sphinx) -> None:
     """Docstrings are typeset as they are read; every formula of the site is written as MathML."""
     app.connect("autodoc-process-docstring", _typeset, priority=400)
     app.connect("autodoc-process-docstring", _lay_out, priority=900)  # after the sections have become fields
+    app.connect("doctree-read", set_relations)
     app.add_html_math_renderer("mathml", (_inline, None), (_block, None))
 
 
@@ -106,6 +109,16 @@ def _hang(line: str) -> int:
     return step.end() if step else _indent(line)
 
 
+def set_relations(app: Sphinx, doctree: nodes.document) -> None:
+    """Code of a guide page that is a formula from end to end becomes one: `V_s = J_s qd`, not `seed = 1`."""
+    if app.env.docname.startswith("reference/"):
+        return
+    for literal in list(doctree.findall(nodes.literal)):
+        text = literal.astext()
+        if RUN.fullmatch(text) and is_relation(text) and mathml(latex(text)):
+            literal.replace_self(nodes.math(text, latex(text)))
+
+
 def _typeset(app: Sphinx, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:
     lines[:] = typeset("\n".join(lines)).split("\n")
 
@@ -128,10 +141,11 @@ def _prose(text: str) -> str:
     done, end = [], 0
     for run in RUN.finditer(text):
         body = run[0].rstrip(" ,-(")
+        start = run.start() + len(body) - len(body := body.lstrip())
         formula = latex(body) if is_relation(body) else ""
         if formula and mathml(formula):
-            done += [_escaped(text[end : run.start()]), rf"\ :math:`{formula}`\ "]
-            end = run.start() + len(body)
+            done += [_escaped(text[end:start]), rf"\ :math:`{formula}`\ "]
+            end = start + len(body)
     return "".join([*done, _escaped(text[end:])])
 
 

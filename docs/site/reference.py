@@ -7,8 +7,12 @@ from __future__ import annotations
 
 import importlib
 import inspect
+import re
+from collections.abc import Mapping
+from enum import Enum
 from pathlib import Path
 
+from formulas import typeset
 from sphinx.application import Sphinx
 
 from mafsil.lazy_module import public_names
@@ -16,25 +20,35 @@ from mafsil.lazy_module import public_names
 SOURCE = Path(__file__).parents[2] / "src" / "mafsil"
 FOLDER = Path(__file__).parents[1] / "reference"
 PACKAGES = {
-    "robot": "Robots",
-    "model": "Models and files",
-    "geometry": "Rigid motions",
-    "ik": "Inverse kinematics",
-    "performance": "Singularities, statics, workspaces",
-    "grasp": "Grasps",
-    "collision": "Collision",
-    "trajectory": "Trajectories",
-    "planning": "Planning",
-    "control": "Control",
-    "one_joint": "One joint",
-    "simulation": "Simulation",
-    "identification": "Identification",
-    "derivation": "Derivations",
-    "verification": "Verification",
-    "solvers": "Solvers",
-    "kernels": "Kernels",
+    "robot": ("Robots", "load a robot; its kinematics, statics and dynamics"),
+    "model": ("Models and files", "tables, screws, URDF, SDFormat, MJCF; lint and repair"),
+    "geometry": ("Rigid motions", "rotations, poses, twists, wrenches"),
+    "ik": ("Inverse kinematics", "all solutions, nearest solution, batches, redundancy"),
+    "performance": (
+        "Singularities, statics, workspaces",
+        "ellipsoids, manipulability, singularities, workspace, payload",
+    ),
+    "mobility": ("Mobility", "degrees of freedom, over-constraint, configuration spaces"),
+    "parallel": ("Parallel robots", "Stewart-Gough, Delta, planar and cable-driven platforms, closed chains"),
+    "grasp": ("Grasps", "closure, quality, contact forces, grasp planning, fixtures"),
+    "collision": ("Collision", "scenes, distances, clearances"),
+    "trajectory": ("Trajectories", "profiles, splines, Cartesian paths, time-optimal and jerk-limited timing"),
+    "planning": ("Planning", "collision-free paths, path constraints, base placement, several arms"),
+    "control": ("Control", "joint, task-space, force, impedance, adaptive and robust control"),
+    "one_joint": ("One joint", "stability, gain tuning, friction, drives of a single joint"),
+    "simulation": ("Simulation", "closed loops, integrators, recordings, Monte Carlo"),
+    "identification": ("Identification", "parameters and payloads from logs"),
+    "derivation": ("Derivations", "formulas step by step; homework checks"),
+    "verification": ("Verification", "every quantity against a second method"),
+    "figures": ("Figures", "pictures and animations for Matplotlib"),
+    "solvers": ("Solvers", "integration, root finding, optimisation"),
+    "kernels": ("Kernels", "compiled functions, code export, GPU arrays"),
 }
-COLLECTIONS = {"mechanics": "Mechanics as expressions", "algebra": "Rigid motion as expressions"}
+"""Title and contents of a package's page."""
+COLLECTIONS = {
+    "mechanics": ("Mechanics as expressions", "the algorithms as expressions"),
+    "algebra": ("Rigid motion as expressions", "rotations and screws as expressions"),
+}
 
 
 def setup(app: Sphinx) -> None:
@@ -45,41 +59,87 @@ def setup(app: Sphinx) -> None:
 def write_pages(app: Sphinx) -> None:
     """All pages of the reference and their list; a page that stands as it should is not touched."""
     FOLDER.mkdir(exist_ok=True)
-    pages = {package: _page(title, [_names(package)]) for package, title in PACKAGES.items()}
-    pages |= {package: _page(title, _modules(package)) for package, title in COLLECTIONS.items()}
-    pages["index"] = _page("Reference", [[".. toctree::", *(f"   {name}" for name in pages)]])
+    pages = {package: _page(title, _names(package)) for package, (title, _) in PACKAGES.items()}
+    pages |= {package: _page(title, _modules(package)) for package, (title, _) in COLLECTIONS.items()}
+    pages["index"] = _page("Reference", _contents())
     for name, text in pages.items():
         path = FOLDER / f"{name}.rst"
         if not path.exists() or path.read_text("utf-8") != text:
             path.write_text(text, "utf-8")
 
 
-def _page(title: str, sections: list[list[str]]) -> str:
-    return "\n".join([title, "=" * len(title), "", *(line for section in sections for line in [*section, ""])])
+def _page(title: str, lines: list[str]) -> str:
+    return "\n".join([title, "=" * len(title), "", *lines, ""])
+
+
+def _contents() -> list[str]:
+    """The packages by topic, and the arrays that signatures name."""
+    packages = PACKAGES | COLLECTIONS
+    rows = [f"   * - :doc:`{title} <{name}>`\n     - {purpose}" for name, (title, purpose) in packages.items()]
+    arrays = [f".. py:data:: mafsil.arrays.{name}\n\n   {typeset(line)}\n" for name, line in _array_types()]
+    return [
+        *[".. list-table::", "   :widths: 1 3", "", *rows, ""],
+        *["Arrays in signatures", "--------------------", ""],
+        "Everything that NumPy makes an array of is taken (``ArrayLike``); results are these:\n",
+        *arrays,
+        *[".. toctree::", "   :hidden:", "", *(f"   {name}" for name in packages)],
+    ]
+
+
+def _array_types() -> list[tuple[str, str]]:
+    """Names of the array vocabulary, and their lines."""
+    return re.findall(r'^(\w+): TypeAlias = .*\n"""(.*)"""$', (SOURCE / "arrays.py").read_text("utf-8"), re.M)
 
 
 def _names(package: str) -> list[str]:
-    """Directives for what a package offers, in the order of its first file."""
+    """Tables of what a package offers, then all of it in the order of its first file."""
     module = importlib.import_module(f"mafsil.{package}")
+    things = {name: getattr(module, name) for name in public_names(module)}
+    kinds = {"Functions": inspect.isroutine, "Classes": _is_plain_class, "Verdicts and choices": _is_enumeration}
     lines = [f".. automodule:: mafsil.{package}", ""]
-    for name in public_names(module):
-        thing = getattr(module, name)
-        if inspect.isclass(thing):
-            foreign = not thing.__module__.startswith(f"mafsil.{package}.")
-            lines += [
-                f".. autoclass:: mafsil.{package}.{name}",
-                "   :members:",
-                f"   :inherited-members: {'int' if issubclass(thing, int) else 'object'}",
-                *(["   :no-index:"] if foreign else []),
-                "",
-            ]
-        elif callable(thing):
-            lines += [f".. autofunction:: mafsil.{package}.{name}", ""]
+    for heading, belongs in kinds.items():
+        members = {name: thing for name, thing in things.items() if belongs(thing)}
+        if members:
+            lines += [f".. rubric:: {heading}", "", *_table(package, members), ""]
+    for name, thing in things.items():
+        lines += _entry(package, name, thing)
     return lines
 
 
-def _modules(package: str) -> list[list[str]]:
+def _table(package: str, things: Mapping[str, object]) -> list[str]:
+    """Names with the first sentence of their docstrings."""
+    rows = []
+    for name, thing in sorted(things.items()):
+        sentence = (inspect.getdoc(thing) or "").partition("\n\n")[0].replace("\n", " ")
+        rows.append(f"   * - :py:obj:`~mafsil.{package}.{name}`\n     - {typeset(sentence)}")
+    return [".. list-table::", "   :widths: 1 2", "", *rows]
+
+
+def _is_enumeration(thing: object) -> bool:
+    return inspect.isclass(thing) and issubclass(thing, Enum)
+
+
+def _is_plain_class(thing: object) -> bool:
+    return inspect.isclass(thing) and not _is_enumeration(thing)
+
+
+def _entry(package: str, name: str, thing: object) -> list[str]:
+    if inspect.isclass(thing):
+        foreign = not thing.__module__.startswith(f"mafsil.{package}.")
+        return [
+            f".. autoclass:: mafsil.{package}.{name}",
+            "   :members:",
+            f"   :inherited-members: {'int' if issubclass(thing, int) else 'object'}",
+            *(["   :no-index:"] if foreign else []),
+            "",
+        ]
+    return [f".. autofunction:: mafsil.{package}.{name}", ""] if callable(thing) else []
+
+
+def _modules(package: str) -> list[str]:
     """A section for each module of a collection."""
     paths = [path for path in sorted((SOURCE / package).rglob("*.py")) if path.stem != "__init__"]
     dotted = [".".join(("mafsil", *path.relative_to(SOURCE).with_suffix("").parts)) for path in paths]
-    return [[name, "-" * len(name), "", f".. automodule:: {name}", "   :members:"] for name in dotted]
+    return [
+        line for name in dotted for line in [name, "-" * len(name), "", f".. automodule:: {name}", "   :members:", ""]
+    ]

@@ -1,16 +1,26 @@
 """The site builds without a warning, its reference lists what the packages offer, and formulas are typeset."""
 
 import importlib
+import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
 
+import axe_core_python
 import pytest
+
+import mafsil as mf
+from tests.page.browser import Browser
 
 ROOT = Path(__file__).parents[2]
 sys.path.append(str(ROOT / "docs" / "site"))
 formulas = importlib.import_module("formulas")
+FORMULAS = (
+    *("conventions", "control_laws", "dynamics", "identification", "mobility", "numerical-inverse-kinematics"),
+    *("rigid-motions", "singularities", "time_optimal", "velocities-and-statics"),
+)
 pytestmark = pytest.mark.timeout(1200)  # the whole site is built: two minutes of a processor
 
 
@@ -31,7 +41,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "docs",
         str(folder),
     ]
-    quicker = os.environ | {"MAFSIL_SITE_WITHOUT_CODE": "1"}
+    quicker = os.environ | {"MAFSIL_SITE_QUICK": "1"}
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, env=quicker)
     assert done.returncode == 0, done.stderr
     return folder
@@ -55,8 +65,90 @@ def test_pages_fetch_nothing_from_elsewhere(site: Path) -> None:
 
 
 @pytest.mark.slow
+def test_signatures_read_as_the_source_writes_them(site: Path) -> None:
+    """`ArrayLike` and `Floats`, not the unions behind them."""
+    for page in (site / "reference").glob("*.html"):
+        for signature in re.findall(r'<dt class="sig[^>]*>(.*?)</dt>', page.read_text("utf-8"), re.S):
+            assert not re.search("_NestedSequence|_Buffer|ndarray|Annotated", signature), signature
+
+
+@pytest.mark.slow
+def test_no_backticks_are_left(site: Path) -> None:
+    """Markup that does not close, as in ``Name``s, shows its signs to the reader."""
+    for page in site.rglob("*.html"):
+        prose = re.sub(r"<pre.*?</pre>|<script.*?</script>|<[^>]+>", "", page.read_text("utf-8"), flags=re.S)
+        if page.parent.name not in ("live", "_modules"):
+            assert "``" not in prose, f"{page.name}: {prose[(at := prose.index('``')) - 60 : at + 60]}"
+
+
+@pytest.mark.slow
+def test_home_shows_a_live_arm_and_menu_in_groups(site: Path) -> None:
+    home = (site / "index.html").read_text("utf-8")
+    assert 'src="live/panda.html"' in home
+    assert (site / "live" / "panda.html").read_text("utf-8").startswith("<!doctype html>")
+    assert home.count('class="sd-card-body') == 6
+    assert home.count('class="caption"') == 5
+
+
+@pytest.mark.slow
+def test_gallery_opens_every_robot_and_job(site: Path) -> None:
+    page = (site / "gallery.html").read_text("utf-8")
+    jobs = [path.stem for path in (ROOT / "examples" / "jobs").glob("*.toml")]
+    assert set(re.findall(r'href="live/(\w+)\.html"', page)) == {*mf.robots(), *jobs}
+    assert (site / "live" / "pick_and_place_puma560.html").exists()
+
+
+@pytest.mark.slow
+def test_tutorials_are_notebooks_with_outputs(site: Path) -> None:
+    page = (site / "tutorials.html").read_text("utf-8")
+    links = re.findall(r'href="(notebooks/[\w-]+\.ipynb)"', page)
+    assert len(links) == 6
+    cells = json.loads((site / links[0]).read_text("utf-8"))["cells"]
+    printed = "".join(part for cell in cells for output in cell.get("outputs", []) for part in output["text"])
+    assert "row 1 a: 0.4 should be 0.5" in printed
+
+
+@pytest.mark.slow
+def test_arabic_pages_run_from_right_to_left(site: Path) -> None:
+    for page in site.glob("*.html"):
+        opening = re.search(r"<html[^>]*>", page.read_text("utf-8"))
+        assert opening
+        assert ('lang="ar" dir="rtl"' in opening[0]) == page.stem.endswith(".ar"), page.name
+
+
+@pytest.mark.slow
+def test_pages_are_accessible(site: Path, tmp_path: Path) -> None:
+    """No violation of axe's rules; the pages chosen have all kinds of content that there are."""
+    script = Path(axe_core_python.__file__).with_name("axe.min.js").read_text("utf-8")
+    with Browser(tmp_path, (1440, 900)) as browser:
+        for page in (
+            "index",
+            "index.ar",
+            "dynamics",
+            "command_line",
+            "gallery",
+            "coming-from",
+            "search",
+            "reference/ik",
+        ):
+            browser.load(site / f"{page}.html", drawn="document.readyState === 'complete'")
+            browser.ask(script)
+            violations = browser.ask(
+                "axe.run({iframes: false}).then(found => found.violations.map(v => [v.id, v.nodes[0].html]))"
+            )
+            assert not violations, f"{page}: {violations}"
+
+
+@pytest.mark.slow
 def test_formulas_of_the_reference_are_typeset(site: Path) -> None:
     assert "<math" in (site / "reference" / "mechanics.html").read_text("utf-8")
+
+
+@pytest.mark.slow
+def test_formulas_of_the_guide_are_typeset(site: Path) -> None:
+    """Also code that is a formula from end to end."""
+    for page in FORMULAS:
+        assert "<math" in (site / f"{page}.html").read_text("utf-8"), page
 
 
 @pytest.mark.parametrize(
@@ -77,6 +169,7 @@ def test_formula_becomes_latex(plain: str, latex: str) -> None:
 
 def test_prose_around_a_formula_stays() -> None:
     text = formulas.typeset("Efforts tau = M qdd, of q (*batch, n) [rad], as `name = value` says.")
+    assert formulas.typeset("It slides: F_t = 2 F_n.") == r"It slides: \ :math:`F_{t} = 2 F_{n}`\ ."
     assert text == r"Efforts \ :math:`\tau = M \ddot{q}`\ , of q (\*batch, n) [rad], as ``name = value`` says."
 
 
