@@ -50,6 +50,10 @@ class MafsilError(Exception):
         """The sentence, in the given language (`en`, `ar`) or the current one."""
         return say(self.key, language=language, **self.details)
 
+    def spoken(self, language: str | None = None) -> str:
+        """The sentence, as the reason inside another one."""
+        return self.message(language)
+
     def __reduce__(self) -> tuple[object, ...]:
         return (_rebuild, (type(self), self.key, self.details))
 

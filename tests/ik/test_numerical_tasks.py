@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from time import perf_counter
 
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
 
 import mafsil as mf
 from mafsil.errors import InputError, ModelError
@@ -82,6 +85,48 @@ def test_weights_of_zero_set_components_free(panda):
     local = np.einsum("kji,kj->ki", reached[:, :3, :3], T[:, :3, 3] - reached[:, :3, 3])
     assert np.abs(local[:, :2]).max() <= 1e-10
     assert np.abs(local[:, 2]).max() > 1e-3
+
+
+@pytest.mark.parametrize(("weights", "task"), [((1, 1, 1, 1, 1, 0), "pose"), ((1, 0, 1, 0, 2, 1), "pose"),
+                                               ((1, 1, 1, 0, 1, 1), "axis"), ((0, 0, 1, 1, 0, 0), "pose")])  # fmt: skip
+def test_weights_along_the_axes_of_the_base(panda, weights, task):
+    """A placed robot: {s} is the frame of the weights, for one pose and for many."""
+    T_sb = mf.geometry.pose.exp(np.array([0.4, -0.8, 0.3, 1.0, -2.0, 0.5]))
+    robot = mf.Robot(replace(panda.mechanism, T_sb=T_sb))
+    T = poses(robot, 40)
+    answer = solve_ik(robot, T, task=task, weights=weights, expressed_in="aligned")
+    assert answer.all_solved
+    reached = robot.forward_kinematics(answer.q)
+    apart = T[:, :3, 3] - reached[:, :3, 3]
+    turn = np.stack([Rotation.from_matrix(R).as_rotvec() for R in T[:, :3, :3] @ reached[:, :3, :3].mT])
+    if task == "axis":
+        turn = np.cross(reached[:, :3, 2], T[:, :3, 2])
+    counts = np.array(weights) > 0
+    left = np.concatenate([turn, apart], axis=1)
+    assert np.abs(left[:, counts]).max() <= 2e-10
+    assert (np.abs(left[:, ~counts]).max(axis=0) > 1e-3).all()
+    for k in range(5):
+        alone = solve_ik(robot, T[k], task=task, weights=weights, expressed_in="aligned")
+        np.testing.assert_allclose(alone.q, answer.q[k], atol=1e-9)
+
+
+def test_weights_along_the_axes_of_the_base_balance_as_a_general_solver():
+    """A place out of reach: errors along x and y come out as SciPy's, which minimises the weighted sum of squares."""
+    robot = mf.load("spatial3r")
+    place = np.array([1.5, 2.0, 0.4])
+    T = np.eye(4)
+    T[:3, 3] = place
+    starts = np.random.default_rng(0).uniform(-3, 3, (12, 3))
+    for weights in ((1, 1, 0), (1, 4, 0), (4, 1, 0), (1, 1, 4)):
+        gap = partial(_weighted_gap, robot, place, np.array(weights))
+        least = min((least_squares(gap, q) for q in starts), key=lambda found: found.cost)
+        answer = solve_ik(robot, T, weights=(0, 0, 0, *weights), expressed_in="aligned", limits=False)
+        assert not answer
+        assert np.linalg.norm(gap(answer.nearest)) <= 1.02 * np.linalg.norm(least.fun)
+
+
+def _weighted_gap(robot, place, weights, q):
+    return weights * (place - robot.forward_kinematics(q)[:3, 3])
 
 
 def test_weights_balance_what_cannot_vanish():
@@ -258,6 +303,8 @@ def test_too_few_joints_say_how_near_they_come():
         ({"task": "axis", "axis": (0, 0, 0)}, "axis"),
         ({"weights": (0, 0, 0, 0, 0, 0)}, "weights"),
         ({"weights": (1, 1, 1, 1, 1, -1)}, "weight"),
+        ({"expressed_in": "base"}, "expressed_in"),
+        ({"expressed_in": None}, "expressed_in"),
         ({"task": "position", "weights": (1, 1, 1, 0, 0, 0)}, "position"),
         ({"rotation_tolerance": -1.0}, "rotation_tolerance"),
         ({"tolerance": "tight"}, "tolerance"),

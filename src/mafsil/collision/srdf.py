@@ -74,8 +74,8 @@ def read(path: str | Path) -> Element:
         document = parse(text.data)
     except Refusal as refusal:
         if refusal.diagnostic.fault in (FILE_MISSING, NOT_A_FILE):
-            raise FileError("collision.no_srdf", path=shown(str(path)), reason=refusal.diagnostic.sentence()) from None
-        raise FileError("collision.bad_srdf", path=shown(str(path)), why=refusal.diagnostic.sentence()) from None
+            raise FileError("collision.no_srdf", path=shown(str(path)), reason=refusal.diagnostic) from None
+        raise FileError("collision.bad_srdf", path=shown(str(path)), why=refusal.diagnostic) from None
     reading = Reading(document, [*text.remarks, *document.remarks])
     audit(reading, document.root, SRDF)
     if remarks := reading.diagnostics:

@@ -17,20 +17,21 @@ FAR = 16.0
 """Squared scaled error from which damping grows no more: only joints without limits lead so far; they are linear."""
 
 
-def error(mechanism: Mechanism, frame: str | None, one_axis: bool) -> ex.Function:
+def error(mechanism: Mechanism, frame: str | None, one_axis: bool, aligned: bool) -> ex.Function:
     """Of (q, T_sd, task) to 16 numbers of T_sf and 6 of the twist e that is left, as in `step`.
 
     Args:
         mechanism: its numbers become constants.
         frame: name of a link; the tip frame if None.
         one_axis: only the direction of the task's axis counts, not the rotation about it.
+        aligned: e, and hence the weights, along the axes of {s}; along the frame's own if not.
     """
-    goal = _Goal(mechanism, frame, one_axis)
+    goal = _Goal(mechanism, frame, one_axis, aligned)
     return ex.Function("pose_check", goal.inputs, [ex.cse(ex.vertcat(ex.reshape(goal.T_sf.T, 16, 1), goal.twist))])
 
 
 def step(
-    mechanism: Mechanism, frame: str | None, one_axis: bool, relative: float, least: float, length: float
+    mechanism: Mechanism, frame: str | None, one_axis: bool, aligned: bool, relative: float, least: float, length: float
 ) -> ex.Function:
     """Of (q, T_sd, task) to q_next of n and e of 6 numbers; task = weights (6), axis (3), lower (n), upper (n).
 
@@ -45,20 +46,21 @@ def step(
         mechanism: its numbers become constants.
         frame: name of a link; the tip frame if None.
         one_axis: only the direction of the task's axis counts, not the rotation about it.
+        aligned: e, and hence the weights, along the axes of {s}; along the frame's own if not.
         relative: damping relative to the squared error.
         least: smallest damping.
         length: unit of prismatic joints [m].
 
     Reference: Chan and Lawrence, General inverse kinematics with the error damped pseudoinverse, ICRA 1988.
     """
-    goal = _Goal(mechanism, frame, one_axis)
+    goal = _Goal(mechanism, frame, one_axis, aligned)
     J, e = goal.weighted()
     dq = goal.pursued(J, e, relative * ex.fmin(ex.dot(e, e), FAR) + least, length)
     return ex.Function("pose_step", goal.inputs, [ex.cse(ex.vertcat(goal.clipped(dq), goal.twist))])
 
 
 def step_with_self_motion(
-    mechanism: Mechanism, frame: str | None, one_axis: bool, relative: float, least: float, length: float
+    mechanism: Mechanism, frame: str | None, one_axis: bool, aligned: bool, relative: float, least: float, length: float
 ) -> ex.Function:
     """As `step`, of (q, T_sd, task, z): what the task leaves free moves along z; then n numbers of that motion.
 
@@ -67,9 +69,9 @@ def step_with_self_motion(
     Reference: Liegeois, Automatic supervisory control of the configuration and behavior of multibody mechanisms, 1977.
 
     Args:
-        mechanism, frame, one_axis, relative, least, length: as of `step`.
+        mechanism, frame, one_axis, aligned, relative, least, length: as of `step`.
     """
-    goal = _Goal(mechanism, frame, one_axis)
+    goal = _Goal(mechanism, frame, one_axis, aligned)
     z = ex.symbol("z", goal.n)
     J, e = goal.weighted()
     towards = goal.pursued(J, e, relative * ex.fmin(ex.dot(e, e), FAR) + least, length)
@@ -88,12 +90,12 @@ def step_with_self_motion(
 class _Goal:
     """A desired pose of a frame, and what is left to it."""
 
-    def __init__(self, mechanism: Mechanism, frame: str | None, one_axis: bool) -> None:
+    def __init__(self, mechanism: Mechanism, frame: str | None, one_axis: bool, aligned: bool) -> None:
         self.tree: BodyTree = in_chosen_frames(lumped(mechanism))
         self.n = mechanism.n
         self.prismatic = [joint.kind is JointKind.PRISMATIC for joint in mechanism.coordinates]
         self.attachment = self.tree.tip if frame is None else self.tree.frames[frame]
-        self.one_axis = one_axis
+        self.one_axis, self.aligned = one_axis, aligned
         self.q, desired = ex.symbol("q", self.n), ex.symbol("T_sd", 16)
         task = ex.symbol("task", 9 + 2 * self.n)
         self.inputs = [self.q, desired, task]
@@ -104,13 +106,17 @@ class _Goal:
         R = se3.rotation(self.T_sf)
         turn = R.T @ se3.rotation(T_sd)
         angular = _least_turn(self.axis, turn @ self.axis) if one_axis else so3.log(turn)
-        self.twist = ex.vertcat(angular, R.T @ (se3.translation(T_sd) - se3.translation(self.T_sf)))
+        linear = se3.translation(T_sd) - se3.translation(self.T_sf)
+        self.twist = ex.vertcat(R @ angular, linear) if aligned else ex.vertcat(angular, R.T @ linear)
 
     def weighted(self) -> tuple[ex.Expression, ex.Expression]:
         """Jacobian (6, n) and twist (6) times the weights."""
         J = jacobian_body(self.tree, self.q, self.attachment)
         if self.one_axis:
             J = ex.vertcat(J[:3, :] - self.axis @ (self.axis.T @ J[:3, :]), J[3:, :])
+        if self.aligned:
+            R = se3.rotation(self.T_sf)
+            J = ex.vertcat(R @ J[:3, :], R @ J[3:, :])
         return J * ex.repmat(self.weights, 1, self.n), self.twist * self.weights
 
     def pushed(self, i: int, change: ex.Expression) -> ex.Expression:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from copy import copy
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
 
 from mafsil.answer import Answer, Status
-from mafsil.errors import FileError
+from mafsil.errors import FileError, MafsilError
 from mafsil.messages import say
 from mafsil.messages.tables import on_screen
 from mafsil.model.mechanism import Mechanism
@@ -112,6 +113,10 @@ class Diagnostic:
     def sentence(self, language: str | None = None) -> str:
         """What is wrong and what to do."""
         return say(self.fault.key, language=language, **self.details)
+
+    def spoken(self, language: str | None = None) -> str:
+        """The sentence, as the reason inside another one."""
+        return self.sentence(language)
 
     def line_of_text(self, language: str | None = None) -> str:
         """Place, code, sentence and offered repair on one line."""
@@ -252,3 +257,15 @@ def shown(text: str) -> str:
     head, tail = SHOWN_LENGTH // 3, SHOWN_LENGTH - SHOWN_LENGTH // 3 - 1
     cut = text if len(text) <= SHOWN_LENGTH else f"{text[:head]}…{text[-tail:]}"
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in cut)
+
+
+def safe(details: Mapping[str, object]) -> dict[str, object]:
+    """Details of a sentence with all foreign text in them made safe; reasons of our own stay whole around it."""
+    return {name: _safe(value) for name, value in details.items()}
+
+
+def _safe(value: object) -> object:
+    if isinstance(value, MafsilError):
+        value = copy(value)
+        value.details = safe(value.details)
+    return shown(value) if isinstance(value, str) else value

@@ -162,7 +162,7 @@ class FileReader:
         except Refusal as refusal:
             reading.diagnostics.append(refusal.diagnostic)
         except ModelError as error:
-            reading.report(INCONSISTENT, root, reason=str(error))
+            reading.report(INCONSISTENT, root, reason=error)
         else:
             return None if reading.failed else mechanism
         return None

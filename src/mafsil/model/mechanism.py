@@ -6,20 +6,26 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import count
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import PoseMatrix, Vector3, frozen
 from mafsil.errors import ModelError
+from mafsil.lazy_module import lazily
 from mafsil.model.joint import Joint, JointKind
 from mafsil.model.limits import JointLimits
 from mafsil.model.link import Link, fixed_array
-from mafsil.model.locking import lock_joints
 from mafsil.model.placement import checked_pose
+from mafsil.model.spanning_tree import sorted_tree
 from mafsil.model.tip import TipChoice, choose_tip, is_named_as_tip
 from mafsil.model.tooling import payload, tool_pose, with_body
+
+if TYPE_CHECKING:
+    import mafsil.model.locking as locking
+else:
+    locking = lazily("mafsil.model.locking")
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 
@@ -137,7 +143,7 @@ class Mechanism:
         for joint in closing:
             if joint.parent == joint.child:
                 raise ModelError("model.loop_on_itself", joint=joint.name, link=joint.parent)
-        base, ordered = _sorted_tree(name, given_links, given_joints)
+        base, ordered = sorted_tree(name, list(by_name), given_joints)
         _require_mimic_leaders(ordered)
         telling = _without_marks(_without_loop_ends(ordered, closing, by_name), marks)
         choice = None if tip is not None else choose_tip(base, telling)
@@ -256,7 +262,7 @@ class Mechanism:
             InputError: `coordinates` is no mapping of names to finite numbers.
             ModelError: no such joint, or values that contradict each other within a mimic pair.
         """
-        return replace(self, joints=lock_joints(self.joints, coordinates))
+        return replace(self, joints=locking.lock_joints(self.joints, coordinates))
 
     def with_gravity(self, gravity: Vector3) -> Mechanism:
         """The same mechanism under another gravity [m/s^2], in {s}."""
@@ -361,35 +367,6 @@ def _without_marks(joints: tuple[Joint, ...], marks: Collection[str]) -> tuple[J
             kept.append(joint)
             carrying.add(joint.parent)
     return tuple(reversed(kept))
-
-
-def _sorted_tree(name: str, links: tuple[Link, ...], joints: tuple[Joint, ...]) -> tuple[str, tuple[Joint, ...]]:
-    """The base link, and the joints depth first, siblings in order of declaration."""
-    if not links:
-        raise ModelError("model.no_links", robot=name)
-    carried: dict[str, Joint] = {}
-    for joint in joints:
-        if joint.child in carried:
-            raise ModelError("model.two_parents", link=joint.child, first=carried[joint.child].name, second=joint.name)
-        carried[joint.child] = joint
-    roots = [link.name for link in links if link.name not in carried]
-    if not roots:
-        raise ModelError("model.cycle", joint=joints[0].name)
-    if len(roots) > 1:
-        raise ModelError("model.many_roots", roots=", ".join(roots))
-    outgoing: dict[str, list[Joint]] = {}
-    for joint in joints:
-        outgoing.setdefault(joint.parent, []).append(joint)
-    ordered: list[Joint] = []
-    waiting = list(reversed(outgoing.get(roots[0], [])))
-    while waiting:
-        joint = waiting.pop()
-        ordered.append(joint)
-        waiting.extend(reversed(outgoing.get(joint.child, [])))
-    if len(ordered) < len(joints):
-        reached = {joint.name for joint in ordered}
-        raise ModelError("model.cycle", joint=next(joint.name for joint in joints if joint.name not in reached))
-    return roots[0], tuple(ordered)
 
 
 def _require_mimic_leaders(joints: tuple[Joint, ...]) -> None:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from mafsil.model.diagnostics import MOST_DIAGNOSTICS, Diagnostic, Edit, Fault, Repair, Severity, shown
+from mafsil.model.diagnostics import MOST_DIAGNOSTICS, Diagnostic, Edit, Fault, Repair, Severity, safe, shown
 from mafsil.model.faults import (
     MISSING_ATTRIBUTE,
     MORE_REMARKS,
@@ -82,8 +82,7 @@ class Reading:
         line, column = self._document_of(element).place(element, attribute)
         included = self.included[element.file - 1][0] if element.file else ""
         repair = None if element.file else repair
-        safe = {key: shown(value) if isinstance(value, str) else value for key, value in details.items()}
-        self.diagnostics.append(Diagnostic(fault, line, column, safe, repair, included))
+        self.diagnostics.append(Diagnostic(fault, line, column, safe(details), repair, included))
 
     def include(self, name: str, text: Text, document: Document) -> Element:
         """Take an included file in: its elements carry its number, and what was pardoned in it is said.

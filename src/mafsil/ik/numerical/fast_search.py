@@ -191,14 +191,15 @@ def search_of(
     weights: tuple[float, ...] | None,
     tolerance: float,
     rotation_tolerance: float | None,
+    expressed_in: str = "body",
 ) -> FastSearch:
     """The search for the poses of a robot and a task; made once.
 
     Args:
         robot, frame, limits, seed: as for `solve_ik`.
-        kind, axis, weights, tolerance, rotation_tolerance: of the task.
+        kind, axis, weights, tolerance, rotation_tolerance, expressed_in: of the task.
     """
-    task = task_of(kind, axis, weights, tolerance, rotation_tolerance)
+    task = task_of(kind, axis, weights, tolerance, rotation_tolerance, expressed_in)
     return FastSearch(cached_plan(problem_of(robot, frame, limits), task, seed))
 
 
@@ -209,13 +210,14 @@ def task_of(
     weights: tuple[float, ...] | None,
     tolerance: float,
     rotation_tolerance: float | None,
+    expressed_in: str = "body",
 ) -> PoseTask:
     """As `pose_task`, made once.
 
     Args:
-        kind, axis, weights, tolerance, rotation_tolerance: as there.
+        kind, axis, weights, tolerance, rotation_tolerance, expressed_in: as there.
     """
-    return pose_task(kind, axis, weights, tolerance, rotation_tolerance)
+    return pose_task(kind, axis, weights, tolerance, rotation_tolerance, expressed_in)
 
 
 def hashable(name: str, values: Any) -> tuple[float, ...]:

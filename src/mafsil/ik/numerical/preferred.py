@@ -101,7 +101,7 @@ def _descended(
 ) -> JointVector:
     """(k, n) where the self-motion towards the preferred configuration comes to rest."""
     n = start.shape[1]
-    q, step = start.copy(), plan.problem.step_with_self_motion(plan.task.one_axis).ufunc
+    q, step = start.copy(), plan.problem.step_with_self_motion(plan.task.one_axis, plan.task.aligned).ufunc
     moving, gain, cost = np.arange(len(q)), np.ones(len(q)), np.full(len(q), np.inf)
     for _ in range(STEPS):
         gap = q_preferred[moving] - q[moving]

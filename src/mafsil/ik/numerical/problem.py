@@ -95,17 +95,17 @@ class PoseProblem:
             return self.robot.forward_kinematics(q)
         return self.robot.forward_kinematics(q, frame=self.frame)
 
-    def step(self, one_axis: bool) -> Kernel:
+    def step(self, one_axis: bool, aligned: bool = False) -> Kernel:
         """Of (q, T_sd, task) to (q_next, e): one bounded damped step."""
-        return _kernel("step", self.robot.mechanism, self.frame, one_axis)
+        return _kernel("step", self.robot.mechanism, self.frame, one_axis, aligned)
 
-    def step_with_self_motion(self, one_axis: bool) -> Kernel:
+    def step_with_self_motion(self, one_axis: bool, aligned: bool = False) -> Kernel:
         """Of (q, T_sd, task, z) to (q_next, e, self-motion)."""
-        return _kernel("step_with_self_motion", self.robot.mechanism, self.frame, one_axis)
+        return _kernel("step_with_self_motion", self.robot.mechanism, self.frame, one_axis, aligned)
 
-    def check(self, one_axis: bool) -> Kernel:
+    def check(self, one_axis: bool, aligned: bool = False) -> Kernel:
         """Of (q, T_sd, task) to (T_sf, e)."""
-        return _kernel("check", self.robot.mechanism, self.frame, one_axis)
+        return _kernel("check", self.robot.mechanism, self.frame, one_axis, aligned)
 
     def sample(self, generator: np.random.Generator, count: int) -> JointVector:
         """(count, n) uniform configurations within the bounds; within a turn, or the length, where there are none."""
@@ -139,7 +139,7 @@ def problem_of(robot: Robot, frame: str | None, limits: bool) -> PoseProblem:
 
 
 @lru_cache(maxsize=128)
-def _kernel(what: str, mechanism: Mechanism, frame: str | None, one_axis: bool) -> Kernel:
+def _kernel(what: str, mechanism: Mechanism, frame: str | None, one_axis: bool, aligned: bool) -> Kernel:
     n = mechanism.n
     inputs = (Port("q", (n,)), Port("T_sd", (4, 4)), Port("task", (9 + 2 * n,)))
     size = {"check": 22, "step": n + 6, "step_with_self_motion": 2 * n + 6}[what]
@@ -148,19 +148,21 @@ def _kernel(what: str, mechanism: Mechanism, frame: str | None, one_axis: bool) 
     numbers = () if what == "check" else (RELATIVE_DAMPING, FACTOR_DAMPING, unit_length(mechanism, frame))
     return kernels.compile(
         Signature(f"pose_{what}", inputs, (Port("out", (size,)),)),
-        partial(_build, what, mechanism, frame, one_axis, numbers),
-        key=f"{fingerprint(mechanism)} pose_{what} {frame!r} {one_axis} {numbers}",
+        partial(_build, what, mechanism, frame, one_axis, aligned, numbers),
+        key=f"{fingerprint(mechanism)} pose_{what} {frame!r} {one_axis} {aligned} {numbers}",
         fingerprints=(kernels.fingerprint("mafsil.algebra", "mafsil.mechanics"),),
-        recipe=(_kernel, (what, mechanism, frame, one_axis)),
+        recipe=(_kernel, (what, mechanism, frame, one_axis, aligned)),
     )
 
 
-def _build(what: str, mechanism: Mechanism, frame: str | None, one_axis: bool, numbers: tuple[float, ...]) -> Any:
+def _build(
+    what: str, mechanism: Mechanism, frame: str | None, one_axis: bool, aligned: bool, numbers: tuple[float, ...]
+) -> Any:
     """The function; its expressions are loaded only when a kernel has to be made."""
     if what == "check":
-        return damped_least_squares.error(mechanism, frame, one_axis)
+        return damped_least_squares.error(mechanism, frame, one_axis, aligned)
     build = {
         "step": damped_least_squares.step,
         "step_with_self_motion": damped_least_squares.step_with_self_motion,
     }[what]
-    return build(mechanism, frame, one_axis, *numbers)
+    return build(mechanism, frame, one_axis, aligned, *numbers)

@@ -159,7 +159,8 @@ def plan_of(problem: PoseProblem, task: PoseTask, seed: int) -> SearchPlan:
         configurations=pool.samples,
         features=pool.features,
     )
-    return SearchPlan(problem, task, record, pool, problem.step(task.one_axis), problem.check(task.one_axis))
+    step, check_kernel = (make(task.one_axis, task.aligned) for make in (problem.step, problem.check))
+    return SearchPlan(problem, task, record, pool, step, check_kernel)
 
 
 def new_search(plan: SearchPlan, step: int, desired: Floats, q0: JointVector, attempts: Whole) -> Search:

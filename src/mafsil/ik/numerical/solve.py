@@ -16,7 +16,7 @@ from mafsil.ik.numerical.fast_search import SOLVED, FastSearch, Report, hashable
 from mafsil.ik.numerical.full_search import FullSearch
 from mafsil.ik.numerical.preferred import preferred_configuration
 from mafsil.ik.numerical.records import WINNER
-from mafsil.ik.numerical.task import TaskKind
+from mafsil.ik.numerical.task import TaskKind, WeightAxes
 from mafsil.ik.problem import printed_pose
 from mafsil.ik.result import IKResult
 from mafsil.ik.status import CODES, IKStatus
@@ -57,6 +57,7 @@ def solve_ik(
     task: TaskKind = "pose",
     axis: ArrayLike = AXIS,
     weights: ArrayLike | None = None,
+    expressed_in: WeightAxes = "body",
     tolerance: float = 1e-10,
     rotation_tolerance: float | None = None,
     q_preferred: ArrayLike | None = None,
@@ -91,8 +92,10 @@ def solve_ik(
         task: what of the pose counts: `pose`; `position`; `orientation`; `axis`: position, and direction of one axis;
             `direction` of one axis alone.
         axis: (3,) that axis in the frame.
-        weights: (6,) of rotations about and positions along the frame's own axes; zero sets one free. They balance the
-            errors where not all can vanish. Ones if None.
+        weights: (6,) of rotations about and positions along axes; zero sets one free. They balance the errors where
+            not all can vanish. Ones if None.
+        expressed_in: whose axes those of the weights are: `body`: the frame's own; `aligned`: those of {s}, so that
+            `(1, 1, 1, 1, 1, 0)` leaves the height free.
         tolerance: largest position error [m], and rotation error [rad] where that has none of its own.
         rotation_tolerance: largest rotation error [rad].
         q_preferred: (*batch, n) preferred configuration [rad | m], such as the middle of the limits, approached as far
@@ -117,7 +120,7 @@ def solve_ik(
         q0, seed = guess, 0
     single = q_preferred is None and seconds is None and type(restarts) is int
     if single and type(tolerance) is float and type(seed) is int and _plain(T_sd, _POSE):
-        named = (robot, frame, limits, seed, task, axis, weights, tolerance, rotation_tolerance)
+        named = (robot, frame, limits, seed, task, axis, weights, tolerance, rotation_tolerance, expressed_in)
         found = _again(named, T_sd, q0, restarts)
         if found is not None:
             return found
@@ -135,8 +138,10 @@ def solve_ik(
     direction = axis if axis is AXIS else hashable("axis", axis)
     factors = None if weights is None else hashable("weights", weights)
     exact = positive("tolerance", tolerance), turn
-    search = search_of(robot, frame, bool(limits), whole("seed", seed), str(task), direction, factors, *exact)
-    _remember((robot, frame, limits, seed, task, axis, weights, tolerance, rotation_tolerance), search)
+    search = search_of(
+        robot, frame, bool(limits), whole("seed", seed), str(task), direction, factors, *exact, str(expressed_in)
+    )
+    _remember((robot, frame, limits, seed, task, axis, weights, tolerance, rotation_tolerance, expressed_in), search)
     plan, part, batch = search.plan, search.part, desired.shape[:-2]
     first = None if q0 is None else _rows("q0", q0, robot.n, batch)
     remark_on_degrees(robot, "q0", q0)

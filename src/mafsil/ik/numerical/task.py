@@ -13,6 +13,8 @@ from mafsil.errors import InputError
 
 TaskKind = Literal["pose", "position", "orientation", "axis", "direction"]
 KINDS: tuple[str, ...] = get_args(TaskKind)
+WeightAxes = Literal["body", "aligned"]
+AXES: tuple[str, ...] = get_args(WeightAxes)
 
 _ROWS: dict[str, tuple[float, float]] = {
     "pose": (1.0, 1.0),
@@ -26,7 +28,7 @@ _ROWS: dict[str, tuple[float, float]] = {
 
 @dataclass(frozen=True, eq=False)
 class PoseTask:
-    """Components of the twist to the desired pose, in the frame's own axes.
+    """Components of the twist to the desired pose.
 
     Attributes:
         kind: see `pose_task`.
@@ -34,6 +36,7 @@ class PoseTask:
         axis: (3,) unit vector in the frame, for the kinds `axis` and `direction`.
         rotation_tolerance: [rad].
         position_tolerance: [m].
+        aligned: whether components are those along the axes of {s}, not along the frame's own.
     """
 
     kind: TaskKind
@@ -41,6 +44,7 @@ class PoseTask:
     axis: Vector3
     rotation_tolerance: float
     position_tolerance: float
+    aligned: bool = False
 
     @property
     def one_axis(self) -> bool:
@@ -79,6 +83,7 @@ def pose_task(
     weights: ArrayLike | None,
     tolerance: float,
     rotation_tolerance: float | None,
+    expressed_in: str = "body",
 ) -> PoseTask:
     """A task, from what a user says.
 
@@ -86,15 +91,19 @@ def pose_task(
         kind: `pose`; `position` of the origin; `orientation`; `axis`: position, and direction of one axis of the
             frame; `direction` of that axis alone.
         axis: (3,) in the frame.
-        weights: (6,) of rotations about and positions along the frame's axes, zero for free components; ones if None.
+        weights: (6,) of rotations about and positions along axes, zero for free components; ones if None.
         tolerance: of the position [m], and of the rotation [rad] if that is not given.
         rotation_tolerance: [rad].
+        expressed_in: whose axes those of the weights are: `body`: the frame's own; `aligned`: those of {s}.
 
     Raises:
-        InputError: an unknown kind, negative weights or none, a tolerance that is not positive, a zero axis.
+        InputError: an unknown kind, other axes, negative weights or none, a tolerance that is not positive, an axis of
+            length zero.
     """
     if kind not in KINDS:
         raise InputError("input.choice", name="task", value=kind, known=", ".join(KINDS))
+    if expressed_in not in AXES:
+        raise InputError("input.choice", name="expressed_in", value=expressed_in, known=", ".join(AXES))
     shift = positive("tolerance", tolerance)
     turn = shift if rotation_tolerance is None else positive("rotation_tolerance", rotation_tolerance)
     direction = as_batch("axis", axis, (3,), finite=True)
@@ -104,7 +113,7 @@ def pose_task(
     rows = np.repeat(_ROWS[kind], 3) * _weights(weights)
     if not rows.any():
         raise InputError("ik.no_weight", name="weights", task=kind)
-    return PoseTask(cast("TaskKind", kind), rows, direction / size, turn, shift)
+    return PoseTask(cast("TaskKind", kind), rows, direction / size, turn, shift, expressed_in == "aligned")
 
 
 def _weights(weights: ArrayLike | None) -> Floats:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from mafsil.model.diagnostics import Diagnostic, Edit, Fault, Repair, shown
+from mafsil.model.diagnostics import Diagnostic, Edit, Fault, Repair, safe
 from mafsil.model.numbers import written
 from mafsil.model.reading import Reading
 from mafsil.model.xml_tree import Document, Element
@@ -54,7 +54,7 @@ class Finding:
 
     def without_place(self) -> Diagnostic:
         """The remark about a robot that came from no file."""
-        return Diagnostic(self.fault, 0, 0, _safe(self.details))
+        return Diagnostic(self.fault, 0, 0, safe(self.details))
 
     def report(self, reading: Reading, *, repairs: bool) -> None:
         """The remark at its place in a file.
@@ -78,11 +78,7 @@ class Finding:
                 if value is None:
                     return None
                 edits.append(document.set_attribute(target, put.attribute, value))
-        return Repair(self.offer, tuple(edits), _safe(self.details)) if edits else None
-
-
-def _safe(details: dict[str, object]) -> dict[str, object]:
-    return {key: shown(value) if isinstance(value, str) else value for key, value in details.items()}
+        return Repair(self.offer, tuple(edits), safe(self.details)) if edits else None
 
 
 def _part(root: Element, part: str, name: str) -> Element | None:

@@ -79,7 +79,7 @@ def _from_geoms(reading: Reading, body: Element, name: str, parts: Matters) -> I
         except MafsilError as error:
             if not parts.moves:
                 return None
-            reading.report(MESH_WITHOUT_MASS, body, body=name, mesh=geom.matter.mesh, reason=str(error))
+            reading.report(MESH_WITHOUT_MASS, body, body=name, mesh=geom.matter.mesh, reason=error)
     return united(*bodies)
 
 

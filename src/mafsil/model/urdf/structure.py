@@ -19,6 +19,7 @@ from mafsil.model.faults import (
 from mafsil.model.link import Link
 from mafsil.model.mimics import Declared
 from mafsil.model.reading import Reading
+from mafsil.model.spanning_tree import joint_of_loop
 from mafsil.model.xml_tree import Element
 
 CLOSE = 0.8
@@ -109,20 +110,13 @@ def _check_parent(reading: Reading, declared: Declared, carried: dict[str, str])
 
 def _check_tree(reading: Reading, robot: Element, links: list[str], joints: list[Declared]) -> None:
     """One root from which every link is reached."""
+    loop = joint_of_loop(declared.joint for declared in joints)
+    if loop is not None:
+        element = next(declared.element for declared in joints if declared.joint is loop)
+        reading.report(CYCLE, element, None, None, joint=loop.name)
+        return
     children = {declared.joint.child for declared in joints}
     roots = [name for name in links if name not in children]
-    outgoing: dict[str, list[Declared]] = {}
-    for declared in joints:
-        outgoing.setdefault(declared.joint.parent, []).append(declared)
-    reached, waiting = set(roots), list(roots)
-    while waiting:
-        for declared in outgoing.get(waiting.pop(), []):
-            reached.add(declared.joint.child)
-            waiting.append(declared.joint.child)
-    looping = next((declared for declared in joints if declared.joint.child not in reached), None)
-    if looping is not None:
-        reading.report(CYCLE, looping.element, None, None, joint=looping.joint.name)
-        return
     for extra in roots[1:]:
         element = next(e for e in robot.all("link") if e.get("name") == extra)
         reading.report(TWO_ROOTS, element, None, None, first=roots[0], second=extra)
