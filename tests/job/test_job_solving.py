@@ -167,10 +167,10 @@ def test_no_such_robot() -> None:
             solve(parse(TWO_MOVES.replace('"panda"', f'"{robot}"')), "", JOBS)
 
 
-def test_robot_without_masses_is_refused(tmp_path: Path) -> None:
+def test_robot_without_masses_is_refused_where_forces_are_asked_for(tmp_path: Path) -> None:
     urdf = '<robot name="r"><link name="a"/><link name="b"/><joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint></robot>'  # noqa: E501
     (tmp_path / "r.urdf").write_text(urdf, encoding="utf-8")
-    text = 'robot = "r.urdf"\n[[move]]\njoints = [1.0]\n'
+    text = 'robot = "r.urdf"\n[simulation]\nplant = "mafsil"\n[[move]]\njoints = [1.0]\n'
     with pytest.raises(JobError) as caught:
         solve(parse(text), text, tmp_path)
     assert caught.value.key == "job.no_mass"

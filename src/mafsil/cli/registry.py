@@ -42,7 +42,7 @@ OPERATIONS: tuple[Operation, ...] = (
             *_RUNS,
             Parameter("dry_run", "flag"),
             Parameter("set", "text", many=True, metavar="NAME=VALUE"),
-            Parameter("plant", "text", choices=("mafsil", "mujoco")),
+            Parameter("plant", "text", choices=("mafsil", "mujoco", "kinematic")),
             Parameter("real_time", "flag"),
             Parameter("log", "path", metavar="FILE.mcap"),
             Parameter("runs", "text", metavar="N"),

@@ -41,7 +41,7 @@ def run(
     open: bool,
     dry_run: bool = False,
     set: list[str] | None = None,
-    plant: Literal["mafsil", "mujoco"] | None = None,
+    plant: Literal["mafsil", "mujoco", "kinematic"] | None = None,
     real_time: bool = False,
     log: str | None = None,
     runs: str | None = None,
@@ -93,7 +93,7 @@ class _Options:
     """How a job is run for once; see `run`."""
 
     variables: Mapping[str, object] | None = None
-    plant: Literal["mafsil", "mujoco"] | None = None
+    plant: Literal["mafsil", "mujoco", "kinematic"] | None = None
     real_time: bool = False
     log: str | None = None
     runs: int | None = None
@@ -215,13 +215,14 @@ def _answer(outcome: Run, report: Path) -> Answer:
     worst = int(numbers.joint_error.argmax())
     joint = visible(outcome.robot.joint_names[worst])
     off = f"{joint_quantity(outcome, worst, float(numbers.joint_error[worst]))} ({joint})"
-    rows = [
-        (say("report.cycle"), quantity(numbers.cycle, "s")),
+    rows = [(say("report.cycle"), quantity(numbers.cycle, "s"))]
+    driven = [
         (say("report.tip_error"), quantity(numbers.tip_error, "m")),
         (say("report.tip_turn"), quantity(numbers.tip_turn, "rad")),
         (say("report.joint_error"), off),
         (say("report.energy"), quantity(numbers.energy, "J")),
     ]
+    rows += [] if outcome.plan.kinematic else driven
     if numbers.targets:
         reached = sum(one.reached for one in numbers.arrivals)
         rows.insert(1, (say("report.targets"), say("report.targets_value", reached=reached, total=numbers.targets)))

@@ -45,6 +45,6 @@ def drive(
         MafsilError: the log cannot be written.
     """
     run = replace(simulate_plan(job, text, robot, plan, progress, log=log), limits=limits_of_cycle(plan))
-    causes = causes_of(run, again) if explained else {}
+    causes = causes_of(run, again) if explained and not plan.kinematic else {}
     found = replace(run, remarks=(*judgement.remarks(run, judgement.summary(run), causes), *run.remarks))
     return replace(found, remarks=(*found.remarks, *stability_remarks(found)))

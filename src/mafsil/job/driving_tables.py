@@ -106,7 +106,8 @@ class Simulation(Part, frozen=True, kw_only=True):
         mass_error: the real masses are this much larger than the controller believes (0.1 is ten per cent).
         payload: mass that hangs at the tip besides, which the controller does not know of [kg].
         noise: of the sensors.
-        plant: who computes the motion: `mafsil`, or `mujoco` where it is installed.
+        plant: who computes the motion: `mafsil`; `mujoco` where it is installed; `kinematic`, the plan is followed
+            exactly, without masses, controller and forces. If None `mafsil`, or `kinematic` where masses are missing.
         real_time: every evaluation of the law begins when it is due, and those that come late are counted; a run takes
             as long as the motion.
     """
@@ -118,7 +119,7 @@ class Simulation(Part, frozen=True, kw_only=True):
     mass_error: Annotated[float, msgspec.Meta(gt=-1, le=10)] = 0.0
     payload: NotNegative = 0.0
     noise: Noise = Noise()
-    plant: Literal["mafsil", "mujoco"] = "mafsil"
+    plant: Literal["mafsil", "mujoco", "kinematic"] | None = None
     real_time: bool = False
 
 

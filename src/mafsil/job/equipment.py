@@ -37,12 +37,14 @@ class Equipment:
         tool: as the job describes it.
         robot: with it.
         T_of_first: (4, 4) its tip frame in that of the tool with which the robot starts.
+        light: links of the robot itself that its joints move without moving any mass.
     """
 
     name: str | None
     tool: Tool
     robot: Robot
     T_of_first: PoseMatrix
+    light: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +73,7 @@ def equipped(job: Job, folder: Path) -> Robot:
         folder: to which the path of a robot file is relative.
 
     Raises:
-        MafsilError: no such robot, no such joint to lock, or it has links without mass.
+        MafsilError: no such robot, or no such joint to lock.
     """
     return _robot(job, _bare(job, folder), job.start.tool)
 
@@ -92,9 +94,9 @@ def equipment_of(job: Job, folder: Path, places: Places | None = None) -> tuple[
         _require_near(job, bare, places)
     names = dict.fromkeys([job.start.tool, *(move.tool for move in job.move if move.tool is not None)])
     robots = {name: _robot(job, bare, name) for name in names}
-    first = robots[job.start.tool]
+    first, light = robots[job.start.tool], links_without_mass(bare)
     return tuple(
-        Equipment(name, _tool(job, name), robot, _between(first, robot, name)) for name, robot in robots.items()
+        Equipment(name, _tool(job, name), robot, _between(first, robot, name), light) for name, robot in robots.items()
     )
 
 
@@ -127,7 +129,6 @@ def _tool(job: Job, name: str | None) -> Tool:
 
 def _robot(job: Job, bare: Mechanism, name: str | None) -> Robot:
     mechanism = with_tool(bare, _tool(job, name), degrees=job.angles == "degrees")
-    _require_masses(mechanism)
     return as_open_tree(mechanism)
 
 
@@ -163,17 +164,20 @@ def _locked(job: Job, mechanism: Mechanism) -> dict[str, float]:
     return {name: units[name in prismatic] * value for name, value in job.lock.items()}
 
 
-def _require_masses(mechanism: Mechanism) -> None:
-    """Every moving joint moves some mass (or inertia), else its acceleration is not defined."""
+def links_without_mass(mechanism: Mechanism) -> tuple[str, ...]:
+    """Links that a joint moves without moving any mass or inertia, so that its acceleration is not defined.
+
+    Args:
+        mechanism: with or without a tool.
+    """
     carried = [link.inertial is not None and link.inertial.mass > 0.0 for link in mechanism.links]
     for k in reversed(range(len(mechanism.joints))):
         parent = mechanism.parents[k]
         if mechanism.joints[k].kind is JointKind.FIXED or parent:
             carried[parent] = carried[parent] or carried[k + 1]
-    light = [
+    moved = [(k, joint) for k, joint in enumerate(mechanism.joints) if joint.moves]
+    return tuple(
         joint.child
-        for k, joint in enumerate(mechanism.joints)
-        if joint.moves and not carried[k + 1] and not (joint.actuator and joint.actuator.reflected_inertia > 0.0)
-    ]
-    if light or not np.any(carried):
-        raise JobError("job.no_mass", robot=visible(mechanism.name), links=", ".join(map(visible, light)))
+        for k, joint in moved
+        if not any(carried) or (not carried[k + 1] and not (joint.actuator and joint.actuator.reflected_inertia > 0.0))
+    )

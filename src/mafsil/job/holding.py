@@ -55,7 +55,9 @@ def overloads(run: Run) -> tuple[Overload, ...]:
 
 
 def planned_overloads(job: Job, plan: Plan) -> tuple[Overload, ...]:
-    """The same of a plan that is not simulated; nothing of mechanisms with loops."""
+    """The same of a plan that is not simulated; nothing of mechanisms with loops and without masses."""
+    if plan.kinematic:
+        return ()
     asked: list[Asked] = []
     for stretch in stretches(plan):
         robot = stretch.load.robot

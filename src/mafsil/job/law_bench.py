@@ -225,6 +225,8 @@ def bench_laws(
     Raises:
         JobError: an unknown law.
     """
+    if plan.kinematic:
+        raise JobError("job.bench_kinematic")
     kinds = kinds_for(job) if kinds is None else kinds
     if "hybrid" in kinds and not job.surface:
         raise JobError("job.bench_surface")

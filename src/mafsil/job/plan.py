@@ -66,6 +66,7 @@ class Plan:
         surroundings: what the arm may meet; None where the job names nothing.
         neighbours: what other robots do meanwhile.
         signals: between the arm and its cell; None where the job names none.
+        kinematic: whether the arm follows it exactly, without masses and forces.
     """
 
     start: JointVector
@@ -75,6 +76,7 @@ class Plan:
     surroundings: Surroundings | None = None
     neighbours: tuple[NeighbourMotion, ...] = ()
     signals: CellSignals | None = None
+    kinematic: bool = False
 
     @property
     def duration(self) -> float:

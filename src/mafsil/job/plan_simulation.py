@@ -42,6 +42,7 @@ from mafsil.simulation import (
 )
 from mafsil.simulation.closed_plant import plant_of
 from mafsil.simulation.fused import WORTH, can_fuse
+from mafsil.simulation.kinematic_run import as_planned
 from mafsil.simulation.recording import joined
 from mafsil.simulation.scaled_gains import scaled
 from mafsil.simulation.stepping import IMPLICIT_FRICTION, STIFF, friction_stiffness
@@ -100,6 +101,8 @@ def simulate_plan(
         MafsilError: the log cannot be written.
     """
     _require_short(job, plan)
+    if plan.kinematic:
+        return Run(job, text, robot, plan, _as_planned(job, plan, log), ())
     planned = tuple(stretches(plan, grips(job, plan)))
     models = [_loaded(stretch.load, known=True) for stretch in planned]
     plants = [
@@ -129,6 +132,17 @@ def simulate_plan(
     return Run(job, text, robot, plan, recording, tuple(driven), stopped, remarks=remark)
 
 
+def _as_planned(job: Job, plan: Plan, log: str | os.PathLike[str] | None) -> Recording:
+    """The recording of an arm that follows its plan exactly; also in a log, if one is asked for."""
+    tape = joined([as_planned(one.load.robot, one.trajectory, control_period(job)) for one in stretches(plan)])
+    if log is not None:
+        with LiveLog(log, plan.duration) as live:
+            live.begin(tape.metadata)
+            live.add(tape.arrays())
+            live.end(tape.metadata | {"status": tape.status.name})
+    return tape
+
+
 def _recorded(
     job: Job,
     plan: Plan,
@@ -153,7 +167,7 @@ def _recorded(
         plant = loaded if gripped else _plant(job, stretch, stretch.load.robot)
         known = plant.robot if difference.knows_arm else model
         scenario = _scenario(job, known, stretch, plant, recordings, method, difference)
-        driven.append(Driven(stretch, scenario, gripped))
+        driven.append(Driven(stretch, gripped, scenario))
 
         def report(share: float, begin: float = stretch.start, length: float = stretch.trajectory.duration) -> None:
             progress((begin + share * length) / plan.duration)

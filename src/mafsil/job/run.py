@@ -16,7 +16,7 @@ from mafsil.job.limiting import CycleLimit
 from mafsil.job.plan import Plan
 from mafsil.job.remark import Remark
 from mafsil.job.status import JobStatus
-from mafsil.job.stretch import Driven
+from mafsil.job.stretch import Driven, Passed, stretches
 from mafsil.messages import LANGUAGES
 from mafsil.messages.visible import visible
 from mafsil.robot import Robot
@@ -39,7 +39,7 @@ class Run(Answer):
         robot: with the tool that it starts with, empty-handed.
         plan: the motion that was asked of the controller.
         recording: what happened, tick by tick.
-        driven: what was simulated, stretch by stretch.
+        driven: what was simulated, stretch by stretch; nothing of a kinematic run.
         stopped: why the simulation ended early, or None.
         remarks: what the reader should know.
         limits: of the cycle: how long each decides, and what ten per cent more of it would save.
@@ -61,6 +61,11 @@ class Run(Answer):
         """(rows, 4, 4) poses of the tip as it was and as it should be, in {s}."""
         tape = self.recording
         return self.plan.tips(tape.t[rows], tape.q[rows]), self.plan.tips(tape.t[rows], tape.q_ref[rows])
+
+    @property
+    def passed(self) -> tuple[Passed, ...]:
+        """The stretches and what was gripped in each: without forces whatever the plan takes."""
+        return self.driven or tuple(Passed(stretch, gripped=True) for stretch in stretches(self.plan))
 
     @property
     def status(self) -> JobStatus:

@@ -14,6 +14,7 @@ from mafsil.job.description import Job
 from mafsil.job.drive import drive
 from mafsil.job.equipment import equipment_of
 from mafsil.job.fitting import require_fit
+from mafsil.job.kinematic import kinematic
 from mafsil.job.lines import Places
 from mafsil.job.move_planner import plan
 from mafsil.job.named_files import with_files
@@ -112,7 +113,7 @@ def solve_file(
     path: str | os.PathLike[str],
     folder: str | os.PathLike[str] | None = None,
     *,
-    plant: Literal["mafsil", "mujoco"] | None = None,
+    plant: Literal["mafsil", "mujoco", "kinematic"] | None = None,
     real_time: bool = False,
     log: str | os.PathLike[str] | None = None,
     cluster: str | None = None,
@@ -140,7 +141,7 @@ def solve_file(
     return solve(job, text, home, source=place.name, log=log, cluster=cluster)
 
 
-def simulated_by(job: Job, plant: Literal["mafsil", "mujoco"] | None, *, real_time: bool = False) -> Job:
+def simulated_by(job: Job, plant: Literal["mafsil", "mujoco", "kinematic"] | None, *, real_time: bool = False) -> Job:
     """The job with another plant, or against the clock.
 
     Args:
@@ -186,5 +187,10 @@ def prepare(
     job = with_files(job, folder, places)
     neighbours = neighbours_of(job, folder, places)
     eye.enter("stage_planning")
+    without_forces = kinematic(job, tools[0], places)
     motion = plan(job, tools, eye.update, text, neighbours)
-    return motion if isinstance(motion, Refusal) else (robot, motion)
+    if isinstance(motion, Refusal):
+        return motion
+    if without_forces is not None:
+        motion = replace(motion, kinematic=True, remarks=(*motion.remarks, without_forces))
+    return robot, motion

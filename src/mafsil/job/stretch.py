@@ -40,23 +40,32 @@ class Stretch:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Driven:
-    """A stretch as it was simulated.
+class Passed:
+    """A stretch as it was passed.
 
     Attributes:
         stretch: what was planned.
-        scenario: what was simulated: true arm, model, law, pushes.
         gripped: whether the part that the plan holds was really taken; true where it holds none.
     """
 
     stretch: Stretch
-    scenario: Scenario
     gripped: bool
 
     @property
     def carried(self) -> Grasp | None:
         """What the tool really carried."""
         return self.stretch.carried if self.gripped else None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Driven(Passed):
+    """A stretch as it was simulated.
+
+    Attributes:
+        scenario: what was simulated: true arm, model, law, pushes.
+    """
+
+    scenario: Scenario
 
 
 def stretches(plan: Plan, held: tuple[Grip, ...] = ()) -> Iterator[Stretch]:

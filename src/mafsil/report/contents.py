@@ -138,11 +138,14 @@ def _plots(run: Run, rows: Rows, numbers: Summary, words: _Words) -> tuple[Plot,
     def both(bound: Floats) -> Floats:
         return np.stack([-bound, bound], axis=1)
 
+    driven = (
+        Plot("tau", words("effort"), effort, tape.tau[rows], both(limits.effort)),
+        Plot("q_error", words("error"), angle, (tape.q - tape.q_ref)[rows]),
+    )
     return (
         Plot("q", words("position"), angle, tape.q[rows], np.stack([limits.lower, limits.upper], axis=1)),
         Plot("qd", words("velocity"), f"{angle}/s", tape.qd[rows], both(limits.velocity)),
-        Plot("tau", words("effort"), effort, tape.tau[rows], both(limits.effort)),
-        Plot("q_error", words("error"), angle, (tape.q - tape.q_ref)[rows]),
+        *(() if run.plan.kinematic else driven),
         *_clearance_plot(tape.t[rows], numbers, words),
         *_contact_plot(run, rows, words),
         *_signal_plot(run, rows, words),
@@ -188,9 +191,14 @@ def _figures(run: Run, numbers: Summary, words: _Words) -> tuple[Figure, ...]:
     share = np.where(np.isfinite(limit), numbers.peak_effort / np.where(limit > 0, limit, 1.0), 0.0)
     hardest = int(share.argmax())
     level: Level = "failure" if numbers.saturated.any() else "warning" if share[hardest] > 0.9 else "good"
-    figures = [
+    planned = [
         Figure(words("cycle"), f"{numbers.cycle:.3f}", "s", words("cycle_note", count=run.plan.made)),
         *_target_figures(numbers, words),
+    ]
+    if run.plan.kinematic:
+        return tuple(planned)
+    figures = [
+        *planned,
         _figure(words("tip_error"), quantity(numbers.tip_error, "m"), _at(numbers.tip_error_time, words)),
         _figure(words("tip_turn"), quantity(numbers.tip_turn, "rad"), _at(numbers.tip_turn_time, words)),
         _figure(words("joint_error"), joint_quantity(run, worst, float(numbers.joint_error[worst])), names[worst]),
@@ -272,8 +280,8 @@ def _arrived(run: Run, leg: Leg, judged: Arrival, words: _Words) -> str:
         part = {"name": grasp.name, "mass": quantity(grasp.mass, "kg")}
         return words("picked" if judged.reached else "not_gripped", **part, **details)
     if judged.goal == "place":
-        driven = max((one for one in run.driven if one.stretch.first <= judged.leg), key=lambda one: one.stretch.first)
-        if not driven.gripped:
+        passed = max((one for one in run.passed if one.stretch.first <= judged.leg), key=lambda one: one.stretch.first)
+        if not passed.gripped:
             return words("nothing_placed")
         return words("placed" if judged.reached else "place_not_reached", **details)
     kind = "_joints" if judged.goal == "joints" else ""
@@ -289,20 +297,27 @@ def _name(leg: Leg, words: _Words) -> str:
 
 def _joint_table(run: Run, numbers: Summary, words: _Words) -> Table:
     keys = ("joint", "range", "peak_speed", "peak_acceleration", "peak_torque", "rms_torque", "largest_error")
-    head = tuple(words(key) for key in keys)
+    head = tuple(words(key) for key in (keys[:4] if run.plan.kinematic else keys))
     rows: list[tuple[str, ...]] = []
     for k, joint in enumerate(run.robot.mechanism.coordinates):
         unit, effort = ("m", "N") if joint.kind is JointKind.PRISMATIC else ("rad", "N m")
         bounds, acceleration = joint.limits, float(numbers.peak_acceleration[k])
+        driven = (
+            ()
+            if run.plan.kinematic
+            else (
+                f"{digits(float(numbers.peak_effort[k]))} {effort}{_share(numbers.peak_effort[k], bounds.effort)}",
+                f"{digits(float(numbers.rms_effort[k]))} {effort}",
+                joint_quantity(run, k, float(numbers.joint_error[k])),
+            )
+        )
         rows.append(
             (
                 joint.name,
                 f"{numbers.lowest[k]:z.3f} … {numbers.highest[k]:z.3f} {unit}",
                 f"{digits(float(numbers.peak_speed[k]))} {unit}/s{_share(numbers.peak_speed[k], bounds.velocity)}",
                 f"{digits(acceleration)} {unit}/s²{_share(acceleration, bounds.acceleration)}",
-                f"{digits(float(numbers.peak_effort[k]))} {effort}{_share(numbers.peak_effort[k], bounds.effort)}",
-                f"{digits(float(numbers.rms_effort[k]))} {effort}",
-                joint_quantity(run, k, float(numbers.joint_error[k])),
+                *driven,
             )
         )
     return Table(head, tuple(rows))
@@ -344,9 +359,10 @@ def _account(way: WayRound, words: _Words) -> str:
 
 def _explained(run: Run, words: _Words) -> Iterator[tuple[str, str]]:
     """The law, the measures and the plots of the page in words, each with its formula."""
-    kind = run.job.controller.kind
-    names = {kind: words(f"controller_{kind}"), "tip_error": words("tip_error"), "energy": words("energy")}
-    names |= {"response_plot": words("position"), "effort_plot": words("effort")}
+    kind, names = run.job.controller.kind, {"response_plot": words("position")}
+    if not run.plan.kinematic:
+        names |= {kind: words(f"controller_{kind}"), "tip_error": words("tip_error"), "energy": words("energy")}
+        names["effort_plot"] = words("effort")
     if run.recording.contact_wrench is not None:
         names["contact_force"] = words("contact_force")
     for name, label in names.items():

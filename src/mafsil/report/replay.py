@@ -110,7 +110,7 @@ def part_tracks(run: Run, moments: Floats) -> list[Part]:
     found: dict[int, Part] = {}
     starts, legs, t = run.plan.starts, run.plan.legs, run.recording.t
     tips, _ = run.tips(np.minimum(np.searchsorted(t, np.minimum(moments, t[-1])), len(t) - 1))
-    taken = {one.stretch.first - 1 for one in run.driven if one.gripped}
+    taken = {one.stretch.first - 1 for one in run.passed if one.gripped}
     for k, leg in enumerate(legs):
         grasp = run.job.move[leg.index].pick if leg.kind == "pick" else None
         if grasp is None:

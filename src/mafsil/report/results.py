@@ -144,9 +144,9 @@ def as_data(run: Run, numbers: Summary) -> dict[str, Any]:
         **run.to_dict(),
         "variables": dict(run.job.variables),
         "verdict": contents.verdict(run).level,
-        "numbers": {name: float(getattr(numbers, name)) for name in single},
+        "numbers": {name: _known(getattr(numbers, name)) for name in single},
         "joints": [
-            {"name": joint} | {name: float(getattr(numbers, name)[k]) for name in per_joint}
+            {"name": joint} | {name: _known(getattr(numbers, name)[k]) for name in per_joint}
             for k, joint in enumerate(names)
         ],
         "limits": [_limit(run, one) for one in run.limits],
@@ -166,6 +166,11 @@ def as_data(run: Run, numbers: Summary) -> dict[str, Any]:
         "versions": contents.versions(),
         "files": list(FILES),
     }
+
+
+def _known(value: float) -> float | None:
+    """A number; None of efforts that a kinematic run does not know."""
+    return None if math.isnan(value) else float(value)
 
 
 def signals_data(signals: CellSignals | None, duration: float) -> dict[str, Any] | None:

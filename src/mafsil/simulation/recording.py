@@ -129,8 +129,8 @@ class Recording(Answer):
 
     @property
     def saturated(self) -> NDArray[np.bool_]:
-        """(k, *batch, n) where an effort was clipped."""
-        return self.tau != self.tau_commanded
+        """(k, *batch, n) where an effort was clipped; nowhere in a kinematic run, whose efforts are NaN."""
+        return (self.tau != self.tau_commanded) & ~np.isnan(self.tau)
 
     @property
     def duration(self) -> float:

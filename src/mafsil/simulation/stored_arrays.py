@@ -17,6 +17,10 @@ from mafsil.errors import FileError
 from mafsil.messages import say
 from mafsil.regular_file import opened, reason
 
+KINEMATIC = "kinematic"
+"""The plant of runs without forces."""
+EFFORTS = ("tau", "tau_commanded")
+"""Arrays that are NaN there: nothing is known of them."""
 MOST_BYTES = 8 << 30
 """Of the arrays of one file: twice the longest run that is simulated."""
 MOST_PACKED = 250
@@ -97,7 +101,8 @@ def require_whole(arrays: dict[str, Floats], metadata: dict[str, Any]) -> None:
             raise ValueError(say("simulation.stored_array", name=name, shape=array.shape, expected=shape))
         if array.dtype.kind not in "fiu":
             raise ValueError(say("simulation.stored_kind", name=name, kind=str(array.dtype)))
-        if not (ended and name != "t") and not np.isfinite(array).all():
+        unknown = metadata.get("plant") == KINEMATIC and name in EFFORTS and bool(np.isnan(array).all())
+        if not (unknown or (ended and name != "t") or np.isfinite(array).all()):
             raise ValueError(say("simulation.stored_finite", name=name))
     if not (np.diff(t) > 0.0).all():
         raise ValueError(say("simulation.stored_times"))
