@@ -59,7 +59,7 @@ def cycle_with(text=TEXT, robot=None):
         _, again = planned(text)
     else:
         job = parse(text)
-        again = plan(job, (Equipment(None, job.tool, robot, np.eye(4)),), text=text)
+        again = plan(job, (Equipment(None, job.tool, robot, np.eye(4), np.eye(4)),), text=text)
     assert again.legs
     return again.duration
 

@@ -7,8 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import mafsil as mf
 from mafsil.errors import JobError
 from mafsil.job import Refusal, parse, solve
+from mafsil.job.solve import prepare
 from mafsil.report.replay import tool_tracks
 
 TOOLS = """
@@ -76,15 +78,12 @@ def test_the_tip_of_the_mounted_tool_goes_to_the_pose(run):
     offsets["short"][2, 3] = 0.10
     c, s = np.cos(0.5), np.sin(0.5)
     offsets["long"][:3] = [[c, -s, 0, 0], [s, c, 0, 0.05], [0, 0, 1, 0.25]]
-    here = np.asarray(bare.link_poses(np.zeros(7)))
-    flange = here[[link.name for link in bare.mechanism.links].index(bare.mechanism.tip)]
-    correction = np.linalg.solve(np.asarray(bare.forward_kinematics(np.zeros(7))), flange)
     names = ["short", "short", "long", "long", "long", "short", "short"]
     assert [leg.load.equipment.name for leg in run.plan.legs] == names
     for leg in run.plan.legs:
         if leg.target is not None:
             q = leg.trajectory.at(leg.trajectory.duration).u
-            T = np.asarray(bare.forward_kinematics(q)) @ correction @ offsets[leg.load.equipment.name]
+            T = np.asarray(bare.forward_kinematics(q)) @ offsets[leg.load.equipment.name]
             np.testing.assert_allclose(T, leg.target, atol=1e-6)
 
 
@@ -164,3 +163,19 @@ def test_tools_in_millimetres():
     job = parse(text.replace("size = [0.2, 0.06, 0.1]", "size = [200, 60, 100]"))
     assert job.tools["short"].size == pytest.approx((0.2, 0.06, 0.1))
     assert job.tools["long"].com == pytest.approx((0, 0, 1e-4))
+
+
+@pytest.mark.parametrize("name", ["ur5e", "ur10e", "panda", "iiwa7", "puma560"])
+def test_an_offset_counts_from_the_flange_as_everywhere(name):
+    """As `with_tool` and `--tool` count, and every pendant; from a link's frame where the job names the link."""
+    arm = mf.load(name)
+    q = 0.5 * (np.maximum(arm.limits.lower, -1.0) + np.minimum(arm.limits.upper, 1.5))
+    text = f'robot = "{name}"\n[tool]\noffset = {{ position = [0.01, 0.02, 0.16] }}\n[[move]]\njoints = {q.tolist()}\n'
+    robot, _ = prepare(parse(text), text, Path())
+    tool = mf.Pose.of(mf.Rotation.identity(), [0.01, 0.02, 0.16])
+    np.testing.assert_allclose(robot.forward_kinematics(q), arm.with_tool(tool).forward_kinematics(q), atol=1e-12)
+    on_link = text.replace("[tool]", f'[tool]\nlink = "{arm.mechanism.tip}"')
+    robot, _ = prepare(parse(on_link), on_link, Path())
+    index = list(arm.mechanism.link_names).index(arm.mechanism.tip)
+    expected = np.asarray(arm.link_poses(q))[index] @ np.asarray(tool)
+    np.testing.assert_allclose(robot.forward_kinematics(q), expected, atol=1e-12)

@@ -8,6 +8,7 @@ from scipy.optimize import fsolve
 
 from mafsil.errors import InputError
 from mafsil.mobility import synthesis as syn
+from mafsil.mobility.synthesis.answers import SynthesisStatus
 from tests.mobility.planted_bars import planted, wrapped
 
 
@@ -93,7 +94,7 @@ def test_equal_angles_are_a_parallelogram_of_any_length():
     angles = np.array([0.3, 0.9, 1.7, 2.2, 2.9])
     for count in (3, 4, 5):
         found = syn.synthesise_function(angles[:count], angles[:count])
-        assert found.status is syn.SynthesisStatus.INFINITE
+        assert found.status is SynthesisStatus.INFINITE
         assert found.explain("en") != found.explain("ar")
 
 

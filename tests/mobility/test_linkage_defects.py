@@ -6,6 +6,7 @@ import pytest
 from mafsil.mobility import FourBar, SliderCrank
 from mafsil.mobility import synthesis as syn
 from mafsil.mobility.synthesis.assessment import assess_four_bars, assess_slider_cranks
+from mafsil.mobility.synthesis.candidate import CandidateStatus
 from tests.mobility.planted_bars import wrapped
 from tests.sizes import few
 
@@ -123,15 +124,15 @@ def test_what_a_candidate_says_is_computed_from_its_numbers():
                 assert len(one.explain(language).split("\n")) == 1 + max(1, len(one.defects))
             assert bool(one) == (not one.defects)
             assert one.to_dict()["defects"] == [each.name.lower() for each in one.defects]
-    assert seen >= {syn.CandidateStatus.CIRCUIT, syn.CandidateStatus.BRANCH, syn.CandidateStatus.ORDER}
+    assert seen >= {CandidateStatus.CIRCUIT, CandidateStatus.BRANCH, CandidateStatus.ORDER}
 
 
 def test_good_candidates_stand_first_and_are_counted():
     rng = np.random.default_rng(2)
     poses = np.column_stack([rng.normal(size=(3, 2)), rng.uniform(-1, 1, 3)])
     found = syn.synthesise_motion(poses)
-    weights = [4 * (syn.CandidateStatus.CIRCUIT in one.defects) + 2 * (syn.CandidateStatus.BRANCH in one.defects)
-               + (syn.CandidateStatus.ORDER in one.defects) for one in found]  # fmt: skip
+    weights = [4 * (CandidateStatus.CIRCUIT in one.defects) + 2 * (CandidateStatus.BRANCH in one.defects)
+               + (CandidateStatus.ORDER in one.defects) for one in found]  # fmt: skip
     assert weights == sorted(weights)
     assert f"{found.ranking.free} of {found.ranking.count}" in found.explain("en")
     assert len(repr(found).split("\n")) <= 25

@@ -10,6 +10,7 @@ import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.mobility import FourBar, SliderCrank
 from mafsil.mobility import synthesis as syn
+from mafsil.mobility.synthesis.answers import SynthesisStatus
 from tests.mobility.planted_bars import planted, wrapped
 
 
@@ -150,7 +151,7 @@ def test_a_slot_on_the_coupler_is_named():
 def test_pure_translations_are_answered_in_words():
     corner = np.array([[0, 0, 0.3], [1, 0, 0.3], [2, 0, 0.3], [3, 0.1, 0.3]])
     found = syn.synthesise_motion(corner)
-    assert found.status is syn.SynthesisStatus.TRANSLATION
+    assert found.status is SynthesisStatus.TRANSLATION
     assert "no circle" in found.explain("en")
     angle = np.array([0.1, 0.9, 1.7, 2.0, 3.0])
     circle = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(5)])
@@ -163,7 +164,7 @@ def test_rotations_about_one_point_need_a_hinge_only():
     angle = np.array([0.0, 0.5, 1.2, 1.9, 2.5])
     arm = 2 * np.exp(1j * angle) + (3 - 1j)
     found = syn.synthesise_motion(np.column_stack([arm.real, arm.imag, angle]))
-    assert found.status is syn.SynthesisStatus.ONE_POLE
+    assert found.status is SynthesisStatus.ONE_POLE
     assert "(3, -1)" in found.explain("en")
     assert not found
     assert len(found) == 0
@@ -211,7 +212,7 @@ def test_two_complex_pairs_of_dyads_are_said():
         found = syn.synthesise_motion(poses)
         if not found.dyads:
             break
-    assert found.status is syn.SynthesisStatus.NONE
+    assert found.status is SynthesisStatus.NONE
     assert "of at most four dyads 0 are real" in found.explain("en")
 
 
@@ -243,7 +244,7 @@ def test_five_poses_of_two_angles_have_up_to_two_dyads(seed):
     z = m + r * np.exp(1j * rng.uniform(-3, 3, 5)) - np.exp(1j * angle) * w
     poses = np.column_stack([z.real, z.imag, angle])
     found = syn.synthesise_motion(poses)
-    assert found.status is not syn.SynthesisStatus.INFINITE
+    assert found.status is not SynthesisStatus.INFINITE
     gaps = [np.abs(np.append(one.pivot, one.point) - [m.real, m.imag, w.real, w.imag]).max() for one in found.dyads]
     assert min(gaps) < 1e-8
     assert len(gaps) <= 2
@@ -252,14 +253,14 @@ def test_five_poses_of_two_angles_have_up_to_two_dyads(seed):
 
 def test_five_poses_of_two_angles_that_are_special():
     line = np.column_stack([[0, 1, 3, 2, 2.5], [0, 1, 3, 0.3, 1.1], [0, 0, 0, 1, 1]])
-    assert syn.synthesise_motion(line).status is syn.SynthesisStatus.NONE
+    assert syn.synthesise_motion(line).status is SynthesisStatus.NONE
     line[3, :2] = line[4, :2] - 0.7
-    assert syn.synthesise_motion(line).status is syn.SynthesisStatus.INFINITE
+    assert syn.synthesise_motion(line).status is SynthesisStatus.INFINITE
     a = np.array([0.1, 0.8, 1.9, 3.0])
     circle = np.column_stack([np.append(np.cos(a), 2), np.append(np.sin(a), 0.3), [0, 0, 0, 0, 1]])
-    assert syn.synthesise_motion(circle).status is syn.SynthesisStatus.INFINITE
+    assert syn.synthesise_motion(circle).status is SynthesisStatus.INFINITE
     circle[0, 0] += 0.3
-    assert syn.synthesise_motion(circle).status is syn.SynthesisStatus.NONE
+    assert syn.synthesise_motion(circle).status is SynthesisStatus.NONE
 
 
 @pytest.mark.parametrize("count", [3, 4])

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from mafsil.errors import InputError
 from mafsil.mobility import synthesis as syn
+from mafsil.mobility.synthesis.answers import SynthesisStatus
 from mafsil.mobility.synthesis.fitting import CouplerFit
 from tests.mobility.planted_bars import planted, wrapped
 
@@ -127,7 +128,7 @@ def test_a_crank_alone_is_enough_where_the_points_keep_its_pace():
     angle = np.array([0.0, 0.4, 0.9, 1.7])
     circle = np.stack([2 * np.cos(angle), 1 + 2 * np.sin(angle)], axis=1)
     found = syn.synthesise_path(circle, angle)
-    assert found.status is syn.SynthesisStatus.ONE_POLE
+    assert found.status is SynthesisStatus.ONE_POLE
     assert "(0, 1)" in found.explain("en")
 
 
@@ -151,14 +152,14 @@ def test_wrong_paths_are_refused(points, timing, words):
 def test_collinear_points_have_linkages():
     points = np.stack([np.linspace(0, 3, 5), np.linspace(0, 1.5, 5)], axis=1)
     found = syn.synthesise_path(points, [0.0, 0.5, 1.0, 1.6, 2.1])
-    assert found.status in (syn.SynthesisStatus.FREE, syn.SynthesisStatus.DEFECTIVE, syn.SynthesisStatus.NONE)
+    assert found.status in (SynthesisStatus.FREE, SynthesisStatus.DEFECTIVE, SynthesisStatus.NONE)
     assert all(path_error(one, points) < 1e-8 for one in found)
 
 
 def test_points_that_no_linkage_passes_are_said():
     zigzag = np.array([[0, 0], [1, 1], [2, 0], [3, 1], [4, 0], [5, 1], [6, 0], [7, 1]], float)
     found = syn.synthesise_path(zigzag, np.linspace(0, 2, 8), tolerance=1e-3)
-    assert found.status is syn.SynthesisStatus.FAR
+    assert found.status is SynthesisStatus.FAR
     assert not found
     assert len(found)
     assert f"{found.details['miss']:.3g} m" in found.explain("en")

@@ -131,7 +131,7 @@ def judged(number: int) -> dict[str, int]:
     robot = Robot(arm(rng, gentle=gentle))
     text = text_of(rng, robot, gentle=gentle)
     job = parse(text)
-    motion = plan(job, (Equipment(None, job.tool, robot, np.eye(4)),))
+    motion = plan(job, (Equipment(None, job.tool, robot, np.eye(4), np.eye(4)),))
     if not isinstance(motion, Plan):
         return {"refused": 1}
     try:

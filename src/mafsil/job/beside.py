@@ -15,7 +15,6 @@ import numpy as np
 from mafsil.arrays import JointVector
 from mafsil.job.cell_signals import INSTANT, LONGEST_WAIT, CellSignals, assignments, conditions
 from mafsil.job.decision import Decision, decided
-from mafsil.job.description import Bounds
 from mafsil.job.neighbours import MAIN, SECONDS, Neighbour, Neighbourhood
 from mafsil.job.other_robot import OtherMove
 from mafsil.job.other_steps import OtherStep
@@ -89,17 +88,14 @@ class Beside:
     Args:
         around: the robot of the job among them.
         signals: of the job.
-        bounds: how hard robots may be driven.
         seed: of the searches.
         parts: what the robot of the job has put down so far, and takes again.
     """
 
-    def __init__(
-        self, around: Neighbourhood, signals: CellSignals, bounds: Bounds, seed: int, parts: PlacedParts
-    ) -> None:
-        self.around, self.signals, self.bounds, self.seed, self.parts = around, signals, bounds, seed, parts
+    def __init__(self, around: Neighbourhood, signals: CellSignals, seed: int, parts: PlacedParts) -> None:
+        self.around, self.signals, self.seed, self.parts = around, signals, seed, parts
         self.programs = {
-            each.asked.name: _Program(each, standing(each.start, around.own_limits(each.asked.name, bounds, 1.0)))
+            each.asked.name: _Program(each, standing(each.start, around.own_limits(each.asked.name, signals.job, 1.0)))
             for each in around.moving
         }
 
@@ -226,7 +222,7 @@ class Beside:
 
     def _rest(self, program: _Program, move: OtherMove, length: float) -> None:
         name = program.neighbour.asked.name
-        limits = self.around.own_limits(name, self.bounds, move.speed)
+        limits = self.around.own_limits(name, self.signals.job, move.speed)
         most = standing(program.q, limits).acceleration
         part = TimedArm((rest(program.q, length),), np.array([0.0, length]), (True,), most)
         if move.fork is not None:
@@ -267,7 +263,7 @@ class Beside:
         others = {other: motion.later(clock) for other, motion in settled.items()}
         starts = {other: one.neighbour.start for other, one in self.programs.items()}
         start = starts | {other: motion.at(0.0) for other, motion in others.items()} | {name: program.q}
-        limits = self.around.limits(self.bounds, move.speed)
+        limits = self.around.limits(self.signals.job, move.speed)
         # Parts that are put down later count only where the way that is found without them would meet them.
         here = [stay for stay in self.parts.stays if stay.put <= clock < stay.taken]
         later = [stay for stay in self.parts.stays if stay.put > clock]

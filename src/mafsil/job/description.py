@@ -129,6 +129,8 @@ class Step(Part, frozen=True, kw_only=True):
             `jerk_limited`: the same with limited jerk.
         duration: [s]; the shortest within the limits if left out.
         speed: share of the limits for this move.
+        tip_speed, tip_acceleration, tip_angular_speed: of a path of the tip, instead of the job's [m/s, m/s^2, rad/s].
+        joint_speed, joint_acceleration: that no revolute joint exceeds on this move [rad/s, rad/s^2].
         pick: take something: the tool closes, its mass hangs on the tip from then on.
         tool: change to a tool, by its name.
         place: let go of it.
@@ -150,6 +152,11 @@ class Step(Part, frozen=True, kw_only=True):
     profile: Profile | None = None
     duration: Positive | None = None
     speed: Share = 1.0
+    tip_speed: Positive | None = None
+    tip_acceleration: Positive | None = None
+    tip_angular_speed: Positive | None = None
+    joint_speed: Positive | None = None
+    joint_acceleration: Positive | None = None
     pick: Grasp | None = None
     place: bool = False
     tool: str | None = None
@@ -207,11 +214,11 @@ class Tool(Part, frozen=True, kw_only=True):
     """What is mounted on the flange.
 
     Attributes:
-        link: that carries the tip frame; the description's own tip if None.
-        offset: pose of the tip frame in that link, if another than the description's.
-        mass: of the tool [kg], a point at `com` in the link's frame [m].
-        size: edge lengths of a box around it, along the axes of the link's frame, that is drawn and meets things [m].
-        centre: of that box, in the link's frame [m].
+        link: on which it is mounted, in its frame; the flange, which is the tip frame of the description, if None.
+        offset: pose of the tool's tip, the TCP, in the frame on which it is mounted; that frame itself if None.
+        mass: of the tool [kg], a point at `com` in that frame [m].
+        size: edge lengths of a box around it, along the axes of that frame, that is drawn and meets things [m].
+        centre: of that box, in that frame [m].
     """
 
     link: str | None = None
@@ -222,22 +229,29 @@ class Tool(Part, frozen=True, kw_only=True):
     centre: Three = (0.0, 0.0, 0.0)
 
 
+TIP_BOUNDS = ("tip_speed", "tip_acceleration", "tip_angular_speed")
+"""Limits of paths of the tip, of the job and of each move."""
+JOINT_BOUNDS = ("joint_speed", "joint_acceleration")
+"""Limits of the revolute joints of each move."""
+
+
 class Bounds(Part, frozen=True, kw_only=True):
     """How hard the robot may be driven.
 
     Attributes:
         speed_scale, acceleration_scale: of the robot's own limits.
-        velocity, acceleration: bounds for all joints where the description has none [rad/s | m/s and per s].
-        jerk: the same of moves with limited jerk [rad/s^3 | m/s^3].
+        velocity, acceleration: bounds for all joints where the description has none, in the units of the file; 2 and 5
+            [rad/s | m/s, rad/s^2 | m/s^2] if None.
+        jerk: the same of moves with limited jerk; 50 [rad/s^3 | m/s^3] if None.
         tip_speed, tip_acceleration: of paths of the tip [m/s, m/s^2].
         tip_angular_speed: of paths of the tip [rad/s].
     """
 
     speed_scale: Share = 0.7
     acceleration_scale: Share = 0.7
-    velocity: Positive = 2.0
-    acceleration: Positive = 5.0
-    jerk: Positive = 50.0
+    velocity: Positive | None = None
+    acceleration: Positive | None = None
+    jerk: Positive | None = None
     tip_speed: Positive = 0.25
     tip_acceleration: Positive = 1.0
     tip_angular_speed: Positive = 1.0

@@ -15,6 +15,7 @@ from mafsil.job.description import Grasp, Job, Tool
 from mafsil.job.language.units import MILLIMETRE, angle_unit, length_unit
 from mafsil.job.lines import Places
 from mafsil.job.payload import with_tool
+from mafsil.job.poses import pose_matrix
 from mafsil.messages.visible import visible
 from mafsil.model import JointKind, Mechanism
 from mafsil.model.loading import load_mechanism
@@ -37,6 +38,7 @@ class Equipment:
         tool: as the job describes it.
         robot: with it.
         T_of_first: (4, 4) its tip frame in that of the tool with which the robot starts.
+        T_of_flange: (4, 4) its tip frame in the frame that it is mounted on.
         light: links of the robot itself that its joints move without moving any mass.
     """
 
@@ -44,6 +46,7 @@ class Equipment:
     tool: Tool
     robot: Robot
     T_of_first: PoseMatrix
+    T_of_flange: PoseMatrix
     light: tuple[str, ...] = ()
 
 
@@ -96,17 +99,14 @@ def equipment_of(job: Job, folder: Path, places: Places | None = None) -> tuple[
     robots = {name: _robot(job, bare, name) for name in names}
     first, light = robots[job.start.tool], links_without_mass(bare)
     return tuple(
-        Equipment(name, _tool(job, name), robot, _between(first, robot, name), light) for name, robot in robots.items()
+        Equipment(name, _tool(job, name), robot, _between(first, robot, name), _on_flange(job, name), light)
+        for name, robot in robots.items()
     )
 
 
 def box_of_tool(equipment: Equipment) -> PoseMatrix:
     """(4, 4) centre of the tool's box, in the tip frame."""
-    robot, q = equipment.robot, np.zeros(equipment.robot.n)
-    link = [each.name for each in robot.mechanism.links].index(equipment.tool.link or robot.mechanism.tip)
-    T_link: PoseMatrix = robot.link_poses(q)[link]
-    T_box = pose.from_translation(equipment.tool.centre)
-    return pose.compose(pose.inverse(robot.forward_kinematics(q)), pose.compose(T_link, T_box))
+    return pose.compose(pose.inverse(equipment.T_of_flange), pose.from_translation(equipment.tool.centre))
 
 
 def _bare(job: Job, folder: Path, places: Places | None = None) -> Mechanism:
@@ -125,6 +125,12 @@ def _bare(job: Job, folder: Path, places: Places | None = None) -> Mechanism:
 
 def _tool(job: Job, name: str | None) -> Tool:
     return job.tool if name is None else job.tools[name]
+
+
+def _on_flange(job: Job, name: str | None) -> PoseMatrix:
+    """(4, 4) the tip frame of a tool in the frame that it is mounted on."""
+    offset = _tool(job, name).offset
+    return np.eye(4) if offset is None else pose_matrix(offset, degrees=job.angles == "degrees")
 
 
 def _robot(job: Job, bare: Mechanism, name: str | None) -> Robot:

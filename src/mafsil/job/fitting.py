@@ -8,7 +8,7 @@ from typing import NamedTuple, cast
 
 import numpy as np
 
-from mafsil.arrays import JointVector
+from mafsil.arrays import Floats, JointVector
 from mafsil.errors import JobError
 from mafsil.ik.problem import reach_bound
 from mafsil.job.closed_moves import limits_of, listed_joints, require_closed_job
@@ -20,6 +20,8 @@ from mafsil.messages.quantities import quantity
 from mafsil.messages.visible import visible
 from mafsil.robot import Robot
 
+ASSUMED = {"velocity": 2.0, "acceleration": 5.0, "jerk": 50.0}
+"""Limits of joints whose description has none, where the job names none [rad | m, and time derivatives]."""
 TURN = 2 * pi + 1e-3
 """An angle in radians beyond it was probably meant in degrees."""
 FAR = 20.0
@@ -36,6 +38,20 @@ def coordinates(job: Job, robot: Robot, values: tuple[float, ...]) -> JointVecto
 def revolute(robot: Robot) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
     """(n,) which coordinates are angles."""
     return robot.mechanism.angular
+
+
+def assumed_limits(job: Job, robot: Robot, name: str) -> Floats:
+    """(n,) limits of joints whose description has none [rad | m, and time derivatives].
+
+    Args:
+        job: that may name one number for all, in the units of its file.
+        robot: whose joints they are.
+        name: velocity, acceleration or jerk.
+    """
+    turns, asked = revolute(robot), getattr(job.limits, name)
+    if asked is None:
+        return np.full(robot.n, ASSUMED[name])
+    return asked * np.where(turns, angle_unit(job), length_unit(job))
 
 
 def require_fit(job: Job, robot: Robot, places: Places) -> None:

@@ -17,8 +17,8 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.collision import ArmMount, Checker, ContactPair, MultiArmCell, Scene
 from mafsil.collision import Obstacle as Body
 from mafsil.errors import MafsilError
-from mafsil.job.description import Bounds, Collision, Job, Pose
-from mafsil.job.fitting import coordinates, require_within
+from mafsil.job.description import Collision, Job, Pose
+from mafsil.job.fitting import assumed_limits, coordinates, require_within
 from mafsil.job.lines import Places
 from mafsil.job.other_robot import OtherRobot
 from mafsil.job.other_steps import OtherStep
@@ -220,21 +220,23 @@ class Neighbourhood:
             [main, *mounted], scene, clearance=rule.clearance, self_clearance=rule.kept_of_itself(rule.clearance)
         ).with_passive([MAIN])
 
-    def limits(self, bounds: Bounds, speed: float) -> MotionLimits:
+    def limits(self, job: Job, speed: float) -> MotionLimits:
         """Limits of all coordinates, as jobs drive robots: shares of their own, assumed where there are none.
 
         Args:
-            bounds: of the job.
+            job: that has bounds.
             speed: share of them.
         """
-        own = self.cell.robot.limits
-        velocity = _driven(own.velocity, bounds.velocity, bounds.speed_scale)
-        acceleration = _driven(own.acceleration, bounds.acceleration, bounds.acceleration_scale)
+        robot, shares = self.cell.robot, job.limits
+        velocity, acceleration = (
+            _driven(getattr(robot.limits, name), assumed_limits(job, robot, name), share)
+            for name, share in (("velocity", shares.speed_scale), ("acceleration", shares.acceleration_scale))
+        )
         return MotionLimits.of(len(velocity), velocity=velocity * speed, acceleration=acceleration * speed**2)
 
-    def own_limits(self, name: str, bounds: Bounds, speed: float) -> MotionLimits:
+    def own_limits(self, name: str, job: Job, speed: float) -> MotionLimits:
         """Limits of one robot; arguments as for `limits`."""
-        columns, limits = self.cell.columns[name], self.limits(bounds, speed)
+        columns, limits = self.cell.columns[name], self.limits(job, speed)
         return MotionLimits.of(
             columns.stop - columns.start,
             velocity=limits.velocity[1, columns], acceleration=limits.acceleration[1, columns],
@@ -294,7 +296,7 @@ class Neighbourhood:
             yield from unusual(checker, without_usual(checker), rows[some])
 
 
-def _driven(own: Floats, assumed: float, share: float) -> Floats:
+def _driven(own: Floats, assumed: Floats, share: float) -> Floats:
     """Bounds of joints as jobs drive them."""
     known = np.isfinite(own) & (own > 0.0)
     return np.where(known, np.where(known, own, 1.0) * share, assumed)

@@ -12,16 +12,13 @@ from mafsil.model.tolerances import WRITTEN
 
 
 def with_tool(mechanism: Mechanism, tool: Tool, *, degrees: bool) -> Mechanism:
-    """The mechanism with a tool on its flange: another tip frame, one more mass.
+    """The mechanism with a tool: another tip frame, one more mass; on the flange, or on the link that the tool names.
 
     Raises:
         ModelError: the tool's link does not exist.
     """
-    link = tool.link or mechanism.tip
-    if tool.offset is None and tool.link is None:
-        return mechanism.with_payload(tool.mass, com=tool.com, link=link)
     offset = None if tool.offset is None else pose_matrix(tool.offset, degrees=degrees)
-    return mechanism.with_tool(offset, mass=tool.mass, com=tool.com, link=link)
+    return mechanism.with_tool(offset, mass=tool.mass, com=tool.com, link=tool.link)
 
 
 def part_inertia(grasp: Grasp) -> Floats:

@@ -13,7 +13,7 @@ from mafsil.arrays import Floats, JointVector, PoseMatrix
 from mafsil.job.called import Where
 from mafsil.job.closed_moves import listed_joints
 from mafsil.job.description import Job, Task
-from mafsil.job.fitting import revolute
+from mafsil.job.fitting import assumed_limits, revolute
 from mafsil.job.goals import FIXES
 from mafsil.job.quickest import TIP, Deciding
 from mafsil.job.remark import Level, Remark
@@ -180,10 +180,9 @@ def driving_limits(job: Job, robot: Robot) -> tuple[JointLimits, list[Remark]]:
         share = min(asked, PLANNED[name])
         reserved |= share < asked and bool((np.isfinite(known) & (known > 0.0) & driven).any())
         assumed = ~(np.isfinite(known) & (known > 0.0)) & driven
-        values[name] = np.where(assumed, getattr(bounds, name), np.where(assumed, 1.0, known) * share)
-        if assumed.any():
-            details = {"joints": _listed(robot, assumed), "value": getattr(bounds, name)}
-            remarks.append(Remark("good", f"job.{name}_assumed", details))
+        usual = assumed_limits(job, robot, name)
+        values[name] = np.where(assumed, usual, np.where(assumed, 1.0, known) * share)
+        remarks += _assumed(robot, name, usual, assumed)
     if reserved:
         kept = {name: quantity(share, "share") for name, share in PLANNED.items()}
         remarks.append(Remark("good", "job.reserve", kept))
@@ -193,12 +192,19 @@ def driving_limits(job: Job, robot: Robot) -> tuple[JointLimits, list[Remark]]:
     jerk = np.full(robot.n, np.inf)
     if any(move.profile == "jerk_limited" for move in job.move):
         unknown = ~(np.isfinite(own.jerk) & (own.jerk > 0.0))
-        jerk = np.where(unknown, bounds.jerk, own.jerk * bounds.acceleration_scale)
-        if unknown.any():
-            remarks.append(
-                Remark("good", "job.jerk_assumed", {"joints": _listed(robot, unknown), "value": bounds.jerk})
-            )
+        usual = assumed_limits(job, robot, "jerk")
+        jerk = np.where(unknown, usual, own.jerk * bounds.acceleration_scale)
+        remarks += _assumed(robot, "jerk", usual, unknown)
     return replace(own, **values, jerk=jerk), remarks
+
+
+def _assumed(robot: Robot, name: str, usual: Floats, chosen: NDArray[np.bool_]) -> list[Remark]:
+    """That limits were assumed, and which."""
+    power = {"velocity": "/s", "acceleration": "/s²", "jerk": "/s³"}[name]
+    turns = robot.mechanism.angular
+    said = {f"{usual[k]:.4g} {'rad' if turns[k] else 'm'}{power}": None for k in np.flatnonzero(chosen)}
+    details = {"joints": _listed(robot, chosen), "value": ", ".join(said)}
+    return [Remark("good", f"job.{name}_assumed", details)] if chosen.any() else []
 
 
 def _listed(robot: Robot, chosen: NDArray[np.bool_]) -> str:

@@ -10,7 +10,7 @@ import msgspec
 
 from mafsil.job import lines
 from mafsil.job.description import Job, SceneFile
-from mafsil.job.language import JobFile, in_metres, require_signals, resolved, substituted, with_cells
+from mafsil.job.language import JobFile, in_si, require_signals, resolved, substituted, with_cells
 from mafsil.job.language.constraint_checks import require_keepable
 from mafsil.job.language.frames import Complaint
 from mafsil.job.language.key_checks import refuse_not_finite, refuse_unknown, require_keys, translated
@@ -56,7 +56,7 @@ def parse(
     places = lines.Places(text, visible(source), cells=cells)
     data = substituted(data, variables or {}, places.error)
     file = _checked(data, places.error)
-    metric = in_metres(file, data)
+    metric = in_si(file, data)
     others = other_robots(metric.other_robot, places.error)
     job = msgspec.structs.replace(resolved(metric, others, places.error), cells=cells)
     if not job.move:
@@ -78,7 +78,7 @@ def parse_scene(text: str, source: str = "<text>") -> SceneFile:
         raise translated(error, data, places.error) from None
     refuse_not_finite(data, (), places.error)
     check_obstacles(found.obstacle, data["obstacle"], places.error)
-    return in_metres(found, data)
+    return in_si(found, data)
 
 
 def _checked(data: dict[str, Any], error: Complaint) -> JobFile:

@@ -136,7 +136,7 @@ class Surroundings:
     def __init__(self, job: Job, robot: Robot, neighbours: tuple[Neighbour, ...] = ()) -> None:
         self.rule = job.collision or Collision()
         self.robot = robot
-        self.bounds, self.neighbours = job.limits, neighbours
+        self.neighbours = neighbours
         self.obstacles = scene_of(job)
         self.scene = Scene([*self.obstacles, *standing_bodies(neighbours)])
         self._others: tuple[Neighbourhood, Mapping[str, TimedArm], tuple[Stay, ...]] | None = None

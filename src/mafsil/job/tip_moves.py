@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import msgspec
 import numpy as np
 
 from mafsil.arrays import JointVector
 from mafsil.job.closed_moves import ClosedMoves
-from mafsil.job.description import Bounds, Move
+from mafsil.job.description import JOINT_BOUNDS, TIP_BOUNDS, Bounds, Move
 from mafsil.job.goals import FIXES
 from mafsil.job.planned_remarks import decided_by, slowed
 from mafsil.job.remark import Refused
@@ -74,18 +76,21 @@ class TipMoves:
                 path = path_or_refusal(start, moves, targets, self.walk.degrees, where)
                 limits, slack = self.walk.scaled(asked), self.slack(last)
                 self.lines[key] = self.motion(
-                    self.walk.robot, q, path, self.walk.job.limits, asked, limits, slack, where
+                    self.walk.robot, q, path, self.walk.bounds(asked), asked, limits, slack, where
                 )
             except Refused as no:
                 return no
         return self.lines[key]
 
     def asked(self, first: int, last: int) -> Move:
-        """Some moves without a stop between as one: the slowest of their speeds, limited jerk if one asks for it."""
+        """Some moves without a stop between as one: the lowest of their limits, limited jerk if one asks for it."""
         moves = self.walk.job.move[first : last + 1]
         smooth = any(move.profile == "jerk_limited" for move in moves)
         profile = "jerk_limited" if smooth else moves[-1].profile
-        return msgspec.structs.replace(moves[-1], speed=min(move.speed for move in moves), profile=profile)
+        lowest = {name: _lowest(getattr(self.walk.bounds(move), name) for move in moves) for name in TIP_BOUNDS}
+        lowest |= {name: _lowest(getattr(move, name) for move in moves) for name in JOINT_BOUNDS}
+        speed = min(move.speed for move in moves)
+        return msgspec.structs.replace(moves[-1], speed=speed, profile=profile, **lowest)
 
     def timing_on_path(self, first: int, last: int, planned: TipMotion) -> Timing | None:
         """What limits a motion along a path of the tip; None where the path leads nowhere."""
@@ -96,7 +101,7 @@ class TipMoves:
         def again(limits: JointLimits, bounds: Bounds) -> float:
             return motion_along(self.walk.robot, *along, bounds, asked, limits, where).trajectory.duration
 
-        return Timing(self.walk.scaled(asked), self.walk.job.limits, asked.speed, again)
+        return Timing(self.walk.scaled(asked), self.walk.bounds(asked), asked.speed, again)
 
     def slack(self, index: int) -> float:
         """How far from what it can reach a line may lead an arm that has fewer joints than its task needs."""
@@ -107,6 +112,12 @@ class TipMoves:
         return min(allowed.position, allowed.orientation)
 
 
+def _lowest(values: Iterable[float | None]) -> float | None:
+    return min((value for value in values if value is not None), default=None)
+
+
 def _asked(move: Move) -> tuple[object, ...]:
     """What of a move its motion along a path depends on, besides its goal."""
-    return move.path, move.via, move.blend, move.speed, move.profile, move.duration, move.pose and move.pose.task
+    limits = (getattr(move, name) for name in (*TIP_BOUNDS, *JOINT_BOUNDS))
+    own = (move.path, move.via, move.blend, move.speed, move.profile, move.duration, move.pose and move.pose.task)
+    return (*own, *limits)

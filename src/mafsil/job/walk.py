@@ -6,13 +6,14 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
+from msgspec import structs
 
 from mafsil.arrays import JointVector, PoseMatrix
 from mafsil.job.beside import Beside
 from mafsil.job.called import Where
 from mafsil.job.cell_signals import CellSignals
 from mafsil.job.decision import Decision
-from mafsil.job.description import Goal, Job, Move, Task
+from mafsil.job.description import TIP_BOUNDS, Bounds, Goal, Job, Move, Task
 from mafsil.job.equipment import Equipment, Load
 from mafsil.job.fitting import unit_remarks
 from mafsil.job.goals import Goals
@@ -131,7 +132,7 @@ class Walk:
                 parts = [None, *(move.pick for move in self.job.move if move.pick is not None)]
                 loads = [Load(tool, part) for tool in self.tools.values() for part in parts]
             around = self.surroundings.neighbourhood(list(dict.fromkeys(loads)))
-            self._others = Beside(around, self.signals, self.job.limits, self.surroundings.rule.seed, self.parts)
+            self._others = Beside(around, self.signals, self.surroundings.rule.seed, self.parts)
         return self._others
 
     def on_tick(self, hold: float) -> float:
@@ -183,13 +184,20 @@ class Walk:
         return max((usual if each is None else each for each in own), default=usual)
 
     def scaled(self, move: Move) -> JointLimits:
-        """The limits for one move: slower if it says so."""
+        """The limits of the joints for one move: slower if it says so."""
+        velocity, acceleration = self.limits.velocity * move.speed, self.limits.acceleration * move.speed**2
+        turns = self.robot.mechanism.angular
         return replace(
             self.limits,
-            velocity=self.limits.velocity * move.speed,
-            acceleration=self.limits.acceleration * move.speed**2,
+            velocity=np.minimum(velocity, np.where(turns, move.joint_speed or np.inf, np.inf)),
+            acceleration=np.minimum(acceleration, np.where(turns, move.joint_acceleration or np.inf, np.inf)),
             jerk=self.limits.jerk * (move.speed**3 if move.profile == "jerk_limited" else np.inf),
         )
+
+    def bounds(self, move: Move) -> Bounds:
+        """The bounds of the tip for one move: its own where it names them."""
+        own = {name: getattr(move, name) for name in TIP_BOUNDS}
+        return structs.replace(self.job.limits, **{name: value for name, value in own.items() if value is not None})
 
     def arrived(self, index: int, goal: Goal, target: PoseMatrix) -> None:
         """Where the arm is at a pose is remembered, and how nearly it is met."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from mafsil.job.description import QUICKEST, TIP_PATHS
+from mafsil.job.description import JOINT_BOUNDS, QUICKEST, TIP_BOUNDS, TIP_PATHS
 from mafsil.job.language.constraint_checks import check_constraints
 from mafsil.job.language.frames import Complaint
 from mafsil.job.language.pose_checks import check_pose
@@ -26,9 +26,10 @@ JUDGED: dict[str, tuple[str, ...]] = {
 FIELDS = keys_of(Statement)
 _ALL = ("name", "tolerance")
 _TRAVEL = (*_ALL, "path", "via", "profile", "duration", "speed", "avoid", "planner", "clearance", "constraints")
+_TRAVEL += JOINT_BOUNDS
 EFFECTIVE = {
     "joints": _TRAVEL,
-    "pose": (*_TRAVEL, "blend"),
+    "pose": (*_TRAVEL, "blend", *TIP_BOUNDS),
     "pick": (*_ALL, "hold"),
     "place": (*_ALL, "hold"),
     "tool": (*_ALL, "hold"),
@@ -111,6 +112,9 @@ def _check_choice(move: Statement, path: Path, data: dict[str, Any], error: Comp
 def _check_path(move: Statement, path: Path, data: dict[str, Any], error: Complaint) -> None:
     """The points on the way, the profile and the goal fit the path."""
     of_tip = move.path in TIP_PATHS
+    for name in TIP_BOUNDS:
+        if name in data and not of_tip:
+            raise error("job.tip_bound", (*path, name), known=", ".join(TIP_PATHS))
     if of_tip and move.pose is None:
         raise error("job.line_pose", (*path, "path"), kind=move.path)
     passing = () if move.path == "arc" else QUICKEST

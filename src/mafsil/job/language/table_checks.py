@@ -140,7 +140,7 @@ def _check_rigid(file: JobFile, k: int, error: Complaint) -> None:
             raise error("job.rigid_gives", (*path, name), given=name)
     if file.variation is not None:
         raise error("job.rigid_varied", ("variation",))
-    if file.simulation.plant != "mafsil":
+    if file.simulation.plant not in (None, "mafsil"):
         raise error("job.rigid_plant", ("simulation", "plant"))
     if file.simulation.method not in (None, *METHODS):
         raise error("job.rigid_method", ("simulation", "method"), known=", ".join(METHODS))

@@ -1,4 +1,4 @@
-"""Files in millimetres: every length of a job in metres."""
+"""Files in millimetres and degrees: lengths of a job in metres, angles beside coordinates and poses in radians."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ LENGTHS: dict[type[Part], tuple[str, ...]] = {
     Collision: ("clearance", "self_clearance"),
     Tolerance: ("position",),
     PathConstraints: ("tolerance",),
-    Step: ("blend", "clearance"),
+    Step: ("blend", "clearance", "tip_speed", "tip_acceleration"),
     Surface: ("point", "sphere", "cylinder"),
     Hole: ("mouth", "clearance", "depth", "chamfer", "peg"),
     Door: ("hinge",),
@@ -37,6 +37,11 @@ LENGTHS: dict[type[Part], tuple[str, ...]] = {
     VariationTable: ("bound", "payload_offset"),
 }
 """Lengths, also per time, of each table and those derived from it; coordinates of joints are converted elsewhere."""
+ANGLES: dict[type[Part], tuple[str, ...]] = {
+    Bounds: ("tip_angular_speed",),
+    Step: ("tip_angular_speed", "joint_speed", "joint_acceleration"),
+}
+"""Angles per time; those of poses, joints and tolerances are converted where they are used."""
 
 
 def angle_unit(job: Job) -> float:
@@ -49,38 +54,41 @@ def length_unit(job: Job) -> float:
     return MILLIMETRE if job.lengths == "millimetres" else 1.0
 
 
-def in_metres(file: File, data: dict[str, Any]) -> File:
-    """The same file with all lengths in metres; coordinates of prismatic joints stay as they are.
+def in_si(file: File, data: dict[str, Any]) -> File:
+    """The same file with all lengths in metres and angles in radians; coordinates and poses stay as they are.
 
     Args:
         file: as it was read.
-        data: its tables: only keys that stand there are converted, defaults are metres already.
+        data: its tables: only keys that stand there are converted, defaults are in these units already.
     """
-    return _scaled(file, data) if file.lengths == "millimetres" else file
+    if file.lengths == "millimetres":
+        file = _scaled(file, data, LENGTHS, MILLIMETRE)
+    return _scaled(file, data, ANGLES, DEGREE) if file.angles == "degrees" else file
 
 
-def _scaled(value: Any, given: Any) -> Any:
-    """Lengths of all tables inside a value."""
+def _scaled(value: Any, given: Any, table: dict[type[Part], tuple[str, ...]], unit: float) -> Any:
+    """What a table names, in all tables inside a value."""
     if isinstance(value, Part):
-        lengths = {name for kind, names in LENGTHS.items() if isinstance(value, kind) for name in names}
+        named = {name for kind, names in table.items() if isinstance(value, kind) for name in names}
         fields = keys_of(type(value))
         changed = {
-            fields[key]: _metres(getattr(value, fields[key]))
-            if key in lengths
-            else _scaled(getattr(value, fields[key]), inner)
+            fields[key]: _in_unit(getattr(value, fields[key]), unit)
+            if key in named
+            else _scaled(getattr(value, fields[key]), inner, table, unit)
             for key, inner in given.items()
         }
         return msgspec.structs.replace(value, **changed)
     if isinstance(value, tuple):
-        return tuple(_scaled(each, inner) for each, inner in zip(cast("tuple[Any, ...]", value), given, strict=True))
+        pairs = zip(cast("tuple[Any, ...]", value), given, strict=True)
+        return tuple(_scaled(each, inner, table, unit) for each, inner in pairs)
     if isinstance(value, dict):
-        return {name: _scaled(each, given[name]) for name, each in cast("dict[str, Any]", value).items()}
+        return {name: _scaled(each, given[name], table, unit) for name, each in cast("dict[str, Any]", value).items()}
     return value
 
 
-def _metres(value: Any) -> Any:
+def _in_unit(value: Any, unit: float) -> Any:
     if isinstance(value, tuple):
-        return tuple(MILLIMETRE * each for each in cast("tuple[float, ...]", value))
+        return tuple(unit * each for each in cast("tuple[float, ...]", value))
     if isinstance(value, Normal):
-        return Normal(mean=MILLIMETRE * value.mean, deviation=MILLIMETRE * value.deviation)
-    return MILLIMETRE * value
+        return Normal(mean=unit * value.mean, deviation=unit * value.deviation)
+    return unit * value
