@@ -21,6 +21,8 @@ FORMULAS = (
     *("conventions", "control_laws", "dynamics", "identification", "mobility", "numerical-inverse-kinematics"),
     *("rigid-motions", "singularities", "time_optimal", "velocities-and-statics"),
 )
+PAGES = ("index", "index.ar", "dynamics", "command_line", "gallery", "coming-from", "search", "reference/ik")
+"""Pages with all kinds of content that there are."""
 pytestmark = pytest.mark.timeout(1200)  # the whole site is built: two minutes of a processor
 
 
@@ -118,7 +120,7 @@ def test_arabic_pages_run_from_right_to_left(site: Path) -> None:
 
 @pytest.mark.slow
 def test_pages_are_accessible(site: Path, tmp_path: Path) -> None:
-    """No violation of axe's rules; the pages chosen have all kinds of content that there are."""
+    """No violation of the rules of axe."""
     script = Path(axe_core_python.__file__).with_name("axe.min.js").read_text("utf-8")
     with Browser(tmp_path, (1440, 900)) as browser:
         for page in (
