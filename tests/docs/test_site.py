@@ -17,6 +17,7 @@ from tests.page.browser import Browser
 ROOT = Path(__file__).parents[2]
 sys.path.append(str(ROOT / "docs" / "site"))
 formulas = importlib.import_module("formulas")
+notebooks = importlib.import_module("notebooks")
 FORMULAS = (
     *("conventions", "control_laws", "dynamics", "identification", "mobility", "numerical-inverse-kinematics"),
     *("rigid-motions", "singularities", "time_optimal", "velocities-and-statics"),
@@ -108,6 +109,17 @@ def test_tutorials_are_notebooks_with_outputs(site: Path) -> None:
     cells = json.loads((site / links[0]).read_text("utf-8"))["cells"]
     printed = "".join(part for cell in cells for output in cell.get("outputs", []) for part in output["text"])
     assert "row 1 a: 0.4 should be 0.5" in printed
+
+
+@pytest.mark.slow
+def test_sections_of_the_tutorials_stand_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each is a notebook of its own, with the page's first imports."""
+    monkeypatch.chdir(tmp_path)
+    for title, notebook in notebooks.notebooks((ROOT / "docs" / "tutorials.md").read_text("utf-8")):
+        names: dict[str, object] = {}
+        for cell in notebook.cells:
+            if cell.cell_type == "code":
+                exec(compile(cell.source, title, "exec"), names)
 
 
 @pytest.mark.slow
