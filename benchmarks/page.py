@@ -1,4 +1,4 @@
-"""All benchmarks in one run, and one page of ratios: docs/performance.md.
+"""All benchmarks in one run: a page of ratios, docs/performance.md, and every figure in docs/performance.csv.
 
 python benchmarks/page.py [--only NAME ...] [--quick] [--peers FOLDER] [--out FILE]
 
@@ -11,6 +11,7 @@ A benchmark that fails is named on the page with its last line; the others are n
 from __future__ import annotations
 
 import argparse
+import csv
 import json
 import os
 import subprocess
@@ -20,6 +21,7 @@ import venv
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from datetime import date
+from io import StringIO
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -29,6 +31,8 @@ from benchmarks.comparison import Comparison, read  # noqa: E402
 from benchmarks.stopwatch import machine  # noqa: E402
 
 PAGE = ROOT / "docs" / "performance.md"
+SHOWN = 4
+"""Rows of a benchmark on the page."""
 VERSIONS = ("mafsil", "numpy", "scipy", "llvmlite", "pin", "eaik", "ssik", "mujoco-core")
 ENVIRONMENTS = {
     "rtb": ("--only-binary=:all:", "roboticstoolbox-python", "scipy"),
@@ -94,6 +98,7 @@ def main() -> None:
         print(f"[{number}/{len(chosen)}] {benchmark.question} ...", file=sys.stderr, flush=True)
         outcomes[benchmark] = measured(benchmark, options.quick, options.peers)
         options.out.write_text("\n".join(page(details, outcomes)) + "\n", encoding="utf-8")
+        options.out.with_suffix(".csv").write_text(table(outcomes), encoding="utf-8")
     print("\n".join(summary(outcomes)))
 
 
@@ -129,50 +134,56 @@ def page(details: dict[str, str], outcomes: dict[Benchmark, Outcome]) -> Iterato
     yield "# Speed beside the peers"
     yield ""
     yield f"Written by `python benchmarks/page.py` on {date.today().isoformat()}: public names, one thread, every rival"
-    yield "in the same run, the least of many turns taken in turn. Judge the ratios, not the microseconds."
+    yield "in the same run, the least of many turns taken in turn. Judge the ratios, not the microseconds. All figures:"
+    yield "[performance.csv](performance.csv)."
     yield ""
     yield ", ".join(f"{name} {value}" for name, value in details.items()) + "."
     yield ""
     yield from summary(outcomes)
-    for benchmark, outcome in outcomes.items():
-        yield ""
-        yield f"## {benchmark.question}"
-        yield ""
-        yield f"`python benchmarks/{benchmark.script}`"
-        yield ""
-        yield from table(outcome)
-
-
-def table(outcome: Outcome) -> Iterator[str]:
-    """The comparisons of one benchmark; what bounds a missed goal stands below."""
-    if outcome.failure:
-        yield f"Not measured: {outcome.failure}"
-        return
+    yield ""
+    yield f"Of each question {SHOWN} rows, evenly from the farthest from its goal to the farthest beyond it:"
+    yield ""
     yield "| call | case | us | peer | its us | times | goal |"
     yield "|---|---|---|---|---|---|---|"
-    for one in outcome.comparisons:
-        goal = "" if one.goal is None else f"{one.goal:g}" + ("" if one.met else " (missed)")
-        yield f"| {one.call} | {one.case} | {one.ours:.3g} | {one.peer} | {one.theirs:.3g} | {one.ratio:.3g} | {goal} |"
-    bounds = [f"- {one.call}, {one.case}: {one.bound}" for one in outcome.comparisons if one.met is False and one.bound]
-    if bounds:
-        yield ""
-        yield "What bounds the missed ones:"
-        yield ""
-        yield from bounds
+    for outcome in outcomes.values():
+        for one in spread(outcome.comparisons):
+            goal = "" if one.goal is None else f"{one.goal:g}" + ("" if one.met else " (missed)")
+            figures = f"{one.ours:.3g} | {one.peer} | {one.theirs:.3g} | {one.ratio:.3g}"
+            yield f"| {one.call} | {one.case} | {figures} | {goal} |"
+
+
+def spread(comparisons: list[Comparison]) -> list[Comparison]:
+    """Rows at equal steps of rank in how far they are beyond their goals."""
+    ranked = sorted(comparisons, key=lambda one: one.ratio / (one.goal or 1.0))
+    count = min(SHOWN, len(ranked))
+    return [ranked[round(k * (len(ranked) - 1) / max(count - 1, 1))] for k in range(count)]
+
+
+def table(outcomes: dict[Benchmark, Outcome]) -> str:
+    """All comparisons as CSV, one line each."""
+    text = StringIO()
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow(["script", "call", "case", "us", "peer", "its_us", "times", "goal", "met", "bound"])
+    for benchmark, outcome in outcomes.items():
+        for one in outcome.comparisons:
+            times = [f"{one.ours:.3g}", one.peer, f"{one.theirs:.3g}", f"{one.ratio:.3g}"]
+            rows.writerow([benchmark.script, one.call, one.case, *times, one.goal, one.met, one.bound])
+    return text.getvalue()
 
 
 def summary(outcomes: dict[Benchmark, Outcome]) -> Iterator[str]:
     """How many goals each benchmark reaches, and its worst one."""
-    yield "| question | goals reached | farthest from its goal |"
+    yield "| question, script | goals reached | farthest from its goal |"
     yield "|---|---|---|"
     for benchmark, outcome in outcomes.items():
         judged = [one for one in outcome.comparisons if one.goal is not None]
         if outcome.failure or not judged:
-            yield f"| {benchmark.question} | {'not measured' if outcome.failure else 'none set'} | |"
+            yield f"| {benchmark.question}, `{benchmark.script}` | {outcome.failure or 'none set'} | |"
             continue
         worst = min(judged, key=lambda one: one.ratio / (one.goal or 1.0))
         told = f"{worst.call}, {worst.case}: {worst.ratio:.3g} of {worst.goal:g} times"
-        yield f"| {benchmark.question} | {sum(one.met is True for one in judged)} of {len(judged)} | {told} |"
+        reached = f"{sum(one.met is True for one in judged)} of {len(judged)}"
+        yield f"| {benchmark.question}, `{benchmark.script}` | {reached} | {told} |"
 
 
 def _parsed() -> argparse.Namespace:

@@ -1,14 +1,17 @@
-"""Writes docs/map.md: one line per module and per quantity, from their own first sentences, so that it cannot rot.
+"""Writes docs/map.md, a line per package, and docs/map.csv, a line per module and quantity: their own first sentences.
 
-python docs/make_map.py          writes the page
-python docs/make_map.py --check  fails if the page is not what would be written
+python docs/make_map.py          writes both
+python docs/make_map.py --check  fails if one is not what would be written
 """
 
 from __future__ import annotations
 
 import ast
+import csv
 import sys
 import tomllib
+from collections.abc import Iterable, Iterator
+from io import StringIO
 from pathlib import Path
 
 from mafsil.mechanics.catalogue import CATALOGUE
@@ -26,35 +29,50 @@ def layers() -> list[str]:
 
 
 def main() -> int:
-    """Write or check the page."""
-    page = "\n".join(_lines()) + "\n"
-    path = DOCS / "map.md"
+    """Write or check the page and its table."""
+    rows = [*_quantities(), *(row for package in layers() for row in _modules(SOURCE / package))]
+    pages = {"map.md": "\n".join(_lines()) + "\n", "map.csv": _table(rows)}
     if "--check" in sys.argv:
-        return int(path.read_text("utf-8") != page)
-    path.write_text(page, "utf-8")
+        return int(any((DOCS / name).read_text("utf-8") != text for name, text in pages.items()))
+    for name, text in pages.items():
+        (DOCS / name).write_text(text, "utf-8")
     return 0
 
 
 def _lines() -> list[str]:
-    lines = ["# Where is ...?", "", "Made by `docs/make_map.py` from the first sentence of every module.", ""]
-    lines += ["## Quantities of a robot", "", "| name | what | file |", "|---|---|---|"]
-    for row in CATALOGUE.values():
-        module = row.home.removeprefix("mafsil.").replace(".", "/")
-        lines.append(f"| `robot.{row.name}` | {row.title.replace('|', '&#124;')} | `{module}.py` |")
-    lines += ["", "## Modules, lowest layer first", ""]
+    lines = ["# Map of the source", ""]
+    lines += [
+        "Made by `docs/make_map.py` from the first sentences of the files. One line per module and per quantity of a"
+    ]
+    lines += ["robot: [map.csv](map.csv) (name, what, file).", ""]
+    lines += ["The packages of `src/mafsil`, lowest layer first; each imports only from those above it:", ""]
+    lines += ["| package | files | what |", "|---|---|---|"]
     for package in layers():
-        lines += [f"### {package}", "", *_modules(SOURCE / package), ""]
-    return lines[:-1]
+        (_, sentence, _), *rest = _modules(SOURCE / package)
+        lines.append(f"| `{package}` | {1 + len(rest)} | {sentence} |")
+    return lines
 
 
-def _modules(package: Path) -> list[str]:
-    rows: list[str] = []
-    for path in sorted(package.rglob("*.py")):
+def _quantities() -> Iterator[tuple[str, str, str]]:
+    for row in CATALOGUE.values():
+        yield f"robot.{row.name}", row.title, f"{row.home.removeprefix('mafsil.').replace('.', '/')}.py"
+
+
+def _modules(package: Path) -> list[tuple[str, str, str]]:
+    rows: list[tuple[str, str, str]] = []
+    for path in sorted(package.rglob("*.py"), key=lambda path: (path != package / "__init__.py", path)):
         sentence = (ast.get_docstring(ast.parse(path.read_text("utf-8"))) or "").partition("\n")[0]
+        file = path.relative_to(SOURCE)
+        dotted = ".".join(["mafsil", *file.with_suffix("").parts]).removesuffix(".__init__")
         if sentence:
-            name = path.relative_to(SOURCE).as_posix()
-            rows.append(f"- `{name}`: {sentence}")
+            rows.append((dotted, sentence, file.as_posix()))
     return rows
+
+
+def _table(rows: Iterable[tuple[str, str, str]]) -> str:
+    text = StringIO()
+    csv.writer(text, lineterminator="\n").writerows([("name", "what", "file"), *rows])
+    return text.getvalue()
 
 
 if __name__ == "__main__":

@@ -19,13 +19,14 @@ from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.domains.python import ObjectEntry, PythonDomain
 from sphinx.environment import BuildEnvironment
-from sphinx.util import inspect
+from sphinx.util import inspect, typing
 
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE)]
 REPOSITORY = "https://github.com/mafsil/mafsil"
 OUTSIDE = re.compile(r"\]\((\.\./[^)#]+)")
 GROUPS = re.compile(r"^## ([^\n]+)$(.*?)(?=^## |\Z)", re.M | re.S)
+PARAMETERS = re.compile(r"<dl>\n((?:<dd>.*</dd>\n)+)</dl>")
 LINKED = re.compile(r"\]\(([\w.-]+)\.md")
 
 project = "mafsil"
@@ -109,9 +110,26 @@ def turn_arabic_pages(app: Sphinx, page: str, template: str, context: dict[str, 
     context["language"] = 'ar" dir="rtl' if page.endswith(".ar") else "en"  # the theme writes lang="...", and no dir
 
 
-def keep_as_written(aliases: object) -> None:
-    """Annotations are not evaluated: `ArrayLike` would become a union of twelve types in every signature."""
-    raise NameError("autodoc takes an annotation that it cannot evaluate as the source writes it")
+def open_parameter_lists(app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: object) -> None:
+    """Parameters on lines of their own are lines: Sphinx writes lists of definitions without a term."""
+    if "body" in context:
+        context["body"] = PARAMETERS.sub(
+            lambda found: re.sub("<dd>(.*)</dd>", r'<span class="sig-line">\1</span>', found[1]), context["body"]
+        )
+
+
+def written_annotations(thing: object, *_: object, **__: object) -> dict[str, Any]:
+    """Annotations as the source writes them: evaluated, `ArrayLike` is a union of twelve types in every signature."""
+    return inspect.safe_getattr(thing, "__annotations__", {})
+
+
+def refuse_aliases(aliases: object) -> None:
+    """Autodoc takes a signature that it cannot evaluate as it is written."""
+    raise NameError("annotations are not evaluated")
+
+
+typing.get_type_hints = written_annotations  # before autodoc is loaded, which takes the function from there
+inspect.TypeAliasNamespace = refuse_aliases  # type: ignore[assignment, misc]
 
 
 def look_up_once(app: Sphinx, env: BuildEnvironment) -> None:
@@ -134,9 +152,9 @@ def look_up_once(app: Sphinx, env: BuildEnvironment) -> None:
 def setup(app: Sphinx) -> None:
     """Connects the pieces."""
     os.environ.setdefault("MAFSIL_LANGUAGE", "en")
-    inspect.TypeAliasNamespace = keep_as_written  # type: ignore[assignment, misc]
     app.connect("source-read", link_to_repository)
     app.connect("source-read", open_home)
     app.connect("doctree-read", fill_corners)
+    app.connect("html-page-context", open_parameter_lists)
     app.connect("html-page-context", turn_arabic_pages)
     app.connect("env-check-consistency", look_up_once)

@@ -12,11 +12,14 @@ from mafsil.cli.registry import OPERATIONS
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
-LINES = [
-    line
-    for block in re.findall(r"```sh\n(.*?)```", (DOCS / "command_line.md").read_text("utf-8"), flags=re.S)
-    for line in block.strip().splitlines()
-]
+LINES = list(
+    dict.fromkeys(
+        line
+        for page in ("command_line.md", "command_line.ar.md")
+        for block in re.findall(r"```sh\n(.*?)```", (DOCS / page).read_text("utf-8"), flags=re.S)
+        for line in block.strip().splitlines()
+    )
+)
 ELSEWHERE = {"demo", "identify", "check", "studio", "diff", "sweep"}
 """Commands that need a log or results, or run for long: their pages or tests have them."""
 

@@ -17,10 +17,13 @@ from tests.page.browser import Browser
 ROOT = Path(__file__).parents[2]
 sys.path.append(str(ROOT / "docs" / "site"))
 formulas = importlib.import_module("formulas")
+notebooks = importlib.import_module("notebooks")
 FORMULAS = (
     *("conventions", "control_laws", "dynamics", "identification", "mobility", "numerical-inverse-kinematics"),
     *("rigid-motions", "singularities", "time_optimal", "velocities-and-statics"),
 )
+PAGES = ("index", "index.ar", "dynamics", "command_line", "gallery", "coming-from", "search", "reference/ik")
+"""Pages with all kinds of content that there are."""
 pytestmark = pytest.mark.timeout(1200)  # the whole site is built: two minutes of a processor
 
 
@@ -69,7 +72,7 @@ def test_signatures_read_as_the_source_writes_them(site: Path) -> None:
     """`ArrayLike` and `Floats`, not the unions behind them."""
     for page in (site / "reference").glob("*.html"):
         for signature in re.findall(r'<dt class="sig[^>]*>(.*?)</dt>', page.read_text("utf-8"), re.S):
-            assert not re.search("_NestedSequence|_Buffer|ndarray|Annotated", signature), signature
+            assert not re.search(r"_NestedSequence|_Buffer|(?<!np\.)ndarray|Annotated", signature), signature
 
 
 @pytest.mark.slow
@@ -109,6 +112,17 @@ def test_tutorials_are_notebooks_with_outputs(site: Path) -> None:
 
 
 @pytest.mark.slow
+def test_sections_of_the_tutorials_stand_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each is a notebook of its own, with the page's first imports."""
+    monkeypatch.chdir(tmp_path)
+    for title, notebook in notebooks.notebooks((ROOT / "docs" / "tutorials.md").read_text("utf-8")):
+        names: dict[str, object] = {}
+        for cell in notebook.cells:
+            if cell.cell_type == "code":
+                exec(compile(cell.source, title, "exec"), names)
+
+
+@pytest.mark.slow
 def test_arabic_pages_run_from_right_to_left(site: Path) -> None:
     for page in site.glob("*.html"):
         opening = re.search(r"<html[^>]*>", page.read_text("utf-8"))
@@ -118,19 +132,10 @@ def test_arabic_pages_run_from_right_to_left(site: Path) -> None:
 
 @pytest.mark.slow
 def test_pages_are_accessible(site: Path, tmp_path: Path) -> None:
-    """No violation of axe's rules; the pages chosen have all kinds of content that there are."""
+    """No violation of the rules of axe."""
     script = Path(axe_core_python.__file__).with_name("axe.min.js").read_text("utf-8")
     with Browser(tmp_path, (1440, 900)) as browser:
-        for page in (
-            "index",
-            "index.ar",
-            "dynamics",
-            "command_line",
-            "gallery",
-            "coming-from",
-            "search",
-            "reference/ik",
-        ):
+        for page in PAGES:
             browser.load(site / f"{page}.html", drawn="document.readyState === 'complete'")
             browser.ask(script)
             violations = browser.ask(

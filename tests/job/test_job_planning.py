@@ -384,7 +384,11 @@ def test_files_of_many_points_are_read() -> None:
     assert len(parse(PANDA + points).move) == 30_000
 
 
-BLOCKS = re.findall(r"```toml\n(.*?)```", (DOCS / "job_files.md").read_text(encoding="utf-8"), flags=re.S)
+BLOCKS = [
+    block
+    for page in ("job_files.md", "job_files.ar.md")
+    for block in re.findall(r"```toml\n(.*?)```", (DOCS / page).read_text(encoding="utf-8"), flags=re.S)
+]
 
 
 @pytest.mark.parametrize("text", BLOCKS)

@@ -44,8 +44,7 @@ def check_dh(
     """Whether a table describes the robot; if not, where it is wrong and why.
 
     Args:
-        rows: the table, as many rows as the chain has joints: rows as `DHRow`, plain numbers or mappings, see
-            `dh_rows`.
+        rows: the table, one for each joint of the chain: `DHRow`, plain numbers or mappings, see `dh_rows`.
         mechanism: a Robot, a Mechanism, a name of the library or a path.
         convention: in which the table is meant to be.
         base: (4, 4) pose of {0} in {s}; any if None.

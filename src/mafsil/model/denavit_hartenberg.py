@@ -157,7 +157,7 @@ def mechanism_from_dh(
     because the frame of a link lies on the axis that moves it; `frames_in_links` gives the table's {i} in it.
 
     Args:
-        rows: n rows, from the base: rows as `DHRow`, plain numbers or mappings, see `dh_rows`.
+        rows: n of them, from the base: `DHRow`, plain numbers or mappings, see `dh_rows`.
         convention: `modified` or `classic`.
         columns, degrees: of plain rows, see `dh_rows`.
         base: (4, 4) pose of {0} in the space frame; identity by default.

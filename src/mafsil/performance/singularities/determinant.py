@@ -99,7 +99,7 @@ class DeterminantFactor:
 
     @property
     def written(self) -> str:
-        """` = ` and the form in the coordinates, or nothing."""
+        """A sign of equality and the form in the coordinates, or nothing."""
         return "" if self.form is None else f" = {self.form.text(LONGEST)}"
 
     def sentence(self, language: str | None = None) -> str:
