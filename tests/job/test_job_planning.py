@@ -25,7 +25,7 @@ PANDA = 'robot = "panda"\n[start]\njoints = [0, -0.2, 0.1, -1.8, 0.1, 1.7, 0.6]\
 SLOW = """
 robot = "panda"
 [tool]
-offset = { position = [0, 0, 0.2104], rpy = [0, 0, -0.785398163397] }
+offset = { position = [0, 0, 0.1034], rpy = [0, 0, -0.785398163397] }
 [start]
 joints = [-1.824, -0.371, 1.092, -2.348, 0.38, 2.129, -0.187]
 [[move]]
