@@ -153,7 +153,7 @@ def test_mujoco(ours: Ours, values: dict[str, Any], tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("ours", ["MoveIt, OMPL, Ruckig and TOPP-RA"], indirect=True)
-def test_ruckig_and_toppra(ours: Ours, values: dict[str, Any]) -> None:
+def test_ruckig(ours: Ours, values: dict[str, Any]) -> None:
     ruckig = pytest.importorskip("ruckig")
     start, goal, n = values["q"], values["goal"], 7
     request, answer = ruckig.InputParameter(n), ruckig.Trajectory(n)
