@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from mafsil.arrays import Floats, PoseMatrix
+from mafsil.arrays import Floats, PoseMatrix, RotationMatrix, Vector3
 from mafsil.geometry import rotation
 from mafsil.job.description import Goal, Pose
+
+LEVEL = 1e-9
+"""Horizontal part of a direction of length one below which it is vertical."""
 
 
 def pose_matrix(pose: Pose, *, degrees: bool, orientation: Floats | None = None) -> PoseMatrix:
@@ -26,6 +29,20 @@ def pose_matrix(pose: Pose, *, degrees: bool, orientation: Floats | None = None)
     elif orientation is not None:
         T[:3, :3] = orientation
     return T
+
+
+def facing(direction: Vector3) -> RotationMatrix:
+    """(3, 3) orientation with z along a direction and x level: a camera that looks along z sees y downwards.
+
+    Args:
+        direction: (3,) of any length; straight up or down x is that of the frame.
+    """
+    z = direction / np.linalg.norm(direction)
+    across = np.array([z[1], -z[0], 0.0])
+    x = across / np.linalg.norm(across) if np.linalg.norm(across) > LEVEL else np.array([1.0, 0.0, 0.0])
+    y = np.cross(z, x)
+    y /= np.linalg.norm(y)
+    return np.stack([np.cross(y, z), y, z], axis=1)
 
 
 def goal_matrix(goal: Goal, here: PoseMatrix, *, degrees: bool) -> PoseMatrix:

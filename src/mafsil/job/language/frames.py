@@ -16,7 +16,7 @@ from mafsil.job.constraint_table import DIRECTIONS, PathConstraints, PlacedConst
 from mafsil.job.description import Four, Goal, Obstacle, Pose, Three
 from mafsil.job.language.statements import JobFile, Placed, PlacedGoal, PlacedObstacle
 from mafsil.job.lines import Path
-from mafsil.job.poses import pose_matrix
+from mafsil.job.poses import facing, pose_matrix
 from mafsil.messages.visible import visible
 
 SPACE, TOOL = "space", "tool"
@@ -155,6 +155,8 @@ class Frames:
 
 
 def _plain(given: Placed | PlacedObstacle) -> Pose:
+    if isinstance(given, Placed) and given.look_at is not None:
+        return Pose(position=given.position, quaternion=_four(facing(np.subtract(given.look_at, given.position))))
     return Pose(position=given.position, rpy=given.rpy, quaternion=given.quaternion)
 
 

@@ -15,17 +15,19 @@ Count: TypeAlias = Annotated[int, msgspec.Meta(ge=1, le=100_000)]
 
 
 class Placed(Part, frozen=True, kw_only=True):
-    """A pose in a frame: position and one of rpy and quaternion (w, x, y, z).
+    """A pose in a frame: position and one of rpy, quaternion (w, x, y, z) and look_at.
 
     Attributes:
         position: [m]; in a frame its origin if left out.
         rpy, quaternion: of the orientation; in a frame that of the frame if neither is there.
+        look_at: the point that the z axis points to, the x axis level, in the same frame [m].
         frame: name of a frame, or of a pattern inside a loop over it; {s} if None.
     """
 
     position: Three = (0.0, 0.0, 0.0)
     rpy: Three | None = None
     quaternion: Four | None = None
+    look_at: Three | None = None
     frame: str | None = None
 
 

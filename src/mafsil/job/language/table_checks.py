@@ -192,6 +192,6 @@ def _check_other_robots(robots: tuple[OtherProgram, ...], error: Complaint) -> N
     """One way to say how a base is turned."""
     for k, robot in enumerate(robots):
         if robot.rpy is not None and robot.quaternion is not None:
-            raise error("job.two_orientations", ("other_robot", k))
+            raise error("job.two_orientations", ("other_robot", k), given="rpy, quaternion")
         if robot.quaternion is not None and math.hypot(*robot.quaternion) < 1e-6:
             raise error("job.zero_quaternion", ("other_robot", k, "quaternion"))

@@ -19,7 +19,7 @@ File = TypeVar("File", JobFile, SceneFile)
 MILLIMETRE, DEGREE = 1e-3, pi / 180.0
 LENGTHS: dict[type[Part], tuple[str, ...]] = {
     Pose: ("position",),
-    Placed: ("position",),
+    Placed: ("position", "look_at"),
     OtherPlace: ("position",),
     Pattern: ("pitch",),
     Grasp: ("size", "offset", "com"),
