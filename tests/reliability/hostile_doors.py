@@ -289,7 +289,7 @@ def child(seed: int, files: int, last: Path) -> dict[str, int]:
             last.unlink(missing_ok=True)
             last.symlink_to(path)
             for said in judge(name, path, count):
-                head = path.read_bytes()[:1500] if path.is_file() else b"no file"
+                head = path.read_bytes()[:160] if path.is_file() else b"no file"
                 print(f"{name}: {said}: {head!r}", file=sys.stderr)
             path.rmdir() if path.is_dir() else path.unlink()
         grown = peak_memory() - before
