@@ -86,6 +86,7 @@ LIES = {
     "a.npy": npy("{'descr': '<f8', 'fortran_order': False, 'shape': (10000000000, 3), }"),
     "object.npy": npy("{'descr': '|O', 'fortran_order': False, 'shape': (1, 3), }"),
     "code.npy": npy("__import__('os')"),
+    "spelt.npy": npy("{'descr': '<f8', 'fortran_order': Fa se, 'shape': (1, 3), }"),
     "open.npy": npy("{'descr': '<f8', 'shape': (4, 5\u00e9"),
     "version.npy": npy("{'descr': '<f8', 'fortran_order': False, 'shape': (1, 3), }").replace(b"\x01", b"\x09", 1),
     "cut.ply": ply("binary_little_endian", rows("<")[:-3]),

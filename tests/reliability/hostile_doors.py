@@ -4,8 +4,8 @@
 
 Every reader of a file is a door: robots in five formats, loops, meshes, clouds, heights, SRDF, motions, logs,
 recordings, results, jobs, grasps, linkages. Whatever stands in the file, the door answers or refuses in our words,
-within 2 s of the processor and 256 MB more than for sound files. What a recording or a log that was let in says is
-finite and of one length.
+within 2 s of the processor for each megabyte begun and 256 MB more than for sound files. What a recording or a log that
+was let in says is finite and of one length.
 """
 
 from __future__ import annotations
@@ -256,9 +256,10 @@ def judge(name: str, path: Path, count: dict[str, int]) -> Iterator[str]:
     except Exception as error:  # The row's question: does anything foreign come out.
         count["bad_exception"] += 1
         yield f"{type(error).__name__}: {error}"
-    if time.process_time() - started > SECONDS:
+    seconds = time.process_time() - started
+    if seconds > SECONDS * (1.0 + (path.stat().st_size / 1e6 if path.is_file() else 0.0)):
         count["bad_slow"] += 1
-        yield f"{time.process_time() - started:.1f} s"
+        yield f"{seconds:.1f} s"
 
 
 def work(seed: int, files: int) -> dict[str, int]:

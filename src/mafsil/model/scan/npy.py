@@ -30,7 +30,7 @@ def read_npy(data: bytes) -> Floats:
     try:
         header = _HEADERS[numpy_format.read_magic(stream)]
         shape, by_columns, kind = header(stream)
-    except (ValueError, KeyError, TypeError, OverflowError, RecursionError, tokenize.TokenError) as fault:
+    except (ValueError, KeyError, TypeError, OverflowError, RecursionError, SyntaxError, tokenize.TokenError) as fault:
         raise FileError("scan.npy", fault=" ".join(str(fault).split())[:120]) from None
     if kind.kind not in KINDS or kind.hasobject:
         raise FileError("scan.numbers", got=str(kind))
