@@ -252,6 +252,15 @@ ROWS = (
         "TOPP-RA is compared in `benchmarks/time_optimal.py` and one test, not in this row; jerk is not limited.",
     ),
     Row(
+        "R11-jumps",
+        "Random motions of nine kinds on random scales: none without a jump is accused of one; beside every twenty one "
+        "with a jump of position, velocity or acceleration planted: joint, time and size are found, and proof denied.",
+        "motions",
+        10_000,
+        "planted_jumps --motions 10000 --resume DIR",
+        "Jumps smaller than 1e-4 of the largest value of the derivative are not planted.",
+    ),
+    Row(
         "R17",
         "Paths of random arms in random scenes of all kinds of obstacles: none in collision at 0.003 rad, ends and "
         "limits kept, every refusal names what it claims.",
@@ -307,6 +316,17 @@ ROWS = (
         100_000,
         "hostile_frames --frames 100000 --resume DIR",
         "Messages with a piece changed may be good by chance; those are counted.",
+    ),
+    Row(
+        "F5",
+        "Files of 26 kinds (robots, loops, meshes, clouds, heights, motions, logs, recordings, results, jobs, grasps, "
+        "linkages), damaged, cut, swollen, and pipes, devices, folders, links and bombs in their place: an answer with "
+        "finite numbers or our own error in both languages, within 2 s of the processor for each megabyte begun, and "
+        "256 MB.",
+        "files",
+        100_000,
+        "hostile_doors --files 100000 --resume DIR",
+        "Robots that are let in are judged in F1; jobs, grasps and linkages by their own tests.",
     ),
     Row(
         "R14",
@@ -366,11 +386,6 @@ ELSEWHERE = (
         "K4",
         "A live log under kill -9 loses the last milliseconds, a torn one is said to be",
         "`tests/simulation/test_live_log.py`",
-    ),
-    (
-        "F5",
-        "Meshes, pictures and recordings that claim more than they hold are refused before memory is taken",
-        "`tests/model/mesh`, `tests/model/test_scan.py`, `tests/simulation/test_recording.py`",
     ),
     ("N1", "Exposure of the studio: foreign hosts, origins, tokens and sites are refused", "`tests/studio`"),
     ("Q3", "The worked numbers of the specification, to the printed digits", "`tests/acceptance`"),

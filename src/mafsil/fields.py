@@ -70,15 +70,17 @@ def square(name: str, value: Any) -> Floats:
     return frozen(array)
 
 
-def numbers(*dimensions: int) -> Check:
+def numbers(*dimensions: int, unbounded: bool = False) -> Check:
     """An array of finite numbers, not copied: for values that are made in the middle of computations.
 
     Args:
         dimensions: how many it may have; any if none is given.
+        unbounded: whether infinities have a meaning.
     """
 
     def check(name: str, value: Any) -> Floats:
-        array = require_finite(name, real_array(name, value))
+        array = real_array(name, value)
+        require_finite(name, np.where(np.isinf(array), 0.0, array) if unbounded else array)
         if dimensions and array.ndim not in dimensions:
             expected = " | ".join("(" + "k, " * count + ")" for count in dimensions)
             raise InputError("input.shape", name=name, expected=expected, got=array.shape, hint="")

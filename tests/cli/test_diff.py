@@ -83,3 +83,18 @@ def test_what_is_no_result_is_refused(tmp_path: Path, runs: Path, text: str):
         compare_results(tmp_path, runs / "slow")
     with pytest.raises(FileError, match="cannot be read"):
         compare_results(tmp_path / "nowhere", runs / "slow")
+
+
+@pytest.mark.parametrize("joints", [[{}], [{"name": []}], [{"name": None}]])
+def test_joints_without_names_are_no_results(runs, tmp_path, joints):
+    data = json.loads((runs / "slow" / "results.json").read_text())
+    (tmp_path / "results.json").write_text(json.dumps(data | {"joints": joints}))
+    with pytest.raises(FileError):
+        compare_results(tmp_path, tmp_path)
+
+
+def test_whole_numbers_without_end_are_compared(runs, tmp_path):
+    data = json.loads((runs / "slow" / "results.json").read_text())
+    data["numbers"]["cycle"] = 10**400
+    (tmp_path / "results.json").write_text(json.dumps(data))
+    assert not compare_results(tmp_path, runs / "slow")

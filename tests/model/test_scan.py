@@ -86,6 +86,9 @@ LIES = {
     "a.npy": npy("{'descr': '<f8', 'fortran_order': False, 'shape': (10000000000, 3), }"),
     "object.npy": npy("{'descr': '|O', 'fortran_order': False, 'shape': (1, 3), }"),
     "code.npy": npy("__import__('os')"),
+    "spelt.npy": npy("{'descr': '<f8', 'fortran_order': Fa se, 'shape': (1, 3), }"),
+    "open.npy": npy("{'descr': '<f8', 'shape': (4, 5\u00e9"),
+    "version.npy": npy("{'descr': '<f8', 'fortran_order': False, 'shape': (1, 3), }").replace(b"\x01", b"\x09", 1),
     "cut.ply": ply("binary_little_endian", rows("<")[:-3]),
     "many.ply": ply("ascii", b"1 2 3 4\n", 10**15),
     "negative.ply": ply("ascii", b"", -1),
@@ -107,6 +110,7 @@ GROUND_LIES = {
         struct.pack(">I", len(x)) + n + x + struct.pack(">I", zlib.crc32(n + x))
         for n, x in ((b"IHDR", struct.pack(">IIBBBBB", 2**31, 2**31, 16, 0, 0, 0, 0)), (b"IEND", b""))
     ),
+    "no data.png": PICTURE[: PICTURE.index(b"IDAT") - 4] + PICTURE[PICTURE.index(b"IEND") - 4 :],
     "row.csv": b"1 2 3\n",
     "a.jpg": b"",
 }

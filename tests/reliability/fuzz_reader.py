@@ -44,23 +44,36 @@ COUNTS = (
 
 
 def work(seed: int, files: int) -> dict[str, int]:
-    """One child reads `files` mutants; a child that dies leaves its last file behind."""
-    with tempfile.TemporaryDirectory(prefix="mafsil-F1-") as folder:
+    """One child reads `files` mutants."""
+    return in_child("tests.reliability.fuzz_reader", seed, files, COUNTS)
+
+
+def in_child(module: str, seed: int, files: int, counts: tuple[str, ...]) -> dict[str, int]:
+    """What a child of `module` counts; one that dies leaves its last file behind.
+
+    Args:
+        module: that is started with `--child SEED FILES LAST`.
+        seed, files: of the shard.
+        counts: names that it counts, `bad_crash` and `bad_slow` among them.
+    """
+    with tempfile.TemporaryDirectory(prefix="mafsil-fuzz-") as folder:
         last = Path(folder) / "last"
-        command = [sys.executable, "-m", "tests.reliability.fuzz_reader", "--child", str(seed), str(files), str(last)]
+        command = [sys.executable, "-m", module, "--child", str(seed), str(files), str(last)]
         environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": f"{ROOT / 'src'}{os.pathsep}{ROOT}"}
-        limit = 60 + files * 0.05
+        limit = 120 + files * 0.1
         try:
             done = subprocess.run(
                 command, check=False, capture_output=True, text=True, env=environment, cwd=folder, timeout=limit
             )
         except subprocess.TimeoutExpired:
-            return {**dict.fromkeys(COUNTS, 0), "files": files, "bad_slow": 1}
+            print(f"seed {seed}: not done in {limit:.0f} s; last file {last.read_bytes()[:2000]!r}")
+            return {**dict.fromkeys(counts, 0), "files": files, "bad_slow": 1}
         if done.returncode == 0:
-            print(done.stderr[-2000:], end="", file=sys.stderr)
+            print(done.stderr[-4000:], end="", file=sys.stderr)
             return json.loads(done.stdout.splitlines()[-1])
-        print(f"seed {seed}: exit {done.returncode}; {done.stderr[-500:]}; last file {last.read_bytes()[:2000]!r}")
-        return {**dict.fromkeys(COUNTS, 0), "files": files, "bad_crash": 1}
+        said = last.read_bytes()[:2000] if last.exists() else b""
+        print(f"seed {seed}: exit {done.returncode}; {done.stderr[-1500:]}; last file {said!r}")
+        return {**dict.fromkeys(counts, 0), "files": files, "bad_crash": 1}
 
 
 def child(seed: int, files: int, last: Path) -> dict[str, int]:
@@ -78,11 +91,11 @@ def child(seed: int, files: int, last: Path) -> dict[str, int]:
             record.write(data)
             _judge(kind, data, count, repair=k % REPAIR_EVERY == 0)
     count["files"] = files
-    count["bad_memory"] = int(_peak_memory() > MEMORY)
+    count["bad_memory"] = int(peak_memory() > MEMORY)
     return count
 
 
-def _peak_memory() -> int:
+def peak_memory() -> int:
     """Largest resident set of this program [bytes]; `ru_maxrss` would count the parent's from before the exec."""
     status = Path("/proc/self/status").read_text()
     return 1024 * int(next(line for line in status.splitlines() if line.startswith("VmHWM")).split()[1])

@@ -1,11 +1,12 @@
 """Motions with and without planted jumps: every jump is found where it is, and no motion without one is accused.
 
-`python -m tests.reliability.planted_jumps --planted 500 --clean 10000` prints what was missed and what was accused.
+`python -m tests.reliability.planted_jumps --motions 10000 --resume DIR`; beside every twenty clean motions there is one
+with a planted jump.
 """
 
 from __future__ import annotations
 
-import argparse
+import sys
 from dataclasses import dataclass
 from functools import cache
 
@@ -14,9 +15,11 @@ import numpy as np
 import mafsil.trajectory as tr
 from mafsil.trajectory.motion import Motion, Trajectory, derivative
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
+from tests.reliability import figures
 
 MEASURED = -2
 """Instead of an order that is not known by construction."""
+CLEAN_PER_PLANTED = 20
 QUANTITIES = ("velocity", "acceleration", "jerk")
 
 
@@ -175,17 +178,18 @@ def planted(motion: PiecewisePolynomial, time: float, order: int, size: np.ndarr
     return PiecewisePolynomial(knots, rows)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser()
-    for name, count in (("--planted", 500), ("--clean", 10_000), ("--seed", 0)):
-        parser.add_argument(name, type=int, default=count)
-    asked = parser.parse_args()
-    for name, count, trial in (("missed", asked.planted, missed), ("accused", asked.clean, accused)):
-        found = [(k, says) for k in range(count) if (says := trial(np.random.default_rng((asked.seed, k))))]
-        print(f"{name}: {len(found)} of {count}")
-        for k, says in found[:20]:
-            print(f"  {k}: {says}")
+def work(seed: int, motions: int) -> dict[str, int]:
+    """Clean motions, and a planted jump in one more of every twenty; what was missed or accused is printed."""
+    planted_ones = motions // CLEAN_PER_PLANTED
+    counts = {"motions": motions, "planted": planted_ones}
+    for name, count, trial in (("missed", planted_ones, missed), ("accused", motions, accused)):
+        said = [(k, trial(np.random.default_rng((0, k)))) for k in range(seed * count, (seed + 1) * count)]
+        counts[f"bad_{name}"] = sum(bool(words) for _, words in said)
+        for k, words in said:
+            if words:
+                print(f"{name} {k}: {words}", file=sys.stderr)
+    return counts
 
 
 if __name__ == "__main__":
-    main()
+    figures.run("R11-jumps", figures.arguments(__doc__ or "", "motions", 10_000, 1_000), work)

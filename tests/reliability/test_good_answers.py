@@ -14,34 +14,51 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.public import public
+from tests.public import faces
 from tests.reliability.good import arms, mechanisms, searches
 from tests.sizes import size
 
 ROWS = {**arms.ROWS, **mechanisms.ROWS, **searches.ROWS}
 
 ELSEWHERE = {
-    "tests/reliability": "JerkLimitedBatch ViaMotion TimeOptimalBatch ArmPlan ArmsMotion CoordinatedPlan Separation "
-    "ClosureBatch WrenchClosureBatch FiniteMobility Stability Run LimitCheck LimitProof Identification",
     "tests/cli": "ResultsComparison",
-    "tests/control": "ElasticRun Selection Coupling SetPointCondition EstimatedConstraint GainReport HybridCertificate "
-    "EnergyCertificate SlidingCertificate Interaction RenderedImpedance Suitability",
+    "tests/collision": "CollisionCheck Clearance PathCheck",
+    "tests/control": (
+        "ElasticRun Selection JointCoupling SetPointCondition EstimatedConstraint GainReport HybridCertificate "
+        "EnergyCertificate SlidingCertificate Interaction RenderedImpedance Suitability"
+    ),
     "tests/derivation": "Derivation Review",
-    "tests/grasp": "MethodResult GraspPlan Robustness",
+    "tests/grasp": "GraspQuality SecondOrderClosure MethodResult GraspPlan Robustness",
     "tests/identification": "Payload",
-    "tests/ik": "Continuation PlanarReach ArmStructure",
+    "tests/ik": "ParametricSolutions Place Continuation PlanarReach ArmStructure",
     "tests/job": "LawBench",
     "tests/lint": "Report",
-    "tests/mobility": "Actuation ConfigurationCurves Existence GrueblerCount InstantaneousMobility PolygonSpace "
-    "Redundancy Mobility PointCount Structure Surface ConfigurationSurfaces",
-    "tests/one_joint": "Braking TransmissionAnswer DriveSizing StickSlip JointRun Margins DriveAnswer "
-    "ResponseMeasures RootLocus SampledStability RateSweep RestError WallContact",
-    "tests/parallel": "CableClosure CableWorkspace ClosedMotion LegBranches LegModes PlatformWorkspace",
+    "tests/mobility": (
+        "IntegrabilityAnswer Candidate FourBarPositions SliderCrankPositions Actuation ConfigurationCurves "
+        "Existence GrueblerCount InstantaneousMobility PolygonSpace Redundancy Mobility PointCount Structure "
+        "Surface ConfigurationSurfaces"
+    ),
+    "tests/one_joint": (
+        "Bandwidth Deadlines Holding StiffnessCommand Braking TransmissionAnswer DriveSizing StickSlip "
+        "JointRun Margins DriveAnswer ResponseMeasures RootLocus SampledStability RateSweep RestError "
+        "WallContact"
+    ),
+    "tests/parallel": (
+        "ActuatorEfforts Certificate ClosedAccelerations ClosedConfigurations ForwardPoses LoopSingularities "
+        "MotorAngles PlanarPoses PlatformPoints SingularKinds ThreeRPSModes CableClosure CableWorkspace "
+        "ClosedMotion LegBranches LegModes PlatformWorkspace"
+    ),
     "tests/performance": "Singularity SingularityLocus VirtualWork WorkspaceMap",
-    "tests/planning": "ApproachPlan PlannerBench",
-    "tests/simulation": "LearningRun MonteCarlo FreeBodyMotion",
-    "tests/trajectory": "Continuity PathDiagnosis PathReach PathRemedies Diagnosis TrajectoryFile ProfileComparison "
-    "RequirementCheck RouteComparison PathPoints",
+    "tests/planning": "BasePlacement FieldPath ApproachPlan PlannerBench",
+    "tests/reliability": (
+        "JerkLimitedBatch ViaMotion TimeOptimalBatch ArmPlan ArmsMotion CoordinatedPlan Separation "
+        "ClosureBatch WrenchClosureBatch FiniteMobility Stability Run LimitCheck LimitProof Identification"
+    ),
+    "tests/simulation": "ForwardMotion InverseMotion Recording LearningRun MonteCarlo FreeBodyMotion",
+    "tests/trajectory": (
+        "TickReport Continuity PathDiagnosis PathReach PathRemedies Diagnosis TrajectoryFile "
+        "ProfileComparison RequirementCheck RouteComparison PathPoints"
+    ),
     "tests/verification": "Verification",
 }
 """Where the other answers are held against an independent source: tests whose calls return them."""
@@ -50,19 +67,38 @@ NO_CLAIM = {"Expression", "Refusal"}
 
 
 def answers() -> dict[str, set[str]]:
-    """Classes with a truth that public functions return, and the names of the functions."""
+    """Classes with a truth that public functions, methods and properties return, and the names of these."""
     found: dict[str, set[str]] = {}
-    for long, function in public():
-        if not inspect.isfunction(function):
-            continue
-        try:
-            returned = typing.get_type_hints(function).get("return")
-        except NameError:
-            continue
-        for kind in (returned, *typing.get_args(returned)):
-            if inspect.isclass(kind) and kind.__module__.startswith("mafsil") and "__bool__" in dir(kind):
-                found.setdefault(kind.__name__, set()).add(long.rpartition(".")[2])
+    for face in faces():
+        for name in face.__all__:
+            each = getattr(face, name)
+            if inspect.isfunction(each):
+                note(found, name, each)
+            elif inspect.isclass(each) and each.__module__.startswith("mafsil"):
+                for member in dir(each):
+                    note(found, member, inspect.getattr_static(each, member))
     return found
+
+
+def note(found: dict[str, set[str]], name: str, member: object) -> None:
+    """Add the classes with a truth that a function, method or property returns.
+
+    Args:
+        found: added to.
+        name: of the member; private ones are left out.
+        member: as it stands in its class or module.
+    """
+    function = getattr(member, "fget", None) or getattr(member, "func", None) or getattr(member, "__func__", member)
+    if name.startswith("_") or not inspect.isfunction(function):
+        return
+    try:  # The return alone: arguments may name what is imported for type checkers only.
+        own = inspect.unwrap(function)
+        returned = eval(str(own.__annotations__.get("return")), own.__globals__)
+    except NameError:
+        return
+    for kind in (returned, *typing.get_args(returned)):
+        if inspect.isclass(kind) and kind.__module__.startswith("mafsil") and "__bool__" in dir(kind):
+            found.setdefault(kind.__name__, set()).add(name)
 
 
 def work(row: str, problems: int, seed: int = 0) -> dict[str, float]:

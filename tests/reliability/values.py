@@ -138,6 +138,33 @@ WRITTEN = (
     "one_joint.TrackingError.of(inertia=1.0, friction=0.1, kp=1.0, ki=0.1, kd=0.1)",
     "one_joint.ViscousJoint.of(inertia=1.0, friction=0.1)",
     "one_joint.JointArm.of(inertia=1.0, mass=0.1, radius=0.1, friction=0.1, gravity=9.81)",
+    "mf.Mechanism(name='r', links=R2.mechanism.links, joints=R2.mechanism.joints, tip=R2.mechanism.tip, T_lt=NEAR, "
+    "T_sb=np.eye(4), gravity=[0.0, 0, -9.81])",
+    "mf.model.JointLimits(lower=[-1.0], upper=[1.0], velocity=[1.0], acceleration=[1.0], jerk=[1.0], effort=[1.0])",
+    "mf.model.Mesh(reference='link.stl', scale=(1.0, 1.0, 1.0))",
+    "mf.model.Shape(geometry=mf.model.Mesh('link.stl'), T_lg=np.eye(4), colour=(1.0, 0, 0, 1.0))",
+    "trajectory.MotionLimits(position=[[-1.0], [1.0]], velocity=[[-1.0], [1.0]], acceleration=[[-1.0], [1.0]], "
+    "jerk=[[-1.0], [1.0]], effort=[[-1.0], [1.0]])",
+    "planning.PolygonWorld(lower=[-1.0, -1], upper=[1.0, 1], polygons=[[[0.0, 0], [0.5, 0], [0, 0.5]]])",
+    "one_joint.drives.SpeedFriction(static=1.0, kinetic=0.5, viscous=0.1, stribeck_speed=0.1, exponent=2.0)",
+    "one_joint.Backlash(gap=0.1, stiffness=1.0)",
+    "one_joint.Gear(ratio=10.0, motor_inertia=0.1, efficiency=0.9, motor_friction=0.1)",
+    "one_joint.drives.FrictionConditions(one_joint.drives.SpeedFriction.of(1.0), load_share=0.1, rest_time=0.1, "
+    "thinning=0.1, reference=20.0, stiffness=1.0)",
+    "one_joint.ForceLoop(kfp=1.0, kfi=1.0, damping=1.0)",
+    "one_joint.drives.TorqueLoop(motor_inertia=1.0, stiffness=1.0, viscous=0.1, dry=0.1, kp=1.0, ki=1.0)",
+    "one_joint.drives.VariableStiffness(spring=1.0, radius=0.1, motor_radius=0.1, longest=0.5)",
+    "one_joint.SecondOrder(natural_frequency=1.0, damping_ratio=0.5)",
+    "one_joint.ErrorDynamics(coefficients=[1.0, 2.0, 1.0])",
+    "one_joint.JointLaw(one_joint.LawKind.FEEDBACK, kp=1.0, ki=1.0, kd=1.0)",
+    "one_joint.Motor(constant=0.1, resistance=1.0, inductance=0.001, voltage=24.0)",
+    "one_joint.drives.CurrentLoop(one_joint.Motor.of(0.1, 1.0, 0.001, 24.0), kp=1.0, ki=1.0)",
+    "one_joint.drives.MotorRating(peak_torque=2.0, continuous_torque=1.0, speed=10.0, inertia=0.1)",
+    "one_joint.ElasticJoint(link_inertia=1.0, motor_inertia=0.1, stiffness=1.0, damping=0.1, link_friction=0.1, "
+    "motor_friction=0.1)",
+    "one_joint.TrackingError(inertia=1.0, friction=0.1, kp=1.0, ki=0.1, kd=0.1)",
+    "one_joint.ViscousJoint(inertia=1.0, friction=0.1)",
+    "one_joint.JointArm(inertia=1.0, gravity_moment=1.0, friction=one_joint.drives.SpeedFriction.of(1.0))",
 )
 """One valid value of every public class that users write themselves; what stands under a name is driven."""
 MADE = (
@@ -161,10 +188,13 @@ MADE = (
 
 UNBOUNDED = {
     "mf.model.Limits": ("lower", "upper", "velocity", "acceleration", "jerk", "effort"),
+    "mf.model.JointLimits": ("lower", "upper", "velocity", "acceleration", "jerk", "effort"),
+    "trajectory.MotionLimits": ("position", "velocity", "acceleration", "jerk", "effort"),
     "trajectory.MotionLimits.of": ("position", "velocity", "acceleration", "jerk", "effort"),
     "mf.Contact": ("finger_curvature",), "trajectory.MaxDuration": ("most",), "trajectory.PassThrough": ("end",),
     "trajectory.KeepsClear": ("end",), "one_joint.LoopConditions": ("torque_limit",),
-    "one_joint.drives.FrictionConditions.of": ("stiffness",), "parallel.CableRobot": ("highest",),
+    "one_joint.drives.FrictionConditions.of": ("stiffness",), "one_joint.drives.FrictionConditions": ("stiffness",),
+    "parallel.CableRobot": ("highest",),
 }  # fmt: skip
 """Fields that are documented to be infinite where there is no bound."""
 

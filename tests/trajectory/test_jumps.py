@@ -80,7 +80,7 @@ def test_the_corner_of_a_path_that_the_motion_does_not_name_is_found():
 
 
 def test_planted_jumps_are_found_and_clean_motions_are_not_accused():
-    """Larger: python -m tests.reliability.planted_jumps --planted 500 --clean 10000."""
+    """Larger: python -m tests.reliability.planted_jumps --motions 10000."""
     for k in range(size(30, 60)):
         assert not planted_jumps.missed(np.random.default_rng((0, k))), k
     for k in range(size(80, 200)):

@@ -242,6 +242,8 @@ def grown_depth(
                     if twin >= 0:
                         count -= 1
                         edges[twin, 0], edges[twin, 1] = edges[count, 0], edges[count, 1]
+                    elif count == len(edges):  # Of a polytope so thin that its faces are turned at random.
+                        return min(max(lower, 0.0), upper), upper
                     else:
                         edges[count, 0], edges[count, 1] = i, j
                         count += 1

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import copysign, inf, isnan
+from math import copysign, inf
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
-from mafsil.errors import ModelError
-from mafsil.fields import checked, real
+from mafsil.errors import InputError, ModelError
+from mafsil.fields import checked, numbers, real
 
 UNBOUNDED = 1e16
 """A bound of this magnitude or more means none: the default of SDFormat, written where a format demands a number."""
@@ -18,6 +18,32 @@ UNBOUNDED = 1e16
 MEASURED = 1e-5
 """How far a measured coordinate may lie beyond a written limit and count as on it [rad | m]: files round pi to 3.14159,
 drivers send four bytes."""
+
+
+_BOUNDS = ("lower", "upper", "velocity", "acceleration", "jerk", "effort")
+
+
+def require_bound(name: str, values: Floats) -> None:
+    """Numbers that can be bounds of the kind that the name says.
+
+    Raises:
+        ModelError: a NaN, or a negative magnitude.
+    """
+    wrong = np.isnan(values) | ((values < 0.0) & (name not in ("lower", "upper")))
+    if wrong.any():
+        raise ModelError("model.limit", name=name, value=float(values[wrong].flat[0]))
+
+
+def require_order(lower: Floats, upper: Floats) -> None:
+    """Lower bounds that lie below upper ones, or on them.
+
+    Raises:
+        ModelError: one does not.
+    """
+    wrong = lower > upper
+    if wrong.any():
+        low, high = float(lower[wrong].flat[0]), float(upper[wrong].flat[0])
+        raise ModelError("model.limits_swapped", lower=low, upper=high)
 
 
 def bounded(value: float) -> float:
@@ -44,16 +70,13 @@ class Limits:
     acceleration: float = inf
     jerk: float = inf
     effort: float = inf
-    _numbers = checked(**dict.fromkeys(("lower", "upper", "velocity", "acceleration", "jerk", "effort"), real))
+    _numbers = checked(**dict.fromkeys(_BOUNDS, real))
 
     def __post_init__(self) -> None:
         self._numbers()
-        for name in self.__slots__:
-            value = getattr(self, name)
-            if isnan(value) or (value < 0 and name not in ("lower", "upper")):
-                raise ModelError("model.limit", name=name, value=value)
-        if self.lower > self.upper:
-            raise ModelError("model.limits_swapped", lower=self.lower, upper=self.upper)
+        for name in _BOUNDS:
+            require_bound(name, np.asarray(getattr(self, name)))
+        require_order(np.asarray(self.lower), np.asarray(self.upper))
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +94,16 @@ class JointLimits:
     acceleration: Floats
     jerk: Floats
     effort: Floats
+    _numbers = checked(**dict.fromkeys(_BOUNDS, numbers(1, unbounded=True)))
+
+    def __post_init__(self) -> None:
+        self._numbers()
+        for name in _BOUNDS:
+            require_bound(name, getattr(self, name))
+            if getattr(self, name).shape != self.lower.shape:
+                got = getattr(self, name).shape
+                raise InputError("input.shape", name=name, expected=self.lower.shape, got=got, hint="")
+        require_order(self.lower, self.upper)
 
     def admitted(self, q: Floats) -> Floats:
         """(*batch, n) measured coordinates, those beyond a limit by at most MEASURED on it, all others as they are."""

@@ -8,9 +8,10 @@ from math import isfinite
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Vector3, as_batch, frozen
+from mafsil.arrays import Floats, PoseMatrix, Vector3, as_batch, frozen
 from mafsil.errors import InputError, ModelError
 from mafsil.fields import checked, real
+from mafsil.model.placement import turned_tensor
 from mafsil.model.shape import Shape
 from mafsil.model.tolerances import WRITTEN
 
@@ -55,6 +56,12 @@ class Inertial:
             raise ModelError("model.asymmetric", inertia=inertia.tolist())
         object.__setattr__(self, "com", com)
         object.__setattr__(self, "inertia", inertia)
+
+
+def moved_inertial(inertial: Inertial, T_ab: PoseMatrix) -> Inertial:
+    """The same mass properties, given in {b}, expressed in {a}."""
+    R, p = T_ab[:3, :3], T_ab[:3, 3]
+    return Inertial(inertial.mass, frozen(R @ inertial.com + p), turned_tensor(inertial.inertia, R))
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -15,8 +15,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, PoseMatrix, as_batch, frozen, real_array
 from mafsil.errors import InputError, ModelError
-from mafsil.model.link import Inertial
-from mafsil.model.placement import moved_inertial
+from mafsil.model.link import Inertial, moved_inertial
 from mafsil.model.tolerances import PRINTED
 
 Density = Callable[[Floats], ArrayLike]

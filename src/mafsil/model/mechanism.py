@@ -6,18 +6,19 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import count
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import PoseMatrix, Vector3, frozen
 from mafsil.errors import ModelError
+from mafsil.fields import checked, vector
 from mafsil.lazy_module import lazily
 from mafsil.model.joint import Joint, JointKind
 from mafsil.model.limits import JointLimits
-from mafsil.model.link import Link, fixed_array
-from mafsil.model.placement import checked_pose
+from mafsil.model.link import Link
+from mafsil.model.placement import frozen_pose
 from mafsil.model.spanning_tree import sorted_tree
 from mafsil.model.tip import TipChoice, choose_tip, is_named_as_tip
 from mafsil.model.tooling import payload, tool_pose, with_body
@@ -96,6 +97,7 @@ class Mechanism:
     T_sb: PoseMatrix = field(default_factory=lambda: frozen(np.eye(4)))
     gravity: Vector3 = field(default_factory=lambda: frozen(STANDARD_GRAVITY))
     provenance: Provenance = Provenance()
+    __post_init__ = checked(T_lt=frozen_pose, T_sb=frozen_pose, gravity=vector(3))
 
     @classmethod
     def assemble(
@@ -158,9 +160,9 @@ class Mechanism:
             joints=ordered,
             loops=closing,
             tip=chosen,
-            T_lt=frozen(np.eye(4) if T_lt is None else checked_pose("T_lt", T_lt)),
-            T_sb=frozen(np.eye(4) if T_sb is None else checked_pose("T_sb", T_sb)),
-            gravity=fixed_array("gravity", gravity, (3,)),
+            T_lt=np.eye(4) if T_lt is None else T_lt,
+            T_sb=np.eye(4) if T_sb is None else T_sb,
+            gravity=cast("Vector3", gravity),
             provenance=provenance,
         )
 
@@ -168,7 +170,7 @@ class Mechanism:
         """The same mechanism with another tip frame: that of a link, or a pose T_lt (4, 4) in it."""
         if tip not in self.link_names:
             raise ModelError("model.unknown_tip", link=tip, known=", ".join(self.link_names))
-        return replace(self, tip=tip, T_lt=frozen(np.eye(4) if T_lt is None else checked_pose("T_lt", T_lt)))
+        return replace(self, tip=tip, T_lt=np.eye(4) if T_lt is None else cast("PoseMatrix", T_lt))
 
     def with_frame(self, name: str, pose: ArrayLike | None = None, link: str | None = None) -> Mechanism:
         """The same mechanism with a named frame: a link without mass and shape, fixed where it is given.
@@ -266,7 +268,7 @@ class Mechanism:
 
     def with_gravity(self, gravity: Vector3) -> Mechanism:
         """The same mechanism under another gravity [m/s^2], in {s}."""
-        return replace(self, gravity=fixed_array("gravity", gravity, (3,)))
+        return replace(self, gravity=gravity)
 
     @property
     def n(self) -> int:

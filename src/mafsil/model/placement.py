@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, PoseMatrix, Vector3, Vector6, as_batch, frozen
 from mafsil.errors import InputError, ModelError
 from mafsil.lazy_module import lazily
-from mafsil.model.link import Inertial
 from mafsil.model.tolerances import PRINTED_ROTATION
 
 if TYPE_CHECKING:
@@ -42,6 +41,11 @@ def checked_pose(name: str, value: ArrayLike) -> PoseMatrix:
     if T.ndim != 2:
         raise InputError("input.shape", name=name, expected=(4, 4), got=T.shape, hint="")
     return T
+
+
+def frozen_pose(name: str, value: ArrayLike) -> PoseMatrix:
+    """As `checked_pose`, read-only: for fields."""
+    return frozen(checked_pose(name, value))
 
 
 def checked_poses(name: str, value: ArrayLike) -> PoseMatrix:
@@ -180,12 +184,6 @@ def screw_motion(S: Vector6, q: float) -> PoseMatrix:
     T[:3, :3] += s * W + (1 - c) * (W @ W)
     T[:3, 3] = (q * np.eye(3) + (1 - c) * W + (q - s) * (W @ W)) @ v
     return T
-
-
-def moved_inertial(inertial: Inertial, T_ab: PoseMatrix) -> Inertial:
-    """The same mass properties, given in {b}, expressed in {a}."""
-    R, p = T_ab[:3, :3], T_ab[:3, 3]
-    return Inertial(inertial.mass, frozen(R @ inertial.com + p), turned_tensor(inertial.inertia, R))
 
 
 def turned_tensor(inertia: Floats, R: Floats) -> Floats:

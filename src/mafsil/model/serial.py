@@ -14,9 +14,9 @@ from mafsil.errors import ModelError
 from mafsil.model.actuator import Actuator, Friction
 from mafsil.model.joint import Joint, JointKind
 from mafsil.model.limits import Limits
-from mafsil.model.link import Inertial, Link
+from mafsil.model.link import Inertial, Link, moved_inertial
 from mafsil.model.mechanism import STANDARD_GRAVITY, Mechanism, Provenance
-from mafsil.model.placement import checked_pose, moved_inertial
+from mafsil.model.placement import checked_pose
 
 _Part = TypeVar("_Part")
 

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from mafsil.arrays import PoseMatrix, frozen, number, single
-from mafsil.fields import checked
+from mafsil.fields import checked, or_none
+from mafsil.model.placement import frozen_pose
+
+
+def _three(name: str, value: Any) -> tuple[float, ...]:
+    return tuple(single(name, value, (3,)).tolist())
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,7 +22,7 @@ class Box:
     """A box centred on its frame; `size` are the full edge lengths along x, y, z [m]."""
 
     size: tuple[float, float, float]
-    __post_init__ = checked(size=lambda name, value: tuple(single(name, value, (3,)).tolist()))
+    __post_init__ = checked(size=_three)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +64,7 @@ class Mesh:
     reference: str
     path: Path | None = None
     scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    __post_init__ = checked(scale=_three)
 
 
 Geometry: TypeAlias = Box | Cylinder | Capsule | Sphere | Mesh
@@ -87,3 +93,7 @@ class Shape:
     T_lg: PoseMatrix = field(default_factory=lambda: frozen(np.eye(4)))
     name: str = ""
     colour: Colour | None = None
+    __post_init__ = checked(
+        T_lg=frozen_pose,
+        colour=or_none(lambda name, value: tuple(single(name, value, (4,)).tolist())),
+    )

@@ -9,9 +9,9 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import PoseMatrix, real_array, require_finite, single
 from mafsil.errors import InputError, InputWarning, warn
-from mafsil.model.link import Inertial, Link
+from mafsil.model.link import Inertial, Link, moved_inertial
 from mafsil.model.mass_properties import require_physical, united
-from mafsil.model.placement import checked_pose, moved_inertial
+from mafsil.model.placement import checked_pose
 
 LONGEST_TOOL = 10.0
 """Offset [m] beyond which that of a tool counts as one in millimetres, of 1 cm and more."""

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import SMALLEST, Floats, calculable, real_array, require_finite
 from mafsil.errors import InputError
+from mafsil.fields import Check, checked
 
 
 def finite(name: str, value: ArrayLike) -> Floats:
@@ -79,14 +83,32 @@ def row(name: str, value: ArrayLike, least: int = 1) -> Floats:
     return array
 
 
-def together(**values: Floats) -> tuple[Floats, ...]:
+def together(**values: ArrayLike) -> tuple[Floats, ...]:
     """All arrays of one shape.
 
     Raises:
-        InputError: their shapes do not go together.
+        InputError: no real numbers, or their shapes do not go together.
     """
+    arrays = {name: real_array(name, value) for name, value in values.items()}
     try:
-        return tuple(np.broadcast_arrays(*values.values()))
+        return tuple(np.broadcast_arrays(*arrays.values()))
     except ValueError:
-        shapes = ", ".join(f"{name} {value.shape}" for name, value in values.items())
+        shapes = ", ".join(f"{name} {array.shape}" for name, array in arrays.items())
         raise InputError("one_joint.shapes", shapes=shapes) from None
+
+
+def batched(**checks: Check) -> Callable[[Any], None]:
+    """The `__post_init__` of a data class of batches: every field is held against what it may be, all of one shape.
+
+    Args:
+        checks: the check of each field.
+    """
+    check = checked(**checks)
+
+    def post_init(value: Any) -> None:
+        check(value)
+        arrays = together(**{name: getattr(value, name) for name in checks})
+        for name, array in zip(checks, arrays, strict=True):
+            object.__setattr__(value, name, array)
+
+    return post_init

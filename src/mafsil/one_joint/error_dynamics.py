@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, frozen
 from mafsil.errors import InputError
+from mafsil.fields import checked
 from mafsil.geometry.matrix_exponential import exponential
 from mafsil.one_joint.arguments import finite, row, together
 from mafsil.one_joint.polynomial import Complexes, coefficients_of, companion, polynomial_value, roots
@@ -28,6 +29,7 @@ class ErrorDynamics:
     """
 
     coefficients: Floats
+    __post_init__ = checked(coefficients=lambda _, value: frozen(coefficients_of(value)))
 
     @classmethod
     def of(cls, *coefficients: ArrayLike) -> ErrorDynamics:
@@ -39,12 +41,12 @@ class ErrorDynamics:
         named = {f"coefficients[{k}]": finite(f"coefficients[{k}]", each) for k, each in enumerate(coefficients)}
         if len(named) < 2:
             raise InputError("one_joint.few_coefficients", got=len(named))
-        return cls(frozen(coefficients_of(np.stack(together(**named), axis=-1))))
+        return cls(np.stack(together(**named), axis=-1))
 
     @classmethod
     def from_row(cls, coefficients: ArrayLike) -> ErrorDynamics:
         """From (*batch, n + 1), highest derivative first."""
-        return cls(frozen(coefficients_of(coefficients)))
+        return cls(np.asarray(coefficients_of(coefficients)))
 
     @property
     def order(self) -> int:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats
-from mafsil.one_joint.arguments import above_zero, finite, magnitude, row, together
+from mafsil.one_joint.arguments import above_zero, batched, finite, magnitude, row, together
 from mafsil.one_joint.error_dynamics import ErrorDynamics
 
 
@@ -24,6 +24,7 @@ class ForceLoop:
     kfp: Floats
     kfi: Floats
     damping: Floats
+    __post_init__ = batched(kfp=magnitude, kfi=magnitude, damping=magnitude)
 
     @classmethod
     def of(cls, kfp: ArrayLike, kfi: ArrayLike = 0.0, damping: ArrayLike = 0.0) -> ForceLoop:
@@ -32,9 +33,7 @@ class ForceLoop:
         Raises:
             InputError: a negative gain, shapes that do not go together.
         """
-        return cls(
-            *together(kfp=magnitude("kfp", kfp), kfi=magnitude("kfi", kfi), damping=magnitude("damping", damping))
-        )
+        return cls(*together(kfp=kfp, kfi=kfi, damping=damping))
 
     @property
     def time_constant(self) -> Floats:

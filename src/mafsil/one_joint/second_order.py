@@ -8,9 +8,9 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mafsil.arrays import Floats, frozen
+from mafsil.arrays import Floats
 from mafsil.messages import say
-from mafsil.one_joint.arguments import above_zero, finite, magnitude, row, share, together
+from mafsil.one_joint.arguments import above_zero, batched, finite, magnitude, row, share, together
 from mafsil.one_joint.error_dynamics import ErrorDynamics
 from mafsil.one_joint.polynomial import Complexes
 
@@ -45,6 +45,7 @@ class SecondOrder:
 
     natural_frequency: Floats
     damping_ratio: Floats
+    __post_init__ = batched(natural_frequency=above_zero, damping_ratio=magnitude)
 
     @classmethod
     def of(cls, natural_frequency: ArrayLike, damping_ratio: ArrayLike) -> SecondOrder:
@@ -53,11 +54,7 @@ class SecondOrder:
         Raises:
             InputError: a frequency that is not positive, a negative damping ratio, shapes that do not go together.
         """
-        w, zeta = together(
-            natural_frequency=above_zero("natural_frequency", natural_frequency),
-            damping_ratio=magnitude("damping_ratio", damping_ratio),
-        )
-        return cls(frozen(w), frozen(zeta))
+        return cls(*together(natural_frequency=natural_frequency, damping_ratio=damping_ratio))
 
     @classmethod
     def of_joint(cls, inertia: ArrayLike, damping: ArrayLike, kp: ArrayLike) -> SecondOrder:
@@ -76,7 +73,7 @@ class SecondOrder:
         M, d, k = together(
             inertia=above_zero("inertia", inertia), damping=magnitude("damping", damping), kp=above_zero("kp", kp)
         )
-        return cls(frozen(np.sqrt(k / M)), frozen(d / (2.0 * np.sqrt(k * M))))
+        return cls(np.sqrt(k / M), d / (2.0 * np.sqrt(k * M)))
 
     @property
     def dynamics(self) -> ErrorDynamics:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.answer import Status
 from mafsil.arrays import Floats, require_function, single
 from mafsil.errors import InputError
-from mafsil.one_joint.arguments import above_zero, finite, magnitude, row, together
+from mafsil.one_joint.arguments import above_zero, batched, finite, magnitude, row, together
 from mafsil.one_joint.error_dynamics import ErrorDynamics
 from mafsil.one_joint.polynomial import Complexes
 from mafsil.one_joint.row_answer import RowAnswer
@@ -154,6 +154,7 @@ class TrackingError:
     kp: Floats
     ki: Floats
     kd: Floats
+    __post_init__ = batched(inertia=above_zero, friction=magnitude, kp=above_zero, ki=magnitude, kd=magnitude)
 
     @classmethod
     def of(
@@ -169,15 +170,7 @@ class TrackingError:
         Raises:
             InputError: a number out of its range, shapes that do not go together.
         """
-        return cls(
-            *together(
-                inertia=above_zero("inertia", inertia),
-                friction=magnitude("friction", friction),
-                kp=above_zero("kp", kp),
-                ki=magnitude("ki", ki),
-                kd=magnitude("kd", kd),
-            )
-        )
+        return cls(*together(inertia=inertia, friction=friction, kp=kp, ki=ki, kd=kd))
 
     def ramp(self, speed: ArrayLike) -> Floats:
         """(*batch) the error that remains behind a ramp theta_d = speed t: b speed / Kp; zero with an integral."""

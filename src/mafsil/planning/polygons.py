@@ -6,7 +6,7 @@ the border, nothing passes.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple, cast
@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, as_batch, single
 from mafsil.errors import InputError
+from mafsil.fields import checked, vector
 
 ON_EDGE = 1e-9
 """Share of the size of the world within which a point is on an edge, not in the obstacle."""
@@ -50,6 +51,13 @@ class PolygonWorld:
     lower: Floats
     upper: Floats
     polygons: tuple[Floats, ...]
+    _corners = checked(lower=vector(2), upper=vector(2), polygons=lambda _, value: tuple(_counter_clockwise(value)))
+
+    def __post_init__(self) -> None:
+        self._corners()
+        if not (self.lower < self.upper).all():
+            k = int(np.argmin(self.lower < self.upper))
+            raise InputError("planning.bounds", index=k, lower=float(self.lower[k]), upper=float(self.upper[k]))
 
     @classmethod
     def of(cls, lower: ArrayLike, upper: ArrayLike, polygons: Sequence[ArrayLike]) -> PolygonWorld:
@@ -58,20 +66,7 @@ class PolygonWorld:
         Raises:
             InputError: a wrong shape, a number that is not finite, a polygon without area, no rectangle.
         """
-        rows: list[Floats] = []
-        if not isinstance(cast(object, polygons), Iterable):
-            raise InputError("input.kind", name="polygons", expected="list of polygons", got=type(polygons).__name__)
-        for k, polygon in enumerate(polygons):
-            corners = np.asarray(as_batch(f"polygons[{k}]", polygon, (2,), finite=True))
-            area = signed_area(corners) if corners.ndim == 2 and len(corners) > 2 else 0.0
-            if area == 0.0:
-                raise InputError("planning.no_area", index=k)
-            rows.append(corners if area > 0.0 else corners[::-1])
-        low, high = (single(name, x, (2,)) for name, x in (("lower", lower), ("upper", upper)))
-        if not (low < high).all():
-            k = int(np.argmin(low < high))
-            raise InputError("planning.bounds", index=k, lower=float(low[k]), upper=float(high[k]))
-        return cls(low, high, tuple(rows))
+        return cls(cast("Floats", lower), cast("Floats", upper), cast("tuple[Floats, ...]", polygons))
 
     @property
     def slack(self) -> float:
@@ -163,6 +158,19 @@ class PolygonWorld:
             best[closer], which[closer] = size[closer], index
             place[closer] = np.where((inside == index)[:, None], p, nearest[rows, k])[closer]
         return best, place, which
+
+
+def _counter_clockwise(polygons: Sequence[ArrayLike]) -> Iterator[Floats]:
+    """(k, 2) corners of each, in this sense."""
+    given = cast(object, polygons)
+    if not isinstance(given, Iterable) or isinstance(given, Mapping):
+        raise InputError("input.kind", name="polygons", expected="list of polygons", got=type(polygons).__name__)
+    for k, polygon in enumerate(polygons):
+        corners = np.asarray(as_batch(f"polygons[{k}]", polygon, (2,), finite=True))
+        area = signed_area(corners) if corners.ndim == 2 and len(corners) > 2 else 0.0
+        if area == 0.0:
+            raise InputError("planning.no_area", index=k)
+        yield corners if area > 0.0 else corners[::-1]
 
 
 def signed_area(corners: Floats) -> float:

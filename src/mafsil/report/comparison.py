@@ -143,7 +143,7 @@ def _read(path: Path) -> tuple[dict[str, Any], list[str]]:
     file = path / "results.json" if path.is_dir() else path
     shown = visible(str(file))
     try:
-        data = cast("dict[str, Any]", json.loads(whole_text(file, LARGEST_FILE)))
+        data = cast("dict[str, Any]", json.loads(whole_text(file, LARGEST_FILE), parse_int=float))
         job = file.with_name("job.toml")
         text = whole_text(job, LARGEST_FILE).splitlines() if job.exists() else []
     except OSError as fault:
@@ -163,15 +163,16 @@ def _is_results(data: object) -> bool:
     kinds = {"numbers": dict, "joints": list, "steps": list, "findings": list, "versions": dict, "status": str}
     if given.get("format") != FORMAT or not all(isinstance(given.get(name), kind) for name, kind in kinds.items()):
         return False
-    return all(isinstance(each, dict) for name in ("joints", "steps", "findings") for each in given[name])
+    rows = all(isinstance(each, dict) for name in ("joints", "steps", "findings") for each in given[name])
+    return rows and all(isinstance(each.get("name"), str) for each in given["joints"])
 
 
 def _joints(first: list[dict[str, Any]], second: list[dict[str, Any]]) -> list[Change]:
     """Numbers of joints that both results have by name."""
-    later = {each.get("name"): each for each in second}
-    pairs = [(each, later[each["name"]]) for each in first if each.get("name") in later]
+    later = {each["name"]: each for each in second}
+    pairs = [(each, later[each["name"]]) for each in first if each["name"] in later]
     return [
-        Change(name, str(one["name"]), _number(one, name), _number(other, name))
+        Change(name, one["name"], _number(one, name), _number(other, name))
         for one, other in pairs
         for name in OF_JOINTS
     ]

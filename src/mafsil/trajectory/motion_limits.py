@@ -8,8 +8,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, frozen, real_array, require_kind
+from mafsil.arrays import Floats, frozen, require_kind
 from mafsil.errors import InputError
+from mafsil.fields import numbers
 from mafsil.model import JointLimits
 from mafsil.robot import Robot
 
@@ -17,6 +18,8 @@ Bound: TypeAlias = ArrayLike | tuple[ArrayLike, ArrayLike]
 """A magnitude for both directions, a number or (n,); or a pair (lower, upper) of such."""
 
 UNBOUNDED = np.inf
+
+_BOUNDS, _SIDE = numbers(2, unbounded=True), numbers(unbounded=True)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -34,6 +37,13 @@ class MotionLimits:
     acceleration: Floats
     jerk: Floats
     effort: Floats
+
+    def __post_init__(self) -> None:
+        for name in self.__slots__:
+            bounds = _two_rows(name, getattr(self, name))
+            object.__setattr__(self, name, bounds)
+            if bounds.shape != self.position.shape:
+                raise InputError("input.shape", name=name, expected=self.position.shape, got=bounds.shape, hint="")
 
     @property
     def n(self) -> int:
@@ -63,8 +73,7 @@ class MotionLimits:
                 that do not allow rest.
         """
         given = {"velocity": velocity, "acceleration": acceleration, "jerk": jerk, "effort": effort}
-        derivatives = {name: _bounds(name, bound, n, rest=True) for name, bound in given.items()}
-        return cls(position=_bounds("position", position, n, rest=False), **derivatives)
+        return cls(_bounds("position", position, n), **{name: _bounds(name, bound, n) for name, bound in given.items()})
 
     @classmethod
     def of_joints(cls, limits: JointLimits) -> MotionLimits:
@@ -108,26 +117,33 @@ def share_of(value: Floats, bound: Floats) -> Floats:
     return np.divide(np.abs(value), size, out=np.zeros_like(value), where=size > 0.0)
 
 
-def _bounds(name: str, bound: Bound, n: int, *, rest: bool) -> Floats:
-    """(2, n) lower and upper bounds; with `rest`, zero lies between them."""
+def _bounds(name: str, bound: Bound, n: int) -> Floats:
+    """(2, n) lower and upper bounds."""
     if isinstance(bound, tuple) and len(bound) == 2:
         lower, upper = (_row(f"{name}[{k}]", side, n) for k, side in enumerate(bound))
     else:
         upper = _row(name, bound, n)
         lower = -upper
+    return np.stack([lower, upper])
+
+
+def _two_rows(name: str, bounds: ArrayLike) -> Floats:
+    """(2, n) lower bounds and upper ones above them; of derivatives, zero lies between."""
+    array = _BOUNDS(name, bounds)
+    if len(array) != 2:
+        raise InputError("input.shape", name=name, expected="(2, n)", got=array.shape, hint="")
+    lower, upper = array
     wrong = lower > upper
-    if rest:
+    if name != "position":
         wrong |= (lower > 0.0) | (upper < 0.0)
     if wrong.any():
         k = int(wrong.argmax())
         raise InputError("trajectory.bounds", name=name, index=k, lower=float(lower[k]), upper=float(upper[k]))
-    return frozen(np.stack([lower, upper]))
+    return frozen(array)
 
 
 def _row(name: str, side: ArrayLike, n: int) -> Floats:
-    values = real_array(name, side)
-    if np.isnan(values).any():
-        raise InputError("input.finite", name=name, value=np.nan, index=int(np.isnan(values).argmax()))
+    values = _SIDE(name, side)
     if values.shape not in ((), (n,)):
         raise InputError("input.shape", name=name, expected=(n,), got=values.shape, hint="")
     return np.broadcast_to(values, (n,)).astype(np.float64)

@@ -74,6 +74,15 @@ def test_triangles_without_area_or_with_nan_are_dropped(tmp_path: Path) -> None:
     assert (len(surface.faces), surface.dropped) == (1, 3)
 
 
+def test_corners_that_are_not_finite_leave_with_their_triangles(tmp_path: Path) -> None:
+    text = b"v nan 0 0\nv 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 3\nf 1 2 3\nf 2 3 4\nf 2 5 4\n"
+    surface = read(tmp_path, "a.obj", text)
+    assert (surface.vertices.min(axis=0) == 0).all()
+    assert (surface.vertices.max(axis=0) == [1, 2, 3]).all()
+    assert len(surface.faces) == 2
+    assert surface.faces.max() == 3
+
+
 def test_obj_polygons_negative_indices_and_slashes(tmp_path: Path) -> None:
     text = b"# c\nv 0 0 0\nv 1 0 0 1\nv 1 1 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1/1 3//1 4\nf -4 -3 -2\nusemtl x\n"
     surface = read(tmp_path, "a.obj", text)

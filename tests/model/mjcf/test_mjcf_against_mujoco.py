@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from mafsil.model import JointKind, Mechanism, mjcf
-from mafsil.model.placement import moved_inertial, screw_motion
+from mafsil.model.link import moved_inertial
+from mafsil.model.placement import screw_motion
 from tests.model.mjcf.mjcf_models import MODELS
 
 mujoco = pytest.importorskip("mujoco")

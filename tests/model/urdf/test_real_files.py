@@ -12,7 +12,7 @@ from mafsil.model import Joint, JointKind, Mechanism, urdf
 from mafsil.model.diagnostics import Severity
 from mafsil.model.inertia_check import NOTHING, inertia_fault
 from mafsil.model.limits import UNBOUNDED
-from mafsil.model.placement import moved_inertial
+from mafsil.model.link import moved_inertial
 from tests.model.urdf.real_files import XACRO, all_files, robots
 from tests.sizes import few
 

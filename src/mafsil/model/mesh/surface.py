@@ -47,10 +47,14 @@ class Surface:
 
 
 def cleaned(vertices: Floats, faces: Faces, colours: Floats | None = None) -> Surface:
-    """A surface without triangles that have a corner that is not finite, or no area."""
+    """A surface without triangles that have a corner that is not finite, or no area, and without such corners."""
     corners = vertices[faces]
     finite = np.isfinite(corners).all(axis=(1, 2))
     with np.errstate(invalid="ignore", over="ignore"):
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         good = finite & np.isfinite(normals).all(axis=1) & (np.abs(normals).max(axis=1, initial=0.0) > 0.0)
-    return Surface(vertices, faces[good], None if colours is None else colours[good], int((~good).sum()))
+    kept = faces[good]
+    if not np.isfinite(vertices).all():
+        used, places = np.unique(kept, return_inverse=True)
+        vertices, kept = vertices[used], places.reshape(-1, 3)
+    return Surface(vertices, kept, None if colours is None else colours[good], int((~good).sum()))

@@ -10,13 +10,12 @@ from mafsil.arrays import Floats, PoseMatrix, frozen
 from mafsil.errors import MafsilError
 from mafsil.model.faults import MESH_WITHOUT_MASS, MISSING_ATTRIBUTE, NO_INERTIAL, TOO_BIG
 from mafsil.model.inertia_check import inertia_fault, mass_fault
-from mafsil.model.link import Inertial
+from mafsil.model.link import Inertial, moved_inertial
 from mafsil.model.mass_properties import united
 from mafsil.model.mjcf.geom import Geom
 from mafsil.model.mjcf.orientation import read_pose
 from mafsil.model.mjcf.settings import Settings
 from mafsil.model.numbers import LARGEST
-from mafsil.model.placement import moved_inertial
 from mafsil.model.reading import Reading
 from mafsil.model.xml_tree import Element
 

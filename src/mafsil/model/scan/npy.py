@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+import tokenize
 from typing import cast
 
 import numpy as np
@@ -15,6 +16,9 @@ from mafsil.errors import FileError
 KINDS = "fiu"
 """Kinds of numbers that are read: floating point, whole."""
 
+_HEADERS = {(1, 0): numpy_format.read_array_header_1_0, (2, 0): numpy_format.read_array_header_2_0}
+"""By the version of the format."""
+
 
 def read_npy(data: bytes) -> Floats:
     """The array of an .npy file as float64.
@@ -24,14 +28,9 @@ def read_npy(data: bytes) -> Floats:
     """
     stream = io.BytesIO(data)
     try:
-        version = numpy_format.read_magic(stream)
-        if version == (1, 0):
-            shape, by_columns, kind = numpy_format.read_array_header_1_0(stream)
-        elif version == (2, 0):
-            shape, by_columns, kind = numpy_format.read_array_header_2_0(stream)
-        else:
-            raise FileError("scan.npy", fault=f"version {version[0]}.{version[1]}")
-    except ValueError as fault:
+        header = _HEADERS[numpy_format.read_magic(stream)]
+        shape, by_columns, kind = header(stream)
+    except (ValueError, KeyError, TypeError, OverflowError, RecursionError, SyntaxError, tokenize.TokenError) as fault:
         raise FileError("scan.npy", fault=" ".join(str(fault).split())[:120]) from None
     if kind.kind not in KINDS or kind.hasobject:
         raise FileError("scan.numbers", got=str(kind))

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import struct
+import zlib
 from importlib.util import find_spec
 
 import numpy as np
@@ -12,6 +14,9 @@ from mafsil.errors import FileError
 
 WHITE = {"L": 255.0, "LA": 255.0, "I;16": 65535.0}
 """Kinds of picture that are read -> the number of white: grey of 8 bits, with opacity, which is passed over, of 16."""
+
+_FAULTS = (OSError, SyntaxError, ValueError, IndexError, KeyError, TypeError, EOFError, struct.error, zlib.error)
+"""What Pillow raises at pictures that are damaged, or have no picture in them."""
 
 
 def read_png(data: bytes, most: int) -> Floats:
@@ -32,7 +37,7 @@ def read_png(data: bytes, most: int) -> Floats:
         with Image.open(io.BytesIO(data), formats=["PNG"]) as picture:
             kind, size = picture.mode, picture.width * picture.height
             picture.verify()  # Down to the last sum of what the file says of itself; after it nothing can be read.
-    except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as fault:
+    except (*_FAULTS, Image.DecompressionBombError) as fault:
         raise _damaged(fault) from None
     if kind not in WHITE:
         raise FileError("scan.grey")
@@ -41,7 +46,7 @@ def read_png(data: bytes, most: int) -> Floats:
     try:
         with Image.open(io.BytesIO(data), formats=["PNG"]) as picture:
             values = np.asarray(picture, dtype=np.float64)
-    except (OSError, SyntaxError, ValueError) as fault:
+    except _FAULTS as fault:
         raise _damaged(fault) from None
     return (values if values.ndim == 2 else values[..., 0]) / WHITE[kind]
 

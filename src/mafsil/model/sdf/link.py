@@ -12,9 +12,9 @@ from mafsil.model.asset_path import Assets
 from mafsil.model.faults import BAD_SIZE, MISSING_ELEMENT, SDF_AUTO, SDF_DEFAULT_MASS, UNKNOWN_GEOMETRY
 from mafsil.model.filled_shape import filled
 from mafsil.model.inertia_check import STAND_IN, inertia_fault, mass_fault
-from mafsil.model.link import Inertial, Link
+from mafsil.model.link import Inertial, Link, moved_inertial
 from mafsil.model.mass_properties import united
-from mafsil.model.placement import moved_inertial, turned_tensor
+from mafsil.model.placement import turned_tensor
 from mafsil.model.reading import Reading
 from mafsil.model.sdf.frames import Frames
 from mafsil.model.sdf.scope import Part

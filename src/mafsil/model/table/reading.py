@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
+from functools import cache
 from pathlib import Path
 from typing import Any, cast, get_args
 
@@ -90,7 +91,7 @@ def _require_robot(found: dict[str, Any], path: str) -> None:
 
 def _require_known(found: Mapping[str, Any], form: type[msgspec.Struct], place: str, text: str, path: str) -> None:
     """Every key of every table is known; what looks like a misspelt one is offered."""
-    fields = {field.name: field.type for field in msgspec.structs.fields(form)}
+    fields = _fields_of(form)
     for key, value in found.items():
         here = f"{place}.{key}"
         if key not in fields:
@@ -98,12 +99,21 @@ def _require_known(found: Mapping[str, Any], form: type[msgspec.Struct], place: 
             sentence = "table.unknown_close" if close else "table.unknown"
             details = {"close": ", ".join(close), "known": ", ".join(fields)}
             raise FileError(sentence, path=path, line=line_of(text, here), place=here, **details)
-        inner = next((part for part in _parts_of(fields[key]) if issubclass(part, msgspec.Struct)), None)
+        inner = fields[key]
         tables = cast("list[Any]", value) if isinstance(value, list) else [value]
         for k, table in enumerate(tables if inner is not None else []):
             if inner is not None and isinstance(table, Mapping):
                 step = f"{here}[{k}]" if isinstance(value, list) else here
                 _require_known(cast("Mapping[str, Any]", table), inner, step, text, path)
+
+
+@cache
+def _fields_of(form: type[msgspec.Struct]) -> dict[str, type[msgspec.Struct] | None]:
+    """Its keys, each with the table that stands under it, or None."""
+    return {
+        field.name: next((part for part in _parts_of(field.type) if issubclass(part, msgspec.Struct)), None)
+        for field in msgspec.structs.fields(form)
+    }
 
 
 def _parts_of(annotation: Any) -> Iterator[type]:

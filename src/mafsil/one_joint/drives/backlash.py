@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
-from mafsil.one_joint.arguments import above_zero, finite, magnitude, together
+from mafsil.one_joint.arguments import above_zero, batched, finite, magnitude, together
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -23,6 +23,7 @@ class Backlash:
 
     gap: Floats
     stiffness: Floats
+    __post_init__ = batched(gap=magnitude, stiffness=above_zero)
 
     @classmethod
     def of(cls, gap: ArrayLike, stiffness: ArrayLike = 1.0) -> Backlash:
@@ -31,7 +32,7 @@ class Backlash:
         Raises:
             InputError: a negative gap, a stiffness that is not positive, shapes that do not go together.
         """
-        return cls(*together(gap=magnitude("gap", gap), stiffness=above_zero("stiffness", stiffness)))
+        return cls(*together(gap=gap, stiffness=stiffness))
 
     def torque(self, twist: ArrayLike) -> Floats:
         """(*batch) what passes for a twist of the motor against the link: nothing within the gap, k beyond [N m | N].

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.answer import Status
 from mafsil.arrays import Floats, require_kind
 from mafsil.errors import InputError
-from mafsil.one_joint.arguments import above_zero, finite, magnitude, row, share, together
+from mafsil.one_joint.arguments import above_zero, batched, finite, magnitude, row, share, together
 from mafsil.one_joint.row_answer import RowAnswer
 
 
@@ -30,6 +30,7 @@ class MotorRating:
     continuous_torque: Floats
     speed: Floats
     inertia: Floats
+    __post_init__ = batched(peak_torque=above_zero, continuous_torque=above_zero, speed=above_zero, inertia=magnitude)
 
     @classmethod
     def of(
@@ -41,12 +42,7 @@ class MotorRating:
             InputError: a number out of its range, shapes that do not go together.
         """
         return cls(
-            *together(
-                peak_torque=above_zero("peak_torque", peak_torque),
-                continuous_torque=above_zero("continuous_torque", continuous_torque),
-                speed=above_zero("speed", speed),
-                inertia=magnitude("inertia", inertia),
-            )
+            *together(peak_torque=peak_torque, continuous_torque=continuous_torque, speed=speed, inertia=inertia)
         )
 
 

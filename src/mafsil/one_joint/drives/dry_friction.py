@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.answer import Status
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
-from mafsil.one_joint.arguments import above_zero, finite, magnitude, together
+from mafsil.one_joint.arguments import above_zero, batched, finite, magnitude, together
 from mafsil.one_joint.row_answer import RowAnswer
 
 
@@ -32,6 +32,14 @@ class SpeedFriction:
     viscous: Floats
     stribeck_speed: Floats
     exponent: Floats
+    _numbers = batched(
+        static=magnitude, kinetic=magnitude, viscous=magnitude, stribeck_speed=magnitude, exponent=above_zero
+    )
+
+    def __post_init__(self) -> None:
+        self._numbers()
+        if (self.kinetic > self.static).any():
+            raise InputError("one_joint.kinetic_above_static")
 
     @classmethod
     def of(
@@ -47,16 +55,10 @@ class SpeedFriction:
         Raises:
             InputError: a negative number, kinetic above static friction, shapes that do not go together.
         """
-        parts = together(
-            static=magnitude("static", static),
-            kinetic=magnitude("kinetic", static if kinetic is None else kinetic),
-            viscous=magnitude("viscous", viscous),
-            stribeck_speed=magnitude("stribeck_speed", stribeck_speed),
-            exponent=above_zero("exponent", exponent),
+        slides = static if kinetic is None else kinetic
+        return cls(
+            *together(static=static, kinetic=slides, viscous=viscous, stribeck_speed=stribeck_speed, exponent=exponent)
         )
-        if (parts[1] > parts[0]).any():
-            raise InputError("one_joint.kinetic_above_static")
-        return cls(*parts)
 
     @classmethod
     def viscous_only(cls, viscous: ArrayLike) -> SpeedFriction:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.answer import Status
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
-from mafsil.one_joint.arguments import above_zero, magnitude, together
+from mafsil.one_joint.arguments import above_zero, batched, magnitude, together
 from mafsil.one_joint.error_dynamics import ErrorDynamics
 from mafsil.one_joint.row_answer import RowAnswer
 
@@ -48,6 +48,14 @@ class ElasticJoint:
     damping: Floats
     link_friction: Floats
     motor_friction: Floats
+    __post_init__ = batched(
+        link_inertia=above_zero,
+        motor_inertia=above_zero,
+        stiffness=above_zero,
+        damping=magnitude,
+        link_friction=magnitude,
+        motor_friction=magnitude,
+    )
 
     @classmethod
     def of(
@@ -61,12 +69,12 @@ class ElasticJoint:
         """
         return cls(
             *together(
-                link_inertia=above_zero("link_inertia", link_inertia),
-                motor_inertia=above_zero("motor_inertia", motor_inertia),
-                stiffness=above_zero("stiffness", stiffness),
-                damping=magnitude("damping", damping),
-                link_friction=magnitude("link_friction", link_friction),
-                motor_friction=magnitude("motor_friction", motor_friction),
+                link_inertia=link_inertia,
+                motor_inertia=motor_inertia,
+                stiffness=stiffness,
+                damping=damping,
+                link_friction=link_friction,
+                motor_friction=motor_friction,
             )
         )
 

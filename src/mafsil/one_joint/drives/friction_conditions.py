@@ -11,9 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, real_array, require_kind
-from mafsil.errors import InputError
-from mafsil.one_joint.arguments import above_zero, finite, magnitude, together
+from mafsil.arrays import Floats, require_kind
+from mafsil.one_joint.arguments import above_zero, above_zero_or_unbounded, batched, finite, magnitude, together
 from mafsil.one_joint.drives.dry_friction import SpeedFriction
 
 
@@ -40,6 +39,13 @@ class FrictionConditions:
     thinning: Floats
     reference: Floats
     stiffness: Floats
+    __post_init__ = batched(
+        load_share=magnitude,
+        rest_time=magnitude,
+        thinning=magnitude,
+        reference=finite,
+        stiffness=above_zero_or_unbounded,
+    )
 
     @classmethod
     def of(
@@ -52,13 +58,9 @@ class FrictionConditions:
             InputError: a negative number, a stiffness of zero, shapes that do not go together.
         """
         require_kind("friction", friction, "SpeedFriction", "torque", "interval")
-        spring = real_array("stiffness", stiffness)
-        if not (spring > 0.0).all():
-            raise InputError("input.positive", name="stiffness", value=float(spring.min()))
         parts = together(
-            load_share=magnitude("load_share", load_share), rest_time=magnitude("rest_time", rest_time),
-            thinning=magnitude("thinning", thinning), reference=finite("reference", reference), stiffness=spring,
-        )  # fmt: skip
+            load_share=load_share, rest_time=rest_time, thinning=thinning, reference=reference, stiffness=stiffness
+        )
         return cls(friction, *parts)
 
     def at(self, load: ArrayLike = 0.0, rest: ArrayLike = 1e6, temperature: ArrayLike | None = None) -> SpeedFriction:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats
-from mafsil.one_joint.arguments import above_zero, finite, magnitude, share, together
+from mafsil.one_joint.arguments import above_zero, batched, finite, magnitude, share, together
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -26,6 +26,7 @@ class Gear:
     motor_inertia: Floats
     efficiency: Floats
     motor_friction: Floats
+    __post_init__ = batched(ratio=above_zero, motor_inertia=magnitude, efficiency=share, motor_friction=magnitude)
 
     @classmethod
     def of(
@@ -38,12 +39,7 @@ class Gear:
             InputError: a number out of its range, shapes that do not go together.
         """
         return cls(
-            *together(
-                ratio=above_zero("ratio", ratio),
-                motor_inertia=magnitude("motor_inertia", motor_inertia),
-                efficiency=share("efficiency", efficiency),
-                motor_friction=magnitude("motor_friction", motor_friction),
-            )
+            *together(ratio=ratio, motor_inertia=motor_inertia, efficiency=efficiency, motor_friction=motor_friction)
         )
 
     def link_speed(self, motor_speed: ArrayLike) -> Floats:

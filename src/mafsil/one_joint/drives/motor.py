@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from mafsil.answer import Status
 from mafsil.arrays import Floats, require_kind
 from mafsil.errors import InputError
-from mafsil.one_joint.arguments import above_zero, finite, magnitude, row, together
+from mafsil.one_joint.arguments import above_zero, batched, finite, magnitude, row, together
 from mafsil.one_joint.error_dynamics import ErrorDynamics
 from mafsil.one_joint.polynomial import Complexes, polynomial_value
 from mafsil.one_joint.row_answer import RowAnswer
@@ -32,6 +32,7 @@ class Motor:
     resistance: Floats
     inductance: Floats
     voltage: Floats
+    __post_init__ = batched(constant=above_zero, resistance=above_zero, inductance=above_zero, voltage=above_zero)
 
     @classmethod
     def of(cls, constant: ArrayLike, resistance: ArrayLike, inductance: ArrayLike, voltage: ArrayLike) -> Motor:
@@ -40,14 +41,7 @@ class Motor:
         Raises:
             InputError: a number that is not positive, shapes that do not go together.
         """
-        return cls(
-            *together(
-                constant=above_zero("constant", constant),
-                resistance=above_zero("resistance", resistance),
-                inductance=above_zero("inductance", inductance),
-                voltage=above_zero("voltage", voltage),
-            )
-        )
+        return cls(*together(constant=constant, resistance=resistance, inductance=inductance, voltage=voltage))
 
     @property
     def stall_torque(self) -> Floats:
@@ -92,6 +86,7 @@ class CurrentLoop:
     motor: Motor
     kp: Floats
     ki: Floats
+    __post_init__ = batched(kp=magnitude, ki=magnitude)
 
     @property
     def dynamics(self) -> ErrorDynamics:

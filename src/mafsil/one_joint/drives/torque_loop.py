@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Booleans, Floats
-from mafsil.one_joint.arguments import above_zero, magnitude, together
+from mafsil.one_joint.arguments import above_zero, batched, magnitude, together
 from mafsil.one_joint.error_dynamics import ErrorDynamics
 from mafsil.one_joint.polynomial import Complexes
 
@@ -35,6 +35,9 @@ class TorqueLoop:
     dry: Floats
     kp: Floats
     ki: Floats
+    __post_init__ = batched(
+        motor_inertia=above_zero, stiffness=above_zero, viscous=magnitude, dry=magnitude, kp=magnitude, ki=magnitude
+    )
 
     @classmethod
     def of(
@@ -46,16 +49,7 @@ class TorqueLoop:
         Raises:
             InputError: a number out of its range, shapes that do not go together.
         """
-        return cls(
-            *together(
-                motor_inertia=above_zero("motor_inertia", motor_inertia),
-                stiffness=above_zero("stiffness", stiffness),
-                viscous=magnitude("viscous", viscous),
-                dry=magnitude("dry", dry),
-                kp=magnitude("kp", kp),
-                ki=magnitude("ki", ki),
-            )
-        )
+        return cls(*together(motor_inertia=motor_inertia, stiffness=stiffness, viscous=viscous, dry=dry, kp=kp, ki=ki))
 
     @property
     def dynamics(self) -> ErrorDynamics:

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import Status
 from mafsil.arrays import Floats
-from mafsil.one_joint.arguments import above_zero, finite, magnitude, together
+from mafsil.one_joint.arguments import above_zero, batched, finite, magnitude, together
 from mafsil.one_joint.polynomial import Complexes
 from mafsil.one_joint.row_answer import RowAnswer
 
@@ -40,6 +40,7 @@ class VariableStiffness:
     radius: Floats
     motor_radius: Floats
     longest: Floats
+    __post_init__ = batched(spring=above_zero, radius=above_zero, motor_radius=above_zero, longest=above_zero)
 
     @classmethod
     def of(cls, spring: ArrayLike, radius: ArrayLike, motor_radius: ArrayLike, longest: ArrayLike) -> VariableStiffness:
@@ -48,14 +49,7 @@ class VariableStiffness:
         Raises:
             InputError: a number that is not positive, shapes that do not go together.
         """
-        return cls(
-            *together(
-                spring=above_zero("spring", spring),
-                radius=above_zero("radius", radius),
-                motor_radius=above_zero("motor_radius", motor_radius),
-                longest=above_zero("longest", longest),
-            )
-        )
+        return cls(*together(spring=spring, radius=radius, motor_radius=motor_radius, longest=longest))
 
     def extensions(self, q: ArrayLike, first: ArrayLike, second: ArrayLike) -> tuple[Floats, Floats]:
         """x1, x2 (*batch) of the springs [m]; a slack one has 0.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats
-from mafsil.one_joint.arguments import above_zero, finite, together
+from mafsil.one_joint.arguments import above_zero, batched, finite, together
 from mafsil.one_joint.error_dynamics import ErrorDynamics
 
 
@@ -22,6 +22,7 @@ class ViscousJoint:
 
     inertia: Floats
     friction: Floats
+    __post_init__ = batched(inertia=above_zero, friction=above_zero)
 
     @classmethod
     def of(cls, inertia: ArrayLike, friction: ArrayLike) -> ViscousJoint:
@@ -30,7 +31,7 @@ class ViscousJoint:
         Raises:
             InputError: a number out of its range, shapes that do not go together.
         """
-        return cls(*together(inertia=above_zero("inertia", inertia), friction=above_zero("friction", friction)))
+        return cls(*together(inertia=inertia, friction=friction))
 
     def speed(self, torque: ArrayLike, load: ArrayLike = 0.0) -> Floats:
         """(*batch) theta' = (tau - tau_load) / b [rad/s | m/s].
