@@ -17,15 +17,19 @@ from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, as_batch, frozen, single
 from mafsil.errors import ModelError
 from mafsil.geometry import pose, rotation
+from mafsil.mobility.joint_kind import Kind
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.three_points import SCALE, SIDES, distances, pose_by_points
 from mafsil.mobility.tolerances import CLOSED, RANK
 from mafsil.solvers import decompositions
+from mafsil.solvers.local_dimension import EXACT, Equations
 
 MOST_STEPS = 60
 CONTRACTED = 0.1
 """Share of the gap that a step with slopes of before may leave; where it leaves more, they are taken anew."""
+SMALLEST_LOOP = 1e-6
+"""Share of the size of the linkage below which the joints of a loop stand in one point."""
 LONGEST_STEP = 0.5
 """Of coordinates [rad, sizes] in one Newton step."""
 
@@ -251,6 +255,45 @@ def largest_gap(linkage: Linkage, theta: ArrayLike | None = None) -> Floats:
     return gap.max(axis=-1, initial=0.0)
 
 
+def loop_equations(linkage: Linkage, play: float = 0.0) -> Equations:
+    """Gaps and their rates at coordinates over `units` (k, F), each loop over its own size, for `solvers`.
+
+    Args:
+        linkage: as drawn.
+        play: length [m] up to which a gap counts as closed; what EXACT leaves of a loop if that is more.
+    """
+    own, scale = _over_own_sizes(linkage, play), units(linkage)
+    loops = len(own)
+
+    def equations(u: Floats) -> tuple[Floats, Floats]:
+        state = loop_state(linkage, u * scale)
+        gap, rows = state.gap.copy(), state.matrix.copy()
+        first, block = gap[:, : 6 * loops].reshape(-1, loops, 6, 1), rows[:, : 6 * loops].reshape(-1, loops, 6, len(scale))
+        gap[:, : 6 * loops] = (own @ first).reshape(-1, 6 * loops)
+        rows[:, : 6 * loops] = (own @ block).reshape(-1, 6 * loops, len(scale))
+        return gap, rows
+
+    return equations
+
+
+@lru_cache(maxsize=64)
+def _over_own_sizes(linkage: Linkage, play: float) -> Floats:
+    """(L, 6, 6) from twists over the size of the linkage to twists about the middle of each loop over its own size."""
+    found = np.tile(np.eye(6), (linkage.loops, 1, 1))
+    for D, cycle in zip(found, linkage.cycles, strict=True):
+        places = np.array([
+            each.point for each, inside in zip(linkage.joints, cycle, strict=True)
+            if inside and each.kind is not Kind.PRISMATIC
+        ]).reshape(-1, 3)  # fmt: skip
+        size = float(np.ptp(places, axis=0).max(initial=0.0)) / 2 if len(places) else 0.0
+        size = size if size > SMALLEST_LOOP * linkage.size else linkage.size
+        if len(places):
+            D[3:, :3] = -rotation.hat((places.mean(axis=0) - linkage.middle) / linkage.size)
+        D[3:] *= linkage.size / size
+        D *= min(1.0, EXACT * size / play) if play > 0.0 else 1.0
+    return frozen(found)
+
+
 class ClosureStatus(Status):
     """Whether coordinates that close all loops were found."""
 
@@ -302,20 +345,6 @@ def closed_near(
     moving[linkage.columns_of(fixed)] = 0.0
     found, gap = _newton(linkage, start.reshape(-1, linkage.coordinates).copy(), moving, steps)
     return _closure(found.reshape(start.shape), gap.reshape(start.shape[:-1]))
-
-
-def closed_beside(linkage: Linkage, matrix: Floats, starts: Floats) -> Closure:
-    """As `closed_near`, of starts beside configurations whose loop matrix is known: its inverse serves them all.
-
-    Args:
-        linkage: as drawn.
-        matrix: (p, 6 L + K, F) loop matrices.
-        starts: (p, k, F) coordinates, k beside each of the p configurations [rad | m].
-    """
-    p, k, F = starts.shape
-    back = np.repeat(decompositions.damped_inverse(matrix, RANK), k, axis=0)
-    found, gap = _newton(linkage, starts.reshape(-1, F).copy(), np.ones(linkage.coordinates), MOST_STEPS, back)
-    return _closure(found.reshape(p, k, F), gap.reshape(p, k))
 
 
 def _closure(theta: Floats, gap: Floats) -> Closure:
