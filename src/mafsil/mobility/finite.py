@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, whole
+from mafsil.mobility.blocks import Block, blocks
 from mafsil.mobility.instantaneous import InstantaneousMobility, at_state, instantaneous, null_space
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.loop_closure import configuration, loop_equations, loop_state, reduced_screws, units
@@ -18,7 +20,7 @@ from mafsil.mobility.redundancy import loop_groups
 from mafsil.mobility.second_order import admitted, second_order_forms
 from mafsil.mobility.tolerances import CLOSED, PATH_STEP
 from mafsil.solvers import decompositions
-from mafsil.solvers.local_dimension import ALIKE, EXACT, FINEST, LOOSE, LocalSet, lines, local_set, solved_in_planes
+from mafsil.solvers.local_dimension import ALIKE, EXACT, FINEST, LOOSE, LocalSet, local_set, solved_in_planes
 
 
 DIGITS = 100.0
@@ -96,6 +98,8 @@ class FiniteMobility(SingleAnswer):
 def finite_mobility(linkage: Linkage, theta: ArrayLike | None = None, *, seed: int = 0) -> FiniteMobility:
     """How many independent motions a linkage really has around a configuration.
 
+    Each block of loops that hang together, as large as it may be, is judged alone:
+
     1. No first-order motion: rigid, proven.
     2. Each loop stays in the group that its joints generate; if the rank is the sum of the dimensions of these groups
        and the number of couplings, the configurations are smooth around this one and their dimension is the number of
@@ -112,31 +116,43 @@ def finite_mobility(linkage: Linkage, theta: ArrayLike | None = None, *, seed: i
     """
     linkage.require_all_joints()
     value = configuration(linkage, theta)
+    apart, free = blocks(linkage)
+    found = [_of_block(each.linkage, value[each.columns], seed) for each in apart]
+    if len(found) == 1 and not len(free):
+        return found[0]
+    return _together(linkage, value, list(zip(apart, found, strict=True)), free)
+
+
+def _of_block(linkage: Linkage, value: Floats, seed: int) -> FiniteMobility:
+    """The same of one block."""
     state = loop_state(linkage, value)
     here = at_state(linkage, value, state, np.ones(linkage.coordinates))
-    d, none = here.mobility, np.zeros((0, linkage.coordinates))
+    d = here.mobility
     if not d:  # 1
-        return FiniteMobility(FiniteStatus.RIGID, 0, 0, True, 0, (), none, none, 0, np.nan, 0.0)
+        return _isolated(FiniteStatus.RIGID, linkage, 0)
     asked = sum(g.dimension for _, g in loop_groups(linkage, reduced_screws(linkage, state.screws)))
     if here.rank == asked + len(linkage.couplings):  # 2
         tangents = here.rates.T
-        return FiniteMobility(
-            FiniteStatus.REGULAR, d, d, True, 0, (d,), tangents, value + PATH_STEP * tangents * units(linkage), d, np.nan,
-            0.0,
-        )  # fmt: skip
+        ends = value + PATH_STEP * tangents * units(linkage)
+        return FiniteMobility(FiniteStatus.REGULAR, d, d, True, 0, (d,), tangents, ends, d, np.nan, 0.0)
     second = second_order_forms(linkage, state, here.rates)  # 3
     if second.definite is not None:
-        return FiniteMobility(FiniteStatus.RIGID_SECOND_ORDER, 0, d, True, 0, (), none, none, 0, 2.0, 0.0)
+        return _isolated(FiniteStatus.RIGID_SECOND_ORDER, linkage, d)
     u = value / units(linkage)  # 4
     tried = admitted(second.forms, d, seed)[: None if len(second.forms) else PLENTY * d]
     exact = float(np.clip(DIGITS * here.dropped, FINEST, EXACT))
     found = local_set(loop_equations(linkage), u, tried @ here.rates.T, exact, seed)
-    branches = lines(found.tangents) if found.dimensions == (1,) else 0
+    branches = found.lines if found.dimensions == (1,) else 0
     status = _status(found, d, branches, bool(len(second.forms)))
     return FiniteMobility(
         status, found.dimension, d, False, branches, found.dimensions, found.tangents, found.points * units(linkage),
         max(found.dimension, found.at_most), found.order, found.gap,
     )  # fmt: skip
+
+
+def _isolated(status: FiniteStatus, linkage: Linkage, d: int) -> FiniteMobility:
+    none = np.zeros((0, linkage.coordinates))
+    return FiniteMobility(status, 0, d, True, 0, (), none, none, 0, 2.0 if d else np.nan, 0.0)
 
 
 def _status(found: LocalSet, d: int, branches: int, bends: bool) -> FiniteStatus:
@@ -154,6 +170,43 @@ def _span(tangents: Floats) -> int:
     """Dimension of what tangents span: more than that of a set, and several sets meet."""
     s = np.linalg.svd(tangents, compute_uv=False)
     return int((s > ALIKE * s[0]).sum())
+
+
+def _together(
+    linkage: Linkage, value: Floats, found: list[tuple[Block, FiniteMobility]], free: NDArray[np.intp]
+) -> FiniteMobility:
+    """Of all blocks and the free coordinates: their configurations are the product of those of each."""
+    parts, F = [each for _, each in found], linkage.coordinates
+    spun = np.eye(F)[free]
+    tangents, ends = [spun], [value + PATH_STEP * spun * units(linkage)]
+    for block, each in found:
+        rates, places = np.zeros((len(each.tangents), F)), np.tile(value, (len(each.theta), 1))
+        rates[:, block.columns] = each.tangents * units(block.linkage) / units(linkage)[block.columns]
+        places[:, block.columns] = each.theta
+        tangents.append(rates / np.linalg.norm(rates, axis=1, keepdims=True))
+        ends.append(places)
+    mobility, instantaneous, at_most = (
+        len(free) + sum(counts) for counts in zip(*((p.mobility, p.instantaneous, p.at_most) for p in parts), strict=True)
+    ) if parts else (len(free),) * 3  # fmt: skip
+    choices = product(*(p.dimensions or (0,) for p in parts))
+    dimensions = tuple(sorted({len(free) + sum(each) for each in choices} - {0}, reverse=True))
+    branches = max((p.branches for p in parts), default=0) if dimensions == (1,) else 0
+    orders = [p.order for p in parts if np.isfinite(p.order)]
+    return FiniteMobility(
+        _status_together({p.status for p in parts}, mobility, instantaneous), mobility, instantaneous,
+        all(p.proven for p in parts), branches, dimensions, np.concatenate(tangents), np.concatenate(ends), at_most,
+        max(orders, default=np.nan), max((p.gap for p in parts), default=0.0),
+    )  # fmt: skip
+
+
+def _status_together(statuses: set[FiniteStatus], mobility: int, instantaneous: int) -> FiniteStatus:
+    for decisive in (FiniteStatus.IN_DOUBT, FiniteStatus.BRANCH_POINT):
+        if decisive in statuses:
+            return decisive
+    if mobility and mobility < instantaneous:
+        return FiniteStatus.SHAKY
+    order = (FiniteStatus.NOT_FOUND, FiniteStatus.RIGID_SECOND_ORDER, FiniteStatus.SMOOTH)
+    return next((each for each in order if each in statuses), FiniteStatus.REGULAR if mobility else FiniteStatus.RIGID)
 
 
 @on_linkage

@@ -39,21 +39,23 @@ REACH = 0.4
 STEPS = REACH / np.array([256.0, 64.0, 16.0, 4.0, 2.0, 1.0])
 NEAR_STEPS = STEPS[2:]
 """Around a general point, which is far out itself."""
-MOST_ORDER = 12.0
-"""A gap that grows faster from one step to the next is the end of a set that is smaller than the step."""
-ROUNDING, CLOSED = 1e-15, 1e-13
+MOST_ORDER, JUMP = 12.0, 1e-6
+"""A gap that grows faster from one step to the next, to more than this, is the end of a set smaller than the step."""
+ROUNDING, CLOSED = 1e-15, 1e-12
 """Smallest gap that means anything; and gaps that Newton's method need not make smaller."""
 LOOSE = 1e-5
 """Rank of the Jacobian at a point that was searched: a double solution is known to the root of rounding."""
 SLIDING = 3.0
 """Steps by which Newton's method may slide, for the direction may be between tangents; farther off is another set."""
-AIMED = 0.2
+AIMED = 0.05
 """Share of it beyond which the next planes stand across where it came out."""
-MOST_DIRECTIONS, MOST_POINTS = 48, 8
-"""Directions that are tried, and points at which the dimension is counted: those that are farthest apart."""
-ALIKE = 0.02
-"""Unit tangents nearer than this belong to one branch: the first step bends less."""
-NEWTON_STEPS = 80
+MOST_DIRECTIONS, MOST_POINTS, FEW_POINTS = 48, 8, 3
+"""Directions that are tried, points at which the dimension is counted, and such at which that takes tangent by tangent:
+those that are farthest apart."""
+ALIKE, ALIKE_IF_SLID = 0.02, 0.3
+"""Unit tangents nearer than this belong to one branch: the first step bends less. Where ways slid into a set that is
+not reduced, that is as near as they come to it."""
+FEW_STEPS, MOST_STEPS = 12, 60
 DAMPING, SVD_DAMPING = (1e-6, 1e-10), (1e-14, 1e-26)
 """First and least, of normal equations and of singular values."""
 REGULAR, CORRECTIONS = 1e-7, 2
@@ -61,7 +63,7 @@ REGULAR, CORRECTIONS = 1e-7, 2
 before its gap is judged."""
 STEADY = 0.3
 """Share of the step before that a step may be, from which on they shrink like those at a multiple solution."""
-STALLED = 0.9
+STALLED = 0.7
 """A step that leaves more of the gap than this ends: linear convergence to a solution of order p leaves e^-1 of it."""
 
 
@@ -110,7 +112,8 @@ class Ways:
         there, k = np.isfinite(self.gaps), np.arange(len(self.gaps))
         last = np.maximum(there.sum(axis=1) - 1, 0)
         final = np.where(there.any(axis=1), self.gaps[k, last], np.inf)
-        ends = (there & (self.gaps <= self.exact)).any(axis=1) & (self.orders > MOST_ORDER)
+        closed, opened = there & (self.gaps <= self.exact), there & (self.gaps > JUMP)
+        ends = (closed[:, :-1] & opened[:, 1:]).any(axis=1) & (self.orders > MOST_ORDER)
         found = np.where(final > CLEAR * self.exact, Way.OPENS, Way.IN_DOUBT)
         closes = np.where(last == len(self.steps) - 1, Way.CLOSES, Way.LOST)
         return np.where(ends, Way.CLOSES, np.where(final <= self.exact, closes, found))
@@ -130,6 +133,7 @@ class LocalSet:
             multiplicity of an isolated solution; NaN if there is none.
         gap: that left the doubt, or the widest that was taken for none.
         far: (k, n) solutions at the longest step.
+        lines: number of different lines among the tangents.
     """
 
     dimension: int
@@ -140,6 +144,7 @@ class LocalSet:
     order: float
     gap: float
     far: Numbers
+    lines: int
 
 
 def null_directions(J: Numbers, share: float) -> Numbers:
@@ -167,7 +172,7 @@ def local_set(
     none = np.zeros((0, len(x)), dtype=x.dtype)
     directions = apart(directions, ALIKE)[:MOST_DIRECTIONS]
     if not len(directions):
-        return LocalSet(0, 0, (), none, none, float("nan"), 0.0, none)
+        return LocalSet(0, 0, (), none, none, float("nan"), 0.0, none, 0)
     starts, planes = np.tile(x, (len(directions), 1)), np.zeros((len(directions), 0, len(x)))
     null = _span(directions)
     found = ways(equations, starts, directions, null[None], planes, exact)
@@ -177,30 +182,29 @@ def local_set(
     sure, doubtful = (np.flatnonzero(verdict == way) for way in (Way.CLOSES, Way.IN_DOUBT))
     if not len(sure):
         doubtful = np.flatnonzero((verdict == Way.IN_DOUBT) | (verdict == Way.LOST) & np.isfinite(found.gaps[:, 1]))
-    ends, first = _last_points(found), _first_points(equations, x, found, null, exact)
+    ends, (first, slid) = _last_points(found), _first_points(equations, x, found, null, exact)
     chords = _unit(first - x)
-    rows = _spread(chords, np.concatenate([sure, doubtful]))
-    counted = _dimensions(equations, ends[rows], _unit(ends[rows] - x), exact, seed) if len(rows) else []
-    known = [low for k, (low, _) in zip(rows, counted, strict=True) if verdict[k] == Way.CLOSES]
-    at_most = max((high for _, high in counted), default=0)
+    rows = _spread(chords, np.concatenate([sure, doubtful]), ALIKE)[:MOST_POINTS]
+    low, high = _dimensions(equations, ends[rows], _unit(ends[rows] - x), exact, seed).T if len(rows) else none[:0, :2].T
+    known, at_most = low[(verdict[rows] == Way.CLOSES) & (low > 0)].tolist(), int(max(high, default=0))
     gaps = np.concatenate([np.nanmax(found.gaps[[*sure, *doubtful]], axis=1, initial=0.0), [0.0]])
     return LocalSet(
         max(known, default=0), at_most, tuple(sorted(set(known), reverse=True)), chords[sure], first[sure],
-        order, float(gaps.max()), ends[sure],
+        order, float(gaps.max()), ends[sure], len(_spread(chords, sure, ALIKE_IF_SLID if slid else ALIKE)),
     )  # fmt: skip
 
 
 def _dimensions(
     equations: Equations, points: Numbers, tangents: Numbers, exact: float, seed: int
-) -> list[tuple[int, int]]:
-    """Dimensions at general points (p, n) of sets that go along tangents (p, n): what is sure, and what may be.
+) -> NDArray[np.intp]:
+    """(p, 2) dimensions at general points (p, n) of sets that go along tangents (p, n): what is sure, what may be.
 
     1. If ways close along a whole basis of the null space, it is the dimension.
-    2. Else tangents are gathered one by one.
+    2. Else tangents are gathered one by one, at a few of them; zero stands at the others.
     """
     bases = [null_directions(J, LOOSE) for J in equations(points)[1]]
     along = [_unit((K @ (np.conj(K.T) @ t))[None]) for K, t in zip(bases, tangents, strict=True)]
-    found = [(1, 1)] * len(points)
+    found = np.ones((len(points), 2), dtype=np.intp)
     for d in sorted({K.shape[1] for K in bases} - {0, 1}):
         alike = [k for k, K in enumerate(bases) if K.shape[1] == d]
         across = np.concatenate([_across(bases[k], along[k]) for k in alike])
@@ -208,8 +212,10 @@ def _dimensions(
         null = np.repeat(across.reshape(-1, d - 1, across.shape[1]), d - 1, axis=0)
         found_ways = ways(equations, starts, across, null, planes, exact, NEAR_STEPS)
         closes = found_ways.verdicts.reshape(-1, d - 1) == Way.CLOSES
-        for k, whole in zip(alike, closes.all(axis=1).tolist(), strict=True):
-            found[k] = (d, d) if whole else _gathered(equations, points[k], bases[k], along[k], exact, seed)
+        found[np.array(alike)[closes.all(axis=1)]] = d
+        found[(rest := np.array(alike)[~closes.all(axis=1)])] = 0
+        for k in rest[:FEW_POINTS].tolist():
+            found[k] = _gathered(equations, points[k], bases[k], along[k], exact, seed)
     return found
 
 
@@ -257,7 +263,7 @@ def ways(
     points, gaps = np.full((k, len(steps), n), np.nan, dtype=x.dtype), np.full((k, len(steps)), np.nan)
     live, ahead = np.arange(k), x + steps[0] * directions
     for i, r in enumerate(steps.tolist()):
-        here, gap = solved_in_planes(equations, ahead, rows[live], r, exact)  # 1
+        here, gap = solved_in_planes(equations, ahead, rows[live], r, exact if null.shape[1] > 1 else np.inf)  # 1
         off = np.linalg.norm(here - ahead, axis=1)
         open_twice = (gap > CLEAR * exact) & (gaps[live, i - 1] > CLEAR * exact) if i else gap < 0
         gone = here - x[live]
@@ -295,10 +301,10 @@ def solved_in_planes(
         starts: (k, n).
         planes: (k, c, n) orthonormal rows.
         step: how far from a solution the starts are.
-        exact: gaps up to it are closed.
+        exact: gaps up to it are closed; infinite where no direction is left in which to slide.
     """
     x, gap = _newton(equations, starts, planes, step, damped_inverse, DAMPING, 0)
-    fine = np.flatnonzero((gap > exact / 100) & (gap < step**2.5))
+    fine = np.flatnonzero((gap > exact) & (gap < step**2.5))
     if len(fine):
         x[fine], gap[fine] = _newton(equations, x[fine], planes[fine], step, _svd_inverse, SVD_DAMPING, CORRECTIONS)
     return x, gap
@@ -318,7 +324,7 @@ def _newton(
     J = _within(J, planes)
     cost = np.linalg.norm(F, axis=1)
     live = np.flatnonzero(cost > CLOSED)
-    for _ in range(NEWTON_STEPS):
+    for _ in range(MOST_STEPS if corrections else FEW_STEPS):
         if not len(live):
             break
         move = -_step(inverse(J[live], damping[live]), F[live], planes[live])
@@ -392,12 +398,19 @@ def apart(vectors: Numbers, least: float) -> Numbers:
     return np.array(kept, dtype=vectors.dtype).reshape(-1, vectors.shape[1])
 
 
-def _first_points(equations: Equations, x: Numbers, found: Ways, null: Numbers, exact: float) -> Numbers:
-    """(k, n) points at the first step; of ways that slid, of the set in which they ended, followed back to there."""
+def _first_points(
+    equations: Equations, x: Numbers, found: Ways, null: Numbers, exact: float
+) -> tuple[Numbers, bool]:
+    """(k, n) points at the first step; of ways that slid, of the set in which they ended, followed back to there.
+
+    And whether any did.
+    """
     points, ends = found.points[:, 0].copy(), found.points[:, -1]
     along = _unit((ends - x) @ np.conj(null).T @ null)
     with np.errstate(invalid="ignore"):
-        slid = np.flatnonzero(np.abs((np.conj(along) * _unit(points - x)).sum(axis=1)) < np.cos(AIMED))
+        slid = np.flatnonzero(np.linalg.norm(along - _unit(points - x), axis=1) > AIMED)
+    if not len(slid):
+        return points, False
     here, u = ends[slid], along[slid]
     for step, before in zip(found.steps[-2::-1], found.steps[:0:-1], strict=True):
         gone, less = (here - x), float(step / before)
@@ -405,7 +418,7 @@ def _first_points(equations: Equations, x: Numbers, found: Ways, null: Numbers, 
         ahead = x + less * straight + less**2 * (gone - straight)
         here, _ = solved_in_planes(equations, ahead, np.conj(u)[:, None], float(step), exact)
     points[slid] = here
-    return points
+    return points, True
 
 
 def _last_points(found: Ways) -> Numbers:
@@ -415,21 +428,14 @@ def _last_points(found: Ways) -> Numbers:
     return found.points[np.arange(len(last)), last]
 
 
-def _spread(chords: Numbers, rows: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Of rows those whose lines are farthest apart, up to MOST_POINTS; of one line one alone."""
+def _spread(chords: Numbers, rows: NDArray[np.intp], alike: float) -> NDArray[np.intp]:
+    """Of rows those whose lines differ, each the farthest from those before."""
     kept: list[int] = []
-    cosine = np.abs(np.conj(chords) @ chords.T)
-    near = np.zeros(len(chords))
-    while len(rows) and len(kept) < MOST_POINTS:
-        nearest = near[rows]
-        best = int(nearest.argmin())
-        if kept and nearest[best] > np.cos(ALIKE):
+    cosine, near = np.abs(np.conj(chords) @ chords.T), np.zeros(len(chords))
+    while len(rows):
+        best = int(near[rows].argmin())
+        if kept and near[rows[best]] > np.cos(alike):
             break
         kept.append(int(rows[best]))
         near = np.maximum(near, cosine[kept[-1]])
     return np.array(kept, dtype=np.intp)
-
-
-def lines(tangents: Numbers) -> int:
-    """Number of different lines among unit tangents."""
-    return len(_spread(tangents, np.arange(len(tangents))))
