@@ -263,15 +263,14 @@ def loop_equations(linkage: Linkage, play: float = 0.0) -> Equations:
         play: length [m] up to which a gap counts as closed; what EXACT leaves of a loop if that is more.
     """
     own, scale = _over_own_sizes(linkage, play), units(linkage)
-    loops = len(own)
+    loops, rows = len(own), 6 * len(own)
 
     def equations(u: Floats) -> tuple[Floats, Floats]:
         state = loop_state(linkage, u * scale)
-        gap, rows = state.gap.copy(), state.matrix.copy()
-        first, block = gap[:, : 6 * loops].reshape(-1, loops, 6, 1), rows[:, : 6 * loops].reshape(-1, loops, 6, len(scale))
-        gap[:, : 6 * loops] = (own @ first).reshape(-1, 6 * loops)
-        rows[:, : 6 * loops] = (own @ block).reshape(-1, 6 * loops, len(scale))
-        return gap, rows
+        gap, matrix = state.gap.copy(), state.matrix.copy()
+        for part in (gap[..., None], matrix):
+            part[:, :rows] = (own @ part[:, :rows].reshape(len(u), loops, 6, part.shape[2])).reshape(len(u), rows, part.shape[2])
+        return gap, matrix
 
     return equations
 
