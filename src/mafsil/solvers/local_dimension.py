@@ -183,7 +183,7 @@ def local_set(
     if not len(sure):
         doubtful = np.flatnonzero((verdict == Way.IN_DOUBT) | (verdict == Way.LOST) & np.isfinite(found.gaps[:, 1]))
     ends, (first, slid) = _last_points(found), _first_points(equations, x, found, null, exact)
-    chords = _unit(first - x)
+    chords = _unit(np.nan_to_num(first - x))
     rows = _spread(chords, np.concatenate([sure, doubtful]), ALIKE)[:MOST_POINTS]
     low, high = _dimensions(equations, ends[rows], _unit(ends[rows] - x), exact, seed).T if len(rows) else none[:0, :2].T
     known, at_most = low[(verdict[rows] == Way.CLOSES) & (low > 0)].tolist(), int(max(high, default=0))
@@ -406,12 +406,13 @@ def _first_points(
     And whether any did.
     """
     points, ends = found.points[:, 0].copy(), found.points[:, -1]
-    along = _unit((ends - x) @ np.conj(null).T @ null)
-    with np.errstate(invalid="ignore"):
-        slid = np.flatnonzero(np.linalg.norm(along - _unit(points - x), axis=1) > AIMED)
+    reached = np.flatnonzero(np.isfinite(ends).all(axis=1))
+    along = _unit((ends[reached] - x) @ np.conj(null).T @ null)
+    turned = np.linalg.norm(along - _unit(points[reached] - x), axis=1) > AIMED
+    slid, u = reached[turned], along[turned]
     if not len(slid):
         return points, False
-    here, u = ends[slid], along[slid]
+    here = ends[slid]
     for step, before in zip(found.steps[-2::-1], found.steps[:0:-1], strict=True):
         gone, less = (here - x), float(step / before)
         straight = (np.conj(u) * gone).sum(axis=1, keepdims=True) * u
