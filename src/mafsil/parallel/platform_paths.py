@@ -160,7 +160,7 @@ def _several(
         columns = np.flatnonzero((suspect | off)[row] & there[row])
         found = judged(kept[row, columns], ends[row], times[row, columns])
         kept[row, columns], several[row, columns] = found.x, found.multiplicity
-        on_set[row] = int((found.multiplicity == 0).sum())
+        on_set[row] = int(np.maximum(times[row, columns], 1)[found.multiplicity == 0].sum())
     return several, on_set
 
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.arrays import Booleans
+from mafsil.arrays import Booleans, Floats
 from mafsil.parallel.start_platforms import Complexes
-from mafsil.solvers.local_dimension import FINEST, Equations, Way, null_directions, solved_in_planes, ways
+from mafsil.solvers.local_dimension import FINEST, Equations, Way, local_set, null_directions, solved_in_planes, ways
 
 SUSPECT = 1e-8
 """Determinant over the product of the lengths of its rows below which a pose may not be simple; double ones stand at
@@ -22,6 +22,8 @@ LOOSE = 1e-4
 """Least singular value over the largest at a pose that is not simple: a triple one is found to 1e-5."""
 DIRECTIONS = 2
 """Planes across a null space of more than one dimension that are tried."""
+STARTS = 96
+"""Of searches for a real pose on a set."""
 SPLIT = 30 * np.finfo(np.float64).eps
 """A pose of multiplicity m is found to the m-th root of this."""
 
@@ -129,6 +131,26 @@ def _multiplicities(equations: Equations, x: Complexes, null: Complexes, times: 
     closes = (found.verdicts.reshape(k, count) == Way.CLOSES).any(axis=1)
     order = np.nan_to_num(np.round(found.orders.reshape(k, count)[:, 0]), nan=2.0)
     return np.where(closes, 0, order if d == 1 else np.maximum(2**d, times)).astype(np.intp)
+
+
+def real_pose_of_set(ends: Floats, seed: int = 0) -> Floats | None:
+    """(7,) a real pose on a set of real poses of one platform (6, 7) of size one, if one is found from random starts.
+
+    Args:
+        ends: of the legs, and squares of their lengths.
+        seed: of the starts.
+    """
+    rng, far = np.random.default_rng(seed), float(np.sqrt(ends[:, 6]).max()) + 1.0
+    starts = np.concatenate([rng.normal(size=(STARTS, 4)), rng.uniform(-far, far, (STARTS, 3))], axis=1)
+    starts[:, :4] /= np.linalg.norm(starts[:, :4], axis=1, keepdims=True)
+    equations = pose_equations(ends)
+    x, gap = solved_in_planes(equations, starts, np.zeros((STARTS, 0, 7)), 1.0)
+    for each in x[gap <= FINEST]:
+        K = null_directions(equations(each[None])[1][0], LOOSE)
+        tried = rng.normal(size=(2 * DIRECTIONS * K.shape[1], K.shape[1])) @ K.T
+        if len(tried) and local_set(equations, each, tried / np.linalg.norm(tried, axis=1, keepdims=True)).dimension:
+            return each
+    return None
 
 
 def pose_numbers(x: Complexes) -> Complexes:
