@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Booleans, Floats
 from mafsil.parallel.start_platforms import Complexes
-from mafsil.solvers.local_dimension import FINEST, Equations, Way, local_set, null_directions, solved_in_planes, ways
+from mafsil.solvers.local_dimension import Equations, Way, local_set, null_directions, solved_in_planes, ways
 
 SUSPECT = 1e-8
 """Determinant over the product of the lengths of its rows below which a pose may not be simple; double ones stand at
@@ -18,8 +18,10 @@ SIMPLE = 1e-12
 """The same of the ends of paths to general lengths, where all poses are simple, though some are far away."""
 FITS = 1e-8
 """What legs may miss of a pose, over the squares of their lengths and of its place."""
-LOOSE = 1e-4
-"""Least singular value over the largest at a pose that is not simple: a triple one is found to 1e-5."""
+LOOSE = 1e-7
+"""Least singular value over the largest at a pose that is not simple: at a multiple one the root of rounding or less."""
+CLOSED = 1e-13
+"""Gaps up to it are closed: a few hundred roundings of polynomials of degree four."""
 DIRECTIONS = 2
 """Planes across a null space of more than one dimension that are tried."""
 STARTS = 96
@@ -54,9 +56,9 @@ def _legs(x: Complexes, ends: Complexes) -> tuple[Complexes, Complexes]:
     return d, (d * d).sum(axis=-1) - ends[..., 6]
 
 
-def pose_equations(ends: Complexes) -> Equations:
-    """(d.d - s^2) / 2 of each leg over 1 + s^2, and (q.q - 1) / 2, of poses (k, 7); for `solvers.local_dimension`."""
-    b, over = ends[:, 3:6], 1.0 / (1.0 + np.abs(ends[:, 6]))
+def pose_equations(ends: Complexes, near: Complexes) -> Equations:
+    """(d.d - s^2) / 2 of each leg over what it is made of near a pose (7,), and (q.q - 1) / 2, of poses (k, 7)."""
+    b, over = ends[:, 3:6], 1.0 / (1.0 + np.abs(ends[:, 6]) + float((np.abs(near[4:]) ** 2).sum()))
 
     def equations(x: Complexes) -> tuple[Complexes, Complexes]:
         d, miss = _legs(x, ends[None])
@@ -92,7 +94,7 @@ def judged(x: Complexes, ends: Complexes, times: NDArray[np.int64]) -> Ends:
 
     1. Newton's method to rounding; what it does not close is no pose.
     2. Null directions, and what is around: a set, or an isolated pose. Along one null direction the gap grows with its
-       multiplicity; with more of them the number of paths that ended there tells no less than it is.
+       multiplicity; of d of them that have no linear term it is 2^d or more, told by the paths that ended there.
     3. What is found several times is one.
 
     Args:
@@ -100,13 +102,11 @@ def judged(x: Complexes, ends: Complexes, times: NDArray[np.int64]) -> Ends:
         ends: of the legs, and squares of their lengths.
         times: (m,) paths that ended in each.
     """
-    equations, m = pose_equations(ends), len(x)
-    x, gap = solved_in_planes(equations, x, np.zeros((m, 0, 7)), 1.0)  # 1
-    several = np.where(gap <= FITS, 1, -1)
-    bases = [null_directions(J, LOOSE).T for J in equations(x)[1]]
-    for d in sorted({len(K) for K in bases} - {0}):  # 2
-        alike = np.array([k for k, K in enumerate(bases) if len(K) == d and several[k] > 0], dtype=np.intp)
-        several[alike] = _multiplicities(equations, x[alike], np.array([bases[k] for k in alike]), times[alike])
+    equations, m = pose_equations(ends, np.zeros(7)), len(x)
+    x, _ = solved_in_planes(equations, x, np.zeros((m, 0, 7)), 1.0, closed=0.0)  # 1
+    several = np.where(suspects(x, ends[None])[1], -1, 1)
+    for k in np.flatnonzero(several > 0).tolist():  # 2
+        several[k] = _multiplicity(pose_equations(ends, x[k]), x[k], int(times[k]))
     kept = list[int]()
     for k in np.flatnonzero(several > 0).tolist():  # 3
         if all(np.abs(pose_numbers(x[k]) - pose_numbers(x[j])).max() > SPLIT ** (1 / several[k]) for j in kept):
@@ -116,21 +116,19 @@ def judged(x: Complexes, ends: Complexes, times: NDArray[np.int64]) -> Ends:
     return Ends(x, several)
 
 
-def _multiplicities(equations: Equations, x: Complexes, null: Complexes, times: NDArray[np.int64]) -> NDArray[np.intp]:
-    """(k,) of poses (k, 7) with null spaces (k, d, 7), 0 on sets: a general plane near a set meets it."""
-    k, d = null.shape[:2]
-    if not k:
-        return np.zeros(0, dtype=np.intp)
-    count = 1 if d == 1 else DIRECTIONS
-    some = np.random.default_rng(0).normal(size=(count, d)) if d > 1 else np.ones((1, 1))
+def _multiplicity(equations: Equations, x: Complexes, times: int) -> int:
+    """Of a pose (7,), 0 on a set or in doubt: a general plane near a set meets it."""
+    null = null_directions(equations(x[None])[1][0], LOOSE).T
+    d = len(null)
+    if not d:
+        return 1
+    some = np.random.default_rng(0).normal(size=(DIRECTIONS, d)) if d > 1 else np.ones((1, 1))
     tried = (some / np.linalg.norm(some, axis=1, keepdims=True)) @ null
-    found = ways(
-        equations, np.repeat(x, count, axis=0), tried.reshape(-1, 7), np.repeat(null, count, axis=0),
-        np.zeros((k * count, 0, 7)), FINEST,
-    )  # fmt: skip
-    closes = (found.verdicts.reshape(k, count) == Way.CLOSES).any(axis=1)
-    order = np.nan_to_num(np.round(found.orders.reshape(k, count)[:, 0]), nan=2.0)
-    return np.where(closes, 0, order if d == 1 else np.maximum(2**d, times)).astype(np.intp)
+    found = ways(equations, np.tile(x, (len(tried), 1)), tried, null[None], np.zeros((len(tried), 0, 7)), CLOSED)
+    if (found.verdicts >= Way.IN_DOUBT).any():
+        return 0
+    order = max(1, round(float(np.nan_to_num(found.orders, nan=1.0).min())))
+    return order if d == 1 or order == 1 else max(2**d, times)
 
 
 def real_pose_of_set(ends: Floats, seed: int = 0) -> Floats | None:
@@ -143,12 +141,12 @@ def real_pose_of_set(ends: Floats, seed: int = 0) -> Floats | None:
     rng, far = np.random.default_rng(seed), float(np.sqrt(ends[:, 6]).max()) + 1.0
     starts = np.concatenate([rng.normal(size=(STARTS, 4)), rng.uniform(-far, far, (STARTS, 3))], axis=1)
     starts[:, :4] /= np.linalg.norm(starts[:, :4], axis=1, keepdims=True)
-    equations = pose_equations(ends)
-    x, gap = solved_in_planes(equations, starts, np.zeros((STARTS, 0, 7)), 1.0)
-    for each in x[gap <= FINEST]:
+    equations = pose_equations(ends, np.zeros(7))
+    x, gap = solved_in_planes(equations, starts, np.zeros((STARTS, 0, 7)), 1.0, closed=CLOSED / 10)
+    for each in x[gap <= CLOSED]:
         K = null_directions(equations(each[None])[1][0], LOOSE)
         tried = rng.normal(size=(2 * DIRECTIONS * K.shape[1], K.shape[1])) @ K.T
-        if len(tried) and local_set(equations, each, tried / np.linalg.norm(tried, axis=1, keepdims=True)).dimension:
+        if len(tried) and local_set(equations, each, tried / np.linalg.norm(tried, axis=1, keepdims=True), CLOSED).dimension:
             return each
     return None
 

@@ -263,7 +263,9 @@ def ways(
     points, gaps = np.full((k, len(steps), n), np.nan, dtype=x.dtype), np.full((k, len(steps)), np.nan)
     live, ahead = np.arange(k), x + steps[0] * directions
     for i, r in enumerate(steps.tolist()):
-        here, gap = solved_in_planes(equations, ahead, rows[live], r, exact if null.shape[1] > 1 else np.inf)  # 1
+        here, gap = solved_in_planes(
+            equations, ahead, rows[live], r, exact if null.shape[1] > 1 else np.inf, exact / 10
+        )  # 1
         off = np.linalg.norm(here - ahead, axis=1)
         open_twice = (gap > CLEAR * exact) & (gaps[live, i - 1] > CLEAR * exact) if i else gap < 0
         gone = here - x[live]
@@ -289,7 +291,7 @@ def _extrapolated(gone: Numbers, before: Numbers, steps: Floats) -> Numbers:
 
 
 def solved_in_planes(
-    equations: Equations, starts: Numbers, planes: Numbers, step: float, exact: float = FINEST
+    equations: Equations, starts: Numbers, planes: Numbers, step: float, exact: float = FINEST, closed: float = CLOSED
 ) -> tuple[Numbers, Floats]:
     """Solutions in planes through starts, or where the gap is least: points (k, n) and gaps (k,).
 
@@ -302,16 +304,20 @@ def solved_in_planes(
         planes: (k, c, n) orthonormal rows.
         step: how far from a solution the starts are.
         exact: gaps up to it are closed; infinite where no direction is left in which to slide.
+        closed: gaps that need not become smaller; zero where multiple solutions are wanted to rounding.
     """
-    x, gap = _newton(equations, starts, planes, step, damped_inverse, DAMPING, 0)
-    fine = np.flatnonzero((gap > exact) & (gap < step**2.5))
+    x, gap = _newton(equations, starts, planes, step, damped_inverse, DAMPING, 0, closed)
+    fine = np.flatnonzero((gap > (exact if closed else 0.0)) & (gap < step**2.5) & np.isfinite(exact))
     if len(fine):
-        x[fine], gap[fine] = _newton(equations, x[fine], planes[fine], step, _svd_inverse, SVD_DAMPING, CORRECTIONS)
+        x[fine], gap[fine] = _newton(
+            equations, x[fine], planes[fine], step, _svd_inverse, SVD_DAMPING, CORRECTIONS, closed
+        )  # fmt: skip
     return x, gap
 
 
 def _newton(
-    equations: Equations, starts: Numbers, planes: Numbers, step: float, inverse: Any, damped: tuple[float, float], corrections: int
+    equations: Equations, starts: Numbers, planes: Numbers, step: float, inverse: Any, damped: tuple[float, float], corrections: int,
+    closed: float,
 ) -> tuple[Numbers, Floats]:
     """Damped Newton's method in planes; a row ends when a step leaves more than STALLED of its gap, or at rounding.
 
@@ -323,7 +329,7 @@ def _newton(
     F, J = equations(x)
     J = _within(J, planes)
     cost = np.linalg.norm(F, axis=1)
-    live = np.flatnonzero(cost > CLOSED)
+    live = np.flatnonzero(cost > closed)
     for _ in range(MOST_STEPS if corrections else FEW_STEPS):
         if not len(live):
             break
@@ -347,7 +353,7 @@ def _newton(
         before[live], plain[live] = np.where(better & ~tried, length, np.inf), tried & ~better
         damping[live] *= np.where(better, 1e-2, np.where(tried, 1.0, 1e2))[:, None, None]
         damping[live] = np.maximum(damping[live], damped[1])
-        live = live[~ends & (cost[live] > CLOSED)]
+        live = live[~ends & (cost[live] > closed)]
     return x, np.abs(F).max(axis=1, initial=0.0)
 
 
