@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, whole
+from mafsil.messages import say
 from mafsil.mobility.blocks import Block, blocks
 from mafsil.mobility.instantaneous import InstantaneousMobility, at_state, instantaneous, null_space
 from mafsil.mobility.linkage import Linkage
@@ -78,12 +79,14 @@ class FiniteMobility(SingleAnswer):
         return self.mobility > 0
 
     def explain(self, language: str | None = None) -> str:
-        """The finding in one sentence."""
-        return self.status.sentence(
+        """The finding in a sentence, and how loops open along motions that do not continue."""
+        found = self.status.sentence(
             language, mobility=self.mobility, instantaneous=self.instantaneous, branches=self.branches,
             looked=len(self.tangents), dimensions=", ".join(map(str, self.dimensions)) or "0",
-            at_most=self.at_most, order=self.order, gap=self.gap,
+            at_most=self.at_most, gap=self.gap,
         )  # fmt: skip
+        opens = self.status in (FiniteStatus.SHAKY, FiniteStatus.NOT_FOUND) and bool(np.isfinite(self.order))
+        return found + say("mobility.opens", language=language, order=self.order) if opens else found
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""

@@ -23,7 +23,7 @@ from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.three_points import SCALE, SIDES, distances, pose_by_points
 from mafsil.mobility.tolerances import CLOSED, RANK
 from mafsil.solvers import decompositions
-from mafsil.solvers.local_dimension import EXACT, Equations
+from mafsil.solvers.local_dimension import Equations
 
 MOST_STEPS = 60
 CONTRACTED = 0.1
@@ -255,42 +255,46 @@ def largest_gap(linkage: Linkage, theta: ArrayLike | None = None) -> Floats:
     return gap.max(axis=-1, initial=0.0)
 
 
-def loop_equations(linkage: Linkage, play: float = 0.0) -> Equations:
-    """Gaps and their rates at coordinates over `units` (k, F), each loop over its own size, for `solvers`.
-
-    Args:
-        linkage: as drawn.
-        play: length [m] up to which a gap counts as closed; what EXACT leaves of a loop if that is more.
-    """
-    own, scale = _over_own_sizes(linkage, play), units(linkage)
+def loop_equations(linkage: Linkage) -> Equations:
+    """Gaps and their rates at coordinates over `units` (k, F), each loop over its own size, for `solvers`."""
+    own, scale = _over_own_sizes(linkage)[0], units(linkage)
     loops, rows = len(own), 6 * len(own)
 
     def equations(u: Floats) -> tuple[Floats, Floats]:
         state = loop_state(linkage, u * scale)
         gap, matrix = state.gap.copy(), state.matrix.copy()
         for part in (gap[..., None], matrix):
-            part[:, :rows] = (own @ part[:, :rows].reshape(len(u), loops, 6, part.shape[2])).reshape(len(u), rows, part.shape[2])
+            block = part[:, :rows].reshape(len(u), loops, 6, part.shape[2])
+            part[:, :rows] = (own @ block).reshape(len(u), rows, part.shape[2])
         return gap, matrix
 
     return equations
 
 
+def misfit(linkage: Linkage, theta: Floats) -> Floats:
+    """(k,) largest gap of a loop at its own joints, angles times its size [m], at coordinates (k, F)."""
+    own, sizes = _over_own_sizes(linkage)
+    gap = loop_state(linkage, theta).gap[:, : 6 * len(own)].reshape(len(theta), len(own), 6, 1)
+    return (np.abs(own @ gap)[..., 0].max(axis=-1) * sizes).max(axis=1, initial=0.0)
+
+
 @lru_cache(maxsize=64)
-def _over_own_sizes(linkage: Linkage, play: float) -> Floats:
-    """(L, 6, 6) from twists over the size of the linkage to twists about the middle of each loop over its own size."""
-    found = np.tile(np.eye(6), (linkage.loops, 1, 1))
-    for D, cycle in zip(found, linkage.cycles, strict=True):
-        places = np.array([
-            each.point for each, inside in zip(linkage.joints, cycle, strict=True)
-            if inside and each.kind is not Kind.PRISMATIC
-        ]).reshape(-1, 3)  # fmt: skip
-        size = float(np.ptp(places, axis=0).max(initial=0.0)) / 2 if len(places) else 0.0
-        size = size if size > SMALLEST_LOOP * linkage.size else linkage.size
-        if len(places):
-            D[3:, :3] = -rotation.hat((places.mean(axis=0) - linkage.middle) / linkage.size)
-        D[3:] *= linkage.size / size
-        D *= min(1.0, EXACT * size / play) if play > 0.0 else 1.0
-    return frozen(found)
+def _over_own_sizes(linkage: Linkage) -> tuple[Floats, Floats]:
+    """(L, 6, 6) from twists over the size of the linkage to twists about the middle of each loop over its own size.
+
+    And these sizes (L,) [m].
+    """
+    found, sizes = np.tile(np.eye(6), (linkage.loops, 1, 1)), np.full(linkage.loops, linkage.size)
+    for k, cycle in enumerate(linkage.cycles):
+        inside = [linkage.joints[j] for j in np.flatnonzero(cycle) if linkage.joints[j].kind is not Kind.PRISMATIC]
+        if not inside:
+            continue
+        places = np.array([each.point for each in inside])
+        size = float(np.ptp(places, axis=0).max()) / 2
+        sizes[k] = size if size > SMALLEST_LOOP * linkage.size else linkage.size
+        found[k, 3:, :3] = -rotation.hat((places.mean(axis=0) - linkage.middle) / linkage.size)
+        found[k, 3:] *= linkage.size / sizes[k]
+    return frozen(found), frozen(sizes)
 
 
 class ClosureStatus(Status):
