@@ -66,7 +66,10 @@ def concurrent_bars(scale: float = 1.0) -> Part:
     feet, ends = np.array([[2, 0, 0], [-1, 2, 0], [-1, -1.5, 0]]), [0.4, 0.5, 0.45]
     joints = []
     for k, (foot, share) in enumerate(zip(feet, ends, strict=True)):
-        joints += [pin(f"F{k}", "ground", f"bar{k}", scale * foot), pin(f"G{k}", f"bar{k}", "disc", scale * share * foot)]
+        joints += [
+            pin(f"F{k}", "ground", f"bar{k}", scale * foot),
+            pin(f"G{k}", f"bar{k}", "disc", scale * share * foot),
+        ]
     return joints, 0
 
 
@@ -208,7 +211,9 @@ def hung(part: Part, mark: str, ground: str = "ground", shift=(0.0, 0.0, 0.0)) -
     for each in part[0]:
         bodies = [ground if name == "ground" else name + mark for name in (each.parent, each.child)]
         more = {"second": each.second} if each.second is not None else {}
-        moved.append(joint(each.name + mark, each.kind, bodies, each.point + shift, each.axis, pitch=each.pitch, **more))
+        moved.append(
+            joint(each.name + mark, each.kind, bodies, each.point + shift, each.axis, pitch=each.pitch, **more)
+        )
     return moved
 
 

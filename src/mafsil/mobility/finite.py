@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, whole
+from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.mobility.blocks import Block, blocks
 from mafsil.mobility.instantaneous import InstantaneousMobility, at_state, instantaneous, null_space
@@ -124,6 +125,21 @@ def finite_mobility(linkage: Linkage, theta: ArrayLike | None = None, *, seed: i
     if len(found) == 1 and not len(free):
         return found[0]
     return _together(linkage, value, list(zip(apart, found, strict=True)), free)
+
+
+def all_are_real(linkage: Linkage, theta: Floats, count: int) -> bool:
+    """Whether all first-order motions at a configuration (F,) are real; of linkages without angles of balls unasked."""
+    return bool(linkage.pairs or linkage.by_points) or finite_mobility(linkage, theta).mobility == count
+
+
+def require_motions(linkage: Linkage, theta: Floats, count: int) -> None:
+    """Refuse a start (F,) of as many first-order motions of which not all are real.
+
+    Raises:
+        InputError: the sentence says so.
+    """
+    if not all_are_real(linkage, theta, count):
+        raise InputError("mobility.shaky_start", count=count)
 
 
 def _of_block(linkage: Linkage, value: Floats, seed: int) -> FiniteMobility:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Booleans, Floats
 from mafsil.parallel.start_platforms import Complexes
-from mafsil.solvers.local_dimension import Equations, Way, local_set, null_directions, solved_in_planes, ways
+from mafsil.solvers.local_dimension import SPLIT, Equations, local_set, multiplicity, null_directions, solved_in_planes
 
 SUSPECT = 1e-8
 """Determinant over the product of the lengths of its rows below which a pose may not be simple; double ones stand at
@@ -22,12 +22,8 @@ LOOSE = 1e-7
 """Least singular value over the largest at a pose that is not simple: at a multiple one the root of rounding or less."""
 CLOSED = 1e-13
 """Gaps up to it are closed: a few hundred roundings of polynomials of degree four."""
-DIRECTIONS = 2
-"""Planes across a null space of more than one dimension that are tried."""
 STARTS = 96
 """Of searches for a real pose on a set."""
-SPLIT = 30 * np.finfo(np.float64).eps
-"""A pose of multiplicity m is found to the m-th root of this."""
 
 
 def suspects(x: Complexes, ends: Complexes) -> tuple[Booleans, Booleans]:
@@ -106,7 +102,8 @@ def judged(x: Complexes, ends: Complexes, times: NDArray[np.int64]) -> Ends:
     x, _ = solved_in_planes(equations, x, np.zeros((m, 0, 7)), 1.0, closed=0.0)  # 1
     several = np.where(suspects(x, ends[None])[1], -1, 1)
     for k in np.flatnonzero(several > 0).tolist():  # 2
-        several[k] = _multiplicity(pose_equations(ends, x[k]), x[k], int(times[k]))
+        found = multiplicity(pose_equations(ends, x[k]), x[k], LOOSE, CLOSED)
+        several[k] = max(found, int(times[k])) if found > 3 else found
     kept = list[int]()
     for k in np.flatnonzero(several > 0).tolist():  # 3
         if all(np.abs(pose_numbers(x[k]) - pose_numbers(x[j])).max() > SPLIT ** (1 / several[k]) for j in kept):
@@ -114,21 +111,6 @@ def judged(x: Complexes, ends: Complexes, times: NDArray[np.int64]) -> Ends:
         else:
             several[k] = -1
     return Ends(x, several)
-
-
-def _multiplicity(equations: Equations, x: Complexes, times: int) -> int:
-    """Of a pose (7,), 0 on a set or in doubt: a general plane near a set meets it."""
-    null = null_directions(equations(x[None])[1][0], LOOSE).T
-    d = len(null)
-    if not d:
-        return 1
-    some = np.random.default_rng(0).normal(size=(DIRECTIONS, d)) if d > 1 else np.ones((1, 1))
-    tried = (some / np.linalg.norm(some, axis=1, keepdims=True)) @ null
-    found = ways(equations, np.tile(x, (len(tried), 1)), tried, null[None], np.zeros((len(tried), 0, 7)), CLOSED)
-    if (found.verdicts >= Way.IN_DOUBT).any():
-        return 0
-    order = max(1, round(float(np.nan_to_num(found.orders, nan=1.0).min())))
-    return order if d == 1 or order == 1 else max(2**d, times)
 
 
 def real_pose_of_set(ends: Floats, seed: int = 0) -> Floats | None:
@@ -145,8 +127,11 @@ def real_pose_of_set(ends: Floats, seed: int = 0) -> Floats | None:
     x, gap = solved_in_planes(equations, starts, np.zeros((STARTS, 0, 7)), 1.0, closed=CLOSED / 10)
     for each in x[gap <= CLOSED]:
         K = null_directions(equations(each[None])[1][0], LOOSE)
-        tried = rng.normal(size=(2 * DIRECTIONS * K.shape[1], K.shape[1])) @ K.T
-        if len(tried) and local_set(equations, each, tried / np.linalg.norm(tried, axis=1, keepdims=True), CLOSED).dimension:
+        tried = rng.normal(size=(4 * K.shape[1], K.shape[1])) @ K.T
+        if (
+            len(tried)
+            and local_set(equations, each, tried / np.linalg.norm(tried, axis=1, keepdims=True), CLOSED).dimension
+        ):
             return each
     return None
 

@@ -63,6 +63,8 @@ REGULAR, CORRECTIONS = 1e-7, 2
 before its gap is judged."""
 STEADY = 0.3
 """Share of the step before that a step may be, from which on they shrink like those at a multiple solution."""
+SPLIT = 1e3 * float(np.finfo(np.float64).eps)
+"""A solution of multiplicity m is found to the m-th root of this."""
 STALLED = 0.7
 """A step that leaves more of the gap than this ends: linear convergence to a solution of order p leaves e^-1 of it."""
 
@@ -154,9 +156,7 @@ def null_directions(J: Numbers, share: float) -> Numbers:
     return np.conj(Vh[rank:]).T
 
 
-def local_set(
-    equations: Equations, x: Numbers, directions: Numbers, exact: float = FINEST, seed: int = 0
-) -> LocalSet:
+def local_set(equations: Equations, x: Numbers, directions: Numbers, exact: float = FINEST, seed: int = 0) -> LocalSet:
     """The solutions around one that is not simple.
 
     1. Ways along the directions, and what their gaps say.
@@ -185,7 +185,9 @@ def local_set(
     ends, (first, slid) = _last_points(found), _first_points(equations, x, found, null, exact)
     chords = _unit(np.nan_to_num(first - x))
     rows = _spread(chords, np.concatenate([sure, doubtful]), ALIKE)[:MOST_POINTS]
-    low, high = _dimensions(equations, ends[rows], _unit(ends[rows] - x), exact, seed).T if len(rows) else none[:0, :2].T
+    low, high = (
+        _dimensions(equations, ends[rows], _unit(ends[rows] - x), exact, seed).T if len(rows) else none[:0, :2].T
+    )
     known, at_most = low[(verdict[rows] == Way.CLOSES) & (low > 0)].tolist(), int(max(high, default=0))
     gaps = np.concatenate([np.nanmax(found.gaps[[*sure, *doubtful]], axis=1, initial=0.0), [0.0]])
     return LocalSet(
@@ -194,9 +196,32 @@ def local_set(
     )  # fmt: skip
 
 
-def _dimensions(
-    equations: Equations, points: Numbers, tangents: Numbers, exact: float, seed: int
-) -> NDArray[np.intp]:
+def multiplicity(equations: Equations, x: Numbers, share: float, exact: float) -> int:
+    """Of an isolated solution (n,), made exact before; 0 on a set, or in doubt of one.
+
+    A general plane near a set meets it. Along one null direction the gap grows with the multiplicity; of d null
+    directions without a linear term it is 2^d at least.
+
+    Args:
+        equations: analytic, as many as unknowns.
+        x: (n,) a solution, to rounding.
+        share: singular values below this share of the largest are zero.
+        exact: gaps up to it are closed.
+    """
+    null = null_directions(equations(x[None])[1][0], share).T
+    d = len(null)
+    if not d:
+        return 1
+    some = np.random.default_rng(0).normal(size=(2, d)) if d > 1 else np.ones((1, 1))
+    tried = _unit(some @ null)
+    found = ways(equations, np.tile(x, (len(tried), 1)), tried, null[None], np.zeros((len(tried), 0, len(x))), exact)
+    if (found.verdicts >= Way.IN_DOUBT).any():
+        return 0
+    order = max(1, round(float(np.nan_to_num(found.orders, nan=1.0).min())))
+    return order if d == 1 or order == 1 else 2**d
+
+
+def _dimensions(equations: Equations, points: Numbers, tangents: Numbers, exact: float, seed: int) -> NDArray[np.intp]:
     """(p, 2) dimensions at general points (p, n) of sets that go along tangents (p, n): what is sure, what may be.
 
     1. If ways close along a whole basis of the null space, it is the dimension.
@@ -278,7 +303,10 @@ def ways(
         if i + 1 == len(steps) or not len(live):
             break
         rows[live[slid], -1] = np.conj(_unit(along[slid]))  # 2
-        straight, bent = (steps[i + 1] / r) * gone, _extrapolated(gone, points[live, i - 1] - x[live], steps[: i + 2]) if i else gone
+        straight, bent = (
+            (steps[i + 1] / r) * gone,
+            _extrapolated(gone, points[live, i - 1] - x[live], steps[: i + 2]) if i else gone,
+        )
         ahead = x[live] + np.where(slid[:, None] | (i == 0), straight, bent)
     return Ways(steps, points, gaps, exact)
 
@@ -316,7 +344,13 @@ def solved_in_planes(
 
 
 def _newton(
-    equations: Equations, starts: Numbers, planes: Numbers, step: float, inverse: Any, damped: tuple[float, float], corrections: int,
+    equations: Equations,
+    starts: Numbers,
+    planes: Numbers,
+    step: float,
+    inverse: Any,
+    damped: tuple[float, float],
+    corrections: int,
     closed: float,
 ) -> tuple[Numbers, Floats]:
     """Damped Newton's method in planes; a row ends when a step leaves more than STALLED of its gap, or at rounding.
@@ -404,9 +438,7 @@ def apart(vectors: Numbers, least: float) -> Numbers:
     return np.array(kept, dtype=vectors.dtype).reshape(-1, vectors.shape[1])
 
 
-def _first_points(
-    equations: Equations, x: Numbers, found: Ways, null: Numbers, exact: float
-) -> tuple[Numbers, bool]:
+def _first_points(equations: Equations, x: Numbers, found: Ways, null: Numbers, exact: float) -> tuple[Numbers, bool]:
     """(k, n) points at the first step; of ways that slid, of the set in which they ended, followed back to there.
 
     And whether any did.
