@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from mafsil.mobility import Linkage, LinkageJoint, joint, library
+from mafsil.mobility import Linkage, LinkageJoint, joint
 
 Part = tuple[list[LinkageJoint], int]
 EX, EY, EZ = np.eye(3)
@@ -71,11 +71,6 @@ def concurrent_bars(scale: float = 1.0) -> Part:
             pin(f"G{k}", f"bar{k}", "disc", scale * share * foot),
         ]
     return joints, 0
-
-
-def desargues(scale: float = 1.0) -> Part:
-    """Two triangles in perspective, joined by three bars: 0."""
-    return concurrent_bars(scale)
 
 
 def bars(points: dict[str, tuple[float, ...]], edges: list[str], fixed: str, scale: float = 1.0) -> list[LinkageJoint]:
@@ -205,6 +200,19 @@ def griffis_duffy(scale: float = 1.0) -> Part:
     return legs(scale * feet, scale * (ends @ R.T + [0.0, 0.0, 0.9])), 1
 
 
+def beside_crank(order: int, scale: float = 1.0) -> Part:
+    """A four-bar with taut bars along its crank, between its pins; of order 4 with a second dyad across them: 1."""
+    A, B, C, D = np.array([[0, 0, 0], [1.2, 0, 0], [2.0, 1.4, 0], [2.6, -0.2, 0]]) * scale
+    joints = [pin("A", "ground", "crank", A), pin("B", "crank", "coupler", B), pin("C", "coupler", "rocker", C),
+              pin("D", "rocker", "ground", D)]  # fmt: skip
+    if order == 2:
+        middle = 0.4 * B
+        joints += [pin("T1", "ground", "t1", A), pin("T2", "t1", "t2", middle), pin("T3", "t2", "coupler", B)]
+        return joints, 1
+    part, _ = taut(4, 0.3 * scale)
+    return [*joints, *hung((part, 0), " on it", "crank", tuple(0.1 * B))], 1
+
+
 def hung(part: Part, mark: str, ground: str = "ground", shift=(0.0, 0.0, 0.0)) -> list[LinkageJoint]:
     """The joints of a part at another place, hung on another body."""
     moved = []
@@ -221,10 +229,6 @@ def linkage(*parts: list[LinkageJoint], planar: bool = False) -> Linkage:
     return Linkage.of([each for part in parts for each in part], ground="ground", planar=planar)
 
 
-def named(name: str, mobility: int, **parameters: float) -> Part:
-    return list(library.MECHANISMS[name](**parameters).joints) if hasattr(library, "MECHANISMS") else [], mobility
-
-
 PENDULUM: Part = ([pin("pendulum", "ground", "bob", -2 * EY)], 1)
 SHAKY: dict[str, Callable[[float], Part]] = {
     "taut 2": lambda s: taut(2, s), "taut 4": lambda s: taut(4, s), "taut 8": lambda s: taut(8, s),
@@ -235,12 +239,13 @@ MOVING: dict[str, Callable[[float], Part]] = {
     "pendulum": lambda s: PENDULUM, "four bars": lambda s: four_bar([(0, 0), (0.5, 1), (2.5, 1.5), (2.2, 0)], s),
     "three cranks": lambda s: cranks(3, 1.1, s), "three cranks flat": lambda s: cranks(3, 0.0, s),
     "two cranks flat": lambda s: cranks(2, 0.0, s), "kite": kite, "prism": prism_bars, "Dixon 1": dixon_1,
-    "Dixon 2": dixon_2, "K33": k33, "three dyads": lambda s: folded_dyads(3, s), "taut Sarrus": lambda s: flat_sarrus(True, s),
-    "folded Sarrus": lambda s: flat_sarrus(False, s),
+    "Dixon 2": dixon_2, "K33": k33, "three dyads": lambda s: folded_dyads(3, s),
+    "taut Sarrus": lambda s: flat_sarrus(True, s), "folded Sarrus": lambda s: flat_sarrus(False, s),
     "two dyads": lambda s: folded_dyads(2, s), "four dyads": lambda s: folded_dyads(4, s),
     "three equal legs": lambda s: equal_legs(3, s), "five equal legs": lambda s: equal_legs(5, s),
     "six equal legs": lambda s: equal_legs(6, s), "convex octahedron": lambda s: octahedron(0, s),
     "Bricard, line": lambda s: octahedron(1, s), "Bricard, plane": lambda s: octahedron(2, s),
+    "dyad along a crank": lambda s: beside_crank(2, s), "order 4 on a crank": lambda s: beside_crank(4, s),
     "Griffis and Duffy": griffis_duffy, "taut balls": taut_in_space,
 }  # fmt: skip
 """Parts of one mechanism each."""

@@ -14,7 +14,7 @@ from mafsil.arrays import Floats, whole
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.mobility.blocks import Block, blocks
-from mafsil.mobility.instantaneous import InstantaneousMobility, at_state, instantaneous, null_space
+from mafsil.mobility.instantaneous import InstantaneousMobility, at_state, instantaneous
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.loop_closure import configuration, loop_equations, loop_state, reduced_screws, units
 from mafsil.mobility.on_linkage import on_linkage
@@ -23,7 +23,6 @@ from mafsil.mobility.second_order import admitted, second_order_forms
 from mafsil.mobility.tolerances import CLOSED, PATH_STEP
 from mafsil.solvers import decompositions
 from mafsil.solvers.local_dimension import ALIKE, EXACT, FINEST, LOOSE, LocalSet, local_set, solved_in_planes
-
 
 DIGITS = 100.0
 """Times the largest singular value that was dropped: what the digits of a drawing leave of gaps."""

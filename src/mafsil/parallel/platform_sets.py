@@ -9,7 +9,15 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Booleans, Floats
 from mafsil.parallel.start_platforms import Complexes
-from mafsil.solvers.local_dimension import SPLIT, Equations, local_set, multiplicity, null_directions, solved_in_planes
+from mafsil.solvers.local_dimension import (
+    SPLIT,
+    Equations,
+    Numbers,
+    local_set,
+    multiplicity,
+    null_directions,
+    solved_in_planes,
+)
 
 SUSPECT = 1e-8
 """Determinant over the product of the lengths of its rows below which a pose may not be simple; double ones stand at
@@ -19,7 +27,7 @@ SIMPLE = 1e-12
 FITS = 1e-8
 """What legs may miss of a pose, over the squares of their lengths and of its place."""
 LOOSE = 1e-7
-"""Least singular value over the largest at a pose that is not simple: at a multiple one the root of rounding or less."""
+"""Least singular value over the largest at a pose that is not simple: of a multiple one the root of rounding."""
 CLOSED = 1e-13
 """Gaps up to it are closed: a few hundred roundings of polynomials of degree four."""
 STARTS = 96
@@ -44,7 +52,7 @@ def simple(x: Complexes, ends: Complexes) -> Complexes:
     return x[regular & ~suspects(x, ends[None])[1]]
 
 
-def _legs(x: Complexes, ends: Complexes) -> tuple[Complexes, Complexes]:
+def _legs(x: Numbers, ends: Numbers) -> tuple[Numbers, Numbers]:
     """Leg vectors d (*batch, 6, 3), and d.d - s^2 (*batch, 6)."""
     w, v, p = x[..., None, :1], x[..., None, 1:4], x[..., None, 4:]
     b = ends[..., 3:6]
@@ -52,11 +60,11 @@ def _legs(x: Complexes, ends: Complexes) -> tuple[Complexes, Complexes]:
     return d, (d * d).sum(axis=-1) - ends[..., 6]
 
 
-def pose_equations(ends: Complexes, near: Complexes) -> Equations:
+def pose_equations(ends: Numbers, near: Numbers) -> Equations:
     """(d.d - s^2) / 2 of each leg over what it is made of near a pose (7,), and (q.q - 1) / 2, of poses (k, 7)."""
     b, over = ends[:, 3:6], 1.0 / (1.0 + np.abs(ends[:, 6]) + float((np.abs(near[4:]) ** 2).sum()))
 
-    def equations(x: Complexes) -> tuple[Complexes, Complexes]:
+    def equations(x: Numbers) -> tuple[Numbers, Numbers]:
         d, miss = _legs(x, ends[None])
         w, v = x[:, None, :1], x[:, None, 1:4]
         F, J = np.zeros((len(x), 7), dtype=x.dtype), np.zeros((len(x), 7, 7), dtype=x.dtype)

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.arrays import Booleans, Floats
+from mafsil.arrays import Floats
 from mafsil.solvers.decompositions import damped_inverse, svd
 
 Numbers = NDArray[Any]
@@ -100,13 +100,12 @@ class Ways:
         there = np.isfinite(self.gaps)
         last = there.sum(axis=1) - 1
         closed = np.where(there & (self.gaps <= self.exact), np.arange(len(self.steps)), -1).max(axis=1)
-        low = np.where(closed >= 0, np.minimum(closed, last - 1), last - 1)
-        known, rows = low >= 0, np.arange(len(last))
-        low = np.maximum(low, 0)
+        first = np.asarray(np.where(closed >= 0, np.minimum(closed, last - 1), last - 1), dtype=np.intp)
+        rows, low = np.arange(len(last)), np.maximum(first, 0)
         high = np.minimum(low + 1, len(self.steps) - 1)
         before, after = np.maximum(self.gaps[rows, low], ROUNDING), np.maximum(self.gaps[rows, high], ROUNDING)
         with np.errstate(invalid="ignore", divide="ignore"):
-            return np.where(known, np.log(after / before) / np.log(self.steps[high] / self.steps[low]), np.nan)
+            return np.where(first >= 0, np.log(after / before) / np.log(self.steps[high] / self.steps[low]), np.nan)
 
     @property
     def verdicts(self) -> NDArray[np.intp]:
