@@ -25,13 +25,13 @@ class Block:
 
 def blocks(linkage: Linkage) -> tuple[tuple[Block, ...], NDArray[np.intp]]:
     """The blocks, and the coordinates that are in none: those of joints in no loop and no coupling."""
-    sets: list[set[int]] = [set(np.flatnonzero(row).tolist()) for row in linkage.cycles]
+    sets: list[set[int]] = [{int(k) for k in np.flatnonzero(row)} for row in linkage.cycles]
     sets += [set(linkage.index_of([each.follower, each.leader])) for each in linkage.couplings]
     merged: list[set[int]] = []
     for one in sets:
         apart = [other for other in merged if not other & one]
         merged = [*apart, one.union(*(other for other in merged if other & one))]
-    inside = np.isin(linkage.joint_of, sorted(set().union(*merged)))
+    inside = np.isin(linkage.joint_of, sorted(k for one in merged for k in one))
     if len(merged) == 1 and inside.all():
         return (Block(linkage, np.arange(linkage.coordinates)),), np.flatnonzero(~inside)
     found = tuple(Block(_alone(linkage, one), np.flatnonzero(np.isin(linkage.joint_of, sorted(one)))) for one in merged)

@@ -204,8 +204,13 @@ def _together(
         tangents.append(rates / np.linalg.norm(rates, axis=1, keepdims=True))
         ends.append(places)
     mobility, instantaneous, at_most = (
-        len(free) + sum(counts) for counts in zip(*((p.mobility, p.instantaneous, p.at_most) for p in parts), strict=True)
-    ) if parts else (len(free),) * 3  # fmt: skip
+        len(free) + sum(counts)
+        for counts in (
+            [each.mobility for each in parts],
+            [each.instantaneous for each in parts],
+            [each.at_most for each in parts],
+        )
+    )
     choices = product(*(p.dimensions or (0,) for p in parts))
     dimensions = tuple(sorted({len(free) + sum(each) for each in choices} - {0}, reverse=True))
     branches = max((p.branches for p in parts), default=0) if dimensions == (1,) else 0

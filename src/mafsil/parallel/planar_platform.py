@@ -124,7 +124,7 @@ def all_poses(a: Floats, b: Floats, s: Floats) -> tuple[Floats, Integers, Boolea
 
 
 def _several(a: Floats, b: Floats, s: Floats, x: Floats) -> tuple[Integers, Booleans]:
-    """(k, n) multiplicities of poses, (k,) whether a curve goes through one; in x those that are one become NaN but one.
+    """(k, n) multiplicities of poses, (k,) whether a curve goes through one; of poses in x that are one, one is left.
 
     Where the lines of the legs nearly meet in a point the pose is made exact, and its neighbourhood looked at.
     """

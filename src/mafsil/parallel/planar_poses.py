@@ -85,7 +85,8 @@ class PlanarPoses(Answer):
     def __getitem__(self, row: int) -> PlanarPoses:
         """The poses of one row of a batch."""
         return PlanarPoses(
-            self.x[row], self.count[row, ...], self.multiplicity[row], self.movable[row, ...], self.error, self.legs[row]
+            self.x[row], self.count[row, ...], self.multiplicity[row], self.movable[row, ...], self.error,
+            self.legs[row],
         )  # fmt: skip
 
     def __repr__(self) -> str:

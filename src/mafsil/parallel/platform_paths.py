@@ -2,7 +2,8 @@
 
 1. Lengths over the size of each platform, ends about the middles of their bodies.
 2. All poses of a start are followed to every row; rows where some are missing are tried again from other starts.
-3. Ends that are not simple are judged: `platform_sets`. Poses that are nearly real are made real by Newton's method, which decides whether they are.
+3. Ends that are not simple are judged: `platform_sets`. Poses that are nearly real are made real by Newton's method,
+   which decides whether they are.
 
 Memory: 3 kB times the number of poses of the start for each row of a block of BLOCK rows.
 """
@@ -153,7 +154,7 @@ def all_poses(base: Floats, platform: Floats, lengths: Floats, starts: list[Star
 def _several(
     kept: Complexes, ends: Complexes, times: NDArray[np.int64], there: Booleans
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """(k, n) multiplicities of ends of paths, 0 of those on sets of poses, and (k,) the number of those; `kept` as new."""
+    """(k, n) multiplicities of ends of paths, 0 on sets of poses, and (k,) how many are there; `kept` is made exact."""
     several, on_set = there.astype(np.int64), np.zeros(len(kept), dtype=np.int64)
     suspect, off = suspects(kept, ends[:, None])
     for row in np.flatnonzero(((suspect | off) & there).any(axis=1)).tolist():

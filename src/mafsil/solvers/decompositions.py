@@ -52,8 +52,9 @@ def damped_inverse(A: NDArray[Any], damping: float | Floats) -> NDArray[Any]:
     m, n = A.shape[-2:]
     turned: NDArray[Any] = np.conj(np.swapaxes(clean, -1, -2))
     gram: NDArray[Any] = clean @ turned if m <= n else turned @ clean
-    a = np.einsum("...ij,...ji->...", clean, turned).real[..., None, None] / max(m, 1)
-    inner: NDArray[Any] = np.linalg.inv(gram + np.eye(min(m, n)) * (damping * a + TINY))
+    a = np.real(np.einsum("...ij,...ji->...", clean, turned))[..., None, None] / max(m, 1)
+    inverse: Any = np.linalg.inv
+    inner: NDArray[Any] = inverse(gram + np.eye(min(m, n)) * (damping * a + TINY))
     return _marked(turned @ inner if m <= n else inner @ turned, spoilt, 2)
 
 

@@ -181,7 +181,8 @@ def local_set(equations: Equations, x: Numbers, directions: Numbers, exact: floa
     sure, doubtful = (np.flatnonzero(verdict == way) for way in (Way.CLOSES, Way.IN_DOUBT))
     if not len(sure):
         doubtful = np.flatnonzero((verdict == Way.IN_DOUBT) | (verdict == Way.LOST) & np.isfinite(found.gaps[:, 1]))
-    ends, (first, slid) = _last_points(found), _first_points(equations, x, found, null, exact)
+    ends: Numbers = _last_points(found)
+    first, slid = _first_points(equations, x, found, null, exact)
     chords = _unit(np.nan_to_num(first - x))
     rows = _spread(chords, np.concatenate([sure, doubtful]), ALIKE)[:MOST_POINTS]
     low, high = (
@@ -226,18 +227,19 @@ def _dimensions(equations: Equations, points: Numbers, tangents: Numbers, exact:
     1. If ways close along a whole basis of the null space, it is the dimension.
     2. Else tangents are gathered one by one, at a few of them; zero stands at the others.
     """
-    bases = [null_directions(J, LOOSE) for J in equations(points)[1]]
-    along = [_unit((K @ (np.conj(K.T) @ t))[None]) for K, t in zip(bases, tangents, strict=True)]
+    bases: list[Numbers] = [null_directions(J, LOOSE) for J in equations(points)[1]]
+    along: list[Numbers] = [_unit((K @ (np.conj(K.T) @ t))[None]) for K, t in zip(bases, tangents, strict=True)]
     found = np.ones((len(points), 2), dtype=np.intp)
     for d in sorted({K.shape[1] for K in bases} - {0, 1}):
-        alike = [k for k, K in enumerate(bases) if K.shape[1] == d]
+        alike = np.array([k for k, K in enumerate(bases) if K.shape[1] == d], dtype=np.intp)
         across = np.concatenate([_across(bases[k], along[k]) for k in alike])
-        starts, planes = (np.repeat(x, d - 1, axis=0) for x in (points[alike], np.conj([along[k] for k in alike])))
+        starts = np.repeat(points[alike], d - 1, axis=0)
+        planes = np.repeat(np.conj(np.array([along[k] for k in alike])), d - 1, axis=0)
         null = np.repeat(across.reshape(-1, d - 1, across.shape[1]), d - 1, axis=0)
-        found_ways = ways(equations, starts, across, null, planes, exact, NEAR_STEPS)
-        closes = found_ways.verdicts.reshape(-1, d - 1) == Way.CLOSES
-        found[np.array(alike)[closes.all(axis=1)]] = d
-        found[(rest := np.array(alike)[~closes.all(axis=1)])] = 0
+        tried = ways(equations, starts, across, null, planes, exact, NEAR_STEPS)
+        whole = (tried.verdicts.reshape(-1, d - 1) == Way.CLOSES).all(axis=1)
+        rest = alike[~whole]
+        found[alike[whole]], found[rest] = d, 0
         for k in rest[:FEW_POINTS].tolist():
             found[k] = _gathered(equations, points[k], bases[k], along[k], exact, seed)
     return found
@@ -285,28 +287,29 @@ def ways(
     k, n = x.shape
     rows = np.concatenate([planes, np.conj(directions)[:, None]], axis=1)
     points, gaps = np.full((k, len(steps), n), np.nan, dtype=x.dtype), np.full((k, len(steps)), np.nan)
-    live, ahead = np.arange(k), x + steps[0] * directions
+    live: NDArray[np.intp] = np.arange(k)
+    ahead = x + steps[0] * directions
     for i, r in enumerate(steps.tolist()):
-        here, gap = solved_in_planes(
-            equations, ahead, rows[live], r, exact if null.shape[1] > 1 else np.inf, exact / 10
-        )  # 1
-        off = np.linalg.norm(here - ahead, axis=1)
+        refined = exact if null.shape[1] > 1 else np.inf
+        here, gap = solved_in_planes(equations, ahead, rows[live], r, refined, exact / 10)  # 1
+        off: Floats = np.linalg.norm(here - ahead, axis=1)
         open_twice = (gap > CLEAR * exact) & (gaps[live, i - 1] > CLEAR * exact) if i else gap < 0
         gone = here - x[live]
         basis = null[live] if len(null) > 1 else null
         along = np.einsum("kdn,kd->kn", basis, np.einsum("kdn,kn->kd", np.conj(basis), gone))
-        kept = (off <= SLIDING * r) & (np.linalg.norm(gone - along, axis=1) <= np.linalg.norm(along, axis=1))
+        across: Floats = np.linalg.norm(gone - along, axis=1)
+        kept = np.asarray((off <= SLIDING * r) & (across <= np.linalg.norm(along, axis=1)), dtype=np.bool_)
         points[live[kept], i], gaps[live[kept], i] = here[kept], gap[kept]
-        going = kept & ~open_twice
+        going = np.asarray(kept & ~open_twice, dtype=np.bool_)
         live, gone, along, slid = live[going], gone[going], along[going], off[going] > AIMED * r
         if i + 1 == len(steps) or not len(live):
             break
         rows[live[slid], -1] = np.conj(_unit(along[slid]))  # 2
-        straight, bent = (
-            (steps[i + 1] / r) * gone,
-            _extrapolated(gone, points[live, i - 1] - x[live], steps[: i + 2]) if i else gone,
-        )
-        ahead = x[live] + np.where(slid[:, None] | (i == 0), straight, bent)
+        ahead = x[live] + (steps[i + 1] / r) * gone
+        if i:
+            smooth = live[~slid]
+            bent = _extrapolated(gone[~slid], points[smooth, i - 1] - x[smooth], steps[: i + 2])
+            ahead[~slid] = x[smooth] + bent
     return Ways(steps, points, gaps, exact)
 
 
@@ -462,7 +465,7 @@ def _first_points(equations: Equations, x: Numbers, found: Ways, null: Numbers, 
 def _last_points(found: Ways) -> Numbers:
     """(k, n) the farthest point of each way that closes: a general one."""
     good = np.isfinite(found.gaps) & (found.gaps <= CLEAR * found.exact)
-    last = np.where(good, np.arange(len(found.steps)), 0).max(axis=1)
+    last = np.asarray(np.where(good, np.arange(len(found.steps)), 0).max(axis=1), dtype=np.intp)
     return found.points[np.arange(len(last)), last]
 
 
