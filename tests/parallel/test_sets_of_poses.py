@@ -1,4 +1,4 @@
-"""Poses that are no isolated ones: movable platforms say so, multiple poses are one, counts at general lengths agree."""
+"""Poses that are not isolated: movable platforms say so, multiple poses are one, counts at general lengths agree."""
 
 import numpy as np
 import pytest

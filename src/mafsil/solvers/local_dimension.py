@@ -231,16 +231,16 @@ def _dimensions(equations: Equations, points: Numbers, tangents: Numbers, exact:
     along: list[Numbers] = [_unit((K @ (np.conj(K.T) @ t))[None]) for K, t in zip(bases, tangents, strict=True)]
     found = np.ones((len(points), 2), dtype=np.intp)
     for d in sorted({K.shape[1] for K in bases} - {0, 1}):
-        alike = np.array([k for k, K in enumerate(bases) if K.shape[1] == d], dtype=np.intp)
+        alike: list[int] = [k for k, K in enumerate(bases) if K.shape[1] == d]
         across = np.concatenate([_across(bases[k], along[k]) for k in alike])
         starts = np.repeat(points[alike], d - 1, axis=0)
         planes = np.repeat(np.conj(np.array([along[k] for k in alike])), d - 1, axis=0)
         null = np.repeat(across.reshape(-1, d - 1, across.shape[1]), d - 1, axis=0)
         tried = ways(equations, starts, across, null, planes, exact, NEAR_STEPS)
         whole = (tried.verdicts.reshape(-1, d - 1) == Way.CLOSES).all(axis=1)
-        rest = alike[~whole]
-        found[alike[whole]], found[rest] = d, 0
-        for k in rest[:FEW_POINTS].tolist():
+        rest = [k for k, good in zip(alike, whole.tolist(), strict=True) if not good]
+        found[alike], found[rest] = d, 0
+        for k in rest[:FEW_POINTS]:
             found[k] = _gathered(equations, points[k], bases[k], along[k], exact, seed)
     return found
 
@@ -287,7 +287,7 @@ def ways(
     k, n = x.shape
     rows = np.concatenate([planes, np.conj(directions)[:, None]], axis=1)
     points, gaps = np.full((k, len(steps), n), np.nan, dtype=x.dtype), np.full((k, len(steps)), np.nan)
-    live: NDArray[np.intp] = np.arange(k)
+    live: NDArray[np.intp] = np.arange(len(x))
     ahead = x + steps[0] * directions
     for i, r in enumerate(steps.tolist()):
         refined = exact if null.shape[1] > 1 else np.inf
@@ -301,13 +301,14 @@ def ways(
         kept = np.asarray((off <= SLIDING * r) & (across <= np.linalg.norm(along, axis=1)), dtype=np.bool_)
         points[live[kept], i], gaps[live[kept], i] = here[kept], gap[kept]
         going = np.asarray(kept & ~open_twice, dtype=np.bool_)
-        live, gone, along, slid = live[going], gone[going], along[going], off[going] > AIMED * r
+        live = np.asarray(live[going], dtype=np.intp)
+        gone, along, slid = gone[going], along[going], np.asarray(off[going] > AIMED * r, dtype=np.bool_)
         if i + 1 == len(steps) or not len(live):
             break
         rows[live[slid], -1] = np.conj(_unit(along[slid]))  # 2
         ahead = x[live] + (steps[i + 1] / r) * gone
         if i:
-            smooth = live[~slid]
+            smooth = np.asarray(live[~slid], dtype=np.intp)
             bent = _extrapolated(gone[~slid], points[smooth, i - 1] - x[smooth], steps[: i + 2])
             ahead[~slid] = x[smooth] + bent
     return Ways(steps, points, gaps, exact)
@@ -445,7 +446,8 @@ def _first_points(equations: Equations, x: Numbers, found: Ways, null: Numbers, 
 
     And whether any did.
     """
-    points, ends = found.points[:, 0].copy(), found.points[:, -1]
+    points: Numbers = found.points[:, 0].copy()
+    ends: Numbers = found.points[:, -1]
     reached = np.flatnonzero(np.isfinite(ends).all(axis=1))
     along = _unit((ends[reached] - x) @ np.conj(null).T @ null)
     turned = np.linalg.norm(along - _unit(points[reached] - x), axis=1) > AIMED
