@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, as_batch, frozen, single
+from mafsil.arrays import Floats, as_batch, frozen, real_array, single
 from mafsil.errors import ModelError
 from mafsil.geometry import pose, rotation
 from mafsil.mobility.joint_kind import Kind
@@ -115,7 +115,7 @@ def point_position(linkage: Linkage, body: str, point: ArrayLike, theta: ArrayLi
     Args:
         linkage: as drawn.
         body: its name.
-        point: (3,) place in the drawing [m].
+        point: (3,) place in the drawing, of a planar linkage (2,) too [m].
         theta: (*batch, F) coordinates [rad | m].
 
     Raises:
@@ -124,7 +124,10 @@ def point_position(linkage: Linkage, body: str, point: ArrayLike, theta: ArrayLi
     if body not in linkage.bodies:
         raise ModelError("mobility.no_output", output=body, known=", ".join(linkage.bodies))
     T = body_poses(linkage, theta)[..., linkage.bodies.index(body), :, :]
-    return np.asarray(pose.act(T, single("point", point, (3,))))
+    place = real_array("point", point)
+    if linkage.planar and place.shape == (2,):
+        place = np.append(place, 0.0)
+    return np.asarray(pose.act(T, single("point", place, (3,))))
 
 
 @dataclass(frozen=True, eq=False)

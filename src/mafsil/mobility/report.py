@@ -124,14 +124,21 @@ class Mobility(SingleAnswer):
                 right = self.count.mobility == self.finite.mobility
                 return MobilityStatus.MOVES if right else MobilityStatus.MOVES_DEPENDENT
 
-    def explain(self, language: str | None = None) -> str:
-        """Verdict, count with terms and warnings, rank, finite mobility, causes, idle freedoms, actuators."""
-        verdict = self.status.sentence(
+    def verdict(self, language: str | None = None) -> str:
+        """What it can do, in one sentence."""
+        return self.status.sentence(
             language, name=spoken_name(self.linkage.name, language), mobility=self.mobility,
             counted=self.count.mobility, instantaneous=self.instantaneous.mobility, at_most=self.finite.at_most,
             play=self.play, finite=self.finite.mobility,
         )  # fmt: skip
-        lines = [verdict, self.structure.explain(language), *self.count.explain(language).split("\n")[:1]]
+
+    def explain(self, language: str | None = None) -> str:
+        """Verdict, count with terms and warnings, rank, finite mobility, causes, idle freedoms, actuators."""
+        lines = [
+            self.verdict(language),
+            self.structure.explain(language),
+            *self.count.explain(language).split("\n")[:1],
+        ]
         lines += [
             say(f"mobility.{key}", language=language, m=self.count.group_dimension) for key in self.count.warnings
         ]

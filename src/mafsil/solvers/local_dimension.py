@@ -383,7 +383,7 @@ def _newton(
         after = np.linalg.norm(F_ahead, axis=1)
         better, tried = after < cost[live], longer > 1.0
         stalled = (after > STALLED * cost[live]) & (damping[live, 0, 0] <= damped[1])
-        ends = np.where(better, stalled, ~tried & (damping[live, 0, 0] > 1.0))
+        ends = np.asarray(np.where(better, stalled, ~tried & (damping[live, 0, 0] > 1.0)), dtype=np.bool_)
         taken = live[better]
         x[taken] = ahead[better]
         F[taken], J[taken], cost[taken] = F_ahead[better], _within(J_ahead[better], planes[taken]), after[better]
