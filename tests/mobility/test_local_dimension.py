@@ -6,7 +6,8 @@ import pytest
 import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.mobility import FiniteStatus, Linkage, finite_mobility, joint, library, trace
-from mafsil.solvers.local_dimension import FINEST, local_set, multiplicity
+from mafsil.solvers.local_dimension import local_set, multiplicity
+from mafsil.solvers.null_ways import FINEST
 from tests.mobility.known_dimensions import MOVING, SHAKY, Part, hung, linkage
 from tests.reliability.shaky_parts import work
 

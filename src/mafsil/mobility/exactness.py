@@ -17,7 +17,7 @@ from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.loop_closure import configuration, loop_equations, misfit, units
 from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tolerances import RANK
-from mafsil.solvers.local_dimension import STEPS, solved_in_planes
+from mafsil.solvers.null_ways import STEPS, solved_in_planes
 
 NEARLY = 2e-3
 """Singular values up to this share of the largest are tried: a play of a thousandth of the size would free them."""

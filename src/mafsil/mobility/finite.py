@@ -22,7 +22,8 @@ from mafsil.mobility.redundancy import loop_groups
 from mafsil.mobility.second_order import admitted, second_order_forms
 from mafsil.mobility.tolerances import CLOSED, PATH_STEP
 from mafsil.solvers import decompositions
-from mafsil.solvers.local_dimension import ALIKE, EXACT, FINEST, LOOSE, LocalSet, local_set, solved_in_planes
+from mafsil.solvers.local_dimension import ALIKE, LOOSE, LocalSet, local_set
+from mafsil.solvers.null_ways import EXACT, FINEST, solved_in_planes
 
 DIGITS = 100.0
 """Times the largest singular value that was dropped: what the digits of a drawing leave of gaps."""

@@ -23,7 +23,7 @@ from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.three_points import SCALE, SIDES, distances, pose_by_points
 from mafsil.mobility.tolerances import CLOSED, RANK
 from mafsil.solvers import decompositions
-from mafsil.solvers.local_dimension import Equations
+from mafsil.solvers.null_ways import Equations
 
 MOST_STEPS = 60
 CONTRACTED = 0.1

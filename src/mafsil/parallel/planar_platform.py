@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Booleans, Floats, Integers
 from mafsil.mobility.planar_positions import wrapped
-from mafsil.solvers.local_dimension import FINEST, SPLIT, Equations, multiplicity, solved_in_planes
+from mafsil.solvers.local_dimension import SPLIT, multiplicity
+from mafsil.solvers.null_ways import FINEST, Equations, solved_in_planes
 
 DEGREE = 3
 SAMPLES = 8
