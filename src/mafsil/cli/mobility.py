@@ -21,13 +21,13 @@ from mafsil.mobility import (
     mobility,
     mobility_with_locked_joints,
 )
-from mafsil.mobility.spoken_name import spoken_name
 
 
 def mobility_of(
     mechanism: str,
     q: Sequence[str] | None,
     rule: str | None,
+    play: float | None,
     locked_joints: Sequence[str] | None,
     actuated: Sequence[str] | None,
     subsets: str | int | None,
@@ -40,6 +40,7 @@ def mobility_of(
         mechanism: TOML with bodies and joints, or name or file of a robot.
         q: coordinates at which a robot is drawn; all coordinates of a linkage.
         rule: planar, spherical or spatial.
+        play: length to which parts are exact [m].
         locked_joints, actuated: names of joints.
         subsets: lock every choice of so many joints and show what is left.
         surfaces: look for the surfaces of configurations, of a mobility of 2.
@@ -56,7 +57,7 @@ def mobility_of(
         linkage = linkage.with_actuators(*actuated)
     if locked_joints:
         linkage = locked(linkage, locked_joints)
-    found = mobility(linkage, rule=rule)
+    found = mobility(linkage, rule=rule, play=play or 0.0)
     data, lines = found.to_dict(), found.explain().split("\n")
     if actuated is None and len(linkage.closing) and str(mechanism).lower().endswith((".sdf", ".world")):
         lines.append(say("cli.mobility_driven_unknown"))
@@ -83,10 +84,7 @@ def mobility_of(
     if picture is not None:
         data["picture"] = picture
         lines.append(say("cli.picture_written", path=picture))
-    return Answer(data, tuple(lines), None if found else found.status.sentence(
-        name=spoken_name(linkage.name), mobility=found.mobility, counted=found.count.mobility,
-        instantaneous=found.instantaneous.mobility,
-    ))  # fmt: skip
+    return Answer(data, tuple(lines), None if found else found.verdict())
 
 
 def _count(value: str | int) -> int:

@@ -294,6 +294,7 @@ OPERATIONS: tuple[Operation, ...] = (
             Parameter("mechanism", "path", positional=True, required=True, reads=True),
             Parameter("q", "angle", many=True, metavar="Q"),
             Parameter("rule", "text", choices=("planar", "spherical", "spatial")),
+            Parameter("play", "number", metavar="M"),
             Parameter("locked_joints", "text", many=True, metavar="JOINT"),
             Parameter("actuated", "text", many=True, metavar="JOINT"),
             Parameter("subsets", "count"),

@@ -12,6 +12,7 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats, positive, whole
 from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table
+from mafsil.mobility.finite import all_are_real
 from mafsil.mobility.instantaneous import instantaneous
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.loop_closure import body_poses, closed_near, units
@@ -115,7 +116,7 @@ def configuration_curves(
         on = [k for k, curve in enumerate(curves) if _lies_on(linkage, theta, curve, longest)]
         if on:
             hits[on[0]] += 1
-        elif instantaneous(linkage, theta).mobility != 1:
+        elif instantaneous(linkage, theta).mobility != 1 or not all_are_real(linkage, theta, 1):
             others += 1
         else:
             curves.append(trace(linkage, theta, step=longest, steps=steps))

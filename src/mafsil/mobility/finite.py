@@ -3,25 +3,32 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Booleans, Floats, whole
-from mafsil.mobility.instantaneous import InstantaneousMobility, at_state, instantaneous, null_space
+from mafsil.arrays import Floats, whole
+from mafsil.errors import InputError
+from mafsil.messages import say
+from mafsil.mobility.blocks import Block, blocks
+from mafsil.mobility.instantaneous import InstantaneousMobility, at_state, instantaneous
 from mafsil.mobility.linkage import Linkage
-from mafsil.mobility.loop_closure import closed_beside, configuration, loop_state, reduced_screws, units
-from mafsil.mobility.many import by_singular_values
+from mafsil.mobility.loop_closure import configuration, loop_equations, loop_state, reduced_screws, units
 from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.redundancy import loop_groups
 from mafsil.mobility.second_order import admitted, second_order_forms
-from mafsil.mobility.tolerances import NEAR, PATH_STEP
+from mafsil.mobility.tolerances import CLOSED, PATH_STEP
+from mafsil.solvers import decompositions
+from mafsil.solvers.local_dimension import ALIKE, LOOSE, LocalSet, local_set
+from mafsil.solvers.null_ways import EXACT, FINEST, solved_in_planes
 
-MOST_DIRECTIONS = 48
-SAME_BRANCH = 0.02
-"""Tangents [radians between them] nearer than this belong to one branch: steps of PATH_STEP bend less."""
+DIGITS = 100.0
+"""Times the largest singular value that was dropped: what the digits of a drawing leave of gaps."""
+PLENTY = 8
+"""Directions for each first-order motion where second order lets all of them continue."""
 
 
 class FiniteStatus(Status):
@@ -34,6 +41,7 @@ class FiniteStatus(Status):
     RIGID = ("mobility.finite_rigid", False)
     RIGID_SECOND_ORDER = ("mobility.finite_rigid_second", False)
     NOT_FOUND = ("mobility.finite_not_found", False)
+    IN_DOUBT = ("mobility.finite_in_doubt", False)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -51,6 +59,9 @@ class FiniteMobility(SingleAnswer):
         dimensions: those of the sets that were found, largest first.
         tangents: (k, F) directions along which motions were found, rates over `units`.
         theta: (k, F) configurations a small step along them [rad | m].
+        at_most: above `mobility` where it is in doubt.
+        order: with which loops open along first-order motions that do not continue; NaN if all do.
+        gap: that left the doubt, of a loop over its own size.
     """
 
     status: FiniteStatus
@@ -61,19 +72,29 @@ class FiniteMobility(SingleAnswer):
     dimensions: tuple[int, ...]
     tangents: Floats
     theta: Floats
+    at_most: int
+    order: float
+    gap: float
+
+    def __bool__(self) -> bool:
+        return self.mobility > 0
 
     def explain(self, language: str | None = None) -> str:
-        """The finding in one sentence."""
-        return self.status.sentence(
+        """The finding in a sentence, and how loops open along motions that do not continue."""
+        found = self.status.sentence(
             language, mobility=self.mobility, instantaneous=self.instantaneous, branches=self.branches,
             looked=len(self.tangents), dimensions=", ".join(map(str, self.dimensions)) or "0",
+            at_most=self.at_most, gap=self.gap,
         )  # fmt: skip
+        opens = self.status in (FiniteStatus.SHAKY, FiniteStatus.NOT_FOUND) and bool(np.isfinite(self.order))
+        return found + say("mobility.opens", language=language, order=self.order) if opens else found
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
         return {
             "status": self.status.name.lower(), "mobility": self.mobility, "instantaneous": self.instantaneous,
             "proven": self.proven, "branches": self.branches, "dimensions": list(self.dimensions),
+            "at_most": self.at_most, "order": self.order,
         }  # fmt: skip
 
 
@@ -81,13 +102,14 @@ class FiniteMobility(SingleAnswer):
 def finite_mobility(linkage: Linkage, theta: ArrayLike | None = None, *, seed: int = 0) -> FiniteMobility:
     """How many independent motions a linkage really has around a configuration.
 
+    Each block of loops that hang together, as large as it may be, is judged alone:
+
     1. No first-order motion: rigid, proven.
     2. Each loop stays in the group that its joints generate; if the rank is the sum of the dimensions of these groups
        and the number of couplings, the configurations are smooth around this one and their dimension is the number of
        first-order motions: proven.
     3. Forms of second order: if a combination is definite, this configuration is isolated: proven.
-    4. Else steps along the motions that second order admits, closed again by Newton's method; those whose correction is
-       small against the step are motions, and the rank there gives the dimension, tried by steps along all of it.
+    4. Else ways along the motions that second order admits: `solvers.local_dimension` decides by how gaps grow.
 
     Args:
         linkage: as drawn.
@@ -98,90 +120,117 @@ def finite_mobility(linkage: Linkage, theta: ArrayLike | None = None, *, seed: i
     """
     linkage.require_all_joints()
     value = configuration(linkage, theta)
+    apart, free = blocks(linkage)
+    found = [_of_block(each.linkage, value[each.columns], seed) for each in apart]
+    if len(found) == 1 and not len(free):
+        return found[0]
+    return _together(linkage, value, list(zip(apart, found, strict=True)), free)
+
+
+def all_are_real(linkage: Linkage, theta: Floats, count: int) -> bool:
+    """Whether all first-order motions at a configuration (F,) are real; of linkages without angles of balls unasked."""
+    return bool(linkage.pairs or linkage.by_points) or finite_mobility(linkage, theta).mobility == count
+
+
+def require_motions(linkage: Linkage, theta: Floats, count: int) -> None:
+    """Refuse a start (F,) of as many first-order motions of which not all are real.
+
+    Raises:
+        InputError: the sentence says so.
+    """
+    if not all_are_real(linkage, theta, count):
+        raise InputError("mobility.shaky_start", count=count)
+
+
+def _of_block(linkage: Linkage, value: Floats, seed: int) -> FiniteMobility:
+    """The same of one block."""
     state = loop_state(linkage, value)
     here = at_state(linkage, value, state, np.ones(linkage.coordinates))
-    d, none = here.mobility, np.zeros((0, linkage.coordinates))
+    d = here.mobility
     if not d:  # 1
-        return FiniteMobility(FiniteStatus.RIGID, 0, 0, True, 0, (), none, none)
+        return _isolated(FiniteStatus.RIGID, linkage, 0)
     asked = sum(g.dimension for _, g in loop_groups(linkage, reduced_screws(linkage, state.screws)))
     if here.rank == asked + len(linkage.couplings):  # 2
         tangents = here.rates.T
-        return FiniteMobility(
-            FiniteStatus.REGULAR, d, d, True, 0, (d,), tangents, value + PATH_STEP * tangents * units(linkage)
-        )
+        ends = value + PATH_STEP * tangents * units(linkage)
+        return FiniteMobility(FiniteStatus.REGULAR, d, d, True, 0, (d,), tangents, ends, d, np.nan, 0.0)
     second = second_order_forms(linkage, state, here.rates)  # 3
     if second.definite is not None:
-        return FiniteMobility(FiniteStatus.RIGID_SECOND_ORDER, 0, d, True, 0, (), none, none)
-    directions = admitted(second.forms, d, seed)[:MOST_DIRECTIONS] @ here.rates.T  # 4
-    points, tangents = _steps(linkage, value, state.matrix, directions)
-    if not len(points):
-        return FiniteMobility(FiniteStatus.NOT_FOUND, 0, d, False, 0, (), none, none)
-    found = tuple(sorted(set(_dimensions(linkage, points)), reverse=True))
-    branches = _lines(tangents) if found == (1,) else 0
-    largest = found[0]
-    if largest == d and len(found) == 1 and branches <= 1:
-        status = FiniteStatus.SMOOTH
-    elif branches > 1 or len(found) > 1 or (len(second.forms) and _bends(tangents, largest)):
-        status = FiniteStatus.BRANCH_POINT
-    else:
-        status = FiniteStatus.SHAKY
-    return FiniteMobility(status, largest, d, False, branches, found, tangents, points)
+        return _isolated(FiniteStatus.RIGID_SECOND_ORDER, linkage, d)
+    u = value / units(linkage)  # 4
+    tried = admitted(second.forms, d, seed)[: None if len(second.forms) else PLENTY * d]
+    exact = float(np.clip(DIGITS * here.dropped, FINEST, EXACT))
+    found = local_set(loop_equations(linkage), u, tried @ here.rates.T, exact, seed)
+    branches = found.lines if found.dimensions == (1,) else 0
+    status = _status(found, d, branches, bool(len(second.forms)))
+    return FiniteMobility(
+        status, found.dimension, d, False, branches, found.dimensions, found.tangents, found.points * units(linkage),
+        max(found.dimension, found.at_most), found.order, found.gap,
+    )  # fmt: skip
 
 
-def _steps(linkage: Linkage, theta: Floats, matrix: Floats, directions: Floats) -> tuple[Floats, Floats]:
-    """Configurations (k, F) a small step along directions, and the tangents that were really gone."""
-    if not len(directions):
-        return np.zeros((0, len(theta))), np.zeros((0, len(theta)))
-    end, gone, good = _gone(linkage, theta[None], matrix[None], directions[None], PATH_STEP)
-    length = np.linalg.norm(gone, axis=-1, keepdims=True)
-    return end[good], (gone / np.maximum(length, 1e-300))[good]
+def _isolated(status: FiniteStatus, linkage: Linkage, d: int) -> FiniteMobility:
+    none = np.zeros((0, linkage.coordinates))
+    return FiniteMobility(status, 0, d, True, 0, (), none, none, 0, 2.0 if d else np.nan, 0.0)
 
 
-def _dimensions(linkage: Linkage, points: Floats) -> list[int]:
-    """Dimension at points (k, F) of general position: the rank, cut down to directions along which steps close."""
-    A = loop_state(linkage, points).matrix
-    bases = [null_space(each)[1].T for each in A]
-    found = [0] * len(points)
-    for d in sorted({len(rates) for rates in bases} - {0}):
-        alike = [k for k, rates in enumerate(bases) if len(rates) == d]
-        good = _gone(linkage, points[alike], A[alike], np.stack([bases[k] for k in alike]), PATH_STEP / 16)[2]
-        for k, count in zip(alike, good.sum(axis=1).tolist(), strict=True):
-            found[k] = count
-    return found
+def _status(found: LocalSet, d: int, branches: int, bends: bool) -> FiniteStatus:
+    """What was found of d first-order motions; `bends` if second order does not let all of them continue."""
+    if found.at_most > found.dimension:
+        return FiniteStatus.IN_DOUBT
+    if not found.dimension:
+        return FiniteStatus.NOT_FOUND
+    if branches > 1 or len(found.dimensions) > 1 or (bends and _span(found.tangents) > found.dimension):
+        return FiniteStatus.BRANCH_POINT
+    return FiniteStatus.SMOOTH if found.dimension == d else FiniteStatus.SHAKY
 
 
-def _gone(
-    linkage: Linkage, theta: Floats, matrix: Floats, directions: Floats, step: float
-) -> tuple[Floats, Floats, Booleans]:
-    """Where steps end, closed again (p, k, F), how far that is over `units`, and which went along their direction.
-
-    Args:
-        linkage: as drawn.
-        theta: (p, F) configurations.
-        matrix: (p, 6 L + K, F) of their loops.
-        directions: (p, k, F) unit rates.
-        step: length.
-    """
-    scale = units(linkage)
-    closed = closed_beside(linkage, matrix, theta[:, None] + step * directions * scale)
-    gone = (closed.theta - theta[:, None]) / scale
-    correction = np.linalg.norm(gone - step * directions, axis=-1)
-    return closed.theta, gone, np.asarray(closed.closed & (correction < NEAR * step))
-
-
-def _lines(tangents: Floats) -> int:
-    """Number of different lines among unit tangents."""
-    lines: list[Floats] = []
-    for tangent in tangents:
-        if all(abs(float(tangent @ line)) < np.cos(SAME_BRANCH) for line in lines):
-            lines.append(tangent)
-    return len(lines)
-
-
-def _bends(tangents: Floats, dimension: int) -> bool:
-    """Whether the tangents span more than one set of that dimension has: several sets meet."""
+def _span(tangents: Floats) -> int:
+    """Dimension of what tangents span: more than that of a set, and several sets meet."""
     s = np.linalg.svd(tangents, compute_uv=False)
-    return int((s > SAME_BRANCH * s[0]).sum()) > dimension
+    return int((s > ALIKE * s[0]).sum())
+
+
+def _together(
+    linkage: Linkage, value: Floats, found: list[tuple[Block, FiniteMobility]], free: NDArray[np.intp]
+) -> FiniteMobility:
+    """Of all blocks and the free coordinates: their configurations are the product of those of each."""
+    parts, F = [each for _, each in found], linkage.coordinates
+    spun = np.eye(F)[free]
+    tangents, ends = [spun], [value + PATH_STEP * spun * units(linkage)]
+    for block, each in found:
+        rates, places = np.zeros((len(each.tangents), F)), np.tile(value, (len(each.theta), 1))
+        rates[:, block.columns] = each.tangents * units(block.linkage) / units(linkage)[block.columns]
+        places[:, block.columns] = each.theta
+        tangents.append(rates / np.linalg.norm(rates, axis=1, keepdims=True))
+        ends.append(places)
+    mobility, instantaneous, at_most = (
+        len(free) + sum(counts)
+        for counts in (
+            [each.mobility for each in parts],
+            [each.instantaneous for each in parts],
+            [each.at_most for each in parts],
+        )
+    )
+    choices = product(*(p.dimensions or (0,) for p in parts))
+    dimensions = tuple(sorted({len(free) + sum(each) for each in choices} - {0}, reverse=True))
+    branches = max((p.branches for p in parts), default=0) if dimensions == (1,) else 0
+    orders = [p.order for p in parts if np.isfinite(p.order)]
+    return FiniteMobility(
+        _status_together({p.status for p in parts}, mobility, instantaneous), mobility, instantaneous,
+        all(p.proven for p in parts), branches, dimensions, np.concatenate(tangents), np.concatenate(ends), at_most,
+        max(orders, default=np.nan), max((p.gap for p in parts), default=0.0),
+    )  # fmt: skip
+
+
+def _status_together(statuses: set[FiniteStatus], mobility: int, instantaneous: int) -> FiniteStatus:
+    for decisive in (FiniteStatus.IN_DOUBT, FiniteStatus.BRANCH_POINT):
+        if decisive in statuses:
+            return decisive
+    if mobility and mobility < instantaneous:
+        return FiniteStatus.SHAKY
+    order = (FiniteStatus.NOT_FOUND, FiniteStatus.RIGID_SECOND_ORDER, FiniteStatus.SMOOTH)
+    return next((each for each in order if each in statuses), FiniteStatus.REGULAR if mobility else FiniteStatus.RIGID)
 
 
 @on_linkage
@@ -216,8 +265,10 @@ def mobility_around(
         return here
     along = np.random.default_rng(seed).normal(size=(count, here.mobility)) @ here.rates.T
     along = along / np.linalg.norm(along, axis=1, keepdims=True)
-    closed = closed_beside(linkage, state.matrix[None], (value + step * along * units(linkage))[None])
-    around = closed.theta[closed.closed]
-    if not len(around):
+    starts, scale = value / units(linkage) + step * along, units(linkage)
+    around, gap = solved_in_planes(loop_equations(linkage), starts, np.zeros((count, 0, len(scale))), step)
+    closed = around[gap <= CLOSED] * scale
+    if not len(closed):
         return None
-    return instantaneous(linkage, around[int(by_singular_values(linkage, around).argmin())])
+    ranks = decompositions.ranks(loop_state(linkage, closed).matrix, LOOSE)
+    return instantaneous(linkage, closed[int(ranks.argmax())], share=LOOSE)

@@ -119,30 +119,33 @@ class InstantaneousMobility(SingleAnswer):
 
 @on_linkage
 def instantaneous(
-    linkage: Linkage, theta: ArrayLike | None = None, *, locked: Iterable[str] = ()
+    linkage: Linkage, theta: ArrayLike | None = None, *, locked: Iterable[str] = (), share: float = RANK
 ) -> InstantaneousMobility:
     """Mobility by rank: rates of the joints that all loops allow to first order.
 
     1. Loop matrix A: each independent loop asks that the twists along it sum to zero.
-    2. Singular values; those below 1e-9 of the largest count as zero.
+    2. Singular values; those below a share of the largest count as zero.
     3. The null space of A holds the possible rates; the walk to the output body gives its twists.
 
     Args:
         linkage: as drawn.
         theta: (F,) coordinates that close all loops [rad | m]; as drawn if None.
         locked: names of joints that do not move.
+        share: of the largest singular value: 1e-9 is what nine digits of a drawing leave.
     """
     value = configuration(linkage, theta)
     state = loop_state(linkage, value)
     moving = np.ones(linkage.coordinates)
     moving[linkage.columns_of(locked)] = 0.0
-    return at_state(linkage, value, state, moving)
+    return at_state(linkage, value, state, moving, share)
 
 
-def at_state(linkage: Linkage, theta: Floats, state: LoopState, moving: Floats) -> InstantaneousMobility:
+def at_state(
+    linkage: Linkage, theta: Floats, state: LoopState, moving: Floats, share: float = RANK
+) -> InstantaneousMobility:
     """The same, of a state that is known; `moving` (F,) is 0 for locked coordinates."""
     free = np.flatnonzero(moving)
-    rank, basis, kept, dropped = null_space(state.matrix[:, free])
+    rank, basis, kept, dropped = null_space(state.matrix[:, free], share)
     rates = np.zeros((linkage.coordinates, basis.shape[1]))
     rates[free] = basis
     screws = reduced_screws(linkage, state.screws)
@@ -150,14 +153,14 @@ def at_state(linkage: Linkage, theta: Floats, state: LoopState, moving: Floats) 
     return InstantaneousMobility(linkage, theta, rank, len(state.matrix), rates, (screws * path) @ rates, kept, dropped)
 
 
-def null_space(A: Floats) -> tuple[int, Floats, float, float]:
+def null_space(A: Floats, share: float = RANK) -> tuple[int, Floats, float, float]:
     """Rank, orthonormal null space (n, d), smallest kept and largest dropped singular value over the largest."""
     m, n = A.shape
     if not m or not n:
         return 0, np.eye(n), 1.0, 0.0
     s = np.asarray(np.linalg.svd(A, compute_uv=False))
     largest = max(float(s[0]), 1e-300)
-    rank = int((s > RANK * largest).sum()) if s[0] > 0 else 0
+    rank = int((s > share * largest).sum()) if s[0] > 0 else 0
     dropped = float(s[rank] / largest) if rank < len(s) else 0.0
     return rank, null_basis(A, rank), float(s[rank - 1] / largest) if rank else 1.0, dropped
 

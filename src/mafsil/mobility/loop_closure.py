@@ -14,18 +14,22 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats, as_batch, frozen, single
+from mafsil.arrays import Floats, as_batch, frozen, real_array, single
 from mafsil.errors import ModelError
 from mafsil.geometry import pose, rotation
+from mafsil.mobility.joint_kind import Kind
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.three_points import SCALE, SIDES, distances, pose_by_points
 from mafsil.mobility.tolerances import CLOSED, RANK
 from mafsil.solvers import decompositions
+from mafsil.solvers.null_ways import Equations
 
 MOST_STEPS = 60
 CONTRACTED = 0.1
 """Share of the gap that a step with slopes of before may leave; where it leaves more, they are taken anew."""
+SMALLEST_LOOP = 1e-6
+"""Share of the size of the linkage below which the joints of a loop stand in one point."""
 LONGEST_STEP = 0.5
 """Of coordinates [rad, sizes] in one Newton step."""
 
@@ -111,7 +115,7 @@ def point_position(linkage: Linkage, body: str, point: ArrayLike, theta: ArrayLi
     Args:
         linkage: as drawn.
         body: its name.
-        point: (3,) place in the drawing [m].
+        point: (3,) place in the drawing, of a planar linkage (2,) too [m].
         theta: (*batch, F) coordinates [rad | m].
 
     Raises:
@@ -120,7 +124,10 @@ def point_position(linkage: Linkage, body: str, point: ArrayLike, theta: ArrayLi
     if body not in linkage.bodies:
         raise ModelError("mobility.no_output", output=body, known=", ".join(linkage.bodies))
     T = body_poses(linkage, theta)[..., linkage.bodies.index(body), :, :]
-    return np.asarray(pose.act(T, single("point", point, (3,))))
+    place = real_array("point", point)
+    if linkage.planar and place.shape == (2,):
+        place = np.append(place, 0.0)
+    return np.asarray(pose.act(T, single("point", place, (3,))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -251,6 +258,48 @@ def largest_gap(linkage: Linkage, theta: ArrayLike | None = None) -> Floats:
     return gap.max(axis=-1, initial=0.0)
 
 
+def loop_equations(linkage: Linkage) -> Equations:
+    """Gaps and their rates at coordinates over `units` (k, F), each loop over its own size, for `solvers`."""
+    own, scale = _over_own_sizes(linkage)[0], units(linkage)
+    loops, rows = len(own), 6 * len(own)
+
+    def equations(u: Floats) -> tuple[Floats, Floats]:
+        state = loop_state(linkage, u * scale)
+        gap, matrix = state.gap.copy(), state.matrix.copy()
+        for part in (gap[..., None], matrix):
+            block = part[:, :rows].reshape(len(u), loops, 6, part.shape[2])
+            part[:, :rows] = (own @ block).reshape(len(u), rows, part.shape[2])
+        return gap, matrix
+
+    return equations
+
+
+def misfit(linkage: Linkage, theta: Floats) -> Floats:
+    """(k,) largest gap of a loop at its own joints, angles times its size [m], at coordinates (k, F)."""
+    own, sizes = _over_own_sizes(linkage)
+    gap = loop_state(linkage, theta).gap[:, : 6 * len(own)].reshape(len(theta), len(own), 6, 1)
+    return (np.abs(own @ gap)[..., 0].max(axis=-1) * sizes).max(axis=1, initial=0.0)
+
+
+@lru_cache(maxsize=64)
+def _over_own_sizes(linkage: Linkage) -> tuple[Floats, Floats]:
+    """(L, 6, 6) from twists over the size of the linkage to twists about the middle of each loop over its own size.
+
+    And these sizes (L,) [m].
+    """
+    found, sizes = np.tile(np.eye(6), (linkage.loops, 1, 1)), np.full(linkage.loops, linkage.size)
+    for k, cycle in enumerate(linkage.cycles):
+        inside = [linkage.joints[j] for j in np.flatnonzero(cycle) if linkage.joints[j].kind is not Kind.PRISMATIC]
+        if not inside:
+            continue
+        places = np.array([each.point for each in inside])
+        size = float(np.ptp(places, axis=0).max()) / 2
+        sizes[k] = size if size > SMALLEST_LOOP * linkage.size else linkage.size
+        found[k, 3:, :3] = -rotation.hat((places.mean(axis=0) - linkage.middle) / linkage.size)
+        found[k, 3:] *= linkage.size / sizes[k]
+    return frozen(found), frozen(sizes)
+
+
 class ClosureStatus(Status):
     """Whether coordinates that close all loops were found."""
 
@@ -302,20 +351,6 @@ def closed_near(
     moving[linkage.columns_of(fixed)] = 0.0
     found, gap = _newton(linkage, start.reshape(-1, linkage.coordinates).copy(), moving, steps)
     return _closure(found.reshape(start.shape), gap.reshape(start.shape[:-1]))
-
-
-def closed_beside(linkage: Linkage, matrix: Floats, starts: Floats) -> Closure:
-    """As `closed_near`, of starts beside configurations whose loop matrix is known: its inverse serves them all.
-
-    Args:
-        linkage: as drawn.
-        matrix: (p, 6 L + K, F) loop matrices.
-        starts: (p, k, F) coordinates, k beside each of the p configurations [rad | m].
-    """
-    p, k, F = starts.shape
-    back = np.repeat(decompositions.damped_inverse(matrix, RANK), k, axis=0)
-    found, gap = _newton(linkage, starts.reshape(-1, F).copy(), np.ones(linkage.coordinates), MOST_STEPS, back)
-    return _closure(found.reshape(p, k, F), gap.reshape(p, k))
 
 
 def _closure(theta: Floats, gap: Floats) -> Closure:

@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats
+from mafsil.arrays import Floats, not_negative
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.mobility.actuation import Actuation, ActuationStatus, actuation
 from mafsil.mobility.assembly_existence import assembled
+from mafsil.mobility.exactness import Exactness, exactness
 from mafsil.mobility.finite import FiniteMobility, FiniteStatus, finite_mobility, mobility_around
 from mafsil.mobility.gruebler import GrueblerCount, gruebler
 from mafsil.mobility.instantaneous import IdleFreedom, InstantaneousMobility, instantaneous
@@ -39,6 +40,8 @@ class MobilityStatus(Status):
     ONLY_INSTANTANEOUS = ("mobility.only_instantaneous", False)
     RIGID = ("mobility.is_rigid", False)
     NO_MOTION_FOUND = ("mobility.no_motion_found", False)
+    IN_DOUBT = ("mobility.in_doubt", False)
+    MOVES_WITH_PLAY = ("mobility.moves_with_play", True)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -54,6 +57,8 @@ class Mobility(SingleAnswer):
         around: mobility by rank at a configuration around; None if none was found.
         redundancy: dependent constraints and their causes.
         actuation: of the driven joints.
+        play: how exact the parts are [m]: zero, as drawn.
+        exactness: further motions, with the play that each needs.
     """
 
     linkage: Linkage
@@ -64,11 +69,20 @@ class Mobility(SingleAnswer):
     around: InstantaneousMobility | None
     redundancy: Redundancy
     actuation: Actuation
+    play: float
+    exactness: tuple[Exactness, ...]
 
     @property
     def mobility(self) -> int:
-        """Dimension of the set of configurations through this one, as far as it was found."""
-        return self.finite.mobility
+        """Dimension of the set of configurations through this one, as far as it was found; with what the play frees."""
+        return self.finite.mobility + self._freed
+
+    @property
+    def _freed(self) -> int:
+        return sum(each.length <= self.play for each in self.exactness)
+
+    def __bool__(self) -> bool:
+        return self.mobility > 0
 
     @property
     def generic(self) -> int | None:
@@ -91,7 +105,11 @@ class Mobility(SingleAnswer):
     @property
     def status(self) -> MobilityStatus:
         """By finite mobility, and by the reason why the count differs."""
+        if self._freed:
+            return MobilityStatus.MOVES_WITH_PLAY
         match self.finite.status:
+            case FiniteStatus.IN_DOUBT:
+                return MobilityStatus.IN_DOUBT
             case FiniteStatus.RIGID:
                 return MobilityStatus.RIGID
             case FiniteStatus.RIGID_SECOND_ORDER:
@@ -106,13 +124,21 @@ class Mobility(SingleAnswer):
                 right = self.count.mobility == self.finite.mobility
                 return MobilityStatus.MOVES if right else MobilityStatus.MOVES_DEPENDENT
 
+    def verdict(self, language: str | None = None) -> str:
+        """What it can do, in one sentence."""
+        return self.status.sentence(
+            language, name=spoken_name(self.linkage.name, language), mobility=self.mobility,
+            counted=self.count.mobility, instantaneous=self.instantaneous.mobility, at_most=self.finite.at_most,
+            play=self.play, finite=self.finite.mobility,
+        )  # fmt: skip
+
     def explain(self, language: str | None = None) -> str:
         """Verdict, count with terms and warnings, rank, finite mobility, causes, idle freedoms, actuators."""
-        verdict = self.status.sentence(
-            language, name=spoken_name(self.linkage.name, language), mobility=self.mobility,
-            counted=self.count.mobility, instantaneous=self.instantaneous.mobility,
-        )  # fmt: skip
-        lines = [verdict, self.structure.explain(language), *self.count.explain(language).split("\n")[:1]]
+        lines = [
+            self.verdict(language),
+            self.structure.explain(language),
+            *self.count.explain(language).split("\n")[:1],
+        ]
         lines += [
             say(f"mobility.{key}", language=language, m=self.count.group_dimension) for key in self.count.warnings
         ]
@@ -122,6 +148,9 @@ class Mobility(SingleAnswer):
             details = {"count": self.nearly, "share": self.instantaneous.kept}
             lines.append(say("mobility.nearly", language=language, **details, mobility=here + self.nearly))
         lines.append(self.finite.explain(language))
+        if wanted := [each for each in self.exactness if each.length > self.play]:
+            details = {"length": wanted[0].length, "mobility": self.mobility + 1, "joints": ", ".join(wanted[0].joints)}
+            lines.append(say("mobility.exactness", language=language, **details))
         if self.generic is not None and self.generic != self.instantaneous.mobility:
             lines.append(
                 say("mobility.generic", language=language, generic=self.generic, here=self.instantaneous.mobility)
@@ -144,22 +173,27 @@ class Mobility(SingleAnswer):
             "structure": self.structure.to_dict(), "count": self.count.to_dict(),
             "instantaneous": self.instantaneous.to_dict(), "finite": self.finite.to_dict(), "generic": self.generic,
             "redundancy": self.redundancy.to_dict(), "actuation": self.actuation.to_dict(),
-            "nearly": self.nearly,
+            "nearly": self.nearly, "play": self.play,
+            "exactness": [{"joints": list(each.joints), "length": each.length} for each in self.exactness],
             "dead_points": [{"joints": list(one.joints), "count": one.count} for one in self.dead_points],
         }  # fmt: skip
 
 
-def mobility(source: LinkageLike, q: ArrayLike | None = None, *, rule: str | None = None, seed: int = 0) -> Mobility:
+def mobility(
+    source: LinkageLike, q: ArrayLike | None = None, *, rule: str | None = None, play: float = 0.0, seed: int = 0
+) -> Mobility:
     """How a mechanism can move: counted, by rank at a configuration, finite; with the reasons where they differ.
 
     Args:
         source: a Linkage, a Mechanism, a Robot, a library name, a file of a robot or of bodies and joints.
         q: coordinates [rad | m]: of a mechanism those of its tree (n,), of a linkage all (F,); as drawn if None.
         rule: of the count: planar, spherical or spatial; the one that fits if None.
+        play: length to which parts are exact, or joints have clearance [m]: a motion of 0.4 rad that opens no loop
+            wider counts.
         seed: of the directions in which motions are looked for.
 
     Raises:
-        InputError: loops that gape at these coordinates.
+        InputError: a negative play; loops that gape at these coordinates.
     """
     linkage = as_linkage(source, q)
     if linkage.apart:
@@ -170,7 +204,7 @@ def mobility(source: LinkageLike, q: ArrayLike | None = None, *, rule: str | Non
     return Mobility(
         linkage, structure(linkage), gruebler(linkage, rule), instantaneous(linkage),
         finite_mobility(linkage, seed=seed), mobility_around(linkage, seed=seed), redundancy(linkage),
-        actuation(linkage),
+        actuation(linkage), not_negative("play", play), exactness(linkage),
     )  # fmt: skip
 
 

@@ -19,6 +19,7 @@ from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.mobility.balls import without_balls, without_balls_at
 from mafsil.mobility.charts import SMALLEST, Charts, Whole, differences
+from mafsil.mobility.finite import require_motions
 from mafsil.mobility.instantaneous import instantaneous
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.loop_closure import closed_near, configuration, units
@@ -168,6 +169,7 @@ def followed(linkage: Linkage, theta: Floats, largest: float, most: int) -> Surf
     mobility = instantaneous(linkage, start.theta).mobility
     if mobility != 2:
         raise InputError("mobility.surface_two", mobility=mobility)
+    require_motions(linkage, start.theta, 2)
     charts = Charts.started(linkage, start.theta, largest)
     all_covered = charts.spread(most)
     triangles, left = agreed(charts)

@@ -13,6 +13,7 @@ from mafsil.arrays import positive, whole
 from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table
 from mafsil.mobility.balls import without_balls, without_balls_at
+from mafsil.mobility.finite import all_are_real
 from mafsil.mobility.instantaneous import instantaneous
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.loop_closure import are_lengths, closed_near
@@ -116,7 +117,7 @@ def configuration_surfaces(
     hits: list[int] = []
     others = 0
     while len(left):
-        if instantaneous(linkage, left[0]).mobility != 2:
+        if instantaneous(linkage, left[0]).mobility != 2 or not all_are_real(linkage, left[0], 2):
             others, left = others + 1, left[1:]
             continue
         surfaces.append(followed(linkage, left[0], longest, most))

@@ -16,8 +16,6 @@ TYPED = 1e-9
 PATH_STEP = 1e-3
 """Steps [rad, sizes] with which the neighbourhood of a configuration is looked at: errors of their squares, 1e-6, are
 far above rounding and far below the steps."""
-NEAR = 0.2
-"""A step whose correction exceeds this share of it did not go along the tangent."""
 DEFINITE = 1e-7
 """Eigenvalues of second order forms of unit size beyond it have a sign: a hundred times what RANK leaves of them."""
 IN_SUPPORT = 1e-6

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, positive, whole
 from mafsil.errors import InputError
+from mafsil.mobility.finite import require_motions
 from mafsil.mobility.instantaneous import null_space
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.loop_closure import body_poses, closed_near, configuration, loop_matrix, units
@@ -106,13 +107,14 @@ def trace(linkage: Linkage, theta: ArrayLike | None = None, *, step: float = LON
         steps: at most.
 
     Raises:
-        InputError: the mobility by rank is not 1 at the start.
+        InputError: the mobility by rank is not 1 at the start, or the only first-order motion is none.
     """
     scale, here = units(linkage), configuration(linkage, theta)
     largest, most = positive("step", step), whole("steps", steps, 1)
     if largest > np.pi:
         raise InputError("input.range", name="step", value=step, low=0.0, high=np.pi)
     frame = _Frame.at(linkage, here, None)
+    require_motions(linkage, here, 1)
     path, tangents, branches = [here], [frame.tangent], list[Floats]()
     begin, h, status = body_poses(linkage, here), largest / 4, TraceStatus.OPEN
     for _ in range(most):

@@ -25,6 +25,8 @@ class AssemblyModesStatus(Status):
     INCOMPLETE = ("parallel.modes_incomplete", True)
     INCOMPLETE_NONE = ("parallel.modes_incomplete_none", False)
     NOT_ISOLATED = ("parallel.modes_not_isolated", False)
+    MOVABLE = ("parallel.modes_movable", True)
+    ON_SET = ("parallel.modes_on_set", False)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -38,7 +40,9 @@ class AssemblyModes(Answer):
             false.
         count: (*batch,) number of real poses that differ.
         finite: (*batch,) number of isolated poses that differ, complex ones included.
-        paths: (*batch,) the same, double ones counted twice: number of paths that ended.
+        paths: (*batch,) the same, double ones counted twice, and ends of paths on sets of poses.
+        on_set: (*batch,) number of paths that ended on sets of poses, along which the legs keep their lengths.
+        through: (*batch, 4, 4) a real pose on such a set; NaN where there is none or none was found.
         expected: number of isolated poses of this geometry with general lengths; 40 if general.
         error: largest error of a leg over all real poses [m].
         orientation: (*batch, n) sign of det G of each, zero beyond their number: from + to - a platform passes a
@@ -50,6 +54,8 @@ class AssemblyModes(Answer):
     count: Integers
     finite: Integers
     paths: Integers
+    on_set: Integers
+    through: Floats
     expected: int
     error: float
     orientation: Floats
@@ -72,11 +78,18 @@ class AssemblyModes(Answer):
         return self.nearest.distance
 
     @property
+    def movable(self) -> Booleans:
+        """(*batch,) whether a set of real poses was found: the platform moves with its legs locked."""
+        return np.asarray(np.isfinite(self.through[..., 0, 0]), dtype=np.bool_)
+
+    @property
     def status(self) -> AssemblyModesStatus:
         """Of all rows together."""
         complete, some = bool((self.paths >= self.expected).all()), bool(self.count.all())
         if not self.expected:
             return AssemblyModesStatus.NOT_ISOLATED
+        if self.on_set.any():
+            return AssemblyModesStatus.MOVABLE if self.movable.any() else AssemblyModesStatus.ON_SET
         if complete and self.count.any():
             return AssemblyModesStatus.ALL if some else AssemblyModesStatus.SOME
         if complete:
@@ -84,7 +97,7 @@ class AssemblyModes(Answer):
         return AssemblyModesStatus.INCOMPLETE if some else AssemblyModesStatus.INCOMPLETE_NONE
 
     def __bool__(self) -> bool:
-        return self.status.succeeded
+        return self.status.succeeded or (self.status is AssemblyModesStatus.ON_SET and bool(self.count.all()))
 
     def __len__(self) -> int:
         return int(self.count) if self.count.ndim == 0 else int(self.count.shape[0])
@@ -97,8 +110,8 @@ class AssemblyModes(Answer):
     def __getitem__(self, row: int) -> AssemblyModes:
         """The modes of one row of a batch."""
         return AssemblyModes(
-            self.T[row], self.count[row, ...], self.finite[row, ...], self.paths[row, ...], self.expected,
-            self.error, self.orientation[row], self.legs[row],
+            self.T[row], self.count[row, ...], self.finite[row, ...], self.paths[row, ...],
+            self.on_set[row, ...], self.through[row], self.expected, self.error, self.orientation[row], self.legs[row],
         )  # fmt: skip
 
     def __repr__(self) -> str:
@@ -119,11 +132,17 @@ class AssemblyModes(Answer):
         sentence = status.sentence(
             language, real=_span(real), finite=_span(finite), expected=self.expected, error=self.error,
             missing=int((self.expected - self.paths).max(initial=0)), rows=self.count.size,
-            reached=int((real > 0).sum()), most=int(real.max(initial=0)),
+            reached=int((real > 0).sum()), most=int(real.max(initial=0)), on_set=int(self.on_set.sum()),
+            movable=int(self.movable.sum()), place=self._place(),
         )  # fmt: skip
-        if self.count.ndim or self.count or not self.expected:
+        if self.count.ndim or self.count or not self.expected or self.on_set:
             return sentence
         return sentence + say("parallel.nearest_lengths", language=language, **self.nearest.details())
+
+    def _place(self) -> str:
+        """Where the platform stands in the first pose on a set of real ones."""
+        places = self.through[..., :3, 3].reshape(-1, 3)[self.movable.reshape(-1)]
+        return ", ".join(map(number, places[0].tolist())) if len(places) else "-"
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data; if rows have no pose, the nearest lengths too."""
@@ -131,7 +150,9 @@ class AssemblyModes(Answer):
             "status": self.status.name.lower(), "T": self.T, "count": self.count, "finite": self.finite,
             "there": self.there, "expected": self.expected, "error": self.error, "orientation": self.orientation,
         }  # fmt: skip
-        if not self.count.all() and self.expected:
+        if self.on_set.any():
+            found["on_set"], found["movable"], found["through"] = self.on_set, self.movable, self.through
+        elif not self.count.all() and self.expected:
             found["nearest"] = self.nearest.to_dict()
         return found
 

@@ -77,7 +77,7 @@ def output_angles(linkage: FourBar, theta: ArrayLike) -> OutputAngles:
         theta: (*batch,) angles of the crank [rad].
 
     Returns:
-        The angles, the coupler's end to the left of the line from crank pin to ground pivot last.
+        The angles, the coupler's end to the left of the line from crank pin to ground pivot first.
     """
     require_kind("linkage", linkage, "FourBar", "lengths", "grashof")
     angle = finite_numbers("theta", theta)

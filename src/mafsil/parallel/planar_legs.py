@@ -260,7 +260,7 @@ def planar_poses(a: Floats, b: Floats, s: Floats, size: float, shape: tuple[int,
     """All poses of bodies (k, 3, 2) at distances s (k, 3) from points (k, 3, 2), as an answer of a batch."""
     middle, centre = a.mean(axis=1, keepdims=True), b.mean(axis=1, keepdims=True)
     scale = np.maximum(size, s.max(axis=1, initial=0.0))[:, None]
-    found, movable = all_poses((a - middle) / scale[..., None], (b - centre) / scale[..., None], s / scale)
+    found, several, movable = all_poses((a - middle) / scale[..., None], (b - centre) / scale[..., None], s / scale)
     found[..., :2] *= scale[..., None]
     c, z = np.cos(found[..., 2]), np.sin(found[..., 2])
     turned = np.stack([c * centre[..., 0] - z * centre[..., 1], z * centre[..., 0] + c * centre[..., 1]], axis=-1)
@@ -269,14 +269,15 @@ def planar_poses(a: Floats, b: Floats, s: Floats, size: float, shape: tuple[int,
     lost = np.flatnonzero(~np.isfinite(found[..., 2]).any(axis=1) & ~movable & (s.min(axis=1) < SHORT * scale[:, 0]))
     near = LegEnds(a[lost], b[lost], s[lost]).nearest()
     fits = near.distance <= FITS * scale[lost, 0]
-    found[lost[fits], 0] = near.x[fits]
+    found[lost[fits], 0], several[lost[fits], 0] = near.x[fits], 2
     count = np.isfinite(found[..., 2]).sum(axis=1)
-    found = found[:, : int(count.max(initial=0))]
+    found, several = found[:, : int(count.max(initial=0))], several[:, : int(count.max(initial=0))]
     d, _ = leg_vectors(a[:, None], b[:, None], found)
     error = float(np.nan_to_num(np.abs(np.linalg.norm(d, axis=-1) - s[:, None])).max(initial=0.0))
     legs = LegEnds(a.reshape(*shape, 3, 2), b.reshape(*shape, 3, 2), s.reshape(*shape, 3))
     return PlanarPoses(
-        found.reshape(*shape, *found.shape[1:]), count.reshape(shape), movable.reshape(shape), error, legs
+        found.reshape(*shape, *found.shape[1:]), count.reshape(shape), several.reshape(*shape, found.shape[1]),
+        movable.reshape(shape), error, legs,
     )  # fmt: skip
 
 

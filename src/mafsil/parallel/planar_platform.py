@@ -19,8 +19,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.arrays import Booleans, Floats
+from mafsil.arrays import Booleans, Floats, Integers
 from mafsil.mobility.planar_positions import wrapped
+from mafsil.solvers.local_dimension import SPLIT, multiplicity
+from mafsil.solvers.null_ways import FINEST, Equations, solved_in_planes
 
 DEGREE = 3
 SAMPLES = 8
@@ -35,6 +37,9 @@ FLAT = 1e-5
 """Sine of the angle of both lines below which P is sought where one of them meets the circle."""
 ROUNDING = 1e-15
 """Steps and errors below it are rounding, lengths over the size."""
+SINGULAR = 1e-6
+"""Determinant of the lines over their lengths below which poses are looked at; and singular values that count as zero:
+double poses stand at the root of rounding."""
 VANISHING = 1e-12
 """Coefficients below this share of what they are made of are zero: the sextic vanishes."""
 
@@ -86,12 +91,13 @@ def sextic(a: Floats, b: Floats, s: Floats) -> Floats:
         return found.real / np.where(largest > 0, largest, 1.0)
 
 
-def all_poses(a: Floats, b: Floats, s: Floats) -> tuple[Floats, Booleans]:
+def all_poses(a: Floats, b: Floats, s: Floats) -> tuple[Floats, Integers, Booleans]:
     """All real poses (x, y, phi) for ends (k, 3, 2), (k, 3, 2) and lengths (k, 3), of size about one.
 
     Returns:
-        (k, n, 3) isolated poses by ascending phi in (-pi, pi], NaN beyond their number; (k,) whether there are poses
-        besides that form a curve: the sextic vanishes, or both w_i do, so that P is any point of a circle.
+        (k, n, 3) isolated poses by ascending phi in (-pi, pi], NaN beyond their number; (k, n) multiplicities; (k,)
+        whether there are poses besides that form a curve: the sextic vanishes, or both w_i do, so that P is any point
+        of a circle, or the poses around one close.
     """
     c = circle_coefficients(a, b, s)
     size = np.abs(eliminated(a, b, s, 2 * np.pi * np.arange(SAMPLES) / SAMPLES)).max(axis=1)
@@ -112,8 +118,47 @@ def all_poses(a: Floats, b: Floats, s: Floats) -> tuple[Floats, Booleans]:
     curve, angle = translates(a, b, s)
     with np.errstate(invalid="ignore"):
         x[curve[:, None] & (np.abs(wrapped(x[..., 2] - angle[:, None])) < NEAR_CIRCLE)] = np.nan
+    several, around = _several(a, b, s, x)
     order = np.argsort(x[..., 2], axis=1)
-    return np.take_along_axis(x, order[..., None], axis=1), vanishes | curve
+    x, several = np.take_along_axis(x, order[..., None], axis=1), np.take_along_axis(several, order, axis=1)
+    return x, several, np.asarray(vanishes | curve | around, dtype=np.bool_)
+
+
+def _several(a: Floats, b: Floats, s: Floats, x: Floats) -> tuple[Integers, Booleans]:
+    """(k, n) multiplicities of poses, (k,) whether a curve goes through one; of poses in x that are one, one is left.
+
+    Where the lines of the legs nearly meet in a point the pose is made exact, and its neighbourhood looked at.
+    """
+    d, turned = leg_vectors(a[:, None], b[:, None], x)
+    rows = np.concatenate([d, (turned[..., 0] * d[..., 1] - turned[..., 1] * d[..., 0])[..., None]], axis=-1)
+    several, around = np.isfinite(x[..., 2]).astype(np.intp), np.zeros(len(x), dtype=np.bool_)
+    lengths = np.linalg.norm(rows, axis=-1).prod(axis=-1)
+    with np.errstate(invalid="ignore"):
+        suspect = np.abs(np.linalg.det(rows)) < SINGULAR * lengths
+    for k in np.flatnonzero(suspect.any(axis=1)).tolist():
+        equations, kept = _equations(a[k], b[k], s[k]), list[Floats]()
+        for j in np.flatnonzero(suspect[k]).tolist():
+            exact = solved_in_planes(equations, x[k, j, None], np.zeros((1, 0, 3)), 1.0, closed=0.0)[0][0]
+            several[k, j] = multiplicity(equations, exact, SINGULAR, FINEST)
+            around[k] |= several[k, j] == 0
+            again = any(np.abs(exact - one).max() < SPLIT ** (1 / max(several[k, j], 1)) for one in kept)
+            if again or not several[k, j]:
+                x[k, j], several[k, j] = np.nan, 0
+            else:
+                x[k, j] = exact
+                kept.append(exact)
+    return several, around
+
+
+def _equations(a: Floats, b: Floats, s: Floats) -> Equations:
+    """(|d|^2 - s^2) / 2 of poses (k, 3) of one platform, for `solvers.local_dimension`."""
+
+    def equations(x: Floats) -> tuple[Floats, Floats]:
+        d, turned = leg_vectors(a[None], b[None], x)
+        moment = turned[..., 0] * d[..., 1] - turned[..., 1] * d[..., 0]
+        return ((d**2).sum(axis=-1) - s**2) / 2, np.concatenate([d, moment[..., None]], axis=-1)
+
+    return equations
 
 
 def translates(a: Floats, b: Floats, s: Floats) -> tuple[Booleans, Floats]:

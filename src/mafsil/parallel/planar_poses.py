@@ -32,7 +32,8 @@ class PlanarPoses(Answer):
     Attributes:
         x: (*batch, n, 3) isolated poses (x, y, phi), by ascending phi in (-pi, pi]; of a batch NaN beyond their number,
             where `there` is false [m, rad].
-        count: (*batch,) number of them.
+        count: (*batch,) number of them, that differ.
+        multiplicity: (*batch, n) of each: 1 of a simple pose, 2 of a double one; zero beyond their number.
         movable: (*batch,) whether there is a curve of poses besides: the platform moves with its actuators locked.
         error: largest error of a length [m].
         legs: whose poses they are.
@@ -40,6 +41,7 @@ class PlanarPoses(Answer):
 
     x: Floats
     count: Integers
+    multiplicity: Integers
     movable: Booleans
     error: float
     legs: LegEnds
@@ -82,13 +84,19 @@ class PlanarPoses(Answer):
 
     def __getitem__(self, row: int) -> PlanarPoses:
         """The poses of one row of a batch."""
-        return PlanarPoses(self.x[row], self.count[row, ...], self.movable[row, ...], self.error, self.legs[row])
+        return PlanarPoses(
+            self.x[row], self.count[row, ...], self.multiplicity[row], self.movable[row, ...], self.error,
+            self.legs[row],
+        )  # fmt: skip
 
     def __repr__(self) -> str:
         if self.count.ndim:
             return on_screen(self.explain())
-        head = (say("mobility.mode_head"), "x [m]", "y [m]", "phi [deg]")
-        rows = [(str(k + 1), *map(number, [*x[:2].tolist(), float(np.degrees(x[2]))])) for k, x in enumerate(self)]
+        head = (say("mobility.mode_head"), "x [m]", "y [m]", "phi [deg]", say("parallel.multiplicity_head"))
+        rows = [
+            (str(k + 1), *map(number, [*x[:2].tolist(), float(np.degrees(x[2]))]), str(self.multiplicity[k]))
+            for k, x in enumerate(self)
+        ]
         return "\n".join([on_screen(self.explain()), *(table(head, rows) if rows else [])])
 
     def explain(self, language: str | None = None) -> str:
@@ -106,7 +114,7 @@ class PlanarPoses(Answer):
         """Plain data; if rows have no pose, the nearest lengths too."""
         found: dict[str, Any] = {
             "status": self.status.name.lower(), "x": self.x, "count": self.count, "there": self.there,
-            "movable": self.movable, "error": self.error,
+            "multiplicity": self.multiplicity, "movable": self.movable, "error": self.error,
         }  # fmt: skip
         if not (self.count.all() or self.movable.any()):
             found["nearest"] = self.nearest.to_dict()

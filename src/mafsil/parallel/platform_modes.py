@@ -14,6 +14,7 @@ from mafsil.parallel.assembly_modes import AssemblyModes
 from mafsil.parallel.leg_lines import line_matrix
 from mafsil.parallel.nearest_lengths import LegEnds
 from mafsil.parallel.platform_paths import AllPoses, Start, all_poses, general_start
+from mafsil.parallel.platform_sets import real_pose_of_set
 from mafsil.parallel.start_platforms import CORRECTIONS, MOST
 
 
@@ -54,13 +55,22 @@ def modes_of(base: Floats, platform: Floats, lengths: Floats, starts: Sequence[S
     shape = lengths.shape[:-1]
     a, b = base.reshape(-1, 6, 3), platform.reshape(-1, 6, 3)
     reduced_a, reduced_b, size = of_size_one(a, b)
-    found = all_poses(reduced_a, reduced_b, np.abs(lengths.reshape(-1, 6)) / size[:, None], list(starts), expected)
+    s = np.abs(lengths.reshape(-1, 6)) / size[:, None]
+    found = all_poses(reduced_a, reduced_b, s, list(starts), expected)
     T, sign = _in_metres(found, a, b, size)
+    through = np.full((len(a), 4, 4), np.nan)
+    for row in np.flatnonzero(found.on_set).tolist():
+        ends = np.concatenate([reduced_a[row], reduced_b[row], (s[row] ** 2)[:, None]], axis=1)
+        x = real_pose_of_set(ends)
+        if x is not None:
+            through[row] = _placed(x[None], a[row, None], b[row, None], size[row, None])[0]
     error = float((np.nan_to_num(found.error) * size[:, None]).max(initial=0.0))
-    count, finite, paths = (each.reshape(shape) for each in (found.real, found.finite, found.paths))
+    count, finite, paths, on_set = (
+        each.reshape(shape) for each in (found.real, found.finite, found.paths, found.on_set)
+    )
     return AssemblyModes(
-        T.reshape(*shape, *T.shape[1:]), count, finite, paths, expected, error, sign.reshape(*shape, T.shape[1]),
-        LegEnds(base, platform, lengths),
+        T.reshape(*shape, *T.shape[1:]), count, finite, paths, on_set, through.reshape(*shape, 4, 4), expected, error,
+        sign.reshape(*shape, T.shape[1]), LegEnds(base, platform, lengths),
     )  # fmt: skip
 
 
@@ -71,14 +81,18 @@ def _in_metres(found: AllPoses, a: Floats, b: Floats, size: Floats) -> tuple[Flo
     row, column = np.nonzero(np.isfinite(x).all(axis=-1))
     if not len(row):
         return T, sign
-    place = poses_of(x[row, column])
-    R = place[:, :3, :3]
-    place[:, :3, 3] = (
-        size[row, None] * place[:, :3, 3] + a.mean(axis=1)[row] - np.einsum("kij,kj->ki", R, b.mean(axis=1)[row])
-    )
-    d = place[:, None, :3, 3] + b[row] @ np.swapaxes(R, -1, -2) - a[row]
+    place = _placed(x[row, column], a[row], b[row], size[row])
+    d = place[:, None, :3, 3] + b[row] @ np.swapaxes(place[:, :3, :3], -1, -2) - a[row]
     T[row, column], sign[row, column] = place, np.sign(np.linalg.det(line_matrix(a[row], d)))
     return T, sign
+
+
+def _placed(x: Floats, a: Floats, b: Floats, size: Floats) -> Floats:
+    """(k, 4, 4) poses in metres of rows (k, 7) of platforms of size one, about the middles of their bodies."""
+    T = poses_of(x)
+    turned = np.einsum("kij,kj->ki", T[:, :3, :3], b.mean(axis=1))
+    T[:, :3, 3] = size[:, None] * T[:, :3, 3] + a.mean(axis=1) - turned
+    return T
 
 
 def poses_of(x: Floats) -> Floats:

@@ -2,7 +2,8 @@
 
 1. Lengths over the size of each platform, ends about the middles of their bodies.
 2. All poses of a start are followed to every row; rows where some are missing are tried again from other starts.
-3. Poses that are nearly real are made real by Newton's method, which decides whether they are.
+3. Ends that are not simple are judged: `platform_sets`. Poses that are nearly real are made real by Newton's method,
+   which decides whether they are.
 
 Memory: 3 kB times the number of poses of the start for each row of a block of BLOCK rows.
 """
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 from mafsil import threads
 from mafsil.arrays import Booleans, Floats
 from mafsil.lazy_module import lazily
+from mafsil.parallel.platform_sets import judged, pose_numbers, simple, suspects
 from mafsil.parallel.start_platforms import CORRECTIONS, MOST, Complexes, start_platform
 from mafsil.parallel.tolerances import LENGTH, REAL, SAME
 
@@ -58,14 +60,15 @@ def general_start(number: int) -> Start:
 def own_start(base: Floats, platform: Floats, number: int) -> Start:
     """All isolated poses of one platform (6, 3), (6, 3) of size one, for random complex lengths.
 
-    A platform of special geometry has fewer than forty; its lengths then are followed from these only.
+    A platform of special geometry has fewer than forty; its lengths then are followed from these only. Poses of general
+    lengths are simple: other ends of paths are none.
     """
     rng = np.random.default_rng(1000 + number)
     goal = np.zeros((1, 6, 7), dtype=np.complex128)
     goal[0, :, :3], goal[0, :, 3:6] = base, platform
     goal[0, :, 6] = 2.0 + rng.normal(size=6) + 1j * rng.normal(size=6)
     kept, count, _ = gathered(goal, [general_start(k) for k in range(len(CORRECTIONS))], MOST, real=False)
-    return Start(goal[0], kept[0, : int(count[0])].copy())
+    return Start(goal[0], simple(kept[0, : int(count[0])], goal[0]))
 
 
 def gathered(
@@ -108,7 +111,8 @@ class AllPoses:
         x: (k, n, 7) real poses; NaN beyond their number.
         real: (k,) number of real poses that differ.
         finite: (k,) number of isolated poses that differ, complex ones included.
-        paths: (k,) the same with multiplicity: paths that ended in each.
+        paths: (k,) the same with multiplicity, and ends on sets of poses.
+        on_set: (k,) number of paths that ended on sets of poses, which are not isolated.
         error: (k, n) largest error of a leg of each real pose, in units of the size.
         complexes: (k, n, 7) all poses.
     """
@@ -117,6 +121,7 @@ class AllPoses:
     real: NDArray[np.int64]
     finite: NDArray[np.int64]
     paths: NDArray[np.int64]
+    on_set: NDArray[np.int64]
     error: Floats
     complexes: Complexes
 
@@ -131,24 +136,33 @@ def all_poses(base: Floats, platform: Floats, lengths: Floats, starts: list[Star
     kept = np.concatenate([piece[0] for piece in pieces])
     count = np.concatenate([piece[1] for piece in pieces])
     times = np.concatenate([piece[2] for piece in pieces])
-    # 3.
     there = np.asarray(np.arange(kept.shape[1])[None] < count[:, None], dtype=np.bool_)
-    near = there & (np.abs(_entries(kept).imag).max(axis=-1) < REAL)
+    several, on_set = _several(kept, ends, times, there)
+    isolated = there & (several > 0)
+    # 3.
+    near = isolated & (np.abs(pose_numbers(kept).imag).max(axis=-1) < REAL)
     x, error = np.full(kept.shape, np.nan), np.full(kept.shape[:2], np.nan)
     for row in np.flatnonzero(near.any(axis=1)).tolist():
         x[row], error[row] = _made_real(base[row], platform[row], lengths[row], kept[row], near[row])
     real = np.isfinite(error).sum(axis=1)
-    row, column = np.nonzero(there & (times > 1))
-    double = _singular(kept[row, column], ends[row])
-    paths = count + np.bincount(row[double], (times[row, column] - 1)[double], len(count)).astype(np.int64)
-    return AllPoses(x, real, count, paths, error, np.where(there[..., None], kept, np.nan))
+    paths = np.where(isolated, several, 0).sum(axis=1).astype(np.int64) + on_set
+    return AllPoses(
+        x, real, isolated.sum(axis=1), paths, on_set, error, np.where(isolated[..., None], kept, np.nan)
+    )  # fmt: skip
 
 
-def _entries(x: Complexes) -> Complexes:
-    """(..., 13) what a pose means: products of its quaternion with its largest entry, and the place."""
-    q = x[..., :4]
-    largest = np.take_along_axis(q, np.abs(q).argmax(axis=-1)[..., None], axis=-1)
-    return np.concatenate([q * largest, q**2, x[..., 4:]], axis=-1)
+def _several(
+    kept: Complexes, ends: Complexes, times: NDArray[np.int64], there: Booleans
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """(k, n) multiplicities of ends of paths, 0 on sets of poses, and (k,) how many are there; `kept` is made exact."""
+    several, on_set = there.astype(np.int64), np.zeros(len(kept), dtype=np.int64)
+    suspect, off = suspects(kept, ends[:, None])
+    for row in np.flatnonzero(((suspect | off) & there).any(axis=1)).tolist():
+        columns = np.flatnonzero((suspect | off)[row] & there[row])
+        found = judged(kept[row, columns], ends[row], times[row, columns])
+        kept[row, columns], several[row, columns] = found.x, found.multiplicity
+        on_set[row] = int(np.maximum(times[row, columns], 1)[found.multiplicity == 0].sum())
+    return several, on_set
 
 
 def _made_real(
@@ -174,17 +188,6 @@ def _made_real(
     found, errors = np.full(poses.shape, np.nan), np.full(len(poses), np.nan)
     found[: len(order)], errors[: len(order)] = x[order], error[order]
     return found, errors
-
-
-def _singular(x: Complexes, ends: Complexes) -> Booleans:
-    """Whether the legs do not decide the pose to first order there: poses (k, 7) of ends (k, 6, 7)."""
-    q, p = x[:, None, :4], x[:, None, 4:]
-    w, v = q[..., :1], q[..., 1:]
-    b, a = ends[..., 3:6], ends[..., :3]
-    turned = b + 2 * np.cross(v, w * b + np.cross(v, b))
-    d = p + turned - a
-    s = np.linalg.svd(np.concatenate([np.cross(a, d), d], axis=-1), compute_uv=False)
-    return np.asarray(s[..., -1] < 1e-5 * s[..., 0])
 
 
 def nearly_real(x: Complexes, real: Floats) -> bool:

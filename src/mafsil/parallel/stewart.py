@@ -37,6 +37,8 @@ else:
 
 Frame = Literal["space", "body"]
 AXES = ("x", "y", "z")
+MOST_RUNS = 8
+"""Random lengths at which poses are counted, until the most of them were found twice."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -298,8 +300,13 @@ class StewartPlatform:
     @cached_property
     def _starts(self) -> list[Start]:
         a, b, _ = of_size_one(self.base, self.platform)
-        starts = [own_start(a, b, number) for number in range(len(CORRECTIONS))]
-        return sorted(starts, key=lambda start: -len(start.poses))
+        starts = list[Start]()
+        while len(starts) < MOST_RUNS:
+            starts.append(own_start(a, b, len(starts)))
+            starts.sort(key=lambda start: -len(start.poses))
+            if len(starts) >= len(CORRECTIONS) and len(starts[0].poses) == len(starts[1].poses):
+                break
+        return starts[: len(CORRECTIONS)]
 
 
 def magnitudes_of(lengths: Floats, signed: bool) -> Floats:

@@ -40,18 +40,21 @@ def symmetric_pinv(A: Floats, rcond: float) -> Floats:
     return _marked(np.linalg.pinv(clean, rcond=rcond, hermitian=True), spoilt, 2)
 
 
-def damped_inverse(A: Floats, damping: float) -> Floats:
+def damped_inverse(A: NDArray[Any], damping: float | Floats) -> NDArray[Any]:
     """(*batch, n, m) A' (A A' + damping a 1)^-1 of (*batch, m, n), with the mean square a of the rows of each.
+
+    Real or complex; `damping` is one number, or (*batch, 1, 1).
 
     A pseudoinverse in which directions fade instead of ending, where their singular value gets small. It needs a
     Cholesky-like solution instead of singular vectors: a tenth of the time, and the same on any number of BLAS threads.
     """
     clean, spoilt = _clean(A)
     m, n = A.shape[-2:]
-    turned: Floats = np.swapaxes(clean, -1, -2)
-    gram: Floats = clean @ turned if m <= n else turned @ clean
-    a = np.einsum("...ij,...ij->...", clean, clean)[..., None, None] / max(m, 1)
-    inner = np.asarray(np.linalg.inv(gram + np.eye(min(m, n)) * (damping * a + TINY)), dtype=np.float64)
+    turned: NDArray[Any] = np.conj(np.swapaxes(clean, -1, -2))
+    gram: NDArray[Any] = clean @ turned if m <= n else turned @ clean
+    a = np.real(np.einsum("...ij,...ji->...", clean, turned))[..., None, None] / max(m, 1)
+    inverse: Any = np.linalg.inv
+    inner: NDArray[Any] = inverse(gram + np.eye(min(m, n)) * (damping * a + TINY))
     return _marked(turned @ inner if m <= n else inner @ turned, spoilt, 2)
 
 
