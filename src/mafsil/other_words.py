@@ -129,3 +129,24 @@ JOB_KEYS: dict[str, str] = {
     "tip_turn_rate": "tip_angular_speed",
 }
 """Of job files, where the one is not known and the other is."""
+
+COMMANDS: dict[str, tuple[str, ...]] = {
+    "singular": ("singularity",),
+    "check": ("check-homework", "check-job"),
+    **dict.fromkeys(("bench", "benchmark"), ("compare",)),
+    **dict.fromkeys(("place", "placement", "reachability"), ("base-placement",)),
+    "doctor": ("info", "suggest-fixes"),
+    **dict.fromkeys(("version", "env", "cache", "selftest"), ("info",)),
+    **dict.fromkeys(("validate", "check_urdf"), ("lint",)),
+    **dict.fromkeys(("simulate", "sim", "execute"), ("run",)),
+    **dict.fromkeys(("view", "plot", "teach", "describe"), ("show",)),
+    **dict.fromkeys(("robots", "ls", "models"), ("list",)),
+    **dict.fromkeys(("kinematics", "forward", "forward-kinematics", "fkine"), ("fk",)),
+    **dict.fromkeys(("inverse", "inverse-kinematics", "ikine"), ("ik",)),
+    **dict.fromkeys(("jacobian", "symbolic", "equations"), ("derive", "singularity")),
+    **dict.fromkeys(("gravity", "torque", "rnea", "inverse-dynamics"), ("dynamics",)),
+    **dict.fromkeys(("linkage", "four-bar"), ("mobility", "synthesis")),
+    **dict.fromkeys(("gui", "serve", "edit"), ("studio",)),
+    **dict.fromkeys(("codegen", "generate"), ("export",)),
+}
+"""Of the command line: one or several commands, or actions of a command."""

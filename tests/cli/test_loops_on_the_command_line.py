@@ -59,7 +59,7 @@ def test_rounded_coordinates_are_closed_and_open_ones_refused(capsys: pytest.Cap
 @pytest.mark.parametrize(
     "words",
     [
-        ["singular", PALLETISER, *CLOSED],
+        ["singularity", PALLETISER, *CLOSED],
         ["statics", PALLETISER, *CLOSED],
         ["workspace", PALLETISER],
         ["derive", "jacobian", PALLETISER],

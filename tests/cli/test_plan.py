@@ -45,7 +45,7 @@ def test_a_way_round_a_wall_is_printed_and_written(capsys, tmp_path):
     assert asked(capsys, *words)[0] == 0
     code, out, _ = asked(capsys, "--start", *LEFT, "--pose", "0.45", "-0.3", "0.25", "180", "0", "0", "--scene", SCENE)
     assert code == 0
-    assert "nearest on the way" in out
+    assert "smallest clearance on the path" in out
 
 
 def test_what_stands_in_the_way_is_named(capsys, tmp_path):

@@ -17,7 +17,7 @@ LINES = [
     for block in re.findall(r"```sh\n(.*?)```", (DOCS / "command_line.md").read_text("utf-8"), flags=re.S)
     for line in block.strip().splitlines()
 ]
-ELSEWHERE = {"demo", "identify", "check", "studio", "diff", "sweep"}
+ELSEWHERE = {"demo", "identify", "check-homework", "studio", "diff", "sweep"}
 """Commands that need a log or results, or run for long: their pages or tests have them."""
 
 

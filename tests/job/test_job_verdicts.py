@@ -202,7 +202,7 @@ def test_holding_efforts_are_those_of_statics(tmp_path: Path, capsys: pytest.Cap
         assert bool(said) != held
         assert planned_overloads(run.job, run.plan) == overloads(run), "the same is said before anything moves"
         (tmp_path / "lift.toml").write_text(text, encoding="utf-8")
-        assert main(["check", str(tmp_path / "lift.toml")]) == (0 if held else 1)
+        assert main(["check-job", str(tmp_path / "lift.toml")]) == (0 if held else 1)
         assert ("holding 3 kg" in capsys.readouterr().err) != held
         if said:
             assert f"needs {quantity(5 * 9.81 / effort, 'share')} of the effort of lift" in said[0]

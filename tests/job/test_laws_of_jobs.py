@@ -154,7 +154,7 @@ def test_the_command_prints_a_row_for_each_law(tmp_path, capsys):
 
     path = tmp_path / "job.toml"
     path.write_text(JOB.format(kind="pid", gains="kp = 100\nkd = 20\nintegral = 0", friction="true"))
-    assert main(["bench", "control", str(path), "--laws", "pid", "pd_gravity"]) == 0
+    assert main(["compare", "control", str(path), "--laws", "pid", "pd_gravity"]) == 0
     out = capsys.readouterr().out
     assert "pid" in out
     assert "cause: " in out
