@@ -38,6 +38,15 @@ ATTRIBUTES: dict[str, str] = {
     "rpy": 'mf.Rotation.from_rpy(rpy), or .euler("xyz") of a rotation',
     "inv": ".inverse()",
     **dict.fromkeys(("trapezoidal", "trapveltraj", "lspb", "jtraj"), TRAPEZOID),
+    **dict.fromkeys(
+        ("with_mass_error", "mass_error", "scale_masses", "with_scaled_masses"),
+        "mf.Plant(robot).with_scaled_inertia(1.3), a plant whose masses are 30 % larger than the controller knows",
+    ),
+    **dict.fromkeys(("grashof", "grashof_class", "is_grashof"), "mf.mobility.FourBar(crank, coupler, rocker, ground).grashof"),
+    **dict.fromkeys(
+        ("coupler_curve", "coupler_curves"),
+        "mf.mobility.FourBar(crank, coupler, rocker, ground).coupler_curves(along, across)",
+    ),
     "toppra": "mf.trajectory.time_optimal(path, limits)",
     "ruckig": "mf.trajectory.jerk_limited(start, goal, limits)",
     "rrt": "robot.plan(scene, start, goal)",
