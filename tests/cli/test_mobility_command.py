@@ -78,7 +78,7 @@ def test_surfaces_are_followed_and_drawn(capsys, tmp_path):
 
 def test_what_does_not_move_ends_with_a_no(capsys):
     assert main(["mobility", "stretched_four_bar"]) == 1
-    assert "stopped at second order" in capsys.readouterr().err
+    assert "blocked at second order" in capsys.readouterr().err
     assert main(["mobility", "ur5e", "--q", "0", "0", "0", "0", "0", "0"]) == 0
 
 

@@ -31,11 +31,11 @@ def test_suggested_fixes_name_joint_and_leg_and_mends(points, tmp_path, capsys):
     assert main(["trajectory", "suggest-fixes", "ur5e", points]) == 1
     heard = capsys.readouterr()
     assert "leg 2: joint shoulder_lift_joint" in heard.out
-    assert "breaks limits" in heard.err
+    assert "violates limits" in heard.err
     out = tmp_path / "mended.csv"
     assert main(["trajectory", "suggest-fixes", "ur5e", points, "--out", str(out)]) == 0
     assert main(["trajectory", "check", "ur5e", str(out)]) == 0
-    assert "every joint keeps its limits" in capsys.readouterr().out
+    assert "all joint limits are kept" in capsys.readouterr().out
     assert main(["trajectory", "suggest-fixes", "ur5e", points, "--remedy", "leave_out", "--out", str(out)]) == 0
 
 

@@ -207,7 +207,7 @@ def test_wrong_input_is_named(tmp_path):
     with pytest.raises(mf.FileError, match="SRDF"):
         Checker(checker.robot, srdf=tmp_path / "none.srdf")
     assert checker.in_collision(np.zeros((0, 6))).shape == (0,)
-    for wrong, words in ((("a", "b"), "no body or link 'a'"), ("ab", "no pair")):
+    for wrong, words in ((("a", "b"), "no body or link 'a'"), ("ab", "not a pair")):
         with pytest.raises(mf.InputError, match=words):
             Checker(checker.robot, skip=[wrong])
     with pytest.raises(mf.InputError, match="attached: expected a list of obstacles"):

@@ -120,11 +120,11 @@ def test_answers_say_where():
 
 
 def test_wrong_input_is_named():
-    with pytest.raises(mf.InputError, match="no geometry"):
+    with pytest.raises(mf.InputError, match="not a geometry"):
         Obstacle("box")
     with pytest.raises(mf.InputError, match="name: ndarray is no name of an obstacle"):
         Obstacle(Sphere(1.0), np.zeros(3), np.eye(4))
-    with pytest.raises(mf.InputError, match="no length"):
+    with pytest.raises(mf.InputError, match="not a length"):
         Obstacle(Sphere(-1.0))
     with pytest.raises(mf.InputError, match="size: nan"):
         Box((1.0, float("nan"), 1.0))
@@ -144,7 +144,7 @@ def test_wrong_input_is_named():
     ("call", "words"),
     [
         (lambda: Obstacle(Box(0.5)), "size: expected shape"),
-        (lambda: Obstacle(Sphere(1e16)), "no length.*at most 1e\\+06"),
+        (lambda: Obstacle(Sphere(1e16)), "not a length.*at most 1e\\+06"),
         (lambda: Obstacle(Sphere(0.1), (1e12, 0.0, 0.0)), "farther than 1e\\+06 m"),
         (lambda: collision.ConvexHull(np.eye(3) * 1e200), "points: .*farther"),
         (lambda: collision.HeightMap(np.zeros((3, 3)), 1.0, base=-1.0), "size: expected shape"),

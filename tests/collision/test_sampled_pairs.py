@@ -126,7 +126,7 @@ def test_a_margin_that_the_robot_never_keeps_from_itself_is_named(tmp_path):
     assert not checker.never_apart("l0", "nothing")
     assert "l0 - l2" in checker.account()
     found = mf.plan(checker, None, np.zeros(2), np.ones(2))
-    assert "nearer than the clearance at nearly any configuration" in found.explain()
+    assert "closer than the clearance in nearly every configuration" in found.explain()
     assert 'skip=[("l0", "l2")]' in found.explain("ar")
     assert "self_clearance" in found.explain("ar")
     assert mf.plan(checker, None, np.zeros(2), np.ones(2), self_clearance=0.005)

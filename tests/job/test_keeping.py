@@ -69,7 +69,7 @@ def test_what_was_not_kept_when_driven_is_said(run: Run, monkeypatch: pytest.Mon
     monkeypatch.setattr(keeping, "worst_kept", lambda run, leg: keeping.Measured(worst.kept, 40.0 * worst.measures))
     broken = [one for one in remarks(run, summary(run)) if one.key == "job.constraint_violated"]
     assert broken[0].level == "failure"
-    assert "left the path constraints" in broken[0].sentence("en") != broken[0].sentence("ar")
+    assert "violates the path constraints" in broken[0].sentence("en") != broken[0].sentence("ar")
 
 
 @pytest.mark.parametrize(
@@ -78,7 +78,7 @@ def test_what_was_not_kept_when_driven_is_said(run: Run, monkeypatch: pytest.Mon
         ("{ upright = 5 }", "{ }", "names no constraint"),
         ("{ upright = 5 }", "{ upright = 200 }", "half a turn"),
         ("{ upright = 5 }", "{ upright = 5, tolerance = 2 }", "line, plane"),
-        ("plane = [0, 1, 0]", "plane = [0, 0, 0]", "no length"),
+        ("plane = [0, 1, 0]", "plane = [0, 0, 0]", "non-zero length"),
         ("{ upright = 5 }", '{ upright = 5 }\npath = "line"', "path = \"joint\""),
         ("{ upright = 5 }", '{ upright = 5 }\nplanner = "prm"', "need planner = \"rrt_connect\""),
         ("{ upright = 5 }", "{ upright = 5 }\navoid = false", "remove 'avoid'"),

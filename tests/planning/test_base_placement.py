@@ -120,7 +120,7 @@ def test_what_is_missed_is_named(ur5):
         ur5, TARGETS, scene=TABLE, region=((0.2, 0.2), (0.1, 0.1)), stands_on=["table"], refinements=0
     )
     assert (nowhere.misses == Miss.BASE).all()
-    assert "stand in something" in nowhere.explain("en")
+    assert "base would be in collision" in nowhere.explain("en")
 
 
 def test_refinement_never_loses_and_redundant_arms_take_samples(ur5, found):
