@@ -42,7 +42,9 @@ ATTRIBUTES: dict[str, str] = {
         ("with_mass_error", "mass_error", "scale_masses", "with_scaled_masses"),
         "mf.Plant(robot).with_scaled_inertia(1.3), a plant whose masses are 30 % larger than the controller knows",
     ),
-    **dict.fromkeys(("grashof", "grashof_class", "is_grashof"), "mf.mobility.FourBar(crank, coupler, rocker, ground).grashof"),
+    **dict.fromkeys(
+        ("grashof", "grashof_class", "is_grashof"), "mf.mobility.FourBar(crank, coupler, rocker, ground).grashof"
+    ),
     **dict.fromkeys(
         ("coupler_curve", "coupler_curves"),
         "mf.mobility.FourBar(crank, coupler, rocker, ground).coupler_curves(along, across)",

@@ -118,7 +118,7 @@ def test_a_check_names_the_two_bodies_the_depth_and_the_place(tmp_path):
     assert "wall" in answer.explain("ar")
     free = Checker(robot, [Obstacle(Sphere(0.1), (5.0, 0.0, 0.0), "far")]).check(np.zeros(6))
     assert free
-    assert free.explain("en").startswith("free")
+    assert free.explain("en").startswith("collision-free")
     alone = Checker(robot, self_collision=False).check(np.zeros(6))
     assert alone.status is CheckStatus.ALONE
 

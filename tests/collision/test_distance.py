@@ -113,7 +113,7 @@ def test_a_distance_is_symmetric_moves_with_the_world_and_changes_no_faster_than
 def test_answers_say_where():
     found = collision.distance(Obstacle(Sphere(0.1), (0.0, 0.0, 0.3), "ball"), Obstacle(Box((1, 1, 0.2)), name="table"))
     assert found
-    assert found.explain("en") == "ball and table are 100 mm apart, nearest at (0.000, 0.000, 0.150) m"
+    assert found.explain("en") == "ball and table: 100 mm apart, nearest at (0.000, 0.000, 0.150) m"
     assert "ball" in found.explain("ar")
     assert not collision.distance(Sphere(1.0), Sphere(1.0))
     assert len(collision.distance(Sphere(1.0), Sphere(1.0), random_poses(3, 1.0, 0))) == 3
@@ -122,7 +122,7 @@ def test_answers_say_where():
 def test_wrong_input_is_named():
     with pytest.raises(mf.InputError, match="not a geometry"):
         Obstacle("box")
-    with pytest.raises(mf.InputError, match="name: ndarray is no name of an obstacle"):
+    with pytest.raises(mf.InputError, match="name: ndarray is not a name of an obstacle"):
         Obstacle(Sphere(1.0), np.zeros(3), np.eye(4))
     with pytest.raises(mf.InputError, match="not a length"):
         Obstacle(Sphere(-1.0))

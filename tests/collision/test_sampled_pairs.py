@@ -87,7 +87,7 @@ def test_a_robot_that_is_never_free_of_itself_says_what_meets(tmp_path):
     checker = Checker(robot, samples=0)
     checker.samples = 100
     said = checker.account()
-    assert "zero configuration is not free: l0 hits l2" in said
+    assert "zero configuration is in self-collision: l0 hits l2" in said
     found = mf.plan(checker, None, np.zeros(2), np.ones(2))
     assert 'skip=[("l0", "l2")]' in found.explain()
     blocked = mf.plan(checker, [mf.collision.Obstacle(Sphere(0.5), (0, 0, 0), "ball")], np.zeros(2), np.ones(2))

@@ -154,7 +154,7 @@ def test_the_timed_motion_is_free_and_does_not_stop(robot, jerk):
     assert len(sharp.corners()) == len(found.path) - 2
     with pytest.raises(InputError, match="share"):
         found.joint_path(share=0.7)
-    with pytest.raises(InputError, match="not a path"):
+    with pytest.raises(InputError, match="no path"):
         mf.plan(robot, WALL, LEFT, RIGHT, max_nodes=1).timed(limits)
 
 

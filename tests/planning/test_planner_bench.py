@@ -142,7 +142,7 @@ def test_pictures_of_arms_and_refusals(tmp_path):
         watch(point(), "trajectory_optimisation")
     with pytest.raises(InputError, match="planners"):
         bench_planners([point()], ["lazy_prm_star"])
-    with pytest.raises(InputError, match="question"):
+    with pytest.raises(InputError, match="query"):
         bench_planners([])
     with pytest.raises(InputError, match="seconds"):
         bench_planners([point()], seconds=0.0)

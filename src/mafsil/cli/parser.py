@@ -84,15 +84,14 @@ def parser(version: str) -> Parser:
 def _add_common(command: Parser) -> None:
     """Options of every command; SUPPRESS keeps what was said before the command."""
     for option in COMMON:
-        rules = _rules(option)
-        if option.choices:
-            rules["metavar"] = None
-        command.add_argument(option.option, default=argparse.SUPPRESS, help=say(option.explained), **rules)
+        command.add_argument(option.option, default=argparse.SUPPRESS, help=say(option.explained), **_rules(option))
 
 
 def _add_parameters(command: Parser, operation: Operation) -> None:
     for parameter in operation.parameters:
         words = _escaped(say(operation.parameter_key(parameter)))
+        if _is_long(parameter):
+            words += f": {', '.join(parameter.choices)}"
         flag = parameter.name if parameter.positional else parameter.option
         command.add_argument(flag, help=words, **_rules(parameter))
     for option in robot_options(operation):
@@ -107,6 +106,7 @@ def _rules(parameter: Parameter) -> dict[str, Any]:
     rules: dict[str, Any] = {"metavar": parameter.metavar or parameter.name.upper(), "type": str}
     if parameter.choices:
         rules["choices"] = parameter.choices
+        rules["metavar"] = rules["metavar"] if parameter.positional or _is_long(parameter) else None
     if parameter.many:
         rules["nargs"] = "*" if parameter.positional else "+"
     elif parameter.positional and not parameter.required:
@@ -114,6 +114,11 @@ def _rules(parameter: Parameter) -> dict[str, Any]:
     if not parameter.positional:
         rules["required"] = parameter.required
     return rules
+
+
+def _is_long(parameter: Parameter) -> bool:
+    """Whether an option has too many choices for the usage: the help lists them instead."""
+    return not parameter.positional and len(parameter.choices) > 5
 
 
 def _escaped(words: str) -> str:
