@@ -49,6 +49,13 @@ ATTRIBUTES: dict[str, str] = {
         ("coupler_curve", "coupler_curves"),
         "mf.mobility.FourBar(crank, coupler, rocker, ground).coupler_curves(along, across)",
     ),
+    **dict.fromkeys(
+        ("text", "formulas", "formula", "latex", "html", "to_text", "to_latex", "to_html"),
+        "mf.derivation.to_text(derivation), to_latex or to_html",
+    ),
+    **dict.fromkeys(("success", "converged", "ok"), "if answer: ..., or answer.status"),
+    **dict.fromkeys(("solutions", "results"), "list(answer), or for one in answer: ..."),
+    **dict.fromkeys(("message", "reason"), "answer.explain()"),
     "toppra": "mf.trajectory.time_optimal(path, limits)",
     "ruckig": "mf.trajectory.jerk_limited(start, goal, limits)",
     "rrt": "robot.plan(scene, start, goal)",

@@ -389,7 +389,7 @@ def test_wrong_arguments(tmp_path) -> None:
         lint(3.0)  # type: ignore[arg-type]
     with pytest.raises(FileError, match="no such file"):
         lint("no_such_robot")
-    with pytest.raises(InputError, match="no URDF"):
+    with pytest.raises(InputError, match="not a plain URDF"):
         repair("panda")
     assert lint(tmp_path / "none.urdf").errors
     broken = tmp_path / "broken.urdf"

@@ -200,7 +200,7 @@ def test_names_of_joints_and_pins_through_many_bodies():
     }  # fmt: skip
     for word, letter in words.items():
         assert mo.joint("J", word, ["a", "b"], second=[1, 0, 0], pitch=0.1).kind is mo.KINDS[letter]
-    with pytest.raises(mf.ModelError, match="glue is no kind of joint"):
+    with pytest.raises(mf.ModelError, match="glue is not a kind of joint"):
         mo.joint("J", "glue", ["a", "b"])
     with pytest.raises(mf.ModelError, match="coincident_joints"):
         mo.joint("J", "R", ["a", "b", "c"])
