@@ -82,7 +82,7 @@ REFUSED: dict[str, tuple[Call, tuple[str, ...]]] = {
     "rates too few": (plain(lambda: PANDA.inverse_dynamics(ZEROS, ZEROS[:6], ZEROS)), ("qd", "(6,)", "give 7 numbers")),
     "a place for a pose": (
         plain(lambda: mf.inverse_kinematics(PUMA, [0.4, 0.1, 0.3])),
-        ("T_sd", "(3,)", "4 by 4", "from_rotation_translation", 'task="position"'),
+        ("T_sd", "(3,)", "4 by 4", "Pose.of", 'task="position"'),
     ),
     "place and angles for a pose": (
         plain(lambda: mf.inverse_kinematics(PUMA, [0.4, 0.1, 0.3, 0, 0, 0])),
