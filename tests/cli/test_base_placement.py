@@ -27,7 +27,7 @@ def test_a_place_is_printed_and_drawn(capsys, tmp_path):
 def test_what_cannot_be_reached_is_said(capsys, tmp_path):
     code = main(["base-placement", "ur5", "--degrees", "--targets", TARGETS, "--x", "2", "2.2"])
     assert code == 1
-    assert "target 0 is missed" in capsys.readouterr().err
+    assert "target 0 is not reached" in capsys.readouterr().err
     assert main(["base-placement", "ur5", "--targets", TARGETS, "--x", "2"]) == 2
     assert "from and to" in capsys.readouterr().err
     broken = tmp_path / "targets.csv"

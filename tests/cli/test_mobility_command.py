@@ -13,7 +13,7 @@ EXAMPLE = str(Path(__file__).parents[2] / "examples" / "linkages" / "four_bar.to
 def test_a_file_of_bodies_and_joints(capsys):
     assert main(["mobility", EXAMPLE]) == 0
     out = capsys.readouterr().out
-    assert "four-bar moves with mobility 1, as Gruebler counts" in out
+    assert "four-bar: mobility 1, as counted by Gruebler" in out
     assert "3 (4 - 1 - 4) + 4 = 1" in out
 
 
