@@ -16,6 +16,7 @@ from mafsil.messages import say
 from mafsil.mobility.actuation import Actuation, ActuationStatus, actuation
 from mafsil.mobility.assembly_existence import assembled
 from mafsil.mobility.finite import FiniteMobility, FiniteStatus, finite_mobility, mobility_around
+from mafsil.mobility.four_bar import four_bar_of
 from mafsil.mobility.gruebler import GrueblerCount, gruebler
 from mafsil.mobility.instantaneous import IdleFreedom, InstantaneousMobility, instantaneous
 from mafsil.mobility.linkage import Linkage
@@ -112,7 +113,10 @@ class Mobility(SingleAnswer):
             language, name=spoken_name(self.linkage.name, language), mobility=self.mobility,
             counted=self.count.mobility, instantaneous=self.instantaneous.mobility,
         )  # fmt: skip
-        lines = [verdict, self.structure.explain(language), *self.count.explain(language).split("\n")[:1]]
+        lines = [verdict, self.structure.explain(language)]
+        if (bar := four_bar_of(self.linkage)) is not None:
+            lines.append(say(f"mobility.{bar.grashof.value}", language=language))
+        lines += self.count.explain(language).split("\n")[:1]
         lines += [
             say(f"mobility.{key}", language=language, m=self.count.group_dimension) for key in self.count.warnings
         ]
