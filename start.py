@@ -4,7 +4,7 @@
     python3 start.py test [arguments of pytest]      all tests
 
 Works on a fresh Debian machine where only python3 is installed: pip is found, or fetched from the package index, or
-brought in by apt. What a command needs is compiled at its first use; `start.py run doctor --build` compiles all ahead.
+brought in by apt. What a command needs is compiled at its first use; `start.py run info --build` compiles all ahead.
 """
 
 from __future__ import annotations

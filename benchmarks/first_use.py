@@ -1,6 +1,6 @@
 """How long does the first answer take? Processor seconds of a fresh process per question, beside the goals.
 
-Each question is the smallest of its kind (those of `mafsil doctor --build`) and is asked twice, each time by a new
+Each question is the smallest of its kind (those of `mafsil info --build`) and is asked twice, each time by a new
 process: of an empty store, and of the store that the first one left. The first column of each is the question alone,
 the second the whole process, start and imports included; the last the memory of the process that compiles. Python's own
 bytecode is there before, as an installation leaves it.

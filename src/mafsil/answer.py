@@ -6,8 +6,9 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from enum import Enum
 from html import escape
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from mafsil.errors import UnknownNameError
 from mafsil.messages import say
 from mafsil.messages.tables import on_screen
 
@@ -49,6 +50,18 @@ class Answer(ABC):
     @abstractmethod
     def to_dict(self) -> dict[str, Any]:
         """Plain data: names of statuses, arrays, numbers."""
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """Called for a name that is not there.
+
+            Raises:
+                UnknownNameError: the sentence says which look like it, or what to write instead.
+            """
+            if name.startswith("_"):
+                raise AttributeError(name)
+            raise UnknownNameError(type(self).__name__, name, dir(self))
 
     def _repr_html_(self) -> str:
         """In a notebook the sentences of `explain`, each in the direction of its language."""

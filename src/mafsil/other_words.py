@@ -38,6 +38,24 @@ ATTRIBUTES: dict[str, str] = {
     "rpy": 'mf.Rotation.from_rpy(rpy), or .euler("xyz") of a rotation',
     "inv": ".inverse()",
     **dict.fromkeys(("trapezoidal", "trapveltraj", "lspb", "jtraj"), TRAPEZOID),
+    **dict.fromkeys(
+        ("with_mass_error", "mass_error", "scale_masses", "with_scaled_masses"),
+        "mf.Plant(robot).with_scaled_inertia(1.3), a plant whose masses are 30 % larger than the controller knows",
+    ),
+    **dict.fromkeys(
+        ("grashof", "grashof_class", "is_grashof"), "mf.mobility.FourBar(crank, coupler, rocker, ground).grashof"
+    ),
+    **dict.fromkeys(
+        ("coupler_curve", "coupler_curves"),
+        "mf.mobility.FourBar(crank, coupler, rocker, ground).coupler_curves(along, across)",
+    ),
+    **dict.fromkeys(
+        ("text", "formulas", "formula", "latex", "html", "to_text", "to_latex", "to_html"),
+        "mf.derivation.to_text(derivation), to_latex or to_html",
+    ),
+    **dict.fromkeys(("success", "converged", "ok"), "if answer: ..., or answer.status"),
+    **dict.fromkeys(("solutions", "results"), "list(answer), or for one in answer: ..."),
+    **dict.fromkeys(("message", "reason"), "answer.explain()"),
     "toppra": "mf.trajectory.time_optimal(path, limits)",
     "ruckig": "mf.trajectory.jerk_limited(start, goal, limits)",
     "rrt": "robot.plan(scene, start, goal)",
@@ -129,3 +147,24 @@ JOB_KEYS: dict[str, str] = {
     "tip_turn_rate": "tip_angular_speed",
 }
 """Of job files, where the one is not known and the other is."""
+
+COMMANDS: dict[str, tuple[str, ...]] = {
+    "singular": ("singularity",),
+    "check": ("check-homework", "check-job"),
+    **dict.fromkeys(("bench", "benchmark"), ("compare",)),
+    **dict.fromkeys(("place", "placement", "reachability"), ("base-placement",)),
+    "doctor": ("info", "suggest-fixes"),
+    **dict.fromkeys(("version", "env", "cache", "selftest"), ("info",)),
+    **dict.fromkeys(("validate", "check_urdf"), ("lint",)),
+    **dict.fromkeys(("simulate", "sim", "execute"), ("run",)),
+    **dict.fromkeys(("view", "plot", "teach", "describe"), ("show",)),
+    **dict.fromkeys(("robots", "ls", "models"), ("list",)),
+    **dict.fromkeys(("kinematics", "forward", "forward-kinematics", "fkine"), ("fk",)),
+    **dict.fromkeys(("inverse", "inverse-kinematics", "ikine"), ("ik",)),
+    **dict.fromkeys(("jacobian", "symbolic", "equations"), ("derive", "singularity")),
+    **dict.fromkeys(("gravity", "torque", "rnea", "inverse-dynamics"), ("dynamics",)),
+    **dict.fromkeys(("linkage", "four-bar"), ("mobility", "synthesis")),
+    **dict.fromkeys(("gui", "serve", "edit"), ("studio",)),
+    **dict.fromkeys(("codegen", "generate"), ("export",)),
+}
+"""Of the command line: one or several commands, or actions of a command."""

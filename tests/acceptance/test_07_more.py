@@ -118,11 +118,11 @@ def test_fewer_than_six_joints():
     assert_same_set(answers[0].q, want["solutions"], case["tol"])
     for answer in answers[1:]:
         assert answer.status is IKStatus.NOT_OF_THIS_ARM
-    assert "the place is off it" in answers[1].explain("en")
+    assert "the position is off its plane" in answers[1].explain("en")
     assert "with this orientation" not in answers[1].explain("en")
     assert answers[1].details["position_error"] == pytest.approx(0.1, abs=1e-6)
     assert answers[1].details["rotation_error"] == pytest.approx(0.0, abs=1e-6)
-    assert "cannot tilt" in answers[2].explain("en")
+    assert "cannot be tilted" in answers[2].explain("en")
     assert answers[2].details["rotation_error"] == pytest.approx(0.05, abs=1e-3)
 
 

@@ -1,4 +1,4 @@
-"""`mafsil doctor --build`: afterwards no first question waits for a loop that knows no robot."""
+"""`mafsil info --build`: afterwards no first question waits for a loop that knows no robot."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from mafsil.cli import doctor
+from mafsil.cli import info
 from mafsil.cli.build import families
 from mafsil.cli.main import main
 
@@ -32,7 +32,7 @@ print(said)
 @pytest.mark.slow
 @pytest.mark.timeout(1200)
 def test_other_robots_and_grasps_find_their_loops_built(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["doctor", "--build", "--json"]) == 0
+    assert main(["info", "--build", "--json"]) == 0
     out, err = capsys.readouterr()
     data = json.loads(out)
     assert [one["name"] for one in data["built"]] == [name for questions in families().values() for name in questions]
@@ -46,11 +46,11 @@ def test_the_cache_is_counted_by_kind(tmp_path, monkeypatch: pytest.MonkeyPatch)
     from mafsil.kernels import cache
 
     monkeypatch.setattr(cache, "default", lambda: cache.Store(tmp_path))
-    assert doctor._cache()["entries"] == 0
+    assert info._cache()["entries"] == 0
     for name in ("a.kernel", "b.kernel", "c.tape", "d.loop", "e.sources", "f.lock", "g.tmp"):
         (tmp_path / name).write_bytes(bytes(500_000))
-    found = doctor._cache()
+    found = info._cache()
     assert [found[kind] for kind in ("entries", "kernels", "tapes", "loops", "sources")] == [5, 2, 1, 1, 1]
     assert found["size"] == "2.5 MB"
     monkeypatch.setattr(cache, "default", lambda: cache.Store(None))
-    assert doctor._cache() == {"place": None}
+    assert info._cache() == {"place": None}

@@ -130,7 +130,7 @@ def test_pictures(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
 
 
 def test_doctor_finds_itself_healthy(capsys: pytest.CaptureFixture[str]) -> None:
-    code, out, err = run(capsys, "doctor", "--json")
+    code, out, err = run(capsys, "info", "--json")
     data = json.loads(out)
     assert (code, err) == (0, ""), data["checks"]
     assert data["ok"]

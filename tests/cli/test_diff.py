@@ -41,7 +41,7 @@ def test_a_run_and_itself_are_the_same(runs, capsys):
     capsys.readouterr()
     assert compare_results(runs / "slow", runs / "slow" / "results.json")
     assert main(["diff", str(runs / "slow"), str(runs / "slow")]) == 0
-    assert "nothing changed" in capsys.readouterr().out
+    assert "no changes" in capsys.readouterr().out
 
 
 def test_what_changed_is_said_with_both_numbers(runs, capsys):
@@ -79,7 +79,7 @@ def test_moves_that_one_run_has_alone(runs):
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"format": "mafsil-results-1"}', "[" * 100_000, "\x00"])
 def test_what_is_no_result_is_refused(tmp_path: Path, runs: Path, text: str):
     (tmp_path / "results.json").write_text(text)
-    with pytest.raises(FileError, match="no result"):
+    with pytest.raises(FileError, match="not a result"):
         compare_results(tmp_path, runs / "slow")
     with pytest.raises(FileError, match="cannot be read"):
         compare_results(tmp_path / "nowhere", runs / "slow")

@@ -57,7 +57,7 @@ def test_loads(folder, capsys):
     assert main(["identify", str(folder / "loaded.csv"), "planar2r", "--payload"]) == 0
     assert "load of 1." in capsys.readouterr().out
     assert main(["identify", str(folder / "empty.csv"), "planar2r", "--payload"]) == 1
-    assert "no load is identifiable" in capsys.readouterr().err
+    assert "no payload is identifiable" in capsys.readouterr().err
 
 
 def test_a_log_that_makes_nothing_better_is_an_honest_no(folder, tmp_path, capsys):
@@ -67,7 +67,7 @@ def test_a_log_that_makes_nothing_better_is_an_honest_no(folder, tmp_path, capsy
     sign = np.where(log.times < 9.0, -1.0, 1.0)[:, None]
     write_csv(replace(log, tau=sign * log.signals()["tau"]), described, tmp_path / "wrong.csv")
     assert main(["identify", str(tmp_path / "wrong.csv"), "planar2r"]) == 1
-    assert "does not make the model better" in capsys.readouterr().err
+    assert "no improvement" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

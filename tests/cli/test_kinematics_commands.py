@@ -47,21 +47,21 @@ def test_list_tells_every_robot(capsys):
 
 def test_singular_tells_rank_and_cause(capsys):
     wrist = ["0.1", "-0.4", "0.3", "0.2", "0", "0.5"]
-    data = data_of(capsys, "singular", "puma560", *wrist)
+    data = data_of(capsys, "singularity", "puma560", *wrist)
     assert (data["singular"], data["rank"], data["full_rank"]) == (True, 5, 6)
     assert np.shape(data["lost_twists"]) == np.shape(data["carried_wrenches"]) == (1, 6)
     J = load("puma560").jacobian_space(np.array(wrist, float))
     assert np.abs(J @ np.array(data["null_rates"][0])).max() < 1e-9
     power = np.array(data["carried_wrenches"][0]) @ J
     assert np.abs(power).max() < 1e-9
-    regular = data_of(capsys, "singular", "puma560", *wrist[:4], "0.6", "0.5")
+    regular = data_of(capsys, "singularity", "puma560", *wrist[:4], "0.6", "0.5")
     assert (regular["singular"], regular["rank"], regular["causes"]) == (False, 6, [])
-    assert main(["singular", "puma560", *wrist]) == 0
+    assert main(["singularity", "puma560", *wrist]) == 0
     out = capsys.readouterr().out
     assert "lost:" in out
     assert "rank 5 of 6" in out
-    assert data_of(capsys, "singular", "panda", "0,0,0,-1,0,1,0", "--task", "position")["full_rank"] == 3
-    assert main(["singular", "puma560", *wrist, "--task", "poise"]) == 2
+    assert data_of(capsys, "singularity", "panda", "0,0,0,-1,0,1,0", "--task", "position")["full_rank"] == 3
+    assert main(["singularity", "puma560", *wrist, "--task", "poise"]) == 2
 
 
 @pytest.mark.parametrize("given_in", ["body", "space", "tip"])
@@ -168,7 +168,7 @@ TABLES = [
     ["fk", "panda", "0", "0", "0", "-1", "0", "1", "0"],
     ["ik", "ur5e", "--pose", "0.4", "-0.2", "0.5", "3", "0", "0", "--all"],
     ["dynamics", "panda", "--q", "0", "0", "0", "-1", "0", "1", "0"],
-    ["singular", "panda", "0", "0", "0", "-1", "0", "1", "0"],
+    ["singularity", "panda", "0", "0", "0", "-1", "0", "1", "0"],
     ["statics", "panda", "0", "0", "0", "-1", "0", "1", "0", "--wrench", "0", "0", "0", "0", "0", "9"],
     ["dh", "panda"],
     ["convert", "--pose", "1", "0", "0", "1", "0", "0", "-1", "2", "0", "1", "0", "3"],

@@ -13,7 +13,7 @@ EXAMPLE = str(Path(__file__).parents[2] / "examples" / "linkages" / "four_bar.to
 def test_a_file_of_bodies_and_joints(capsys):
     assert main(["mobility", EXAMPLE]) == 0
     out = capsys.readouterr().out
-    assert "four-bar moves with mobility 1, as Gruebler counts" in out
+    assert "four-bar: mobility 1, as counted by Gruebler" in out
     assert "3 (4 - 1 - 4) + 4 = 1" in out
 
 
@@ -78,7 +78,7 @@ def test_surfaces_are_followed_and_drawn(capsys, tmp_path):
 
 def test_what_does_not_move_ends_with_a_no(capsys):
     assert main(["mobility", "stretched_four_bar"]) == 1
-    assert "stopped at second order" in capsys.readouterr().err
+    assert "blocked at second order" in capsys.readouterr().err
     assert main(["mobility", "ur5e", "--q", "0", "0", "0", "0", "0", "0"]) == 0
 
 

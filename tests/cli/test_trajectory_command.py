@@ -27,24 +27,24 @@ def points(tmp_path):
     return str(path)
 
 
-def test_the_doctor_names_joint_and_leg_and_mends(points, tmp_path, capsys):
-    assert main(["trajectory", "doctor", "ur5e", points]) == 1
+def test_suggested_fixes_name_joint_and_leg_and_mends(points, tmp_path, capsys):
+    assert main(["trajectory", "suggest-fixes", "ur5e", points]) == 1
     heard = capsys.readouterr()
     assert "leg 2: joint shoulder_lift_joint" in heard.out
-    assert "breaks limits" in heard.err
+    assert "violates limits" in heard.err
     out = tmp_path / "mended.csv"
-    assert main(["trajectory", "doctor", "ur5e", points, "--out", str(out)]) == 0
+    assert main(["trajectory", "suggest-fixes", "ur5e", points, "--out", str(out)]) == 0
     assert main(["trajectory", "check", "ur5e", str(out)]) == 0
-    assert "every joint keeps its limits" in capsys.readouterr().out
-    assert main(["trajectory", "doctor", "ur5e", points, "--remedy", "leave_out", "--out", str(out)]) == 0
+    assert "all joint limits are kept" in capsys.readouterr().out
+    assert main(["trajectory", "suggest-fixes", "ur5e", points, "--remedy", "leave_out", "--out", str(out)]) == 0
 
 
 def test_data_for_machines_and_words_in_arabic(points, capsys):
-    assert main(["trajectory", "doctor", "ur5e", points, "--json"]) == 1
+    assert main(["trajectory", "suggest-fixes", "ur5e", points, "--json"]) == 1
     data = json.loads(capsys.readouterr().out)
     assert data["remedies"][0]["kind"] == "slower"
     assert data["remedies"][0]["factor"] == pytest.approx(1.138, abs=1e-3)
-    assert main(["trajectory", "doctor", "ur5e", points, "--lang", "ar"]) == 1
+    assert main(["trajectory", "suggest-fixes", "ur5e", points, "--lang", "ar"]) == 1
     assert "أبطئ" in capsys.readouterr().out
 
 
@@ -60,7 +60,7 @@ def test_a_motion_that_breaks_a_limit_is_shown_and_not_written(points, tmp_path,
 
 def test_a_mended_motion_becomes_a_message(points, tmp_path):
     out = tmp_path / "motion.yaml"
-    assert main(["trajectory", "doctor", "ur5e", points, "--out", str(out), "--rate", "50"]) == 0
+    assert main(["trajectory", "suggest-fixes", "ur5e", points, "--out", str(out), "--rate", "50"]) == 0
     message = yaml.safe_load(out.read_text())
     assert message["joint_names"][0] == "shoulder_pan_joint"
     assert len(message["points"]) == 70
@@ -70,12 +70,13 @@ def test_a_mended_motion_becomes_a_message(points, tmp_path):
     ("words", "says"),
     [
         (["export", "ur5e", "POINTS"], "--out"),
-        (["check", "ur5e", "POINTS", "--remedy", "stop"], "--remedy belongs to doctor"),
-        (["doctor", "ur5e", "POINTS", "--remedy", "stop"], "--out"),
+        (["check", "ur5e", "POINTS", "--remedy", "stop"], "--remedy belongs to suggest-fixes"),
+        (["suggest-fixes", "ur5e", "POINTS", "--remedy", "stop"], "--out"),
         (["check", "panda", "POINTS"], "joint7"),
         (["check", "ur5e", "missing.csv"], "missing.csv: no such file"),
         (["export", "ur5e", "POINTS", "--out", "x.csv", "--rate", "-1"], "rate"),
-        (["sell", "ur5e", "POINTS"], "doctor"),
+        (["sell", "ur5e", "POINTS"], "suggest-fixes"),
+        (["doctor", "ur5e", "POINTS"], "did you mean: suggest-fixes"),
     ],
 )
 def test_wrong_words_are_one_sentence(points, capsys, words, says):
@@ -127,7 +128,7 @@ def test_the_plan_of_a_recording_goes_to_the_controller(tmp_path, capsys):
     recording, out = results / "recording.csv", tmp_path / "motion.csv"
     capsys.readouterr()
     assert main(["trajectory", "export", "planar2r", str(recording), "--out", str(out), "--rate", "1000"]) == 0
-    assert "its plan (columns q_ref)" in capsys.readouterr().out
+    assert "the planned motion (columns q_ref)" in capsys.readouterr().out
     source, plan = rows_of(recording), rows_of(out)
     assert len(plan) == len(source)
     for name in ("qjoint1", "qjoint2", "qdjoint1", "qddjoint2"):
@@ -137,10 +138,10 @@ def test_the_plan_of_a_recording_goes_to_the_controller(tmp_path, capsys):
     assert (
         main(["trajectory", "export", "planar2r", str(recording), "--out", str(out), "--rate", "1000", "--driven"]) == 0
     )
-    assert "the motion that was driven" in capsys.readouterr().out
+    assert "the measured motion" in capsys.readouterr().out
     np.testing.assert_allclose(rows_of(out)["qjoint1"], source["qjoint1"], rtol=0, atol=1e-12)
     assert main(["trajectory", "check", "planar2r", str(recording), "--driven"]) == 0
-    assert main(["trajectory", "doctor", "planar2r", str(recording), "--driven"]) == 2
+    assert main(["trajectory", "suggest-fixes", "planar2r", str(recording), "--driven"]) == 2
 
 
 def test_a_failed_run_is_written_on_request_only(tmp_path, capsys):
@@ -148,7 +149,7 @@ def test_a_failed_run_is_written_on_request_only(tmp_path, capsys):
     export = ["trajectory", "export", "planar2r", str(recording), "--out", str(out)]
     assert main(export) == 2
     heard = capsys.readouterr().err
-    assert "run that failed (status: failed)" in heard
+    assert "recording of a failed run (status: failed)" in heard
     assert "--failed" in heard
     assert not out.exists()
     assert main([*export, "--driven"]) == 2

@@ -118,7 +118,7 @@ def test_a_check_names_the_two_bodies_the_depth_and_the_place(tmp_path):
     assert "wall" in answer.explain("ar")
     free = Checker(robot, [Obstacle(Sphere(0.1), (5.0, 0.0, 0.0), "far")]).check(np.zeros(6))
     assert free
-    assert free.explain("en").startswith("free")
+    assert free.explain("en").startswith("collision-free")
     alone = Checker(robot, self_collision=False).check(np.zeros(6))
     assert alone.status is CheckStatus.ALONE
 
@@ -207,7 +207,7 @@ def test_wrong_input_is_named(tmp_path):
     with pytest.raises(mf.FileError, match="SRDF"):
         Checker(checker.robot, srdf=tmp_path / "none.srdf")
     assert checker.in_collision(np.zeros((0, 6))).shape == (0,)
-    for wrong, words in ((("a", "b"), "no body or link 'a'"), ("ab", "no pair")):
+    for wrong, words in ((("a", "b"), "no body or link 'a'"), ("ab", "not a pair")):
         with pytest.raises(mf.InputError, match=words):
             Checker(checker.robot, skip=[wrong])
     with pytest.raises(mf.InputError, match="attached: expected a list of obstacles"):

@@ -113,18 +113,18 @@ def test_a_distance_is_symmetric_moves_with_the_world_and_changes_no_faster_than
 def test_answers_say_where():
     found = collision.distance(Obstacle(Sphere(0.1), (0.0, 0.0, 0.3), "ball"), Obstacle(Box((1, 1, 0.2)), name="table"))
     assert found
-    assert found.explain("en") == "ball and table are 100 mm apart, nearest at (0.000, 0.000, 0.150) m"
+    assert found.explain("en") == "ball and table: 100 mm apart, nearest at (0.000, 0.000, 0.150) m"
     assert "ball" in found.explain("ar")
     assert not collision.distance(Sphere(1.0), Sphere(1.0))
     assert len(collision.distance(Sphere(1.0), Sphere(1.0), random_poses(3, 1.0, 0))) == 3
 
 
 def test_wrong_input_is_named():
-    with pytest.raises(mf.InputError, match="no geometry"):
+    with pytest.raises(mf.InputError, match="not a geometry"):
         Obstacle("box")
-    with pytest.raises(mf.InputError, match="name: ndarray is no name of an obstacle"):
+    with pytest.raises(mf.InputError, match="name: ndarray is not a name of an obstacle"):
         Obstacle(Sphere(1.0), np.zeros(3), np.eye(4))
-    with pytest.raises(mf.InputError, match="no length"):
+    with pytest.raises(mf.InputError, match="not a length"):
         Obstacle(Sphere(-1.0))
     with pytest.raises(mf.InputError, match="size: nan"):
         Box((1.0, float("nan"), 1.0))
@@ -144,7 +144,7 @@ def test_wrong_input_is_named():
     ("call", "words"),
     [
         (lambda: Obstacle(Box(0.5)), "size: expected shape"),
-        (lambda: Obstacle(Sphere(1e16)), "no length.*at most 1e\\+06"),
+        (lambda: Obstacle(Sphere(1e16)), "not a length.*at most 1e\\+06"),
         (lambda: Obstacle(Sphere(0.1), (1e12, 0.0, 0.0)), "farther than 1e\\+06 m"),
         (lambda: collision.ConvexHull(np.eye(3) * 1e200), "points: .*farther"),
         (lambda: collision.HeightMap(np.zeros((3, 3)), 1.0, base=-1.0), "size: expected shape"),

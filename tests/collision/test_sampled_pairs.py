@@ -87,7 +87,7 @@ def test_a_robot_that_is_never_free_of_itself_says_what_meets(tmp_path):
     checker = Checker(robot, samples=0)
     checker.samples = 100
     said = checker.account()
-    assert "zero configuration is not free: l0 hits l2" in said
+    assert "zero configuration is in self-collision: l0 hits l2" in said
     found = mf.plan(checker, None, np.zeros(2), np.ones(2))
     assert 'skip=[("l0", "l2")]' in found.explain()
     blocked = mf.plan(checker, [mf.collision.Obstacle(Sphere(0.5), (0, 0, 0), "ball")], np.zeros(2), np.ones(2))
@@ -126,7 +126,7 @@ def test_a_margin_that_the_robot_never_keeps_from_itself_is_named(tmp_path):
     assert not checker.never_apart("l0", "nothing")
     assert "l0 - l2" in checker.account()
     found = mf.plan(checker, None, np.zeros(2), np.ones(2))
-    assert "nearer than the clearance at nearly any configuration" in found.explain()
+    assert "closer than the clearance in nearly every configuration" in found.explain()
     assert 'skip=[("l0", "l2")]' in found.explain("ar")
     assert "self_clearance" in found.explain("ar")
     assert mf.plan(checker, None, np.zeros(2), np.ones(2), self_clearance=0.005)

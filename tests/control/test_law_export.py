@@ -104,7 +104,7 @@ def test_gains_may_be_inputs():
 
 def test_what_is_no_expression_is_refused():
     arm = robot("puma560")
-    with pytest.raises(InputError, match=r"ModelPredictive .*no arithmetic"):
+    with pytest.raises(InputError, match=r"ModelPredictive .*not plain arithmetic"):
         export_law(arm, model_predictive(arm))
     with pytest.raises(InputError, match="period"):
         export_law(arm, computed_torque(arm), period=0.0)

@@ -255,13 +255,13 @@ def refused() -> dict:
     )
     course = control.elastic_linearization(control.elastic_arm(arm, 5e3), quintic(np.zeros(6), np.ones(6), 1.0))
     return {
-        "predictive": (control.model_predictive(arm), "ModelPredictive", "no arithmetic"),
-        "table": (control.joints.LearnedEffort(1e-3, np.zeros((9, 6))), "LearnedEffort", "decides"),
-        "switch": (control.combined(pid, switch), "ContactSwitch", "decides"),
-        "course": (course, "ElasticLinearization", "no arithmetic"),
-        "if": (control.as_law(lambda t, q, qd, r: -q if q[0] > 0.0 else q), "FunctionLaw", "decides"),
-        "closed": (control.closed_computed_torque(chain), "ClosedComputedTorque", "no arithmetic"),
-        "around": (control.delayed(control.model_predictive(arm), 1e-3), "ModelPredictive", "no arithmetic"),
+        "predictive": (control.model_predictive(arm), "ModelPredictive", "not plain arithmetic"),
+        "table": (control.joints.LearnedEffort(1e-3, np.zeros((9, 6))), "LearnedEffort", "branches"),
+        "switch": (control.combined(pid, switch), "ContactSwitch", "branches"),
+        "course": (course, "ElasticLinearization", "not plain arithmetic"),
+        "if": (control.as_law(lambda t, q, qd, r: -q if q[0] > 0.0 else q), "FunctionLaw", "branches"),
+        "closed": (control.closed_computed_torque(chain), "ClosedComputedTorque", "not plain arithmetic"),
+        "around": (control.delayed(control.model_predictive(arm), 1e-3), "ModelPredictive", "not plain arithmetic"),
         "in place": (Counting(), "Counting", "remembers"),
         "growing": (Listing(), "Listing", "remembers"),
     }

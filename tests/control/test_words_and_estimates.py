@@ -76,7 +76,7 @@ def test_joint_or_task_space_is_advised_with_what_decides():
     through = quintic([0.1, 0.8, -0.5, 0.2, 0.6, 0.1], [0.3, 0.6, -0.7, 0.3, -0.6, 0.2], 1.0)
     singular = joint_or_task_space(ARM, through, contact=True)
     assert singular.space == "joint_space"
-    assert "singular pose" in singular.sentence("en")
+    assert "singularity" in singular.sentence("en")
     assert singular.sentence("ar") != singular.sentence("en")
     at_limit = quintic([ARM.limits.upper[0] - 1e-3, 0.8, -0.5, 0.2, 0.6, 0.1], calm.at(1.0).u, 1.0)
     assert ARM.joint_names[0] in joint_or_task_space(ARM, at_limit).sentence("en")

@@ -112,11 +112,11 @@ def test_typed_formulas_keep_their_values():
         ("dx**2*sqrt(2)", "x", "x", "multiply out"),
         ("dx**2", "sin(x*y)", "x", "multiply out"),
         ("dx**2", "sin(x/2)", "x", "multiply out"),
-        ("dx**2", "x", "y", "no coordinate"),
+        ("dx**2", "x", "y", "not a coordinate"),
         ("dx**2", "x", ["x", "x"], "twice"),
         ("dx**2", "x", {"x": "mm"}, "choose one of: m, rad"),
         ("dx**2", "x", [], "no coordinate"),
-        ("import os", "x", "x", "no formula"),
+        ("import os", "x", "x", "not a formula"),
     ],
 )
 def test_what_is_refused(kinetic, potential, coordinates, match):

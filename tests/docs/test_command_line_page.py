@@ -20,7 +20,7 @@ LINES = list(
         for line in block.strip().splitlines()
     )
 )
-ELSEWHERE = {"demo", "identify", "check", "studio", "diff", "sweep"}
+ELSEWHERE = {"demo", "identify", "check-homework", "studio", "diff", "sweep"}
 """Commands that need a log or results, or run for long: their pages or tests have them."""
 
 

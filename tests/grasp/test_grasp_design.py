@@ -176,7 +176,7 @@ def test_command_reads_grasp_files_and_draws(tmp_path):
     assert answer.data["load"]["total_push"] == pytest.approx(19.62)
     assert picture.stat().st_size > 10_000
     assert any("R1" in line for line in answer.lines)
-    assert "all bodies are taken as rigid" in answer.lines
+    assert "all bodies are assumed rigid" in answer.lines
     assert answer.data["closure"]["assumes"] == "rigid bodies"
     with pytest.raises(InputError, match="--facets"):
         operation("grasp")(file=str(described), facets="x", steps=False, picture=None)

@@ -94,7 +94,7 @@ def test_the_same_seed_plans_the_same_grasps() -> None:
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: plan_grasps(SimpleNamespace()), "no mesh"),
+        (lambda: plan_grasps(SimpleNamespace()), "not a mesh"),
         (lambda: GraspedBody.from_triangles(CUBE, [(0, 1, 9)]), "index 9"),
         (lambda: GraspedBody.from_triangles(CUBE, [(0, 0, 1)]), "area"),
         (lambda: GraspedBody.from_triangles(CUBE * np.nan, FACES), "nan"),

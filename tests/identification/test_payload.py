@@ -74,7 +74,7 @@ def test_no_load_is_an_honest_no(carrying):
     found = estimate_payload(known, noisy_log(known, seed))
     assert not found.certain
     assert found.mass < 0.02
-    assert "no load is identifiable" in found.explain("en")
+    assert "no payload is identifiable" in found.explain("en")
 
 
 def test_a_planar_arm_does_not_tell_what_lies_along_its_axes():

@@ -29,7 +29,7 @@ def test_a_pose_lifted_out_of_the_plane_is_a_matter_of_place(name, task):
     told = answer.explain("en")
     assert answer.status is (IKStatus.OUT_OF_REACH if task == "position" else IKStatus.NOT_OF_THIS_ARM)
     assert "100 mm" in told
-    assert "the place is off it" in told
+    assert "the position is off its plane" in told
     assert "orientation" not in told
     assert answer.details["position_error"] == pytest.approx(0.1, abs=1e-9)
 
@@ -40,7 +40,7 @@ def test_a_tilted_pose_at_a_place_within_reach_is_a_matter_of_orientation():
     T[:3, :3] = T[:3, :3] @ mf.geometry.rotation.rot_x(0.2)
     answer = inverse_kinematics(robot, T)
     assert answer.status is IKStatus.NOT_OF_THIS_ARM
-    assert "the place can be reached, but not with this orientation" in answer.explain("en")
+    assert "the position is reachable, but not with this orientation" in answer.explain("en")
     assert inverse_kinematics(robot, T[None]).status[0] is IKStatus.NOT_OF_THIS_ARM
 
 

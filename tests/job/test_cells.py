@@ -177,10 +177,10 @@ def test_what_cannot_be_included_is_refused(folder, name):
 def test_check_of_a_job_plans_it_and_writes_nothing(folder, monkeypatch, capsys):
     monkeypatch.chdir(folder)
     before = sorted(folder.rglob("*"))
-    assert main(["check", "job.toml", "--json"]) == 0
+    assert main(["check-job", "job.toml", "--json"]) == 0
     checked = json.loads(capsys.readouterr().out)
     assert main(["run", "job.toml", "--dry-run", "--json"]) == 0
     assert checked == json.loads(capsys.readouterr().out)
     assert sorted(folder.rglob("*")) == before
     (folder / "job.toml").write_text(JOB.replace('frame = "feeder"', "position = [9, 9, 0]"))
-    assert main(["check", "job.toml"]) != 0
+    assert main(["check-job", "job.toml"]) != 0

@@ -52,7 +52,7 @@ def test_the_way_goes_round_and_without_avoid_it_is_refused():
     assert done
     assert any(remark.key == "job.went_round" for remark in done.remarks)
     assert ClosedChain(done.robot).error(done.recording.q).max() < 1e-10
-    assert "as driven" not in done.explain("en")
+    assert "as simulated" not in done.explain("en")
     kept = run("[collision]\n" + OUT + "constraints = { plane = [0, 1, 0] }\n")
     assert kept
     assert "as driven, point within" in kept.explain("en")

@@ -232,7 +232,7 @@ def test_schema_check_and_bench_know_them(tmp_path, capsys):
     assert {"Hole", "Door", "Guide", "Surface"} <= set(tables)
     file = tmp_path / "peg.toml"
     file.write_text(HEAD + PEG)
-    assert main(["check", str(file)]) == 0
+    assert main(["check-job", str(file)]) == 0
     capsys.readouterr()
     assert "impedance" in kinds_for(parse(HEAD + PEG))
     assert "hybrid" not in kinds_for(parse(HEAD + PEG))

@@ -89,7 +89,7 @@ def test_a_soft_arm_misses_every_target_and_says_why(tmp_path: Path, capsys: pyt
     assert verdict(run, "en").text == "targets not reached: 4 of 4"
     said = sentences(run, "failure")
     assert "move 1 'above the part' does not reach its target: the tip is 271 mm and 29.3° off" in said[0]
-    assert "cause: friction of the joints; without it " in said[0]
+    assert "cause: joint friction; without it " in said[0]
     assert "remedy, driven again: friction = true in [controller]" in said[0] or "worth trying" in said[0]
     assert "the part was not gripped" in said[1]
     assert not any("targets reached" in sentence for sentence in sentences(run, "good"))
@@ -132,7 +132,7 @@ def test_a_joint_that_friction_holds_misses_its_goal_unless_it_is_compensated(
     assert (verdict(run).level == "failure") != reached
     if not reached:
         assert "squeeze is 40.1° off" in sentences(run, "failure")[0]
-        assert "cause: friction of the joints; without it " in sentences(run, "failure")[0]
+        assert "cause: joint friction; without it " in sentences(run, "failure")[0]
         assert "remedy, driven again: friction = true in [controller]" in sentences(run, "failure")[0]
 
 
@@ -202,7 +202,7 @@ def test_holding_efforts_are_those_of_statics(tmp_path: Path, capsys: pytest.Cap
         assert bool(said) != held
         assert planned_overloads(run.job, run.plan) == overloads(run), "the same is said before anything moves"
         (tmp_path / "lift.toml").write_text(text, encoding="utf-8")
-        assert main(["check", str(tmp_path / "lift.toml")]) == (0 if held else 1)
+        assert main(["check-job", str(tmp_path / "lift.toml")]) == (0 if held else 1)
         assert ("holding 3 kg" in capsys.readouterr().err) != held
         if said:
             assert f"needs {quantity(5 * 9.81 / effort, 'share')} of the effort of lift" in said[0]
@@ -221,7 +221,7 @@ def test_holding_efforts_are_those_of_statics(tmp_path: Path, capsys: pytest.Cap
             '[controller]\nkind = "pd_gravity"\nkp = 20\nkd = 0.2\n[simulation]\nstep = 0.002\n',
             "pd_gravity with these gains lags behind",
         ),
-        ("[[disturbance]]\nstart = 0.1\nduration = 9.0\nwrench = [0, 0, 0, 0, 0, 60]\n", "the push on the tip"),
+        ("[[disturbance]]\nstart = 0.1\nduration = 9.0\nwrench = [0, 0, 0, 0, 0, 60]\n", "external force at the tip"),
     ],
 )
 def test_causes_are_named(change: str, cause: str) -> None:

@@ -58,7 +58,7 @@ def test_what_moves_keep_is_kept_by_the_driven_arm(run: Run) -> None:
     assert np.abs(tips[second, 0, 3] - 0.45).max() < 0.002
     assert np.ptp(tips[second, 1, 3]) > 0.09
     said = run.explain("en")
-    assert "as driven, axis within" in said
+    assert "as simulated, axis within" in said
     assert "point within" in said
     assert any("the limit is 5 deg" in text for _, text in page(run, summary(run), "en").details[1].pairs)
 
@@ -69,7 +69,7 @@ def test_what_was_not_kept_when_driven_is_said(run: Run, monkeypatch: pytest.Mon
     monkeypatch.setattr(keeping, "worst_kept", lambda run, leg: keeping.Measured(worst.kept, 40.0 * worst.measures))
     broken = [one for one in remarks(run, summary(run)) if one.key == "job.constraint_violated"]
     assert broken[0].level == "failure"
-    assert "left the path constraints" in broken[0].sentence("en") != broken[0].sentence("ar")
+    assert "violates the path constraints" in broken[0].sentence("en") != broken[0].sentence("ar")
 
 
 @pytest.mark.parametrize(

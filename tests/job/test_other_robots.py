@@ -148,8 +148,8 @@ def test_a_move_without_a_way_is_refused_by_name():
         ("exactly one of", "[[other_robot.move]]\npause = 1\njoints = [0, 0, 0, 0, 0, 0]\n"),
         ("has 3 numbers", "[[other_robot.move]]\njoints = [0, 0, 0]\n"),
         ("would be at 900°, outside its limits", "[[other_robot.move]]\njoints = [900, 0, 0, 0, 0, 0]\n"),
-        ("no name of another robot", RIGHT),
-        ("is not known", "[[other_robot.move]]\njoint = [0]\n"),
+        ("not a name of another robot", RIGHT),
+        ("unknown key", "[[other_robot.move]]\njoint = [0]\n"),
         ("both rpy and quaternion", "quaternion = [1, 0, 0, 0]\n"),
     ],
 )

@@ -236,11 +236,11 @@ def _said(value):
 def test_the_check_of_a_job_shows_signals(tmp_path, capsys):
     path = tmp_path / "cell.toml"
     path.write_text(CELL + MOVES, encoding="utf-8")
-    assert main(["check", str(path)]) == 0
+    assert main(["check-job", str(path)]) == 0
     words = capsys.readouterr().out
     assert "wait for signals" in words
     assert "close = true" in words
-    assert main(["check", str(path), "--json"]) == 0
+    assert main(["check-job", str(path), "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
     assert [each["signal"] for each in data["signals"]["changes"]] == ["part_present", "close", "closed"]
 

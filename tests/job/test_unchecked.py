@@ -62,7 +62,7 @@ def test_each_check_that_is_off_is_said(more, claimed, said):
         sentences = [remark.sentence(language) for remark in run.remarks if remark.key in said]
         assert set(sentences) <= {finding.text for finding in shown.findings}
     whole = " ".join(remark.sentence("en") for remark in run.remarks)
-    assert ("nothing is hit" in whole) == (claimed == HIT["both"])
+    assert ("no collision" in whole and "no collision with" not in whole) == (claimed == HIT["both"])
 
 
 def test_a_clearance_from_nothing_and_a_check_that_is_switched_off_are_warnings():

@@ -238,7 +238,7 @@ def test_the_command_writes_report_and_results(tmp_path, capsys):
     assert results["variation"]["runs"] == 5
     assert results["variation"]["seed"] == 4
     page = (tmp_path / "out" / "report.html").read_text()
-    assert "Many runs with drawn numbers" in page
+    assert "Monte Carlo runs" in page
     assert results["variation"]["sentence"]["en"].split("\n")[0].split(":")[0] in page
     main(["run", str(tmp_path / "job.toml"), "--runs", "0", "--out", str(tmp_path / "out")])
     assert json.loads((tmp_path / "out" / "results.json").read_text())["variation"] is None

@@ -95,7 +95,7 @@ def test_explicit_and_implicit_body_of_the_plane():
     implicit = mo.implicit_body(explicit, 1.3)
     assert np.abs(mo.planar_residual(implicit, 1.3)).max() < 1e-14
     np.testing.assert_allclose(mo.explicit_body(implicit, 1.3), explicit, atol=1e-14)
-    with pytest.raises(mf.InputError, match="no points of this body"):
+    with pytest.raises(mf.InputError, match="not points of this body"):
         mo.explicit_body(implicit, 1.4)
     A, B = implicit[0, :2], implicit[0, 2:]
     for face, sign in ((True, 1), (False, -1)):

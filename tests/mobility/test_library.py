@@ -54,10 +54,10 @@ EXPECTED = {
     "watt": ("planar", 1, 1, 1, 1, "MOVES"),
 }
 SENTENCES = {
-    "MOVES": "as Gruebler counts",
-    "MOVES_DEPENDENT": "because constraints depend on each other",
-    "BRANCH_POINT": "a branch point of its configurations",
-    "ONLY_INSTANTANEOUS": "stopped at second order",
+    "MOVES": "as counted by Gruebler",
+    "MOVES_DEPENDENT": "because constraints are dependent",
+    "BRANCH_POINT": "a branch point of its configuration space",
+    "ONLY_INSTANTANEOUS": "blocked at second order",
     "RIGID": "is a structure",
 }
 
@@ -87,7 +87,7 @@ def test_reasons_of_named_mechanisms():
     assert "rotations about the point" in said("universal_shaft")
     assert "motions along and about one axis (0, 0, 1)" in said("screw_press")
     assert said("delta").count("idle freedom (1)") == 6
-    assert "wrong choice" not in said("delta")
+    assert "singular choice" not in said("delta")
 
 
 def test_output_of_the_delta_translates():

@@ -7,6 +7,8 @@ import pytest
 
 import mafsil as mf
 from mafsil import mobility as mo
+from mafsil.messages import say
+from mafsil.mobility.four_bar import four_bar_of
 from mafsil.mobility.loop_closure import largest_gap
 
 
@@ -128,3 +130,20 @@ def test_chains_that_return_to_their_base():
 def test_no_direction_has_no_angles():
     with pytest.raises(mf.InputError, match="length zero"):
         mo.angles_of_direction([[0, 0, 1], [0, 0, 0]])
+
+
+@pytest.mark.parametrize("lengths", np.random.default_rng(7).uniform(0.5, 2.0, (12, 4)))
+def test_a_drawn_four_bar_is_known_by_its_links(lengths):
+    bar = mo.FourBar(*lengths)
+    if bar.input_range is None:
+        pytest.skip("these links do not close")
+    known = four_bar_of(bar.linkage(float(np.mean(bar.input_range))))
+    assert known is not None
+    np.testing.assert_allclose(known.lengths, bar.lengths)
+    assert say(f"mobility.{bar.grashof.value}", language="en") in mf.mobility(bar).explain("en").split("\n")
+
+
+def test_other_linkages_have_no_class_of_grashof():
+    assert four_bar_of(mo.library.watt()) is None
+    assert four_bar_of(mo.library.slider_crank()) is None
+    assert four_bar_of(mo.library.chain(2)) is None

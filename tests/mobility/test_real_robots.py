@@ -25,7 +25,7 @@ def test_files_of_makers(path):
         except mf.MafsilError:
             pytest.skip("not readable as it is")
         if not mechanism.n:
-            with pytest.raises(mf.ModelError, match="no joint that moves"):
+            with pytest.raises(mf.ModelError, match="no moving joint"):
                 mf.mobility(mechanism)
             return
         found = mf.mobility(mechanism)

@@ -48,7 +48,7 @@ def test_dimensions_that_an_arm_does_not_have_are_refused(name: str, dimensions:
 
 def test_files_have_no_dimensions(tmp_path: Path) -> None:
     (tmp_path / "arm.toml").write_text(TABLE)
-    with pytest.raises(InputError, match="lengths is no argument for a file"):
+    with pytest.raises(InputError, match="lengths is not an argument for a file"):
         mf.load(tmp_path / "arm.toml", lengths=[1.0])
 
 

@@ -106,7 +106,7 @@ def test_cables_there_and_back(capsys):
     back = ask(capsys, EXAMPLES / "crane.toml", "--motors", *lengths)
     assert np.allclose(back["poses"], [x], atol=1e-8)
     assert main(["parallel", str(EXAMPLES / "crane.toml"), "--motors", *["2"] * 8]) == 1
-    assert "no pose" in capsys.readouterr().err
+    assert "no platform pose" in capsys.readouterr().err
 
 
 def test_cables(capsys, tmp_path):

@@ -31,7 +31,7 @@ def test_an_end_beyond_a_limit_by_rounding_is_planned_for(checker, far, swapped)
     found = mf.plan(checker, None, start, goal)
     assert found, found.explain()
     np.testing.assert_array_equal(found.path[[0, -1]], [start, goal])
-    assert "beyond the limits by up to" in found.explain("en")
+    assert "outside the limits by at most" in found.explain("en")
     assert found.explain("ar") != found.explain("en")
     inner = found.path[1:-1]
     assert ((inner >= checker.robot.limits.lower) & (inner <= checker.robot.limits.upper)).all()

@@ -142,7 +142,7 @@ def test_pictures_of_arms_and_refusals(tmp_path):
         watch(point(), "trajectory_optimisation")
     with pytest.raises(InputError, match="planners"):
         bench_planners([point()], ["lazy_prm_star"])
-    with pytest.raises(InputError, match="question"):
+    with pytest.raises(InputError, match="query"):
         bench_planners([])
     with pytest.raises(InputError, match="seconds"):
         bench_planners([point()], seconds=0.0)
@@ -152,12 +152,12 @@ def test_the_command(tmp_path, capsys):
     from mafsil.cli.main import main
 
     job = "examples/jobs/around_a_wall_panda.toml"
-    code = main(["bench", "planners", job, "--planners", "rrt_connect", "prm", "--seeds", "1", "--seconds", "2",
+    code = main(["compare", "planners", job, "--planners", "rrt_connect", "prm", "--seeds", "1", "--seconds", "2",
                  "--replay", str(tmp_path), "--lang", "en"])  # fmt: skip
     said = capsys.readouterr().out
     assert code == 0
     assert re.search(r"rrt_connect\s+\d/\d", said)
     assert {each.name for each in tmp_path.glob("*.svg")} == {"rrt_connect.svg", "prm.svg"}
-    assert main(["bench", "planners", job, "--laws", "pid"]) != 0
-    assert main(["bench", "planners", "examples/jobs/palletiser.toml", "--seeds", "1"]) != 0
+    assert main(["compare", "planners", job, "--laws", "pid"]) != 0
+    assert main(["compare", "planners", "examples/jobs/palletiser.toml", "--seeds", "1"]) != 0
     assert mf.planning.PLANNERS

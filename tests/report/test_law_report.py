@@ -152,8 +152,8 @@ def test_the_files_are_whole_and_nothing_of_others_is_replaced(bench, tmp_path):
 def test_the_command_writes_the_page(tmp_path, capsys):
     job, out = tmp_path / "press.toml", tmp_path / "out"
     job.write_text(TEXT)
-    assert main(["bench", "control", str(job), "--laws", "pid", "--out", str(out)]) == 0
+    assert main(["compare", "control", str(job), "--laws", "pid", "--out", str(out)]) == 0
     assert str(out / "report.html") in capsys.readouterr().out
     assert (out / "report.html").exists()
-    assert main(["bench", "control", str(job), "--laws", "pid", "--out", str(Path(__file__).parent)]) != 0
-    assert main(["bench", "planners", str(job), "--out", str(out)]) != 0
+    assert main(["compare", "control", str(job), "--laws", "pid", "--out", str(Path(__file__).parent)]) != 0
+    assert main(["compare", "planners", str(job), "--out", str(out)]) != 0

@@ -199,7 +199,7 @@ def test_blow_up_keeps_the_last_good_state(panda):
     assert 0 < len(run.t) < 1001
     for array in run.arrays().values():
         assert np.isfinite(array).all()
-    assert "blew up" in run.explain("en")
+    assert "diverged" in run.explain("en")
     assert run.explain("ar")
 
 

@@ -5,11 +5,37 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from mafsil.cli.colour import Tone
+
 
 class Laid(str):
     """A line that is laid out already: harmless characters, cells in isolates; it is printed as it is."""
 
     __slots__ = ()
+
+
+class Head(Laid):
+    """The line above the rows of a table."""
+
+    __slots__ = ()
+
+
+class Toned(str):
+    """A line that is a verdict, or part of one: good, a warning, or bad."""
+
+    __slots__ = ("tone",)
+    tone: Tone
+
+    def __new__(cls, text: str, tone: Tone) -> Toned:
+        """Args: the line, and what it says."""
+        line = super().__new__(cls, text)
+        line.tone = tone
+        return line
+
+
+def tone_of(line: str) -> Tone:
+    """That of a line of an answer."""
+    return line.tone if isinstance(line, Toned) else "head" if isinstance(line, Head) else "plain"
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,11 +6,10 @@ from shlex import quote
 
 from mafsil.cli.answer import Answer, Laid
 from mafsil.cli.operation import Operation
-from mafsil.cli.registry import OPERATIONS, robot_options
+from mafsil.cli.registry import COMMON, OPERATIONS, robot_options
 from mafsil.messages import LANGUAGES, say
 from mafsil.model import library
 
-COMMON = ("--json", "--lang", "--debug", "--help")
 BASH = """_mafsil() {{
     local current="${{COMP_WORDS[COMP_CWORD]}}" previous="${{COMP_WORDS[COMP_CWORD-1]}}" words
     case "${{COMP_WORDS[1]}}" in
@@ -35,8 +34,8 @@ def completion(shell: str) -> Answer:
 
 
 def _options(operation: Operation) -> list[str]:
-    own = (*operation.parameters, *robot_options(operation))
-    return [parameter.option for parameter in own if not parameter.positional]
+    own = (*operation.parameters, *robot_options(operation), *COMMON)
+    return [*(parameter.option for parameter in own if not parameter.positional), "--help"]
 
 
 def _values(operation: Operation) -> list[str]:
@@ -48,7 +47,7 @@ def _values(operation: Operation) -> list[str]:
 
 def _bash() -> list[str]:
     cases = [
-        f"        {operation.name}) words={quote(' '.join([*_options(operation), *COMMON, *_values(operation)]))} ;;"
+        f"        {operation.name}) words={quote(' '.join([*_options(operation), *_values(operation)]))} ;;"
         for operation in OPERATIONS
     ]
     commands = quote(" ".join([*(operation.name for operation in OPERATIONS), "--version", "--help", "--lang"]))
@@ -62,7 +61,7 @@ def _fish() -> list[str]:
             f"complete -c mafsil -n __fish_use_subcommand -a {operation.name} -d {quote(say(operation.help_key))}"
         )
         seen = f"complete -c mafsil -n '__fish_seen_subcommand_from {operation.name}'"
-        lines += [f"{seen} -l {option[2:]}" for option in [*_options(operation), *COMMON]]
+        lines += [f"{seen} -l {option[2:]}" for option in _options(operation)]
         if values := _values(operation):
             lines.append(f"{seen} -a {quote(' '.join(values))}")
     return lines

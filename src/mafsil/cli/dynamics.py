@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.cli.answer import Answer
+from mafsil.cli.answer import Answer, Toned
 from mafsil.cli.loops import require_open_chain
 from mafsil.cli.quantities import quantity_lines, quantity_values
 from mafsil.cli.state import degrees_remarks, efforts, joint_values, units, with_units
@@ -120,7 +120,7 @@ def _answer(arm: Robot, values: dict[str, Floats], remarks: list[str], *, forwar
     lines.append(say("cli.energy", kinetic=number(energy["kinetic"]), potential=number(energy["potential"])))
     if friction.any():
         lines.append(say("cli.dynamics_friction", values="  ".join(map(number, friction))))
-    lines += [say("cli.beyond_effort", joint=name) for name in excess]
+    lines += [Toned(say("cli.beyond_effort", joint=name), "warning") for name in excess]
     return Answer(data, (*lines, *remarks))
 
 

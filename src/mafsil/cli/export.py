@@ -1,4 +1,4 @@
-"""`mafsil export`: a quantity of a robot as C, as an object file or as PTX; and the check that doctor runs on it."""
+"""`mafsil export`: a quantity of a robot as C, as an object file or as PTX; and its self-test."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ else:
     exporting = lazily("mafsil.page.exporting")
 
 CHECKED = (("planar2r", "forward_kinematics"), ("puma560", "mass_matrix"), ("panda", "inverse_dynamics"))
-"""What `mafsil doctor --export-check` compiles: robots and quantities."""
+"""What `mafsil info --export-check` compiles: robots and quantities."""
 
 
 def export(

@@ -7,7 +7,7 @@ from math import degrees as to_degrees
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.cli.answer import Answer
+from mafsil.cli.answer import Answer, Toned
 from mafsil.cli.loops import chain_at
 from mafsil.cli.state import degrees_remarks, joint_values
 from mafsil.cli.table import matrix, number
@@ -51,7 +51,7 @@ def fk(robot: str, q: list[str], frame: str | None, tip: str | None, degrees: bo
     lines.append(say("cli.fk_quaternion", values="  ".join(number(x) for x in quaternion)))
     turned = [to_degrees(x) for x in rpy] if degrees else rpy
     lines.append(say("cli.fk_rpy", unit="°" if degrees else "rad", values="  ".join(number(float(x)) for x in turned)))
-    lines += [say("cli.outside", joint=item) for item in outside]
+    lines += [Toned(say("cli.outside", joint=item), "warning") for item in outside]
     lines += degrees_remarks(q, arm.mechanism, degrees=degrees)
     return Answer(data, tuple(lines))
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mafsil.cli.answer import Answer
+from mafsil.cli.answer import Answer, Toned
 from mafsil.cli.numerals import number as typed
 from mafsil.cli.progress import Progress
 from mafsil.cli.table import number, table
@@ -191,7 +191,7 @@ def _clearance_lines(found: ClearanceMotion) -> list[str]:
 
 
 def _verdict(grasp: Grasp, found: Closure, quality: GraspQuality | None, request: _Request) -> list[str]:
-    lines = [found.explain()]
+    lines: list[str] = [Toned(found.explain(), "good" if found.force_closure else "bad")]
     if quality is not None:
         exact = quality.upper <= quality.epsilon * (1 + 1e-9)
         key = "grasp.quality" if exact else "grasp.quality_between" if quality.converged else "grasp.quality_gap"

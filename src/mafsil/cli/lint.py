@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from mafsil.cli.answer import Answer
+from mafsil.cli.answer import Answer, Toned
+from mafsil.cli.colour import Tone
 from mafsil.messages import say
 from mafsil.model.diagnostics import Diagnostic, Report, Severity
 from mafsil.model.lint import lint as linted
@@ -47,13 +48,17 @@ def lint(robot: str, fix: str | None, only: list[str] | None = None) -> Answer:
     return Answer(data, (*lines, "", *_changed(fix, changes)), refusal)
 
 
+_TONES: dict[Severity, Tone] = {Severity.ERROR: "bad", Severity.WARNING: "warning", Severity.INFO: "plain"}
+
+
 def _line(item: Diagnostic) -> str:
-    return f"  {say(f'lint.severity_{item.severity.value}')}: {item.line_of_text()}"
+    line = f"  {say(f'lint.severity_{item.severity.value}')}: {item.line_of_text()}"
+    return Toned(line, _TONES[item.severity])
 
 
 def _summary(report: Report) -> str:
     if not report.diagnostics:
-        return say("lint.clean", robot=report.source)
+        return Toned(say("lint.clean", robot=report.source), "good")
     notes = sum(item.severity is Severity.INFO for item in report)
     return say(
         "lint.summary", robot=report.source, errors=len(report.errors), warnings=len(report.warnings), notes=notes

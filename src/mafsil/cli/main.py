@@ -14,7 +14,8 @@ from textwrap import wrap
 from typing import Any, cast
 
 from mafsil import __version__
-from mafsil.cli.answer import Answer, Laid
+from mafsil.cli.answer import Answer, Laid, tone_of
+from mafsil.cli.colour import Tone, allow_colours, painted
 from mafsil.errors import FileError, InputError, JobError, MafsilError, ModelError
 from mafsil.messages import LANGUAGES, clauses, in_line, language, say
 from mafsil.messages.visible import visible
@@ -37,6 +38,7 @@ def main(arguments: list[str] | None = None) -> int:
         if isinstance(stream, io.TextIOWrapper):
             # A terminal that knows only ASCII gets codes instead of letters, not a failure.
             stream.reconfigure(errors="backslashreplace")
+    allow_colours(allowed="--no-color" not in words)
     warnings.showwarning = _warn
     if "--debug" not in words:
         # NumPy's remarks about overflow: what comes of it is said in the answer, in the reader's language.
@@ -76,10 +78,10 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _run(words: list[str]) -> int:
     _choose_language(words)
-    from mafsil.cli.notices import wipe
     from mafsil.cli.parser import parser
-    from mafsil.cli.registry import operation
+    from mafsil.cli.registry import COMMON, operation
     from mafsil.cli.standard_input import as_files
+    from mafsil.cli.status_line import LINE
     from mafsil.cli.words import ordered
 
     grammar = parser(__version__)
@@ -90,7 +92,7 @@ def _run(words: list[str]) -> int:
         sys.stdout.flush()
         return int(leaving.code or 0)
     name = given.pop("command")
-    as_json, _, _ = (given.pop(common, None) for common in ("json", "lang", "debug"))
+    as_json = bool({common.name: given.pop(common.name, None) for common in COMMON}["json"])
     if name is None:
         grammar.print_help()
         return DONE
@@ -99,9 +101,9 @@ def _run(words: list[str]) -> int:
             from mafsil.cli.equipment import equipped
 
             arguments["robot"] = equipped(arguments["robot"], arguments)
-        answer = operation(name)(**arguments)
-    wipe()
-    _print(answer, as_json=bool(as_json))
+        with nullcontext() if operation(name).serves else LINE.counting():
+            answer = operation(name)(**arguments)
+    _print(answer, as_json=as_json)
     if answer.interrupted:
         return INTERRUPTED
     return DONE if answer.refusal is None else FAILED
@@ -113,7 +115,7 @@ def _notices(words: list[str]) -> AbstractContextManager[None]:
         return nullcontext()
     from mafsil.cli.notices import shown
 
-    return shown(_complain)
+    return shown(lambda sentence: _complain(sentence, "plain"))
 
 
 def _choose_language(words: list[str]) -> None:
@@ -127,7 +129,7 @@ def _choose_language(words: list[str]) -> None:
 
 
 def _print(answer: Answer, *, as_json: bool) -> None:
-    lines = [piece for line in answer.lines for piece in ([line] if isinstance(line, Laid) else _fitted(visible(line)))]
+    lines = [piece for line in answer.lines for piece in _shown(line, refused=line == answer.refusal)]
     if as_json:
         lines = [json.dumps(_plain(answer.data), ensure_ascii=False, indent=2, allow_nan=False)]
     if lines:
@@ -136,6 +138,12 @@ def _print(answer: Answer, *, as_json: bool) -> None:
     said = not as_json and answer.refusal in answer.lines and sys.stdout.isatty() and sys.stderr.isatty()
     if answer.refusal is not None and not said:
         _complain(answer.refusal)
+
+
+def _shown(line: str, *, refused: bool) -> list[str]:
+    """A line of an answer as it is printed; the reason of a no is bad."""
+    pieces = [line] if isinstance(line, Laid) else _fitted(visible(line))
+    return [painted(piece, "bad" if refused else tone_of(line), sys.stdout) for piece in pieces]
 
 
 def _fitted(line: str) -> list[str]:
@@ -168,17 +176,17 @@ def _plain(value: Any) -> Any:
     return value if isinstance(value, bool | int | str) or value is None else str(value)
 
 
-def _complain(sentence: str) -> None:
+def _complain(sentence: str, tone: Tone = "bad") -> None:
     """One line on stderr; lines of longer answers are clauses of it."""
     lines = [" ".join(line.split()) for line in sentence.splitlines() if line.strip()]
     joined = clauses([*(each.rstrip(".") for each in lines[:-1]), *lines[-1:]]).replace(":" + clauses(["", ""]), ": ")
     line = in_line(visible(joined))
-    print(f"mafsil: {line}", file=sys.stderr, flush=True)
+    print(f"{painted('mafsil:', tone, sys.stderr)} {line}", file=sys.stderr, flush=True)
 
 
 def _warn(message: Warning | str, *where: object, **more: object) -> None:
     """A warning is a sentence; the line of our source that gave it helps nobody."""
-    _complain(str(message))
+    _complain(str(message), "warning")
 
 
 if __name__ == "__main__":

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import logging
-import shutil
-import sys
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 
+from mafsil.cli.status_line import LINE
 from mafsil.code_store import LOGGER
-
-_WIPED = "\r\x1b[K"
 
 
 class _Lines(logging.Handler):
@@ -21,18 +18,11 @@ class _Lines(logging.Handler):
         self._line = write
 
     def emit(self, record: logging.LogRecord) -> None:
-        if record.name != LOGGER:
-            wipe()
+        if record.name == LOGGER:
+            LINE.show(record.getMessage())
+        else:
+            LINE.wipe()
             self._line(record.getMessage())
-        elif sys.stderr.isatty():
-            line = record.getMessage()[: shutil.get_terminal_size().columns - 1]
-            print(f"{_WIPED}{line}", end="", file=sys.stderr, flush=True)
-
-
-def wipe() -> None:
-    """Clear the line of a terminal that says what is going on: an answer comes."""
-    if sys.stderr.isatty():
-        print(_WIPED, end="", file=sys.stderr, flush=True)
 
 
 @contextmanager
@@ -50,7 +40,7 @@ def shown(write: Callable[[str], None]) -> Generator[None, None, None]:
     try:
         yield
     finally:
-        wipe()
+        LINE.wipe()
         for logger, level in zip(loggers, before, strict=True):
             logger.setLevel(level)
         loggers[0].removeHandler(lines)

@@ -28,6 +28,7 @@ class Parameter:
         metavar: what stands for the value in the help.
         reads: the value is a file, or may be one, that is read: `-` stands for standard input.
         endings: by which a file for this argument is known.
+        explained: key of the sentence that explains it, where several commands share one.
     """
 
     name: str
@@ -39,6 +40,7 @@ class Parameter:
     metavar: str = ""
     reads: bool = False
     endings: tuple[str, ...] = ()
+    explained: str = ""
 
     @property
     def option(self) -> str:
@@ -58,20 +60,27 @@ class Operation:
         name: of the command.
         target: `module:function`, imported at the first call; takes the parameters by name, returns an Answer.
         parameters: in the order in which the help lists them.
+        serves: runs until it is stopped.
     """
 
     name: str
     target: str
     parameters: tuple[Parameter, ...] = field(default=())
+    serves: bool = False
+
+    @property
+    def words(self) -> str:
+        """Its name as keys of the catalogue have it."""
+        return self.name.replace("-", "_")
 
     @property
     def help_key(self) -> str:
         """Key of the sentence that says what it does."""
-        return f"cli.{self.name}_help"
+        return f"cli.{self.words}_help"
 
     def parameter_key(self, parameter: Parameter) -> str:
         """Key of the sentence that explains a parameter."""
-        return f"cli.{self.name}_{parameter.name}"
+        return parameter.explained or f"cli.{self.words}_{parameter.name}"
 
     def function(self) -> Callable[..., Answer]:
         """The function behind the name."""

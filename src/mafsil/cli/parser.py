@@ -7,10 +7,11 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 from typing import Any, NoReturn
 
+from mafsil import other_words
 from mafsil.cli.operation import Operation, Parameter
-from mafsil.cli.registry import OPERATIONS, REPEATED, robot_options
+from mafsil.cli.registry import COMMON, OPERATIONS, REPEATED, robot_options
 from mafsil.cli.words import NEGATIVE, UsageError
-from mafsil.messages import LANGUAGES, in_line, say, template
+from mafsil.messages import in_line, say, template
 from mafsil.messages.visible import visible
 
 _SENTENCES = {
@@ -39,7 +40,8 @@ class Parser(argparse.ArgumentParser):
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         """Refuse what is not among the choices, and offer what looks like it."""
         choices = list(map(str, action.choices or ()))
-        close = get_close_matches(str(value)[:80], choices, n=3, cutoff=0.5)
+        named_elsewhere = [word for word in other_words.COMMANDS.get(str(value).casefold(), ()) if word in choices]
+        close = named_elsewhere or get_close_matches(str(value)[:80], choices, n=3, cutoff=0.5)
         if action.choices is not None and value not in choices and close:
             raise argparse.ArgumentError(
                 action, say("cli.argparse_choice_close", value=str(value), close=", ".join(close))
@@ -81,15 +83,15 @@ def parser(version: str) -> Parser:
 
 def _add_common(command: Parser) -> None:
     """Options of every command; SUPPRESS keeps what was said before the command."""
-    silent = argparse.SUPPRESS
-    command.add_argument("--json", action="store_true", default=silent, help=say("cli.json"))
-    command.add_argument("--lang", choices=LANGUAGES, default=silent, help=say("cli.lang"))
-    command.add_argument("--debug", action="store_true", default=silent, help=say("cli.debug"))
+    for option in COMMON:
+        command.add_argument(option.option, default=argparse.SUPPRESS, help=say(option.explained), **_rules(option))
 
 
 def _add_parameters(command: Parser, operation: Operation) -> None:
     for parameter in operation.parameters:
         words = _escaped(say(operation.parameter_key(parameter)))
+        if _is_long(parameter):
+            words += f": {', '.join(parameter.choices)}"
         flag = parameter.name if parameter.positional else parameter.option
         command.add_argument(flag, help=words, **_rules(parameter))
     for option in robot_options(operation):
@@ -104,6 +106,7 @@ def _rules(parameter: Parameter) -> dict[str, Any]:
     rules: dict[str, Any] = {"metavar": parameter.metavar or parameter.name.upper(), "type": str}
     if parameter.choices:
         rules["choices"] = parameter.choices
+        rules["metavar"] = rules["metavar"] if parameter.positional or _is_long(parameter) else None
     if parameter.many:
         rules["nargs"] = "*" if parameter.positional else "+"
     elif parameter.positional and not parameter.required:
@@ -111,6 +114,11 @@ def _rules(parameter: Parameter) -> dict[str, Any]:
     if not parameter.positional:
         rules["required"] = parameter.required
     return rules
+
+
+def _is_long(parameter: Parameter) -> bool:
+    """Whether an option has too many choices for the usage: the help lists them instead."""
+    return not parameter.positional and len(parameter.choices) > 5
 
 
 def _escaped(words: str) -> str:

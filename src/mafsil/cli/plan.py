@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mafsil.cli.answer import Answer, Laid
+from mafsil.cli.answer import Answer, Laid, Toned
 from mafsil.cli.numerals import count, number
 from mafsil.cli.plan_question import rows_of, typed_constraints, typed_goal
 from mafsil.cli.state import degrees_remarks, joint_values, shown, unit
@@ -99,7 +99,8 @@ def plan(
     hints = [hint for words in typed for hint in degrees_remarks(words, arm.mechanism, degrees=degrees)]
     if not found:
         return Answer(data, (), "\n".join([found.explain(), *dict.fromkeys(hints)]))
-    lines = [*found.explain().splitlines(), *_points(arm, found, degrees=degrees), *dict.fromkeys(hints)]
+    first, *rest = found.explain().splitlines()
+    lines = [Toned(first, "good"), *rest, *_points(arm, found, degrees=degrees), *dict.fromkeys(hints)]
     if free is not None:
         data["not_checked"] = [(each.first, each.second) for each in checker.resting]
         names = f" ({', '.join(map(str, checker.resting))})" if checker.resting else ""

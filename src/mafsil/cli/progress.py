@@ -6,6 +6,7 @@ import sys
 import time
 from types import TracebackType
 
+from mafsil.cli.status_line import LINE
 from mafsil.messages import say
 
 _WIDTH = 26
@@ -31,14 +32,14 @@ class Progress:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self.awake and self.terminal:
-            self._write("\r\x1b[K")
+        if self.awake:
+            LINE.wipe()
 
     def enter(self, stage: str) -> None:
         """A new stage begins; `stage` is a key of the catalogue area `cli`."""
         self.stage, self.began, self.printed = stage, time.monotonic(), 0.0
         if self.awake and not self.terminal:
-            self._write(say(f"cli.{stage}") + "\n")
+            print(say(f"cli.{stage}"), file=sys.stderr, flush=True)
         self.update(0.0)
 
     def update(self, share: float) -> None:
@@ -51,11 +52,5 @@ class Progress:
         left = (now - self.began) * (1 - share) / share if share > 0.02 else None
         eta = "" if left is None or share >= 1.0 else say("cli.time_left", seconds=f"{left:.0f}")
         bar = "━" * full + "╌" * (_WIDTH - full)
-        self._write(f"\r\x1b[K{bar} {100 * share:3.0f} %  {say('cli.' + self.stage)} {eta}")
-
-    def _write(self, text: str) -> None:
-        try:
-            sys.stderr.write(text)
-            sys.stderr.flush()
-        except (OSError, UnicodeEncodeError):
-            self.awake = False
+        LINE.text = f"{bar} {100 * share:3.0f} %  {say('cli.' + self.stage)}"
+        LINE.show(f"{LINE.text}  {eta}")

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from mafsil.cli.operation import Operation, Parameter
+from dataclasses import replace
 
-_ROBOT = Parameter("robot", "text", positional=True, required=True, reads=True)
-_TIP = Parameter("tip", "text")
-_DEGREES = Parameter("degrees", "flag")
+from mafsil.cli.operation import Operation, Parameter
+from mafsil.messages import LANGUAGES
+
+_ROBOT = Parameter("robot", "text", positional=True, required=True, reads=True, explained="cli.given_robot")
+_TIP = Parameter("tip", "text", explained="cli.given_tip")
+_DEGREES = Parameter("degrees", "flag", explained="cli.given_degrees")
 _RUNS = (Parameter("out", "path"), Parameter("progress", "flag"), Parameter("open", "flag"))
 _MOTIONS = (
     ("rpy", "A"), ("quaternion", "W"), ("matrix", "M"), ("axis_angle", "X"), ("euler", "SEQUENCE"),
@@ -14,6 +17,13 @@ _MOTIONS = (
 )  # fmt: skip
 """Ways to type a motion in `convert`, and what stands for their numbers in the help."""
 
+COMMON = (
+    Parameter("json", "flag", explained="cli.json"),
+    Parameter("lang", "text", choices=LANGUAGES, explained="cli.lang"),
+    Parameter("no_color", "flag", explained="cli.no_color"),
+    Parameter("debug", "flag", explained="cli.debug"),
+)
+"""Options of every command; they may stand before it too."""
 ROBOT_OPTIONS = (
     Parameter("lock", "text", metavar="JOINT=VALUE"),
     Parameter("tool", "angle", many=True, metavar="M"),
@@ -29,9 +39,9 @@ REPEATED = ("lock", "xacro_arg")
 UNEQUIPPED = ("lint",)
 """Commands that look at the file of a robot as it is."""
 _VIEW = Parameter("view", "path", many=True, metavar="FILE")
-_Q = Parameter("q", "angle", positional=True, many=True, metavar="Q")
+_Q = Parameter("q", "angle", positional=True, many=True, metavar="Q", explained="cli.given_q")
 
-_TRAJECTORY_ACTIONS = ("check", "doctor", "compare", "export")
+_TRAJECTORY_ACTIONS = ("check", "suggest-fixes", "compare", "export")
 
 OPERATIONS: tuple[Operation, ...] = (
     Operation(
@@ -49,6 +59,9 @@ OPERATIONS: tuple[Operation, ...] = (
             Parameter("cluster", "text", metavar="N|ADDRESS"),
         ),
     ),
+    Operation(
+        "check-job", "mafsil.cli.run:check_job", (Parameter("job", "path", positional=True, required=True, reads=True),)
+    ),
     Operation("demo", "mafsil.cli.run:demo", _RUNS),
     Operation(
         "sweep",
@@ -61,8 +74,8 @@ OPERATIONS: tuple[Operation, ...] = (
         ),
     ),
     Operation(
-        "bench",
-        "mafsil.cli.bench:bench",
+        "compare",
+        "mafsil.cli.compare:compare",
         (
             Parameter("what", "text", positional=True, required=True, choices=("control", "planners")),
             Parameter("job", "path", positional=True, required=True, reads=True),
@@ -91,6 +104,7 @@ OPERATIONS: tuple[Operation, ...] = (
             Parameter("open", "flag"),
             _VIEW,
         ),
+        serves=True,
     ),
     Operation("list", "mafsil.cli.library_list:robots"),
     Operation(
@@ -103,7 +117,7 @@ OPERATIONS: tuple[Operation, ...] = (
             Parameter("out", "path"),
             Parameter("open", "flag"),
             _VIEW,
-            _DEGREES,
+            replace(_DEGREES, explained=""),
         ),
     ),
     Operation(
@@ -128,7 +142,7 @@ OPERATIONS: tuple[Operation, ...] = (
             Parameter("task", "text", choices=("pose", "position", "axis")),
             Parameter("frame", "text"),
             _TIP,
-            _DEGREES,
+            replace(_DEGREES, explained=""),
             Parameter("picture", "path"),
         ),
     ),
@@ -154,7 +168,7 @@ OPERATIONS: tuple[Operation, ...] = (
         "mafsil.cli.plan:plan",
         (
             _ROBOT,
-            Parameter("start", "angle", many=True, required=True, metavar="Q"),
+            Parameter("start", "angle", many=True, required=True, metavar="Q", explained="cli.given_q"),
             Parameter("goal", "angle", many=True, metavar="Q"),
             Parameter("pose", "angle", many=True, metavar="P"),
             Parameter("box", "number", many=True, metavar="M"),
@@ -189,8 +203,8 @@ OPERATIONS: tuple[Operation, ...] = (
         ),
     ),
     Operation(
-        "place",
-        "mafsil.cli.place:place",
+        "base-placement",
+        "mafsil.cli.base_placement:base_placement",
         (
             _ROBOT,
             Parameter("targets", "path", required=True, reads=True),
@@ -204,10 +218,14 @@ OPERATIONS: tuple[Operation, ...] = (
             Parameter("stands_on", "text", many=True, metavar="NAME"),
             Parameter("picture", "path"),
             _TIP,
-            _DEGREES,
+            replace(_DEGREES, explained=""),
         ),
     ),
-    Operation("singular", "mafsil.cli.singular:singular", (_ROBOT, _Q, Parameter("task", "text"), _TIP, _DEGREES)),
+    Operation(
+        "singularity",
+        "mafsil.cli.singularity:find_singularity",
+        (_ROBOT, _Q, Parameter("task", "text"), _TIP, _DEGREES),
+    ),
     Operation(
         "statics",
         "mafsil.cli.statics:statics",
@@ -259,8 +277,8 @@ OPERATIONS: tuple[Operation, ...] = (
         ),
     ),
     Operation(
-        "check",
-        "mafsil.cli.check:check",
+        "check-homework",
+        "mafsil.cli.check_homework:check_homework",
         (
             _ROBOT,
             Parameter("file", "path", positional=True, reads=True),
@@ -284,7 +302,7 @@ OPERATIONS: tuple[Operation, ...] = (
             Parameter("all_sequences", "flag"),
             Parameter("picture", "path"),
             Parameter("project", "flag"),
-            _DEGREES,
+            replace(_DEGREES, explained=""),
         ),
     ),
     Operation(
@@ -362,7 +380,7 @@ OPERATIONS: tuple[Operation, ...] = (
         "identify",
         "mafsil.cli.identify:identify",
         (
-            _ROBOT,
+            replace(_ROBOT, explained=""),
             Parameter("log", "path", positional=True, required=True, reads=True, endings=(".csv",)),
             Parameter("out", "path"),
             Parameter("payload", "flag"),
@@ -372,7 +390,7 @@ OPERATIONS: tuple[Operation, ...] = (
             Parameter("held_out", "number"),
             Parameter("bandwidth", "number"),
             _TIP,
-            _DEGREES,
+            replace(_DEGREES, explained=""),
         ),
     ),
     Operation(
@@ -413,7 +431,8 @@ OPERATIONS: tuple[Operation, ...] = (
         "mafsil.cli.completion:completion",
         (Parameter("shell", "text", positional=True, required=True, choices=("bash", "zsh", "fish")),),
     ),
-    Operation("doctor", "mafsil.cli.doctor:doctor", (Parameter("export_check", "flag"), Parameter("build", "flag"))),
+    Operation("man", "mafsil.cli.manual:manual"),
+    Operation("info", "mafsil.cli.info:info", (Parameter("export_check", "flag"), Parameter("build", "flag"))),
 )
 
 

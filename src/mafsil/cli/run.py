@@ -1,4 +1,4 @@
-"""`mafsil run` and `mafsil demo`: a job solved end to end."""
+"""`mafsil run`, `mafsil demo`: a job solved end to end; `mafsil check-job`: planned only."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from importlib import resources
 from pathlib import Path
 from typing import Literal
 
-from mafsil.cli.answer import Answer, Laid
+from mafsil.cli.answer import Answer, Laid, Toned
+from mafsil.cli.colour import Tone
 from mafsil.cli.numerals import count, typed_value
 from mafsil.cli.progress import Progress
 from mafsil.cli.table import table
@@ -19,6 +20,7 @@ from mafsil.job.holding import overload_remarks, planned_overloads
 from mafsil.job.judgement import summary
 from mafsil.job.plan import Leg
 from mafsil.job.reading import parse
+from mafsil.job.remark import Remark
 from mafsil.job.solve import prepare, simulated_by, with_runs
 from mafsil.job.symptoms import joint_quantity
 from mafsil.job.text import text_of
@@ -30,8 +32,8 @@ from mafsil.report.contents import verdict
 from mafsil.report.results import as_data, others_data, require_replaceable, signals_data, write_results
 from mafsil.simulation.recording import SimulationStatus
 
-MARKS = {"good": "-", "warning": "!", "failure": "!!"}
-"""What stands before a finding of each level."""
+MARKS: dict[str, tuple[str, Tone]] = {"good": ("-", "plain"), "warning": ("!", "warning"), "failure": ("!!", "bad")}
+"""What stands before a finding of each level, and its colour."""
 
 
 def run(
@@ -79,6 +81,18 @@ def _assigned(words: str) -> tuple[str, bool | float | str]:
     if not equals or not name.strip():
         raise InputError("cli.run_assignment", given=words)
     return name.strip(), typed_value(value)
+
+
+def check_job(job: str) -> Answer:
+    """Plan a job without simulating it.
+
+    Args:
+        job: path of the file.
+
+    Raises:
+        MafsilError: the job or its robot cannot be read, or do not fit each other.
+    """
+    return run(job, None, progress=False, open=False, dry_run=True)
 
 
 def demo(out: str | None, progress: bool, open: bool) -> Answer:
@@ -183,7 +197,7 @@ def _planned(text: str, source: str, folder: Path, variables: Mapping[str, objec
     heading = tuple(say(f"cli.run_{name}") for name in ("move", "kind", "duration"))
     lines = [say("cli.run_planned", title=visible(job.title or robot.name), cycle=quantity(cycle, "s"))]
     lines += table(heading, rows)
-    lines += [f"  {MARKS[remark.level]} {remark.sentence()}" for remark in findings]
+    lines += map(_finding, findings)
     return Answer(data, tuple(lines), overloaded[0].sentence() if overloaded else None)
 
 
@@ -211,7 +225,9 @@ def _written(outcome: Run, target: Path) -> Path:
 def _answer(outcome: Run, report: Path) -> Answer:
     numbers = summary(outcome)
     data = as_data(outcome, numbers) | {"report": str(report)}
-    lines = [say("cli.run_title", title=outcome.job.title or outcome.robot.name, verdict=verdict(outcome).text)]
+    judged = verdict(outcome)
+    title = say("cli.run_title", title=outcome.job.title or outcome.robot.name, verdict=judged.text)
+    lines: list[str] = [Toned(title, "good" if judged.level == "good" else MARKS[judged.level][1])]
     worst = int(numbers.joint_error.argmax())
     joint = visible(outcome.robot.joint_names[worst])
     off = f"{joint_quantity(outcome, worst, float(numbers.joint_error[worst]))} ({joint})"
@@ -227,12 +243,17 @@ def _answer(outcome: Run, report: Path) -> Answer:
         reached = sum(one.reached for one in numbers.arrivals)
         rows.insert(1, (say("report.targets"), say("report.targets_value", reached=reached, total=numbers.targets)))
     lines += table(("", ""), rows)[1:]
-    lines += [f"  {MARKS[remark.level]} {remark.sentence()}" for remark in outcome.remarks]
+    lines += map(_finding, outcome.remarks)
     lines += _varied(outcome)
     lines.append(say("cli.run_written", path=report))
     failures = [remark.sentence(language()) for remark in outcome.remarks if remark.level == "failure"]
     broken = outcome.recording.status is SimulationStatus.INTERRUPTED
     return Answer(data, tuple(lines), failures[0] if failures else None, broken)
+
+
+def _finding(remark: Remark) -> Toned:
+    sign, tone = MARKS[remark.level]
+    return Toned(f"  {sign} {remark.sentence()}", tone)
 
 
 def _varied(outcome: Run) -> list[str]:

@@ -7,14 +7,17 @@ import shutil
 import unicodedata
 from collections.abc import Collection, Iterable, Sequence
 from itertools import zip_longest
+from textwrap import wrap
 
 from mafsil.arrays import Floats
-from mafsil.cli.answer import Laid
+from mafsil.cli.answer import Head, Laid
 from mafsil.messages.isolates import in_cell
 from mafsil.messages.visible import visible
 
 NARROWEST = 40
 """A terminal is taken to have at least so many columns."""
+NARROWEST_WORDS = 24
+"""Columns below which words are not wrapped in a column of a table."""
 _GAP = "  "
 _ROUNDOFF = 1e-12
 """Smaller numbers are shown as zero."""
@@ -30,8 +33,8 @@ def table(
 ) -> list[str]:
     """Lines of a table: the first column and those of words to the left, the others to the right.
 
-    What is too wide for the terminal is cut into blocks of columns, each with the first column again, or turned so
-    that rows become columns, whichever takes fewer lines.
+    What is too wide for the terminal has its widest column of words wrapped. Without such a column it is turned, rows
+    into columns, if that makes it fit; else it is cut into blocks of columns, each with the first column again.
 
     Args:
         head: one cell for each column.
@@ -44,10 +47,13 @@ def table(
     every = list(range(len(head)))
     if _total(upright, every) <= available or len(head) == 1:
         return _lines(upright, every, indent, words)
+    if words and (wrapped := _wrapped(upright, max(words, key=_widths(upright).__getitem__), available)):
+        return _lines(wrapped, every, indent, words)
     turned = [list(column) for column in zip(*upright, strict=True)]
-    layouts = [(cells, _groups(cells, available), left) for cells, left in ((upright, words), (turned, ()))]
-    cells, groups, left = min(layouts, key=lambda layout: len(layout[1]) * (len(layout[0]) + 1))
-    return [line for group in groups for line in ("", *_lines(cells, group, indent, left))][1:]
+    if _total(turned, range(len(turned[0]))) <= available:
+        return _lines(turned, range(len(turned[0])), indent, ())
+    groups = _groups(upright, available)
+    return [line for group in groups for line in ("", *_lines(upright, group, indent, words))][1:]
 
 
 def labelled(rows: Iterable[Sequence[str]], *, indent: str = "  ") -> list[str]:
@@ -118,6 +124,20 @@ def _total(cells: list[list[str]], group: Sequence[int]) -> int:
     return sum(sizes[k] for k in group) + len(_GAP) * (len(group) - 1)
 
 
+def _wrapped(cells: list[list[str]], column: int, available: int) -> list[list[str]]:
+    """Rows whose cells of one column are wrapped between words into further rows; none if it gets too narrow."""
+    room = available - _total(cells, range(len(cells[0]))) + _widths(cells)[column]
+    if room < NARROWEST_WORDS:
+        return []
+    rows: list[list[str]] = []
+    for row in cells:
+        pieces = wrap(row[column], room, break_long_words=False) or [""]
+        blank = [""] * len(row)
+        for piece, others in zip(pieces, [row, *[blank] * len(pieces)], strict=False):
+            rows.append([*others[:column], piece, *others[column + 1 :]])
+    return rows
+
+
 def _groups(cells: list[list[str]], available: int) -> list[list[int]]:
     """Columns in groups that fit, each behind the first column."""
     groups = [[0]]
@@ -131,7 +151,8 @@ def _groups(cells: list[list[str]], available: int) -> list[list[int]]:
 def _lines(cells: list[list[str]], group: Sequence[int], indent: str, words: Collection[int]) -> list[str]:
     sizes = _widths(cells)
     rows = (_GAP.join(_padded(row[k], sizes[k], left=k == 0 or k in words) for k in group) for row in cells)
-    return [Laid((indent + row).rstrip()) for row in rows]
+    first, *others = ((indent + row).rstrip() for row in rows)
+    return [Head(first), *map(Laid, others)]
 
 
 def _padded(text: str, size: int, *, left: bool) -> str:

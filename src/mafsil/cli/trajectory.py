@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.cli.answer import Answer, Laid
+from mafsil.cli.answer import Answer, Laid, Toned
 from mafsil.cli.numerals import number
 from mafsil.cli.recorded_run import require_success
 from mafsil.csv_table import read_csv_table
@@ -43,13 +43,13 @@ def trajectory(
     """One of the actions of the command.
 
     Args:
-        action: `check`, `doctor`, `compare` or `export`.
+        action: `check`, `suggest-fixes`, `compare` or `export`.
         robot: name or file, whose limits count.
         file: CSV with a column of times and one for each joint.
         out: file to be written; of `export` its ending says the format, of `compare` it is a picture.
         rate: points per second, as typed [Hz].
         acceleration, jerk: of `compare`, limits of joints that have none, as typed [rad/s^2 | m/s^2, rad/s^3 | m/s^3].
-        curve, remedy: of `doctor`: the curve through the points, and the kind of change that is applied.
+        curve, remedy: of `suggest-fixes`: the curve through the points, and the kind of change that is applied.
         tip: another tip link.
         driven: of `check` and `export`: of a recording the motion that was driven, not the plan.
         failed: of `export`: a recording of a run that failed is written too.
@@ -58,8 +58,8 @@ def trajectory(
         MafsilError: no such robot or file, a column for another joint, an option that the action does not have.
     """
     owners = (
-        ("--curve", curve, ("doctor",)),
-        ("--remedy", remedy, ("doctor",)),
+        ("--curve", curve, ("suggest-fixes",)),
+        ("--remedy", remedy, ("suggest-fixes",)),
         ("--acceleration", acceleration, ("compare",)),
         ("--jerk", jerk, ("compare",)),
         ("--driven", driven or None, ("check", "export")),
@@ -72,7 +72,7 @@ def trajectory(
     points = USUAL_RATE if rate is None else number("--rate", rate)
     actions: dict[str, Callable[[], Answer]] = {
         "check": lambda: _check(arm, file, driven),
-        "doctor": lambda: _doctor(arm, file, curve, remedy, out, points),
+        "suggest-fixes": lambda: _suggest_fixes(arm, file, curve, remedy, out, points),
         "compare": lambda: _compare(arm, file, acceleration, jerk, out),
         "export": lambda: _export(arm, file, out, points, driven, failed),
     }
@@ -86,7 +86,7 @@ def _check(arm: Robot, file: str, driven: bool) -> Answer:
     data: dict[str, Any] = {"robot": arm.name, "duration": motion.duration, **verdict.to_dict()}
     lines = (*which, *(Laid(line) for line in overview(motion, arm.joint_names).split("\n")))
     if verdict:
-        return Answer(data, (*lines, verdict.explain()))
+        return Answer(data, (*lines, Toned(verdict.explain(), "good")))
     return Answer(data, lines, verdict.explain())
 
 
@@ -120,7 +120,9 @@ def _where_known(own: Floats, other: Floats | float) -> tuple[Floats, Floats]:
     return lower, upper
 
 
-def _doctor(arm: Robot, file: str, curve: str | None, remedy: str | None, out: str | None, rate: float) -> Answer:
+def _suggest_fixes(
+    arm: Robot, file: str, curve: str | None, remedy: str | None, out: str | None, rate: float
+) -> Answer:
     """What makes the motion through the points of a file impossible; the mended motion in another file."""
     table = read_csv_table(file, fewest=2)
     t = table.numbers([table.time_column()])[:, 0]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import cast
 
-from mafsil.cli.answer import Answer
+from mafsil.cli.answer import Answer, Toned
 from mafsil.cli.numerals import count
 from mafsil.cli.table import table
 from mafsil.messages import say
@@ -36,5 +36,6 @@ def verify(robot: str, tip: str | None, against: list[str] | None, states: str |
         seed=0 if seed is None else count("seed", seed),
     )
     head = [say(f"verification.{name}") for name in ("routine", "method", "error", "limit", "verdict")]
-    lines = [*table(head, report.table()), "", *report.explain().split("\n")]
-    return Answer(report.to_dict(), tuple(lines), None if report else report.explain().split("\n")[0])
+    first, *rest = report.explain().split("\n")
+    lines = [*table(head, report.table()), "", Toned(first, "good" if report else "bad"), *rest]
+    return Answer(report.to_dict(), tuple(lines), None if report else first)

@@ -12,18 +12,12 @@ import re
 from difflib import get_close_matches
 
 from mafsil.cli.operation import Operation, Parameter
-from mafsil.cli.registry import OPERATIONS, robot_options
+from mafsil.cli.registry import COMMON, OPERATIONS, robot_options
 from mafsil.errors import InputError
-from mafsil.messages import LANGUAGES, say
+from mafsil.messages import say
 from mafsil.messages.visible import visible
 
-COMMON = (
-    Parameter("json", "flag"),
-    Parameter("lang", "text", choices=LANGUAGES),
-    Parameter("debug", "flag"),
-    Parameter("help", "flag"),
-)
-"""Options of every command."""
+_HELP = Parameter("help", "flag")
 NEGATIVE = re.compile(r"^-(?:\.?\d|pi|inf|nan)")
 _NUMERIC = re.compile(r"[\[(]*[+-]?(?:\.?\d|pi|inf|nan)(?!.*\.[a-z])[^/\\]*", re.IGNORECASE)
 """What may stand in a list of numbers: not a file such as `3r.toml`."""
@@ -62,7 +56,7 @@ def _command_at(words: list[str]) -> int | None:
 
 def _sorted(operation: Operation, words: list[str]) -> tuple[list[str], list[str]]:
     """Options with their values; words without a name."""
-    known = (*operation.parameters, *robot_options(operation), *COMMON)
+    known = (*operation.parameters, *robot_options(operation), *COMMON, _HELP)
     named = {parameter.option: parameter for parameter in known if not parameter.positional}
     singles = sum(one.positional and one.required and not one.many for one in operation.parameters)
     options: list[str] = []

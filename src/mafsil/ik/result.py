@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mafsil.answer import Answer
 from mafsil.arrays import Floats, JointVector, PoseMatrix
-from mafsil.errors import InputWarning, warn
+from mafsil.errors import InputWarning, UnknownNameError, warn
 from mafsil.ik.status import CODES, STATUSES, IKStatus
 from mafsil.ik.tolerances import MILLIMETRES, ON_LIMIT, REACHED
 from mafsil.messages import say
@@ -95,7 +95,7 @@ class IKResult(Answer):
 
     def __getattr__(self, name: str) -> Any:
         if name not in FIELDS:
-            raise AttributeError(name)
+            raise AttributeError(name) if name.startswith("_") else UnknownNameError("IKResult", name, dir(self))
         value = self._find(name)
         _set(self, name, value)
         return value

@@ -21,6 +21,7 @@ from mafsil.errors import InputError, InputWarning, warn
 from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table
 from mafsil.mobility.four_bar_rates import directions, per_crank
+from mafsil.mobility.joint_kind import Kind
 from mafsil.mobility.linkage import Linkage
 from mafsil.mobility.linkage_joint import joint
 from mafsil.mobility.planar_positions import (
@@ -355,6 +356,29 @@ class FourBar:
             ],
             name="four-bar", planar=True, output="coupler",
         )  # fmt: skip
+
+
+def four_bar_of(linkage: Linkage) -> FourBar | None:
+    """The planar four-bar that a linkage is, with its driven link on the ground as the crank; None for all others.
+
+    Args:
+        linkage: as drawn.
+    """
+    around = {body: [each for each in linkage.joints if body in (each.parent, each.child)] for body in linkage.bodies}
+    hinged = linkage.planar and not linkage.apart and all(each.kind is Kind.REVOLUTE for each in linkage.joints)
+    if not hinged or len(around) != 4 or any(len(joints) != 2 for joints in around.values()):
+        return None
+    body = linkage.bodies[0]
+    pivot, last = sorted(around[body], key=lambda each: not each.actuated)
+    lengths = [float(np.linalg.norm(pivot.point - last.point))]
+    while pivot is not last:
+        body = pivot.child if pivot.parent == body else pivot.parent
+        one, other = around[body]
+        following = other if one is pivot else one
+        lengths.append(float(np.linalg.norm(following.point - pivot.point)))
+        pivot = following
+    ground, crank, coupler, rocker = lengths
+    return FourBar(crank, coupler, rocker, ground) if min(lengths) > 0.0 else None
 
 
 def least_positive(numbers: Floats) -> float:

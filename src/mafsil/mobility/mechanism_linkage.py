@@ -16,6 +16,7 @@ from mafsil.errors import ModelError
 from mafsil.geometry import pose
 from mafsil.mobility.closing import closed_beside_drawing, least_gap
 from mafsil.mobility.drawing import drawn_at, split, without
+from mafsil.mobility.four_bar import FourBar
 from mafsil.mobility.joint_kind import Kind, across
 from mafsil.mobility.library import linkage
 from mafsil.mobility.linkage import Coupling, Linkage
@@ -30,7 +31,7 @@ from mafsil.model.loading import RobotLike, as_mechanism
 from mafsil.regular_file import whole_text
 from mafsil.toml_source import LARGEST_FILE, parsed_toml
 
-LinkageLike: TypeAlias = Linkage | RobotLike
+LinkageLike: TypeAlias = Linkage | FourBar | RobotLike
 """A Linkage, the name of one of the library, whatever names a robot, a TOML file of bodies and joints."""
 
 _KINDS = {
@@ -56,6 +57,8 @@ def as_linkage(source: LinkageLike, q: ArrayLike | None = None) -> Linkage:
     Raises:
         FileError, ModelError: no such name or file, a malformed one, loops that Newton's method could not close.
     """
+    if isinstance(source, FourBar):
+        source = source.linkage(float(np.mean(source.input_range or 0.0)))
     if isinstance(source, Linkage):
         return source if q is None else drawn_at(source, q)
     if isinstance(source, str) and not Path(source).suffix and spelled(source) is None and not exists(source):

@@ -17,6 +17,7 @@ from mafsil.mobility.actuation import Actuation, ActuationStatus, actuation
 from mafsil.mobility.assembly_existence import assembled
 from mafsil.mobility.exactness import Exactness, exactness
 from mafsil.mobility.finite import FiniteMobility, FiniteStatus, finite_mobility, mobility_around
+from mafsil.mobility.four_bar import four_bar_of
 from mafsil.mobility.gruebler import GrueblerCount, gruebler
 from mafsil.mobility.instantaneous import IdleFreedom, InstantaneousMobility, instantaneous
 from mafsil.mobility.linkage import Linkage
@@ -134,11 +135,10 @@ class Mobility(SingleAnswer):
 
     def explain(self, language: str | None = None) -> str:
         """Verdict, count with terms and warnings, rank, finite mobility, causes, idle freedoms, actuators."""
-        lines = [
-            self.verdict(language),
-            self.structure.explain(language),
-            *self.count.explain(language).split("\n")[:1],
-        ]
+        lines = [self.verdict(language), self.structure.explain(language)]
+        if (bar := four_bar_of(self.linkage)) is not None:
+            lines.append(say(f"mobility.{bar.grashof.value}", language=language))
+        lines += self.count.explain(language).split("\n")[:1]
         lines += [
             say(f"mobility.{key}", language=language, m=self.count.group_dimension) for key in self.count.warnings
         ]

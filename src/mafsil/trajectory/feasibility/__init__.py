@@ -1,4 +1,4 @@
-"""The trajectory doctor: what makes a request impossible, and the least change that mends it."""
+"""What makes a request impossible, and the least change that makes it possible."""
 
 from mafsil.lazy_module import face
 

@@ -1,4 +1,4 @@
-"""`mafsil bench`: laws or planners side by side on a job."""
+"""`mafsil compare`: laws or planners side by side on a job."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from mafsil.report.results import require_replaceable
 SEEDS, SECONDS = 3, 2.0
 
 
-def bench(
+def compare(
     what: str,
     job: str,
     laws: list[str] | None,
@@ -63,7 +63,7 @@ def bench(
         ("out", out, "control"), ("open", open, "control"),
     ):  # fmt: skip
         if given and what != kind:
-            raise InputError("cli.bench_option", name=name, what=what)
+            raise InputError("cli.compare_option", name=name, what=what)
     searches = SEEDS if seeds is None else max(count("--seeds", seeds), 1)
     budget = SECONDS if seconds is None else number("--seconds", seconds)
     path, target = Path(job), _target(out, job, open=open)
@@ -81,16 +81,16 @@ def bench(
             names = [] if found.interrupted else [each.planner for each in found]
             pictures = _replayed(queries[hardest], names, budget, replay)
             head, rows = found.columns()
-            shown = ["", *(say(f"cli.bench_{name}") for name in head[1:])]
-            lines = [say("cli.bench_planners_table", moves=len(queries), seeds=len(found.seeds))]
+            shown = ["", *(say(f"cli.compare_{name}") for name in head[1:])]
+            lines = [say("cli.compare_planners_table", moves=len(queries), seeds=len(found.seeds))]
             lines += [*(Laid(line) for line in table(shown, rows)), *found.explain().splitlines(), *pictures]
             return Answer({**found.to_dict(), "pictures": pictures}, tuple(lines), interrupted=found.interrupted)
         bar.enter("stage_simulating")
         laid = bench_laws(asked, text, *planned, laws or None, bar.update)
     _, rows = laid.columns()
-    head = ["", *(say(f"cli.bench_{name.replace(' ', '_')}") for name in CONDITIONS)]
-    head += [say(f"cli.bench_{name}") for name in ("tip", "force", "effort", "peak", "energy", "growth")]
-    lines = [say("cli.bench_control"), *(Laid(line) for line in table(head, rows)), *laid.explain().splitlines()]
+    head = ["", *(say(f"cli.compare_{name.replace(' ', '_')}") for name in CONDITIONS)]
+    head += [say(f"cli.compare_{name}") for name in ("tip", "force", "effort", "peak", "energy", "growth")]
+    lines = [say("cli.compare_control"), *(Laid(line) for line in table(head, rows)), *laid.explain().splitlines()]
     data = laid.to_dict()
     if target is not None:
         report = _reported(laid, asked, text, target)

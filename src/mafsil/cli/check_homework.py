@@ -1,6 +1,4 @@
-"""`mafsil check`: homework against a robot: a Denavit-Hartenberg table, screw axes or a Jacobian, in a file or typed.
-
-A job file by itself is planned and not run, as by `mafsil run --dry-run`.
+"""`mafsil check-homework`: a Denavit-Hartenberg table, screw axes or a Jacobian, in a file or typed, against a robot.
 
 A file of homework is a robot table in TOML, of which only the rows count, or holds a Jacobian:
 
@@ -22,14 +20,12 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.cli.answer import Answer
+from mafsil.cli.answer import Answer, Toned
 from mafsil.cli.numerals import coordinate, number
-from mafsil.cli.run import run
 from mafsil.cli.state import joint_values
 from mafsil.derivation import Review, check_dh, check_jacobian, check_screws
 from mafsil.derivation.check_jacobian import Kind
 from mafsil.errors import FileError, InputError
-from mafsil.job.text import tables_of, text_of
 from mafsil.messages import in_sentence, say
 from mafsil.model import Mechanism
 from mafsil.model.denavit_hartenberg import DHRow
@@ -53,11 +49,7 @@ class JacobianWork(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     q: list[float] | None = None
 
 
-ROBOT_KEYS = frozenset({"convention", "joint", "base_link", "gravity", "home", "provenance", "space", "body"})
-"""Keys that only tables of robots have."""
-
-
-def check(
+def check_homework(
     robot: str,
     file: str | None,
     dh: list[str] | None,
@@ -73,7 +65,7 @@ def check(
     """Whether a student's table, screws or Jacobian are those of a robot, and where they are wrong.
 
     Args:
-        robot: name or file; of a job file by itself, the job is planned.
+        robot: name or file.
         file: with the work, or None if it is typed.
         dh: rows `a alpha d theta [R|P]`, or with names: `alpha=90 d=0.4`.
         screws: rows of six numbers (omega, v).
@@ -88,11 +80,9 @@ def check(
     Raises:
         MafsilError: nothing to check or too much, no such robot, a file or a row that cannot be read.
     """
-    if file is None and dh is None and screws is None and jacobian is None and _is_job(Path(robot)):
-        return run(robot, None, progress=False, open=False, dry_run=True)
     mechanism = load_mechanism(robot, tip=tip)
     if sum(work is not None for work in (file, dh, screws, jacobian)) != 1:
-        raise InputError("cli.check_one")
+        raise InputError("cli.check_homework_one")
     if file is not None:
         review = _of_file(file, mechanism, convention, kind)
     elif dh is not None:
@@ -104,17 +94,12 @@ def check(
         state = None if q is None else joint_values("q", q, mechanism, degrees=degrees)
         letters = dict(_letter(text) for text in letter or ())
         review = _of_jacobian([row.split(",") for row in jacobian or ()], mechanism, kind, state, letters)
-    lines = tuple(in_sentence(line) for line in review.message().split("\n"))
-    refusal = None if review.correct else say("cli.check_wrong", robot=mechanism.name, count=len(review.findings))
+    first, *rest = [in_sentence(line) for line in review.message().split("\n")]
+    lines = (Toned(first, "good" if review.correct else "bad"), *rest)
+    refusal = (
+        None if review.correct else say("cli.check_homework_wrong", robot=mechanism.name, count=len(review.findings))
+    )
     return Answer({"robot": mechanism.name, **review.to_dict()}, lines, refusal)
-
-
-def _is_job(path: Path) -> bool:
-    """Whether a file has moves, or none of the keys that tables of robots have: then its faults are those of a job."""
-    if path.suffix != ".toml" or not path.is_file():
-        return False
-    keys = tables_of(text_of(path), path.name).keys()
-    return "move" in keys or not keys & ROBOT_KEYS
 
 
 def _of_file(file: str, mechanism: Mechanism, convention: str | None, kind: str | None) -> Review:
@@ -132,7 +117,7 @@ def _of_file(file: str, mechanism: Mechanism, convention: str | None, kind: str 
     if table.convention in ("space", "body"):
         return check_screws(np.array(screws_of(table)), mechanism, _form(kind or table.convention))
     if table.convention == "frames":
-        raise InputError("cli.check_frames", path=file)
+        raise InputError("cli.check_homework_frames", path=file)
     base, tool = constants_of(table)
     return check_dh(rows_of(table), mechanism, convention or table.convention, base=base, tool=tool)
 
@@ -173,7 +158,7 @@ def _screw_rows(texts: list[str]) -> list[list[float]]:
     rows = [[number("screws", word) for word in text.replace(",", " ").split()] for text in texts]
     for k, row in enumerate(rows, start=1):
         if len(row) != 6:
-            raise InputError("cli.check_screw", row=k, got=len(row))
+            raise InputError("cli.check_homework_screw", row=k, got=len(row))
     return rows
 
 
@@ -189,7 +174,7 @@ def _dh_row(k: int, text: str, *, degrees: bool) -> DHRow:
         if not sign and len(values) < len(_ORDER):
             name = _ORDER[len(values)]
         if name not in _ORDER or name in values:
-            raise InputError("cli.check_row", row=k, word=word)
+            raise InputError("cli.check_homework_row", row=k, word=word)
         value, marked = coordinate(f"dh[{k}].{name}", typed)
         values[name] = radians(value) if degrees and name in _ANGLES and not marked else value
     return DHRow(kind=kind, **values)
@@ -198,5 +183,5 @@ def _dh_row(k: int, text: str, *, degrees: bool) -> DHRow:
 def _letter(text: str) -> tuple[str, float]:
     name, sign, value = text.partition("=")
     if not sign or not name.strip().isidentifier():
-        raise InputError("cli.check_letter_unread", text=text)
+        raise InputError("cli.check_homework_letter_unread", text=text)
     return name.strip(), number(name.strip(), value)

@@ -1,4 +1,4 @@
-"""`mafsil place`: where an arm has to stand to reach a list of targets, with a map of the bases that were tried."""
+"""`mafsil base-placement`: a base pose from which an arm reaches all targets, with a map of those tried."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from mafsil.planning import BasePlacement, optimal_base_placement
 from mafsil.robot import Robot, load
 
 
-def place(
+def base_placement(
     robot: str,
     targets: str,
     scene: str | None,
@@ -57,7 +57,7 @@ def place(
         MafsilError: no such robot or file, numbers out of range.
     """
     arm = load(robot, tip=tip)
-    require_open_chain(arm.mechanism, "place")
+    require_open_chain(arm.mechanism, "base-placement")
     around = Scene() if scene is None else scene_in(Path(scene))
     found = optimal_base_placement(
         arm, _targets(targets, degrees=degrees), scene=around,
@@ -101,7 +101,7 @@ def _ends(name: str, words: list[str] | None) -> tuple[float, float]:
     if not words:
         return -1.0, 1.0
     if len(words) != 2:
-        raise InputError("cli.place_ends", name=name, got=len(words))
+        raise InputError("cli.base_placement_ends", name=name, got=len(words))
     return number(name, words[0]), number(name, words[1])
 
 

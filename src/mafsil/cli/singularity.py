@@ -1,4 +1,4 @@
-"""`mafsil singular`: whether a configuration is singular, why, and what is lost and carried there."""
+"""`mafsil singularity`: whether a configuration is singular, why, and what is lost and carried there."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from mafsil.performance import singularity
 from mafsil.robot import load
 
 
-def singular(robot: str, q: list[str], task: str | None, tip: str | None, degrees: bool) -> Answer:
+def find_singularity(robot: str, q: list[str], task: str | None, tip: str | None, degrees: bool) -> Answer:
     """Rank, singular values, causes, lost twists and carried wrenches of one configuration.
 
     Args:
@@ -27,14 +27,14 @@ def singular(robot: str, q: list[str], task: str | None, tip: str | None, degree
         MafsilError: no such robot or task, not one number per joint.
     """
     arm = load(robot, tip=tip)
-    require_open_chain(arm.mechanism, "singular")
+    require_open_chain(arm.mechanism, "singularity")
     values = joint_values("q", q, arm.mechanism, degrees=degrees)
     found = singularity(arm, values, task=task)
     product = float(np.prod(found.singular_values)) if found.singular_values.size else 0.0
     data = {**found.to_dict(), "manipulability": product}
     size, length = brief(product), brief(found.length)
     lines = found.explain().splitlines()
-    lines.append(say("cli.singular_rank", rank=found.rank, full=found.full_rank, manipulability=size, length=length))
-    head = [say("cli.singular_values"), *(f"σ{k}" for k in range(1, found.singular_values.size + 1))]
+    lines.append(say("cli.singularity_rank", rank=found.rank, full=found.full_rank, manipulability=size, length=length))
+    head = [say("cli.singularity_values"), *(f"σ{k}" for k in range(1, found.singular_values.size + 1))]
     lines += table(head, [["", *(brief(float(s)) for s in found.singular_values)]])
     return Answer(data, (*lines, *degrees_remarks(q, arm.mechanism, degrees=degrees)))

@@ -1,4 +1,4 @@
-"""The trajectory doctor: every remedy makes the motion possible, and no smaller one of its kind does."""
+"""Fixes of impossible motions: every remedy makes the motion possible, and no smaller one of its kind does."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`mafsil check`: work typed or in files, in degrees, in two languages; exit 0 if right, 1 if not, 2 if unreadable."""
+"""`mafsil check-homework`: typed or in files, in degrees, in two languages; exit 0 right, 1 wrong, 2 unreadable."""
 
 import json
 
@@ -25,7 +25,7 @@ def _language(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def run(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]:
-    code = main(["check", *words])
+    code = main(["check-homework", *words])
     out, err = capsys.readouterr()
     return code, out, err
 
@@ -120,13 +120,21 @@ def test_files_of_another_form(capsys: pytest.CaptureFixture[str], tmp_path) -> 
     assert run(capsys, "planar2r", str(file))[0] == 2
 
 
-def test_a_job_whose_first_words_are_mistyped_is_told_so(tmp_path, capsys):
-    """It is no table of a robot: none of its keys is one of those."""
+def test_a_job_is_checked_by_a_command_of_its_own(tmp_path, capsys):
     path = tmp_path / "job.toml"
     path.write_text('robto = "panda"\n[[mvoe]]\njonts = [0, 0]\n', encoding="utf-8")
-    assert main(["check", str(path)]) == 2
+    assert main(["check-job", str(path)]) == 2
     assert "did you mean: robot" in capsys.readouterr().err
     table = tmp_path / "arm.toml"
     table.write_text('convention = "modified"\n[[joint]]\nkind = "R"\n', encoding="utf-8")
-    assert main(["check", str(table)]) == 2
+    assert main(["check-homework", str(table)]) == 2
     assert "--dh" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("word", "names"),
+    [("check", "check-homework, check-job"), ("bench", "compare"), ("Doctor", "info"), ("sho", "show")],
+)
+def test_words_of_other_tools_lead_to_a_command(word, names, capsys):
+    assert main([word, "panda"]) == 2
+    assert f"did you mean: {names}?" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""`mafsil place`: where to stand for targets of a file, the map, and refusals."""
+"""`mafsil base-placement`: a base pose for the targets of a file, the map, and refusals."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ TARGETS, SCENE = str(EXAMPLES / "targets" / "six_places.csv"), str(EXAMPLES / "s
 
 def test_a_place_is_printed_and_drawn(capsys, tmp_path):
     picture = tmp_path / "where.png"
-    words = ["place", "ur5", "--degrees", "--targets", TARGETS, "--scene", SCENE]
+    words = ["base-placement", "ur5", "--degrees", "--targets", TARGETS, "--scene", SCENE]
     words += ["--y", "-0.4", "0.4", "--stands-on", "table"]
     assert main([*words, "--picture", str(picture), "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
@@ -25,12 +25,12 @@ def test_a_place_is_printed_and_drawn(capsys, tmp_path):
 
 
 def test_what_cannot_be_reached_is_said(capsys, tmp_path):
-    code = main(["place", "ur5", "--degrees", "--targets", TARGETS, "--x", "2", "2.2"])
+    code = main(["base-placement", "ur5", "--degrees", "--targets", TARGETS, "--x", "2", "2.2"])
     assert code == 1
-    assert "target 0 is missed" in capsys.readouterr().err
-    assert main(["place", "ur5", "--targets", TARGETS, "--x", "2"]) == 2
+    assert "target 0 is not reached" in capsys.readouterr().err
+    assert main(["base-placement", "ur5", "--targets", TARGETS, "--x", "2"]) == 2
     assert "from and to" in capsys.readouterr().err
     broken = tmp_path / "targets.csv"
     broken.write_text("x,y,z\n1,2,3\n")
-    assert main(["place", "ur5", "--targets", str(broken)]) == 2
+    assert main(["base-placement", "ur5", "--targets", str(broken)]) == 2
     assert "roll" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""`mafsil doctor`: versions, processor, cache, self-test of the compiled kernels."""
+"""`mafsil info`: versions, processor, cache, self-test of the compiled kernels."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.cli.answer import Answer
+from mafsil.cli.answer import Answer, Toned
 from mafsil.cli.details import details
 from mafsil.cli.export import checks as export_checks
 from mafsil.cli.progress import Progress
@@ -32,7 +32,7 @@ _TOLERANCE = 1e-11
 _WORST_ULP = 64.0
 
 
-def doctor(export_check: bool = False, build: bool = False) -> Answer:
+def info(export_check: bool = False, build: bool = False) -> Answer:
     """Look at everything mafsil stands on, and compile and check a small robot.
 
     Args:
@@ -50,28 +50,31 @@ def doctor(export_check: bool = False, build: bool = False) -> Answer:
     data = {"packages": packages, "machine": machine, "settings": settings, "cache": cache, "checks": checks}
     data |= {"built": built, "missing": missing, "ok": not missing and not failed}
     lines = [
-        say("cli.doctor_packages"),
+        say("cli.info_packages"),
         *table(("", ""), [(k, v or say("cli.absent")) for k, v in packages.items()])[1:],
     ]
-    lines += ["", say("cli.doctor_machine"), *details(machine)]
-    lines += ["", say("cli.doctor_settings"), *details(settings)]
-    lines += ["", say("cli.doctor_cache")]
+    lines += ["", say("cli.info_machine"), *details(machine)]
+    lines += ["", say("cli.info_settings"), *details(settings)]
+    lines += ["", say("cli.info_cache")]
     lines += [
         f"  {say(f'cli.cache_{key}')}: {say('cli.cache_memory') if value is None else value}"
         for key, value in cache.items()
     ]
     if built:
-        lines += ["", say("cli.doctor_built"), *(f"  {one['name']}: {one['seconds']:.1f} s" for one in built)]
+        lines += ["", say("cli.info_built"), *(f"  {one['name']}: {one['seconds']:.1f} s" for one in built)]
     lines += [
         "",
-        say("cli.doctor_checks"),
-        *(f"  {'ok ' if c['ok'] else '!! '} {c['name']}: {c['detail']}" for c in checks),
+        say("cli.info_checks"),
+        *(
+            Toned(f"  {'ok ' if c['ok'] else '!! '} {c['name']}: {c['detail']}", "good" if c["ok"] else "bad")
+            for c in checks
+        ),
     ]
     refusal = None
     if missing or failed:
-        refusal = say("cli.doctor_sick", what=", ".join([*missing, *failed]))
+        refusal = say("cli.info_sick", what=", ".join([*missing, *failed]))
     else:
-        lines += ["", say("cli.doctor_healthy")]
+        lines += ["", Toned(say("cli.info_healthy"), "good")]
     return Answer(data, tuple(lines), refusal)
 
 
@@ -86,7 +89,7 @@ def _built() -> list[dict[str, Any]]:
                 print(f"  {100 * share:3.0f} %  {one.name}", file=sys.stderr, flush=True)
             bar.update(share)
 
-        bar.enter("doctor_building")
+        bar.enter("info_building")
         return build(done)
 
 
