@@ -43,7 +43,7 @@ def test_points_of_a_rigid_body():
             points = np.outer(points[:, 0], [1.0, 2.0])
         elif given.get("special") == "coplanar":
             points[:, 2] = 0.3 * points[:, 0] - 0.8 * points[:, 1]
-        found = mo.count_points(points)
+        found = mo.bodies.count_points(points)
         assert (found.constraints, found.rank) == (expected["constraints"], expected["rank"])
         assert found.redundant == expected["constraints"] - expected["rank"]
         rigid = "SHAKY" if found.nullity > found.body_dof else "RIGID"
@@ -58,7 +58,7 @@ def test_body_from_six_parameters():
     case = CASES["C2-05-spatial-body-six-params"]
     x = case["input"]
     angles = np.radians([x["lon_deg"], x["lat_deg"], x["psi_deg"]])
-    found = mo.points_of_body(x["A"], *angles, x["d_AB"], x["d_AC"], x["d_BC"])
+    found = mo.bodies.points_of_body(x["A"], *angles, x["d_AB"], x["d_AC"], x["d_BC"])
     near(found.B, case["expected"]["B"], case)
     near(found.C, case["expected"]["C"], case)
 
@@ -129,10 +129,10 @@ def test_motions_of_the_coin():
     case = CASES["C2-13-rolling-coin-motions"]
     one, two = case["input"]["case1"], case["input"]["case2"]
     start = [np.pi / 6 if word == "pi/6" else float(word) for word in one["q0"]]
-    end = mo.Coin(one["r"]).moved(start, one["phi_dot"], one["theta_dot"], one["T"])
+    end = mo.bodies.Coin(one["r"]).moved(start, one["phi_dot"], one["theta_dot"], one["T"])
     near(end, case["expected"]["case1"], case)
     quarter = np.pi / 2
-    path = mo.Coin(two["r"]).manoeuvre(two["q0"], [(0, 1), (quarter, 0), (0, -1), (-quarter, 0)])
+    path = mo.bodies.Coin(two["r"]).manoeuvre(two["q0"], [(0, 1), (quarter, 0), (0, -1), (-quarter, 0)])
     near(path[-1], case["expected"]["case2"], case)
 
 
@@ -160,10 +160,10 @@ def test_integrability():
     lengths = (2, 4, 3.5, 4.5)
     regular = tuple(mo.FourBar(*lengths).positions(1.0).theta[0])
     systems = {
-        "coin 2x4": mo.Coin(0.02).constraints,
-        "unicycle [sin phi,-cos phi,0]": mo.Unicycle().constraints,
-        "four-bar dg/dtheta (any regular pose)": mo.Pfaffian(tuple("abcd"), four_bar_rows(lengths), regular),
-        "[z,z,1] in (x,y,z)": mo.Pfaffian(tuple("xyz"), lambda q: [[q[2], q[2], 1]], (0.0, 0.0, 2.0)),
+        "coin 2x4": mo.bodies.Coin(0.02).constraints,
+        "unicycle [sin phi,-cos phi,0]": mo.bodies.Unicycle().constraints,
+        "four-bar dg/dtheta (any regular pose)": mo.spaces.Pfaffian(tuple("abcd"), four_bar_rows(lengths), regular),
+        "[z,z,1] in (x,y,z)": mo.spaces.Pfaffian(tuple("xyz"), lambda q: [[q[2], q[2], 1]], (0.0, 0.0, 2.0)),
     }
     integrals = {"x+y+ln z": lambda q: q[0] + q[1] + ex.log(q[2])}
     for name, expected in zip(case["input"], case["expected"], strict=True):
@@ -180,7 +180,7 @@ def test_integrability():
 def test_reach_of_planar_chains():
     case = CASES["C2-15-planar-reach"]
     for lengths, expected in zip(case["input"], case["expected"], strict=True):
-        assert mo.annulus(lengths) == pytest.approx(expected)
+        assert mo.spaces.annulus(lengths) == pytest.approx(expected)
 
 
 @pytest.mark.capability("02-57")
@@ -217,16 +217,16 @@ def test_joints_between_two_bodies():
     phi, slot = np.radians(x["phi_AB_deg"]), np.radians(x["slide_angle_deg"])
     for kind in ("R", "P", "RP", "PR"):
         theta = np.radians(x["P_fixed_phi_CD_minus_phi_AB_deg" if kind == "P" else "theta_deg"])
-        found = mo.second_body(kind, x["A"], phi, x["d_AB"], x["d_CD"], theta=theta, d=x["d"], slot=slot)
+        found = mo.bodies.second_body(kind, x["A"], phi, x["d_AB"], x["d_CD"], theta=theta, d=x["d"], slot=slot)
         for name in ("B", "C", "D"):
             near(getattr(found, name), case["expected"][kind][name], case)
-        near(mo.planar_angle(x["A"], found.B), phi, case)
+        near(mo.bodies.planar_angle(x["A"], found.B), phi, case)
 
 
 @pytest.mark.capability("02-81")
 def test_six_parameters_of_a_body():
     case = CASES["M2-03-spatial-body-inverse"]
-    found, expected = mo.body_of_points(*(case["input"][name] for name in "ABC")), case["expected"]
+    found, expected = mo.bodies.body_of_points(*(case["input"][name] for name in "ABC")), case["expected"]
     for name in ("lon", "lat", "psi", "a", "h", "R_body"):
         near(getattr(found, name), expected[name], case)
     distances = [
@@ -235,7 +235,7 @@ def test_six_parameters_of_a_body():
         np.linalg.norm(found.C - found.B),
     ]
     near(distances, [expected["d_AB"], expected["d_AC"], expected["d_BC"]], case)
-    again = mo.points_of_body(found.A, found.lon, found.lat, found.psi, *distances)
+    again = mo.bodies.points_of_body(found.A, found.lon, found.lat, found.psi, *distances)
     near(again.C, case["input"]["C"], case)
 
 
@@ -269,7 +269,7 @@ def test_input_ranges_of_four_bars():
 def test_cart_of_two_wheels():
     case = CASES["M2-09-two-wheel-cart"]
     x, expected = case["input"], case["expected"]
-    cart = mo.Cart(x["r"], x["b"])
+    cart = mo.bodies.Cart(x["r"], x["b"])
     q, found = [0.0, 0.0, x["phi"], 0.0, 0.0], cart.constraints.integrability
     assert cart.constraints.rank(q) == expected["rank"]
     assert (bool(found), list(found.growth)) == (expected["integrable"], expected["growth"])
@@ -296,7 +296,7 @@ def test_what_lies_behind_a_task_point():
 def test_band_of_the_spatial_two_r():
     case = CASES["M2-13-spatial-2R-band"]
     for given, expected in zip(case["input"], case["expected"], strict=True):
-        found = mo.spatial_2r(np.radians(given["alpha_deg"]), 1.0, given["c"])
+        found = mo.spaces.spatial_2r(np.radians(given["alpha_deg"]), 1.0, given["c"])
         near([found.radius, found.z_min, found.z_max], [expected[k] for k in ("radius", "z_min", "z_max")], case)
         assert found.whole_sphere is expected["whole_sphere"]
 

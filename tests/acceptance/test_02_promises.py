@@ -38,7 +38,7 @@ def test_actuated_joints_determine_the_passive_ones():
     start = np.zeros(closed.coordinates)
     for name, value in driven.items():
         start[closed.columns_of([name])] = value
-    found = mo.closed_near(closed, start, fixed=driven)
+    found = mo.linkages.closed_near(closed, start, fixed=driven)
     assert found
     for name, value in driven.items():
         assert found.theta[closed.columns_of([name])[0]] == value
@@ -52,7 +52,7 @@ def test_configurations_and_freedoms():
     chain = library.chain(3)
     assert mo.configuration_space(chain).dimension == mo.gruebler(chain).mobility == mf.mobility(chain).mobility == 3
     assert mo.gruebler(library.six_ups()).mobility == 6
-    assert mo.annulus([2, 2, 2]) == (0.0, 6.0)
+    assert mo.spaces.annulus([2, 2, 2]) == (0.0, 6.0)
 
 
 @pytest.mark.capability("02-15", "02-74")
@@ -100,7 +100,7 @@ def test_which_quantities_of_the_tip_count():
     }
     for task, (dimension, name) in expected.items():
         assert (mo.space_named(task).dimension, mo.space_named(task).name) == (dimension, name)
-        assert mo.task_redundancy(7, task) == 7 - dimension
+        assert mo.spaces.task_redundancy(7, task) == 7 - dimension
     robot = mf.load("ur5e")
     T = robot.forward_kinematics(np.array([0.3, -1.2, 1.1, 0.2, 0.9, -0.4]))
     found = mf.solve_ik(robot, T, task="position")
@@ -122,7 +122,7 @@ def test_what_a_scara_a_spray_gun_and_a_wrist_leave_free():
     assert np.abs(turned[:3, 0]).max() > 1e-5
     rows = [0, 1, 3, 4, 5]
     assert np.linalg.matrix_rank(arm.jacobian_body(q)[rows], 1e-9) == mo.space_named("position and direction").dimension
-    assert mo.task_redundancy(6, "position and direction") == 1
+    assert mo.spaces.task_redundancy(6, "position and direction") == 1
     # A wrist of three joints: all rotations, none of the place.
     wrist = mf.Robot.from_screws([[0, 0, 1, 0, 0, 0], [0, 1, 0, 0, 0, 0], [0, 0, 1, 0, 0, 0]], np.eye(4))
     J = wrist.jacobian_space([0.4, 0.8, -0.3])
@@ -136,7 +136,7 @@ def test_a_body_of_the_plane_is_one_of_space_with_three_constraints():
     given = (1.0, 0.9, 0.7)
 
     def heights(x):
-        found = mo.points_of_body(x[:3], x[3], x[4], x[5], *given)
+        found = mo.bodies.points_of_body(x[:3], x[3], x[4], x[5], *given)
         return np.array([found.A[2], found.B[2], found.C[2]])
 
     flat, h = np.array([0.3, -0.2, 0.0, 0.7, 0.0, 0.0]), 1e-6

@@ -117,7 +117,7 @@ def test_six_legs_as_screws_equal_statics():
     zero = np.zeros(legs.n)
     assert legs.loop_matrix(zero).shape == (30, 36)
     near(legs.jacobian(zero) @ robot.jacobian(T), np.eye(6), case["tol"])
-    A, B = pa.reduced_equations(legs, zero)
+    A, B = pa.legs.reduced_equations(legs, zero)
     near(np.linalg.solve(A, B), legs.jacobian(zero), case["tol"])
     spinning = case["SPS_variant"]
     idle = pa.stewart_legs(robot, T, "S")
@@ -161,7 +161,7 @@ def test_general_five_five_five():
     for name, driven in (("theta3_phi2_psi5", (2, 6, 14)), ("theta1_theta2_theta3", (0, 1, 2))):
         passive = np.delete(robot.loop_matrix(found.q), driven, axis=1)
         near(abs(np.linalg.det(passive)), abs(expected[f"det_Hp_if_actuated_{name}"]), tol)
-    A, B = pa.reduced_equations(robot, found.q)
+    A, B = pa.legs.reduced_equations(robot, found.q)
     near(np.linalg.solve(A, B), expected["Ja"], tol)
 
 
@@ -182,7 +182,7 @@ def test_eclipse():
         for degrees in angles:
             tilted = pose.from_translation([0, 0, 1.2])
             tilted[:3, :3] = turn(np.radians(degrees))
-            legs = pa.eclipse_legs(robot, tilted)
+            legs = pa.legs.eclipse_legs(robot, tilted)
             assert legs.counted_mobility == 6
             zero = np.zeros(legs.n)
             s = np.linalg.svd(legs.loop_matrix(zero)[:, list(legs.passive)], compute_uv=False)
@@ -201,7 +201,7 @@ def test_elimination_of_three_rps():
     found = pa.ThreeRPS(legs["base_radius"], legs["platform_radius"]).forward_kinematics(
         np.sqrt(1.25) + np.array(legs["q_a"])
     )
-    assert len(pa.trimmed(found.coefficients)) - 1 == case["degree"]
+    assert len(pa.platforms.trimmed(found.coefficients)) - 1 == case["degree"]
     assert len(found.t) == case["n_solutions"]
     assert found.real == case["n_real"]
     t1 = found.t[: found.real, 0].real

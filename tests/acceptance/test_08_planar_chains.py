@@ -6,16 +6,8 @@ import numpy as np
 import pytest
 
 from mafsil.mobility import FourBar
-from mafsil.parallel import (
-    FiveBar,
-    LoopSingularity,
-    ParallelCranks,
-    PlanarChain,
-    driven_rates,
-    good_motors,
-    output_angles,
-    singular_points,
-)
+from mafsil.parallel import FiveBar, LoopSingularity, ParallelCranks, PlanarChain, driven_rates, good_motors
+from mafsil.parallel.planar import output_angles, singular_points
 from tests.acceptance.reading import unread_after
 from tests.acceptance.test_08_closed_chains import CASES, near
 

@@ -12,7 +12,7 @@ from mafsil.figures import linkage_motion
 from mafsil.figures.configuration_surface import draw_surface, in_space, over_square, plot_surface
 from mafsil.figures.linkage import draw_linkage, is_flat, lifted, save_linkage, save_torus
 from mafsil.figures.linkage_motion import motion_frames, save_linkage_motion
-from mafsil.mobility.loop_closure import largest_gap
+from mafsil.mobility.linkages.loop_closure import largest_gap
 from tests.sizes import few
 
 

@@ -123,14 +123,10 @@ print(sum(m.split(".")[0] == "mafsil" for m in sys.modules), *(m for m in {HEAVY
     assert int(count) <= MOST_OF_PAGES.get(name, MOST)
 
 
-WIDE = {"mafsil": 50, "mafsil.mobility": 111, "mafsil.parallel": 79}
-"""Names of a face where they are not at most 60: the top, which has fewer, and what is still to be parted by topic."""
-
-
 @pytest.mark.parametrize("name", FACES)
 def test_a_face_fits_a_screen_and_holds_no_statuses(name: str) -> None:
     package = import_module(name)
-    assert len(package.__all__) <= WIDE.get(name, 60)
+    assert len(package.__all__) <= (50 if name == "mafsil" else 60)
     classes = [each for each in (getattr(package, public) for public in package.__all__) if isinstance(each, type)]
     assert not [each for each in classes if issubclass(each, Status) and each.__name__.endswith("Status")]
 

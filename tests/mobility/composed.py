@@ -106,7 +106,7 @@ def composed(seed):
         joints += placed(block, R, scale * rng.normal(size=3), scale, base, f"{k}.")
         bodies.append(f"{k}.{block.linkage.output}")
         added(whole, block)
-    moving = [each for each in joints if each.kind is mo.Kind.REVOLUTE] if whole.mobility else []
+    moving = [each for each in joints if each.kind is mo.linkages.Kind.REVOLUTE] if whole.mobility else []
     for k in range(int(rng.integers(0, 3)) if moving and rigid_free(whole, joints) else 0):
         block = GLUED[int(rng.integers(len(GLUED)))](rng)
         host, own = (each[int(rng.integers(len(each)))] for each in (moving, block.linkage.joints))
@@ -145,8 +145,8 @@ def wrong(seed):
     if seed % 2:
         rates = mo.instantaneous(linkage).rates
         step = 0.25 * rates @ np.random.default_rng(seed).normal(size=rates.shape[1])
-        if near := mo.closed_near(linkage, step * mo.loop_closure.units(linkage)):
-            linkage = mo.drawn_at(linkage, near.theta)
+        if near := mo.linkages.closed_near(linkage, step * mo.loop_closure.units(linkage)):
+            linkage = mo.linkages.drawn_at(linkage, near.theta)
     found = mf.mobility(linkage)
     wanted = whole.mobility, sorted(whole.implied), whole.special
     got = found.mobility, sorted(cause.implied for cause in found.redundancy), found.redundancy.special

@@ -10,7 +10,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from mafsil.mobility import Linkage, LinkageJoint, joint
+from mafsil.mobility import Linkage, joint
+from mafsil.mobility.linkages import LinkageJoint
 
 Part = tuple[list[LinkageJoint], int]
 EX, EY, EZ = np.eye(3)

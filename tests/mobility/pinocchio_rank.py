@@ -10,7 +10,7 @@ class PinocchioLinkage:
     """Model and constraints of a linkage whose joints are split into those of one freedom."""
 
     def __init__(self, linkage):
-        fine = mo.split(linkage)
+        fine = mo.linkages.split(linkage)
         self.model, self.where = pin.Model(), {fine.ground: (0, np.zeros(3))}
         for k, forward in fine.tree:
             each = fine.joints[k]
@@ -32,9 +32,9 @@ class PinocchioLinkage:
         above, origin = self.where[parent]
         axis = sense * each.axis
         kind = {
-            mo.Kind.REVOLUTE: lambda: pin.JointModelRevoluteUnaligned(axis),
-            mo.Kind.PRISMATIC: lambda: pin.JointModelPrismaticUnaligned(axis),
-            mo.Kind.HELICAL: lambda: pin.JointModelHelicalUnaligned(axis, each.pitch),
+            mo.linkages.Kind.REVOLUTE: lambda: pin.JointModelRevoluteUnaligned(axis),
+            mo.linkages.Kind.PRISMATIC: lambda: pin.JointModelPrismaticUnaligned(axis),
+            mo.linkages.Kind.HELICAL: lambda: pin.JointModelHelicalUnaligned(axis, each.pitch),
         }[each.kind]()
         return self.model.addJoint(above, kind, pin.SE3(np.eye(3), each.point - origin), each.name), each.point
 

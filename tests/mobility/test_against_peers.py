@@ -25,7 +25,7 @@ def test_rank_of_random_mechanisms(seed):
 def test_many_configurations_of_one_mechanism():
     linkage = mo.library.stewart_gough("SPS")
     rng = np.random.default_rng(0)
-    theta = mo.closed_near(linkage, 0.1 * rng.normal(size=(200, linkage.coordinates)))
+    theta = mo.linkages.closed_near(linkage, 0.1 * rng.normal(size=(200, linkage.coordinates)))
     assert theta
     assert set(mo.mobilities(linkage, theta.theta).tolist()) == {12}
 
@@ -38,7 +38,7 @@ def test_displaced_and_scaled_mechanisms_have_the_same_mobility(seed):
     T, scale = pose.exp(rng.normal(size=6)), 10.0 ** rng.uniform(-3, 3)
     moved = []
     for each in linkage.joints:
-        second = T[:3, :3] @ each.second if each.kind is mo.Kind.UNIVERSAL else None
+        second = T[:3, :3] @ each.second if each.kind is mo.linkages.Kind.UNIVERSAL else None
         place, axis = scale * (T[:3, :3] @ each.point + T[:3, 3]), T[:3, :3] @ each.axis
         bodies, pitch = [each.parent, each.child], scale * each.pitch
         moved.append(mo.joint(each.name, each.kind, bodies, place, axis, second=second, pitch=pitch))
@@ -88,7 +88,7 @@ def test_two_folding_chains_guide_a_straight_line(seed):
 def test_compiled_ranks_are_those_of_singular_values(seed):
     rng = np.random.default_rng(seed)
     linkage = random_linkage(rng, int(rng.integers(1, 4)), int(rng.integers(3, 9)))
-    found = mo.closed_near(linkage, rng.normal(size=(6, linkage.coordinates)) * 0.3)
+    found = mo.linkages.closed_near(linkage, rng.normal(size=(6, linkage.coordinates)) * 0.3)
     theta = np.concatenate([np.zeros((1, linkage.coordinates)), found.theta[found.closed]])
     expected = [mo.instantaneous(linkage, row).mobility for row in theta]
     assert mo.mobilities(linkage, theta).tolist() == expected

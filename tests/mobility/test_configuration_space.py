@@ -17,7 +17,8 @@ ANGLES = st.floats(-50, 50, allow_nan=False)
 @pytest.mark.capability("02-26", "02-27", "02-28", "02-29", "02-36")
 def test_spaces_of_bodies():
     names = {
-        name: (mo.space_named(name).name, mo.space_named(name).dimension) for name in mo.configuration_space_names()
+        name: (mo.space_named(name).name, mo.space_named(name).dimension)
+        for name in mo.spaces.configuration_space_names()
     }
     assert names["door"] == ("I", 1)
     assert names["point in a plane"] == ("R^2", 2)
@@ -43,13 +44,13 @@ def test_spaces_of_chains():
         one = mo.Linkage.of([mo.joint("J", kind, ["ground", "b"], second=second, pitch=pitch)])
         assert mo.configuration_space(one).name == name
         assert mo.configuration_space(one).dimension == mf.mobility(one).mobility
-    assert mo.configuration_space(mo.as_linkage("ur5e")).dimension == 6
+    assert mo.configuration_space(mo.linkages.as_linkage("ur5e")).dimension == 6
     with pytest.raises(mf.InputError, match="1 loops"):
         mo.configuration_space(library.four_bar())
     assert mo.space_named("position and angle").dimension == 4
     assert mo.space_named("position and direction").name == "R^3 x S^2"
-    assert mo.task_redundancy(6, "position and direction") == 1
-    assert mo.task_redundancy(4, "position and angle") == 0
+    assert mo.spaces.task_redundancy(6, "position and direction") == 1
+    assert mo.spaces.task_redundancy(4, "position and angle") == 0
 
 
 @pytest.mark.capability("02-77")
@@ -57,7 +58,7 @@ def test_coordinates_that_wrap_and_that_do_not():
     scara = mo.Linkage.of(
         [mo.joint("R", "R", ["ground", "a"]), mo.joint("P", "P", ["a", "b"], limits=(0.0, 0.2))]
     )  # fmt: skip
-    space = mo.JointCoordinates.of(scara)
+    space = mo.linkages.JointCoordinates.of(scara)
     np.testing.assert_allclose(space.difference([0.1, 0.0], [6.2, 0.2]), [6.1 - 2 * np.pi, 0.2])
     assert space.distance([0.0, 0.0], [2 * np.pi, 0.1]) == pytest.approx(0.1)
     assert space.inside([[100.0, 0.1], [0.0, 0.3]]).tolist() == [True, False]
@@ -92,25 +93,25 @@ def test_paths_are_cut_where_they_cross_the_seam():
 def test_explicit_and_implicit_body_of_the_plane():
     rng = np.random.default_rng(0)
     explicit = rng.uniform(-3, 3, (20, 3))
-    implicit = mo.implicit_body(explicit, 1.3)
-    assert np.abs(mo.planar_residual(implicit, 1.3)).max() < 1e-14
-    np.testing.assert_allclose(mo.explicit_body(implicit, 1.3), explicit, atol=1e-14)
+    implicit = mo.bodies.implicit_body(explicit, 1.3)
+    assert np.abs(mo.bodies.planar_residual(implicit, 1.3)).max() < 1e-14
+    np.testing.assert_allclose(mo.bodies.explicit_body(implicit, 1.3), explicit, atol=1e-14)
     with pytest.raises(mf.InputError, match="not points of this body"):
-        mo.explicit_body(implicit, 1.4)
+        mo.bodies.explicit_body(implicit, 1.4)
     A, B = implicit[0, :2], implicit[0, 2:]
     for face, sign in ((True, 1), (False, -1)):
-        C = mo.third_point(A, B, 1.0, 0.9, face_up=face)
+        C = mo.bodies.third_point(A, B, 1.0, 0.9, face_up=face)
         assert [np.linalg.norm(C - A), np.linalg.norm(C - B)] == pytest.approx([1.0, 0.9])
         u, w = B - A, C - A
         assert np.sign(u[0] * w[1] - u[1] * w[0]) == sign
     with pytest.raises(mf.InputError, match="make no triangle"):
-        mo.third_point(A, B, 0.1, 0.1)
+        mo.bodies.third_point(A, B, 0.1, 0.1)
 
 
 @pytest.mark.capability("02-25", "02-80")
 def test_every_point_of_every_body():
     linkage = library.four_bar()
-    found = mo.closed_near(linkage, [[0.0] * 4, [0.3, 0, 0, 0]], fixed=["A"])
+    found = mo.linkages.closed_near(linkage, [[0.0] * 4, [0.3, 0, 0, 0]], fixed=["A"])
     C = linkage.joints[linkage.index_of(["C"])[0]].point
     on_coupler = mo.point_position(linkage, "coupler", C, found.theta)
     on_rocker = mo.point_position(linkage, "rocker", C, found.theta)
@@ -133,7 +134,7 @@ def test_table_of_joints():
         "RP": (2, 1, None),
     }
     for letter, (freedoms, plane, space) in table.items():
-        kind = mo.KINDS[letter]
+        kind = mo.linkages.KINDS[letter]
         assert kind.freedoms == freedoms
         if plane is not None:
             assert mo.count(2, [freedoms], "planar").constraints == (plane,)
@@ -155,10 +156,10 @@ def test_table_of_joints():
 @settings(max_examples=50, deadline=None)
 @given(st.floats(0, np.pi), st.floats(-np.pi, np.pi))
 def test_directions_and_their_poles(theta, phi):
-    d = mo.direction_of(theta, phi)
+    d = mo.spaces.direction_of(theta, phi)
     assert np.linalg.norm(d) == pytest.approx(1)
-    angles, pole = mo.angles_of_direction(d)
-    np.testing.assert_allclose(mo.direction_of(*angles), d, atol=1e-8)
+    angles, pole = mo.spaces.angles_of_direction(d)
+    np.testing.assert_allclose(mo.spaces.direction_of(*angles), d, atol=1e-8)
     assert bool(pole) == (np.hypot(d[0], d[1]) <= 1e-9)
 
 
@@ -168,7 +169,7 @@ def test_reach_against_samples():
     for lengths in ((3.0, 3.0), (2.0, 2.0, 2.0), (5.0, 1.0, 1.0), (1.0, 2.0, 4.0, 0.5)):
         angles = np.cumsum(rng.uniform(-np.pi, np.pi, (200_000, len(lengths))), axis=1)
         tips = np.hypot(np.cos(angles) @ lengths, np.sin(angles) @ lengths)
-        low, high = mo.annulus(lengths)
+        low, high = mo.spaces.annulus(lengths)
         assert low - 1e-12 <= tips.min() < low + 0.15
         assert high - 0.15 < tips.max() <= high + 1e-12
 
@@ -237,7 +238,7 @@ def test_ways_of_assembly():
 @settings(max_examples=40, deadline=None)
 @given(st.lists(st.floats(-3, 3), min_size=4, max_size=4), st.floats(-2, 2), st.floats(-2, 2), st.floats(0.01, 1))
 def test_the_coin_rolls_without_slip(q, phi_dot, theta_dot, r):
-    coin, h = mo.Coin(r), 1e-6
+    coin, h = mo.bodies.Coin(r), 1e-6
     start = np.array(q)
     rate = (coin.moved(start, phi_dot, theta_dot, h) - coin.moved(start, phi_dot, theta_dot, -h)) / (2 * h)
     np.testing.assert_allclose(coin.constraints.residual(start, rate), 0, atol=1e-8)
@@ -255,10 +256,10 @@ def test_the_coin_rolls_without_slip(q, phi_dot, theta_dot, r):
 
 @pytest.mark.capability("02-65")
 def test_car_and_unicycle():
-    car = mo.Car(2.0)
+    car = mo.bodies.Car(2.0)
     assert car.constraints.integrability.growth == (2, 3, 4)
     path = car.driven([0, 0, 0.3, 0.4], lambda t: (1.0, 0.0), 3.0)
-    unicycle = mo.Unicycle().moved([0, 0, 0.3], 1.0, np.tan(0.4) / 2.0, 3.0)
+    unicycle = mo.bodies.Unicycle().moved([0, 0, 0.3], 1.0, np.tan(0.4) / 2.0, 3.0)
     np.testing.assert_allclose(path[-1, :3], unicycle, atol=1e-10)
     rng = np.random.default_rng(0)
     for q in rng.uniform(-1, 1, (10, 4)):
@@ -280,31 +281,35 @@ def test_gradients_of_any_function_are_holonomic_and_their_products_too(scale):
         ],  # of x^2/z + 3 y, and a factor
     ]
     for row in functions:
-        found = mo.Pfaffian(tuple("xyz"), lambda q, row=row: [[scale * a for a in row(q)]], about=(1.0, 2.0, 3.0))
-        assert found.integrability.status is mo.Integrability.HOLONOMIC
+        found = mo.spaces.Pfaffian(
+            tuple("xyz"), lambda q, row=row: [[scale * a for a in row(q)]], about=(1.0, 2.0, 3.0)
+        )
+        assert found.integrability.status is mo.spaces.Integrability.HOLONOMIC
         assert found.integrability.growth == (2,)
         assert found.integrability.first_integrals == 1
-    two = mo.Pfaffian(tuple("xyzw"), lambda q: [[q[1] * scale, q[0] * scale, 0, 0], [0, 0, q[3], q[2]]], (1, 2, 3, 4))
+    two = mo.spaces.Pfaffian(
+        tuple("xyzw"), lambda q: [[q[1] * scale, q[0] * scale, 0, 0], [0, 0, q[3], q[2]]], (1, 2, 3, 4)
+    )
     assert two.integrability.growth == (2,)
     assert two.integrability.first_integrals == 2
     # Dx ^ dx is not zero: -y dx + x dy + dz.
-    twisted = mo.Pfaffian(tuple("xyz"), lambda q: [[-scale * q[1], scale * q[0], scale]], about=(0.3, 0.2, 0.1))
-    assert twisted.integrability.status is mo.Integrability.NONHOLONOMIC
-    partly = mo.Pfaffian(tuple("xyzw"), lambda q: [[1, 0, 0, 0], [0, 0, scale, scale * q[1]]], (1, 2, 3, 1))
-    assert (partly.integrability.status, partly.integrability.growth) == (mo.Integrability.PARTLY, (2, 3))
+    twisted = mo.spaces.Pfaffian(tuple("xyz"), lambda q: [[-scale * q[1], scale * q[0], scale]], about=(0.3, 0.2, 0.1))
+    assert twisted.integrability.status is mo.spaces.Integrability.NONHOLONOMIC
+    partly = mo.spaces.Pfaffian(tuple("xyzw"), lambda q: [[1, 0, 0, 0], [0, 0, scale, scale * q[1]]], (1, 2, 3, 1))
+    assert (partly.integrability.status, partly.integrability.growth) == (mo.spaces.Integrability.PARTLY, (2, 3))
 
 
 @pytest.mark.capability("02-63")
 def test_potentials_and_contradictions():
-    holonomic = mo.Pfaffian(("x", "y"), lambda q: [[2 * q[0] * q[1], q[0] * q[0]]], (1.0, 1.0))
+    holonomic = mo.spaces.Pfaffian(("x", "y"), lambda q: [[2 * q[0] * q[1], q[0] * q[0]]], (1.0, 1.0))
     assert holonomic.integrability.closed
     assert holonomic.potential(0, [2.0, 3.0], [0.0, 0.0]) == pytest.approx(12.0)
-    coin = mo.Coin(0.1).constraints
+    coin = mo.bodies.Coin(0.1).constraints
     row, j, k = coin.integrability.contradiction
     assert {coin.names[j], coin.names[k]} == {"theta", "phi"}
     with pytest.raises(mf.InputError, match="not a gradient"):
         coin.potential(row, [1.0, 1.0, 1.0, 1.0])
-    mixed = mo.Pfaffian(tuple("xyz"), lambda q: [[q[2] * q[2], q[2] * q[2], q[2]]], (0.0, 0.0, 2.0))
+    mixed = mo.spaces.Pfaffian(tuple("xyz"), lambda q: [[q[2] * q[2], q[2] * q[2], q[2]]], (0.0, 0.0, 2.0))
     assert mixed.integrability
     assert not mixed.integrability.closed
 
@@ -324,7 +329,7 @@ def test_curves_of_other_mechanisms():
     assert len(mo.configuration_curves(library.bennett(), starts=32)) == 1
     crossing = mo.configuration_curves(library.parallelogram(), starts=32)
     assert [len(curve.branch_points) for curve in crossing] == [2, 2]
-    assert not mo.configuration_curves(mo.locked(library.four_bar(), ["A"]), starts=8)
+    assert not mo.configuration_curves(mo.linkages.locked(library.four_bar(), ["A"]), starts=8)
 
 
 @pytest.mark.capability("02-53")
@@ -350,12 +355,12 @@ def test_coordinates_of_balls_are_orientations():
         mo.joint("C", "C", ["ground", "a"], limits=(-1, 1)), mo.joint("U", "U", ["a", "b"], second=[1, 0, 0]),
         mo.joint("S", "ball and socket", ["b", "c"]),
     ])  # fmt: skip
-    space = mo.JointCoordinates.of(chain)
+    space = mo.linkages.JointCoordinates.of(chain)
     assert space.wraps.tolist() == [False, *[True] * 6]
     assert space.balls == (4,)
     first, last = space.sampled(20), space.sampled(20, seed=1)
     ball = mo.Linkage.of([chain.joints[2]], ground="b")
-    R_a, R_b = (mo.body_poses(ball, q[:, 4:])[:, -1, :3, :3] for q in (first, last))
+    R_a, R_b = (mo.linkages.body_poses(ball, q[:, 4:])[:, -1, :3, :3] for q in (first, last))
     apart = Rotation.from_matrix(np.swapaxes(R_a, 1, 2) @ R_b).as_rotvec()
     np.testing.assert_allclose(space.difference(first, last)[:, 4:], apart, atol=1e-9)
     assert space.distance(first[0], first[0] + [0, 0, 2 * np.pi, 0, 0, 0, 0]) == pytest.approx(0.0, abs=1e-7)
@@ -372,9 +377,9 @@ def test_brackets_of_a_rolling_coin():
     def steer(q):
         return [0, 0, 1, 0]
 
-    aside = mo.lie_bracket(roll, steer)
-    back = mo.lie_bracket(steer, aside)
-    coin = mo.Coin(r)
+    aside = mo.spaces.lie_bracket(roll, steer)
+    back = mo.spaces.lie_bracket(steer, aside)
+    coin = mo.bodies.Coin(r)
     end = coin.manoeuvre(q, [(0, h), (h, 0), (0, -h), (-h, 0)])[-1]
     np.testing.assert_allclose((end - q) / h**2, aside(q), atol=1e-3)
     fields = [[r * np.cos(0.7), r * np.sin(0.7), 0, 1], [0, 0, 1, 0], aside(q), back(q)]

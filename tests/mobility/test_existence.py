@@ -79,7 +79,7 @@ def test_a_search_never_says_no():
 
 
 def test_what_needs_the_links_together_says_so():
-    for task in (mo.split, mo.mechanism_of, lambda linkage: mo.locked(linkage, ["A"])):
+    for task in (mo.linkages.split, mo.mechanism_of, lambda linkage: mo.linkages.locked(linkage, ["A"])):
         with pytest.raises(mf.ModelError, match=r"assembled|gape"):
             task(drawn_apart(2, 4, 3.5, 4.5))
     assert mo.mechanism_of(mo.assembled(drawn_apart(2, 4, 3.5, 4.5))).n == 3

@@ -15,7 +15,7 @@ REFUSED = {
     "text for an angle": lambda: FOUR.positions("a"),
     "negative length": lambda: mo.FourBar(-1, 2, 3, 4),
     "length NaN": lambda: mo.FourBar(np.nan, 2, 3, 4),
-    "wrong shape": lambda: mo.Coin(0.1).moved([0, 0, 0], 1, 1, 1),
+    "wrong shape": lambda: mo.bodies.Coin(0.1).moved([0, 0, 0], 1, 1, 1),
     "NaN coordinates": lambda: mo.mobilities(library.four_bar(), [np.nan] * 4),
     "no linkage": lambda: mf.mobility(5),
     "nothing": lambda: mf.mobility(None),
@@ -27,17 +27,17 @@ REFUSED = {
     "limits NaN": lambda: mo.joint("A", "R", ["a", "b"], limits=(np.nan, 1)),
     "limits as a number": lambda: mo.joint("A", "R", ["a", "b"], limits=3),
     "no joints": lambda: mo.Linkage.of([]),
-    "all locked": lambda: mo.locked(library.four_bar(), list("ABCD")),
+    "all locked": lambda: mo.linkages.locked(library.four_bar(), list("ABCD")),
     "no links": lambda: mo.count(0, []),
     "half a freedom": lambda: mo.count(4, [1.5]),
-    "points that coincide": lambda: mo.count_points([[0, 0], [0, 0]]),
-    "no points": lambda: mo.count_points(np.zeros((0, 2))),
-    "points on a line": lambda: mo.body_of_points([0, 0, 0], [1, 0, 0], [2, 0, 0]),
-    "infinite length": lambda: mo.polygon_space([1, np.inf, 1]),
-    "no length at all": lambda: mo.polygon_space([0, 0, 0]),
-    "no lengths": lambda: mo.annulus([]),
-    "angle NaN": lambda: mo.spatial_2r(np.nan, 1),
-    "row too long": lambda: mo.Pfaffian(("x", "y"), lambda q: [[1, 2, 3]]).rank([0, 0]),
+    "points that coincide": lambda: mo.bodies.count_points([[0, 0], [0, 0]]),
+    "no points": lambda: mo.bodies.count_points(np.zeros((0, 2))),
+    "points on a line": lambda: mo.bodies.body_of_points([0, 0, 0], [1, 0, 0], [2, 0, 0]),
+    "infinite length": lambda: mo.spaces.polygon_space([1, np.inf, 1]),
+    "no length at all": lambda: mo.spaces.polygon_space([0, 0, 0]),
+    "no lengths": lambda: mo.spaces.annulus([]),
+    "angle NaN": lambda: mo.spaces.spatial_2r(np.nan, 1),
+    "row too long": lambda: mo.spaces.Pfaffian(("x", "y"), lambda q: [[1, 2, 3]]).rank([0, 0]),
     "curve of a structure": lambda: mo.trace(library.truss()),
     "curve of mobility 2": lambda: mo.trace(library.five_bar()),
     "surface of mobility 1": lambda: mo.trace_surface(library.four_bar()),
@@ -49,7 +49,7 @@ REFUSED = {
     "unknown joint": lambda: mo.assembly_modes(library.four_bar(), {"Z": 1}),
     "joint of three freedoms": lambda: mo.assembly_modes(library.six_sps(), {"A0": 1}),
     "too many joints": lambda: mo.mobility_with_locked_joints(library.four_bar(), 9),
-    "one input of two": lambda: mo.Car(1.0).driven([0, 0, 0, 0], lambda t: (1.0,), 1.0),
+    "one input of two": lambda: mo.bodies.Car(1.0).driven([0, 0, 0, 0], lambda t: (1.0,), 1.0),
     "unknown rule": lambda: mo.gruebler(library.four_bar(), "curved"),
     "planar rule for six freedoms": lambda: mo.gruebler(mo.Linkage.of([mo.joint("F", "F", ["ground", "b"])]), "planar"),
 }
@@ -71,7 +71,10 @@ def test_nan_and_infinity_stay_in_their_rows():
         assert FOUR.positions([np.nan, np.inf, 1.0]).reachable.tolist() == [False, False, True]
         assert np.isnan(mo.SliderCrank(1, 3).positions([np.inf, 0.1]).x).tolist() == [[True, True], [False, False]]
         assert np.isnan(mo.torus.difference([np.inf, 0], [0, 1])).tolist() == [True, False]
-        assert np.isnan(mo.Coin(0.1).moved(np.zeros((2, 4)), [np.inf, 1.0], 1.0, 1.0)[:, 0]).tolist() == [True, False]
+        assert np.isnan(mo.bodies.Coin(0.1).moved(np.zeros((2, 4)), [np.inf, 1.0], 1.0, 1.0)[:, 0]).tolist() == [
+            True,
+            False,
+        ]
         assert mo.SliderCrank(3, 1).positions([1.5, 0.0]).x.shape == (2, 2)
         assert len(FOUR.positions(np.zeros(0)).theta) == 0
 
@@ -83,16 +86,18 @@ def test_a_single_angle_that_is_no_number_is_refused(ask):
 
 
 def test_trivial_constraints():
-    assert mo.Pfaffian(("x", "y"), lambda q: [[1, 0], [0, 1]]).integrability.first_integrals == 2
-    assert mo.Pfaffian(("x", "y"), lambda q: [[0, 0]]).integrability.first_integrals == 0
+    assert mo.spaces.Pfaffian(("x", "y"), lambda q: [[1, 0], [0, 1]]).integrability.first_integrals == 2
+    assert mo.spaces.Pfaffian(("x", "y"), lambda q: [[0, 0]]).integrability.first_integrals == 0
 
 
 NO_LINKAGE = (None, 3, "four_bar", [0, 1], np.zeros((2, 2)), {}, object(), mo.Linkage)
 ON_A_LINKAGE = (
-    mo.actuation, mo.assembled, mo.assembly_modes, mo.body_poses, mo.configuration_curves, mo.configuration_space,
-    mo.drawn_at, mo.can_assemble, mo.finite_mobility, mo.generic_mobility, mo.gruebler, mo.instantaneous,
-    mo.loop_matrix,
-    mo.configuration_surfaces, mo.mechanism_of, mo.redundancy, mo.split, mo.structure, mo.trace, mo.trace_surface,
+    mo.actuation, mo.assembled, mo.assembly_modes, mo.linkages.body_poses, mo.configuration_curves,
+    mo.configuration_space,
+    mo.linkages.drawn_at, mo.can_assemble, mo.finite_mobility, mo.generic_mobility, mo.gruebler, mo.instantaneous,
+    mo.linkages.loop_matrix,
+    mo.configuration_surfaces, mo.mechanism_of, mo.redundancy, mo.linkages.split, mo.structure, mo.trace,
+    mo.trace_surface,
 )  # fmt: skip
 
 
@@ -125,8 +130,8 @@ TAKES = {
     "space": mo.space_named,
     "distance": lambda x: mo.self_motion_manifold([1, 1], x),
     "angles": lambda x: mo.torus.distance(x, [0, 0]),
-    "freedoms": lambda x: mo.task_redundancy(x, "pose"),
-    "row": lambda x: mo.Pfaffian(("x", "y"), lambda q: [[1, x]]).integrability,
+    "freedoms": lambda x: mo.spaces.task_redundancy(x, "pose"),
+    "row": lambda x: mo.spaces.Pfaffian(("x", "y"), lambda q: [[1, x]]).integrability,
     "file": mo.read_linkage,
 }
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import mafsil as mf
 from mafsil import mobility as mo
 from mafsil.mobility import library
-from mafsil.mobility.loop_closure import largest_gap
+from mafsil.mobility.linkages.loop_closure import largest_gap
 from mafsil.mobility.spoken_name import spoken_name
 
 # name: rule, count, rank here, of the output body, finite, status
@@ -111,10 +111,10 @@ def test_inversor_followed_by_newton_stays_on_the_line():
     for k in range(1, 20):
         start = theta[k - 1].copy()
         start[linkage.columns_of(["A"])[0]] = theta[k, linkage.columns_of(["A"])[0]]
-        found = mo.closed_near(linkage, start, fixed=["A"])
+        found = mo.linkages.closed_near(linkage, start, fixed=["A"])
         assert found
         theta[k] = found.theta
-    T = mo.body_poses(linkage, theta)[:, linkage.bodies.index("side 3")]
+    T = mo.linkages.body_poses(linkage, theta)[:, linkage.bodies.index("side 3")]
     x = T[:, 0, :3] @ linkage.joints[-1].point + T[:, 0, 3]
     assert np.ptp(x) < 1e-9
 

@@ -7,9 +7,9 @@ import pytest
 
 import mafsil as mf
 from mafsil import mobility as mo
-from mafsil.mobility import loop_closure as closure
 from mafsil.mobility.actuation import ActuationStatus
-from mafsil.mobility.loop_closure import loop_state, reduced_screws
+from mafsil.mobility.linkages import loop_closure as closure
+from mafsil.mobility.linkages.loop_closure import loop_state, reduced_screws
 from mafsil.mobility.second_order import screw_rates
 from mafsil.mobility.structure import StructureStatus
 from tests.mobility.mechanisms import five_bar, four_bar, parallel_cranks, platform, three_upu
@@ -76,9 +76,9 @@ def test_five_bar_with_every_pair_locked():
     assert {pair for pair, left in overlapped.items() if left} == {("O", "D"), ("O", "M"), ("M", "D")}
     assert set(mo.mobility_with_locked_joints(five_bar((0.3, 1), (1.7, 1.1)), 2).values()) == {0}
     for pair, left in overlapped.items():
-        linkage = mo.locked(five_bar((1, 1), (1, 1)), pair)
+        linkage = mo.linkages.locked(five_bar((1, 1), (1, 1)), pair)
         assert mo.instantaneous(linkage).mobility == left == mo.locked_mobility(five_bar((1, 1), (1, 1)), pair)
-    assert mo.gruebler(mo.locked(five_bar((1, 1), (1, 1)), ("O", "D"))).mobility == 0
+    assert mo.gruebler(mo.linkages.locked(five_bar((1, 1), (1, 1)), ("O", "D"))).mobility == 0
 
 
 def test_wrong_choice_of_motors_is_said():
@@ -116,7 +116,7 @@ def test_split_joints_leave_count_and_mobility():
         (platform("U", np.random.default_rng(3)), 32, 36),
         (platform("S", np.random.default_rng(3)), 38, 42),
     ):
-        fine = mo.split(linkage)
+        fine = mo.linkages.split(linkage)
         assert (len(fine.bodies), len(fine.joints)) == (links, joints)
         assert mo.gruebler(fine).mobility == mo.gruebler(linkage).mobility
         assert mo.instantaneous(fine).mobility == mo.instantaneous(linkage).mobility
@@ -133,7 +133,11 @@ def test_second_derivatives_of_the_gaps(make):
     scale = mo.loop_closure.units(linkage)
     for v in mo.instantaneous(linkage).rates.T:
         h = 1e-5
-        numeric = (mo.loop_matrix(linkage, h * v * scale) - mo.loop_matrix(linkage, -h * v * scale)) / (2 * h) @ v
+        numeric = (
+            (mo.linkages.loop_matrix(linkage, h * v * scale) - mo.linkages.loop_matrix(linkage, -h * v * scale))
+            / (2 * h)
+            @ v
+        )
         np.testing.assert_allclose(np.einsum("rij,i,j->r", K, v, v), numeric, atol=1e-8)
 
 
@@ -141,8 +145,8 @@ def test_second_derivatives_of_the_gaps(make):
 def test_rates_of_the_loop_matrix_are_derivatives_of_the_gap():
     linkage = platform("S", np.random.default_rng(6))
     rng = np.random.default_rng(7)
-    theta = mo.closed_near(linkage, 0.1 * rng.normal(size=(4, linkage.coordinates))).theta
-    A, scale = mo.loop_matrix(linkage, theta), mo.loop_closure.units(linkage)
+    theta = mo.linkages.closed_near(linkage, 0.1 * rng.normal(size=(4, linkage.coordinates))).theta
+    A, scale = mo.linkages.loop_matrix(linkage, theta), mo.loop_closure.units(linkage)
     v, h = rng.normal(size=linkage.coordinates), 1e-6
     numeric = (loop_state(linkage, theta + h * v * scale).gap - loop_state(linkage, theta - h * v * scale).gap) / (
         2 * h
@@ -199,12 +203,12 @@ def test_names_of_joints_and_pins_through_many_bodies():
         "Ball and socket": "S", "hooke": "U", "rp": "RP", "e": "E",
     }  # fmt: skip
     for word, letter in words.items():
-        assert mo.joint("J", word, ["a", "b"], second=[1, 0, 0], pitch=0.1).kind is mo.KINDS[letter]
+        assert mo.joint("J", word, ["a", "b"], second=[1, 0, 0], pitch=0.1).kind is mo.linkages.KINDS[letter]
     with pytest.raises(mf.ModelError, match="glue is not a kind of joint"):
         mo.joint("J", "glue", ["a", "b"])
     with pytest.raises(mf.ModelError, match="coincident_joints"):
         mo.joint("J", "R", ["a", "b", "c"])
-    pin = mo.coincident_joints("P", "hinge", ["ground", "a", "b", "c"], [1, 0])
+    pin = mo.linkages.coincident_joints("P", "hinge", ["ground", "a", "b", "c"], [1, 0])
     assert [(one.name, one.parent, one.child) for one in pin] == [
         ("P-1", "ground", "a"), ("P-2", "a", "b"), ("P-3", "b", "c"),
     ]  # fmt: skip
@@ -243,18 +247,18 @@ def test_gaping_loops_are_refused_and_closed_on_request():
     linkage = four_bar(OPEN)
     with pytest.raises(mf.ModelError, match="gape"):
         mf.mobility(linkage, [0.5, 0, 0, 0])
-    found = mo.closed_near(linkage, [0.5, 0, 0, 0], fixed=["A"])
+    found = mo.linkages.closed_near(linkage, [0.5, 0, 0, 0], fixed=["A"])
     assert found
     assert found.theta[0] == 0.5
     assert mf.mobility(linkage, found.theta).mobility == 1
-    lost = mo.closed_near(mo.locked(linkage, ["B"]), [0.5, 0, 0], fixed=["A"])
+    lost = mo.linkages.closed_near(mo.linkages.locked(linkage, ["B"]), [0.5, 0, 0], fixed=["A"])
     assert not lost
     assert "were found" in lost.explain("en")
 
 
 @pytest.mark.capability("02-2", "02-75")
 def test_structure():
-    assert mo.structure(mo.as_linkage("ur5e")).status is StructureStatus.SERIAL
+    assert mo.structure(mo.linkages.as_linkage("ur5e")).status is StructureStatus.SERIAL
     assert mo.structure(platform("U", np.random.default_rng(0))).loops == 5
     hand = mo.Linkage.of(
         [mo.joint("W", "R", ["ground", "palm"]), *(mo.joint(f"F{k}", "R", ["palm", f"f{k}"]) for k in range(3))]
@@ -291,8 +295,8 @@ def test_two_hinges_of_a_door():
     right, tilted = mf.mobility(door(0.0)), mf.mobility(door(np.radians(1)))
     assert (right.count.mobility, right.mobility, right.redundancy.count) == (-4, 1, 5)
     assert tilted.mobility == 0
-    assert mo.common_freedoms(*door(0.0).joints).shape[1] == 1
-    assert mo.common_freedoms(*door(np.radians(1)).joints).shape[1] == 0
+    assert mo.linkages.common_freedoms(*door(0.0).joints).shape[1] == 1
+    assert mo.linkages.common_freedoms(*door(np.radians(1)).joints).shape[1] == 0
 
 
 def test_a_search_for_closed_loops_stops_where_it_stands_still(monkeypatch):
@@ -300,12 +304,12 @@ def test_a_search_for_closed_loops_stops_where_it_stands_still(monkeypatch):
     looked = []
     monkeypatch.setattr(closure, "loop_state", lambda one, theta: looked.append(len(theta)) or loop_state(one, theta))
     linkage = four_bar(OPEN)
-    assert mo.closed_near(linkage, 0.01 * np.eye(4))
+    assert mo.linkages.closed_near(linkage, 0.01 * np.eye(4))
     assert len(looked) <= 7
     looked.clear()
     last = linkage.joints[-1]
     above = replace(last, child_point=last.point - [0.0, 0.0, 1e-3])
-    found = mo.closed_near(mo.Linkage.of([*linkage.joints[:-1], above]), 0.01 * np.eye(4))
+    found = mo.linkages.closed_near(mo.Linkage.of([*linkage.joints[:-1], above]), 0.01 * np.eye(4))
     assert not found
     assert np.abs(found.gap * linkage.size - 1e-3).max() < 1e-9
     assert len(looked) <= 12

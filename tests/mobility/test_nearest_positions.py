@@ -37,7 +37,7 @@ def test_lengths_that_never_close_and_blocks_out_of_reach():
     never = mo.FourBar(1, 1, 1, 3.5).positions([0.3, 2.0])
     assert never.status is mo.four_bar.PositionStatus.NEVER
     gap = np.linalg.norm(mo.FourBar(1, 1, 1, 3.5).closure(never.theta)[..., :2], axis=-1)
-    np.testing.assert_allclose(gap, mo.polygon_space([1, 1, 1, 3.5]).excess)
+    np.testing.assert_allclose(gap, mo.spaces.polygon_space([1, 1, 1, 3.5]).excess)
     crank, asked = mo.SliderCrank(1.0, 0.5, 0.2), np.linspace(-4, 4, 41)
     found, angles = crank.positions(asked), np.linspace(-7, 7, 20001)
     reached = angles[crank.positions(angles).reachable]
@@ -59,7 +59,7 @@ def test_lengths_that_never_close_and_blocks_out_of_reach():
 def test_rates_where_branches_cross_are_the_slopes_of_the_curve():
     for lengths in ([4, 3, 3, 4], [2, 2, 2, 2], [1, 2, 3, 2], [2, 4, 3, 3], [1, 1, 1, 3], [3, 4, 3, 4]):
         four = mo.FourBar(*lengths)
-        for point in pa.singular_points(four):
+        for point in pa.planar.singular_points(four):
             coupler = 0.0 if lengths[3] + lengths[2] * np.cos(point.phi) > lengths[0] * np.cos(point.theta) else np.pi
             absolute = np.array([point.theta, coupler, point.phi + np.pi, np.pi])
             theta = np.diff(absolute, prepend=0.0)
@@ -75,8 +75,8 @@ def test_rates_where_branches_cross_are_the_slopes_of_the_curve():
 def test_circles_that_do_not_meet_have_a_gap_and_the_point_in_its_middle():
     rng = np.random.default_rng(3)
     A, B, a, b = rng.normal(size=(200, 2)), rng.normal(size=(200, 2)), rng.uniform(0, 2, 200), rng.uniform(0, 2, 200)
-    gap, points = mo.circle_gap(A, a, B, b), mo.circle_crossings(A, a, B, b)
+    gap, points = mo.spaces.circle_gap(A, a, B, b), mo.spaces.circle_crossings(A, a, B, b)
     off = np.stack([np.linalg.norm(points - C[:, None], axis=-1) - r[:, None] for C, r in ((A, a), (B, b))])
     assert 0.2 < (gap > 0).mean() < 0.8
     np.testing.assert_allclose(np.abs(off), np.tile(gap[:, None] / 2, (2, 1, 2)), atol=1e-9)
-    np.testing.assert_allclose(mo.circle_crossings([0, 0], 2.0, [0, 0], 1.0), [[1.5, 0.0], [1.5, 0.0]])
+    np.testing.assert_allclose(mo.spaces.circle_crossings([0, 0], 2.0, [0, 0], 1.0), [[1.5, 0.0], [1.5, 0.0]])

@@ -9,7 +9,7 @@ import mafsil as mf
 from mafsil import mobility as mo
 from mafsil.messages import say
 from mafsil.mobility.four_bar import four_bar_of
-from mafsil.mobility.loop_closure import largest_gap
+from mafsil.mobility.linkages.loop_closure import largest_gap
 
 
 @pytest.mark.capability("02-43", "02-44", "02-45", "02-79")
@@ -20,34 +20,34 @@ def test_equations_of_joints_between_two_bodies(kind, freedoms):
     theta, d = rng.uniform(-2, 2, 20), rng.uniform(0.2, 1.0, 20)
     theta = np.full(20, fixed) if kind == "P" else theta
     A, phi = rng.normal(size=(20, 2)), rng.uniform(-3, 3, 20)
-    made = mo.second_body(kind, A, phi, d_AB, 0.8, theta=theta, d=d, slot=slot)
+    made = mo.bodies.second_body(kind, A, phi, d_AB, 0.8, theta=theta, d=d, slot=slot)
     x = np.column_stack([A, phi, made.C, phi + theta])
-    assert np.abs(mo.joint_residual(kind, x, d_AB, theta=fixed, slot=slot)).max() < 1e-12
+    assert np.abs(mo.bodies.joint_residual(kind, x, d_AB, theta=fixed, slot=slot)).max() < 1e-12
     aside = x + 0.01 * rng.normal(size=x.shape)
-    assert (np.abs(mo.joint_residual(kind, aside, d_AB, theta=fixed, slot=slot)).max(axis=1) > 1e-5).all()
+    assert (np.abs(mo.bodies.joint_residual(kind, aside, d_AB, theta=fixed, slot=slot)).max(axis=1) > 1e-5).all()
     h = 1e-6
     J = np.stack([
-        (mo.joint_residual(kind, x[0] + h * e, d_AB, theta=fixed, slot=slot)
-         - mo.joint_residual(kind, x[0] - h * e, d_AB, theta=fixed, slot=slot)) / (2 * h) for e in np.eye(6)
+        (mo.bodies.joint_residual(kind, x[0] + h * e, d_AB, theta=fixed, slot=slot)
+         - mo.bodies.joint_residual(kind, x[0] - h * e, d_AB, theta=fixed, slot=slot)) / (2 * h) for e in np.eye(6)
     ], axis=-1)  # fmt: skip
     assert 6 - np.linalg.matrix_rank(J, 1e-6) == freedoms
     with pytest.raises(mf.InputError, match="RP"):
-        mo.joint_residual("S", x, d_AB)
+        mo.bodies.joint_residual("S", x, d_AB)
 
 
 @pytest.mark.capability("02-72", "02-65", "02-50", "02-84")
 def test_small_directions_straight_ways_and_counts_below_zero():
-    angles, pole = mo.angles_of_direction([[1e-13, 0, 0], [0, 0, -1e-13], [3e5, 4e5, 0]])
+    angles, pole = mo.spaces.angles_of_direction([[1e-13, 0, 0], [0, 0, -1e-13], [3e5, 4e5, 0]])
     np.testing.assert_allclose(angles, [[np.pi / 2, 0], [np.pi, 0], [np.pi / 2, np.arctan2(4, 3)]], atol=1e-12)
     assert pole.tolist() == [False, True, False]
-    straight = mo.Unicycle().moved([1.0, 2.0, 0.5], 3.0, [0.0, 1e-12], 2.0)
+    straight = mo.bodies.Unicycle().moved([1.0, 2.0, 0.5], 3.0, [0.0, 1e-12], 2.0)
     np.testing.assert_allclose(straight, [[1 + 6 * np.cos(0.5), 2 + 6 * np.sin(0.5), 0.5]] * 2, atol=1e-9)
     statuses = [
         mo.count(4, f, rule).status.name for f, rule in (([1] * 4, "planar"), ([1] * 5, "planar"), ([1] * 4, "spatial"))
     ]
     assert statuses == ["MOVES", "TOO_MANY", "TOO_MANY"]
     assert mo.count(5, [1] * 6, "planar").status.name == "NONE_LEFT"
-    cart = mo.Cart(0.1, 0.4)
+    cart = mo.bodies.Cart(0.1, 0.4)
     q = cart.moved([0.0, 0.0, 0.2, 1.0, -1.0], [2.0, -0.5], 1.5)
     assert cart.first_integral(q) == pytest.approx(cart.first_integral(np.array([0.0, 0.0, 0.2, 1.0, -1.0])))
     assert q[2] == pytest.approx(0.2 + 0.1 / 0.4 * 2.5 * 1.5)
@@ -77,11 +77,11 @@ def test_classes_of_four_bars_and_cranks_by_their_ranges():
 @pytest.mark.capability("02-53", "02-60")
 def test_links_in_one_line_and_cranks_beside_their_way():
     for lengths in ([1, 1, 1, 3], [0.1, 0.2, 0.3, 0.6]):
-        found = mo.polygon_space(lengths)
+        found = mo.spaces.polygon_space(lengths)
         assert (found.status.name, found.components, found.dimension) == ("ISOLATED", 1, 0)
-    assert mo.polygon_space([1, 1, 1, 3.001]).status.name == "IMPOSSIBLE"
-    assert mo.polygon_space([1, 1, 1, 2.999]).status.name == "SMOOTH"
-    assert mo.polygon_space([2, 2, 2, 2]).status.name == "BRANCHED"
+    assert mo.spaces.polygon_space([1, 1, 1, 3.001]).status.name == "IMPOSSIBLE"
+    assert mo.spaces.polygon_space([1, 1, 1, 2.999]).status.name == "SMOOTH"
+    assert mo.spaces.polygon_space([2, 2, 2, 2]).status.name == "BRANCHED"
     crank, theta = mo.SliderCrank(1.3, 2.1, 0.4), np.array([0.2, 2.0, -1.9])
     for x, angle in zip(crank.positions(theta).x, theta, strict=True):
         pin = 1.3 * np.array([np.cos(angle), np.sin(angle)])
@@ -129,7 +129,7 @@ def test_chains_that_return_to_their_base():
 @pytest.mark.capability("02-72")
 def test_no_direction_has_no_angles():
     with pytest.raises(mf.InputError, match="length zero"):
-        mo.angles_of_direction([[0, 0, 1], [0, 0, 0]])
+        mo.spaces.angles_of_direction([[0, 0, 1], [0, 0, 0]])
 
 
 @pytest.mark.parametrize("lengths", np.random.default_rng(7).uniform(0.5, 2.0, (12, 4)))

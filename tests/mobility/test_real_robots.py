@@ -36,7 +36,7 @@ def test_twists_of_the_tip_are_those_of_the_jacobian():
     robot, q = mf.load("ur5e"), np.array([0.3, -1.2, 1.1, 0.2, 0.9, -0.4])
     linkage = mo.linkage_of(robot.mechanism, q)
     np.testing.assert_allclose(linkage.screws, robot.jacobian_space(q), atol=1e-12)
-    end = mo.body_poses(linkage, np.full(6, 0.1))[-1] @ robot.forward_kinematics(q)
+    end = mo.linkages.body_poses(linkage, np.full(6, 0.1))[-1] @ robot.forward_kinematics(q)
     np.testing.assert_allclose(end, robot.forward_kinematics(q + 0.1), atol=1e-12)
 
 
@@ -64,22 +64,26 @@ def test_geared_five_bar():
     from mafsil.mobility import library
 
     free = library.five_bar()
-    gears = mo.Linkage.of(free.joints, planar=True, output="rod 1", couplings=[mo.Coupling("D", "O", -1.5)])
+    gears = mo.Linkage.of(free.joints, planar=True, output="rod 1", couplings=[mo.linkages.Coupling("D", "O", -1.5)])
     found = mf.mobility(gears)
     assert (found.count.mobility, found.instantaneous.mobility, found.mobility) == (1, 1, 1)
     assert found.finite.status is mo.finite.FiniteStatus.REGULAR
     curve = mo.trace(gears, steps=300)
     np.testing.assert_allclose(curve.theta[:, 4], -1.5 * curve.theta[:, 0], atol=1e-9)
     assert mo.mobilities(gears, curve.theta).tolist() == [1] * len(curve.theta)
-    locked = mo.locked(gears, ["O"])
+    locked = mo.linkages.locked(gears, ["O"])
     assert len(locked.joints) == 3
     assert not mf.mobility(locked)
     assert mo.locked_mobility(gears, ["O"]) == 0
     again = mf.mobility(mo.mechanism_of(mo.Linkage.of(
-        [*free.joints[:1], *free.joints[-1:]], planar=True, couplings=[mo.Coupling("D", "O", 2.0)]
+        [*free.joints[:1], *free.joints[-1:]], planar=True, couplings=[mo.linkages.Coupling("D", "O", 2.0)]
     )))  # fmt: skip
     assert again.mobility == 1
-    for bad in (mo.Coupling("D", "D", 1.0), mo.Coupling("D", "O", 0.0), mo.Coupling("D", "Q", 1.0)):
+    for bad in (
+        mo.linkages.Coupling("D", "D", 1.0),
+        mo.linkages.Coupling("D", "O", 0.0),
+        mo.linkages.Coupling("D", "Q", 1.0),
+    ):
         with pytest.raises(mf.ModelError):
             mo.Linkage.of(free.joints, planar=True, couplings=[bad])
 

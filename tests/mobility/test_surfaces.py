@@ -66,14 +66,14 @@ def pentagons(count, seed, away=0.08):
 def test_pentagons_have_the_topology_of_the_theorem(lengths):
     pieces, euler = pentagon_numbers(lengths)
     found = mo.configuration_surfaces(polygon(lengths), starts=24)
-    assert len(found) == pieces == mo.polygon_space(lengths).components
+    assert len(found) == pieces == mo.spaces.polygon_space(lengths).components
     assert all(one.status is SurfaceStatus.CLOSED for one in found)
     assert sum(one.euler_characteristic for one in found) == euler
     assert sum(found.hits) > 20
     assert not found.others
     for one in found:
         assert not len(one.branch_points)
-        assert mo.closed_near(one.linkage, one.theta, steps=0).gap.max() < 1e-9
+        assert mo.linkages.closed_near(one.linkage, one.theta, steps=0).gap.max() < 1e-9
 
 
 def test_small_spherical_pentagon_is_the_planar_one():
@@ -122,7 +122,7 @@ def test_sheets_that_cross_go_straight_on():
 
 def ball_of(flat):
     """The last joint of a linkage as a ball."""
-    return replace(flat.joints[-1], kind=mo.Kind.SPHERICAL)
+    return replace(flat.joints[-1], kind=mo.linkages.Kind.SPHERICAL)
 
 
 @pytest.mark.capability("02-60")
@@ -164,10 +164,10 @@ def test_balls_left_out_leave_the_mobility_but_for_spins():
         assert mo.instantaneous(simple).mobility == mo.instantaneous(linkage).mobility - spins
         kept = np.concatenate([linkage.columns_of([each.name]) for each in simple.joints])
         near = 0.1 * np.random.default_rng(0).normal(size=(5, linkage.coordinates))
-        whole = mo.closed_near(linkage, near)
+        whole = mo.linkages.closed_near(linkage, near)
         assert whole
-        assert mo.closed_near(simple, whole.theta[:, kept], steps=0).gap.max() < 1e-9
-        A, h = mo.loop_matrix(simple, near[0, kept]), 1e-6 * np.eye(simple.coordinates)
+        assert mo.linkages.closed_near(simple, whole.theta[:, kept], steps=0).gap.max() < 1e-9
+        A, h = mo.linkages.loop_matrix(simple, near[0, kept]), 1e-6 * np.eye(simple.coordinates)
         u = mo.loop_closure.units(simple)
         gaps = [mo.loop_closure.loop_state(simple, near[0, kept] + sign * h * u).gap for sign in (1, -1)]
         assert np.abs((gaps[0] - gaps[1]).T / 2e-6 - A)[6 * simple.loops :].max() < 1e-8
@@ -230,7 +230,7 @@ def test_the_platform_of_a_delta_of_rods_is_where_its_closed_form_says():
     robot = without_balls(Linkage.of(joints))
     assert mo.instantaneous(robot).mobility == 3
     start = 0.1 * np.random.default_rng(5).normal(size=(20, robot.coordinates)) * mo.loop_closure.units(robot)
-    found = mo.closed_near(robot, start)
+    found = mo.linkages.closed_near(robot, start)
     assert found
     places = found.theta[:, 3:].reshape(-1, 3, 3)
     np.testing.assert_allclose(places - places.mean(axis=1, keepdims=True), 0.0, atol=1e-9)
@@ -250,14 +250,14 @@ def test_links_on_one_line_pinch_the_surface(lengths, places):
     assert surface.genus is None
     for theta in surface.singular_points:
         assert mo.instantaneous(surface.linkage, theta).mobility == 3
-        poses = mo.body_poses(surface.linkage, theta)
+        poses = mo.linkages.body_poses(surface.linkage, theta)
         pins = [mo.loop_closure.pose.act(T, each.point) for T, each in zip(poses, surface.linkage.joints, strict=True)]
         assert np.linalg.svd(np.array(pins) - pins[0])[1][1] < 1e-6
 
 
 @pytest.mark.capability("02-60")
 def test_planar_platform_with_one_motor_locked():
-    linkage = mo.locked(library.three_rrr(), ["A0"])
+    linkage = mo.linkages.locked(library.three_rrr(), ["A0"])
     coarse, fine = trace_surface(linkage), trace_surface(linkage, step=0.2)
     assert coarse.status is fine.status is SurfaceStatus.CLOSED
     assert coarse.euler_characteristic == fine.euler_characteristic
@@ -271,7 +271,7 @@ def test_what_does_not_end_is_open():
     assert surface.status is SurfaceStatus.OPEN
     assert surface.euler_characteristic is None is surface.genus
     assert trace_surface(library.five_bar(), points=100).status is SurfaceStatus.OPEN
-    assert mo.configuration_surfaces(mo.locked(library.five_bar(), ["O"]), starts=8).status.name == "NOT_FOUND"
+    assert mo.configuration_surfaces(mo.linkages.locked(library.five_bar(), ["O"]), starts=8).status.name == "NOT_FOUND"
 
 
 def test_refusals_say_what_helps():
@@ -287,7 +287,7 @@ def test_refusals_say_what_helps():
     with pytest.raises(mf.ModelError, match="next is a rod between two balls, such as B"):
         trace_surface(Linkage.of([joint(name, "S", [a, b], at) for name, a, b, at in rods]))
     left = trace_surface(Linkage.of([*polygon([1.0] * 5).joints[:-1], ball_of(polygon([1.0] * 5))]), points=20).linkage
-    for judge in (mf.mobility, mo.gruebler, mo.finite_mobility, mo.redundancy, mo.structure, mo.split):
+    for judge in (mf.mobility, mo.gruebler, mo.finite_mobility, mo.redundancy, mo.structure, mo.linkages.split):
         with pytest.raises(mf.ModelError, match="J4"):
             judge(left)
 

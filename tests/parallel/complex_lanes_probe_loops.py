@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from mafsil.kernels.loops.lanes import seen
 from mafsil.kernels.loops.loop import compiled
-from mafsil.parallel.complex_lane_loops import solve_in_lanes
+from mafsil.parallel.platforms.complex_lane_loops import solve_in_lanes
 
 
 @compiled

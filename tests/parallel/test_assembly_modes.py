@@ -7,7 +7,7 @@ from scipy.optimize import least_squares
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
 from mafsil.parallel import StewartPlatform, stewart_assembly_modes
-from mafsil.parallel.assembly_modes import AssemblyModesStatus
+from mafsil.parallel.platforms.assembly_modes import AssemblyModesStatus
 
 
 def planted(seed, count):

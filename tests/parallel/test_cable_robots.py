@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from mafsil import parallel
 from mafsil.errors import InputError
-from mafsil.parallel.cable_tensions import CableStatus
-from mafsil.parallel.cable_workspace import ClosureStatus
+from mafsil.parallel.cables.cable_tensions import CableStatus
+from mafsil.parallel.cables.cable_workspace import ClosureStatus
 
 CORNERS = np.array([[x, y, z] for x in (-2, 2) for y in (-1.5, 1.5) for z in (0, 3)], dtype=float)
 EYES = np.array([[0.3 * np.sign(x), 0, -0.2] if z else [0, 0.3 * np.sign(y), 0.2] for x, y, z in CORNERS])
@@ -128,18 +128,18 @@ def test_a_point_in_three_cables_from_above_hangs_but_is_not_enclosed():
     held = parallel.cable_tensions(robot, T, weight)
     assert held
     np.testing.assert_allclose(held.tensions, np.linalg.solve(robot.structure_matrix(T)[3:], -weight[3:]), atol=1e-9)
-    closure = parallel.cable_closure(robot, T)
+    closure = parallel.cables.cable_closure(robot, T)
     assert closure.status is ClosureStatus.OPEN
     pulls = robot.structure_matrix(T)[3:].T @ closure.direction
     assert (pulls <= 1e-9).all(), "no cable pulls along it"
-    assert parallel.cable_closure(parallel.CableRobot(
+    assert parallel.cables.cable_closure(parallel.CableRobot(
         np.vstack([base, [0, 0, -2]]), np.zeros((4, 3)), 0.0, 1.0), T)  # fmt: skip
 
 
 def test_closure_is_that_of_random_directions():
     rng = np.random.default_rng(5)
     robot, T = crane(), poses(rng, 30, 1.5)
-    found = parallel.cable_closure(robot, T)
+    found = parallel.cables.cable_closure(robot, T)
     assert 0 < found.closed.sum() < 30
     W = robot.about_platform(T, robot.structure_matrix(T))
     directions = rng.normal(size=(20000, 6))

@@ -5,7 +5,7 @@ import pytest
 
 from mafsil.geometry import pose, rotation
 from mafsil.parallel import SingularKind, StewartPlatform
-from mafsil.parallel.certificate import CertificateStatus, certificate_of
+from mafsil.parallel.platforms.certificate import CertificateStatus, certificate_of
 from tests.parallel.test_assembly_modes import planted
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mafsil.parallel import path_lane_loops
-from mafsil.parallel.start_platforms import CORRECTIONS, random_platform, start_platform
+from mafsil.parallel.platforms import path_lane_loops
+from mafsil.parallel.platforms.start_platforms import CORRECTIONS, random_platform, start_platform
 from tests.parallel.complex_lanes_probe_loops import solve_eight
 
 

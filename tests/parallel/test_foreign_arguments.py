@@ -11,8 +11,8 @@ from mafsil import parallel
 NONSENSE = (None, 3.5, np.inf, [np.nan], np.zeros((3, 5)), object(), [[1, 2], [3]], "x", {}, -1, 10**9)
 TAKES = {
     "driven": lambda x: parallel.driven_rates(np.eye(3), x),
-    "four-bar": lambda x: parallel.output_angles(x, 0.1),
-    "points": parallel.singular_points,
+    "four-bar": lambda x: parallel.planar.output_angles(x, 0.1),
+    "points": parallel.planar.singular_points,
     "file": parallel.read_parallel,
     "chain": parallel.ClosedChain,
     "robot": lambda x: parallel.closed_inverse_kinematics(x, np.eye(4)),

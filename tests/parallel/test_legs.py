@@ -64,11 +64,11 @@ def test_poses_and_twists_that_three_legs_cannot_follow():
     assert missed.gap > 1e-3
     assert "misses" in missed.explain("en")
     V = legs.jacobian(there.q) @ [0.3, -0.2, 0.1]
-    rates = pa.inverse_rates(legs, there.q, V)
+    rates = pa.legs.inverse_rates(legs, there.q, V)
     assert rates.feasible
     np.testing.assert_allclose(rates.rates[list(legs.driven)], [0.3, -0.2, 0.1], atol=1e-9)
     np.testing.assert_allclose(legs.loop_matrix(there.q) @ rates.rates, 0, atol=1e-9)
-    turn = pa.inverse_rates(legs, there.q, [0, 0, 1, 0, 0, 0])
+    turn = pa.legs.inverse_rates(legs, there.q, [0, 0, 1, 0, 0, 0])
     assert not turn
     assert turn.status is pa.leg_statics.LegRatesStatus.NOT_FEASIBLE
     assert "cannot follow" in turn.explain("en")
@@ -193,7 +193,7 @@ def test_a_planar_platform_is_a_flat_stewart_platform():
 @pytest.mark.capability("08-19", "08-48")
 def test_the_curve_of_a_four_bar_and_the_surface_of_a_five_bar():
     theta = np.linspace(0, 2 * np.pi, 2001)
-    phi, every, missing = pa.output_angles(mo.FourBar(4, 4, 3, 2), theta)
+    phi, every, missing = pa.planar.output_angles(mo.FourBar(4, 4, 3, 2), theta)
     assert not every.any()
     assert not missing.any()
     gap = np.abs(np.angle(np.exp(1j * (phi[:, 0] - phi[:, 1]))))
@@ -304,7 +304,7 @@ def test_nothing_is_said_of_configurations_that_do_not_close():
     five = pa.FiveBar(1, 1.2, 1.1, 0.9, 1.5)
     asked = (
         legs.singularity, legs.rates, legs.jacobian, lambda q: pa.leg_forces(legs, q, np.ones(6)),
-        lambda q: pa.inverse_rates(legs, q, np.ones(6)), lambda q: pa.reduced_equations(legs, q),
+        lambda q: pa.legs.inverse_rates(legs, q, np.ones(6)), lambda q: pa.legs.reduced_equations(legs, q),
         lambda q: five.singularity(q[:4]), lambda q: pa.ParallelCranks(0.7, [0, 1.2]).singularity([1.0, 0.0, 0.5]),
     )  # fmt: skip
     for function in asked:
@@ -348,7 +348,7 @@ def test_legs_that_lie_flat_are_not_lost():
     assert np.linalg.norm(missed.misfit) == pytest.approx(np.sqrt(2 * min(fits)), rel=1e-6)
     with pytest.raises(InputError, match="negative"):
         robot.forward_kinematics([-0.1, 1, 1])
-    assert pa.resultant([6, -5, 1], [-2, 1]) == pytest.approx(0.0, abs=1e-12)
+    assert pa.platforms.resultant([6, -5, 1], [-2, 1]) == pytest.approx(0.0, abs=1e-12)
 
 
 @pytest.mark.capability("08-55", "08-56", "08-57")

@@ -103,7 +103,7 @@ def test_a_mechanism_as_a_linkage_moves_as_it_did(kind):
     theta = np.zeros(linkage.coordinates)
     theta[tree] = step
     # Bodies of joints that close loops are reached through them: only links on the tree of both are compared.
-    moved = mobility.body_poses(linkage, theta)
+    moved = mobility.linkages.body_poses(linkage, theta)
     compared = 0
     for k, body in enumerate(linkage.bodies):
         on_path = {linkage.joints[j].name for j in np.flatnonzero(linkage.paths[k])}
@@ -182,9 +182,9 @@ def test_a_linkage_drawn_elsewhere_moves_on_from_there():
         )  # fmt: skip
     linkage = mobility.Linkage.of(joints)
     theta, step = rng.uniform(-1, 1, (2, linkage.coordinates))
-    there = mobility.drawn_at(linkage, theta)
-    before, after = mobility.body_poses(linkage, np.stack([theta, theta + step]))
-    np.testing.assert_allclose(mobility.body_poses(there, step), after @ pose.inverse(before), atol=1e-12)
+    there = mobility.linkages.drawn_at(linkage, theta)
+    before, after = mobility.linkages.body_poses(linkage, np.stack([theta, theta + step]))
+    np.testing.assert_allclose(mobility.linkages.body_poses(there, step), after @ pose.inverse(before), atol=1e-12)
     for old, new in zip(linkage.joints, there.joints, strict=True):
         shift = theta[linkage.columns_of([old.name])[0]] if old.freedoms == 1 else 0.0
         assert (new.lower, new.upper) == (old.lower - shift, old.upper - shift)

@@ -18,7 +18,7 @@ PLANE = pa.CableRobot([[0, 0], [1, 0], [0, 1.0]], [[0.4, 0.4], [0.5, 0.4], [0.4,
 ASKED = {
     "four-bar": lambda: mo.FourBar(2, 3, 2.5, 4).positions(ALL),
     "four-bar that never closes": lambda: mo.FourBar(1, 1, 1, 3.5).positions(ALL),
-    "rocker": lambda: pa.output_angles(mo.FourBar(4, 3, 3, 4), ALL),
+    "rocker": lambda: pa.planar.output_angles(mo.FourBar(4, 3, 3, 4), ALL),
     "rates": lambda: mo.FourBar(2, 2, 2, 2).branch_rates(mo.FourBar(2, 2, 2, 2).positions(ALL).theta),
     "slider": lambda: mo.SliderCrank(1, 0.5, 0.2).positions(ALL),
     "slider rates": lambda: mo.SliderCrank(1, 0.5, 0.2).rates(ALL),

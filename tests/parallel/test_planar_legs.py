@@ -7,7 +7,7 @@ from scipy.optimize import brentq, fsolve, least_squares
 from mafsil.errors import InputError
 from mafsil.mobility import torus
 from mafsil.parallel import FiveBar, ParallelCranks, PlanarThreeRPR, PlanarThreeRRR, SingularKind, good_motors
-from mafsil.parallel.planar_poses import PlanarPosesStatus
+from mafsil.parallel.planar.planar_poses import PlanarPosesStatus
 
 
 def turned(x, step):

@@ -7,7 +7,7 @@ from scipy.optimize import minimize
 from mafsil import parallel as pa
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
-from mafsil.parallel.platform_workspace import segment_distance
+from mafsil.parallel.platforms.platform_workspace import segment_distance
 
 
 def stewart():

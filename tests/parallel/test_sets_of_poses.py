@@ -5,9 +5,10 @@ import pytest
 
 from mafsil.geometry import pose, rotation
 from mafsil.mobility import FourBar
-from mafsil.parallel import AssemblyModesStatus, PlanarThreeRPR, StewartPlatform, output_angles
-from mafsil.parallel.platform_modes import of_size_one
-from mafsil.parallel.platform_paths import own_start
+from mafsil.parallel import AssemblyModesStatus, PlanarThreeRPR, StewartPlatform
+from mafsil.parallel.planar import output_angles
+from mafsil.parallel.platforms.platform_modes import of_size_one
+from mafsil.parallel.platforms.platform_paths import own_start
 
 HALF_TURN = np.diag([-1.0, -1.0, 1.0])
 

@@ -11,7 +11,7 @@ from scipy.optimize import minimize
 from mafsil import parallel
 from mafsil.errors import InputError
 from mafsil.geometry import pose
-from mafsil.parallel.pose_space import pose_space, regular_radius
+from mafsil.parallel.platforms.pose_space import pose_space, regular_radius
 
 INNOCENTI = parallel.PlanarThreeRPR(
     base=[[0, 0], [15.91, 0], [0, 10]], platform=[[0, 0], [17.04, 0], [13.236373239, 16.096708467]]

@@ -103,21 +103,21 @@ CALLS = (
     "mobility.assembly_modes(linkage=FOUR, given={'A': 1.0}, starts=8)",
     "mobility.configuration_curves(linkage=FOUR, starts=2, step=0.1, steps=20)",
     "mobility.configuration_surfaces(linkage=FIVE, starts=1, step=0.3, points=10)",
-    "mobility.explicit_body(implicit=[0, 0, 1, 0], d_AB=1.0)",
+    "mobility.bodies.explicit_body(implicit=[0, 0, 1, 0], d_AB=1.0)",
     "mobility.self_motion_manifold(lengths=[1.0, 2.0, 3.0], distance=1.0)",
     "mobility.generic_mobility(linkage=FOUR, step=0.05, samples=2)",
     "grasp.eliminate(A=[[1.0, 2], [3, 4]])",
-    "mobility.implicit_body(explicit=[0, 0, 1], d_AB=1.0)",
+    "mobility.bodies.implicit_body(explicit=[0, 0, 1], d_AB=1.0)",
     "mobility.joint(name='A', kind='H', bodies=['a', 'b'], axis=[0, 0, 1], pitch=0.1, limits=(-1.0, 1.0))",
-    "mobility.joint_residual(kind='R', x=X6, d_AB=1.0, theta=0.1, slot=0.1)",
-    "mobility.planar_body(A=[0, 0], phi=0, d_AB=1.0)",
-    "mobility.planar_residual(x=[0, 0, 2, 0], d_AB=1.0)",
-    "mobility.points_of_body(A=[0, 0, 0], lon=0, lat=0, psi=0, d_AB=1.0, d_AC=1.1, d_BC=1.2)",
-    "mobility.second_body(kind='R', A=[0, 0], phi_AB=0, d_AB=1.0, d_CD=0.8, theta=0, d=1, slot=0.1)",
-    "mobility.spatial_2r(alpha=1.0, distance=1.0, offset=0.2)",
+    "mobility.bodies.joint_residual(kind='R', x=X6, d_AB=1.0, theta=0.1, slot=0.1)",
+    "mobility.bodies.planar_body(A=[0, 0], phi=0, d_AB=1.0)",
+    "mobility.bodies.planar_residual(x=[0, 0, 2, 0], d_AB=1.0)",
+    "mobility.bodies.points_of_body(A=[0, 0, 0], lon=0, lat=0, psi=0, d_AB=1.0, d_AC=1.1, d_BC=1.2)",
+    "mobility.bodies.second_body(kind='R', A=[0, 0], phi_AB=0, d_AB=1.0, d_CD=0.8, theta=0, d=1, slot=0.1)",
+    "mobility.spaces.spatial_2r(alpha=1.0, distance=1.0, offset=0.2)",
     "mobility.synthesis.chebyshev_spacing(lower=0.0, upper=1.0, count=3)",
     "mobility.synthesise_function(inputs=[0.0, 0.3, 0.6], outputs=[0.0, 0.2, 0.5], ground=1.0)",
-    "mobility.third_point(A=[0, 0], B=[1, 0], d_AC=1.0, d_BC=0.9)",
+    "mobility.bodies.third_point(A=[0, 0], B=[1, 0], d_AC=1.0, d_BC=0.9)",
     "mobility.trace(linkage=FOUR, step=0.1, steps=20)",
     "mobility.trace_surface(linkage=FIVE, step=0.3, points=10)",
     "mobility.library.bennett(a=1.0, alpha=0.5, b=1.6, theta=1.0)",
@@ -157,11 +157,11 @@ CALLS = (
     "parallel.closed_inverse_kinematics(robot=BARS, T=BAR_TIP, task='position', tolerance=1e-9, "
     "rotation_tolerance=1e-9, starts=4)",
     "parallel.delta_legs(robot=DELTA, q=0.35)",
-    "parallel.eliminant(values=lambda t: t * t - 2, degree=2, radius=1.0)",
+    "parallel.platforms.eliminant(values=lambda t: t * t - 2, degree=2, radius=1.0)",
     "parallel.simulate_closed(chain=HEAVY, q=HEAVY_Q, duration=0.02, step=0.01)",
     "parallel.three_rps(base=1.0, platform=0.6, height=1.3)",
     "parallel.three_upu(base=1.0, platform=0.6, height=1.3)",
-    "parallel.trimmed(coefficients=np.array([1 + 0j, 2, 0]), share=1e-9)",
+    "parallel.platforms.trimmed(coefficients=np.array([1 + 0j, 2, 0]), share=1e-9)",
     # performance
     "performance.force_ellipsoid(robot=R3, q=Q3, part='planar', length=0.5)",
     "performance.velocity_ellipsoid(robot=R3, q=Q3, part='planar', length=0.5)",
@@ -282,9 +282,9 @@ CALLS = (
     "grasp.FrictionLaw(mu_s=0.5, mu_k=0.4, viscous=0.1, aging=0.1)",
     "mobility.FourBar(crank=2.0, coupler=4.0, rocker=3.5, ground=4.5)",
     "mobility.SliderCrank(crank=1.0, rod=3.0, offset=0.1)",
-    "mobility.Car(length=1.0)",
-    "mobility.Cart(radius=0.1, width=1.0)",
-    "mobility.Coin(radius=0.1)",
+    "mobility.bodies.Car(length=1.0)",
+    "mobility.bodies.Cart(radius=0.1, width=1.0)",
+    "mobility.bodies.Coin(radius=0.1)",
     "parallel.DeltaRobot(base=0.3, platform=0.1, arm=0.3, forearm=0.8)",
     "parallel.FiveBar(crank_1=1.0, rod_1=2.0, rod_2=2.0, crank_2=1.0, ground=1.5)",
     "parallel.StewartPlatform.on_circles(base=1.0, platform=0.6, base_angles=range(6), "
@@ -456,7 +456,7 @@ def _mechanisms(names: dict[str, Any]) -> dict[str, Any]:
     contacts = [mf.Contact((-1, 0), (1, 0), mu=0.5), mf.Contact((1, 0), (-1, 0), mu=0.5)]
     cube = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
     heavy = parallel.ClosedChain(four_bar())
-    made = mobility.second_body("R", [0, 0], 0.1, 1.0, 0.8, theta=0.1)
+    made = mobility.bodies.second_body("R", [0, 0], 0.1, 1.0, 0.8, theta=0.1)
     return {
         "BARS": chain, "BAR_Q": q, "BAR_TIP": tip, "BAR_MECHANISM": bars,
         "CRANK": trajectory.line_path(tip, chain.robot.forward_kinematics(moved)),

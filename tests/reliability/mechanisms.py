@@ -65,7 +65,7 @@ def _built(rng: np.random.Generator) -> Counter[str]:
 
 def closed(linkage: mo.Linkage, rng: np.random.Generator) -> Floats:
     """(k, F) configurations of a linkage, as drawn and one elsewhere if it was found."""
-    moved = mo.closed_near(linkage, 0.5 * rng.normal(size=(1, linkage.coordinates)))
+    moved = mo.linkages.closed_near(linkage, 0.5 * rng.normal(size=(1, linkage.coordinates)))
     return np.vstack([np.zeros((1, linkage.coordinates)), moved.theta[moved.closed]])
 
 

@@ -131,7 +131,7 @@ CALLS = (
     "FOUR.with_output(body='ground')",
     "ROLLING.matrix(q=[0, 0, 0, 0])",
     "ROLLING.residual(q=[0, 0, 0, 0], qd=[0, 0, 0, 0])",
-    "mobility.Car(1.0).driven(q=[0, 0, 0, 0], inputs=lambda t: (1.0, 0.1), duration=0.1)",
+    "mobility.bodies.Car(1.0).driven(q=[0, 0, 0, 0], inputs=lambda t: (1.0, 0.1), duration=0.1)",
     "parallel.StewartPlatform(base=np.ones((6, 3)), platform=np.ones((6, 3)))",
     "STEWART.lengths(T=HIGH)",
     "STEWART.leg_forces(T=HIGH, F=[0, 0, 0, 0, 0, 1])",
@@ -216,7 +216,7 @@ def space(folder: str) -> dict[str, Any]:
         "WALL": control.Wall(np.zeros(3), np.array([0.0, 0.0, 1.0]), 10.0),
         "ANSWERS": ik.inverse_kinematics(names["R6"], names["TIP6"]), "REACH": ik.structure.PlanarReach(
             np.zeros(3), np.array([0.0, 0.0, 1.0]), np.ones(2)),
-        "FOURS": mobility.FourBar(2.0, 4.0, 3.5, 4.5), "ROLLING": mobility.Car(1.0).constraints,
+        "FOURS": mobility.FourBar(2.0, 4.0, 3.5, 4.5), "ROLLING": mobility.bodies.Car(1.0).constraints,
         "STEWART": parallel.StewartPlatform.on_circles(1.0, 0.6, [0, 1, 2, 3, 4, 5.5], [0.3, 0.8, 2.5, 2.9, 4.1, 5]),
         "HIGH": high,
         "FIVES": parallel.FiveBar(1.0, 2.0, 2.0, 1.0, 1.5),

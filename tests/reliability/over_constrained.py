@@ -12,7 +12,8 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.geometry import pose
-from mafsil.mobility import Linkage, LinkageJoint, joint, library
+from mafsil.mobility import Linkage, joint, library
+from mafsil.mobility.linkages import LinkageJoint
 
 Built = tuple[list[LinkageJoint], int]
 EX, EY, EZ = np.eye(3)

@@ -35,8 +35,8 @@ ELSEWHERE = {
     "tests/lint": "Report",
     "tests/mobility": (
         "IntegrabilityAnswer Candidate FourBarPositions SliderCrankPositions Actuation ConfigurationCurves "
-        "Existence GrueblerCount InstantaneousMobility PolygonSpace Redundancy Mobility PointCount Structure "
-        "Surface ConfigurationSurfaces"
+        "Existence GrueblerCount InstantaneousMobility PolygonSpace RedundantConstraints Mobility PointCount Structure "
+        "ConfigurationSurface ConfigurationSurfaces"
     ),
     "tests/one_joint": (
         "Bandwidth Deadlines Holding StiffnessCommand Braking TransmissionAnswer DriveSizing StickSlip "

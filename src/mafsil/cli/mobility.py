@@ -14,13 +14,12 @@ from mafsil.messages import say
 from mafsil.mobility import (
     Linkage,
     Mobility,
-    as_linkage,
     assembled,
     configuration_surfaces,
-    locked,
     mobility,
     mobility_with_locked_joints,
 )
+from mafsil.mobility.linkages import as_linkage, locked
 
 
 def mobility_of(

@@ -10,19 +10,11 @@ from mafsil.arrays import Floats
 from mafsil.errors import InputError
 from mafsil.geometry import pose, rotation
 from mafsil.parallel import (
-    AssemblyModes,
-    CablePoses,
     CableRobot,
-    CableTensions,
     DeltaRobot,
     FiveBar,
-    ModePath,
-    MotorAngles,
-    NearestSingularity,
-    PlanarPoses,
     PlanarThreeRPR,
     PlanarThreeRRR,
-    PlatformPoints,
     SingularKinds,
     StewartPlatform,
     cable_poses,
@@ -30,9 +22,12 @@ from mafsil.parallel import (
     mode_path,
     nearest_singularity,
 )
+from mafsil.parallel.cables import CablePoses, CableTensions
+from mafsil.parallel.planar import MotorAngles, PlanarPoses
+from mafsil.parallel.platforms import ModePath, NearestSingularity, PlatformModes, PlatformPoints
 from mafsil.parallel.robot_file import ParallelRobot
 
-Found = AssemblyModes | PlanarPoses | PlatformPoints | CablePoses | CableTensions
+Found = PlatformModes | PlanarPoses | PlatformPoints | CablePoses | CableTensions
 
 SPATIAL = ("x", "y", "z", "roll", "pitch", "yaw")
 PLANAR = ("x", "y", "phi")

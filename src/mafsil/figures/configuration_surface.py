@@ -12,9 +12,9 @@ from mafsil.arrays import Floats
 from mafsil.figures.picture_file import picture_file
 from mafsil.messages import in_line
 from mafsil.messages.visible import visible
-from mafsil.mobility import Surface
+from mafsil.mobility import ConfigurationSurface
 from mafsil.mobility.charts import angular, differences
-from mafsil.mobility.loop_closure import are_lengths, units
+from mafsil.mobility.linkages.loop_closure import are_lengths, units
 
 _INK, _BRANCH, _PINCH = "#39424a", "#2e8b57", "#d9902a"
 _FACES = ("#2f6fd0", "#d33f3a")
@@ -22,7 +22,9 @@ _FACES = ("#2f6fd0", "#d33f3a")
 VIEW = (35.0, -60.0)
 
 
-def plot_surface(surface: Surface, path: str | PathLike[str], *, joints: tuple[str, str] | None = None) -> None:
+def plot_surface(
+    surface: ConfigurationSurface, path: str | PathLike[str], *, joints: tuple[str, str] | None = None
+) -> None:
     """Draw a surface of configurations into a file, in space and over the square of two joints.
 
     Args:
@@ -39,7 +41,7 @@ def plot_surface(surface: Surface, path: str | PathLike[str], *, joints: tuple[s
         figure.savefig(file, dpi=150, bbox_inches="tight", pad_inches=0.08, metadata=undated)
 
 
-def draw_surface(surface: Surface, joints: tuple[str, str] | None = None) -> Any:
+def draw_surface(surface: ConfigurationSurface, joints: tuple[str, str] | None = None) -> Any:
     """The picture as a matplotlib figure.
 
     Left the surface in space, where it is broadest: angles as points of circles, so that it has no seams. Right the
@@ -88,7 +90,7 @@ def _limits(axis: Any, values: Floats, turns: bool) -> None:
         axis.set_view_interval(float(values.min()), float(values.max()), ignore=True)
 
 
-def in_space(surface: Surface, theta: Floats) -> Floats:
+def in_space(surface: ConfigurationSurface, theta: Floats) -> Floats:
     """(k, 3) configurations (k, F) in the three directions of most spread, angles of hinges as points of circles."""
 
     def flat(values: Floats) -> Floats:
@@ -103,7 +105,7 @@ def in_space(surface: Surface, theta: Floats) -> Floats:
     return np.pad(found, ((0, 0), (0, 3 - found.shape[1])))
 
 
-def over_square(surface: Surface, columns: tuple[int, int]) -> tuple[Floats, Floats]:
+def over_square(surface: ConfigurationSurface, columns: tuple[int, int]) -> tuple[Floats, Floats]:
     """Triangles over two coordinates: corners (t, 3, 2) [degrees, m], and the sense (t,) in which they lie there.
 
     Triangles are turned alike on an orientable surface; corners follow the first, across seams if need be.
@@ -140,7 +142,7 @@ def _alike(triangles: NDArray[np.intp]) -> NDArray[np.intp]:
     return found
 
 
-def _two(surface: Surface, joints: tuple[str, str] | None) -> tuple[tuple[int, int], tuple[str, str]]:
+def _two(surface: ConfigurationSurface, joints: tuple[str, str] | None) -> tuple[tuple[int, int], tuple[str, str]]:
     linkage = surface.linkage
     single = [each.name for each in linkage.joints if each.freedoms == 1]
     driven = [each.name for each in linkage.joints if each.freedoms == 1 and each.actuated]
@@ -153,12 +155,12 @@ def _two(surface: Surface, joints: tuple[str, str] | None) -> tuple[tuple[int, i
     return (first, second), joints
 
 
-def _degrees(surface: Surface) -> Floats:
+def _degrees(surface: ConfigurationSurface) -> Floats:
     """(F,) factors from coordinates to what is drawn: degrees of angles, metres."""
     return np.where(are_lengths(surface.linkage), 1.0, 180 / np.pi)
 
 
-def _shifts(surface: Surface, columns: tuple[int, int]) -> list[Floats]:
+def _shifts(surface: ConfigurationSurface, columns: tuple[int, int]) -> list[Floats]:
     """(2,) shifts by full turns [degrees] with which triangles that cross a seam show on its other side too."""
     first, second = ((0.0, -360.0, 360.0) if angular(surface.linkage)[k] else (0.0,) for k in columns)
     return [np.array([x, y]) for x in first for y in second]

@@ -12,9 +12,10 @@ from mafsil.arrays import Floats
 from mafsil.figures.picture_file import picture_file
 from mafsil.messages import in_line
 from mafsil.messages.visible import visible
-from mafsil.mobility import Kind, Linkage, LinkageJoint, Mobility, body_poses, closed_near, mobility, torus, trace
-from mafsil.mobility.loop_closure import units
-from mafsil.mobility.motion_group import cross
+from mafsil.mobility import Linkage, Mobility, mobility, torus, trace
+from mafsil.mobility.linkages import Kind, LinkageJoint, body_poses, closed_near
+from mafsil.mobility.linkages.loop_closure import units
+from mafsil.mobility.spaces.motion_group import cross
 
 _INK, _GROUND, _OUTPUT, _DRIVEN, _IDLE, _GHOST = "#39424a", "#8a949c", "#2f6fd0", "#2e8b57", "#d9902a", "#c9d0d6"
 _BODIES = ("#5b7fa6", "#8c6bb1", "#4f9d8f", "#b07aa1", "#7f8c5a", "#a0674f")

@@ -13,9 +13,10 @@ from mafsil.figures.linkage import is_flat, skeleton
 from mafsil.figures.picture_file import picture_file
 from mafsil.messages import in_line
 from mafsil.messages.visible import visible
-from mafsil.mobility import Linkage, Mobility, body_poses, closed_near, mobility, trace
+from mafsil.mobility import Linkage, Mobility, mobility, trace
 from mafsil.mobility.instantaneous import null_space
-from mafsil.mobility.loop_closure import loop_matrix, units
+from mafsil.mobility.linkages import body_poses, closed_near
+from mafsil.mobility.linkages.loop_closure import loop_matrix, units
 
 FRAMES = 60
 """Of the whole curve, or of one motion to and fro."""

@@ -27,9 +27,8 @@ from mafsil.parallel import (
     LoopSingularities,
     PlanarThreeRPR,
     StewartPlatform,
-    output_angles,
-    singular_points,
 )
+from mafsil.parallel.planar import output_angles, singular_points
 
 GROUND, PLATFORM, LEG, DRIVEN = "#8a949c", "#2f6fd0", "#39424a", "#2e8b57"
 MEETING = 1e-9

@@ -13,8 +13,8 @@ from mafsil.arrays import Floats, require_kind, whole
 from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table
-from mafsil.mobility.linkage import Linkage
-from mafsil.mobility.loop_closure import body_poses, closed_near, units
+from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.loop_closure import body_poses, closed_near, units
 from mafsil.mobility.on_linkage import on_linkage
 
 SAME = 1e-6

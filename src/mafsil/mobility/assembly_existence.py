@@ -12,10 +12,10 @@ from mafsil.arrays import Floats
 from mafsil.errors import ModelError
 from mafsil.mobility.assembly import assembly_modes
 from mafsil.mobility.closing import least_gap
-from mafsil.mobility.drawing import drawn_at
-from mafsil.mobility.joint_kind import Kind
-from mafsil.mobility.linkage import Linkage
-from mafsil.mobility.loop_closure import closed_near
+from mafsil.mobility.linkages.drawing import drawn_at
+from mafsil.mobility.linkages.joint_kind import Kind
+from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.loop_closure import closed_near
 from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tolerances import TYPED
 

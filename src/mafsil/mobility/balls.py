@@ -17,11 +17,11 @@ import numpy as np
 from mafsil.arrays import Floats, frozen
 from mafsil.errors import ModelError
 from mafsil.geometry import pose
-from mafsil.mobility.joint_kind import Kind
-from mafsil.mobility.linkage import Linkage, PointPair
-from mafsil.mobility.linkage_joint import LinkageJoint
-from mafsil.mobility.loop_closure import body_poses
-from mafsil.mobility.three_points import triangle
+from mafsil.mobility.bodies.three_points import triangle
+from mafsil.mobility.linkages.joint_kind import Kind
+from mafsil.mobility.linkages.linkage import Linkage, PointPair
+from mafsil.mobility.linkages.linkage_joint import LinkageJoint
+from mafsil.mobility.linkages.loop_closure import body_poses
 from mafsil.mobility.tolerances import IN_SUPPORT
 
 Balls = tuple[LinkageJoint, ...]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mafsil.mobility.linkage import Linkage
+from mafsil.mobility.linkages.linkage import Linkage
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats
 from mafsil.mobility.cells import Cell, Corner, cut, cut_by, farthest, open_cell
-from mafsil.mobility.linkage import Linkage
-from mafsil.mobility.loop_closure import are_lengths, closed_near, loop_matrix, units
+from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.loop_closure import are_lengths, closed_near, loop_matrix, units
 from mafsil.solvers.points_on_circles import PointsOnCircles
 
 Whole = NDArray[np.intp]

@@ -6,8 +6,8 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.geometry import pose, rotation
-from mafsil.mobility.linkage import Linkage
-from mafsil.mobility.loop_closure import are_lengths, closed_near, loop_state, units
+from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.loop_closure import are_lengths, closed_near, loop_state, units
 from mafsil.solvers import levenberg_marquardt
 
 TRIES, FARTHEST = 48, np.pi

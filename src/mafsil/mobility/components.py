@@ -14,8 +14,8 @@ from mafsil.messages import say
 from mafsil.messages.tables import number, on_screen, table
 from mafsil.mobility.finite import all_are_real
 from mafsil.mobility.instantaneous import instantaneous
-from mafsil.mobility.linkage import Linkage
-from mafsil.mobility.loop_closure import body_poses, closed_near, units
+from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.loop_closure import body_poses, closed_near, units
 from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tracing import LONGEST, Trace, trace
 

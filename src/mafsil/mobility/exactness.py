@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats
 from mafsil.mobility.blocks import blocks
-from mafsil.mobility.linkage import Linkage
-from mafsil.mobility.loop_closure import configuration, loop_equations, misfit, units
+from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.loop_closure import configuration, loop_equations, misfit, units
 from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tolerances import RANK
 from mafsil.solvers.null_ways import STEPS, solved_in_planes

@@ -15,8 +15,8 @@ from mafsil.errors import InputError
 from mafsil.messages import say
 from mafsil.mobility.blocks import Block, blocks
 from mafsil.mobility.instantaneous import InstantaneousMobility, at_state, instantaneous
-from mafsil.mobility.linkage import Linkage
-from mafsil.mobility.loop_closure import configuration, loop_equations, loop_state, reduced_screws, units
+from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.loop_closure import configuration, loop_equations, loop_state, reduced_screws, units
 from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.redundancy import loop_groups
 from mafsil.mobility.second_order import admitted, second_order_forms

@@ -10,10 +10,10 @@ from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import whole
 from mafsil.errors import InputError
 from mafsil.messages import say
-from mafsil.mobility.linkage import Linkage
-from mafsil.mobility.loop_closure import reduced_screws
-from mafsil.mobility.motion_group import Group, MotionGroup, motion_group
+from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.loop_closure import reduced_screws
 from mafsil.mobility.on_linkage import on_linkage
+from mafsil.mobility.spaces.motion_group import Group, MotionGroup, motion_group
 
 RULES = {"planar": 3, "spherical": 3, "spatial": 6}
 """Freedoms m of a body that nothing holds back."""

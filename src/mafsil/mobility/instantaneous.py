@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats
 from mafsil.messages import say
-from mafsil.mobility.linkage import Linkage
-from mafsil.mobility.loop_closure import LoopState, configuration, loop_state, reduced_screws, units
+from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.loop_closure import LoopState, configuration, loop_state, reduced_screws, units
 from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tolerances import IN_SUPPORT, RANK
 from mafsil.solvers.decompositions import null_basis

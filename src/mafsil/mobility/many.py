@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats
 from mafsil.lazy_module import lazily
-from mafsil.mobility.linkage import Linkage
-from mafsil.mobility.loop_closure import coordinates, loop_state, reduced_screws, units
+from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.loop_closure import coordinates, loop_state, reduced_screws, units
 from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tolerances import RANK
 from mafsil.solvers import decompositions

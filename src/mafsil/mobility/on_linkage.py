@@ -7,7 +7,7 @@ from functools import wraps
 from typing import ParamSpec, TypeVar, cast
 
 from mafsil.errors import InputError
-from mafsil.mobility.linkage import Linkage
+from mafsil.mobility.linkages.linkage import Linkage
 
 P = ParamSpec("P")
 Result = TypeVar("Result")

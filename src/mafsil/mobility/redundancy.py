@@ -14,11 +14,11 @@ from mafsil.arrays import Floats
 from mafsil.messages import say
 from mafsil.messages.tables import on_screen
 from mafsil.mobility.instantaneous import null_space
-from mafsil.mobility.linkage import Linkage
-from mafsil.mobility.loop_closure import loop_state, reduced_screws
-from mafsil.mobility.motion_group import MotionGroup, motion_group
+from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.loop_closure import loop_state, reduced_screws
+from mafsil.mobility.linkages.shortest_loops import shortest_loops
 from mafsil.mobility.on_linkage import on_linkage
-from mafsil.mobility.shortest_loops import shortest_loops
+from mafsil.mobility.spaces.motion_group import MotionGroup, motion_group
 from mafsil.mobility.tolerances import IN_SUPPORT
 
 
@@ -55,7 +55,7 @@ class LoopCause:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Redundancy(Answer):
+class RedundantConstraints(Answer):
     """Redundant constraints at a configuration; true if there are some, iterable over the loops that cause them.
 
     Attributes:
@@ -123,7 +123,7 @@ def loop_groups(linkage: Linkage, screws: Floats) -> tuple[tuple[tuple[str, ...]
 
 
 @on_linkage
-def redundancy(linkage: Linkage, theta: ArrayLike | None = None) -> Redundancy:
+def redundancy(linkage: Linkage, theta: ArrayLike | None = None) -> RedundantConstraints:
     """Redundant constraints at a configuration, and why they are.
 
     Left null vectors of the loop matrix are states of stress without load. Each loop whose joints generate a group of
@@ -142,7 +142,7 @@ def redundancy(linkage: Linkage, theta: ArrayLike | None = None) -> Redundancy:
     always = sum(cause.implied for cause in causes)
     carried = _wrenches_through(linkage, stresses)
     loaded = tuple(each.name for each, on in zip(linkage.joints, carried, strict=True) if on > IN_SUPPORT)
-    return Redundancy(stresses.shape[1], causes, stresses.shape[1] - always, stresses, loaded)
+    return RedundantConstraints(stresses.shape[1], causes, stresses.shape[1] - always, stresses, loaded)
 
 
 def left_null_space(A: Floats) -> Floats:

@@ -20,11 +20,11 @@ from mafsil.mobility.finite import FiniteMobility, FiniteStatus, finite_mobility
 from mafsil.mobility.four_bar import four_bar_of
 from mafsil.mobility.gruebler import GrueblerCount, gruebler
 from mafsil.mobility.instantaneous import IdleFreedom, InstantaneousMobility, instantaneous
-from mafsil.mobility.linkage import Linkage
-from mafsil.mobility.loop_closure import largest_gap, loop_state
-from mafsil.mobility.mechanism_linkage import LinkageLike, as_linkage
+from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.loop_closure import largest_gap, loop_state
+from mafsil.mobility.linkages.mechanism_linkage import LinkageLike, as_linkage
 from mafsil.mobility.on_linkage import on_linkage
-from mafsil.mobility.redundancy import Redundancy, redundancy
+from mafsil.mobility.redundancy import RedundantConstraints, redundancy
 from mafsil.mobility.spoken_name import spoken_name
 from mafsil.mobility.structure import Structure, structure
 from mafsil.mobility.tolerances import CLOSED, ROUNDED
@@ -68,7 +68,7 @@ class Mobility(SingleAnswer):
     instantaneous: InstantaneousMobility
     finite: FiniteMobility
     around: InstantaneousMobility | None
-    redundancy: Redundancy
+    redundancy: RedundantConstraints
     actuation: Actuation
     play: float
     exactness: tuple[Exactness, ...]

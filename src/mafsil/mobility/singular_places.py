@@ -8,8 +8,8 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.mobility.charts import Charts, Whole, differences, tangent_planes, wrapped_points
-from mafsil.mobility.linkage import Linkage
-from mafsil.mobility.loop_closure import closed_near, loop_matrix, loop_state, units
+from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.loop_closure import closed_near, loop_matrix, loop_state, units
 from mafsil.mobility.tolerances import CLOSED, PATH_STEP
 
 GAUSS_NEWTON_STEPS = 30

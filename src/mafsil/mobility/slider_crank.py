@@ -13,9 +13,9 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Booleans, Floats, number, positive
 from mafsil.messages.tables import on_screen
 from mafsil.mobility.four_bar import least_positive, require_reached
-from mafsil.mobility.linkage import Linkage
-from mafsil.mobility.linkage_joint import joint
-from mafsil.mobility.planar_positions import finite_numbers, wrapped
+from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.linkage_joint import joint
+from mafsil.mobility.spaces.planar_positions import finite_numbers, wrapped
 from mafsil.mobility.tolerances import TOUCHING
 
 

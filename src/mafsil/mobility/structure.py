@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.mobility.linkage import Linkage
+from mafsil.mobility.linkages.linkage import Linkage
 from mafsil.mobility.on_linkage import on_linkage
 
 

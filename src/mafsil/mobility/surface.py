@@ -21,8 +21,8 @@ from mafsil.mobility.balls import without_balls, without_balls_at
 from mafsil.mobility.charts import SMALLEST, Charts, Whole, differences
 from mafsil.mobility.finite import require_motions
 from mafsil.mobility.instantaneous import instantaneous
-from mafsil.mobility.linkage import Linkage
-from mafsil.mobility.loop_closure import closed_near, configuration, units
+from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.loop_closure import closed_near, configuration, units
 from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.singular_places import crossings, pinches
 from mafsil.mobility.surface_mesh import agreed, area, edges, is_closed, is_orientable, trimmed
@@ -44,7 +44,7 @@ class SurfaceStatus(Status):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Surface(SingleAnswer):
+class ConfigurationSurface(SingleAnswer):
     """A surface of configurations; true if it was followed everywhere or as far as was allowed.
 
     Attributes:
@@ -130,7 +130,7 @@ class Surface(SingleAnswer):
 @on_linkage
 def trace_surface(
     linkage: Linkage, theta: ArrayLike | None = None, *, step: float = LONGEST, points: int = MOST_POINTS
-) -> Surface:
+) -> ConfigurationSurface:
     """Follow the configurations of a linkage of mobility 2 from a regular one, until they cover a surface.
 
     1. Charts (a point, its tangent plane, the cell nearer to it than to others) spread until cells fit their radii;
@@ -161,7 +161,7 @@ def trace_surface(
     return followed(without_balls(linkage), start, largest, most)
 
 
-def followed(linkage: Linkage, theta: Floats, largest: float, most: int) -> Surface:
+def followed(linkage: Linkage, theta: Floats, largest: float, most: int) -> ConfigurationSurface:
     """The same of a linkage without balls; arguments as for `trace_surface`."""
     start = closed_near(linkage, theta)
     if not start:
@@ -187,7 +187,7 @@ def followed(linkage: Linkage, theta: Floats, largest: float, most: int) -> Surf
     else:
         status = SurfaceStatus.CLOSED if is_orientable(triangles) else SurfaceStatus.ONE_SIDED
     scale = units(linkage)
-    return Surface(
+    return ConfigurationSurface(
         linkage, status, charts.points * scale, triangles, branches * scale, singular * scale,
         openings if status is SurfaceStatus.PINCHED else 0, charts,
     )  # fmt: skip

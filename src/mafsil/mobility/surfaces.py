@@ -15,10 +15,10 @@ from mafsil.messages.tables import number, on_screen, table
 from mafsil.mobility.balls import without_balls, without_balls_at
 from mafsil.mobility.finite import all_are_real
 from mafsil.mobility.instantaneous import instantaneous
-from mafsil.mobility.linkage import Linkage
-from mafsil.mobility.loop_closure import are_lengths, closed_near
+from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.loop_closure import are_lengths, closed_near
 from mafsil.mobility.on_linkage import on_linkage
-from mafsil.mobility.surface import LONGEST, MOST_POINTS, Surface, followed
+from mafsil.mobility.surface import LONGEST, MOST_POINTS, ConfigurationSurface, followed
 
 
 class SurfacesStatus(Status):
@@ -38,7 +38,7 @@ class ConfigurationSurfaces(Answer):
         others: configurations met that are singular or of another mobility; no surface was followed from them.
     """
 
-    surfaces: tuple[Surface, ...]
+    surfaces: tuple[ConfigurationSurface, ...]
     hits: tuple[int, ...]
     others: int
 
@@ -53,7 +53,7 @@ class ConfigurationSurfaces(Answer):
     def __len__(self) -> int:
         return len(self.surfaces)
 
-    def __iter__(self) -> Iterator[Surface]:
+    def __iter__(self) -> Iterator[ConfigurationSurface]:
         return iter(self.surfaces)
 
     def __repr__(self) -> str:
@@ -113,7 +113,7 @@ def configuration_surfaces(
     start[0] = drawn
     closed = closed_near(linkage, start)
     left = closed.theta[closed.closed]
-    surfaces: list[Surface] = []
+    surfaces: list[ConfigurationSurface] = []
     hits: list[int] = []
     others = 0
     while len(left):

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, real_array
 from mafsil.errors import InputError
-from mafsil.mobility.planar_positions import finite_numbers, wrapped
+from mafsil.mobility.spaces.planar_positions import finite_numbers, wrapped
 
 
 def chart(q: ArrayLike) -> Floats:

@@ -16,8 +16,8 @@ from mafsil.arrays import Floats, positive, whole
 from mafsil.errors import InputError
 from mafsil.mobility.finite import require_motions
 from mafsil.mobility.instantaneous import null_space
-from mafsil.mobility.linkage import Linkage
-from mafsil.mobility.loop_closure import body_poses, closed_near, configuration, loop_matrix, units
+from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.loop_closure import body_poses, closed_near, configuration, loop_matrix, units
 from mafsil.mobility.on_linkage import on_linkage
 
 SHORTEST = 1e-5

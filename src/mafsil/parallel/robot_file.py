@@ -21,11 +21,11 @@ import numpy as np
 
 from mafsil.arrays import single
 from mafsil.errors import FileError, InputError
-from mafsil.parallel.cable_robot import CableRobot
-from mafsil.parallel.delta import DeltaRobot
-from mafsil.parallel.five_bar import FiveBar
-from mafsil.parallel.planar_legs import PlanarThreeRPR, PlanarThreeRRR
-from mafsil.parallel.stewart import StewartPlatform
+from mafsil.parallel.cables.cable_robot import CableRobot
+from mafsil.parallel.planar.five_bar import FiveBar
+from mafsil.parallel.planar.planar_legs import PlanarThreeRPR, PlanarThreeRRR
+from mafsil.parallel.platforms.delta import DeltaRobot
+from mafsil.parallel.platforms.stewart import StewartPlatform
 from mafsil.toml_source import read_toml
 
 ParallelRobot = StewartPlatform | PlanarThreeRPR | PlanarThreeRRR | DeltaRobot | FiveBar | CableRobot

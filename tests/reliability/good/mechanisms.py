@@ -59,7 +59,7 @@ def platform_legs(rng: np.random.Generator, length: float) -> Claims:
     q, V = inverse.q[0], rng.normal(size=6) * np.repeat([1.0, length], 3)
     if not inverse.found[0]:
         return
-    rates = parallel.inverse_rates(legs, q, V)
+    rates = parallel.legs.inverse_rates(legs, q, V)
     step = 1e-6
     moved = [_legs_of(robot, pose.exp(sign * step * V) @ T[0]) for sign in (1, -1)]
     lacks = np.abs(rates.rates[driven] - (moved[0] - moved[1]) / (2 * step)).max()
@@ -115,13 +115,13 @@ def linkages(rng: np.random.Generator, length: float) -> Claims:
     def lacks(theta: np.ndarray) -> float:
         return float((_four_bar_gap(points, theta)[..., :2, :] / size).max(initial=0.0) / 1e-8)
 
-    near = mobility.closed_near(bars, rng.normal(size=(3, 4)) * rng.choice([0.1, 2.0]))
+    near = mobility.linkages.closed_near(bars, rng.normal(size=(3, 4)) * rng.choice([0.1, 2.0]))
     yield bool(near), lacks(near.theta)
     modes = mobility.assembly_modes(bars, {"A": float(rng.uniform(-3, 3))}, starts=32)
     yield bool(modes), lacks(modes.theta) if len(modes.theta) else np.inf
     curve = mobility.trace(bars, steps=100)
     yield bool(curve), lacks(curve.theta)
-    H = np.asarray(mobility.loop_matrix(five_bar(rng.normal(size=2), np.array([2, 0]) + rng.normal(size=2))))
+    H = np.asarray(mobility.linkages.loop_matrix(five_bar(rng.normal(size=2), np.array([2, 0]) + rng.normal(size=2))))
     driven = tuple(int(k) for k in rng.choice(H.shape[1], 2, replace=False))
     rates = parallel.driven_rates(H, driven)
     chosen = rng.normal(size=2)

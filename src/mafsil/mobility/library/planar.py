@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, as_batch, positive, spread, whole
 from mafsil.mobility.four_bar import FourBar, require_reached
-from mafsil.mobility.linkage import Linkage
-from mafsil.mobility.linkage_joint import LinkageJoint, joint
-from mafsil.mobility.planar_positions import circle_crossings
+from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.linkage_joint import LinkageJoint, joint
 from mafsil.mobility.slider_crank import SliderCrank
+from mafsil.mobility.spaces.planar_positions import circle_crossings
 
 
 def direction(angle: float) -> Floats:

@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, as_batch, single
 from mafsil.errors import InputError
-from mafsil.mobility.linkage import Linkage
-from mafsil.mobility.linkage_joint import LinkageJoint, joint
-from mafsil.mobility.motion_group import cross
+from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.linkage_joint import LinkageJoint, joint
+from mafsil.mobility.spaces.motion_group import cross
 
 THIRDS = tuple(np.radians([90.0, 210.0, 330.0]).tolist())
 

@@ -52,7 +52,7 @@ from mafsil.mobility.library.spatial import (
     spherical_four_bar,
     universal_shaft,
 )
-from mafsil.mobility.linkage import Linkage
+from mafsil.mobility.linkages.linkage import Linkage
 from mafsil.model.library import robots, same_letters
 from mafsil.other_words import NAMES
 

@@ -9,8 +9,8 @@ import numpy as np
 from mafsil.arrays import number, positive, single
 from mafsil.errors import InputError
 from mafsil.geometry import pose
-from mafsil.mobility.linkage import Linkage
-from mafsil.mobility.linkage_joint import LinkageJoint, joint
+from mafsil.mobility.linkages.linkage import Linkage
+from mafsil.mobility.linkages.linkage_joint import LinkageJoint, joint
 
 
 def bennett(a: float = 1.0, alpha: float = 0.5, b: float = 1.6, theta: float = 1.0) -> Linkage:

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mafsil.arrays import Booleans, Floats, Integers
-from mafsil.mobility.planar_positions import wrapped
+from mafsil.mobility.spaces.planar_positions import wrapped
 from mafsil.mobility.synthesis.poses import Complexes
 from mafsil.mobility.synthesis.tolerances import DEAD
 from mafsil.mobility.tolerances import TYPED

@@ -12,9 +12,9 @@ from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, Integers, whole
 from mafsil.messages import say
 from mafsil.mobility.four_bar import FourBar, GrashofClass
-from mafsil.mobility.linkage import Linkage
-from mafsil.mobility.planar_positions import wrapped
+from mafsil.mobility.linkages.linkage import Linkage
 from mafsil.mobility.slider_crank import SliderCrank
+from mafsil.mobility.spaces.planar_positions import wrapped
 from mafsil.mobility.synthesis.assessment import Assessment
 from mafsil.mobility.synthesis.positions import Positions
 

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, positive, real_array, single
 from mafsil.errors import InputError
-from mafsil.mobility.planar_positions import wrapped
+from mafsil.mobility.spaces.planar_positions import wrapped
 from mafsil.mobility.synthesis.answers import NOTHING, Synthesis, SynthesisStatus, outcome, ranked
 from mafsil.mobility.synthesis.dyads import Dyad, cranks_and_blocks
 from mafsil.mobility.synthesis.motion import dyads_through

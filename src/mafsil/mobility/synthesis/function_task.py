@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, require_finite, require_function, single, whole
 from mafsil.errors import InputError
 from mafsil.mobility.four_bar import FourBar
-from mafsil.mobility.planar_positions import wrapped
+from mafsil.mobility.spaces.planar_positions import wrapped
 from mafsil.mobility.synthesis.answers import Synthesis
 from mafsil.mobility.synthesis.candidate import Candidate
 from mafsil.mobility.synthesis.function import synthesise_function

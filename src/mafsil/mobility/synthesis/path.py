@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from mafsil.arrays import Floats, as_batch, positive, single, whole
 from mafsil.errors import InputError
-from mafsil.mobility.planar_positions import wrapped
+from mafsil.mobility.spaces.planar_positions import wrapped
 from mafsil.mobility.synthesis.answers import NOTHING, Synthesis, SynthesisStatus, outcome, ranked
 from mafsil.mobility.synthesis.dyads import Dyad, DyadKind, cranks_and_blocks
 from mafsil.mobility.synthesis.fitting import fitted

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mafsil.arrays import Floats, as_batch
 from mafsil.errors import InputError
-from mafsil.mobility.planar_positions import wrapped
+from mafsil.mobility.spaces.planar_positions import wrapped
 from mafsil.mobility.synthesis.tolerances import AT_INFINITY, SAME_POSE
 
 Complexes = NDArray[np.complex128]

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.arrays import Booleans, Floats
-from mafsil.mobility.planar_positions import circle_crossings, circle_gap
+from mafsil.mobility.spaces.planar_positions import circle_crossings, circle_gap
 from mafsil.mobility.synthesis.poses import PoseConditions, as_complex, as_points
 from mafsil.mobility.synthesis.tolerances import AT_INFINITY, EXACT, SAME_POSE
 

@@ -1,0 +1,157 @@
+"""Linkages in files: bodies and joints in TOML, one table [[joint]] for each joint.
+
+    name = "four-bar"
+    planar = true
+    ground = "ground"
+    output = "coupler"
+
+    [[joint]]
+    name = "A"
+    kind = "revolute"          # or R; prismatic P, helical H, cylindrical C, universal U, spherical S, planar E, ...
+    bodies = ["ground", "crank"]
+    at = [0, 0]
+    actuated = true
+    child_at = [1, 2]          # where the child is drawn apart: the place on it that belongs in the joint
+
+A pin through more than two bodies stands as one joint: it becomes coincident joints of neighbours.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, cast
+
+from mafsil.errors import FileError, MafsilError
+from mafsil.mobility.linkages.linkage import Coupling, Linkage
+from mafsil.mobility.linkages.linkage_joint import LinkageJoint, coincident_joints
+from mafsil.toml_source import read_toml
+
+_KEYS = {"name", "planar", "ground", "output", "bodies", "joint", "coupling"}
+_COUPLING_KEYS = {"follower", "leader", "ratio"}
+_JOINT_KEYS = {"name", "kind", "bodies", "at", "axis", "second", "pitch", "actuated", "limits", "child_at"}
+
+
+def read_linkage(path: str | Path) -> Linkage:
+    """The linkage in a TOML file.
+
+    Raises:
+        FileError: missing, unreadable, malformed, unknown or missing keys; the sentence names the joint and the key.
+        ModelError: joints that make no linkage.
+    """
+    data = read_toml(path)
+    return parse_linkage(data, Path(path).name)
+
+
+def is_linkage(data: object) -> bool:
+    """Whether plain data describe a linkage: tables [[joint]] that name bodies."""
+    table = _table(data)
+    joints = None if table is None else table.get("joint")
+    if not isinstance(joints, list):
+        return False
+    tables = [_table(entry) for entry in cast("list[object]", joints)]
+    return any(entry is not None and "bodies" in entry for entry in tables)
+
+
+def parse_linkage(data: object, source: str) -> Linkage:
+    """The linkage in plain data; errors name the joint by its place.
+
+    Args:
+        data: as read from TOML.
+        source: name for errors.
+    """
+    table = _table(data)
+    entries = None if table is None else table.get("joint")
+    if table is None or not isinstance(entries, list) or not entries:
+        raise FileError("mobility.file_no_joints", path=source)
+    _known(table, _KEYS, source, "")
+    joints = [one for k, entry in enumerate(cast("list[Any]", entries)) for one in _joints(entry, k, source)]
+    for key, kind in (("planar", bool), ("ground", str), ("output", str), ("name", str), ("bodies", list)):
+        if key in table and not isinstance(table[key], kind):
+            raise FileError("mobility.file_value", path=source, place=key, expected=kind.__name__)
+    return Linkage.of(
+        joints, name=table.get("name", Path(source).stem), ground=table.get("ground", "ground"),
+        output=table.get("output"), planar=table.get("planar", False), bodies=table.get("bodies"),
+        couplings=_couplings(table.get("coupling", []), source),
+    )  # fmt: skip
+
+
+def _couplings(given: object, source: str) -> list[Coupling]:
+    entries = cast("list[object]", given) if isinstance(given, list) else [None]
+    found: list[Coupling] = []
+    for k, entry in enumerate(entries):
+        table, place = _table(entry), f"coupling {k + 1}"
+        if table is None:
+            raise FileError("mobility.file_value", path=source, place=place, expected="table")
+        _known(table, _COUPLING_KEYS, source, place)
+        for key, kinds, words in (
+            ("follower", str, "name"),
+            ("leader", str, "name"),
+            ("ratio", (int, float), "number"),
+        ):
+            if not isinstance(table.get(key), kinds):
+                raise FileError("mobility.file_value", path=source, place=f"{place}: {key}", expected=words)
+        found.append(Coupling(table["follower"], table["leader"], float(table["ratio"])))
+    return found
+
+
+def _joints(entry: object, index: int, source: str) -> list[LinkageJoint]:
+    table = _table(entry)
+    place = f"joint {index + 1}"
+    if table is None:
+        raise FileError("mobility.file_value", path=source, place=place, expected="table")
+    if isinstance(table.get("name"), str):
+        place = f"{place} ({table['name']})"
+    _known(table, _JOINT_KEYS, source, place)
+    for key in ("kind", "bodies"):
+        if key not in table:
+            raise FileError("mobility.file_missing", path=source, place=place, name=key)
+    bodies = table["bodies"]
+    if not isinstance(bodies, list) or not all(isinstance(body, str) for body in cast("list[object]", bodies)):
+        raise FileError("mobility.file_value", path=source, place=f"{place}: bodies", expected="list of names")
+    for key, kinds, words in (
+        ("actuated", bool, "true or false"),
+        ("kind", str, "name"),
+        ("pitch", (int, float), "number"),
+    ):
+        if key in table and not isinstance(table[key], kinds):
+            raise FileError("mobility.file_value", path=source, place=f"{place}: {key}", expected=words)
+    names = cast("list[str]", bodies)
+    given = {key: table[key] for key in _JOINT_KEYS - {"name", "kind", "bodies"} if key in table}
+    name = str(table.get("name", f"J{index + 1}"))
+    if "limits" in given:
+        given["limits"] = _two_numbers(given["limits"], source, f"{place}: limits")
+    try:
+        return list(coincident_joints(name, table["kind"], names, **given))
+    except FileError:
+        raise
+    except MafsilError as error:
+        raise FileError("mobility.file_joint", path=source, place=place, reason=_Reason(error)) from None
+
+
+class _Reason:
+    """The sentence of another error, in the language in which it is wanted."""
+
+    def __init__(self, error: MafsilError) -> None:
+        self.error = error
+
+    def spoken(self, language: str | None = None) -> str:
+        return self.error.message(language)
+
+
+def _two_numbers(value: object, source: str, place: str) -> tuple[float, float]:
+    pair = cast("list[object]", value) if isinstance(value, list) else []
+    if len(pair) != 2 or any(isinstance(v, bool) or not isinstance(v, int | float) for v in pair):
+        raise FileError("mobility.file_value", path=source, place=place, expected="[least, greatest]")
+    low, high = cast("list[float]", pair)
+    return float(low), float(high)
+
+
+def _table(data: object) -> dict[str, Any] | None:
+    return cast("dict[str, Any]", data) if isinstance(data, dict) else None
+
+
+def _known(table: dict[str, Any], keys: set[str], source: str, place: str) -> None:
+    for key in table:
+        if key not in keys:
+            where = f"{place}: " if place else ""
+            raise FileError("mobility.file_key", path=source, place=where, name=key, known=", ".join(sorted(keys)))

@@ -1,0 +1,175 @@
+"""The planar five-bar: two motors on the ground move a point C in the plane; all its positions, rates, singularities.
+
+B = L1 e(alpha) and D = E + L4 e(beta) with E = (L5, 0) are the ends of the cranks; |C - B| = L2, |C - D| = L3.
+As a chain of relative angles: alpha = theta_1, beta = theta_1 + ... + theta_4 + pi.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mafsil.arrays import Floats, as_batch, positive, single
+from mafsil.mobility.spaces.planar_positions import circle_crossings, circle_gap, wrapped
+from mafsil.mobility.tolerances import TOUCHING
+from mafsil.parallel.legs.leg_lines import require_regular, require_rods, resultant
+from mafsil.parallel.loop_singularity import LoopSingularities, loop_singularities
+from mafsil.parallel.planar.motor_angles import MotorAngles, crank_angles
+from mafsil.parallel.planar.planar_chain import PlanarChain
+from mafsil.parallel.platforms.nearest_lengths import LegEnds
+from mafsil.parallel.platforms.platform_points import PlatformPoints
+from mafsil.parallel.singular_kinds import SingularKinds, singular_kinds
+
+
+@dataclass(frozen=True)
+class FiveBar:
+    """A planar five-bar by its lengths [m].
+
+    Attributes:
+        crank_1, rod_1, rod_2, crank_2, ground: L1 ... L5.
+    """
+
+    crank_1: float
+    rod_1: float
+    rod_2: float
+    crank_2: float
+    ground: float
+
+    def __post_init__(self) -> None:
+        for name in ("crank_1", "rod_1", "rod_2", "crank_2", "ground"):
+            object.__setattr__(self, name, positive(name, getattr(self, name)))
+
+    @cached_property
+    def chain(self) -> PlanarChain:
+        """The same as a chain of relative angles."""
+        return PlanarChain(np.array([self.crank_1, self.rod_1, self.rod_2, self.crank_2, self.ground]))
+
+    def crank_ends(self, q: ArrayLike) -> tuple[Floats, Floats]:
+        """B and D (*batch, 2) at angles (alpha, beta) (*batch, 2) [rad]."""
+        angle = as_batch("q", q, (2,), finite=True)
+        e = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        return self.crank_1 * e[..., 0, :], self.crank_2 * e[..., 1, :] + np.array([self.ground, 0.0])
+
+    def forward_kinematics(self, q: ArrayLike) -> PlatformPoints:
+        """Both places of C at angles (alpha, beta) (*batch, 2): left of B -> D first.
+
+        Where the rods do not meet, C is in the middle of their gap, and `missing` says how far their lengths are off.
+        """
+        B, D = self.crank_ends(q)
+        apart = np.linalg.norm(D - B, axis=-1)
+        free = np.asarray(np.maximum(apart, abs(self.rod_1 - self.rod_2)) <= TOUCHING * self.rod_1, dtype=np.bool_)
+        C, gap = circle_crossings(B, self.rod_1, D, self.rod_2), circle_gap(B, self.rod_1, D, self.rod_2)
+        around = B[..., None, :] + self.rod_1 * np.array([[1.0, 0.0], [-1.0, 0.0]])
+        ends = np.stack([B, D], axis=-2)
+        rods = np.broadcast_to(np.array([self.rod_1, self.rod_2]), ends.shape[:-1])
+        meets = np.asarray((gap == 0.0) | free, dtype=np.bool_)
+        places = np.where(free[..., None, None], around, C)
+        return PlatformPoints(places, meets, free, LegEnds(ends, np.zeros_like(ends), rods))
+
+    def inverse_kinematics(self, C: ArrayLike) -> MotorAngles:
+        """Both angles alpha and both angles beta for a place C (*batch, 2): elbow left of the line to C first."""
+        place = as_batch("C", C, (2,), finite=True)
+        along = place[..., None, 0] - np.array([0.0, self.ground])
+        up = np.broadcast_to(place[..., None, 1], along.shape)
+        cranks, rods = np.array([self.crank_1, self.crank_2]), np.array([self.rod_1, self.rod_2])
+        return crank_angles(along, up, 0.0, cranks, rods)
+
+    def chain_angles(self, q: ArrayLike, mode: int = 0) -> Floats:
+        """(*batch, 5) relative angles at (alpha, beta) in one of both assembly modes.
+
+        Where the rods do not meet, they point at each other: the cranks stand as asked, and `chain.closure` is the gap.
+        """
+        angle = as_batch("q", q, (2,))
+        B, D = self.crank_ends(angle)
+        C = self.forward_kinematics(angle).x[..., mode, :]
+        forth, back = C - B, D - C
+        turned = [
+            angle[..., 0], np.arctan2(forth[..., 1], forth[..., 0]), np.arctan2(back[..., 1], back[..., 0]),
+            angle[..., 1] + np.pi, np.full(angle.shape[:-1], np.pi),
+        ]  # fmt: skip
+        absolute = np.stack(turned, axis=-1)
+        before = np.concatenate([np.zeros_like(absolute[..., :1]), absolute[..., :-1]], axis=-1)
+        return wrapped(absolute - before)
+
+    def motor_matrices(self, q: ArrayLike, C: ArrayLike) -> tuple[Floats, Floats]:
+        """A and B (*batch, 2, 2) of A C' = B (alpha', beta'): rows (C - B)' and (C - D)'.
+
+        Args:
+            q, C: (*batch, 2) angles and places that belong together.
+
+        Raises:
+            InputError: they do not.
+        """
+        first, second = self.crank_ends(q)
+        place = as_batch("C", C, (2,))
+        rods = np.stack([place - first, place - second], axis=-2)
+        require_rods(rods, np.array([self.rod_1, self.rod_2]))
+        cranks = np.stack([first, second - np.array([self.ground, 0.0])], axis=-2)
+        across = np.stack([-cranks[..., 1], cranks[..., 0]], axis=-1)
+        return rods, (rods * across).sum(axis=-1)[..., None] * np.eye(2)
+
+    def jacobian(self, q: ArrayLike, C: ArrayLike) -> Floats:
+        """(*batch, 2, 2) of C' = J (alpha', beta').
+
+        Args:
+            q, C: (*batch, 2) angles and places that belong together.
+
+        Raises:
+            InputError: they do not, or the rods are in line.
+        """
+        A, B = self.motor_matrices(q, C)
+        return np.asarray(np.linalg.solve(require_regular(A), B), dtype=np.float64)
+
+    def torques(self, q: ArrayLike, C: ArrayLike, force: ArrayLike) -> Floats:
+        """(*batch, 2) efforts of both motors [N m] with which C exerts a force (*batch, 2) [N].
+
+        Args:
+            q, C: (*batch, 2) angles and places that belong together.
+            force: (*batch, 2) [N].
+
+        Raises:
+            InputError: as `jacobian`.
+        """
+        return resultant(self.jacobian(q, C), force)
+
+    def motor_singularity(self, q: ArrayLike, C: ArrayLike) -> SingularKinds:
+        """Kind of singularity with both motors on the ground: first, a crank in line with its rod; second, the rods."""
+        A, B = self.motor_matrices(q, C)
+        rods = np.array([[self.rod_1], [self.rod_2]])
+        return singular_kinds(A / rods, B / (rods * np.array([[self.crank_1], [self.crank_2]])), 1.0, 0)
+
+    def point_rates(self, theta: ArrayLike) -> Floats:
+        """(*batch, 2, 5) of C' = J theta' for all five relative angles of the chain, given by the first four."""
+        s = np.cumsum(as_batch("theta", theta, (4,)), axis=-1)[..., :2]
+        x, y = (np.array([self.crank_1, self.rod_1]) * f(s) for f in (np.cos, np.sin))
+        zero = np.zeros((*s.shape[:-1], 3))
+        rows = [np.concatenate([np.stack(r, axis=-1), zero], axis=-1) for r in _both(x, y)]
+        return np.stack(rows, axis=-2)
+
+    def singularity(self, theta: ArrayLike, driven: Sequence[int] = (0, 4)) -> LoopSingularities:
+        """All that is singular for any choice of driven joints, with C as the task.
+
+        Args:
+            theta: (4,) relative angles of the chain that close it.
+            driven: joints that are driven, counted from 0.
+        """
+        angles = single("theta", theta, (4,))
+        full = np.append(angles, self.chain.last_angle(angles))
+
+        def closure(q: Floats) -> tuple[Floats, Floats]:
+            miss = np.append(self.chain.closure(q[:4]), wrapped(q.sum() - np.pi))
+            return miss, self.chain.loop_matrix(q[:4])
+
+        return loop_singularities(
+            self.chain.loop_matrix(angles), self.chain.curvature(angles), driven, full_rank=3, closure=closure, q=full,
+            task=self.point_rates(angles),
+        )  # fmt: skip
+
+
+def _both(x: Floats, y: Floats) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
+    """Rows of C' by theta_1 and theta_2."""
+    return (-y[..., 0] - y[..., 1], -y[..., 1]), (x[..., 0] + x[..., 1], x[..., 1])
