@@ -100,6 +100,8 @@ CALLS = (
     "ik.track(robot=R3, T_path=TIPS3, q0=Q3, tolerance=1e-9, largest_step=0.1)",
     "ik.twist_of_motion(X=turning, t=0.5, step=0.001)",
     # mobility
+    "mobility.instantaneous(linkage=FOUR, share=1e-9)",
+    "mobility.mobility(source=FOUR, play=1e-4)",
     "mobility.assembly_modes(linkage=FOUR, given={'A': 1.0}, starts=8)",
     "mobility.configuration_curves(linkage=FOUR, starts=2, step=0.1, steps=20)",
     "mobility.configuration_surfaces(linkage=FIVE, starts=1, step=0.3, points=10)",

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats
+from mafsil.arrays import Floats, positive
 from mafsil.messages import say
 from mafsil.mobility.linkages.linkage import Linkage
 from mafsil.mobility.linkages.loop_closure import LoopState, configuration, loop_state, reduced_screws, units
@@ -132,12 +132,15 @@ def instantaneous(
         theta: (F,) coordinates that close all loops [rad | m]; as drawn if None.
         locked: names of joints that do not move.
         share: of the largest singular value: 1e-9 is what nine digits of a drawing leave.
+
+    Raises:
+        InputError: a share that is not positive.
     """
     value = configuration(linkage, theta)
     state = loop_state(linkage, value)
     moving = np.ones(linkage.coordinates)
     moving[linkage.columns_of(locked)] = 0.0
-    return at_state(linkage, value, state, moving, share)
+    return at_state(linkage, value, state, moving, positive("share", share))
 
 
 def at_state(

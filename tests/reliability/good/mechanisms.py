@@ -223,7 +223,7 @@ ROWS = {
     "ForwardKinematics, AssemblyModes of platforms": platform_forward,
     "LegConfigurations, LegRates, LegForces": platform_legs,
     "CableTensions, CablePoses": cables,
-    "Closure, AssemblyModes, Trace of linkages, DrivenRates": linkages,
+    "LoopClosure, AssemblyModes, Trace of linkages, DrivenRates": linkages,
     "Synthesis": syntheses,
     "ContactForces": holding,
     "RestPosition, ClearanceMotion, Closure of grasps": fixtures,
