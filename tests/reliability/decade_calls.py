@@ -335,6 +335,7 @@ ABSENT = {
     "trajectory.joint_motion": ("stopped_at", "drift"),
     "trajectory.time_optimal": ("position", "speed", "turn_rate"),
     "control.model_predictive": ("limit",),
+    "mobility.mobility": ("order",),
 }
 """Fields that are documented to be NaN or infinite where there is nothing to say."""
 
