@@ -72,7 +72,7 @@ def test_joint_or_task_space_is_advised_with_what_decides():
     assert joint_or_task_space(ARM, calm).space == "joint_space"
     touching = joint_or_task_space(ARM, calm, contact=True)
     assert touching.space == "task_space"
-    assert "touches" in touching.sentence("en")
+    assert "contact forces" in touching.sentence("en")
     through = quintic([0.1, 0.8, -0.5, 0.2, 0.6, 0.1], [0.3, 0.6, -0.7, 0.3, -0.6, 0.2], 1.0)
     singular = joint_or_task_space(ARM, through, contact=True)
     assert singular.space == "joint_space"
@@ -82,7 +82,7 @@ def test_joint_or_task_space_is_advised_with_what_decides():
     assert ARM.joint_names[0] in joint_or_task_space(ARM, at_limit).sentence("en")
     panda = mf.load("panda")
     q = np.array([0.2, -0.3, 0.1, -1.8, 0.1, 1.9, 0.3])
-    assert "1 joints more" in joint_or_task_space(panda, quintic(q, q + 0.1, 1.0)).sentence("en")
+    assert "1 redundant joints" in joint_or_task_space(panda, quintic(q, q + 0.1, 1.0)).sentence("en")
     assert "inverse kinematics" in str(joint_or_task_space(ARM, calm))
 
 

@@ -115,7 +115,7 @@ def test_typed_formulas_keep_their_values():
         ("dx**2", "x", "y", "not a coordinate"),
         ("dx**2", "x", ["x", "x"], "twice"),
         ("dx**2", "x", {"x": "mm"}, "choose one of: m, rad"),
-        ("dx**2", "x", [], "no coordinate"),
+        ("dx**2", "x", [], "not a coordinate"),
         ("import os", "x", "x", "not a formula"),
     ],
 )

@@ -351,4 +351,4 @@ def test_plans_say_that_their_gap_is_below_a_millimetre(tmp_path: Path, capsys: 
             break
         y -= least - 5e-4
     assert main(asked) == 0
-    assert "the path passes, but the gap is smaller than 1 mm" in capsys.readouterr().out
+    assert "collision-free, but the gap is smaller than 1 mm" in capsys.readouterr().out

@@ -55,7 +55,7 @@ def test_the_way_goes_round_and_without_avoid_it_is_refused():
     assert "as simulated" not in done.explain("en")
     kept = run("[collision]\n" + OUT + "constraints = { plane = [0, 1, 0] }\n")
     assert kept
-    assert "as driven, point within" in kept.explain("en")
+    assert "as simulated, point within" in kept.explain("en")
     assert "loop closed" not in kept.explain("en")
     assert ClosedChain(kept.robot).error(kept.recording.q).max() < 1e-10
 

@@ -90,7 +90,7 @@ def test_a_soft_arm_misses_every_target_and_says_why(tmp_path: Path, capsys: pyt
     said = sentences(run, "failure")
     assert "move 1 'above the part' does not reach its target: the tip is 271 mm and 29.3° off" in said[0]
     assert "cause: joint friction; without it " in said[0]
-    assert "remedy, driven again: friction = true in [controller]" in said[0] or "worth trying" in said[0]
+    assert "remedy, verified by simulation: friction = true in [controller]" in said[0] or "worth trying" in said[0]
     assert "the part was not gripped" in said[1]
     assert not any("targets reached" in sentence for sentence in sentences(run, "good"))
     (tmp_path / "soft.toml").write_text(SOFT, encoding="utf-8")
@@ -133,7 +133,7 @@ def test_a_joint_that_friction_holds_misses_its_goal_unless_it_is_compensated(
     if not reached:
         assert "squeeze is 40.1° off" in sentences(run, "failure")[0]
         assert "cause: joint friction; without it " in sentences(run, "failure")[0]
-        assert "remedy, driven again: friction = true in [controller]" in sentences(run, "failure")[0]
+        assert "remedy, verified by simulation: friction = true in [controller]" in sentences(run, "failure")[0]
 
 
 def test_a_part_that_is_missed_stays_where_it_lies() -> None:
@@ -215,7 +215,7 @@ def test_holding_efforts_are_those_of_statics(tmp_path: Path, capsys: pytest.Cap
         ("[controller]\nfrequency = 4\n[simulation]\nstep = 0.002\nmass_error = 0.5\n", "the real masses differ"),
         (
             "[simulation]\nstep = 0.002\n[controller]\nfrequency = 2000\nrate = 500\n",
-            "the gains are too hard for 500 Hz",
+            "gains too high for 500 Hz",
         ),
         (
             '[controller]\nkind = "pd_gravity"\nkp = 20\nkd = 0.2\n[simulation]\nstep = 0.002\n',

@@ -102,7 +102,7 @@ def test_time_that_a_wait_takes_back_is_not_called_saved(run):
 
 NEVER = {
     "wait = { closed = true }": ("job.wait_never", "closed is false all the time"),
-    "wait = { part_present = true }\ntimeout = 0.5": ("job.wait_late", "but after 2 s"),
+    "wait = { part_present = true }\ntimeout = 0.5": ("job.wait_late", "after 2 s, later than"),
     "wait = { part_present = true, closed = true }": ("job.wait_never", "repeats its table every 5 s"),
     "wait = { close = true }\ntimeout = 2": ("job.wait_never", "close is false"),
 }

@@ -81,7 +81,7 @@ def test_reasons_of_named_mechanisms():
         return mf.mobility(name).explain("en")
 
     assert "translations of space" not in said("four_bar")
-    assert "motions of the plane across (0, 0, 1), so 3 of its 6 conditions" in said("four_bar")
+    assert "motions of the plane across (0, 0, 1), so 3 of its 6 constraints" in said("four_bar")
     assert "3 further conditions hold by the lengths" in said("bennett")
     assert "1 further condition holds by" in said("sarrus")
     assert "rotations about the point" in said("universal_shaft")

@@ -221,7 +221,7 @@ def test_names_of_joints_and_pins_through_many_bodies():
         (
             'kind = "R"\nbodies = ["ground", "a", "b"]',
             'kind = "Q"\nbodies = ["ground", "a"]',
-            "joint 1 (A): joint A: Q is no kind",
+            "joint 1 (A): joint A: Q is not a kind",
         ),
         ('bodies = ["b", "ground"]', 'bodies = ["b", "grund"]', "no body grund"),
         ("at = [1, 0]", "at = [1, 0, 0, 0]", "joint 2: J2: at"),
@@ -324,7 +324,7 @@ def test_a_dead_point_is_no_idle_freedom():
     found = mf.mobility(mo.Linkage.of(joints, planar=True, output="slider"))
     assert [(one.joints, one.count) for one in found.dead_points] == [(("O", "A", "B"), 1)]
     text = found.explain("en")
-    assert "dead point: for an instant O, A, B move while slider stands still" in text
+    assert "dead point: O, A, B move while slider is instantaneously at rest" in text
     assert "idle freedom" not in text
     spins = mf.mobility(mo.library.six_sps())
     assert not spins.dead_points

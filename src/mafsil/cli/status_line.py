@@ -7,7 +7,7 @@ import sys
 import threading
 import time
 from collections.abc import Generator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 from mafsil.messages import say
 
@@ -30,16 +30,19 @@ class StatusLine:
 
     def show(self, text: str) -> None:
         """Replace the line, cut to the width of the terminal."""
-        if sys.stderr.isatty():
-            self.written = time.monotonic()
-            line = text[: shutil.get_terminal_size().columns - 1]
-            print(f"{_WIPED}{line}", end="", file=sys.stderr, flush=True)
+        self.written = time.monotonic()
+        self._put(text[: shutil.get_terminal_size().columns - 1])
 
     def wipe(self) -> None:
         """Clear it: an answer or a sentence comes."""
         self.text = ""
+        self._put("")
+
+    def _put(self, text: str) -> None:
+        # A terminal that has gone is no reason to end the work.
         if sys.stderr.isatty():
-            print(_WIPED, end="", file=sys.stderr, flush=True)
+            with suppress(OSError):
+                print(f"{_WIPED}{text}", end="", file=sys.stderr, flush=True)
 
     @contextmanager
     def counting(self) -> Generator[None, None, None]:
