@@ -58,7 +58,7 @@ def parse(
     file = _checked(data, places.error)
     metric = in_si(file, data)
     others = other_robots(metric.other_robot, places.error)
-    job = msgspec.structs.replace(resolved(metric, others, places.error), cells=cells)
+    job = msgspec.structs.replace(resolved(metric, others, folder or Path(), places.error), cells=cells)
     if not job.move:
         raise places.error("job.no_moves", ("move",))
     require_order(job, places.of(job).error)

@@ -22,9 +22,11 @@ from mafsil.messages.visible import visible
 
 TABLE = "include"
 FILES: dict[str, Sequence[str]] = {
-    "robot": (), "other_robot": ("robot", "srdf"), "obstacle": FILE_KEYS, "collision": ("srdf",),
+    "robot": (), "pattern": ("file",), "other_robot": ("robot", "srdf"), "obstacle": FILE_KEYS, "collision": ("srdf",),
 }  # fmt: skip
 """Keys that name files, and for tables which of their keys do."""
+BY_NAME = ("pattern",)
+"""Of these the tables that have names."""
 DEEPEST = 8
 """Files that include files."""
 MOST_CELLS = 100
@@ -64,6 +66,10 @@ def _with_paths(given: dict[str, Any], folder: Path) -> dict[str, Any]:
         if isinstance(value, str):
             found[key] = _beside(value, folder)
         elif isinstance(value, dict | list):
+            if key in BY_NAME and isinstance(value, dict):
+                by_name = cast("dict[str, object]", value)
+                found[key] = {name: _named(each, names, folder) for name, each in by_name.items()}
+                continue
             tables = cast("list[object]", value if isinstance(value, list) else [value])
             named = [_named(each, names, folder) for each in tables]
             found[key] = named if isinstance(value, list) else named[0]

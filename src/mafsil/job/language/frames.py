@@ -154,6 +154,11 @@ class Frames:
         self._poses[name] = self.placed(frames[name], ("frame", name))
 
 
+def pose_of(T: PoseMatrix) -> Pose:
+    """The pose of a matrix (4, 4)."""
+    return Pose(position=_three(T), quaternion=_four(T[:3, :3]))
+
+
 def _plain(given: Placed | PlacedObstacle) -> Pose:
     if isinstance(given, Placed) and given.look_at is not None:
         return Pose(position=given.position, quaternion=_four(facing(np.subtract(given.look_at, given.position))))

@@ -13,7 +13,7 @@ from mafsil.job.language.statements import Placed, PlacedGoal, Statement
 from mafsil.job.lines import Path
 from mafsil.job.part import keys_of
 
-ACTIONS = ("joints", "pose", "pick", "place", "tool", "pause", "set", "wait", "do", "if")
+ACTIONS = ("joints", "pose", "through", "pick", "place", "tool", "pause", "set", "wait", "do", "if")
 TIP_TOLERANCES = ("position", "orientation")
 JUDGED: dict[str, tuple[str, ...]] = {
     "joints": ("joints",),
@@ -30,6 +30,7 @@ _TRAVEL += JOINT_BOUNDS
 EFFECTIVE = {
     "joints": _TRAVEL,
     "pose": (*_TRAVEL, "blend", *TIP_BOUNDS),
+    "through": (*_TRAVEL, "blend", *TIP_BOUNDS),
     "pick": (*_ALL, "hold"),
     "place": (*_ALL, "hold"),
     "tool": (*_ALL, "hold"),
@@ -111,6 +112,10 @@ def _check_choice(move: Statement, path: Path, data: dict[str, Any], error: Comp
 
 def _check_path(move: Statement, path: Path, data: dict[str, Any], error: Complaint) -> None:
     """The points on the way, the profile and the goal fit the path."""
+    if move.through is not None:
+        if move.path != "spline" or move.via:
+            raise error("job.through", (*path, "through"))
+        return
     of_tip = move.path in TIP_PATHS
     for name in TIP_BOUNDS:
         if name in data and not of_tip:

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from pathlib import Path as FilePath
 from typing import Any, TypeVar
 
 import msgspec
 
 from mafsil.arrays import PoseMatrix
 from mafsil.job.description import TIP_PATHS, UNNAMED, Goal, Grasp, Head, Job, Move, Pose, Start, Step
-from mafsil.job.language.frames import Complaint, Frames
+from mafsil.job.language.frames import Complaint, Frames, pose_of
 from mafsil.job.language.patterns import places
 from mafsil.job.language.statements import JobFile, Placed, PlacedGoal, Statement
+from mafsil.job.language.units import MILLIMETRE
 from mafsil.job.lines import Path
 from mafsil.job.other_robot import OtherMove, OtherRobot
 from mafsil.job.payload import is_possible
@@ -25,7 +27,7 @@ Named = TypeVar("Named")
 AnyMove = TypeVar("AnyMove", Move, OtherMove)
 
 
-def resolved(file: JobFile, others: tuple[OtherRobot, ...], error: Complaint) -> Job:
+def resolved(file: JobFile, others: tuple[OtherRobot, ...], folder: FilePath, error: Complaint) -> Job:
     """The job that a file asks for.
 
     1. Frames, each in {s}.
@@ -36,13 +38,14 @@ def resolved(file: JobFile, others: tuple[OtherRobot, ...], error: Complaint) ->
     Args:
         file: checked statement by statement, lengths in metres.
         others: robots beside it, their loops unrolled.
+        folder: to which paths of files of places are relative.
         error: makes the complaint about a key.
 
     Raises:
         JobError: an unknown name, a frame in itself, a pattern or loop that cannot be, too many moves.
     """
     # 1
-    reader = _Resolver(file, Frames.of(file, error), error)
+    reader = _Resolver(file, Frames.of(file, error), folder, error)
     # 3
     made = list(reader.unrolled(file.move, ("move",), reader.frames, ""))
     start = Start(
@@ -87,13 +90,17 @@ class _Resolver:
     Args:
         file: with its tables of names.
         frames: of it.
+        folder: to which paths of files of places are relative.
         error: makes the complaint about a key.
     """
 
-    def __init__(self, file: JobFile, frames: Frames, error: Complaint) -> None:
+    def __init__(self, file: JobFile, frames: Frames, folder: FilePath, error: Complaint) -> None:
         self.file, self.frames, self.error, self.count = file, frames, error, 0
         # 2
-        self.places = {name: places(pattern, name, frames, error) for name, pattern in file.pattern.items()}
+        unit = MILLIMETRE if file.lengths == "millimetres" else 1.0
+        self.places = {
+            name: places(pattern, name, frames, unit, folder, error) for name, pattern in file.pattern.items()
+        }
 
     def unrolled(
         self, statements: tuple[Statement, ...], path: Path, frames: Frames, place: str
@@ -177,6 +184,12 @@ class _Resolver:
         given["via"] = tuple(
             self.via(each, statement, (*path, "via", k), frames) for k, each in enumerate(statement.via)
         )
+        if statement.through is not None:
+            found = self.looked_up(statement.through, self.places, "pattern", (*path, "through"))
+            if len(found) < 2:
+                raise self.error("job.through", (*path, "through"))
+            *between, last = (pose_of(T) for _, T in found)
+            given["via"], given["pose"] = tuple(between), Goal(position=last.position, quaternion=last.quaternion)
         return Move(**given)
 
     def via(

@@ -57,16 +57,19 @@ class PlacedObstacle(Obstacle, frozen=True, kw_only=True):
 
 
 class Pattern(Placed, frozen=True, kw_only=True):
-    """Places in rows, columns and layers along x, y and z of its pose.
+    """Places in rows, columns and layers along x, y and z of its pose, or those of a file.
 
     Attributes:
         count: how many along x; along x and y; along x, y and z.
         pitch: from one to the next, for each of them [m].
         order: `rows`: x runs fastest, always forwards; `snake`: every second row backwards.
+        file: CSV with columns x, y, z in its frame, in the units of the job, and perhaps roll, pitch, yaw; the position
+            is added, and the orientation is that of each place.
     """
 
-    count: tuple[Count, ...]
-    pitch: tuple[float, ...]
+    count: tuple[Count, ...] = ()
+    pitch: tuple[float, ...] = ()
+    file: str | None = None
     order: Literal["rows", "snake"] = "rows"
 
 
@@ -77,6 +80,7 @@ class Statement(Step, frozen=True, kw_only=True, rename={"if_": "if", "else_": "
         joints: goal in joint coordinates, or the name of a configuration.
         pose: goal of the tip, or the name of a pose.
         via: points to pass through without stopping, or names of such.
+        through: a pattern whose places a spline passes through, in their order; the last is its goal.
         pick: what is taken, or the name of a part.
         constraints: what the tip keeps on the way.
         do: moves that are repeated.
@@ -91,6 +95,7 @@ class Statement(Step, frozen=True, kw_only=True, rename={"if_": "if", "else_": "
     joints: tuple[float, ...] | str | None = None
     pose: PlacedGoal | str | None = None
     via: tuple[tuple[float, ...] | Placed | str, ...] = ()
+    through: str | None = None
     pick: Grasp | str | None = None  # pyright: ignore[reportIncompatibleVariableOverride]
     constraints: PlacedConstraints | None = None  # pyright: ignore[reportIncompatibleVariableOverride]
     do: tuple[Statement, ...] | None = None
