@@ -112,7 +112,7 @@ FIRST_HOUR = {
         PLANAR2R, 100, control.hold_pose(np.eye(4))
     ),
     "Scenario(robot=..., trajectory=..., law=...)": lambda: mf.Scenario(PLANAR2R, NO_MOTION, None),
-    "Checker: argument margin is not known or given twice; did you mean: clearance?": lambda: mf.collision.Checker(
+    "Checker: argument margin is unknown or given twice; did you mean: clearance?": lambda: mf.collision.Checker(
         UR5E, margin=0.02
     ),
     "Box((1, 2, 3))": lambda: mf.collision.Box(1, 2, 3),
@@ -151,7 +151,7 @@ REMARKS = {
     ),
     "rpy: 90 rad": lambda robot: mf.Rotation.from_rpy([0, 0, 90]),
     "tool: 150 m is longer than any": lambda robot: robot.with_tool([0, 0, 150]),
-    "the start lies beyond the joint limits: shoulder_pan_joint at 8": lambda robot: mf.simulate(
+    "the start is outside the joint limits: shoulder_pan_joint at 8": lambda robot: mf.simulate(
         mf.Scenario(
             robot=robot, trajectory=trajectory.profiles.rest([8.0, 0, 0, 0, 0, 0.5], 0.01), law=control.pid(6, 1, 0, 1)
         )
