@@ -35,8 +35,8 @@ SENTENCES = {
     ),
     "trajectory: expected Trajectory, got str 'x'": lambda: trajectory.check("x", LIMITS),
     "MotionLimits: argument position, acceleration, jerk, effort is missing": lambda: MotionLimits(velocity=1),
-    "JointPath.through: argument point is not known": lambda: JointPath.through(point=3),
-    "Gains.of: argument kq is not known": lambda: control.Gains.of(1, kq=1),
+    "JointPath.through: argument point is unknown": lambda: JointPath.through(point=3),
+    "Gains.of: argument kq is unknown": lambda: control.Gains.of(1, kq=1),
     "plan: argument scene, start, goal is missing": lambda: mf.plan("ur5e"),
     "jerk_limited: argument goal, limits is missing (given: start)": lambda: trajectory.jerk_limited(1),
     "f: expected a function of 1 argument, got": lambda: mf.ik.find_root(lambda: 0, [1.0]),
@@ -71,7 +71,7 @@ except Exception as error:
     print(type(error).__name__, error)
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.startswith("ArgumentError BSpline.derivative: argument no_such is not known")
+    assert done.stdout.startswith("ArgumentError BSpline.derivative: argument no_such is unknown")
 
 
 def test_public_functions_are_themselves_wherever_they_are_found():
