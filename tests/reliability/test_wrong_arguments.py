@@ -150,7 +150,7 @@ REMARKS = {
         1, 0.6, [-15, 15, 105, 135, 225, 255], [0, 1, 2, 3, 4, 5]
     ),
     "rpy: 90 rad": lambda robot: mf.Rotation.from_rpy([0, 0, 90]),
-    "tool: 150 m is longer than any": lambda robot: robot.with_tool([0, 0, 150]),
+    "tool: 150 m is implausibly long": lambda robot: robot.with_tool([0, 0, 150]),
     "the start is outside the joint limits: shoulder_pan_joint at 8": lambda robot: mf.simulate(
         mf.Scenario(
             robot=robot, trajectory=trajectory.profiles.rest([8.0, 0, 0, 0, 0, 0.5], 0.01), law=control.pid(6, 1, 0, 1)
