@@ -296,7 +296,7 @@ def test_a_gap_below_a_millimetre_is_amber_and_a_safe_one_is_not() -> None:
     assert verdict(narrow, "en").text == "passes, but the gap is smaller than 1 mm"
     assert verdict(narrow, "ar").text != verdict(narrow, "en").text
     (said,) = (remark for remark in narrow.remarks if remark.key == "job.gap_below_smallest")
-    assert "smaller than 1 mm" in narrow.explain("en")
+    assert "less than 1 mm" in narrow.explain("en")
     assert "post" in said.sentence("ar")
     wide = before_the_post(20.0 * SMALLEST_GAP)
     assert verdict(wide, "en").level == "good"

@@ -111,7 +111,7 @@ def test_both_stand_in_the_replay_and_in_the_clearance(run):
         np.testing.assert_allclose(each.poses[:, :3], poses[:, k, :3, 3], atol=1e-12)
     assert np.ptp(drawn.carried[-1].poses[:, :3], axis=0).max() > 0.3
     sentences = [remark.sentence("en") for remark in run.remarks]
-    assert any("right moves beside" in each for each in sentences)
+    assert any("right moves at the same time" in each for each in sentences)
 
 
 @pytest.mark.capability("11-45")
@@ -303,7 +303,7 @@ def test_waits_that_never_end_are_refused_by_name():
     )
     no = planned(alone)
     assert no.key == "job.other_wait_never"
-    assert no.explain("en").startswith("right, move 1, waits from")
+    assert no.explain("en").startswith("right, move 1: waits from")
     late = alone.replace("wait = { left_out = true }", "wait = { clock = true }\ntimeout = 0.5")
     no = planned(late + "[input.clock]\nchanges = [[3.0, true]]\n")
     assert no.key == "job.other_wait_late"

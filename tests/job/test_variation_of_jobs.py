@@ -233,7 +233,7 @@ def test_the_command_writes_report_and_results(tmp_path, capsys):
     (tmp_path / "job.toml").write_text(JOB)
     main(["run", str(tmp_path / "job.toml"), "--runs", "5", "--out", str(tmp_path / "out")])
     shown = capsys.readouterr().out
-    assert "of 5 runs" in shown
+    assert "5 varied runs" in shown
     results = json.loads((tmp_path / "out" / "results.json").read_text())
     assert results["variation"]["runs"] == 5
     assert results["variation"]["seed"] == 4

@@ -156,7 +156,7 @@ def test_the_command(tmp_path, capsys):
                  "--replay", str(tmp_path), "--lang", "en"])  # fmt: skip
     said = capsys.readouterr().out
     assert code == 0
-    assert re.search(r"rrt_connect\s+\d/\d", said)
+    assert re.search(r"solved\s+\d/\d\s+\d/\d", said)
     assert {each.name for each in tmp_path.glob("*.svg")} == {"rrt_connect.svg", "prm.svg"}
     assert main(["compare", "planners", job, "--laws", "pid"]) != 0
     assert main(["compare", "planners", "examples/jobs/palletiser.toml", "--seeds", "1"]) != 0

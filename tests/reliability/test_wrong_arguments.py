@@ -35,8 +35,8 @@ SENTENCES = {
     ),
     "trajectory: expected Trajectory, got str 'x'": lambda: trajectory.check("x", LIMITS),
     "MotionLimits: argument position, acceleration, jerk, effort is missing": lambda: MotionLimits(velocity=1),
-    "JointPath.through: argument point is not known": lambda: JointPath.through(point=3),
-    "Gains.of: argument kq is not known": lambda: control.Gains.of(1, kq=1),
+    "JointPath.through: argument point is unknown": lambda: JointPath.through(point=3),
+    "Gains.of: argument kq is unknown": lambda: control.Gains.of(1, kq=1),
     "plan: argument scene, start, goal is missing": lambda: mf.plan("ur5e"),
     "jerk_limited: argument goal, limits is missing (given: start)": lambda: trajectory.jerk_limited(1),
     "f: expected a function of 1 argument, got": lambda: mf.ik.find_root(lambda: 0, [1.0]),
@@ -71,7 +71,7 @@ except Exception as error:
     print(type(error).__name__, error)
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.startswith("ArgumentError BSpline.derivative: argument no_such is not known")
+    assert done.stdout.startswith("ArgumentError BSpline.derivative: argument no_such is unknown")
 
 
 def test_public_functions_are_themselves_wherever_they_are_found():
@@ -112,7 +112,7 @@ FIRST_HOUR = {
         PLANAR2R, 100, control.hold_pose(np.eye(4))
     ),
     "Scenario(robot=..., trajectory=..., law=...)": lambda: mf.Scenario(PLANAR2R, NO_MOTION, None),
-    "Checker: argument margin is not known or given twice; did you mean: clearance?": lambda: mf.collision.Checker(
+    "Checker: argument margin is unknown or given twice; did you mean: clearance?": lambda: mf.collision.Checker(
         UR5E, margin=0.02
     ),
     "Box((1, 2, 3))": lambda: mf.collision.Box(1, 2, 3),
@@ -150,8 +150,8 @@ REMARKS = {
         1, 0.6, [-15, 15, 105, 135, 225, 255], [0, 1, 2, 3, 4, 5]
     ),
     "rpy: 90 rad": lambda robot: mf.Rotation.from_rpy([0, 0, 90]),
-    "tool: 150 m is longer than any": lambda robot: robot.with_tool([0, 0, 150]),
-    "the start lies beyond the joint limits: shoulder_pan_joint at 8": lambda robot: mf.simulate(
+    "tool: 150 m is implausibly long": lambda robot: robot.with_tool([0, 0, 150]),
+    "the start is outside the joint limits: shoulder_pan_joint at 8": lambda robot: mf.simulate(
         mf.Scenario(
             robot=robot, trajectory=trajectory.profiles.rest([8.0, 0, 0, 0, 0, 0.5], 0.01), law=control.pid(6, 1, 0, 1)
         )

@@ -45,7 +45,7 @@ def test_every_quantity(quantity):
 def test_within_limits_says_so():
     verdict = check(rest([0.0], 1.0), bounds(1, velocity=1.0, lower=-1.0, upper=1.0))
     assert verdict
-    assert verdict.explain("en") == "every joint keeps its limits"
+    assert verdict.explain("en") == "all joint limits are kept"
     assert verdict.explain("ar")
 
 
