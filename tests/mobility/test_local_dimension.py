@@ -5,7 +5,8 @@ import pytest
 
 import mafsil as mf
 from mafsil.errors import InputError
-from mafsil.mobility import FiniteStatus, Linkage, finite_mobility, joint, library, trace
+from mafsil.mobility import Linkage, finite_mobility, joint, library, trace
+from mafsil.mobility.finite import FiniteStatus
 from mafsil.solvers.local_dimension import local_set, multiplicity
 from mafsil.solvers.null_ways import FINEST
 from tests.mobility.known_dimensions import MOVING, SHAKY, Part, hung, linkage

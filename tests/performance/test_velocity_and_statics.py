@@ -27,13 +27,8 @@ from mafsil.performance import (
     velocity_polytope,
     work,
 )
-from mafsil.performance.statics import (
-    StaticsStatus,
-    structure_wrenches,
-    sum_of_moments,
-    total_wrench,
-    unbalanced_links,
-)
+from mafsil.performance.statics import structure_wrenches, sum_of_moments, total_wrench, unbalanced_links
+from mafsil.performance.statics.tip_wrenches import StaticsStatus
 from mafsil.performance.velocity import body_from_space, space_from_body, task_rows
 
 H = 1e-6

@@ -15,8 +15,8 @@ from mafsil.ik import track
 from mafsil.model import Limits
 from mafsil.model.library.planar import planar2r
 from mafsil.trajectory import diagnose_path, follow, joined_path, line_path, spline_path, suggest_path_fixes
-from mafsil.trajectory.difficulties import MendStatus
 from mafsil.trajectory.difficulties.changed_paths import MovedBasePath, PathPart, TurnedToolPath
+from mafsil.trajectory.difficulties.remedies import MendStatus
 from tests.sizes import size
 
 START = np.array([0.3, -1.2, 1.2, 0.4, 1.0, 0.2])

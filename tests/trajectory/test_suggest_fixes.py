@@ -10,7 +10,8 @@ import pytest
 import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.trajectory import MotionLimits, check, suggest_fixes
-from mafsil.trajectory.feasibility import RemedyKind, RequestStatus
+from mafsil.trajectory.feasibility import RemedyKind
+from mafsil.trajectory.feasibility.diagnosis import RequestStatus
 from mafsil.trajectory.feasibility.remedies import GROWTH, is_possible
 from tests.sizes import few
 

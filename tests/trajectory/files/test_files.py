@@ -15,7 +15,7 @@ import mafsil as mf
 from mafsil.csv_table import csv_text
 from mafsil.errors import FileError, InputError
 from mafsil.trajectory import MotionLimits, export, quintic, read
-from mafsil.trajectory.files import ExportStatus
+from mafsil.trajectory.files.exporting import ExportStatus
 
 UR5E = mf.load("ur5e")
 START, GOAL = np.zeros(6), np.array([0.4, -0.6, 0.5, 0.2, -0.3, 0.7])
