@@ -145,7 +145,7 @@ def wrong(seed):
     if seed % 2:
         rates = mo.instantaneous(linkage).rates
         step = 0.25 * rates @ np.random.default_rng(seed).normal(size=rates.shape[1])
-        if near := mo.linkages.closed_near(linkage, step * mo.loop_closure.units(linkage)):
+        if near := mo.linkages.closed_near(linkage, step * mo.linkages.loop_closure.units(linkage)):
             linkage = mo.linkages.drawn_at(linkage, near.theta)
     found = mf.mobility(linkage)
     wanted = whole.mobility, sorted(whole.implied), whole.special

@@ -130,7 +130,7 @@ def test_second_derivatives_of_the_gaps(make):
     linkage = make()
     moved = screw_rates(linkage, reduced_screws(linkage, loop_state(linkage).screws))
     K = np.einsum("lk,kir->lrik", linkage.cycles[:, linkage.joint_of], moved).reshape(-1, *moved.shape[:2])
-    scale = mo.loop_closure.units(linkage)
+    scale = mo.linkages.loop_closure.units(linkage)
     for v in mo.instantaneous(linkage).rates.T:
         h = 1e-5
         numeric = (
@@ -146,7 +146,7 @@ def test_rates_of_the_loop_matrix_are_derivatives_of_the_gap():
     linkage = platform("S", np.random.default_rng(6))
     rng = np.random.default_rng(7)
     theta = mo.linkages.closed_near(linkage, 0.1 * rng.normal(size=(4, linkage.coordinates))).theta
-    A, scale = mo.linkages.loop_matrix(linkage, theta), mo.loop_closure.units(linkage)
+    A, scale = mo.linkages.loop_matrix(linkage, theta), mo.linkages.loop_closure.units(linkage)
     v, h = rng.normal(size=linkage.coordinates), 1e-6
     numeric = (loop_state(linkage, theta + h * v * scale).gap - loop_state(linkage, theta - h * v * scale).gap) / (
         2 * h

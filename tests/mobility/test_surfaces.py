@@ -168,8 +168,8 @@ def test_balls_left_out_leave_the_mobility_but_for_spins():
         assert whole
         assert mo.linkages.closed_near(simple, whole.theta[:, kept], steps=0).gap.max() < 1e-9
         A, h = mo.linkages.loop_matrix(simple, near[0, kept]), 1e-6 * np.eye(simple.coordinates)
-        u = mo.loop_closure.units(simple)
-        gaps = [mo.loop_closure.loop_state(simple, near[0, kept] + sign * h * u).gap for sign in (1, -1)]
+        u = mo.linkages.loop_closure.units(simple)
+        gaps = [mo.linkages.loop_closure.loop_state(simple, near[0, kept] + sign * h * u).gap for sign in (1, -1)]
         assert np.abs((gaps[0] - gaps[1]).T / 2e-6 - A)[6 * simple.loops :].max() < 1e-8
 
 
@@ -229,7 +229,7 @@ def test_the_platform_of_a_delta_of_rods_is_where_its_closed_form_says():
             joints.append(joint(f"B{k}{side}", "S", [f"rod {k}{side}", "platform"], ends[1]))
     robot = without_balls(Linkage.of(joints))
     assert mo.instantaneous(robot).mobility == 3
-    start = 0.1 * np.random.default_rng(5).normal(size=(20, robot.coordinates)) * mo.loop_closure.units(robot)
+    start = 0.1 * np.random.default_rng(5).normal(size=(20, robot.coordinates)) * mo.linkages.loop_closure.units(robot)
     found = mo.linkages.closed_near(robot, start)
     assert found
     places = found.theta[:, 3:].reshape(-1, 3, 3)
@@ -251,7 +251,10 @@ def test_links_on_one_line_pinch_the_surface(lengths, places):
     for theta in surface.singular_points:
         assert mo.instantaneous(surface.linkage, theta).mobility == 3
         poses = mo.linkages.body_poses(surface.linkage, theta)
-        pins = [mo.loop_closure.pose.act(T, each.point) for T, each in zip(poses, surface.linkage.joints, strict=True)]
+        pins = [
+            mo.linkages.loop_closure.pose.act(T, each.point)
+            for T, each in zip(poses, surface.linkage.joints, strict=True)
+        ]
         assert np.linalg.svd(np.array(pins) - pins[0])[1][1] < 1e-6
 
 

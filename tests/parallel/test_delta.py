@@ -101,7 +101,7 @@ def test_three_rps_is_found_by_its_legs():
 def test_rods_miss_a_place_by_as_much_as_the_best_angle_of_the_crank_leaves(robot, dimension):
     places = np.random.default_rng(4).uniform(-2.0, 2.0, (200, dimension))
     found = robot.inverse_kinematics(places)
-    assert found.status is pa.motor_angles.MotorAnglesStatus.SOME
+    assert found.status is pa.planar.motor_angles.MotorAnglesStatus.SOME
     assert np.isfinite(found.q).all()
     fits = found.misfit == 0
     assert 0.05 < fits.mean() < 0.95
@@ -151,7 +151,7 @@ def test_rods_that_do_not_meet_say_how_far_their_lengths_are_off():
     q = np.random.default_rng(5).uniform(-np.pi, np.pi, (60, 3))
     for robot, motors in ((pa.DeltaRobot(0.3, 0.1, 0.4, 0.5), q), (pa.FiveBar(1.0, 0.6, 0.5, 0.9, 1.2), q[:, :2])):
         found = robot.forward_kinematics(motors)
-        assert found.status is pa.platform_points.PlatformPointsStatus.SOME
+        assert found.status is pa.platforms.platform_points.PlatformPointsStatus.SOME
         off, none = found.nearest.distance, found.count == 0
         assert 0.1 < none.mean() < 0.9
         np.testing.assert_allclose(off[~none], 0.0, atol=1e-8)
@@ -170,7 +170,7 @@ def test_rods_that_do_not_meet_say_how_far_their_lengths_are_off():
 @pytest.mark.capability("08-55")
 def test_ends_of_cranks_that_coincide_leave_a_circle():
     free = pa.FiveBar(1, 1, 1, 1, 1).forward_kinematics(np.radians([60, 120]))
-    assert free.status is pa.platform_points.PlatformPointsStatus.FREE
+    assert free.status is pa.platforms.platform_points.PlatformPointsStatus.FREE
     assert free.count == 0
     # All elbows of this Delta stand in the middle: the platform goes anywhere on a sphere.
     assert pa.DeltaRobot(0.1, 0.5, 0.4, 0.3).forward_kinematics([0, 0, 0]).free

@@ -60,7 +60,7 @@ def test_poses_and_twists_that_three_legs_cannot_follow():
     away = there.T @ pose.exp([0, 0, 0.2, 0, 0, 0])
     missed = pa.leg_inverse(legs, away, there.q)
     assert not missed
-    assert missed.status is pa.leg_configurations.ConfigurationStatus.NOT_FOUND
+    assert missed.status is pa.legs.leg_configurations.ConfigurationStatus.NOT_FOUND
     assert missed.gap > 1e-3
     assert "misses" in missed.explain("en")
     V = legs.jacobian(there.q) @ [0.3, -0.2, 0.1]
@@ -70,7 +70,7 @@ def test_poses_and_twists_that_three_legs_cannot_follow():
     np.testing.assert_allclose(legs.loop_matrix(there.q) @ rates.rates, 0, atol=1e-9)
     turn = pa.legs.inverse_rates(legs, there.q, [0, 0, 1, 0, 0, 0])
     assert not turn
-    assert turn.status is pa.leg_statics.LegRatesStatus.NOT_FEASIBLE
+    assert turn.status is pa.legs.leg_statics.LegRatesStatus.NOT_FEASIBLE
     assert "cannot follow" in turn.explain("en")
     assert np.abs(turn.residual).max() > 0.1
     np.testing.assert_allclose(np.linalg.pinv(legs.jacobian(there.q)) @ V, [0.3, -0.2, 0.1], atol=1e-9)
@@ -115,7 +115,7 @@ def test_under_exact_and_redundant():
     assert shared.possible
     assert not shared.unique
     np.testing.assert_allclose(shared.leg_wrenches.sum(axis=0), F, atol=1e-9)
-    assert shared.status is pa.leg_statics.LegForcesStatus.SHARED
+    assert shared.status is pa.legs.leg_statics.LegForcesStatus.SHARED
     assert "load each other" in shared.explain("en")
     statuses = [each.status for each in (exact, under, over)]
     assert statuses == [
@@ -276,7 +276,7 @@ def test_what_is_singular_does_not_depend_on_units(size):
         found, other = metres.singularity(at), scaled.singularity(np.where(slides, size, 1.0) * at)
         assert (found.status, found.rank) == (other.status, other.rank)
     some = pa.leg_forward(pa.three_rps(1.0, 0.5, 1.0), [[0.1, -0.05, 0.15], [5.0, -1.0, 0.0]])
-    assert some.status is pa.leg_configurations.ConfigurationStatus.SOME
+    assert some.status is pa.legs.leg_configurations.ConfigurationStatus.SOME
 
 
 def test_wrong_input_is_refused():
@@ -333,11 +333,11 @@ def test_the_rank_of_most_configurations_is_found():
 def test_legs_that_lie_flat_are_not_lost():
     """tan(th / 2) is infinite there; and lengths that do not fit say how far the sides of the platform are off."""
     flat = pa.ThreeRPS(1.0, 2.0).forward_kinematics([1.0, 1.0, 1.0])
-    assert flat.status is pa.three_rps_forward.ThreeRPSStatus.SOME
+    assert flat.status is pa.platforms.three_rps_forward.ThreeRPSStatus.SOME
     np.testing.assert_allclose(np.abs(flat.theta), np.pi, atol=1e-5)
     robot = pa.ThreeRPS(1.0, 0.5)
     missed = robot.forward_kinematics([0.1, 0.1, 3.0])
-    assert missed.status is pa.three_rps_forward.ThreeRPSStatus.NONE
+    assert missed.status is pa.platforms.three_rps_forward.ThreeRPSStatus.NONE
     rng, pairs = np.random.default_rng(0), ((0, 1), (0, 2), (1, 2))
 
     def sides(theta):

@@ -115,7 +115,7 @@ def test_a_mechanism_as_a_linkage_moves_as_it_did(kind):
     for each in linkage.joints:
         if each.name != "loop":
             np.testing.assert_allclose(each.point, robot.forward_kinematics(q, frame=each.child)[:3, 3], atol=1e-12)
-    rates = mobility.instantaneous(linkage).rates[tree] * mobility.loop_closure.units(linkage)[tree, None]
+    rates = mobility.instantaneous(linkage).rates[tree] * mobility.linkages.loop_closure.units(linkage)[tree, None]
     J = chain.terms(q, np.zeros(mechanism.n)).J
     assert np.abs(J @ rates).max() < 1e-9
     assert np.linalg.matrix_rank(rates) == mechanism.n - np.linalg.matrix_rank(J)
@@ -128,7 +128,7 @@ def test_a_loop_that_gapes_is_closed_with_the_joint_it_has(kind, seed):
     mechanism, q = random_chain(np.random.default_rng(20 + seed), kind)
     linkage = linkage_of(mechanism, q + 0.05 * np.random.default_rng(seed).normal(size=mechanism.n))
     (loop,) = mechanism.loops
-    assert mobility.loop_closure.largest_gap(linkage) < 1e-9
+    assert mobility.linkages.loop_closure.largest_gap(linkage) < 1e-9
     drawn = {each.name: each for each in linkage.joints}
     carries = {each.child: each for each in mechanism.joints}
     on_parent, on_child = carries[loop.parent], carries[loop.child]

@@ -101,10 +101,10 @@ def test_modes_of_one_sign_are_joined_and_those_of_two_are_not():
         for j in range(i + 1, 6):
             way = parallel.mode_path(INNOCENTI, modes[i], modes[j])
             if sign(INNOCENTI, modes[i]) != sign(INNOCENTI, modes[j]):
-                assert way.status is parallel.regular_way.ModePathStatus.OPPOSITE
+                assert way.status is parallel.platforms.regular_way.ModePathStatus.OPPOSITE
                 assert not len(way.x)
                 continue
-            assert way.status is parallel.regular_way.ModePathStatus.PROVEN
+            assert way.status is parallel.platforms.regular_way.ModePathStatus.PROVEN
             assert np.allclose(way.x[[0, -1]], modes[[i, j]])
             assert np.allclose(way.lengths[0], way.lengths[-1])
             dense = np.concatenate([np.linspace(a, b, 2000) for a, b in zip(way.x[:-1], way.x[1:], strict=True)])
@@ -128,10 +128,13 @@ def test_a_platform_on_six_legs_goes_through_the_floor():
 def test_ways_that_are_not_found_prove_nothing_and_ends_are_checked():
     modes = HEXAPOD.forward_kinematics(HEXAPOD.lengths(T))
     none = parallel.mode_path(HEXAPOD, modes.T[0], modes.T[4], tries=0)
-    assert none.status is parallel.regular_way.ModePathStatus.NOT_FOUND
+    assert none.status is parallel.platforms.regular_way.ModePathStatus.NOT_FOUND
     assert "may exist" in none.explain("en")
     square = parallel.PlanarThreeRPR([[0, 0], [4, 0], [1, 3]], [[0, 0], [4, 0], [1, 3]])
-    assert parallel.mode_path(square, [1, 2, 0], [1, 2, 1]).status is parallel.regular_way.ModePathStatus.SINGULAR_END
+    assert (
+        parallel.mode_path(square, [1, 2, 0], [1, 2, 1]).status
+        is parallel.platforms.regular_way.ModePathStatus.SINGULAR_END
+    )
     with pytest.raises(InputError, match="x_1"):
         parallel.mode_path(square, [1, 2, 0.5], [np.nan, 2, 1])
     with pytest.raises(InputError, match="tries"):

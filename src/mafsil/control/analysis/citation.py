@@ -165,7 +165,7 @@ WORKS_OF_ROBOTICS = (
     Citation(
         "sommese2004", "A. J. Sommese, J. Verschelde, C. W. Wampler",
         "Advances in polynomial continuation for solving problems in kinematics",
-        "ASME Journal of Mechanical Design 126(2)", 2004, modules("parallel.platform_paths"),
+        "ASME Journal of Mechanical Design 126(2)", 2004, modules("parallel.platforms.platform_paths"),
     ),
     Citation(
         "winston2004", "W. L. Winston", "Operations Research: Applications and Algorithms", "Brooks/Cole", 2004,
@@ -213,7 +213,7 @@ WORKS_OF_ROBOTICS = (
     ),
     Citation(
         "tsai1999", "L.-W. Tsai", "Robot Analysis: The Mechanics of Serial and Parallel Manipulators", "Wiley", 1999,
-        modules("parallel.stewart"),
+        modules("parallel.platforms.stewart"),
     ),
     Citation(
         "dombre2007", "E. Dombre, W. Khalil", "Robot Manipulators: Modeling, Performance Analysis and Control",
