@@ -98,8 +98,8 @@ angles = "degrees"
 [start]
 joints = [0, 30]
 [limits]
-velocity = 60
-acceleration = 200
+velocity = 3400
+acceleration = 11500
 {law}
 [[move]]
 joints = [40, 60]

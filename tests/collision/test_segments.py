@@ -157,7 +157,7 @@ def test_answers_of_paths_say_where_and_by_what(checker):
     assert 1.0 < answer.at <= 2.0
     assert "hits" in answer.explain("en")
     assert answer.explain("ar")
-    assert "proved" in checker.check_path(free, free).explain("en")
+    assert "continuously verified" in checker.check_path(free, free).explain("en")
     with pytest.raises(mf.InputError, match="path"):
         checker.check_path(free)
     with pytest.raises(mf.InputError, match="q_b"):

@@ -150,7 +150,7 @@ def test_a_move_without_a_way_is_refused_by_name():
         ("would be at 900°, outside its limits", "[[other_robot.move]]\njoints = [900, 0, 0, 0, 0, 0]\n"),
         ("not a name of another robot", RIGHT),
         ("unknown key", "[[other_robot.move]]\njoint = [0]\n"),
-        ("both rpy and quaternion", "quaternion = [1, 0, 0, 0]\n"),
+        ("rpy, quaternion", "quaternion = [1, 0, 0, 0]\n"),
     ],
 )
 def test_what_is_refused_names_the_line(words, change):

@@ -115,7 +115,7 @@ def test_what_is_not_planned_is_said(palletiser, ends):
 
 
 def test_a_roadmap_of_straight_motions_refuses_loops(palletiser):
-    with pytest.raises(InputError, match="palletiser has loops"):
+    with pytest.raises(InputError, match="palletiser has closed loops"):
         planning.ArmRoadmap(Checker(palletiser))
 
 

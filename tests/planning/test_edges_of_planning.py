@@ -114,7 +114,7 @@ def test_numbers_that_are_none_and_ends_that_cannot_be_are_named(arm):
     lower = arm.robot.limits.lower
     barely = mf.plan(arm, None, np.where(np.arange(7) == 3, np.nextafter(lower, -9.0), A), B)
     assert barely, "an end that rounding leaves beyond a limit is on it"
-    assert "by up to 4.4e-16" in barely.explain("en")
+    assert "by at most 4.4e-16" in barely.explain("en")
 
 
 @pytest.mark.capability("11-39")

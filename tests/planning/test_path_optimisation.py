@@ -99,7 +99,7 @@ def test_budgets_and_wrong_arguments(panda):
     ):
         with pytest.raises(InputError, match=next(iter(wrong))):
             raw.optimised(**wrong)
-    with pytest.raises(InputError, match="not a path"):
+    with pytest.raises(InputError, match="no path to follow"):
         mf.plan(panda, None, START, GOAL, max_nodes=1, seed=1, shortcut_iterations=0).optimised()
     kept = mf.plan(panda, None, START, GOAL, constraints=planning.Upright(3.0), seed=1)
     with pytest.raises(InputError, match="path constraints"):
