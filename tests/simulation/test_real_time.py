@@ -58,7 +58,7 @@ def test_what_a_slow_law_misses_is_counted_and_said(tmp_path):
 def test_a_law_slower_than_its_period_is_named():
     law = delayed(Slow(0.01, range(100)), 0.01)
     run = simulate(Scenario(robot=ARM, trajectory=PATH, law=law, step=0.01), clock="real")
-    assert "The law Slow is slower than its period" in run.explain("en")
+    assert "The control law Slow is slower than its period" in run.explain("en")
 
 
 def test_a_run_takes_as_long_as_the_motion_and_fusing_it_is_refused():

@@ -220,7 +220,7 @@ def joint_gains(rng: np.random.Generator, length: float) -> Claims:
 
 
 ROWS = {
-    "ForwardKinematics, AssemblyModes of platforms": platform_forward,
+    "ForwardKinematics, PlatformModes of platforms": platform_forward,
     "LegConfigurations, LegRates, LegForces": platform_legs,
     "CableTensions, CablePoses": cables,
     "LoopClosure, AssemblyModes, Trace of linkages, DrivenRates": linkages,
