@@ -210,7 +210,9 @@ def test_forces_between_contact_and_body():
 def test_uncommon_friction_is_said_and_allowed(tmp_path: Path):
     strong = Grasp([Contact((-1, 0), (1, 0), 3.0), Contact((1, 0), (-1, 0), 0.5)])
     assert strong.closure()
-    said = [line for line in strong.explain("en").splitlines() if line.startswith("unusual friction coefficient mu = 3")]
+    said = [
+        line for line in strong.explain("en").splitlines() if line.startswith("unusual friction coefficient mu = 3")
+    ]
     assert len(said) == 1
     assert "0.1 to 1" in said[0]
     path = tmp_path / "strong.json"
@@ -218,7 +220,9 @@ def test_uncommon_friction_is_said_and_allowed(tmp_path: Path):
     answer = operation("grasp")(file=str(path), facets=None, steps=False, picture=None)
     assert any(line.startswith("unusual friction coefficient mu = 3 (at contact 0)") for line in answer.lines)
     for mu in (0.0, 0.1, 1.0):
-        assert not any(line.startswith("unusual friction") for line in strong.with_friction(mu).explain("en").splitlines())
+        assert not any(
+            line.startswith("unusual friction") for line in strong.with_friction(mu).explain("en").splitlines()
+        )
 
 
 @pytest.mark.capability("03-41")

@@ -80,7 +80,13 @@ class Mobility(SingleAnswer):
 
     @property
     def _freed(self) -> int:
-        return sum(each.length <= self.play for each in self.exactness)
+        doubtful = self.finite.at_most - self.finite.mobility if self.play >= self._doubt > 0.0 else 0
+        return doubtful + sum(each.length <= self.play for each in self.exactness)
+
+    @property
+    def _doubt(self) -> float:
+        """The gap that leaves motions in doubt [m]."""
+        return self.finite.gap * self.linkage.size if self.finite.status is FiniteStatus.IN_DOUBT else 0.0
 
     def __bool__(self) -> bool:
         return self.mobility > 0
