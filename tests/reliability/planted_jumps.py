@@ -9,6 +9,7 @@ from __future__ import annotations
 import sys
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -104,7 +105,7 @@ def motion(rng: np.random.Generator) -> tuple[Trajectory, int]:
 
 
 @cache
-def _laws() -> tuple[tr.Profile, ...]:
+def _laws() -> tuple[Any, ...]:
     return tr.profiles.profiles().rows
 
 

@@ -25,7 +25,7 @@ def work(seed: int, count: int) -> dict[str, int]:
     for k in range(count):
         linkage, expected = planted(np.random.default_rng([31, seed, k]))
         found = mo.finite_mobility(linkage)
-        doubt = found.status is mo.FiniteStatus.IN_DOUBT and found.mobility <= expected <= found.at_most
+        doubt = found.status is mo.finite.FiniteStatus.IN_DOUBT and found.mobility <= expected <= found.at_most
         total["in_doubt"] += doubt
         total["bad_mobility"] += found.mobility != expected and not doubt
     return {"bad_mobility": 0, "in_doubt": 0, **total}
