@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mafsil.collision import ArmMount, Box, Checker, MultiArmCell, Obstacle, Scene, Sphere
-from mafsil.collision.path_check import PathStatus
+from mafsil.collision.checker import PathStatus
 from mafsil.errors import InputError, ModelError
 from mafsil.model.placement import rotation_z
 from tests.collision.arms import arm, scene

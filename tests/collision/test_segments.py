@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import mafsil as mf
 from mafsil import collision
 from mafsil.collision import Box, Checker, Obstacle, Sphere
-from mafsil.collision.path_check import PathStatus
+from mafsil.collision.checker import PathStatus
 from tests.collision.arms import arm, scene, urdf
 
 

@@ -14,10 +14,9 @@ from mafsil.cli.main import main
 from mafsil.derivation import DerivationError, derive_dynamics, to_html, to_latex, to_text
 from mafsil.derivation.arm import symbolic_arm
 from mafsil.derivation.bodies import symbolic_bodies
-from mafsil.derivation.dynamics import DynamicsJudge
+from mafsil.derivation.dynamics import DynamicsJudge, newton_euler, same
 from mafsil.derivation.lagrange_method import lagrange
 from mafsil.derivation.matrices import ZERO
-from mafsil.derivation.newton_euler_method import newton_euler, same
 from mafsil.derivation.operation_counts import operations
 from mafsil.derivation.text import formula
 from mafsil.errors import ModelError

@@ -95,7 +95,7 @@ def test_written_in_both_languages_and_all_forms(language):
 
 
 def test_typed_formulas_keep_their_values():
-    from mafsil.derivation.formula_polynomial import polynomial_of
+    from mafsil.derivation.lagrange import polynomial_of
 
     values = {"a": 1.3, "b": -0.4, "t": 0.7, "u": 2.1}
     pieces = ["a", "-b**3", "sin(t - 2*u)", "cos(u)/4", "(a + b)**2", "3"]

@@ -27,7 +27,7 @@ EXCEPTIONS: dict[str, str] = {
     "messages/isolates.py: mark": "Unicode's name of the character",
     "model/faults.py: mark": "Unicode's byte order mark",
     "model/source.py: mark": "Unicode's byte order mark",
-    "model/xacro/yaml_file.py: mark": "PyYAML's name of a place in the text",
+    "model/xacro/files.py: mark": "PyYAML's name of a place in the text",
 }
 """`file: word` that stays, and why."""
 

@@ -9,7 +9,7 @@ import mafsil as mf
 from mafsil import mobility as mo
 from mafsil.mobility import library
 from mafsil.mobility.linkages.loop_closure import largest_gap
-from mafsil.mobility.spoken_name import spoken_name
+from mafsil.mobility.report import spoken_name
 
 # name: rule, count, rank here, of the output body, finite, status
 EXPECTED = {

@@ -8,9 +8,9 @@ import pytest
 import mafsil as mf
 from mafsil import mobility as mo
 from mafsil.mobility.actuation import ActuationStatus
+from mafsil.mobility.finite import screw_rates
 from mafsil.mobility.linkages import loop_closure as closure
 from mafsil.mobility.linkages.loop_closure import loop_state, reduced_screws
-from mafsil.mobility.second_order import screw_rates
 from mafsil.mobility.structure import StructureStatus
 from tests.mobility.mechanisms import five_bar, four_bar, parallel_cranks, platform, three_upu
 

@@ -13,7 +13,7 @@ from mafsil import parallel
 from mafsil.errors import InputError, ModelError
 from mafsil.model import JointKind, mjcf
 from mafsil.parallel import ClosedChain, closed_inverse_kinematics
-from mafsil.parallel.closed_pose_answer import ClosedPoseStatus
+from mafsil.parallel.closed_poses import ClosedPoseStatus
 from tests.parallel.closed_chains import random_chain
 
 ROBOTS = Path(__file__).resolve().parents[2] / "examples" / "robots"

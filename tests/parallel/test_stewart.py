@@ -6,7 +6,7 @@ import pytest
 from mafsil.errors import InputError
 from mafsil.geometry import pose
 from mafsil.parallel import PlanarThreeRPR, StewartPlatform
-from mafsil.parallel.platforms.forward_pose import ForwardStatus
+from mafsil.parallel.platforms.stewart import ForwardStatus
 
 
 def random_platform(rng):

@@ -10,7 +10,7 @@ from mafsil.collision import ArmMount, Box, Checker, MultiArmCell, Obstacle
 from mafsil.kernels.loops.loop import compiled
 from mafsil.model import DHRow
 from mafsil.planning import arm_search, retreat_loops
-from mafsil.planning.limbs import limbs_of
+from mafsil.planning.arm_search import limbs_of
 from mafsil.planning.outcome import PlanningStatus
 
 SMALL = 1e-5

@@ -19,7 +19,7 @@ from mafsil.solvers import (
     integrate_adaptively,
     pair,
 )
-from mafsil.solvers.rooted_trees import density, nodes, trees, violation
+from mafsil.solvers.embedded import density, nodes, trees, violation
 from mafsil.solvers.solution import IntegrationStatus
 
 

@@ -21,8 +21,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import mafsil.studio.broadcast as broadcast
-import mafsil.studio.journal as journal
 import mafsil.studio.server as server
+import mafsil.studio.studio as journal
 from mafsil.errors import FileError, InputError
 from mafsil.page import Session
 from mafsil.studio import Studio

@@ -11,8 +11,7 @@ import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.trajectory import MotionLimits, check, suggest_fixes
 from mafsil.trajectory.feasibility import RemedyKind
-from mafsil.trajectory.feasibility.diagnosis import RequestStatus
-from mafsil.trajectory.feasibility.remedies import GROWTH, is_possible
+from mafsil.trajectory.feasibility.diagnosis import GROWTH, RequestStatus, is_possible
 from tests.sizes import few
 
 LIMITS = MotionLimits.of(3, velocity=[1.5, 2.0, 1.0], acceleration=[8.0, 6.0, 9.0], jerk=400.0, position=2.5)

@@ -2,7 +2,7 @@ from mafsil.identification.excitation import ExcitationTrajectory as ExcitationT
 from mafsil.identification.excitation import excitation_trajectory as excitation_trajectory
 from mafsil.identification.identify import identify as identify
 from mafsil.identification.log import MotionLog as MotionLog
-from mafsil.identification.log_file import read_log as read_log
 from mafsil.identification.payload import Payload as Payload
 from mafsil.identification.payload import estimate_payload as estimate_payload
+from mafsil.identification.preparation import read_log as read_log
 from mafsil.identification.result import Identification as Identification

@@ -1,4 +1,7 @@
-"""Logs made ready for fitting: opened, checked against the robot, smoothed."""
+"""Logs made ready for fitting: opened, checked against the robot, smoothed.
+
+Logs in CSV files: named columns in any order, and a complaint that names the line.
+"""
 
 from __future__ import annotations
 
@@ -7,13 +10,16 @@ from os import PathLike
 import numpy as np
 
 from mafsil.arrays import positive
+from mafsil.csv_table import CsvTable, read_csv_table
 from mafsil.identification.log import MotionLog, log_of
-from mafsil.identification.log_file import read_log
 from mafsil.identification.remark import Remark
 from mafsil.identification.smoothing import SmoothMotion, band_of, filtered, half_window, kernels, smooth_motions
 from mafsil.identification.tolerances import NO_EFFORT, PART_OF_BAND
-from mafsil.robot import Robot
+from mafsil.model.loading import RobotLike
+from mafsil.robot import Robot, as_robot
 
+SIGNALS = ("q", "tau", "qd", "qdd")
+"""What a log may hold of every joint; the first two it must."""
 Log = MotionLog | str | PathLike[str]
 """A log, or the file that holds it. Recordings of simulations count as logs too."""
 SAME_RATES = 0.05
@@ -51,3 +57,45 @@ def _rate_mismatch(log: MotionLog, band: float) -> float:
     size = np.sqrt((derived**2).mean(axis=0))
     moving = size > PART_OF_BAND * max(float(size.max()), NO_EFFORT)
     return float((np.sqrt(((derived - measured) ** 2).mean(axis=0))[moving] / size[moving]).max(initial=0.0))
+
+
+def read_log(path: str | PathLike[str], robot: RobotLike, *, degrees: bool = False) -> MotionLog:
+    """A log from a CSV file with a heading line; columns in any order, others are passed over.
+
+    `t` [s]; for every joint `q[NAME]` [rad | m] and `tau[NAME]` [N m | N], and if recorded `qd[NAME]` and `qdd[NAME]`.
+    Instead of names, joints may be numbered from 1 in the robot's order: `q1`, `q_1` or `q[1]`.
+
+    Args:
+        path: of the file; comma, semicolon or tab between columns.
+        robot: whose joints they are.
+        degrees: whether revolute joints are in degrees, their rates and accelerations too.
+
+    Raises:
+        FileError: no such file, missing columns, a cell that is no number, times that do not increase; the line is
+            named.
+    """
+    arm = as_robot(robot)
+    recorded = read_csv_table(path)
+    places = _places(recorded, arm)
+    needed = sorted({k for group in places.values() for k in group})
+    where = {column: k for k, column in enumerate(needed)}
+    values = recorded.numbers(needed)
+    arrays = {name: values[:, [where[k] for k in group]] for name, group in places.items()}
+    if degrees:
+        revolute = arm.mechanism.angular
+        for name in ("q", "qd", "qdd"):
+            if name in arrays:
+                arrays[name] = np.where(revolute, np.radians(arrays[name]), arrays[name])
+    times = arrays.pop("t")[:, 0]
+    recorded.require_increasing(times)
+    return MotionLog(t=times, source=recorded.file, lines=np.array(recorded.lines, dtype=np.int64), **arrays)
+
+
+def _places(recorded: CsvTable, robot: Robot) -> dict[str, list[int]]:
+    """Columns of time and of every signal, joints in the robot's order."""
+    places = {"t": [recorded.time_column()]}
+    for signal in SIGNALS:
+        found = recorded.joint_columns(signal, robot.joint_names, required=signal in SIGNALS[:2])
+        if found is not None:
+            places[signal] = found
+    return places

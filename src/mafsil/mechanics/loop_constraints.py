@@ -10,6 +10,10 @@ both axes of a universal joint, none. Only the row of a universal joint moves in
 the parent and s on the child.
 
 Reference: Featherstone, Rigid Body Dynamics Algorithms, ch. 8.
+
+How one body moves against another: screws of the joints between them, seen from a frame of the first.
+
+Only the joints between count: what both bodies have in common towards the base moves neither against the other.
 """
 
 from __future__ import annotations
@@ -21,7 +25,7 @@ import numpy as np
 
 import mafsil.expression as ex
 from mafsil.arrays import Floats
-from mafsil.mechanics.body_tree import BodyTree, lumped
+from mafsil.mechanics.body_tree import Attachment, BodyTree, lumped
 from mafsil.mechanics.frame_choice import in_chosen_frames
 from mafsil.mechanics.placement import (
     Expression,
@@ -29,14 +33,15 @@ from mafsil.mechanics.placement import (
     attached,
     constant,
     placements,
+    pose_outward,
     world_placements,
 )
 from mafsil.mechanics.quantities.energy import kinetic_energy, potential_energy
 from mafsil.mechanics.quantities.inverse_dynamics import inverse_dynamics
+from mafsil.mechanics.quantities.jacobian import joint_screw
 from mafsil.mechanics.quantities.link_motion import BodyMotion, outward_motion
 from mafsil.mechanics.quantities.mass_matrix import mass_matrix
 from mafsil.mechanics.regrouping import regrouped
-from mafsil.mechanics.relative_screws import relative_screws
 from mafsil.model import Joint, JointKind, Mechanism
 
 
@@ -234,3 +239,38 @@ def _gap(joint: Joint, R_cp: Expression, p_cp: Expression) -> tuple[Expression, 
         angle = ex.atan2(ex.dot(second, R_cp.T @ first), ex.dot(first, R_cp.T @ first))
         gap = ex.vertcat(gap[:-1], gap[-1] - joint.pitch * angle)
     return gap, facing
+
+
+def relative_screws(
+    tree: BodyTree, steps: Sequence[Placement], frame: Attachment, body: int
+) -> tuple[Expression, Expression, Expression]:
+    """J (6, n) with V = J qd, the twist of an attached frame {c} against a body {b}, in {c}; and R_cb, p_cb.
+
+    1. Inward from {c} to the body that both have in common: a joint there adds its screw.
+    2. Outward to {b}: a joint there takes its screw away.
+
+    Args:
+        tree: of the bodies.
+        steps: pose of each body in its parent.
+        frame: {c}.
+        body: index of {b}.
+    """
+    inward, outward = tree.path(frame.body), tree.path(body)
+    shared = sum(1 for a, b in zip(inward, outward, strict=False) if a == b)
+    columns: list[Expression] = [ex.zeros(6, 1) for _ in range(tree.n)]
+
+    def add(i: int, sign: float, z: Expression, moment: Expression) -> None:
+        own = tree.bodies[i]
+        columns[own.coordinate] = columns[own.coordinate] + sign * own.multiplier * joint_screw(own, z, moment)
+
+    # 1.
+    R, p = constant(frame.R), constant(frame.p)
+    for i in reversed(inward[shared:]):
+        add(i, 1.0, R[2, :].T, R.T @ ex.vertcat(-p[1], p[0], 0))
+        R, p = ex.horzcat(*(steps[i].to_parent(R[:, k]) for k in range(3))), steps[i].offset + steps[i].to_parent(p)
+    # 2.
+    R, p = R.T, -(R.T @ p)
+    for i in outward[shared:]:
+        R, p = pose_outward(steps[i], R, p)
+        add(i, -1.0, R[:, 2], ex.cross(p, R[:, 2]))
+    return (ex.horzcat(*columns) if columns else ex.zeros(6, 0)), R, p

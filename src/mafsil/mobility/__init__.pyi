@@ -8,10 +8,10 @@ from mafsil.mobility.actuation import Actuation as Actuation
 from mafsil.mobility.actuation import actuation as actuation
 from mafsil.mobility.actuation import locked_mobility as locked_mobility
 from mafsil.mobility.actuation import mobility_with_locked_joints as mobility_with_locked_joints
-from mafsil.mobility.assembly import AssemblyModes as AssemblyModes
-from mafsil.mobility.assembly import assembly_modes as assembly_modes
+from mafsil.mobility.assembly_existence import AssemblyModes as AssemblyModes
 from mafsil.mobility.assembly_existence import Existence as Existence
 from mafsil.mobility.assembly_existence import assembled as assembled
+from mafsil.mobility.assembly_existence import assembly_modes as assembly_modes
 from mafsil.mobility.assembly_existence import can_assemble as can_assemble
 from mafsil.mobility.components import ConfigurationCurves as ConfigurationCurves
 from mafsil.mobility.components import configuration_curves as configuration_curves
@@ -53,7 +53,7 @@ from mafsil.mobility.surface import trace_surface as trace_surface
 from mafsil.mobility.surfaces import ConfigurationSurfaces as ConfigurationSurfaces
 from mafsil.mobility.surfaces import configuration_surfaces as configuration_surfaces
 from mafsil.mobility.synthesis.answers import Synthesis as Synthesis
-from mafsil.mobility.synthesis.function import synthesise_function as synthesise_function
+from mafsil.mobility.synthesis.function_task import synthesise_function as synthesise_function
 from mafsil.mobility.synthesis.motion import synthesise_motion as synthesise_motion
 from mafsil.mobility.synthesis.path import synthesise_path as synthesise_path
 from mafsil.mobility.tracing import Trace as Trace

@@ -1,24 +1,31 @@
-"""Whether the links of a linkage can meet in all its joints: found, proven impossible by lengths, or not found."""
+"""Whether the links of a linkage can meet in all its joints: found, proven impossible by lengths, or not found.
+
+Ways in which a linkage can be put together while some of its joints are given: all that a search finds.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from mafsil.answer import SingleAnswer, Status
-from mafsil.arrays import Floats
-from mafsil.errors import ModelError
-from mafsil.mobility.assembly import assembly_modes
+from mafsil.answer import Answer, SingleAnswer, Status
+from mafsil.arrays import Floats, require_kind, whole
+from mafsil.errors import InputError, ModelError
+from mafsil.messages import say
+from mafsil.messages.tables import number, on_screen, table
 from mafsil.mobility.closing import least_gap
 from mafsil.mobility.linkages.drawing import drawn_at
 from mafsil.mobility.linkages.joint_kind import Kind
 from mafsil.mobility.linkages.linkage import Linkage
-from mafsil.mobility.linkages.loop_closure import closed_near
+from mafsil.mobility.linkages.loop_closure import body_poses, closed_near, units
 from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.tolerances import TYPED
 
+SAME = 1e-6
+"""Bodies that stand this near to each other (angles, lengths over the size) stand alike: ten digits after Newton."""
 SHARED_POINT = (Kind.REVOLUTE, Kind.UNIVERSAL, Kind.SPHERICAL)
 """Kinds whose place is a point of both bodies for all coordinates."""
 
@@ -141,3 +148,109 @@ class _Reason:
 
     def spoken(self, language: str | None = None) -> str:
         return self.found.explain(language)
+
+
+class AssemblyStatus(Status):
+    """Whether ways of assembly were found; a search never says that there is none."""
+
+    FOUND = ("mobility.modes_found", True)
+    NOT_FOUND = ("mobility.modes_not_found", False)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class AssemblyModes(Answer):
+    """Ways of assembly that were found; true if there are any, iterable over their coordinates.
+
+    Attributes:
+        theta: (k, F) coordinates [rad | m], angles in (-pi, pi].
+        hits: (k,) how many starts led to each; a way that only one start found says that there may be more.
+        starts: number of starts.
+        least_gap: smallest gap that was met: the distance to assembly if none was found (angle, length over size).
+    """
+
+    theta: Floats
+    hits: tuple[int, ...]
+    starts: int
+    least_gap: float
+
+    @property
+    def status(self) -> AssemblyStatus:
+        """Found or not found."""
+        return AssemblyStatus.FOUND if len(self.theta) else AssemblyStatus.NOT_FOUND
+
+    def __bool__(self) -> bool:
+        return len(self.theta) > 0
+
+    def __len__(self) -> int:
+        return len(self.theta)
+
+    def __iter__(self) -> Iterator[Floats]:
+        return iter(self.theta)
+
+    def __repr__(self) -> str:
+        head = (say("mobility.mode_head"), say("mobility.hits_head"), say("mobility.theta_head"))
+        rows = [
+            (str(k + 1), str(hits), " ".join(map(number, theta.tolist()))[:70])
+            for k, (hits, theta) in enumerate(zip(self.hits, self.theta, strict=True))
+        ]
+        return "\n".join([on_screen(self.explain()), *(table(head, rows) if rows else [])])
+
+    def explain(self, language: str | None = None) -> str:
+        """How many were found by how many starts, or how near the search came."""
+        return self.status.sentence(
+            language, count=len(self.theta), starts=self.starts, gap=self.least_gap, fewest=min(self.hits, default=0)
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "status": self.status.name.lower(), "theta": self.theta, "hits": list(self.hits), "starts": self.starts,
+            "least_gap": self.least_gap,
+        }  # fmt: skip
+
+
+@on_linkage
+def assembly_modes(
+    linkage: Linkage, given: Mapping[str, float] | None = None, *, starts: int = 256, seed: int = 0
+) -> AssemblyModes:
+    """Different ways to close all loops while some joints have given coordinates, from many random starts.
+
+    With all freedoms given the ways are isolated, and those with a basin of attraction are found soon; with freedoms
+    left over every start ends elsewhere.
+
+    Args:
+        linkage: as drawn.
+        given: coordinate by name of joints of one freedom, counted from the drawing [rad | m].
+        starts: random starts, at once.
+        seed: of the starts.
+
+    Raises:
+        InputError: a joint of several freedoms is given.
+    """
+    if given is not None:
+        require_kind("given", given, "dictionary of coordinates by name", "items")
+    count, fixed = whole("starts", starts, 1, 100_000), dict(given or {})
+    spread = np.random.default_rng(seed).uniform(-np.pi, np.pi, (count, linkage.coordinates))
+    start = spread * np.where(units(linkage) == 1.0, 1.0, linkage.size / np.pi)
+    start[0] = 0.0
+    for name, value in fixed.items():
+        columns = linkage.columns_of([name])
+        if len(columns) != 1:
+            raise InputError("mobility.one_freedom", joint=name, freedoms=len(columns))
+        start[:, columns[0]] = value
+    found = closed_near(linkage, start, fixed=fixed)
+    theta = found.theta[found.closed]
+    poses = body_poses(linkage, theta)
+    poses[..., :3, 3] /= linkage.size
+    kept: list[int] = []
+    hits: list[int] = []
+    for k in range(len(theta)):
+        same = [m for m, other in enumerate(kept) if float(np.abs(poses[k] - poses[other]).max()) < SAME]
+        if same:
+            hits[same[0]] += 1
+        else:
+            kept.append(k)
+            hits.append(1)
+    angles = np.abs(linkage.screws[:3]).max(axis=0, initial=0.0) > 0
+    modes = np.where(angles, np.angle(np.exp(1j * theta[kept])), theta[kept])
+    return AssemblyModes(modes, tuple(hits), count, float(np.min(found.gap)))

@@ -1,7 +1,16 @@
-"""Everything about the mobility of a linkage in one answer: counted, by rank, finite, and why they differ."""
+"""Everything about the mobility of a linkage in one answer: counted, by rank, finite, and why they differ.
+
+How exact the parts of a linkage must be for a motion that its very numbers do not allow: Bennett's with four digits.
+
+Where a constraint hardly counts, the linkage nearly moves: along the direction of that singular value the loops are
+held as close as can be, at steps up to REACH, and the widest gap is the play that the joints need.
+
+Names of the library's mechanisms in the language of the reader; names of others as they were given.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -13,22 +22,28 @@ from mafsil.answer import SingleAnswer, Status
 from mafsil.arrays import Floats, not_negative
 from mafsil.errors import InputError
 from mafsil.messages import say
+from mafsil.messages.catalogue import keys
 from mafsil.mobility.actuation import Actuation, ActuationStatus, actuation
 from mafsil.mobility.assembly_existence import assembled
-from mafsil.mobility.exactness import Exactness, exactness
+from mafsil.mobility.blocks import blocks
 from mafsil.mobility.finite import FiniteMobility, FiniteStatus, finite_mobility, mobility_around
 from mafsil.mobility.four_bar import four_bar_of
 from mafsil.mobility.gruebler import GrueblerCount, gruebler
 from mafsil.mobility.instantaneous import IdleFreedom, InstantaneousMobility, instantaneous
 from mafsil.mobility.linkages.linkage import Linkage
-from mafsil.mobility.linkages.loop_closure import largest_gap, loop_state
+from mafsil.mobility.linkages.loop_closure import configuration, largest_gap, loop_equations, loop_state, misfit, units
 from mafsil.mobility.linkages.mechanism_linkage import LinkageLike, as_linkage
 from mafsil.mobility.on_linkage import on_linkage
 from mafsil.mobility.redundancy import RedundantConstraints, redundancy
-from mafsil.mobility.spoken_name import spoken_name
 from mafsil.mobility.structure import Structure, structure
-from mafsil.mobility.tolerances import CLOSED, ROUNDED
+from mafsil.mobility.tolerances import CLOSED, RANK, ROUNDED
 from mafsil.solvers.decompositions import ranks
+from mafsil.solvers.null_ways import STEPS, solved_in_planes
+
+NEARLY = 2e-3
+"""Singular values up to this share of the largest are tried: a play of a thousandth of the size would free them."""
+MOST = 6
+"""Directions tried in each block of loops."""
 
 
 class MobilityStatus(Status):
@@ -251,3 +266,69 @@ def body_rates(linkage: Linkage, driven: str, bodies: Iterable[str], theta: Arra
     spins = (np.abs(linkage.screws[:3]).max(axis=0) > 0) * np.sign(linkage.screws[2]) * values
     rows = [linkage.paths[linkage.bodies.index(body)][linkage.joint_of] for body in bodies]
     return np.array([float(row @ spins) for row in rows])
+
+
+@dataclass(frozen=True)
+class Exactness:
+    """A further motion, and how exact parts must be to have it.
+
+    Attributes:
+        joints: names of those that move most in it, up to three.
+        length: largest gap of a loop along it, at each of its joints alike [m].
+    """
+
+    joints: tuple[str, ...]
+    length: float
+
+
+@on_linkage
+def exactness(linkage: Linkage, theta: ArrayLike | None = None) -> tuple[Exactness, ...]:
+    """Motions that parts allow which are exact to a length only, the one that needs least play first.
+
+    Args:
+        linkage: as drawn.
+        theta: (F,) closed configuration [rad | m].
+    """
+    value = configuration(linkage, theta)
+    found = [one for each in blocks(linkage)[0] for one in _of_block(each.linkage, value[each.columns])]
+    return tuple(sorted(found, key=lambda one: one.length))
+
+
+def _of_block(linkage: Linkage, value: Floats) -> list[Exactness]:
+    u, equations = value / units(linkage), loop_equations(linkage)
+    _, s, Vt = np.linalg.svd(equations(u[None])[1][0])
+    share = s / max(float(s.max(initial=0.0)), np.finfo(np.float64).tiny)
+    few = [k for k in range(len(s) - 1, -1, -1) if RANK < share[k] <= NEARLY][:MOST]
+    return [Exactness(_movers(linkage, Vt[k]), _play(linkage, u, Vt[k])) for k in few]
+
+
+def _play(linkage: Linkage, u: Floats, direction: Floats) -> float:
+    """Widest gap [m] on the way along a direction, both ways."""
+    equations, widest = loop_equations(linkage), 0.0
+    both = np.array([direction, -direction])
+    here, before = u + STEPS[0] * both, float(STEPS[0])
+    for step in STEPS.tolist():
+        ahead = u + (here - u) * (step / before)
+        here, _ = solved_in_planes(equations, ahead, both[:, None], step, np.inf)
+        widest, before = max(widest, float(misfit(linkage, here * units(linkage)).max())), step
+    return widest
+
+
+def _movers(linkage: Linkage, direction: Floats) -> tuple[str, ...]:
+    of_joint = np.array([np.abs(direction[linkage.joint_of == k]).max(initial=0.0) for k in range(len(linkage.joints))])
+    most = np.argsort(-of_joint, kind="stable")[:3]
+    return tuple(linkage.joints[int(k)].name for k in most)
+
+
+def spoken_name(name: str, language: str | None = None) -> str:
+    """The name of a linkage as sentences and pictures say it; a dash where it has none.
+
+    Args:
+        name: as the linkage has it, such as `four-bar` or `chain of 7`.
+        language: `en` or `ar`; the current one if None.
+    """
+    numbers = re.findall(r"(?<![\w-])\d+(?![\w-])", name)
+    key = re.sub(r"[^a-z0-9]+", "_", re.sub(r"(?<![\w-])\d+(?![\w-])", "n", name).lower())
+    if len(numbers) > 1 or key not in keys("en", "mechanisms"):
+        return name or "-"
+    return say(f"mechanisms.{key}", language=language, n=numbers[0] if numbers else "")

@@ -12,7 +12,7 @@ from mafsil.parallel.closed_answers import ClosedConfigurations as ClosedConfigu
 from mafsil.parallel.closed_chain import ClosedChain as ClosedChain
 from mafsil.parallel.closed_motion import ClosedMotion as ClosedMotion
 from mafsil.parallel.closed_motion import simulate_closed as simulate_closed
-from mafsil.parallel.closed_pose_answer import ClosedPoses as ClosedPoses
+from mafsil.parallel.closed_poses import ClosedPoses as ClosedPoses
 from mafsil.parallel.closed_poses import closed_inverse_kinematics as closed_inverse_kinematics
 from mafsil.parallel.closure import DrivenRates as DrivenRates
 from mafsil.parallel.closure import driven_rates as driven_rates
@@ -30,8 +30,8 @@ from mafsil.parallel.loop_singularity import LoopSingularities as LoopSingularit
 from mafsil.parallel.loop_singularity import LoopSingularity as LoopSingularity
 from mafsil.parallel.loop_singularity import good_motors as good_motors
 from mafsil.parallel.planar.five_bar import FiveBar as FiveBar
+from mafsil.parallel.planar.five_bar import PlanarChain as PlanarChain
 from mafsil.parallel.planar.parallel_cranks import ParallelCranks as ParallelCranks
-from mafsil.parallel.planar.planar_chain import PlanarChain as PlanarChain
 from mafsil.parallel.planar.planar_legs import PlanarThreeRPR as PlanarThreeRPR
 from mafsil.parallel.planar.planar_legs import PlanarThreeRRR as PlanarThreeRRR
 from mafsil.parallel.platforms.delta import DeltaRobot as DeltaRobot

@@ -3,6 +3,8 @@
 1. From the start itself.
 2. While it stays open, from starts ever farther away, a few at a time: of those that close, the nearest in its round.
 3. Of rows that never closed the one that gapes least, made to gape still less by least squares.
+
+How near loops come to closing where they cannot: the distance to what is feasible, found by least squares.
 """
 
 from __future__ import annotations
@@ -10,11 +12,17 @@ from __future__ import annotations
 import numpy as np
 
 from mafsil.arrays import Booleans, Floats, Integers, JointVector
+from mafsil.model import JointKind
 from mafsil.parallel import closed_terms
 from mafsil.parallel.closed_answers import ClosedConfigurations
 from mafsil.parallel.closed_terms import LoopConditions
-from mafsil.parallel.least_gap import least_open, widest_loop
+from mafsil.solvers import levenberg_marquardt
 
+ROTATIONS = {
+    JointKind.FIXED: 3, JointKind.PRISMATIC: 3, JointKind.REVOLUTE: 2, JointKind.HELICAL: 2, JointKind.CYLINDRICAL: 2,
+    JointKind.UNIVERSAL: 1, JointKind.SPHERICAL: 0, JointKind.PLANAR: 2,
+}  # fmt: skip
+"""Directions about which a joint does not let its child rotate: the first rows of its loop."""
 CLOSED = 1e-13
 """Gap over the size of the mechanism, or in radians, at which a loop is closed: some hundred roundings."""
 TYPED = 1e-9
@@ -148,3 +156,43 @@ def _widest(
         best[row] = least_open(chain, best[row], free)
         error[row] = float(closed_terms.error_of(chain.terms(best[row])))
     return widest_loop(chain, best[row])
+
+
+def least_open(chain: LoopConditions, q: JointVector, free: Integers) -> JointVector:
+    """(n,) coordinates near q at which the loops gape least: squares of angles, and of lengths over the size.
+
+    Newton's method asks for loops that close; where they cannot it wanders, and its gap says nothing.
+
+    Args:
+        chain: with loops.
+        q: (n,) where the search begins [rad | m].
+        free: indices of the coordinates that may change.
+    """
+    lengths = np.concatenate([np.repeat([1.0, chain.size], split) for split in _splits(chain)])
+
+    def gaps(x: Floats) -> tuple[Floats, Floats]:
+        here = q.copy()
+        here[free] = x * chain.unit[free]
+        found = chain.terms(here)
+        return found.gap / lengths, found.J[:, free] * chain.unit[free] / lengths[:, None]
+
+    nearest = q.copy()
+    nearest[free] = levenberg_marquardt(gaps, q[free] / chain.unit[free]).value * chain.unit[free]
+    return nearest
+
+
+def widest_loop(chain: LoopConditions, q: JointVector) -> tuple[str, float, float]:
+    """The loop that gapes most at coordinates (n,), and by how much [m], [rad]."""
+    first, gap, loop = 0, chain.terms(q).gap, int(chain.loop_errors(q).argmax())
+    for rotations, shifts in _splits(chain)[:loop]:
+        first += rotations + shifts
+    rotations, shifts = _splits(chain)[loop]
+    own = gap[first : first + rotations + shifts]
+    distance, angle = float(np.linalg.norm(own[rotations:])), float(np.linalg.norm(own[:rotations]))
+    return chain.robot.mechanism.loops[loop].name, distance, angle
+
+
+def _splits(chain: LoopConditions) -> list[tuple[int, int]]:
+    """For each loop its numbers of rows about and along directions."""
+    kinds = [loop.kind for loop in chain.robot.mechanism.loops]
+    return [(ROTATIONS[kind], 6 - kind.freedoms - ROTATIONS[kind]) for kind in kinds]

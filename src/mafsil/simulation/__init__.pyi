@@ -28,7 +28,7 @@ from mafsil.simulation.mujoco_plant import MuJoCoPlant as MuJoCoPlant
 from mafsil.simulation.plant import Plant as Plant
 from mafsil.simulation.recording import Recording as Recording
 from mafsil.simulation.rigid_plant import RigidPlant as RigidPlant
-from mafsil.simulation.rigid_surface import RigidSurface as RigidSurface
+from mafsil.simulation.rigid_plant import RigidSurface as RigidSurface
 from mafsil.simulation.scenario import Scenario as Scenario
 from mafsil.simulation.stepping import INTEGRATORS as INTEGRATORS
 from mafsil.simulation.stepping import suitable_integrator as suitable_integrator

@@ -3,22 +3,29 @@
 1. A step of the integrator with the accelerations of the closed chain.
 2. Newton's method takes the coordinates back to closed loops by the shortest step.
 3. Rates lose what would open the loops, with the least kinetic energy.
+
+One integration step of a closed chain as one kernel: accelerations, the step, and closed loops at its end.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from mafsil import parallel
+from mafsil import kernels, parallel
 from mafsil.arrays import Floats, JointVector, Vector6, as_batch
 from mafsil.errors import InputError
+from mafsil.kernels import Port, Signature
 from mafsil.kernels.lazy import lazy
 from mafsil.lazy_module import lazily
-from mafsil.simulation.closed_step import step_kernel
+from mafsil.mechanics.friction import SMOOTHING
+from mafsil.mechanics.loop_terms import Holding, Loop
+from mafsil.model import Mechanism
+from mafsil.model.fingerprint import fingerprint, friction_fingerprint
 from mafsil.simulation.plant import Plant
 from mafsil.simulation.rigid_plant import RigidPlant
 from mafsil.simulation.stepping import IMPLICIT_FRICTION, MOST_EVALUATIONS, Stepper, by_secants
@@ -26,17 +33,19 @@ from mafsil.solvers import method, second_order
 from mafsil.solvers.integrate import State, Step
 
 if TYPE_CHECKING:
+    import mafsil.mechanics.held_plant as held_plant
     import mafsil.parallel.closed_compiled as closed_compiled
     import mafsil.simulation.mujoco_plant as mujoco_plant
     import mafsil.simulation.rigid_stepper as rigid_stepper
+    from mafsil.kernels import Kernel
+    from mafsil.parallel import ClosedChain
+    from mafsil.robot import Robot
 else:
     closed_compiled = lazily("mafsil.parallel.closed_compiled")
     rigid_stepper = lazily("mafsil.simulation.rigid_stepper")
     mujoco_plant = lazily("mafsil.simulation.mujoco_plant")
+    held_plant = lazily("mafsil.mechanics.held_plant")
 
-if TYPE_CHECKING:
-    from mafsil.parallel import ClosedChain
-    from mafsil.robot import Robot
 
 STARTS_OPEN = 1e-6
 """Gap over the size beyond which a start is refused instead of closed."""
@@ -234,3 +243,37 @@ def stepper_of(plant: Plant, name: str, step: float) -> Stepper:
             return rigid_stepper.RigidStepper(plant, name, step)
         case _:
             return Stepper(plant, name, step)
+
+
+def step_kernel(
+    mechanism: Mechanism, holding: Holding, scheme: tuple[object, ...], *, friction: bool, pushed: bool
+) -> Kernel:
+    """The kernel of `mafsil.mechanics.held_plant.step_function`.
+
+    Args:
+        mechanism: with loops.
+        holding: how they hold it.
+        scheme: of the integrator, see `Loop`.
+        friction: whether joints lose effort to it.
+        pushed: whether something pushes the tip.
+    """
+    n, push = mechanism.n, {"push": (6,)} if pushed else {}
+    loop = Loop(
+        plant=mechanism, terms=(), shown=mechanism, scheme=scheme, substeps=1, friction=SMOOTHING if friction else None,
+        pushed=pushed, noisy=False, saturated=False, integrates=False, holding=holding,
+    )  # fmt: skip
+    rubbing = friction_fingerprint(mechanism) if friction else ""
+    inputs = {"q": (n,), "qd": (n,), "tau": (n,), "step": (), **push}
+    outputs = {"q_next": (n,), "qd_next": (n,), "error": (), "doubt": ()}
+    given, found = (tuple(Port(name, shape) for name, shape in side.items()) for side in (inputs, outputs))
+    return kernels.compile(
+        Signature("closed_step", given, found),
+        partial(_build, loop, holding),
+        key=f"closed_step {fingerprint(mechanism)} {holding} {scheme} {rubbing} {pushed}",
+        fingerprints=(kernels.fingerprint("mafsil.algebra", "mafsil.mechanics"),),
+    )
+
+
+# Its expressions are loaded only when a kernel has to be made.
+def _build(loop: Loop, holding: Holding) -> Any:
+    return held_plant.step_function(loop, holding)

@@ -1,4 +1,9 @@
-"""A studio: one robot, the windows that show it, and what Python does for them."""
+"""A studio: one robot, the windows that show it, and what Python does for them.
+
+All configurations of a pose, by every method that Python has: closed forms, elimination, search.
+
+The journal that all windows share: named lines in one order.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +17,10 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from mafsil.errors import InputError
+from mafsil.ik import Branch, SolutionSet, inverse_kinematics
 from mafsil.job import Run
 from mafsil.kernels.lazy import lazy
 from mafsil.messages import language as current_language
@@ -20,16 +28,20 @@ from mafsil.model.loading import RobotLike
 from mafsil.page.arm import Arm
 from mafsil.page.assemble import assembled, needed
 from mafsil.page.content import content
+from mafsil.page.session import Session, pose_from
 from mafsil.report.results import FILES
 from mafsil.robot import as_open_tree
 from mafsil.studio.broadcast import Broadcast
-from mafsil.studio.configurations import configurations
 from mafsil.studio.job_runner import JobRunner
-from mafsil.studio.journal import Journal
-from mafsil.studio.protocol import Changes, JobText, Nothing, Number, Pair, Pose, read
+from mafsil.studio.protocol import Changes, Drop, JobText, Nothing, Number, Pair, Pose, Put, action, read
 from mafsil.studio.recordings import Recordings
+from mafsil.studio.sentences import in_all_languages
 from mafsil.studio.server import HTML, Content, Server
 
+MOST_LINES = 20_000
+MOST_AT_ONCE = 600_000
+"""Steps of 1 ms by which one message may drive the loop on: ten minutes, some seconds of work for every window."""
+MOST_SHOWN = 64
 AREAS = ("page", "studio")
 """Of the catalogue, whose sentences the windows have."""
 MAIN = "studio/main.js"
@@ -216,3 +228,95 @@ def _views() -> Sequence[str]:
     """Paths of the views that only a studio has."""
     folder = resources.files("mafsil.studio").joinpath("views")
     return sorted(str(file) for file in folder.iterdir() if file.name.endswith(".js"))
+
+
+def configurations(arm: Arm, asked: Pose) -> Mapping[str, Any]:
+    """The configurations that bring the tip to a pose, as data for a window.
+
+    Args:
+        arm: whose tip; with fewer than six joints only the position counts.
+        asked: the pose, and where the arm is.
+
+    Raises:
+        InputError: the pose is none, or there are not as many coordinates as joints.
+    """
+    robot = arm.robot
+    if len(asked.q) != robot.n:
+        raise InputError("session.count", got=len(asked.q), wanted=robot.n)
+    T = np.array(pose_from(asked.position, asked.quaternion)).reshape(4, 4)
+    found = inverse_kinematics(robot, T, q0=np.array(asked.q), task="pose" if arm.rotates else "position")
+    assert isinstance(found, SolutionSet)
+    order = np.argsort(~found.within, kind="stable")[:MOST_SHOWN]
+    branches: tuple[Branch, ...] = found.branches
+    return {
+        "count": len(found),
+        "sentence": in_all_languages(found.explain),
+        "rows": [
+            {
+                "q": found.q[k].tolist(),
+                "within": bool(found.within[k]),
+                "residual": float(found.residual[k]),
+                **in_all_languages(branches[k].label),
+            }
+            for k in map(int, order)
+        ],
+    }
+
+
+class Journal:
+    """What has been done, line after line.
+
+    Args:
+        arm: whose actions they are.
+        broadcast: who hears of every change.
+    """
+
+    def __init__(self, arm: Arm, broadcast: Broadcast) -> None:
+        self._arm = arm
+        self._broadcast = broadcast
+        self._lines: dict[str, dict[str, Any]] = {}
+
+    def change(self, changes: Sequence[Put | Drop]) -> None:
+        """Take changes of a window: all of them, or none.
+
+        Args:
+            changes: lines put in the journal or taken back; a line that is there already is done in its place.
+
+        Raises:
+            InputError: one of them cannot be done or drives too far, or the journal is full.
+        """
+        checked = [(one.id, None if isinstance(one, Drop) else action(one, self._arm)) for one in changes]
+        with self._broadcast.lock:
+            new = {name for name, done in checked if done is not None and name not in self._lines}
+            if len(self._lines) + len(new) > MOST_LINES:
+                raise InputError("studio.journal_full", most=MOST_LINES)
+            for name, done in checked:
+                if done is not None:
+                    self._require_short(name, done)
+            for name, done in checked:
+                self._apply(name, done)
+
+    def lines(self) -> list[dict[str, Any]]:
+        """Every line with its name."""
+        with self._broadcast.lock:
+            return [{"id": name, **done} for name, done in self._lines.items()]
+
+    def replayed(self) -> Session:
+        """The arm as the windows show it, to the last bit."""
+        session = Session(self._arm.robot)
+        session.do([{"do": one["do"], "with": one["with"]} for one in self.lines()])
+        return session
+
+    def _require_short(self, name: str, done: Mapping[str, Any]) -> None:
+        """Refuse a drive that would hold every window for long; a line that grows is driven on by what it grew."""
+        before = self._lines.get(name, {}).get("with", {})
+        steps = done["with"].get("ticks", 0) - before.get("ticks", 0)
+        if steps > MOST_AT_ONCE:
+            raise InputError("studio.ticks", steps=steps, most=MOST_AT_ONCE)
+
+    def _apply(self, name: str, done: Mapping[str, Any] | None) -> None:
+        if done is not None:
+            self._lines[name] = dict(done)
+            self._broadcast.send({"kind": "put", "id": name, **done})
+        elif self._lines.pop(name, None) is not None:
+            self._broadcast.send({"kind": "drop", "id": name})

@@ -37,6 +37,7 @@ from mafsil.trajectory.paths.path_points import joint_path as joint_path
 from mafsil.trajectory.paths.path_points import tip_path as tip_path
 from mafsil.trajectory.paths.routes import compare_routes as compare_routes
 from mafsil.trajectory.profiles.double_s import double_s as double_s
+from mafsil.trajectory.profiles.double_s import synchronised as synchronised
 from mafsil.trajectory.profiles.laws import time_law as time_law
 from mafsil.trajectory.profiles.polynomial import cubic as cubic
 from mafsil.trajectory.profiles.polynomial import quintic as quintic
@@ -44,7 +45,6 @@ from mafsil.trajectory.profiles.polynomial_conditions import polynomial as polyn
 from mafsil.trajectory.profiles.polynomial_conditions import septic as septic
 from mafsil.trajectory.profiles.profile_comparison import compare_profiles as compare_profiles
 from mafsil.trajectory.profiles.sequence import sequence as sequence
-from mafsil.trajectory.profiles.side_by_side import synchronised as synchronised
 from mafsil.trajectory.profiles.straight_lines import straight_lines as straight_lines
 from mafsil.trajectory.profiles.trapezoid import trapezoid as trapezoid
 from mafsil.trajectory.splines.bspline import bspline as bspline

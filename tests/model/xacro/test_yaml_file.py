@@ -9,7 +9,7 @@ from contextlib import suppress
 import pytest
 import yaml
 
-from mafsil.model.xacro.yaml_file import LARGEST, YamlFault, parsed
+from mafsil.model.xacro.files import LARGEST, YamlFault, parsed
 from tests.budget import within
 
 DOCUMENT = """

@@ -1,7 +1,11 @@
-"""Searches as values: a plan made once for a frame and a task, and the runs over blocks of poses."""
+"""Searches as values: a plan made once for a frame and a task, and the runs over blocks of poses.
+
+Starts for searches: sampled configurations, sorted into cells by their poses, so that near ones are found fast.
+"""
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from functools import lru_cache
 from time import perf_counter
@@ -11,10 +15,21 @@ from numpy.typing import NDArray
 
 from mafsil.arrays import Floats, JointVector
 from mafsil.ik.numerical.batch_loops import resume
-from mafsil.ik.numerical.pool import Pool, pool_of
 from mafsil.ik.numerical.pose_loops import check, clean, wind
 from mafsil.ik.numerical.problem import PoseProblem
-from mafsil.ik.numerical.records import ALLOWED, GROUP, LEFT, WINNER, Plan, Search, Whole
+from mafsil.ik.numerical.records import (
+    ALLOWED,
+    FEATURE_GROUP,
+    FEATURES,
+    GROUP,
+    LEFT,
+    MOST_CELLS,
+    MOST_SAMPLES,
+    WINNER,
+    Plan,
+    Search,
+    Whole,
+)
 from mafsil.ik.numerical.search_loops import PATIENT, TRUSTED
 from mafsil.ik.numerical.task import PoseTask
 from mafsil.ik.problem import ORTHOGONALITY
@@ -23,12 +38,14 @@ from mafsil.kernels import Kernel
 from mafsil.kernels.lazy import lazy
 from mafsil.kernels.loops import Held, hold
 
+SAMPLES, CELLS = MOST_SAMPLES, MOST_CELLS
+"""More samples save steps and cost comparisons; on six- and seven-joint arms the sum is flat around these."""
+FAR = 1e15
+"""Feature of places in a group that no sample fills; its square is a number of single precision."""
 LANES = 64
 """Poses that step together: their numbers fit the first-level cache."""
-
 SLICE = 2048
 """Rounds between two looks at the clock and at the keyboard, without a time limit: some ten milliseconds."""
-
 SHORT_SLICE = 32
 """The same with a time limit: some hundred microseconds."""
 
@@ -202,3 +219,72 @@ def cached_plan(problem: PoseProblem, task: PoseTask, seed: int) -> SearchPlan:
         seed: of the sampled starts.
     """
     return plan_of(problem, task, seed)
+
+
+@dataclass(frozen=True, eq=False)
+class Pool:
+    """Uniform samples within the bounds.
+
+    Attributes:
+        samples: (m, n) sorted by cell.
+        features: float32 whose distances measure how far poses lie apart, in groups (FEATURES, FEATURE_GROUP): of the
+            cells' centres, then cell by cell, filled up with far ones.
+        first_sample, first_group: (c + 1) of every cell.
+        rotation_factor, position_factor: of the features of rotations and positions.
+    """
+
+    samples: JointVector
+    features: NDArray[np.float32]
+    first_sample: NDArray[np.int64]
+    first_group: NDArray[np.int64]
+    rotation_factor: float
+    position_factor: float
+
+    @property
+    def cells(self) -> int:
+        """How many."""
+        return len(self.first_sample) - 1
+
+
+def pool_of(problem: PoseProblem, task: PoseTask, seed: int) -> Pool:
+    """The samples of a generator's seed, in cells around some of them.
+
+    Args:
+        problem: the frame and its bounds.
+        task: what counts of a pose.
+        seed: of the random samples.
+    """
+    q = problem.sample(np.random.default_rng(seed), SAMPLES)
+    T = problem.poses(q)
+    # |R - R'| ~ sqrt(2) angle, |a - a'| ~ angle.
+    rotation_factor = float(task.rotates) * (1.0 if task.one_axis else np.sqrt(0.5))
+    position_factor = float(task.translates) / problem.length
+    features = np.zeros((SAMPLES, FEATURES))
+    if task.one_axis:
+        features[:, :3] = rotation_factor * (T[:, :3, :3] @ task.axis)
+    else:
+        features[:, :9] = rotation_factor * T[:, :3, :3].reshape(-1, 9)
+    features[:, 9:] = position_factor * T[:, :3, 3]
+    centres = features[:CELLS]
+    cell = _nearest(features, centres)
+    order = np.argsort(cell, kind="stable")
+    first_sample = np.searchsorted(cell[order], np.arange(CELLS + 1)).astype(np.int64)
+    table = features[order]
+    grouped = [_grouped(centres), *(_grouped(table[begin:end]) for begin, end in itertools.pairwise(first_sample))]
+    first_group = np.cumsum([len(each) for each in grouped])
+    factors = rotation_factor, position_factor
+    return Pool(np.ascontiguousarray(q[order]), np.concatenate(grouped), first_sample, first_group, *factors)
+
+
+def _grouped(features: Floats) -> NDArray[np.float32]:
+    """(k, FEATURES, FEATURE_GROUP) features of samples, filled up with ones that are far from everything."""
+    rows = np.full((-(-len(features) // FEATURE_GROUP) * FEATURE_GROUP, FEATURES), FAR, np.float32)
+    rows[: len(features)] = features
+    return np.ascontiguousarray(rows.reshape(-1, FEATURE_GROUP, FEATURES).transpose(0, 2, 1))
+
+
+def _nearest(features: Floats, centres: Floats) -> NDArray[np.intp]:
+    """(m,) the nearest centre of each; in parts, so that the products stay on one core."""
+    half = (centres * centres).sum(axis=1) / 2
+    parts = [(features[i : i + 128] @ centres.T - half).argmax(axis=1) for i in range(0, len(features), 128)]
+    return np.concatenate(parts)

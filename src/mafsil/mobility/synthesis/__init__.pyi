@@ -5,10 +5,10 @@ from mafsil.mobility.synthesis.burmester import burmester_curves as burmester_cu
 from mafsil.mobility.synthesis.candidate import Candidate as Candidate
 from mafsil.mobility.synthesis.dyads import Dyad as Dyad
 from mafsil.mobility.synthesis.dyads import DyadKind as DyadKind
-from mafsil.mobility.synthesis.function import synthesise_function as synthesise_function
 from mafsil.mobility.synthesis.function_task import FunctionTask as FunctionTask
 from mafsil.mobility.synthesis.function_task import StructuralError as StructuralError
 from mafsil.mobility.synthesis.function_task import chebyshev_spacing as chebyshev_spacing
+from mafsil.mobility.synthesis.function_task import synthesise_function as synthesise_function
 from mafsil.mobility.synthesis.many_poses import ManyDyads as ManyDyads
 from mafsil.mobility.synthesis.many_poses import five_pose_dyads as five_pose_dyads
 from mafsil.mobility.synthesis.motion import synthesise_motion as synthesise_motion

@@ -1,20 +1,38 @@
-"""A function y = f(x) as angles of crank and rocker: precision points by Chebyshev, and the error between them."""
+"""A function y = f(x) as angles of crank and rocker: precision points by Chebyshev, and the error between them.
+
+Function generation: four-bars whose rocker takes given angles at given angles of the crank (Freudenstein).
+
+With lengths a (crank), b (coupler), c (rocker), d (ground) and angles theta, phi of crank and rocker from the ground
+line, |C - B| = b says K1 cos phi - K2 cos theta + K3 = cos(theta - phi), with K1 = d/a, K2 = d/c and
+K3 = (a^2 - b^2 + c^2 + d^2)/(2 a c). Three pairs of angles give K1, K2, K3 by linear equations. Four leave one line
+free from which the rocker's angles count: a determinant that is a quadratic form in its cosine and sine. Five leave
+both lines free: seen from the crank the rocker is a body in five poses, and crank pin and rocker pin are a dyad of it;
+one of at most four is the ground itself, so that three linkages are left.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, require_finite, require_function, single, whole
+from mafsil.arrays import Floats, positive, real_array, require_finite, require_function, single, whole
 from mafsil.errors import InputError
 from mafsil.mobility.four_bar import FourBar
 from mafsil.mobility.spaces.planar_positions import wrapped
-from mafsil.mobility.synthesis.answers import Synthesis
+from mafsil.mobility.synthesis.answers import NOTHING, Synthesis, SynthesisStatus, outcome, ranked
 from mafsil.mobility.synthesis.candidate import Candidate
-from mafsil.mobility.synthesis.function import synthesise_function
+from mafsil.mobility.synthesis.dyads import Dyad, cranks_and_blocks
+from mafsil.mobility.synthesis.motion import dyads_through
+from mafsil.mobility.synthesis.poses import Complexes, PoseConditions, as_complex, common_pole
+from mafsil.mobility.synthesis.positions import Positions
+from mafsil.mobility.synthesis.tolerances import SAME_POSE, SINGULAR_PENCIL
+
+SAME_GROUND = 1e-3
+"""A dyad nearer to the fixed pivots is the ground: an ill-conditioned root keeps three digits at least."""
 
 
 def chebyshev_spacing(lower: float, upper: float, count: int) -> Floats:
@@ -147,3 +165,128 @@ def _rocker_angle(one: Candidate, theta: Floats) -> Floats:
     arm = C - one.D
     assert isinstance(one.linkage, FourBar)
     return np.arctan2(arm[..., 1], arm[..., 0])
+
+
+def synthesise_function(inputs: ArrayLike, outputs: ArrayLike, *, ground: float = 1.0) -> Synthesis:
+    """Four-bars that coordinate angles of crank and rocker, with A at the origin and D at (ground, 0).
+
+    Of three pairs both angles count from the ground line; of four the rocker's count from any line; of five both do.
+    All linkages are found: at most one, two and three.
+
+    Args:
+        inputs: (N,) angles of the crank, N from 3 to 5 [rad].
+        outputs: (N,) angles of the rocker, from D to C [rad].
+        ground: distance of the fixed pivots, which sets the scale [m].
+
+    Returns:
+        All candidates, driven by the crank; good ones first.
+
+    Raises:
+        InputError: another number of angles, two equal angles of the crank, a ground that is not positive.
+    """
+    theta = real_array("inputs", inputs)
+    if theta.ndim != 1 or not 3 <= len(theta) <= 5:
+        raise InputError("synthesis.angle_count", got=theta.shape, least=3, most=5)
+    theta, phi = single("inputs", inputs, theta.shape), single("outputs", outputs, theta.shape)
+    for k in range(len(theta)):
+        same = np.flatnonzero(np.abs(wrapped(theta[:k] - theta[k])) <= SAME_POSE)
+        if len(same):
+            raise InputError("synthesis.same_timing", first=int(same[0]) + 1, second=k + 1)
+    g, task = positive("ground", ground), np.column_stack([theta, phi])
+    if len(theta) == 5:
+        return _five(theta, phi, g)
+    shifts = [0.0] if len(theta) == 3 else _rocker_lines(theta, phi)
+    if any(_is_free(theta, phi + shift) for shift in shifts or [0.0]):
+        return Synthesis(SynthesisStatus.INFINITE, "function", NOTHING, task, (), None, "", {"ground": g})
+    solved = [(K, shift) for shift in shifts for K in _ratios(theta, phi + shift)]
+    batches = [one for K, shift in solved if (one := _linkage(K, theta, phi + shift, g)) is not None]
+    ranking = ranked(batches, g, either_side=False)
+    method = "function_by_three" if len(theta) == 3 else "function_by_four"
+    return Synthesis(outcome(ranking), "function", ranking, task, (), None, method, {"real": len(solved), "ground": g})
+
+
+def _is_free(theta: Floats, phi: Floats) -> bool:
+    """Whether the pairs fit Freudenstein's equation with more than one choice of ratios, as equal angles do."""
+    rows = np.stack([np.cos(phi), -np.cos(theta), np.ones(len(theta)), np.cos(theta - phi)], axis=1)
+    first, whole = (np.linalg.svd(each, compute_uv=False) > SAME_POSE for each in (rows[:, :3], rows))
+    return bool(first.sum() < 3 and whole.sum() == first.sum())
+
+
+def _ratios(theta: Floats, phi: Floats) -> list[Floats]:
+    """(K1, K2, K3) of Freudenstein's equation, or none if the pairs do not determine them."""
+    rows = np.stack([np.cos(phi), -np.cos(theta), np.ones(len(theta))], axis=1)
+    s = np.linalg.svd(rows, compute_uv=False)
+    if s[-1] < SINGULAR_PENCIL * s[0]:
+        return []
+    return [np.asarray(np.linalg.lstsq(rows, np.cos(theta - phi), rcond=None)[0], dtype=np.float64)]
+
+
+def _rocker_lines(theta: Floats, phi: Floats) -> list[float]:
+    """Angles modulo pi that, added to those of the rocker, make four equations of Freudenstein depend on each other."""
+    middle = np.stack([np.cos(theta), np.ones(4)], axis=1)
+    first = np.cos(phi), -np.sin(phi)
+    last = np.cos(theta - phi), np.sin(theta - phi)
+
+    def det(i: int, k: int) -> float:
+        return float(np.linalg.det(np.column_stack([first[i], middle, last[k]])))
+
+    square, mixed, other = det(0, 0), det(0, 1) + det(1, 0), det(1, 1)  # C^2, C S, S^2
+    size = max(abs(square), abs(mixed), abs(other))
+    root = mixed**2 - 4 * square * other
+    if size < SINGULAR_PENCIL or root < -SINGULAR_PENCIL * size**2:
+        return []
+    half = -(mixed + np.copysign(np.sqrt(max(root, 0.0)), mixed)) / 2
+    lines = [float(np.arctan2(half, other)), float(np.arctan2(square, half))]
+    return lines if abs(np.sin(lines[0] - lines[1])) > SAME_POSE else lines[:1]
+
+
+def _linkage(K: Floats, theta: Floats, phi: Floats, ground: float) -> Positions | None:
+    """The linkage of Freudenstein's ratios; None if a length is infinite or the coupler's is not real.
+
+    Args:
+        K: (3,) ratios; a negative length is an arm on the other side of its pivot.
+        theta, phi: (N,) angles from the ground line.
+        ground: distance of the pivots [m].
+    """
+    if min(abs(K[0]), abs(K[1])) < SINGULAR_PENCIL:
+        return None
+    a, c = ground / K[0], ground / K[1]
+    if a * a + c * c + ground * ground - 2 * a * c * K[2] <= 0.0:
+        return None
+    return _between(a * np.exp(1j * theta)[None], ground + c * np.exp(1j * phi)[None], ground)
+
+
+def _between(B: Complexes, C: Complexes, ground: float) -> Positions:
+    """Four-bars (k, N) over a ground from the origin along x [m]."""
+    count = len(B)
+    A, D = np.zeros(count, dtype=np.complex128), np.full(count, ground, dtype=np.complex128)
+    return Positions(A, B, C, D, np.zeros((count, 3)))
+
+
+def _five(theta: Floats, phi: Floats, ground: float) -> Synthesis:
+    """Five pairs: dyads of the rocker's poses as seen from the crank, without the ground."""
+    task = np.column_stack([theta, phi])
+    D = ground * np.exp(-1j * theta)
+    conditions = PoseConditions.of(np.stack([D.real, D.imag, phi - theta], axis=1))
+    details: dict[str, Any] = {"ground": ground}
+    if common_pole(conditions) is not None:
+        return Synthesis(SynthesisStatus.INFINITE, "function", NOTHING, task, (), None, "", details)
+    dyads, _, infinite = dyads_through(conditions, 0)
+    if infinite:
+        return Synthesis(SynthesisStatus.INFINITE, "function", NOTHING, task, (), None, "", details)
+    pins = _without_ground(cranks_and_blocks(dyads)[0], ground)
+    on_crank, on_rocker = (
+        as_complex(np.array([getattr(one, name) for one in pins]).reshape(-1, 2)) for name in ("pivot", "point")
+    )
+    B = on_crank[:, None] * np.exp(1j * theta)
+    C = ground + on_rocker[:, None] * np.exp(1j * phi)
+    ranking = ranked([_between(B, C, ground)], ground, either_side=False)
+    details["real"] = len(pins)
+    return Synthesis(outcome(ranking), "function", ranking, task, tuple(pins), None, "function_by_five", details)
+
+
+def _without_ground(dyads: list[Dyad], ground: float) -> list[Dyad]:
+    """The dyads without the one from A to D: that whose pins lie nearest to the fixed pivots."""
+    gaps = [float(np.abs(np.append(one.pivot, one.point)).max()) for one in dyads]
+    nearest = int(np.argmin(gaps)) if gaps else 0
+    return [one for k, one in enumerate(dyads) if k != nearest or gaps[k] > SAME_GROUND * ground]

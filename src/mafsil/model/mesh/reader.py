@@ -1,20 +1,84 @@
-"""Chooses the reader by the file's name; every refusal is a FileError with the reason."""
+"""Chooses the reader by the file's name; every refusal is a FileError with the reason.
+
+MuJoCo's binary MSH: points and triangles; normals and texture coordinates are passed over.
+
+Wavefront OBJ: points and faces; polygons become fans of triangles.
+"""
 
 from __future__ import annotations
 
 import errno
+import io
+from array import array
 from collections.abc import Callable, Mapping
+from itertools import pairwise
 from pathlib import Path
 from typing import TypeVar
+
+import numpy as np
 
 from mafsil.errors import FileError
 from mafsil.model.diagnostics import shown
 from mafsil.model.mesh.collada import read_collada
-from mafsil.model.mesh.msh import read_msh
-from mafsil.model.mesh.obj import read_obj
 from mafsil.model.mesh.stl import read_stl
-from mafsil.model.mesh.surface import DEFAULT_LIMITS, MeshLimits, Surface
+from mafsil.model.mesh.surface import DEFAULT_LIMITS, MeshLimits, Surface, cleaned
 from mafsil.regular_file import whole_bytes
+
+
+def read_obj(data: bytes, limits: MeshLimits) -> Surface:
+    """The triangles of an OBJ file; textures, normals, lines and materials are ignored."""
+    points, corners = array("d"), array("q")
+    for number, line in enumerate(io.BytesIO(data), 1):
+        words = line.split()
+        if not words or words[0] not in (b"v", b"f"):
+            continue
+        try:
+            if words[0] == b"v":
+                points.extend((float(words[1]), float(words[2]), float(words[3])))
+            else:
+                _add_face(corners, words[1:], len(points) // 3)
+        except (IndexError, ValueError, OverflowError):
+            raise FileError("mesh.line", line=number) from None
+        if len(corners) > 3 * limits.faces:
+            raise FileError("mesh.too_many_faces", limit=limits.faces)
+    vertices = np.frombuffer(points, np.float64).reshape(-1, 3) if points else np.zeros((0, 3))
+    faces = np.frombuffer(corners, np.int64).reshape(-1, 3) if corners else np.zeros((0, 3), np.int64)
+    if faces.size and faces.max() >= len(vertices):
+        raise FileError("mesh.index", index=int(faces.max()) + 1, found=len(vertices))
+    return cleaned(vertices, faces)
+
+
+def _add_face(corners: array[int], words: list[bytes], known: int) -> None:
+    """One polygon as a fan; indices count from 1, or backwards from the last point if negative."""
+    polygon = [int(word.partition(b"/")[0]) for word in words]
+    indices = [index - 1 if index > 0 else known + index for index in polygon]
+    if len(indices) < 3 or min(indices) < 0 or 0 in polygon:
+        raise ValueError
+    for second, third in pairwise(indices[1:]):
+        corners.extend((indices[0], second, third))
+
+
+_HEADER = 16
+
+
+def read_msh(data: bytes, limits: MeshLimits) -> Surface:
+    """The triangles of an MSH file: four counts (points, normals, texture points, triangles), then their numbers."""
+    if len(data) < _HEADER:
+        raise FileError("mesh.cut")
+    points, normals, textures, count = (int(n) for n in np.frombuffer(data, "<i4", 4))
+    if min(points, normals, textures, count) < 0:
+        raise FileError("mesh.cut")
+    if count > limits.faces:
+        raise FileError("mesh.too_many_faces", limit=limits.faces)
+    numbers = 3 * points + 3 * normals + 2 * textures
+    if len(data) != _HEADER + 4 * (numbers + 3 * count):
+        raise FileError("mesh.count", declared=count, found=max(len(data) - _HEADER - 4 * numbers, 0) // 12)
+    vertices = np.frombuffer(data, "<f4", 3 * points, _HEADER).reshape(-1, 3).astype(np.float64)
+    faces = np.frombuffer(data, "<i4", 3 * count, _HEADER + 4 * numbers).reshape(-1, 3).astype(np.int64)
+    if faces.size and (faces.min() < 0 or faces.max() >= points):
+        raise FileError("mesh.index", index=int(faces.max()), found=points)
+    return cleaned(vertices, faces)
+
 
 T = TypeVar("T")
 _READERS: dict[str, Callable[[bytes, MeshLimits], Surface]] = {

@@ -1,21 +1,45 @@
-"""Chooses the reader by the file's name; every refusal is a FileError with the reason."""
+"""Chooses the reader by the file's name; every refusal is a FileError with the reason.
+
+Arrays of numbers in NumPy's format; the header is held against the bytes before anything is made of it.
+
+Grey pictures in PNG files: what height maps are kept in. Pillow unpacks them.
+
+Rows of numbers in text files: separated by blanks, commas, semicolons or tabs.
+"""
 
 from __future__ import annotations
 
+import io
+import math
+import struct
+import tokenize
+import zlib
+from array import array
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
+from typing import cast
 
 import numpy as np
+from numpy.lib import format as numpy_format
 
 from mafsil.arrays import Floats
 from mafsil.errors import FileError
 from mafsil.model.diagnostics import shown
 from mafsil.model.mesh.reader import read_by
-from mafsil.model.scan.npy import read_npy
 from mafsil.model.scan.ply import read_ply
-from mafsil.model.scan.png import read_png
-from mafsil.model.scan.text import read_rows
+
+SEPARATORS = b",;"
+COMMENTS = (b"#", b"//")
+WHITE = {"L": 255.0, "LA": 255.0, "I;16": 65535.0}
+"""Kinds of picture that are read -> the number of white: grey of 8 bits, with opacity, which is passed over, of 16."""
+_FAULTS = (OSError, SyntaxError, ValueError, IndexError, KeyError, TypeError, EOFError, struct.error, zlib.error)
+"""What Pillow raises at pictures that are damaged, or have no picture in them."""
+KINDS = "fiu"
+"""Kinds of numbers that are read: floating point, whole."""
+_HEADERS = {(1, 0): numpy_format.read_array_header_1_0, (2, 0): numpy_format.read_array_header_2_0}
+"""By the version of the format."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,3 +111,92 @@ def _finite(path: str | Path, values: Floats) -> Floats:
     if bad:
         raise FileError("scan.not_finite", path=shown(str(path)), count=bad)
     return np.ascontiguousarray(values)
+
+
+def read_npy(data: bytes) -> Floats:
+    """The array of an .npy file as float64.
+
+    Raises:
+        FileError: another format, no plain numbers, fewer bytes than the header says.
+    """
+    stream = io.BytesIO(data)
+    try:
+        header = _HEADERS[numpy_format.read_magic(stream)]
+        shape, by_columns, kind = header(stream)
+    except (ValueError, KeyError, TypeError, OverflowError, RecursionError, SyntaxError, tokenize.TokenError) as fault:
+        raise FileError("scan.npy", fault=" ".join(str(fault).split())[:120]) from None
+    if kind.kind not in KINDS or kind.hasobject:
+        raise FileError("scan.numbers", got=str(kind))
+    count, begin = math.prod(shape), stream.tell()
+    if min(shape, default=0) < 0 or count * kind.itemsize > len(data) - begin:
+        raise FileError("scan.cut", declared=count, found=(len(data) - begin) // max(kind.itemsize, 1))
+    flat = np.frombuffer(data, kind, count, begin).astype(np.float64)
+    return cast("Floats", flat.reshape(shape, order="F" if by_columns else "C"))
+
+
+def read_png(data: bytes, most: int) -> Floats:
+    """(rows, columns) of a grey picture, black 0, white 1; the first row is the top one.
+
+    Args:
+        data: the file.
+        most: points of the picture; one with more is refused before anything is unpacked.
+
+    Raises:
+        FileError: another format, colours, too many points, a cut or damaged file, no Pillow to read it with.
+    """
+    if find_spec("PIL") is None:
+        raise FileError("scan.no_pillow")
+    from PIL import Image
+
+    try:
+        with Image.open(io.BytesIO(data), formats=["PNG"]) as picture:
+            kind, size = picture.mode, picture.width * picture.height
+            picture.verify()  # Down to the last sum of what the file says of itself; after it nothing can be read.
+    except (*_FAULTS, Image.DecompressionBombError) as fault:
+        raise _damaged(fault) from None
+    if kind not in WHITE:
+        raise FileError("scan.grey")
+    if size > most:
+        raise FileError("scan.too_many", found=size, limit=most)
+    try:
+        with Image.open(io.BytesIO(data), formats=["PNG"]) as picture:
+            values = np.asarray(picture, dtype=np.float64)
+    except _FAULTS as fault:
+        raise _damaged(fault) from None
+    return (values if values.ndim == 2 else values[..., 0]) / WHITE[kind]
+
+
+def _damaged(fault: Exception) -> FileError:
+    words = str(fault).partition("<")[0]  # Pillow names the stream, which nobody knows.
+    return FileError("scan.png", fault=" ".join(words.split())[:120])
+
+
+def read_rows(data: bytes, most: int) -> Floats:
+    """(k, c) numbers, one row each line; empty lines, comments and one line of names at the top are passed over.
+
+    Args:
+        data: the file.
+        most: numbers that are read.
+
+    Raises:
+        FileError: rows of different lengths, a word that is no number, too many numbers.
+    """
+    numbers, width, named = array("d"), 0, False
+    for number, line in enumerate(io.BytesIO(data.removeprefix(b"\xef\xbb\xbf")), 1):
+        words = line.translate(bytes.maketrans(SEPARATORS, b"  ")).split()
+        if not words or words[0].startswith(COMMENTS):
+            continue
+        try:
+            row = [float(word) for word in words]
+        except ValueError:
+            if width or named:
+                raise FileError("scan.line", line=number) from None
+            named = True
+            continue
+        if width and len(row) != width:
+            raise FileError("scan.width", line=number, got=len(row), expected=width)
+        width = len(row)
+        numbers.extend(row)
+        if len(numbers) > most:
+            raise FileError("scan.too_many", found=len(numbers), limit=most)
+    return np.array(numbers, np.float64).reshape(-1, max(width, 1))

@@ -1,15 +1,57 @@
-"""Functions and methods that expressions may use; everything that could take long or grow is bounded."""
+"""Functions and methods that expressions may use; everything that could take long or grow is bounded.
+
+Types in expressions: the functions that make their values stand for them, as `python.str` does.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, cast
 from zlib import crc32
 
 from mafsil.model.xacro.fault import wrong
-from mafsil.model.xacro.types import NAMED, Types
 from mafsil.model.xacro.values import LARGEST_COLLECTION, LONGEST_TEXT, Function, Namespace, Value, in_order, text_of
+
+NAMED = (str, float, int, bool, complex, list, tuple, dict, set, frozenset, slice)
+_NOTHING = Function("NoneType", lambda: None)
+_CALLABLE = Function("function", lambda: None)
+
+
+@dataclass(frozen=True, slots=True)
+class Types:
+    """The types that expressions know.
+
+    Attributes:
+        functions: what stands for each of NAMED.
+    """
+
+    functions: Mapping[type, Function]
+
+    def of(self, value: Value) -> Value:
+        """The type of a value."""
+        return self.functions.get(type(value), _NOTHING if value is None else _CALLABLE)
+
+    def has(self, value: Value, kinds: Value) -> bool:
+        """Whether a value is of a type, or of one of several in a tuple."""
+        return isinstance(value, self._meant(kinds))
+
+    def contains(self, kind: Value, kinds: Value) -> bool:
+        """Whether a type is another one, or one of several in a tuple; truth values are integers."""
+        (one,) = self._meant((kind,))
+        return issubclass(one, self._meant(kinds))
+
+    def _meant(self, kinds: Value) -> tuple[type, ...]:
+        """The types of Python that functions stand for."""
+        several = cast("tuple[Value, ...]", kinds) if isinstance(kinds, tuple) else (kinds,)
+        found: dict[object, type] = {function: kind for kind, function in self.functions.items()}
+        found[_NOTHING] = type(None)
+        try:
+            return tuple(found[kind] for kind in several)
+        except (KeyError, TypeError):
+            raise wrong("a type is needed, such as python.str") from None
+
 
 _MATH = (
     "acos", "acosh", "asin", "asinh", "atan", "atan2", "atanh", "cbrt", "ceil", "copysign", "cos", "cosh", "degrees",
@@ -163,7 +205,6 @@ _CONVERSIONS |= {
     "map": _map,
     "filter": _filter,
 }
-
 METHODS: dict[tuple[type, str], Callable[..., Value]] = {
     **{
         (str, name): getattr(str, name)

@@ -2,7 +2,6 @@ from mafsil.parallel.platforms.assembly_modes import PlatformModes as PlatformMo
 from mafsil.parallel.platforms.certificate import Certificate as Certificate
 from mafsil.parallel.platforms.delta import DeltaRobot as DeltaRobot
 from mafsil.parallel.platforms.delta import Eclipse as Eclipse
-from mafsil.parallel.platforms.forward_pose import ForwardPoses as ForwardPoses
 from mafsil.parallel.platforms.nearest_lengths import NearestLengths as NearestLengths
 from mafsil.parallel.platforms.platform_modes import stewart_assembly_modes as stewart_assembly_modes
 from mafsil.parallel.platforms.platform_points import PlatformPoints as PlatformPoints
@@ -13,11 +12,12 @@ from mafsil.parallel.platforms.regular_way import ModePath as ModePath
 from mafsil.parallel.platforms.regular_way import mode_path as mode_path
 from mafsil.parallel.platforms.singular_distance import NearestSingularity as NearestSingularity
 from mafsil.parallel.platforms.singular_distance import nearest_singularity as nearest_singularity
+from mafsil.parallel.platforms.stewart import ForwardPoses as ForwardPoses
 from mafsil.parallel.platforms.stewart import StewartPlatform as StewartPlatform
-from mafsil.parallel.platforms.sylvester import eliminant as eliminant
-from mafsil.parallel.platforms.sylvester import half_angle_polynomial as half_angle_polynomial
-from mafsil.parallel.platforms.sylvester import resultant as resultant
-from mafsil.parallel.platforms.sylvester import sylvester_matrix as sylvester_matrix
-from mafsil.parallel.platforms.sylvester import trimmed as trimmed
 from mafsil.parallel.platforms.three_rps_forward import ThreeRPS as ThreeRPS
 from mafsil.parallel.platforms.three_rps_forward import ThreeRPSModes as ThreeRPSModes
+from mafsil.parallel.platforms.three_rps_forward import eliminant as eliminant
+from mafsil.parallel.platforms.three_rps_forward import half_angle_polynomial as half_angle_polynomial
+from mafsil.parallel.platforms.three_rps_forward import resultant as resultant
+from mafsil.parallel.platforms.three_rps_forward import sylvester_matrix as sylvester_matrix
+from mafsil.parallel.platforms.three_rps_forward import trimmed as trimmed

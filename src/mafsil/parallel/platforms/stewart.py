@@ -3,27 +3,31 @@
 Leg i goes from a_i on the base, in {s}, to b_i on the platform, in {b}: d_i = p + R b_i - a_i, s_i = |d_i|.
 
 References: Lynch & Park, Modern Robotics, sec. 7.1-7.2; Merlet, Parallel Robots, ch. 4.
+
+Poses of a platform found from a first guess, with how exactly every leg fits.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, as_batch, frozen, positive, radians, single, whole
+from mafsil.answer import Answer, Status
+from mafsil.arrays import Booleans, Floats, Integers, as_batch, frozen, positive, radians, single, whole
 from mafsil.errors import InputError
 from mafsil.geometry import pose
 from mafsil.geometry.quaternion import to_quaternion
 from mafsil.lazy_module import lazily
+from mafsil.messages.tables import on_screen
 from mafsil.parallel.legs.leg_lines import forces_for, line_matrix, rates, resultant, unit_vectors
 from mafsil.parallel.platforms.assembly_modes import PlatformModes
 from mafsil.parallel.platforms.certificate import Certificate, certificate_of
-from mafsil.parallel.platforms.forward_pose import ForwardPoses
 from mafsil.parallel.platforms.platform_modes import modes_of, of_size_one, poses_of
 from mafsil.parallel.platforms.platform_paths import Start, all_poses, nearly_real, own_start
 from mafsil.parallel.platforms.start_platforms import CORRECTIONS
@@ -34,6 +38,7 @@ if TYPE_CHECKING:
     import mafsil.parallel.platforms.stewart_loops as stewart_loops
 else:
     stewart_loops = lazily("mafsil.parallel.platforms.stewart_loops")
+
 
 Frame = Literal["space", "body"]
 AXES = ("x", "y", "z")
@@ -322,3 +327,66 @@ def magnitudes_of(lengths: Floats, signed: bool) -> Floats:
     if not signed and (lengths < 0).any():
         raise InputError("parallel.negative_length", value=float(lengths.min()))
     return np.abs(lengths)
+
+
+class ForwardStatus(Status):
+    """How a search for poses ended."""
+
+    FOUND = ("parallel.forward_found", True)
+    SOME = ("parallel.forward_some", False)
+    SINGULAR = ("parallel.forward_singular", False)
+    NOT_FOUND = ("parallel.forward_not_found", False)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ForwardPoses(Answer):
+    """Poses of the platform near first ones; true if all were found, iterable over the rows of the batch.
+
+    Attributes:
+        T: (*batch, 4, 4) the last poses of the search, in {s}.
+        found: (*batch,) whether every leg fits.
+        error: (*batch,) largest error of a leg [m].
+        steps: (*batch,) Newton steps.
+        pivot: (*batch,) least over largest pivot of the last step: zero at a singular pose.
+    """
+
+    T: Floats
+    found: Booleans
+    error: Floats
+    steps: Integers
+    pivot: Floats
+
+    @property
+    def status(self) -> ForwardStatus:
+        """Found everywhere, somewhere, nowhere; or stopped at a singular pose."""
+        if self.found.all():
+            return ForwardStatus.FOUND
+        if self.found.any():
+            return ForwardStatus.SOME
+        return ForwardStatus.SINGULAR if (self.pivot == 0.0).all() else ForwardStatus.NOT_FOUND
+
+    def __bool__(self) -> bool:
+        return self.status.succeeded
+
+    def __len__(self) -> int:
+        return int(self.found.size)
+
+    def __iter__(self) -> Iterator[Floats]:
+        return iter(self.T.reshape(-1, 4, 4))
+
+    def __repr__(self) -> str:
+        return on_screen(self.explain())
+
+    def explain(self, language: str | None = None) -> str:
+        """How many were found, and the largest error of a leg."""
+        return self.status.sentence(
+            language, found=int(self.found.sum()), count=self.found.size, error=float(self.error.max(initial=0.0)),
+            steps=int(self.steps.max(initial=0)),
+        )  # fmt: skip
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "status": self.status.name.lower(), "T": self.T, "found": np.asarray(self.found), "error": self.error,
+            "steps": self.steps,
+        }  # fmt: skip

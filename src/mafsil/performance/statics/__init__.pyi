@@ -1,10 +1,5 @@
 from mafsil.performance.statics.free_body import FreeBodyDiagram as FreeBodyDiagram
 from mafsil.performance.statics.free_body import free_body_diagram as free_body_diagram
-from mafsil.performance.statics.link_loads import LinkLoad as LinkLoad
-from mafsil.performance.statics.link_loads import VirtualWork as VirtualWork
-from mafsil.performance.statics.link_loads import generalized_force as generalized_force
-from mafsil.performance.statics.link_loads import holding_torque as holding_torque
-from mafsil.performance.statics.link_loads import virtual_work as virtual_work
 from mafsil.performance.statics.payload import LoadCapacity as LoadCapacity
 from mafsil.performance.statics.payload import Polytope as Polytope
 from mafsil.performance.statics.payload import force_polytope as force_polytope
@@ -12,8 +7,13 @@ from mafsil.performance.statics.payload import largest_force as largest_force
 from mafsil.performance.statics.payload import largest_payload as largest_payload
 from mafsil.performance.statics.payload import velocity_polytope as velocity_polytope
 from mafsil.performance.statics.reactions import JointReactions as JointReactions
+from mafsil.performance.statics.reactions import LinkLoad as LinkLoad
+from mafsil.performance.statics.reactions import VirtualWork as VirtualWork
+from mafsil.performance.statics.reactions import generalized_force as generalized_force
+from mafsil.performance.statics.reactions import holding_torque as holding_torque
 from mafsil.performance.statics.reactions import joint_reactions as joint_reactions
 from mafsil.performance.statics.reactions import unbalanced_links as unbalanced_links
+from mafsil.performance.statics.reactions import virtual_work as virtual_work
 from mafsil.performance.statics.tip_wrenches import PinnedArm as PinnedArm
 from mafsil.performance.statics.tip_wrenches import TipWrench as TipWrench
 from mafsil.performance.statics.tip_wrenches import in_equilibrium as in_equilibrium

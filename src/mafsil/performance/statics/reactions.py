@@ -1,18 +1,27 @@
-"""Equilibrium link by link: the wrench that every joint passes on in an arm at rest."""
+"""Equilibrium link by link: the wrench that every joint passes on in an arm at rest.
+
+Forces and couples on any links of an arm: virtual work, holding efforts, equilibrium of arms and linkages.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, JointVector, as_batch
+from mafsil.answer import SingleAnswer, Status
+from mafsil.arrays import Floats, JointVector, Vector3, Vector6, as_batch, not_negative, single
 from mafsil.errors import InputError
+from mafsil.fields import checked, vector
 from mafsil.geometry import wrench
-from mafsil.performance.statics.link_loads import LinkLoad
-from mafsil.robot import Robot, of_robot
+from mafsil.model.loading import RobotLike
+from mafsil.performance.tolerances import SMALLEST
+from mafsil.performance.velocity.jacobians import tool_jacobian
+from mafsil.performance.velocity.scaling import TOLERANCE, require_one
+from mafsil.robot import Robot, as_robot, of_robot
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,3 +136,152 @@ def _along(robot: Robot, poses: Floats, at_joint: Floats) -> JointVector:
         leader, factor = (joint.name, 1.0) if joint.mimic is None else (joint.mimic.leader, joint.mimic.multiplier)
         torque[..., index[leader]] += factor * (screw * at_joint[..., k, :]).sum(axis=-1)
     return torque
+
+
+@dataclass(frozen=True, eq=False)
+class LinkLoad:
+    """A force at a point of a link and a couple, acting ON the link.
+
+    Attributes:
+        link: its name.
+        force: (3,) [N].
+        moment: (3,) couple [N m].
+        point: (3,) where the force acts, in the link's frame [m].
+        axes: in whose axes force and moment are given: `space` or `link`.
+    """
+
+    link: str
+    force: ArrayLike = (0.0, 0.0, 0.0)
+    moment: ArrayLike = (0.0, 0.0, 0.0)
+    point: ArrayLike = (0.0, 0.0, 0.0)
+    axes: Literal["space", "link"] = field(default="space")
+    __post_init__ = checked(force=vector(3), moment=vector(3), point=vector(3))
+
+    def in_space(self, T_sl: Floats) -> tuple[Vector3, Vector3]:
+        """(*batch, 3) moment and force in the axes of {s}, the link's frame being T_sl (*batch, 4, 4)."""
+        m, f = single("moment", self.moment, (3,)), single("force", self.force, (3,))
+        if self.axes == "link":
+            return T_sl[..., :3, :3] @ m, T_sl[..., :3, :3] @ f
+        if self.axes != "space":
+            raise InputError("input.choice", name="axes", value=self.axes, known="space, link")
+        return np.broadcast_to(m, T_sl[..., :3, 3].shape), np.broadcast_to(f, T_sl[..., :3, 3].shape)
+
+    def about_origin(self, T_sl: Floats) -> Vector6:
+        """(*batch, 6) wrench (m, f) about the origin of {s}, in its axes."""
+        m, f = self.in_space(T_sl)
+        at = T_sl[..., :3, 3] + T_sl[..., :3, :3] @ single("point", self.point, (3,))
+        F = np.array(wrench.from_force(np.ascontiguousarray(at), np.ascontiguousarray(f)))
+        F[..., :3] += m
+        return F
+
+
+def generalized_force(robot: RobotLike, q: ArrayLike, loads: Sequence[LinkLoad]) -> JointVector:
+    """Q = sum of J_k' F_k: what loads on links do for each joint coordinate, by virtual work.
+
+    Args:
+        robot: the arm, its mechanism, name or path.
+        q: (*batch, n) joint coordinates [rad | m].
+        loads: on any links.
+
+    Returns:
+        (*batch, n) [N m | N]; the joints hold the loads with tau = -Q, gravity left aside.
+    """
+    robot = as_robot(robot)
+    total = np.zeros_like(as_batch("q", q, (robot.n,)))
+    for load in loads:
+        J = tool_jacobian(robot, q, frame=load.link, point=single("point", load.point, (3,)))
+        m, f = load.in_space(robot.forward_kinematics(q, frame=load.link))
+        total = total + np.einsum("...ij,...i->...j", J, np.concatenate([m, f], axis=-1))
+    return total
+
+
+def holding_torque(robot: RobotLike, q: ArrayLike, loads: Sequence[LinkLoad], *, gravity: bool = False) -> JointVector:
+    """(*batch, n) efforts that hold the arm against loads on its links: tau = -Q.
+
+    Args:
+        robot: the arm, its mechanism, name or path.
+        q: (*batch, n) joint coordinates [rad | m].
+        loads: on any links.
+        gravity: whether the arm's own weight is carried too.
+    """
+    robot = as_robot(robot)
+    gravity_efforts = robot.gravity_torque(q) if gravity else 0.0
+    return gravity_efforts - generalized_force(robot, q, loads)
+
+
+class EquilibriumStatus(Status):
+    """Whether loads do no work in any motion that the constraints allow."""
+
+    EQUILIBRIUM = ("performance.equilibrium", True)
+    NO_EQUILIBRIUM = ("performance.no_equilibrium", False)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class VirtualWork(SingleAnswer):
+    """Whether a system of bodies is in equilibrium: its loads do no work in any motion that its constraints allow.
+
+    Attributes:
+        rates: (k, n) independent joint rates that the constraints allow.
+        work: (k,) power of loads and efforts in each of them [W].
+        tolerance: largest power, over the sum of sizes, that counts as none.
+        size: sum of the sizes that cancel.
+    """
+
+    rates: Floats
+    work: Floats
+    tolerance: float
+    size: float
+
+    @property
+    def status(self) -> EquilibriumStatus:
+        """Equilibrium, if the largest power is none beside the sizes that cancel."""
+        balanced = np.abs(self.work).max(initial=0.0) <= self.tolerance * max(self.size, SMALLEST)
+        return EquilibriumStatus.EQUILIBRIUM if balanced else EquilibriumStatus.NO_EQUILIBRIUM
+
+    def explain(self, language: str | None = None) -> str:
+        """Whether it is in equilibrium, and the largest power."""
+        power = float(np.abs(self.work).max(initial=0.0))
+        return self.status.sentence(language, power=power, motions=len(self.rates))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {"status": self.status.name.lower(), "rates": self.rates, "work": self.work}
+
+
+def virtual_work(
+    robot: RobotLike,
+    q: ArrayLike,
+    loads: Sequence[LinkLoad] = (),
+    tau: ArrayLike | None = None,
+    *,
+    constraint: ArrayLike | None = None,
+    gravity: bool = False,
+    tolerance: float = 1e-9,
+) -> VirtualWork:
+    """The principle of virtual work: N' (Q + tau) = 0 for all rates N that the constraints allow.
+
+    Args:
+        robot: the arm, or the open chain of a linkage.
+        q: (n,) joint coordinates at which the constraints hold [rad | m].
+        loads: on any links.
+        tau: (n,) joint efforts; none if None.
+        constraint: (k, n) matrix A of loop constraints A qd = 0, such as the rows of `task_jacobian` that a pin holds;
+            none if None.
+        gravity: whether weights are loads too.
+        tolerance: of the sum, relative to the sizes of its terms.
+    """
+    tolerance = not_negative("tolerance", tolerance)
+    robot = as_robot(robot)
+    configuration = require_one("q", q, robot.n)
+    terms = [generalized_force(robot, configuration, [load]) for load in loads]
+    terms.append(np.zeros(robot.n) if tau is None else single("tau", tau, (robot.n,)))
+    if gravity:
+        terms.append(-robot.gravity_torque(configuration))
+    A = np.zeros((0, robot.n)) if constraint is None else np.atleast_2d(as_batch("constraint", constraint, (robot.n,)))
+    if len(A):
+        _, s, Vt = np.linalg.svd(A)
+        rates = Vt[int((s > TOLERANCE * max(float(s[0]), SMALLEST)).sum()) :]
+    else:
+        rates = np.eye(robot.n)
+    size = float(sum(np.abs(term).sum() for term in terms))
+    return VirtualWork(rates, rates @ np.sum(terms, axis=0), tolerance, size)

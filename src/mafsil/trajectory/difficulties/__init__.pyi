@@ -1,4 +1,3 @@
-from mafsil.trajectory.difficulties.detours import Detour as Detour
 from mafsil.trajectory.difficulties.diagnosis import PathDiagnosis as PathDiagnosis
 from mafsil.trajectory.difficulties.diagnosis import diagnose_path as diagnose_path
 from mafsil.trajectory.difficulties.difficulty import BranchChange as BranchChange
@@ -6,6 +5,7 @@ from mafsil.trajectory.difficulties.difficulty import FastStretch as FastStretch
 from mafsil.trajectory.difficulties.difficulty import UnreachableStretch as UnreachableStretch
 from mafsil.trajectory.difficulties.reachability import PathReach as PathReach
 from mafsil.trajectory.difficulties.reachability import reachability as reachability
+from mafsil.trajectory.difficulties.remedies import Detour as Detour
 from mafsil.trajectory.difficulties.remedies import PathRemedies as PathRemedies
 from mafsil.trajectory.difficulties.remedies import PathRemedy as PathRemedy
 from mafsil.trajectory.difficulties.remedies import suggest_path_fixes as suggest_path_fixes

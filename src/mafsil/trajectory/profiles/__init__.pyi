@@ -1,4 +1,6 @@
+from mafsil.trajectory.profiles.double_s import SideBySide as SideBySide
 from mafsil.trajectory.profiles.double_s import double_s as double_s
+from mafsil.trajectory.profiles.double_s import synchronised as synchronised
 from mafsil.trajectory.profiles.laws import LAWS as LAWS
 from mafsil.trajectory.profiles.laws import PolynomialLaw as PolynomialLaw
 from mafsil.trajectory.profiles.laws import TimeLaw as TimeLaw
@@ -16,7 +18,5 @@ from mafsil.trajectory.profiles.sequence import Sequence as Sequence
 from mafsil.trajectory.profiles.sequence import sequence as sequence
 from mafsil.trajectory.profiles.shaped_law import ShapedLaw as ShapedLaw
 from mafsil.trajectory.profiles.shaped_law import ShapedMotion as ShapedMotion
-from mafsil.trajectory.profiles.side_by_side import SideBySide as SideBySide
-from mafsil.trajectory.profiles.side_by_side import synchronised as synchronised
 from mafsil.trajectory.profiles.straight_lines import straight_lines as straight_lines
 from mafsil.trajectory.profiles.trapezoid import trapezoid as trapezoid
