@@ -17,8 +17,8 @@ from mafsil.geometry import (
     twist,
     wrench,
 )
-from mafsil.geometry.helix import helix
 from mafsil.geometry.logarithms import screws
+from mafsil.geometry.screw import helix
 from mafsil.geometry.wrist import Wrist
 from tests.acceptance.reading import cases, unread_after
 

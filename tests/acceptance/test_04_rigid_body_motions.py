@@ -20,7 +20,7 @@ from mafsil.geometry import (
     wrench,
 )
 from mafsil.geometry.axis_triples import middle_zero
-from mafsil.geometry.camera_scene import CameraScene
+from mafsil.geometry.frames import CameraScene
 from tests.acceptance.reading import cases, unread_after
 
 CASES = cases("04-rigid-body-motions.json")

@@ -12,7 +12,7 @@ import pytest
 import mafsil as mf
 from mafsil.derivation import derive_dynamics, derive_lagrange
 from mafsil.geometry import pose, wrench
-from mafsil.geometry.rotating_frame import point_acceleration
+from mafsil.geometry.relative_motion import point_acceleration
 from mafsil.mechanics.stacked_form import stacked_form
 from mafsil.model.library.planar import planar2r_point_masses
 from tests.acceptance.reading import Watched, cases, unread_after

@@ -15,9 +15,8 @@ import numpy as np
 from mafsil.kernels import target
 from mafsil.kernels.export.exported import tapes
 from mafsil.kernels.kernel import Kernel
-from mafsil.kernels.ptx.grid import host_module
+from mafsil.kernels.ptx.grid import host_module, plan
 from mafsil.kernels.ptx.program import GridProgram, device_program
-from mafsil.kernels.ptx.tiles import plan
 from mafsil.kernels.ptx.well_formed import inspect
 
 CANARY = 0x5A

@@ -11,8 +11,8 @@ import pytest
 
 import mafsil as mf
 from mafsil.kernels.layout import Port, Signature
+from mafsil.kernels.ptx.grid import SHARED_BYTES, plan
 from mafsil.kernels.ptx.program import KNOWN, GridProgram, device_program
-from mafsil.kernels.ptx.tiles import SHARED_BYTES, plan
 from mafsil.kernels.ptx.well_formed import inspect
 
 ROBOT = mf.load("panda")

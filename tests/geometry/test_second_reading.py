@@ -8,7 +8,6 @@ import pytest
 import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.geometry import (
-    acceleration,
     axis_triples,
     euler,
     length_units,
@@ -21,12 +20,13 @@ from mafsil.geometry import (
     vehicle,
     wrench,
 )
-from mafsil.geometry.camera_scene import CameraScene
+from mafsil.geometry import relative_motion as acceleration
 from mafsil.geometry.displacement_kind import DisplacementKind, classify
-from mafsil.geometry.helix import helix
+from mafsil.geometry.frames import CameraScene
 from mafsil.geometry.lines import common_normal
 from mafsil.geometry.logarithms import screws
 from mafsil.geometry.representations import POSE_CHARTS, convert
+from mafsil.geometry.screw import helix
 
 
 def motion(t):

@@ -13,7 +13,7 @@ from mafsil.errors import InputError
 from mafsil.figures.hull import draw_force_diagram, draw_hull, save_force_diagram, save_hull
 from mafsil.grasp import Contact, Grasp, eliminate, patch_contact, three_fingers, two_fingers
 from mafsil.grasp.closure import ClosureStatus
-from mafsil.grasp.counting import count_contacts
+from mafsil.grasp.closure_methods import count_contacts
 from mafsil.grasp.grasp import compare_under_load
 from mafsil.grasp.hull import convex_hull
 from mafsil.grasp.internal_forces import internal_basis, split_forces

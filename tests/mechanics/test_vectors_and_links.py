@@ -8,7 +8,7 @@ import pytest
 import mafsil as mf
 from mafsil.errors import InputError, ModelError
 from mafsil.geometry import rotation, wrench
-from mafsil.geometry.rotating_frame import point_acceleration, vector_rate
+from mafsil.geometry.relative_motion import point_acceleration, vector_rate
 from mafsil.performance import free_body_diagram, joint_torque
 
 RNG = np.random.default_rng(9)

@@ -11,7 +11,7 @@ import mafsil as mf
 import mafsil.mobility as mo
 from mafsil.mobility import Linkage, joint, library, trace_surface
 from mafsil.mobility.balls import without_balls, without_balls_at
-from mafsil.mobility.cells import cut, farthest, open_cell, owners
+from mafsil.mobility.charts import cut, farthest, open_cell, owners
 from mafsil.mobility.surface import SurfaceStatus
 from mafsil.mobility.surface_mesh import edges, is_closed, is_orientable, trimmed
 

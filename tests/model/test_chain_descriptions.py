@@ -8,10 +8,9 @@ from scipy.linalg import expm
 
 from mafsil.errors import InputError, ModelError
 from mafsil.model import Joint, Link, Mechanism, Mimic, library, mechanism_from_screws, screws, urdf
-from mafsil.model.denavit_hartenberg import DHRow, mechanism_from_dh
+from mafsil.model.denavit_hartenberg import DHRow, HayatiRow, hayati_parameters, mechanism_from_dh
 from mafsil.model.dh_from_axes import dh_from_mechanism, dh_from_screws
 from mafsil.model.exponentials import chain_to_tip
-from mafsil.model.hayati import HayatiRow, hayati_parameters
 from mafsil.model.joint import JointKind
 from mafsil.model.library import planar, textbook
 from mafsil.model.local_exponentials import (

@@ -14,7 +14,7 @@ from mafsil.errors import InputError
 from mafsil.geometry import pose
 from mafsil.model import JointKind
 from mafsil.parallel import closed_terms
-from mafsil.parallel.closed_choice import independent_rows
+from mafsil.parallel.closed_compiled import independent_rows
 from tests.parallel.closed_chains import four_bar, random_body, random_chain
 
 

@@ -18,7 +18,7 @@ import mafsil as mf
 from mafsil.robot import Robot
 from mafsil.trajectory import JointPath, MotionLimits, time_optimal
 from mafsil.trajectory.timing import TimeOptimal
-from mafsil.trajectory.timing.timing_status import TimingStatus
+from mafsil.trajectory.timing.timing_answer import TimingStatus
 from tests.reliability import figures
 
 ARMS = ("panda", "iiwa7", "ur5e", "ur10e", "puma560")

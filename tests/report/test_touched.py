@@ -11,7 +11,7 @@ from mafsil.collision import Obstacle, Plane
 from mafsil.job import Run, parse, solve
 from mafsil.report.obstacles import drawn
 from mafsil.report.touched import standing
-from mafsil.scene.patch import near_side, patch, stretch
+from mafsil.scene.inline import near_side, patch, stretch
 
 JOB = """
 robot = "planar2r"

@@ -13,7 +13,7 @@ from mafsil.trajectory import JointPath, MotionLimits, quintic, sequence, time_o
 from mafsil.trajectory.profiles import rest
 from mafsil.trajectory.splines import PiecewisePolynomial
 from mafsil.trajectory.timing import TimeOptimal
-from mafsil.trajectory.timing.timing_status import TimingStatus
+from mafsil.trajectory.timing.timing_answer import TimingStatus
 
 ALLOWED = 1e-6
 

@@ -11,7 +11,7 @@ import mafsil as mf
 from mafsil.errors import InputError
 from mafsil.trajectory import JointPath, MotionLimits, check, jerk_limited, time_optimal
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
-from mafsil.trajectory.timing.timing_status import TimingStatus
+from mafsil.trajectory.timing.timing_answer import TimingStatus
 from tests.sizes import size
 
 

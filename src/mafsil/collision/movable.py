@@ -15,7 +15,7 @@ from mafsil.collision.checker import Checker
 from mafsil.collision.joints import joints_of
 from mafsil.collision.scene import Scene
 from mafsil.lazy_module import lazily
-from mafsil.model.movable_base import PLACES, on_movable_base
+from mafsil.model.mounting import PLACES, on_movable_base
 from mafsil.robot import as_open_tree
 
 if TYPE_CHECKING:

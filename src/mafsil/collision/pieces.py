@@ -37,8 +37,8 @@ from mafsil.collision.support_loops import (
 )
 from mafsil.collision.tree_loops import Surroundings, build_tree
 from mafsil.errors import InputError
-from mafsil.model.mesh.hull import hull_corners
 from mafsil.model.mesh.reader import read
+from mafsil.model.mesh.surface import hull_corners
 from mafsil.model.shape import Box, Capsule, Cylinder, Mesh, Sphere
 
 ROUNDED = 1e-12

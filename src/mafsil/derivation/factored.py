@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections import Counter
 
+from mafsil.derivation.grouping import Part as Part
+from mafsil.derivation.grouping import evaluate as evaluate
 from mafsil.derivation.grouping import grouped, has_inertia
-from mafsil.derivation.part import Part as Part
-from mafsil.derivation.part import evaluate as evaluate
 from mafsil.derivation.polynomial import Factor, Monomial, Polynomial, Symbol, collected, rank
 
 

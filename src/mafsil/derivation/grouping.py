@@ -1,15 +1,19 @@
 """Formulas of dynamics as a person writes them: terms that share all but the mass together, one bracket a mass.
 
 (m1 + m2) L1^2 + m2 (L2^2 + 2 L1 L2 c2) rather than factors in the order of their frequency.
+
+One summand of a formula on paper: number, factors, and perhaps a bracket.
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from itertools import groupby
+from typing import Any
 
-from mafsil.derivation.part import Part
-from mafsil.derivation.polynomial import RATES, Factor, Monomial, Polynomial, Symbol, rank
+from mafsil.derivation.polynomial import RATES, Factor, Monomial, Polynomial, Symbol, Values, factor_value, rank
 
 Terms = Mapping[Monomial, float]
 
@@ -152,3 +156,30 @@ def _without(monomial: Monomial, common: Monomial) -> Monomial:
     for factor in common:
         rest.remove(factor)
     return tuple(rest)
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """One summand: number, factors, a bracket or nothing, and factors behind the bracket."""
+
+    number: float
+    factors: tuple[Factor, ...]
+    bracket: tuple[Part, ...] = ()
+    behind: tuple[Factor, ...] = ()
+
+    def evaluate(self, values: Values) -> Any:
+        """The number, or array of numbers."""
+        total: Any = self.number
+        for factor in (*self.factors, *self.behind):
+            total = total * factor_value(factor, values)
+        return total * evaluate(self.bracket, values) if self.bracket else total
+
+
+def powers(factors: tuple[Factor, ...]) -> tuple[tuple[Factor, int], ...]:
+    """Factors with how often they stand side by side."""
+    return tuple((factor, len(list(same))) for factor, same in groupby(factors))
+
+
+def evaluate(parts: tuple[Part, ...], values: Values) -> Any:
+    """The sum of the summands."""
+    return sum((part.evaluate(values) for part in parts), start=0.0)

@@ -7,10 +7,9 @@ from html import escape
 from mafsil.derivation.document import Derivation, Factors, Grid, Line, Name, Side, Step, is_matrix
 from mafsil.derivation.expression import Expression
 from mafsil.derivation.factored import Part, factored
-from mafsil.derivation.inline import with_letters
-from mafsil.derivation.letters import Glyph, factor_glyph, glyph, number_text, signed_angles
+from mafsil.derivation.grouping import powers
+from mafsil.derivation.letters import Glyph, factor_glyph, glyph, number_text, signed_angles, with_letters
 from mafsil.derivation.matrices import Entries
-from mafsil.derivation.part import powers
 from mafsil.derivation.polynomial import Factor, Polynomial, Trig
 from mafsil.derivation.text import checked_sentence, language_code, split_angle, step_sentence
 from mafsil.messages import direction, in_sentence, say

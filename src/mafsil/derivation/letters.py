@@ -1,12 +1,24 @@
-"""How letters look: names split into letter and index, sines and cosines as c_12, s_3 or in full."""
+"""How letters look: names split into letter and index, sines and cosines as c_12, s_3 or in full.
+
+Letters with an index inside sentences: z_i, T_i-1,i, J_s; every format sets them in its own way.
+"""
 
 from __future__ import annotations
 
+import re
 import unicodedata
+from collections.abc import Callable
 from typing import NamedTuple
 
 from mafsil.derivation.polynomial import Angle, Factor, Symbol
 
+_LETTER = re.compile(
+    r"(?<![A-Za-z0-9_α-ωΑ-Ω\u0307\u0308-])"
+    r"(?:(?P<letter>[A-Za-zα-ωΑ-Ω\u1e00-\u1eff][\u0307\u0308]?)"
+    r"_(?P<index>[0-9A-Za-z]+(?:[-+]1)?(?:,[0-9A-Za-z]+(?:[-+]1)?)*)(?![A-Za-z0-9_])"
+    r"|(?P<greek>[α-ω])(?P<digit>\d))"
+)
+"""A letter, Latin or Greek, perhaps with dots above, and its index; an Arabic letter may be joined to it."""
 GREEK = {
     "theta": "θ", "alpha": "α", "delta": "δ", "det": "det", "Gamma": "Γ", "tau": "τ",
     "phi": "φ", "dtheta": "θ̇", "ddtheta": "θ̈", "dq": "q̇", "ddq": "q̈",
@@ -68,3 +80,14 @@ def superscript(power: int) -> str:
 
 
 _RAISED = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def with_letters(sentence: str, plain: Callable[[str], str], letter: Callable[[str, str], str]) -> str:
+    """The sentence with every letter and index set by `letter`, everything else by `plain`."""
+    pieces: list[str] = []
+    end = 0
+    for found in _LETTER.finditer(sentence):
+        pieces.append(plain(sentence[end : found.start()]))
+        pieces.append(letter(found["letter"] or found["greek"], found["index"] or found["digit"]))
+        end = found.end()
+    return "".join([*pieces, plain(sentence[end:])])

@@ -16,10 +16,10 @@ from mafsil.errors import InputError, MafsilError
 from mafsil.grasp import loops
 from mafsil.grasp.clearance import ClearanceMotion, RestPosition, motion_within_clearance, rest_position
 from mafsil.grasp.closure import Closure, closure, conditioning, counted_out, vector
+from mafsil.grasp.closure_methods import count_contacts
 from mafsil.grasp.cone import ConeWrenches, has_round_cones
 from mafsil.grasp.contact import MOST_FACETS, Contact, force_wrench, require_one_dimension
 from mafsil.grasp.contact_closure import round_closure
-from mafsil.grasp.counting import count_contacts
 from mafsil.grasp.description import contact_data, described
 from mafsil.grasp.forces import ContactForces, resist
 from mafsil.grasp.free_motions import ContactMotion, FreeMotions, contact_motion, free_motions

@@ -1,16 +1,26 @@
-"""A description with new numbers: masses, friction, rotors, loads."""
+"""A description with new numbers: masses, friction, rotors, loads.
+
+Identified robots in files: what the format can hold, and a sentence for what it cannot.
+"""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
 from mafsil.arrays import Floats
+from mafsil.identification.remark import Remark
 from mafsil.identification.torque_model import TorqueModel
 from mafsil.mechanics.body_tree import RigidInertia
 from mafsil.mechanics.inertial_parameters import inertial_of, parameters_of
 from mafsil.model import Actuator, Friction, Joint, Mechanism
+from mafsil.model.losses import Weight
+from mafsil.model.saving import save as save_robot
+
+LEFT_OUT = {".urdf": ("gravity", "actuator", "friction", "limits", "passive", "tip"), ".toml": ("shapes",)}
+"""What a format may lose; the remarks say what it did."""
 
 
 def with_parameters(model: TorqueModel, found: Floats, rotors: bool) -> Mechanism:
@@ -71,3 +81,19 @@ def with_load(mechanism: Mechanism, load: Floats) -> Mechanism:
     tip = mechanism.link(mechanism.tip)
     loaded = replace(tip, inertial=inertial_of(parameters_of(tip.inertial) + added))
     return replace(mechanism, links=tuple(loaded if link is tip else link for link in mechanism.links))
+
+
+def save(mechanism: Mechanism, path: Path) -> tuple[Remark, ...]:
+    """Write a .toml table or a .urdf file and say what it could not keep.
+
+    Args:
+        mechanism: what to write.
+        path: an existing file is replaced.
+
+    Raises:
+        FileError: the place cannot be written.
+        ModelError: a mechanism that the format cannot hold.
+    """
+    losses = save_robot(mechanism, path, without=LEFT_OUT[path.suffix.lower()])
+    lost = [loss for loss in losses if loss.weight is not Weight.NOTED]
+    return tuple(Remark("identification.lost", {"path": path.name, "loss": loss}) for loss in lost)

@@ -14,8 +14,8 @@ from mafsil.answer import Answer, Status
 from mafsil.arrays import Floats
 from mafsil.errors import FileError
 from mafsil.identification.identifiability import Unidentifiable
+from mafsil.identification.model_update import save
 from mafsil.identification.remark import Remark
-from mafsil.identification.saving import save
 from mafsil.mechanics.inertial_parameters import BaseParameters
 from mafsil.messages import say
 from mafsil.robot import Robot

@@ -32,8 +32,7 @@ from mafsil.messages.visible import visible
 from mafsil.model.loading import load_mechanism
 from mafsil.model.skeleton import with_skeleton
 from mafsil.planning import TimedArm
-from mafsil.planning.arms_motion import unproved_moment
-from mafsil.planning.timed_proof import first_unproved
+from mafsil.planning.arms_motion import first_unproved, unproved_moment
 from mafsil.robot import Robot, as_open_tree
 from mafsil.trajectory import MotionLimits
 

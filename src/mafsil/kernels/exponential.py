@@ -10,8 +10,7 @@ import math
 
 from mafsil.kernels import coefficients as table
 from mafsil.kernels.emitter import Lanes
-from mafsil.kernels.exact import ordered_sum, two_product, two_sum
-from mafsil.kernels.polynomial import polynomial
+from mafsil.kernels.exact import ordered_sum, polynomial, two_product, two_sum
 
 LN2 = (0.6931471804855391, 7.440617110012397e-11)
 """ln 2 in two parts; products of the first with whole numbers up to 2^20 are exact."""

@@ -10,8 +10,7 @@ import math
 from mafsil.kernels import coefficients as table
 from mafsil.kernels.argument import HALF_PI_LOW, reduced
 from mafsil.kernels.emitter import Lanes
-from mafsil.kernels.exact import ordered_sum, two_product
-from mafsil.kernels.polynomial import polynomial
+from mafsil.kernels.exact import ordered_sum, polynomial, two_product
 
 SIGN = 1 << 63
 

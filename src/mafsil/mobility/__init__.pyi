@@ -27,13 +27,13 @@ from mafsil.mobility.gruebler import gruebler as gruebler
 from mafsil.mobility.instantaneous import IdleFreedom as IdleFreedom
 from mafsil.mobility.instantaneous import InstantaneousMobility as InstantaneousMobility
 from mafsil.mobility.instantaneous import instantaneous as instantaneous
+from mafsil.mobility.instantaneous import mobilities as mobilities
 from mafsil.mobility.linkages.linkage import Linkage as Linkage
 from mafsil.mobility.linkages.linkage_file import read_linkage as read_linkage
 from mafsil.mobility.linkages.linkage_joint import joint as joint
 from mafsil.mobility.linkages.loop_closure import point_position as point_position
 from mafsil.mobility.linkages.mechanism_linkage import linkage_of as linkage_of
 from mafsil.mobility.linkages.mechanism_linkage import mechanism_of as mechanism_of
-from mafsil.mobility.many import mobilities as mobilities
 from mafsil.mobility.redundancy import LoopCause as LoopCause
 from mafsil.mobility.redundancy import RedundantConstraints as RedundantConstraints
 from mafsil.mobility.redundancy import redundancy as redundancy

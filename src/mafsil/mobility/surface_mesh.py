@@ -12,8 +12,7 @@ from typing import cast
 import numpy as np
 
 from mafsil.arrays import Floats
-from mafsil.mobility.cells import NOBODY, Cell, cut_by, open_cell, owners
-from mafsil.mobility.charts import CELL, Charts, Whole
+from mafsil.mobility.charts import CELL, NOBODY, Cell, Charts, Whole, cut_by, open_cell, owners
 
 ROUNDS = 60
 SHARE = 0.35

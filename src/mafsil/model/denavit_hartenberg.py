@@ -5,6 +5,14 @@ Modified (proximal; Craig, Lynch & Park app. C): frame {i} sits on the axis of j
     row i holds alpha_i-1, a_i-1, d_i, theta_i.
 Classic (distal; Paul, Corke, Spong): frame {i} sits at the far end of link i, on the axis of joint i+1,
     T_i-1,i = Rot(z, theta_i) Trans(z, d_i) Trans(x, a_i) Rot(x, alpha_i).
+
+Hayati's parameters for neighbouring axes that are nearly parallel, where Denavit-Hartenberg numbers run away.
+
+T_i-1,i = Rot(z, theta) Trans(x, a) Rot(x, alpha) Rot(y, beta): the origin of {i} stays in the x-y plane of {i-1}, and
+small tilts of the axis give small alpha and beta. Useless where the axes are at right angles.
+
+Reference: S. Hayati, M. Mirmirani, Improving the absolute positioning accuracy of robot manipulators, J. Robotic
+Systems 2(4), 1985.
 """
 
 from __future__ import annotations
@@ -25,10 +33,12 @@ from mafsil.model.diagnostics import Diagnostic
 from mafsil.model.faults import DH_DEGREES
 from mafsil.model.joint import JointKind
 from mafsil.model.mechanism import Mechanism, Provenance
-from mafsil.model.placement import checked_pose, rotation_x, rotation_z, translation
+from mafsil.model.placement import checked_pose, inverse, rotation_x, rotation_y, rotation_z, translation
 from mafsil.model.serial import ArmParts, JointPlace, serial_arm
 from mafsil.model.tolerances import WRITTEN
 
+STEEPEST = 0.1
+"""Smallest cosine of the angle between the axes for which the parameters are offered."""
 TURN, MOST_DEGREES = 6.3, 720.0
 """Angles [rad] between which a whole number is taken for degrees."""
 
@@ -254,3 +264,51 @@ def _require_rows(rows: Sequence[DHRow]) -> None:
     for i, row in enumerate(rows, start=1):
         if row.kind not in _KINDS:
             raise ModelError("dh.kind", row=i, value=row.kind)
+
+
+@dataclass(frozen=True, slots=True)
+class HayatiRow:
+    """One link between nearly parallel axes.
+
+    Attributes:
+        theta, alpha, beta: rotations about z, x and y [rad].
+        a: length along x [m].
+    """
+
+    theta: float
+    a: float
+    alpha: float
+    beta: float
+
+    def transform(self, q: float = 0.0) -> PoseMatrix:
+        """(4, 4) Rot(z, theta + q) Trans(x, a) Rot(x, alpha) Rot(y, beta)."""
+        return (
+            rotation_z(self.theta + q) @ translation(self.a, 0.0, 0.0) @ rotation_x(self.alpha) @ rotation_y(self.beta)
+        )
+
+
+def hayati_parameters(T: ArrayLike) -> tuple[HayatiRow, PoseMatrix]:
+    """Hayati's row of a pose between two axes, and the motion about and along the second axis that is left.
+
+    T = row.transform() Trans(z, d) Rot(z, phi), the rest being a change of frame on the second axis.
+
+    Args:
+        T: (4, 4) pose of a frame on the second axis in one on the first, z along the axes.
+
+    Returns:
+        The row and the (4, 4) rest.
+
+    Raises:
+        ModelError: the axes are too far from parallel, or T is no pose.
+    """
+    pose = checked_pose("T", T)
+    z, p = pose[:3, 2], pose[:3, 3]
+    if abs(z[2]) < STEEPEST:
+        raise ModelError("dh.hayati", angle=float(np.degrees(np.arccos(np.clip(z[2], -1.0, 1.0)))))
+    foot = p - z * (p[2] / z[2])
+    a = float(np.hypot(foot[0], foot[1]))
+    theta = float(np.arctan2(foot[1], foot[0])) if a > 0.0 else 0.0
+    seen = rotation_z(theta)[:3, :3].T @ z
+    beta = float(np.arcsin(np.clip(seen[0], -1.0, 1.0)))
+    row = HayatiRow(theta, a, float(np.arctan2(-seen[1], seen[2])), beta)
+    return row, inverse(row.transform()) @ pose

@@ -1,6 +1,8 @@
 """What a page computes with: the kernels of a robot and the numbers that go with them.
 
 What a page knows of a robot with loops: driven joints that may be moved, and what the others do then.
+
+What a robot on a page cannot do, refused with the reason: the same for sessions and for pages with a server.
 """
 
 from __future__ import annotations
@@ -15,7 +17,7 @@ import numpy as np
 import mafsil.expression as ex
 from mafsil import kernels
 from mafsil.arrays import Floats, JointVector
-from mafsil.errors import ModelError
+from mafsil.errors import InputError, ModelError
 from mafsil.ik.answers.branch import BranchNames
 from mafsil.ik.moving_part import moving_part
 from mafsil.ik.numerical.problem import PoseProblem
@@ -37,7 +39,7 @@ from mafsil.simulation.stepping import Stepper
 
 if TYPE_CHECKING:
     import mafsil.parallel as parallel
-    import mafsil.parallel.closed_choice as closed_choice
+    import mafsil.parallel.closed_compiled as closed_choice
     import mafsil.parallel.closed_kernels as closed_kernels
     import mafsil.parallel.closing as closing
     import mafsil.simulation.fused as fused
@@ -46,7 +48,7 @@ if TYPE_CHECKING:
 else:
     fused = lazily("mafsil.simulation.fused")
     parallel = lazily("mafsil.parallel")
-    closed_choice = lazily("mafsil.parallel.closed_choice")
+    closed_choice = lazily("mafsil.parallel.closed_compiled")
     closed_kernels = lazily("mafsil.parallel.closed_kernels")
     closing = lazily("mafsil.parallel.closing")
 
@@ -332,3 +334,47 @@ class ClosedArm:
         J: Floats = np.asarray(self.chain.terms(q).J)[None]
         rows = closed_choice.independent_rows(np.eye(self.chain.n)[None], J)
         return None if rows is None else Holding(rows, (), (), closing.CLOSED * self.chain.size)
+
+
+def require_kernel(kernel: str, arm: Arm) -> None:
+    """Refuse what this robot has no kernel for.
+
+    Args:
+        kernel: its name.
+        arm: with the kernels.
+
+    Raises:
+        InputError: it has none.
+    """
+    if kernel not in arm.kernels:
+        raise InputError(f"session.no_{kernel if arm.closed is None else 'loops'}", robot=arm.robot.name)
+
+
+def require_driven(joint: int, arm: Arm) -> None:
+    """Refuse a joint that loops move.
+
+    Args:
+        joint: its place in the coordinates.
+        arm: with the settings.
+
+    Raises:
+        InputError: they do.
+    """
+    driven = arm.settings["driven"]
+    if driven is not None and joint not in driven:
+        raise InputError("session.not_driven", value=joint, known=", ".join(map(str, driven)) or "-")
+
+
+def require_free(joint: int, arm: Arm) -> None:
+    """Refuse a joint that the closed form determines.
+
+    Args:
+        joint: its place in the coordinates.
+        arm: with the settings.
+
+    Raises:
+        InputError: it does.
+    """
+    free = arm.settings["locked"]
+    if joint not in free:
+        raise InputError("session.not_free", value=joint, known=", ".join(map(str, free)) or "-")

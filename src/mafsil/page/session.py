@@ -13,8 +13,7 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.errors import InputError
 from mafsil.model.loading import RobotLike
-from mafsil.page.arm import Arm
-from mafsil.page.refusals import require_driven, require_free, require_kernel
+from mafsil.page.arm import Arm, require_driven, require_free, require_kernel
 from mafsil.robot import as_open_tree
 
 Numbers: TypeAlias = tuple[float, ...]

@@ -10,11 +10,11 @@ from mafsil.arrays import Floats, Integers
 from mafsil.collision import Cone, ConvexHull, HeightMap, Obstacle, PointCloud, TriangleMesh
 from mafsil.model.mesh import Surface
 from mafsil.model.mesh.decimation import decimated
-from mafsil.model.mesh.hull import hull_surface
 from mafsil.model.mesh.primitives import SIDES
+from mafsil.model.mesh.surface import hull_surface
 from mafsil.model.shape import Box, Capsule, Cylinder, Sphere
 from mafsil.scene import Body, Solid
-from mafsil.scene.patch import patch
+from mafsil.scene.inline import patch
 
 OBSTACLE_COLOUR = (0.72, 0.66, 0.58, 1.0)
 MOST_TRIANGLES = 20_000

@@ -25,8 +25,8 @@ import numpy as np
 
 from mafsil.arrays import Floats
 from mafsil.simulation.point_contact import tangents
+from mafsil.solvers.bounded_least_squares import least_distance
 from mafsil.solvers.bracketed_root import bracketed_root
-from mafsil.solvers.least_distance import least_distance
 
 SWEEPS = 2_000
 """Over the surfaces, until friction does not change any more."""

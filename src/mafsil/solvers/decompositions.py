@@ -1,6 +1,8 @@
 """Decompositions of batches of matrices: one that is not finite spoils no other, where LAPACK would refuse them all.
 
 A matrix with NaN or infinity gets NaN in all of its results; single matrices too.
+
+The algebraic Riccati equation of linear-quadratic control, in continuous time.
 """
 
 from __future__ import annotations
@@ -88,3 +90,20 @@ def _clean(A: Floats) -> tuple[Floats, NDArray[np.bool_]]:
 
 def _marked(result: NDArray[Any], spoilt: NDArray[np.bool_], core: int) -> Floats:
     return np.where(spoilt.reshape((*spoilt.shape, *(1,) * core)), np.nan, result) if spoilt.any() else result
+
+
+def riccati(A: Floats, B: Floats, Q: Floats, R: Floats) -> Floats | None:
+    """P (n, n) with A' P + P A - P B R^-1 B' P + Q = 0 and A - B R^-1 B' P stable; None if there is none.
+
+    Args:
+        A, B: (n, n), (n, m) of x' = A x + B u.
+        Q, R: (n, n), (m, m) weights of x' Q x + u' R u; Q not negative, R positive.
+    """
+    import scipy.linalg
+
+    library: Any = scipy.linalg  # its types leave this one out
+    try:
+        P = np.asarray(library.solve_continuous_are(A, B, Q, R), dtype=np.float64)
+    except np.linalg.LinAlgError:
+        return None
+    return 0.5 * (P + P.T)

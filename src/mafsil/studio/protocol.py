@@ -10,8 +10,7 @@ from typing import Annotated, Any, TypeVar
 import msgspec
 
 from mafsil.errors import InputError
-from mafsil.page.arm import Arm
-from mafsil.page.refusals import require_driven, require_free, require_kernel
+from mafsil.page.arm import Arm, require_driven, require_free, require_kernel
 from mafsil.page.session import ACTIONS, pose_from
 
 MOST_NUMBERS = 256

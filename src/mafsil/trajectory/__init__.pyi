@@ -38,6 +38,7 @@ from mafsil.trajectory.paths.path_points import tip_path as tip_path
 from mafsil.trajectory.paths.routes import compare_routes as compare_routes
 from mafsil.trajectory.profiles.double_s import double_s as double_s
 from mafsil.trajectory.profiles.double_s import synchronised as synchronised
+from mafsil.trajectory.profiles.laws import straight_lines as straight_lines
 from mafsil.trajectory.profiles.laws import time_law as time_law
 from mafsil.trajectory.profiles.polynomial import cubic as cubic
 from mafsil.trajectory.profiles.polynomial import quintic as quintic
@@ -45,7 +46,6 @@ from mafsil.trajectory.profiles.polynomial_conditions import polynomial as polyn
 from mafsil.trajectory.profiles.polynomial_conditions import septic as septic
 from mafsil.trajectory.profiles.profile_comparison import compare_profiles as compare_profiles
 from mafsil.trajectory.profiles.sequence import sequence as sequence
-from mafsil.trajectory.profiles.straight_lines import straight_lines as straight_lines
 from mafsil.trajectory.profiles.trapezoid import trapezoid as trapezoid
 from mafsil.trajectory.splines.bspline import bspline as bspline
 from mafsil.trajectory.splines.bspline_through import bspline_through as bspline_through

@@ -12,7 +12,7 @@ from mafsil.control.laws.gains import Gains
 from mafsil.control.laws.law import Law
 from mafsil.errors import InputError
 from mafsil.robot import Robot, of_robot
-from mafsil.solvers.riccati import riccati
+from mafsil.solvers.decompositions import riccati
 from mafsil.trajectory import Motion
 
 ANGLE = 1e-5

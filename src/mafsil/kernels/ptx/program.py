@@ -9,8 +9,7 @@ from mafsil.errors import InputError
 from mafsil.expression import Function
 from mafsil.kernels.identifiers import identifier
 from mafsil.kernels.layout import Signature
-from mafsil.kernels.ptx.grid import device_module
-from mafsil.kernels.ptx.tiles import Plan, plan
+from mafsil.kernels.ptx.grid import Plan, device_module, plan
 from mafsil.kernels.reduce import reduce
 from mafsil.kernels.tape import Tape, read
 from mafsil.kernels.target import Target, translate

@@ -11,12 +11,12 @@ import mafsil.expression as ex
 from mafsil.arrays import Floats
 from mafsil.mechanics.base_motion import base_motion
 from mafsil.mechanics.body_tree import Attachment, BodyTree
-from mafsil.mechanics.com_frames import link_com_frames
 from mafsil.mechanics.composite_motion import spin_acceleration
 from mafsil.mechanics.placement import Expression, Placement, constant, joint_values, placements
 from mafsil.mechanics.quantity import LYNCH, Quantity, SecondMethod
 from mafsil.mechanics.states import States
 from mafsil.mechanics.textbook import Textbook, adjoint, inverse
+from mafsil.mechanics.twist_chain import link_com_frames
 
 
 @dataclass(frozen=True, slots=True)

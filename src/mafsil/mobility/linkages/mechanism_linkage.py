@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, as_batch, frozen, single
 from mafsil.errors import ModelError
 from mafsil.geometry import pose
-from mafsil.mobility.closing import closed_beside_drawing, least_gap
+from mafsil.mobility.assembly_existence import closed_beside_drawing, least_gap
 from mafsil.mobility.four_bar import FourBar
 from mafsil.mobility.library import linkage
 from mafsil.mobility.linkages.drawing import drawn_at, split, without

@@ -9,8 +9,8 @@ from mafsil.mobility.synthesis.function_task import FunctionTask as FunctionTask
 from mafsil.mobility.synthesis.function_task import StructuralError as StructuralError
 from mafsil.mobility.synthesis.function_task import chebyshev_spacing as chebyshev_spacing
 from mafsil.mobility.synthesis.function_task import synthesise_function as synthesise_function
-from mafsil.mobility.synthesis.many_poses import ManyDyads as ManyDyads
-from mafsil.mobility.synthesis.many_poses import five_pose_dyads as five_pose_dyads
+from mafsil.mobility.synthesis.motion import ManyDyads as ManyDyads
+from mafsil.mobility.synthesis.motion import five_pose_dyads as five_pose_dyads
 from mafsil.mobility.synthesis.motion import synthesise_motion as synthesise_motion
 from mafsil.mobility.synthesis.path import synthesise_path as synthesise_path
 from mafsil.mobility.synthesis.task_file import synthesise_file as synthesise_file

@@ -7,10 +7,10 @@ from mafsil.performance.singularities.locus import LocusComponent as LocusCompon
 from mafsil.performance.singularities.locus import SingularityLocus as SingularityLocus
 from mafsil.performance.singularities.locus import singularity_locus as singularity_locus
 from mafsil.performance.singularities.screw_parameters import ScrewParameters as ScrewParameters
+from mafsil.performance.singularities.screw_parameters import ScrewRank as ScrewRank
+from mafsil.performance.singularities.screw_parameters import rank_of_screws as rank_of_screws
 from mafsil.performance.singularities.screw_parameters import twist_screw as twist_screw
 from mafsil.performance.singularities.screw_parameters import wrench_screw as wrench_screw
-from mafsil.performance.singularities.screw_rank import ScrewRank as ScrewRank
-from mafsil.performance.singularities.screw_rank import rank_of_screws as rank_of_screws
 from mafsil.performance.singularities.singular_configuration import Singularity as Singularity
 from mafsil.performance.singularities.singular_configuration import default_task as default_task
 from mafsil.performance.singularities.singular_configuration import generic_rank as generic_rank

@@ -1,4 +1,7 @@
-"""What a configuration cannot do: lost twists and reciprocal wrenches, read as screws with axis, point and pitch."""
+"""What a configuration cannot do: lost twists and reciprocal wrenches, read as screws with axis, point and pitch.
+
+How many independent motions a set of screws gives, with no robot around them.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +10,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mafsil.arrays import Floats, Vector3, as_batch, positive
+from mafsil.arrays import Floats, Vector3, as_batch, not_negative, positive
 from mafsil.messages import say
-from mafsil.performance.tolerances import CLEAR, ROUNDOFF, SHOWN, WITHIN
+from mafsil.performance.singularities.screw_systems import canonical_system
+from mafsil.performance.tolerances import CLEAR, COARSEST, ROUNDOFF, SHOWN, WITHIN
+from mafsil.performance.velocity.scaling import TOLERANCE, at_point, central_point, rank_in_doubt, rank_of
 
 
 class ScrewParameters(NamedTuple):
@@ -73,3 +78,61 @@ def signed(direction: Vector3) -> Vector3:
 def vector_text(vector: Floats) -> str:
     """(x, y, z) with four digits."""
     return "(" + ", ".join(f"{x:.4g}" if abs(x) > SHOWN else "0" for x in vector) + ")"
+
+
+class ScrewRank(NamedTuple):
+    """The rank of a set of screws and what it leaves.
+
+    Attributes:
+        rank: number of independent screws.
+        singular_values: of the screws without units, largest first.
+        null_rates: (k - rank, k) rates along the screws that cancel.
+        reciprocal: (6 - rank, 6) wrenches (m, f) that do no work on any of them, in their canonical basis.
+        length: [m] that divided translations.
+        tolerance: of the rank.
+    """
+
+    rank: int
+    singular_values: Floats
+    null_rates: Floats
+    reciprocal: Floats
+    length: float
+    tolerance: float = TOLERANCE
+
+    @property
+    def in_doubt(self) -> bool:
+        """Whether screws of six digits leave the rank open."""
+        return bool(rank_in_doubt(self.singular_values, self.tolerance))
+
+
+def rank_of_screws(S: ArrayLike, *, length: float | None = None, tolerance: float = TOLERANCE) -> ScrewRank:
+    """The rank of screws, or twists, (omega, v) in one frame.
+
+    Linear parts are taken at the point nearest to all axes and divided by a length, so that neither the origin nor the
+    unit of length matters; every screw counts by its direction only, not by its size.
+
+    Args:
+        S: (k, 6) screws, none of them zero.
+        length: [m]; the root mean square distance of the axes from that point if None, 1 m if they all meet there.
+        tolerance: singular values below this share of the largest count as zero.
+    """
+    length = None if length is None else positive("length", length)
+    tolerance = not_negative("tolerance", tolerance, most=COARSEST)
+    axes = np.atleast_2d(as_batch("S", S, (6,), finite=True)).T
+    point = central_point(axes)
+    J = at_point(axes, point)
+    revolute = np.linalg.norm(J[:3], axis=0) > 0
+    levers = np.linalg.norm(J[3:, revolute], axis=0) / np.linalg.norm(J[:3, revolute], axis=0)
+    extent = float(np.sqrt((levers**2).mean())) if revolute.any() else 0.0
+    size = max(float(np.abs(point).max()), float(np.abs(axes[3:]).max()))
+    scale = length if length is not None else extent if extent > WITHIN * size else 1.0
+    units = J / np.repeat([1.0, scale], 3)[:, None]
+    units = units / np.linalg.norm(units, axis=0)
+    U, s, Vt = np.linalg.svd(units)
+    found = int(rank_of(s, tolerance))
+    sizes = np.linalg.norm(J / np.repeat([1.0, scale], 3)[:, None], axis=0)
+    left = U[:, found:].T
+    f, m = canonical_system(left[:, 3:] / 1.0, left[:, :3])
+    F = np.concatenate([m, f / scale], axis=1)
+    F[:, :3] += np.cross(point, F[:, 3:])
+    return ScrewRank(found, s, Vt[found:] / sizes, F, float(scale), tolerance)

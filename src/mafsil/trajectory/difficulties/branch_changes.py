@@ -1,4 +1,7 @@
-"""Where a branch of solutions ends, why, and what flips when the arm has to go on with another."""
+"""Where a branch of solutions ends, why, and what flips when the arm has to go on with another.
+
+Intervals of a path and its legs.
+"""
 
 from __future__ import annotations
 
@@ -8,18 +11,16 @@ import numpy as np
 
 from mafsil.arrays import JointVector
 from mafsil.ik import SolutionSet, inverse_kinematics
-from mafsil.trajectory.difficulties.difficulty import BranchChange, BranchEnd, BranchPart
+from mafsil.trajectory.difficulties.difficulty import BranchChange, BranchEnd, BranchPart, PathInterval
 from mafsil.trajectory.difficulties.ladder import INSIDE, Chain, Ladder, shortest
-from mafsil.trajectory.difficulties.places import place_of
 from mafsil.trajectory.difficulties.rates import conditioning, singular_causes
+from mafsil.trajectory.paths import TipPath
 
 HALVINGS = 48
 """From the distance of samples to the spacing of floating-point numbers."""
-
 ENDS_SINGULAR = 1e-3
 """Conditioning of the last configuration of a branch below which a singular one ends it: at a fold it falls with the
 square root of the distance, and that is rounding after halving."""
-
 APART = 0.5
 """Change of a coordinate [rad | m] within a sample that is no continuation."""
 
@@ -163,3 +164,15 @@ def _nearest(ladder: Ladder, s: float, q: JointVector) -> JointVector | None:
         return None
     moved = q + shortest(found.q - q, ladder.revolute)
     return moved[int(np.abs(moved - q).max(axis=1).argmin())]
+
+
+def place_of(path: TipPath, begin: float, end: float) -> PathInterval:
+    """An interval with the leg that its middle is on.
+
+    Args:
+        path: of the tip.
+        begin, end: of s.
+    """
+    legs = len(path.breaks) - 1
+    leg = int(np.clip(np.searchsorted(path.breaks, (begin + end) / 2, side="right"), 1, legs))
+    return PathInterval(begin, end, leg, legs)

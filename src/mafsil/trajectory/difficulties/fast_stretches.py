@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from mafsil.arrays import Floats, JointVector
 from mafsil.ik.tolerances import NEARLY_SINGULAR
 from mafsil.robot import Robot
+from mafsil.trajectory.difficulties.branch_changes import place_of
 from mafsil.trajectory.difficulties.difficulty import FastStretch
-from mafsil.trajectory.difficulties.places import place_of
 from mafsil.trajectory.difficulties.rates import at_limited_rates, conditioning, distance_from_path, singular_causes
 from mafsil.trajectory.paths import TipPath
 from mafsil.trajectory.paths.path_task import PathTask

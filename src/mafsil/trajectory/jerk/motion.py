@@ -16,8 +16,7 @@ from mafsil.lazy_module import lazily
 from mafsil.messages.tables import in_notebook
 from mafsil.trajectory.jerk.binding import Bindings, bindings_of
 from mafsil.trajectory.jerk.problem import MODES, Problem, Synchronise
-from mafsil.trajectory.jerk.refusals import sentence
-from mafsil.trajectory.jerk.status import STATUSES, JerkStatus
+from mafsil.trajectory.jerk.refusals import STATUSES, JerkStatus, sentence
 from mafsil.trajectory.motion import Motion, moving_at, times
 from mafsil.trajectory.overview import overview
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial

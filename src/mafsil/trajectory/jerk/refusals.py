@@ -1,9 +1,12 @@
-"""Sentences about jerk-limited motions, with the numbers that prove them."""
+"""Sentences about jerk-limited motions, with the numbers that prove them.
+
+How planning a jerk-limited motion ended.
+"""
 
 from __future__ import annotations
 
+from mafsil.answer import Status
 from mafsil.trajectory.jerk.problem import Problem
-from mafsil.trajectory.jerk.status import JerkStatus
 
 
 def sentence(problem: Problem, status: JerkStatus, joint: int, duration: float, language: str | None) -> str:
@@ -40,3 +43,17 @@ def sentence(problem: Problem, status: JerkStatus, joint: int, duration: float, 
         "cycle": problem.cycle,
     }
     return status.sentence(language, **details)
+
+
+class JerkStatus(Status):
+    """How planning a jerk-limited motion ended; in the order of the codes of `plan_loops`."""
+
+    PLANNED = ("jerk.planned", True)
+    TARGET_OUTSIDE = ("jerk.target_outside", False)
+    FROZEN = ("jerk.frozen", False)
+    UNREACHABLE = ("jerk.unreachable", False)
+    NO_COMMON_DURATION = ("jerk.no_common_duration", False)
+    BEYOND_NUMBERS = ("jerk.beyond_numbers", False)
+
+
+STATUSES = tuple(JerkStatus)

@@ -19,7 +19,7 @@ from mafsil.trajectory.jerk.problem import (
     problem_of,
     require_finite_states,
 )
-from mafsil.trajectory.jerk.status import STATUSES, JerkStatus
+from mafsil.trajectory.jerk.refusals import STATUSES, JerkStatus
 from mafsil.trajectory.motion_limits import Limits
 
 if TYPE_CHECKING:

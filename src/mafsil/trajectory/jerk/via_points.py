@@ -19,8 +19,8 @@ from mafsil.messages.tables import in_notebook
 from mafsil.trajectory.jerk.binding import Bindings
 from mafsil.trajectory.jerk.motion import JerkLimitedMotion, Pieces
 from mafsil.trajectory.jerk.problem import Problem, packed_limits, problem_of, require_finite_states
+from mafsil.trajectory.jerk.refusals import JerkStatus
 from mafsil.trajectory.jerk.state_to_state import MOST_PIECES, planned
-from mafsil.trajectory.jerk.status import JerkStatus
 from mafsil.trajectory.motion import Motion
 from mafsil.trajectory.motion_limits import Limits
 from mafsil.trajectory.overview import overview

@@ -4,6 +4,7 @@ from mafsil.trajectory.profiles.double_s import synchronised as synchronised
 from mafsil.trajectory.profiles.laws import LAWS as LAWS
 from mafsil.trajectory.profiles.laws import PolynomialLaw as PolynomialLaw
 from mafsil.trajectory.profiles.laws import TimeLaw as TimeLaw
+from mafsil.trajectory.profiles.laws import straight_lines as straight_lines
 from mafsil.trajectory.profiles.laws import time_law as time_law
 from mafsil.trajectory.profiles.polynomial import cubic as cubic
 from mafsil.trajectory.profiles.polynomial import quintic as quintic
@@ -18,5 +19,4 @@ from mafsil.trajectory.profiles.sequence import Sequence as Sequence
 from mafsil.trajectory.profiles.sequence import sequence as sequence
 from mafsil.trajectory.profiles.shaped_law import ShapedLaw as ShapedLaw
 from mafsil.trajectory.profiles.shaped_law import ShapedMotion as ShapedMotion
-from mafsil.trajectory.profiles.straight_lines import straight_lines as straight_lines
 from mafsil.trajectory.profiles.trapezoid import trapezoid as trapezoid

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from mafsil.arrays import Floats, frozen, real_array, require_finite, whole
 from mafsil.errors import InputError
 from mafsil.trajectory.splines.bspline import MOST_DEGREE, BSpline
-from mafsil.trajectory.splines.points import points_and_durations
+from mafsil.trajectory.splines.cubic_spline import points_and_durations
 
 
 def bspline_through(

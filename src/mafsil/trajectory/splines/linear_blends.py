@@ -22,8 +22,8 @@ from mafsil.trajectory.splines.blend_plan import BlendProblem, Blends, blends
 from mafsil.trajectory.splines.blend_shapes import BlendName, BlendShape, blend_shape
 from mafsil.trajectory.splines.blend_vias import with_stops, with_through_points
 from mafsil.trajectory.splines.blended_lines import BlendedLines
+from mafsil.trajectory.splines.cubic_spline import points_and_durations
 from mafsil.trajectory.splines.infeasible_leg import InfeasibleLeg, infeasible_legs
-from mafsil.trajectory.splines.points import points_and_durations
 from mafsil.trajectory.status import BlendStatus
 from mafsil.trajectory.tolerances import ROUNDING
 

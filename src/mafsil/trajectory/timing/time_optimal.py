@@ -19,9 +19,8 @@ from mafsil.trajectory.path import JointPath
 from mafsil.trajectory.splines.piecewise import PiecewisePolynomial
 from mafsil.trajectory.timing.sampled_limits import EffortLimit, SampledLimit, TipLimit
 from mafsil.trajectory.timing.sampled_timing import ALLOWED, MOST_ROUNDS, timed_within
-from mafsil.trajectory.timing.timing_answer import TimeOptimal, TimeOptimalBatch, with_jerk
+from mafsil.trajectory.timing.timing_answer import TimeOptimal, TimeOptimalBatch, TimingStatus, with_jerk
 from mafsil.trajectory.timing.timing_problem import FREE, Timing, TimingProblem, Timings, limits_of_each, solved
-from mafsil.trajectory.timing.timing_status import TimingStatus
 
 NEVER = 1e100
 """A duration beyond which a motion does not move [s]."""

@@ -1,4 +1,7 @@
-"""The shortest time along a path: the motion, what limits it where, or why there is none."""
+"""The shortest time along a path: the motion, what limits it where, or why there is none.
+
+How the search for the shortest time along a path ended.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mafsil.answer import Answer, SingleAnswer
+from mafsil.answer import Answer, SingleAnswer, Status
 from mafsil.arrays import Floats, frozen
 from mafsil.messages import say
 from mafsil.messages.tables import number, table
@@ -22,7 +25,6 @@ from mafsil.trajectory.timing.jerk_timing import JerkTiming, timed_with_jerk
 from mafsil.trajectory.timing.sampled_limits import SampledLimit
 from mafsil.trajectory.timing.sampled_timing import ALLOWED, MOST_ROUNDS, timed_within
 from mafsil.trajectory.timing.timing_problem import Timing, TimingProblem, limits_of_each, solved
-from mafsil.trajectory.timing.timing_status import TimingStatus
 
 LOOKS = (1e-6, 0.5, 1.0 - 1e-6)
 """Shares of an interval at which is looked which limit decides."""
@@ -364,3 +366,16 @@ def _rows(answer: TimeOptimal, language: str | None) -> list[list[str]]:
         ]
         for (quantity, joint), time in sorted(total.items(), key=lambda item: -item[1])
     ]
+
+
+class TimingStatus(Status):
+    """Whether a path has a time law within the limits."""
+
+    TIMED = ("trajectory.timed", True)
+    POSITION = ("trajectory.path_outside", False)
+    START_VELOCITY = ("trajectory.start_velocity", False)
+    END_VELOCITY = ("trajectory.end_velocity", False)
+    NO_REST = ("trajectory.no_rest", False)
+    NO_MOTION = ("trajectory.no_motion", False)
+    BLOCKED = ("trajectory.blocked", False)
+    EXCEEDED = ("trajectory.between_places", False)
