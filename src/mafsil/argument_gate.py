@@ -45,7 +45,7 @@ def gated(value: Any) -> Any:
     if _compiles(value):
         return value
     if isfunction(value):
-        return _guarded(value) if value not in _GUARDED else value
+        return _guard(value) if value not in _GUARDED else value
     if isclass(value) and not issubclass(value, BaseException):
         for base in value.__mro__:
             if base.__module__.startswith("mafsil.") and not _compiles(base):
@@ -79,11 +79,11 @@ def _guard_class(owner: type) -> None:
         bound = type(each) in (classmethod, staticmethod)
         method = cast("Callable[..., object]", getattr(each, "__func__", each))
         if isfunction(method) and method not in _GUARDED:
-            guarded = _guarded(method)
+            guarded = _guard(method)
             setattr(owner, name, type(each)(guarded) if bound else guarded)
 
 
-def _guarded(function: Callable[P, Result]) -> Callable[P, Result]:
+def _guard(function: Callable[P, Result]) -> Callable[P, Result]:
     flags = frozenset(name for name, hint in function.__annotations__.items() if hint == "bool")
 
     @wraps(function)

@@ -135,9 +135,9 @@ def test_kept_by_content(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Non
     module._store.cache_clear()
     kernel = mf.load("planar2r").kernel("forward_kinematics")
     first = bundle({"fk": kernel})
-    monkeypatch.setattr(module, "_compiled", lambda _: pytest.fail("compiled twice"))
+    monkeypatch.setattr(module, "_compile", lambda _: pytest.fail("compiled twice"))
     assert bundle({"fk": kernel}) == first
-    monkeypatch.setattr(module, "_compiled", lambda _: first.code + b"\0\0")
+    monkeypatch.setattr(module, "_compile", lambda _: first.code + b"\0\0")
     assert bundle({"other": kernel}).code != first.code
     module._store.cache_clear()
 

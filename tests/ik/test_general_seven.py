@@ -45,13 +45,13 @@ def test_a_no_is_a_search_that_failed_and_says_what_it_tried(robot):
 
 
 def test_the_same_values_of_the_held_joint_are_tried_for_all_poses(robot):
-    from mafsil.ik.redundant.form import _locked
+    from mafsil.ik.redundant.form import _lock
 
     T = robot.forward_kinematics(np.random.default_rng(2).uniform(-1.2, 1.2, (20, 7)))
     inverse_kinematics(robot, T)
-    before = _locked.cache_info()
+    before = _lock.cache_info()
     inverse_kinematics(robot, T)
-    after = _locked.cache_info()
+    after = _lock.cache_info()
     # One elimination for all poses of a value.
     assert 1 <= after.hits - before.hits < 24
     assert after.misses - before.misses <= 5

@@ -316,7 +316,7 @@ def test_a_full_disk_ends_the_log_and_not_the_run(last, tmp_path, monkeypatch, e
         def __getattr__(self, name):
             return getattr(self.file, name)
 
-    monkeypatch.setattr(live_log, "_opened", Full)
+    monkeypatch.setattr(live_log, "_open", Full)
     run = simulate(SHORT, log=tmp_path / "run.mcap")
     assert run
     same(run, alone)

@@ -8,7 +8,7 @@ A point of the curve is x = (c, s, 1) on the unit circle or (d, d^2, 1) on the p
 3. That pair is taken apart into its two lines (`_lines`).
 4. Every line meets the curve in two points, found by a square root: where two points merge it reaches zero, and nothing
    is divided by their distance.
-5. Newton steps on x' C x = 0 along the curve take off the roundoff of steps 2 to 4 (`_polished`).
+5. Newton steps on x' C x = 0 along the curve take off the roundoff of steps 2 to 4 (`_polish`).
 
 References: Richter-Gebert, Perspectives on Projective Geometry, 2011, section 11; Elias and Wen, IK-Geo, 2022.
 """
@@ -31,7 +31,7 @@ def turns_on_conic(C: ex.Expression, preferred: Turn, scale: ex.Expression) -> t
         preferred: the turn taken where every one solves.
         scale: size of the terms of C before they cancelled; what is small beside it is nothing.
     """
-    C, free = _scaled(C, scale)  # 1.
+    C, free = _scale(C, scale)  # 1.
     roots: list[Root] = []
     # 2. and 3. The circle: c^2 + s^2 - 1 = 0, with determinant -1.
     for line in _lines(C, ex.Expression([[1, 0, 0], [0, 1, 0], [0, 0, -1]]), -1.0):
@@ -45,7 +45,7 @@ def turns_on_conic(C: ex.Expression, preferred: Turn, scale: ex.Expression) -> t
         aside = ex.sqrt((1 - along) * (1 + along))
         for side in (1.0, -1.0):
             # 5.
-            turn = _polished(C, middle.then(Turn(along, side * aside)), ex.fabs(line[2]) <= size * (1 + DOUBLE_ROOT))
+            turn = _polish(C, middle.then(Turn(along, side * aside)), ex.fabs(line[2]) <= size * (1 + DOUBLE_ROOT))
             turn = Turn(ex.if_else(free, preferred.c, turn.c), ex.if_else(free, preferred.s, turn.s))
             roots.append(Root(turn, free, ex.Expression(0)))
     return roots[0], roots[1], roots[2], roots[3]
@@ -60,7 +60,7 @@ def lengths_on_conic(
         C: (3, 3) symmetric.
         scale: as for `turns_on_conic`.
     """
-    C, _ = _scaled(C, scale)  # 1.
+    C, _ = _scale(C, scale)  # 1.
     roots: list[ex.Expression] = []
     # 2. and 3. The parabola: d^2 - (d^2) 1 = 0, with determinant -1/4.
     for line in _lines(C, ex.Expression([[1, 0, 0], [0, 0, -0.5], [0, -0.5, 0]]), -0.25):
@@ -74,7 +74,7 @@ def lengths_on_conic(
     return roots[0], roots[1], roots[2], roots[3]
 
 
-def _scaled(C: ex.Expression, scale: ex.Expression) -> tuple[ex.Expression, ex.Expression]:
+def _scale(C: ex.Expression, scale: ex.Expression) -> tuple[ex.Expression, ex.Expression]:
     """The conic with its largest coefficient one, and whether it says nothing."""
     largest = ex.Expression(0)
     for i in range(3):
@@ -154,7 +154,7 @@ def _cubic_roots(
     return roots[0], roots[1], roots[2]
 
 
-def _polished(C: ex.Expression, turn: Turn, real: ex.Expression) -> Turn:
+def _polish(C: ex.Expression, turn: Turn, real: ex.Expression) -> Turn:
     """Newton steps for x' C x = 0 along the circle, kept only where they help and the line meets the circle.
 
     Else they would lead to a root that another line has.

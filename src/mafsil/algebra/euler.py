@@ -146,7 +146,7 @@ def _solve(
         plus, minus, plus_first = b, -b, ex.Expression(1)
     elif symmetric is False:
         # sin(b) is an entry of R here: taken directly, so that small middle angles keep their digits.
-        sine = -sin_lambda * ex.dot(n1, _rotated(q, n3))
+        sine = -sin_lambda * ex.dot(n1, _rotate(q, n3))
         b = ex.atan2(sine, 2 * ex.sqrt(upright * tilted))
         far = ex.if_else(b < 0, -ex.pi - b, ex.pi - b)
         is_plus = sin_lambda > 0
@@ -169,7 +169,7 @@ def _half_turn(cos_lambda: ex.Expression, sin_lambda: ex.Expression) -> ex.Expre
     return ex.vertcat(w, 0, y, 0)
 
 
-def _rotated(q: ex.Expression, x: ex.Expression) -> ex.Expression:
+def _rotate(q: ex.Expression, x: ex.Expression) -> ex.Expression:
     """R(q) x times twice |q|^2, which is the squared length of the turned quaternion."""
     u = quaternion.vector(q)
     a = 2 * ex.cross(u, x)

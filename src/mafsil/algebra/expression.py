@@ -30,8 +30,8 @@ def function(
         constants: further arguments, after the expressions.
     """
     columns = [ex.symbol(name, max(1, _size(shape))) for name, shape in inputs]
-    arguments = [_shaped(column, shape) for column, (_, shape) in zip(columns, inputs, strict=True)]
-    answer = _found(source)(*arguments, *constants)
+    arguments = [_shape(column, shape) for column, (_, shape) in zip(columns, inputs, strict=True)]
+    answer = _find(source)(*arguments, *constants)
     results = list(answer) if isinstance(answer, tuple) else [answer]
     names = [name for name, _ in inputs]
     for name, condition in (conditions or {}).items():
@@ -41,12 +41,12 @@ def function(
     return ex.Function(source.replace(".", "_"), columns, flat, names, [name for name, _ in outputs], cse=True)
 
 
-def _found(source: str) -> Callable[..., ex.Expression | tuple[ex.Expression, ...]]:
+def _find(source: str) -> Callable[..., ex.Expression | tuple[ex.Expression, ...]]:
     module, _, name = source.partition(".")
     return getattr(import_module(f"mafsil.algebra.{module}"), name)
 
 
-def _shaped(column: ex.Expression, shape: Shape) -> ex.Expression:
+def _shape(column: ex.Expression, shape: Shape) -> ex.Expression:
     return ex.reshape(column, shape[1], shape[0]).T if len(shape) == 2 else column
 
 

@@ -19,12 +19,12 @@ EPS = 2.0**-52
 
 def half_sine(s: ex.Expression) -> ex.Expression:
     """sin(theta / 2) / theta."""
-    return _joined(s, _HALF_SINE, lambda safe: ex.sin(ex.sqrt(safe) / 2) / ex.sqrt(safe), _HALF_SWITCH)
+    return _join(s, _HALF_SINE, lambda safe: ex.sin(ex.sqrt(safe) / 2) / ex.sqrt(safe), _HALF_SWITCH)
 
 
 def half_cosine(s: ex.Expression) -> ex.Expression:
     """cos(theta / 2)."""
-    return _joined(s, _HALF_COSINE, lambda safe: ex.cos(ex.sqrt(safe) / 2), _HALF_SWITCH)
+    return _join(s, _HALF_COSINE, lambda safe: ex.cos(ex.sqrt(safe) / 2), _HALF_SWITCH)
 
 
 def sinc(s: ex.Expression) -> ex.Expression:
@@ -39,22 +39,22 @@ def versinc(s: ex.Expression) -> ex.Expression:
 
 def sinc_defect(s: ex.Expression) -> ex.Expression:
     """(theta - sin(theta)) / theta**3."""
-    return _joined(s, _SINC_DEFECT, lambda safe: (1 - sinc(s)) / safe)
+    return _join(s, _SINC_DEFECT, lambda safe: (1 - sinc(s)) / safe)
 
 
 def versinc_slope(s: ex.Expression) -> ex.Expression:
     """Derivative of versinc by s, (theta sin(theta) - 2 (1 - cos(theta))) / (2 theta**4)."""
-    return _joined(s, _VERSINC_SLOPE, lambda safe: (sinc(s) / 2 - versinc(s)) / safe)
+    return _join(s, _VERSINC_SLOPE, lambda safe: (sinc(s) / 2 - versinc(s)) / safe)
 
 
 def sinc_defect_slope(s: ex.Expression) -> ex.Expression:
     """Derivative of sinc_defect by s, (theta (1 - cos(theta)) - 3 (theta - sin(theta))) / (2 theta**5)."""
-    return _joined(s, _SINC_DEFECT_SLOPE, lambda safe: (versinc(s) - 3 * (1 - sinc(s)) / safe) / (2 * safe))
+    return _join(s, _SINC_DEFECT_SLOPE, lambda safe: (versinc(s) - 3 * (1 - sinc(s)) / safe) / (2 * safe))
 
 
 def cotangent_defect(s: ex.Expression) -> ex.Expression:
     """(1 - (theta / 2) cot(theta / 2)) / theta**2, for theta < 2 pi."""
-    return _joined(s, _COTANGENT_DEFECT, lambda safe: (1 - half_cosine(s) / (2 * half_sine(s))) / safe)
+    return _join(s, _COTANGENT_DEFECT, lambda safe: (1 - half_cosine(s) / (2 * half_sine(s))) / safe)
 
 
 def cotangent_defect_slope(s: ex.Expression) -> ex.Expression:
@@ -63,7 +63,7 @@ def cotangent_defect_slope(s: ex.Expression) -> ex.Expression:
     (1 / sin(x)^2 + x cot(x) - 2) / (2 theta^4), x = theta / 2, with the sine's square taken over x^2
     """
     a, c = half_sine(s), half_cosine(s)
-    return _joined(s, _COTANGENT_DEFECT_SLOPE, lambda safe: (1 / (4 * a**2) + c / (2 * a) - 2) / (2 * safe**2))
+    return _join(s, _COTANGENT_DEFECT_SLOPE, lambda safe: (1 / (4 * a**2) + c / (2 * a) - 2) / (2 * safe**2))
 
 
 def arctangent_ratio(y2: ex.Expression, x: ex.Expression) -> ex.Expression:
@@ -90,7 +90,7 @@ def _switch(taylor: Sequence[float]) -> float:
     return (EPS * abs(taylor[0] / taylor[-1])) ** (1 / (len(taylor) - 1))
 
 
-def _joined(
+def _join(
     s: ex.Expression,
     taylor: Sequence[float],
     closed: Callable[[ex.Expression], ex.Expression],

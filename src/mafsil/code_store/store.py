@@ -247,17 +247,17 @@ def _remove_old(directory: Path, limit: int, now: float) -> int:
             if file.name.endswith(_SUFFIXES):
                 kept.append((found.st_mtime, found.st_size, file.path))
             elif file.name.endswith((TEMPORARY, _LOCK)) and now - found.st_mtime > _ORPHAN_AGE:
-                removed += _unlinked(file.path)
+                removed += _unlink(file.path)
     total = sum(size for _, size, _ in kept)
     for _, size, path in sorted(kept):
         if total <= limit:
             break
         total -= size
-        removed += _unlinked(path)
+        removed += _unlink(path)
     return removed
 
 
-def _unlinked(path: str) -> bool:
+def _unlink(path: str) -> bool:
     try:
         os.unlink(path)
     except OSError:

@@ -90,12 +90,12 @@ def _function(
     poses = [ex.reshape(numbers[16 * k : 16 * k + POSE], 4, 3).T for k in range(len(mechanism.links))]
     columns = _twists(joints, poses, rates) if moving else []  # 2
     columns += [ex.vec(poses[int(k)].T) for k in np.unique(links)]  # 3
-    columns += [_moved(poses[int(k)], centre) for k, centre in zip(links, centres, strict=True)]
+    columns += [_move(poses[int(k)], centre) for k, centre in zip(links, centres, strict=True)]
     inputs = [q, rates] if moving else [q]
     return Function("bodies", inputs, [ex.vertcat(*columns)], cse=True)
 
 
-def _moved(pose: Expression, point: Floats) -> Expression:
+def _move(pose: Expression, point: Floats) -> Expression:
     return pose[:, :3] @ ex.Expression(point) + pose[:, 3]
 
 

@@ -72,7 +72,7 @@ def just_above(clearance: float) -> float:
 
 
 @inlined
-def _moved(T: Floats, x: float, y: float, z: float, radius: float, out: Floats) -> None:
+def _move(T: Floats, x: float, y: float, z: float, radius: float, out: Floats) -> None:
     """A ball under a pose."""
     for k in range(3):
         out[k] = T[k, 0] * x + T[k, 1] * y + T[k, 2] * z + T[k, 3]
@@ -84,7 +84,7 @@ def place_bodies(arm: Arm, poses: Floats, s: Scratch) -> None:
     """Balls of the bodies in {s}; those of the pieces follow when they are needed."""
     for b in range(len(arm.bodies)):
         body = arm.bodies[b]
-        _moved(poses[int(body[0])], body[4], body[5], body[6], body[7], s.balls[b])
+        _move(poses[int(body[0])], body[4], body[5], body[6], body[7], s.balls[b])
         s.balls[b, 4] = 0.0
 
 
@@ -94,7 +94,7 @@ def _place_pieces(arm: Arm, b: int, poses: Floats, s: Scratch) -> None:
     T = poses[int(body[0])]
     for i in range(int(body[1]), int(body[2])):
         row = arm.pieces.rows[i]
-        _moved(T, row[8], row[9], row[10], row[11], s.balls[bodies + i])
+        _move(T, row[8], row[9], row[10], row[11], s.balls[bodies + i])
     s.balls[b, 4] = 1.0
 
 

@@ -84,7 +84,7 @@ def _cross(a: Floats, b: Floats, c: Floats, n: Floats) -> float:
 
 
 @compiled
-def _thickened(
+def _thicken(
     kind_a: int, size_a: Floats, vertices_a: Floats, kind_b: int, size_b: Floats, vertices_b: Floats,
     M: Floats, C: Floats, count: int, n: Floats,
 ) -> int:  # fmt: skip
@@ -205,7 +205,7 @@ def grown_depth(
     for k in range(count):
         for c in range(6):
             C[k, c] = S[k, c]
-    if _thickened(kind_a, size_a, vertices_a, kind_b, size_b, vertices_b, M, C, count, m) < 4:  # 1
+    if _thicken(kind_a, size_a, vertices_a, kind_b, size_b, vertices_b, M, C, count, m) < 4:  # 1
         n[0], n[1], n[2] = m[0], m[1], m[2]
         return 0.0, 0.0
     for k in range(3):

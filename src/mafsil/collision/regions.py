@@ -73,12 +73,12 @@ class Regions:
         if own == link:
             return row[4:7], float(row[7])
         if link not in self._above[own]:
-            return self._swept(self._into(b, link), link, -1.0)
+            return self._sweep(self._into(b, link), link, -1.0)
         child = own
         while parents[child - 1] != link:
             child = parents[child - 1]
         T = self._mechanism.joints[child - 1].T_pj
-        centre, radius = self._swept(self.ball(b, child), child, 1.0)
+        centre, radius = self._sweep(self.ball(b, child), child, 1.0)
         return T[:3, :3] @ centre + T[:3, 3], radius
 
     def _into(self, b: int, link: int) -> Ball:
@@ -87,7 +87,7 @@ class Regions:
         centre, radius = self.ball(b, self._mechanism.parents[link - 1])
         return T[:3, :3].T @ (centre - T[:3, 3]), radius
 
-    def _swept(self, ball: Ball, link: int, direction: float) -> Ball:
+    def _sweep(self, ball: Ball, link: int, direction: float) -> Ball:
         """What a ball sweeps while the joint of a link moves it, or moves backwards what sees it."""
         if link not in self._of_link:
             return ball

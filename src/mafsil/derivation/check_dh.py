@@ -194,14 +194,14 @@ def check_dh(
     other = other_convention(given, requested)
     if truth.agreeing([given], other.convention)[0]:
         return Review((other.finding,))
-    found = _repaired(given, requested, truth)
+    found = _repair(given, requested, truth)
     if found is None:
-        beside = _repaired(given, other.convention, truth, pairs=False)
+        beside = _repair(given, other.convention, truth, pairs=False)
         found = None if beside is None else replace(beside, findings=(other.finding, *beside.findings))
     return _differences(given, truth, requested) if found is None else found
 
 
-def _repaired(rows: Rows, convention: Convention, truth: Truth, *, pairs: bool = True) -> Review | None:
+def _repair(rows: Rows, convention: Convention, truth: Truth, *, pairs: bool = True) -> Review | None:
     """The smallest repair: of one mistake, else of two."""
     single = list(single_rows(rows, convention))
     typed = values(rows, convention, truth.solved(rows, convention))

@@ -65,7 +65,7 @@ def check_jacobian(
         raise InputError("derivation.form", value=kind, known=", ".join(KINDS))
     mechanism = as_mechanism(mechanism)
     if _is_text(J):
-        return _check_formulas(cast("Sequence[Sequence[str]]", J), mechanism, kind, _numbered(values or {}), tolerance)
+        return _check_formulas(cast("Sequence[Sequence[str]]", J), mechanism, kind, _number(values or {}), tolerance)
     given = real_array("J", cast("ArrayLike", J))
     if q is None:
         raise InputError("derivation.q_missing")
@@ -73,7 +73,7 @@ def check_jacobian(
     if given.shape == (mechanism.n, 6) and mechanism.n != 6:
         return Review((Finding(Mistake.TRANSPOSED),))
     _require_shape(given.shape, mechanism.n, kind)
-    return _compared(given[None], Truth(CompiledArm(mechanism), at, given.shape[0]), kind, tolerance)
+    return _compare(given[None], Truth(CompiledArm(mechanism), at, given.shape[0]), kind, tolerance)
 
 
 def _is_text(J: Any) -> bool:
@@ -89,7 +89,7 @@ def _require_shape(shape: tuple[int, ...], n: int, kind: Kind) -> None:
         raise InputError("input.shape", name="J", expected=f"({' | '.join(map(str, rows))}, {n})", got=shape, hint="")
 
 
-def _compared(J: Floats, truth: Truth, kind: Kind, tolerance: float) -> Review:
+def _compare(J: Floats, truth: Truth, kind: Kind, tolerance: float) -> Review:
     """Mistakes of the whole matrix, then of columns, then of entries; J (states, rows, n)."""
     right = truth.jacobian(kind)
     if _equal(J, right, tolerance):
@@ -163,7 +163,7 @@ def _columns(right: Floats, truth: Truth, kind: Kind, c: int) -> Iterator[tuple[
             yield Mistake.COLUMN_SWAPPED, "", right[:, :, k]
 
 
-def _numbered(values: Mapping[str, float]) -> dict[str, float]:
+def _number(values: Mapping[str, float]) -> dict[str, float]:
     return {name: number(f"values[{name!r}]", value) for name, value in values.items()}
 
 
@@ -194,7 +194,7 @@ def _read(trees: list[list[ast.expr]], reading: Reading, kind: Kind, tolerance: 
     truth = Truth(reading.arm, reading.q, len(trees))
     names = reading.names
     numbers = np.stack([np.stack([_numbers(tree, names) for tree in row], axis=-1) for row in trees], axis=1)
-    review = _compared(numbers, truth, kind, tolerance)
+    review = _compare(numbers, truth, kind, tolerance)
     right = truth.jacobian(kind)
     findings = tuple(_in_formula(finding, trees, right, reading, n, tolerance) for finding in review.findings)
     return Review(findings, proven=all(finding.mistake is not Mistake.VALUE for finding in findings))
@@ -255,15 +255,15 @@ def repaired(tree: ast.expr, joints: int, letters: Collection[str] = ()) -> Iter
         letters: of the arm's lengths, for one in the place of another.
     """
     yield Mistake.SIGN, ast.UnaryOp(ast.USub(), tree)
-    yield Mistake.SINE_COSINE, _renamed(tree, {"sin": "cos", "cos": "sin"}, {"s": "c", "c": "s"})
+    yield Mistake.SINE_COSINE, _rename(tree, {"sin": "cos", "cos": "sin"}, {"s": "c", "c": "s"})
     places = list(ast.walk(tree))
     for index, node in enumerate(places):
-        for mistake, changed in _changed(node, joints):
+        for mistake, changed in _change(node, joints):
             yield mistake, _with(tree, index, changed)
-    yield from _exchanged(tree, letters)
+    yield from _exchange(tree, letters)
 
 
-def _exchanged(tree: ast.expr, letters: Collection[str]) -> Iterator[tuple[Mistake, ast.expr]]:
+def _exchange(tree: ast.expr, letters: Collection[str]) -> Iterator[tuple[Mistake, ast.expr]]:
     """One length for another at one place, or two lengths for each other everywhere."""
     used = [node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and node.id in letters]
     for index, node in enumerate(ast.walk(tree)):
@@ -272,10 +272,10 @@ def _exchanged(tree: ast.expr, letters: Collection[str]) -> Iterator[tuple[Mista
                 if other != node.id:
                     yield Mistake.LETTER, _with(tree, index, ast.Name(other))
     for one, two in combinations(sorted(set(used)), 2):
-        yield Mistake.LETTER, _renamed(tree, {one: two, two: one}, {})
+        yield Mistake.LETTER, _rename(tree, {one: two, two: one}, {})
 
 
-def _renamed(tree: ast.expr, names: dict[str, str], short: dict[str, str]) -> ast.expr:
+def _rename(tree: ast.expr, names: dict[str, str], short: dict[str, str]) -> ast.expr:
     """A copy with names exchanged, and with the first letters of c12 and s3 exchanged."""
     copied = copy.deepcopy(tree)
     for node in ast.walk(copied):
@@ -287,7 +287,7 @@ def _renamed(tree: ast.expr, names: dict[str, str], short: dict[str, str]) -> as
     return copied
 
 
-def _changed(node: ast.AST, joints: int) -> Iterator[tuple[Mistake, ast.AST]]:
+def _change(node: ast.AST, joints: int) -> Iterator[tuple[Mistake, ast.AST]]:
     match node:
         case ast.BinOp(left=left, op=ast.Add(), right=right):
             yield Mistake.TERM_SIGN, ast.BinOp(left, ast.Sub(), right)

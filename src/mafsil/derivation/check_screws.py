@@ -50,12 +50,12 @@ def check_screws(
         if np.abs(given[i] - truth[i]).max() > tolerance
     ]
     proven = all(finding.mistake is not Mistake.VALUE for finding in findings)
-    if not proven and _moved(given, truth, tolerance):
+    if not proven and _is_moved(given, truth, tolerance):
         return Review((Finding(Mistake.OTHER_BASE),))
     return Review(tuple(findings), proven=proven)
 
 
-def _moved(given: Floats, truth: Floats, tolerance: float) -> bool:
+def _is_moved(given: Floats, truth: Floats, tolerance: float) -> bool:
     """Whether one change of frame makes all axes right."""
     B = base_between(given[None], truth)
     return float(np.abs(misfit(given[None], truth, B)).max(initial=0.0)) <= tolerance
@@ -64,17 +64,17 @@ def _moved(given: Floats, truth: Floats, tolerance: float) -> bool:
 def _finding(i: int, S: Vector6, truth: Floats, other: Floats, tolerance: float) -> Finding:
     for mistake, entry, right in _mistaken(i, truth, other):
         if np.abs(S - right).max() <= tolerance:
-            return _named(mistake, i, entry, S, truth[i])
+            return _name(mistake, i, entry, S, truth[i])
     wrong = truth[i]
     if np.abs(S[:3] - wrong[:3]).max() > tolerance:
         length = float(np.linalg.norm(S[:3]))
         aligned = length > 0 and np.abs(S / length - wrong).max() <= tolerance
-        return _named(Mistake.NOT_UNIT if aligned else Mistake.VALUE, i, "S" if aligned else "ω", S, wrong)
+        return _name(Mistake.NOT_UNIT if aligned else Mistake.VALUE, i, "S" if aligned else "ω", S, wrong)
     # A point q on the axis written where its moment belongs: -omega x q is then the right v.
     if wrong[:3].any() and np.abs(-np.cross(wrong[:3], S[3:]) - wrong[3:]).max() <= tolerance:
-        return _named(Mistake.POINT_AS_MOMENT, i, "v", S, wrong)
+        return _name(Mistake.POINT_AS_MOMENT, i, "v", S, wrong)
     flipped = np.abs(np.abs(S[3:]) - np.abs(wrong[3:])).max() <= tolerance
-    return _named(Mistake.SIGN if flipped else Mistake.VALUE, i, "v", S, wrong)
+    return _name(Mistake.SIGN if flipped else Mistake.VALUE, i, "v", S, wrong)
 
 
 def _mistaken(i: int, truth: Floats, other: Floats) -> Iterator[tuple[Mistake, str, Vector6]]:
@@ -98,7 +98,7 @@ def _mistaken(i: int, truth: Floats, other: Floats) -> Iterator[tuple[Mistake, s
         yield Mistake.KIND, "S", np.concatenate([v, np.zeros(3)])
 
 
-def _named(mistake: Mistake, i: int, entry: str, S: Vector6, right: Vector6) -> Finding:
+def _name(mistake: Mistake, i: int, entry: str, S: Vector6, right: Vector6) -> Finding:
     part = {"v": slice(3, 6), "ω": slice(0, 3)}.get(entry, slice(0, 6))
     return Finding(mistake, row=i + 1, entry=entry, given=_tuple(S[part]), expected=_tuple(right[part]))
 

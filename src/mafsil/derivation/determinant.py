@@ -119,7 +119,7 @@ def product_of_blocks(A: Entries) -> tuple[Polynomial, ...] | None:
             return None
         odd = (_parity([*rows, *rest_rows]) + _parity([*columns, *rest_columns])) % 2
         return (*((-inner[0], *inner[1:]) if odd else inner), *outer)
-    whole = _expanded(A)
+    whole = _expand(A)
     return None if whole is None else (whole,)
 
 
@@ -144,7 +144,7 @@ def _parity(order: Sequence[int]) -> int:
     return sum(a > b for k, a in enumerate(order) for b in order[k + 1 :]) % 2
 
 
-def _expanded(A: Entries) -> Polynomial | None:
+def _expand(A: Entries) -> Polynomial | None:
     """Det A by expansion along the first row, simplified."""
     if len(A) == 1:
         return A[0][0]
@@ -152,7 +152,7 @@ def _expanded(A: Entries) -> Polynomial | None:
     for c, entry in enumerate(A[0]):
         if entry.is_zero:
             continue
-        minor = _expanded(_part(A, range(1, len(A)), [k for k in range(len(A)) if k != c]))
+        minor = _expand(_part(A, range(1, len(A)), [k for k in range(len(A)) if k != c]))
         if minor is None:
             return None
         total = total + (entry * minor if c % 2 == 0 else -(entry * minor))
@@ -170,7 +170,7 @@ def _split(factors: Sequence[Polynomial]) -> tuple[Polynomial, ...]:
         if factor.is_zero:
             return (ZERO,)
         common = _common(factor)
-        inner = collected((_removed(m, common), x) for m, x in factor.terms.items())
+        inner = collected((_remove(m, common), x) for m, x in factor.terms.items())
         front.append(common)
         if len(inner.terms) == 1 and () in inner.terms:
             number *= inner.terms[()]
@@ -194,7 +194,7 @@ def _common(factor: Polynomial) -> Monomial:
     return tuple(shared)
 
 
-def _removed(monomial: Monomial, common: Monomial) -> Monomial:
+def _remove(monomial: Monomial, common: Monomial) -> Monomial:
     rest = list(monomial)
     for factor in common:
         rest.remove(factor)

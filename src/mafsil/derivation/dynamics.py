@@ -184,7 +184,7 @@ def _equations(judge: DynamicsJudge, method: Lagrange) -> list[Step]:
     entries += _determinant(judge, method, M)
     Gamma = np.asarray(robot.christoffel_symbols(judge.q))[np.ix_(range(STATES), *[judge.places] * 3)]
     symbols = [
-        judge.line((Name("Γ", f"{i + 1}{j + 1}{k + 1}"),), *_named(method, i, j, k), truth=Gamma[:, i, j, k])
+        judge.line((Name("Γ", f"{i + 1}{j + 1}{k + 1}"),), *_name(method, i, j, k), truth=Gamma[:, i, j, k])
         for i in range(arm.n)
         for j in range(arm.n)
         for k in range(j, arm.n)
@@ -204,7 +204,7 @@ def _equations(judge: DynamicsJudge, method: Lagrange) -> list[Step]:
     ]
 
 
-def _named(method: Lagrange, i: int, j: int, k: int) -> tuple[Side, ...]:
+def _name(method: Lagrange, i: int, j: int, k: int) -> tuple[Side, ...]:
     """A Christoffel symbol, with its twin in front where the last two indices differ."""
     twin: tuple[Side, ...] = () if j == k else ((Name("Γ", f"{i + 1}{k + 1}{j + 1}"),),)
     return (*twin, method.christoffel[i][j][k])

@@ -107,7 +107,7 @@ def plus_minus(first: Expression, second: Expression) -> Expression:
     return Expression("±", (first, second))
 
 
-def _scaled(_sign: float, a: Any, b: Any) -> Any:
+def _scale(_sign: float, a: Any, b: Any) -> Any:
     if np.ndim(a) == 3:
         return np.einsum("kij,kj->ki", a, b) if np.ndim(b) == 2 else a @ b
     return a[..., None] * b if np.ndim(b) == 2 and np.ndim(a) == 1 else a * b
@@ -134,7 +134,7 @@ _UNARY: dict[str, Callable[[Any], Any]] = {
 _BINARY: dict[str, Callable[[float, Any, Any], Any]] = {
     "+": lambda _, a, b: a + b,
     "−": lambda _, a, b: a - b,
-    " ": _scaled,
+    " ": _scale,
     "/": lambda _, a, b: a / b,
     "·": lambda _, a, b: (a * b).sum(axis=-1),
     "×": lambda _, a, b: np.cross(a, b),

@@ -69,7 +69,7 @@ def _value(tree: ast.expr, values: Mapping[str, Any]) -> Any:
         case ast.Constant(value=value):
             return np.float64(cast("float", value))
         case ast.Name(id=name):
-            return _named(name, values)
+            return _name(name, values)
         case ast.UnaryOp(op=ast.USub(), operand=operand):
             return -_value(operand, values)
         case ast.UnaryOp(operand=operand):
@@ -84,7 +84,7 @@ def _value(tree: ast.expr, values: Mapping[str, Any]) -> Any:
             raise InputError("derivation.formula", text=ast.unparse(tree)[:80])
 
 
-def _named(name: str, values: Mapping[str, Any]) -> Any:
+def _name(name: str, values: Mapping[str, Any]) -> Any:
     if name in values:
         return values[name]
     if name == "pi":

@@ -43,7 +43,7 @@ def grouped(polynomial: Polynomial) -> tuple[Part, ...]:
             accelerated.setdefault(gains[0], {})[_without(monomial, (gains[0],))] = number
         else:
             (moving if any(_is_rate(factor) for factor in monomial) else still)[monomial] = number
-    parts = [_accelerated(gain, terms) for gain, terms in sorted(accelerated.items(), key=lambda pair: rank(pair[0]))]
+    parts = [_accelerate(gain, terms) for gain, terms in sorted(accelerated.items(), key=lambda pair: rank(pair[0]))]
     return (*parts, *_by_mass(moving), *_by_mass(still))
 
 
@@ -52,7 +52,7 @@ def _is_rate(factor: Factor, start: str = "d") -> bool:
     return letter in RATES and letter.startswith(start)
 
 
-def _accelerated(gain: Factor, terms: Terms) -> Part:
+def _accelerate(gain: Factor, terms: Terms) -> Part:
     """[m_ij] qdd_j."""
     inside = _by_mass(terms)
     if len(inside) > 1:
@@ -66,7 +66,7 @@ def _accelerated(gain: Factor, terms: Terms) -> Part:
 def _by_mass(terms: Terms) -> list[Part]:
     split = [(*_split(monomial), number) for monomial, number in terms.items()]
     if any(len(inertial) != 1 for inertial, _, _ in split):
-        return _bracketed(terms)
+        return _bracket(terms)
     sharers: dict[tuple[Monomial, float], list[Factor]] = {}
     for inertial, rest, number in split:
         sharers.setdefault((rest, number), []).append(inertial[0])
@@ -133,7 +133,7 @@ def _one_group(shared: Monomial, others: Terms, rates_behind: bool) -> Part:
     return Part(sign, (), bracket, shared) if rates_behind else Part(sign, shared, bracket)
 
 
-def _bracketed(terms: Terms) -> list[Part]:
+def _bracket(terms: Terms) -> list[Part]:
     """Terms of a determinant and the like: common factors of all in front."""
     common = _common(terms)
     if not common or len(terms) < 2:

@@ -52,10 +52,10 @@ def to_html(derivation: Derivation, language: str | None = None) -> str:
 
 def sentence(text: str, code: str) -> str:
     """Words of a sentence; letters with an index as formulas, numbers, names and formulas kept in their direction."""
-    return in_sentence(text, code, "page", words=escape, foreign=_lettered)
+    return in_sentence(text, code, "page", words=escape, foreign=_letter)
 
 
-def _lettered(text: str) -> str:
+def _letter(text: str) -> str:
     return with_letters(text, escape, lambda letter, index: _math(_sub(letter, index)))
 
 

@@ -122,7 +122,7 @@ class AngleJudge:
         u, v = self.letter("e", first), self.letter("f", first)
         lines = [self.define(u, start), self.define(v, goal)]
         self.values[name] = sum((self._sense(k, first) * self.values[self._unknown(k)] for k in joints), np.zeros(1))
-        return [*lines, self._solved(name, between(self.w(first), named(u), named(v)), slides=False)]
+        return [*lines, self._solve(name, between(self.w(first), named(u), named(v)), slides=False)]
 
     def remaining(self, k: int, others: tuple[int, ...]) -> Line:
         """What the sum leaves to joint k."""
@@ -137,7 +137,7 @@ class AngleJudge:
             self.signed.append(_plain(self._unknown(k)))
         if self.pattern.joints[k] < 0:
             return Line((Name(self._unknown(k)),), (formula,))
-        return self._solved(self._unknown(k), formula, self.pattern.prismatic[k])
+        return self._solve(self._unknown(k), formula, self.pattern.prismatic[k])
 
     def singular(self) -> list[tuple[str, dict[str, object]]]:
         """Places where steps lose their meaning: keys and details."""
@@ -154,10 +154,9 @@ class AngleJudge:
         cases.append(("last" if len(wrist) == 2 else "wrist", self.details(*wrist)))
         return cases
 
-    def _solved(self, name: str, formula: Expression, slides: bool) -> Line:
+    def _solve(self, name: str, formula: Expression, slides: bool) -> Line:
         gaps = [
-            np.abs(_wrapped(np.asarray(formula.evaluate(self.values, s)) - self.values[name], slides))
-            for s in (1.0, -1.0)
+            np.abs(_wrap(np.asarray(formula.evaluate(self.values, s)) - self.values[name], slides)) for s in (1.0, -1.0)
         ]
         return Line((Name(name),), (formula,), self._error(name, np.minimum(*gaps), 1.0))
 
@@ -185,7 +184,7 @@ def between(axis: Expression, u: Expression, v: Expression) -> Expression:
     return function("atan2", axis.dot(u.cross(v)), u.dot(v) - axis.dot(u) * axis.dot(v))
 
 
-def _wrapped(gap: Floats, slides: bool) -> Floats:
+def _wrap(gap: Floats, slides: bool) -> Floats:
     return gap if slides else gap - 2 * np.pi * np.round(gap / (2 * np.pi))
 
 

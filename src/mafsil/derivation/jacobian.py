@@ -116,11 +116,11 @@ def _columns(arm: SymbolicArm, judge: Judge, frames: Sequence[SymbolicPose]) -> 
         formula = "(z, p × z)" if arm.rows[i - 1].row.kind == "R" else "(0, z)"
         column = _upright(_column(arm, i - 1, pose))
         truth = judge.J_s[:, :, i - 1 : i]
-        lines.append(judge.line((Name("J", f"s,{i}"),), _indexed(formula, i - shift), column, truth=truth))
+        lines.append(judge.line((Name("J", f"s,{i}"),), _index(formula, i - shift), column, truth=truth))
     return Step("derivation.columns", {}, tuple(lines))
 
 
-def _indexed(formula: str, i: int) -> Side:
+def _index(formula: str, i: int) -> Side:
     parts = {"(z, p × z)": ("(", "z", ", ", "p", " × ", "z", ")"), "(0, z)": ("(0, ", "z", ")")}[formula]
     return tuple(Name(part, str(i)) if part in ("z", "p") else Name(part) for part in parts)
 

@@ -92,7 +92,7 @@ def derive_lagrange(
         Step("derivation.lagrange_forces", {}, judge.lines("f", forces, judge.forces())),
     ]
     if newton:
-        steps.append(_compared(judge, newton, forces))
+        steps.append(_compare(judge, newton, forces))
     steps.append(Step("derivation.lagrange_mass_matrix", {}, judge.mass_matrix()))
     title = name or ", ".join(system.names)
     return Derivation("derivation.lagrange_title", title, tuple(steps), STATES, "derivation.lagrange_checked")
@@ -254,7 +254,7 @@ def _index(name: str) -> str:
     return found.letter + found.below
 
 
-def _compared(judge: _Judge, newton: Mapping[str, str], forces: Row) -> Step:
+def _compare(judge: _Judge, newton: Mapping[str, str], forces: Row) -> Step:
     """The user's own forces beside the derived ones.
 
     Raises:

@@ -74,7 +74,7 @@ def lagrange(arm: SymbolicArm, bodies: Bodies) -> Lagrange:
         for each in columns
     )
     shares = [_share(arm, bodies, k, columns[k]) for k in range(arm.n)]
-    M = _added(shares)
+    M = _add(shares)
     kinetic = tuple(_quadratic(share, qd) for share in shares)
     potential = tuple(
         simplified(-body.mass * dot(bodies.gravity, p)) for body, p in zip(bodies.links, positions, strict=True)
@@ -109,7 +109,7 @@ def _axis(arm: SymbolicArm, j: int, k: int) -> Row:
     return arm.between(j + 1, k + 1).R[2]
 
 
-def _added(shares: list[Entries]) -> Entries:
+def _add(shares: list[Entries]) -> Entries:
     n = len(shares[0])
     return tuple(tuple(simplified(_sum(share[i][j] for share in shares)) for j in range(n)) for i in range(n))
 

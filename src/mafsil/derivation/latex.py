@@ -73,11 +73,11 @@ def formula(polynomial: Polynomial) -> str:
 
 def sentence(text: str, code: str) -> str:
     """Words of a sentence, letters with an index as formulas; in Arabic what is not Arabic in its own direction."""
-    return in_sentence(text, code, "latex", words=_escaped, foreign=_lettered)
+    return in_sentence(text, code, "latex", words=_escape, foreign=_lettered)
 
 
 def _lettered(text: str) -> str:
-    return with_letters(text, _escaped, lambda letter, index: f"${_letter(letter)}_{{{index}}}$")
+    return with_letters(text, _escape, lambda letter, index: f"${_letter(letter)}_{{{index}}}$")
 
 
 def _head(code: str) -> list[str]:
@@ -94,7 +94,7 @@ def _head(code: str) -> list[str]:
     return [*head, r"\setcounter{MaxMatrixCols}{12}", r"\allowdisplaybreaks", r"\begin{document}"]
 
 
-def _escaped(text: str) -> str:
+def _escape(text: str) -> str:
     for special, command in _SPECIAL.items():
         if special in ("$",):
             continue

@@ -75,7 +75,7 @@ def readings_of(
             for name, value in arm.letters.items()
             if meaning is None or (name not in known and (name.startswith(_ANGLES) or abs(value) in typed))
         }
-        letters = _varied(arm.letters, fixed, len(q), kept, rng)
+        letters = _vary(arm.letters, fixed, len(q), kept, rng)
         theirs = {name: (-1 if m[0] == "-" else 1) * letters[m.lstrip("-")] for name, m in (meaning or {}).items()}
         names = {**{text: letters[name] for text, name in spelled.items()}, **own, **theirs, **coordinates}
         lengths = [text for text, name in spelled.items() if not name.startswith(_ANGLES)]
@@ -110,7 +110,7 @@ def _typed_numbers(trees: Sequence[Sequence[ast.expr]]) -> set[float]:
     return {abs(float(cast("float", constant.value))) for constant in constants}
 
 
-def _varied(letters: Mapping[str, float], fixed: set[str], states: int, kept: int, rng: np.random.Generator) -> Letters:
+def _vary(letters: Mapping[str, float], fixed: set[str], states: int, kept: int, rng: np.random.Generator) -> Letters:
     """Numbers of the letters at every state: the true ones at the first, others of the same sign behind."""
     found: Letters = {}
     for name, value in letters.items():

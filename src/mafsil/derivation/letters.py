@@ -39,10 +39,10 @@ def glyph(name: str) -> Glyph:
     if not index:
         stem = plain.rstrip("0123456789")
         index = plain[len(stem) :]
-    return Glyph(GREEK.get(stem) or _dotted(stem), index + ("'" if name.endswith("_") else ""))
+    return Glyph(GREEK.get(stem) or _dot(stem), index + ("'" if name.endswith("_") else ""))
 
 
-def _dotted(stem: str) -> str:
+def _dot(stem: str) -> str:
     """A rate, dx or ddx, as its letter with dots above."""
     dots = {2: "\u0307", 3: "\u0308"}.get(len(stem), "")
     return unicodedata.normalize("NFC", stem[-1] + dots) if dots and stem[:-1] in ("d", "dd") else stem

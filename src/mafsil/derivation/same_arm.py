@@ -49,7 +49,7 @@ def base_between(S: Floats, other: Floats) -> Floats:
     if flat.any():
         spun = _spun(R[flat], S[flat], other, after[0], revolute[flat])
         B[flat] = _better(S[flat], other, B[flat], _with_origin(spun, S[flat], other, revolute[flat]))
-    return _refined(S, other, B)
+    return _refine(S, other, B)
 
 
 def _with_origin(R: Floats, S: Floats, other: Floats, revolute: Floats) -> Floats:
@@ -83,18 +83,18 @@ def _better(S: Floats, other: Floats, one: Floats, two: Floats) -> Floats:
     return np.where((sizes[0] <= sizes[1])[:, None, None], one, two)
 
 
-def _refined(S: Floats, other: Floats, B: Floats) -> Floats:
+def _refine(S: Floats, other: Floats, B: Floats) -> Floats:
     scale = max(1.0, float(np.abs(other).max(initial=0.0)))
     for _ in range(_REFINEMENTS):
         size = np.abs(misfit(S, other, B)).max(axis=(1, 2), initial=0.0)
         near = (size < 1e-2 * scale) & (size > NEAREST * scale)
         if not near.any():
             break
-        B[near] = _better(S[near], other, B[near], _stepped(S[near], other, B[near]))
+        B[near] = _better(S[near], other, B[near], _step(S[near], other, B[near]))
     return B
 
 
-def _stepped(S: Floats, other: Floats, B: Floats) -> Floats:
+def _step(S: Floats, other: Floats, B: Floats) -> Floats:
     """One Gauss-Newton step: B moved by the small twist that takes most of the misfit away."""
     error = misfit(S, other, B)
     omega, v = error[..., :3] + other[:, :3], error[..., 3:] + other[:, 3:]

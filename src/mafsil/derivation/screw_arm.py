@@ -181,17 +181,17 @@ def screw_arm(mechanism: Mechanism) -> ScrewArm:
         if kind is not JointKind.PRISMATIC:
             foot: Vector3 = np.asarray(np.cross(direction, screw[3:]), dtype=np.float64)
             foot = foot + direction * float(direction @ (place - foot))
-            point = _stepped(point, foot - place, i - 1, letters)
+            point = _step(point, foot - place, i - 1, letters)
             place = foot
             advance = _letter(f"h{i}", pitch, letters)
         joints.append(ScrewJoint(direction, point, advance, kind is not JointKind.PRISMATIC))
-    tip = _stepped(point, home[:3, 3] - place, len(S), letters)
+    tip = _step(point, home[:3, 3] - place, len(S), letters)
     moving = [joint for joint in chain_to_tip(mechanism) if joint.moves]
     coordinates = tuple(mechanism.joint_names.index(joint.name) for joint in moving)
     return ScrewArm(mechanism, tuple(joints), SymbolicPose(numbers(home[:3, :3]), tip), letters, coordinates)
 
 
-def _stepped(point: Row, step: Vector3, i: int, letters: dict[str, float]) -> Row:
+def _step(point: Row, step: Vector3, i: int, letters: dict[str, float]) -> Row:
     """The next point in letters."""
     along = [k for k in range(3) if abs(step[k]) > NOTHING]
     names = {k: f"L{i}" if len(along) == 1 else f"{'xyz'[k]}{i}" for k in along}

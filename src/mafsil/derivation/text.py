@@ -111,7 +111,7 @@ def _body(step: Step) -> list[str]:
 def _grid(grid: Grid) -> list[str]:
     head = [cell if isinstance(cell, str) else name_text(cell) for cell in grid.head]
     rows = [head, *([cell_text(cell) for cell in row] for row in grid.rows)]
-    return ["   " + row for row in _aligned(rows)]
+    return ["   " + row for row in _align(rows)]
 
 
 def cell_text(cell: Polynomial | str) -> str:
@@ -170,7 +170,7 @@ def side_text(side: Side) -> str:
 
 
 def _matrix(entries: Entries) -> list[str]:
-    rows = _aligned([[formula(x) for x in row] for row in entries])
+    rows = _align([[formula(x) for x in row] for row in entries])
     return [f"[ {row} ]" for row in rows]
 
 
@@ -180,6 +180,6 @@ def _entries(entries: Entries) -> list[tuple[int, int, str]]:
     return [cell for cell in cells if cell[2] != "0"]
 
 
-def _aligned(rows: list[list[str]]) -> list[str]:
+def _align(rows: list[list[str]]) -> list[str]:
     widths = [max(len(row[c]) for row in rows) for c in range(len(rows[0]))]
     return ["   ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]

@@ -137,9 +137,9 @@ def mul(x: Node, y: Node) -> Node:
     if x is y or (p == q and same(x, y)):
         return sq(x)
     if p == CONSTANT:
-        return _scaled(x, y)
+        return _scale(x, y)
     if q == CONSTANT:
-        return _scaled(y, x)
+        return _scale(y, x)
     if p in _PRODUCT_RULES or q in _PRODUCT_RULES:
         found = _product(x, y)
         if found is not None:
@@ -147,7 +147,7 @@ def mul(x: Node, y: Node) -> Node:
     return Node("mul", x, y)
 
 
-def _scaled(c: Node, y: Node) -> Node:
+def _scale(c: Node, y: Node) -> Node:
     """A number times y."""
     value, q = c.value, y.op
     if value == 0.0 or (q == CONSTANT and y.value == 0.0):

@@ -69,15 +69,15 @@ def power(x: Node, y: Node) -> Node:
 
 def lt(x: Node, y: Node) -> Node:
     """1 where x < y, else 0."""
-    return ZERO if not _chained(x, y) and _not_negative(arithmetic.sub(x, y)) else binary("lt", x, y)
+    return ZERO if not _chain(x, y) and _not_negative(arithmetic.sub(x, y)) else binary("lt", x, y)
 
 
 def le(x: Node, y: Node) -> Node:
     """1 where x <= y, else 0."""
-    return ONE if not _chained(x, y) and _not_negative(arithmetic.sub(y, x)) else binary("le", x, y)
+    return ONE if not _chain(x, y) and _not_negative(arithmetic.sub(y, x)) else binary("le", x, y)
 
 
-def _chained(x: Node, y: Node) -> bool:
+def _chain(x: Node, y: Node) -> bool:
     return x.op in ("lt", "le") or y.op in ("lt", "le")
 
 

@@ -52,7 +52,7 @@ class Expression:
         elif isinstance(value, Expression):
             self.rows, self.columns, self.entries = value.rows, value.columns, value.entries.copy()
         else:
-            self.rows, self.columns, self.entries = _converted(value)
+            self.rows, self.columns, self.entries = _convert(value)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -289,7 +289,7 @@ def _nonzero(entries: Iterable[Node]) -> list[tuple[int, Node]]:
     return [(i, x) for i, x in enumerate(entries) if x.op != CONSTANT or x.value != 0.0]
 
 
-def _converted(value: Number | NDArray[np.generic] | Nested) -> tuple[int, int, list[Node]]:
+def _convert(value: Number | NDArray[np.generic] | Nested) -> tuple[int, int, list[Node]]:
     """Rows, columns and nodes of numbers, arrays and lists."""
     if isinstance(value, (float, int, np.generic)):
         return 1, 1, [constant(float(value))]

@@ -92,7 +92,7 @@ NEVER_NEGATIVE = frozenset(("sqrt", "sq", "exp", "fabs", *TRUTH_VALUES))
 """Operations whose value is not below zero."""
 
 
-def _divided(x: float, y: float) -> float:
+def _divide(x: float, y: float) -> float:
     if y != 0.0:
         return x / y
     return math.nan if x == 0.0 or x != x else math.copysign(math.inf, x) * math.copysign(1.0, y)
@@ -104,7 +104,7 @@ def _log(x: float) -> float:
     return -math.inf if x == 0.0 else math.nan
 
 
-def _guarded(function: Callable[..., float], overflow: float = math.inf) -> Callable[..., float]:
+def _guard(function: Callable[..., float], overflow: float = math.inf) -> Callable[..., float]:
     """The function, NaN outside its domain, infinite where it overflows."""
 
     def guarded(*x: float) -> float:
@@ -138,28 +138,28 @@ _ONE: dict[str, Callable[[float], float]] = {
     "neg": lambda x: -x,
     "sq": lambda x: x * x,
     "twice": lambda x: x + x,
-    "inv": lambda x: _divided(1.0, x),
+    "inv": lambda x: _divide(1.0, x),
     "fabs": abs,
     "sign": _sign,
     "floor": _whole(math.floor),
     "ceil": _whole(math.ceil),
     "log": _log,
     "not": lambda x: float(x == 0.0),
-    "sqrt": _guarded(math.sqrt),
-    "exp": _guarded(math.exp),
-    "sin": _guarded(math.sin),
-    "cos": _guarded(math.cos),
-    "tan": _guarded(math.tan),
-    "asin": _guarded(math.asin),
-    "acos": _guarded(math.acos),
-    "atan": _guarded(math.atan),
-    "tanh": _guarded(math.tanh),
+    "sqrt": _guard(math.sqrt),
+    "exp": _guard(math.exp),
+    "sin": _guard(math.sin),
+    "cos": _guard(math.cos),
+    "tan": _guard(math.tan),
+    "asin": _guard(math.asin),
+    "acos": _guard(math.acos),
+    "atan": _guard(math.atan),
+    "tanh": _guard(math.tanh),
 }
 _TWO: dict[str, Callable[[float, float], float]] = {
     "add": lambda x, y: x + y,
     "sub": lambda x, y: x - y,
     "mul": lambda x, y: x * y,
-    "div": _divided,
+    "div": _divide,
     "lt": lambda x, y: float(x < y),
     "le": lambda x, y: float(x <= y),
     "eq": lambda x, y: float(x == y),
@@ -171,7 +171,7 @@ _TWO: dict[str, Callable[[float, float], float]] = {
     "fmax": _greatest,
     "copysign": math.copysign,
     "atan2": math.atan2,
-    "pow": _guarded(math.pow),
+    "pow": _guard(math.pow),
 }
 FOLDS: dict[str, Callable[..., float]] = {**_ONE, **_TWO}
 """What each operation does to numbers, as IEEE says: no exception, but infinity and NaN."""

@@ -55,7 +55,7 @@ def draw_dh_frames(mechanism: Mechanism, table: DHTable, q: ArrayLike | None = N
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    frames = frame_poses(table, _relaxed(mechanism) if q is None else q)
+    frames = frame_poses(table, _relax(mechanism) if q is None else q)
     size = max(float(np.ptp(frames[:, :3, 3], axis=0).max()), 0.05)
     figure = Figure(figsize=(9.0, 5.6))
     FigureCanvasAgg(figure)
@@ -75,7 +75,7 @@ def draw_dh_frames(mechanism: Mechanism, table: DHTable, q: ArrayLike | None = N
     return figure
 
 
-def _relaxed(mechanism: Mechanism) -> Floats:
+def _relax(mechanism: Mechanism) -> Floats:
     """Small angles, so that neighbouring links do not lie on one line; prismatic joints drawn out a little."""
     names = [joint.name for joint in chain_to_tip(mechanism) if joint.moves]
     places = [mechanism.joint_names.index(name) for name in names]

@@ -109,7 +109,7 @@ def _plane(axes: Any, grasp: Grasp, closure: Closure, outline: Floats | None) ->
     for twist in _shown_motions(grasp, closure):
         _free_motion(axes, grasp, twist, size, outline)
     if closure.certificate is not None:
-        _unresisted(axes, closure.certificate, size)
+        _draw_unresisted_wrench(axes, closure.certificate, size)
     axes.plot(0, 0, "+", color=_INK)
     axes.set_aspect("equal")
     axes.margins(0.12)
@@ -136,7 +136,7 @@ def _free_motion(axes: Any, grasp: Grasp, twist: Floats, size: float, outline: F
             )
 
 
-def _unresisted(axes: Any, wrench: Floats, size: float) -> None:
+def _draw_unresisted_wrench(axes: Any, wrench: Floats, size: float) -> None:
     """The external wrench that nothing resists: an arrow for the force, a turning arrow for the moment."""
     moment, force = float(wrench[0]), wrench[1:]
     if np.linalg.norm(force) > 1e-9:

@@ -104,11 +104,11 @@ def _evenly(theta: Floats, scale: Floats) -> Floats:
 
 def _swing(linkage: Linkage, rate: Floats, steps: int) -> Floats:
     """From where it is drawn to one side, to the other, and back."""
-    there, back = _followed(linkage, rate, steps), _followed(linkage, -rate, steps)
+    there, back = _follow(linkage, rate, steps), _follow(linkage, -rate, steps)
     return np.concatenate([there, there[::-1], back, back[::-1]])
 
 
-def _followed(linkage: Linkage, rate: Floats, steps: int) -> Floats:
+def _follow(linkage: Linkage, rate: Floats, steps: int) -> Floats:
     """(k, F) configurations along a free motion, as far as its loops close, at most `REACH`."""
     scale, step = units(linkage), REACH / steps
     here, along = np.zeros(linkage.coordinates), rate / float(np.linalg.norm(rate))

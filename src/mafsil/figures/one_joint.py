@@ -111,11 +111,11 @@ def plot_error_response(
         rest = float(measured.steady_error)
         width = band * abs(float(values[0]) - rest)
         axes.axhspan(rest - width, rest + width, color=SOFT)
-        axes.axhline(rest, color="0.5", linewidth=0.8, label=_said("steady_error", rest, language))
+        axes.axhline(rest, color="0.5", linewidth=0.8, label=_say("steady_error", rest, language))
     axes.plot(times, values, color=COLOURS[0], linewidth=1.4)
     for key, at in (("settling_time", float(measured.settling_time)), ("peak_time", float(measured.peak_time))):
         if np.isfinite(at):
-            label = _said(key, at, language) if key == "settling_time" else _overshoot(measured.overshoot, language)
+            label = _say(key, at, language) if key == "settling_time" else _overshoot(measured.overshoot, language)
             axes.axvline(at, color=SINGULAR if key == "settling_time" else COLOURS[1], linestyle="--", label=label)
     if axes.get_legend_handles_labels()[0]:
         legend(axes)
@@ -228,7 +228,7 @@ def _require_some(name: str, given: Mapping[str, object]) -> None:
         raise InputError("input.range", name=name, value=len(given), low=1, high=MOST_CURVES)
 
 
-def _said(key: str, value: float, language: str | None) -> str:
+def _say(key: str, value: float, language: str | None) -> str:
     unit = " s" if key == "settling_time" else ""
     return f"{say(f'pictures.{key}', language=language)} {in_cell(number(value) + unit, language)}"
 

@@ -55,10 +55,10 @@ def plot_constrained_task(
     for k, each in enumerate(constraints):
         require_kind(f"constraints[{k}]", each, "TaskConstraint", "natural", "artificial")
     w, board = positive("half_width", half_width), positive("half_board", half_board)
-    space.save(lambda: _constrained(T, constraints, w, board, language), file)
+    space.save(lambda: _constrain(T, constraints, w, board, language), file)
 
 
-def _constrained(
+def _constrain(
     T: PoseMatrix, constraints: Sequence[TaskConstraint], w: float, board: float, language: str | None
 ) -> Any:
     """Board, eraser and frames in space; the table under them."""

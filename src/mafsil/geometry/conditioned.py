@@ -80,10 +80,10 @@ class Conditioned(Declared):
         return args if all(new is old for new, old in zip(better, args, strict=True)) else tuple(better)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _conditioned, (self.source, self.inputs, self.outputs, self.constants, self.conditions)
+        return _condition, (self.source, self.inputs, self.outputs, self.constants, self.conditions)
 
 
-def _conditioned(
+def _condition(
     source: str, inputs: Ports, outputs: Ports, constants: tuple[object, ...], conditions: Mapping[str, str]
 ) -> Conditioned:
     return Conditioned(source, inputs, outputs, *constants, conditions=conditions)
@@ -98,7 +98,7 @@ def compiled(source: str, *constants: object) -> Callable[[Function], Function]:
     """
 
     def of(described: Function) -> Function:
-        declared = _declared(cast("FunctionType", described), source, constants)
+        declared = _declare(cast("FunctionType", described), source, constants)
         made = _calling(cast("FunctionType", described), declared)
         made.__dict__["declared"] = declared
         return cast("Function", made)
@@ -106,26 +106,26 @@ def compiled(source: str, *constants: object) -> Callable[[Function], Function]:
     return of
 
 
-def _declared(described: FunctionType, source: str, constants: tuple[object, ...]) -> Declared:
+def _declare(described: FunctionType, source: str, constants: tuple[object, ...]) -> Declared:
     """The compiled expression whose ports are the annotations."""
     hints = get_type_hints(described, include_extras=True)
     result = hints.pop("return")
     results = get_args(result) if not hasattr(result, "__metadata__") else (result,)
     inputs = tuple((name, _core(hint)) for name, hint in hints.items())
     outputs = tuple((f"result_{k}" if len(results) > 1 else "result", _core(hint)) for k, hint in enumerate(results))
-    conditions = {name: said.kind for name, hint in hints.items() for said in _said(hint) if isinstance(said, Member)}
+    conditions = {name: said.kind for name, hint in hints.items() for said in _say(hint) if isinstance(said, Member)}
     if conditions:
         return Conditioned(source, inputs, outputs, *constants, conditions=conditions)
     return Declared(source, inputs, outputs, *constants)
 
 
-def _said(annotation: Any) -> tuple[object, ...]:
+def _say(annotation: Any) -> tuple[object, ...]:
     return annotation.__metadata__
 
 
 def _core(annotation: Any) -> tuple[int, ...]:
     """The dimensions behind `*batch`, of a shape or of a kind of member."""
-    said = _said(annotation)[0]
+    said = _say(annotation)[0]
     if isinstance(said, Member):
         return CORES[said.kind]
     return tuple(int(each) for each in cast("Shape", said).dimensions[1:])

@@ -79,7 +79,7 @@ class FrameGraph:
             if name not in self.frames:
                 known = ", ".join(self.frames)
                 raise InputError("geometry.frame_unknown", name="FrameGraph", frame=name, known=known)
-        found = self._reached(a)
+        found = self._reach(a)
         if b not in found:
             raise InputError("geometry.frame_unreached", name="FrameGraph", start=a, end=b, parts=self._parts())
         return found[b]
@@ -102,7 +102,7 @@ class FrameGraph:
                 return Pose(T.inverse().array)
         raise InputError("geometry.frame_unreached", name="FrameGraph", start=a, end=b, parts=self._parts())
 
-    def _reached(self, start: str) -> dict[str, Pose]:
+    def _reach(self, start: str) -> dict[str, Pose]:
         """T_start,b of every frame b that a chain reaches.
 
         1. Begin with the frame itself.
@@ -125,7 +125,7 @@ class FrameGraph:
     def _parts(self) -> str:
         rest, parts = list(self.frames), list[str]()
         while rest:
-            part = self._reached(rest[0])
+            part = self._reach(rest[0])
             parts.append("{" + ", ".join(part) + "}")
             rest = [name for name in rest if name not in part]
         return " ".join(parts)

@@ -119,9 +119,9 @@ def rigid_motion(before: ArrayLike, after: ArrayLike, tolerance: float | None = 
     correlation, s = _correlation(x, y)
     if s[1] <= ON_A_LINE * s[0]:
         return RigidMotion(None, stretch, stretch, False, limit)
-    T = _fitted(x, y, correlation)
+    T = _fit(x, y, correlation)
     residual = float(np.linalg.norm(pose.act(T, x) - y, axis=-1).max())
-    mirrored = bool(_mirrored(x, y, correlation, s)) and residual > limit
+    mirrored = bool(_mirror(x, y, correlation, s)) and residual > limit
     return RigidMotion(T, residual, stretch, mirrored, limit)
 
 
@@ -171,10 +171,10 @@ def fit(points_b: ArrayLike, points_a: ArrayLike) -> PoseMatrix:
     loose = s[..., 1] <= ON_A_LINE * s[..., 0]
     if np.any(loose):
         raise InputError("geometry.line_of_points", name="points", row=_row(loose))
-    mirrored = _mirrored(b, a, correlation, s)
+    mirrored = _mirror(b, a, correlation, s)
     if np.any(mirrored):
         raise InputError("geometry.mirrored", name="points", row=_row(mirrored))
-    return _fitted(b, a, correlation)
+    return _fit(b, a, correlation)
 
 
 def _same_points(first: ArrayLike, second: ArrayLike) -> tuple[Floats, Floats]:
@@ -193,7 +193,7 @@ def _correlation(b: Floats, a: Floats) -> tuple[Floats, Floats]:
     return correlation, np.asarray(np.linalg.svd(known, compute_uv=False))
 
 
-def _mirrored(b: Floats, a: Floats, correlation: Floats, s: Floats) -> Any:
+def _mirror(b: Floats, a: Floats, correlation: Floats, s: Floats) -> Any:
     """(*batch) whether the best reflection leaves far less than the best rotation.
 
     Sums of squares left: total - 2 (s1 + s2 + s3) and, the determinant being negative, total - 2 (s1 + s2 - s3). Of
@@ -206,7 +206,7 @@ def _mirrored(b: Floats, a: Floats, correlation: Floats, s: Floats) -> Any:
     return opposite & (4 * s[..., 2] > MIRRORED * reflected)
 
 
-def _fitted(b: Floats, a: Floats, correlation: Floats) -> PoseMatrix:
+def _fit(b: Floats, a: Floats, correlation: Floats) -> PoseMatrix:
     R = rotation.project(correlation)
     return pose.from_rotation_translation(R, a.mean(-2) - rotation.apply(R, b.mean(-2)))
 

@@ -103,10 +103,10 @@ def convert(value: Any, source: str | ArrayLike, target: str | ArrayLike) -> Any
     Raises:
         InputError: an unknown name, a value that is no rotation (mirror images are none), axes that are not orthogonal.
     """
-    return _named(target).from_matrix(_named(source).to_matrix(value))
+    return _name(target).from_matrix(_name(source).to_matrix(value))
 
 
-def _named(name: str | ArrayLike) -> Representation:
+def _name(name: str | ArrayLike) -> Representation:
     if not isinstance(name, str):
         return _of_axes(name)
     if name in REPRESENTATIONS:

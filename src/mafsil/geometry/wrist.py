@@ -34,13 +34,13 @@ class Wrist:
 
     def link_rotations(self, angles: ArrayLike) -> tuple[RotationMatrix, RotationMatrix, RotationMatrix]:
         """R_01, R_12, R_23, each (*batch, 3, 3), of joint angles (*batch, 3) [rad]."""
-        turned = self._moved(as_batch("angles", angles, (3,)))
+        turned = self._move(as_batch("angles", angles, (3,)))
         first, second, third = (rotation.from_axis_angle(self.axes[k], turned[..., k]) for k in range(3))
         return first, second, third
 
     def rotation(self, angles: ArrayLike) -> RotationMatrix:
         """R_03 (*batch, 3, 3) of joint angles (*batch, 3) [rad]."""
-        return euler.from_davenport(self._moved(as_batch("angles", angles, (3,))), self.axes)
+        return euler.from_davenport(self._move(as_batch("angles", angles, (3,))), self.axes)
 
     def angles(self, R_03: ArrayLike) -> Vector3:
         """(*batch, 2, 3) both sets of joint angles [rad] that reach a rotation; every rotation is reached."""
@@ -52,5 +52,5 @@ class Wrist:
         """The same mechanism with the middle joint's zero moved by an angle [rad]."""
         return Wrist(self.axes, self.middle_offset + offset)
 
-    def _moved(self, angles: Floats) -> Floats:
+    def _move(self, angles: Floats) -> Floats:
         return angles + np.array([0.0, self.middle_offset, 0.0])

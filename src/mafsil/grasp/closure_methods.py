@@ -70,7 +70,7 @@ def positive_span(A: Floats) -> MethodResult:
         A: (m, n).
     """
     m, n = A.shape
-    scaled = _scaled(A)
+    scaled = _scale(A)
     equal = np.vstack([np.column_stack([scaled, scaled.sum(axis=1)]), np.append(np.ones(n), n)])
     best = minimise(np.append(np.zeros(n), -1.0), equal, np.append(np.zeros(m), 1.0), free=1)
     if best is None:
@@ -85,7 +85,7 @@ def hull_and_ball(A: Floats) -> MethodResult:
     Args:
         A: (m, n).
     """
-    if np.linalg.matrix_rank(_scaled(A)) < len(A):
+    if np.linalg.matrix_rank(_scale(A)) < len(A):
         return MethodResult(False, 0.0)
     quality = quality_by_facets(A)
     return MethodResult(quality.epsilon > OPTIMUM * float(np.abs(A).max()), quality.epsilon, quality.weakest_direction)
@@ -126,7 +126,7 @@ def dual(A: Floats) -> MethodResult:
         A: (m, n).
     """
     m, n = A.shape
-    scaled = _scaled(A)
+    scaled = _scale(A)
     rows = np.hstack([-scaled.T, scaled.T])
     limits = np.eye(2 * m)
     best = minimise(
@@ -162,7 +162,7 @@ def _row_sizes(A: Floats) -> Floats:
     return np.where(sizes > 0, sizes, 1.0)
 
 
-def _scaled(A: Floats) -> Floats:
+def _scale(A: Floats) -> Floats:
     rows = A / _row_sizes(A)[:, None]
     sizes = np.linalg.norm(rows, axis=0)
     return rows / np.where(sizes > 0, sizes, 1.0)

@@ -248,8 +248,8 @@ class Contact:
             R @ self.direction,
             self.mu,
             self.gamma,
-            curvature=_turned(self.curvature, R) if self.curvature_given else None,
-            finger_curvature=_turned(self.finger_curvature, R),
+            curvature=_turn(self.curvature, R) if self.curvature_given else None,
+            finger_curvature=_turn(self.finger_curvature, R),
             name=self.name,
         )
 
@@ -394,7 +394,7 @@ def _along(curvature: float | Floats, tangents: Floats) -> Floats:
     return tangents @ curvature @ tangents.T
 
 
-def _turned(curvature: float | Floats, R: Floats) -> float | Floats:
+def _turn(curvature: float | Floats, R: Floats) -> float | Floats:
     return curvature if isinstance(curvature, float) else R @ curvature @ R.T
 
 

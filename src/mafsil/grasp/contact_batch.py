@@ -112,7 +112,7 @@ def contact_closures(
     Raises:
         InputError: wrong shapes, numbers that are not finite, a zero normal, a negative coefficient.
     """
-    given = _gathered(points, normals, mu, gamma)
+    given = _gather(points, normals, mu, gamma)
     batch, k, d = given.shape[:-2], given.shape[-2], given.shape[-1] // 2 - 1
     flat, m = given.reshape(-1, k, given.shape[-1]), 3 * (d - 1)
     count = len(flat)
@@ -134,7 +134,7 @@ def contact_closures(
     )  # fmt: skip
 
 
-def _gathered(points: ArrayLike, normals: ArrayLike, mu: ArrayLike, gamma: ArrayLike) -> Floats:
+def _gather(points: ArrayLike, normals: ArrayLike, mu: ArrayLike, gamma: ArrayLike) -> Floats:
     """(*batch, k, 2 d + 2) points, normals and coefficients of all contacts, checked."""
     r, n = real_array("points", points), real_array("normals", normals)
     if r.ndim < 2 or r.shape[-1] not in (2, 3) or not r.shape[-2]:

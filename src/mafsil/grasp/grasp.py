@@ -162,9 +162,9 @@ class Grasp:
             A = self.matrix(facets or 16, outer=outer)
             M = conditioning([c.point for c in self.contacts])
             found = closure(A, exact=self._exact_columns, transform=M, margins=margins)
-        return found if found else self._counted(found)
+        return found if found else self._count(found)
 
-    def _counted(self, found: Closure) -> Closure:
+    def _count(self, found: Closure) -> Closure:
         """Too few contacts for their models are a no, never marginal: no change of numbers helps."""
         if found.rank == self.rows and all(c.mu > 0 or c.gamma > 0 for c in self.contacts):
             return found

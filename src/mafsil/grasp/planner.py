@@ -153,7 +153,7 @@ def plan_grasps(
         rated.append((_rough_quality(contacts, solid, solid.size), weight))
         if progress is not None:
             progress((k + 1) / len(sets))
-    top = [_planned(sets[k], solid) for k in _order(rated)[:best]]  # 3
+    top = [_plan(sets[k], solid) for k in _order(rated)[:best]]  # 3
     order = _order([(p.epsilon, p.weight or 0.0) for p in top])
     status = PlanStatus.FOUND_ON_OPEN_MESH if solid.open_edges else PlanStatus.FOUND
     return GraspPlan(tuple(top[k] for k in order), tries, len(sets), solid, status)
@@ -220,7 +220,7 @@ def _rough_quality(contacts: list[Contact], body: GraspedBody, length: float) ->
     return quality_of_wrenches(grasp.measure(length, body.centre) @ grasp.matrix(EDGES)).epsilon
 
 
-def _planned(contacts: list[Contact], body: GraspedBody) -> PlannedGrasp:
+def _plan(contacts: list[Contact], body: GraspedBody) -> PlannedGrasp:
     grasp = Grasp(contacts)
     epsilon = grasp.quality(body.size, about=body.centre).epsilon
     if len(contacts) > 2:

@@ -134,7 +134,7 @@ def quality_of_discs(discs: Floats, *, together: bool = False, tolerance: float 
             return GraspQuality(0.0, max(0.0, upper), weakest, vertices)
         if state in (growth.CONVERGED, growth.FULL):
             grown = GraspQuality(max(0.0, lower), max(0.0, lower, upper), weakest, vertices)
-            return grown if grown.converged or together or D.shape[1] == 1 else _covered(D, grown)
+            return grown if grown.converged or together or D.shape[1] == 1 else _cover(D, grown)
     return None
 
 
@@ -148,7 +148,7 @@ def _grown(D: Floats, together: bool, tolerance: float, seed: int) -> tuple[int,
     return state, lower, upper, weakest, vertices
 
 
-def _covered(D: Floats, grown: GraspQuality) -> GraspQuality:
+def _cover(D: Floats, grown: GraspQuality) -> GraspQuality:
     """What growth left open: the least minimum that descents find, and a proof by cones that none reaches less far.
 
     1. Discs that symmetries map onto each other are searched once, within the walls of one region.
@@ -163,19 +163,19 @@ def _covered(D: Floats, grown: GraspQuality) -> GraspQuality:
     group, deviation = symmetries(padded) if m == MOST_ROWS else (np.eye(m)[None], 0.0)  # 1
     wall, stack, u = walls(group), np.empty((cover.STACK, m, m)), np.zeros(m)
     starts = [grown.weakest_direction, *np.random.default_rng(0).normal(size=(DESCENTS, m))]
-    upper, weakest = min((_descended(padded, start) for start in starts), key=lambda found: found[0])  # 2
+    upper, weakest = min((_descend(padded, start) for start in starts), key=lambda found: found[0])  # 2
     waiting, left, state = cover.begin(m, stack), CONES, cover.LOWER  # 3
     while state == cover.LOWER:
         b = upper * (1.0 - 0.5 * QUALITY_GAP)
         state, _, waiting, left = cover.covered(padded, b, wall, stack, waiting, left, u)
         if state == cover.LOWER:
-            upper, weakest = min((upper, weakest), _descended(padded, u), key=lambda found: found[0])  # 4
+            upper, weakest = min((upper, weakest), _descend(padded, u), key=lambda found: found[0])  # 4
     if state != cover.PROVEN:
         return GraspQuality(grown.epsilon, max(grown.epsilon, upper), weakest, grown.vertices)
     return GraspQuality(max(0.0, upper * (1.0 - 0.5 * QUALITY_GAP) - deviation), upper, weakest, grown.vertices)
 
 
-def _descended(D: Floats, start: Floats) -> tuple[float, Floats]:
+def _descend(D: Floats, start: Floats) -> tuple[float, Floats]:
     """The minimum below a direction, how far the set reaches there and where: downhill, then by Newton's method."""
     u = start / np.linalg.norm(start)
     reach = loops.direction_cover_loops.descend(D, u, WIDE, NARROW)

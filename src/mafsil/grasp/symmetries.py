@@ -46,7 +46,7 @@ def symmetries(discs: Floats) -> tuple[Floats, float]:
                 found.append(Q)
                 worst = max(worst, deviation)
     group = np.array(found)
-    return (group, worst) if len(group) > 1 and _closed(group) else alone
+    return (group, worst) if len(group) > 1 and _is_group(group) else alone
 
 
 def walls(group: Floats) -> Floats:
@@ -82,7 +82,7 @@ def _deviation(discs: Floats, images: Floats) -> float:
     return float((apart.min(axis=1) + rims + torsion).max())
 
 
-def _closed(group: Floats) -> bool:
+def _is_group(group: Floats) -> bool:
     """Whether every product of two maps is one of them."""
     products = np.einsum("aij,bjk->abik", group, group)
     apart = np.abs(products[:, :, None] - group[None, None]).max(axis=(3, 4))

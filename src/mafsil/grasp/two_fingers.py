@@ -97,10 +97,10 @@ def two_fingers(first: Contact, second: Contact) -> TwoFingers:
     delta = frozen([psi, phi])
     if found.force_closure:
         return replace(found, delta=delta)
-    return replace(found, delta=delta, unresisted=frozen(_unresisted(first, second, found.status)))
+    return replace(found, delta=delta, unresisted=frozen(_unresisted_wrench(first, second, found.status)))
 
 
-def _unresisted(first: Contact, second: Contact, case: NguyenCase) -> Floats:
+def _unresisted_wrench(first: Contact, second: Contact, case: NguyenCase) -> Floats:
     """A y with y . w >= 0 for both contacts: a turn about one of them, or the field n_i / (n_i . d) at both."""
     wrenches = np.hstack([first.wrenches(), second.wrenches()])
     slack = -TYPED * float(np.abs(wrenches).max())

@@ -103,13 +103,13 @@ def examined(robot: Robot, motions: Sequence[SmoothMotion]) -> list[Remark]:
         robot: with masses.
         motions: of the log.
     """
-    rows = _sampled(motions)
+    rows = _sample(motions)
     if rows is None or not has_inertia(robot.mechanism):
         return []
-    first = _judged(robot, rows)
+    first = _judge(robot, rows)
     if first.fits:
         return []
-    tried = [(remark, _judged(robot, changed)) for remark, changed in _changes(robot, rows)]
+    tried = [(remark, _judge(robot, changed)) for remark, changed in _changes(robot, rows)]
     remark, best = min(tried, key=lambda one: one[1].rank)
     judged = best.clear
     few = judged.sum() < max(first.clear.sum(), min(robot.n, LEAST_JOINTS))
@@ -119,7 +119,7 @@ def examined(robot: Robot, motions: Sequence[SmoothMotion]) -> list[Remark]:
     return [Remark(remark.key, {**remark.details, **details}), *_slopes(robot, best)]
 
 
-def _sampled(motions: Sequence[SmoothMotion]) -> _Rows | None:
+def _sample(motions: Sequence[SmoothMotion]) -> _Rows | None:
     q, qd, qdd, tau = (np.concatenate([getattr(m, name) for m in motions]) for name in ("q", "qd", "qdd", "tau"))
     if len(q) < 10 * (q.shape[1] + 5):
         return None
@@ -127,7 +127,7 @@ def _sampled(motions: Sequence[SmoothMotion]) -> _Rows | None:
     return _Rows(q[at], qd[at], qdd[at], tau[at])
 
 
-def _judged(robot: Robot, rows: _Rows) -> _Judged:
+def _judge(robot: Robot, rows: _Rows) -> _Judged:
     wanted = np.asarray(robot.inverse_dynamics(rows.q, rows.qd, rows.qdd))
     n = robot.n
     slope, explained = np.zeros(n), np.zeros(n)

@@ -75,7 +75,7 @@ def _structural(model: TorqueModel, base: BaseParameters, parameterisation: Para
 def _group(reason: str, part: str, labels: tuple[str, ...]) -> Unidentifiable:
     key = f"identification.{reason}_all" if len(labels) == 10 else f"identification.{reason}"
     words = [Remark(f"identification.word_{label.rpartition('.')[2].lower()}") for label in labels]
-    details: dict[str, object] = {"part": part, "names": _listed(words)}
+    details: dict[str, object] = {"part": part, "names": _list(words)}
     return Unidentifiable(labels, reason, Remark(key, details))
 
 
@@ -91,7 +91,7 @@ def _by_this_log(base: BaseParameters, fit: Fit, parameterisation: Parameterisat
     return [_group("log", part, tuple(labels)) for part, labels in found.items()]
 
 
-def _listed(words: list[Remark]) -> Remark:
+def _list(words: list[Remark]) -> Remark:
     """Words one after the other, as one remark."""
     first, *rest = words
     for word in rest:

@@ -97,7 +97,7 @@ def identify(
 
     Reference: Gautier & Khalil; Swevers et al., IEEE CSM 27(5), 2007; Wensing, Kim & Slotine, IEEE RA-L 3, 2018.
     """
-    logs = [opened(one, robot, degrees) for one in _listed(log)]
+    logs = [opened(one, robot, degrees) for one in _list(log)]
     model = TorqueModel(robot, positive("smoothing", smoothing))
     back = held_out_fraction("held_out", held_out) if validation is None else 0.0
     parts = [one.split(back) if back else (one, None) for one in logs]
@@ -105,20 +105,20 @@ def identify(
     training = [prepared(start, bandwidth) for start, _ in parts]
     tests = [prepared(other, max(band for _, band, _ in training)) for other in others]
     rotors = bool(model.prior[-robot.n :].any()) if rotor_inertia is None else rotor_inertia
-    full = _stacked(model, [m for motions, _, _ in training for m in motions])
+    full = _stack(model, [m for motions, _, _ in training for m in motions])
     if not full.rows:
         raise InputError("identification.too_short", seconds=max(one.duration for one in logs))
-    tried = _stacked(model, [m for motions, _, _ in tests for m in motions])
+    tried = _stack(model, [m for motions, _, _ in tests for m in motions])
     problem = _problem(model, full, tried if tried.rows else None, rotors)
     remarks = [remark for one in logs for remark in one.remarks()]
     remarks += [remark for _, _, found in training for remark in found]
     remarks += _hardly_moving(robot, logs)
     band = max(band for _, band, _ in training)
-    found = _identified(model, problem, full, positive("prior_spread", prior_spread), band, rotors, remarks)
+    found = _identify(model, problem, full, positive("prior_spread", prior_spread), band, rotors, remarks)
     return replace(found, faults=tuple(examined(robot, [m for motions, _, _ in training for m in motions])))
 
 
-def _stacked(model: TorqueModel, motions: list[SmoothMotion]) -> RegressorStack:
+def _stack(model: TorqueModel, motions: list[SmoothMotion]) -> RegressorStack:
     blocks = (block for motion in motions for block in model.equations(motion))
     return RegressorStack.of(blocks, model.robot.n, model.base.count)
 
@@ -142,7 +142,7 @@ def _problem(model: TorqueModel, full: RegressorStack, tried: RegressorStack | N
     return _Problem(full.reduced(columns, known), tried and tried.reduced(columns, known), smaller)
 
 
-def _identified(
+def _identify(
     model: TorqueModel,
     problem: _Problem,
     full: RegressorStack,
@@ -220,7 +220,7 @@ def _hardly_moving(robot: Robot, logs: list[MotionLog]) -> list[Remark]:
     ]
 
 
-def _listed(log: Log | Sequence[Log]) -> list[Log]:
+def _list(log: Log | Sequence[Log]) -> list[Log]:
     """One log or several, as a list; an empty one is refused."""
     logs = list(log) if isinstance(log, list | tuple) else [cast("Log", log)]
     if not logs:
@@ -283,7 +283,7 @@ def _bodies(mechanism: Mechanism) -> tuple[Floats, dict[int, BodyParameterisatio
     remarks: list[Remark] = []
     for links in lumps:
         if not (parameters[links, 0] > 0.0).any():
-            parameters[links[0]] = _invented(parameters[links].sum(axis=0), length)
+            parameters[links[0]] = _invent(parameters[links].sum(axis=0), length)
             name, mass = mechanism.links[links[0]].name, float(parameters[links[0], 0])
             remarks.append(Remark("identification.invented", {"link": name, "mass": mass}))
     parameterisations: dict[int, BodyParameterisation] = {}
@@ -311,7 +311,7 @@ def _lumps(mechanism: Mechanism) -> list[list[int]]:
     return lumps
 
 
-def _invented(known: Floats, length: float) -> Floats:
+def _invent(known: Floats, length: float) -> Floats:
     """A ball for a body of which at most a moment of inertia is known."""
     radius = 0.1 * length
     moment = float(known[4:7].max())

@@ -44,7 +44,7 @@ def with_parameters(model: TorqueModel, found: Floats, rotors: bool) -> Mechanis
     friction = found[model.inertial_count : -n].reshape(n, 3)
     order = {joint.name: k for k, joint in enumerate(mechanism.coordinates)}
     joints = tuple(
-        _resisted(joint, friction[order[joint.name]], found[-n:][order[joint.name]] if rotors else None)
+        _resist(joint, friction[order[joint.name]], found[-n:][order[joint.name]] if rotors else None)
         if joint.name in order
         else replace(joint, friction=None)
         for joint in mechanism.joints
@@ -52,7 +52,7 @@ def with_parameters(model: TorqueModel, found: Floats, rotors: bool) -> Mechanis
     return replace(mechanism, links=links, joints=joints)
 
 
-def _resisted(joint: Joint, friction: Floats, rotor: float | None) -> Joint:
+def _resist(joint: Joint, friction: Floats, rotor: float | None) -> Joint:
     """A joint with friction and, if it was looked for, the inertia of its rotor, all referred to the joint."""
     viscous, coulomb, offset = map(float, friction)
     actuator = joint.actuator

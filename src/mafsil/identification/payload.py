@@ -178,10 +178,10 @@ def estimate_payload(
     if stack.rows < 2:
         raise InputError("identification.too_short", seconds=given.duration)
     effort = np.maximum(np.sqrt((given.signals()["tau"] ** 2).mean(axis=0)), NO_EFFORT)
-    return _estimated(robot, stack, effort, remarks)
+    return _estimate(robot, stack, effort, remarks)
 
 
-def _estimated(robot: Robot, stack: RegressorStack, effort: Floats, remarks: list[Remark]) -> Payload:
+def _estimate(robot: Robot, stack: RegressorStack, effort: Floats, remarks: list[Remark]) -> Payload:
     start = _rough(stack)
     parameterisation = Parameterisation({0: BodyParameterisation.around(start)}, np.zeros(10), start, SPREAD)
     spread = parameterisation.at(np.zeros(10))[1]

@@ -83,9 +83,9 @@ class Continuation(Answer):
         kept = int((self.solution >= 0).sum())
         lines = [say("calibrated.kept", language=language, kept=kept, defect=self.defect)]
         if self.lost:
-            lines.append(say("calibrated.lost", language=language, branches=_listed(self.lost)))
+            lines.append(say("calibrated.lost", language=language, branches=_list(self.lost)))
         if self.gained:
-            lines.append(say("calibrated.gained", language=language, solutions=_listed(self.gained)))
+            lines.append(say("calibrated.gained", language=language, solutions=_list(self.gained)))
         return "\n".join([*lines, self.answer.explain(language)])
 
 
@@ -115,7 +115,7 @@ def continued_branches(robot: RobotLike, T_sd: ArrayLike) -> Continuation:
     rows = np.flatnonzero(exists)
     rows = rows[distinct(ideal[rows], shared.revolute)]
     solution, moved = np.full(len(ideal), -1), np.full(len(ideal), np.nan)
-    ends = [_continued(robot, ideal[row], T) for row in rows]
+    ends = [_continue(robot, ideal[row], T) for row in rows]
     order = np.argsort([way for _, way in ends])
     for i in map(int, order):
         if not len(answer) or not np.isfinite(ends[i][0]).all():
@@ -130,7 +130,7 @@ def continued_branches(robot: RobotLike, T_sd: ArrayLike) -> Continuation:
     return Continuation(answer, ideal, solution, moved, lost, gained, float(arm.form.pattern.defect))
 
 
-def _continued(robot: Robot, q: JointVector, T: PoseMatrix) -> tuple[JointVector, float]:
+def _continue(robot: Robot, q: JointVector, T: PoseMatrix) -> tuple[JointVector, float]:
     """Where the measured configuration q goes while its pose moves to T, and by how much; NaN where it ends on the way.
 
     The pose moves along a screw, by steps that Newton's method can follow.
@@ -155,5 +155,5 @@ def _apart(q: JointVector, other: JointVector, revolute: NDArray[np.bool_]) -> F
     return np.abs(np.where(revolute, (d + np.pi) % (2 * np.pi) - np.pi, d)).max(axis=-1)
 
 
-def _listed(numbers: tuple[int, ...]) -> str:
+def _list(numbers: tuple[int, ...]) -> str:
     return ", ".join(str(k + 1) for k in numbers)

@@ -117,10 +117,10 @@ def chain_of(mechanism: Mechanism) -> Chain | None:
     column = np.array(prismatic, dtype=np.bool_).reshape(-1, 1)
     axes = np.where(column, S[:, 3:], S[:, :3])
     points = np.where(column, 0.0, np.cross(S[:, :3], S[:, 3:]))
-    return Chain(_snapped(axes), _snapped(points), prismatic, tuple(range(len(path))), _snapped(home))
+    return Chain(_snap(axes), _snap(points), prismatic, tuple(range(len(path))), _snap(home))
 
 
-def _snapped(x: Floats) -> Floats:
+def _snap(x: Floats) -> Floats:
     """Rounding removed from zeros and ones."""
     x = np.where(np.abs(x) < TYPED_ZERO, 0.0, x)
     return np.where(np.abs(np.abs(x) - 1.0) < TYPED_ZERO, np.sign(x), x)

@@ -94,10 +94,10 @@ def inverse_kinematics(
                 return at_parameter.with_parameter(arm, T_sd, free, tolerance)
             if has_redundant_joints(arm):
                 return redundant_single.redundant_single(arm, T_sd, arm.middle, tolerance)
-    return _answered(as_robot(robot), T_sd, frame, task, q0, free, tolerance)
+    return _answer(as_robot(robot), T_sd, frame, task, q0, free, tolerance)
 
 
-def _answered(
+def _answer(
     robot: Robot,
     T_sd: ArrayLike,
     frame: str | None,

@@ -104,7 +104,7 @@ class IKResult(Answer):
         raise AttributeError(name)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _restored, ({name: getattr(self, name) for name in FIELDS},)
+        return _restore, ({name: getattr(self, name) for name in FIELDS},)
 
     def __repr__(self) -> str:
         return on_screen(self.explain())
@@ -212,6 +212,6 @@ class IKResult(Answer):
 _set = object.__setattr__
 
 
-def _restored(fields: dict[str, Any]) -> IKResult:
+def _restore(fields: dict[str, Any]) -> IKResult:
     """An answer from another process."""
     return IKResult(fields.__getitem__, **fields)

@@ -177,12 +177,12 @@ class _Iteration:
                 status = RootStatus.DIVERGED
             if status is not RootStatus.NOT_CONVERGED or len(iterates) > most:
                 break
-            if not self._prepared(len(iterates) == 1):
+            if not self._is_prepared(len(iterates) == 1):
                 status = RootStatus.SINGULAR
                 break
             before = y
             with np.errstate(over="ignore", invalid="ignore"):
-                self.x, y = self._stepped(y)
+                self.x, y = self._step(y)
             grown = grown + 1 if np.linalg.norm(y) > np.linalg.norm(before) else 0
             iterates.append(self.x)
             values.append(y)
@@ -191,7 +191,7 @@ class _Iteration:
     def _value(self, x: Floats) -> Floats:
         return single("f", self.f(x), (len(x),)) if np.isfinite(x).all() else np.full(len(x), np.nan)
 
-    def _prepared(self, begin: bool) -> bool:
+    def _is_prepared(self, begin: bool) -> bool:
         """Whether there is a Jacobian that a step can be made with."""
         if begin or self.variant != "broyden":
             n = len(self.x)
@@ -199,7 +199,7 @@ class _Iteration:
         self.ranks.append(int(np.linalg.matrix_rank(self.J)))
         return self.variant == "levenberg" or self.ranks[-1] == len(self.x)
 
-    def _stepped(self, y: Floats) -> tuple[Floats, Floats]:
+    def _step(self, y: Floats) -> tuple[Floats, Floats]:
         if self.variant == "levenberg":
             return self._levenberg(y)
         step, share = -np.linalg.solve(self.J, y), 1.0

@@ -92,7 +92,7 @@ def bounded_rates(
     parts = (np.swapaxes(U, -1, -2) @ twist[..., None])[..., 0]
     inverse = s / np.where(s < e, s * s + squares, s * s)
     qd = (np.swapaxes(W, -1, -2) @ (inverse * parts)[..., None])[..., 0]
-    scale = _slowed(qd, limits, robot.n)
+    scale = _slow(qd, limits, robot.n)
     qd = qd * scale[..., None]
     residual = np.linalg.norm((J @ qd[..., None])[..., 0] - scale[..., None] * twist, axis=-1)
     rank = (s > RANK * s.max(axis=-1, keepdims=True, initial=0.0)).sum(axis=-1)
@@ -100,7 +100,7 @@ def bounded_rates(
     return BoundedRates(qd, scale, residual, rank, s, U, (s < e).sum(axis=-1), codes)
 
 
-def _slowed(qd: JointVector, limits: ArrayLike | None, n: int) -> Floats:
+def _slow(qd: JointVector, limits: ArrayLike | None, n: int) -> Floats:
     """(*batch,) the factor that brings all rates within their limits."""
     if limits is None:
         return np.ones(qd.shape[:-1])

@@ -54,7 +54,7 @@ def reduced(lanes: Lanes, angles: list[str]) -> list[tuple[str, str, str]]:
         known = lanes.integer_op("xor", turns, lanes.whole(MAGIC_BITS))
         beyond = lanes.integer_op("or", beyond, known) if beyond else known
     large = lanes.compare_integers("ugt", beyond, lanes.whole((1 << 21) - 1))
-    return _joined(lanes, angles, fast, lanes.any(large))
+    return _join(lanes, angles, fast, lanes.any(large))
 
 
 def _moderate(lanes: Lanes, x: str) -> tuple[str, str, str]:
@@ -83,9 +83,7 @@ def _moderate(lanes: Lanes, x: str) -> tuple[str, str, str]:
     return r, lanes.add(lanes.sub(r, middle), beyond), lanes.bits(turned)
 
 
-def _joined(
-    lanes: Lanes, angles: list[str], fast: list[tuple[str, str, str]], large: str
-) -> list[tuple[str, str, str]]:
+def _join(lanes: Lanes, angles: list[str], fast: list[tuple[str, str, str]], large: str) -> list[tuple[str, str, str]]:
     """`fast`, unless `large`: then the lanes beyond the hot path are reduced again, through memory."""
     # The branch is marked as one in a million (!prof !0), so the slow block lies outside the hot code.
     text = lanes.text

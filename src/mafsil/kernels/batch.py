@@ -115,7 +115,7 @@ class Evaluator:
                 numbers whose result overflows, where the signature says that it should be finite.
         """
         ports = self._signature.inputs
-        arrays = self._ordered(args, named)
+        arrays = self._order(args, named)
         batch = self._common_batch(arrays)
         if batch is None:
             if self._symbolic is not None and any(isinstance(array, Symbolic) for array in arrays):
@@ -162,7 +162,7 @@ class Evaluator:
                 return None
         return batch
 
-    def _ordered(self, args: Sequence[Any], named: Mapping[str, Any]) -> Sequence[Any]:
+    def _order(self, args: Sequence[Any], named: Mapping[str, Any]) -> Sequence[Any]:
         if not named and len(args) == len(self._names):
             return args
         positional = self._names[: len(args)]

@@ -1,7 +1,7 @@
 """From a description to loaded code: found in this process, found in the cache, or traced and compiled once.
 
 1. The words for an expression lead to its tape: from the cache, or traced and reduced (`obtain`).
-2. The tape leads to the code of a part of the kernel: from the cache, if its canary sings, or compiled (`_made`).
+2. The tape leads to the code of a part of the kernel: from the cache, if its canary sings, or compiled (`_make`).
 3. Batch entry, single entry and the one for lanes must give the same bits: each is held against another.
 """
 
@@ -106,10 +106,10 @@ def tape_text(order: Order) -> str:
 def _traced_once(order: Order) -> TapeEntry:
     with order.store.compiling(order.key) as waited:
         found = order.store.get_tape(order.key) if waited else None
-        return found or _traced(order)
+        return found or _trace(order)
 
 
-def _traced(order: Order) -> TapeEntry:
+def _trace(order: Order) -> TapeEntry:
     """The expression built, read and reduced."""
     started = time.perf_counter()
     with _no_collection():
@@ -140,10 +140,10 @@ def _put(order: Order, whole: Image, name: str) -> None:
     """
     with _lock_of(order.key):
         if name not in whole.parts:
-            whole.add(name, _made(order, whole, name))
+            whole.add(name, _make(order, whole, name))
 
 
-def _made(order: Order, whole: Image, name: str) -> Part:
+def _make(order: Order, whole: Image, name: str) -> Part:
     key = order.object_key(name, whole.hash)
     found = _from_store(order, whole, name, key)
     if found is None:
@@ -203,7 +203,7 @@ def _tape_text(order: Order, whole: Image) -> str:
     text = entry.text() if entry is not None and entry.hash == whole.hash else None
     if text is None:
         order.store.discard(order.key)
-        entry = _traced(order)
+        entry = _trace(order)
         text = entry.text() if entry.hash == whole.hash else None
     if text is None:
         raise KernelError("call.unequal", name=order.signature.name)

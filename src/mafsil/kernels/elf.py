@@ -7,8 +7,8 @@ short:
 2. Lay out what is needed at run time in one range of memory, code, constants and variables on pages apart (`_layout`).
 3. Reserve that range, private to the process.
 4. Give every symbol its address there (`_symbols`).
-5. Copy the sections (`_filled`) and write the addresses into them that the compiler left open: relocations, absolute of
-   64 bits or relative to their own place of 32 (`_relocated`).
+5. Copy the sections (`_fill`) and write the addresses into them that the compiler left open: relocations, absolute of
+   64 bits or relative to their own place of 32 (`_relocate`).
 6. Set the rights of the pages: read-execute, read-only or read-write, never writable code.
 
 Whatever is not known here is declined and goes to LLVM's own loader (`target.load`), and so does everything where
@@ -87,7 +87,7 @@ def load(code: bytes, symbols: Iterable[str], imports: Mapping[str, int] | None 
             memory[values[index] - base : values[index] - base + _JUMP] = _jump((imports or {})[name])
         needed = {name: int(values[names[name]]) for name in symbols}
         # 5.
-        if not _filled(code, sections, places, memory, base, values):
+        if not _fill(code, sections, places, memory, base, values):
             return None
     except (_UnknownError, StopIteration, struct.error, KeyError, ValueError, IndexError, OSError):
         return None
@@ -188,7 +188,7 @@ def _jump(address: int) -> bytes:
     return b"\xff\x25\x00\x00\x00\x00" + address.to_bytes(8, "little") + b"\x90\x90"
 
 
-def _filled(
+def _fill(
     code: bytes, sections: list[_Section], places: dict[int, int], memory: mmap.mmap, base: int, values: Any
 ) -> bool:
     """Copy the sections and apply their relocations; False at the first that is not understood."""
@@ -200,12 +200,12 @@ def _filled(
     for table in sections:
         if table.kind == _RELOCATIONS and table.info in places:
             rows = np.frombuffer(code, _RELOCATION, table.size // _RELOCATION.itemsize, table.offset)
-            if not _relocated(view, rows, base, places[table.info], sections[table.info].size, values):
+            if not _relocate(view, rows, base, places[table.info], sections[table.info].size, values):
                 return False
     return True
 
 
-def _relocated(view: Any, rows: Any, base: int, start: int, size: int, values: Any) -> bool:
+def _relocate(view: Any, rows: Any, base: int, start: int, size: int, values: Any) -> bool:
     # The upper half of `info` is the symbol, the lower the kind. A symbol without address is not in memory: declined.
     kinds = rows["info"] & 0xFFFFFFFF
     targets = values[(rows["info"] >> np.uint64(32)).astype(np.intp)]

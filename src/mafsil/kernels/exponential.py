@@ -22,8 +22,8 @@ TWO_THIRDS = (2 / 3, 3.700743415417188e-17)
 def exp(lanes: Lanes, x: str) -> str:
     """e^x."""
     # Outside this interval the result is 0 or infinite anyway; inside it n fits two halves of an exponent.
-    n, r, lo = _exp_reduced(lanes, _clamped(lanes, x, -747.0, 712.0))
-    return _scaled(lanes, lanes.add(lanes.const(1.0), _exp_minus_one(lanes, r, lo)), n)
+    n, r, lo = _exp_reduced(lanes, _clamp(lanes, x, -747.0, 712.0))
+    return _scale(lanes, lanes.add(lanes.const(1.0), _exp_minus_one(lanes, r, lo)), n)
 
 
 def tanh(lanes: Lanes, x: str) -> str:
@@ -40,14 +40,14 @@ def tanh(lanes: Lanes, x: str) -> str:
     return lanes.copysign(lanes.select(small, near, far), x)
 
 
-def _scaled(lanes: Lanes, mantissa: str, n: str) -> str:
+def _scale(lanes: Lanes, mantissa: str, n: str) -> str:
     """mantissa 2^n for |n| < 2044: in two factors, since 2^n itself may lie outside the range of doubles."""
     half = lanes.integer_op("ashr", n, lanes.whole(1))
     once = lanes.mul(mantissa, _power_of_two(lanes, half))
     return lanes.mul(once, _power_of_two(lanes, lanes.integer_op("sub", n, half)))
 
 
-def _clamped(lanes: Lanes, x: str, low: float, high: float) -> str:
+def _clamp(lanes: Lanes, x: str, low: float, high: float) -> str:
     """x kept in an interval; NaN stays."""
     x = lanes.select(lanes.compare("olt", x, lanes.const(low)), lanes.const(low), x)
     return lanes.select(lanes.compare("ogt", x, lanes.const(high)), lanes.const(high), x)
@@ -146,7 +146,7 @@ def pow(lanes: Lanes, x: str, y: str) -> str:
     # 1.
     high, low = _log_long(lanes, lanes.fabs(x))
     # 2.
-    bounded = _clamped(lanes, y, -1e30, 1e30)
+    bounded = _clamp(lanes, y, -1e30, 1e30)
     product, error = two_product(lanes, high, bounded)
     # 3.
     size = _exp_long(lanes, product, lanes.fma(low, bounded, error))
@@ -198,11 +198,11 @@ def _long_product(lanes: Lanes, x: str, x_low: str, y: str, y_low: str) -> tuple
 
 def _exp_long(lanes: Lanes, x: str, low: str) -> str:
     """e^(x + low) for a small `low`."""
-    clamped = _clamped(lanes, x, -747.0, 712.0)
+    clamped = _clamp(lanes, x, -747.0, 712.0)
     low = lanes.select(lanes.compare("oeq", clamped, x), low, lanes.const(0.0))
     n, r, lo = _exp_reduced(lanes, clamped)
     r, lo = two_sum(lanes, r, lanes.add(lo, low))
-    return _scaled(lanes, lanes.add(lanes.const(1.0), _exp_minus_one(lanes, r, lo)), n)
+    return _scale(lanes, lanes.add(lanes.const(1.0), _exp_minus_one(lanes, r, lo)), n)
 
 
 def _pow_special(lanes: Lanes, x: str, y: str, size: str) -> str:

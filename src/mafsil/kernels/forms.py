@@ -40,9 +40,9 @@ def entry(signature: Signature) -> str:
     parts = [
         _head(),
         _twins(signature),
-        _framed(signature),
+        _frame(signature),
         _CALL_OF_TWIN,
-        _named(signature),
+        _name(signature),
         _given(signature),
         _point(signature),
     ]
@@ -139,7 +139,7 @@ twin.first:                                                  ; is the first keyw
   br i1 %framed, label %twin.last, label %given.copy"""
 
 
-def _framed(signature: Signature) -> str:
+def _frame(signature: Signature) -> str:
     """Step 1, all inputs by position, a frame, and perhaps `out`: the frame is left out of the call."""
     count = len(signature.inputs)
     without_frame = "\n".join(
@@ -201,7 +201,7 @@ unnamed.few:
   br i1 %exact, label %given.copy, label %slow"""
 
 
-def _named(signature: Signature) -> str:
+def _name(signature: Signature) -> str:
     """Step 2: keywords to their places; every place must be taken once.
 
     1. The arguments by position in their places.
@@ -220,7 +220,7 @@ def _named(signature: Signature) -> str:
 given.copy:                                                  ; 2.1: given[k] = k < nargs ? args[k] : null
   %kw.count = phi i64 [ %kw.size, %twin.first ], [ 0, %unnamed.few ]
   %kw.list = phi ptr [ %kw.items, %twin.first ], [ null, %unnamed.few ]
-{_copied(count)}
+{_copy(count)}
   br label %keyword.loop
 keyword.loop:                                                ; 2.2: for k in 0 ... keywords: sort one into its place
   %k = phi i64 [ 0, %{last} ], [ %k.next, %keyword.next ]
@@ -272,7 +272,7 @@ full0:                                                       ; 2.3
   br label %out.none"""
 
 
-def _copied(count: int) -> str:
+def _copy(count: int) -> str:
     """The arguments by position in their places, null in the others."""
     return "\n".join(
         f"  %copy.from{k} = getelementptr ptr, ptr %args, i64 {k}\n"

@@ -206,13 +206,13 @@ def _ports(numbers: Floats, signature: Signature, side: str) -> list[Floats]:
 
 
 def _run_lanes(address: int, given: list[Floats], found: list[Floats]) -> None:
-    tiles = [_aligned(np.concatenate([x.T for x in given])), *(_aligned(x.T) for x in found)]
+    tiles = [_align(np.concatenate([x.T for x in given])), *(_align(x.T) for x in found)]
     ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * len(tiles))(address)(*(tile.ctypes.data for tile in tiles))
     for x, tile in zip(found, tiles[1:], strict=True):
         x[:] = tile.T
 
 
-def _aligned(numbers: Floats) -> Floats:
+def _align(numbers: Floats) -> Floats:
     """A copy that begins at a multiple of 64 bytes."""
     room = np.empty(numbers.size + 8)
     first = -(room.ctypes.data // 8) % 8

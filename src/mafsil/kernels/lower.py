@@ -91,7 +91,7 @@ def _single(tape: Tape, signature: Signature, target: Target) -> tuple[set[str],
     entry = _Entry(tape, segments(tape), target, 1, ports)
     # One piece reads all inputs before it writes; several pieces would read inputs that an earlier one has overwritten
     # where the caller's `out` lies over them, so they get a copy.
-    gathered = _gathered(signature) if entry.functions else []
+    gathered = _gather(signature) if entry.functions else []
     head = f"define dso_local void @{SINGLE}({', '.join(_single_ports(signature))}) #0 {{"
     return entry.declared, [*entry.functions, head, "entry:", *gathered, *entry.lines, "}"]
 
@@ -125,7 +125,7 @@ def point(
     pieces = segments(tape) if cut else segments(tape, 1 << 60)
     ports = ", ".join(["ptr noalias %in", *_pointers("noalias %y", len(signature.outputs))])
     entry = _Entry(tape, pieces, target, 1, ports, scalar=True)
-    gathered = _gathered(signature) if entry.functions else []
+    gathered = _gather(signature) if entry.functions else []
     huge, declared = huge_value_function(target.fma, "#1")
     head = "define internal" if inline else "define dso_local"
     operations = {node.op for node in tape.nodes}
@@ -186,7 +186,7 @@ class _Entry:
         # 3.
         found, cells = pieces
         texts = [
-            _emitted(tape, found, k, Text(target.fma, target.rounding, scalar=scalar), width, in_rows)
+            _emit(tape, found, k, Text(target.fma, target.rounding, scalar=scalar), width, in_rows)
             for k in range(len(found))
         ]
         for text in texts:
@@ -212,7 +212,7 @@ class _Entry:
         self.lines.append("  ret void")
 
 
-def _emitted(tape: Tape, pieces: list[Segment], k: int, text: Text, width: int, in_rows: bool) -> Text:
+def _emit(tape: Tape, pieces: list[Segment], k: int, text: Text, width: int, in_rows: bool) -> Text:
     """The text of piece k; the first also stores the outputs that are inputs or constants."""
     # Stack space is reserved in the entry block, whose lines are known last; the arithmetic begins in another one.
     text.do("br label %body")
@@ -256,7 +256,7 @@ def _single_ports(signature: Signature) -> list[str]:
     return _pointers("%x", len(signature.inputs)) + _pointers("%y", len(signature.outputs))
 
 
-def _gathered(signature: Signature) -> list[str]:
+def _gather(signature: Signature) -> list[str]:
     """Copies all inputs to one place on the stack: outputs may overwrite inputs, so all are read first."""
     text = Text(fma=False, rounding=False)
     total = sum(port.size for port in signature.inputs)

@@ -117,11 +117,11 @@ _once = threading.Lock()
 
 def _entry() -> Any:
     with _once:
-        return _loaded()
+        return _load()
 
 
 @cache
-def _loaded() -> Any:
+def _load() -> Any:
     """The marching loop as a function of ctypes: it runs without Python's lock."""
     store = code_cache.default()
     key = identity.object_key(MARCH, _IR, Signature(MARCH, (), ()), identity.machine())

@@ -28,10 +28,10 @@ COMPARISONS = frozenset(["lt", "le", "eq", "ne", "and", "or", "not"])
 
 def reduce(tape: Tape) -> Tape:
     """The tape rewritten, dead values removed, in an order that keeps few values alive."""
-    return scheduled(fused(in_rows(_simplified(tape))))
+    return scheduled(fused(in_rows(_simplify(tape))))
 
 
-def _simplified(tape: Tape) -> Tape:
+def _simplify(tape: Tape) -> Tape:
     """Local rewrites, each value offered once to every rule, equal values shared."""
     builder = _Builder()
     place: list[int] = []
@@ -60,7 +60,7 @@ class _Builder:
 
     def emit(self, op: str, *args: int) -> int:
         """Index of the value `op(*args)` after all rules."""
-        folded = self._folded(op, args)
+        folded = self._fold(op, args)
         if folded is not None:
             return self.const(folded)
         rule = _RULES.get(op)
@@ -91,7 +91,7 @@ class _Builder:
             self.nodes.append(node)
         return self.index[key]
 
-    def _folded(self, op: str, args: tuple[int, ...]) -> float | None:
+    def _fold(self, op: str, args: tuple[int, ...]) -> float | None:
         values = [self.value(a) for a in args]
         fold = _FOLDS.get(op)
         if fold is None or None in values:

@@ -63,7 +63,7 @@ def exact(tape: Tape, row: Sequence[Sequence[float]], digits: int = 40) -> list[
             elif node.op == "const":
                 values.append(_finite(mp, node.value))
             else:
-                values.append(_defined(mp, operations[node.op], [values[a] for a in node.args]))
+                values.append(_define(mp, operations[node.op], [values[a] for a in node.args]))
         return [[values[i] for i in port] for port in tape.outputs]
 
 
@@ -140,7 +140,7 @@ def _finite(mp: Any, x: float) -> Any:
     return mp.mpf(float(x)) if math.isfinite(x) else None
 
 
-def _defined(mp: Any, operation: Callable[..., Any], xs: list[Any]) -> Any:
+def _define(mp: Any, operation: Callable[..., Any], xs: list[Any]) -> Any:
     """The value, or None if it is not a finite real number."""
     try:
         value = operation(*xs)

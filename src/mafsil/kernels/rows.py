@@ -68,12 +68,12 @@ def write(text: Text, rows: list[str], first: int, values: list[str]) -> None:
 
 def columns_of(text: Text, rows: list[str], width: int, length: int) -> list[str]:
     """`length` vectors of `width` lanes from `width` vectors of `length` elements."""
-    return _transposed(text, [_joined(text, rows[k::length], length) for k in range(length)], width, length)
+    return _transpose(text, [_join(text, rows[k::length], length) for k in range(length)], width, length)
 
 
 def rows_of(text: Text, columns: list[str], width: int, length: int) -> list[str]:
     """The inverse of `columns_of`."""
-    split = [_pieces(text, row, width, length) for row in _transposed(text, columns, width, length)]
+    split = [_pieces(text, row, width, length) for row in _transpose(text, columns, width, length)]
     return [split[row % length][row // length] for row in range(width)]
 
 
@@ -83,7 +83,7 @@ def _shuffle(text: Text, a: str, b: str, count: int, picks: list[int]) -> str:
     return text.let(f"shufflevector {kind} {a}, {kind} {b}, <{len(picks)} x i32> <{mask}>")
 
 
-def _joined(text: Text, parts: list[str], count: int) -> str:
+def _join(text: Text, parts: list[str], count: int) -> str:
     """Vectors of `count` elements, one after another in one vector."""
     while len(parts) > 1:
         picks = list(range(2 * count))
@@ -99,16 +99,16 @@ def _pieces(text: Text, vector: str, width: int, length: int) -> list[str]:
     return [_shuffle(text, vector, vector, width, list(range(k, k + length))) for k in range(0, width, length)]
 
 
-def _transposed(text: Text, rows: list[str], width: int, length: int) -> list[str]:
+def _transpose(text: Text, rows: list[str], width: int, length: int) -> list[str]:
     """Every group of `length` lanes transposed as a small square: halves of halves change places."""
     reach = 1
     while reach < length:
-        rows = _exchanged(text, rows, width, reach)
+        rows = _exchange(text, rows, width, reach)
         reach *= 2
     return rows
 
 
-def _exchanged(text: Text, rows: list[str], width: int, reach: int) -> list[str]:
+def _exchange(text: Text, rows: list[str], width: int, reach: int) -> list[str]:
     """In every pair of rows `reach` apart, the second `reach` lanes of the one for the first ones of the other."""
     groups = [lane for lane in range(width) if not lane & reach]
     low = [pick for g in groups[::reach] for pick in (*range(g, g + reach), *range(g + width, g + width + reach))]

@@ -99,7 +99,7 @@ run.long:                                                    ; step 4: the argum
   call void %take(ptr %thread)
   br label %hand
 hand:
-{_handed(len(outputs))}
+{_hand(len(outputs))}
 failed:
   ret ptr null"""
 
@@ -225,7 +225,7 @@ def _apart(signature: Signature) -> str:
     return f"{text}\napart{first}:\n  br label %batch.out.take"
 
 
-def _handed(count: int) -> str:
+def _hand(count: int) -> str:
     """One array, or a tuple of them."""
     if count == 1:
         return "  ret ptr %result0"

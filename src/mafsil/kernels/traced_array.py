@@ -272,7 +272,7 @@ def answer(function: Function, signature: Signature, arrays: Sequence[Any]) -> A
     return shaped[0] if len(shaped) == 1 else tuple(shaped)
 
 
-def _filled(value: float) -> Callable[..., Traced]:
+def _fill(value: float) -> Callable[..., Traced]:
     def like(x: Any, dtype: Any = None, shape: Any = None) -> Traced:
         return Traced(np.full(x.shape if shape is None else shape, value, dtype=object))
 
@@ -336,7 +336,7 @@ def _where(condition: Any, x: Any, y: Any) -> Any:
     return wrapped(_CHOICE(plain(condition), plain(x), plain(y)))
 
 
-def _joined(ufunc: Any) -> Callable[..., Traced]:
+def _join(ufunc: Any) -> Callable[..., Traced]:
     def along(x: Any, axis: Any = None, keepdims: bool = False) -> Traced:
         return reduced(ufunc, x, axis, keepdims)
 
@@ -352,13 +352,13 @@ FUNCTIONS: dict[Any, Callable[..., Any]] = {
     np.round: _round,
     np.where: _where,
     np.clip: _clip,
-    np.zeros_like: _filled(0.0),
-    np.ones_like: _filled(1.0),
-    np.empty_like: _filled(0.0),
-    np.any: _joined(np.logical_or),
-    np.all: _joined(np.logical_and),
-    np.max: _joined(np.maximum),
-    np.min: _joined(np.minimum),
-    np.sum: _joined(np.add),
+    np.zeros_like: _fill(0.0),
+    np.ones_like: _fill(1.0),
+    np.empty_like: _fill(0.0),
+    np.any: _join(np.logical_or),
+    np.all: _join(np.logical_and),
+    np.max: _join(np.maximum),
+    np.min: _join(np.minimum),
+    np.sum: _join(np.add),
 }
 """What NumPy's functions of whole arrays do to ours, where these differ from arrays of objects."""

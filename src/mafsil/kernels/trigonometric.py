@@ -38,14 +38,14 @@ def _on_quarter(lanes: Lanes, r: str, rest: str, turns: str, needed: set[str]) -
     odd = lanes.compare_integers("ne", lanes.integer_op("and", turns, lanes.whole(1)), lanes.whole(0))
     sine = cosine = ""
     if "sin" in needed:
-        sine = _turned(lanes, lanes.select(odd, large, small), turns)
+        sine = _turn(lanes, lanes.select(odd, large, small), turns)
     if "cos" in needed:
         after = lanes.integer_op("add", turns, lanes.whole(1))
-        cosine = _turned(lanes, lanes.select(odd, small, large), after)
+        cosine = _turn(lanes, lanes.select(odd, small, large), after)
     return sine, cosine
 
 
-def _turned(lanes: Lanes, x: str, turns: str) -> str:
+def _turn(lanes: Lanes, x: str, turns: str) -> str:
     """-x if bit 1 of `turns` is set: the bit is moved to the place of the sign and flips it there."""
     sign = lanes.integer_op("and", lanes.integer_op("shl", turns, lanes.whole(62)), lanes.whole(SIGN))
     return lanes.from_bits(lanes.integer_op("xor", lanes.bits(x), sign))

@@ -76,9 +76,9 @@ class PlainLoop:
         self._loop(
             (ctypes.c_void_p * len(pointers))(*pointers), (ctypes.c_ssize_t * len(dims))(*dims), self._steps, self._data
         )
-        return self._handed(results, out)
+        return self._hand(results, out)
 
-    def _handed(self, results: list[np.ndarray[Any, Any]], out: Any) -> Any:
+    def _hand(self, results: list[np.ndarray[Any, Any]], out: Any) -> Any:
         if out is not None:
             given = cast("tuple[Any, ...]", out) if isinstance(out, tuple) else (out,)
             for target, result in zip(given, results, strict=True):

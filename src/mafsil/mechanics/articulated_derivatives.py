@@ -184,7 +184,7 @@ class _Sweep:
         U, give, pull, row = self.hinges[i]
         r = self.r[i]
         kept = self.inertias[i].reduced(U, give)
-        moment, force = _plus(self.bias[i], kept.wrench(*self.drift[i]), _scaled(pull, U))
+        moment, force = _plus(self.bias[i], kept.wrench(*self.drift[i]), _scale(pull, U))
         passed = kept.shifted(r)
         rate = self.rates[i].reduced(U, row * give).in_parent(r, passed, self.gain[i])
         self.inertias[p] = self.inertias[p].added(passed)
@@ -226,7 +226,7 @@ class _Columns:
             step, z, o = sweep.steps[i], sweep.z[i], sweep.o[i]
             (m, f), give, _, row = sweep.hinges[i]
             self.S.append((step.omega * z, step.v * z + step.omega * ex.cross(o, z)))
-            self.Ug.append(_scaled(give, _about_zero((m, f), o)))
+            self.Ug.append(_scale(give, _about_zero((m, f), o)))
             self.sg.append(give * (row + 2 * ex.cross(sweep.v[i], f)))
         self.X: list[dict[int, Screw]] = [{} for _ in range(n)]
         self.found: list[dict[tuple[int, int], Expression]] = [{}, {}, {}]
@@ -248,17 +248,17 @@ class _Columns:
         (m, f), give, _, _ = sweep.hinges[j]
         step, z, o = sweep.steps[j], sweep.z[j], sweep.o[j]
         own = [-give * (step.omega * ex.dot(z, b[0]) + step.v * ex.dot(z, b[1])) for b in demands]
-        passed = [_about_zero(_plus(b, _scaled(u, (m, f))), o) for b, u in zip(demands, own, strict=True)]
+        passed = [_about_zero(_plus(b, _scale(u, (m, f))), o) for b, u in zip(demands, own, strict=True)]
         for k, (wrench, u) in enumerate(zip([*passed, self.Ug[j]], [*own, give], strict=True)):
             along = [_zero()]
             for i in self.paths[p]:
                 x = -_dot(self.X[p][i], wrench)
                 self._set(k, i, j, x)
-                along.append(_plus(along[-1], _scaled(x, self.S[i])))
+                along.append(_plus(along[-1], _scale(x, self.S[i])))
             x = u - _dot(self.Ug[j], along[-1])
             self._set(k, j, j, x)
             self._beside(k, j, along)
-            self._behind(k, j, _plus(along[-1], _scaled(x, self.S[j])))
+            self._behind(k, j, _plus(along[-1], _scale(x, self.S[j])))
         self._respond(j, p)
 
     def _demands(self, j: int) -> list[Screw]:
@@ -286,7 +286,7 @@ class _Columns:
             if before in reached:
                 x = -_dot(self.Ug[i], reached[before]) - ex.dot(self.sg[i], turned)
                 self._set(k, i, j, x)
-                reached[i] = _plus(reached[before], _scaled(x, self.S[i]))
+                reached[i] = _plus(reached[before], _scale(x, self.S[i]))
 
     def _beside(self, k: int, j: int, along: Sequence[Screw]) -> None:
         """4c for column j of matrix k; of the symmetric M^-1 only joints before j in the list."""
@@ -309,7 +309,7 @@ class _Columns:
     def _respond(self, j: int, p: int) -> None:
         """X_j of the joints before j."""
         for i in self.paths[p]:
-            self.X[j][i] = _plus(self.X[p][i], _scaled(self.found[2][i, j], self.S[j]))
+            self.X[j][i] = _plus(self.X[p][i], _scale(self.found[2][i, j], self.S[j]))
 
     def _common(self, i: int, j: int) -> tuple[int, ...]:
         """The joints that move both bodies."""
@@ -321,11 +321,11 @@ class _Columns:
         if (i, p) not in self.free:
             path = self.paths[i]
             if self.tree.bodies[i].parent == p:
-                found = _scaled(ex.Expression(-1), self.Ug[i])
+                found = _scale(ex.Expression(-1), self.Ug[i])
             else:
                 c = path[path.index(p) + 1]
                 closer = self._free(i, c)
-                found = _plus(closer, _scaled(-_dot(closer, self.S[c]), self.Ug[c]))
+                found = _plus(closer, _scale(-_dot(closer, self.S[c]), self.Ug[c]))
             self.free[i, p] = found
         return self.free[i, p]
 
@@ -345,7 +345,7 @@ def _plus(first: Screw, *others: Screw) -> Screw:
     return angular, linear
 
 
-def _scaled(factor: Expression, screw: Screw) -> Screw:
+def _scale(factor: Expression, screw: Screw) -> Screw:
     return factor * screw[0], factor * screw[1]
 
 

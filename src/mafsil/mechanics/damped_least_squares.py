@@ -79,10 +79,10 @@ def step_with_self_motion(
     free = z
     # Joints that the self-motion would push through their bounds are fixed, then those that the rest pushes.
     for _ in range(2):
-        free = free - _damped(J, J @ free, ex.Expression(least))
+        free = free - _damp(J, J @ free, ex.Expression(least))
         J = goal.fixed(J, free)
         free = ex.vertcat(*(ex.if_else(goal.pushed(i, free[i]), 0, z[i]) for i in range(goal.n)))
-    free = free - _damped(J, J @ free, ex.Expression(least))
+    free = free - _damp(J, J @ free, ex.Expression(least))
     moved = goal.clipped(towards + free)
     return ex.Function("pose_step_with_self_motion", [*goal.inputs, z], [ex.cse(ex.vertcat(moved, goal.twist, free))])
 
@@ -133,7 +133,7 @@ class _Goal:
         """(n,) the damped change of the joints that brings e down, prismatic joints in units of the length."""
         units = ex.Expression([length if prismatic else 1.0 for prismatic in self.prismatic])
         J = self.fixed(J, J.T @ e) @ ex.diag(units) if any(self.prismatic) else self.fixed(J, J.T @ e)
-        return units * _damped(J, e, damping)
+        return units * _damp(J, e, damping)
 
     def clipped(self, dq: ex.Expression) -> ex.Expression:
         """Q + dq within the bounds."""
@@ -151,15 +151,15 @@ def _least_turn(a: ex.Expression, b: ex.Expression) -> ex.Expression:
     return ex.if_else(small, ex.if_else(cosine < 0, half, normal), ratio * normal)
 
 
-def _damped(J: ex.Expression, e: ex.Expression, damping: ex.Expression) -> ex.Expression:
+def _damp(J: ex.Expression, e: ex.Expression, damping: ex.Expression) -> ex.Expression:
     """(n,) J' (J J' + damping I)^-1 e, by the smaller of the two matrices."""
     m, n = J.shape
     if n < m:
-        return _solved(J.T @ J + damping * ex.eye(n), J.T @ e)
-    return J.T @ _solved(J @ J.T + damping * ex.eye(m), e)
+        return _solve(J.T @ J + damping * ex.eye(n), J.T @ e)
+    return J.T @ _solve(J @ J.T + damping * ex.eye(m), e)
 
 
-def _solved(A: ex.Expression, b: ex.Expression) -> ex.Expression:
+def _solve(A: ex.Expression, b: ex.Expression) -> ex.Expression:
     """x of A x = b by Cholesky's factors; NaN where A is not positive definite."""
     m = b.shape[0]
     L = ex.zeros(m, m)

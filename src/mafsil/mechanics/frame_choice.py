@@ -40,7 +40,7 @@ def _shifts(tree: BodyTree) -> list[float]:
             shifts[i] = origin[2]
         elif sine_squared > SKEW**2:
             shifts[i] = (origin[2] - direction[2] * (direction @ origin)) / sine_squared
-    return [_snapped(shift) for shift in shifts]
+    return [_snap(shift) for shift in shifts]
 
 
 def _rotations(tree: BodyTree, shifts: list[float]) -> list[Floats]:
@@ -143,7 +143,7 @@ def _positions_without_rounding(p: Floats) -> Floats:
     return np.where(np.abs(p) < ROUNDED, 0.0, p)
 
 
-def _snapped(length: float) -> float:
+def _snap(length: float) -> float:
     return 0.0 if abs(length) < ROUNDED else float(length)
 
 

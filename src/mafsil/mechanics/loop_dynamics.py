@@ -60,7 +60,7 @@ class HeldTree:
         self._follow: dict[int, Column] = {}
         for k in self.others:
             across = [self._between(self._half[k], self._half[i]) for i in self.chosen]
-            self._follow[k] = self._solved(across)
+            self._follow[k] = self._solve(across)
             rest = self._between(self._half[k], self._half[k]) - _product(self._follow[k], across)
             self.doubt = self.doubt + ex.fabs(rest) / (DEPENDENT_ROW * scale + SMALLEST)
 
@@ -72,8 +72,8 @@ class HeldTree:
             gamma: (m,) with J qdd + gamma = 0.
         """
         y = self.factor.halved(_entries(load))
-        x = self._solved([-(gamma[k] + self._between(self._half[k], y)) for k in self.chosen])
-        return self._moved(y, x), x
+        x = self._solve([-(gamma[k] + self._between(self._half[k], y)) for k in self.chosen])
+        return self._move(y, x), x
 
     def closing(self, v: Expression) -> Expression:
         """Rates (n,) that keep the loops closed, the nearest to given ones in kinetic energy.
@@ -81,8 +81,8 @@ class HeldTree:
         Args:
             v: (n,) rates.
         """
-        x = self._solved([-_product(_entries(self.J[k, :]), _entries(v)) for k in self.chosen])
-        return v + self._moved({}, x)
+        x = self._solve([-_product(_entries(self.J[k, :]), _entries(v)) for k in self.chosen])
+        return v + self._move({}, x)
 
     def forces(self, x: Column) -> Expression:
         """(m,) the shortest forces f of all rows with J' f = J_B' x.
@@ -127,7 +127,7 @@ class HeldTree:
             load: (n,) efforts.
         """
         y = self.factor.halved(_entries(load))
-        return self._solved([self._between(self._half[k], y) for k in self.chosen])
+        return self._solve([self._between(self._half[k], y) for k in self.chosen])
 
     @staticmethod
     def finite(x: Expression) -> Expression:
@@ -138,7 +138,7 @@ class HeldTree:
         """
         return ex.if_else(ex.fabs(_total(_entries(x))) < LARGEST, 0.0, nan)
 
-    def _moved(self, y: Row, x: Column) -> Expression:
+    def _move(self, y: Row, x: Column) -> Expression:
         """M^-1 (b + J_B' x), with y of b."""
         total = dict(y)
         for k, value in zip(self.chosen, x, strict=True):
@@ -149,7 +149,7 @@ class HeldTree:
     def _between(self, y: Row, z: Row) -> Expression:
         return _total([y[i] * (z[i] * self.factor.inverse_pivots[i]) for i in sorted(y.keys() & z.keys())])
 
-    def _solved(self, b: Column) -> Column:
+    def _solve(self, b: Column) -> Column:
         return [] if self._rows is None else self._rows.solved(b)
 
 

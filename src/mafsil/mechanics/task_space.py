@@ -52,7 +52,7 @@ class TaskSpace:
             tip_wrench: (*batch, k) what the tip exerts on the world, in the same frame; none by default. What the world
                 exerts on the tip enters with the other sign.
         """
-        return _times(self.Lambda, self._gate("dV", dV)) + self.eta + self._exerted(tip_wrench)
+        return _times(self.Lambda, self._gate("dV", dV)) + self.eta + self._exert(tip_wrench)
 
     def acceleration(self, F: ArrayLike, tip_wrench: ArrayLike | None = None) -> Floats:
         """dV (*batch, k) = Lambda^-1 (F - eta - F_tip): the answer to the joint efforts J' F, and to a tip wrench.
@@ -61,11 +61,11 @@ class TaskSpace:
             F: (*batch, k) task force, `task_force` of joint efforts.
             tip_wrench: as in `force`.
         """
-        return _times(self.inverse, self._gate("F", F) - self.eta - self._exerted(tip_wrench))
+        return _times(self.inverse, self._gate("F", F) - self.eta - self._exert(tip_wrench))
 
     def task_force(self, tau: ArrayLike) -> Floats:
         """F (*batch, k) = J_bar' tau, which is J^-T tau for six joints: the task's share of the efforts (*batch, n)."""
-        return _times(_transposed(self.J_bar), as_batch("tau", tau, (self.J.shape[-1],)))
+        return _times(_transpose(self.J_bar), as_batch("tau", tau, (self.J.shape[-1],)))
 
     def joint_torque(self, F: ArrayLike, internal: ArrayLike | None = None) -> JointVector:
         """tau (*batch, n) = J' F + (E - J' J_bar') tau_0: the second part moves a redundant arm but not its tip.
@@ -74,16 +74,16 @@ class TaskSpace:
             F: (*batch, k) task force.
             internal: tau_0 (*batch, n) any efforts; None for none.
         """
-        task = _times(_transposed(self.J), as_batch("F", F, (self.J.shape[-2],)))
+        task = _times(_transpose(self.J), as_batch("F", F, (self.J.shape[-2],)))
         if internal is None:
             return task
         tau_0 = as_batch("internal", internal, (self.J.shape[-1],))
-        return task + tau_0 - _times(_transposed(self.J), _times(_transposed(self.J_bar), tau_0))
+        return task + tau_0 - _times(_transpose(self.J), _times(_transpose(self.J_bar), tau_0))
 
     def _gate(self, name: str, value: ArrayLike) -> Floats:
         return as_batch(name, value, (self.J.shape[-2],))
 
-    def _exerted(self, tip_wrench: ArrayLike | None) -> Floats | float:
+    def _exert(self, tip_wrench: ArrayLike | None) -> Floats | float:
         return 0.0 if tip_wrench is None else self._gate("tip_wrench", tip_wrench)
 
 
@@ -96,9 +96,9 @@ def task_space(M: Floats, c: JointVector, g: JointVector, J: Floats, dJ: Floats,
         J, dJ: (*batch, k, n) Jacobian and its time derivative, in the same frame.
         qd: (*batch, n) rates.
     """
-    Minv_Jt: Floats = np.linalg.solve(M, _transposed(J)).astype(np.float64, copy=False)
+    Minv_Jt: Floats = np.linalg.solve(M, _transpose(J)).astype(np.float64, copy=False)
     inverse = J @ Minv_Jt
-    inverse = (inverse + _transposed(inverse)) / 2
+    inverse = (inverse + _transpose(inverse)) / 2
     size = np.sqrt(np.maximum(np.einsum("...ii->...i", inverse), SMALLEST))
     scaled = inverse / (size[..., :, None] * size[..., None, :])
     margin: Floats = np.linalg.eigvalsh(scaled)[..., 0].astype(np.float64, copy=False)
@@ -106,7 +106,7 @@ def task_space(M: Floats, c: JointVector, g: JointVector, J: Floats, dJ: Floats,
     guarded = np.where(singular[..., None, None], np.eye(J.shape[-2]), inverse)
     Lambda: Floats = np.where(singular[..., None, None], np.nan, np.linalg.inv(guarded)).astype(np.float64, copy=False)
     J_bar = Minv_Jt @ Lambda
-    back = _transposed(J_bar)
+    back = _transpose(J_bar)
     mu = _times(back, c) - _times(Lambda, _times(dJ, qd))
     return TaskSpace(J, inverse, Lambda, J_bar, mu, _times(back, g), margin, singular)
 
@@ -115,5 +115,5 @@ def _times(A: Floats, x: Floats) -> Floats:
     return np.einsum("...ij,...j->...i", A, x)
 
 
-def _transposed(A: Floats) -> Floats:
+def _transpose(A: Floats) -> Floats:
     return np.swapaxes(A, -1, -2)

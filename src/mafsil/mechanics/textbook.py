@@ -58,7 +58,7 @@ class Textbook:
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
         self.share, self.offset = _couplings(mechanism)
-        self.carries = _carried(mechanism)
+        self.carries = _carry(mechanism)
         self.G = np.array([spatial_inertia(link.inertial) for link in mechanism.links])
         motors = [joint.actuator for joint in mechanism.joints]
         self.armature = np.array([0.0 if motor is None else motor.reflected_inertia for motor in motors])
@@ -317,7 +317,7 @@ def _couplings(mechanism: Mechanism) -> tuple[Floats, Floats]:
     return share, offset
 
 
-def _carried(mechanism: Mechanism) -> Floats:
+def _carry(mechanism: Mechanism) -> Floats:
     found = np.zeros((len(mechanism.links), len(mechanism.joints)))
     for k, parent in enumerate(mechanism.parents):
         found[k + 1] = found[parent]

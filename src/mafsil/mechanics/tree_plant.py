@@ -55,7 +55,7 @@ class TreePlant:
             return self._runge_kutta(scheme[1], scheme[2], q, v, h)
         if scheme[0] == "splitting":
             return self._splitting(scheme[1], scheme[2], q, v, h)
-        acceleration = self._damped(scheme[1], q, v, h)
+        acceleration = self._damp(scheme[1], q, v, h)
         v = v + h * acceleration
         return q + h * v, v, acceleration
 
@@ -93,7 +93,7 @@ class TreePlant:
         M, bias = self._terms(q, v)
         return solved(M, load - bias)
 
-    def _solved(self, M: Expression, load: Expression, q: Expression, v: Expression) -> Expression:
+    def _solve(self, M: Expression, load: Expression, q: Expression, v: Expression) -> Expression:
         """Accelerations with M as the inertia, bias forces taken away already; a tree needs no state for that."""
         return solved(M, load)
 
@@ -103,17 +103,17 @@ class TreePlant:
         bias = inverse_dynamics(self.tree, q, v, ex.zeros(self.tree.n, 1), self.F_tip, inertias=self.inertias)
         return M, bias
 
-    def _damped(self, iterations: int, q: Expression, v: Expression, h: Expression) -> Expression:
+    def _damp(self, iterations: int, q: Expression, v: Expression, h: Expression) -> Expression:
         """Acceleration with friction at the end of the step, by the secant of its curve."""
         M, bias = self._terms(q, v)
         load = self.effort - bias
         after, acceleration = v, ex.zeros(self.tree.n, 1)
         if self.friction is None:
-            return self._solved(M, load, q, v)
+            return self._solve(M, load, q, v)
         load = load - self.friction.offset
         for _ in range(iterations):
             slope = self.friction.slope(after)
-            acceleration = self._solved(M + h * slope, load - slope @ v, q, v)
+            acceleration = self._solve(M + h * slope, load - slope @ v, q, v)
             after = v + h * acceleration
         return acceleration
 

@@ -42,7 +42,7 @@ def body_parameters(mechanism: Mechanism, parameters: Floats, payload: Floats | 
     if payload is not None:
         bodies[..., tree.tip.body, :] += moved_parameters(payload, tree.tip.R, tree.tip.p)
     for i, body in reversed(tree.moving):
-        passed = _passed(body.kind, bodies[..., i, :])
+        passed = _pass(body.kind, bodies[..., i, :])
         bodies[..., i, :] -= passed
         bodies[..., body.parent, :] += moved_parameters(passed, body.R, body.p)
     return bodies[..., 1:, :]
@@ -66,7 +66,7 @@ def friction_rows(mechanism: Mechanism) -> Floats:
     return np.stack([law.viscous, law.positive, law.negative, law.offset], axis=1)
 
 
-def _passed(kind: JointKind, parameters: Floats) -> Floats:
+def _pass(kind: JointKind, parameters: Floats) -> Floats:
     """What of a body its joint does not feel."""
     passed = np.zeros_like(parameters)
     if kind is JointKind.REVOLUTE:

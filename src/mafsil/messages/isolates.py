@@ -131,7 +131,7 @@ def _foreign(text: str) -> Iterator[tuple[int, int]]:
     """Start and end of every foreign stretch."""
     for stretch in _FOREIGN.finditer(text):
         for start, end in _phrases(text, stretch.start(), stretch.end()):
-            start, end = _trimmed(text, start, end)
+            start, end = _trim(text, start, end)
             if _SAYS_SOMETHING.search(text, start, end):
                 yield start, end
 
@@ -147,10 +147,10 @@ def _phrases(text: str, start: int, end: int) -> Iterator[tuple[int, int]]:
     yield first, end
 
 
-def _trimmed(text: str, start: int, end: int) -> tuple[int, int]:
+def _trim(text: str, start: int, end: int) -> tuple[int, int]:
     """Without spaces, pauses and brackets of the sentence at its ends; the point of `.png` belongs to the name."""
     while start < end:
-        alone = _unmatched(text, start, end)
+        alone = _unmatched_brackets(text, start, end)
         begins_a_word = text[start] in _PAUSES and text[start + 1 : start + 2].strip() != "" and start + 1 < end
         if (text[start] in _OUTSIDE and not begins_a_word) or start in alone:
             start += 1
@@ -161,7 +161,7 @@ def _trimmed(text: str, start: int, end: int) -> tuple[int, int]:
     return start, end
 
 
-def _unmatched(text: str, start: int, end: int) -> set[int]:
+def _unmatched_brackets(text: str, start: int, end: int) -> set[int]:
     """Places of brackets whose partner is outside the stretch."""
     waiting: list[int] = []
     lost: set[int] = set()

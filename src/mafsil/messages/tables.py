@@ -29,7 +29,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]], language: str | No
     """
     cells = [list(head), *([_cut(row[0]), *row[1:]] for row in rows[:MOST_ROWS])]
     sizes = [max(map(_width, column)) for column in zip(*cells, strict=True)]
-    lines = ["  " + "  ".join(_padded(row, sizes, language)).rstrip() for row in cells]
+    lines = ["  " + "  ".join(_pad(row, sizes, language)).rstrip() for row in cells]
     if len(rows) > MOST_ROWS:
         lines.append("  " + say("messages.more_rows", language=language, count=len(rows) - MOST_ROWS))
     return lines
@@ -42,7 +42,7 @@ def number(value: float) -> str:
 
 def on_screen(text: str) -> str:
     """A text as far as it fits a screen: long sentences are wrapped, what is beyond the last line is left out."""
-    lines = [piece for line in text.split("\n") for piece in ([line] if _width(line) <= COLUMNS else _wrapped(line))]
+    lines = [piece for line in text.split("\n") for piece in ([line] if _width(line) <= COLUMNS else _wrap(line))]
     return "\n".join(lines if len(lines) <= LINES else [*lines[: LINES - 1], "\N{HORIZONTAL ELLIPSIS}"])
 
 
@@ -51,7 +51,7 @@ def in_notebook(text: str) -> str:
     return f'<pre dir="auto">{escape(text)}</pre>'
 
 
-def _wrapped(line: str) -> list[str]:
+def _wrap(line: str) -> list[str]:
     return textwrap.wrap(line, COLUMNS, subsequent_indent="  ", break_on_hyphens=False)
 
 
@@ -63,7 +63,7 @@ def _width(text: str) -> int:
     return sum(not (unicodedata.combining(c) or unicodedata.category(c) == "Cf") for c in text)
 
 
-def _padded(row: Sequence[str], sizes: Sequence[int], language: str | None) -> list[str]:
+def _pad(row: Sequence[str], sizes: Sequence[int], language: str | None) -> list[str]:
     pieces: list[str] = []
     for k, (cell, size) in enumerate(zip(row, sizes, strict=True)):
         space, shown = " " * (size - _width(cell)), in_cell(cell, language)

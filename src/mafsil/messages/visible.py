@@ -15,11 +15,11 @@ def visible(text: str) -> str:
     Returns:
         The same text if it has none of them; ordinary spaces stay, and so do isolates that are all closed.
     """
-    kept = _ISOLATES if _balanced(text) else ""
-    return "".join(f"<U+{ord(c):04X}>" if _obeyed(c) and c not in kept else c for c in text)
+    kept = _ISOLATES if _is_balanced(text) else ""
+    return "".join(f"<U+{ord(c):04X}>" if _obey(c) and c not in kept else c for c in text)
 
 
-def _balanced(text: str) -> bool:
+def _is_balanced(text: str) -> bool:
     """Whether every isolate is closed in its own line: then it turns nothing outside it."""
     depth = 0
     for character in text:
@@ -30,7 +30,7 @@ def _balanced(text: str) -> bool:
     return depth == 0
 
 
-def _obeyed(character: str) -> bool:
+def _obey(character: str) -> bool:
     return unicodedata.category(character) in {"Cc", "Cf", "Zl", "Zp", "Cs", "Co"} and character not in _HARMLESS
 
 

@@ -283,7 +283,7 @@ def crossings(charts: Charts, sides: Whole) -> Floats:
         rows = np.swapaxes(np.linalg.svd(A, full_matrices=False)[0][..., : F - 2], -1, -2)
         before = _determinant(linkage, start, rows, charts.bases[a])
         frame = rows, charts.bases[a], np.sign(before)
-        after = _signed(linkage, start + way, *frame)
+        after = _sign(linkage, start + way, *frame)
         flipped = np.flatnonzero(after < 0)
         if len(flipped):
             turned.append(tuple(part[flipped] for part in (start, start + way, np.abs(before), after, *frame)))
@@ -309,7 +309,7 @@ def _between(linkage: Linkage, ends: tuple[Floats, Floats], values: tuple[Floats
     Args:
         linkage: of mobility 2.
         ends: (e, F) points.
-        values: (e,) of `_signed` there, positive and negative.
+        values: (e,) of `_sign` there, positive and negative.
         frame: of the edges.
     """
     scale, (low, high), (above, below) = units(linkage), ends, values
@@ -317,7 +317,7 @@ def _between(linkage: Linkage, ends: tuple[Floats, Floats], values: tuple[Floats
     for _ in range(MOST_TRIES):
         share = np.clip(above / np.maximum(above - below, np.finfo(np.float64).tiny), 0.01, 0.99)  # 1
         before, here = here, closed_near(linkage, (low + share[:, None] * (high - low)) * scale).theta / scale
-        value = _signed(linkage, here, *frame)
+        value = _sign(linkage, here, *frame)
         after = value < 0  # 2
         above = np.where(after, np.where(stayed > 0, above / 2, above), value)
         below = np.where(after, value, np.where(stayed < 0, below / 2, below))
@@ -332,7 +332,7 @@ def _far(first: Floats, second: Floats) -> Floats:
     return np.abs(first - second).max(axis=1)
 
 
-def _signed(linkage: Linkage, points: Floats, rows: Floats, bases: Floats, sign: Floats) -> Floats:
+def _sign(linkage: Linkage, points: Floats, rows: Floats, bases: Floats, sign: Floats) -> Floats:
     """(e,) the determinant of `_determinant`, positive where the orientation is that of the frame."""
     planes = tangent_planes(linkage, points)
     turned = np.sign(np.linalg.det(np.swapaxes(bases, -1, -2) @ planes))

@@ -44,7 +44,7 @@ def agreed(charts: Charts, seed: int = 0) -> tuple[Whole, int]:
             break
         weights[concerned] = random.uniform(0.0, (SHARE * charts.radii[concerned]) ** 2)
         anew = sorted({k for corner in concerned for k in [corner, *around[corner]] if inner[k]})
-        for k, cell in zip(anew, _weighted(charts, anew, around, weights), strict=True):
+        for k, cell in zip(anew, _weight(charts, anew, around, weights), strict=True):
             stars[k] = _star(k, cell)
         odd = _odd(stars)
     found = sorted({triangle for star in stars for triangle in star} - odd)
@@ -58,7 +58,7 @@ def _around(charts: Charts) -> list[list[int]]:
     return [[j for j in ids if j != k] for k, ids in enumerate(near)]
 
 
-def _weighted(charts: Charts, own: list[int], around: list[list[int]], weights: Floats) -> Iterator[Cell]:
+def _weight(charts: Charts, own: list[int], around: list[list[int]], weights: Floats) -> Iterator[Cell]:
     """The cells of charts in the power diagram of their neighbours."""
     first = np.repeat(np.array(own, dtype=np.intp), [len(around[k]) for k in own])
     second = np.array([j for k in own for j in around[k]], dtype=np.intp)

@@ -134,7 +134,7 @@ def trace(linkage: Linkage, theta: ArrayLike | None = None, *, step: float = LON
         path.append(here)
         tangents.append(frame.tangent)
         back = float(np.linalg.norm((body_poses(linkage, here) - begin)[..., :3, :]))
-        if len(path) > 4 and back < 2 * h * np.sqrt(len(linkage.bodies)) and _returned(linkage, path, begin, scale):
+        if len(path) > 4 and back < 2 * h * np.sqrt(len(linkage.bodies)) and _passes_start(linkage, path, begin, scale):
             status = TraceStatus.CLOSED
             break
         h = min(largest, 1.5 * h) if correction < EASY else h
@@ -192,7 +192,7 @@ def _branch_point(linkage: Linkage, start: Floats, end: Floats, frame: _Frame) -
     return (low + high) / 2
 
 
-def _returned(linkage: Linkage, path: list[Floats], begin: Floats, scale: Floats) -> bool:
+def _passes_start(linkage: Linkage, path: list[Floats], begin: Floats, scale: Floats) -> bool:
     """Whether the last step passes the configuration of the start: the nearest point of the chord closes onto it."""
     chord = (path[-1] - path[-2]) / scale
     ends = [_apart(linkage, path[-2] + share * chord * scale, begin) for share in np.linspace(0.0, 1.0, 9)]

@@ -137,9 +137,9 @@ class Assets:
             for candidate in (place, place / name, place / "share" / name):
                 if candidate.name == name and candidate.is_dir():
                     return candidate.resolve()
-        return self._declared(name)
+        return self._declare(name)
 
-    def _declared(self, name: str) -> Path | None:
+    def _declare(self, name: str) -> Path | None:
         """The package whose package.xml says the name, its folder being called otherwise."""
         if self._by_manifest is None:
             around = () if self.folder is None else (self.folder, *self.folder.parents)[:NEAR_ANCESTORS]

@@ -102,7 +102,7 @@ def _report_unknown_attribute(
     repair = _respelt(reading, element, attribute, near, guess=not vocabulary.strict)
     reading.report(
         vocabulary.unknown_attribute, element, attribute, repair,
-        element=element.tag, attribute=attribute, format=vocabulary.format, known=_listed(near or row.words),
+        element=element.tag, attribute=attribute, format=vocabulary.format, known=_list(near or row.words),
     )  # fmt: skip
 
 
@@ -113,7 +113,7 @@ def _report_unknown_part(reading: Reading, child: Element, parent: str, row: Row
     elif near or not (row.judged or (":" in child.tag and not vocabulary.strict)):
         reading.report(
             vocabulary.unknown_part, child, None, None,
-            element=child.tag, parent=parent, format=vocabulary.format, known=_listed(near or row.parts),
+            element=child.tag, parent=parent, format=vocabulary.format, known=_list(near or row.parts),
         )  # fmt: skip
 
 
@@ -126,6 +126,6 @@ def _respelt(
     return reading.rename_attribute(element, attribute, near[0], guess=guess)
 
 
-def _listed(names: Iterable[str]) -> str:
+def _list(names: Iterable[str]) -> str:
     found = list(names)
     return ", ".join(found[:_MOST_KNOWN]) + (", ..." if len(found) > _MOST_KNOWN else "") or "-"

@@ -181,7 +181,7 @@ def mechanism_from_dh(
         InputError: base, tool or gravity has another shape or is not finite.
     """
     table = dh_rows(rows, columns=columns, degrees=degrees)
-    homes, within = _placed(table, convention_of(convention))
+    homes, within = _place(table, convention_of(convention))
     provenance = parts.get("provenance") or Provenance()
     parts["provenance"] = replace(provenance, remarks=(*provenance.remarks, *_in_degrees(table)))
     return serial_arm(
@@ -206,7 +206,7 @@ def frames_in_links(rows: Sequence[DHRow], convention: Convention | str) -> tupl
 
     Identity for modified tables; Rot(z, theta) Trans(z, d) Trans(x, a) Rot(x, alpha) at q = 0 for classic ones.
     """
-    return tuple(_placed(rows, convention_of(convention))[1])
+    return tuple(_place(rows, convention_of(convention))[1])
 
 
 def convention_of(convention: Convention | str) -> Convention:
@@ -248,7 +248,7 @@ _LETTERS: dict[str, str] = {"revolute": "R", "prismatic": "P", "r": "R", "p": "P
 _KINDS = {"R": JointKind.REVOLUTE, "P": JointKind.PRISMATIC}
 
 
-def _placed(rows: Sequence[DHRow], convention: Convention) -> tuple[list[PoseMatrix], list[PoseMatrix]]:
+def _place(rows: Sequence[DHRow], convention: Convention) -> tuple[list[PoseMatrix], list[PoseMatrix]]:
     """For each joint the pose of its link frame in the link before, and of the table's {i} in its link, at q = 0."""
     transforms = [row.transform(convention) for row in rows]
     identity = np.eye(4)

@@ -112,7 +112,7 @@ def slid(table: DHTable, index: int, distance: float) -> DHTable:
     Raises:
         ModelError: the frame is not free to move along its axis.
     """
-    return _moved(table, index, Freedom.TRANSLATION, distance, 0.0)
+    return _move(table, index, Freedom.TRANSLATION, distance, 0.0)
 
 
 def turned(table: DHTable, index: int, angle: float) -> DHTable:
@@ -126,7 +126,7 @@ def turned(table: DHTable, index: int, angle: float) -> DHTable:
     Raises:
         ModelError: the frame is not free to turn.
     """
-    return _moved(table, index, Freedom.CYLINDRICAL, 0.0, angle)
+    return _move(table, index, Freedom.CYLINDRICAL, 0.0, angle)
 
 
 def tables_of_screws(S_s: ArrayLike, home: ArrayLike) -> Iterator[DHTable]:
@@ -165,7 +165,7 @@ def tables_of_either_sense(S_s: ArrayLike, home: ArrayLike) -> Iterator[tuple[DH
             yield table, signs
 
 
-def _moved(table: DHTable, index: int, needed: Freedom, distance: float, angle: float) -> DHTable:
+def _move(table: DHTable, index: int, needed: Freedom, distance: float, angle: float) -> DHTable:
     """Frame {index} moved by Trans(z, distance) Rot(z, angle); the next row, or the tool, takes it back."""
     choices = frame_choices(table)
     if not 1 <= index < len(choices):
@@ -174,16 +174,16 @@ def _moved(table: DHTable, index: int, needed: Freedom, distance: float, angle: 
     if choices[index].freedom not in allowed:
         raise ModelError("dh.not_free", index=index, freedom=choices[index].explain())
     rows = list(table.rows)
-    rows[index - 1] = _advanced(rows[index - 1], distance, angle)
+    rows[index - 1] = _advance(rows[index - 1], distance, angle)
     if index < len(rows):
         side = cos_sin(rows[index].alpha)[0]
-        rows[index] = _advanced(rows[index], -side * distance, -side * angle)
+        rows[index] = _advance(rows[index], -side * distance, -side * angle)
         return replace(table, rows=tuple(rows))
     back = inverse(rotation_z(angle) @ translation(0.0, 0.0, distance))
     return replace(table, rows=tuple(rows), tool=back @ table.tool)
 
 
-def _advanced(row: DHRow, distance: float, angle: float) -> DHRow:
+def _advance(row: DHRow, distance: float, angle: float) -> DHRow:
     return replace(row, d=row.d + distance, theta=row.theta + angle)
 
 

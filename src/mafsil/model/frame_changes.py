@@ -51,12 +51,12 @@ def with_reversed_joint(robot: RobotLike, name: str) -> Mechanism:
         raise InputError("input.choice", name="name", value=name, known=", ".join(moving))
     return replace(
         mechanism,
-        joints=tuple(_turned(joint, name) for joint in mechanism.joints),
-        loops=tuple(_turned(joint, name) for joint in mechanism.loops),
+        joints=tuple(_turn(joint, name) for joint in mechanism.joints),
+        loops=tuple(_turn(joint, name) for joint in mechanism.loops),
     )
 
 
-def _turned(joint: Joint, name: str) -> Joint:
+def _turn(joint: Joint, name: str) -> Joint:
     mimic = joint.mimic
     if mimic is not None and mimic.leader == name:
         joint = replace(joint, mimic=replace(mimic, multiplier=-mimic.multiplier))

@@ -48,7 +48,7 @@ def as_mechanism(robot: RobotLike, *, keeps_loops: bool = False) -> Mechanism:
         ModelError: it has loops.
         FileError, ModelError: no such name or file, a malformed one; as `load_mechanism` says.
     """
-    mechanism = _described(robot)
+    mechanism = _describe(robot)
     return mechanism if keeps_loops else require_no_loops(mechanism)
 
 
@@ -66,7 +66,7 @@ def require_no_loops(mechanism: Mechanism) -> Mechanism:
     return mechanism
 
 
-def _described(robot: RobotLike) -> Mechanism:
+def _describe(robot: RobotLike) -> Mechanism:
     if isinstance(robot, Mechanism):
         return robot
     described = getattr(cast(object, robot), "mechanism", None)

@@ -31,10 +31,10 @@ class Declared:
 def resolve_mimics(reading: Reading, joints: list[Declared]) -> list[Joint]:
     """The joints with every mimic pointing to a joint that owns its coordinate."""
     by_name = {declared.joint.name: declared for declared in joints}
-    return [_resolved(reading, declared, by_name) for declared in joints]
+    return [_resolve(reading, declared, by_name) for declared in joints]
 
 
-def _resolved(reading: Reading, declared: Declared, by_name: dict[str, Declared]) -> Joint:
+def _resolve(reading: Reading, declared: Declared, by_name: dict[str, Declared]) -> Joint:
     joint, mimic = declared.joint, declared.joint.mimic
     if mimic is None:
         return joint

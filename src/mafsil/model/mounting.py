@@ -32,26 +32,26 @@ def mounted_together(arms: Sequence[tuple[str, Mechanism, PoseMatrix]]) -> Mecha
     """
     links, joints, loops = [Link(WORLD)], list[Joint](), list[Joint]()
     for name, mechanism, T_sb in arms:
-        links += [replace(link, name=_named(name, link.name)) for link in mechanism.links]
-        base = _named(name, mechanism.links[0].name)
-        joints.append(Joint(_named(name, "mount"), JointKind.FIXED, WORLD, base, T_sb))  # 1
-        joints += [_renamed(name, joint) for joint in mechanism.joints]  # 2
-        loops += [_renamed(name, joint) for joint in mechanism.loops]
+        links += [replace(link, name=_name(name, link.name)) for link in mechanism.links]
+        base = _name(name, mechanism.links[0].name)
+        joints.append(Joint(_name(name, "mount"), JointKind.FIXED, WORLD, base, T_sb))  # 1
+        joints += [_rename(name, joint) for joint in mechanism.joints]  # 2
+        loops += [_rename(name, joint) for joint in mechanism.loops]
     first, mechanism, _ = arms[0]
     return Mechanism.assemble(
-        " + ".join(name for name, _, _ in arms), links, joints, loops=loops, tip=_named(first, mechanism.tip),
+        " + ".join(name for name, _, _ in arms), links, joints, loops=loops, tip=_name(first, mechanism.tip),
         T_lt=mechanism.T_lt, gravity=mechanism.gravity,
     )  # fmt: skip
 
 
-def _named(arm: str, name: str) -> str:
+def _name(arm: str, name: str) -> str:
     return f"{arm}/{name}"
 
 
-def _renamed(arm: str, joint: Joint) -> Joint:
-    mimic = None if joint.mimic is None else replace(joint.mimic, leader=_named(arm, joint.mimic.leader))
-    ends = {"parent": _named(arm, joint.parent), "child": _named(arm, joint.child)}
-    return replace(joint, name=_named(arm, joint.name), mimic=mimic, **ends)
+def _rename(arm: str, joint: Joint) -> Joint:
+    mimic = None if joint.mimic is None else replace(joint.mimic, leader=_name(arm, joint.mimic.leader))
+    ends = {"parent": _name(arm, joint.parent), "child": _name(arm, joint.child)}
+    return replace(joint, name=_name(arm, joint.name), mimic=mimic, **ends)
 
 
 def on_movable_base(mechanism: Mechanism) -> Mechanism:

@@ -92,15 +92,15 @@ def serial_arm(
         InputError: `base` or `gravity` has another shape or is not finite.
     """
     n = len(places)
-    chain = _listed("link_names", link_names, ["base", *(f"link{i + 1}" for i in range(n))])
-    names = _listed("joint_names", joint_names, [f"joint{i + 1}" for i in range(n)])
-    bounds = _listed("limits", limits, [Limits()] * n)
-    motors: list[Actuator | None] = _listed("actuators", actuators, [None] * n)
-    brakes: list[Friction | None] = _listed("frictions", frictions, [None] * n)
-    masses: list[Inertial | None] = _listed("inertials", inertials, [None] * n)
+    chain = _list("link_names", link_names, ["base", *(f"link{i + 1}" for i in range(n))])
+    names = _list("joint_names", joint_names, [f"joint{i + 1}" for i in range(n)])
+    bounds = _list("limits", limits, [Limits()] * n)
+    motors: list[Actuator | None] = _list("actuators", actuators, [None] * n)
+    brakes: list[Friction | None] = _list("frictions", frictions, [None] * n)
+    masses: list[Inertial | None] = _list("inertials", inertials, [None] * n)
     return Mechanism.assemble(
         name,
-        (Link(chain[0]), *(Link(chain[i + 1], _moved(masses[i], places[i].T_li)) for i in range(n))),
+        (Link(chain[0]), *(Link(chain[i + 1], _move(masses[i], places[i].T_li)) for i in range(n))),
         (
             Joint(
                 name=names[i],
@@ -124,11 +124,11 @@ def serial_arm(
     )
 
 
-def _moved(inertial: Inertial | None, T_li: PoseMatrix) -> Inertial | None:
+def _move(inertial: Inertial | None, T_li: PoseMatrix) -> Inertial | None:
     return None if inertial is None else moved_inertial(inertial, T_li)
 
 
-def _listed(what: str, parts: Sequence[_Part] | None, default: list[_Part]) -> list[_Part]:
+def _list(what: str, parts: Sequence[_Part] | None, default: list[_Part]) -> list[_Part]:
     """The parts given, as many as the default has, or the default."""
     if parts is None:
         return default

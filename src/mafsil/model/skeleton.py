@@ -174,10 +174,10 @@ def _housing(joint: Joint, radius: float) -> list[Shape]:
 
 
 def _shape(name: str, geometry: Geometry, centre: Vector3, direction: Vector3, colour: Colour) -> Shape:
-    return Shape(geometry, _placed(centre, direction), name=name, colour=colour)
+    return Shape(geometry, _place(centre, direction), name=name, colour=colour)
 
 
-def _placed(centre: Vector3, direction: Vector3) -> PoseMatrix:
+def _place(centre: Vector3, direction: Vector3) -> PoseMatrix:
     """Pose of a shape whose z axis points along a unit direction."""
     T = np.eye(4)
     T[:3, :3] = frame_along(direction / np.linalg.norm(direction))

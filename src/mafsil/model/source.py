@@ -75,7 +75,7 @@ def load(source: Source, limits: ReadLimits = DEFAULT_LIMITS) -> Text:
         data, folder = _read(path, limits), path.parent
     if len(data) > limits.bytes:
         raise _refusal(TOO_LARGE, limit=limits.bytes)
-    clean, remarks = _decoded(data)
+    clean, remarks = _decode(data)
     if not clean.strip():
         raise _refusal(EMPTY)
     return Text(name_of(source), clean, folder, remarks)
@@ -96,14 +96,14 @@ def _read(path: Path, limits: ReadLimits) -> bytes:
         raise _refusal(NOT_A_FILE, path=name) from None
 
 
-def _decoded(data: bytes) -> tuple[bytes, tuple[Diagnostic, ...]]:
+def _decode(data: bytes) -> tuple[bytes, tuple[Diagnostic, ...]]:
     """The document as UTF-8, and what had to be said about its encoding."""
     if data.startswith(codecs.BOM_UTF8):
         data = data[len(codecs.BOM_UTF8) :]
-        return _checked(data), (Diagnostic(BYTE_ORDER_MARK, 1, 1),)
+        return _check(data), (Diagnostic(BYTE_ORDER_MARK, 1, 1),)
     for mark, encoding in (*_WIDE_MARKS, *_UNMARKED_WIDE):
         if data.startswith(mark):
-            return _converted(data, encoding, "UTF-16")
+            return _convert(data, encoding, "UTF-16")
     declared = _DECLARATION.match(data[:200])
     if declared is None:
         return _utf8_or_guessed(data)
@@ -112,7 +112,7 @@ def _decoded(data: bytes) -> tuple[bytes, tuple[Diagnostic, ...]]:
     if encoding == "utf-8":
         return _utf8_or_guessed(data)
     if encoding is not None and _writes_markup(encoding):
-        return _converted(data, encoding, name)
+        return _convert(data, encoding, name)
     fault = UNKNOWN_ENCODING if encoding is None else WRONG_ENCODING
     return _misdeclared(fault, data, name, declared.start(1), declared.end(1))
 
@@ -141,7 +141,7 @@ def _writes_markup(encoding: str) -> bool:
 def _utf8_or_guessed(data: bytes) -> tuple[bytes, tuple[Diagnostic, ...]]:
     """A document that declares no other encoding than UTF-8; where it is not UTF-8, it is read as Western text."""
     try:
-        return _checked(data), ()
+        return _check(data), ()
     except Refusal as refusal:
         if refusal.diagnostic.fault is not ENCODING:
             raise
@@ -159,19 +159,19 @@ def _misdeclared(fault: Fault, data: bytes, name: str, start: int, end: int) -> 
     """An encoding that is unknown, or that these bytes cannot be in; the repair declares UTF-8 where they are UTF-8."""
     remark = Diagnostic(fault, 1, start + 1, {"encoding": name})
     try:
-        _checked(data)
+        _check(data)
     except Refusal:
         raise Refusal(replace(remark, fault=UNKNOWN_ENCODING)) from None
     return data, (replace(remark, repair=Repair("robotfile.repair_declare_utf8", (Edit(start, end, "UTF-8"),))),)
 
 
-def _converted(data: bytes, encoding: str, name: str) -> tuple[bytes, tuple[Diagnostic, ...]]:
+def _convert(data: bytes, encoding: str, name: str) -> tuple[bytes, tuple[Diagnostic, ...]]:
     try:
         text = data.decode(encoding)
     except UnicodeError as error:
         raise _refusal(ENCODING, encoding=name, offset=getattr(error, "start", 0)) from None
     remark = Diagnostic(CONVERTED_ENCODING, 1, 1, {"encoding": name})
-    return _checked(_as_utf8_declaration(text).encode("utf-8", "replace")), (remark,)
+    return _check(_as_utf8_declaration(text).encode("utf-8", "replace")), (remark,)
 
 
 def with_readable_tags(data: bytes) -> bytes:
@@ -186,7 +186,7 @@ def _as_utf8_declaration(text: str) -> str:
     return re.sub(r"""(<\?xml[^>]*?encoding\s*=\s*["'])[A-Za-z0-9._-]+""", r"\1UTF-8", text, count=1)
 
 
-def _checked(data: bytes) -> bytes:
+def _check(data: bytes) -> bytes:
     """The bytes, if they are UTF-8 without NUL."""
     if (at := data.find(b"\0")) >= 0:
         raise Refusal(_at(NUL_BYTE, data, at, offset=at))

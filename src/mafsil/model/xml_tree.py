@@ -241,7 +241,7 @@ def parse(data: bytes, limits: ReadLimits = DEFAULT_LIMITS) -> Document:
     except _Malformed:
         if not (finds := pardons(data)):
             raise
-    return _forgiven(data, finds, limits)
+    return _forgive(data, finds, limits)
 
 
 def _root(data: bytes, limits: ReadLimits) -> Element:
@@ -269,7 +269,7 @@ class _Malformed(Refusal):
         self.offset = offset
 
 
-def _forgiven(data: bytes, finds: list[Find], limits: ReadLimits) -> Document:
+def _forgive(data: bytes, finds: list[Find], limits: ReadLimits) -> Document:
     """A document whose finds are mended before it is parsed; its elements stand where they stand in the file."""
     original = _offsets([find.edit for find in finds])
     try:

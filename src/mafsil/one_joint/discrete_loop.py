@@ -104,10 +104,10 @@ class DiscreteLoop:
             return np.asarray(feedback)
         if self.feedforward:
             still = np.zeros_like(theta)
-            return feedback + self._modelled(u + still, v + still, a + still)
-        return self._modelled(theta, np.asarray(self.speed + np.zeros_like(theta)), a + feedback)
+            return feedback + self._model(u + still, v + still, a + still)
+        return self._model(theta, np.asarray(self.speed + np.zeros_like(theta)), a + feedback)
 
-    def _modelled(self, theta: Floats, speed: Floats, acceleration: Floats) -> Floats:
+    def _model(self, theta: Floats, speed: Floats, acceleration: Floats) -> Floats:
         assert self.model is not None
         M, h = (np.asarray(each, dtype=np.float64) for each in (self.model[0](theta), self.model[1](theta, speed)))
         product = M @ acceleration if M.ndim == 2 else M * acceleration

@@ -234,7 +234,7 @@ def run_sampled(
     return rows.recorded(out, h)
 
 
-def _listed(value: object) -> Sequence[ArrayLike]:
+def _list(value: object) -> Sequence[ArrayLike]:
     """The parts of a tuple or list; anything else is one part."""
     return cast("Sequence[ArrayLike]", value if isinstance(value, tuple | list) else (value,))
 
@@ -275,7 +275,7 @@ class _Rows:
         """(rows, k, 3); a reference that all rows share is not copied."""
         if callable(wanted):
             require_function("reference", wanted, "function of times to theta_d, theta_d', theta_d''", 1)
-            found = tuple(_listed(wanted(t)))
+            found = tuple(_list(wanted(t)))
             if len(found) != 3:
                 raise InputError("one_joint.reference", got=f"{len(found)} values")
             parts = [finite(f"reference[{k}]", part) for k, part in enumerate(found)]

@@ -50,7 +50,7 @@ def roots(coefficients: ArrayLike) -> Complexes:
     n = a.shape[-1] - 1
     if n == 1:
         return np.asarray(-a[..., 1:] / a[..., :1], dtype=np.complex128)
-    found: Complexes = _quadratic(a) if n == 2 else _joined(a, np.linalg.eigvals(companion(a)).astype(np.complex128))
+    found: Complexes = _quadratic(a) if n == 2 else _join(a, np.linalg.eigvals(companion(a)).astype(np.complex128))
     order = np.lexsort((-found.imag, -found.real), axis=-1)
     return np.asarray(np.take_along_axis(found, order, axis=-1), dtype=np.complex128)
 
@@ -69,7 +69,7 @@ def _quadratic(a: Floats) -> Complexes:
     return np.asarray(np.stack([first, second], axis=-1), dtype=np.complex128)
 
 
-def _joined(a: Floats, s: Complexes) -> Complexes:
+def _join(a: Floats, s: Complexes) -> Complexes:
     """(*batch, n) roots, those made equal that rounding may have parted; only where some are near."""
     n = s.shape[-1]
     rows, found = a.reshape(-1, n + 1), s.reshape(-1, n).copy()

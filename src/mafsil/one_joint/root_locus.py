@@ -122,13 +122,13 @@ def root_locus(denominator: ArrayLike, numerator: ArrayLike, gains: ArrayLike) -
         raise InputError("input.shape", name="gains", expected="(k,)", got=K.shape, hint="")
     wide = np.concatenate([np.zeros(len(D) - len(N)), N])
     closed = D + K[:, None] * wide
-    found = _followed(roots(closed))
+    found = _follow(roots(closed))
     meetings = _meetings(D, N)
     crossings = _crossings(D, wide)
     return RootLocus(K, found, routh_hurwitz(closed).stable, *meetings, *crossings)
 
 
-def _followed(found: Complexes) -> Complexes:
+def _follow(found: Complexes) -> Complexes:
     """Each row reordered so that its roots continue the row before: the closest pairs first."""
     result = found.copy()
     for k in range(1, len(found)):

@@ -57,14 +57,14 @@ def content(
         },
         "actions": action_arguments(),
         "settings": arm.settings,
-        "kernels": {"layout": dict(module.layout), "code": _compressed(module.code)},
+        "kernels": {"layout": dict(module.layout), "code": _compress(module.code)},
         "branches": _branches(arm),
         "dh": dh_table(arm),
         "scene": _scene(arm) if scene is None else dict(scene),
     }
 
 
-def _compressed(code: bytes) -> str:
+def _compress(code: bytes) -> str:
     return base64.b64encode(gzip.compress(code, 9, mtime=0)).decode("ascii")
 
 

@@ -166,7 +166,7 @@ class Session:
                     break
                 turned = not settings["rotates"] or _square(turn) <= settings["tolerance"] ** 2
                 if turned and _square(shift) <= settings["tolerance"] ** 2:
-                    self._place(self._lifted(q), "solved")
+                    self._place(self._lift(q), "solved")
                     return
                 q = [float(x) for x in out[:-6]]
         self.state = replace(self.state, status="not_found")
@@ -247,7 +247,7 @@ class Session:
         elif not excess <= LEEWAY:
             self.state = replace(self.state, status="beyond_limits")
         else:
-            self._place(self._lifted(rows[m * branch : m * (branch + 1)]), "solved")
+            self._place(self._lift(rows[m * branch : m * (branch + 1)]), "solved")
 
     def _follow(self, wanted: Numbers, guess: Numbers) -> None:
         """Move the driven joints and let the loops move the others, at once or in strides; or stay where that fails.
@@ -293,7 +293,7 @@ class Session:
         pairs = zip(settings["starts"], settings["ratios"], strict=True)
         return [lower + span * ((attempt * ratio) % 1.0) for (lower, span), ratio in pairs]
 
-    def _lifted(self, part: Sequence[float]) -> Numbers:
+    def _lift(self, part: Sequence[float]) -> Numbers:
         q = list(self.state.here)
         for place, value in zip(self.arm.places, part, strict=True):
             q[place] = float(value)

@@ -145,7 +145,7 @@ class ClosedChain:
         shape = found.M.shape[:-2]
         result = np.array(np.broadcast_to(rate, (*shape, self.n)))
         missing = np.einsum("...mn,...n->...m", found.J, result)
-        return self._corrected(result, found.J, missing, free)
+        return self._correct(result, found.J, missing, free)
 
     def closed_state(self, q: ArrayLike, qd: ArrayLike) -> tuple[ClosedConfigurations, JointVector]:
         """Configurations that close all loops, and rates that keep them closed there, as by `closed` and `rates`.
@@ -179,9 +179,9 @@ class ClosedChain:
         result[..., self.actuated] = given
         passive = self._free(self.actuated)
         missing = np.einsum("...mn,...n->...m", found.J, result) + found.gamma
-        return self._corrected(result, found.J, missing, passive)
+        return self._correct(result, found.J, missing, passive)
 
-    def _corrected(self, x: Floats, J: Floats, missing: Floats, free: Integers) -> Floats:
+    def _correct(self, x: Floats, J: Floats, missing: Floats, free: Integers) -> Floats:
         """(*batch, n) x whose free entries got the shortest step by which J x loses what is missing (*batch, m)."""
         if len(free):
             shape = x.shape[:-1]
@@ -214,17 +214,17 @@ class ClosedChain:
             return self._looked_at((q, qd, tau), *found)
         terms = self._terms_of_closed(q, qd)
         M = np.ascontiguousarray(terms.M + as_batch("added_inertia", added_inertia, (self.n,) * 2))
-        return self._solved(terms._replace(M=M), tau)
+        return self._solve(terms._replace(M=M), tau)
 
     def _forward_chosen(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike) -> tuple[Any, ...]:
         """The first call, and those that change between efforts of all joints and of the driven ones."""
         run = self._compiled.forward_for(tau, q)
         if run is None:
-            return self._solved(self._terms_of_closed(q, qd), tau)
+            return self._solve(self._terms_of_closed(q, qd), tau)
         self._forward = run
         return run(q, qd, tau)
 
-    def _solved(self, found: Terms, tau: ArrayLike) -> ClosedAccelerations:
+    def _solve(self, found: Terms, tau: ArrayLike) -> ClosedAccelerations:
         """With the rank of the loops found at every state."""
         return ClosedAccelerations(closed_terms.held(found, self._efforts(tau)))
 

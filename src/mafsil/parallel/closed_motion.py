@@ -127,7 +127,7 @@ def simulate_closed(
         rank[k] = now.rank
         if k == count:
             break
-        x, v = _stepped(chain, torque, float(t[k]), h, x, v, now.qdd)
+        x, v = _step(chain, torque, float(t[k]), h, x, v, now.qdd)
         if not (np.isfinite(x).all() and np.isfinite(v).all()):
             status, last = ClosedRunStatus.NOT_FINITE, k
             break
@@ -140,7 +140,7 @@ def simulate_closed(
     return ClosedMotion(status, t[kept], places[kept], rates[kept], energy[kept], error[kept], rank[kept])
 
 
-def _stepped(
+def _step(
     chain: ClosedChain, torque: Efforts, t: float, h: float, x: JointVector, v: JointVector, a: JointVector
 ) -> tuple[JointVector, JointVector]:
     """Coordinates and rates a step of Runge and Kutta later, before projection."""

@@ -99,7 +99,7 @@ def closed_inverse_kinematics(
     rows = started(chain, wanted, start, task, count, whole("seed", seed, 0))
     for weight in (1.0, CLOSING):
         # 2.
-        q = _solved(chain, wanted, rows, task, weight)
+        q = _solve(chain, wanted, rows, task, weight)
         # 3.
         closed = chain.closed(q, tries=1)
         place, turn = missed(chain, wanted, closed.q, task)
@@ -107,7 +107,7 @@ def closed_inverse_kinematics(
         if good.any():
             break
     # 4.
-    found = _distinct(chain, _wound(chain, closed.q[good], start), start)
+    found = _distinct(chain, _wind(chain, closed.q[good], start), start)
     within = _within(chain, found)
     order = np.argsort(~within, kind="stable")
     open_ = np.where(closed.found, place / chain.size + turn, np.inf)
@@ -130,7 +130,7 @@ def closed_pose_near(
         task: what of the pose counts.
         nearest: where loops and task cannot be met together, the loops count more.
     """
-    found = _solved(chain, T, q[None], task, CLOSING if nearest else 1.0)
+    found = _solve(chain, T, q[None], task, CLOSING if nearest else 1.0)
     return chain.closed(found[0], tries=1)
 
 
@@ -198,7 +198,7 @@ def _equations(
     return np.concatenate(parts, axis=-1), np.concatenate(rows, axis=-2)
 
 
-def _solved(chain: ClosedChain, T: PoseMatrix, q: JointVector, task: Task, weight: float) -> JointVector:
+def _solve(chain: ClosedChain, T: PoseMatrix, q: JointVector, task: Task, weight: float) -> JointVector:
     """(k, n) Levenberg's method from each row: the damping falls where a step helps and grows where not.
 
     1. The normal equations with damping, in units of the coordinates.
@@ -239,7 +239,7 @@ def _prismatic(chain: ClosedChain) -> np.ndarray[tuple[int, ...], np.dtype[np.bo
     return np.array([joint.kind is JointKind.PRISMATIC for joint in chain.robot.mechanism.coordinates])
 
 
-def _wound(chain: ClosedChain, q: JointVector, near: JointVector) -> JointVector:
+def _wind(chain: ClosedChain, q: JointVector, near: JointVector) -> JointVector:
     """Angles in the turn within the limits that is nearest to those given."""
     limits, turns = chain.robot.limits, 2 * np.pi * ~_prismatic(chain)
     ways = np.round((near - q) / (2 * np.pi))

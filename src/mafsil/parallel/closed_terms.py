@@ -134,7 +134,7 @@ def accelerations(found: Terms, tau: Floats, prefer: Floats | None = None) -> tu
             found.M[None], found.h[None], found.J[None], found.gamma[None], given[None], alone, across, rank
         )
         if rank[0] < 0:
-            alone[0], across[0], rank[0] = accelerations_without_mass(*found[:4], tau, _preferred(prefer, n))
+            alone[0], across[0], rank[0] = accelerations_without_mass(*found[:4], tau, _prefer(prefer, n))
         return alone[0], across[0], rank.reshape(())
     shape = np.broadcast_shapes(found.h.shape[:-1], tau.shape[:-1], found.M.shape[:-2])
 
@@ -148,13 +148,13 @@ def accelerations(found: Terms, tau: Floats, prefer: Floats | None = None) -> tu
     closed_dynamics_loops.accelerations(M, h, J, gamma, efforts, qdd, force, ranks)
     light = np.flatnonzero(ranks < 0)
     if len(light):
-        wanted = rows(_preferred(prefer, n), n)
+        wanted = rows(_prefer(prefer, n), n)
         for k in light.tolist():
             qdd[k], force[k], ranks[k] = accelerations_without_mass(M[k], h[k], J[k], gamma[k], efforts[k], wanted[k])
     return qdd.reshape(*shape, n), force.reshape(*shape, m), ranks.reshape(shape)
 
 
-def _preferred(prefer: Floats | None, n: int) -> Floats:
+def _prefer(prefer: Floats | None, n: int) -> Floats:
     return np.zeros(n) if prefer is None else prefer
 
 

@@ -49,7 +49,7 @@ def closed(chain: LoopConditions, q: JointVector, free: Integers, most: int, tri
     """
     begin, more, bound = q.reshape(-1, chain.n), tries - 1, CLOSED * chain.size
     # 1
-    best, error, steps, left = _searched(chain, begin, free, most)
+    best, error, steps, left = _search(chain, begin, free, most)
     # 2
     rng, done = np.random.default_rng(0), 0
     while done < more and len(open_ := np.flatnonzero(error > np.maximum(bound, left))):
@@ -57,7 +57,7 @@ def closed(chain: LoopConditions, q: JointVector, free: Integers, most: int, tri
         reach = FARTHEST_START * (done + count) / more
         starts = np.repeat(begin[open_, None], count, axis=1)
         starts[..., free] += reach * rng.uniform(-1.0, 1.0, (len(open_), count, len(free))) * chain.unit[free]
-        found, gap, taken, rest = _searched(chain, starts.reshape(-1, chain.n), free, most)
+        found, gap, taken, rest = _search(chain, starts.reshape(-1, chain.n), free, most)
         found, gap, rest = found.reshape(starts.shape), gap.reshape(-1, count), rest.reshape(-1, count)
         far = np.abs((found - begin[open_, None]) / chain.unit).max(axis=2)
         pick = _nearest(gap, far, np.maximum(bound, rest))
@@ -75,9 +75,7 @@ def closed(chain: LoopConditions, q: JointVector, free: Integers, most: int, tri
     )
 
 
-def _searched(
-    chain: LoopConditions, rows: Floats, free: Integers, most: int
-) -> tuple[Floats, Floats, Integers, Floats]:
+def _search(chain: LoopConditions, rows: Floats, free: Integers, most: int) -> tuple[Floats, Floats, Integers, Floats]:
     """Newton's method from each row: the best configuration, its gap, steps, and what dependent rows leave of the gap.
 
     Args:

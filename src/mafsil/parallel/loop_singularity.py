@@ -154,13 +154,13 @@ def loop_singularities(
         form, tangents = forms[0], _tangents(forms) @ motions.T
         findings.append(_crossing(forms, len(tangents)))
     # 2.
-    elif (free := _counted(rates, H.shape[1], task if idle else None)).size:
-        kind, size = _locked(H, hessians, rates, free, closure, q)
+    elif (free := _count(rates, H.shape[1], task if idle else None)).size:
+        kind, size = _lock(H, hessians, rates, free, closure, q)
         findings.append(kind)
     # 3.
     blocked = np.zeros((0 if task is None else task.shape[0], 0))
     if task is not None and rank == full_rank:
-        blocked = _blocked(task, kernel(H), H.shape[1] - full_rank)
+        blocked = _block(task, kernel(H), H.shape[1] - full_rank)
         if blocked.shape[1]:
             findings.append(LoopSingularity.TASK)
     return LoopSingularities(
@@ -213,7 +213,7 @@ def _tangents(forms: list[Floats]) -> Floats:
     return np.array(kept).reshape(-1, 2)
 
 
-def _counted(rates: DrivenRates, n: int, task: Floats | None) -> Floats:
+def _count(rates: DrivenRates, n: int, task: Floats | None) -> Floats:
     """(n, k) motions with the driven joints locked; only those that move the task if it is given."""
     free = np.zeros((n, rates.free.shape[1]))
     free[list(rates.passive)] = rates.free
@@ -223,7 +223,7 @@ def _counted(rates: DrivenRates, n: int, task: Floats | None) -> Floats:
     return free @ right[s > 10 * RANK].T
 
 
-def _locked(
+def _lock(
     H: Floats, hessians: Floats, rates: DrivenRates, free: Floats, closure: Closure | None, q: Floats
 ) -> tuple[LoopSingularity, float]:
     dependent = kernel(H.T)
@@ -261,7 +261,7 @@ def _moves(closure: Closure, q: Floats, free: Floats, passive: Sequence[int]) ->
     return bool(np.linalg.norm(at - q) > STEP * STEPS / 4)
 
 
-def _blocked(task: Floats, motions: Floats, mobility: int) -> Floats:
+def _block(task: Floats, motions: Floats, mobility: int) -> Floats:
     """(t, l) directions of the task lost to the motions (n, d), orthonormal; none while the rank is what it can be."""
     J = task @ motions
     left, s, _ = np.linalg.svd(J)

@@ -181,13 +181,13 @@ def plan(
         rules = (None,) if wider is None else (None, wider)
     half = seconds / len(rules), max(max_nodes // len(rules), 1)
     if planner == "rrt_connect" and not constraints and not loops and roadmap is None and len(goals):
-        found = _connected(checker, q, goals, rules, seed, *half, shortcut_iterations, begun)
+        found = _connect(checker, q, goals, rules, seed, *half, shortcut_iterations, begun)
         if found is not None:
             return found
     # 2.
-    refused = _refused(checker, q, goals, planner, begun)
+    refused = _refuse(checker, q, goals, planner, begun)
     if isinstance(refused, ArmPlan):
-        return _reasoned(refused, checker, goal, q)
+        return _reason(refused, checker, goal, q)
     constraints = ((constraints,) if not isinstance(constraints, Iterable) else tuple(constraints)) + loops
     if constraints and planner != "rrt_connect":
         raise InputError("planning.loops_planner" if loops else "planning.constraint_planner", planner=planner)
@@ -198,12 +198,12 @@ def plan(
         rules = rules[:1] if path is not None else rules[1:]
         half = max(seconds - (perf_counter() - begun), 0.5 * seconds), max_nodes
     asked = ArmQuestion(checker, q, goals[refused], planner, seed, *half, shortcut_iterations)
-    found = _searched(asked, goals, roadmap, constraints, rules[0], begun)
+    found = _search(asked, goals, roadmap, constraints, rules[0], begun)
     if len(rules) > 1 and found.status is PlanningStatus.NOT_FOUND:
-        found = _searched(asked, goals, roadmap, constraints, rules[1], begun)
+        found = _search(asked, goals, roadmap, constraints, rules[1], begun)
     if constraints:
         return found
-    return _decided(found, q, goals, seed, shortcut_iterations, max_nodes if planner == CELLS else MOST_BOXES, seconds)
+    return _decide(found, q, goals, seed, shortcut_iterations, max_nodes if planner == CELLS else MOST_BOXES, seconds)
 
 
 def _from_measured(found: ArmPlan, checker: Checker, q: JointVector, goals: JointVector) -> ArmPlan:
@@ -234,7 +234,7 @@ def _from_measured(found: ArmPlan, checker: Checker, q: JointVector, goals: Join
     return replace(found, path=np.stack(rows), reason=reason)
 
 
-def _connected(
+def _connect(
     checker: Checker, q: JointVector, goals: JointVector, rules: tuple[Moving, ...], seed: int, seconds: float,
     nodes: int, shorten: int, begun: float,
 ) -> ArmPlan | None:  # fmt: skip
@@ -254,13 +254,13 @@ def _connected(
         made, seen = made + more, summed(seen, also)
         found = _answer(checker, path, "rrt_connect", made, seen, q, goals, begun, moving=rule)
         if path is None:
-            found = _decided(found, q, goals, seed, shorten, MOST_BOXES, seconds)
+            found = _decide(found, q, goals, seed, shorten, MOST_BOXES, seconds)
         if found.status is not PlanningStatus.NOT_FOUND:
             return found
     return found
 
 
-def _decided(
+def _decide(
     found: ArmPlan, q: JointVector, goals: JointVector, seed: int, shorten: int, boxes: int, seconds: float
 ) -> ArmPlan:
     """The same, but where nothing was found and few coordinates move, with what boxes of configurations prove.
@@ -294,7 +294,7 @@ def _decided(
     return replace(found, status=PlanningStatus.FOUND, path=path, reason="", goal=goal)
 
 
-def _searched(
+def _search(
     asked: ArmQuestion, goals: JointVector, roadmap: ArmRoadmap | None, constraints: tuple[Constraint, ...],
     moving: Moving, begun: float,
 ) -> ArmPlan:  # fmt: skip
@@ -380,7 +380,7 @@ def _solutions(checker: Checker, poses: Floats, start: JointVector) -> JointVect
     return np.concatenate(rows)
 
 
-def _reasoned(refused: ArmPlan, checker: Checker, goal: ArrayLike | Pose | GoalRegion, q: JointVector) -> ArmPlan:
+def _reason(refused: ArmPlan, checker: Checker, goal: ArrayLike | Pose | GoalRegion, q: JointVector) -> ArmPlan:
     """The same, for poses without a configuration with what inverse kinematics says of the first of them."""
     if refused.status is not PlanningStatus.UNREACHABLE or checker.robot.mechanism.loops:
         return refused
@@ -394,7 +394,7 @@ def _looks_like_pose(array: Floats, n: int) -> bool:
     return n != 4 and array.shape == (4, 4)
 
 
-def _refused(
+def _refuse(
     checker: Checker, q: JointVector, goals: JointVector, planner: str, begun: float
 ) -> ArmPlan | np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
     """An end that cannot be, with the reason; else which goals are open."""

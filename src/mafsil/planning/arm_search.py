@@ -92,7 +92,7 @@ def search(
             path = other
     random, counts = _question_for(checker, len(goals), moving).value.forests.random, np.zeros(3, np.int64)
     path = loaded(arm_question_loops).shorten(checker.workshop(), path, shorten - few, random, counts)  # 3
-    return path, made, summed(seen, _counted(counts))
+    return path, made, summed(seen, _count(counts))
 
 
 def _grown(
@@ -117,14 +117,14 @@ def _grown(
         made, now = _nodes(forests), perf_counter()
         deadline = min(deadline, now + seconds)
         if made >= nodes or now >= deadline:
-            return None, made, _counted(forests.seen)
+            return None, made, _count(forests.seen)
         if code == loops.FULL:  # 2
             forests = arm_search_loops.doubled(forests)
             question = holding.hold(question.value._replace(forests=forests))
         left = max(min(SLICE, nodes - made), 1)
         code, path = loops.solve(workshop, question, q, goals, seed, drawn, left, shorten, leave)
         drawn += left
-    return path, _nodes(forests), _counted(forests.seen)
+    return path, _nodes(forests), _count(forests.seen)
 
 
 def _question_for(checker: Checker, goals: int, moving: Moving) -> Held[Question]:
@@ -158,7 +158,7 @@ def _nodes(forests: Forests) -> int:
     return of_start + of_goals
 
 
-def _counted(seen: NDArray[np.int64]) -> tuple[int, int, int]:
+def _count(seen: NDArray[np.int64]) -> tuple[int, int, int]:
     looked_at, proved, states = seen.tolist()
     return looked_at, proved, states
 

@@ -98,7 +98,7 @@ def cell_decomposition(world: PolygonWorld) -> CellDecomposition:
                 spans.append([slab, slab + 1])
         last = here
     corners = np.array(cells).reshape(-1, 4, 2)
-    pairs, doors = _shared(corners, np.array(spans, np.int64).reshape(-1, 2), len(x), world.slack)  # 4.
+    pairs, doors = _share(corners, np.array(spans, np.int64).reshape(-1, 2), len(x), world.slack)  # 4.
     return CellDecomposition(world, corners, pairs, doors)
 
 
@@ -166,7 +166,7 @@ def _free_in_slab(world: PolygonWorld, edges: _Edges, left: float, right: float)
     return [((names[k], names[k + 1]), corners[k]) for k in np.flatnonzero(free)]
 
 
-def _shared(cells: Floats, spans: NDArray[np.int64], lines: int, slack: float) -> tuple[NDArray[np.int64], Floats]:
+def _share(cells: Floats, spans: NDArray[np.int64], lines: int, slack: float) -> tuple[NDArray[np.int64], Floats]:
     """Pairs of cells that share a piece or a point of a vertical line, and the middle of that.
 
     Args:

@@ -94,7 +94,7 @@ def configuration_space(
         columns, rest = np.arange(len(arm.lengths)), np.zeros(len(arm.lengths))
         lower, upper = rest - np.pi, rest + np.pi
     else:
-        columns, lower, upper = _painted(arm, joints)
+        columns, lower, upper = _paint(arm, joints)
         rest = arm.zero if at is None else single("at", at, (arm.robot.n,))
     require_few_cells(count ** len(columns))
     places = (np.arange(count) + 0.5) / count
@@ -109,7 +109,7 @@ def configuration_space(
     return axes, np.moveaxis(hits.reshape(*(count,) * len(columns), -1), -1, 0)
 
 
-def _painted(arm: Checker, joints: Iterable[str] | None) -> tuple[NDArray[np.int64], Floats, Floats]:
+def _paint(arm: Checker, joints: Iterable[str] | None) -> tuple[NDArray[np.int64], Floats, Floats]:
     """Columns of the coordinates that are painted, and from where to where they go."""
     known = arm.robot.mechanism.coordinates
     names = [each.name for each in known]

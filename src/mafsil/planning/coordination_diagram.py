@@ -129,18 +129,18 @@ def coordinate_arms(
     points = {name: _points(cell, name, paths) for name in cell.names}
     # 1.
     start = cell.joined({name: rows[0] for name, rows in points.items()})
-    refused = _refused(cell, points, start, begun)
+    refused = _refuse(cell, points, start, begun)
     if refused is not None:
         return refused
     step = max(_seconds(cell, name, rows).sum() for name, rows in points.items()) / count
     pieces = [_cut(cell, name, rows, step) for name, rows in points.items()]
     # 2.
-    codes, states = _classified(cell, pieces)
+    codes, states = _classify(cell, pieces)
     # 3.
     shares = tuple(each.shares for each in pieces)
     way = _way(codes, diagram_loops.FREE, pieces)
     if way is not None:
-        places = _straightened(cell, pieces, way) if shortcut_iterations else way
+        places = _straighten(cell, pieces, way) if shortcut_iterations else way
         path = np.stack([_at(pieces[0], x) + _at(pieces[1], y) for x, y in _with_corners(pieces, places)])
         along = np.stack([np.interp(places[:, k], np.arange(len(s)), s) for k, s in enumerate(shares)], axis=1)
         return CoordinatedPlan(
@@ -175,7 +175,7 @@ def _points(cell: MultiArmCell, name: str, paths: Mapping[str, ArrayLike | ArmPl
     return np.asarray(rows[np.concatenate([[True], moved])])
 
 
-def _refused(
+def _refuse(
     cell: MultiArmCell, points: Mapping[str, JointVector], start: JointVector, begun: float
 ) -> CoordinatedPlan | None:
     """A path that is not free by itself, or arms that meet at the starts or the ends."""
@@ -223,7 +223,7 @@ def _cut(cell: MultiArmCell, name: str, rows: JointVector, step: float) -> _Piec
     return _Pieces(points, full, np.repeat(seconds / counts, counts), shares)
 
 
-def _classified(cell: MultiArmCell, pieces: list[_Pieces]) -> tuple[NDArray[np.int8], int]:
+def _classify(cell: MultiArmCell, pieces: list[_Pieces]) -> tuple[NDArray[np.int8], int]:
     """The cells of the diagram, and how many states were looked at."""
     world = cell.world()._replace(arm=cell.between, clearance=np.full(1 + len(cell.between.pairs), cell.clearance))
     largest = sum((np.abs(each.rows).max(axis=0) for each in pieces), np.zeros(cell.robot.n))
@@ -258,7 +258,7 @@ def _way(codes: NDArray[np.int8], most: int, pieces: list[_Pieces]) -> Floats | 
     return np.array(corners[::-1], dtype=np.float64)
 
 
-def _straightened(cell: MultiArmCell, pieces: list[_Pieces], way: Floats) -> Floats:
+def _straighten(cell: MultiArmCell, pieces: list[_Pieces], way: Floats) -> Floats:
     """The way with straight lines for staircases, where they are proved free and take no longer."""
     rows, k = list(way), 0
     while k + 2 < len(rows):

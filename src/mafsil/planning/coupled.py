@@ -48,16 +48,14 @@ def plan_coupled(
         InputError: an unknown arm, a start that is missing, a wrong shape.
     """
     q = cell.joined(start)
-    goals = _combined(cell, cell.parted(q), goal)
+    goals = _combine(cell, cell.parted(q), goal)
     return plan(
         cell, None, q, goals, planner=planner, seed=seed, seconds=seconds, max_nodes=max_nodes,
         shortcut_iterations=shortcut_iterations,
     )  # fmt: skip
 
 
-def _combined(
-    cell: MultiArmCell, start: Mapping[str, JointVector], goal: Mapping[str, ArrayLike | Pose]
-) -> JointVector:
+def _combine(cell: MultiArmCell, start: Mapping[str, JointVector], goal: Mapping[str, ArrayLike | Pose]) -> JointVector:
     """(k, n) goals of all arms, the nearest to the start first."""
     for name in goal:
         cell.alone(name)

@@ -185,7 +185,7 @@ def _derivatives(kept: Kept, poses: Floats, J: Floats) -> None:
 
 
 @compiled
-def _solved(A: Floats, size: int) -> None:
+def _solve(A: Floats, size: int) -> None:
     """The solution of `size` symmetric positive definite equations, in the last column of `A` (Cholesky)."""
     for i in range(size):
         for j in range(i + 1):
@@ -239,7 +239,7 @@ def project(kept: Kept, kinematics: Kinematics, q: Floats, sheet: Sheet) -> bool
             trace += sheet.A[i, i]
         for i in range(size):
             sheet.A[i, i] += DAMPING * (1.0 + trace)
-        _solved(sheet.A, size)
+        _solve(sheet.A, size)
         for c in range(n):
             change = 0.0
             for i in range(size):

@@ -160,7 +160,7 @@ def search_kept(
             made = int(forests.sizes[:2].sum())
             deadline = min(deadline, perf_counter() + seconds)
             if made >= nodes or perf_counter() > deadline:
-                return None, made, _counted(seen)
+                return None, made, _count(seen)
             if code == arm_search_loops.FULL:
                 forests = arm_search_loops.doubled(forests)
         made, path = int(forests.sizes[:2].sum()), forests.path[: forests.sizes[2]].copy()
@@ -168,10 +168,10 @@ def search_kept(
     path = kept_search_loops.shorten_kept(shop, arrays, slack, path, STEP, shorten, random, seen)
     # 4.
     if not checker.check_path(path) or kept.along(checker, path[:-1], path[1:]) is None:
-        return None, made, _counted(seen)
-    return path, made, _counted(seen)
+        return None, made, _count(seen)
+    return path, made, _count(seen)
 
 
-def _counted(seen: NDArray[np.int64]) -> tuple[int, int, int]:
+def _count(seen: NDArray[np.int64]) -> tuple[int, int, int]:
     looked_at, proved, states = (int(x) for x in seen)
     return looked_at, proved, states

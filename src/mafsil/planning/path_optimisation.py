@@ -148,7 +148,7 @@ def descend(
     base = weight = CLEARANCE_WEIGHT * (1.0 + length_of(now) ** 2)
     (cost, gradient), best = terms.at(now, weight), path
     before = least = cost
-    proved, kept_free = bool(checker.free_segment(path[:-1], path[1:]).all()), _proved(checker, now)
+    proved, kept_free = bool(checker.free_segment(path[:-1], path[1:]).all()), _prove(checker, now)
     metric, step, deadline, made = _inverse(points, smoothness), 0.5, perf_counter() + seconds, 0
     while made < iterations and perf_counter() < deadline:
         made += 1
@@ -158,7 +158,7 @@ def descend(
             tried = now.copy()
             tried[1:-1] = np.clip(now[1:-1] - step * way, lower, upper)
             next_cost, next_gradient = terms.at(tried, weight)
-            lowered = next_cost.total < cost.total and (not kept_free or _proved(checker, tried))
+            lowered = next_cost.total < cost.total and (not kept_free or _prove(checker, tried))
             if lowered:
                 quiet = next_cost.total > cost.total * (1.0 - QUIET)
                 now, cost, gradient, step = tried, next_cost, next_gradient, min(1.0, 1.5 * step)
@@ -166,7 +166,7 @@ def descend(
                 step /= 2.0
         # 3.
         plain = replace(cost, total=cost.total + (base - weight) * cost.crowding)
-        if lowered and (not proved or plain.total < least.total) and (kept_free or _proved(checker, now)):
+        if lowered and (not proved or plain.total < least.total) and (kept_free or _prove(checker, now)):
             best, least, proved, kept_free = now, plain, True, True
         # 4.
         if quiet:
@@ -177,7 +177,7 @@ def descend(
     return Descent(best, before, least, made, proved)
 
 
-def _proved(checker: Checker, points: Floats) -> bool:
+def _prove(checker: Checker, points: Floats) -> bool:
     return bool(checker.free(points).all()) and bool(checker.free_segment(points[:-1], points[1:]).all())
 
 

@@ -62,24 +62,24 @@ def find_path(
     # 1.
     open_goals = goals[problem.is_free(goals)]
     if not problem.is_free(q)[0]:
-        return _ended(problem, PlanningStatus.START_BLOCKED, q[None], planner, 0, begun)
+        return _end(problem, PlanningStatus.START_BLOCKED, q[None], planner, 0, begun)
     if not len(open_goals):
-        return _ended(problem, PlanningStatus.GOAL_BLOCKED, q[None], planner, 0, begun)
+        return _end(problem, PlanningStatus.GOAL_BLOCKED, q[None], planner, 0, begun)
     same = np.abs(open_goals - q).max(axis=1) == 0.0
     if same.any():
-        return _ended(problem, PlanningStatus.FOUND, q[None], planner, 1, begun)
+        return _end(problem, PlanningStatus.FOUND, q[None], planner, 1, begun)
     # 2.
     rng = np.random.default_rng(whole("seed", seed))
     budget = SearchBudget(rng, begun + positive("seconds", seconds), whole("max_nodes", max_nodes, least=1))
     path, made = PLANNERS[planner](problem, q, open_goals, budget)
     if path is None:
-        return _ended(problem, PlanningStatus.NOT_FOUND, q[None], planner, made, begun)
+        return _end(problem, PlanningStatus.NOT_FOUND, q[None], planner, made, begun)
     # 3.
     if shortcut_iterations:
         path = shortened(problem, path, rng)
-    return _ended(problem, PlanningStatus.FOUND, path, planner, made, begun)
+    return _end(problem, PlanningStatus.FOUND, path, planner, made, begun)
 
 
-def _ended(problem: Problem, status: PlanningStatus, path: JointVector, planner: str, nodes: int, begun: float) -> Plan:
+def _end(problem: Problem, status: PlanningStatus, path: JointVector, planner: str, nodes: int, begun: float) -> Plan:
     counts = problem.counts
     return Plan(status, path, planner, counts.configurations, counts.segments, nodes, perf_counter() - begun)

@@ -281,11 +281,11 @@ class _Turns:
         if len(points) == 1:
             still = standing(points[0, self.cell.columns[name]], limits)
             return still if is_proved(still) is None else None
-        path = self._rounded(name, points)
+        path = self._round(name, points)
         route = route_along(path, limits)
         return None if route is None else timed_way(route, is_free, horizon, TRIES, is_proved)
 
-    def _rounded(self, name: str, points: JointVector) -> JointPath:
+    def _round(self, name: str, points: JointVector) -> JointPath:
         """A path of one arm with corners rounded as far as the scene lets them, and breaks at which it may rest."""
         ways = np.linalg.norm(np.diff(points, axis=0), axis=1)
         counts = np.maximum(np.ceil(RESTS * ways / ways.sum()).astype(np.int64), 1)

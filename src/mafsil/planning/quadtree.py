@@ -57,7 +57,7 @@ class Quadtree:
             return ends.plan(PlanningStatus.FOUND, way)
         # 3.
         joined, (first, second) = np.concatenate([self.free, self.mixed]), ends.cells
-        is_open = _connected(joined, first[0], second[0])
+        is_open = _is_connected(joined, first[0], second[0])
         return ends.plan(PlanningStatus.NOT_FOUND if is_open else PlanningStatus.SEPARATED)
 
 
@@ -147,7 +147,7 @@ def _doors(cells: Floats) -> tuple[Floats, list[list[int]]]:
     return np.array(doors).reshape(-1, 2), of_cell
 
 
-def _connected(cells: Floats, start: int, end: int) -> bool:
+def _is_connected(cells: Floats, start: int, end: int) -> bool:
     """Whether cells lead from one to another, through corners too."""
     pairs: list[set[int]] = [set() for _ in cells]
     for k in range(len(cells)):

@@ -33,13 +33,13 @@ class Reason(str):
 
     def __new__(cls, *parts: Part) -> Self:
         """The text in the present language."""
-        found = super().__new__(cls, _said(parts, None))
+        found = super().__new__(cls, _say(parts, None))
         found.parts = parts
         return found
 
     def explain(self, language: str | None = None) -> str:
         """The text, in `en` or `ar` or the present language."""
-        return _said(self.parts, language)
+        return _say(self.parts, language)
 
     def and_then(self, *others: str) -> Reason:
         """With further reasons behind it."""
@@ -91,7 +91,7 @@ def said(reason: str, language: str | None = None) -> str:
     return reason.explain(language) if isinstance(reason, Reason) else reason
 
 
-def _said(parts: tuple[Part, ...], language: str | None) -> str:
+def _say(parts: tuple[Part, ...], language: str | None) -> str:
     return clauses([_one(part, language) for part in parts], language)
 
 

@@ -50,7 +50,7 @@ def rounded(checker: Checker, path: JointVector, share: float = 0.5, kept: Kept 
                 radii[k] = radius
                 break
             radius /= 2.0
-    return JointPath(_joined(points, directions, ways, radii))
+    return JointPath(_join(points, directions, ways, radii))
 
 
 def _corner(c: Floats, d: Floats, e: Floats, radius: float) -> Floats:
@@ -80,7 +80,7 @@ def _bernstein(t: Floats) -> Floats:
     return binomial * t[:, None] ** j * (1.0 - t[:, None]) ** (5 - j)
 
 
-def _joined(points: Floats, directions: Floats, ways: Floats, radii: Floats) -> PiecewisePolynomial:
+def _join(points: Floats, directions: Floats, ways: Floats, radii: Floats) -> PiecewisePolynomial:
     """Lines and rounded corners with the length of the legs as path parameter; degree 5."""
     lengths: list[float] = []
     rows: list[Floats] = []

@@ -229,9 +229,7 @@ def rrt_star(
         while budget.left(nodes + tree.count) and length_of(best) > float(np.linalg.norm(goal - start)) * (1 + 1e-9):
             # 2.
             sample = (
-                goal
-                if budget.rng.random() < GOAL_BIAS
-                else _informed(problem, start, goal, length_of(best), budget.rng)
+                goal if budget.rng.random() < GOAL_BIAS else _inform(problem, start, goal, length_of(best), budget.rng)
             )
             node = tree.nearest(sample)
             way = sample - tree.q[node]
@@ -252,7 +250,7 @@ def rrt_star(
                 cost = tree.cost[added] + float(np.linalg.norm(tree.q[k] - new))
                 if cost < tree.cost[k] - 1e-12 and problem.is_free_segment(new, tree.q[k].copy()):
                     tree.parent[k] = added
-                    _recosted(tree)
+                    _recost(tree)
             if np.array_equal(new, goal):
                 reached.append(added)
             # 4.
@@ -262,7 +260,7 @@ def rrt_star(
     return best, nodes + tree.count
 
 
-def _recosted(tree: Tree) -> None:
+def _recost(tree: Tree) -> None:
     """Costs after a change of parents, from the root on."""
     children: list[list[int]] = [[] for _ in range(tree.count)]
     for k, parent in enumerate(tree.parent):
@@ -276,7 +274,7 @@ def _recosted(tree: Tree) -> None:
             stack.append(k)
 
 
-def _informed(problem: Problem, a: JointVector, b: JointVector, length: float, rng: np.random.Generator) -> JointVector:
+def _inform(problem: Problem, a: JointVector, b: JointVector, length: float, rng: np.random.Generator) -> JointVector:
     """A sample of the ellipsoid with foci a and b whose points have a sum of distances of at most `length`."""
     n, apart = problem.n, float(np.linalg.norm(b - a))
     axes = np.full(n, np.sqrt(max(length**2 - apart**2, 0.0)) / 2.0)

@@ -53,10 +53,10 @@ def shortened(problem: Problem, path: JointVector, rng: np.random.Generator, tri
         if length_of(candidate) < length_of(best) * (1.0 - ALONG) and all(
             problem.is_free_segment(*piece) for piece in pieces
         ):
-            best = np.asarray(candidate[_moved(candidate)], dtype=np.float64)
+            best = np.asarray(candidate[_move(candidate)], dtype=np.float64)
     return best
 
 
-def _moved(path: Floats) -> NDArray[np.bool_]:
+def _move(path: Floats) -> NDArray[np.bool_]:
     """(k,) which points differ from the one before."""
     return np.append(True, np.abs(np.diff(path, axis=0)).max(axis=1) > 0.0)

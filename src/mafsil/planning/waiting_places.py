@@ -113,7 +113,7 @@ def timed_way(
         way = _earliest(route, free, steps)  # 2
         if way is None:
             return None
-        found = _timed(route, way, tick)
+        found = _time(route, way, tick)
         moment = is_proved(found)  # 3
         if moment is None:
             return found
@@ -143,7 +143,7 @@ def _earliest(
     stays = np.logical_and.accumulate(free[-1, ::-1])[::-1]
     for m in range(ticks):
         if (count - 1, m) in before and stays[m]:
-            return _traced(before, (count - 1, m))
+            return _trace(before, (count - 1, m))
         for i in range(count):
             if (i, m) not in before:
                 continue
@@ -157,7 +157,7 @@ def _earliest(
     return None
 
 
-def _traced(before: dict[tuple[int, int], tuple[int, int] | None], last: tuple[int, int]) -> list[tuple[int, int]]:
+def _trace(before: dict[tuple[int, int], tuple[int, int] | None], last: tuple[int, int]) -> list[tuple[int, int]]:
     """The way that led to a place and tick, without the ticks of waiting."""
     way: list[tuple[int, int]] = []
     now: tuple[int, int] | None = last
@@ -168,7 +168,7 @@ def _traced(before: dict[tuple[int, int], tuple[int, int] | None], last: tuple[i
     return way[::-1]
 
 
-def _timed(route: Route, way: list[tuple[int, int]], tick: float) -> TimedArm:
+def _time(route: Route, way: list[tuple[int, int]], tick: float) -> TimedArm:
     """Motions and rests of a way; the arm arrives as early as its last motion ends."""
     parts, rests, clock = list[Trajectory](), list[bool](), 0.0
     for (i, m), (j, _) in pairwise(way):

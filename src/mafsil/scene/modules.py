@@ -39,7 +39,7 @@ def one_script(*entries: Source) -> str:
         _collect(entry, order)
     owners: dict[str, str] = {}
     for path in order:
-        for name in _declared(read(path)):
+        for name in _declare(read(path)):
             if owners.setdefault(name, path) != path:
                 raise KernelError("kernels.refused", reason=f"{name} is declared in {owners[name]} and in {path}")
     return '"use strict";\n' + "\n".join(_bare(path) for path in order)
@@ -76,7 +76,7 @@ def _place(importer: Source, path: str) -> Source:
     return posixpath.normpath(posixpath.join(posixpath.dirname(importer), path)) if path.startswith(".") else path
 
 
-def _declared(text: str) -> Iterable[str]:
+def _declare(text: str) -> Iterable[str]:
     for names, name in _DECLARED.findall(text):
         yield from (part.strip() for part in names.split(",")) if names else (name,)
 

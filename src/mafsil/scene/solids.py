@@ -62,7 +62,7 @@ def as_data(bodies: Iterable[Body]) -> dict[str, Any]:
 
 def packed(array: Floats) -> str:
     """Little-endian float32, base64."""
-    return _encoded(np.ascontiguousarray(array, dtype="<f4"))
+    return _encode(np.ascontiguousarray(array, dtype="<f4"))
 
 
 def _surface(surface: Surface) -> dict[str, Any]:
@@ -75,11 +75,11 @@ def _surface(surface: Surface) -> dict[str, Any]:
     return {
         "low": low.tolist(),
         "step": step.tolist(),
-        "points": _encoded(cast("Floats", np.round((points - low) / step)).astype("<u2")),
-        "faces": _encoded(faces.reshape(-1).astype("<u4" if wide else "<u2")),
+        "points": _encode(cast("Floats", np.round((points - low) / step)).astype("<u2")),
+        "faces": _encode(faces.reshape(-1).astype("<u4" if wide else "<u2")),
         "wide": wide,
     }
 
 
-def _encoded(array: NDArray[Any]) -> str:
+def _encode(array: NDArray[Any]) -> str:
     return base64.b64encode(array.tobytes()).decode("ascii")

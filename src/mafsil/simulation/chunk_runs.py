@@ -150,7 +150,7 @@ def _part(scenario: Scenario, marks: Floats, memory: LawMemory, *, last: bool) -
     run = VariedRun(scenario)
     run.memory = memory
     run.to_the_end(None)
-    return _recorded(run, marks, count)
+    return _record(run, marks, count)
 
 
 def recorded_alone(scenario: Scenario, memory: LawMemory) -> Recording:
@@ -223,7 +223,7 @@ class _Passing(VariedFusedRun):
         return _Part(tally, state[:, 0].copy(), state[:, 1].copy(), marked.positions(), self.lost)
 
 
-def _recorded(run: VariedRun, marks: Floats, count: int) -> _Part:
+def _record(run: VariedRun, marks: Floats, count: int) -> _Part:
     """Of runs that were recorded."""
     n, u = run.q.shape[-1], np.ascontiguousarray(run.reference.u)[:, None]
     tally = tally_loops.tally_of(np.minimum(run.ends, count), n)

@@ -170,7 +170,7 @@ def peg_in_hole(
         chamfer=3e-3, stiffness=BOARD_STIFFNESS, damping=BOARD_DAMPING, friction=0.1,
     )  # fmt: skip
     peg = AtPoints(hole, np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -depth / 2.0]]))
-    path = line_path(T, _moved(T, (0.005 + depth + 0.005) * z))
+    path = line_path(T, _move(T, (0.005 + depth + 0.005) * z))
     tip = TipMotion(path, time_law("quintic").unit().stretched(positive("duration", duration)))
     soft = impedance_control(robot, _soft(robot, place), tip, shift_acceleration=True)
     return _scenario(robot, place, peg, soft, duration)
@@ -188,10 +188,10 @@ def _board(T: PoseMatrix, friction: float, points: int) -> Wall:
 
 def _line(T: PoseMatrix, length: float, duration: float) -> TipMotion:
     law = time_law("quintic").unit().stretched(positive("duration", duration))
-    return TipMotion(line_path(T, _moved(T, positive("length", length) * T[:3, 0])), law)
+    return TipMotion(line_path(T, _move(T, positive("length", length) * T[:3, 0])), law)
 
 
-def _moved(T: PoseMatrix, by: Vector3) -> PoseMatrix:
+def _move(T: PoseMatrix, by: Vector3) -> PoseMatrix:
     found = T.copy()
     found[:3, 3] += by
     return found

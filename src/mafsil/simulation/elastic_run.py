@@ -130,7 +130,7 @@ def simulate_elastic(
         if not np.isfinite(tau[k]).all():
             status = SimulationStatus.NOT_FINITE
         elif k < count:
-            rows[k + 1] = _stepped(arm, rows[k], tau[k], step)
+            rows[k + 1] = _step(arm, rows[k], tau[k], step)
             if not (np.abs(rows[k + 1]) < RUNAWAY).all():
                 status = SimulationStatus.BLOWN_UP
         if status is not SimulationStatus.COMPLETED:
@@ -156,7 +156,7 @@ def _at_motors(session: ElasticLawFunction, row: Floats) -> FunctionLaw:
     return FunctionLaw(lambda t, q, qd, reference: session(t, ElasticState(q, qd, *row[2:]), reference))
 
 
-def _stepped(arm: ElasticArm, row: Floats, tau: Floats, h: float) -> Floats:
+def _step(arm: ElasticArm, row: Floats, tau: Floats, h: float) -> Floats:
     """(4, *batch, n) one step later."""
 
     def slope(x: Floats) -> Floats:

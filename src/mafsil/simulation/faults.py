@@ -68,8 +68,8 @@ def decided(law: Law, t: float, q: JointVector, qd: JointVector, reference: Moti
     if type(command) is np.ndarray and command.shape == q.shape and command.dtype.kind in "fiu":
         return command
     if t == 0.0:
-        raise InputError("simulation.efforts", expected=q.shape, got=_said(command))
-    raise Stopped(SimulationStatus.LAW_NONSENSE, _said(command), t, law_name(whole))
+        raise InputError("simulation.efforts", expected=q.shape, got=_say(command))
+    raise Stopped(SimulationStatus.LAW_NONSENSE, _say(command), t, law_name(whole))
 
 
 def require_measured(t: float, q: JointVector, qd: JointVector, names: tuple[str, ...], law: Law) -> None:
@@ -121,7 +121,7 @@ def task_of(law: object) -> TaskCoordinates | None:
     return next((task for part in inside if (task := task_of(part)) is not None), None)
 
 
-def _said(command: object) -> str:
+def _say(command: object) -> str:
     if not isinstance(command, np.ndarray):
         return type(command).__name__
     array = cast("Floats", command)

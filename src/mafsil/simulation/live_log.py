@@ -68,7 +68,7 @@ class LiveLog:
             positive("duration", duration)
         require_mcap()
         self.path, self.duration, self.fault = place, duration, ""
-        self._file = _opened(place)
+        self._file = _open(place)
         self._writer: McapBlocks | None = None
         self._channels: dict[tuple[tuple[str, Shape], ...], tuple[int, TickBytes]] = {}
         self._start = self._past = self._due = 0.0
@@ -76,7 +76,7 @@ class LiveLog:
         try:
             self._writer = McapBlocks(self._file, f"mafsil {__version__}")
         except OSError as fault:
-            self._failed(fault)
+            self._fail(fault)
 
     def __enter__(self) -> LiveLog:
         return self
@@ -122,7 +122,7 @@ class LiveLog:
                     # Ctrl-C may come in between: what stands in the file counts, and nothing else.
                     self._count += len(moments) if self._writer.size > before else 0
         except OSError as fault:
-            self._failed(fault)
+            self._fail(fault)
         self._due = perf_counter() + INTERVAL
 
     def end(self, metadata: Mapping[str, object]) -> None:
@@ -142,7 +142,7 @@ class LiveLog:
                 self._writer.finish()
             self._file.close()
         except OSError as fault:
-            self._failed(fault)
+            self._fail(fault)
 
     def _note(self, name: str, metadata: Mapping[str, object]) -> None:
         if self.fault or self._writer is None:
@@ -151,7 +151,7 @@ class LiveLog:
         try:
             self._writer.note(name, texts | {CHECKSUM: checksum(texts)})
         except OSError as fault:
-            self._failed(fault)
+            self._fail(fault)
 
     def _counted(self) -> int:
         """The number of the next message or note: where one is missing, the reader sees it."""
@@ -169,7 +169,7 @@ class LiveLog:
             self._channels[shapes] = number, layout
         return self._channels[shapes]
 
-    def _failed(self, fault: OSError) -> None:
+    def _fail(self, fault: OSError) -> None:
         self.fault = fault.strerror or str(fault)
         with suppress(OSError):
             # What is left in its buffer cannot be written either, which is known by now.
@@ -210,7 +210,7 @@ def require_mcap() -> None:
         raise InputError("simulation.no_mcap")
 
 
-def _opened(place: Path) -> BinaryIO:
+def _open(place: Path) -> BinaryIO:
     try:
         return place.open("wb")
     except OSError as fault:

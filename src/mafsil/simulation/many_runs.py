@@ -238,13 +238,13 @@ def monte_carlo(
     edges = [(first, min(first + size, count)) for first in range(0, count, size)]
     work = [(scenarios, marked, variants.rows(*edge)) for edge in edges]
     parts: list[Outcomes] = []
-    for part in _worked(work, executor):
+    for part in _work(work, executor):
         parts.append(part)
         done = edges[len(parts) - 1][1]
         if progress is not None and progress(done / count) is False:
             break
     done = edges[len(parts) - 1][1]
-    return MonteCarlo(scenarios, variation, seed, variants.rows(0, done), _joined(parts), bound)
+    return MonteCarlo(scenarios, variation, seed, variants.rows(0, done), _join(parts), bound)
 
 
 def _sequence(given: Scenario | Sequence[Scenario]) -> tuple[Scenario, ...]:
@@ -297,7 +297,7 @@ def _broken_off(tape: Recording, end: float, status: SimulationStatus) -> Record
     return replace(tape, **kept, status=status, metadata=tape.metadata | {"fault": fault})
 
 
-def _worked(
+def _work(
     work: Sequence[tuple[Sequence[Scenario], Sequence[Floats], Variants]], executor: Executor | None
 ) -> Iterator[Outcomes]:
     if executor is None:
@@ -321,5 +321,5 @@ def _standard(values: Floats) -> Floats:
     return away / length if length > 0.0 else away
 
 
-def _joined(parts: list[Outcomes]) -> Outcomes:
+def _join(parts: list[Outcomes]) -> Outcomes:
     return Outcomes(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in Outcomes.__slots__})

@@ -108,13 +108,13 @@ class Plant:
         if not (np.isfinite(factors) & (factors > 0.0)).all():
             raise InputError("input.positive", name="factor", value=factors.min())
         links = tuple(
-            replace(link, inertial=_scaled(link.inertial, float(scale)))
+            replace(link, inertial=_scale(link.inertial, float(scale)))
             for link, scale in zip(mechanism.links, np.broadcast_to(factors, len(mechanism.links)), strict=True)
         )
         return replace(self, robot=as_open_tree(replace(mechanism, links=links)))
 
 
-def _scaled(inertial: Inertial | None, factor: float) -> Inertial | None:
+def _scale(inertial: Inertial | None, factor: float) -> Inertial | None:
     if inertial is None:
         return None
     return Inertial(inertial.mass * factor, inertial.com, inertial.inertia * factor)

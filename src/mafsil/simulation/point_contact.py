@@ -178,7 +178,7 @@ class PointContact:
             ]
         fitting: list[Touch] = []
         for one in found:
-            if one is None or (one.pressed < 0.0).any() or not self._parted(one, drift, bends):
+            if one is None or (one.pressed < 0.0).any() or not self._is_parted(one, drift, bends):
                 continue
             if all(np.abs(self.G @ (one.force - other.force)).max() > SINGULAR_CONTACT for other in fitting):
                 fitting.append(one)
@@ -194,12 +194,12 @@ class PointContact:
             touch: forces at a state.
             drift, bends: of `load` there.
         """
-        return touch.slack >= 0.0 and bool((touch.pressed >= -QUIET).all()) and self._parted(touch, drift, bends)
+        return touch.slack >= 0.0 and bool((touch.pressed >= -QUIET).all()) and self._is_parted(touch, drift, bends)
 
     def _into(self, acceleration: Floats, bends: Floats) -> Floats:
         return -(self.normals @ acceleration + bends)
 
-    def _parted(self, touch: Touch, drift: Floats, bends: Floats) -> bool:
+    def _is_parted(self, touch: Touch, drift: Floats, bends: Floats) -> bool:
         """Whether no surface that does not press is sunk into."""
         into = self._into(drift + self.G @ touch.force, bends)
         into[list(touch.active)] = 0.0

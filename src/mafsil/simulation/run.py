@@ -108,7 +108,7 @@ class Run:
             if log is not None and log.is_due():
                 self._keep(log, k)
             if progress is not None and k % every == 0 and progress(k / max(last, 1)) is False:
-                return self._ended(k, SimulationStatus.CANCELLED)
+                return self._end(k, SimulationStatus.CANCELLED)
             if k == last:
                 break
             stepper.effort, stepper.push = effort, self.pushes[k]
@@ -125,8 +125,8 @@ class Run:
             if clock is not None:
                 clock.end()
             if not self._sound(k, q, qd):
-                return self._ended(k, SimulationStatus.BLOWN_UP)
-        return self._ended(last, SimulationStatus.COMPLETED)
+                return self._end(k, SimulationStatus.BLOWN_UP)
+        return self._end(last, SimulationStatus.COMPLETED)
 
     def _command(self, law: Law, k: int, t: float, q: JointVector, qd: JointVector, reference: Motion) -> JointVector:
         """What the law asks for at tick k, from what the sensors say."""
@@ -151,7 +151,7 @@ class Run:
 
     def _lost(self, k: int, lost: LoopsLost) -> SimulationStatus:
         self.fault = lost.message()
-        return self._ended(k, SimulationStatus.LOOPS_LOST)
+        return self._end(k, SimulationStatus.LOOPS_LOST)
 
     def _acting(self, k: int, command: JointVector) -> JointVector:
         """What acts at tick k of the commands so far."""
@@ -161,7 +161,7 @@ class Run:
         """Whether the run goes on from the state after tick k. Also false for NaN: the law never sees one."""
         return bool(np.vdot(qd, qd) <= self.runaway)
 
-    def _ended(self, k: int, status: SimulationStatus) -> SimulationStatus:
+    def _end(self, k: int, status: SimulationStatus) -> SimulationStatus:
         """Keep the ticks up to k; tick k itself only with finite efforts, without which it is the law that failed."""
         effort: Floats = np.asarray(self.tau[k])
         healthy = bool(np.isfinite(np.vdot(effort, effort)))

@@ -67,9 +67,9 @@ def after_impacts(G: Floats, normals: Floats, friction: Floats, velocity: Floats
     if not friction.any():
         return Struck(v + returned, normal, np.zeros_like(normals))
     least, added = np.minimum(held, normal), np.maximum(normal - held, 0.0)
-    rubbed, first = _rubbed(G, normals, v, friction * least)
+    rubbed, first = _rub(G, normals, v, friction * least)
     part = _share(C, returned, v, rubbed)
-    after, second = _rubbed(G, normals, rubbed + part * returned, friction * part * added)
+    after, second = _rub(G, normals, rubbed + part * returned, friction * part * added)
     return Struck(after, held + part * (normal - held), first + second)
 
 
@@ -89,7 +89,7 @@ def _share(C: Floats, returned: Floats, v: Floats, rubbed: Floats) -> float:
     return 2.0 * given / (slope + float(np.sqrt(slope * slope + 2.0 * square * given))) if given > 0.0 else 0.0
 
 
-def _rubbed(G: Floats, normals: Floats, v: Floats, most: Floats) -> tuple[Floats, Floats]:
+def _rub(G: Floats, normals: Floats, v: Floats, most: Floats) -> tuple[Floats, Floats]:
     """Velocity (r,) and impulses (k, r) of friction after which the kinetic energy is least.
 
     Args:

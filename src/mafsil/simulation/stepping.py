@@ -162,15 +162,15 @@ def damped_acceleration(
         load = effort - robot.inverse_dynamics(q, qd, np.zeros(robot.n), -push)
     M = robot.mass_matrix(q)
     if not plant.has_friction:
-        return _solved(M, load)
-    found, sound = _compiled(plant.friction_law, M, qd, load, h)
+        return _solve(M, load)
+    found, sound = _compile(plant.friction_law, M, qd, load, h)
     if not sound.all():
         M, qd, load = M[~sound], qd[~sound], load[~sound]
-        found[~sound] = by_secants(plant, qd, load, h, lambda D, b: _solved(M if D is None else M + D, b))
+        found[~sound] = by_secants(plant, qd, load, h, lambda D, b: _solve(M if D is None else M + D, b))
     return found
 
 
-def _compiled(law: FrictionLaw, M: Floats, qd: Floats, load: Floats, h: float) -> tuple[Floats, NDArray[np.bool_]]:
+def _compile(law: FrictionLaw, M: Floats, qd: Floats, load: Floats, h: float) -> tuple[Floats, NDArray[np.bool_]]:
     """Accelerations (*batch, n), and where (*batch) they are sound: where matrices were positive definite."""
     n = qd.shape[-1]
     found, sound = np.empty(load.shape), np.empty(load.shape[:-1], dtype=np.bool_)
@@ -225,7 +225,7 @@ def by_secants(
     return acceleration
 
 
-def _solved(M: Floats, b: Floats) -> Floats:
+def _solve(M: Floats, b: Floats) -> Floats:
     """x with M x = b; NaN where M or b is not finite or M is singular."""
     try:
         return np.asarray(np.linalg.solve(M, b[..., None])[..., 0], dtype=np.float64)

@@ -55,10 +55,10 @@ class TickBytes:
     @cached_property
     def template(self) -> Bytes:
         """(size,) a tick whose numbers are zero."""
-        heads = (_head(number, shape) + bytes(NUMBER * prod(shape)) for number, shape in self._numbered())
+        heads = (_head(number, shape) + bytes(NUMBER * prod(shape)) for number, shape in self._number())
         return np.frombuffer(b"".join(heads), dtype=np.uint8)
 
-    def _numbered(self) -> Iterable[tuple[int, Shape]]:
+    def _number(self) -> Iterable[tuple[int, Shape]]:
         return enumerate(self.shapes.values(), 1)
 
     def written(self, rows: Mapping[str, Floats], into: Bytes) -> None:

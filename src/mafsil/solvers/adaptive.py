@@ -194,7 +194,7 @@ class _Adaptive:
         suggested = h * min(MOST, max(LEAST, factor))
         self.h = max(suggested, whole) if last else suggested
         self.previous = self.error = error
-        return self._accepted(h, y, end if last else self.t + h)
+        return self._accept(h, y, end if last else self.t + h)
 
     def _stages(self, h: float) -> Floats:
         """All stages of the step proper; the result is where the last is asked."""
@@ -217,7 +217,7 @@ class _Adaptive:
             norm = np.sqrt(squares[0])
         return float(norm.max(initial=0.0)) if np.isfinite(norm).all() and np.isfinite(y).all() else inf
 
-    def _accepted(self, h: float, y: Floats, t: float) -> IntegrationStatus | None:
+    def _accept(self, h: float, y: Floats, t: float) -> IntegrationStatus | None:
         """Keep a step, up to the first event that ends it or resets the state."""
         pair, begin = self.pair, self.t
         after = self.stages[pair.steps - 1].copy()

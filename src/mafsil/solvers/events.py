@@ -53,15 +53,15 @@ class Event:
 
     def values(self, t: float, y: Floats) -> Floats:
         """The function at a time and state (*batch, m), checked: (*batch,)."""
-        return self._checked(self.name, self.function(t, y), y.shape[:-1])
+        return self._check(self.name, self.function(t, y), y.shape[:-1])
 
     def after(self, t: float, y: Floats) -> Floats:
         """The state (*batch, m) that the reset makes, checked."""
         assert self.reset is not None
-        return self._checked(f"{self.name}.reset", self.reset(t, y), y.shape).copy()
+        return self._check(f"{self.name}.reset", self.reset(t, y), y.shape).copy()
 
     @staticmethod
-    def _checked(name: str, given: ArrayLike, shape: tuple[int, ...]) -> Floats:
+    def _check(name: str, given: ArrayLike, shape: tuple[int, ...]) -> Floats:
         values = require_finite(name, real_array(name, given))
         if values.shape != shape:
             raise InputError("input.shape", name=name, expected=shape, got=values.shape, hint="")
@@ -114,7 +114,7 @@ class Watch:
                 now = np.sign(values)
                 crossed = np.flatnonzero((now * sides < 0.0) & ((event.direction == 0) | (now == event.direction)))
                 for row in crossed:
-                    place = self._located(event, int(row), (before, theta), (t, h), start, polynomial)
+                    place = self._locate(event, int(row), (before, theta), (t, h), start, polynomial)
                     found.append(Zero(place, number, int(row)))
                 sides = np.where(now == 0.0, sides, now)
                 if (now != 0.0).all():
@@ -134,7 +134,7 @@ class Watch:
     def _values(event: Event, t: float, y: Floats) -> Floats:
         return event.values(t, y).ravel()
 
-    def _located(
+    def _locate(
         self,
         event: Event,
         row: int,

@@ -30,8 +30,8 @@ def first_order(method: Tableau, field: Field) -> Step:
         (y,) = state
         slopes: list[Floats] = []
         for row, node in zip(method.a, method.c, strict=True):
-            slopes.append(field(t + node * h, _advanced(y, h, row, slopes)))
-        return (_advanced(y, h, method.b, slopes),)
+            slopes.append(field(t + node * h, _advance(y, h, row, slopes)))
+        return (_advance(y, h, method.b, slopes),)
 
     return step
 
@@ -49,10 +49,10 @@ def _nystrom(method: Tableau, acceleration: Acceleration) -> Step:
         rates: list[Floats] = []
         slopes: list[Floats] = []
         for row, node in zip(method.a, method.c, strict=True):
-            here, rate = _advanced(q, h, row, rates), _advanced(v, h, row, slopes)
+            here, rate = _advance(q, h, row, rates), _advance(v, h, row, slopes)
             rates.append(rate)
             slopes.append(acceleration(t + node * h, here, rate))
-        return _advanced(q, h, method.b, rates), _advanced(v, h, method.b, slopes)
+        return _advance(q, h, method.b, rates), _advance(v, h, method.b, slopes)
 
     return step
 
@@ -73,7 +73,7 @@ def _kick_and_drift(method: Splitting, acceleration: Acceleration) -> Step:
     return step
 
 
-def _advanced(y: Floats, h: float, weights: tuple[float, ...], slopes: list[Floats]) -> Floats:
+def _advance(y: Floats, h: float, weights: tuple[float, ...], slopes: list[Floats]) -> Floats:
     """The sum y + h sum_i w_i k_i."""
     for weight, slope in zip(weights, slopes, strict=True):
         if weight:

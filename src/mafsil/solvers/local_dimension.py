@@ -168,11 +168,11 @@ def _dimensions(equations: Equations, points: Numbers, tangents: Numbers, exact:
         rest = [k for k, good in zip(alike, whole.tolist(), strict=True) if not good]
         found[alike], found[rest] = d, 0
         for k in rest[:FEW_POINTS]:
-            found[k] = _gathered(equations, points[k], bases[k], along[k], exact, seed)
+            found[k] = _gather(equations, points[k], bases[k], along[k], exact, seed)
     return found
 
 
-def _gathered(
+def _gather(
     equations: Equations, x: Numbers, K: Numbers, tangents: Numbers, exact: float, seed: int
 ) -> tuple[int, int]:
     """Step 2 at one point: each next tangent within the null space K (n, d) and the planes across those before."""

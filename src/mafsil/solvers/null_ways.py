@@ -144,12 +144,12 @@ def ways(
         ahead = x[live] + (steps[i + 1] / r) * gone
         if i:
             smooth = np.asarray(live[~slid], dtype=np.intp)
-            bent = _extrapolated(gone[~slid], points[smooth, i - 1] - x[smooth], steps[: i + 2])
+            bent = _extrapolate(gone[~slid], points[smooth, i - 1] - x[smooth], steps[: i + 2])
             ahead[~slid] = x[smooth] + bent
     return Ways(steps, points, gaps, exact)
 
 
-def _extrapolated(gone: Numbers, before: Numbers, steps: Floats) -> Numbers:
+def _extrapolate(gone: Numbers, before: Numbers, steps: Floats) -> Numbers:
     """(k, n) t r + c r^2 at the last of steps, through what was gone at the two before."""
     first, second, third = steps[-3:]
     bend = (gone / second - before / first) / (second - first)

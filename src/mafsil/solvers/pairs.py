@@ -102,10 +102,10 @@ DENSE: tuple[Row, ...] = (
 @cache
 def dormand_prince_853() -> EmbeddedPair:
     """Order 8: for tight tolerances and smooth motions."""
-    return EmbeddedPair("Dormand-Prince 8(5,3)", _filled(MATRIX, 16), 13, 8, _filled(ERRORS, 13), 8, _polynomial(), 7)
+    return EmbeddedPair("Dormand-Prince 8(5,3)", _fill(MATRIX, 16), 13, 8, _fill(ERRORS, 13), 8, _polynomial(), 7)
 
 
-def _filled(rows: tuple[Row, ...], columns: int) -> Floats:
+def _fill(rows: tuple[Row, ...], columns: int) -> Floats:
     matrix = np.zeros((len(rows), columns))
     for i, row in enumerate(rows):
         for j, value in row.items():
@@ -115,8 +115,8 @@ def _filled(rows: tuple[Row, ...], columns: int) -> Floats:
 
 def _polynomial() -> Floats:
     """P (16, 7) from the nested form y0 + x (F0 + (1 - x) (F1 + x (F2 + ...))), F linear in the stages."""
-    change, first, last = _filled(MATRIX, 16)[12], np.eye(16)[0], np.eye(16)[12]
-    nested = [change, first - change, 2.0 * change - first - last, *_filled(DENSE, 16)]
+    change, first, last = _fill(MATRIX, 16)[12], np.eye(16)[0], np.eye(16)[12]
+    nested = [change, first - change, 2.0 * change - first - last, *_fill(DENSE, 16)]
     total, factor = np.zeros((16, 8)), np.ones(1)
     for level, weights in enumerate(nested):
         factor = polynomial.polymul(factor, [0.0, 1.0] if level % 2 == 0 else [1.0, -1.0])

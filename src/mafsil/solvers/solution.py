@@ -79,14 +79,14 @@ class Solution:
         if times.size and not (times.min() >= first - slack and times.max() <= last + slack):
             outside = float(times.min() if times.min() < first - slack else times.max())
             raise InputError("input.range", name="t", value=outside, low=first, high=last)
-        return self._evaluated(times, derivative=False)
+        return self._evaluate(times, derivative=False)
 
     def rate_at(self, t: ArrayLike) -> Floats:
         """Derivatives dy/dt (*times, *batch, m) of the polynomials; times as in `at`."""
         self.at(t)
-        return self._evaluated(real_array("t", t), derivative=True)
+        return self._evaluate(real_array("t", t), derivative=True)
 
-    def _evaluated(self, times: Floats, *, derivative: bool) -> Floats:
+    def _evaluate(self, times: Floats, *, derivative: bool) -> Floats:
         if len(self.t) == 1:
             constant = np.zeros_like(self.y[0]) if derivative else self.y[0]
             return np.broadcast_to(constant, (*times.shape, *constant.shape)).copy()

@@ -123,7 +123,7 @@ class JobRunner:
 
     def _work(self, text: str) -> None:
         try:
-            self._finish(self._solved(text))
+            self._finish(self._solve(text))
         except Stopped:
             self._tell(status="stopped")
         except MafsilError as error:
@@ -133,7 +133,7 @@ class JobRunner:
             failure = in_all_languages(lambda code: say("cli.internal", language=code, **details))
             self._tell(status="wrong", code="cli.internal", line=None, sentence=failure)
 
-    def _solved(self, text: str) -> Run | Refusal:
+    def _solve(self, text: str) -> Run | Refusal:
         return solve(parse(text, self._source, folder=self._folder), text, self._folder, self, self._source)
 
     @property

@@ -179,7 +179,7 @@ class Studio:
         return {
             "actions": lambda body: _done(self.journal.change(read(Changes, body))),
             "job": lambda body: _done(self._edit(read(JobText, body))),
-            "job/save": lambda body: self._saved(read(Nothing, body)),
+            "job/save": lambda body: self._save(read(Nothing, body)),
             "job/run": lambda body: _done(self._start(read(Nothing, body))),
             "job/stop": lambda body: _done(self._stop(read(Nothing, body))),
             "recording": lambda body: self.recordings.data(read(Number, body).number),
@@ -190,7 +190,7 @@ class Studio:
     def _edit(self, job: JobText) -> None:
         self.jobs.edit(job.text, job.window)
 
-    def _saved(self, _: Nothing) -> Mapping[str, Any]:
+    def _save(self, _: Nothing) -> Mapping[str, Any]:
         return {"file": str(self.jobs.save())}
 
     def _start(self, _: Nothing) -> None:

@@ -148,7 +148,7 @@ class Judge:
         try:
             ours = call(robot, row, s)
         except ModelError as refusal:
-            return self._refused(row, name, s, refusal)
+            return self._refuse(row, name, s, refusal)
         try:
             errors = self.error(row.name, ours, second.value(self.book, s))
         except np.linalg.LinAlgError:
@@ -170,7 +170,7 @@ class Judge:
         There, what solving costs is bounded by the condition of M times the largest entry of the block; the slopes of
         accelerations are at least as large as these, for a turn by one radian.
         """
-        D, margin = _balanced(self.book.mass_matrix(self.drawn.q))
+        D, margin = _balance(self.book.mass_matrix(self.drawn.q))
         unit = np.broadcast_to(self.size.unit, D.shape)
         least = (D * unit).max(axis=1)
         if reference.ndim == 2:
@@ -187,9 +187,9 @@ class Judge:
             worst = np.maximum(worst, _worst(gaps[:, k] * scale) / largest)
         return worst * np.maximum(margin, SINGULAR)
 
-    def _refused(self, row: Quantity, name: str, s: States, refusal: ModelError) -> Check:
+    def _refuse(self, row: Quantity, name: str, s: States, refusal: ModelError) -> Check:
         """A refusal is right where the mass matrix of the second method is singular, or its numbers are not finite."""
-        _, margins = _balanced(self.book.mass_matrix(self.drawn.q))
+        _, margins = _balance(self.book.mass_matrix(self.drawn.q))
         right = float(margins.min()) < SINGULAR
         if not right and not row.solves_mass_matrix:
             with np.errstate(all="ignore"):
@@ -197,7 +197,7 @@ class Judge:
         return Check(name, row.second.key, 0.0 if right else float("inf"), self.limit, reason=str(refusal))
 
 
-def _balanced(M: Floats) -> tuple[Floats, Floats]:
+def _balance(M: Floats) -> tuple[Floats, Floats]:
     """(b, n) roots of the diagonal, and (b,) the smallest eigenvalue of M scaled to a diagonal of one."""
     diagonal = np.einsum("bii->bi", M)
     D: Floats = np.sqrt(np.maximum(diagonal, np.maximum(ROUNDING * diagonal.max(axis=1, keepdims=True), SMALLEST)))

@@ -106,7 +106,7 @@ def compare_pose_errors(
     if end * fastest > MOST_ANGLE:
         raise InputError("input.range", name="duration", value=end, low=0.0, high=MOST_ANGLE / fastest)
     t = np.linspace(0.0, end, PLACES)
-    return tuple(_measured(one, t, _way(one, T, T_d, gains, t), T_d) for one in axes)
+    return tuple(_measure(one, t, _way(one, T, T_d, gains, t), T_d) for one in axes)
 
 
 def _way(axes: TaskAxes, T: PoseMatrix, T_d: PoseMatrix, gains: Gains, t: Floats) -> PoseMatrix:
@@ -146,7 +146,7 @@ def _in_space(axes: TaskAxes, T: PoseMatrix, V: Floats) -> tuple[Floats, Floats]
     return np.asarray(np.linalg.solve(back, omega), dtype=np.float64), v
 
 
-def _measured(axes: TaskAxes, t: Floats, poses: PoseMatrix, T_d: PoseMatrix) -> PoseErrorResponse:
+def _measure(axes: TaskAxes, t: Floats, poses: PoseMatrix, T_d: PoseMatrix) -> PoseErrorResponse:
     """The measures of a way.
 
     The rotation about the axis a of the whole one that is nearest to Q = R_0' R, with the quaternion (w, v), leaves the

@@ -280,7 +280,7 @@ def contact_mode(normal_force: float, tangential_force: ArrayLike, friction: flo
     Raises:
         InputError: a number that is not finite, a negative coefficient.
     """
-    held, mu = _pressed(normal_force, friction)
+    held, mu = _press(normal_force, friction)
     size = float(np.linalg.norm(require_finite("tangential_force", real_array("tangential_force", tangential_force))))
     if held <= 0.0:
         return ContactMode.FREE
@@ -301,13 +301,13 @@ def sliding_friction(normal_force: float, velocity: ArrayLike, friction: float) 
     Raises:
         InputError: a number that is not finite, a negative coefficient.
     """
-    held, mu = _pressed(normal_force, friction)
+    held, mu = _press(normal_force, friction)
     v = require_finite("velocity", np.atleast_1d(real_array("velocity", velocity)))
     speed = np.linalg.norm(v, axis=-1, keepdims=True)
     return np.asarray(-mu * max(held, 0.0) * v / np.where(speed > 0.0, speed, 1.0), dtype=np.float64)
 
 
-def _pressed(normal_force: float, friction: float) -> tuple[float, float]:
+def _press(normal_force: float, friction: float) -> tuple[float, float]:
     return number("normal_force", normal_force), not_negative("friction", friction)
 
 

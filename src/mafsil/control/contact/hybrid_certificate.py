@@ -102,7 +102,7 @@ def hybrid_certificate(
     force, force_share = np.zeros_like(motion), 0.0
     if wrench is not None:
         W = as_batch("wrench", wrench, (len(times), 6), finite=True)
-        F_e = _times(along, F_d - _exerted(law, q, W))
+        F_e = _times(along, F_d - _exert(law, q, W))
         force = _force_rest(law.force_gains, period, F_e, _times(along, F_d))
         force_share = _share(force, _times(along, F_d), F_e)
     motion_share = _share(motion, _times(free, ahead), _times(free, law.gains.kp * X_e))
@@ -144,7 +144,7 @@ def _share(rest: Floats, *sizes: Floats) -> float:
     return float(np.abs(rest).max()) / largest if largest > 0.0 else 0.0
 
 
-def _exerted(law: HybridControl, q: Floats, wrench: Floats) -> Floats:
+def _exert(law: HybridControl, q: Floats, wrench: Floats) -> Floats:
     """(k, m) what the tip exerts, in the coordinates of the task."""
     R = law.coordinates.pose(law.robot, q)[:, :3, :3]
     both = -np.concatenate([_times(R, wrench[:, :3]), _times(R, wrench[:, 3:])], axis=-1)

@@ -100,7 +100,7 @@ def export_law(
     law = as_law(law)
     known = law_terms(law)
     if known is None:
-        traced = _traced(law, arm, h, _limit(arm, saturate))
+        traced = _trace(law, arm, h, _limit(arm, saturate))
         kinds = " + ".join(type(part).__name__ for part in law_trace.traced_parts(law) or (law,))
         words = Legend(arm.name, _title(kinds, h, arm), _ports(traced.signature))
         return export_kernel(_kernel_of(traced), words, to, target=target, real=real, name=function)
@@ -121,13 +121,13 @@ def _limit(arm: Robot, saturate: bool) -> Floats | None:
     return arm.limits.effort if saturate and np.isfinite(arm.limits.effort).any() else None
 
 
-def _traced(law: Law, arm: Robot, period: float, limit: Floats | None) -> law_trace.TracedLaw:
+def _trace(law: Law, arm: Robot, period: float, limit: Floats | None) -> law_trace.TracedLaw:
     """The law as an expression, or the reason why it is none, said of the very law that has it."""
     try:
         return law_trace.traced_law(law, arm.n, period, limit, _words(type(law).__name__))
     except traced_number.Untraceable as reason:
         for part in law_trace.traced_parts(law):
-            _traced(part, arm, period, limit)
+            _trace(part, arm, period, limit)
         raise InputError(REASONS[reason.reason], law=type(law).__name__, what=reason.what) from None
 
 
@@ -174,7 +174,7 @@ def law_kernel(
         plant=robot.mechanism, terms=terms, shown=robot.mechanism, scheme=(), substeps=1, friction=None,
         pushed=False, noisy=False, saturated=False, integrates=integrates,
     )  # fmt: skip
-    return _compiled(loop, *(None if each is None else _Constants(each) for each in (gains, limit, integral_limit)))
+    return _compile(loop, *(None if each is None else _Constants(each) for each in (gains, limit, integral_limit)))
 
 
 def _name(terms: tuple[Term, ...]) -> str:
@@ -197,7 +197,7 @@ class _Constants:
 
 
 @lru_cache(maxsize=32)
-def _compiled(
+def _compile(
     loop: Loop, gains: _Constants | None, limit: _Constants | None, integral_limit: _Constants | None
 ) -> Kernel:
     constants = (gains, limit, integral_limit)

@@ -55,7 +55,7 @@ def _friction_compensation(law: FrictionCompensation) -> LawTerms:
     return LawTerms((_of_model("friction", law.robot, True),), ())
 
 
-def _combined(law: Combined) -> LawTerms | None:
+def _combine(law: Combined) -> LawTerms | None:
     return all_together([law_terms(part) for part in law.laws])
 
 
@@ -80,7 +80,7 @@ LAWS: dict[type, Callable[[Any], LawTerms | None]] = {
     JointFeedback: _joint_feedback,
     Feedforward: _feedforward,
     FrictionCompensation: _friction_compensation,
-    Combined: _combined,
+    Combined: _combine,
 }
 """Laws that are expressions, and how they are read."""
 

@@ -124,7 +124,7 @@ def traced_law(law: Law, n: int, period: float, limit: Floats | None, name: str)
     reference, t = inputs.add("reference", (3, n)), inputs.add("t", ())
     state: Any = (ElasticState(*cast("Any", (q, qd, *motors))),) if elastic else (q, qd)
     motion = Motion(*cast("Any", (reference[0], reference[1], reference[2])))
-    opened = _opened(law, inputs)
+    opened = _open(law, inputs)
 
     def called(session: Any) -> Traced:
         try:
@@ -166,7 +166,7 @@ def _place(error: BaseException) -> str:
     return named
 
 
-def _opened(law: Any, inputs: _Inputs) -> Any:
+def _open(law: Any, inputs: _Inputs) -> Any:
     """The law with its sensors and references of the tip as inputs, and so the laws inside it."""
     if not is_dataclass(law):
         return law
@@ -179,9 +179,9 @@ def _opened(law: Any, inputs: _Inputs) -> Any:
             size = len(cast("Any", law).coordinates.rows) if hasattr(law, "coordinates") else 6
             changes[each.name] = inputs.measured(value, "force" if each.name == "sensor" else each.name, size)
         elif isinstance(value, tuple):
-            changes[each.name] = tuple(_opened(part, inputs) for part in cast("tuple[Any, ...]", value))
+            changes[each.name] = tuple(_open(part, inputs) for part in cast("tuple[Any, ...]", value))
         elif is_dataclass(value) and isinstance(value, Law):
-            changes[each.name] = _opened(value, inputs)
+            changes[each.name] = _open(value, inputs)
     return replace(cast("Any", law), **changes) if changes else law
 
 
@@ -195,7 +195,7 @@ def _with_memory(law: Any, period: float, called: Callable[[Any], Traced]) -> tu
     first = _parts(session)
     if any(way in written and value is before[way] and value.tobytes() != written[way] for way, value in first.items()):
         raise _forgetful(session)
-    shapes = {key: _shape(first[key]) for key in _changed(before, first)}
+    shapes = {key: _shape(first[key]) for key in _change(before, first)}
     if not shapes:
         return effort, [], None
     # 3. What changes at the second call alone is found there, and looked at once more.
@@ -206,7 +206,7 @@ def _with_memory(law: Any, period: float, called: Callable[[Any], Traced]) -> tu
         put = _parts(later)
         effort_later = called(later)
         found = _parts(later)
-        new = [key for key in _changed(put, found) if key not in shapes]
+        new = [key for key in _change(put, found) if key not in shapes]
         if not new:
             break
         shapes |= {key: _shape(found[key]) for key in new}
@@ -233,7 +233,7 @@ def _with_memory(law: Any, period: float, called: Callable[[Any], Traced]) -> tu
     return _array(both), [started, *symbols], ex.vertcat(ex.Expression(1.0), *joined)
 
 
-def _changed(before: Parts, after: Parts) -> list[Way]:
+def _change(before: Parts, after: Parts) -> list[Way]:
     return [way for way, value in after.items() if before.get(way, before) is not value]
 
 

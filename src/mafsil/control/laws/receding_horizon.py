@@ -155,7 +155,7 @@ def model_predictive(
     if (weights[0] * h**4 + weights[1] * h**2 > COARSEST * spent).any():
         raise InputError("control.interval_coarse", value=h)
     P, gain = _endless(A, B, Q, spent)
-    hessian, slope = _condensed(A, B, Q, spent, P, N)
+    hessian, slope = _condense(A, B, Q, spent, P, N)
     inverse = np.linalg.inv(hessian)
     parts = (hessian, (inverse + np.swapaxes(inverse, 1, 2)) / 2.0, slope, gain, np.asarray(limit, dtype=np.float64))
     return ModelPredictive(robot, h, *(frozen(np.ascontiguousarray(part)) for part in parts))
@@ -186,7 +186,7 @@ def _endless(A: Floats, B: Floats, Q: Floats, R: Floats) -> tuple[Floats, Floats
     return P, (PB @ A) / (R + PB @ B)[:, None]
 
 
-def _condensed(A: Floats, B: Floats, Q: Floats, R: Floats, P: Floats, N: int) -> tuple[Floats, Floats]:
+def _condense(A: Floats, B: Floats, Q: Floats, R: Floats, P: Floats, N: int) -> tuple[Floats, Floats]:
     """Hessian (n, N, N) and slope (n, N, 2) of the cost by the accelerations w_0 .. w_(N-1)."""
     powers = [np.linalg.matrix_power(A, k) for k in range(N + 1)]
     hessian, slope = np.zeros((len(R), N, N)), np.zeros((len(R), N, 2))

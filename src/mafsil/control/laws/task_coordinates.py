@@ -74,7 +74,7 @@ class TaskCoordinates:
         J, T = robot.jacobian_body(q, **self._where), None
         if self.axes != "body":
             T = self.pose(robot, q)
-            J = _turned(T, J)
+            J = _turn(T, J)
         if T is not None and self.axes in SEQUENCES:
             J = _upper(rates_of_angles(self._angles(T), self.axes), J)
         return J[..., self.rows, :]
@@ -87,11 +87,11 @@ class TaskCoordinates:
         if self.axes != "body":
             J, T = robot.jacobian_body(q, **self._where), self.pose(robot, q)
             W = rotation.hat((J[..., :3, :] @ qd[..., None])[..., 0])
-            rate = _turned(T, rate + np.concatenate([W @ J[..., :3, :], W @ J[..., 3:, :]], axis=-2))
+            rate = _turn(T, rate + np.concatenate([W @ J[..., :3, :], W @ J[..., 3:, :]], axis=-2))
             if self.axes in SEQUENCES:
                 angles = self._angles(T)
                 back = rates_of_angles(angles, self.axes)
-                own = back @ _turned(T, J)[..., :3, :]
+                own = back @ _turn(T, J)[..., :3, :]
                 E_rate = axes_rate(angles, (own @ qd[..., None])[..., 0], self.axes)
                 rate = _upper(back, rate - np.concatenate([E_rate @ own, 0.0 * own], axis=-2))
         return rate[..., self.rows, :]
@@ -159,7 +159,7 @@ class TaskCoordinates:
         return X[..., rows], ahead[..., rows] - V, A[..., rows]
 
 
-def _turned(T: PoseMatrix, J: Floats) -> Floats:
+def _turn(T: PoseMatrix, J: Floats) -> Floats:
     """Both halves of a Jacobian in the axes of {s}."""
     R = T[..., :3, :3]
     return np.concatenate([R @ J[..., :3, :], R @ J[..., 3:, :]], axis=-2)

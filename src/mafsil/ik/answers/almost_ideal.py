@@ -38,7 +38,7 @@ def one_by_one(setting: Setting, T: PoseMatrix, q0: JointVector, tolerance: floa
     if arm.form is None and arm.general is not None and n == 6:
         proven = eliminated(setting, arm.general, poses, q0)
     elif refinable(setting):
-        proven = _refined(setting, poses, q0)
+        proven = _refine(setting, poses, q0)
     sure = np.zeros(count, dtype=np.bool_) if proven is None else proven.sure
     answers: dict[int, SolutionSet] = {}
     for i in np.flatnonzero(valid & ~sure).tolist():
@@ -64,7 +64,7 @@ def one_by_one(setting: Setting, T: PoseMatrix, q0: JointVector, tolerance: floa
     return Columns(q, good, within, residual, codes, loose, status.astype(np.int8))
 
 
-def _refined(setting: Setting, T: PoseMatrix, q0: JointVector) -> Eliminated:
+def _refine(setting: Setting, T: PoseMatrix, q0: JointVector) -> Eliminated:
     """Lists of an almost ideal arm: rows away from folds refined; beside them by elimination where it proves lists.
 
     Where it proves none, as with wrists that nearly meet, rows are sought on both sides of the folds. Poses without a

@@ -87,9 +87,9 @@ class Continua:
                 within = partial(self._intervals, int(rows[k])) if (j,) == locked and rows[k] >= 0 else tuple
                 part = self.setting.part
                 lifted = part.lifted(rates, np.zeros(part.whole.n))
-                yield SolutionFamily(k, names[j], moving, lifted, joints, self._lifted(follow), within)
+                yield SolutionFamily(k, names[j], moving, lifted, joints, self._lift(follow), within)
 
-    def _lifted(self, follow: Callable[[Mapping[str, float]], JointVector]) -> Callable[..., JointVector]:
+    def _lift(self, follow: Callable[[Mapping[str, float]], JointVector]) -> Callable[..., JointVector]:
         """The members of a family in coordinates of the whole robot."""
         part = self.setting.part
         if part.places is None:
@@ -141,12 +141,12 @@ class Continua:
         chosen = [names.index(name) for name in values]
         target[chosen] = list(values.values())
         if setting.arm.form is None or row < 0:
-            return self._traced(chosen, start, target, rates if chosen == [joint] else None)
+            return self._trace(chosen, start, target, rates if chosen == [joint] else None)
         if np.abs(target - start).max() <= STRIDE:
-            member = self._traced(chosen, start, target, rates if chosen == [joint] else None)
+            member = self._trace(chosen, start, target, rates if chosen == [joint] else None)
             if np.isfinite(member).all():
                 return member
-        for preferred in self._preferred(setting.arm.form, target, chosen):
+        for preferred in self._prefer(setting.arm.form, target, chosen):
             table = setting.arm.form.solve(self.T, preferred)
             q = wound_near(table.q, target, setting.lower, setting.upper, setting.revolute)
             q, residual = refined(setting.robot, q, self.T, setting.mask, None, locked=tuple(chosen))
@@ -159,9 +159,9 @@ class Continua:
             cost[row] -= 1e3
             if np.isfinite(cost.min()):
                 return q[int(cost.argmin())]
-        return self._traced(chosen, start, target, rates if chosen == [joint] else None)
+        return self._trace(chosen, start, target, rates if chosen == [joint] else None)
 
-    def _preferred(self, form: ClosedForm, q0: JointVector, chosen: list[int]) -> Iterator[JointVector]:
+    def _prefer(self, form: ClosedForm, q0: JointVector, chosen: list[int]) -> Iterator[JointVector]:
         """Preferred values that may lead the closed form to members with chosen joints at their values."""
         yield q0
         sixth, second = (form.pattern.joints[i] if i < len(form.pattern.joints) else -1 for i in (5, 1))
@@ -174,19 +174,19 @@ class Continua:
                     moved[second] += sign * shift
                     yield moved
 
-    def _traced(self, joints: list[int], start: JointVector, goal: JointVector, rates: Floats | None) -> JointVector:
+    def _trace(self, joints: list[int], start: JointVector, goal: JointVector, rates: Floats | None) -> JointVector:
         """Along the family in small steps, the other joints following by Newton's method; the shorter way first."""
         turns = np.where(self.setting.revolute[joints], 2 * np.pi, 0.0)
         way = goal[joints] - start[joints]
         short = way - turns * np.round(way / (2 * np.pi))
         for one in (short, short - turns * np.sign(short)):
-            q = self._walked(joints, start, one, rates)
+            q = self._walk(joints, start, one, rates)
             if np.isfinite(q).all():
                 q[joints] = goal[joints]
                 return q
         return np.full(len(start), np.nan)
 
-    def _walked(self, joints: list[int], start: JointVector, way: JointVector, rates: Floats | None) -> JointVector:
+    def _walk(self, joints: list[int], start: JointVector, way: JointVector, rates: Floats | None) -> JointVector:
         """The member at the end of a way of some joints; NaN where the family does not go so far."""
         setting, q, count = self.setting, start, max(1, int(np.ceil(np.abs(way).max() / STRIDE)))
         # Where other joints may move as well, Newton's step of least norm would leave the family: it is led along.

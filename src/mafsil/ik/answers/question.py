@@ -69,7 +69,7 @@ class Question:
     def answer(self) -> SolutionSet:
         """The solutions."""
         arm, setting = self.setting.arm, self.setting
-        sure = self._listed() if arm.form is None else self._refined() if refinable(setting) else None
+        sure = self._list() if arm.form is None else self._refine() if refinable(setting) else None
         if sure is not None:
             return sure
         candidates = self._candidates(arm)
@@ -131,12 +131,12 @@ class Question:
         """Whether they prove that there is none at all."""
         return self.start is not None and self.start.unreachable
 
-    def _listed(self) -> SolutionSet | None:
+    def _list(self) -> SolutionSet | None:
         """The complete list of an arm without a closed form; None where elimination does not prove it at once."""
         known = self.setting.arm.general is not None and self.setting.robot.n == 6
         return proven_set(self, self._eliminated) if known else None
 
-    def _refined(self) -> SolutionSet | None:
+    def _refine(self) -> SolutionSet | None:
         """The complete list of an almost ideal arm away from folds; None where nothing is proven or nothing there."""
         found = refined_rows(self.setting, self.T[None], self.q0)
         rows = np.flatnonzero(np.isfinite(found.residual[0]))
@@ -227,13 +227,13 @@ class Question:
         rows = np.flatnonzero(usable)
         found = Candidates.of(q[rows], details.at(rows), rows)
         if arm.exact and not arm.locked:
-            found = self._straightened(arm.form, found)
+            found = self._straighten(arm.form, found)
         if arm.general is not None:
             # The ideal arm gives the names; what it lacks near folds is found by elimination.
             return found.and_more(unlabelled(self._seeds))
         return found if arm.locked else found.and_more(self._crossings(arm.form, q0, found))
 
-    def _straightened(self, form: ClosedForm, found: Candidates) -> Candidates:
+    def _straighten(self, form: ClosedForm, found: Candidates) -> Candidates:
         """Candidates with a wrist locked straight that only rounding bends."""
         q, free = straightened(self.setting, form.pattern, self.T, found.q, found.free)
         return Candidates(q, found.rows, found.codes, free)
@@ -264,7 +264,7 @@ class Question:
                 for value in values[least]:
                     there = _with(q0, j, np.array([self._weakest(form, q0, k, j, float(value), width, rank)]))
                     q, details = self._rows_of(form, there[0])
-                    member = self._straightened(form, Candidates.of(q[[k]], details.at([k]), np.array([k])))
+                    member = self._straighten(form, Candidates.of(q[[k]], details.at([k]), np.array([k])))
                     crossing = len(bits(int(member.free[0]), self.setting.robot.n)) > 1
                     crossing &= (
                         bool(int(member.free[0]) & ~int(code)) or abs(there[0, j] - candidate[j]) > SAME_AT_DOUBLE_ROOT

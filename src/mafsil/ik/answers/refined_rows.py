@@ -87,7 +87,7 @@ def refined_rows(setting: Setting, T: PoseMatrix, q0: JointVector) -> RefinedRow
     apart = (details.margin >= least) & (details.free == 0) & (details.subproblem_residual <= REACHED)
     absent = details.subproblem_residual > least * size
     where = np.nonzero(exists)
-    moved, errors = _moved(setting, q[where], T[where[0]])
+    moved, errors = _move(setting, q[where], T[where[0]])
     residual = np.full(exists.shape, np.nan)
     residual[where] = np.where(errors <= CLEAR, errors, np.nan)
     q[where] = wound_near(moved, q0, setting.lower, setting.upper, setting.revolute)
@@ -113,12 +113,12 @@ def beside_folds(setting: Setting, T: PoseMatrix, q0: JointVector) -> tuple[Join
     assert form is not None
     starts = form.labelled(T, q0, turns_of(q0), *setting.bounds)[0]
     pose_of, row = np.nonzero(np.isfinite(starts).all(axis=-1))
-    q, _ = _moved(setting, starts[pose_of, row], T[pose_of], PATIENT, FINEST)
+    q, _ = _move(setting, starts[pose_of, row], T[pose_of], PATIENT, FINEST)
     weakest = np.linalg.svd(setting.scaled_jacobians(q))[2][:, -1]
     ways = np.concatenate([[0.0], WAYS, -WAYS])
     tries = (q[:, None] + ways[:, None] * weakest[:, None]).reshape(-1, n)
     owner = np.repeat(pose_of, len(ways))
-    tries, errors = _moved(setting, tries, T[owner], PATIENT, FINEST)
+    tries, errors = _move(setting, tries, T[owner], PATIENT, FINEST)
     found, error = np.full((len(T), MOST, n), np.nan), np.full((len(T), MOST), np.nan)
     for i in range(len(T)):
         mine = np.flatnonzero((owner == i) & (errors <= CLOSED))
@@ -129,7 +129,7 @@ def beside_folds(setting: Setting, T: PoseMatrix, q0: JointVector) -> tuple[Join
     return found, error
 
 
-def _moved(
+def _move(
     setting: Setting, q: JointVector, T: PoseMatrix, steps: int = STEPS, last: float = QUADRATIC
 ) -> tuple[JointVector, Floats]:
     """(j, m) rows where Newton's method leads them, and (j,) their errors, the larger of angle and distance."""

@@ -241,7 +241,7 @@ def _nearest_place(
     # Where two steps fail at once, the nearest place is where both borders meet, and rows may lead past it.
     stroke = np.where(pattern.prismatic[:3], pattern.size, np.pi)
     starts = np.concatenate([starts, np.random.default_rng(0).uniform(-stroke, stroke, (STARTS, 3))])
-    found = _descended(pattern, starts, goal)
+    found = _descend(pattern, starts, goal)
     places = _placed(pattern, found)[0]
     best = int(np.linalg.norm(places - goal, axis=1).argmin())
     moved = np.eye(4)
@@ -278,7 +278,7 @@ def _placed(pattern: ArmPattern, q: Floats) -> tuple[Floats, Floats, Floats]:
     return x, columns.transpose(0, 2, 1), crossed(axes[:, i], columns[:, j])
 
 
-def _descended(pattern: ArmPattern, q: Floats, goal: Floats) -> Floats:
+def _descend(pattern: ArmPattern, q: Floats, goal: Floats) -> Floats:
     """(k, 3) damped Newton steps on the squared distance of the placed point, from many starts."""
     x, J, slopes = _placed(pattern, q)
     damping, unit, stride = np.full(len(q), START_DAMPING), pattern.size**2 * np.eye(3), max(1.0, pattern.size)

@@ -74,10 +74,10 @@ class Search:
                 setting.robot, self.T, task=setting.task, tolerance=self.tolerance, restarts=RESTARTS, seed=seed
             )
             if one.all_solved:
-                return self._polished(one.q[None])
+                return self._polish(one.q[None])
         return setting.nothing, np.zeros(0)
 
-    def _polished(self, q: JointVector) -> tuple[JointVector, Floats]:
+    def _polish(self, q: JointVector) -> tuple[JointVector, Floats]:
         """The solution brought to working precision where that leaves no limit."""
         setting = self.setting
         before = residuals(pose_errors(setting.robot, q, self.T, setting.mask, None))

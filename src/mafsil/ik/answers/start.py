@@ -59,7 +59,7 @@ def start_of(setting: Setting, form: ClosedForm, T: PoseMatrix, q0: JointVector,
         moved[form_of_arm.joints] = found.values[0]
         return Start(moved, bool(found.refuted[0]), bool(found.unreachable[0]))
     arm, table = setting.arm, form.solve(T, q0)
-    if (not arm.locked and not table.free.any()) or _allowed(setting, q0, table, most).any():
+    if (not arm.locked and not table.free.any()) or _allow(setting, q0, table, most).any():
         return Start(q0)
     changed = arm.locked if arm.locked else bits(int(table.free.max()), setting.robot.n)
     if not changed:
@@ -72,7 +72,7 @@ def start_of(setting: Setting, form: ClosedForm, T: PoseMatrix, q0: JointVector,
             np.linspace(low, high, len(tries)) if len(changed) == 1 else generator.uniform(low, high, len(tries))
         )
     found = form.solve(T, tries)
-    count = _allowed(setting, q0, found, most).sum(axis=1)
+    count = _allow(setting, q0, found, most).sum(axis=1)
     if not count.max():
         if (table.residual <= setting.candidate).any():
             return Start(q0)
@@ -80,7 +80,7 @@ def start_of(setting: Setting, form: ClosedForm, T: PoseMatrix, q0: JointVector,
     return Start(tries[int(np.where(count == count.max(), -np.abs(tries - q0).max(axis=1), -np.inf).argmax())])
 
 
-def _allowed(setting: Setting, q0: JointVector, table: Branches, most: float) -> NDArray[np.bool_]:
+def _allow(setting: Setting, q0: JointVector, table: Branches, most: float) -> NDArray[np.bool_]:
     """(*batch, branches) which rows are solutions within the limits."""
     low, high = setting.lower, setting.upper
     q = wound_near(table.q, q0, low, high, setting.revolute)

@@ -105,7 +105,7 @@ def candidates(
             put(q, 2 * order[2], l, x)
             put(q, 2 * order[2] + 1, l, y)
         # 2.
-        _triangulated(E, cos(turn), sin(turn), S)
+        _triangulate(E, cos(turn), sin(turn), S)
         # 3.
         spread(rank, begin, 1, _null_vector(S, pick, N))
         _middle_joints(N, order, loop.prismatic, loop.twist, turn, q, middle)
@@ -118,7 +118,7 @@ def candidates(
 
 
 @reordered
-def _triangulated(E: Buffer, C: float, D: float, S: Buffer) -> None:
+def _triangulate(E: Buffer, C: float, D: float, S: Buffer) -> None:
     """What is left of the equations times cosine, and times sine, of a half angle turned by (C, D): six by six.
 
     1. Coefficients of (c^2, c s, s^2) of the half angle become those of the turned one.

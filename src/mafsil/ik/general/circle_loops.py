@@ -109,7 +109,7 @@ def zeros_on_circles(
         if total > 100 * roundoff[b]:
             count, sure = 0, total < 1e300
             # 2.
-            if _expanded(coefficients[b], degree, waves, factors, noise, T, unknown):
+            if _expand(coefficients[b], degree, waves, factors, noise, T, unknown):
                 # 3.
                 first = coefficients[b, 0]
                 for k in range(1, degree + 1):
@@ -134,7 +134,7 @@ def zeros_on_circles(
 
 
 @reordered
-def _expanded(
+def _expand(
     coefficients: Floats, degree: int, waves: Floats, factors: Floats, noise: float, T: Buffer, unknown: Booleans
 ) -> bool:
     """Taylor coefficients of all cells, eight cells at a time; whether there are cells that may hold a zero.
@@ -192,7 +192,7 @@ def _isolated(
     4. it is halved, and the left half looked at first.
 
     Args:
-        T, unknown: as `_expanded` leaves them.
+        T, unknown: as `_expand` leaves them.
         first: value where the first cell begins.
         noise, steep: by how much values and slopes may be off.
         zeros: (most,) those that rounding hides are written down.
@@ -249,13 +249,13 @@ def _isolated(
                     count += 1
                 continue
             # 4.
-            _halved(t, stack[depth + 1])
+            _halve(t, stack[depth + 1])
             depth += 2
     return count, sure, taken
 
 
 @reordered
-def _halved(t: Floats, left: Floats) -> None:
+def _halve(t: Floats, left: Floats) -> None:
     """The right half in place of the whole, and the left half."""
     scale = 1.0
     for j in range(ORDER):

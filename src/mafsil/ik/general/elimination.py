@@ -86,23 +86,23 @@ class Elimination:
         """
         one, P = self.orders[order], found.P if len(rows) == len(found.P) else found.P[rows]
         systems = _Systems(one, pose.inverse(P) if one.backwards else P)
-        f, coefficients, size = self._sampled(systems, self._circle)
+        f, coefficients, size = self._sample(systems, self._circle)
         roundoff = size[:, 0]
         rough = np.flatnonzero(roundoff > CLEAN * size[:, 1])
         if len(rough):
             roundoff[rough] += self._rounding(systems.chosen(rough), self._circle, coefficients[rough])
         zeros, number, certain = self._zeros(coefficients, roundoff)
-        self._doubted(systems, number, certain, size[:, 1], roundoff)
+        self._doubt(systems, number, certain, size[:, 1], roundoff)
         # Without a proof the image is better, except that no zero at all may be all there is.
         vague = np.flatnonzero(~certain & (number > 0))
         if len(vague):
             zeros[vague], number[vague], certain[vague] = self._image(systems.chosen(vague), f[vague])
-        self._explored(systems, found, rows, None, (zeros, number, certain))
+        self._explore(systems, found, rows, None, (zeros, number, certain))
         again = ~found.proof[rows]
         again[vague] = False
         rest = np.flatnonzero(again)
         if len(rest):
-            self._explored(systems, found, rows, rest, self._image(systems.chosen(rest), f[rest]))
+            self._explore(systems, found, rows, rest, self._image(systems.chosen(rest), f[rest]))
 
     def one(self, order: int, P: PoseMatrix, frames: Floats) -> tuple[JointVector, Floats] | None:
         """All solutions of one pose and their errors, (k, 6) and (k,), where one look proves them; else None.
@@ -116,7 +116,7 @@ class Elimination:
         """
         one = self.orders[order]
         systems = _Systems(one, pose.inverse(P) if one.backwards else P)
-        _, coefficients, size = self._sampled(systems, self._circle)
+        _, coefficients, size = self._sample(systems, self._circle)
         if not size[0, 0] <= CLEAN * size[0, 1]:
             return None
         zeros, number, certain = circle_loops.zeros_of(coefficients, size[:, 0], self.degree)
@@ -135,7 +135,7 @@ class Elimination:
             else None
         )
 
-    def _explored(
+    def _explore(
         self,
         systems: _Systems,
         found: Findings,
@@ -169,21 +169,21 @@ class Elimination:
             c, s = squeeze * np.cos(0.5 * self._angles), np.sin(0.5 * self._angles) / squeeze
             theta = centre + 2 * np.arctan2(s, c)
             circle = np.cos(theta), np.sin(theta), (c * c + s * s) ** self.degree
-            _, coefficients, size = self._sampled(systems, circle)
+            _, coefficients, size = self._sample(systems, circle)
             roundoff = size[:, 0] + self._rounding(systems, circle, coefficients)
             zeros, number, certain = self._zeros(coefficients, roundoff)
-            self._doubted(systems, number, certain, size[:, 1], roundoff)
+            self._doubt(systems, number, certain, size[:, 1], roundoff)
             back = centre + 2 * np.arctan2(np.sin(0.5 * zeros) / squeeze, squeeze * np.cos(0.5 * zeros))
         return back, number, certain
 
     def _rounding(self, systems: _Systems, circle: Circle, coefficients: Floats) -> Floats:
         """(k,) what rounding in the equations does to the coefficients, measured by a larger disturbance."""
-        changed = self._sampled(systems.disturbed(), circle)[1] - coefficients
+        changed = self._sample(systems.disturbed(), circle)[1] - coefficients
         change = np.abs(changed[:, : 2 * self.degree + 1]).sum(axis=1)
         return 0.5 * EPS / DISTURBANCE * (1 + systems.condition()) * change
 
     @staticmethod
-    def _doubted(
+    def _doubt(
         systems: _Systems, number: NDArray[np.int64], certain: NDArray[np.bool_], size: Floats, roundoff: Floats
     ) -> None:
         """That there is no zero at all is not certain where the equations are small beside the terms of their sums.
@@ -194,7 +194,7 @@ class Elimination:
         if len(empty):
             certain[empty] = size[empty] > EMPTY * roundoff[empty] * systems.chosen(empty).cancellation()
 
-    def _sampled(self, systems: _Systems, circle: Circle) -> tuple[Floats, Floats, Floats]:
+    def _sample(self, systems: _Systems, circle: Circle) -> tuple[Floats, Floats, Floats]:
         """(k, nodes) determinants, (k, nodes) their harmonics, and (k, 2) what is left of zeros, and the others' size.
 
         Args:

@@ -92,7 +92,7 @@ def _order(chain: Chain, first: int, backwards: bool) -> EliminationOrder:
     c, d, e, f = first, first + 1, first + 2, first + 3
     a, b = {2: (0, 1), 1: (0, 5), 0: (4, 5)}[first]
     place, line = chain.points[f], chain.axes[f]
-    at_a, at_b = _displaced(chain, a, -1.0), _displaced(chain, b, -1.0)
+    at_a, at_b = _displace(chain, a, -1.0), _displace(chain, b, -1.0)
     nothing = np.eye(4)[None]
     before, after = {
         2: (nothing, (at_b[None] @ at_a[:, None]).reshape(9, 4, 4)),
@@ -115,7 +115,7 @@ def _order(chain: Chain, first: int, backwards: bool) -> EliminationOrder:
 def _left(chain: Chain, middle: tuple[int, int, int], place: Floats, line: Floats) -> tuple[Floats, Floats]:
     """(14, 27) coefficients of the functions on the left, and the constant one as a form of joint d."""
     c, d, e = middle
-    E = _displaced(chain, c)[:, None, None] @ _displaced(chain, d)[:, None] @ _displaced(chain, e)
+    E = _displace(chain, c)[:, None, None] @ _displace(chain, d)[:, None] @ _displace(chain, e)
     samples = line_functions(E[..., :3, :3] @ place + E[..., :3, 3], E[..., :3, :3] @ line)
     form, unit = _homogeneous(chain.prismatic[d])
     one, three = np.linalg.inv(_basis(chain.prismatic[c])), np.linalg.inv(_basis(chain.prismatic[e]))
@@ -124,7 +124,7 @@ def _left(chain: Chain, middle: tuple[int, int, int], place: Floats, line: Float
     return np.ascontiguousarray(out), unit
 
 
-def _displaced(chain: Chain, k: int, sign: float = 1.0) -> Floats:
+def _displace(chain: Chain, k: int, sign: float = 1.0) -> Floats:
     """(3, 4, 4) displacements of a joint at its nodes."""
     nodes = PRISMATIC_NODES if chain.prismatic[k] else NODES
     return pose.exp(chain.screws[k] * (sign * nodes)[:, None])

@@ -57,11 +57,11 @@ class Findings:
             rows: (m,) which pose each belongs to.
             turns: (m', 12) candidates as cosines and sines, see `polished`; lost.
         """
-        q, size = self._polished(rows, turns)
+        q, size = self._polish(rows, turns)
         polish_loops.noted(rows, q, size, self.prismatic, self.count, self.q, self.size)
         return q, size < polish_loops.CLOSED
 
-    def _polished(self, rows: NDArray[np.int64], turns: Floats) -> tuple[JointVector, Floats]:
+    def _polish(self, rows: NDArray[np.int64], turns: Floats) -> tuple[JointVector, Floats]:
         q, size = np.empty((len(turns), 6)), np.empty(len(turns))
         polish_loops.polished(self.frames, self.prismatic, self.P, rows, turns, q, size)
         return q[: len(rows)], size[: len(rows)]
@@ -125,7 +125,7 @@ class Findings:
         count = np.concatenate([self.count[rows], nearby.count])
         which, place = np.nonzero(np.arange(MOST) < count[:, None])
         row, starts = rows[which % len(rows)], np.concatenate([self.q[rows], nearby.q])[which, place]
-        q, size = self._polished(row, self.turns(starts))
+        q, size = self._polish(row, self.turns(starts))
         closed = np.flatnonzero(size < polish_loops.CLOSED)
         values = np.linalg.svd(self._jacobians(q[closed]), compute_uv=False)
         best = closed[np.argsort(-values[:, 5] / values[:, 0], kind="stable")]

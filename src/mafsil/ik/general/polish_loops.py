@@ -94,7 +94,7 @@ def polished(
         # 4.
         if active != 0:
             _columns(prismatic, T, J)
-            _solved(J)
+            _solve(J)
             longest = lanes(0.0)
             for k in range(6):
                 longest = where(magnitude(J[7 * k + 6]) > longest, magnitude(J[7 * k + 6]), longest)
@@ -160,7 +160,7 @@ def _columns(prismatic: Booleans, T: Buffer, J: Buffer) -> None:
 
 
 @reordered
-def _solved(M: Buffer) -> None:
+def _solve(M: Buffer) -> None:
     """Six linear equations in place by exchanged rows; the solution in the last column.
 
     1. The row of the largest pivot is brought forward, lane by lane.

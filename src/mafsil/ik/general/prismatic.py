@@ -104,7 +104,7 @@ class TwoPrismatic:
         w = [self._chain.axes[k] if k >= joints[0] else self._chain.axes[k] @ R for k in joints]
         w = [np.broadcast_to(one, (len(P), 3)) for one in w]
         first = np.stack([np.cos(theta), np.sin(theta)], axis=1)
-        rest = _turned(w[0], first * np.array([1.0, -1.0])) @ R
+        rest = _turn(w[0], first * np.array([1.0, -1.0])) @ R
         others, lost = _three_turns(w[1], w[2], w[3], rest, way)
         return dict(zip(joints, [first, *others], strict=True)), lost
 
@@ -172,7 +172,7 @@ def _three_turns(b: Floats, c: Floats, d: Floats, R: Floats, way: float) -> tupl
     u, x, y, h = _cosine(b, c, d, R)
     root = way * np.sqrt(1.0 - u * u + 0j)
     middle = np.stack([x * u - y * root, y * u + x * root], axis=-1)
-    Rc, lost = _turned(c, middle), 1.0 - h * h
+    Rc, lost = _turn(c, middle), 1.0 - h * h
     ends = [
         _turn_between(b, (Rc @ d[..., None])[..., 0], (R @ d[..., None])[..., 0], h, lost),
         _turn_between(-d, (b[..., None, :] @ Rc)[..., 0, :], (b[..., None, :] @ R)[..., 0, :], h, lost),
@@ -186,7 +186,7 @@ def _turn_between(w: Floats, start: Numbers, goal: Numbers, h: Floats, lost: Flo
     return np.stack([cosine, sine], axis=-1) / lost[..., None]
 
 
-def _turned(w: Floats, turn: Numbers) -> Numbers:
+def _turn(w: Floats, turn: Numbers) -> Numbers:
     """(m, 3, 3) rotations about unit axes (m, 3) by angles of cosine and sine (m, 2), complex or not."""
     c, s = turn[..., 0, None, None], turn[..., 1, None, None]
     cross = np.cross(w[..., None, :], np.eye(3))
@@ -202,7 +202,7 @@ def _left_over(chain: Chain, P: PoseMatrix, turns: dict[int, Numbers]) -> tuple[
         if chain.prismatic[k]:
             directions.append(R @ chain.axes[k])
         else:
-            E = _turned(np.broadcast_to(chain.axes[k], (len(P), 3)), turns[k])
+            E = _turn(np.broadcast_to(chain.axes[k], (len(P), 3)), turns[k])
             t = t - (R @ (chain.points[k] - E @ chain.points[k])[..., None])[..., 0]
             R = R @ E
     return np.stack(directions, axis=1), t

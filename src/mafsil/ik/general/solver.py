@@ -117,20 +117,20 @@ class _Machine:
 
     def __init__(self, chain: Chain) -> None:
         self.back = pose.inverse(chain.home)
-        filled = _filled(chain)
+        filled = _fill(chain)
         revolute = ~np.array(filled.prismatic, dtype=np.bool_)
         self.size = _size(filled)
         self.middle = filled.points[revolute].mean(axis=0) if revolute.any() else np.zeros(3)
-        self.filled = _normalised(filled, self.middle, self.size)
+        self.filled = _normalise(filled, self.middle, self.size)
         self.prismatic = np.array(self.filled.prismatic, dtype=np.bool_)
         self.lengths = np.where(self.prismatic, self.size, 1.0)
         self.where = [self.filled.joints.index(j) for j in sorted(j for j in chain.joints if j >= 0)]
         self.added = [k for k in range(6) if k not in self.where]
         self.frames = loop_frames(self.filled)
         self.method = _method(self.filled)
-        self.ranking, self.proofs = self._ranked()
+        self.ranking, self.proofs = self._rank()
 
-    def _ranked(self) -> tuple[list[int], int]:
+    def _rank(self) -> tuple[list[int], int]:
         """The orders with the most proofs first, those at one look counted twice, and how many lists they proved."""
         q = np.random.default_rng(3).uniform(-np.pi, np.pi, (24, 6))
         P = _product(self.filled, q)
@@ -209,7 +209,7 @@ def _method(chain: Chain) -> Elimination | TwoPrismatic | ThreePrismatic:
             return Elimination(chain)
 
 
-def _filled(chain: Chain) -> Chain:
+def _fill(chain: Chain) -> Chain:
     """Six joints: those added stand still wherever the pose can be reached."""
     generator = np.random.default_rng(4)
     while len(chain) < 6:
@@ -225,7 +225,7 @@ def _size(chain: Chain) -> float:
     return 0.5 * extent if extent > NO_EXTENT else chain.size
 
 
-def _normalised(chain: Chain, middle: Floats, size: float) -> Chain:
+def _normalise(chain: Chain, middle: Floats, size: float) -> Chain:
     """The chain about another origin, in another unit of length, its home pose left out."""
     revolute = ~np.array(chain.prismatic, dtype=np.bool_)[:, None]
     points = (chain.points - middle) * revolute / size

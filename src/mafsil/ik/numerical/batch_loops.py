@@ -60,11 +60,11 @@ def solve_batch(held: Held[Batch], allowed: int) -> int:
     for row in range(len(report)):
         wind_one(plan, search.q[row], search.q0[row] if len(search.q0) > 0 else batch.zeros)
     # 4.
-    return _checked(batch)
+    return _check(batch)
 
 
 @compiled
-def _checked(batch: Batch) -> int:
+def _check(batch: Batch) -> int:
     """Number of poses whose configurations meet tolerances and bounds; the report of all."""
     plan, search, report = batch.plan, batch.search, batch.report
     n = len(plan.lower)

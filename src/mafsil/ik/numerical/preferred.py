@@ -88,7 +88,7 @@ def approached(
     local = goal if len(goal.q) == 1 else PreferredConfiguration(goal.q[rows], goal.weights)
     q_preferred = np.broadcast_to(local.q, (len(rows), best.shape[1] - 1))
     start = best[rows, :-1].copy()
-    q = _descended(plan, start, T_sd[rows], q_preferred, goal.weights, deadline)
+    q = _descend(plan, start, T_sd[rows], q_preferred, goal.weights, deadline)
     once = np.ones(len(rows), np.int64)
     back, _ = plan.run(T_sd[rows], q, once, trust=False, deadline=np.inf)
     fine = plan.checked(back, T_sd[rows])[3] == 1
@@ -96,7 +96,7 @@ def approached(
     best[rows[gains]] = back[gains]
 
 
-def _descended(
+def _descend(
     plan: SearchPlan, start: JointVector, T_sd: Floats, q_preferred: JointVector, weights: Floats, deadline: float
 ) -> JointVector:
     """(k, n) where the self-motion towards the preferred configuration comes to rest."""

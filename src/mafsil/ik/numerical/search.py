@@ -270,13 +270,13 @@ def pool_of(problem: PoseProblem, task: PoseTask, seed: int) -> Pool:
     order = np.argsort(cell, kind="stable")
     first_sample = np.searchsorted(cell[order], np.arange(CELLS + 1)).astype(np.int64)
     table = features[order]
-    grouped = [_grouped(centres), *(_grouped(table[begin:end]) for begin, end in itertools.pairwise(first_sample))]
+    grouped = [_group(centres), *(_group(table[begin:end]) for begin, end in itertools.pairwise(first_sample))]
     first_group = np.cumsum([len(each) for each in grouped])
     factors = rotation_factor, position_factor
     return Pool(np.ascontiguousarray(q[order]), np.concatenate(grouped), first_sample, first_group, *factors)
 
 
-def _grouped(features: Floats) -> NDArray[np.float32]:
+def _group(features: Floats) -> NDArray[np.float32]:
     """(k, FEATURES, FEATURE_GROUP) features of samples, filled up with ones that are far from everything."""
     rows = np.full((-(-len(features) // FEATURE_GROUP) * FEATURE_GROUP, FEATURES), FAR, np.float32)
     rows[: len(features)] = features

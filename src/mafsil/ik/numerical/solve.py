@@ -159,7 +159,7 @@ def solve_ik(
     goal = preferred_configuration(plan.problem, part.own(preferred), scales)
     rows = np.ascontiguousarray(desired).reshape(-1, 16)
     if goal is None and seconds is None:
-        report = _reported(search, rows, start, restarts)
+        report = _report(search, rows, start, restarts)
     else:
         full = FullSearch(plan, rows, start, goal, restarts, deadline)
         full.run()
@@ -185,7 +185,7 @@ def _array_seed(seed: object) -> ArrayLike | None:
     return given
 
 
-def _reported(search: FastSearch, desired: Floats, q0: JointVector, restarts: int) -> Report:
+def _report(search: FastSearch, desired: Floats, q0: JointVector, restarts: int) -> Report:
     """All poses by the fast search, and those that it leaves open by the full one."""
     numbers, attempts = search.rows(desired, q0, restarts)
     rest = np.flatnonzero(attempts[:, WINNER] < 0)

@@ -104,8 +104,8 @@ class ArmAngleForm:
         x = np.asarray(q, dtype=np.float64)
         E = [pose.exp(self.chain.screws[k] * x[..., k, None]) for k in range(4)]
         before = E[0] @ E[1] @ E[2]
-        elbow = _applied(before, self.elbow)
-        wrist = _applied(before @ E[3], self.wrist)
+        elbow = _apply(before, self.elbow)
+        wrist = _apply(before @ E[3], self.wrist)
         w = wrist - self.shoulder
         w = w / np.linalg.norm(w, axis=-1, keepdims=True)
         along = np.linalg.norm(np.cross(w, self.chain.axes[0]), axis=-1) < DEFECT
@@ -185,7 +185,7 @@ def _zeros(a: float, b: float, c: float) -> Floats:
     return np.arctan2(c, b) + np.array([-opening, opening])
 
 
-def _applied(T: Floats, p: Floats) -> Floats:
+def _apply(T: Floats, p: Floats) -> Floats:
     return T[..., :3, :3] @ p + T[..., :3, 3]
 
 

@@ -48,13 +48,13 @@ def with_parameter(setting: Setting, T: PoseMatrix, free: float | Mapping[str, f
     """
     if setting.task != "pose":
         raise InputError("redundant.only_pose", task=setting.task)
-    name, value = (None, free) if type(free) is float and isfinite(free) else _named(free)
+    name, value = (None, free) if type(free) is float and isfinite(free) else _name(free)
     form = redundancy(setting.robot, name)
     answer = _regular(setting, form, T, value, tolerance)
     return fixed(setting, form, _pose(T), value, tolerance) if answer is None else answer
 
 
-def _named(free: float | Mapping[str, float]) -> tuple[str | None, float]:
+def _name(free: float | Mapping[str, float]) -> tuple[str | None, float]:
     """Name of the parameter, None for that by which the arm is counted, and its value."""
     if isinstance(free, Mapping) and len(free) != 1:
         raise InputError("redundant.one_value", names=", ".join(map(str, free)))

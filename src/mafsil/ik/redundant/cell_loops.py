@@ -111,7 +111,7 @@ def inside_cells(
         for l in range(count):
             # 2.
             lo, hi = taken[l, 0], taken[l, 1]
-            found, begin, end, rising = _judged(program, limits, registers, l, lo, hi, angle)
+            found, begin, end, rising = _judge(program, limits, registers, l, lo, hi, angle)
             if found == OUTSIDE:
                 continue
             if found == INSIDE:
@@ -148,7 +148,7 @@ def inside_cells(
 
 
 @compiled
-def _judged(
+def _judge(
     program: Program, limits: Limits, registers: Floats, l: int, lo: float, hi: float, angle: Floats
 ) -> tuple[int, float, float, bool]:
     """What is sure of one cell; the ends of the part in which a crossing lies; whether the branch is inside after it.
@@ -177,7 +177,7 @@ def _judged(
         if not h < UNLIMITED or (not prismatic and h >= pi):
             continue
         # 2.
-        _enclosed(ports[2 * j], ports[2 * j + 1], prismatic, values, registers, l, r, angle)
+        _enclose(ports[2 * j], ports[2 * j + 1], prismatic, values, registers, l, r, angle)
         e, turn = angle[M] - limits.middle[j], ENDLESS
         if not prismatic:
             turn = 2 * pi
@@ -217,9 +217,7 @@ def _bounds(place: int, values: Floats, registers: Floats, l: int) -> tuple[floa
 
 
 @compiled
-def _enclosed(
-    c: int, s: int, prismatic: bool, values: Floats, registers: Floats, l: int, r: float, out: Floats
-) -> None:
+def _enclose(c: int, s: int, prismatic: bool, values: Floats, registers: Floats, l: int, r: float, out: Floats) -> None:
     """A coordinate on a cell: value at the middle, interval about that, and interval of the slope.
 
     1. A length is what its output is; an angle that of two outputs, its cosine and sine up to a factor.

@@ -97,7 +97,7 @@ class Redundancy:
         if given.ndim > 1 and given.shape[:-1] != X.shape[:-2]:
             expected = str((*X.shape[:-2], "m")).replace("'", "")
             raise InputError("input.shape", name="values", expected=expected, got=given.shape, hint="")
-        return self._judged(X, np.broadcast_to(given, (*X.shape[:-2], given.shape[-1])))
+        return self._judge(X, np.broadcast_to(given, (*X.shape[:-2], given.shape[-1])))
 
     def sweep(self, T: ArrayLike, count: int = 16) -> ParametricSolutions:
         """All configurations of poses at evenly spread values of the parameter: over the turn, or the joint's range.
@@ -142,7 +142,7 @@ class Redundancy:
         given = programs(self.closed.pattern, self.locked, tuple(map(float, own.middle)))
         domain = self.domain(X)
         if given is None or self.closed.pattern.quartic:
-            return [(*one, False) for one in self._sampled(X, np.linspace(*domain, GRID))]
+            return [(*one, False) for one in self._sample(X, np.linspace(*domain, GRID))]
         found = certified(given, X, self.locked, domain, own.lower, own.upper, ~own.revolute)
         sure = [(float(a), float(b), int(k), True) for a, b, k in zip(found.low, found.high, found.branch, strict=True)]
         doubtful = [(float(a), float(b), int(k)) for k, a, b in found.doubtful]
@@ -162,7 +162,7 @@ class Redundancy:
             nexts = np.append(ends[1:], ends[0] + 2 * np.pi)
             wide = nexts - ends > RELATIVELY
             starts, nexts = ends[wide], nexts[wide]
-            within = self._judged(X, (starts + nexts) / 2).within
+            within = self._judge(X, (starts + nexts) / 2).within
             for branch in range(4 * elbow, 4 * elbow + 4):
                 for first, last in _runs(within[:, branch]):
                     whole = first < 0
@@ -182,7 +182,7 @@ class Redundancy:
             return []
         low, high, branch = (np.array(x) for x in zip(*sorted(cells, key=lambda one: (one[2], one[0])), strict=True))
         values = np.stack([low, (low + high) / 2, high])
-        within = self._judged(X, values.reshape(-1)).within[np.arange(values.size), np.tile(branch, 3)]
+        within = self._judge(X, values.reshape(-1)).within[np.arange(values.size), np.tile(branch, 3)]
         found: list[tuple[float, float, int]] = []
         for k in np.flatnonzero(within.reshape(3, -1).all(axis=0)):
             if found and found[-1][2] == branch[k] and found[-1][1] >= low[k]:
@@ -191,9 +191,9 @@ class Redundancy:
                 found.append((float(low[k]), float(high[k]), int(branch[k])))
         return found
 
-    def _sampled(self, X: PoseMatrix, values: Floats) -> list[tuple[float, float, int]]:
+    def _sample(self, X: PoseMatrix, values: Floats) -> list[tuple[float, float, int]]:
         """Intervals seen at some values of a locked joint, their ends by halving; shorter ones may be missed."""
-        good = self._judged(X, values).within
+        good = self._judge(X, values).within
         runs = [
             (branch, max(first, 0), last if first >= 0 else len(values) - 1)
             for branch in range(good.shape[1])
@@ -209,7 +209,7 @@ class Redundancy:
         return [(float(a), float(b), int(k)) for a, b, k in zip(low, high, branch, strict=True)]
 
     def _member(self, X: PoseMatrix, branch: int, value: float) -> JointVector:
-        one = self._judged(X, np.array([value]))
+        one = self._judge(X, np.array([value]))
         if one.residual[0, branch] <= REACHED or self.closed is None:
             return np.where(one.residual[0, branch] <= REACHED, one.q[0, branch], np.nan)
         # At the end of an interval two branches may merge: the table is off by the square root of the rounding.
@@ -226,7 +226,7 @@ class Redundancy:
         columns = np.arange(2 * len(branch)), np.tile(branch, 2)
         for _ in range(36):
             middle = (inside + outside) / 2
-            fits = self._judged(X, middle.reshape(-1)).within[columns].reshape(inside.shape)
+            fits = self._judge(X, middle.reshape(-1)).within[columns].reshape(inside.shape)
             inside, outside = np.where(fits, middle, inside), np.where(fits, outside, middle)
         return inside
 
@@ -234,12 +234,12 @@ class Redundancy:
         """Evenly spread values of the parameter, (count,): over the turn, or the range of the joint [rad]."""
         return _spread(self, count).copy()
 
-    def _judged(self, X: PoseMatrix, values: Floats) -> ParametricSolutions:
+    def _judge(self, X: PoseMatrix, values: Floats) -> ParametricSolutions:
         if self.kernels is not None:
             q, residual, within = self._labelled_rows(self.kernels, X, values)
         else:
-            q = self._eliminated(X, values)
-            residual, within = self._checked(X, values, q)
+            q = self._eliminate(X, values)
+            residual, within = self._check(X, values, q)
         return ParametricSolutions(values, q, residual, within, self.kernels is not None)
 
     @lazy
@@ -269,7 +269,7 @@ class Redundancy:
             return self._labelled_rows(form, printed_pose("T", X), values)
         return q, residual, excess <= INSIDE
 
-    def _checked(self, X: PoseMatrix, values: Floats, q: JointVector) -> tuple[Floats, NDArray[np.bool_]]:
+    def _check(self, X: PoseMatrix, values: Floats, q: JointVector) -> tuple[Floats, NDArray[np.bool_]]:
         """Residuals of configurations, and which are within the limits, into which they are wound in place."""
         own = setting(self.robot, None, "pose")
         off = self.robot.forward_kinematics(q) - X[..., None, None, :, :]
@@ -282,7 +282,7 @@ class Redundancy:
         inside = (q >= own.lower - INSIDE) & (q <= own.upper + INSIDE)
         return residual, (residual <= REACHED) & inside.all(axis=-1)
 
-    def _eliminated(self, X: PoseMatrix, values: Floats) -> JointVector:
+    def _eliminate(self, X: PoseMatrix, values: Floats) -> JointVector:
         """Every value gives another arm of six joints; poses with the same value are solved together."""
         chain = self._chain
         q = np.full((*values.shape, 16, 7), np.nan)
@@ -291,7 +291,7 @@ class Redundancy:
         others = [k for k in range(7) if k != self.locked]
         for value in np.unique(flat):
             same = np.flatnonzero(flat == value)
-            found = _locked(chain, self.locked, float(value)).solve_all(poses[same])
+            found = _lock(chain, self.locked, float(value)).solve_all(poses[same])
             rows[same[:, None], :, others] = np.moveaxis(found.q, -1, 1)
             rows[same, :, self.locked] = np.where(np.isnan(found.q[..., 0]), np.nan, value)
         return q
@@ -375,7 +375,7 @@ def _redundancy(robot: Robot, parameter: str | None) -> Redundancy:
 
 
 @lru_cache(maxsize=128)
-def _locked(chain: Chain, locked: int, value: float) -> GeneralSix:
+def _lock(chain: Chain, locked: int, value: float) -> GeneralSix:
     """The other joints; its constants take longer than a pose, and searches try the same values for every pose."""
     return GeneralSix(chain.locked(locked, value))
 

@@ -138,10 +138,10 @@ def evaluate(program: Program, radius: Floats, registers: Floats) -> None:
             if second[i] >= 0:
                 y = registers[second[i]]
             elif op == MUL:
-                _scaled(x, values[-1 - int(second[i])], z)
+                _scale(x, values[-1 - int(second[i])], z)
                 continue
             elif op in (ADD, SUB):
-                _shifted(x, values[-1 - int(second[i])] if op == ADD else -values[-1 - int(second[i])], z)
+                _shift(x, values[-1 - int(second[i])] if op == ADD else -values[-1 - int(second[i])], z)
                 continue
             else:
                 _spread(values[-1 - int(second[i])], two)
@@ -153,23 +153,23 @@ def evaluate(program: Program, radius: Floats, registers: Floats) -> None:
         elif op == SUB:
             _difference(x, y, z)
         elif op == MUL:
-            _multiplied(x, y, z)
+            _multiply(x, y, z)
         elif op == SQ:
-            _squared(x, z)
+            _square(x, z)
         elif op == DIV:
-            _divided(x, y, z)
+            _divide(x, y, z)
         elif op == NEG:
             for l in range(LANES):
                 a, b, c, d = -x[HI, l], -x[LO, l], -x[DHI, l], -x[DLO, l]
                 z[M, l], z[LO, l], z[HI, l], z[DLO, l], z[DHI, l] = -x[M, l], a, b, c, d
         elif op == SQRT:
-            _rooted(x, z)
+            _root(x, z)
         elif op in (SIN, COS):
-            _waved(x, z, op == COS)
+            _wave(x, z, op == COS)
         elif op in (FABS, FMIN, FMAX):
             _chosen(x, y, z, op)
         else:
-            _decided(x, y, z, op)
+            _decide(x, y, z, op)
         # 3.
         if op != NEG:
             for l in range(LANES):
@@ -190,7 +190,7 @@ def _spread(value: float, out: Floats) -> None:
 
 
 @compiled
-def _shifted(x: Floats, k: float, z: Floats) -> None:
+def _shift(x: Floats, k: float, z: Floats) -> None:
     for l in range(LANES):
         z[M, l], z[LO, l], z[HI, l], z[DLO, l], z[DHI, l] = (
             x[M, l] + k,
@@ -202,7 +202,7 @@ def _shifted(x: Floats, k: float, z: Floats) -> None:
 
 
 @compiled
-def _scaled(x: Floats, k: float, z: Floats) -> None:
+def _scale(x: Floats, k: float, z: Floats) -> None:
     if k >= 0.0:
         for j in range(5):
             for l in range(LANES):
@@ -221,7 +221,7 @@ def _difference(x: Floats, y: Floats, z: Floats) -> None:
 
 
 @compiled
-def _multiplied(x: Floats, y: Floats, z: Floats) -> None:
+def _multiply(x: Floats, y: Floats, z: Floats) -> None:
     for l in range(LANES):
         low, high = product(x[LO, l], x[HI, l], y[LO, l], y[HI, l])
         al, ah = product(x[DLO, l], x[DHI, l], y[LO, l], y[HI, l])
@@ -230,7 +230,7 @@ def _multiplied(x: Floats, y: Floats, z: Floats) -> None:
 
 
 @compiled
-def _squared(x: Floats, z: Floats) -> None:
+def _square(x: Floats, z: Floats) -> None:
     for l in range(LANES):
         m, low, high = x[M, l], x[LO, l], x[HI, l]
         dl, dh = product(2 * low, 2 * high, x[DLO, l], x[DHI, l])
@@ -240,7 +240,7 @@ def _squared(x: Floats, z: Floats) -> None:
 
 
 @compiled
-def _divided(x: Floats, y: Floats, z: Floats) -> None:
+def _divide(x: Floats, y: Floats, z: Floats) -> None:
     for l in range(LANES):
         if y[LO, l] <= 0.0 <= y[HI, l]:
             z[M, l], z[LO, l], z[HI, l], z[DLO, l], z[DHI, l] = x[M, l] / y[M, l], -BIG, BIG, -BIG, BIG
@@ -253,7 +253,7 @@ def _divided(x: Floats, y: Floats, z: Floats) -> None:
 
 
 @compiled
-def _rooted(x: Floats, z: Floats) -> None:
+def _root(x: Floats, z: Floats) -> None:
     for l in range(LANES):
         m, low, high = sqrt(max(x[M, l], 0.0)), sqrt(max(x[LO, l], 0.0)), sqrt(max(x[HI, l], 0.0))
         if low > 0.0:
@@ -266,7 +266,7 @@ def _rooted(x: Floats, z: Floats) -> None:
 
 
 @compiled
-def _waved(x: Floats, z: Floats, cosine: bool) -> None:
+def _wave(x: Floats, z: Floats, cosine: bool) -> None:
     """Sine or cosine, of the parameter or what depends on it."""
     for l in range(LANES):
         shift = 0.5 * pi if cosine else 0.0
@@ -321,7 +321,7 @@ def _chosen(x: Floats, y: Floats, z: Floats, op: int) -> None:
 
 
 @compiled
-def _decided(x: Floats, y: Floats, z: Floats, op: int) -> None:
+def _decide(x: Floats, y: Floats, z: Floats, op: int) -> None:
     """Comparisons, and values that depend on them.
 
     1. A choice: the value where the condition surely holds, zero where it surely fails, else both, with any slope.

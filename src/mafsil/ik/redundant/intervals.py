@@ -111,14 +111,14 @@ def certified(
         unsure = cells[:, 0] > cells[:, 1]
         if unsure.any():
             doubtful.append(np.column_stack([np.full(unsure.sum(), float(k)), cells[unsure][:, ::-1]]))
-        parts.append((_joined(cells[~unsure]), k))
+        parts.append((_join(cells[~unsure]), k))
     branch = np.concatenate([np.full(len(cells), k) for cells, k in parts])
     both = np.concatenate([cells for cells, _ in parts])
     rest = np.concatenate(doubtful) if doubtful else np.zeros((0, 3))
     return BranchIntervals(both[:, 0], both[:, 1], branch, rest)
 
 
-def _joined(cells: Floats) -> Floats:
+def _join(cells: Floats) -> Floats:
     """(k, 2) cells in order, those that share an end as one."""
     if not len(cells):
         return np.zeros((0, 2))

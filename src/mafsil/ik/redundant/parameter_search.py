@@ -65,7 +65,7 @@ def parameter_values(
     count, locked = len(T), sorted(setting.arm.locked)
     # 1.
     values = np.repeat(near[locked][None], count, axis=0)
-    judged = _judged(setting, form, T, values, near, most)
+    judged = _judge(setting, form, T, values, near, most)
     allowed, solved = judged[:, 0] <= INSIDE, judged[:, 1] <= most
     found = ParameterValues(values, allowed, solved, np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_))
     open_rows = np.flatnonzero(~allowed & (judged[:, 2] <= ORTHOGONALITY))
@@ -77,7 +77,7 @@ def parameter_values(
     open_rows = open_rows[~beyond]
     # 3.
     for tries in _tries(setting, near):
-        open_rows = _tried(setting, form, T, near, most, tries, found, open_rows)
+        open_rows = _try(setting, form, T, near, most, tries, found, open_rows)
     # 4.
     if setting.holds_one:
         for i in open_rows:
@@ -95,12 +95,12 @@ def nearest_allowed(
     tries = _tries(setting, near)[0]
     if len(tries) > TOGETHER:
         return None
-    allowed = _judged(setting, form, T, tries, near, most)[:, 0] <= INSIDE
+    allowed = _judge(setting, form, T, tries, near, most)[:, 0] <= INSIDE
     first = int(allowed.argmax())
     return tries[first] if allowed[first] else None
 
 
-def _judged(
+def _judge(
     setting: Setting, form: ParametricForm, T: PoseMatrix, values: Floats, near: JointVector, most: float
 ) -> Floats:
     """(*batch, 3) least excess of a solution, least residual, how far the pose is from one."""
@@ -157,7 +157,7 @@ def _nearest_first(values: Floats, preferred: Floats) -> Floats:
     return values[np.argsort(np.abs(values - preferred).max(axis=1), kind="stable")]
 
 
-def _tried(
+def _try(
     setting: Setting,
     form: ParametricForm,
     T: PoseMatrix,
@@ -172,7 +172,7 @@ def _tried(
     while begin < len(tries) and len(open_rows):
         some = tries[begin : begin + max(1, TOGETHER // len(open_rows))]
         begin += len(some)
-        judged = _judged(setting, form, T[open_rows][:, None], some, near, most)
+        judged = _judge(setting, form, T[open_rows][:, None], some, near, most)
         for good, marked in ((judged[..., 1] <= most, found.solved), (judged[..., 0] <= INSIDE, found.allowed)):
             # Where any solution is known already only one within the limits is better.
             new = good.any(axis=1) & ~marked[open_rows]
@@ -202,7 +202,7 @@ def _by_intervals(
         proven[i] = known.none
         if not len(known.values):
             continue
-        judged = _judged(setting, form, T, known.values[:, None], near, most)
+        judged = _judge(setting, form, T, known.values[:, None], near, most)
         good = judged[:, 0] <= INSIDE if limits else judged[:, 1] <= most
         if good.any():
             found.values[i], marked[i] = known.values[int(good.argmax())], True

@@ -74,7 +74,7 @@ class ParametricForm:
 
     def _made(self, kind: str, *outputs: Port) -> Kernel:
         # Only answers depend on the thresholds: the others are shared.
-        return _compiled(self.pattern, kind, self.numbers if kind == "solutions" else (0.0,) * 6, outputs)
+        return _compile(self.pattern, kind, self.numbers if kind == "solutions" else (0.0,) * 6, outputs)
 
 
 def has_redundant_joints(setting: Setting) -> bool:
@@ -106,7 +106,7 @@ def form_of_pattern(pattern: Pattern) -> ParametricForm:
     return ParametricForm(pattern, (CLEAR, NEARLY_REACHED, APART_BRANCH, SPLIT, NEARLY, BENT))
 
 
-def _compiled(pattern: Pattern, kind: str, numbers: Numbers, outputs: tuple[Port, ...]) -> Kernel:
+def _compile(pattern: Pattern, kind: str, numbers: Numbers, outputs: tuple[Port, ...]) -> Kernel:
     n = pattern.n
     vectors = (Port("near", (n,)), Port("turns", (n, 2)), Port("lower", (n,)), Port("upper", (n,)))
     return kernels.compile(
@@ -118,7 +118,7 @@ def _compiled(pattern: Pattern, kind: str, numbers: Numbers, outputs: tuple[Port
         partial(_build, pattern, kind, numbers),
         key=f"parametric {kind} {numbers} {pattern.key}",
         fingerprints=(kernels.fingerprint("mafsil.algebra", "mafsil.mechanics"),),
-        recipe=(_compiled, (pattern, kind, numbers, outputs)),
+        recipe=(_compile, (pattern, kind, numbers, outputs)),
     )
 
 

@@ -89,7 +89,7 @@ def programs(pattern: ArmPattern, locked: int, near: tuple[float, ...]) -> Progr
     place = {i: k for k, i in enumerate(i for i in range(len(tape.nodes)) if not moving[i])}
     codes = [_code(numbers, node, loops.SQ) for node in tape.nodes]
     branches = tuple(_branch(tape, port, moving, place, codes) for port in tape.outputs)
-    return Programs(_fixed(tape, place, codes), branches)
+    return Programs(_fix(tape, place, codes), branches)
 
 
 def _code(numbers: dict[str, int], node: Node, square: int) -> int:
@@ -106,7 +106,7 @@ def _moving(tape: Tape) -> list[bool]:
     return moving
 
 
-def _fixed(tape: Tape, place: dict[int, int], codes: list[int]) -> FixedProgram:
+def _fix(tape: Tape, place: dict[int, int], codes: list[int]) -> FixedProgram:
     order = list(place)
     args = [arguments(tape.nodes[i]) for i in order]
     inputs = np.full(16, -1, dtype=np.int32)

@@ -73,9 +73,9 @@ def analysis(mechanism: Mechanism, task: Task = "pose") -> Analysis:
             # Another choice may do without an equation of fourth degree.
             quartic = quartic or (pattern, locked)
         elif pattern is not None:
-            return _recognised(chain, seen, pattern, locked, task)
+            return _recognise(chain, seen, pattern, locked, task)
     if quartic is not None:
-        return _recognised(chain, seen, *quartic, task)
+        return _recognise(chain, seen, *quartic, task)
     general = general_six.GeneralSix(seen) if task == "pose" and 3 <= len(seen) <= 6 else None
     return Analysis(chain, None, general, ())
 
@@ -112,7 +112,7 @@ def _seen(chain: Chain, task: Task) -> Chain:
     return chain.with_joint(chain.home[:3, 2], chain.home[:3, 3], joint=-2) if task == "axis" else chain
 
 
-def _recognised(chain: Chain, seen: Chain, pattern: ArmPattern, locked: tuple[int, ...], task: Task) -> Analysis:
+def _recognise(chain: Chain, seen: Chain, pattern: ArmPattern, locked: tuple[int, ...], task: Task) -> Analysis:
     """An arm with a closed form.
 
     Args:

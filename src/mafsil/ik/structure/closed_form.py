@@ -108,11 +108,11 @@ class ClosedForm:
 
     @lazy
     def _kernel(self) -> Kernel:
-        return _compiled(self.pattern, False)
+        return _compile(self.pattern, False)
 
     @lazy
     def _kernel_q0(self) -> Kernel:
-        return _compiled(self.pattern, True)
+        return _compile(self.pattern, True)
 
 
 def structure_kernel(pattern: ArmPattern) -> Kernel:
@@ -150,13 +150,11 @@ def _structure_kernel(structure: _Structure) -> Kernel:
     )
 
 
-def _compiled(pattern: ArmPattern, with_q0: bool) -> Kernel:
+def _compile(pattern: ArmPattern, with_q0: bool) -> Kernel:
     inputs = (Port("T_sd", (4, 4)), *((Port("q0", (pattern.n,)),) if with_q0 else ()))
     outputs = (Port("table", (pattern.branches, pattern.n + 3)),)
     key = f"{pattern.key} {with_q0}"
-    return _made(
-        "closed_form", inputs, outputs, partial(_build, pattern, with_q0), key, (_compiled, (pattern, with_q0))
-    )
+    return _made("closed_form", inputs, outputs, partial(_build, pattern, with_q0), key, (_compile, (pattern, with_q0)))
 
 
 def _compiled_labelled(pattern: ArmPattern) -> Kernel:

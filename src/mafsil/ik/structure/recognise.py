@@ -64,13 +64,13 @@ def recognise_locked(chain: Chain, n: int, locked: tuple[int, ...], *, orientati
     """
     if not locked:
         return recognise(chain, n, orientation=orientation)
-    generic, seen = 0.4567 * chain.size, _locked(chain, locked)
+    generic, seen = 0.4567 * chain.size, _lock(chain, locked)
     candidates = _with_orientation(seen, n) if orientation else _points(seen, n)
     for pattern in candidates:
         if pattern.shifted:
             continue
         if pattern.defect <= DEFECT and not _split(pattern, chain, locked):
-            return _released(pattern, chain, locked, generic)
+            return _release(pattern, chain, locked, generic)
     return None
 
 
@@ -83,7 +83,7 @@ def simpler_within_rounding(chain: Chain, n: int, locked: tuple[int, ...], *, or
     Returns:
         None where there is neither an exact closed form nor one within rounding.
     """
-    seen = _locked(chain, locked)
+    seen = _lock(chain, locked)
     for pattern in _with_orientation(seen, n) if orientation else _points(seen, n):
         if locked and pattern.shifted:
             continue
@@ -92,7 +92,7 @@ def simpler_within_rounding(chain: Chain, n: int, locked: tuple[int, ...], *, or
     return None
 
 
-def _locked(chain: Chain, locked: tuple[int, ...]) -> Chain:
+def _lock(chain: Chain, locked: tuple[int, ...]) -> Chain:
     """The chain without the locked joints, at generic values of these."""
     generic, seen = 0.4567 * chain.size, chain
     for k in reversed(locked):
@@ -119,7 +119,7 @@ def _split(pattern: ArmPattern, chain: Chain, locked: tuple[int, ...]) -> bool:
     return added or any(min(place) < chain.joints[k] < max(place) for place in places if place for k in locked)
 
 
-def _released(pattern: ArmPattern, chain: Chain, locked: tuple[int, ...], generic: float) -> ArmPattern:
+def _release(pattern: ArmPattern, chain: Chain, locked: tuple[int, ...], generic: float) -> ArmPattern:
     """The pattern at q = 0 of the locked joints, which are then given by their values."""
     axes, points = pattern.axes.copy(), pattern.points.copy()
     centre, meeting = pattern.centre, pattern.meeting
@@ -149,16 +149,16 @@ def _released(pattern: ArmPattern, chain: Chain, locked: tuple[int, ...], generi
 def _with_orientation(chain: Chain, n: int) -> Iterator[ArmPattern]:
     """Every way to see the arm, the simplest closed forms first."""
     yield from _planar(chain, n)
-    padded = [arm for seen in (chain, chain.backwards()) for arm in _padded(seen)]
+    padded = [arm for seen in (chain, chain.backwards()) for arm in _pad(seen)]
     for general in (False, True):
         for shifted in (False, True):
             for arm in padded:
-                seen = _shifted(arm) if shifted else arm
+                seen = _shift(arm) if shifted else arm
                 if not general:
                     yield from _three_parallel(seen, n, shifted=shifted)
                 yield from _spherical_wrist(seen, n, general=general, shifted=shifted)
                 if general:
-                    yield from _linked(seen, n, shifted=shifted)
+                    yield from _link(seen, n, shifted=shifted)
 
 
 def _points(chain: Chain, n: int) -> Iterator[ArmPattern]:
@@ -169,7 +169,7 @@ def _points(chain: Chain, n: int) -> Iterator[ArmPattern]:
                 yield _pattern(Family.POINT, arm, n, tip, positioning, positioning.defect)
 
 
-def _shifted(chain: Chain) -> Chain:
+def _shift(chain: Chain) -> Chain:
     """The chain with its last joint in front: (P e_m P^-1) e_1 ... e_m-1 = P."""
     order = [len(chain) - 1, *range(len(chain) - 1)]
     return replace(
@@ -217,7 +217,7 @@ def _three_parallel(chain: Chain, n: int, *, shifted: bool) -> Iterator[ArmPatte
         yield _pattern(Family.THREE_PARALLEL, chain, n, centre, _NO_POSITIONING, defect, shifted=shifted)
 
 
-def _linked(chain: Chain, n: int, *, shifted: bool) -> Iterator[ArmPattern]:
+def _link(chain: Chain, n: int, *, shifted: bool) -> Iterator[ArmPattern]:
     """Axes 2, 3, 4 are parallel; 5 and 6 pass each other."""
     if any(chain.prismatic[1:]):
         return
@@ -361,7 +361,7 @@ def _by_distance(arm: Chain, backwards: bool, *, carried: bool = False) -> Itera
     yield _Positioning(PositioningMethod.MEET, backwards, place, gap / arm.size)
 
 
-def _padded(chain: Chain) -> Iterator[Chain]:
+def _pad(chain: Chain) -> Iterator[Chain]:
     """Six joints: the chain itself, or with joints added at its end that must stand still."""
     if len(chain) == 6:
         yield chain

@@ -45,7 +45,7 @@ def _entry(definition: Definition, kinds: tuple[Kind, ...]) -> Callable[..., Any
     with _LOCK:
         found = _ENTRIES.get(loop)
         if found is None:
-            found = _made(kinds, loop.result, loop.fails, loop.shares_region, loop.address, definition.name)
+            found = _make(kinds, loop.result, loop.fails, loop.shares_region, loop.address, definition.name)
             _ENTRIES[loop] = found
         return found
 
@@ -53,10 +53,10 @@ def _entry(definition: Definition, kinds: tuple[Kind, ...]) -> Callable[..., Any
 def layout_for(kind: Kind) -> Callable[..., Any]:
     """What writes values of a kind to an address."""
     with _LOCK:
-        return _made((kind, INTEGER), None, False, False, 0, f"layout of {kind.name[:60]}")
+        return _make((kind, INTEGER), None, False, False, 0, f"layout of {kind.name[:60]}")
 
 
-def _made(
+def _make(
     kinds: tuple[Kind, ...], result: Kind | None, fails: bool, shares: bool, address: int, name: str
 ) -> Callable[..., Any]:
     key = entry.key(kinds, result, fails, shares, specialisation.made_by())

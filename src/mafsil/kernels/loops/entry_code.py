@@ -325,7 +325,7 @@ define void @{LINKS}(ptr %links, ptr %classes, ptr %target) {{
 """
 
 
-def _linked(name: str) -> str:
+def _link(name: str) -> str:
     return str(SLOT * NAMES.index(name))
 
 
@@ -333,7 +333,7 @@ _FITS = f"""
 define internal i1 @mafsil_fits(ptr %of, i32 %ndim, i32 %wanted, i32 %number) noinline nounwind {{
 entry:
   %links = load ptr, ptr @mafsil_links_at
-  %nd_at = getelementptr i8, ptr %links, i64 {_linked("ndarray")}
+  %nd_at = getelementptr i8, ptr %links, i64 {_link("ndarray")}
   %nd = load ptr, ptr %nd_at
   %type_at = getelementptr i8, ptr %of, i64 {TYPE}
   %type = load ptr, ptr %type_at
@@ -370,7 +370,7 @@ no:
 _ARRAY = f"""
 define internal void @mafsil_forget(ptr %capsule) {{
   %links = load ptr, ptr @mafsil_links_at
-  %at = getelementptr i8, ptr %links, i64 {_linked("PyCapsule_GetPointer")}
+  %at = getelementptr i8, ptr %links, i64 {_link("PyCapsule_GetPointer")}
   %get = load ptr, ptr %at
   %raw = call ptr %get(ptr %capsule, ptr null)
   call void @free(ptr %raw)
@@ -380,11 +380,11 @@ define internal ptr @mafsil_array(ptr %data, i32 %ndim, ptr %shape, ptr %strides
     ptr %args, i64 %nargs) {{
 entry:
   %links = load ptr, ptr @mafsil_links_at
-  %nd_at = getelementptr i8, ptr %links, i64 {_linked("ndarray")}
+  %nd_at = getelementptr i8, ptr %links, i64 {_link("ndarray")}
   %nd = load ptr, ptr %nd_at
-  %new_at = getelementptr i8, ptr %links, i64 {_linked("PyArray_New")}
+  %new_at = getelementptr i8, ptr %links, i64 {_link("PyArray_New")}
   %new = load ptr, ptr %new_at
-  %inc_at = getelementptr i8, ptr %links, i64 {_linked("Py_IncRef")}
+  %inc_at = getelementptr i8, ptr %links, i64 {_link("Py_IncRef")}
   %inc = load ptr, ptr %inc_at
   %view = call ptr %new(ptr %nd, i32 %ndim, ptr %shape, i32 %number, ptr %strides, ptr %data, i32 0,
     i32 {_NEW_FLAGS}, ptr null)
@@ -423,15 +423,15 @@ again:
   call void %inc(ptr %known)
   br label %set
 fresh:
-  %cap_at = getelementptr i8, ptr %links, i64 {_linked("PyCapsule_New")}
+  %cap_at = getelementptr i8, ptr %links, i64 {_link("PyCapsule_New")}
   %cap = load ptr, ptr %cap_at
   %capsule = call ptr %cap(ptr %block, ptr null, ptr @mafsil_forget)
   store ptr %capsule, ptr %keeper_at
   br label %set
 given:
-  %tuple_at = getelementptr i8, ptr %links, i64 {_linked("PyTuple_New")}
+  %tuple_at = getelementptr i8, ptr %links, i64 {_link("PyTuple_New")}
   %tuple_new = load ptr, ptr %tuple_at
-  %item_at = getelementptr i8, ptr %links, i64 {_linked("PyTuple_SetItem")}
+  %item_at = getelementptr i8, ptr %links, i64 {_link("PyTuple_SetItem")}
   %set_item = load ptr, ptr %item_at
   %tuple = call ptr %tuple_new(i64 %nargs)
   br label %more
@@ -448,7 +448,7 @@ take:
   br label %more
 set:
   %base = phi ptr [ %known, %again ], [ %capsule, %fresh ], [ %tuple, %more ]
-  %set_at = getelementptr i8, ptr %links, i64 {_linked("PyArray_SetBaseObject")}
+  %set_at = getelementptr i8, ptr %links, i64 {_link("PyArray_SetBaseObject")}
   %setter = load ptr, ptr %set_at
   %done = call i32 %setter(ptr %view, ptr %base)
   ret ptr %view

@@ -239,7 +239,7 @@ def _looked_up(of: Translator, given: list[Value]) -> Value:
 # Memory and kernels ---------------------------------------------------------------------------------------------------
 
 
-def _opened(of: Translator, given: list[Value]) -> Value:
+def _open(of: Translator, given: list[Value]) -> Value:
     if not isinstance(given[0].kind, Held):
         raise refused(f"{given[0].kind} where a held value is needed")
     return of.block.opened(given[0])
@@ -279,7 +279,7 @@ FUNCTIONS: dict[Any, Emit] = {
     lanes.where: _where, lanes.larger: _extreme_lanes(">"), lanes.smaller: _extreme_lanes("<"),
     lanes.lane_bits: _lane_bits, lanes.any_lane: _any_lane, lanes.how_many: _how_many, lanes.buffer: _buffer,
     lanes.part: _part, lanes.seen: _seen, lanes.in_lanes: _in_lanes, lanes.put: _put, lanes.get: _get,
-    lanes.spread: _spread, lanes.looked_up: _looked_up, held.opened: _opened, kernel_calls.address: _address,
+    lanes.spread: _spread, lanes.looked_up: _looked_up, held.opened: _open, kernel_calls.address: _address,
     kernel_calls.call_kernel: _kernel, kernel_calls.call_lanes: _kernel,
 }  # fmt: skip
 """What each function becomes."""

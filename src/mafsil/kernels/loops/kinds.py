@@ -278,15 +278,15 @@ def named_kind(text: str, classes: Mapping[str, type[Any]]) -> Kind:
     Raises:
         KeyError, ValueError: it names none.
     """
-    kind, rest = _parsed(text, classes)
+    kind, rest = _parse(text, classes)
     if rest:
         raise ValueError(text)
     return kind
 
 
-def _parsed(text: str, classes: Mapping[str, type[Any]]) -> tuple[Kind, str]:
+def _parse(text: str, classes: Mapping[str, type[Any]]) -> tuple[Kind, str]:
     if text.startswith("held"):
-        value, rest = _parsed(text[4:], classes)
+        value, rest = _parse(text[4:], classes)
         return held_of(value), rest
     stop = min(i for i in (*(text.find(c) for c in "[(,)" if c in text), len(text)))
     word, rest = text[:stop], text[stop:]
@@ -297,7 +297,7 @@ def _parsed(text: str, classes: Mapping[str, type[Any]]) -> tuple[Kind, str]:
         items: list[Kind] = []
         rest = rest[1:]
         while not rest.startswith(")"):
-            item, rest = _parsed(rest.removeprefix(","), classes)
+            item, rest = _parse(rest.removeprefix(","), classes)
             items.append(item)
         return tuple_of(tuple(items), classes[word] if word else None), rest[1:]
     known: dict[str, Kind] = {**NUMBERS, "lanes": LANES, "mask": MASK, "buffer": BUFFER, "none": NONE}

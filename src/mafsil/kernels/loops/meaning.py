@@ -77,7 +77,7 @@ def _own(definition: Definition) -> _Own:
         words: list[str] = [definition.fast, str(definition.inline), *definition.words, instructions(code)]
         callees: list[Definition] = []
         classes: list[type[Any]] = []
-        for name, value in _named(function, code):
+        for name, value in _name(function, code):
             words.append(f"{name}={_word(value, callees, classes)}")
         text = hashlib.blake2b("\n".join(words).encode(), digest_size=16).hexdigest()
         known = _OWN[definition] = _Own(text, tuple(dict.fromkeys(callees)), tuple(dict.fromkeys(classes)))
@@ -90,7 +90,7 @@ def instructions(code: CodeType) -> str:
     return code_hash(code.replace(co_consts=(None if isinstance(first, str) else first, *others)), set())
 
 
-def _named(function: Any, code: CodeType) -> Iterable[tuple[str, Any]]:
+def _name(function: Any, code: CodeType) -> Iterable[tuple[str, Any]]:
     """The names of a function and what they mean in its module; of a module's names those that it uses."""
     cells = function.__closure__ or ()
     space = dict(zip(code.co_freevars, (cell.cell_contents for cell in cells), strict=True))
@@ -134,7 +134,7 @@ def source_of(definition: Definition) -> ast.FunctionDef:
     function = definition.function
     path = function.__code__.co_filename
     try:
-        tree, codes = _parsed(path, Path(path).stat().st_mtime_ns)
+        tree, codes = _parse(path, Path(path).stat().st_mtime_ns)
     except (OSError, SyntaxError) as error:
         raise EditedError(f"{definition.name}: its source cannot be read ({error})") from None
     code: CodeType = function.__code__
@@ -150,7 +150,7 @@ _SUITES = ("body", "orelse", "handlers", "finalbody")
 
 
 @cache
-def _parsed(path: str, _changed: int) -> tuple[dict[tuple[str, int], ast.FunctionDef], dict[tuple[str, int], CodeType]]:
+def _parse(path: str, _changed: int) -> tuple[dict[tuple[str, int], ast.FunctionDef], dict[tuple[str, int], CodeType]]:
     """Functions of a file by name and first line: their syntax, and what Python makes of them."""
     text = Path(path).read_text("utf-8")
     tree = ast.parse(text, path)

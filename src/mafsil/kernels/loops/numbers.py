@@ -141,7 +141,7 @@ def _whole(block: Block, operation: str, a: Value, b: Value) -> Value | None:
     natural = a.natural and b.natural and operation in "+*&|>><<^"
     if operation in ("//", "%"):
         positive = b.constant is not None and b.constant > 0
-        return _by_constant(block, operation, a, b) if positive else _floored(block, operation, a, b)
+        return _by_constant(block, operation, a, b) if positive else _floor(block, operation, a, b)
     if operation == "&" and (a.natural or b.natural):
         natural = True
     if operation == ">>":
@@ -167,7 +167,7 @@ def _by_constant(block: Block, operation: str, a: Value, b: Value) -> Value:
     return block.number(INTEGER, f"select i1 {below}, i64 {less}, i64 {quotient}")
 
 
-def _floored(block: Block, operation: str, a: Value, b: Value) -> Value:
+def _floor(block: Block, operation: str, a: Value, b: Value) -> Value:
     """Quotient or remainder, rounded towards minus infinity; 0 where the divisor is."""
     none = block.let(f"icmp eq i64 {b.name}, 0")
     divisor = block.let(f"select i1 {none}, i64 1, i64 {b.name}")

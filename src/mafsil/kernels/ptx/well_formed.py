@@ -57,7 +57,7 @@ def inspect(text: str) -> PtxSummary:
         processor=_after(code, ".target"),
         entries=entries,
         functions=functions,
-        undeclared=tuple(sorted({bad for part in parts for bad in _undeclared(part, {*entries, *functions})})),
+        undeclared=tuple(sorted({bad for part in parts for bad in _undeclared_names(part, {*entries, *functions})})),
         local=".local" in code,
         outside=tuple(re.findall(r"\.extern\s+\.func[^;]*?(\w+)\s*[(;]", code)),
         fused=sum(op == "fma" for op, _ in rounded),
@@ -80,7 +80,7 @@ def _name(part: str) -> str:
     return found.group() if found else ""
 
 
-def _undeclared(part: str, known: set[str]) -> set[str]:
+def _undeclared_names(part: str, known: set[str]) -> set[str]:
     body = part.partition("{")[2]
     declared = {prefix: int(count) for _, prefix, count in _REGISTERS.findall(body)}
     bad = {

@@ -134,7 +134,7 @@ def _three_parallel(arm: Arm, preferred: list[Turn]) -> Solved:
     return found, residuals
 
 
-def _linked(arm: Arm, preferred: list[Turn]) -> Solved:
+def _link(arm: Arm, preferred: list[Turn]) -> Solved:
     """Heights along the parallel axes and along axis 6 tie joints 1 and 5, directions and a triangle give the rest.
 
     w6 . Rot(w5, -q5) h = (R w6) . Rot(w1, q1) h,    h . E1^-1 (P c) = h . E5 c,  c a point of axis 6
@@ -223,12 +223,12 @@ def _complete(
     for bend in to_radius(three, four.r, two, place, preferred[2], arm.size):
         reached = three.point(four.r, bend.turn)
         second = turn_onto(h, reached - two.r, place - two.r, preferred[1], arm.size)
-        rest = total.then(second.turn.back()).then(_signed(bend.turn, -s3))
+        rest = total.then(second.turn.back()).then(_sign(bend.turn, -s3))
         solution = begun.followed_by(
             (second.turn, bend.turn), (second.free, bend.free), bend.residual, far_or_near(bend)
         )
         solution = solution.followed_by(
-            (_signed(rest, s4), fifth, last),
+            (_sign(rest, s4), fifth, last),
             (ex.Expression(0), pair.second.free, pair.first.free),
             pair.first.residual,
             FailedStep.ORIENTATION.value,
@@ -276,10 +276,10 @@ def _planar(arm: Arm, preferred: list[Turn]) -> Solved:
     residuals: list[ex.Expression] = []
     for bend in to_radius(two, point, one, target, preferred[1], arm.size):
         # With a third joint that does not exist the orientation chooses the first where its place leaves it free.
-        preferred_first = total.turn.then(_signed(bend.turn, -s2)) if arm.pattern.joints[2] == -1 else preferred[0]
+        preferred_first = total.turn.then(_sign(bend.turn, -s2)) if arm.pattern.joints[2] == -1 else preferred[0]
         reached = two.point(point, bend.turn)
         first = turn_onto(h, reached - one.r, target - one.r, preferred_first, arm.size)
-        rest = _signed(total.turn.then(first.turn.back()).then(_signed(bend.turn, -s2)), s3)
+        rest = _sign(total.turn.then(first.turn.back()).then(_sign(bend.turn, -s2)), s3)
         solution = started(
             (first.turn, bend.turn, rest, distance),
             (first.free, bend.free, ex.Expression(0), ex.Expression(0)),
@@ -302,7 +302,7 @@ def _point(arm: Arm, preferred: list[Turn]) -> Solved:
 _FAMILIES = {
     Family.SPHERICAL_WRIST: _spherical_wrist,
     Family.THREE_PARALLEL: _three_parallel,
-    Family.LINKED: _linked,
+    Family.LINKED: _link,
     Family.PLANAR: _planar,
     Family.POINT: _point,
 }
@@ -326,7 +326,7 @@ def _residual(
     point, first, second = starts
     still = any(j == -1 for j in arm.pattern.joints[at:])
     place = _carried(arm, arm.lines if still else arm.lines[:at], solution, point)
-    moved = [_turned(arm, solution, x) for x in (first, second)]
+    moved = [_turn(arm, solution, x) for x in (first, second)]
     squares = [ex.sumsqr(x - goal) for x, goal in zip((place, *moved), goals, strict=True)]
     return ex.sqrt(ex.fmax(squares[0], ex.fmax(squares[1], squares[2])))
 
@@ -337,13 +337,13 @@ def _carried(arm: Arm, lines: list[Line], solution: BranchSolution, x: ex.Expres
     return forward([lines[k] for k in real], [solution.motions[k] for k in real], x)
 
 
-def _turned(arm: Arm, solution: BranchSolution, x: ex.Expression) -> ex.Expression:
+def _turn(arm: Arm, solution: BranchSolution, x: ex.Expression) -> ex.Expression:
     for line, motion, joint in reversed(list(zip(arm.lines, solution.motions, arm.pattern.joints, strict=True))):
         x = x if joint == -1 else line.vector(x, motion)
     return x
 
 
-def _signed(turn: Turn, sense: ex.Expression) -> Turn:
+def _sign(turn: Turn, sense: ex.Expression) -> Turn:
     """The turn, or its opposite where the sense is negative."""
     return Turn(turn.c, sense * turn.s)
 

@@ -98,9 +98,9 @@ def arm_angle_branches(
         rest = _columns_turned(bend.back(), axes[3], S.T @ R)
         last = _triple(pattern.axes[4:], rest)
         # 4.
-        moved = [_applied(axes[4:], turns, [axes[6], side]) for turns in last.turns]
+        moved = [_apply(axes[4:], turns, [axes[6], side]) for turns in last.turns]
         for before in first.turns:
-            place = _applied(axes[:3], before, [seen])[0] - target
+            place = _apply(axes[:3], before, [seen])[0] - target
             left = [bend.back().about(axes[3], x) for x in _taken_off(axes[:3], before, goals)]
             for after, vectors in zip(last.turns, moved, strict=True):
                 squares = [ex.sumsqr(place), *(ex.sumsqr(x - y) for x, y in zip(left, vectors, strict=True))]
@@ -201,7 +201,7 @@ def _times(sign: ex.Expression, turn: Turn) -> Turn:
     return Turn(sign * turn.c, sign * turn.s)
 
 
-def _applied(axes: list[ex.Expression], turns: ThreeTurns, vectors: list[ex.Expression]) -> list[ex.Expression]:
+def _apply(axes: list[ex.Expression], turns: ThreeTurns, vectors: list[ex.Expression]) -> list[ex.Expression]:
     """Vectors carried by three joints."""
     for w, turn in reversed(list(zip(axes, turns, strict=True))):
         vectors = [turn.about(w, x) for x in vectors]

@@ -91,7 +91,7 @@ def decided(pattern: ArmPattern, rows: Sequence[Row], defect: ex.Expression, tol
     lost = ex.logic_and(ex.logic_not(allowed), _any([_may_be_inside(pattern, row) for row in rows]))
     nearest = ex.if_else(tolerance > LOOSE, 1e3 * tolerance, LOOSE)
     nearly = ex.logic_and(ex.logic_not(found), _any([_least_residual(pattern, row) <= nearest for row in rows]))
-    refine = _any([*between, *_folded(pattern, rows), lost, nearly])
+    refine = _any([*between, *_near_folds(pattern, rows), lost, nearly])
     if pattern.quartic:
         nearby = [ex.logic_and(one, row.margin < QUARTIC) for one, row in zip(good, rows, strict=True)]
         refine = _any([refine, ex.logic_not(found), *nearby, *(row.margin <= FOLD for row in rows)])
@@ -99,7 +99,7 @@ def decided(pattern: ArmPattern, rows: Sequence[Row], defect: ex.Expression, tol
     close = _any([ex.logic_and(one, row.margin < APART) for one, row in zip(good, rows, strict=True)])
     repeated = ex.Expression(1) if pattern.quartic or not pattern.plain else close
     # 4. Solutions that only have to be merged.
-    twice = [_entangled(pattern, row) for row in rows]
+    twice = [_is_entangled(pattern, row) for row in rows]
     entangled = _any([ex.logic_and(one, worse) for one, worse in zip(meets, twice, strict=True)])
     careful = ex.logic_or(refine, entangled)
     decision = ex.if_else(repeated, REPEATED, solved)
@@ -118,7 +118,7 @@ def _least_residual(pattern: ArmPattern, row: Row) -> ex.Expression:
     return ex.if_else(ex.logic_or(row.free > 0, row.margin <= FOLD), nearest, row.residual)
 
 
-def _folded(pattern: ArmPattern, rows: Sequence[Row]) -> list[ex.Expression]:
+def _near_folds(pattern: ArmPattern, rows: Sequence[Row]) -> list[ex.Expression]:
     """Which rows rounding may have moved off: two pairs of roots merge there and split again.
 
     A row that falls short while its other branch_margins are large falls short indeed: what went before, with the
@@ -140,7 +140,7 @@ def _folded(pattern: ArmPattern, rows: Sequence[Row]) -> list[ex.Expression]:
 
 
 def _short(pattern: ArmPattern, rows: Sequence[Row], tolerance: ex.Expression) -> list[ex.Expression]:
-    """Which rows fall short by more than rounding explains, as `_folded` says."""
+    """Which rows fall short by more than rounding explains, as `_near_folds` says."""
     if pattern.quartic or pattern.n < pattern.equations:
         return [ex.Expression(0)] * len(rows)
     found: list[ex.Expression] = []
@@ -160,7 +160,7 @@ def _may_be_inside(pattern: ArmPattern, row: Row) -> ex.Expression:
     return ex.logic_and(free, ex.logic_or(ex.logic_not(known), ex.logic_and(solved, row.fixed_excess <= INSIDE)))
 
 
-def _entangled(pattern: ArmPattern, row: Row) -> ex.Expression:
+def _is_entangled(pattern: ArmPattern, row: Row) -> ex.Expression:
     """Whether more meets at a solution than two branches, or a wrist that stands straight."""
     return _any([row.second <= SECOND, row.free_first, row.free >= 2.0**pattern.n])
 

@@ -67,12 +67,12 @@ def parametric_solutions(
     T, defect = repaired(T)
     rows = _branches(pattern, T, values, preferences)
     least = _least([(row.residual <= most, row.excess) for row in rows])
-    coded = [_coded(row.solution) for row in rows]
+    coded = [_code(row.solution) for row in rows]
     bend = _least([(row.residual <= thresholds.exact, margin) for row, (_, margin) in zip(rows, coded, strict=True)])
     doubtful, folded = ex.Expression(0), ex.Expression(0)
     for row, (_, margin) in zip(rows, coded, strict=True):
         doubtful = ex.logic_or(doubtful, _needs_refinement(thresholds, row, margin))
-        folded = ex.logic_or(folded, _folded(pattern, thresholds, row, bend))
+        folded = ex.logic_or(folded, _fold(pattern, thresholds, row, bend))
     details = [ex.horzcat(row.residual, *code, row.excess) for row, code in zip(rows, coded, strict=True)]
     summary = ex.vertcat(defect, doubtful, folded, least)
     return ex.vertcat(*[ex.horzcat(*row.q) for row in rows]), ex.vertcat(*details), summary
@@ -152,7 +152,7 @@ def _needs_refinement(thresholds: Thresholds, row: JudgedBranch, margin: ex.Expr
     return ex.logic_or(beside, ex.logic_and(exact, ex.logic_or(row.free > 0, margin <= thresholds.margin)))
 
 
-def _folded(pattern: Pattern, thresholds: Thresholds, row: JudgedBranch, bend: ex.Expression) -> ex.Expression:
+def _fold(pattern: Pattern, thresholds: Thresholds, row: JudgedBranch, bend: ex.Expression) -> ex.Expression:
     """Whether rounding may have moved a branch far off, beside two pairs of merged roots.
 
     Args:
@@ -175,13 +175,13 @@ def _merged_twice(pattern: ArmPattern, solution: BranchSolution) -> ex.Expressio
         # Prismatic joints alone are linear: nothing merges.
         return ex.Expression(0)
     shoulder, elbow, wrist = (
-        ex.Expression(1) if branch_margin is None else _merged(branch_margin)
+        ex.Expression(1) if branch_margin is None else _merge(branch_margin)
         for branch_margin in solution.branch_margins
     )
     return ex.logic_and(shoulder, ex.logic_or(elbow, wrist))
 
 
-def _coded(solution: BranchSolution) -> tuple[ex.Expression, ex.Expression]:
+def _code(solution: BranchSolution) -> tuple[ex.Expression, ex.Expression]:
     """The signs of the branch margins and the reason in one number, as `Row` has it, and the smallest branch margin."""
     code, margin = 27 * solution.reason, ex.Expression(1)
     for branch_margin, weight in zip(solution.branch_margins, (1, 3, 9), strict=True):
@@ -193,5 +193,5 @@ def _coded(solution: BranchSolution) -> tuple[ex.Expression, ex.Expression]:
     return code, margin
 
 
-def _merged(branch_margin: ex.Expression) -> ex.Expression:
+def _merge(branch_margin: ex.Expression) -> ex.Expression:
     return ex.logic_not(ex.logic_or(branch_margin > MERGED, branch_margin < -MERGED))

@@ -50,7 +50,7 @@ def raw(
         geometry: the arm's numbers, constants of the pattern if None.
     """
     turns = None if q0 is None else ex.horzcat(ex.cos(q0), ex.sin(q0))
-    found, residuals = _solved(pattern, T, q0, turns, geometry)
+    found, residuals = _solve(pattern, T, q0, turns, geometry)
     rows: list[ex.Expression] = []
     for solution, residual in zip(found, residuals, strict=True):
         values, free = _coordinates(pattern, solution, q0)
@@ -132,7 +132,7 @@ def judged_branches(
     pattern: ArmPattern, T: ex.Expression, preferences: Preferences, geometry: Geometry | None = None
 ) -> list[JudgedBranch]:
     """All branches of a pose that is one; arguments as for `labelled`."""
-    found, residuals = _solved(pattern, T, preferences.q0, preferences.turns, geometry)
+    found, residuals = _solve(pattern, T, preferences.q0, preferences.turns, geometry)
     revolute = {j for j, prismatic in zip(pattern.joints, pattern.prismatic, strict=True) if not prismatic}
     revolute |= {locked.joint for locked in pattern.locked if not locked.prismatic}
     wrist = WRIST_JOINTS.get(pattern.family, range(len(pattern.joints)))
@@ -179,7 +179,7 @@ def motions_along(
         q0: (n,) what free joints take.
     """
     preferences = ex.vertcat(*[value if i == locked else ex.Expression(float(x)) for i, x in enumerate(q0)])
-    found, _ = _solved(pattern, T, preferences, ex.horzcat(ex.cos(preferences), ex.sin(preferences)), None)
+    found, _ = _solve(pattern, T, preferences, ex.horzcat(ex.cos(preferences), ex.sin(preferences)), None)
     rows: list[list[ex.Expression | float]] = []
     for solution in found:
         row: list[ex.Expression | float] = [0.0] * (2 * pattern.n)
@@ -190,7 +190,7 @@ def motions_along(
     return rows
 
 
-def _solved(
+def _solve(
     pattern: ArmPattern,
     T: ex.Expression,
     q0: ex.Expression | None,

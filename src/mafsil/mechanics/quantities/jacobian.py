@@ -27,7 +27,7 @@ def jacobian_space(tree: BodyTree, q: Expression, frame: Attachment) -> Expressi
 
     Reference: Lynch & Park, Modern Robotics, def. 5.1.
     """
-    return _summed(tree, frame, _space_screws(tree, q, frame))
+    return _sum(tree, frame, _space_screws(tree, q, frame))
 
 
 def jacobian_body(tree: BodyTree, q: Expression, frame: Attachment) -> Expression:
@@ -40,7 +40,7 @@ def jacobian_body(tree: BodyTree, q: Expression, frame: Attachment) -> Expressio
 
     Reference: Lynch & Park, Modern Robotics, def. 5.2.
     """
-    return _summed(tree, frame, _body_screws(tree, q, frame))
+    return _sum(tree, frame, _body_screws(tree, q, frame))
 
 
 def jacobian_space_rate(tree: BodyTree, q: Expression, qd: Expression, frame: Attachment) -> Expression:
@@ -58,7 +58,7 @@ def jacobian_space_rate(tree: BodyTree, q: Expression, qd: Expression, frame: At
         body = tree.bodies[i]
         rates[i] = bracket(twist, screws[i])
         twist = twist + screws[i] * (body.multiplier * qd[body.coordinate])
-    return _summed(tree, frame, rates)
+    return _sum(tree, frame, rates)
 
 
 def jacobian_body_rate(tree: BodyTree, q: Expression, qd: Expression, frame: Attachment) -> Expression:
@@ -76,7 +76,7 @@ def jacobian_body_rate(tree: BodyTree, q: Expression, qd: Expression, frame: Att
         body = tree.bodies[i]
         rates[i] = -bracket(twist, screws[i])
         twist = twist + screws[i] * (body.multiplier * qd[body.coordinate])
-    return _summed(tree, frame, rates)
+    return _sum(tree, frame, rates)
 
 
 def bracket(V1: Expression, V2: Expression) -> Expression:
@@ -121,7 +121,7 @@ def joint_screw(body: Body, z: Expression, moment: Expression) -> Expression:
             return ex.vertcat(z, moment)
 
 
-def _summed(tree: BodyTree, frame: Attachment, screws: dict[int, Expression]) -> Expression:
+def _sum(tree: BodyTree, frame: Attachment, screws: dict[int, Expression]) -> Expression:
     """Columns of the coordinates: joints that follow one coordinate add up; joints beside the path give zero."""
     columns: list[Expression] = [ex.zeros(6, 1) for _ in range(tree.n)]
     for i in tree.path(frame.body):

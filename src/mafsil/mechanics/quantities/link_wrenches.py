@@ -45,7 +45,7 @@ def link_wrenches(
 
     Reference: Lynch & Park, Modern Robotics, eq. 8.53.
     """
-    transmitted = _transmitted(tree, q, qd, qdd, F_tip, base_twist, base_acceleration)
+    transmitted = _transmit(tree, q, qd, qdd, F_tip, base_twist, base_acceleration)
     return _in_frames(list(tree.frames.values()), transmitted)
 
 
@@ -62,11 +62,11 @@ def com_wrenches(
 
     Arguments as in `link_wrenches`.
     """
-    transmitted = _transmitted(tree, q, qd, qdd, F_tip, base_twist, base_acceleration)
+    transmitted = _transmit(tree, q, qd, qdd, F_tip, base_twist, base_acceleration)
     return _in_frames(link_com_frames(tree), transmitted)
 
 
-def _transmitted(
+def _transmit(
     tree: BodyTree,
     q: Expression,
     qd: Expression,

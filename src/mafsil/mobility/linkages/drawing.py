@@ -46,12 +46,12 @@ def drawn_at(linkage: Linkage, theta: ArrayLike) -> Linkage:
         T_child = T[index[each.child]]
         if each.name in linkage.apart:
             T_child = T_child @ np.linalg.inv(linkage.apart[each.name])
-        joints.append(_moved(each, T[index[each.parent]], T_child, screws[:, first:], value[first:]))
+        joints.append(_move(each, T[index[each.parent]], T_child, screws[:, first:], value[first:]))
         first += each.freedoms
     return replace(linkage, joints=tuple(joints), apart={})
 
 
-def _moved(each: LinkageJoint, T_parent: Floats, T_child: Floats, screws: Floats, theta: Floats) -> LinkageJoint:
+def _move(each: LinkageJoint, T_parent: Floats, T_child: Floats, screws: Floats, theta: Floats) -> LinkageJoint:
     point = T_child[:3, :3] @ each.point + T_child[:3, 3]
     axis, second = T_parent[:3, :3] @ each.axis, T_parent[:3, :3] @ each.second
     if each.kind is Kind.UNIVERSAL:

@@ -92,7 +92,7 @@ def linkage_of(mechanism: Mechanism, q: ArrayLike | None = None) -> Linkage:
     """
     if not any(each.moves for each in (*mechanism.coordinates, *mechanism.loops)):
         raise ModelError("mobility.nothing_moves", name=mechanism.name or "-")
-    given, T = _placed(mechanism, np.zeros(mechanism.n) if q is None else single("q", q, (mechanism.n,)))
+    given, T = _place(mechanism, np.zeros(mechanism.n) if q is None else single("q", q, (mechanism.n,)))
     joints = [_drawn(each, T[each.parent] @ each.T_pj, given.get(each.name, 0.0)) for each in mechanism.joints]
     apart: dict[str, Floats] = {}
     for each in mechanism.loops:
@@ -109,11 +109,11 @@ def linkage_of(mechanism: Mechanism, q: ArrayLike | None = None) -> Linkage:
         mechanism.name, mechanism.link_names, tuple(joints), mechanism.tip, couplings=couplings, apart=apart
     )  # fmt: skip
     assert whole.ground == mechanism.links[0].name, "assemble puts the base first"
-    closed = _closed(whole)
+    closed = _close(whole)
     return without(closed, {k for k, each in enumerate(closed.joints) if each.kind is Kind.FIXED})
 
 
-def _placed(mechanism: Mechanism, q: Floats) -> tuple[dict[str, float], dict[str, Floats]]:
+def _place(mechanism: Mechanism, q: Floats) -> tuple[dict[str, float], dict[str, Floats]]:
     """Coordinates of the joints, followers too, and poses (4, 4) of the links in {s}, at coordinates (n,)."""
     given = {each.name: float(v) for each, v in zip(mechanism.coordinates, q, strict=True)}
     given |= {
@@ -133,10 +133,10 @@ def _drawn_loop(each: Joint, T: dict[str, Floats]) -> tuple[LinkageJoint, Floats
     T_pc = pose.inverse(T_p) @ T[each.child]
     at = _coordinate(each, T_pc)
     drawn = _drawn(each, T_p, at, about=_first_angle(each, T_pc[:3, :3]))
-    return drawn, T_p @ _allowed(each, T_pc, at) @ pose.inverse(T[each.child])
+    return drawn, T_p @ _allow(each, T_pc, at) @ pose.inverse(T[each.child])
 
 
-def _closed(whole: Linkage) -> Linkage:
+def _close(whole: Linkage) -> Linkage:
     """A linkage drawn where its loops close, near where it was drawn.
 
     Raises:
@@ -166,7 +166,7 @@ def _coordinate(each: Joint, T_pc: Floats) -> float:
             return 0.0
 
 
-def _allowed(each: Joint, T_pc: Floats, at: float) -> Floats:
+def _allow(each: Joint, T_pc: Floats, at: float) -> Floats:
     """(4, 4) the displacement from {p} to {c} that a joint allows, the nearest; `at` its coordinate if it has one."""
     X, R, along = np.eye(4), T_pc[:3, :3], each.axis * float(each.axis @ T_pc[:3, 3])
     match each.kind:

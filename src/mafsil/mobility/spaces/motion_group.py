@@ -97,11 +97,11 @@ def motion_group(screws: Floats) -> MotionGroup:
         pairs = bracket(basis.T[:, None, :], basis.T[None, :, :]).reshape(-1, 6).T
         larger = span(np.hstack([basis, np.where(np.abs(pairs) < IN_SUPPORT * RANK, 0.0, pairs)]))
         if larger.shape[1] == basis.shape[1]:
-            return _named(basis)
+            return _name(basis)
         basis = larger
 
 
-def _named(basis: Floats) -> MotionGroup:
+def _name(basis: Floats) -> MotionGroup:
     """The kind of a closed set of twists, by the numbers of its rotations and translations."""
     m = int(basis.shape[1])
     none = np.zeros(3)

@@ -94,7 +94,7 @@ def fitted(z: Complexes, timing: Floats | None, starts: Sequence[Positions]) -> 
                 continue
             seen.append(key)
             parts.append(_positions(fit, found.value, middle, size))
-    return _joined(parts, len(z))
+    return _join(parts, len(z))
 
 
 def _first_guesses(
@@ -143,7 +143,7 @@ def _positions(fit: CouplerFit, x: Floats, middle: complex, size: float) -> Posi
     )
 
 
-def _joined(parts: Sequence[Positions], count: int) -> Positions:
+def _join(parts: Sequence[Positions], count: int) -> Positions:
     """Batches of one four-bar each as one batch in `count` positions."""
     if not parts:
         none, empty = np.zeros(0, dtype=np.complex128), np.zeros((0, count), dtype=np.complex128)

@@ -68,7 +68,7 @@ def five_pose_pairs(M: Floats) -> PointPairs:
     _, vectors = np.linalg.eig(-np.linalg.solve(safe, np.where(infinite[..., None, None], np.eye(6), K0)))
     p = _real_scaled(_factor(vectors))
     q = _real_scaled(_null_vector(np.einsum("...ki,...jil->...kjl", p, M)))
-    p, q, good = _polished(p, q, M)  # 4
+    p, q, good = _polish(p, q, M)  # 4
     return PointPairs(p, q, good & ~infinite[..., None], infinite)
 
 
@@ -112,7 +112,7 @@ def _real_scaled(v: NDArray[Any]) -> NDArray[Any]:
     return scaled / np.maximum(np.linalg.norm(scaled, axis=-1, keepdims=True), 1e-300)
 
 
-def _polished(p: NDArray[Any], q: NDArray[Any], M: Floats) -> tuple[Floats, Floats, Booleans]:
+def _polish(p: NDArray[Any], q: NDArray[Any], M: Floats) -> tuple[Floats, Floats, Booleans]:
     """The real pairs after Newton's method, and which they are."""
     with np.errstate(invalid="ignore"):
         likely = (np.abs(np.imag(p)).max(axis=-1) < COMPLEX) & (np.abs(np.imag(q)).max(axis=-1) < COMPLEX)

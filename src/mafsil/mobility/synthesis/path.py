@@ -62,10 +62,10 @@ def synthesise_path(
     whole("samples", samples, 4, 400)
     near = FIT * float(spread(as_complex(z))) if tolerance is None else positive("tolerance", tolerance)
     if timing is None:
-        return _fitted(z, None, samples, near)
+        return _fit(z, None, samples, near)
     angles = single("timing", timing, (len(z),))
     _require_apart(angles)
-    return _fitted(z, angles, samples, near) if len(z) > 5 else _exact(z, angles, samples)
+    return _fit(z, angles, samples, near) if len(z) > 5 else _exact(z, angles, samples)
 
 
 def _checked_points(points: ArrayLike, least: int) -> Floats:
@@ -115,7 +115,7 @@ def exact_linkages(conditions: PoseConditions, samples: int) -> tuple[list[Dyad]
     """
     z = conditions.poses[:, :2]
     dyads, _, infinite = dyads_through(conditions, samples)  # 1
-    first, batches = [_exchanged(one, z) for one in cranks_and_blocks(dyads)[0]], list[Positions]()
+    first, batches = [_exchange(one, z) for one in cranks_and_blocks(dyads)[0]], list[Positions]()
     for one in first:
         gamma = np.angle(as_complex(z - one.places))  # 2
         partners, _, _ = dyads_through(PoseConditions.of(np.column_stack([z, gamma])), samples)  # 3
@@ -139,14 +139,14 @@ def _without(one: Dyad, others: list[Dyad], size: float) -> list[Dyad]:
     return [each for k, each in enumerate(others) if k != nearest or gaps[k] > SAME_DYAD * size]
 
 
-def _exchanged(one: Dyad, z: Floats) -> Dyad:
+def _exchange(one: Dyad, z: Floats) -> Dyad:
     """The dyad with its two links exchanged: A B P becomes A B' P with B' = A + P - B; its frame lies along B' -> P."""
     places = one.pivot + z - one.places
     arm = float(np.hypot(*one.point))
     return Dyad(DyadKind.CRANK, one.pivot, np.array([-one.length, 0.0]), places, arm, one.residual)
 
 
-def _fitted(z: Floats, angles: Floats | None, samples: int, tolerance: float) -> Synthesis:
+def _fit(z: Floats, angles: Floats | None, samples: int, tolerance: float) -> Synthesis:
     """Least squares from linkages that meet some of the points: fits within the tolerance, or else the nearest few.
 
     Args:

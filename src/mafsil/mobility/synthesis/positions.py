@@ -80,15 +80,15 @@ def four_bars_of(first: Sequence[Dyad], second: Sequence[Dyad] | None = None) ->
         second = first
     else:
         pairs = list(product(range(len(first)), range(len(second))))
-    return _paired(first, second, pairs, slider=False)
+    return _pair(first, second, pairs, slider=False)
 
 
 def slider_cranks_of(cranks: Sequence[Dyad], blocks: Sequence[Dyad]) -> Positions:
     """Slider-cranks of each crank with each block."""
-    return _paired(cranks, blocks, list(product(range(len(cranks)), range(len(blocks)))), slider=True)
+    return _pair(cranks, blocks, list(product(range(len(cranks)), range(len(blocks)))), slider=True)
 
 
-def _paired(first: Sequence[Dyad], second: Sequence[Dyad], pairs: list[tuple[int, int]], *, slider: bool) -> Positions:
+def _pair(first: Sequence[Dyad], second: Sequence[Dyad], pairs: list[tuple[int, int]], *, slider: bool) -> Positions:
     i, j = np.array(pairs, dtype=int).reshape(-1, 2).T
     N = max((len(one.places) for one in (*first, *second)), default=0)
     left, right = (np.array([one.places for one in side]).reshape(len(side), N, 2) for side in (first, second))

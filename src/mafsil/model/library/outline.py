@@ -38,7 +38,7 @@ class Tube:
     def shape(self) -> Shape:
         """As a capsule."""
         centre, axis, length = _segment(self.start, self.end)
-        return _placed(Capsule(self.radius, length), centre, axis)
+        return _place(Capsule(self.radius, length), centre, axis)
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +52,7 @@ class Drum:
     def shape(self) -> Shape:
         """As a cylinder."""
         centre, axis, length = _segment(self.start, self.end)
-        return _placed(Cylinder(self.radius, length), centre, axis)
+        return _place(Cylinder(self.radius, length), centre, axis)
 
 
 def housing(radius: float, start: Point, end: Point) -> Tube:
@@ -132,7 +132,7 @@ def _segment(start: Point, end: Point) -> tuple[Vector3, Vector3, float]:
     return (a + b) / 2.0, (b - a) / length if length else np.array([0.0, 0.0, 1.0]), length
 
 
-def _placed(geometry: Capsule | Cylinder, centre: Vector3, axis: Vector3) -> Shape:
+def _place(geometry: Capsule | Cylinder, centre: Vector3, axis: Vector3) -> Shape:
     T = np.eye(4)
     T[:3, :3], T[:3, 3] = frame_along(axis), centre
     colour = SHELL if isinstance(geometry, Capsule) else HOUSING

@@ -74,7 +74,7 @@ class Finding:
         edits: list[Edit] = []
         for put in self.puts:
             for target in _targets(element, put.path):
-                value = put.value if put.value is not None else _scaled(target.get(put.attribute), put.factor)
+                value = put.value if put.value is not None else _scale(target.get(put.attribute), put.factor)
                 if value is None:
                     return None
                 edits.append(document.set_attribute(target, put.attribute, value))
@@ -105,7 +105,7 @@ def _targets(element: Element, path: tuple[str, ...]) -> Iterator[Element]:
         yield from _targets(child, path[1:])
 
 
-def _scaled(text: str, factor: float) -> str | None:
+def _scale(text: str, factor: float) -> str | None:
     """Numbers of an attribute times a factor; one alone for a missing one; None if they are no numbers."""
     try:
         return " ".join(written(float(word) * factor) for word in (text.split() or ["1", "1", "1"]))

@@ -76,12 +76,12 @@ def lint(source: Source, *, packages: Iterable[str | Path] = ()) -> Report:
     if isinstance(source, str | PathLike):
         reader = _reader(source, packages)
         if reader is None:
-            return _without_file(_described(source))
+            return _without_file(_describe(source))
         try:
             text = load(Path(source))
         except Refusal as refusal:
             return Report(str(source), (refusal.diagnostic,))
-        return _combined(reader, repairs=_can_be_mended(source))(text)
+        return _combine(reader, repairs=_can_be_mended(source))(text)
     if isinstance(source, Described):  # pyright: ignore[reportUnnecessaryIsInstance]
         return _without_file(source.mechanism)
     raise InputError("lint.source", got=type(cast(object, source)).__name__)
@@ -115,7 +115,7 @@ def repair(
     def requested(diagnostic: Diagnostic) -> bool:
         return diagnostic.code in only if only else of_errors(diagnostic)
 
-    text, changes = mended(Path(source), DEFAULT_LIMITS, _combined(reader, repairs=is_urdf), requested)
+    text, changes = mended(Path(source), DEFAULT_LIMITS, _combine(reader, repairs=is_urdf), requested)
     return text.data.decode("utf-8"), changes
 
 
@@ -150,7 +150,7 @@ def _without_file(mechanism: Mechanism) -> Report:
     return Report(mechanism.name, remarks, mechanism)
 
 
-def _combined(reader: FileReader, *, repairs: bool) -> Callable[[Text], Report]:
+def _combine(reader: FileReader, *, repairs: bool) -> Callable[[Text], Report]:
     """A reader whose reports hold the plausibility rules' diagnostics too."""
 
     def report_of(text: Text) -> Report:
@@ -177,7 +177,7 @@ def _reader(source: str | PathLike[str], packages: Iterable[str | Path]) -> File
     return reader_of(path, packages, requested.texts, requested.model)
 
 
-def _described(source: str | PathLike[str]) -> Mechanism:
+def _describe(source: str | PathLike[str]) -> Mechanism:
     """The mechanism of a table or of a library name."""
     if Path(source).suffix.lower() == ".toml":
         return table.read(Path(source))
@@ -204,7 +204,7 @@ def refuse_limits(reading: Reading, *, repairs: bool) -> None:
     """
     root = reading.document.root
     joints = {joint.get("name"): joint for joint in root.all("joint")}
-    reading.diagnostics[:] = [_raised(reading, remark, joints, repairs) for remark in reading.diagnostics]
+    reading.diagnostics[:] = [_raise(reading, remark, joints, repairs) for remark in reading.diagnostics]
     wider = version_of(Reading(reading.document), root) >= WIDER_LIMITS
     for joint in joints.values():
         for limit, attribute in _gaps(joint, wider=wider):
@@ -214,7 +214,7 @@ def refuse_limits(reading: Reading, *, repairs: bool) -> None:
                 reading.report(BOUND_REFUSED, limit, None, repair, joint=joint.get("name"), attribute=attribute)
 
 
-def _raised(reading: Reading, remark: Diagnostic, joints: dict[str, Element], repairs: bool) -> Diagnostic:
+def _raise(reading: Reading, remark: Diagnostic, joints: dict[str, Element], repairs: bool) -> Diagnostic:
     """The remark as an error with its repair, if it is about a limit that urdfdom demands."""
     if remark.fault not in (NO_LIMIT, NO_BOUND):
         return remark

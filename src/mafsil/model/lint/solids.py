@@ -129,11 +129,11 @@ def _corners(shape: Shape) -> Floats | None:
 
 
 def _hull_of(mesh: Mesh) -> Floats | None:
-    changed = _changed(mesh)
+    changed = _change(mesh)
     return None if changed is None else _mesh_hull(mesh, changed)
 
 
-def _changed(mesh: Mesh) -> tuple[int, int] | None:
+def _change(mesh: Mesh) -> tuple[int, int] | None:
     """When the file was written and its size, which tell whether it is still the same; None if it is not to be read."""
     try:
         status = None if mesh.path is None else mesh.path.stat()
@@ -178,7 +178,7 @@ def _volume(geometry: Geometry) -> float | None:
     """Of the solid inside; None where it is open or cannot be read."""
     if not isinstance(geometry, Mesh):
         return _filled_volume(geometry)
-    changed = _changed(geometry)
+    changed = _change(geometry)
     return None if changed is None else _mesh_volume(geometry, changed)
 
 

@@ -90,14 +90,14 @@ class _Scene:
             if child.tag == "node":
                 self._add_node(child, T, depth + 1)
             elif child.tag == "instance_node":
-                self._add_node(self._referred(child.get("url")), T, depth + 1)
+                self._add_node(self._refer(child.get("url")), T, depth + 1)
             elif child.tag == "instance_geometry":
                 self._add_instance(child, T)
 
     def _add_instance(self, instance: Element, T: PoseMatrix) -> None:
         url = instance.get("url")
         if url not in self.parts:
-            self.parts[url] = self._parts_of(self._referred(url))
+            self.parts[url] = self._parts_of(self._refer(url))
         materials = {e.get("symbol"): e.get("target") for e in instance.walk() if e.tag == "instance_material"}
         for part in self.parts[url]:
             self.faces += len(part.corners)
@@ -120,7 +120,7 @@ class _Scene:
         inputs = primitive.all("input")
         stride = 1 + max(int(e.get("offset", "0")) for e in inputs)
         vertex = next(e for e in inputs if e.get("semantic") == "VERTEX")
-        points = self._points(self._referred(vertex.get("source")))
+        points = self._points(self._refer(vertex.get("source")))
         polygons = self._polygons(primitive, stride, int(vertex.get("offset", "0")))
         if polygons.size and (polygons.max() >= len(points) or polygons.min() < 0):
             raise FileError("mesh.index", index=int(polygons.max()), found=len(points))
@@ -148,7 +148,7 @@ class _Scene:
         """(v, 3) points of a `vertices` element or of a source."""
         if holder.tag == "vertices":
             position = next(e for e in holder.all("input") if e.get("semantic") == "POSITION")
-            holder = self._referred(position.get("source"))
+            holder = self._refer(position.get("source"))
         numbers = holder.first("float_array")
         accessor = next((e for e in holder.walk() if e.tag == "accessor"), None)
         if numbers is None:
@@ -168,7 +168,7 @@ class _Scene:
         numbers = [] if colour is None else [min(max(float(word), 0.0), 1.0) for word in colour.text.split()]
         return tuple(numbers) if len(numbers) == 4 else _GREY
 
-    def _referred(self, url: str) -> Element:
+    def _refer(self, url: str) -> Element:
         return self.ids[url.removeprefix("#")]
 
 

@@ -47,7 +47,7 @@ def decimated(surface: Surface, most: int) -> Surface:
             coarse = middle
         else:
             fine = middle
-    return _clustered(surface, _grid(surface, max(coarse, 1)))
+    return _cluster(surface, _grid(surface, max(coarse, 1)))
 
 
 def _grid(surface: Surface, count: int) -> _Grid:
@@ -65,7 +65,7 @@ def _apart(corners: NDArray[np.int64]) -> NDArray[np.bool_]:
     return (a != b) & (b != c) & (c != a)
 
 
-def _clustered(surface: Surface, grid: _Grid) -> Surface:
+def _cluster(surface: Surface, grid: _Grid) -> Surface:
     used = np.zeros(len(surface.vertices), dtype=bool)
     used[surface.faces] = True
     _, names = np.unique(grid.cells[used], return_inverse=True)

@@ -24,12 +24,12 @@ def triangles(geometry: Box | Cylinder | Capsule | Sphere) -> Surface:
         case Box(size=size):
             return _box(np.array(size) / 2)
         case Sphere(radius=radius):
-            return _turned(np.concatenate([_arc(radius, 0.0, -90, 0), _arc(radius, 0.0, 0, 90)[1:]]))
+            return _turn(np.concatenate([_arc(radius, 0.0, -90, 0), _arc(radius, 0.0, 0, 90)[1:]]))
         case Capsule(radius=radius, length=length):
-            return _turned(np.concatenate([_arc(radius, -length / 2, -90, 0), _arc(radius, length / 2, 0, 90)]))
+            return _turn(np.concatenate([_arc(radius, -length / 2, -90, 0), _arc(radius, length / 2, 0, 90)]))
         case Cylinder(radius=radius, length=length):
             h = length / 2
-            return _turned(np.array([[0.0, -h], [radius, -h], [radius, h], [0.0, h]]))
+            return _turn(np.array([[0.0, -h], [radius, -h], [radius, h], [0.0, h]]))
 
 
 def _arc(radius: float, z: float, start: float, end: float) -> Floats:
@@ -48,7 +48,7 @@ def _fine(profile: Floats) -> Floats:
     return np.concatenate(rows)
 
 
-def _turned(outline: Floats) -> Surface:
+def _turn(outline: Floats) -> Surface:
     """Surface of revolution of points (r, z) about z."""
     profile = _fine(outline)
     turns = 2 * np.pi * np.arange(SIDES) / SIDES

@@ -47,7 +47,7 @@ def _inertial(reading: Reading, part: Part, frames: Frames, collisions: list[Pla
         reading.report(SDF_DEFAULT_MASS, part.element, None, None, link=part.name)
         return Inertial(1.0, frozen(np.zeros(3)), frozen(np.eye(3)))
     if element.get("auto").strip().lower() in ("true", "1"):
-        return _computed(reading, part, element, collisions)
+        return _compute(reading, part, element, collisions)
     mass = number(reading, element, "mass", 1.0)
     tensor = reading.one(element, "inertia")
     if tensor is None or element.first("mass") is None:
@@ -72,7 +72,7 @@ def _inertial(reading: Reading, part: Part, frames: Frames, collisions: list[Pla
     return Inertial(mass, frozen(T[:3, 3]), turned_tensor(moments, T[:3, :3]))
 
 
-def _computed(reading: Reading, part: Part, inertial: Element, collisions: list[Placed]) -> Inertial | None:
+def _compute(reading: Reading, part: Part, inertial: Element, collisions: list[Placed]) -> Inertial | None:
     """What fills the shapes that collide evenly, of their own density, the link's or that of water.
 
     A mass that is given scales all of it. Where a shape is not known, the link has none.

@@ -67,7 +67,7 @@ def _build(reading: Reading, assets: Assets, _source: str, limits: ReadLimits) -
     _require_unique(reading, parts)
     if reading.failed:
         return None
-    assembly = _assembled(reading, model, parts, assets, version_of(root))
+    assembly = _assemble(reading, model, parts, assets, version_of(root))
     if reading.failed:
         return None
     joints = resolve_mimics(reading, assembly.joints)
@@ -148,7 +148,7 @@ class _Assembly:
     base: str = ""
 
 
-def _assembled(reading: Reading, model: Element, parts: Parts, assets: Assets, version: tuple[int, int]) -> _Assembly:
+def _assemble(reading: Reading, model: Element, parts: Parts, assets: Assets, version: tuple[int, int]) -> _Assembly:
     """Joints as links of a tree, and those that close its loops."""
     result = _Assembly([read_link(reading, part, parts.frames, assets) for part in parts.links])
     static = flag(reading, model, "static", default=False)

@@ -98,7 +98,7 @@ def document(mechanism: Mechanism, without: Collection[str] = (), *, in_world: b
     called, changed = renamed(mechanism)
     possible, shifted, lacking = possible_inertias(called)
     losses = settled(losses_of(possible, changed, shifted, lacking), CHOICES, without)
-    lines = [f"  <model {_called(possible.name, changed)}>", *_model(possible, changed), "  </model>"]
+    lines = [f"  <model {_call(possible.name, changed)}>", *_model(possible, changed), "  </model>"]
     if in_world or tuple(possible.gravity) != STANDARD_GRAVITY:
         gravity = f"    <gravity>{_numbers(possible.gravity)}</gravity>"
         lines = ['  <world name="default">', gravity, *lines, "  </world>"]
@@ -116,7 +116,7 @@ def _version(mechanism: Mechanism) -> str:
     return "1.10" if screws else "1.9"
 
 
-def _called(name: str, changed: Mapping[str, str]) -> str:
+def _call(name: str, changed: Mapping[str, str]) -> str:
     """The name that is written, and beside it the robot's own where that is another one."""
     own = f' {OWN_NAME}="{escaped(changed[name])}"' if name in changed else ""
     return f'name="{escaped(name)}"{own}'
@@ -126,20 +126,20 @@ def _model(mechanism: Mechanism, changed: Mapping[str, str]) -> Iterator[str]:
     names = WrittenNames({*mechanism.link_names, *(joint.name for joint in (*mechanism.joints, *mechanism.loops))})
     base = mechanism.links[0]
     if not stands_in_world(mechanism):
-        yield from _link(base, _called(base.name, changed), _pose(mechanism.T_sb))
+        yield from _link(base, _call(base.name, changed), _pose(mechanism.T_sb))
         yield f'    <joint name="{escaped(names.free(f"{base.name}_on_world"))}" type="fixed" {IS_BASE}="true">'
         yield f"      <parent>{WORLD}</parent>\n      <child>{escaped(base.name)}</child>\n    </joint>"
     for joint in mechanism.joints:
-        called = _called(joint.child, changed)
+        called = _call(joint.child, changed)
         if is_frame(mechanism, joint):
             own = escaped(changed.get(joint.name, joint.name))
             yield _frame(called, joint.parent, joint.T_pj, f'{OWN_JOINT}="{own}"')
             continue
         yield from _link(mechanism.link(joint.child), called, _pose(joint.T_pj, joint.parent))
-        yield from _joint(joint, _called(joint.name, changed))
+        yield from _joint(joint, _call(joint.name, changed))
     for loop in mechanism.loops:
-        yield from _joint(loop, _called(loop.name, changed))
-    yield _frame(_called(names.free("tip"), {}), mechanism.tip, mechanism.T_lt, f'{IS_TIP}="true"')
+        yield from _joint(loop, _call(loop.name, changed))
+    yield _frame(_call(names.free("tip"), {}), mechanism.tip, mechanism.T_lt, f'{IS_TIP}="true"')
 
 
 def _frame(called: str, parent: str, T: PoseMatrix, own: str) -> str:
@@ -245,7 +245,7 @@ def losses_of(
         shifted: links whose inertia was made possible by a shift that changes no motion.
         lacking: links whose inertia no body has, with what it lacks.
     """
-    yield from _refused(mechanism)
+    yield from _refuse(mechanism)
     yield from friction_loss(mechanism, "SDFormat")
     if gross := [name for name, lack in lacking.items() if lack > PRINTED]:
         yield Loss("writing.inertia_sdf", Weight.CHOSEN, "inertia", {"names": names_of(gross)})
@@ -261,7 +261,7 @@ def is_frame(mechanism: Mechanism, joint: Joint) -> bool:
     return mechanism.link(joint.child).is_bare and not joint.moves and joint.parent != WORLD
 
 
-def _refused(mechanism: Mechanism) -> Iterator[Loss]:
+def _refuse(mechanism: Mechanism) -> Iterator[Loss]:
     each = (*mechanism.joints, *mechanism.loops)
     names = [mechanism.name, *mechanism.link_names, *(joint.name for joint in each)]
     wrong = [name for name in names if not name or not is_writable(name) or len(name) > LONGEST_NAME]

@@ -73,7 +73,7 @@ def with_names(mechanism: Mechanism, name: str, links: Mapping[str, str], joints
     Raises:
         ModelError: two would have the same.
     """
-    tree, loops = (tuple(_called(joint, links, joints) for joint in of) for of in (mechanism.joints, mechanism.loops))
+    tree, loops = (tuple(_call(joint, links, joints) for joint in of) for of in (mechanism.joints, mechanism.loops))
     each = tuple(replace(link, name=links.get(link.name, link.name)) for link in mechanism.links)
     own = mechanism
     return Mechanism.assemble(
@@ -89,7 +89,7 @@ def named_shapes(shapes: tuple[Shape, ...], kind: str) -> Iterator[tuple[str, Sh
         yield names.free(shape.name or kind), shape
 
 
-def _called(joint: Joint, links: Mapping[str, str], joints: Mapping[str, str]) -> Joint:
+def _call(joint: Joint, links: Mapping[str, str], joints: Mapping[str, str]) -> Joint:
     mimic = joint.mimic
     if mimic is not None:
         mimic = replace(mimic, leader=joints.get(mimic.leader, mimic.leader))

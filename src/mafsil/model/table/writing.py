@@ -57,7 +57,7 @@ def document(mechanism: Mechanism, without: Collection[str] = ()) -> Document:
     """The text, and what it does not hold; arguments and errors as of `write`, nothing written and no warning."""
     shaped = [link.name for link in mechanism.links if link.visuals or link.collisions]
     lost = [Loss("writing.shapes", Weight.WARNED, "shapes", {"names": names_of(shaped)})] if shaped else []
-    losses = settled((*_refused(mechanism), *lost), CHOICES, without)
+    losses = settled((*_refuse(mechanism), *lost), CHOICES, without)
     comment = "".join(f"# {line}\n" for line in comment_lines(losses))
     return Document(comment + _table(mechanism), losses)
 
@@ -77,7 +77,7 @@ def _table(mechanism: Mechanism) -> str:
     )
 
 
-def _refused(mechanism: Mechanism) -> Iterator[Loss]:
+def _refuse(mechanism: Mechanism) -> Iterator[Loss]:
     """What a table has no place for, the joints in their order."""
     rows: tuple[tuple[str, Callable[[Joint], bool]], ...] = (
         ("fixed", lambda joint: not joint.moves),

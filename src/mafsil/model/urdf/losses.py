@@ -26,7 +26,7 @@ def losses_of(mechanism: Mechanism, version: Version) -> Iterator[Loss]:
         mechanism: whose tip frame and base pose are those of links.
         version: of URDF that is written.
     """
-    yield from _refused(mechanism)
+    yield from _refuse(mechanism)
     yield from _changing_the_motion(mechanism)
     yield from _of_limits(mechanism, version)
     if geared := joints_that(
@@ -50,7 +50,7 @@ def is_endless(joint: Joint) -> bool:
     return joint.kind is JointKind.REVOLUTE and (joint.wraps or unknown)
 
 
-def _refused(mechanism: Mechanism) -> Iterator[Loss]:
+def _refuse(mechanism: Mechanism) -> Iterator[Loss]:
     for name in (mechanism.name, *mechanism.link_names, *(joint.name for joint in mechanism.joints)):
         if not is_writable(name) or not name or len(name) > LONGEST_NAME:
             yield Loss("writing.name", Weight.REFUSED, "", {"format": "URDF", "name": name})

@@ -28,10 +28,10 @@ def read_origin(reading: Reading, element: Element) -> PoseMatrix:
     if "rpy" in origin.attributes:
         reading.report(TWO_ROTATIONS, origin, _QUATERNION, None, element=origin.tag)
     xyzw = reading.vector(origin, _QUATERNION, 4)
-    return frozen(pose_from_xyz_quaternion(xyz, _judged(reading, origin, xyzw)))
+    return frozen(pose_from_xyz_quaternion(xyz, _judge(reading, origin, xyzw)))
 
 
-def _judged(reading: Reading, origin: Element, xyzw: tuple[float, ...] | None) -> tuple[float, ...]:
+def _judge(reading: Reading, origin: Element, xyzw: tuple[float, ...] | None) -> tuple[float, ...]:
     """A quaternion that has a length; one far from 1 is reported."""
     if xyzw is None:
         return (0.0, 0.0, 0.0, 1.0)

@@ -117,7 +117,7 @@ class _Expansion:
         result = self._made(root, {}, [])
         try:
             result.children = self._contents(root, self.top, result)
-            result.attributes |= self._evaluated(root, self.top)  # last: they may use arguments declared inside
+            result.attributes |= self._evaluate(root, self.top)  # last: they may use arguments declared inside
         except XacroFault as fault:
             self.reading.report(fault.fault, root, None, None, **fault.details)
             return None
@@ -132,10 +132,10 @@ class _Expansion:
         """The children of an element, expanded; `holder` is what they will stand in."""
         result: list[Element] = []
         for child in element.children:
-            result.extend(self._placed(child, scope, holder))
+            result.extend(self._place(child, scope, holder))
         return result
 
-    def _placed(self, element: Element, scope: Scope, holder: Element) -> list[Element]:
+    def _place(self, element: Element, scope: Scope, holder: Element) -> list[Element]:
         """What an element becomes; a fault gets the place of the innermost element that has one."""
         try:
             return self._one(element, scope, holder)
@@ -148,7 +148,7 @@ class _Expansion:
         if element.tag in UNREAD:
             return [self._made(element, {}, [])]
         if not element.tag.startswith(PREFIX):
-            made = self._copied(element, scope)
+            made = self._copy(element, scope)
             made.children = self._contents(element, scope, made)
             return [made]
         name = element.tag.removeprefix(PREFIX)
@@ -160,7 +160,7 @@ class _Expansion:
             case "arg":
                 self.files.declare(self._attribute(element, "name", scope), self._attribute(element, "default", scope))
             case "if" | "unless":
-                condition = self._required(element, "value")
+                condition = self._require(element, "value")
                 holds = truth(self.substitution.value(condition, scope), condition)
                 return self._contents(element, scope, holder) if holds is (name == "if") else []
             case "include":
@@ -168,8 +168,8 @@ class _Expansion:
             case "insert_block":
                 return self._insert_block(element, scope, holder)
             case "element":
-                named = self._made(element, self._evaluated(element, scope), [])
-                named.tag = self.substitution.text(self._required(element, "xacro:name"), scope)
+                named = self._made(element, self._evaluate(element, scope), [])
+                named.tag = self.substitution.text(self._require(element, "xacro:name"), scope)
                 named.children = self._contents(element, scope, named)
                 return [named]
             case "attribute":
@@ -180,14 +180,14 @@ class _Expansion:
                 return self._call(element, name, scope, holder)
         return []
 
-    def _copied(self, element: Element, scope: Scope) -> Element:
+    def _copy(self, element: Element, scope: Scope) -> Element:
         """An ordinary element with its attributes and its text evaluated, still without children."""
         text = self.substitution.text(element.text, scope) if not element.children else ""
-        made = self._made(element, self._evaluated(element, scope), [])
+        made = self._made(element, self._evaluate(element, scope), [])
         made.text = text
         return made
 
-    def _evaluated(self, element: Element, scope: Scope) -> dict[str, str]:
+    def _evaluate(self, element: Element, scope: Scope) -> dict[str, str]:
         attributes: dict[str, str] = {}
         for key, value in element.attributes.items():
             if key.startswith((PREFIX, "xmlns:xacro")):
@@ -218,14 +218,14 @@ class _Expansion:
             element.text, element.file,
         )  # fmt: skip
 
-    def _required(self, element: Element, name: str) -> str:
+    def _require(self, element: Element, name: str) -> str:
         """The unevaluated text of an attribute that must be there."""
         if name not in element.attributes:
             raise XacroFault(XACRO_ATTRIBUTE, element=element.tag, attribute=name)
         return element.attributes[name]
 
     def _attribute(self, element: Element, name: str, scope: Scope) -> str:
-        return self.substitution.text(self._required(element, name), scope)
+        return self.substitution.text(self._require(element, name), scope)
 
     def _define_property(self, element: Element, scope: Scope) -> None:
         """Rules of scope: `global` and `parent` are evaluated at once, everything else when it is first used."""
@@ -261,7 +261,7 @@ class _Expansion:
         return target
 
     def _define_macro(self, element: Element, scope: Scope) -> None:
-        name = self._required(element, "name").removeprefix(PREFIX)
+        name = self._require(element, "name").removeprefix(PREFIX)
         if not name or "." in name or name == "call":
             raise XacroFault(XACRO_NAME, name=name)
         scope.macros[name] = Macro(element, *parameters_of(element.get("params")))
@@ -287,7 +287,7 @@ class _Expansion:
         single = scope.block("*" + name)
         if single is None:
             raise XacroFault(XACRO_BLOCK, name=name)
-        return self._placed(single, scope, holder)
+        return self._place(single, scope, holder)
 
     def _call(self, element: Element, name: str, scope: Scope, holder: Element) -> list[Element]:
         """A macro call.

@@ -62,7 +62,7 @@ def evaluate(text: str, names: Names, budget: Budget) -> Value:
         XacroFault: not an expression of the part of Python that is allowed, an unknown name, no value, too large.
     """
     budget.spend(1 + (len(text) >> 1))
-    tree = _parsed(text.strip())
+    tree = _parse(text.strip())
     if isinstance(tree, str):
         raise wrong(tree)
     try:
@@ -74,7 +74,7 @@ def evaluate(text: str, names: Names, budget: Budget) -> Value:
         raise wrong("nested too deeply") from None
 
 
-def _parsed(text: str) -> ast.expr | str:
+def _parse(text: str) -> ast.expr | str:
     """The syntax tree, or why there is none; short ones are kept for the next time, long ones take much memory."""
     return _kept(text) if len(text) <= SHORT else _tree(text)
 
@@ -299,14 +299,14 @@ class _Evaluation:
         inner = _Inner(outer)
         self.names = inner
         try:
-            for count, _ in enumerate(self._nested(generators, inner, depth)):
+            for count, _ in enumerate(self._nest(generators, inner, depth)):
                 if count >= LARGEST_COLLECTION:
                     raise wrong("too long")
                 yield
         finally:
             self.names = outer
 
-    def _nested(self, generators: list[ast.comprehension], inner: _Inner, depth: int) -> Iterator[None]:
+    def _nest(self, generators: list[ast.comprehension], inner: _Inner, depth: int) -> Iterator[None]:
         if not generators:
             yield
             return
@@ -315,7 +315,7 @@ class _Evaluation:
             self.budget.spend()
             _bind(first.target, member, inner.bound)
             if all(self.value(condition, depth) for condition in first.ifs):
-                yield from self._nested(rest, inner, depth)
+                yield from self._nest(rest, inner, depth)
 
 
 def _bind(target: ast.expr, value: Value, bound: dict[str, Value]) -> None:

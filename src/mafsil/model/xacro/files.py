@@ -126,7 +126,7 @@ class Files:
             "abs_filename": self._absolute_name,
             "dotify": _unchanged,
             "arg": self._argument_of,
-            "tokenize": _tokenized,
+            "tokenize": _tokenize,
             "fatal": lambda *words: _fatal(words),
             **dict.fromkeys(silent, lambda *_, **__: ""),
         }
@@ -174,7 +174,7 @@ class Files:
         folder = self._folders[-1]
         return Path(reference) if folder is None else folder / reference
 
-    def _resolved(self, reference: str) -> Path | None:
+    def _resolve(self, reference: str) -> Path | None:
         """The file, if it lies where files may lie."""
         plain = reference if "://" in reference else str(self._absolute(reference))
         return self.assets.resolve(plain).path
@@ -187,9 +187,9 @@ class Files:
                 names = sorted(entry.name for entry in os.scandir(folder) if fnmatchcase(entry.name, pattern.name))
             except (OSError, ValueError):
                 names = []
-            found = [self._resolved(str(folder / name)) for name in names[: self.limits.depth]]
+            found = [self._resolve(str(folder / name)) for name in names[: self.limits.depth]]
             return [path for path in found if path is not None]
-        path = self._resolved(reference)
+        path = self._resolve(reference)
         if path is not None:
             return [path]
         if optional:
@@ -221,7 +221,7 @@ class Files:
         return evaluate(expression, _Arguments(self), self.budget)
 
     def _load_yaml(self, name: Value) -> Value:
-        path = self._resolved(str(name))
+        path = self._resolve(str(name))
         if path is None:
             raise XacroFault(XACRO_FILE, file=str(name))
         self.budget.spend(COST)
@@ -255,7 +255,7 @@ class _Arguments:
         yield from self.files.arguments
 
 
-def _tokenized(text: Value, sep: Value = ",; ", skip_empty: Value = True) -> Value:
+def _tokenize(text: Value, sep: Value = ",; ", skip_empty: Value = True) -> Value:
     words = re.split("[" + re.escape(str(sep)) + "]", str(text))
     return [word for word in words if word] if skip_empty else words
 

@@ -114,7 +114,7 @@ def _plain(value: Any) -> Any:
     return _hash(value) if isinstance(value, str) else value
 
 
-def _sorted(members: Iterable[Any], reverse: Value = False) -> Value:
+def _sort(members: Iterable[Any], reverse: Value = False) -> Value:
     return sorted(members, reverse=bool(reverse))
 
 
@@ -138,16 +138,16 @@ def _enumerate(members: Iterable[Value], start: int = 0) -> Value:
     return list(enumerate(in_order(members), start))
 
 
-def _reversed(members: Sequence[Value]) -> Value:
+def _reverse(members: Sequence[Value]) -> Value:
     return list(reversed(members))
 
 
 def _map(function: Value, members: Iterable[Value]) -> Value:
-    return [_called(function, member) for member in in_order(members)]
+    return [_call(function, member) for member in in_order(members)]
 
 
 def _filter(function: Value, members: Iterable[Value]) -> Value:
-    return [member for member in in_order(members) if _called(function, member)]
+    return [member for member in in_order(members) if _call(function, member)]
 
 
 def _sum(members: Iterable[Value], start: Value = 0) -> Value:
@@ -158,20 +158,20 @@ def _sum(members: Iterable[Value], start: Value = 0) -> Value:
     return sum(cast("list[float]", numbers))
 
 
-def _called(function: Value, member: Value) -> Value:
+def _call(function: Value, member: Value) -> Value:
     if not isinstance(function, Function):
         raise wrong("only the functions of xacro can be called")
     return function.call(member)
 
 
-def _joined(separator: str, parts: Iterable[str]) -> str:
+def _join(separator: str, parts: Iterable[str]) -> str:
     found = list(cast("Iterable[str]", in_order(parts)))
     if sum(map(len, found)) + len(separator) * len(found) > LONGEST_TEXT:
         raise wrong("too long")
     return separator.join(found)
 
 
-def _replaced(text: str, old: str, new: str) -> str:
+def _replace(text: str, old: str, new: str) -> str:
     if (text.count(old) + 1) * len(new) > LONGEST_TEXT:
         raise wrong("too long")
     return text.replace(old, new)
@@ -197,11 +197,11 @@ _CONVERSIONS |= {
     "set": _set,
     "frozenset": _frozenset,
     "sum": _sum,
-    "sorted": _sorted,
+    "sorted": _sort,
     "list": _list,
     "tuple": _tuple,
     "enumerate": _enumerate,
-    "reversed": _reversed,
+    "reversed": _reverse,
     "map": _map,
     "filter": _filter,
 }
@@ -213,8 +213,8 @@ METHODS: dict[tuple[type, str], Callable[..., Value]] = {
             "title", "capitalize", "isdigit",
         )
     },
-    (str, "replace"): _replaced,
-    (str, "join"): _joined,
+    (str, "replace"): _replace,
+    (str, "join"): _join,
     (dict, "get"): dict[Value, Value].get,
     (dict, "keys"): _keys,
     (dict, "values"): _dict_values,

@@ -82,7 +82,7 @@ class Scope:
         """
         for scope in self.around():
             if name in scope.values:
-                return scope._resolved(name)
+                return scope._resolve(name)
             if name in scope.spaces:
                 return Namespace(scope.spaces[name].lookup_here)
         return self.globals[name]
@@ -93,7 +93,7 @@ class Scope:
             return Namespace(self.spaces[name].lookup_here)
         if name not in self.values:
             raise KeyError(name)
-        return self._resolved(name)
+        return self._resolve(name)
 
     def defines(self, name: str) -> bool:
         """Whether `lookup` would find the name."""
@@ -121,7 +121,7 @@ class Scope:
             first = None if first is None else first.spaces.get(space)
         return (first, first.macros[last]) if first is not None and last in first.macros else None
 
-    def _resolved(self, name: str) -> Value:
+    def _resolve(self, name: str) -> Value:
         if name in self.waiting:
             if name in self._resolving:
                 raise XacroFault(XACRO_CIRCULAR, name=name, chain=" -> ".join([*self._resolving, name]))

@@ -125,7 +125,7 @@ def cable_poses(robot: CableRobot, lengths: ArrayLike, x_guess: ArrayLike, *, ma
         V = -np.einsum("kij,kj->ki", decompositions.pinv(_rates(robot, x[going]), RANK), error)
         length = np.linalg.norm(V / _units(robot), axis=-1)
         V *= np.minimum(1.0, LONGEST / np.maximum(length, np.finfo(np.float64).tiny))[:, None]
-        x[going] = _moved(robot, x[going], V)
+        x[going] = _move(robot, x[going], V)
         steps[going] += 1
         settled[going] = length <= SETTLED
     left = robot.lengths(x) - goal
@@ -157,7 +157,7 @@ def _rates(robot: CableRobot, x: Floats) -> Floats:
     return np.concatenate([about, force], axis=-1)
 
 
-def _moved(robot: CableRobot, x: Floats, V: Floats) -> Floats:
+def _move(robot: CableRobot, x: Floats, V: Floats) -> Floats:
     """Poses after rotations about the platform's origin, in {s}, and shifts."""
     k = robot.base.shape[1]
     result = x.copy()

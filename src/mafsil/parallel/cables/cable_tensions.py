@@ -197,12 +197,12 @@ def _nearest(W: Floats, low: Floats, high: Floats, preferred: Floats, wanted: Fl
             break
         t[better], lack[better] = after[better], then[better]
     # 3.
-    for row in np.flatnonzero(~_settled(W, t, wanted, low, high)).tolist():
+    for row in np.flatnonzero(~_are_settled(W, t, wanted, low, high)).tolist():
         t[row] = bounded_least_squares(W[row], wanted[row], low, high)
     return t
 
 
-def _settled(W: Floats, t: Floats, wanted: Floats, low: Floats, high: Floats) -> Booleans:
+def _are_settled(W: Floats, t: Floats, wanted: Floats, low: Floats, high: Floats) -> Booleans:
     """(rows,) whether no tension can be changed within its bounds so that less of the wrench is missing."""
     slope = np.einsum("knm,kn->km", W, np.einsum("knm,km->kn", W, t) - wanted)
     unit = np.abs(W).max(axis=(1, 2))

@@ -116,11 +116,11 @@ def leg_forward(
             break
         H = scale[:, None] * mechanism.loop_matrix(q[moving])[:, :, passive]
         step = -np.einsum("kij,kj->ki", np.linalg.pinv(H, rcond=1e-10), miss)
-        q[moving[:, None], passive] += _shortened(step)
+        q[moving[:, None], passive] += _shorten(step)
         steps[moving] += 1
     found = np.asarray(gap <= FEASIBLE)
     T = mechanism.legs[0].pose(q[:, mechanism.parts[0]])
-    return _shaped(q, T, found, gap, np.minimum(steps, most), shape)
+    return _shape(q, T, found, gap, np.minimum(steps, most), shape)
 
 
 def leg_inverse(
@@ -146,7 +146,7 @@ def leg_inverse(
     for leg, part in zip(mechanism.legs, mechanism.parts, strict=True):
         q[:, part], missed, taken = _of_one_leg(leg, goals, q[:, part], mechanism.size, most)
         gap, steps = np.maximum(gap, missed), np.maximum(steps, taken)
-    return _shaped(q, goals, np.asarray(gap <= FEASIBLE), gap, steps, shape)
+    return _shape(q, goals, np.asarray(gap <= FEASIBLE), gap, steps, shape)
 
 
 def _of_one_leg(leg: Leg, goals: Floats, q: Floats, size: float, most: int) -> tuple[Floats, Floats, Integers]:
@@ -163,7 +163,7 @@ def _of_one_leg(leg: Leg, goals: Floats, q: Floats, size: float, most: int) -> t
         regular: Floats = normal + damping[moving][:, None, None] * np.eye(leg.n)
         downhill: Floats = np.einsum("kji,kj->ki", J, miss[moving])
         step = np.asarray(np.linalg.solve(regular, downhill[..., None])[..., 0], dtype=np.float64)
-        trial = q[moving] + _shortened(step)
+        trial = q[moving] + _shorten(step)
         after = scale * pose.space_error(leg.pose(trial), goals[moving])
         better = np.linalg.norm(after, axis=1) < np.linalg.norm(miss[moving], axis=1)
         kept = moving[better]
@@ -179,13 +179,13 @@ def _scale(size: float, loops: int) -> Floats:
     return np.tile(np.concatenate([np.ones(3), np.full(3, 1 / size)]), loops)
 
 
-def _shortened(step: Floats) -> Floats:
+def _shorten(step: Floats) -> Floats:
     longest = np.abs(step).max(axis=1, keepdims=True)
     with np.errstate(divide="ignore"):
         return step * np.minimum(1.0, LONGEST / longest)
 
 
-def _shaped(
+def _shape(
     q: Floats, T: Floats, found: Booleans, gap: Floats, steps: Integers, shape: tuple[int, ...]
 ) -> LegConfigurations:
     return LegConfigurations(

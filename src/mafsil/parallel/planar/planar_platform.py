@@ -110,10 +110,10 @@ def all_poses(a: Floats, b: Floats, s: Floats) -> tuple[Floats, Integers, Boolea
     phi = np.repeat(angles, 2, axis=1)
     x = np.concatenate([_origin(a[:, None], b[:, None], P, phi), phi[..., None]], axis=-1)
     # 4.
-    x = _polished(a[:, None], b[:, None], s[:, None], x)
+    x = _polish(a[:, None], b[:, None], s[:, None], x)
     # 5.
     if (s <= VANISHING).any():
-        x = np.concatenate([x, _pinned(a, b, s)], axis=1)
+        x = np.concatenate([x, _pin(a, b, s)], axis=1)
     x = _sorted_distinct(a, b, s, x)
     curve, angle = translates(a, b, s)
     with np.errstate(invalid="ignore"):
@@ -211,7 +211,7 @@ def _places(a: Floats, b: Floats, s: Floats, phi: Floats) -> Floats:
     return np.stack([first, second], axis=-2).reshape(len(s), 2 * phi.shape[1], 2)
 
 
-def _pinned(a: Floats, b: Floats, s: Floats) -> Floats:
+def _pin(a: Floats, b: Floats, s: Floats) -> Floats:
     """(k, 12, 3) candidates of rows whose leg i has length zero, so that R b_i + p = a_i; NaN for other legs.
 
     Leg j keeps |R B_j - A_j| = s_j about there: A_j . R B_j = (|A_j|^2 + |B_j|^2 - s_j^2) / 2.
@@ -248,7 +248,7 @@ def leg_vectors(a: Floats, b: Floats, x: Floats) -> tuple[Floats, Floats]:
     return x[..., None, :2] + turned - a, turned
 
 
-def _polished(a: Floats, b: Floats, s: Floats, x: Floats) -> Floats:
+def _polish(a: Floats, b: Floats, s: Floats, x: Floats) -> Floats:
     """Newton's method on (|d|^2 - s^2) / 2, all candidates at once; candidates that go astray are judged later."""
     x = x.copy()
     live = np.isfinite(x).all(axis=-1)

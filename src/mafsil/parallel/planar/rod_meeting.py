@@ -38,7 +38,7 @@ def nearest_places(ends: Floats, lengths: Floats) -> Floats:
     around = (lengths.mean(axis=1) / size)[:, None, None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     C, s = np.repeat(flat, STARTS, axis=0), np.repeat(lengths / size[:, None], STARTS, axis=0)
     # 2. and 3.
-    p = _descended(C, s, around.reshape(-1, 2))
+    p = _descend(C, s, around.reshape(-1, 2))
     value = _slopes(C, s, p)[0].reshape(-1, STARTS)
     best = p.reshape(-1, STARTS, 2)[np.arange(len(ends)), value.argmin(axis=1)] * size[:, None]
     return middle + best[:, :1] * first + best[:, 1:] * second
@@ -50,7 +50,7 @@ def _basis(ends: Floats) -> tuple[Floats, Floats]:
     return rows[:, 0], rows[:, 1]
 
 
-def _descended(C: Floats, s: Floats, p: Floats) -> Floats:
+def _descend(C: Floats, s: Floats, p: Floats) -> Floats:
     """Points (k, 2) at minima of f, for ends (k, 3, 2), lengths (k, 3) and starts (k, 2) of size one."""
     p, live, bound = p.copy(), np.arange(len(p)), np.full(len(p), 0.5)
     for _ in range(STEPS):

@@ -91,11 +91,11 @@ def certificate_of(a: Floats, b: Floats, s: Floats, x: Complexes, real: Booleans
     z = np.concatenate([_rotations(x[:, :4]).reshape(-1, 9), x[:, 4:]], axis=1).astype(np.clongdouble)
     for _ in range(NEWTON):
         F, J, _ = _quadrics(a, b, s, z)
-        z = z - _solved(J, F)
+        z = z - _solve(J, F)
     F, J, size = _quadrics(a, b, s, z)
     inverse = np.linalg.inv(J.astype(np.complex128))
     condition = np.linalg.norm(J.astype(np.complex128), axis=(1, 2)) * np.linalg.norm(inverse, axis=(1, 2))
-    step = np.linalg.norm(_solved(J, F).astype(np.complex128), axis=1)
+    step = np.linalg.norm(_solve(J, F).astype(np.complex128), axis=1)
     # The computed inverse is good to its condition times rounding; the residual to ROUNDING of its terms.
     exact = condition * 64 * 2.0**-52 < 0.1
     weights = np.abs(inverse)
@@ -124,7 +124,7 @@ def _rotations(q: Complexes) -> Complexes:
     return np.asarray(np.moveaxis(np.array(rows), 2, 0), dtype=np.complex128)
 
 
-def _solved(J: NDArray[Any], F: NDArray[Any]) -> NDArray[Any]:
+def _solve(J: NDArray[Any], F: NDArray[Any]) -> NDArray[Any]:
     return np.linalg.solve(J.astype(np.complex128), F.astype(np.complex128)[..., None])[..., 0]
 
 

@@ -139,18 +139,18 @@ def _nearest(
     else:
         R, p = rotation.random(rng, k), rng.normal(size=(k, 3))
     p *= (wanted.mean(axis=1) / np.maximum(np.linalg.norm(p, axis=1), np.finfo(np.float64).tiny))[:, None]
-    R, p = _descended(near, ends, wanted, R, p, planar)
+    R, p = _descend(near, ends, wanted, R, p, planar)
     missed = _lengths(near, ends, R, p)[0] - wanted
     best = (missed**2).sum(axis=1).reshape(-1, starts).argmin(axis=1) + starts * np.arange(len(s))
     near, ends, wanted = near[best], ends[best], wanted[best]
-    R, p = _polished(near, ends, wanted, R[best], p[best], planar)
+    R, p = _polish(near, ends, wanted, R[best], p[best], planar)
     missed = _lengths(near, ends, R, p)[0] - wanted
     R, place = rotation.project(R), p * size[:, None] + middle[:, 0]
     place -= np.einsum("kij,kj->ki", R, centre[:, 0])
     return pose.from_rotation_translation(R, place), missed * size[:, None]
 
 
-def _descended(a: Floats, b: Floats, s: Floats, R: Floats, p: Floats, planar: bool) -> tuple[Floats, Floats]:
+def _descend(a: Floats, b: Floats, s: Floats, R: Floats, p: Floats, planar: bool) -> tuple[Floats, Floats]:
     """Rotations and places (k, 3, 3), (k, 3) at minima of f, all rows together."""
     R, p = R.copy(), p.copy()
     live, bound = np.arange(len(s)), np.full(len(s), LONGEST)
@@ -185,7 +185,7 @@ def _step(g: Floats, H: Floats, planar: bool) -> Floats:
     return step
 
 
-def _polished(a: Floats, b: Floats, s: Floats, R: Floats, p: Floats, planar: bool) -> tuple[Floats, Floats]:
+def _polish(a: Floats, b: Floats, s: Floats, R: Floats, p: Floats, planar: bool) -> tuple[Floats, Floats]:
     """Minima with a smaller slope: f itself is flat within the root of the rounding, its slope is not."""
     for _ in range(POLISHING):
         _, g, H = _slopes(a, b, s, R, p)

@@ -63,7 +63,7 @@ def modes_of(base: Floats, platform: Floats, lengths: Floats, starts: Sequence[S
         ends = np.concatenate([reduced_a[row], reduced_b[row], (s[row] ** 2)[:, None]], axis=1)
         x = real_pose_of_set(ends)
         if x is not None:
-            through[row] = _placed(x[None], a[row, None], b[row, None], size[row, None])[0]
+            through[row] = _place(x[None], a[row, None], b[row, None], size[row, None])[0]
     error = float((np.nan_to_num(found.error) * size[:, None]).max(initial=0.0))
     count, finite, paths, on_set = (
         each.reshape(shape) for each in (found.real, found.finite, found.paths, found.on_set)
@@ -81,13 +81,13 @@ def _in_metres(found: AllPoses, a: Floats, b: Floats, size: Floats) -> tuple[Flo
     row, column = np.nonzero(np.isfinite(x).all(axis=-1))
     if not len(row):
         return T, sign
-    place = _placed(x[row, column], a[row], b[row], size[row])
+    place = _place(x[row, column], a[row], b[row], size[row])
     d = place[:, None, :3, 3] + b[row] @ np.swapaxes(place[:, :3, :3], -1, -2) - a[row]
     T[row, column], sign[row, column] = place, np.sign(np.linalg.det(line_matrix(a[row], d)))
     return T, sign
 
 
-def _placed(x: Floats, a: Floats, b: Floats, size: Floats) -> Floats:
+def _place(x: Floats, a: Floats, b: Floats, size: Floats) -> Floats:
     """(k, 4, 4) poses in metres of rows (k, 7) of platforms of size one, about the middles of their bodies."""
     T = poses_of(x)
     turned = np.einsum("kij,kj->ki", T[:, :3, :3], b.mean(axis=1))

@@ -171,12 +171,12 @@ def platform_workspace(
     why = np.zeros((len(R), len(places)), dtype=np.int8)
     for k, turn in enumerate(R):
         for first in range(0, len(places), BLOCK):
-            why[k, first : first + BLOCK] = _refused(robot, limits, turn, places[first : first + BLOCK])
+            why[k, first : first + BLOCK] = _refuse(robot, limits, turn, places[first : first + BLOCK])
     reasons = {name: int((why == number).sum()) for number, name in enumerate(REASONS, start=1)}
     return PlatformWorkspace((axes[0], axes[1], axes[2]), (why == 0).reshape(len(R), n, n, n), reasons)
 
 
-def _refused(robot: StewartPlatform, limits: PlatformLimits, R: Floats, p: Floats) -> Floats:
+def _refuse(robot: StewartPlatform, limits: PlatformLimits, R: Floats, p: Floats) -> Floats:
     """(k,) number of the first reason against places (k, 3), zero if there is none."""
     d = p[:, None] + robot.platform @ R.T - robot.base
     s = np.linalg.norm(d, axis=-1)

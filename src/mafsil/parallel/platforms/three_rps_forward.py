@@ -175,7 +175,7 @@ class ThreeRPS:
         c = eliminant(lambda t1: _second(E, F, G, t1), DEGREE)
         c = c / np.abs(c).max()
         # 3.
-        t, error = _polished(sides, _lifted(E, F, G, zeros(trimmed(c, 1e-13))))
+        t, error = _polish(sides, _lift(E, F, G, zeros(trimmed(c, 1e-13))))
         return c, _distinct(t[error < FITS]), float(error[error < FITS].max(initial=0.0))
 
     def _nearest(self, s: Floats) -> tuple[Floats, Floats]:
@@ -194,7 +194,7 @@ class ThreeRPS:
             levenberg_marquardt(missed, start, iterations=40).value for start in rng.uniform(-np.pi, np.pi, (STARTS, 3))
         ]
         best = min(found, key=lambda theta: float(np.linalg.norm(missed(theta)[0])))
-        best = _settled(missed, best)
+        best = _settle(missed, best)
         return best, missed(best)[0]
 
     def _swing(self, s: Floats, theta: Floats) -> Floats:
@@ -238,7 +238,7 @@ class ThreeRPS:
         return pose.from_rotation_translation(np.stack([x, np.cross(z, x), z], axis=1), middle)
 
 
-def _settled(missed: Callable[[Floats], tuple[Floats, Floats]], theta: Floats) -> Floats:
+def _settle(missed: Callable[[Floats], tuple[Floats, Floats]], theta: Floats) -> Floats:
     """The minimum (3,) of |r|^2 near theta, by Newton's method on J' r with differences of it."""
     for _ in range(SETTLING):
         r, J = missed(theta)
@@ -280,7 +280,7 @@ def _second(E: Floats, F: Floats, G: Floats, t1: Complexes) -> NDArray[np.inexac
     return resultant(_powers(t1) @ E, _first(F, G, t1))
 
 
-def _lifted(E: Floats, F: Floats, G: Floats, t1: Complexes) -> Complexes:
+def _lift(E: Floats, F: Floats, G: Floats, t1: Complexes) -> Complexes:
     """(k, 3) candidates for all zeros t1."""
     found: list[list[complex]] = []
     for value in t1:
@@ -295,7 +295,7 @@ def _lifted(E: Floats, F: Floats, G: Floats, t1: Complexes) -> Complexes:
     return np.array(found, dtype=np.complex128).reshape(-1, 3)
 
 
-def _polished(sides: list[Floats], t: Complexes) -> tuple[Complexes, Floats]:
+def _polish(sides: list[Floats], t: Complexes) -> tuple[Complexes, Floats]:
     """Newton's method on the three distances; (k, 3) and the errors (k,)."""
     t = t.copy()
     error = np.full(len(t), np.inf)

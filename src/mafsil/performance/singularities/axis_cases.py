@@ -142,7 +142,7 @@ def causes(axes: Axes, nullity: int) -> tuple[SingularityCause, ...]:
         if np.linalg.matrix_rank(np.array([*nulls, rates]), tol=DEPENDENT) <= len(nulls):
             continue
         nulls.append(rates)
-        cause = _named(axes, joints, rates)
+        cause = _name(axes, joints, rates)
         if not any(cause.case == other.case and cause.joints == other.joints for other in found):
             found.append(cause)
     return tuple(found)
@@ -168,7 +168,7 @@ def _circuits(axes: Axes) -> Iterator[tuple[tuple[int, ...], Floats]]:
             yield joints, rates / np.abs(rates).max()
 
 
-def _named(axes: Axes, joints: tuple[int, ...], rates: Floats) -> SingularityCause:
+def _name(axes: Axes, joints: tuple[int, ...], rates: Floats) -> SingularityCause:
     revolute = tuple(i for i in joints if axes.revolute[i])
     prismatic = tuple(i for i in joints if axes.prismatic[i])
     if len(revolute) + len(prismatic) < len(joints):

@@ -137,7 +137,7 @@ def singular_values(robot: Robot, q: ArrayLike, *, task: Task | None = None, len
     Returns:
         (*batch, min(m, n)).
     """
-    return decompositions.singular_values(_scaled(robot, q, resolved_task(robot, task).rows, length).J)
+    return decompositions.singular_values(_scale(robot, q, resolved_task(robot, task).rows, length).J)
 
 
 @of_robot
@@ -375,7 +375,7 @@ def singularity(
     tolerance = not_negative("tolerance", tolerance, most=COARSEST)
     configuration = require_one("q", q, robot.n)
     resolved = resolved_task(robot, task)
-    scaled = _scaled(robot, configuration, resolved.rows, length)
+    scaled = _scale(robot, configuration, resolved.rows, length)
     U, s, Vt = np.linalg.svd(scaled.J)
     found, generic = int(rank_of(s, tolerance)), _generic(robot, resolved.rows)
     null, left = Vt[found:], U[:, found:]
@@ -412,7 +412,7 @@ def _causes(
         return ()
 
 
-def _scaled(robot: Robot, q: ArrayLike, rows: tuple[int, ...], length: float | None) -> Scaled:
+def _scale(robot: Robot, q: ArrayLike, rows: tuple[int, ...], length: float | None) -> Scaled:
     at: Literal["tip", "axes"] = "axes" if len(rows) == 6 else "tip"
     return scaled_jacobian(robot, q, task=rows, length=length, at=at)
 

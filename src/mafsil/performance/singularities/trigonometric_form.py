@@ -87,9 +87,9 @@ class TrigonometricForm:
         if prismatic:
             return np.sort(zeros[np.abs(zeros.imag) < REAL_ROOT * np.maximum(1.0, np.abs(zeros))].real)
         on_circle = zeros[np.abs(np.abs(zeros) - 1.0) < ON_CIRCLE]
-        return _distinct(self._polished(q, joint, np.angle(on_circle)))
+        return _distinct(self._polish(q, joint, np.angle(on_circle)))
 
-    def _polished(self, q: Floats, joint: int, angles: Floats) -> Floats:
+    def _polish(self, q: Floats, joint: int, angles: Floats) -> Floats:
         """Newton on the form itself; at double roots the steps stay small."""
         at = np.repeat(q[None], len(angles), axis=0)
         at[:, joint] = angles

@@ -122,7 +122,7 @@ def velocity_polytope(robot: Robot, q: ArrayLike, task: Task = "position") -> Po
         InputError: a joint has no rate limit, or the set is flat (a singular configuration).
     """
     J = task_jacobian(robot, require_one("q", q, robot.n), task)
-    corners = np.array(list(product((-1.0, 1.0), repeat=robot.n))) * _bounded(robot, "velocity")
+    corners = np.array(list(product((-1.0, 1.0), repeat=robot.n))) * _bound(robot, "velocity")
     return _hull(robot, corners @ J.T)
 
 
@@ -142,7 +142,7 @@ def force_polytope(robot: Robot, q: ArrayLike, task: Task = "position", *, gravi
     from scipy.spatial import HalfspaceIntersection, QhullError
 
     configuration = require_one("q", q, robot.n)
-    J, limits = task_jacobian(robot, configuration, task), _bounded(robot, "effort")
+    J, limits = task_jacobian(robot, configuration, task), _bound(robot, "effort")
     weight = robot.gravity_torque(configuration) if gravity else np.zeros(robot.n)
     if (np.abs(weight) >= limits).any():
         worst = robot.joint_names[int((np.abs(weight) - limits).argmax())]
@@ -157,10 +157,10 @@ def force_polytope(robot: Robot, q: ArrayLike, task: Task = "position", *, gravi
         found = HalfspaceIntersection(np.column_stack([A, -b]), np.zeros(unknowns)).intersections
     except QhullError:
         raise InputError("performance.flat", robot=robot.name) from None
-    return Polytope(A, b, _ordered(np.unique(np.round(found, 12), axis=0)))
+    return Polytope(A, b, _order(np.unique(np.round(found, 12), axis=0)))
 
 
-def _bounded(robot: Robot, what: str) -> Floats:
+def _bound(robot: Robot, what: str) -> Floats:
     limits = np.asarray(getattr(robot.limits, what))
     if not np.isfinite(limits).all():
         joint = robot.joint_names[int(np.argmax(~np.isfinite(limits)))]
@@ -176,10 +176,10 @@ def _hull(robot: Robot, points: Floats) -> Polytope:
     except QhullError:
         raise InputError("performance.flat", robot=robot.name) from None
     equations = np.unique(np.round(hull.equations, 10), axis=0)
-    return Polytope(equations[:, :-1], -equations[:, -1], _ordered(points[hull.vertices]))
+    return Polytope(equations[:, :-1], -equations[:, -1], _order(points[hull.vertices]))
 
 
-def _ordered(vertices: Floats) -> Floats:
+def _order(vertices: Floats) -> Floats:
     """Corners of planar sets in order around their middle."""
     if vertices.shape[1] != 2:
         return vertices

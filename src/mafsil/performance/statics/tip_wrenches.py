@@ -264,12 +264,12 @@ def pinned_arm(
             nulls = self_motion(robot, path[-1], task=task)
             ahead: Floats = nulls.T @ np.linalg.lstsq(nulls.T, direction, rcond=None)[0]
             direction = ahead / np.linalg.norm(ahead)
-            path.append(_corrected(robot, start, path[-1] + step * direction, task))
+            path.append(_correct(robot, start, path[-1] + step * direction, task))
             drift = max(drift, float(np.linalg.norm(robot.forward_kinematics(path[-1])[:3, 3] - home)))
     return PinnedArm(len(rates), rates, np.array(path), drift)
 
 
-def _corrected(robot: Robot, start: Floats, q: Floats, task: Task) -> Floats:
+def _correct(robot: Robot, start: Floats, q: Floats, task: Task) -> Floats:
     """The nearest configuration with the tip where it was at the start, by Newton's method."""
     T_0 = robot.forward_kinematics(start)
     for _ in range(8):

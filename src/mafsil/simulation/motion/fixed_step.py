@@ -73,7 +73,7 @@ def fixed_step_solution(
         events: looked for on the polynomials between the steps.
         seconds: of wall-clock time that it may take.
     """
-    q, qd, residual, in_time = _marched(system, name, start, clock, seconds)
+    q, qd, residual, in_time = _march(system, name, start, clock, seconds)
     t, lengths = clock.times, clock.lengths
     good = np.isfinite(qd).all(axis=tuple(range(1, qd.ndim))) & (
         np.abs(qd).max(axis=tuple(range(1, qd.ndim)), initial=0.0) < RUNAWAY
@@ -88,13 +88,13 @@ def fixed_step_solution(
     y = np.concatenate([q, qd], axis=-1)
     solution = Solution(ends, y, y[:-1], polynomial)
     if events:
-        solution, ended = _watched(solution, events)
+        solution, ended = _watch(solution, events)
         status = IntegrationStatus.EVENT if ended else status
     details = {"time": float(solution.t[-1]), "end": float(t[-1]), "events": len(solution.crossings)}
     return Outcome(solution, status, residual, len(solution.t) - 1, details=details)
 
 
-def _marched(
+def _march(
     system: DrivenRobot, name: str, start: tuple[Floats, Floats], clock: Clock, seconds: float
 ) -> tuple[Floats, Floats, float, bool]:
     """All states, as far as they are finite; the largest relative residual of implicit steps; whether time was left."""
@@ -142,7 +142,7 @@ def _quintic(q: Floats, v: Floats, a: Floats, h: Floats) -> Floats:
     return np.concatenate([position, rate], axis=-1)
 
 
-def _watched(solution: Solution, events: Sequence[Event]) -> tuple[Solution, bool]:
+def _watch(solution: Solution, events: Sequence[Event]) -> tuple[Solution, bool]:
     """The solution with its events, cut at the first terminal one."""
     watch = Watch(events, 0.0, solution.y[0])
     crossings: list[Crossing] = []

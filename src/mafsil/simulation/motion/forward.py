@@ -237,7 +237,7 @@ def forward_dynamics_trajectory(
         if momenta or any(event.reset is not None for event in events):
             raise InputError("simulation.adaptive_only", method=method, known=", ".join(PAIRS))
         outcome = fixed_step_solution(system, method, (positions, rates), Clock.until(end, h), events, seconds)
-    return _recorded(system, method, outcome, momenta)
+    return _record(system, method, outcome, momenta)
 
 
 def _require_smooth(robot: Robot, method: str) -> None:
@@ -281,7 +281,7 @@ def _of_rates(event: Event, system: DrivenRobot) -> Event:
     return Event(lambda t, y: event.function(t, states(y)), event.direction, event.terminal, changed, event.name)
 
 
-def _recorded(system: DrivenRobot, method: str, outcome: Outcome[Solution], momenta: bool) -> ForwardMotion:
+def _record(system: DrivenRobot, method: str, outcome: Outcome[Solution], momenta: bool) -> ForwardMotion:
     """What was integrated, with accelerations and efforts at the steps."""
     solution, n = outcome.value, system.n
     q, second = solution.y[..., :n], solution.y[..., n:]

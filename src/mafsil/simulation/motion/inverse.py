@@ -135,7 +135,7 @@ def inverse_dynamics_trajectory(
         as_batch("motion", u, (robot.n,))
     else:
         sampled = _sampled(motion, times, robot.n) if callable(motion) else motion
-        u, v, a = _differentiated(robot.n, times, sampled, qd, qdd)
+        u, v, a = _differentiate(robot.n, times, sampled, qd, qdd)
     load = _wrenches(times, u, v, tip_wrench)
     tau = robot.inverse_dynamics(u, v, a) if load is None else robot.inverse_dynamics(u, v, a, load)
     if friction:
@@ -161,7 +161,7 @@ def _wrenches(t: Floats, q: Floats, qd: Floats, source: Source) -> Floats | None
     return require_finite("tip_wrench", np.reshape(rows, (*q.shape[:-1], 6)))
 
 
-def _differentiated(
+def _differentiate(
     n: int, t: Floats, q: ArrayLike, qd: ArrayLike | None, qdd: ArrayLike | None
 ) -> tuple[Floats, Floats, Floats]:
     """Samples with their derivatives, found where they are not given."""

@@ -124,7 +124,7 @@ def prove(
         sides: Floats = getattr(bounds, quantity)
         for joint in np.flatnonzero(np.isfinite(sides).any(axis=0)).tolist():
             low, high = (float(side) for side in sides[:, joint])
-            found = _decided(
+            found = _decide(
                 _bernstein(pieces, order, joint), pieces.knots, (low, high), most, MEASURED if order == 0 else tolerance
             )
             used = max(used, found.halvings)
@@ -146,7 +146,7 @@ class _Decision:
     halvings: int
 
 
-def _decided(hulls: Floats, knots: Floats, sides: tuple[float, float], most: int, allowed: float) -> _Decision:
+def _decide(hulls: Floats, knots: Floats, sides: tuple[float, float], most: int, allowed: float) -> _Decision:
     """3. Halve what is in doubt.
 
     Args:

@@ -174,11 +174,11 @@ def best_chain(ladder: Ladder, begin: int, end: int, start: JointVector | None =
     rows.reverse()
     jumps = [i + 1 for i, edges in enumerate(smooth) if not edges[rows[i], rows[i + 1]]]
     # 3
-    q, cuts = _unwound(ladder, ladder.q[np.arange(begin, end), rows], jumps, start)
+    q, cuts = _unwind(ladder, ladder.q[np.arange(begin, end), rows], jumps, start)
     return Chain(begin, np.array(rows), q, tuple(begin + i - 1 for i in cuts))
 
 
-def _unwound(
+def _unwind(
     ladder: Ladder, q: JointVector, jumps: list[int], start: JointVector | None
 ) -> tuple[JointVector, list[int]]:
     """Coordinates with their whole turns, piece by piece, and where pieces begin; where limits end one, it is cut."""
@@ -188,14 +188,14 @@ def _unwound(
         end = next(place for place in ends if place > at)
         steps = shortest(np.diff(q[at:end], axis=0), ladder.revolute)
         whole = q[at] + np.concatenate([np.zeros((1, q.shape[1])), np.cumsum(steps, axis=0)])
-        moved, lasts = _wound(ladder, whole, start if not out else out[-1][-1], fixed=not out and start is not None)
+        moved, lasts = _wind(ladder, whole, start if not out else out[-1][-1], fixed=not out and start is not None)
         out.append(moved[:lasts])
         at += lasts
         cuts.append(at)
     return np.concatenate(out), cuts[:-1]
 
 
-def _wound(ladder: Ladder, q: JointVector, near: JointVector | None, *, fixed: bool) -> tuple[JointVector, int]:
+def _wind(ladder: Ladder, q: JointVector, near: JointVector | None, *, fixed: bool) -> tuple[JointVector, int]:
     """A piece with every angle moved by the whole turns that keep it longest within its limits, and how long that is.
 
     Args:

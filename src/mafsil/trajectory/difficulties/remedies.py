@@ -185,19 +185,19 @@ def _tool(old: PathDiagnosis) -> PathRemedy | None:
         return None
     for k in range(1, round(np.pi / TURN_STEP) + 1):
         for sign in (1.0, -1.0):
-            if (found := _turned(old, sign * k * TURN_STEP)) is None:
+            if (found := _turn(old, sign * k * TURN_STEP)) is None:
                 continue
             fails, mends = sign * (k - 1) * TURN_STEP, sign * k * TURN_STEP
             while abs(mends - fails) > TURN_FINEST:
                 middle = (fails + mends) / 2
-                less = _turned(old, middle)
+                less = _turn(old, middle)
                 fails, mends = (middle, mends) if less is None else (fails, middle)
                 found = found if less is None else less
             return found
     return None
 
 
-def _turned(old: PathDiagnosis, turn: float) -> PathRemedy | None:
+def _turn(old: PathDiagnosis, turn: float) -> PathRemedy | None:
     path = TurnedToolPath(old.path, turn)
     new = _followable(old, path)
     return None if new is None else PathRemedy("tool", path, new.q[0], (new,), turn=turn)
@@ -211,7 +211,7 @@ def _base(old: PathDiagnosis) -> PathRemedy | None:
     for distance in length * SHIFTS:
         found: list[PathRemedy] = []
         for direction in directions:
-            if len(found) < DIRECTIONS and _shifted(old, distance * direction) is not None:
+            if len(found) < DIRECTIONS and _shift(old, distance * direction) is not None:
                 found.append(_least_shift(old, direction, float(distance)))
         if found:
             return min(found, key=_distance)
@@ -220,11 +220,11 @@ def _base(old: PathDiagnosis) -> PathRemedy | None:
 
 def _least_shift(old: PathDiagnosis, direction: Vector3, mends: float) -> PathRemedy:
     """A shift that mends, made smaller as long as it does."""
-    found, fails = _shifted(old, mends * direction), 0.0
+    found, fails = _shift(old, mends * direction), 0.0
     assert found is not None
     for _ in range(SHIFT_HALVINGS):
         middle = (fails + mends) / 2
-        less = _shifted(old, middle * direction)
+        less = _shift(old, middle * direction)
         fails, mends = (middle, mends) if less is None else (fails, middle)
         found = found if less is None else less
     return found
@@ -234,7 +234,7 @@ def _distance(remedy: PathRemedy) -> float:
     return float(np.linalg.norm(0.0 if remedy.shift is None else remedy.shift))
 
 
-def _shifted(old: PathDiagnosis, shift: Vector3) -> PathRemedy | None:
+def _shift(old: PathDiagnosis, shift: Vector3) -> PathRemedy | None:
     path = MovedBasePath(old.path, shift)
     new = _followable(old, path)
     return None if new is None else PathRemedy("base", path, new.q[0], (new,), shift=shift)

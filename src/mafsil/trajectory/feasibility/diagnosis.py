@@ -222,7 +222,7 @@ def remedies(request: MotionRequest) -> tuple[Remedy, ...]:
     Those that keep the points and pass them come first, then stops, then points left out; of each the quickest first.
     """
     order = (RemedyKind.SLOWER, RemedyKind.SLOWER_LEG), (RemedyKind.STOP,), (RemedyKind.LEAVE_OUT,)
-    found = list(_found(request))
+    found = list(_find(request))
     return tuple(
         remedy
         for kinds in order
@@ -258,7 +258,7 @@ def _ratio(reached: Floats, bound: Floats) -> Floats:
     )
 
 
-def _found(request: MotionRequest) -> Iterator[Remedy]:
+def _find(request: MotionRequest) -> Iterator[Remedy]:
     factor = slowing_needed(request)
     if np.isfinite(factor):
         slower = request.slower(factor)

@@ -95,13 +95,13 @@ def bindings_of(begins: list[Floats], v: list[Floats], a: list[Floats], j: list[
                 continue
             values = (jerk, a[i][k : k + 2], v[i][k : k + 2])
             for quantity, value, pair in zip(QUANTITIES, values, (bounds[4:], bounds[2:4], bounds[:2]), strict=True):
-                hit = _touched(np.asarray(value), pair)
+                hit = _touch(np.asarray(value), pair)
                 if hit is not None:
                     rows.append(BindingLimit(i, begin, end, quantity, hit))
-    return Bindings(tuple(_joined(rows)))
+    return Bindings(tuple(_join(rows)))
 
 
-def _touched(value: Floats, pair: Floats) -> float | None:
+def _touch(value: Floats, pair: Floats) -> float | None:
     """The bound that the values keep to."""
     for bound in pair:
         if np.isfinite(bound) and (np.abs(value - bound) <= GIVEN * max(abs(bound), 1e-300)).all():
@@ -109,7 +109,7 @@ def _touched(value: Floats, pair: Floats) -> float | None:
     return None
 
 
-def _joined(rows: list[BindingLimit]) -> Iterator[BindingLimit]:
+def _join(rows: list[BindingLimit]) -> Iterator[BindingLimit]:
     """Intervals of the same limit that follow each other as one."""
     last: BindingLimit | None = None
     for row in rows:

@@ -14,7 +14,7 @@ from mafsil.trajectory.tolerances import FEW_ROUNDINGS
 
 
 @compiled
-def _slowed(
+def _slow(
     v: float, a: float, v_lo: float, v_hi: float, am: float, jp: float, jm: float
 ) -> tuple[float, float, float, float]:
     """Times with jerk -jm and with acceleration -am, and the state at their end: too fast upwards."""
@@ -37,9 +37,9 @@ def _slowed(
 def _from_above(
     v: float, a: float, v_lo: float, v_hi: float, ap: float, am: float, jp: float, jm: float
 ) -> tuple[float, float, float, float]:
-    """As `_slowed`, for an acceleration above its limit."""
+    """As `_slow`, for an acceleration above its limit."""
     if v + 0.5 * a * a / jm > v_hi:
-        return _slowed(v, a, v_lo, v_hi, am, jp, jm)
+        return _slow(v, a, v_lo, v_hi, am, jp, jm)
     first = (a - ap) / jm
     v += 0.5 * (a + ap) * first
     held = 0.0
@@ -71,9 +71,9 @@ def brake(
         t1, t2, v, a = _from_above(-v, -a, -v_hi, -v_lo, -a_lo, a_hi, jm, jp)
         return t1, jp, t2, -v, -a
     if (v > high and v - 0.5 * min(a, 0.0) ** 2 / jp > v_lo) or (a > 0.0 and v + 0.5 * a * a / jm > high):
-        t1, t2, v, a = _slowed(v, a, v_lo, v_hi, -a_lo, jp, jm)
+        t1, t2, v, a = _slow(v, a, v_lo, v_hi, -a_lo, jp, jm)
         return t1, -jm, t2, v, a
     if (v < low and v + 0.5 * max(a, 0.0) ** 2 / jm < v_hi) or (a < 0.0 and v - 0.5 * a * a / jp < low):
-        t1, t2, v, a = _slowed(-v, -a, -v_hi, -v_lo, a_hi, jm, jp)
+        t1, t2, v, a = _slow(-v, -a, -v_hi, -v_lo, a_hi, jm, jp)
         return t1, jp, t2, -v, -a
     return 0.0, 0.0, 0.0, v, a

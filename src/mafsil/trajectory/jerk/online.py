@@ -93,7 +93,7 @@ class Online:
         begun = perf_counter()
         self._goal[:] = goal if type(goal) is np.ndarray and goal.shape == self._goal.shape else self._row("goal", goal)
         self._set_velocity(goal_velocity)
-        return self._stepped(False, begun)
+        return self._step(False, begun)
 
     def step_velocity(self, goal_velocity: Floats | float) -> JerkStatus:
         """Move on by one cycle towards a steady velocity, wherever that is reached.
@@ -110,7 +110,7 @@ class Online:
         begun = perf_counter()
         self._goal[:] = 0.0
         self._set_velocity(goal_velocity)
-        return self._stepped(True, begun)
+        return self._step(True, begun)
 
     def explain(self, language: str | None = None) -> str:
         """How the last planning ended: its duration, or which coordinate cannot reach the goal and why."""
@@ -130,7 +130,7 @@ class Online:
             raise InputError("input.shape", name=name, expected=(self.n,), got=row.shape, hint="")
         return row
 
-    def _stepped(self, free: bool, begun: float) -> JerkStatus:
+    def _step(self, free: bool, begun: float) -> JerkStatus:
         code = online_loops.step(
             self._now,
             self._asked,

@@ -40,12 +40,12 @@ def _outside(states: Floats, limits: Floats, i: int) -> bool:
     """Whether a target is not within its limits, or cannot have been reached from within them."""
     v, a = states[i, 4], states[i, 5]
     if a == 0.0:
-        return v != 0.0 and not _kept(v, limits[i, 0], limits[i, 1])
+        return v != 0.0 and not _keep(v, limits[i, 0], limits[i, 1])
     before = v - 0.5 * a * a / (limits[i, 5] if a > 0.0 else limits[i, 4])
     return not (
-        _kept(v, limits[i, 0], limits[i, 1])
-        and _kept(a, limits[i, 2], limits[i, 3])
-        and _kept(before, limits[i, 0], limits[i, 1])
+        _keep(v, limits[i, 0], limits[i, 1])
+        and _keep(a, limits[i, 2], limits[i, 3])
+        and _keep(before, limits[i, 0], limits[i, 1])
     )
 
 
@@ -64,7 +64,7 @@ def can_pass(v: float, a: float, limits: Floats) -> bool:
 
 
 @compiled
-def _kept(x: float, low: float, high: float) -> bool:
+def _keep(x: float, low: float, high: float) -> bool:
     over = x - high if high < inf else -1.0
     under = low - x if low > -inf else -1.0
     return over <= ROUNDING * abs(high) and under <= ROUNDING * abs(low)

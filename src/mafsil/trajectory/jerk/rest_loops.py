@@ -132,7 +132,7 @@ def _curve(top, ap, am, jp, jm):
 
 
 @compiled
-def _stored(c, place):
+def _store(c, place):
     """A curve's constants into lanes in order."""
     place[0], place[1], place[2], place[3], place[4], place[5] = c.ap, c.am, c.jp, c.jm, c.top, c.ip
     place[6], place[7], place[8], place[9], place[10] = c.im, c.k, c.both, c.cubic, c.tau_top
@@ -245,8 +245,8 @@ def rest_curves(limits: Floats) -> tuple[bool, Floats]:
                 able &= k < 2 or limits[i, k] != 0.0
         forth = _curve(given[1], given[3], given[2], given[5], given[4])
         back = _curve(given[0], given[2], given[3], given[4], given[5])
-        _stored(forth, part(curves, 2 * CONSTANTS * g))
-        _stored(back, part(curves, 2 * CONSTANTS * g + CONSTANTS))
+        _store(forth, part(curves, 2 * CONSTANTS * g))
+        _store(back, part(curves, 2 * CONSTANTS * g + CONSTANTS))
     return able, numbers
 
 

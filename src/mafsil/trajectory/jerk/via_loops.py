@@ -173,7 +173,7 @@ def _try(
 
 
 @compiled
-def _scaled(at: Floats, given: Floats, limits: Floats, k: int, factor: float) -> bool:
+def _scale(at: Floats, given: Floats, limits: Floats, k: int, factor: float) -> bool:
     """The free velocities of a via point times a factor, its accelerations times the square; whether they can be."""
     fits = True
     for i in range(at.shape[1]):
@@ -199,13 +199,13 @@ def _try_all(
 ) -> bool:
     """Scale all velocities of via point k if that saves time."""
     taken = False
-    if _scaled(at, given, limits, k, factor):
+    if _scale(at, given, limits, k, factor):
         for i in range(points.shape[1]):
             each[k - 1, i] = _duration(points, at, k - 1, i, limits, x)
             each[k, i] = _duration(points, at, k, i, limits, x)
         taken = _beside(points, at, limits, each, costs, common, k, x)
     if not taken:
-        _scaled(at, given, limits, k, 1.0 / factor)
+        _scale(at, given, limits, k, 1.0 / factor)
         for i in range(points.shape[1]):
             each[k - 1, i] = _duration(points, at, k - 1, i, limits, x)
             each[k, i] = _duration(points, at, k, i, limits, x)
@@ -245,7 +245,7 @@ def _sweep(
 
 
 @compiled
-def _searched(
+def _search(
     points: Floats, at: Floats, limits: Floats, common: bool, given: Floats, scale: Floats, rounds: int, x: Floats
 ) -> None:
     """Steps of each size until none helps, and all over again as long as that saves something."""
@@ -315,7 +315,7 @@ def through(
     for turn in range(3):
         if turn == 2:
             at[:] = beginning
-        _searched(points, at, limits, turn > 0, given, scale, ROUNDS, work)
+        _search(points, at, limits, turn > 0, given, scale, ROUNDS, work)
         total = true_total(points, at, limits, work, pieces, count)
         if total < least:
             least = total

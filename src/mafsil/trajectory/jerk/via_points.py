@@ -160,7 +160,7 @@ def jerk_limited_through(
     if velocities is not None:
         given[1:-1] = _velocities(velocities, (m - 2, n))
     rows = np.ascontiguousarray(array.reshape(-1, m, n))
-    found = _searched(rows, states, packed, given)
+    found = _search(rows, states, packed, given)
     return found[0] if array.ndim == 2 else found
 
 
@@ -173,7 +173,7 @@ def _velocities(given: ArrayLike, shape: tuple[int, int]) -> Floats:
     return values
 
 
-def _searched(points: Floats, states: Floats, limits: Floats, given: Floats) -> tuple[ViaMotion, ...]:
+def _search(points: Floats, states: Floats, limits: Floats, given: Floats) -> tuple[ViaMotion, ...]:
     """The motions of all rows, divided among threads."""
     rows, m, n = points.shape
     at = np.zeros((rows, m, n, 2))
@@ -196,7 +196,7 @@ def _motion(
     """The answer of one row."""
     m, n = points.shape
     if not np.isfinite(totals[0]):
-        return _refused(points, limits, at)
+        return _refuse(points, limits, at)
     width = int(count.sum(axis=0).max(initial=0))
     times, jerks = np.zeros((2, 1, n, max(width, 1)))
     for i in range(n):
@@ -210,7 +210,7 @@ def _motion(
     return ViaMotion(points, passing, at[..., 0], at[..., 1], float(totals[1]), motion)
 
 
-def _refused(points: Floats, limits: Floats, at: Floats) -> ViaMotion:
+def _refuse(points: Floats, limits: Floats, at: Floats) -> ViaMotion:
     """The answer where a segment has no motion: that segment's."""
     m = len(points)
     passing = np.full(m, np.inf)

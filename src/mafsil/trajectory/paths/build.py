@@ -212,13 +212,13 @@ def _blends(blend: float | Sequence[float], corners: int) -> tuple[float, ...]:
 
 def _poses(name: str, given: ArrayLike | list[ArrayLike]) -> PoseMatrix:
     """(k, 4, 4) poses, checked."""
-    T = as_batch(name, _stacked(name, cast("list[ArrayLike]", given)) if isinstance(given, list) else given, (4, 4))
+    T = as_batch(name, _stack(name, cast("list[ArrayLike]", given)) if isinstance(given, list) else given, (4, 4))
     if T.ndim != 3:
         raise InputError("input.shape", name=name, expected="(k, 4, 4)", got=T.shape, hint="")
     return pose.check(T, name)
 
 
-def _stacked(name: str, given: list[ArrayLike]) -> Floats:
+def _stack(name: str, given: list[ArrayLike]) -> Floats:
     return np.stack([single(name, one, (4, 4)) for one in given])
 
 

@@ -191,8 +191,8 @@ class JoinedPath:
         p = np.stack(
             [
                 p_A[0] + p_B[0] - p_k[0],
-                _scaled(1 - rate) * p_A[1] + _scaled(rate) * p_B[1],
-                _scaled(1 - rate) ** 2 * p_A[2] + _scaled(rate) ** 2 * p_B[2] + _scaled(growth) * (p_B[1] - p_A[1]),
+                _scale(1 - rate) * p_A[1] + _scale(rate) * p_B[1],
+                _scale(1 - rate) ** 2 * p_A[2] + _scale(rate) ** 2 * p_B[2] + _scale(growth) * (p_B[1] - p_A[1]),
             ]
         )
         back = inverse(RotationMotion(corner.R[0], np.zeros(3), np.zeros(3))).R
@@ -242,10 +242,10 @@ def joined(legs: tuple[TipPath, ...], blend: tuple[float, ...] | None, blend_ang
     if blend is None or not len(sharp.corners):
         return sharp
     wanted = {k for k in range(1, len(legs)) if np.abs(sharp.corners - shares[k]).min() < ROUNDING}
-    return replace(sharp, blends=tuple(_fitted(sharp, k, wanted, blend[k - 1], blend_angle) for k in sorted(wanted)))
+    return replace(sharp, blends=tuple(_fit(sharp, k, wanted, blend[k - 1], blend_angle) for k in sorted(wanted)))
 
 
-def _fitted(sharp: JoinedPath, k: int, wanted: set[int], blend: float, blend_angle: float | None) -> CornerBlend:
+def _fit(sharp: JoinedPath, k: int, wanted: set[int], blend: float, blend_angle: float | None) -> CornerBlend:
     """The widest blend at corner k that keeps both bounds and leaves its neighbours their half of the legs."""
     free = [sharp.shares[i + 1] - sharp.shares[i] for i in (k - 1, k)]
     shared = [free[0] / 2 if k - 1 in wanted else free[0], free[1] / 2 if k + 1 in wanted else free[1]]
@@ -275,5 +275,5 @@ def _deviations(sharp: JoinedPath, place: float, half: float) -> tuple[float, fl
     return max(float(d.max()) for d, _ in found), max(float(a.max()) for _, a in found)
 
 
-def _scaled(x: Floats) -> Floats:
+def _scale(x: Floats) -> Floats:
     return x[..., None]

@@ -49,7 +49,7 @@ class Squad:
 
     def at(self, s: Floats) -> RotationMotion:
         """Rotation, rate and its derivative."""
-        i, h, width = _located(self.knots, s)
+        i, h, width = _locate(self.knots, s)
         outer, inner = (_slerp(X[i], X[i + 1], h) for X in (self.R, self.A))
         between = logarithm(product(inverse(outer), inner))
         share, rate, growth = (x[..., None] for x in (2 * h * (1 - h), 2 - 4 * h, np.full_like(h, -4.0)))
@@ -93,7 +93,7 @@ class RotationSpline:
     def at(self, s: Floats) -> RotationMotion:
         """Rotation, rate and its derivative."""
         inside = np.clip(s, 0.0, 1.0)
-        i, _, _ = _located(self.theta.knots, inside)
+        i, _, _ = _locate(self.theta.knots, inside)
         R, w, a = exponential(*self.theta.at(inside))
         return RotationMotion(self.R[i] @ R, w, a)
 
@@ -132,7 +132,7 @@ def _continuous_rates(turn: Vector3, h: Floats) -> Vector3:
     return w
 
 
-def _located(knots: Floats, s: Floats) -> tuple[NDArray[np.intp], Floats, Floats]:
+def _locate(knots: Floats, s: Floats) -> tuple[NDArray[np.intp], Floats, Floats]:
     """Index of the piece, share of it that is done, and its width."""
     i = np.clip(np.searchsorted(knots, s, side="right") - 1, 0, len(knots) - 2)
     width = knots[i + 1] - knots[i]

@@ -36,7 +36,7 @@ def exponential(K: Vector3, K_1: Vector3, K_2: Vector3) -> RotationMotion:
         K_2: (..., 3) d2K/ds2.
     """
     J = rotation.right_jacobian(K)
-    return RotationMotion(rotation.exp(K), turned(J, K_1), turned(J, K_2) + _carried(K, K_1))
+    return RotationMotion(rotation.exp(K), turned(J, K_1), turned(J, K_2) + _carry(K, K_1))
 
 
 def logarithm(curve: RotationMotion) -> tuple[Vector3, Vector3, Vector3]:
@@ -44,7 +44,7 @@ def logarithm(curve: RotationMotion) -> tuple[Vector3, Vector3, Vector3]:
     K = rotation.log(curve.R)
     inverse = rotation.right_jacobian_inverse(K)
     K_1 = turned(inverse, curve.w)
-    return K, K_1, turned(inverse, curve.a - _carried(K, K_1))
+    return K, K_1, turned(inverse, curve.a - _carry(K, K_1))
 
 
 def product(A: RotationMotion, B: RotationMotion) -> RotationMotion:
@@ -89,7 +89,7 @@ def _skew_part(M: Matrix3) -> Vector3:
     )
 
 
-def _carried(K: Vector3, K_1: Vector3) -> Vector3:
+def _carry(K: Vector3, K_1: Vector3) -> Vector3:
     """J_r'(K) K', where J_r = 1 - b [K] + c [K]^2 and b, c depend on x = |K|^2."""
     x = (K * K).sum(axis=-1, keepdims=True)
     small = x < SMALL

@@ -187,17 +187,17 @@ def compare_routes(
     whole("duration * rate", int(T * positive("rate", rate)), most=MOST_TICKS)
     path = CartesianPath(robot.forward_kinematics(start), robot.forward_kinematics(goal))
     joints = TrajectoryGenerator(quintic(start, goal, T), rate)
-    routes = [_measured("joints", robot, joints, path)]
+    routes = [_measure("joints", robot, joints, path)]
     planned = follow(robot, path, start, task=task)
     if planned.value is None or not planned.succeeded:
         return RouteComparison(tuple(routes), planned.status, planned.explain())
     kept = cast("PathTask", planned.details["task"])
     line = TipMotion(robot, path, QUINTIC.between(np.zeros(1), np.ones(1), T), start, kept)
-    routes.append(_measured("cartesian", robot, TrajectoryGenerator(line, rate), path))
+    routes.append(_measure("cartesian", robot, TrajectoryGenerator(line, rate), path))
     return RouteComparison(tuple(routes), PlanStatus.FOLLOWED, "")
 
 
-def _measured(name: str, robot: Robot, generator: TrajectoryGenerator, path: CartesianPath) -> Route:
+def _measure(name: str, robot: Robot, generator: TrajectoryGenerator, path: CartesianPath) -> Route:
     """Every tick of a route."""
     q, qd = np.zeros((generator.ticks, robot.n)), np.zeros((generator.ticks, robot.n))
     for k, motion in enumerate(generator):

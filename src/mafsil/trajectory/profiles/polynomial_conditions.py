@@ -57,7 +57,7 @@ def polynomial(conditions: Iterable[Condition]) -> PiecewisePolynomial:
     # Over x = t/T, and each row over its largest element: conditions of all orders are of one size.
     matrix = np.array([_row(t / T, order, len(rows)) for t, order in zip(moments, orders, strict=True)])
     size = np.abs(matrix).max(axis=1)
-    if not size.all() or _determined(matrix / size[:, None]) < FEW_ROUNDINGS:
+    if not size.all() or _determine(matrix / size[:, None]) < FEW_ROUNDINGS:
         raise InputError("trajectory.conditions_open", count=len(rows))
     scaled = right.reshape(len(rows), -1) * (np.power(T, np.array(orders, dtype=np.float64)) / size)[:, None]
     found = np.asarray(np.linalg.solve(matrix / size[:, None], scaled), dtype=np.float64)
@@ -93,7 +93,7 @@ def _row(x: float, order: int, count: int) -> Floats:
     return np.array([perm(k, order) * x ** (k - order) if k >= order else 0.0 for k in range(count)])
 
 
-def _determined(matrix: Floats) -> float:
+def _determine(matrix: Floats) -> float:
     """Smallest over largest singular value, rows and columns of one size."""
     size = np.abs(matrix).max(axis=0)
     if not size.all():

@@ -60,13 +60,13 @@ def trapezoid(
         each = shortest_duration(distance, speed, growth)
     shortest = float(each.max(initial=0.0))
     if duration is None:
-        return Outcome(_blended(u0, uf, growth, shortest), PlanStatus.PLANNED, details={"duration": shortest})
+        return Outcome(_blend(u0, uf, growth, shortest), PlanStatus.PLANNED, details={"duration": shortest})
     requested = positive("duration", duration)
     # The shortest duration, printed and given back, must not be refused for its last digit.
     if requested < shortest * (1.0 - ROUNDING):
         details = {"joint": slowest, "duration": requested, "shortest": shortest}
-        return Outcome(_blended(u0, uf, growth, shortest), PlanStatus.TOO_SHORT, shortest - requested, details=details)
-    return Outcome(_blended(u0, uf, growth, requested), PlanStatus.PLANNED, details={"duration": requested})
+        return Outcome(_blend(u0, uf, growth, shortest), PlanStatus.TOO_SHORT, shortest - requested, details=details)
+    return Outcome(_blend(u0, uf, growth, requested), PlanStatus.PLANNED, details={"duration": requested})
 
 
 def shortest_duration(distance: Floats, velocity: Floats, acceleration: Floats) -> Floats:
@@ -108,7 +108,7 @@ def _shared_law(distance: Floats, velocity: Floats, acceleration: Floats) -> tup
     return np.where(moving, rate * distance, velocity), np.where(moving, growth * distance, acceleration)
 
 
-def _blended(u0: Floats, uf: Floats, acceleration: Floats, T: float) -> PiecewisePolynomial:
+def _blend(u0: Floats, uf: Floats, acceleration: Floats, T: float) -> PiecewisePolynomial:
     """All joints on the knots of all blends."""
     signed = np.copysign(acceleration, uf - u0)
     blend = T / 2 - np.sqrt(np.maximum(T / 2 * (T / 2) - np.abs(uf - u0) / acceleration, 0.0))

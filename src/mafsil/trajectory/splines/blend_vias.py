@@ -64,10 +64,10 @@ def with_through_points(problem: BlendProblem, through: Velocities, delta: float
     """
     speeds = {index: _velocity(problem, index, through[index]) for index in sorted(through)}
     if delta is not None:
-        return _replaced(problem, speeds, {index: positive("delta", delta) for index in speeds})
+        return _replace(problem, speeds, {index: positive("delta", delta) for index in speeds})
     chosen = dict.fromkeys(speeds, 0.0)
     for _ in range(ROUNDS):
-        candidate = _replaced(problem, speeds, {k: max(each, 1e-9) for k, each in chosen.items()})
+        candidate = _replace(problem, speeds, {k: max(each, 1e-9) for k, each in chosen.items()})
         blend = np.nan_to_num(blends(candidate).blend)
         needed = {
             index: float(blend[..., index + shift : index + shift + 2, :].max()) / 2
@@ -76,7 +76,7 @@ def with_through_points(problem: BlendProblem, through: Velocities, delta: float
         if all(needed[k] <= chosen[k] * (1.0 + ROUNDING) for k in chosen):
             break
         chosen = {k: max(needed[k], chosen[k]) for k in chosen}
-    return _replaced(problem, speeds, {k: max(each, 1e-9) for k, each in chosen.items()})
+    return _replace(problem, speeds, {k: max(each, 1e-9) for k, each in chosen.items()})
 
 
 def _velocity(problem: BlendProblem, index: int, velocity: ArrayLike | None) -> Floats:
@@ -92,7 +92,7 @@ def _velocity(problem: BlendProblem, index: int, velocity: ArrayLike | None) -> 
     return np.broadcast_to(v, u[..., index, :].shape)
 
 
-def _replaced(problem: BlendProblem, speeds: Mapping[int, Floats], deltas: Mapping[int, float]) -> BlendProblem:
+def _replace(problem: BlendProblem, speeds: Mapping[int, Floats], deltas: Mapping[int, float]) -> BlendProblem:
     """Two pseudo via points for each of the points."""
     points, down, up, h = problem.points, problem.down, problem.up, problem.durations
     for index in sorted(speeds, reverse=True):

@@ -86,7 +86,7 @@ class BSpline(Printed):
         for moment in np.atleast_1d(times(t)).tolist():
             if not 0.0 <= moment <= self.duration:
                 raise InputError("input.range", name="t", value=moment, low=0.0, high=self.duration)
-            spline = spline._inserted(moment)
+            spline = spline._insert(moment)
         return spline
 
     def to_polynomial(self) -> PiecewisePolynomial:
@@ -107,7 +107,7 @@ class BSpline(Printed):
         spans = (t[p + 1 : -1] - t[1 : -1 - p]).reshape((-1,) + (1,) * (self.control.ndim - 1))
         return BSpline(frozen(t[1:-1]), frozen(p * np.diff(self.control, axis=0) / spans), p - 1)
 
-    def _inserted(self, moment: float) -> BSpline:
+    def _insert(self, moment: float) -> BSpline:
         """One knot more."""
         p, t = self.degree, self.knots
         if (t == moment).sum() >= p:

@@ -167,23 +167,23 @@ def _with_leg(problem: BlendProblem, leg: int, factor: Floats) -> BlendProblem:
     """One leg longer by factors (k,)."""
     durations = np.tile(problem.durations, (len(factor), 1))
     durations[:, leg] *= factor
-    return replace(_repeated(problem, len(factor)), durations=durations)
+    return replace(_repeat(problem, len(factor)), durations=durations)
 
 
 def _stronger(problem: BlendProblem, factor: Floats) -> BlendProblem:
     """All accelerations larger by factors (k,): as much as durations longer by their roots."""
     down, up = (factor[:, None, None] * side for side in (problem.down, problem.up))
-    return replace(_repeated(problem, len(factor)), down=down, up=up)
+    return replace(_repeat(problem, len(factor)), down=down, up=up)
 
 
 def _equal(problem: BlendProblem, acceleration: Floats) -> BlendProblem:
     """One acceleration (k,) for all points and coordinates."""
-    whole = _repeated(problem, len(acceleration))
+    whole = _repeat(problem, len(acceleration))
     side = np.broadcast_to(acceleration[:, None, None], whole.points.shape)
     return replace(whole, down=side, up=side)
 
 
-def _repeated(problem: BlendProblem, count: int) -> BlendProblem:
+def _repeat(problem: BlendProblem, count: int) -> BlendProblem:
     """A batch of the same problem."""
     points, down, up = (np.broadcast_to(x, (count, *x.shape)) for x in (problem.points, problem.down, problem.up))
     return replace(problem, points=points, down=down, up=up)

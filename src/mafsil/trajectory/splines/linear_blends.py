@@ -253,7 +253,7 @@ def default_durations(problem: BlendProblem, velocity: ArrayLike | None, limits:
     # 2
     least = np.maximum(least, _with_blends(problem, D, top))
     durations = least.reshape(-1, *least.shape[-2:]).max(axis=(0, -1), initial=0.0)
-    return _lengthened(replace(problem, durations=durations))
+    return _lengthen(replace(problem, durations=durations))
 
 
 def _speeds(velocity: ArrayLike | None, n: int) -> Floats:
@@ -285,7 +285,7 @@ def _with_blends(problem: BlendProblem, D: Floats, top: Floats) -> Floats:
     return least
 
 
-def _lengthened(problem: BlendProblem) -> BlendProblem:
+def _lengthen(problem: BlendProblem) -> BlendProblem:
     """3. Longer legs until nothing overlaps: what they lack, or slower legs where they lack much."""
     as_it_is, _ = found = _without_overlaps(problem, MUCH[0])
     if as_it_is is problem:

@@ -168,7 +168,7 @@ class _Stretch:
             # 4. and 5.
             motion = _in_time(self.path, grid, basis, c)
             used = self._used(motion)
-            motion = self._stretched(motion)
+            motion = self._stretch(motion)
             excess = self._excess(motion)
             worst = max((float(part.max()) for part in excess), default=0.0)
             found = JerkTiming(motion, max(worst, 0.0))
@@ -245,7 +245,7 @@ class _Stretch:
             highs.append(rows.high - np.where(np.isfinite(rows.high), lower, 0.0))
         return tuple(np.concatenate(part, axis=1) for part in (squares, slopes, lows, highs))  # pyright: ignore[reportReturnType]
 
-    def _stretched(self, motion: PathMotion) -> PathMotion:
+    def _stretch(self, motion: PathMotion) -> PathMotion:
         """Just within the limits of velocity, acceleration and jerk; no faster where others count."""
         factor = motion.stretch_needed(self.limits) * (1.0 + ROUNDING)
         return motion.stretched(max(factor, 1.0) if self.sampled else factor)

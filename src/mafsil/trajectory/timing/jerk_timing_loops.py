@@ -83,7 +83,7 @@ def shortest(c: Floats, imposed: Imposed, gap: float) -> int:
         for _ in range(MOST_STEPS):
             # 2.
             _newton_system(c, imposed, weight, gradient, bands)
-            if not _solved(bands, gradient, step):
+            if not _solve(bands, gradient, step):
                 return count
             count += 1
             decrement = -(gradient * step).sum()
@@ -224,7 +224,7 @@ def _push(d: Floats, above: float, below: float, weight: float, g: Floats, H: Fl
 
 
 @compiled
-def _solved(bands: Floats, gradient: Floats, step: Floats) -> bool:
+def _solve(bands: Floats, gradient: Floats, step: Floats) -> bool:
     """step = -H^-1 gradient by L D L^T of five diagonals; False where H is not positive.
 
     1. Elimination, column by column.

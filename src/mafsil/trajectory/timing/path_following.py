@@ -74,14 +74,14 @@ def follow(
     if tolerance < ROUNDING:
         raise InputError("input.range", name="tolerance", value=tolerance, low=ROUNDING, high=LARGEST)
     require_task(task)
-    first = _followed(_Tracker(robot, path, frame, task, slack), q_start, tolerance)
+    first = _follow(_Tracker(robot, path, frame, task, slack), q_start, tolerance)
     if first.succeeded:
         return first
-    others = (_followed(_Tracker(robot, path, frame, more, slack), q_start, tolerance) for more in STRICTER[task])
+    others = (_follow(_Tracker(robot, path, frame, more, slack), q_start, tolerance) for more in STRICTER[task])
     return next((found for found in others if found.succeeded), first)
 
 
-def _followed(tracker: _Tracker, q_start: JointVector, tolerance: float) -> Followed:
+def _follow(tracker: _Tracker, q_start: JointVector, tolerance: float) -> Followed:
     """With as many pieces as it takes."""
     pieces, slack, kept = FEWEST_PIECES, tracker.slack, {"task": tracker.task}
     while True:
@@ -123,15 +123,15 @@ class _Tracker:
             last = float(np.nextafter(end, 0.0)) if end in inner else end
             before = ends[-1][1] if ends and first == begin else self._knot(first, q)
             if before.margin < SINGULAR_VALUE:
-                return _ended(PlanStatus.SINGULAR, begin, margin=before.margin)
-            q = self._corrected(self._predicted(first, before, last - first), end)
+                return _end(PlanStatus.SINGULAR, begin, margin=before.margin)
+            q = self._correct(self._predict(first, before, last - first), end)
             if np.isnan(q).any():
                 return self._why_not(before, begin, end)
             outside = self._outside(q)
             if outside is not None:
                 joint, limit = outside
                 name, value = self.robot.joint_names[joint], float(q[joint])
-                return _ended(PlanStatus.JOINT_LIMIT, end, joint=name, value=value, limit=limit)
+                return _end(PlanStatus.JOINT_LIMIT, end, joint=name, value=value, limit=limit)
             ends.append((before, self._knot(last, q)))
         steps = np.diff(places).tolist()
         coefficients = [
@@ -154,7 +154,7 @@ class _Tracker:
         middles = (joints.knots[1:] + joints.knots[:-1]) / 2
         return float(np.abs(self._error(joints.at(middles).u, self.path.poses(middles))).max())
 
-    def _predicted(self, s: float, knot: _Knot, h: float) -> JointVector:
+    def _predict(self, s: float, knot: _Knot, h: float) -> JointVector:
         """One classical Runge-Kutta step of q' = J# V."""
         q, k1 = knot.q, knot.rate
         k2 = self._rate(s + h / 2, q + h / 2 * k1)
@@ -162,7 +162,7 @@ class _Tracker:
         k4 = self._rate(s + h, q + h * k3)
         return q + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
 
-    def _corrected(self, q: JointVector, s: float) -> JointVector:
+    def _correct(self, q: JointVector, s: float) -> JointVector:
         """Newton's method onto the path; NaN if it does not get there within a small distance."""
         target, start = self.path.poses(s), q
         for _ in range(8):
@@ -220,7 +220,7 @@ class _Tracker:
             lambda x: (-self._error(x, target), self._equations(end, x)[0]), q, tolerance=NEARBY, iterations=200
         )
         if nearby.succeeded:
-            return _ended(PlanStatus.SINGULAR, begin, margin=before.margin)
+            return _end(PlanStatus.SINGULAR, begin, margin=before.margin)
         status, steps = PlanStatus.NOT_FOUND, nearby.iterations
         if self.task != "position":
             there = replace(self, task="position")
@@ -228,7 +228,7 @@ class _Tracker:
                 lambda x: (-there._error(x, target), there._equations(end, x)[0]), q, tolerance=NEARBY, iterations=200
             )
             status = PlanStatus.ORIENTATION_NOT_FOUND if alone.succeeded else status
-        return _ended(status, begin, nearby.residual, steps=steps)
+        return _end(status, begin, nearby.residual, steps=steps)
 
     def _pose(self, q: JointVector) -> Floats:
         if self.frame is None:
@@ -249,5 +249,5 @@ def _least_norm(A: Floats, b: Floats) -> Floats:
     return np.linalg.lstsq(A, b)[0].astype(np.float64, copy=False)
 
 
-def _ended(status: PlanStatus, place: float, residual: float = 0.0, **details: object) -> Followed:
+def _end(status: PlanStatus, place: float, residual: float = 0.0, **details: object) -> Followed:
     return Outcome(None, status, residual, details={"place": place, **details})

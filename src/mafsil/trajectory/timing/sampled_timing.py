@@ -164,7 +164,7 @@ def _excess(path: JointPath, timing: Timing, sampled: Sequence[SampledLimit]) ->
     first = np.searchsorted(k, np.arange(N))
     found: list[Floats] = []
     for limit in sampled:
-        values = _measured(path, timing, limit, k, r, u)
+        values = _measure(path, timing, limit, k, r, u)
         worst: Floats = np.maximum.reduceat(values, first, axis=0)
         # 2.
         place, column = np.nonzero((values == worst[k]) & (values > -NEAR))
@@ -190,7 +190,7 @@ def _peaks(
     """The largest excess of one column each between shares low and high of the intervals k."""
 
     def excess(r: Floats) -> Floats:
-        return np.take_along_axis(_measured(path, timing, limit, k, r, u), column[:, None], axis=1)[:, 0]
+        return np.take_along_axis(_measure(path, timing, limit, k, r, u), column[:, None], axis=1)[:, 0]
 
     best = np.full(len(k), -np.inf)
     left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
@@ -203,7 +203,7 @@ def _peaks(
     return best
 
 
-def _measured(
+def _measure(
     path: JointPath, timing: Timing, limit: SampledLimit, k: NDArray[np.int64], r: Floats, u: Floats
 ) -> Floats:
     """The excess (places, columns) at shares r of the intervals k."""

@@ -117,7 +117,7 @@ def time_optimal(
     if not (np.isfinite(bounds.acceleration).any() or np.isfinite(bounds.effort).any()):
         raise InputError("trajectory.no_acceleration_limit")
     whose = limits if robot is None and isinstance(limits, Robot) else robot
-    sampled = _sampled(bounds, whose, (tip_speed, tip_acceleration, tip_angular_speed), frame)
+    sampled = _sample(bounds, whose, (tip_speed, tip_acceleration, tip_angular_speed), frame)
     ends = [
         _velocity(name, v, len(paths))
         for name, v in (("start_path_velocity", start_path_velocity), ("end_path_velocity", end_path_velocity))
@@ -153,7 +153,7 @@ def _no_answer(index: int) -> TimeOptimal:
     raise IndexError(index)
 
 
-def _sampled(
+def _sample(
     limits: MotionLimits, robot: Robot | None, tip: tuple[float, float, float], frame: str | None
 ) -> list[SampledLimit]:
     """Limits that need a robot."""

@@ -327,7 +327,7 @@ def gains_of(answer: TimeOptimal) -> tuple[Gain, ...]:
     """As `TimeOptimal.gains` says."""
     decisive = sorted({(binding.joint, binding.quantity) for binding in answer.bindings})
     before = _duration(answer, answer.limits, answer.sampled)
-    found = [Gain(*which, before - _duration(answer, *_raised(answer, *which))) for which in decisive]
+    found = [Gain(*which, before - _duration(answer, *_raise(answer, *which))) for which in decisive]
     return tuple(sorted(found, key=lambda gain: -gain.seconds))
 
 
@@ -342,7 +342,7 @@ def _duration(answer: TimeOptimal, limits: MotionLimits, sampled: tuple[SampledL
     return (timed_within(problem, sampled) if sampled else solved(problem)[0]).duration
 
 
-def _raised(answer: TimeOptimal, joint: int, quantity: str) -> tuple[MotionLimits, tuple[SampledLimit, ...]]:
+def _raise(answer: TimeOptimal, joint: int, quantity: str) -> tuple[MotionLimits, tuple[SampledLimit, ...]]:
     """Limits of which one is one per cent more."""
     if quantity not in ("velocity", "acceleration", "jerk"):
         return answer.limits, tuple(limit.raised(joint, quantity, 1.01) for limit in answer.sampled)

@@ -91,7 +91,7 @@ def source(tape: Tape, signature: Signature, name: str, real: Real) -> str:
         name: of the function.
         real: number type.
     """
-    lines = [f'#include "{name}.h"', "", "#include <math.h>", "", *_fused(tape, real), prototype(signature, name, real)]
+    lines = [f'#include "{name}.h"', "", "#include <math.h>", "", *_fuse(tape, real), prototype(signature, name, real)]
     lines.append("{")
     used = {(node.args[0]) for node in tape.nodes if node.op == "input"}
     lines += [f"    (void){port_name(p)};" for k, p in enumerate(signature.inputs) if k not in used]
@@ -120,7 +120,7 @@ def literal(value: float, real: Real) -> str:
     return f"({text})" if text.startswith("-") else text
 
 
-def _fused(tape: Tape, real: Real) -> list[str]:
+def _fuse(tape: Tape, real: Real) -> list[str]:
     """The macro for a product and a sum: rounded once where that is quick, else twice."""
     if not any(node.op in ("fma", "fms", "fnma", "fnms") for node in tape.nodes):
         return []

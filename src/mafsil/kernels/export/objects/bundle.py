@@ -64,7 +64,7 @@ def bundle(kernels: Mapping[str, Kernel]) -> Bundle:
     store = _store()
     code = store.get(key)
     if code is None:
-        code = _compiled(kernels)
+        code = _compile(kernels)
         store.put(key, code)
     return Bundle(code, layout({name: kernel.signature for name, kernel in kernels.items()}, code))
 
@@ -99,7 +99,7 @@ def _require_numbers(signature: Signature) -> None:
             raise InputError("export.empty_port", kernel=signature.name, port=port.name)
 
 
-def _compiled(kernels: Mapping[str, Kernel]) -> bytes:
+def _compile(kernels: Mapping[str, Kernel]) -> bytes:
     """The module: every kernel's own module, linked by LLVM, constants moved above the stack."""
     chosen = machine("wasm32")
     texts = [_module(name, kernel, chosen.target) for name, kernel in kernels.items()]

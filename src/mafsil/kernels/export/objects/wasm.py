@@ -75,8 +75,8 @@ def loadable(code: bytes, names: Iterable[str], base: int = 0) -> bytes:
     """
     names = list(names)
     places = dict(functions(code))
-    code = _moved(code, base) if base else code
-    rows = b"".join(_named(name) + b"\0" + _leb(places[name]) for name in names)
+    code = _move(code, base) if base else code
+    rows = b"".join(_name(name) + b"\0" + _leb(places[name]) for name in names)
     contents = _leb(len(names)) + rows
     section = bytes([_EXPORTS]) + _leb(len(contents)) + contents
     kept = bytearray(code[:8])
@@ -96,7 +96,7 @@ def constants_size(code: bytes) -> int:
     return sum(end - begin for number, begin, end in sections(code) if number == _DATA)
 
 
-def _moved(code: bytes, base: int) -> bytes:
+def _move(code: bytes, base: int) -> bytes:
     """The object file with its constants at another address: in every place that the linker is told to write one.
 
     Reference: WebAssembly tool conventions, Linking, section "Relocation Sections".
@@ -171,7 +171,7 @@ def _leb(value: int) -> bytes:
     return bytes([*found, value])
 
 
-def _named(name: str) -> bytes:
+def _name(name: str) -> bytes:
     text = name.encode()
     return _leb(len(text)) + text
 
