@@ -21,25 +21,25 @@ def svd(A: Floats) -> tuple[Floats, Floats, Floats]:
     """U (*batch, m, k), singular values (*batch, k), V' (*batch, k, n) of (*batch, m, n), k = min(m, n)."""
     clean, spoilt = _clean(A)
     U, s, Vt = np.linalg.svd(clean, full_matrices=False)
-    return _mark(U, spoilt, 2), _mark(s, spoilt, 1), _mark(Vt, spoilt, 2)
+    return _spoil(U, spoilt, 2), _spoil(s, spoilt, 1), _spoil(Vt, spoilt, 2)
 
 
 def singular_values(A: Floats) -> Floats:
     """(*batch, k) largest first, of (*batch, m, n)."""
     clean, spoilt = _clean(A)
-    return _mark(np.asarray(np.linalg.svd(clean, compute_uv=False)), spoilt, 1)
+    return _spoil(np.asarray(np.linalg.svd(clean, compute_uv=False)), spoilt, 1)
 
 
 def pinv(A: Floats, rcond: float) -> Floats:
     """(*batch, n, m) pseudoinverses of (*batch, m, n); singular values below rcond times the largest count as 0."""
     clean, spoilt = _clean(A)
-    return _mark(np.linalg.pinv(clean, rcond=rcond), spoilt, 2)
+    return _spoil(np.linalg.pinv(clean, rcond=rcond), spoilt, 2)
 
 
 def symmetric_pinv(A: Floats, rcond: float) -> Floats:
     """(*batch, n, n) pseudoinverses of symmetric matrices; singular values below rcond times the largest count as 0."""
     clean, spoilt = _clean(A)
-    return _mark(np.linalg.pinv(clean, rcond=rcond, hermitian=True), spoilt, 2)
+    return _spoil(np.linalg.pinv(clean, rcond=rcond, hermitian=True), spoilt, 2)
 
 
 def damped_inverse(A: NDArray[Any], damping: float | Floats) -> NDArray[Any]:
@@ -57,7 +57,7 @@ def damped_inverse(A: NDArray[Any], damping: float | Floats) -> NDArray[Any]:
     a = np.real(np.einsum("...ij,...ji->...", clean, turned))[..., None, None] / max(m, 1)
     inverse: Any = np.linalg.inv
     inner: NDArray[Any] = inverse(gram + np.eye(min(m, n)) * (damping * a + TINY))
-    return _mark(turned @ inner if m <= n else inner @ turned, spoilt, 2)
+    return _spoil(turned @ inner if m <= n else inner @ turned, spoilt, 2)
 
 
 def ranks(A: Floats, share: float) -> Integers:
@@ -88,7 +88,7 @@ def _clean(A: Floats) -> tuple[Floats, NDArray[np.bool_]]:
     return (np.where(spoilt[..., None, None], 0.0, A) if spoilt.any() else A), spoilt
 
 
-def _mark(result: NDArray[Any], spoilt: NDArray[np.bool_], core: int) -> Floats:
+def _spoil(result: NDArray[Any], spoilt: NDArray[np.bool_], core: int) -> Floats:
     return np.where(spoilt.reshape((*spoilt.shape, *(1,) * core)), np.nan, result) if spoilt.any() else result
 
 
