@@ -18,7 +18,7 @@ from mafsil.mobility.instantaneous import InstantaneousMobility, at_state, insta
 from mafsil.mobility.linkages.linkage import Linkage
 from mafsil.mobility.linkages.loop_closure import configuration, loop_equations, loop_state, reduced_screws, units
 from mafsil.mobility.on_linkage import on_linkage
-from mafsil.mobility.redundancy import loop_groups
+from mafsil.mobility.redundant_constraints import loop_groups
 from mafsil.mobility.second_order import admitted, second_order_forms
 from mafsil.mobility.tolerances import CLOSED, PATH_STEP
 from mafsil.solvers import decompositions

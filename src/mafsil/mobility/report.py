@@ -24,7 +24,7 @@ from mafsil.mobility.linkages.linkage import Linkage
 from mafsil.mobility.linkages.loop_closure import largest_gap, loop_state
 from mafsil.mobility.linkages.mechanism_linkage import LinkageLike, as_linkage
 from mafsil.mobility.on_linkage import on_linkage
-from mafsil.mobility.redundancy import RedundantConstraints, redundancy
+from mafsil.mobility.redundant_constraints import RedundantConstraints, redundant_constraints
 from mafsil.mobility.spoken_name import spoken_name
 from mafsil.mobility.structure import Structure, structure
 from mafsil.mobility.tolerances import CLOSED, ROUNDED
@@ -209,7 +209,7 @@ def mobility(
         raise InputError("mobility.gapes", name=linkage.name or "-", gap=gap)
     return Mobility(
         linkage, structure(linkage), gruebler(linkage, rule), instantaneous(linkage),
-        finite_mobility(linkage, seed=seed), mobility_around(linkage, seed=seed), redundancy(linkage),
+        finite_mobility(linkage, seed=seed), mobility_around(linkage, seed=seed), redundant_constraints(linkage),
         actuation(linkage), not_negative("play", play), exactness(linkage),
     )  # fmt: skip
 

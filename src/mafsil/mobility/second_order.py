@@ -15,7 +15,7 @@ import numpy as np
 from mafsil.arrays import Floats
 from mafsil.mobility.linkages.linkage import Linkage
 from mafsil.mobility.linkages.loop_closure import LoopState, reduced_screws
-from mafsil.mobility.redundancy import left_null_space
+from mafsil.mobility.redundant_constraints import left_null_space
 from mafsil.mobility.spaces.motion_group import bracket
 from mafsil.mobility.tolerances import DEFINITE
 from mafsil.solvers.linear_program import minimise
