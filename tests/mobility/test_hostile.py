@@ -96,8 +96,8 @@ ON_A_LINKAGE = (
     mo.configuration_space,
     mo.linkages.drawn_at, mo.can_assemble, mo.finite_mobility, mo.generic_mobility, mo.gruebler, mo.instantaneous,
     mo.linkages.loop_matrix,
-    mo.configuration_surfaces, mo.mechanism_of, mo.redundant_constraints, mo.linkages.split, mo.structure, mo.trace_motion,
-    mo.trace_surface,
+    mo.configuration_surfaces, mo.mechanism_of, mo.redundant_constraints, mo.linkages.split, mo.structure,
+    mo.trace_motion, mo.trace_surface,
 )  # fmt: skip
 
 
